@@ -1,0 +1,79 @@
+#include "Core/Metrics.h"
+#include "Core/Otsu.h"
+
+#include <algorithm>
+
+namespace innergs {
+namespace {
+
+struct Sample {
+  float residual; // |response of [1 −2 1]⊗[1 −2 1]|, standard deviation 6σ under white noise
+  float gradient; // squared; antisymmetric filters, so independent of the residual's noise
+};
+
+// Median of values that may be quantised: ties are taken as spread evenly over their quantisation step.
+double interpolatedMedian(std::vector<float>& values) {
+  const std::size_t half = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half), values.end());
+  const float median = values[half];
+  double below = 0, equal = 0;
+  float previous = -1, next = -1; // neighbouring distinct values
+  for (float v : values) {
+    if (v < median) {
+      ++below;
+      previous = std::max(previous, v);
+    } else if (v == median) {
+      ++equal;
+    } else if (next < 0 || v < next) {
+      next = v;
+    }
+  }
+  const double low = previous < 0 ? 0 : 0.5 * (double(previous) + median);
+  const double high = next < 0 ? median : 0.5 * (double(next) + median);
+  return low + (high - low) * (0.5 * double(values.size()) - below) / equal;
+}
+
+std::vector<Sample> collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
+                            std::int64_t sliceStep) {
+  const auto& n = volume.geometry.size;
+  std::vector<Sample> samples;
+  for (std::int64_t k = 0; k < n[2]; k += sliceStep)
+    for (std::int64_t j = 1; j + 1 < n[1]; ++j)
+      for (std::int64_t i = 1; i + 1 < n[0]; ++i) {
+        const std::int64_t centre = i + n[0] * (j + n[1] * k);
+        if (mask.empty() ? !(volume.voxels[centre] > threshold) : !mask[centre]) continue;
+        const float* p = volume.voxels.data() + centre;
+        const std::int64_t w = n[0];
+        const double c = p[0], residual = 4 * c - 2 * (double(p[-1]) + p[1] + p[-w] + p[w]) + p[-w - 1] +
+                                          p[-w + 1] + p[w - 1] + p[w + 1];
+        if (!std::isfinite(residual)) continue;
+        const auto [low, high] =
+            std::minmax({p[-w - 1], p[-w], p[-w + 1], p[-1], p[0], p[1], p[w - 1], p[w], p[w + 1]});
+        if (low == high) continue; // constant region: zeroed background or saturation
+        const double gx = double(p[1]) - p[-1] + 0.5 * (double(p[1 - w]) - p[-1 - w] + p[1 + w] - p[-1 + w]);
+        const double gy = double(p[w]) - p[-w] + 0.5 * (double(p[w - 1]) - p[-w - 1] + p[w + 1] - p[-w + 1]);
+        samples.push_back({static_cast<float>(std::abs(residual)), static_cast<float>(gx * gx + gy * gy)});
+      }
+  return samples;
+}
+
+} // namespace
+
+double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask) {
+  const auto& n = volume.geometry.size;
+  if (n[0] < 3 || n[1] < 3) return 0;
+  const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
+  // Above Otsu's threshold: the noise in air is Rician, with another deviation.
+  auto samples = collect(volume, mask, mask.empty() ? otsuThreshold(volume.voxels) : 0, sliceStep);
+  if (samples.empty()) return 0;
+  // Edges would pass for noise: the flattest third counts.
+  const auto keep = std::max<std::size_t>(std::min<std::size_t>(samples.size(), 200), samples.size() / 3);
+  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });
+  std::vector<float> residuals(keep);
+  for (std::size_t s = 0; s < keep; ++s)
+    residuals[s] = samples[s].residual;
+  return interpolatedMedian(residuals) / (0.6745 * 6);
+}
+
+} // namespace innergs

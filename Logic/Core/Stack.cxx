@@ -1,0 +1,57 @@
+#include "Core/Stack.h"
+
+#include "Core/Error.h"
+
+#include <algorithm>
+
+namespace innergs {
+namespace {
+
+bool isRigid(const Affine3& pose) {
+  const Mat3 gram = transpose(pose.linear) * pose.linear;
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(pose.offset[i])) return false;
+    for (int j = 0; j < 3; ++j)
+      if (!(std::abs(gram[i][j] - (i == j)) <= 1e-4)) return false;
+  }
+  return determinant(pose.linear) > 0;
+}
+
+} // namespace
+
+void checkStack(const Stack& stack) {
+  const std::string what = stack.name.empty() ? "The stack" : stack.name;
+  const auto fail = [&](ErrorCode code, const std::string& sentence) { throw Error(code, what + sentence); };
+  checkGeometry(stack.image.geometry, what);
+  const auto count = static_cast<std::size_t>(stack.image.geometry.voxelCount());
+  const auto slices = static_cast<std::size_t>(stack.image.geometry.size[2]);
+  if (stack.image.voxels.size() != count)
+    fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.image.voxels.size()) +
+                                         " voxels where its size says " + std::to_string(count) + ".");
+  if (!stack.observed.empty() && stack.observed.size() != count)
+    fail(ErrorCode::InvalidArgument, " has a map of observed voxels of another size than its image.");
+  if (!stack.poses.empty() && stack.poses.size() != slices)
+    fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.poses.size()) + " slice poses for " +
+                                         std::to_string(slices) + " slices: give one per slice or none.");
+  if (!stack.times.empty() && stack.times.size() != slices)
+    fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.times.size()) + " slice times for " +
+                                         std::to_string(slices) + " slices: give one per slice or none.");
+  if (!std::isfinite(stack.thickness) || stack.thickness < 0)
+    fail(ErrorCode::InvalidArgument, " has a slice thickness that is not finite and at least zero.");
+  for (const Affine3& pose : stack.poses)
+    if (!isRigid(pose))
+      fail(ErrorCode::Geometry, " has a slice pose that is not rigid (a rotation and a shift): correct it.");
+  for (double time : stack.times)
+    if (!std::isfinite(time)) fail(ErrorCode::InvalidArgument, " has a slice time that is not finite.");
+  if (std::none_of(stack.image.voxels.begin(), stack.image.voxels.end(),
+                   [](float v) { return std::isfinite(v); }))
+    fail(ErrorCode::NoData, " has no finite voxel: there is nothing to fit.");
+  if (!stack.observed.empty()) {
+    bool any = false;
+    for (std::size_t i = 0; i < count && !any; ++i)
+      any = stack.observed[i] && std::isfinite(stack.image.voxels[i]);
+    if (!any) fail(ErrorCode::NoData, " has no observed finite voxel: check the mask.");
+  }
+}
+
+} // namespace innergs

@@ -1,0 +1,83 @@
+#include "Core/Volume.h"
+
+#include "Core/Error.h"
+
+#include <algorithm>
+
+namespace innergs {
+
+float sampleLinear(const Volume& volume, const Vec3& index) {
+  std::int64_t low[3], high[3];
+  double fraction[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const double last = double(volume.geometry.size[axis] - 1);
+    const double x = index[axis] > 0 ? std::min(index[axis], last) : 0.0; // NaN → 0
+    low[axis] = static_cast<std::int64_t>(x);
+    high[axis] = std::min<std::int64_t>(low[axis] + 1, volume.geometry.size[axis] - 1);
+    fraction[axis] = x - double(low[axis]);
+  }
+  const std::int64_t width = volume.geometry.size[0], height = volume.geometry.size[1];
+  const auto row = [&](std::int64_t j, std::int64_t k) {
+    const float* p = volume.voxels.data() + width * (j + height * k);
+    return fraction[0] == 0 ? double(p[low[0]])
+                            : p[low[0]] + fraction[0] * (double(p[high[0]]) - double(p[low[0]]));
+  };
+  const auto plane = [&](std::int64_t k) {
+    const double a = row(low[1], k);
+    return fraction[1] == 0 ? a : a + fraction[1] * (row(high[1], k) - a);
+  };
+  const double a = plane(low[2]);
+  return static_cast<float>(fraction[2] == 0 ? a : a + fraction[2] * (plane(high[2]) - a));
+}
+
+Volume withSliceAxis(const Volume& volume, int axis) {
+  if (axis < 0 || axis > 2) throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
+  if (axis == 2) return volume;
+  const std::array<int, 3> from = axis == 0 ? std::array{1, 2, 0} : std::array{0, 2, 1};
+  const GridGeometry& g = volume.geometry;
+  const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
+  Volume result;
+  result.geometry.origin = g.origin;
+  for (int a = 0; a < 3; ++a) {
+    result.geometry.size[a] = g.size[from[a]];
+    result.geometry.spacing[a] = g.spacing[from[a]];
+    for (int r = 0; r < 3; ++r)
+      result.geometry.direction[r][a] = g.direction[r][from[a]];
+  }
+  const auto& n = result.geometry.size;
+  result.voxels.resize(volume.voxels.size());
+  float* out = result.voxels.data();
+  for (std::int64_t k = 0; k < n[2]; ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j) {
+      const float* in = volume.voxels.data() + j * stride[from[1]] + k * stride[from[2]];
+      for (std::int64_t i = 0; i < n[0]; ++i)
+        *out++ = in[i * stride[from[0]]];
+    }
+  return result;
+}
+
+std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry) {
+  std::vector<std::uint8_t> result(static_cast<std::size_t>(geometry.voxelCount()), 0);
+  const Affine3 toMask = inverse(mask.geometry.indexToWorld()) * geometry.indexToWorld();
+  const auto& n = mask.geometry.size;
+  std::size_t at = 0;
+  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
+    for (std::int64_t j = 0; j < geometry.size[1]; ++j)
+      for (std::int64_t i = 0; i < geometry.size[0]; ++i, ++at) {
+        const Vec3 x = toMask({double(i), double(j), double(k)});
+        std::int64_t nearest[3];
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis) {
+          inside = inside && x[axis] >= -0.5 && x[axis] <= double(n[axis]) - 0.5;
+          if (inside)
+            nearest[axis] = std::min(static_cast<std::int64_t>(std::floor(x[axis] + 0.5)), n[axis] - 1);
+        }
+        if (inside)
+          result[at] =
+              mask.voxels[static_cast<std::size_t>(nearest[0] + n[0] * (nearest[1] + n[1] * nearest[2]))] !=
+              0;
+      }
+  return result;
+}
+
+} // namespace innergs

@@ -1,0 +1,31 @@
+#pragma once
+#include "Core/GridGeometry.h"
+
+#include <span>
+#include <vector>
+
+namespace innergs {
+
+/// A scalar image: voxels[i + size[0]·(j + size[1]·k)], in the scanner's own units.
+struct Volume {
+  GridGeometry geometry;
+  std::vector<float> voxels;
+};
+
+/// A binary image: 1 inside. Same memory order as Volume.
+struct Mask {
+  GridGeometry geometry;
+  std::vector<std::uint8_t> voxels;
+};
+
+/// Trilinear value at a continuous index, clamped to the lattice's edge.
+float sampleLinear(const Volume& volume, const Vec3& index);
+
+/// The same image with lattice axis `axis` (0 = I, 1 = J, 2 = K) moved to K; the other two keep their order, and every
+/// voxel its patient position.
+Volume withSliceAxis(const Volume& volume, int axis);
+
+/// The mask on another lattice: nearest neighbour through patient space, 0 outside.
+std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry);
+
+} // namespace innergs
