@@ -33,6 +33,19 @@ double interpolatedMedian(std::vector<float>& values) {
   return low + (high - low) * (0.5 * double(values.size()) - below) / equal;
 }
 
+// Mean of the eight voxels two steps away in-plane: they share no noise with the residual, so that choosing
+// voxels by it does not choose their noise.
+double ringMean(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k) {
+  const auto& n = volume.geometry.size;
+  const std::int64_t x[3] = {std::max<std::int64_t>(i - 2, 0), i, std::min(i + 2, n[0] - 1)};
+  const std::int64_t y[3] = {std::max<std::int64_t>(j - 2, 0), j, std::min(j + 2, n[1] - 1)};
+  double sum = 0;
+  for (int b = 0; b < 3; ++b)
+    for (int a = 0; a < 3; ++a)
+      if (a != 1 || b != 1) sum += volume.voxels[x[a] + n[0] * (y[b] + n[1] * k)];
+  return sum / 8;
+}
+
 std::vector<Sample> collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
                             std::int64_t sliceStep) {
   const auto& n = volume.geometry.size;
@@ -41,7 +54,7 @@ std::vector<Sample> collect(const Volume& volume, std::span<const std::uint8_t> 
     for (std::int64_t j = 1; j + 1 < n[1]; ++j)
       for (std::int64_t i = 1; i + 1 < n[0]; ++i) {
         const std::int64_t centre = i + n[0] * (j + n[1] * k);
-        if (mask.empty() ? !(volume.voxels[centre] > threshold) : !mask[centre]) continue;
+        if (mask.empty() ? !(ringMean(volume, i, j, k) > threshold) : !mask[centre]) continue;
         const float* p = volume.voxels.data() + centre;
         const std::int64_t w = n[0];
         const double c = p[0], residual = 4 * c - 2 * (double(p[-1]) + p[1] + p[-w] + p[w]) + p[-w - 1] +
