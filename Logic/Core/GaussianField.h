@@ -1,0 +1,44 @@
+#pragma once
+#include "Core/GridGeometry.h"
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace innergs {
+
+enum class Blending {
+  Normalised, // I = Σ w (c + g·d) p / (Σ w p + ε)
+  Additive    // I = Σ w (c + g·d) p
+};
+
+/// One Gaussian, 64 bytes: p(x) = exp(−½ dᵀ Σ⁻¹ d), d = x − mean, Σ = R(q)·diag(e^(2·logScale))·R(q)ᵀ, peak 1.
+struct Gaussian {
+  float mean[3];       // mm, model frame
+  float logScale[3];   // ln mm
+  float quaternion[4]; // w, x, y, z; normalised where used
+  float logWeight;     // w = e^logWeight (additive: part of the amplitude as well)
+  float intensity;     // c, in units of the field's intensity map
+  float slope[3];      // g, per mm, model frame; 0 unless the field has linearIntensity
+  float reserved;      // 0
+};
+static_assert(sizeof(Gaussian) == 64);
+
+/// A continuous volume made of Gaussians.
+struct GaussianField {
+  Blending blending = Blending::Normalised;
+  bool linearIntensity = false;
+  double epsilon = 1e-3;  // ε of the normalised blending
+  double cutoff = 3.0;    // Mahalanobis radius beyond which p counts as 0
+  Affine3 modelToWorld;   // rigid: model frame (mm) → LPS (mm)
+  double intensityScale = 1, intensityOffset = 0; // scanner value = scale·I + offset
+  GridGeometry domain;    // the region that was fitted: the default grid for resampling
+  std::vector<Gaussian> gaussians;
+
+  std::int64_t size() const { return static_cast<std::int64_t>(gaussians.size()); }
+};
+
+/// Throws Error(FileFormat) when a field cannot be rendered (non-finite or absurd parameters, broken frame).
+void checkField(const GaussianField& field);
+
+} // namespace innergs

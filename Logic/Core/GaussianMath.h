@@ -1,0 +1,160 @@
+#pragma once
+#include <cmath>
+
+#if defined(__CUDACC__)
+#define INNERGS_HD __host__ __device__
+#else
+#define INNERGS_HD
+#endif
+
+/// The mathematics of one Gaussian, shared by every backend. 3×3 matrices are row-major T[9], symmetric ones T[6] = xx xy xz yy yz zz.
+namespace innergs::math {
+
+template <class T>
+INNERGS_HD inline void multiply(const T* a, const T* b, T* c) { // c = a·b
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      c[3 * i + j] = a[3 * i] * b[j] + a[3 * i + 1] * b[3 + j] + a[3 * i + 2] * b[6 + j];
+}
+
+template <class T>
+INNERGS_HD inline void transposed(const T* a, T* t) {
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) t[3 * i + j] = a[3 * j + i];
+}
+
+/// s = a·aᵀ as a symmetric matrix.
+template <class T>
+INNERGS_HD inline void outer(const T* a, T* s) {
+  int n = 0;
+  for (int i = 0; i < 3; ++i)
+    for (int j = i; j < 3; ++j)
+      s[n++] = a[3 * i] * a[3 * j] + a[3 * i + 1] * a[3 * j + 1] + a[3 * i + 2] * a[3 * j + 2];
+}
+
+/// Inverse of a symmetric positive definite matrix; returns its determinant.
+template <class T>
+INNERGS_HD inline T invertSymmetric(const T* s, T* r) {
+  const T a = s[3] * s[5] - s[4] * s[4], b = s[2] * s[4] - s[1] * s[5], c = s[1] * s[4] - s[2] * s[3];
+  const T det = s[0] * a + s[1] * b + s[2] * c, k = T(1) / det;
+  r[0] = a * k;
+  r[1] = b * k;
+  r[2] = c * k;
+  r[3] = (s[0] * s[5] - s[2] * s[2]) * k;
+  r[4] = (s[1] * s[2] - s[0] * s[4]) * k;
+  r[5] = (s[0] * s[3] - s[1] * s[1]) * k;
+  return det;
+}
+
+/// Rotation of the quaternion q = (w, x, y, z), any length but 0.
+template <class T>
+INNERGS_HD inline void rotation(const T* q, T* r) {
+  const T n = T(1) / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  const T w = q[0] * n, x = q[1] * n, y = q[2] * n, z = q[3] * n;
+  r[0] = 1 - 2 * (y * y + z * z), r[1] = 2 * (x * y - w * z), r[2] = 2 * (x * z + w * y);
+  r[3] = 2 * (x * y + w * z), r[4] = 1 - 2 * (x * x + z * z), r[5] = 2 * (y * z - w * x);
+  r[6] = 2 * (x * z - w * y), r[7] = 2 * (y * z + w * x), r[8] = 1 - 2 * (x * x + y * y);
+}
+
+/// dL/dq from h = dL/dR (row-major), through the normalisation of q.
+template <class T>
+INNERGS_HD inline void rotationGradient(const T* q, const T* h, T* dq) {
+  const T n = T(1) / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  const T w = q[0] * n, x = q[1] * n, y = q[2] * n, z = q[3] * n;
+  const T g[4] = {2 * (z * (h[3] - h[1]) + y * (h[2] - h[6]) + x * (h[7] - h[5])),
+                  2 * (y * (h[1] + h[3]) + z * (h[2] + h[6]) - 2 * x * (h[4] + h[8]) + w * (h[7] - h[5])),
+                  2 * (x * (h[1] + h[3]) - 2 * y * (h[0] + h[8]) + w * (h[2] - h[6]) + z * (h[5] + h[7])),
+                  2 * (x * (h[2] + h[6]) + y * (h[5] + h[7]) - 2 * z * (h[0] + h[4]) + w * (h[3] - h[1]))};
+  const T along = g[0] * w + g[1] * x + g[2] * y + g[3] * z;
+  dq[0] = n * (g[0] - along * w);
+  dq[1] = n * (g[1] - along * x);
+  dq[2] = n * (g[2] - along * y);
+  dq[3] = n * (g[3] - along * z);
+}
+
+/// The slice-conditional factorisation (paper, Eq. for p(u,v,t) = p(u,v|t)·p(t)) of a covariance in slice coordinates (u, v, t).
+template <class T>
+struct SliceConditional {
+  T shift[2];      // conditional mean = μ_uv + shift·(t − μ_t)
+  T covariance[3]; // uu uv vv of Σ_uv − σσᵀ/σ_tt (Schur complement)
+  T variance;      // σ_tt
+};
+
+template <class T>
+INNERGS_HD inline SliceConditional<T> sliceConditional(const T* s) {
+  SliceConditional<T> c;
+  c.variance = s[5];
+  c.shift[0] = s[2] / s[5];
+  c.shift[1] = s[4] / s[5];
+  c.covariance[0] = s[0] - s[2] * c.shift[0];
+  c.covariance[1] = s[1] - s[2] * c.shift[1];
+  c.covariance[2] = s[3] - s[4] * c.shift[1];
+  return c;
+}
+
+/// The same factorisation applied twice to a precision matrix P, for rows:
+/// dᵀPd = Pxx(dx + l1·dy + l2·dz)² + b(dy + l3·dz)² + dz²/Σzz.
+template <class T>
+struct RowForm {
+  T pxx, l1, l2, b, l3;
+};
+
+template <class T>
+INNERGS_HD inline RowForm<T> rowForm(const T* p) {
+  RowForm<T> f;
+  f.pxx = p[0];
+  f.l1 = p[1] / p[0];
+  f.l2 = p[2] / p[0];
+  f.b = p[3] - p[1] * f.l1;
+  f.l3 = (p[4] - p[1] * f.l2) / f.b;
+  return f;
+}
+
+/// Sums over the voxels x of one Gaussian's ellipsoid, d = x − mean, q = w·p, q′ = w·(p − p_cut); f and F0 as in DESIGN §2:
+/// dL/dI spread to the numerator (F0) and through numerator and denominator (f).
+template <class T>
+struct Moments {
+  T m0 = 0;     // Σ f q′
+  T m1[3] = {}; // Σ f q d
+  T m2[6] = {}; // Σ f q ddᵀ
+  T n0 = 0;     // Σ F0 q′
+  T n1[3] = {}; // Σ F0 q′ d
+};
+
+/// Moments over index coordinates to moments over the model frame, a = d(model)/d(index).
+template <class T>
+INNERGS_HD inline Moments<T> transformMoments(const Moments<T>& in, const T* a) {
+  Moments<T> out;
+  out.m0 = in.m0;
+  out.n0 = in.n0;
+  const T full[9] = {in.m2[0], in.m2[1], in.m2[2], in.m2[1], in.m2[3], in.m2[4], in.m2[2], in.m2[4], in.m2[5]};
+  T am[9];
+  multiply(a, full, am);
+  int n = 0;
+  for (int i = 0; i < 3; ++i) {
+    out.m1[i] = a[3 * i] * in.m1[0] + a[3 * i + 1] * in.m1[1] + a[3 * i + 2] * in.m1[2];
+    out.n1[i] = a[3 * i] * in.n1[0] + a[3 * i + 1] * in.n1[1] + a[3 * i + 2] * in.n1[2];
+    for (int j = i; j < 3; ++j)
+      out.m2[n++] = am[3 * i] * a[3 * j] + am[3 * i + 1] * a[3 * j + 1] + am[3 * i + 2] * a[3 * j + 2];
+  }
+  return out;
+}
+
+/// ∂(log s) and ∂q from G = ∂L/∂P, P = R·diag(e^(−2·logScale))·Rᵀ.
+template <class T>
+INNERGS_HD inline void precisionGradient(const T* g6, const T* logScale, const T* quaternion, T* dLogScale,
+                                         T* dQuaternion) {
+  T r[9], gr[9], h[9];
+  rotation(quaternion, r);
+  const T g[9] = {g6[0], g6[1], g6[2], g6[1], g6[3], g6[4], g6[2], g6[4], g6[5]};
+  multiply(g, r, gr);
+  for (int k = 0; k < 3; ++k) {
+    const T d = std::exp(-2 * logScale[k]);
+    const T rgr = r[k] * gr[k] + r[3 + k] * gr[3 + k] + r[6 + k] * gr[6 + k];
+    dLogScale[k] = -2 * d * rgr;
+    for (int i = 0; i < 3; ++i) h[3 * i + k] = 2 * gr[3 * i + k] * d;
+  }
+  rotationGradient(quaternion, h, dQuaternion);
+}
+
+} // namespace innergs::math

@@ -1,0 +1,65 @@
+#pragma once
+#include "Core/GaussianMath.h"
+#include "Core/Projected.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+namespace innergs {
+
+struct LatticeView {
+  int nx, ny, nz, stride;
+  const double* z; // plane positions, index units
+};
+
+/// Rows [y0, y1) of planes [k0, k1): what one task owns while it accumulates.
+struct TileRange {
+  int y0, y1, k0, k1;
+};
+
+/// The two inner loops of every blending, for one instruction set.
+struct KernelSet {
+  std::string name;
+  /// weights += Σ w p′, numerators += Σ w p′ (c + g·d) over the tile, in the order of `ids`.
+  void (*accumulate)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const LatticeView& lattice,
+                     const TileRange& tile, float* weights, float* numerators);
+  /// The moments of one Gaussian over its whole ellipsoid, index coordinates. f0, f1: DESIGN §2, zero in the row padding.
+  void (*gather)(const Projected& gaussian, const LatticeView& lattice, const float* f0, const float* f1,
+                 math::Moments<float>& out);
+};
+
+/// Best first; the last is "scalar", the plain reference that all others are tested against.
+const std::vector<KernelSet>& kernelSets();
+/// Empty name: the best. Throws Error(InvalidArgument) for a name this processor does not have.
+const KernelSet& kernelSet(const std::string& name);
+
+/// Planes that the ellipsoid reaches: [first, last).
+inline void planeRange(const Projected& g, const LatticeView& lattice, int& first, int& last) {
+  const double centre = g.cell[2] + static_cast<double>(g.fraction[2]);
+  first = static_cast<int>(std::lower_bound(lattice.z, lattice.z + lattice.nz, centre - g.half[2]) - lattice.z);
+  last = static_cast<int>(std::upper_bound(lattice.z + first, lattice.z + lattice.nz, centre + g.half[2]) - lattice.z);
+}
+
+/// Distance of a plane to the mean, index units.
+inline float planeOffset(const Projected& g, double z) {
+  return static_cast<float>(z - g.cell[2] - static_cast<double>(g.fraction[2]));
+}
+
+/// Rows that the ellipsoid reaches in a plane at distance dz, relative to cell[1]: [first, last), exact.
+inline bool rowRange(const Projected& g, float dz, int& first, int& last) {
+  const float rest = g.radius2 - dz * dz * g.precisionZ;
+  if (!(rest > 0)) return false;
+  const float half = std::sqrt(rest / g.precisionY), centre = g.fraction[1] - g.shiftYZ * dz;
+  first = static_cast<int>(std::ceil(centre - half));
+  last = static_cast<int>(std::floor(centre + half)) + 1;
+  return first < last;
+}
+
+/// Columns that the ellipsoid can reach at all, relative to cell[0]: [first, last).
+inline void columnRange(const Projected& g, int& first, int& last) {
+  first = static_cast<int>(std::ceil(g.fraction[0] - g.half[0]));
+  last = static_cast<int>(std::floor(g.fraction[0] + g.half[0])) + 1;
+}
+
+} // namespace innergs

@@ -1,0 +1,43 @@
+#pragma once
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace innergs {
+
+/// A fixed crew of threads for loops whose iterations write apart: results never depend on how many threads there are.
+class ThreadPool {
+public:
+  explicit ThreadPool(int threads = 0); // 0 = all cores
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  int threads() const { return static_cast<int>(crew_.size()) + 1; }
+
+  /// Calls task(i) for every i in [0, count); the caller works too. The first exception thrown by a task is rethrown here.
+  void run(std::int64_t count, const std::function<void(std::int64_t)>& task);
+
+  /// Calls task(first, last) for consecutive blocks of at most `block` of [0, count).
+  void blocks(std::int64_t count, std::int64_t block,
+              const std::function<void(std::int64_t, std::int64_t)>& task);
+
+private:
+  void work();
+  void drain(const std::function<void(std::int64_t)>& task);
+
+  std::vector<std::thread> crew_;
+  std::mutex mutex_;
+  std::condition_variable wake_, done_;
+  const std::function<void(std::int64_t)>* task_ = nullptr;
+  std::int64_t next_ = 0, count_ = 0;
+  int busy_ = 0;
+  std::uint64_t generation_ = 0;
+  bool quit_ = false;
+  std::exception_ptr error_;
+};
+
+} // namespace innergs

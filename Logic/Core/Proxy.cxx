@@ -1,0 +1,102 @@
+#include "Core/Initialise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+/// Bounding box of the stacks' samples in model coordinates.
+void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec3& low, Vec3& high) {
+  low.fill(std::numeric_limits<double>::max());
+  high.fill(std::numeric_limits<double>::lowest());
+  for (const Stack& stack : stacks) {
+    const GridGeometry& g = stack.image.geometry;
+    const Affine3 map = g.indexToWorld();
+    for (std::int64_t k : {std::int64_t{0}, g.size[2] - 1}) {
+      const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
+      for (double i : {-0.5, g.size[0] - 0.5})
+        for (double j : {-0.5, g.size[1] - 0.5})
+          for (double side : {-0.5, 0.5}) {
+            const Vec3 p = worldToModel(pose(map({i, j, static_cast<double>(k) + side})));
+            for (int a = 0; a < 3; ++a) {
+              low[a] = std::min(low[a], p[a]);
+              high[a] = std::max(high[a], p[a]);
+            }
+          }
+    }
+  }
+}
+
+/// Trilinear over the observed finite corners only; false when less than half of the weight is observed.
+bool sampleObserved(const Stack& stack, const Vec3& index, double& value) {
+  const auto& size = stack.image.geometry.size;
+  std::int64_t base[3];
+  double fraction[3];
+  for (int a = 0; a < 3; ++a) {
+    if (index[a] < -0.5 || index[a] > size[a] - 0.5) return false;
+    const double x = std::clamp(index[a], 0.0, static_cast<double>(size[a] - 1));
+    base[a] = std::min<std::int64_t>(static_cast<std::int64_t>(x), std::max<std::int64_t>(size[a] - 2, 0));
+    fraction[a] = x - static_cast<double>(base[a]);
+  }
+  double sum = 0, total = 0;
+  for (int c = 0; c < 8; ++c) {
+    const int dx = c & 1, dy = (c >> 1) & 1, dz = c >> 2;
+    const double w = (dx ? fraction[0] : 1 - fraction[0]) * (dy ? fraction[1] : 1 - fraction[1]) *
+                     (dz ? fraction[2] : 1 - fraction[2]);
+    if (w <= 0) continue;
+    const std::size_t v = (base[0] + dx) + size[0] * ((base[1] + dy) + size[1] * (base[2] + dz));
+    const float voxel = stack.image.voxels[v];
+    if (!std::isfinite(voxel) || (!stack.observed.empty() && !stack.observed[v])) continue;
+    sum += w * voxel;
+    total += w;
+  }
+  if (total <= 0) return false;
+  value = sum / total;
+  return true;
+}
+
+} // namespace
+
+ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map, double spacing,
+                      ThreadPool& pool) {
+  Vec3 low, high;
+  boundingBox(stacks, inverse(modelToWorld), low, high);
+  ProxyVolume proxy;
+  for (int a = 0; a < 3; ++a) {
+    const double extent = high[a] - low[a];
+    proxy.geometry.size[a] = std::max<std::int64_t>(1, std::llround(extent / spacing));
+    proxy.geometry.spacing[a] = extent / static_cast<double>(proxy.geometry.size[a]);
+    proxy.geometry.origin[a] = low[a] + 0.5 * proxy.geometry.spacing[a];
+  }
+  const auto& size = proxy.geometry.size;
+  proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);
+  proxy.covered.assign(proxy.voxels.size(), 0);
+  std::vector<Affine3> toIndex; // model → stack index (slice poses are ignored here: a first guess)
+  for (const Stack& stack : stacks) toIndex.push_back(inverse(stack.image.geometry.indexToWorld()) * modelToWorld);
+  pool.run(size[2], [&](std::int64_t k) {
+    for (std::int64_t j = 0; j < size[1]; ++j)
+      for (std::int64_t i = 0; i < size[0]; ++i) {
+        Vec3 p;
+        const std::int64_t index[3] = {i, j, k};
+        for (int a = 0; a < 3; ++a)
+          p[a] = proxy.geometry.origin[a] + proxy.geometry.spacing[a] * static_cast<double>(index[a]);
+        double sum = 0;
+        int n = 0;
+        for (std::size_t s = 0; s < stacks.size(); ++s) {
+          double value;
+          if (!sampleObserved(stacks[s], toIndex[s](p), value)) continue;
+          sum += value;
+          ++n;
+        }
+        if (!n) continue;
+        const std::size_t v = i + size[0] * (j + size[1] * k);
+        proxy.voxels[v] = static_cast<float>((sum / n - map.offset) / map.scale);
+        proxy.covered[v] = 1;
+      }
+  });
+  return proxy;
+}
+
+} // namespace innergs

@@ -1,0 +1,19 @@
+#pragma once
+#include "Core/Stack.h"
+
+namespace innergs {
+
+/// An axis-aligned box in patient space (LPS mm).
+struct Region {
+  Vec3 min{0, 0, 0}, max{0, 0, 0};
+};
+
+/// The smallest block of the lattice that covers the region, grown by `margin` mm; for an oblique lattice it
+/// reaches beyond the region's faces. Throws Error(InvalidArgument) for an inverted region, Error(Geometry)
+/// when they do not meet.
+GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin = 0);
+
+/// The part of a stack that covers the region, grown by `margin` mm; slice poses are respected.
+Stack cropped(const Stack& stack, const Region& region, double margin = 0);
+
+} // namespace innergs

@@ -1,0 +1,82 @@
+#include "Core/Relocate.h"
+
+#include "Core/GaussianMath.h"
+#include "Core/Initialise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace innergs {
+namespace {
+
+/// Two halves along the longest axis k, ±0.5σ apart with 0.75σ each, so that their sum stays near the original.
+void split(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b) {
+  float r[9];
+  math::rotation(parent.quaternion, r);
+  const int k = static_cast<int>(std::max_element(parent.logScale, parent.logScale + 3) - parent.logScale);
+  const float offset = 0.6f * std::exp(parent.logScale[k]);
+  a = b = parent;
+  for (int i = 0; i < 3; ++i) {
+    const float d = offset * r[3 * i + k];
+    a.mean[i] += d;
+    b.mean[i] -= d;
+    const float shift = parent.slope[i] * d;
+    a.intensity += shift;
+    b.intensity -= shift;
+  }
+  a.logScale[k] = b.logScale[k] = std::max(parent.logScale[k] + std::log(0.7f), static_cast<float>(minLogScale));
+}
+
+} // namespace
+
+void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> gradient, const RelocationPlan& plan,
+                       std::uint64_t) {
+  const std::int64_t n = field.size(), moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n));
+  if (moved < 1) return;
+  std::vector<float> need(n), use(n);
+  for (std::int64_t i = 0; i < n; ++i) {
+    const Gaussian& g = field.gaussians[i];
+    const float* d = gradient.data() + 16 * i;
+    const float scale = std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3);
+    need[i] = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * scale;
+    // What leaving it out would change: weight × volume, less for one that agrees with its surroundings (small slope of the loss).
+    use[i] = g.logWeight + g.logScale[0] + g.logScale[1] + g.logScale[2];
+  }
+  std::vector<std::uint32_t> byNeed(n), byUse(n);
+  std::iota(byNeed.begin(), byNeed.end(), 0u);
+  byUse = byNeed;
+  std::stable_sort(byNeed.begin(), byNeed.end(), [&](auto a, auto b) { return need[a] > need[b]; });
+  std::stable_sort(byUse.begin(), byUse.end(), [&](auto a, auto b) { return use[a] < use[b]; });
+  std::vector<std::uint8_t> parent(n, 0);
+  for (std::int64_t i = 0; i < moved; ++i) parent[byNeed[i]] = 1;
+  std::int64_t next = 0;
+  for (std::int64_t i = 0, from = 0; i < n && from < moved; ++i) {
+    const std::uint32_t victim = byUse[i];
+    if (parent[victim]) continue;
+    const std::uint32_t source = byNeed[from++];
+    Gaussian a, b;
+    split(field.gaussians[source], plan.minLogScale, a, b);
+    field.gaussians[source] = a;
+    field.gaussians[victim] = b;
+    for (std::uint32_t id : {source, victim}) {
+      std::fill_n(adam.moment1.begin() + 16 * id, 16, 0.f);
+      std::fill_n(adam.moment2.begin() + 16 * id, 16, 0.f);
+    }
+    ++next;
+  }
+  if (next == 0) return;
+  const auto order = mortonOrder(field);
+  std::vector<Gaussian> sorted(n);
+  std::vector<float> m1(16 * n), m2(16 * n);
+  for (std::int64_t i = 0; i < n; ++i) {
+    sorted[i] = field.gaussians[order[i]];
+    std::copy_n(adam.moment1.begin() + 16 * order[i], 16, m1.begin() + 16 * i);
+    std::copy_n(adam.moment2.begin() + 16 * order[i], 16, m2.begin() + 16 * i);
+  }
+  field.gaussians = std::move(sorted);
+  adam.moment1 = std::move(m1);
+  adam.moment2 = std::move(m2);
+}
+
+} // namespace innergs

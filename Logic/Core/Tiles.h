@@ -1,0 +1,25 @@
+#pragma once
+#include "Core/Kernels.h"
+
+namespace innergs {
+
+/// A lattice cut into tiles (whole rows × some planes), each with the list of Gaussians that reach it, in ascending order. One task
+/// owns a tile, so a voxel's sum never depends on the number of threads.
+class Tiles {
+public:
+  explicit Tiles(const LatticeView& lattice);
+  void bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool);
+
+  std::int64_t count() const { return static_cast<std::int64_t>(tilesY_) * tilesZ_; }
+  TileRange range(std::int64_t tile, const LatticeView& lattice) const;
+  std::span<const std::uint32_t> members(std::int64_t tile) const {
+    return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
+  }
+
+private:
+  int rows_, planes_, tilesY_, tilesZ_;
+  std::vector<std::int64_t> start_, cursor_;
+  std::vector<std::uint32_t> ids_;
+};
+
+} // namespace innergs

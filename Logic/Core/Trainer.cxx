@@ -1,0 +1,97 @@
+#include "Core/Trainer.h"
+
+#include "Core/Relocate.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+
+Trainer::Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
+                 ThreadPool& pool, std::uint64_t seed)
+    : field_(std::move(field)), plan_(std::move(plan)), kernels_(kernels), pool_(pool), seed_(seed),
+      adam_(field_.size()) {
+  adam_.beta1 = plan_.beta1;
+  adam_.beta2 = plan_.beta2;
+  std::size_t buffer = 0;
+  for (Observation& o : observations) {
+    buffer = std::max(buffer, o.lattice.bufferSize());
+    if (plan_.coarseIterations > 0) {
+      Observation half = coarsened(o);
+      auto renderer = std::make_unique<LatticeRenderer>(half.lattice, kernels_, pool_, half.psf);
+      coarse_.push_back({std::move(half), std::move(renderer)});
+    }
+    auto renderer = std::make_unique<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf);
+    fine_.push_back({std::move(o), std::move(renderer)});
+  }
+  weights_.resize(buffer);
+  numerators_.resize(buffer);
+  gradient_.resize(16 * field_.gaussians.size());
+}
+
+Trainer::~Trainer() = default;
+
+void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration) {
+  adam_.moment1 = std::move(moment1);
+  adam_.moment2 = std::move(moment2);
+  iteration_ = iteration;
+}
+
+std::vector<Trainer::View>& Trainer::activeViews() {
+  return iteration_ < plan_.coarseIterations ? coarse_ : fine_;
+}
+
+bool Trainer::step(const std::stop_token& stop) {
+  if (finished() || stop.stop_requested()) return false;
+  if (iteration_ >= plan_.coarseIterations) coarse_.clear();
+  field_.cutoff = iteration_ < plan_.lateFrom * plan_.iterations ? plan_.cutoffEarly : plan_.cutoffLate;
+  std::fill(gradient_.begin(), gradient_.end(), 0.f);
+  LossSum total;
+  for (View& view : activeViews()) {
+    if (!view.renderer->forward(field_, {}, weights_.data(), numerators_.data(), stop)) return false;
+    const LossSum sum =
+        lossPass(view.observation, field_, plan_.loss, weights_.data(), numerators_.data(), pool_);
+    total.loss += sum.loss;
+    total.squared += sum.squared;
+    total.samples += sum.samples;
+    if (!view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_, stop)) return false;
+  }
+  const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
+  double rate = std::pow(plan_.finalRate, progress);
+  if (iteration_ < plan_.warmup) rate *= (iteration_ + 1.0) / (plan_.warmup + 1.0);
+  LearningRates rates = plan_.rates;
+  for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity, &rates.slope})
+    *r *= rate;
+  ++iteration_;
+  adam_.apply(field_, gradient_, rates, plan_.bounds, iteration_, pool_);
+  const double samples = static_cast<double>(std::max<std::int64_t>(1, total.samples));
+  loss_ = total.loss / samples;
+  mse_ = total.squared / samples;
+  history_.push_back(loss_);
+  if (plan_.relocateEvery > 0 && iteration_ % plan_.relocateEvery == 0 &&
+      iteration_ <= plan_.relocateUntil * plan_.iterations && iteration_ > plan_.coarseIterations)
+    relocate();
+  return true;
+}
+
+bool Trainer::finished() const {
+  if (iteration_ >= plan_.iterations) return true;
+  // Paper's stop rule: the loss fell by less than 1e-4 over 100 iterations.
+  return plan_.paperStopRule && history_.size() > 100 && history_[history_.size() - 101] - history_.back() < 1e-4;
+}
+
+std::int64_t Trainer::memory() const {
+  std::int64_t bytes = static_cast<std::int64_t>((weights_.size() + numerators_.size() + gradient_.size()) * 4 +
+                                                 field_.gaussians.size() * 3 * sizeof(Gaussian));
+  for (const auto* views : {&fine_, &coarse_})
+    for (const View& v : *views)
+      bytes += v.renderer->memory() + static_cast<std::int64_t>(v.observation.target.size() * 5);
+  return bytes;
+}
+
+void Trainer::relocate() {
+  relocateGaussians(field_, adam_, gradient_, {plan_.relocateShare, plan_.bounds.minLogScale},
+                    seed_ + static_cast<std::uint64_t>(iteration_));
+}
+
+} // namespace innergs

@@ -1,0 +1,73 @@
+#pragma once
+#include "Core/Adam.h"
+#include "Core/Initialise.h"
+#include "Core/Loss.h"
+
+#include <memory>
+
+namespace innergs {
+
+/// Everything that a fit does, as numbers: a function of preset and data (Plan.h), never of the machine.
+struct FitPlan {
+  InitialisationPlan start;
+  bool linearIntensity = false;
+  int iterations = 200;
+  int coarseIterations = 0;    // the first ones see the data at half resolution
+  LossKinds loss;
+  LearningRates rates;         // at the start
+  double finalRate = 0.05;     // rates decay exponentially to this share
+  int warmup = 0;              // iterations with rates ramping up
+  double cutoffEarly = 2.5, cutoffLate = 3.0;
+  double lateFrom = 0.7;       // share of the iterations after which the late cut-off holds
+  FieldBounds bounds;
+  double beta1 = 0.9, beta2 = 0.99;
+  int relocateEvery = 0;       // 0 = never
+  double relocateShare = 0.02; // of the Gaussians, each time
+  double relocateUntil = 0.6;  // share of the iterations
+  bool paperStopRule = false;
+};
+
+/// Fits a field to observations, one sweep over all of them at a time. State after n sweeps depends on the inputs and n alone.
+class Trainer {
+public:
+  Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
+          ThreadPool& pool, std::uint64_t seed);
+  ~Trainer();
+
+  /// Continues from a saved state.
+  void restore(std::vector<float> moment1, std::vector<float> moment2, int iteration);
+
+  /// One sweep: forward, loss, gradient, Adam step. False when stopped in between (nothing has changed then) or finished.
+  bool step(const std::stop_token& stop);
+
+  bool finished() const;
+  int iteration() const { return iteration_; }
+  const GaussianField& field() const { return field_; }
+  const Adam& adam() const { return adam_; }
+  double loss() const { return loss_; }       // mean per sample, last sweep
+  double mse() const { return mse_; }         // last sweep, normalised intensity²
+  std::int64_t memory() const;                // bytes held
+
+private:
+  void relocate();
+
+  struct View {
+    Observation observation;
+    std::unique_ptr<LatticeRenderer> renderer;
+  };
+  std::vector<View>& activeViews();
+
+  GaussianField field_;
+  FitPlan plan_;
+  const KernelSet& kernels_;
+  ThreadPool& pool_;
+  std::uint64_t seed_;
+  Adam adam_;
+  std::vector<View> fine_, coarse_;
+  std::vector<float> weights_, numerators_, gradient_;
+  std::vector<double> history_; // losses, for the stop rule
+  int iteration_ = 0;
+  double loss_ = 0, mse_ = 0;
+};
+
+} // namespace innergs

@@ -1,0 +1,17 @@
+#pragma once
+#include <filesystem>
+#include <string>
+
+namespace innergs {
+
+/// A path as UTF-8, the encoding of ITK, of error sentences and of JSON.
+std::string utf8(const std::filesystem::path& path);
+/// 'path', for error sentences.
+std::string quoted(const std::filesystem::path& path);
+/// The extension in lower case with what .gz compresses: ".nii.gz", ".mha", "" (none).
+std::string fullExtension(const std::filesystem::path& path);
+
+/// Throws Error(FileNotFound | FileFormat) unless `path` is a readable file that is not empty; returns its length in bytes.
+std::uintmax_t checkInputFile(const std::filesystem::path& path);
+
+} // namespace innergs

@@ -1,0 +1,16 @@
+#pragma once
+#include "IO/VolumeIO.h"
+
+namespace innergs {
+
+/// An image file or DICOM folder as one scalar volume with checked geometry.
+struct LoadedImage {
+  Volume volume;
+  double sliceThickness = 0;     // mm, 0 when the file does not say
+  bool slicesAreAlongK = false;  // known from the file (DICOM)
+};
+
+/// See readVolume.
+LoadedImage loadImage(const std::filesystem::path& path, const ReadOptions& options);
+
+} // namespace innergs

@@ -1,0 +1,57 @@
+#pragma once
+#include "Core/Error.h"
+#include "Core/GridGeometry.h"
+
+#include <itkImageIOBase.h>
+
+#include <cstddef>
+#include <new>
+#include <span>
+#include <string>
+
+namespace innergs {
+
+/// Silences ITK's warnings on standard error while it lives: what matters becomes an Error.
+class QuietItk {
+public:
+  QuietItk() : before_(itk::Object::GetGlobalWarningDisplay()) { itk::Object::SetGlobalWarningDisplay(false); }
+  ~QuietItk() { itk::Object::SetGlobalWarningDisplay(before_); }
+  QuietItk(const QuietItk&) = delete;
+  QuietItk& operator=(const QuietItk&) = delete;
+
+private:
+  bool before_;
+};
+
+/// Calls `work`; any exception of ITK or of a library below it becomes Error(code, sentence).
+template <typename Work> auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
+  const QuietItk quiet;
+  try {
+    return work();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw Error(ErrorCode::Memory, "Not enough memory: " + sentence);
+  } catch (const std::exception&) {
+    throw Error(code, sentence);
+  }
+}
+
+/// What an ImageIO that has read its header holds, as scalar frames on one lattice.
+struct ItkHeader {
+  GridGeometry geometry;    // not checked yet
+  std::int64_t frames = 1;
+  bool interleaved = false; // the frames of a voxel lie together, as the components of a pixel
+};
+
+/// Throws Error(UnsupportedImage) for pixels that are not one number (RGB, complex, vector, tensor) and for 2D images.
+ItkHeader describe(const itk::ImageIOBase& io, const std::string& what);
+
+/// out[i] = source[first + i·stride] as float; `source` holds components of the given type.
+void convertVoxels(itk::CommonEnums::IOComponent type, const std::byte* source, std::size_t first, std::size_t stride,
+                   std::span<float> out);
+
+/// Throws Error(Memory) when `bytes` are more than this process can have now.
+void checkMemoryFor(double bytes, const std::string& what);
+
+} // namespace innergs

@@ -1,0 +1,50 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <iosfwd>
+#include <map>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace innergs {
+
+/// A float32 tensor to write: its values are made when they are needed.
+struct TensorToWrite {
+  std::string name;
+  std::vector<std::int64_t> shape;
+  std::function<std::vector<float>()> values;
+};
+
+/// Writes a safetensors file, atomically. Throws Error(Io).
+void writeSafetensors(const std::filesystem::path& path, const std::map<std::string, std::string>& metadata,
+                      const std::vector<TensorToWrite>& tensors);
+
+/// A safetensors file whose header has been checked: every tensor lies within the file, none overlaps another and all of the
+/// file is accounted for.
+class SafetensorsFile {
+public:
+  struct Tensor {
+    std::string dtype;
+    std::vector<std::int64_t> shape;
+    std::uint64_t begin = 0, end = 0; // bytes, from the start of the data
+  };
+
+  /// Throws Error(FileNotFound | FileFormat).
+  explicit SafetensorsFile(const std::filesystem::path& path);
+
+  const std::map<std::string, std::string>& metadata() const { return metadata_; }
+  /// nullptr when absent.
+  const Tensor* find(const std::string& name) const;
+  /// The values of a float32 tensor. Throws Error(FileFormat) when it is absent or of another type or shape.
+  std::vector<float> read(const std::string& name, const std::vector<std::int64_t>& shape) const;
+
+private:
+  std::filesystem::path path_;
+  std::uint64_t dataStart_ = 0;
+  std::map<std::string, std::string> metadata_;
+  std::map<std::string, Tensor> tensors_;
+};
+
+} // namespace innergs
