@@ -1,0 +1,79 @@
+#include "Evaluation/Baselines.h"
+
+#include "Core/Error.h"
+#include "Evaluation/Gaps.h"
+#include "Evaluation/ItkInterpolation.h"
+#include "Evaluation/SeparableResample.h"
+
+namespace innergs {
+namespace {
+
+std::vector<float> resample(const Volume& image, const GridGeometry& grid, Interpolation kind,
+                            ThreadPool& pool) {
+  if (const auto map = alignedAxes(image.geometry, grid))
+    return resampleAligned(image, grid, *map, kind, pool);
+  return resampleWithItk(image, grid, kind, pool);
+}
+
+std::vector<float> insideBox(const GridGeometry& image, const GridGeometry& grid, ThreadPool& pool) {
+  const Affine3 toImage = inverse(image.indexToWorld()) * grid.indexToWorld();
+  std::vector<float> weight(static_cast<std::size_t>(grid.voxelCount()));
+  pool.run(grid.size[2], [&](std::int64_t k) {
+    std::size_t at = static_cast<std::size_t>(k * grid.size[0] * grid.size[1]);
+    for (std::int64_t j = 0; j < grid.size[1]; ++j)
+      for (std::int64_t i = 0; i < grid.size[0]; ++i, ++at) {
+        const Vec3 x = toImage({double(i), double(j), double(k)});
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis)
+          inside = inside && x[axis] >= -0.5 - 1e-6 && x[axis] <= double(image.size[axis]) - 0.5 + 1e-6;
+        weight[at] = inside ? 1.0f : 0.0f;
+      }
+  });
+  return weight;
+}
+
+} // namespace
+
+Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation kind, int threads) {
+  checkStack(stack);
+  checkGeometry(grid, "The output grid");
+  if (!stack.poses.empty())
+    throw Error(ErrorCode::InvalidArgument,
+                "Interpolation of a stack needs slices on one lattice: remove the slice poses.");
+  ThreadPool pool(threads);
+  const FilledStack filled = fillGaps(stack);
+  Upsampled result{{grid, resample(filled.image, grid, kind, pool)},
+                   insideBox(stack.image.geometry, grid, pool)};
+  if (!filled.known.empty()) {
+    const Volume known{stack.image.geometry, {filled.known.begin(), filled.known.end()}};
+    const std::vector<float> share = resample(known, grid, Interpolation::Linear, pool);
+    for (std::size_t p = 0; p < share.size(); ++p)
+      result.weight[p] *= share[p];
+  }
+  return result;
+}
+
+Volume averageOf(std::span<const Upsampled> upsampled) {
+  if (upsampled.empty()) throw Error(ErrorCode::InvalidArgument, "An average needs at least one stack.");
+  Volume result{upsampled[0].volume.geometry, std::vector<float>(upsampled[0].volume.voxels.size())};
+  for (std::size_t p = 0; p < result.voxels.size(); ++p) {
+    double sum = 0, weights = 0, plain = 0;
+    for (const Upsampled& u : upsampled) {
+      sum += double(u.weight[p]) * u.volume.voxels[p];
+      weights += u.weight[p];
+      plain += u.volume.voxels[p];
+    }
+    result.voxels[p] = static_cast<float>(weights > 1e-3 ? sum / weights : plain / double(upsampled.size()));
+  }
+  return result;
+}
+
+Volume averageUpsampled(std::span<const Stack> stacks, const GridGeometry& grid, Interpolation kind,
+                        int threads) {
+  std::vector<Upsampled> upsampled;
+  for (const Stack& stack : stacks)
+    upsampled.push_back(upsample(stack, grid, kind, threads));
+  return averageOf(upsampled);
+}
+
+} // namespace innergs

@@ -1,0 +1,31 @@
+#pragma once
+#include "Core/Stack.h"
+
+namespace innergs {
+
+enum class Interpolation {
+  Linear,
+  Cubic,  // cubic B-spline through the samples
+  Lanczos // windowed sinc, radius 4, weights summing to 1
+};
+
+/// A stack on another lattice. weight: 1 inside the stack's box of voxel edges, 0 outside (there the value is
+/// that of the nearest edge), between where unobserved or non-finite voxels take part.
+struct Upsampled {
+  Volume volume;
+  std::vector<float> weight;
+};
+
+/// Interpolates a stack, as an image of point samples at its voxel centres, onto a lattice of any
+/// orientation. Voxels that are unobserved or not finite take the nearest observed value first. threads: 0 =
+/// all cores. Throws Error(InvalidArgument) for a stack with slice poses, and what checkStack throws.
+Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation kind, int threads = 0);
+
+/// Weighted average of upsampled stacks; where none has weight, the plain average.
+Volume averageOf(std::span<const Upsampled> upsampled);
+
+/// The interpolated average of one or several stacks.
+Volume averageUpsampled(std::span<const Stack> stacks, const GridGeometry& grid, Interpolation kind,
+                        int threads = 0);
+
+} // namespace innergs

@@ -1,0 +1,90 @@
+#pragma once
+#include "Core/Metrics.h"
+#include "Core/ReconstructionJob.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+
+namespace innergs {
+
+/// The anatomical plane of a slice.
+enum class Plane { Axial, Coronal, Sagittal };
+const char* planeName(Plane plane);
+/// The lattice axis (0, 1, 2) that runs across a plane's slices; the three planes get three different axes.
+int sliceAxis(const GridGeometry& geometry, Plane plane);
+
+/// One case of the honest protocol (H): what is withheld is withheld in every plane.
+struct HonestCase {
+  enum class Kind {
+    KeepEvery, // thin axial slices, every factor-th kept; tested on the others
+    Thick,     // axial slices, each the average of `factor` thin ones
+    Orthogonal // `stacks` thick stacks (axial, coronal, sagittal), slices of `factor` voxels
+  };
+  Kind kind = Kind::KeepEvery;
+  int factor = 4;   // keep-every: 2…64; thickness in voxels: 2…64
+  int stacks = 2;   // orthogonal: 2 or 3
+  double noise = 0; // standard deviation added to the input, image units
+};
+
+struct EvaluationOptions {
+  Settings settings;                                // of the Gaussians; seed and threads are used throughout
+  bool gaussians = true;                            // false: baselines only
+  bool keepVolumes = false;                         // keep every method's volume (pictures)
+  double withheldFraction = 0.05;                   // protocol P
+  ProgressCallback progress;                        // of the Gaussian fit
+  std::function<void(const std::string&)> onMethod; // called before each method with its name
+  std::stop_token stop;                             // stopped: throws Error(Cancelled)
+};
+
+struct PlaneScore {
+  Plane plane = Plane::Axial;
+  double psnr = 0, ssim = 0; // mean over the withheld slices
+  double pooledPsnr = 0;     // over all voxels of the withheld slices
+  std::int64_t slices = 0;
+};
+
+struct MethodScore {
+  std::string name; // gaussians, linear, cubic, lanczos, average, backprojection
+  double psnr = 0, ssim = 0;
+  double pooledPsnr = 0; // protocol P only (in protocol H, psnr is pooled already)
+  double seconds = 0;
+  std::vector<PlaneScore> perPlane;     // protocol P only
+  std::shared_ptr<const Volume> volume; // with keepVolumes; on EvaluationReport::truth's lattice
+};
+
+/// What one evaluation found, and on which samples.
+struct EvaluationReport {
+  std::string protocol; // "honest" or "paper"
+  std::string caseName; // "keep-every-4", "thick-4", "orthogonal-2-thick-4", "withheld-5%"
+  std::string samples;  // a sentence: the voxels that the scores were computed on
+  std::string range;    // a sentence: the PSNR's peak
+  double peak = 0;      // image units
+  std::int64_t voxels = 0;
+  std::vector<MethodScore> methods;
+  std::vector<std::string> notes;
+  std::shared_ptr<const Volume> truth; // with keepVolumes: the lattice that was scored, slices along K
+  std::shared_ptr<const std::vector<Stack>> input; // with keepVolumes
+  std::shared_ptr<const Checkpoint> model;         // with keepVolumes: the Gaussians
+};
+
+/// What a protocol lets a method see. truth is cut to what the input covers, axial slices along K (the
+/// lattice is permuted where they are not).
+struct EvaluationInput {
+  Volume truth;
+  std::vector<Stack> stacks;
+  std::vector<std::int64_t> testSlices;              // K indices scored (protocol H)
+  std::array<std::vector<std::int64_t>, 3> withheld; // slices withheld per lattice axis of truth (protocol P)
+};
+
+EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed = 1);
+/// The three planes' stacks of one lattice are one stack for a method with one value per point: a voxel is
+/// observed unless all three planes withhold it.
+EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed);
+
+/// Throw Error(InvalidArgument) when the volume is too small for the case, NoData when it is constant.
+EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCase,
+                                const EvaluationOptions& options = {});
+EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});
+
+} // namespace innergs

@@ -1,0 +1,28 @@
+#pragma once
+#include "Core/Parallel.h"
+#include "Evaluation/Baselines.h"
+
+#include <optional>
+
+namespace innergs {
+
+/// How the axes of two lattices run along each other: index along the image's axis `axis[a]` = offset[a] +
+/// scale[a] · index along the grid's axis a.
+struct AxisMap {
+  std::array<int, 3> axis;
+  Vec3 offset, scale;
+};
+
+/// nullopt when the lattices are oblique to each other (by more than 1e-4 voxel across the grid).
+std::optional<AxisMap> alignedAxes(const GridGeometry& image, const GridGeometry& grid);
+
+/// Interpolation axis by axis: the same result as the tensor-product kernel at a fraction of its taps.
+/// Indices beyond the outermost voxel centres take its value.
+std::vector<float> resampleAligned(const Volume& image, const GridGeometry& grid, const AxisMap& map,
+                                   Interpolation kind, ThreadPool& pool);
+
+/// Weights of the Lanczos kernel (radius 4) at fraction f in [0, 1) after the fourth of eight samples; they
+/// sum to 1.
+std::array<double, 8> lanczosWeights(double fraction);
+
+} // namespace innergs
