@@ -1,0 +1,25 @@
+#pragma once
+#include <CLI/CLI.hpp>
+
+#include <functional>
+
+namespace innergs::cli {
+
+enum ExitCode { Success = 0, Failure = 1, Usage = 2, Interrupted = 130 };
+
+/// What a subcommand does once its options are parsed; returns the exit code, throws Error.
+using Command = std::function<int()>;
+
+/// Each adds one subcommand to `app` and returns its command.
+struct Subcommand {
+  CLI::App* app;
+  Command run;
+};
+Subcommand addReconstruct(CLI::App& app);
+Subcommand addSlice(CLI::App& app);
+Subcommand addResample(CLI::App& app);
+Subcommand addSimulate(CLI::App& app);
+Subcommand addEvaluate(CLI::App& app);
+Subcommand addInfo(CLI::App& app);
+
+} // namespace innergs::cli

@@ -1,0 +1,159 @@
+#include "CLI/Command.h"
+#include "CLI/ComparisonPicture.h"
+#include "CLI/Interrupt.h"
+#include "CLI/ProgressDisplay.h"
+#include "CLI/ReconstructOptions.h"
+
+#include "Core/Error.h"
+#include "Evaluation/Report.h"
+#include "IO/AtomicFile.h"
+#include "IO/ModelFile.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <iostream>
+
+namespace innergs::cli {
+namespace {
+
+enum class Protocol { Honest, Paper, Both };
+
+struct EvaluateOptions {
+  std::string volume;
+  std::optional<int> frame;
+  Protocol protocol = Protocol::Honest;
+  int keepEvery = 0, thickness = 0, orthogonal = 0;
+  double noise = 0, withheld = 0.05;
+  Settings settings;
+  bool baselinesOnly = false;
+  std::string csv, json, picture, saveVolume, saveModel;
+  bool quiet = false;
+};
+
+HonestCase honestCase(const EvaluateOptions& o) {
+  HonestCase chosen;
+  chosen.noise = o.noise;
+  if (o.orthogonal > 0) {
+    chosen.kind = HonestCase::Kind::Orthogonal;
+    chosen.stacks = o.orthogonal;
+    chosen.factor = o.thickness > 0 ? o.thickness : 4;
+  } else if (o.thickness > 0) {
+    chosen.kind = HonestCase::Kind::Thick;
+    chosen.factor = o.thickness;
+  } else {
+    chosen.factor = o.keepEvery > 0 ? o.keepEvery : 4;
+  }
+  return chosen;
+}
+
+const MethodScore& gaussiansOf(const EvaluationReport& report) {
+  for (const auto& method : report.methods)
+    if (method.name == "gaussians") return method;
+  throw Error(ErrorCode::Internal, "The evaluation has no Gaussians to save.");
+}
+
+int evaluate(const EvaluateOptions& o) {
+  const bool keep = !o.picture.empty() || !o.saveVolume.empty() || !o.saveModel.empty();
+  if (keep && (o.baselinesOnly || o.protocol == Protocol::Both))
+    throw CLI::ValidationError(
+        "evaluate", "--picture, --save-volume and --save-model need one protocol and the Gaussians");
+  for (const auto& path : {o.csv, o.json, o.picture, o.saveModel})
+    if (!path.empty()) checkOutputFolder(path);
+  if (!o.saveVolume.empty()) checkVolumePath(o.saveVolume);
+  checkSettings(o.settings);
+
+  ProgressDisplay display(o.quiet);
+  Interrupt interrupt;
+  const Volume volume = readVolume(o.volume, {o.frame});
+  EvaluationOptions options;
+  options.settings = o.settings;
+  options.gaussians = !o.baselinesOnly;
+  options.keepVolumes = keep;
+  options.withheldFraction = o.withheld;
+  options.progress = [&](const Progress& progress) { display.show(progress); };
+  options.onMethod = [&](const std::string& name) { display.say("Running " + name); };
+  options.stop = interrupt.token();
+  std::vector<EvaluationReport> reports;
+  if (o.protocol != Protocol::Paper) reports.push_back(evaluateHonest(volume, honestCase(o), options));
+  if (o.protocol != Protocol::Honest) reports.push_back(evaluatePaper(volume, options));
+  display.finish();
+
+  std::cout << textReport(reports) << std::flush;
+  const auto& report = reports.front();
+  if (!o.saveVolume.empty()) writeVolume(*gaussiansOf(report).volume, o.saveVolume);
+  if (!o.saveModel.empty()) writeModel(*report.model, o.saveModel);
+  if (!o.picture.empty()) {
+    const auto name = std::filesystem::path(o.volume).filename().string();
+    const Picture picture = comparisonPicture(report, fmt::format("{}, {}", name, report.caseName));
+    writePng(o.picture, picture.width, picture.height, 3, picture.rgb);
+  }
+  if (!o.csv.empty()) writeFileAtomically(o.csv, csvReport(reports));
+  if (!o.json.empty()) writeFileAtomically(o.json, jsonReport(reports));
+  return Success;
+}
+
+} // namespace
+
+Subcommand addEvaluate(CLI::App& app) {
+  auto* command = app.add_subcommand("evaluate", "Quality against a known truth, beside the classic methods");
+  auto o = std::make_shared<EvaluateOptions>();
+  command->add_option("volume", o->volume, "The truth: the volume that input is taken from")
+      ->required()
+      ->type_name("VOLUME");
+  command->add_option("--frame", o->frame, "Frame to take from a 4D file, from 0")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  addChoice<Protocol>(
+      *command, "--protocol", o->protocol,
+      {{"honest", Protocol::Honest}, {"paper", Protocol::Paper}, {"both", Protocol::Both}},
+      "honest: what is withheld is withheld in every plane; paper: withheld per plane, so that the\n"
+      "other planes still show it [honest]");
+  auto* keepEvery =
+      command
+          ->add_option("--keep-every", o->keepEvery,
+                       "Honest: keep every k-th axial slice, score on the others [4, without other case]")
+          ->type_name("K")
+          ->check(CLI::Range(2, 64));
+  command
+      ->add_option("--thickness", o->thickness,
+                   "Honest: slices averaged over k voxels, score on the whole volume")
+      ->type_name("K")
+      ->check(CLI::Range(2, 64))
+      ->excludes(keepEvery);
+  command
+      ->add_option("--orthogonal", o->orthogonal,
+                   "Honest: this many thick scans at right angles, with --thickness [4]")
+      ->type_name("N")
+      ->check(CLI::Range(2, 3))
+      ->excludes(keepEvery);
+  command
+      ->add_option("--noise", o->noise,
+                   "Honest: standard deviation of noise added to the input, image units [0]")
+      ->type_name("SD")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--withheld", o->withheld, "Paper: fraction of each plane's slices withheld [0.05]")
+      ->type_name("F")
+      ->check(CLI::Range(0.001, 0.5));
+  command->add_flag("--baselines-only", o->baselinesOnly, "Leave out the Gaussians");
+  command->add_option("--csv", o->csv, "Table to write as CSV")->type_name("FILE");
+  command->add_option("--json", o->json, "Table to write as JSON")->type_name("FILE");
+  command
+      ->add_option("--picture", o->picture, "PNG to write: three planes of input, result, truth and errors")
+      ->type_name("FILE");
+  command->add_option("--save-volume", o->saveVolume, "The Gaussians' volume: .nii, .nii.gz, .nrrd or .mha")
+      ->type_name("FILE");
+  command->add_option("--save-model", o->saveModel, "The Gaussians' model (.innergs)")->type_name("FILE");
+  command->add_flag("-q,--quiet", o->quiet, "No progress; the table only");
+  addSettings(*command->add_option_group("Fit"), o->settings);
+  command->footer(
+      "PSNR in dB on the range of the truth, pooled over the body (honest) or a mean over slices (paper);\n"
+      "SSIM with an 11x11 window of sigma 1.5 on slices.\n"
+      "Examples:\n"
+      "  innergs evaluate t1.nii.gz --keep-every 4\n"
+      "  innergs evaluate t1.nii.gz --thickness 4 --csv table.csv\n"
+      "  innergs evaluate t1.nii.gz --orthogonal 3 --thickness 5 --picture result.png --json table.json\n"
+      "  innergs evaluate t1.nii.gz --protocol paper --gaussians 74088");
+  return {command, [o] { return evaluate(*o); }};
+}
+
+} // namespace innergs::cli

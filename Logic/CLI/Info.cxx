@@ -1,0 +1,146 @@
+#include "CLI/Command.h"
+#include "CLI/Options.h"
+#include "CLI/ReconstructReport.h"
+#include "CLI/Version.h"
+
+#include "Core/Render.h"
+#include "IO/ModelFile.h"
+#include "IO/Ply.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iostream>
+#include <thread>
+
+namespace innergs::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// Which way each lattice axis grows: "LPS" = I to the left, J to the back (posterior), K to the head
+// (superior).
+std::string axisCode(const Mat3& direction) {
+  std::string code;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 axis = column(direction, a);
+    int main = 0;
+    for (int row = 1; row < 3; ++row)
+      if (std::abs(axis[row]) > std::abs(axis[main])) main = row;
+    code += axis[main] >= 0 ? "LPS"[main] : "RAI"[main];
+  }
+  return code;
+}
+
+Json programInfo() {
+  Json info = versions();
+  info["instruction_sets"] = instructionSets();
+  info["threads"] = std::thread::hardware_concurrency();
+  info["available_memory_bytes"] = availableMemory() > 0 ? Json(availableMemory()) : Json();
+  return info;
+}
+
+Json fieldInfo(const GaussianField& field) {
+  Json info{{"kind", "gaussians"},
+            {"gaussians", field.size()},
+            {"blending", field.blending == Blending::Normalised ? "normalised" : "additive"},
+            {"linear_intensity", field.linearIntensity},
+            {"cutoff", field.cutoff},
+            {"intensity_scale", field.intensityScale},
+            {"intensity_offset", field.intensityOffset}};
+  info["domain"] = toJson(field.domain);
+  info["domain"]["axes_grow_towards"] = axisCode(field.domain.direction);
+  return info;
+}
+
+Json modelInfo(const std::filesystem::path& path) {
+  if (path.extension() == ".ply") return fieldInfo(readPly(path));
+  const Checkpoint checkpoint = readModel(path);
+  Json info = fieldInfo(checkpoint.field);
+  info["kind"] = "model";
+  info["fit_complete"] = checkpoint.moment1.empty();
+  info["iteration"] = checkpoint.iteration;
+  return info;
+}
+
+Json imageInfo(const std::filesystem::path& path, std::optional<int> frame) {
+  const Volume volume = readVolume(path, {frame});
+  std::int64_t finite = 0;
+  double low = INFINITY, high = -INFINITY, sum = 0;
+  for (const float v : volume.voxels) {
+    if (!std::isfinite(v)) continue;
+    ++finite;
+    low = std::min<double>(low, v);
+    high = std::max<double>(high, v);
+    sum += v;
+  }
+  Json info{{"kind", "image"}};
+  info.update(toJson(volume.geometry));
+  info["axes_grow_towards"] = axisCode(volume.geometry.direction);
+  info["left_handed"] = determinant(volume.geometry.direction) < 0;
+  info["minimum"] = finite ? Json(low) : Json();
+  info["maximum"] = finite ? Json(high) : Json();
+  info["mean"] = finite ? Json(sum / finite) : Json();
+  info["non_finite_voxels"] = static_cast<std::int64_t>(volume.voxels.size()) - finite;
+  return info;
+}
+
+std::string plain(const Json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_null()) return "unknown";
+  if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
+  if (value.is_number_float()) return fmt::format("{:g}", value.get<double>());
+  if (!value.is_array()) return value.dump();
+  std::string text;
+  for (const auto& item : value)
+    text += (text.empty() ? "" : ", ") + (item.is_array() ? "(" + plain(item) + ")" : plain(item));
+  return text;
+}
+
+void printPlain(const Json& info, const std::string& indent = "") {
+  for (const auto& [key, value] : info.items()) {
+    std::string label = key;
+    std::replace(label.begin(), label.end(), '_', ' ');
+    if (value.is_object()) {
+      std::cout << indent << label << ":\n";
+      printPlain(value, indent + "  ");
+    } else {
+      std::cout << indent << fmt::format("{:<24} ", label + ":") << plain(value) << "\n";
+    }
+  }
+}
+
+} // namespace
+
+Subcommand addInfo(CLI::App& app) {
+  struct InfoOptions {
+    std::string file;
+    std::optional<int> frame;
+    bool json = false;
+  };
+  auto* command =
+      app.add_subcommand("info", "What an image or a model holds; without a file, about this program");
+  auto o = std::make_shared<InfoOptions>();
+  command->add_option("file", o->file, "Image, DICOM folder, model (.innergs) or Gaussians (.ply)")
+      ->type_name("FILE");
+  command->add_option("--frame", o->frame, "Frame to take from a 4D file, from 0")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command->add_flag("--json", o->json, "Print JSON");
+  command->footer(
+      "Lengths are in mm, positions in patient space LPS (x to the left, y to the back, z to the head).\n"
+      "Examples:\n  innergs info\n  innergs info scan.nii.gz\n  innergs info head.innergs --json");
+  return {command, [o] {
+            const Json info = o->file.empty()           ? programInfo()
+                              : looksLikeModel(o->file) ? modelInfo(o->file)
+                                                        : imageInfo(o->file, o->frame);
+            if (o->json)
+              std::cout << info.dump(2) << "\n";
+            else
+              printPlain(info);
+            return static_cast<int>(Success);
+          }};
+}
+
+} // namespace innergs::cli

@@ -1,0 +1,35 @@
+#include "CLI/Interrupt.h"
+
+#include <chrono>
+#include <csignal>
+
+namespace innergs::cli {
+namespace {
+
+volatile std::sig_atomic_t signalled = 0;
+
+extern "C" void remember(int signal) {
+  signalled = 1;
+  std::signal(signal, SIG_DFL);
+}
+
+} // namespace
+
+// A signal handler may do next to nothing, so a thread passes the request on.
+Interrupt::Interrupt()
+    : watcher_([this](std::stop_token end) {
+        while (!end.stop_requested() && !source_.stop_requested()) {
+          if (signalled) source_.request_stop();
+          std::this_thread::sleep_for(std::chrono::milliseconds(20));
+        }
+      }) {
+  std::signal(SIGINT, remember);
+  std::signal(SIGTERM, remember);
+}
+
+Interrupt::~Interrupt() {
+  std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
+}
+
+} // namespace innergs::cli

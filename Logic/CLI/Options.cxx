@@ -1,0 +1,134 @@
+#include "CLI/Options.h"
+
+#include "Core/Error.h"
+#include "Core/ReconstructionJob.h"
+#include "Core/Region.h"
+#include "IO/ModelFile.h"
+#include "IO/Ply.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+
+namespace innergs::cli {
+namespace {
+
+std::vector<double> parseNumbers(const std::string& text, const std::string& option) {
+  std::vector<double> values;
+  std::size_t begin = 0;
+  while (begin <= text.size()) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    std::size_t used = 0;
+    double value = 0;
+    try {
+      value = std::stod(word, &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (used == 0 || used != word.size() || !std::isfinite(value))
+      throw CLI::ValidationError(option, "'" + word + "' is not a number");
+    values.push_back(value);
+    begin = end + 1;
+  }
+  return values;
+}
+
+std::string gigabytes(std::int64_t bytes) {
+  return bytes < 1'000'000'000 ? fmt::format("{:.0f} MB", bytes / 1e6)
+                               : fmt::format("{:.1f} GB", bytes / 1e9);
+}
+
+} // namespace
+
+CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<double>& target,
+                        const std::vector<std::size_t>& counts, const std::string& help) {
+  return app.add_option_function<std::string>(
+      name,
+      [=, &target](const std::string& text) {
+        target = parseNumbers(text, name);
+        if (counts.empty() || std::find(counts.begin(), counts.end(), target.size()) != counts.end()) return;
+        std::string expected;
+        for (const auto count : counts)
+          expected += (expected.empty() ? "" : " or ") + std::to_string(count);
+        throw CLI::ValidationError(name, fmt::format("takes {} comma-separated number{}, not {}", expected,
+                                                     counts.back() == 1 ? "" : "s", target.size()));
+      },
+      help);
+}
+
+CLI::Option* addOutputType(CLI::App& app, OutputType& type) {
+  return addChoice<OutputType>(app, "--type", type,
+                               {{"float", OutputType::Float32},
+                                {"uint8", OutputType::UInt8},
+                                {"int16", OutputType::Int16},
+                                {"uint16", OutputType::UInt16},
+                                {"int32", OutputType::Int32}},
+                               "Voxel type of the output; integers are rounded and clamped [float]");
+}
+
+CLI::Option* addThreads(CLI::App& app, int& threads) {
+  return app.add_option("--threads", threads, "Threads to use; 0 = all cores [0]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096));
+}
+
+void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {
+  auto* spacingOption =
+      addNumbers(app, "--spacing", spacing, {1, 3},
+                 "Voxel size of the output in mm: one number or x,y,z [" + fallbackHelp + "]")
+          ->type_name("MM");
+  app.add_option("--reference", reference, "Image whose voxel grid the output takes over exactly")
+      ->type_name("IMAGE")
+      ->excludes(spacingOption);
+  addNumbers(app, "--roi", roi, {6},
+             "Only this box: xmin,xmax,ymin,ymax,zmin,zmax in mm in patient space, LPS (x grows to the\n"
+             "patient's left, y to the back, z to the head); 3D Slicer shows RAS: negate and swap x and y")
+      ->type_name("MM");
+}
+
+GridGeometry GridOptions::choose(const GridGeometry& domain, const GridGeometry& fallback) const {
+  GridGeometry grid = fallback;
+  if (!reference.empty()) {
+    grid = readVolume(reference).geometry;
+  } else if (!spacing.empty()) {
+    const Vec3 size = spacing.size() == 1 ? Vec3{spacing[0], spacing[0], spacing[0]}
+                                          : Vec3{spacing[0], spacing[1], spacing[2]};
+    for (const double mm : size)
+      if (!(mm > 0)) throw Error(ErrorCode::InvalidArgument, "The output spacing must be above 0 mm.");
+    for (int a = 0; a < 3; ++a)
+      if (domain.extent()[a] / size[a] > 1e5)
+        throw Error(ErrorCode::InvalidArgument,
+                    fmt::format("The output spacing of {} mm is far too fine for a box of {:.0f} mm: "
+                                "choose a larger --spacing.",
+                                size[a], domain.extent()[a]));
+    grid = withSpacing(domain, size);
+  }
+  if (!roi.empty()) grid = cropped(grid, Region{{roi[0], roi[2], roi[4]}, {roi[1], roi[3], roi[5]}});
+  return grid;
+}
+
+GaussianField loadField(const std::filesystem::path& path) {
+  if (path.extension() == ".ply") return readPly(path);
+  return readModel(path).field;
+}
+
+bool looksLikeModel(const std::filesystem::path& path) {
+  if (!std::filesystem::is_regular_file(path)) return false;
+  char start[9] = {};
+  std::ifstream(path, std::ios::binary).read(start, sizeof(start));
+  return std::string(start, 4) == "ply\n" || std::string(start, 4) == "ply\r" ||
+         path.extension() == ".innergs" || start[8] == '{';
+}
+
+void checkMemory(std::int64_t bytes, const std::string& what) {
+  const std::int64_t available = availableMemory();
+  if (available > 0 && bytes > available)
+    throw Error(ErrorCode::Memory, fmt::format("{} needs about {} of memory and {} are available: choose a "
+                                               "larger --spacing or a smaller region.",
+                                               what, gigabytes(bytes), gigabytes(available)));
+}
+
+} // namespace innergs::cli

@@ -1,0 +1,65 @@
+#pragma once
+#include "Core/GaussianField.h"
+#include "IO/VolumeIO.h"
+
+#include <CLI/CLI.hpp>
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace innergs::cli {
+
+/// An option of comma-separated finite numbers, e.g. "--spacing 1,1,2"; `counts` lists how many may be given
+/// (empty: any).
+CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<double>& target,
+                        const std::vector<std::size_t>& counts, const std::string& help);
+
+/// An option with a few named values.
+template <class T>
+CLI::Option* addChoice(CLI::App& app, const std::string& name, T& target,
+                       const std::vector<std::pair<std::string, T>>& choices, const std::string& help) {
+  std::string names;
+  for (const auto& choice : choices)
+    names += (names.empty() ? "" : "|") + choice.first;
+  return app
+      .add_option_function<std::string>(
+          name,
+          [=, &target](const std::string& value) {
+            for (const auto& choice : choices)
+              if (choice.first == value) {
+                target = choice.second;
+                return;
+              }
+            throw CLI::ValidationError(name, "'" + value + "' is not one of " + names);
+          },
+          help)
+      ->type_name(names);
+}
+
+CLI::Option* addOutputType(CLI::App& app, OutputType& type);
+CLI::Option* addThreads(CLI::App& app, int& threads);
+/// The lattice asked for: "--spacing" over the box of `domain`, "--reference" image or, with neither,
+/// `fallback`.
+struct GridOptions {
+  std::vector<double> spacing;
+  std::string reference;
+  std::vector<double> roi;
+
+  void add(CLI::App& app, const std::string& fallbackHelp);
+  bool given() const { return !spacing.empty() || !reference.empty() || !roi.empty(); }
+  GridGeometry choose(const GridGeometry& domain, const GridGeometry& fallback) const;
+};
+
+/// Reads a model file or a PLY.
+GaussianField loadField(const std::filesystem::path& path);
+/// True when the file begins as a model or a PLY does, so that it is not an image.
+bool looksLikeModel(const std::filesystem::path& path);
+
+/// Throws Error(Memory) when `bytes` are more than is available.
+void checkMemory(std::int64_t bytes, const std::string& what);
+
+} // namespace innergs::cli

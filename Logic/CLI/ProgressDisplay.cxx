@@ -1,0 +1,93 @@
+#include "CLI/ProgressDisplay.h"
+
+#include "CLI/Platform.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace innergs::cli {
+namespace {
+
+constexpr auto barInterval = std::chrono::milliseconds(100);
+constexpr auto lineInterval = std::chrono::seconds(5);
+constexpr int barWidth = 24;
+
+std::string state(const Progress& progress) {
+  std::string text;
+  if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
+  if (progress.loss > 0) text += fmt::format("  loss {:.5f}", progress.loss);
+  if (progress.heldOutPsnr > 0)
+    text += fmt::format("  held-out {:.2f} dB", progress.heldOutPsnr);
+  else if (progress.trainingPsnr > 0)
+    text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
+  if (progress.phase != Phase::Done && progress.fraction > 0 && std::isfinite(progress.remaining))
+    text += fmt::format("  {} left", durationText(progress.remaining));
+  return text;
+}
+
+} // namespace
+
+std::string durationText(double seconds) {
+  const auto total = static_cast<long long>(std::ceil(std::max(0.0, seconds)));
+  if (total < 60) return fmt::format("{} s", total);
+  if (total < 3600) return fmt::format("{} min {:02} s", total / 60, total % 60);
+  return fmt::format("{} h {:02} min", total / 3600, total % 3600 / 60);
+}
+
+ProgressDisplay::ProgressDisplay(bool quiet)
+    : quiet_(quiet), terminal_(errorStreamIsTerminal()), phaseStart_(Clock::now()) {}
+
+ProgressDisplay::~ProgressDisplay() {
+  clearBar();
+}
+
+void ProgressDisplay::show(const Progress& progress) {
+  const auto now = Clock::now();
+  const std::string name = phaseName(progress.phase);
+  const bool newPhase = phases_.empty() || phases_.back().first != name;
+  if (newPhase) {
+    phases_.emplace_back(name, 0);
+    phaseStart_ = now;
+  }
+  phases_.back().second = std::chrono::duration<double>(now - phaseStart_).count();
+  if (quiet_ || progress.phase == Phase::Done) return;
+  if (!newPhase &&
+      now - lastShown_ < (terminal_ ? Clock::duration(barInterval) : Clock::duration(lineInterval)))
+    return;
+  lastShown_ = now;
+  const double fraction = std::clamp(progress.fraction, 0.0, 1.0);
+  if (!terminal_) {
+    fmt::print(stderr, "{} {:.0f} %{}\n", name, 100 * fraction, state(progress));
+  } else {
+    const int filled = static_cast<int>(fraction * barWidth);
+    const std::string bar = std::string(filled, '#') + std::string(barWidth - filled, '-');
+    std::string line = fmt::format("{:<13}[{}] {:3.0f} %{}", name, bar, 100 * fraction, state(progress));
+    fmt::print(stderr, "\r{:<100}", line.substr(0, 100));
+    barShown_ = true;
+  }
+  std::fflush(stderr);
+}
+
+void ProgressDisplay::finish() {
+  if (!phases_.empty())
+    phases_.back().second = std::chrono::duration<double>(Clock::now() - phaseStart_).count();
+  clearBar();
+}
+
+void ProgressDisplay::say(const std::string& line) {
+  if (quiet_) return;
+  clearBar();
+  fmt::print(stderr, "{}\n", line);
+}
+
+void ProgressDisplay::clearBar() {
+  if (!barShown_) return;
+  fmt::print(stderr, "\r{:<100}\r", "");
+  std::fflush(stderr);
+  barShown_ = false;
+}
+
+} // namespace innergs::cli

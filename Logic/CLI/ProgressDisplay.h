@@ -1,0 +1,41 @@
+#pragma once
+#include "Core/Progress.h"
+
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace innergs::cli {
+
+/// Shows a job's progress on stderr: a bar that redraws itself on a terminal, a line every few seconds
+/// elsewhere, nothing when quiet. Also measures how long each phase took.
+class ProgressDisplay {
+public:
+  explicit ProgressDisplay(bool quiet);
+  ~ProgressDisplay();
+  ProgressDisplay(const ProgressDisplay&) = delete;
+  ProgressDisplay& operator=(const ProgressDisplay&) = delete;
+
+  void show(const Progress& progress);
+  /// Ends the last phase and clears the bar.
+  void finish();
+  /// A line of its own on stderr, whatever the bar shows; nothing when quiet.
+  void say(const std::string& line);
+
+  /// Phase name and its seconds, in order.
+  const std::vector<std::pair<std::string, double>>& phases() const { return phases_; }
+
+private:
+  using Clock = std::chrono::steady_clock;
+  void clearBar();
+
+  bool quiet_, terminal_, barShown_ = false;
+  Clock::time_point phaseStart_, lastShown_;
+  std::vector<std::pair<std::string, double>> phases_;
+};
+
+/// "12 s", "3 min 05 s", "1 h 02 min".
+std::string durationText(double seconds);
+
+} // namespace innergs::cli

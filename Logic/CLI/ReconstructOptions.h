@@ -1,0 +1,29 @@
+#pragma once
+#include "CLI/Options.h"
+#include "Core/ReconstructionJob.h"
+
+namespace innergs::cli {
+
+/// The options that choose how a fit runs; shared by reconstruct and evaluate.
+void addSettings(CLI::App& app, Settings& settings);
+
+/// What `innergs reconstruct` was asked for.
+struct ReconstructOptions {
+  std::vector<std::string> inputs;
+  std::optional<int> frame;
+  std::vector<double> thickness; // none, one, or one per input
+  std::optional<SliceProfile> profile;
+  std::string mask;
+  GridOptions grid;
+  Settings settings;
+  double heldOut = 0;
+  std::string resume;
+
+  std::string output, saveModel, ply, report;
+  OutputType type = OutputType::Float32;
+  bool quiet = false;
+};
+
+void addOptions(CLI::App& app, ReconstructOptions& options);
+
+} // namespace innergs::cli

@@ -1,0 +1,155 @@
+#include "CLI/ReconstructReport.h"
+
+#include "CLI/Platform.h"
+#include "CLI/Version.h"
+
+#include <itkVersion.h>
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+namespace innergs::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+Json orNull(const std::optional<T>& value) {
+  return value ? Json(*value) : Json();
+}
+
+const char* name(SliceProfile profile) {
+  switch (profile) {
+  case SliceProfile::Point:
+    return "point";
+  case SliceProfile::Box:
+    return "box";
+  case SliceProfile::Gaussian:
+    return "gaussian";
+  }
+  return "";
+}
+
+const char* name(Preset preset) {
+  switch (preset) {
+  case Preset::Fast:
+    return "fast";
+  case Preset::Balanced:
+    return "balanced";
+  case Preset::Best:
+    return "best";
+  }
+  return "";
+}
+
+const char* name(LossKind loss) {
+  switch (loss) {
+  case LossKind::L1:
+    return "l1";
+  case LossKind::L2:
+    return "l2";
+  case LossKind::Huber:
+    return "huber";
+  }
+  return "";
+}
+
+} // namespace
+
+Json toJson(const GridGeometry& geometry) {
+  Json direction = Json::array();
+  for (const auto& row : geometry.direction.m)
+    direction.push_back(row);
+  return {{"size", geometry.size},
+          {"spacing_mm", geometry.spacing},
+          {"origin_mm_lps", geometry.origin},
+          {"direction_lps", direction}};
+}
+
+Json toJson(const Settings& s) {
+  return {{"preset", name(s.preset)},
+          {"blending", s.blending == Blending::Normalised ? "normalised" : "additive"},
+          {"linear_intensity", orNull(s.linearIntensity)},
+          {"initialisation", s.initialisation == Initialisation::Adaptive ? "adaptive" : "grid"},
+          {"loss", name(s.loss)},
+          {"huber_delta", s.huberDelta},
+          {"ssim_weight", s.ssimWeight},
+          {"gaussians", orNull(s.gaussians)},
+          {"iterations", orNull(s.iterations)},
+          {"paper_stop_rule", s.paperStopRule},
+          {"relocation", s.relocate},
+          {"consistency", s.consistency},
+          {"threads", s.threads > 0 ? s.threads : static_cast<int>(std::thread::hardware_concurrency())},
+          {"instruction_set", s.instructionSet},
+          {"seed", s.seed}};
+}
+
+Json versions() {
+  return {{"innergs", INNERGS_VERSION}, {"itk", itk::Version::GetITKVersion()}};
+}
+
+ScanRecord record(const std::string& file, const Stack& stack) {
+  const auto& voxels = stack.image.voxels;
+  const auto bad = std::count_if(voxels.begin(), voxels.end(), [](float v) { return !std::isfinite(v); });
+  const double thickness = stack.thickness > 0 ? stack.thickness : stack.image.geometry.spacing[2];
+  return {file, stack.image.geometry, thickness, stack.profile, bad};
+}
+
+std::string qualitySentence(const ReconstructionResult& result) {
+  if (std::isfinite(result.heldOutPsnr))
+    return fmt::format("PSNR {:.2f} dB on slices withheld from the fit ({:.2f} dB on the fitted ones).",
+                       result.heldOutPsnr, result.trainingPsnr);
+  return fmt::format(
+      "PSNR {:.2f} dB on the fitted samples themselves: it says how well the model reproduces the "
+      "scans, not how true the volume between them is (--held-out measures that).",
+      result.trainingPsnr);
+}
+
+Json reconstructReport(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,
+                       const ReconstructionResult& result,
+                       const std::vector<std::pair<std::string, double>>& phases) {
+  Json inputs = Json::array();
+  for (const auto& scan : scans) {
+    Json entry{{"file", scan.file}};
+    entry.update(toJson(scan.geometry));
+    entry["thickness_mm"] = scan.thickness;
+    entry["profile"] = name(scan.profile);
+    entry["non_finite_voxels"] = scan.nonFiniteVoxels;
+    inputs.push_back(entry);
+  }
+  Json timings{{"total", result.seconds}, {"fit", result.fitSeconds}};
+  for (const auto& [phase, seconds] : phases)
+    timings["phases"][phase] = seconds;
+  const auto file = [](const std::string& path) { return path.empty() ? Json() : Json(path); };
+  const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
+  Json settings = toJson(result.settings);
+  settings["instruction_set"] = result.instructionSet;
+  return {{"date", utcTime()},
+          {"versions", versions()},
+          {"interrupted", result.cancelled},
+          {"inputs", inputs},
+          {"mask", file(options.mask)},
+          {"resumed_from", file(options.resume)},
+          {"settings", settings},
+          {"output",
+           {{"volume", file(options.output)},
+            {"model", file(options.saveModel)},
+            {"ply", file(options.ply)},
+            {"grid", result.volume.voxels.empty() ? Json() : toJson(result.volume.geometry)}}},
+          {"quality",
+           {{"held_out_fraction", options.heldOut},
+            {"held_out_psnr_db", finite(result.heldOutPsnr)},
+            {"fitted_psnr_db", finite(result.trainingPsnr)},
+            {"statement", qualitySentence(result)}}},
+          {"gaussians", result.checkpoint ? result.checkpoint->field.size() : 0},
+          {"iterations", result.iterations},
+          {"noise", finite(result.noise)},
+          {"non_finite_voxels", result.nonFiniteVoxels},
+          {"seconds", timings},
+          {"peak_memory_bytes", peakMemory() > 0 ? Json(peakMemory()) : Json()},
+          {"warnings", result.warnings}};
+}
+
+} // namespace innergs::cli

@@ -1,0 +1,58 @@
+#include "CLI/Command.h"
+#include "CLI/Interrupt.h"
+#include "CLI/Options.h"
+
+#include "Core/Render.h"
+
+#include <spdlog/fmt/fmt.h>
+
+namespace innergs::cli {
+namespace {
+
+struct ResampleOptions {
+  std::string model, output;
+  GridOptions grid;
+  OutputType type = OutputType::Float32;
+  int threads = 0;
+  bool quiet = false;
+};
+
+int resample(const ResampleOptions& o) {
+  checkVolumePath(o.output);
+  Interrupt interrupt;
+  const GaussianField field = loadField(o.model);
+  const GridGeometry grid = o.grid.choose(field.domain, field.domain);
+  checkMemory(8 * grid.voxelCount(), "The volume");
+  RenderOptions render;
+  render.threads = o.threads;
+  render.stop = interrupt.token();
+  writeVolume(innergs::render(field, grid, render), o.output, o.type);
+  if (!o.quiet)
+    fmt::print(stderr, "Wrote {} ({}x{}x{} voxels of {:g}x{:g}x{:g} mm).\n", o.output, grid.size[0],
+               grid.size[1], grid.size[2], grid.spacing[0], grid.spacing[1], grid.spacing[2]);
+  return Success;
+}
+
+} // namespace
+
+Subcommand addResample(CLI::App& app) {
+  auto* command = app.add_subcommand("resample", "A model as a volume on any grid");
+  auto o = std::make_shared<ResampleOptions>();
+  command->add_option("model", o->model, "Model (.innergs) or Gaussians (.ply)")
+      ->required()
+      ->type_name("MODEL");
+  command->add_option("-o,--output", o->output, "Volume to write: .nii, .nii.gz, .nrrd or .mha")
+      ->required()
+      ->type_name("FILE");
+  o->grid.add(*command, "the grid that was fitted");
+  addOutputType(*command, o->type);
+  addThreads(*command, o->threads);
+  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->footer("Examples:\n"
+                  "  innergs resample head.innergs --spacing 0.5 -o fine.nii.gz\n"
+                  "  innergs resample head.innergs --reference t1.nii.gz --type int16 -o on-t1.nrrd\n"
+                  "  innergs resample head.innergs --spacing 0.25 --roi -20,20,-10,30,0,40 -o detail.nii.gz");
+  return {command, [o] { return resample(*o); }};
+}
+
+} // namespace innergs::cli

@@ -1,0 +1,254 @@
+#include "CLI/Command.h"
+#include "CLI/Options.h"
+#include "CLI/Picture.h"
+
+#include "Core/Error.h"
+#include "Core/Render.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::cli {
+namespace {
+
+enum class Plane { Axial, Coronal, Sagittal };
+
+struct SliceOptions {
+  std::string model, output;
+  std::optional<Plane> plane;
+  std::optional<double> position;
+  std::vector<double> centre, origin, normal, u, v, size, spacing;
+  std::optional<double> window, level;
+  OutputType type = OutputType::Float32;
+  int threads = 0;
+  bool quiet = false;
+};
+
+Vec3 vec3(const std::vector<double>& values) {
+  return {values[0], values[1], values[2]};
+}
+
+Vec3 unit(const Vec3& a, const std::string& what) {
+  if (!(norm(a) > 1e-9))
+    throw Error(ErrorCode::InvalidArgument, what + " has no direction: give a vector that is not 0.");
+  return 1 / norm(a) * a;
+}
+
+struct Axes {
+  Vec3 u, v, n; // right-handed, unit
+};
+
+// Rows run to the patient's left (sagittal: to the back), columns to the back (axial) or down.
+Axes axesOf(Plane plane) {
+  switch (plane) {
+  case Plane::Axial:
+    return {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  case Plane::Coronal:
+    return {{1, 0, 0}, {0, 0, -1}, {0, 1, 0}};
+  case Plane::Sagittal:
+    return {{0, 1, 0}, {0, 0, -1}, {-1, 0, 0}};
+  }
+  return {};
+}
+
+Axes chooseAxes(const SliceOptions& o) {
+  if (o.plane) return axesOf(*o.plane);
+  Axes axes;
+  if (!o.u.empty()) {
+    axes.u = unit(vec3(o.u), "--u");
+    const Vec3 v = unit(vec3(o.v), "--v");
+    axes.v = unit(v - dot(v, axes.u) * axes.u, "--v, seen across --u,");
+    if (std::abs(dot(v, axes.u)) > 1e-3)
+      throw Error(ErrorCode::InvalidArgument,
+                  "--u and --v are not at right angles: a slice needs perpendicular axes.");
+    axes.n = cross(axes.u, axes.v);
+  } else {
+    axes.n = unit(vec3(o.normal), "--normal");
+    const Vec3 side = std::abs(axes.n[0]) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+    axes.u = unit(side - dot(side, axes.n) * axes.n, "--normal");
+    axes.v = cross(axes.n, axes.u);
+  }
+  return axes;
+}
+
+struct Span {
+  double low = INFINITY, high = -INFINITY;
+};
+
+// How far the model's box reaches along a direction, mm.
+Span reach(const GridGeometry& domain, const Vec3& direction) {
+  Span span;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 index;
+    for (int a = 0; a < 3; ++a)
+      index[a] = corner >> a & 1 ? domain.size[a] - 0.5 : -0.5;
+    const double at = dot(domain.indexToWorld()(index), direction);
+    span.low = std::min(span.low, at);
+    span.high = std::max(span.high, at);
+  }
+  return span;
+}
+
+GridGeometry slicePlane(const SliceOptions& o, const GridGeometry& domain) {
+  const Axes axes = chooseAxes(o);
+  Vec3 centre = o.centre.empty() ? domain.centre() : vec3(o.centre);
+  if (o.position) {
+    const int axis = *o.plane == Plane::Axial ? 2 : *o.plane == Plane::Coronal ? 1 : 0;
+    centre[axis] = *o.position;
+  }
+  const Vec3 point = o.origin.empty() ? centre : vec3(o.origin);
+  const Span along = reach(domain, axes.n);
+  const double depth = dot(point, axes.n);
+  if (depth < along.low || depth > along.high)
+    throw Error(
+        ErrorCode::Geometry,
+        fmt::format("The plane passes {:.1f} mm beside the model, whose centre is at {:.1f},{:.1f},{:.1f} mm "
+                    "(LPS): choose another position.",
+                    std::max(along.low - depth, depth - along.high), domain.centre()[0], domain.centre()[1],
+                    domain.centre()[2]));
+
+  GridGeometry plane;
+  const double finest = *std::min_element(domain.spacing.begin(), domain.spacing.end());
+  for (int a = 0; a < 2; ++a)
+    plane.spacing[a] = o.spacing.empty() ? finest : o.spacing[o.spacing.size() == 1 ? 0 : a];
+  plane.spacing[2] = finest;
+  for (const double mm : plane.spacing)
+    if (!(mm > 0)) throw Error(ErrorCode::InvalidArgument, "The pixel spacing must be above 0 mm.");
+  const std::array<Span, 2> box{reach(domain, axes.u), reach(domain, axes.v)};
+  std::array<double, 2> pixels;
+  for (int a = 0; a < 2; ++a) {
+    pixels[a] = o.size.empty() ? std::ceil((box[a].high - box[a].low) / plane.spacing[a] - 1e-6)
+                               : o.size[o.size.size() == 1 ? 0 : a];
+    if (!(pixels[a] >= 1 && pixels[a] <= 65536) || pixels[a] != std::floor(pixels[a]))
+      throw Error(ErrorCode::InvalidArgument,
+                  "The slice must have 1 to 65536 whole pixels a side: check --size and --spacing.");
+    plane.size[a] = static_cast<std::int64_t>(pixels[a]);
+  }
+  plane.size[2] = 1;
+  for (int row = 0; row < 3; ++row)
+    plane.direction[row] = {axes.u[row], axes.v[row], axes.n[row]};
+  if (!o.origin.empty()) {
+    plane.origin = point;
+    return plane;
+  }
+  const std::array<Vec3, 2> sides{axes.u, axes.v};
+  plane.origin = depth * axes.n;
+  for (int a = 0; a < 2; ++a) {
+    const double middle = o.centre.empty() ? (box[a].low + box[a].high) / 2 : dot(centre, sides[a]);
+    plane.origin = plane.origin + (middle - (pixels[a] - 1) / 2 * plane.spacing[a]) * sides[a];
+  }
+  return plane;
+}
+
+void writeGreyPng(const Volume& slice, const SliceOptions& o) {
+  std::vector<float> sorted = slice.voxels;
+  std::sort(sorted.begin(), sorted.end());
+  const auto quantile = [&](double q) { return sorted[static_cast<std::size_t>(q * (sorted.size() - 1))]; };
+  double low = quantile(0.005), high = quantile(0.995);
+  if (o.window || o.level) {
+    const double window = o.window.value_or(high - low), level = o.level.value_or((low + high) / 2);
+    low = level - window / 2;
+    high = level + window / 2;
+  }
+  const double scale = high > low ? 255 / (high - low) : 0;
+  std::vector<std::uint8_t> grey(slice.voxels.size());
+  for (std::size_t n = 0; n < grey.size(); ++n)
+    grey[n] = static_cast<std::uint8_t>(std::lround(std::clamp((slice.voxels[n] - low) * scale, 0.0, 255.0)));
+  writePng(o.output, static_cast<int>(slice.geometry.size[0]), static_cast<int>(slice.geometry.size[1]), 1,
+           grey);
+}
+
+int slice(const SliceOptions& o) {
+  const bool png = std::filesystem::path(o.output).extension() == ".png";
+  if (!o.plane && o.normal.empty() && o.u.empty())
+    throw CLI::ValidationError("slice", "needs --plane, --normal or --u and --v");
+  if (png)
+    checkOutputFolder(o.output);
+  else
+    checkVolumePath(o.output);
+  const GaussianField field = loadField(o.model);
+  const GridGeometry plane = slicePlane(o, field.domain);
+  checkMemory(8 * plane.voxelCount(), "The slice");
+  RenderOptions render;
+  render.threads = o.threads;
+  const Volume image = innergs::render(field, plane, render);
+  if (png)
+    writeGreyPng(image, o);
+  else
+    writeVolume(image, o.output, o.type);
+  if (!o.quiet)
+    fmt::print(stderr, "Wrote {} ({}x{} pixels of {:g}x{:g} mm).\n", o.output, plane.size[0], plane.size[1],
+               plane.spacing[0], plane.spacing[1]);
+  return Success;
+}
+
+} // namespace
+
+Subcommand addSlice(CLI::App& app) {
+  auto* command = app.add_subcommand("slice", "Any plane of a model, as an image");
+  auto o = std::make_shared<SliceOptions>();
+  command->add_option("model", o->model, "Model (.innergs) or Gaussians (.ply)")
+      ->required()
+      ->type_name("MODEL");
+  command
+      ->add_option("-o,--output", o->output,
+                   "Image to write: .nii, .nii.gz, .nrrd, .mha (one slice, in its place in the patient) or "
+                   ".png (8 bit)")
+      ->required()
+      ->type_name("FILE");
+  auto* plane = addChoice<std::optional<Plane>>(
+      *command, "--plane", o->plane,
+      {{"axial", Plane::Axial}, {"coronal", Plane::Coronal}, {"sagittal", Plane::Sagittal}},
+      "A standard plane");
+  auto* position =
+      command
+          ->add_option("--position", o->position,
+                       "Where the standard plane cuts, mm LPS: z (axial, to the head), y (coronal, to the\n"
+                       "back) or x (sagittal, to the left) [the model's centre]")
+          ->type_name("MM")
+          ->needs(plane);
+  auto* normal =
+      addNumbers(*command, "--normal", o->normal, {3},
+                 "Normal of an oblique plane (LPS); rows then run to the patient's left as far as it allows")
+          ->type_name("X,Y,Z")
+          ->excludes(plane);
+  auto* u =
+      addNumbers(*command, "--u", o->u, {3}, "Direction of the rows (LPS); with --v instead of --normal")
+          ->type_name("X,Y,Z")
+          ->excludes(plane)
+          ->excludes(normal);
+  auto* v =
+      addNumbers(*command, "--v", o->v, {3}, "Direction of the columns (LPS)")->type_name("X,Y,Z")->needs(u);
+  u->needs(v);
+  auto* centre =
+      addNumbers(*command, "--center", o->centre, {3}, "Middle of the image, mm LPS [the model's centre]")
+          ->type_name("X,Y,Z")
+          ->excludes(position);
+  addNumbers(*command, "--origin", o->origin, {3}, "Centre of the first pixel, mm LPS, instead of --center")
+      ->type_name("X,Y,Z")
+      ->excludes(centre)
+      ->excludes(position);
+  addNumbers(*command, "--size", o->size, {1, 2}, "Pixels: one number or columns,rows [covers the model]")
+      ->type_name("N");
+  addNumbers(*command, "--spacing", o->spacing, {1, 2},
+             "Pixel size in mm: one number or x,y [the model's finest]")
+      ->type_name("MM");
+  command
+      ->add_option("--window", o->window, "PNG: width of the grey window, scanner units [99 % of the values]")
+      ->type_name("W")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--level", o->level, "PNG: middle of the grey window, scanner units")->type_name("L");
+  addOutputType(*command, o->type);
+  addThreads(*command, o->threads);
+  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->footer(
+      "Examples:\n"
+      "  innergs slice head.innergs --plane axial --position 12.5 -o axial.png\n"
+      "  innergs slice head.innergs --normal 0,1,1 --spacing 0.5 -o oblique.nii.gz\n"
+      "  innergs slice head.innergs --u 1,0,0 --v 0,0.8,0.6 --center 0,10,20 --size 512 -o plane.nrrd");
+  return {command, [o] { return slice(*o); }};
+}
+
+} // namespace innergs::cli

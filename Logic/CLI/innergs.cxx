@@ -1,0 +1,61 @@
+#include "CLI/Command.h"
+#include "CLI/Version.h"
+
+#include "Core/Error.h"
+
+#include <cstdio>
+#include <exception>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace {
+
+// One line whatever the sentence holds, so that scripts can rely on it.
+int fail(innergs::cli::ExitCode code, std::string sentence) {
+  for (char& c : sentence)
+    if (c == '\n' || c == '\r') c = ' ';
+  std::fprintf(stderr, "innergs: %s\n", sentence.c_str());
+  return code;
+}
+
+int run(int argc, char** argv) {
+  using namespace innergs::cli;
+  CLI::App app("Turns medical image slices into a continuous volume of 3D Gaussians.\n"
+               "Research software, not a medical device.");
+  app.set_version_flag("--version", "innergs " INNERGS_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 success, 1 error in input or run, 2 wrong usage, 130 interrupted (Ctrl-C).\n"
+             "'innergs COMMAND --help' explains a command, with examples.");
+  std::vector<Subcommand> commands;
+  for (const auto add : {addReconstruct, addSlice, addResample, addSimulate, addEvaluate, addInfo})
+    commands.push_back(add(app));
+  try {
+    app.parse(argc, argv);
+    for (const auto& command : commands)
+      if (*command.app) return command.run();
+    return Success;
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error); // --help, --version
+    return fail(Usage, std::string(error.what()) + " (see 'innergs --help')");
+  }
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  using namespace innergs::cli;
+  try {
+    return run(argc, argv);
+  } catch (const innergs::Error& error) {
+    return fail(error.code() == innergs::ErrorCode::Cancelled ? Interrupted : Failure, error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(
+        Failure,
+        "Not enough memory: close other programs, or choose a larger --spacing or fewer --gaussians.");
+  } catch (const std::exception& error) {
+    return fail(Failure, error.what());
+  } catch (...) {
+    return fail(Failure, "An unknown error ended the run.");
+  }
+}

@@ -1,0 +1,32 @@
+#!/bin/sh
+# Installs with apt what building, testing and the demo need; silent and quick when everything is there.
+# On other systems: says what is needed and goes on (CMake then finds it or says what it misses).
+set -eu
+packages="g++ cmake ninja-build pkg-config libinsighttoolkit5-dev libhwy-dev libcli11-dev nlohmann-json3-dev \
+libspdlog-dev libgtest-dev libbenchmark-dev mricron-data"
+
+if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
+  echo "Not a Debian system: InnerGS needs a C++20 compiler, CMake, Ninja, ITK 5, Highway, CLI11, nlohmann-json," \
+    "spdlog, GoogleTest and Google Benchmark." >&2
+  exit 0
+fi
+
+missing=
+for package in $packages; do
+  status=$(dpkg-query -W -f='${db:Status-Status}' "$package" 2>/dev/null || true)
+  [ "$status" = installed ] || missing="$missing $package"
+done
+[ -n "$missing" ] || exit 0
+
+as_root=
+if [ "$(id -u)" -ne 0 ]; then
+  command -v sudo >/dev/null || {
+    echo "Please install as root: apt-get install$missing" >&2
+    exit 1
+  }
+  as_root=sudo
+fi
+echo "Installing$missing"
+$as_root apt-get update -q
+# shellcheck disable=SC2086  # a list of words
+$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -q -y --no-install-recommends $missing
