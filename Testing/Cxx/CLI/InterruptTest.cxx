@@ -1,0 +1,110 @@
+#include "CommandRunner.h"
+#include "SyntheticImages.h"
+
+#include "IO/ModelFile.h"
+#include "IO/VolumeIO.h"
+
+#include <nlohmann/json.hpp>
+
+#ifndef _WIN32
+#include <chrono>
+#include <csignal>
+#include <fcntl.h>
+#include <functional>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+#endif
+
+namespace innergs::test {
+namespace {
+
+class InterruptTest : public CommandTest {
+protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    writeVolume(phantom({64, 64, 64}), path("scan.nii"));
+  }
+  // A fit of some seconds, long enough to be interrupted.
+  std::vector<std::string> longFit(const std::string& model) {
+    return {"reconstruct", path("scan.nii"), "--gaussians", "20000",        "--iterations",
+            "300",         "--threads",      "2",           "--save-model", path(model)};
+  }
+};
+
+#ifndef _WIN32
+// Starts the command, waits until it fits, sends the signal and returns the exit code (-1: killed by a
+// signal).
+int interrupted(const std::vector<std::string>& arguments, const std::string& log, int signal,
+                double& secondsToStop, const std::function<bool()>& ready) {
+  const pid_t child = fork();
+  if (child == 0) {
+    const int file = open(log.c_str(), O_CREAT | O_TRUNC | O_WRONLY, 0600);
+    dup2(file, STDOUT_FILENO);
+    dup2(file, STDERR_FILENO);
+    std::vector<char*> argv{const_cast<char*>(INNERGS_COMMAND)};
+    for (const auto& argument : arguments)
+      argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    execv(INNERGS_COMMAND, argv.data());
+    _exit(127);
+  }
+  for (int n = 0; n < 600 && !ready() && waitpid(child, nullptr, WNOHANG) == 0; ++n)
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const auto start = std::chrono::steady_clock::now();
+  kill(child, signal);
+  int status = 0;
+  waitpid(child, &status, 0);
+  secondsToStop = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
+  const std::string report = path("r.json"), volume = path("v.nii");
+  auto arguments = longFit("part.innergs");
+  for (const auto& word : {std::string("-o"), volume, std::string("--report"), report})
+    arguments.push_back(word);
+  double seconds = 0;
+  const int code = interrupted(arguments, path("log.txt"), SIGINT, seconds,
+                               [&] { return contents("log.txt").find("itting") != std::string::npos; });
+  const std::string log = contents("log.txt");
+  ASSERT_EQ(code, 130) << log;
+  EXPECT_NE(log.find("Interrupted"), std::string::npos) << log;
+  EXPECT_NE(log.find(path("part.innergs")), std::string::npos) << log;
+  EXPECT_LT(seconds, 10);
+  EXPECT_EQ(readVolume(volume).geometry.voxelCount(), 64 * 64 * 64);
+  EXPECT_TRUE(nlohmann::json::parse(contents("r.json")).at("interrupted").get<bool>());
+  const Checkpoint part = readModel(path("part.innergs"));
+  EXPECT_LT(part.iteration, 300);
+  EXPECT_FALSE(part.moment1.empty());
+
+  auto resumed = longFit("resumed.innergs"), whole = longFit("whole.innergs");
+  for (const auto& word : {std::string("--resume"), path("part.innergs")})
+    resumed.push_back(word);
+  ASSERT_EQ(run(resumed).exitCode, 0) << contents("stderr.txt");
+  ASSERT_EQ(run(whole).exitCode, 0) << contents("stderr.txt");
+  EXPECT_TRUE(contents("resumed.innergs") == contents("whole.innergs"));
+}
+
+TEST_F(InterruptTest, TerminationIsAsCleanAsCtrlC) {
+  double seconds = 0;
+  const int code = interrupted(longFit("part.innergs"), path("log.txt"), SIGTERM, seconds,
+                               [&] { return contents("log.txt").find("itting") != std::string::npos; });
+  EXPECT_EQ(code, 130) << contents("log.txt");
+  EXPECT_GT(readModel(path("part.innergs")).field.size(), 0);
+}
+#endif
+
+TEST_F(InterruptTest, ResumeRefusesAnotherScan) {
+  ASSERT_EQ(run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})).exitCode,
+            0);
+  Volume other = phantom({32, 32, 32});
+  writeVolume(other, path("other.nii"));
+  expectOneSentence(run(quickly({"reconstruct", path("other.nii"), "-q", "--resume", path("m.innergs"), "-o",
+                                 path("out/v.nii")})),
+                    1, "esume");
+  EXPECT_EQ(filesIn("out").size(), 0u);
+}
+
+} // namespace
+} // namespace innergs::test

@@ -1,0 +1,196 @@
+#include "CommandRunner.h"
+#include "SyntheticImages.h"
+
+#include "Core/Metrics.h"
+#include "IO/ModelFile.h"
+#include "IO/Ply.h"
+#include "IO/VolumeIO.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace innergs::test {
+namespace {
+
+class ReconstructTest : public CommandTest {
+protected:
+  std::string scan(const std::string& name, const Volume& volume) {
+    writeVolume(volume, path(name));
+    return path(name);
+  }
+  // Runs a fit that must succeed, and returns its volume.
+  Volume reconstruct(std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), "reconstruct");
+    for (const auto& word : {std::string("-o"), path("out/v.nii.gz")})
+      arguments.push_back(word);
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    return readVolume(path("out/v.nii.gz"));
+  }
+};
+
+TEST_F(ReconstructTest, WritesEverythingAskedFor) {
+  const Volume truth = phantom();
+  const Volume volume = reconstruct({scan("scan.nii.gz", truth), "--gaussians", "3000", "--iterations", "40",
+                                     "--save-model", path("out/m.innergs"), "--ply", path("out/m.ply"),
+                                     "--report", path("out/r.json"), "--seed", "7", "--threads", "2"});
+  EXPECT_TRUE(sameLattice(volume.geometry, truth.geometry));
+  EXPECT_GT(pooledPsnr(volume.voxels, truth.voxels, {}, 1000), 25);
+
+  const Checkpoint model = readModel(path("out/m.innergs"));
+  const auto report = nlohmann::json::parse(contents("out/r.json"));
+  EXPECT_EQ(report.at("gaussians"), model.field.size());
+  EXPECT_LE(model.field.size(), 3000);
+  EXPECT_EQ(readPly(path("out/m.ply")).size(), model.field.size());
+  EXPECT_EQ(report.at("settings").at("seed"), 7);
+  EXPECT_EQ(report.at("settings").at("iterations"), 40);
+  EXPECT_EQ(report.at("settings").at("preset"), "balanced");
+  EXPECT_FALSE(report.at("settings").at("instruction_set").get<std::string>().empty());
+  EXPECT_EQ(report.at("inputs").size(), 1u);
+  EXPECT_EQ(report.at("inputs")[0].at("size"), (std::vector<int>{24, 28, 20}));
+  EXPECT_EQ(report.at("output").at("grid").at("size"), (std::vector<int>{24, 28, 20}));
+  EXPECT_TRUE(report.at("quality").at("held_out_psnr_db").is_null());
+  EXPECT_NE(report.at("quality").at("statement").get<std::string>().find("fitted"), std::string::npos);
+  EXPECT_GT(report.at("quality").at("fitted_psnr_db").get<double>(), 25);
+  EXPECT_EQ(report.at("non_finite_voxels"), 0);
+  EXPECT_FALSE(report.at("interrupted").get<bool>());
+  EXPECT_GT(report.at("seconds").at("total").get<double>(), 0);
+  EXPECT_FALSE(report.at("seconds").at("phases").empty());
+  EXPECT_FALSE(report.at("versions").at("itk").get<std::string>().empty());
+  EXPECT_EQ(filesIn("out").size(), 4u);
+}
+
+TEST_F(ReconstructTest, QuietSaysNothing) {
+  const Outcome outcome =
+      run(quickly({"reconstruct", scan("scan.nii", phantom()), "-q", "-o", path("out/v.mha")}));
+  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_EQ(outcome.out + outcome.err, "");
+  EXPECT_TRUE(exists("out/v.mha"));
+}
+
+TEST_F(ReconstructTest, PlainProgressLinesWhenNotOnATerminal) {
+  const Outcome outcome =
+      run(quickly({"reconstruct", scan("scan.nii", phantom()), "-o", path("out/v.nrrd")}));
+  EXPECT_EQ(outcome.exitCode, 0);
+  EXPECT_EQ(outcome.err.find('\r'), std::string::npos);
+  EXPECT_NE(outcome.err.find(" %"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("Wrote " + path("out/v.nrrd")), std::string::npos) << outcome.err;
+}
+
+TEST_F(ReconstructTest, ChoosesTheOutputGrid) {
+  const Volume truth = phantom();
+  const std::string image = scan("scan.nii", truth);
+  const Volume coarse = reconstruct(quickly({image, "--spacing", "2,2,4"}));
+  EXPECT_TRUE(sameLattice(coarse.geometry, withSpacing(truth.geometry, {2, 2, 4})));
+
+  Volume reference = phantom({10, 11, 12});
+  reference.geometry.direction = Mat3{};
+  reference.geometry.direction[0][0] = -1; // left-handed
+  reference.geometry.origin = truth.geometry.centre();
+  const Volume onReference = reconstruct(quickly({image, "--reference", scan("reference.nrrd", reference)}));
+  EXPECT_TRUE(sameLattice(onReference.geometry, reference.geometry));
+}
+
+TEST_F(ReconstructTest, RegionOfInterest) {
+  const Volume truth = phantom();
+  const Vec3 c = truth.geometry.centre();
+  std::string roi;
+  for (const double mm : c)
+    roi += (roi.empty() ? "" : ",") + std::to_string(mm - 4) + "," + std::to_string(mm + 4);
+  const Volume part = reconstruct(quickly({scan("scan.nii", truth), "--roi", roi}));
+  for (int a = 0; a < 3; ++a) {
+    EXPECT_NEAR(part.geometry.centre()[a], c[a], 1);
+    EXPECT_GE(part.geometry.size[a], 8);
+    EXPECT_LE(part.geometry.size[a], 13); // the box is rotated against the lattice
+  }
+}
+
+TEST_F(ReconstructTest, IntegerOutputIsRoundedAndClamped) {
+  const std::string image = scan("scan.nii", phantom());
+  const Volume real = reconstruct(quickly({image}));
+  const Volume bytes = reconstruct(quickly({image, "--type", "uint8"}));
+  ASSERT_EQ(real.voxels.size(), bytes.voxels.size());
+  for (std::size_t n = 0; n < real.voxels.size(); ++n)
+    ASSERT_NEAR(bytes.voxels[n], std::clamp(real.voxels[n], 0.0f, 255.0f), 0.5001) << n;
+}
+
+TEST_F(ReconstructTest, FusesOrthogonalScans) {
+  const Volume truth = phantom({32, 32, 32});
+  const std::string image = scan("truth.nii.gz", truth);
+  ASSERT_EQ(run({"simulate", image, "-q", "--thickness", "4", "--orthogonal", "3", "-o", path("scan.nii.gz")})
+                .exitCode,
+            0);
+  const auto psnr = [&](const std::vector<std::string>& scans) {
+    std::vector<std::string> arguments = scans;
+    for (const char* word : {"--gaussians", "4000", "--iterations", "40", "--threads", "2", "--reference"})
+      arguments.emplace_back(word);
+    arguments.push_back(image);
+    return pooledPsnr(reconstruct(arguments).voxels, truth.voxels, {}, 1000);
+  };
+  const double one = psnr({path("scan-axial.nii.gz")});
+  const double three =
+      psnr({path("scan-axial.nii.gz"), path("scan-coronal.nii.gz"), path("scan-sagittal.nii.gz")});
+  EXPECT_GT(one, 20);
+  EXPECT_GT(three, one + 1);
+}
+
+TEST_F(ReconstructTest, MaskOnAnotherGridIsResampled) {
+  Volume mask = phantom({12, 14, 10});
+  mask.geometry = withSpacing(phantom().geometry, {2, 2, 2});
+  for (auto& voxel : mask.voxels)
+    voxel = voxel > 100;
+  reconstruct(quickly({scan("scan.nii", phantom()), "--mask", scan("mask.nii", mask)}));
+}
+
+TEST_F(ReconstructTest, ConstantVolumeWorks) {
+  Volume flat = phantom();
+  for (auto& voxel : flat.voxels)
+    voxel = 41;
+  const Volume volume = reconstruct(quickly({scan("flat.nii", flat)}));
+  for (const float voxel : volume.voxels)
+    ASSERT_NEAR(voxel, 41, 0.5);
+}
+
+TEST_F(ReconstructTest, NonFiniteVoxelsAreCountedAndLeftOut) {
+  Volume holes = phantom();
+  for (std::size_t n = 0; n < 50; ++n)
+    holes.voxels[6000 + 17 * n] = n % 2 ? NAN : INFINITY;
+  const Volume volume = reconstruct(quickly({scan("holes.nii", holes), "--report", path("out/r.json")}));
+  const auto report = nlohmann::json::parse(contents("out/r.json"));
+  EXPECT_EQ(report.at("non_finite_voxels"), 50);
+  EXPECT_EQ(report.at("inputs")[0].at("non_finite_voxels"), 50);
+  EXPECT_FALSE(report.at("warnings").empty());
+  for (const float voxel : volume.voxels)
+    ASSERT_TRUE(std::isfinite(voxel));
+}
+
+TEST_F(ReconstructTest, HeldOutQualityIsReported) {
+  reconstruct(quickly({scan("scan.nii", phantom()), "--held-out", "0.2", "--report", path("out/r.json")}));
+  const auto quality = nlohmann::json::parse(contents("out/r.json")).at("quality");
+  EXPECT_EQ(quality.at("held_out_fraction"), 0.2);
+  EXPECT_GT(quality.at("held_out_psnr_db").get<double>(), 10);
+  EXPECT_NE(quality.at("statement").get<std::string>().find("withheld"), std::string::npos);
+}
+
+TEST_F(ReconstructTest, SameSeedSameBytesOnAnyNumberOfThreads) {
+  const std::string image = scan("scan.nii", phantom());
+  const auto model = [&](const std::string& name, const std::string& threads) {
+    EXPECT_EQ(run({"reconstruct", image, "-q", "--gaussians", "500", "--iterations", "8", "--threads",
+                   threads, "--save-model", path(name)})
+                  .exitCode,
+              0);
+    return contents(name);
+  };
+  EXPECT_EQ(model("one.innergs", "1"), model("three.innergs", "3"));
+}
+
+TEST_F(ReconstructTest, FrameOfAMovie) {
+  write("movie.nii", niftiBytes({10, 10, 10, 3}, 16, 32));
+  const Volume volume = reconstruct(quickly({path("movie.nii"), "--frame", "2"}));
+  EXPECT_EQ(volume.geometry.voxelCount(), 1000);
+}
+
+} // namespace
+} // namespace innergs::test
