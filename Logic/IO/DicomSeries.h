@@ -10,8 +10,9 @@ struct DicomSeries {
   double sliceThickness = 0; // mm, (0018,0050); 0 when absent
 };
 
-/// The one series in a folder. Throws Error(FileFormat) for a folder without or with several series (the sentence lists them),
-/// Error(Geometry) for uneven or tilted slices, Error(UnsupportedImage) for colour or several images per position.
+/// The one series in a folder. Throws Error(FileFormat) for a folder without or with several series (the
+/// sentence lists them), Error(Geometry) for uneven or tilted slices, Error(UnsupportedImage) for colour or
+/// several images per position.
 DicomSeries readDicomSeries(const std::filesystem::path& folder);
 
 } // namespace innergs

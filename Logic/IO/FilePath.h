@@ -11,7 +11,8 @@ std::string quoted(const std::filesystem::path& path);
 /// The extension in lower case with what .gz compresses: ".nii.gz", ".mha", "" (none).
 std::string fullExtension(const std::filesystem::path& path);
 
-/// Throws Error(FileNotFound | FileFormat) unless `path` is a readable file that is not empty; returns its length in bytes.
+/// Throws Error(FileNotFound | FileFormat) unless `path` is a readable file that is not empty; returns its
+/// length in bytes.
 std::uintmax_t checkInputFile(const std::filesystem::path& path);
 
 } // namespace innergs

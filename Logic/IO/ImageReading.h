@@ -6,8 +6,8 @@ namespace innergs {
 /// An image file or DICOM folder as one scalar volume with checked geometry.
 struct LoadedImage {
   Volume volume;
-  double sliceThickness = 0;     // mm, 0 when the file does not say
-  bool slicesAreAlongK = false;  // known from the file (DICOM)
+  double sliceThickness = 0;    // mm, 0 when the file does not say
+  bool slicesAreAlongK = false; // known from the file (DICOM)
 };
 
 /// See readVolume.

@@ -14,7 +14,9 @@ namespace innergs {
 /// Silences ITK's warnings on standard error while it lives: what matters becomes an Error.
 class QuietItk {
 public:
-  QuietItk() : before_(itk::Object::GetGlobalWarningDisplay()) { itk::Object::SetGlobalWarningDisplay(false); }
+  QuietItk() : before_(itk::Object::GetGlobalWarningDisplay()) {
+    itk::Object::SetGlobalWarningDisplay(false);
+  }
   ~QuietItk() { itk::Object::SetGlobalWarningDisplay(before_); }
   QuietItk(const QuietItk&) = delete;
   QuietItk& operator=(const QuietItk&) = delete;
@@ -24,7 +26,8 @@ private:
 };
 
 /// Calls `work`; any exception of ITK or of a library below it becomes Error(code, sentence).
-template <typename Work> auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
+template <typename Work>
+auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
   const QuietItk quiet;
   try {
     return work();
@@ -39,17 +42,18 @@ template <typename Work> auto withItk(ErrorCode code, const std::string& sentenc
 
 /// What an ImageIO that has read its header holds, as scalar frames on one lattice.
 struct ItkHeader {
-  GridGeometry geometry;    // not checked yet
+  GridGeometry geometry; // not checked yet
   std::int64_t frames = 1;
   bool interleaved = false; // the frames of a voxel lie together, as the components of a pixel
 };
 
-/// Throws Error(UnsupportedImage) for pixels that are not one number (RGB, complex, vector, tensor) and for 2D images.
+/// Throws Error(UnsupportedImage) for pixels that are not one number (RGB, complex, vector, tensor) and for
+/// 2D images.
 ItkHeader describe(const itk::ImageIOBase& io, const std::string& what);
 
 /// out[i] = source[first + i·stride] as float; `source` holds components of the given type.
-void convertVoxels(itk::CommonEnums::IOComponent type, const std::byte* source, std::size_t first, std::size_t stride,
-                   std::span<float> out);
+void convertVoxels(itk::CommonEnums::IOComponent type, const std::byte* source, std::size_t first,
+                   std::size_t stride, std::span<float> out);
 
 /// Throws Error(Memory) when `bytes` are more than this process can have now.
 void checkMemoryFor(double bytes, const std::string& what);

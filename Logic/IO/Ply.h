@@ -5,12 +5,14 @@
 
 namespace innergs {
 
-/// Binary little-endian PLY with the property names of 3D Gaussian splatting: x y z (LPS mm) nx ny nz f_dc_0..2 opacity (logit)
-/// scale_0..2 (ln mm) rot_0..3 (w x y z). What those names cannot hold (blending, weight beyond the logit's range, slopes, frame,
-/// intensity map, domain) goes into extra properties and `comment innergs` lines that other readers ignore.
+/// Binary little-endian PLY with the property names of 3D Gaussian splatting: x y z (LPS mm) nx ny nz
+/// f_dc_0..2 opacity (logit) scale_0..2 (ln mm) rot_0..3 (w x y z). What those names cannot hold (blending,
+/// weight beyond the logit's range, slopes, frame, intensity map, domain) goes into extra properties and
+/// `comment innergs` lines that other readers ignore.
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
-/// Reads our PLY files exactly, and plain 3DGS files as far as the names go. Throws Error(FileNotFound | FileFormat).
+/// Reads our PLY files exactly, and plain 3DGS files as far as the names go. Throws Error(FileNotFound |
+/// FileFormat).
 GaussianField readPly(const std::filesystem::path& path);
 
 } // namespace innergs

@@ -21,8 +21,8 @@ struct TensorToWrite {
 void writeSafetensors(const std::filesystem::path& path, const std::map<std::string, std::string>& metadata,
                       const std::vector<TensorToWrite>& tensors);
 
-/// A safetensors file whose header has been checked: every tensor lies within the file, none overlaps another and all of the
-/// file is accounted for.
+/// A safetensors file whose header has been checked: every tensor lies within the file, none overlaps another
+/// and all of the file is accounted for.
 class SafetensorsFile {
 public:
   struct Tensor {

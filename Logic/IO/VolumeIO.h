@@ -10,12 +10,13 @@ struct ReadOptions {
   std::optional<int> frame; // which frame of a 4D file (0 = first); unset: a 4D file is refused
 };
 
-/// Reads NIfTI, NRRD/NHDR, MHA/MHD, MINC2 or a folder with one DICOM series, in scanner units with exact LPS geometry.
-/// Throws Error with one sentence: FileNotFound, FileFormat, UnsupportedImage, Geometry.
+/// Reads NIfTI, NRRD/NHDR, MHA/MHD, MINC2 or a folder with one DICOM series, in scanner units with exact LPS
+/// geometry. Throws Error with one sentence: FileNotFound, FileFormat, UnsupportedImage, Geometry.
 Volume readVolume(const std::filesystem::path& path, const ReadOptions& options = {});
 
-/// The same as a stack to fit (at least two slices); the slice axis is K, or the axis with the coarsest spacing when it is
-/// clearly coarser (then the lattice is permuted, in the same patient position). DICOM's SliceThickness is used when present.
+/// The same as a stack to fit (at least two slices); the slice axis is K, or the axis with the coarsest
+/// spacing when it is clearly coarser (then the lattice is permuted, in the same patient position). DICOM's
+/// SliceThickness is used when present.
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// A label image or mask: every voxel that is not 0 is inside. Throws Error(NoData) when empty.
@@ -25,10 +26,11 @@ enum class OutputType { Float32, UInt8, Int16, UInt16, Int32 };
 
 /// Writes NIfTI (.nii, .nii.gz), NRRD (.nrrd) or MetaImage (.mha), beside the target first and then renamed.
 /// Integer types: rounded to nearest and clamped to the type's range. Throws Error(Io | InvalidArgument).
-void writeVolume(const Volume& volume, const std::filesystem::path& path, OutputType type = OutputType::Float32);
+void writeVolume(const Volume& volume, const std::filesystem::path& path,
+                 OutputType type = OutputType::Float32);
 
-/// Throws Error(InvalidArgument | Io) when `path` could not be written by writeVolume / as a file: unknown extension, no such folder.
-/// To be called before the work starts.
+/// Throws Error(InvalidArgument | Io) when `path` could not be written by writeVolume / as a file: unknown
+/// extension, no such folder. To be called before the work starts.
 void checkVolumePath(const std::filesystem::path& path);
 void checkOutputFolder(const std::filesystem::path& path);
 

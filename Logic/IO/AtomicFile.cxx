@@ -1,0 +1,92 @@
+#include "IO/AtomicFile.h"
+
+#include "Core/Error.h"
+#include "IO/FilePath.h"
+#include "IO/VolumeIO.h"
+
+#include <fstream>
+#include <random>
+
+namespace fs = std::filesystem;
+
+namespace innergs {
+namespace {
+
+/// A name that no other process or thread uses, in the same folder and with the same extension (writers
+/// choose by it).
+fs::path temporaryBeside(const fs::path& target) {
+  std::random_device random;
+  constexpr char digits[] = "0123456789abcdef";
+  std::string name = ".innergs-";
+  for (int i = 0; i < 16; ++i)
+    name += digits[random() % 16];
+  return target.parent_path() / (name + fullExtension(target));
+}
+
+/// Removes the temporary file unless it was renamed.
+struct TemporaryFile {
+  fs::path path;
+  ~TemporaryFile() {
+    std::error_code ignored;
+    fs::remove(path, ignored);
+  }
+};
+
+Error cannotWrite(const fs::path& target, const std::string& why) {
+  return {ErrorCode::Io, quoted(target) + " could not be written (" + why +
+                             "); free some space, check the permissions or choose another folder."};
+}
+
+void writeBytes(const fs::path& path, std::string_view bytes, const fs::path& target) {
+  std::ofstream out(path, std::ios::binary);
+  if (!out) throw cannotWrite(target, "the file cannot be created");
+  out.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  if (!out) throw cannotWrite(target, "the disk is full or failed");
+}
+
+bool isDevice(const fs::path& target) {
+  std::error_code ignored;
+  return fs::exists(target, ignored) && !fs::is_regular_file(target, ignored) &&
+         !fs::is_directory(target, ignored);
+}
+
+} // namespace
+
+void writeAtomically(const fs::path& target, const std::function<void(const fs::path&)>& write) {
+  checkOutputFolder(target);
+  if (isDevice(target))
+    throw Error(ErrorCode::Io, quoted(target) + " is not a regular file; choose another name.");
+  std::error_code failed;
+  // A link keeps pointing at the new file instead of being replaced by it.
+  const fs::path resolved = fs::is_symlink(target, failed) ? fs::weakly_canonical(target, failed) : target;
+  const TemporaryFile temporary{temporaryBeside(resolved)};
+  write(temporary.path);
+  if (!fs::exists(temporary.path, failed)) throw cannotWrite(target, "nothing was written");
+  fs::rename(temporary.path, resolved, failed);
+  if (failed) throw cannotWrite(target, failed.message());
+}
+
+void writeFileAtomically(const fs::path& target, std::string_view bytes) {
+  if (isDevice(target)) return writeBytes(target, bytes, target);
+  writeAtomically(target, [&](const fs::path& path) { writeBytes(path, bytes, target); });
+}
+
+void checkOutputFolder(const fs::path& path) {
+  std::error_code failed;
+  if (path.empty() || !path.has_filename())
+    throw Error(ErrorCode::InvalidArgument, quoted(path) + " is not a file name; add one.");
+  if (fs::is_directory(path, failed))
+    throw Error(ErrorCode::Io, quoted(path) + " is a folder; give the name of a file in it.");
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  if (!fs::is_directory(folder, failed))
+    throw Error(ErrorCode::Io,
+                "The folder " + quoted(folder) + " does not exist; create it or choose another.");
+  if (isDevice(path)) return;
+  const TemporaryFile probe{temporaryBeside(path)};
+  if (!std::ofstream(probe.path, std::ios::binary))
+    throw Error(ErrorCode::Io, "No file can be created in the folder " + quoted(folder) +
+                                   "; check its permissions or choose another.");
+}
+
+} // namespace innergs

@@ -1,0 +1,46 @@
+#include "IO/FilePath.h"
+
+#include "Core/Error.h"
+
+#include <algorithm>
+#include <fstream>
+
+namespace fs = std::filesystem;
+
+namespace innergs {
+
+std::string utf8(const fs::path& path) {
+  const std::u8string text = path.u8string();
+  return {text.begin(), text.end()};
+}
+
+std::string quoted(const fs::path& path) {
+  return "'" + utf8(path) + "'";
+}
+
+std::string fullExtension(const fs::path& path) {
+  const auto lower = [](std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(),
+                   [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+    return text;
+  };
+  const std::string last = lower(utf8(path.extension()));
+  if (last != ".gz") return last;
+  return lower(utf8(path.stem().extension())) + last;
+}
+
+std::uintmax_t checkInputFile(const fs::path& path) {
+  std::error_code ignored;
+  if (!fs::exists(path, ignored))
+    throw Error(ErrorCode::FileNotFound, quoted(path) + " does not exist; check the path.");
+  if (!fs::is_regular_file(path, ignored))
+    throw Error(ErrorCode::FileFormat, quoted(path) + " is not a file; give the path of a file.");
+  if (!std::ifstream(path, std::ios::binary))
+    throw Error(ErrorCode::FileNotFound, quoted(path) + " cannot be opened; check its permissions.");
+  const std::uintmax_t bytes = fs::file_size(path, ignored);
+  if (ignored || bytes == 0)
+    throw Error(ErrorCode::FileFormat, quoted(path) + " is empty; copy or export it again.");
+  return bytes;
+}
+
+} // namespace innergs

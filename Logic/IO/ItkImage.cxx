@@ -1,0 +1,135 @@
+#include "IO/ItkImage.h"
+
+#include "Core/ReconstructionJob.h"
+
+#include <itkMetaDataObject.h>
+
+#include <cstdio>
+#include <cstring>
+
+namespace innergs {
+namespace {
+
+using Pixel = itk::CommonEnums::IOPixel;
+using Component = itk::CommonEnums::IOComponent;
+
+/// Time series that ITK presents as vector pixels: MINC files with a time axis, NRRD sequences with a list
+/// axis.
+bool isSequence(const itk::ImageIOBase& io) {
+  const itk::MetaDataDictionary& dictionary = io.GetMetaDataDictionary();
+  if (std::strcmp(io.GetNameOfClass(), "MINCImageIO") == 0) return dictionary.HasKey("tstep");
+  if (std::strcmp(io.GetNameOfClass(), "NrrdImageIO") != 0) return false;
+  std::string kind;
+  for (unsigned axis = 0; axis <= io.GetNumberOfDimensions(); ++axis)
+    if (itk::ExposeMetaData<std::string>(dictionary, "NRRD_kinds[" + std::to_string(axis) + "]", kind) &&
+        kind == "list")
+      return true;
+  return false;
+}
+
+void checkPixels(const itk::ImageIOBase& io, const std::string& what) {
+  const auto refuse = [&](const std::string& sentence) {
+    throw Error(ErrorCode::UnsupportedImage, what + sentence);
+  };
+  switch (io.GetPixelType()) {
+  case Pixel::SCALAR:
+    break;
+  case Pixel::RGB:
+  case Pixel::RGBA:
+    refuse(" has colour (RGB) pixels; convert it to grey values first.");
+    break;
+  case Pixel::COMPLEX:
+    refuse(" has complex pixels; export its magnitude first.");
+    break;
+  default:
+    if (io.GetPixelType() != Pixel::VECTOR || !isSequence(io))
+      refuse(" has several values per voxel (vectors or tensors); extract one component first.");
+  }
+  if (io.GetPixelType() == Pixel::SCALAR && io.GetNumberOfComponents() != 1)
+    refuse(" has several values per voxel (vectors or tensors); extract one component first.");
+  if (io.GetComponentType() == Component::UNKNOWNCOMPONENTTYPE)
+    refuse(" has a voxel type that cannot be read; convert it to a common integer or floating-point type.");
+}
+
+template <typename T>
+void convert(const std::byte* source, std::size_t first, std::size_t stride, std::span<float> out) {
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    T value;
+    std::memcpy(&value, source + (first + i * stride) * sizeof(T), sizeof(T));
+    out[i] = static_cast<float>(value);
+  }
+}
+
+} // namespace
+
+ItkHeader describe(const itk::ImageIOBase& io, const std::string& what) {
+  checkPixels(io, what);
+  const unsigned dimensions = io.GetNumberOfDimensions();
+  if (dimensions < 3)
+    throw Error(ErrorCode::UnsupportedImage,
+                what + " is a single slice (2D); a volume with slices is needed.");
+  ItkHeader header;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    header.geometry.size[axis] = static_cast<std::int64_t>(io.GetDimensions(axis));
+    header.geometry.spacing[axis] = io.GetSpacing(axis);
+    header.geometry.origin[axis] = io.GetOrigin(axis);
+    const std::vector<double> direction = io.GetDirection(axis);
+    for (unsigned row = 0; row < 3; ++row)
+      header.geometry.direction[row][axis] = row < direction.size() ? direction[row] : 0;
+  }
+  if (io.GetNumberOfComponents() > 1) {
+    header.frames = io.GetNumberOfComponents();
+    header.interleaved = true;
+  }
+  for (unsigned axis = 3; axis < dimensions; ++axis) {
+    const auto length = static_cast<std::int64_t>(io.GetDimensions(axis));
+    if (length < 1 || header.frames > (std::int64_t{1} << 40) / length)
+      throw Error(ErrorCode::FileFormat, what + " has an impossible number of frames; it is damaged.");
+    header.frames *= length;
+  }
+  return header;
+}
+
+void convertVoxels(Component type, const std::byte* source, std::size_t first, std::size_t stride,
+                   std::span<float> out) {
+  switch (type) {
+  case Component::UCHAR:
+    return convert<unsigned char>(source, first, stride, out);
+  case Component::CHAR:
+    return convert<signed char>(source, first, stride, out);
+  case Component::USHORT:
+    return convert<unsigned short>(source, first, stride, out);
+  case Component::SHORT:
+    return convert<short>(source, first, stride, out);
+  case Component::UINT:
+    return convert<unsigned int>(source, first, stride, out);
+  case Component::INT:
+    return convert<int>(source, first, stride, out);
+  case Component::ULONG:
+    return convert<unsigned long>(source, first, stride, out);
+  case Component::LONG:
+    return convert<long>(source, first, stride, out);
+  case Component::ULONGLONG:
+    return convert<unsigned long long>(source, first, stride, out);
+  case Component::LONGLONG:
+    return convert<long long>(source, first, stride, out);
+  case Component::FLOAT:
+    return convert<float>(source, first, stride, out);
+  case Component::DOUBLE:
+    return convert<double>(source, first, stride, out);
+  default:
+    throw Error(ErrorCode::UnsupportedImage, "The image has a voxel type that cannot be read.");
+  }
+}
+
+void checkMemoryFor(double bytes, const std::string& what) {
+  const std::int64_t available = availableMemory();
+  if (available == 0 || bytes <= static_cast<double>(available)) return;
+  char sentence[120];
+  std::snprintf(sentence, sizeof(sentence),
+                " needs %.1f GB of memory and %.1f GB are available; crop it or lower its resolution.",
+                bytes / 1e9, static_cast<double>(available) / 1e9);
+  throw Error(ErrorCode::Memory, what + sentence);
+}
+
+} // namespace innergs

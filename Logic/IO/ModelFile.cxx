@@ -1,0 +1,235 @@
+#include "IO/ModelFile.h"
+
+#include "Core/Error.h"
+#include "IO/FilePath.h"
+#include "IO/ItkImage.h"
+#include "IO/Safetensors.h"
+
+#include <nlohmann/json.hpp>
+
+#include <charconv>
+
+namespace innergs {
+namespace {
+
+using nlohmann::json;
+constexpr int formatVersion = 1;
+constexpr int floatsPerGaussian = 16;
+static_assert(sizeof(Gaussian) == floatsPerGaussian * sizeof(float));
+
+/// Where a tensor lies in the sixteen floats of a Gaussian.
+struct Part {
+  const char* name;
+  int first, count;
+};
+constexpr Part parts[] = {{"mean", 0, 3},        {"log_scale", 3, 3},  {"quaternion", 6, 4},
+                          {"log_weight", 10, 1}, {"intensity", 11, 1}, {"slope", 12, 3}};
+constexpr int slopePart = 5;
+
+const float* floats(const Gaussian& gaussian) {
+  return reinterpret_cast<const float*>(&gaussian);
+}
+float* floats(Gaussian& gaussian) {
+  return reinterpret_cast<float*>(&gaussian);
+}
+
+std::vector<std::int64_t> shapeOf(const Part& part, std::int64_t count) {
+  if (part.count == 1) return {count};
+  return {count, part.count};
+}
+
+json toJson(const Vec3& v) {
+  return {v[0], v[1], v[2]};
+}
+json toJson(const Mat3& m) {
+  return {toJson(m[0]), toJson(m[1]), toJson(m[2])};
+}
+
+std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
+  const GaussianField& field = checkpoint.field;
+  const Mat3& r = field.modelToWorld.linear;
+  const Vec3& t = field.modelToWorld.offset;
+  const json pose = {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
+                     r[2][0], r[2][1], r[2][2], t[2], 0.0,     0.0,     0.0,     1.0};
+  const json domain = {{"size", field.domain.size},
+                       {"origin", toJson(field.domain.origin)},
+                       {"spacing", toJson(field.domain.spacing)},
+                       {"direction", toJson(field.domain.direction)}};
+  return {{"format", "InnerGS"},
+          {"format_version", std::to_string(formatVersion)},
+          {"program", "InnerGS " INNERGS_VERSION},
+          {"frame", "mean, log_scale, quaternion and slope in the model frame; model_to_world (row-major "
+                    "4x4) maps it to LPS "
+                    "patient space"},
+          {"units",
+           "lengths in mm; log_scale = ln(mm); slope per mm; scanner value = intensity_scale * value + "
+           "intensity_offset"},
+          {"blending", field.blending == Blending::Additive ? "additive" : "normalised"},
+          {"epsilon", json(field.epsilon).dump()},
+          {"cutoff", json(field.cutoff).dump()},
+          {"model_to_world", pose.dump()},
+          {"intensity_scale", json(field.intensityScale).dump()},
+          {"intensity_offset", json(field.intensityOffset).dump()},
+          {"domain", domain.dump()},
+          {"iteration", std::to_string(checkpoint.iteration)},
+          {"settings_key", checkpoint.settingsKey}};
+}
+
+/// Reads typed values from the metadata; anything missing or malformed is one Error(FileFormat).
+class Metadata {
+public:
+  Metadata(const SafetensorsFile& file, const std::filesystem::path& path)
+      : values_(file.metadata()), path_(path) {}
+
+  [[noreturn]] void fail(const std::string& key) const {
+    throw Error(ErrorCode::FileFormat, quoted(path_) + " is not an InnerGS model or is damaged (its entry '" +
+                                           key + "' is missing or wrong); save or copy it again.");
+  }
+  std::string text(const std::string& key) const {
+    const auto found = values_.find(key);
+    if (found == values_.end()) fail(key);
+    return found->second;
+  }
+  json parsed(const std::string& key) const { return json::parse(text(key), nullptr, false); }
+  double number(const json& value, const std::string& key) const {
+    if (!value.is_number()) fail(key);
+    const double result = value.get<double>();
+    if (!std::isfinite(result)) fail(key);
+    return result;
+  }
+  double number(const std::string& key) const { return number(parsed(key), key); }
+  Vec3 vector(const json& value, const std::string& key) const {
+    if (!value.is_array() || value.size() != 3) fail(key);
+    return {number(value[0], key), number(value[1], key), number(value[2], key)};
+  }
+  int integer(const std::string& key) const {
+    const std::string digits = text(key);
+    int value = 0;
+    const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+    if (code != std::errc{} || end != digits.data() + digits.size() || value < 0) fail(key);
+    return value;
+  }
+  Affine3 pose(const std::string& key) const {
+    const json value = parsed(key);
+    if (!value.is_array() || value.size() != 16) fail(key);
+    Affine3 pose;
+    for (std::size_t row = 0; row < 3; ++row) {
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        pose.linear[static_cast<int>(row)][axis] = number(value[4 * row + axis], key);
+      pose.offset[row] = number(value[4 * row + 3], key);
+    }
+    return pose;
+  }
+  GridGeometry grid(const std::string& key) const {
+    const json value = parsed(key);
+    if (!value.is_object()) fail(key);
+    for (const char* part : {"size", "origin", "spacing", "direction"})
+      if (!value.contains(part)) fail(key);
+    GridGeometry grid;
+    const json &size = value["size"], &direction = value["direction"];
+    if (!size.is_array() || size.size() != 3 || !direction.is_array() || direction.size() != 3) fail(key);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!size[axis].is_number_unsigned() || size[axis].get<std::uint64_t>() > (1u << 30)) fail(key);
+      grid.size[axis] = size[axis].get<std::int64_t>();
+      grid.direction[static_cast<int>(axis)] = vector(direction[axis], key);
+    }
+    grid.origin = vector(value["origin"], key);
+    grid.spacing = vector(value["spacing"], key);
+    if (grid.size == std::array<std::int64_t, 3>{0, 0, 0}) return grid; // a field without a domain
+    try {
+      checkGeometry(grid, "the domain");
+    } catch (const Error&) {
+      fail(key);
+    }
+    return grid;
+  }
+
+private:
+  const std::map<std::string, std::string>& values_;
+  const std::filesystem::path& path_;
+};
+
+void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path) {
+  const auto format = file.metadata().find("format");
+  if (format == file.metadata().end() || format->second != "InnerGS")
+    throw Error(ErrorCode::FileFormat,
+                quoted(path) + " is a safetensors file but not an InnerGS model; choose another file.");
+  if (Metadata(file, path).integer("format_version") > formatVersion)
+    throw Error(ErrorCode::FileFormat,
+                quoted(path) + " was written by a newer version of InnerGS; update InnerGS to open it.");
+}
+
+} // namespace
+
+void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path) {
+  const std::vector<Gaussian>& gaussians = checkpoint.field.gaussians;
+  const std::int64_t count = checkpoint.field.size();
+  std::vector<TensorToWrite> tensors;
+  for (const Part& part : parts) {
+    if (&part == &parts[slopePart] && !checkpoint.field.linearIntensity) continue;
+    tensors.push_back({part.name, shapeOf(part, count), [&gaussians, part] {
+                         std::vector<float> values;
+                         values.reserve(gaussians.size() * static_cast<std::size_t>(part.count));
+                         for (const Gaussian& gaussian : gaussians)
+                           values.insert(values.end(), floats(gaussian) + part.first,
+                                         floats(gaussian) + part.first + part.count);
+                         return values;
+                       }});
+  }
+  const auto addMoment = [&](const char* name, const std::vector<float>& moment) {
+    if (moment.empty()) return;
+    if (moment.size() != gaussians.size() * floatsPerGaussian)
+      throw Error(ErrorCode::Internal,
+                  "The optimiser's state does not match the Gaussians; please report this.");
+    tensors.push_back({name, {count, floatsPerGaussian}, [&moment] { return moment; }});
+  };
+  addMoment("adam_moment1", checkpoint.moment1);
+  addMoment("adam_moment2", checkpoint.moment2);
+  writeSafetensors(path, metadataOf(checkpoint), tensors);
+}
+
+Checkpoint readModel(const std::filesystem::path& path) {
+  const SafetensorsFile file(path);
+  checkFormat(file, path);
+  const Metadata metadata(file, path);
+  const SafetensorsFile::Tensor* mean = file.find("mean");
+  if (mean == nullptr || mean->shape.size() != 2) metadata.fail("mean");
+  const std::int64_t count = mean->shape[0];
+  const bool resumable = file.find("adam_moment1") != nullptr;
+  checkMemoryFor(double(count) * sizeof(Gaussian) * (resumable ? 3 : 1), quoted(path));
+
+  Checkpoint checkpoint;
+  GaussianField& field = checkpoint.field;
+  const std::string blending = metadata.text("blending");
+  if (blending != "normalised" && blending != "additive") metadata.fail("blending");
+  field.blending = blending == "additive" ? Blending::Additive : Blending::Normalised;
+  field.linearIntensity = file.find("slope") != nullptr;
+  field.epsilon = metadata.number("epsilon");
+  field.cutoff = metadata.number("cutoff");
+  field.modelToWorld = metadata.pose("model_to_world");
+  field.intensityScale = metadata.number("intensity_scale");
+  field.intensityOffset = metadata.number("intensity_offset");
+  field.domain = metadata.grid("domain");
+  checkpoint.iteration = metadata.integer("iteration");
+  checkpoint.settingsKey = metadata.text("settings_key");
+
+  field.gaussians.assign(static_cast<std::size_t>(count), Gaussian{});
+  for (const Part& part : parts) {
+    if (&part == &parts[slopePart] && !field.linearIntensity) continue;
+    const std::vector<float> values = file.read(part.name, shapeOf(part, count));
+    for (std::size_t i = 0; i < field.gaussians.size(); ++i)
+      std::copy_n(values.data() + i * static_cast<std::size_t>(part.count), part.count,
+                  floats(field.gaussians[i]) + part.first);
+  }
+  if (resumable) {
+    checkpoint.moment1 = file.read("adam_moment1", {count, floatsPerGaussian});
+    checkpoint.moment2 = file.read("adam_moment2", {count, floatsPerGaussian});
+    for (const std::vector<float>* moment : {&checkpoint.moment1, &checkpoint.moment2})
+      for (const float value : *moment)
+        if (!std::isfinite(value)) metadata.fail("adam_moment1, adam_moment2");
+  }
+  checkField(field);
+  return checkpoint;
+}
+
+} // namespace innergs

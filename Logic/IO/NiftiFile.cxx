@@ -1,0 +1,261 @@
+#include "IO/NiftiFile.h"
+
+#include "Core/Error.h"
+#include "IO/FilePath.h"
+#include "IO/ItkImage.h"
+
+#include <itk_zlib.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <memory>
+
+namespace fs = std::filesystem;
+
+namespace innergs {
+namespace {
+
+constexpr std::size_t headerBytes = 348;
+enum Datatype {
+  UInt8 = 2,
+  Int16 = 4,
+  Int32 = 8,
+  Float32 = 16,
+  Float64 = 64,
+  Int8 = 256,
+  UInt16 = 512,
+  UInt32 = 768,
+  Int64 = 1024,
+  UInt64 = 1280
+};
+
+/// zlib reads uncompressed files as they are.
+using GzFile = std::unique_ptr<gzFile_s, int (*)(gzFile)>;
+GzFile openGz(const fs::path& path) {
+  return {gzopen(utf8(path).c_str(), "rb"), gzclose};
+}
+
+template <typename T>
+T swapBytes(T value) {
+  std::array<unsigned char, sizeof(T)> bytes;
+  std::memcpy(bytes.data(), &value, sizeof(T));
+  std::reverse(bytes.begin(), bytes.end());
+  std::memcpy(&value, bytes.data(), sizeof(T));
+  return value;
+}
+
+class Fields {
+public:
+  Fields(const std::array<unsigned char, headerBytes>& bytes, bool swapped)
+      : bytes_(bytes), swapped_(swapped) {}
+  template <typename T>
+  T get(std::size_t offset) const {
+    T value;
+    std::memcpy(&value, bytes_.data() + offset, sizeof(T));
+    return swapped_ ? swapBytes(value) : value;
+  }
+
+private:
+  const std::array<unsigned char, headerBytes>& bytes_;
+  bool swapped_;
+};
+
+fs::path voxelFileOf(const fs::path& path, bool pair) {
+  if (!pair) return path;
+  fs::path image = path;
+  if (fullExtension(path) == ".hdr.gz") image.replace_extension();
+  image.replace_extension(".img");
+  std::error_code ignored;
+  if (fs::exists(image, ignored)) return image;
+  image += ".gz";
+  if (fs::exists(image, ignored)) return image;
+  throw Error(ErrorCode::FileNotFound,
+              quoted(path) + " has no .img file beside it; copy both files of the pair.");
+}
+
+/// ITK falls back on the qform when the sform is sheared; that is right only when the sform is a registration
+/// to a template.
+void checkNotSheared(const NiftiHeader& header, const std::string& what) {
+  constexpr int talairach = 3;
+  if (header.sformCode <= 0 || (header.sformCode >= talairach && header.qformCode > 0)) return;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < i; ++j) {
+      const Vec3 a = column(header.sform.linear, i), b = column(header.sform.linear, j);
+      const double cosine = dot(a, b) / (norm(a) * norm(b));
+      if (!(std::abs(cosine) <= 1e-3))
+        throw Error(ErrorCode::Geometry, what +
+                                             " has a sheared or singular orientation (its sform axes are not "
+                                             "perpendicular); resample it to a rectangular grid first.");
+    }
+}
+
+template <typename T>
+void convert(const std::vector<unsigned char>& bytes, const NiftiHeader& header, float* out,
+             std::size_t count) {
+  const bool scaled = header.slope != 1 || header.intercept != 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    T value;
+    std::memcpy(&value, bytes.data() + i * sizeof(T), sizeof(T));
+    if (header.swapped) value = swapBytes(value);
+    out[i] = scaled ? static_cast<float>(header.slope * static_cast<double>(value) + header.intercept)
+                    : static_cast<float>(value);
+  }
+}
+
+void convert(const std::vector<unsigned char>& bytes, const NiftiHeader& header, float* out,
+             std::size_t count) {
+  switch (header.datatype) {
+  case UInt8:
+    return convert<std::uint8_t>(bytes, header, out, count);
+  case Int8:
+    return convert<std::int8_t>(bytes, header, out, count);
+  case UInt16:
+    return convert<std::uint16_t>(bytes, header, out, count);
+  case Int16:
+    return convert<std::int16_t>(bytes, header, out, count);
+  case UInt32:
+    return convert<std::uint32_t>(bytes, header, out, count);
+  case Int32:
+    return convert<std::int32_t>(bytes, header, out, count);
+  case UInt64:
+    return convert<std::uint64_t>(bytes, header, out, count);
+  case Int64:
+    return convert<std::int64_t>(bytes, header, out, count);
+  case Float32:
+    return convert<float>(bytes, header, out, count);
+  case Float64:
+    return convert<double>(bytes, header, out, count);
+  }
+}
+
+int bytesOf(int datatype) {
+  switch (datatype) {
+  case UInt8:
+  case Int8:
+    return 1;
+  case UInt16:
+  case Int16:
+    return 2;
+  case UInt32:
+  case Int32:
+  case Float32:
+    return 4;
+  case UInt64:
+  case Int64:
+  case Float64:
+    return 8;
+  default:
+    return 0; // colour, complex, long double: refused from the pixel type
+  }
+}
+
+} // namespace
+
+NiftiHeader readNiftiHeader(const fs::path& path) {
+  const std::string what = quoted(path);
+  std::array<unsigned char, headerBytes> bytes{};
+  {
+    const GzFile file = openGz(path);
+    if (!file || gzread(file.get(), bytes.data(), headerBytes) != static_cast<int>(headerBytes))
+      throw Error(ErrorCode::FileFormat,
+                  what + " is not a NIfTI image or is truncated; copy or export it again.");
+  }
+  NiftiHeader header;
+  std::int32_t headerSize;
+  std::memcpy(&headerSize, bytes.data(), 4);
+  header.swapped = headerSize != 348 && headerSize != 540;
+  const Fields fields(bytes, header.swapped);
+  headerSize = fields.get<std::int32_t>(0);
+  if (headerSize == 540)
+    throw Error(ErrorCode::UnsupportedImage,
+                what + " is a NIfTI-2 file, which cannot be read; convert it to NIfTI-1.");
+  const std::string magic(reinterpret_cast<const char*>(bytes.data()) + 344, 3);
+  if (headerSize == 348 && magic != "n+1" && magic != "ni1")
+    throw Error(ErrorCode::UnsupportedImage,
+                what + " is an Analyze 7.5 image without a defined orientation; convert it to NIfTI.");
+  const int dimensions = fields.get<std::int16_t>(40);
+  if (headerSize != 348 || dimensions < 1 || dimensions > 7)
+    throw Error(ErrorCode::FileFormat,
+                what + " is not a NIfTI image or is damaged; copy or export it again.");
+
+  header.voxelFile = voxelFileOf(path, magic == "ni1");
+  for (int axis = 0; axis < dimensions; ++axis) {
+    header.size[axis] = fields.get<std::int16_t>(42 + 2 * axis);
+    if (header.size[axis] < 1)
+      throw Error(ErrorCode::FileFormat, what + " has an axis without voxels; it is damaged.");
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    header.spacing[axis] = fields.get<float>(80 + 4 * axis);
+    if (axis < dimensions && !(std::isfinite(header.spacing[axis]) && header.spacing[axis] > 0))
+      throw Error(ErrorCode::Geometry,
+                  what +
+                      " has a voxel spacing that is not finite and above zero; correct its header (pixdim).");
+  }
+  header.datatype = fields.get<std::int16_t>(70);
+  header.bytesPerVoxel = bytesOf(header.datatype);
+  const float offset = fields.get<float>(108);
+  header.voxelOffset = magic == "n+1" ? std::int64_t{352} : 0;
+  if (std::isfinite(offset) && offset > static_cast<float>(header.voxelOffset) && offset < 1e15f)
+    header.voxelOffset = static_cast<std::int64_t>(offset);
+  const float slope = fields.get<float>(112), intercept = fields.get<float>(116);
+  if (std::isfinite(slope) && slope != 0) {
+    header.slope = slope;
+    header.intercept = std::isfinite(intercept) ? intercept : 0;
+  }
+  const int lengthUnit = bytes[123] & 7;
+  header.millimetres = lengthUnit == 1 ? 1e3 : lengthUnit == 3 ? 1e-3 : 1;
+  header.qformCode = fields.get<std::int16_t>(252);
+  header.sformCode = fields.get<std::int16_t>(254);
+  for (int row = 0; row < 3; ++row) {
+    header.qformOffset[row] = fields.get<float>(268 + 4 * row);
+    for (int axis = 0; axis < 3; ++axis)
+      header.sform.linear[row][axis] = fields.get<float>(280 + 16 * row + 4 * axis);
+    header.sform.offset[row] = fields.get<float>(292 + 16 * row);
+  }
+  checkNotSheared(header, what);
+  return header;
+}
+
+Vec3 originInMillimetres(const NiftiHeader& header, const Vec3& origin) {
+  if (header.millimetres == 1) return origin;
+  const Vec3 ras{-origin[0], -origin[1], origin[2]};
+  const double tolerance = 1e-5 * (1 + norm(ras));
+  const bool unscaled =
+      norm(ras - header.sform.offset) <= tolerance || norm(ras - header.qformOffset) <= tolerance;
+  return unscaled ? header.millimetres * origin : origin;
+}
+
+std::vector<float> readNiftiFrame(const NiftiHeader& header, std::int64_t frame, const fs::path& path) {
+  const auto truncated = [&] {
+    return Error(ErrorCode::FileFormat, quoted(path) + " is truncated or damaged; copy or export it again.");
+  };
+  if (header.bytesPerVoxel == 0)
+    throw Error(
+        ErrorCode::UnsupportedImage,
+        quoted(path) +
+            " has a voxel type that cannot be read; convert it to a common integer or floating-point type.");
+  const double perFrame = double(header.size[0]) * double(header.size[1]) * double(header.size[2]);
+  const double needed = header.voxelOffset + perFrame * double(frame + 1) * header.bytesPerVoxel;
+  constexpr double largestDeflateRatio = 1032;
+  if (needed > largestDeflateRatio * double(checkInputFile(header.voxelFile)) + 4096) throw truncated();
+  checkMemoryFor(perFrame * sizeof(float), quoted(path));
+
+  const GzFile file = openGz(header.voxelFile);
+  if (!file) throw truncated();
+  const auto count = static_cast<std::int64_t>(perFrame);
+  const std::int64_t start = header.voxelOffset + frame * count * header.bytesPerVoxel;
+  if (gzseek(file.get(), static_cast<z_off_t>(start), SEEK_SET) < 0) throw truncated();
+  std::vector<float> voxels(static_cast<std::size_t>(count));
+  constexpr std::int64_t chunk = 1 << 16;
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(chunk * header.bytesPerVoxel));
+  for (std::int64_t done = 0; done < count; done += chunk) {
+    const std::int64_t n = std::min(chunk, count - done);
+    const int wanted = static_cast<int>(n * header.bytesPerVoxel);
+    if (gzread(file.get(), bytes.data(), static_cast<unsigned>(wanted)) != wanted) throw truncated();
+    convert(bytes, header, voxels.data() + done, static_cast<std::size_t>(n));
+  }
+  return voxels;
+}
+
+} // namespace innergs

@@ -1,0 +1,327 @@
+#include "IO/Ply.h"
+
+#include "Core/Error.h"
+#include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
+#include "IO/ItkImage.h"
+#include "IO/PlyHeader.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+namespace innergs {
+namespace {
+
+/// 3DGS keeps colour as the constant spherical harmonic around 0.5.
+constexpr double sphericalHarmonic0 = 0.28209479177387814;
+
+constexpr std::array names{"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity",
+                           "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3",
+                           // The model frame's own values, exactly.
+                           "innergs_x", "innergs_y", "innergs_z", "innergs_rot_0", "innergs_rot_1",
+                           "innergs_rot_2", "innergs_rot_3", "innergs_log_weight", "innergs_intensity",
+                           "innergs_slope_0", "innergs_slope_1", "innergs_slope_2"};
+constexpr std::size_t firstOwn = 17;
+using Row = std::array<float, names.size()>;
+static_assert(sizeof(Row) == names.size() * sizeof(float));
+
+using Quaternion = std::array<double, 4>; // w, x, y, z
+
+Quaternion product(const Quaternion& a, const Quaternion& b) {
+  return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
+}
+
+/// Of a rotation; the branch with the largest divisor, so that nothing cancels.
+Quaternion quaternionOf(const Mat3& r) {
+  const std::array<double, 4> squares{1 + r[0][0] + r[1][1] + r[2][2], 1 + r[0][0] - r[1][1] - r[2][2],
+                                      1 - r[0][0] + r[1][1] - r[2][2], 1 - r[0][0] - r[1][1] + r[2][2]};
+  const auto largest = std::max_element(squares.begin(), squares.end());
+  const double d = 2 * std::sqrt(*largest);
+  switch (largest - squares.begin()) {
+  case 0:
+    return {d / 4, (r[2][1] - r[1][2]) / d, (r[0][2] - r[2][0]) / d, (r[1][0] - r[0][1]) / d};
+  case 1:
+    return {(r[2][1] - r[1][2]) / d, d / 4, (r[0][1] + r[1][0]) / d, (r[0][2] + r[2][0]) / d};
+  case 2:
+    return {(r[0][2] - r[2][0]) / d, (r[0][1] + r[1][0]) / d, d / 4, (r[1][2] + r[2][1]) / d};
+  default:
+    return {(r[1][0] - r[0][1]) / d, (r[0][2] + r[2][0]) / d, (r[1][2] + r[2][1]) / d, d / 4};
+  }
+}
+
+/// The weight as 3DGS opacity: a logit, so weights of 1 and more are clipped just below 1.
+double opacityLogit(double logWeight) {
+  const double opacity = std::clamp(std::exp(logWeight), 1e-7, 1 - 1e-6);
+  return std::log(opacity / (1 - opacity));
+}
+
+Row rowOf(const Gaussian& g, const Affine3& modelToWorld, const Quaternion& rotation) {
+  const Vec3 position = modelToWorld({g.mean[0], g.mean[1], g.mean[2]});
+  const Quaternion q =
+      product(rotation, {g.quaternion[0], g.quaternion[1], g.quaternion[2], g.quaternion[3]});
+  const auto colour = static_cast<float>((g.intensity - 0.5) / sphericalHarmonic0);
+  const auto f = [](double value) { return static_cast<float>(value); };
+  return {f(position[0]),
+          f(position[1]),
+          f(position[2]),
+          0,
+          0,
+          0,
+          colour,
+          colour,
+          colour,
+          f(opacityLogit(g.logWeight)),
+          g.logScale[0],
+          g.logScale[1],
+          g.logScale[2],
+          f(q[0]),
+          f(q[1]),
+          f(q[2]),
+          f(q[3]),
+          g.mean[0],
+          g.mean[1],
+          g.mean[2],
+          g.quaternion[0],
+          g.quaternion[1],
+          g.quaternion[2],
+          g.quaternion[3],
+          g.logWeight,
+          g.intensity,
+          g.slope[0],
+          g.slope[1],
+          g.slope[2]};
+}
+
+std::string number(double value) {
+  char text[40];
+  std::snprintf(text, sizeof(text), "%.17g", value);
+  return text;
+}
+template <typename... Rows>
+std::string numbers(const Rows&... rows) {
+  std::string text;
+  const auto add = [&](const auto& row) {
+    for (const auto value : row) {
+      if (!text.empty()) text += ' ';
+      text += number(static_cast<double>(value));
+    }
+  };
+  (add(rows), ...);
+  return text;
+}
+
+std::string headerOf(const GaussianField& field) {
+  const Mat3& r = field.modelToWorld.linear;
+  const GridGeometry& d = field.domain;
+  std::string text = "ply\nformat binary_little_endian 1.0\n";
+  const auto comment = [&](const char* key, const std::string& value) {
+    text += std::string("comment innergs ") + key + " " + value + "\n";
+  };
+  comment("format_version", "1");
+  comment("blending", field.blending == Blending::Additive ? "additive" : "normalised");
+  comment("linear_intensity", field.linearIntensity ? "1" : "0");
+  comment("epsilon", number(field.epsilon));
+  comment("cutoff", number(field.cutoff));
+  comment("model_to_world_linear", numbers(r[0], r[1], r[2]));
+  comment("model_to_world_offset", numbers(field.modelToWorld.offset));
+  comment("intensity_scale", number(field.intensityScale));
+  comment("intensity_offset", number(field.intensityOffset));
+  comment("domain_size", numbers(d.size));
+  comment("domain_origin", numbers(d.origin));
+  comment("domain_spacing", numbers(d.spacing));
+  comment("domain_direction", numbers(d.direction[0], d.direction[1], d.direction[2]));
+  text += "element vertex " + std::to_string(field.size()) + "\n";
+  for (const char* name : names)
+    text += std::string("property float ") + name + "\n";
+  return text + "end_header\n";
+}
+
+[[noreturn]] void failComment(const std::filesystem::path& path, const std::string& key) {
+  throw Error(ErrorCode::FileFormat, quoted(path) + " is damaged (its comment 'innergs " + key +
+                                         "' is missing or wrong); export it again.");
+}
+
+template <std::size_t n>
+std::array<double, n> commentNumbers(const PlyHeader& header, const std::string& key,
+                                     const std::filesystem::path& path) {
+  const auto found = header.comments.find(key);
+  if (found == header.comments.end()) failComment(path, key);
+  std::istringstream words(found->second);
+  words.imbue(std::locale::classic());
+  std::array<double, n> values;
+  for (double& value : values)
+    if (!(words >> value) || !std::isfinite(value)) failComment(path, key);
+  return values;
+}
+
+Mat3 matrixOf(const std::array<double, 9>& v) {
+  return {{{{v[0], v[1], v[2]}, {v[3], v[4], v[5]}, {v[6], v[7], v[8]}}}};
+}
+
+void readOwnComments(const PlyHeader& header, const std::filesystem::path& path, GaussianField& field) {
+  const auto one = [&](const char* key) { return commentNumbers<1>(header, key, path)[0]; };
+  if (one("format_version") > 1)
+    throw Error(ErrorCode::FileFormat,
+                quoted(path) + " was written by a newer version of InnerGS; update InnerGS to open it.");
+  const auto blending = header.comments.find("blending");
+  if (blending == header.comments.end() ||
+      (blending->second != "normalised" && blending->second != "additive"))
+    failComment(path, "blending");
+  field.blending = blending->second == "additive" ? Blending::Additive : Blending::Normalised;
+  field.linearIntensity = one("linear_intensity") != 0;
+  field.epsilon = one("epsilon");
+  field.cutoff = one("cutoff");
+  field.modelToWorld.linear = matrixOf(commentNumbers<9>(header, "model_to_world_linear", path));
+  field.modelToWorld.offset = commentNumbers<3>(header, "model_to_world_offset", path);
+  field.intensityScale = one("intensity_scale");
+  field.intensityOffset = one("intensity_offset");
+  const std::array<double, 3> size = commentNumbers<3>(header, "domain_size", path);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!(size[axis] >= 0 && size[axis] <= double(1 << 30))) failComment(path, "domain_size");
+    field.domain.size[axis] = static_cast<std::int64_t>(size[axis]);
+  }
+  field.domain.origin = commentNumbers<3>(header, "domain_origin", path);
+  field.domain.spacing = commentNumbers<3>(header, "domain_spacing", path);
+  field.domain.direction = matrixOf(commentNumbers<9>(header, "domain_direction", path));
+  if (field.domain.size == std::array<std::int64_t, 3>{0, 0, 0}) return; // a field without a domain
+  try {
+    checkGeometry(field.domain, "the domain");
+  } catch (const Error&) {
+    failComment(path, "domain");
+  }
+}
+
+/// A lattice over the Gaussians of a file that does not say what it covers: 256 voxels along the longest
+/// side.
+GridGeometry domainAround(const std::vector<Gaussian>& gaussians) {
+  Vec3 low, high;
+  low.fill(std::numeric_limits<double>::max());
+  high.fill(std::numeric_limits<double>::lowest());
+  for (const Gaussian& g : gaussians)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min<double>(low[axis], g.mean[axis]);
+      high[axis] = std::max<double>(high[axis], g.mean[axis]);
+    }
+  const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
+  const double spacing = std::isfinite(longest) && longest > 0 ? longest / 255 : 1;
+  GridGeometry domain;
+  domain.origin = low;
+  domain.spacing = {spacing, spacing, spacing};
+  for (int axis = 0; axis < 3; ++axis)
+    domain.size[axis] =
+        std::clamp<std::int64_t>(std::llround((high[axis] - low[axis]) / spacing) + 1, 1, 256);
+  return domain;
+}
+
+/// Reads named properties of one vertex after the other.
+class Vertices {
+public:
+  Vertices(const PlyHeader& header, const std::filesystem::path& path)
+      : header_(header), path_(path), in_(path, std::ios::binary), vertex_(header.vertexBytes) {
+    in_.seekg(static_cast<std::streamoff>(header.dataStart));
+  }
+  void next() {
+    if (!in_.read(vertex_.data(), static_cast<std::streamsize>(vertex_.size())))
+      throw Error(ErrorCode::FileFormat, quoted(path_) + " is cut off; export it again.");
+  }
+  std::vector<PlyHeader::Property> find(std::size_t first, std::size_t last) const {
+    std::vector<PlyHeader::Property> found;
+    for (std::size_t i = first; i < last; ++i) {
+      const auto property = header_.properties.find(names[i]);
+      if (property == header_.properties.end())
+        throw Error(ErrorCode::FileFormat, quoted(path_) +
+                                               " is not a PLY file of Gaussians (the vertex property '" +
+                                               names[i] + "' is missing); choose another file.");
+      found.push_back(property->second);
+    }
+    return found;
+  }
+  double value(const PlyHeader::Property& property) const { return plyValue(property, vertex_.data()); }
+
+private:
+  const PlyHeader& header_;
+  const std::filesystem::path& path_;
+  std::ifstream in_;
+  std::vector<char> vertex_;
+};
+
+/// Our own extra properties.
+void readOwn(Vertices& vertices, std::vector<Gaussian>& gaussians) {
+  const auto scale = vertices.find(10, 13), own = vertices.find(firstOwn, names.size());
+  for (Gaussian& g : gaussians) {
+    vertices.next();
+    const auto value = [&](std::size_t i) { return static_cast<float>(vertices.value(own[i])); };
+    for (std::size_t i = 0; i < 3; ++i) {
+      g.mean[i] = value(i);
+      g.logScale[i] = static_cast<float>(vertices.value(scale[i]));
+      g.slope[i] = value(9 + i);
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+      g.quaternion[i] = value(3 + i);
+    g.logWeight = value(7);
+    g.intensity = value(8);
+  }
+}
+
+/// Plain 3DGS: opacity becomes the weight, grey value of the constant colour the intensity.
+void readPlain(Vertices& vertices, std::vector<Gaussian>& gaussians) {
+  const auto position = vertices.find(0, 3), shape = vertices.find(6, firstOwn);
+  for (Gaussian& g : gaussians) {
+    vertices.next();
+    const auto value = [&](std::size_t i) { return vertices.value(shape[i]); };
+    for (std::size_t i = 0; i < 3; ++i) {
+      g.mean[i] = static_cast<float>(vertices.value(position[i]));
+      g.logScale[i] = static_cast<float>(value(4 + i));
+    }
+    for (std::size_t i = 0; i < 4; ++i)
+      g.quaternion[i] = static_cast<float>(value(7 + i));
+    g.logWeight = static_cast<float>(-std::log1p(std::exp(-value(3)))); // ln sigmoid
+    g.intensity = static_cast<float>(0.5 + sphericalHarmonic0 * (value(0) + value(1) + value(2)) / 3);
+  }
+}
+
+} // namespace
+
+void writePly(const GaussianField& field, const std::filesystem::path& path) {
+  const Quaternion rotation = quaternionOf(field.modelToWorld.linear);
+  writeAtomically(path, [&](const std::filesystem::path& temporary) {
+    std::ofstream out(temporary, std::ios::binary);
+    const std::string header = headerOf(field);
+    out.write(header.data(), static_cast<std::streamsize>(header.size()));
+    for (const Gaussian& gaussian : field.gaussians) {
+      const Row row = rowOf(gaussian, field.modelToWorld, rotation);
+      out.write(reinterpret_cast<const char*>(row.data()), sizeof(row));
+    }
+    out.close();
+    if (!out)
+      throw Error(ErrorCode::Io, quoted(path) +
+                                     " could not be written (the disk is full or failed); free some space or "
+                                     "choose another folder.");
+  });
+}
+
+GaussianField readPly(const std::filesystem::path& path) {
+  const PlyHeader header = readPlyHeader(path);
+  checkMemoryFor(double(header.vertices) * sizeof(Gaussian), quoted(path));
+  GaussianField field;
+  field.gaussians.assign(static_cast<std::size_t>(header.vertices), Gaussian{});
+  Vertices vertices(header, path);
+  if (header.comments.contains("format_version")) {
+    readOwnComments(header, path, field);
+    readOwn(vertices, field.gaussians);
+  } else {
+    readPlain(vertices, field.gaussians);
+    if (!field.gaussians.empty()) field.domain = domainAround(field.gaussians);
+  }
+  checkField(field);
+  return field;
+}
+
+} // namespace innergs

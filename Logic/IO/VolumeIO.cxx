@@ -1,0 +1,58 @@
+#include "IO/VolumeIO.h"
+
+#include "Core/Error.h"
+#include "IO/FilePath.h"
+#include "IO/ImageReading.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+/// The axis whose spacing is clearly coarser than both others (thick slices), else K.
+int sliceAxis(const Vec3& spacing) {
+  constexpr double clearly = 1.2;
+  for (int axis = 0; axis < 2; ++axis)
+    if (spacing[axis] >= clearly * spacing[(axis + 1) % 3] &&
+        spacing[axis] >= clearly * spacing[(axis + 2) % 3])
+      return axis;
+  return 2;
+}
+
+} // namespace
+
+Volume readVolume(const std::filesystem::path& path, const ReadOptions& options) {
+  return loadImage(path, options).volume;
+}
+
+Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
+  LoadedImage loaded = loadImage(path, options);
+  const int axis = loaded.slicesAreAlongK ? 2 : sliceAxis(loaded.volume.geometry.spacing);
+  Stack stack;
+  stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
+  if (stack.image.geometry.size[2] < 2)
+    throw Error(
+        ErrorCode::UnsupportedImage,
+        quoted(path) + " has a single slice; at least two are needed" +
+            (loaded.slicesAreAlongK ? " (give the folder with all slices of the DICOM series)." : "."));
+  if (std::isfinite(loaded.sliceThickness) && loaded.sliceThickness > 0)
+    stack.thickness = loaded.sliceThickness;
+  const std::filesystem::path name =
+      path.has_filename() ? path.filename() : path.parent_path().filename(); // "folder/" names the folder
+  stack.name = utf8(name.empty() ? path : name);
+  return stack;
+}
+
+Mask readMask(const std::filesystem::path& path) {
+  const Volume volume = readVolume(path);
+  Mask mask{volume.geometry, std::vector<std::uint8_t>(volume.voxels.size())};
+  std::transform(volume.voxels.begin(), volume.voxels.end(), mask.voxels.begin(),
+                 [](float value) { return static_cast<std::uint8_t>(value != 0 && !std::isnan(value)); });
+  if (std::find(mask.voxels.begin(), mask.voxels.end(), 1) == mask.voxels.end())
+    throw Error(ErrorCode::NoData,
+                "The mask " + quoted(path) + " has no voxel inside; draw one or leave it out.");
+  return mask;
+}
+
+} // namespace innergs

@@ -1,0 +1,188 @@
+#include "IO/VolumeIO.h"
+
+#include "Core/Error.h"
+#include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
+#include "IO/ItkImage.h"
+
+#include <itkMetaImageIO.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itk_zlib.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+
+namespace fs = std::filesystem;
+
+namespace innergs {
+namespace {
+
+using Component = itk::CommonEnums::IOComponent;
+
+struct Format {
+  itk::ImageIOBase::Pointer io;
+  bool compressed;
+  std::string headerEnd; // what the voxels follow; empty: they follow 352 bytes (NIfTI)
+};
+
+Format formatOf(const fs::path& path) {
+  const std::string extension = fullExtension(path);
+  if (extension == ".nii" || extension == ".nii.gz")
+    return {itk::NiftiImageIO::New().GetPointer(), extension == ".nii.gz", ""};
+  if (extension == ".nrrd") return {itk::NrrdImageIO::New().GetPointer(), true, "\n\n"};
+  if (extension == ".mha") return {itk::MetaImageIO::New().GetPointer(), true, "ElementDataFile = LOCAL\n"};
+  throw Error(ErrorCode::InvalidArgument,
+              quoted(path) + " has no extension of a volume format; use .nii.gz, .nii, .nrrd or .mha.");
+}
+
+template <typename T>
+std::vector<std::byte> rounded(const std::vector<float>& voxels) {
+  std::vector<std::byte> bytes(voxels.size() * sizeof(T));
+  T* out = reinterpret_cast<T*>(bytes.data());
+  constexpr double low = std::numeric_limits<T>::lowest(), high = std::numeric_limits<T>::max();
+  for (std::size_t i = 0; i < voxels.size(); ++i)
+    out[i] =
+        std::isnan(voxels[i]) ? T{0} : static_cast<T>(std::clamp<double>(std::round(voxels[i]), low, high));
+  return bytes;
+}
+
+std::vector<std::byte> asIntegers(const std::vector<float>& voxels, OutputType type) {
+  switch (type) {
+  case OutputType::UInt8:
+    return rounded<std::uint8_t>(voxels);
+  case OutputType::Int16:
+    return rounded<std::int16_t>(voxels);
+  case OutputType::UInt16:
+    return rounded<std::uint16_t>(voxels);
+  case OutputType::Int32:
+    return rounded<std::int32_t>(voxels);
+  case OutputType::Float32:
+    break;
+  }
+  return {};
+}
+
+Component componentOf(OutputType type) {
+  switch (type) {
+  case OutputType::UInt8:
+    return Component::UCHAR;
+  case OutputType::Int16:
+    return Component::SHORT;
+  case OutputType::UInt16:
+    return Component::USHORT;
+  case OutputType::Int32:
+    return Component::INT;
+  case OutputType::Float32:
+    break;
+  }
+  return Component::FLOAT;
+}
+
+std::uint64_t voxelsStart(std::ifstream& in, const std::string& headerEnd) {
+  if (headerEnd.empty()) return 352;
+  std::string head(1 << 16, '\0');
+  in.read(head.data(), static_cast<std::streamsize>(head.size()));
+  head.resize(static_cast<std::size_t>(in.gcount()));
+  in.clear();
+  const std::size_t at = head.find(headerEnd);
+  return at == std::string::npos ? head.size() : at + headerEnd.size();
+}
+
+/// Bytes behind `start` once decompressed; 0 when the stream does not end well (its checksum is tested as
+/// well).
+std::uint64_t inflatedBytes(std::ifstream& in, std::uint64_t start) {
+  in.seekg(static_cast<std::streamoff>(start));
+  z_stream stream{};
+  constexpr int zlibOrGzip = 15 + 32;
+  if (inflateInit2(&stream, zlibOrGzip) != Z_OK) return 0;
+  std::vector<unsigned char> input(1 << 16), output(1 << 18);
+  std::uint64_t total = 0;
+  int status = Z_OK;
+  while (status == Z_OK) {
+    in.read(reinterpret_cast<char*>(input.data()), static_cast<std::streamsize>(input.size()));
+    stream.next_in = input.data();
+    stream.avail_in = static_cast<unsigned>(in.gcount());
+    if (stream.avail_in == 0) break;
+    do {
+      stream.next_out = output.data();
+      stream.avail_out = static_cast<unsigned>(output.size());
+      status = inflate(&stream, Z_NO_FLUSH);
+      total += output.size() - stream.avail_out;
+    } while (status == Z_OK && stream.avail_out == 0);
+    if (status == Z_BUF_ERROR) status = Z_OK; // all input used
+  }
+  inflateEnd(&stream);
+  return status == Z_STREAM_END ? total : 0;
+}
+
+/// niftilib and MetaIO do not report a full disk: this reads the file back and counts.
+bool isComplete(const fs::path& path, const Format& format, std::uint64_t voxelBytes) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) return false;
+  if (!format.compressed) return fs::file_size(path) >= 352 + voxelBytes;
+  if (format.headerEnd.empty()) return inflatedBytes(in, 0) == 352 + voxelBytes;
+  return inflatedBytes(in, voxelsStart(in, format.headerEnd)) == voxelBytes;
+}
+
+void writeWithItk(const Format& format, const GridGeometry& geometry, OutputType type, const void* voxels,
+                  const fs::path& path) {
+  itk::ImageIOBase& io = *format.io;
+  io.SetNumberOfDimensions(3);
+  itk::ImageIORegion region(3);
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    io.SetDimensions(axis, static_cast<itk::SizeValueType>(geometry.size[axis]));
+    region.SetSize(axis, static_cast<itk::SizeValueType>(geometry.size[axis]));
+    io.SetSpacing(axis, geometry.spacing[axis]);
+    io.SetOrigin(axis, geometry.origin[axis]);
+    const Vec3 direction = column(geometry.direction, static_cast<int>(axis));
+    io.SetDirection(axis, std::vector<double>(direction.begin(), direction.end()));
+  }
+  io.SetPixelType(itk::CommonEnums::IOPixel::SCALAR);
+  io.SetComponentType(componentOf(type));
+  io.SetNumberOfComponents(1);
+  io.SetIORegion(region);
+  io.SetUseCompression(format.compressed);
+  io.SetFileName(utf8(path));
+  io.WriteImageInformation();
+  io.Write(voxels);
+}
+
+} // namespace
+
+void checkVolumePath(const fs::path& path) {
+  formatOf(path);
+  checkOutputFolder(path);
+}
+
+void writeVolume(const Volume& volume, const fs::path& path, OutputType type) {
+  const Format format = formatOf(path);
+  checkGeometry(volume.geometry, "The volume for " + quoted(path));
+  if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
+    throw Error(ErrorCode::InvalidArgument,
+                "The volume for " + quoted(path) + " has fewer or more voxels than its lattice.");
+  if (format.headerEnd.empty())
+    for (const std::int64_t n : volume.geometry.size)
+      if (n > std::numeric_limits<std::int16_t>::max())
+        throw Error(ErrorCode::InvalidArgument, "NIfTI holds at most 32767 voxels along an axis; write " +
+                                                    quoted(path) + " as .nrrd or .mha.");
+
+  const std::vector<std::byte> integers = asIntegers(volume.voxels, type);
+  const void* voxels =
+      type == OutputType::Float32 ? static_cast<const void*>(volume.voxels.data()) : integers.data();
+  const std::uint64_t bytes =
+      type == OutputType::Float32 ? volume.voxels.size() * sizeof(float) : integers.size();
+  const std::string failed = quoted(path) +
+                             " could not be written (the disk is full or failed); free some space or choose "
+                             "another folder.";
+  writeAtomically(path, [&](const fs::path& temporary) {
+    withItk(ErrorCode::Io, failed, [&] {
+      writeWithItk(format, volume.geometry, type, voxels, temporary);
+      if (!isComplete(temporary, format, bytes)) throw Error(ErrorCode::Io, failed);
+    });
+  });
+}
+
+} // namespace innergs
