@@ -11,6 +11,10 @@
 namespace innergs {
 namespace {
 
+// Measured on one to three 4 mm stacks with noise from none to 4 % of the range: less costs up to 1.7 dB with
+// noise, more up to 1 dB without.
+constexpr double noiseShare = 0.4;
+
 struct Plane {
   double offset; // mm along the normal from the slice's centre
   double weight;
@@ -104,7 +108,7 @@ Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
       // Linear, not cubic: 0.1 to 0.2 dB better on one, two and three stacks, and it amplifies noise less.
       updates.push_back(upsample(difference, grid, Interpolation::Linear, settings.threads));
     }
-    if (squares <= noise * count) break;
+    if (squares <= noiseShare * noiseShare * noise * count) break;
     for (std::size_t p = 0; p < volume.voxels.size(); ++p) {
       double sum = 0, weights = 0;
       for (const Upsampled& update : updates) {

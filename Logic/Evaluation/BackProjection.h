@@ -7,7 +7,7 @@ namespace innergs {
 
 struct BackProjectionSettings {
   int iterations = 12;     // at most
-  bool stopAtNoise = true; // and not beyond differences as small as the stacks' estimated noise
+  bool stopAtNoise = true; // and until the differences are well below the stacks' estimated noise
   int threads = 0;         // 0 = all cores
   std::stop_token stop;
 };

@@ -1,7 +1,7 @@
 #pragma once
 #include "Evaluation/Protocols.h"
 
-#include <filesystem>
+#include <span>
 
 namespace innergs {
 

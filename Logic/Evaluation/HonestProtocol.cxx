@@ -1,0 +1,161 @@
+#include "Core/Error.h"
+#include "Core/Simulate.h"
+#include "Evaluation/BackProjection.h"
+#include "Evaluation/Baselines.h"
+#include "Evaluation/Scoring.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace innergs {
+namespace {
+
+std::string format(const char* pattern, auto... values) {
+  char text[512];
+  std::snprintf(text, sizeof text, pattern, values...);
+  return text;
+}
+
+Volume croppedTo(const Volume& volume, const std::array<std::int64_t, 3>& size) {
+  if (size == volume.geometry.size) return volume;
+  Volume result{cropped(volume.geometry, {0, 0, 0}, size), {}};
+  result.voxels.resize(static_cast<std::size_t>(result.geometry.voxelCount()));
+  const auto& n = volume.geometry.size;
+  float* out = result.voxels.data();
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (std::int64_t j = 0; j < size[1]; ++j, out += size[0])
+      std::copy_n(volume.voxels.data() + n[0] * (j + n[1] * k), size[0], out);
+  return result;
+}
+
+void checkCase(const HonestCase& c) {
+  if (c.factor < 2 || c.factor > 64)
+    throw Error(ErrorCode::InvalidArgument, c.kind == HonestCase::Kind::KeepEvery
+                                                ? "Keeping every k-th slice needs a k from 2 to 64."
+                                                : "The slice thickness must be 2 to 64 voxels.");
+  if (c.kind == HonestCase::Kind::Orthogonal && c.stacks != 2 && c.stacks != 3)
+    throw Error(ErrorCode::InvalidArgument, "The number of orthogonal stacks must be 2 or 3.");
+  if (!std::isfinite(c.noise) || c.noise < 0)
+    throw Error(ErrorCode::InvalidArgument, "The noise must be finite and at least zero.");
+}
+
+std::string caseName(const HonestCase& c) {
+  std::string name = c.kind == HonestCase::Kind::KeepEvery ? format("keep-every-%d", c.factor)
+                     : c.kind == HonestCase::Kind::Thick
+                         ? format("thick-%d", c.factor)
+                         : format("orthogonal-%d-thick-%d", c.stacks, c.factor);
+  if (c.noise > 0) name += format("-noise-%g", c.noise);
+  return name;
+}
+
+// Lattice axes of the stacks: axial is K after the permutation, then coronal and sagittal.
+std::vector<int> stackAxes(const GridGeometry& geometry, const HonestCase& c) {
+  std::vector<int> axes{2};
+  if (c.kind == HonestCase::Kind::Orthogonal) {
+    axes.push_back(sliceAxis(geometry, Plane::Coronal));
+    if (c.stacks == 3) axes.push_back(sliceAxis(geometry, Plane::Sagittal));
+  }
+  return axes;
+}
+
+const char* const stackNames[3] = {"axial", "coronal", "sagittal"};
+
+} // namespace
+
+EvaluationInput honestInput(const Volume& volume, const HonestCase& c, std::uint64_t seed) {
+  checkCase(c);
+  checkGeometry(volume.geometry, "The volume");
+  EvaluationInput input;
+  input.truth = withSliceAxis(volume, sliceAxis(volume.geometry, Plane::Axial));
+  const std::vector<int> axes = stackAxes(input.truth.geometry, c);
+  std::array<std::int64_t, 3> size = input.truth.geometry.size;
+  for (int axis : axes) {
+    const std::int64_t n = size[axis];
+    size[axis] =
+        c.kind == HonestCase::Kind::KeepEvery ? (n - 1) / c.factor * c.factor + 1 : n / c.factor * c.factor;
+    const std::int64_t slices = c.kind == HonestCase::Kind::KeepEvery ? (n - 1) / c.factor + 1 : n / c.factor;
+    if (slices < 2)
+      throw Error(ErrorCode::InvalidArgument, "The volume has " + std::to_string(n) +
+                                                  " slices, too few for this case: lower its factor.");
+  }
+  input.truth = croppedTo(input.truth, size);
+  if (c.kind == HonestCase::Kind::KeepEvery) {
+    Volume noisy = input.truth;
+    if (c.noise > 0) noisy.voxels = simulateThickStack(noisy, 2, 1, c.noise, seed).image.voxels;
+    input.stacks.push_back(keepEvery(noisy, 2, c.factor));
+    for (std::int64_t k = 0; k < size[2]; ++k)
+      if (k % c.factor != 0) input.testSlices.push_back(k);
+  } else {
+    for (std::size_t s = 0; s < axes.size(); ++s)
+      input.stacks.push_back(simulateThickStack(input.truth, axes[s], c.factor, c.noise, seed + s));
+    for (std::int64_t k = 0; k < size[2]; ++k)
+      input.testSlices.push_back(k);
+  }
+  for (std::size_t s = 0; s < input.stacks.size(); ++s)
+    input.stacks[s].name = stackNames[s];
+  return input;
+}
+
+EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const EvaluationOptions& options) {
+  EvaluationInput input = honestInput(volume, c, options.settings.seed);
+  const GridGeometry grid = input.truth.geometry;
+  const bool several = input.stacks.size() > 1;
+  const int threads = options.settings.threads;
+  std::vector<std::uint8_t> mask = bodyMask(input.truth);
+
+  EvaluationReport report;
+  report.protocol = "honest";
+  report.caseName = caseName(c);
+  report.peak = intensityRange(input.truth);
+  report.range = format("PSNR peak: the truth's maximum minus minimum, %g.", report.peak);
+
+  const auto add = [&](const std::string& name, const std::function<Volume()>& method) {
+    const TimedVolume run = runMethod(name, options, method);
+    const Quality quality = pooledQuality(*run.volume, input.truth, mask, report.peak, input.testSlices);
+    report.voxels = quality.voxels;
+    MethodScore score;
+    score.name = name;
+    score.psnr = score.pooledPsnr = quality.psnr;
+    score.ssim = quality.ssim;
+    score.seconds = run.seconds;
+    if (options.keepVolumes) score.volume = run.volume;
+    report.methods.push_back(std::move(score));
+  };
+  const std::span<const Stack> first(input.stacks.data(), 1);
+  const auto interpolated = [&](Interpolation kind) {
+    return [&, kind] { return averageUpsampled(first, grid, kind, threads); };
+  };
+  if (options.gaussians) add("gaussians", [&] { return reconstructGaussians(input.stacks, grid, options); });
+  add("linear", interpolated(Interpolation::Linear));
+  add("cubic", interpolated(Interpolation::Cubic));
+  add("lanczos", interpolated(Interpolation::Lanczos));
+  if (several) {
+    add("average", [&] { return averageUpsampled(input.stacks, grid, Interpolation::Cubic, threads); });
+    report.notes.push_back(
+        "linear, cubic and lanczos see the axial stack alone; average is the mean of all stacks, "
+        "each interpolated by cubic B-splines.");
+  }
+  if (c.kind != HonestCase::Kind::KeepEvery)
+    add("backprojection", [&] {
+      BackProjectionSettings settings;
+      settings.threads = threads;
+      settings.stop = options.stop;
+      return backProject(input.stacks, grid, settings);
+    });
+
+  const char* where =
+      c.kind == HonestCase::Kind::KeepEvery
+          ? "the withheld axial slices (those between the kept ones; no method saw them in any plane)"
+          : "the whole volume that the thick slices cover (no method saw the thin slices)";
+  report.samples =
+      format("%lld voxels: %s, inside the body mask of the truth (Otsu's threshold, largest component, "
+             "holes filled).",
+             static_cast<long long>(report.voxels), where);
+  if (options.keepVolumes) {
+    report.truth = std::make_shared<const Volume>(std::move(input.truth));
+    report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));
+  }
+  return report;
+}
+
+} // namespace innergs

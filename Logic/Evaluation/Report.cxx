@@ -1,0 +1,115 @@
+#include "Evaluation/Report.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+namespace innergs {
+namespace {
+
+std::vector<const EvaluationReport*> honestFirst(std::span<const EvaluationReport> reports) {
+  std::vector<const EvaluationReport*> order;
+  for (const EvaluationReport& report : reports)
+    order.push_back(&report);
+  std::stable_partition(order.begin(), order.end(),
+                        [](const EvaluationReport* report) { return report->protocol == "honest"; });
+  return order;
+}
+
+std::string number(const char* pattern, double value) {
+  if (!std::isfinite(value)) return std::isnan(value) ? "n/a" : "inf";
+  char text[64];
+  std::snprintf(text, sizeof text, pattern, value);
+  return text;
+}
+
+std::string padded(const std::string& text, std::size_t width, bool left = false) {
+  const std::string space(text.size() < width ? width - text.size() : 0, ' ');
+  return left ? text + space : space + text;
+}
+
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (char c : text)
+    result += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return result + "\"";
+}
+
+nlohmann::ordered_json toJson(const EvaluationReport& report) {
+  nlohmann::ordered_json methods = nlohmann::ordered_json::object();
+  for (const MethodScore& method : report.methods) {
+    nlohmann::ordered_json entry;
+    entry["psnr"] = method.psnr;
+    entry["ssim"] = method.ssim;
+    entry["seconds"] = method.seconds;
+    entry["pooled_psnr"] = method.pooledPsnr;
+    entry["per_plane"] = nlohmann::ordered_json::object();
+    for (const PlaneScore& plane : method.perPlane)
+      entry["per_plane"][planeName(plane.plane)] = {{"psnr", plane.psnr},
+                                                    {"ssim", plane.ssim},
+                                                    {"pooled_psnr", plane.pooledPsnr},
+                                                    {"slices", plane.slices}};
+    methods[method.name] = std::move(entry);
+  }
+  return {{"protocol", report.protocol}, {"case", report.caseName}, {"samples", report.samples},
+          {"range", report.range},       {"peak", report.peak},     {"voxels", report.voxels},
+          {"methods", methods},          {"notes", report.notes}};
+}
+
+} // namespace
+
+std::string textReport(std::span<const EvaluationReport> reports) {
+  std::string text;
+  for (const EvaluationReport* report : honestFirst(reports)) {
+    if (!text.empty()) text += "\n";
+    const bool paper = report->protocol == "paper";
+    text += paper ? "Protocol P (paper), " : "Protocol H (honest), ";
+    text += report->caseName + "\n";
+    text += "Samples: " + report->samples + "\n" + report->range + "\n";
+    text += padded("method", 16, true) + padded("PSNR dB", 9) + padded("SSIM", 9) + padded("seconds", 10);
+    if (paper) {
+      text += padded("pooled dB", 11);
+      for (Plane plane : {Plane::Axial, Plane::Coronal, Plane::Sagittal})
+        text += padded(std::string(planeName(plane)) + " dB / SSIM", 24);
+    }
+    text += "\n";
+    for (const MethodScore& method : report->methods) {
+      text += padded(method.name, 16, true) + padded(number("%.2f", method.psnr), 9) +
+              padded(number("%.4f", method.ssim), 9) + padded(number("%.2f", method.seconds), 10);
+      if (paper) text += padded(number("%.2f", method.pooledPsnr), 11);
+      for (const PlaneScore& plane : method.perPlane)
+        text += padded(number("%.2f", plane.psnr) + " / " + number("%.4f", plane.ssim), 24);
+      text += "\n";
+    }
+    for (const std::string& note : report->notes)
+      text += "Note: " + note + "\n";
+  }
+  return text;
+}
+
+std::string csvReport(std::span<const EvaluationReport> reports) {
+  std::string text = "protocol,case,method,plane,psnr,ssim,pooled_psnr,seconds,voxels,samples\n";
+  for (const EvaluationReport* report : honestFirst(reports))
+    for (const MethodScore& method : report->methods) {
+      const auto row = [&](const char* plane, double psnr, double ssim, double pooled) {
+        text += report->protocol + "," + report->caseName + "," + method.name + "," + plane + "," +
+                number("%.4f", psnr) + "," + number("%.6f", ssim) + "," + number("%.4f", pooled) + "," +
+                number("%.3f", method.seconds) + "," + std::to_string(report->voxels) + "," +
+                quoted(report->samples) + "\n";
+      };
+      row("all", method.psnr, method.ssim, method.pooledPsnr);
+      for (const PlaneScore& plane : method.perPlane)
+        row(planeName(plane.plane), plane.psnr, plane.ssim, plane.pooledPsnr);
+    }
+  return text;
+}
+
+std::string jsonReport(std::span<const EvaluationReport> reports) {
+  if (reports.size() == 1) return toJson(reports[0]).dump(2) + "\n";
+  auto all = nlohmann::ordered_json::array();
+  for (const EvaluationReport* report : honestFirst(reports))
+    all.push_back(toJson(*report));
+  return all.dump(2) + "\n";
+}
+
+} // namespace innergs
