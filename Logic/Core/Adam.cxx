@@ -20,9 +20,10 @@ void Adam::apply(GaussianField& field, std::span<const float> gradient, const Le
   const float low = static_cast<float>(bounds.minLogScale), high = static_cast<float>(bounds.maxLogScale);
   const float third = static_cast<float>(std::max(bounds.minLogScale, bounds.minThirdLogScale));
   const float weight = static_cast<float>(bounds.maxAbsLogWeight);
-  pool.blocks(field.size(), 4096, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      float* x = field.gaussians[i].mean;
+  constexpr std::int64_t kBlock = 4096;
+  pool.runToEnd((field.size() + kBlock - 1) / kBlock, [&](std::int64_t block) {
+    for (std::int64_t i = block * kBlock; i < std::min(field.size(), (block + 1) * kBlock); ++i) {
+      float* x = reinterpret_cast<float*>(&field.gaussians[i]);
       const float* g = gradient.data() + 16 * i;
       float* m = moment1.data() + 16 * i;
       float* v = moment2.data() + 16 * i;

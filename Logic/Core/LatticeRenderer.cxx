@@ -2,8 +2,6 @@
 
 #include "Core/FieldGradient.h"
 
-#include <atomic>
-
 namespace innergs {
 
 LatticeRenderer::LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf)
@@ -13,13 +11,12 @@ LatticeView LatticeRenderer::view() const {
   return {lattice_.nx, lattice_.ny, lattice_.planes(), lattice_.stride(), lattice_.z.data()};
 }
 
-bool LatticeRenderer::forward(const GaussianField& field, std::span<const float> values, float* weights,
-                              float* numerators, const std::stop_token& stop) {
+void LatticeRenderer::forward(const GaussianField& field, std::span<const float> values, float* weights,
+                              float* numerators) {
   project(field, values, lattice_, psf_, pool_, projected_);
   const LatticeView lattice = view();
   tiles_.bin(projected_, lattice, pool_);
   pool_.run(tiles_.count(), [&](std::int64_t t) {
-    if (stop.stop_requested()) return;
     const TileRange range = tiles_.range(t, lattice);
     for (int k = range.k0; k < range.k1; ++k) {
       const std::size_t first = (static_cast<std::size_t>(k) * lattice.ny + range.y0) * lattice.stride;
@@ -30,22 +27,19 @@ bool LatticeRenderer::forward(const GaussianField& field, std::span<const float>
     const auto members = tiles_.members(t);
     kernels_.accumulate(projected_.data(), members.data(), members.size(), lattice, range, weights, numerators);
   });
-  return !stop.stop_requested();
 }
 
-bool LatticeRenderer::backward(const GaussianField& field, const float* f0, const float* f1,
-                               std::span<float> gradient, const std::stop_token& stop) {
+void LatticeRenderer::backward(const GaussianField& field, const float* f0, const float* f1,
+                               std::span<float> gradient) {
   const LatticeView lattice = view();
   const FieldGradient chain(field, lattice_, psf_);
   pool_.blocks(field.size(), 256, [&](std::int64_t first, std::int64_t last) {
-    if (stop.stop_requested()) return;
     for (std::int64_t i = first; i < last; ++i) {
       math::Moments<float> moments;
       kernels_.gather(projected_[i], lattice, f0, f1, moments);
       chain.add(field.gaussians[i], moments, gradient.data() + 16 * i);
     }
   });
-  return !stop.stop_requested();
 }
 
 std::int64_t LatticeRenderer::memory() const {

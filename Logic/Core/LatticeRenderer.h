@@ -1,8 +1,6 @@
 #pragma once
 #include "Core/Tiles.h"
 
-#include <stop_token>
-
 namespace innergs {
 
 /// Renders fields onto one lattice and gathers gradients from it. Buffers are [plane][row][stride]; `weights` holds W, `numerators` N.
@@ -12,14 +10,12 @@ public:
 
   const Lattice& lattice() const { return lattice_; }
 
-  /// W = Σ w p and N = Σ w p (c + g·d) into the caller's buffers (bufferSize() each, overwritten). False when stopped.
-  bool forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators,
-               const std::stop_token& stop = {});
+  /// W = Σ w p and N = Σ w p (c + g·d) into the caller's buffers (bufferSize() each, overwritten).
+  void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators);
 
   /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian, from F0 and F1 (DESIGN §2) on the
-  /// lattice. forward() must have been called with the same field. False when stopped (gradient is then partial).
-  bool backward(const GaussianField& field, const float* f0, const float* f1, std::span<float> gradient,
-                const std::stop_token& stop = {});
+  /// lattice. forward() must have been called with the same field.
+  void backward(const GaussianField& field, const float* f0, const float* f1, std::span<float> gradient);
 
   std::int64_t memory() const; // bytes held
 

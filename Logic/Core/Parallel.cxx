@@ -1,5 +1,7 @@
 #include "Core/Parallel.h"
 
+#include "Core/Error.h"
+
 #include <algorithm>
 #include <exception>
 
@@ -52,7 +54,18 @@ void ThreadPool::work() {
   }
 }
 
+void ThreadPool::throwIfStopped() const {
+  if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+}
+
 void ThreadPool::run(std::int64_t count, const std::function<void(std::int64_t)>& task) {
+  runToEnd(count, [&](std::int64_t i) {
+    throwIfStopped();
+    task(i);
+  });
+}
+
+void ThreadPool::runToEnd(std::int64_t count, const std::function<void(std::int64_t)>& task) {
   if (count <= 0) return;
   if (crew_.empty() || count == 1) {
     for (std::int64_t i = 0; i < count; ++i) task(i);

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -18,8 +19,18 @@ public:
 
   int threads() const { return static_cast<int>(crew_.size()) + 1; }
 
-  /// Calls task(i) for every i in [0, count); the caller works too. The first exception thrown by a task is rethrown here.
+  /// What run() and blocks() look at before every task. Set by the one who owns the job.
+  void setStop(std::stop_token stop) { stop_ = std::move(stop); }
+
+  /// Throws Error(Cancelled) when stop was requested.
+  void throwIfStopped() const;
+
+  /// Calls task(i) for every i in [0, count); the caller works too. The first exception thrown by a task is rethrown here; throws
+  /// Error(Cancelled) when stop was requested before all had run.
   void run(std::int64_t count, const std::function<void(std::int64_t)>& task);
+
+  /// The same for work that must not be left half-done: a stop request waits for its end.
+  void runToEnd(std::int64_t count, const std::function<void(std::int64_t)>& task);
 
   /// Calls task(first, last) for consecutive blocks of at most `block` of [0, count).
   void blocks(std::int64_t count, std::int64_t block,
@@ -37,6 +48,7 @@ private:
   int busy_ = 0;
   std::uint64_t generation_ = 0;
   bool quit_ = false;
+  std::stop_token stop_;
   std::exception_ptr error_;
 };
 

@@ -41,20 +41,20 @@ std::vector<Trainer::View>& Trainer::activeViews() {
   return iteration_ < plan_.coarseIterations ? coarse_ : fine_;
 }
 
-bool Trainer::step(const std::stop_token& stop) {
-  if (finished() || stop.stop_requested()) return false;
+bool Trainer::step() {
+  if (finished()) return false;
   if (iteration_ >= plan_.coarseIterations) coarse_.clear();
   field_.cutoff = iteration_ < plan_.lateFrom * plan_.iterations ? plan_.cutoffEarly : plan_.cutoffLate;
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
   for (View& view : activeViews()) {
-    if (!view.renderer->forward(field_, {}, weights_.data(), numerators_.data(), stop)) return false;
+    view.renderer->forward(field_, {}, weights_.data(), numerators_.data());
     const LossSum sum =
         lossPass(view.observation, field_, plan_.loss, weights_.data(), numerators_.data(), pool_);
     total.loss += sum.loss;
     total.squared += sum.squared;
     total.samples += sum.samples;
-    if (!view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_, stop)) return false;
+    view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_);
   }
   const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
   double rate = std::pow(plan_.finalRate, progress);

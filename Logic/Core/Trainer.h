@@ -37,8 +37,9 @@ public:
   /// Continues from a saved state.
   void restore(std::vector<float> moment1, std::vector<float> moment2, int iteration);
 
-  /// One sweep: forward, loss, gradient, Adam step. False when stopped in between (nothing has changed then) or finished.
-  bool step(const std::stop_token& stop);
+  /// One sweep: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in between, throws Error(Cancelled) and
+  /// leaves the state as it was.
+  bool step();
 
   bool finished() const;
   int iteration() const { return iteration_; }

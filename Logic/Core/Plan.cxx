@@ -1,0 +1,109 @@
+#include "Core/Plan.h"
+
+#include "Core/Metrics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+template <class Visit>
+void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
+  for (const Stack& stack : stacks)
+    for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
+      if (std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]))
+        visit(stack.image.voxels[v]);
+}
+
+} // namespace
+
+IntensityMap chooseIntensityMap(std::span<const Stack> stacks) {
+  float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+  std::int64_t count = 0;
+  forEachSample(stacks, [&](float v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+    ++count;
+  });
+  if (!(high > low)) return {1.0, count ? low : 0.0};
+  constexpr int kBins = 1 << 16;
+  std::vector<std::int64_t> histogram(kBins, 0);
+  const double width = (static_cast<double>(high) - low) / kBins;
+  forEachSample(stacks, [&](float v) {
+    ++histogram[std::min<std::int64_t>(kBins - 1, static_cast<std::int64_t>((v - static_cast<double>(low)) / width))];
+  });
+  const std::int64_t outliers = count / 10000;
+  std::int64_t below = 0, above = 0;
+  int first = 0, last = kBins - 1;
+  while (first < last && below + histogram[first] <= outliers) below += histogram[first++];
+  while (last > first && above + histogram[last] <= outliers) above += histogram[last--];
+  const double bottom = low + width * first, top = low + width * (last + 1);
+  return {top - bottom, bottom};
+}
+
+DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
+  DataTraits t;
+  t.stacks = static_cast<int>(stacks.size());
+  t.voxel = std::numeric_limits<double>::max();
+  t.gap = 0;
+  for (const Stack& stack : stacks) {
+    const Vec3& spacing = stack.image.geometry.spacing;
+    t.voxel = std::min({t.voxel, spacing[0], spacing[1]});
+    t.gap = std::max(t.gap, spacing[2]);
+    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
+  }
+  for (const Stack& stack : stacks)
+    if (stack.profile != SliceProfile::Point && effectiveThickness(stack) > 1.4 * t.voxel)
+      t.thickness = std::max(t.thickness, effectiveThickness(stack));
+  forEachSample(stacks, [&](float) { ++t.samples; });
+  const Vec3 extent = stacks.front().image.geometry.extent();
+  t.volume = extent[0] * extent[1] * extent[2];
+  return t;
+}
+
+FitPlan makePlan(Settings& settings, const DataTraits& traits) {
+  const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
+  if (!settings.linearIntensity) settings.linearIntensity = settings.blending == Blending::Normalised;
+  const double voxels = traits.volume / (traits.voxel * traits.voxel * traits.voxel);
+  FitPlan plan;
+  plan.linearIntensity = *settings.linearIntensity;
+  plan.loss = {settings.loss, settings.huberDelta, settings.ssimWeight};
+  plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
+  plan.beta1 = 0.8;
+  plan.beta2 = 0.95;
+  plan.cutoffEarly = plan.cutoffLate = 2.5;
+  plan.start.kind = settings.initialisation;
+  plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
+  plan.bounds.maxLogScale = std::log(30 * traits.voxel);
+  plan.paperStopRule = settings.paperStopRule;
+  std::int64_t budget;
+  int iterations;
+  if (traits.singleAnisotropic()) {
+    const double gap = traits.gap, inPlane = gap;
+    plan.start.kind = Initialisation::Grid;
+    plan.start.layerSpacing = gap;
+    plan.start.layerSigma = 1.25 * gap;
+    plan.start.scaleFactor = 0.9;
+    plan.bounds.minThirdLogScale = std::log(1.125 * gap);
+    budget = static_cast<std::int64_t>(traits.volume / (inPlane * inPlane * gap));
+    iterations = std::array{25, 50, 80}[level];
+  } else if (traits.superResolution()) {
+    budget = static_cast<std::int64_t>(voxels / std::array{80.0, 50.0, 40.0}[level]);
+    iterations = std::array{25, 60, 120}[level];
+    plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
+  } else {
+    budget = static_cast<std::int64_t>(voxels / std::array{100.0, 50.0, 16.0}[level]);
+    iterations = std::array{60, 200, 400}[level];
+    plan.cutoffEarly = plan.cutoffLate = 2.2;
+  }
+  if (settings.paperStopRule) iterations = 1000;
+  if (!settings.gaussians) settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
+  if (!settings.iterations) settings.iterations = iterations;
+  plan.start.gaussians = *settings.gaussians;
+  plan.iterations = *settings.iterations;
+  return plan;
+}
+
+} // namespace innergs

@@ -1,0 +1,28 @@
+#pragma once
+#include "Core/Trainer.h"
+
+namespace innergs {
+
+/// What the choices depend on, measured from the input.
+struct DataTraits {
+  double voxel = 1;       // finest in-plane spacing of all stacks, mm
+  double gap = 1;         // largest distance between slices of a stack, mm
+  double thickness = 0;   // largest slice thickness that acts as a blur, mm (0: thin slices)
+  double noise = 0;       // standard deviation, normalised intensity
+  int stacks = 1;
+  std::int64_t samples = 0; // finite observed voxels
+  double volume = 0;        // of the first stack's box, mm³
+  /// One stack with slices clearly farther apart than its pixels: the fit must bridge the gaps.
+  bool singleAnisotropic() const { return stacks == 1 && gap > 1.4 * voxel; }
+  bool superResolution() const { return gap > 1.4 * voxel; }
+};
+DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
+
+/// All numbers of a fit from settings and data; fills the optionals of `settings`. The measurements behind the constants are in
+/// Docs/benchmarks.md.
+FitPlan makePlan(Settings& settings, const DataTraits& traits);
+
+/// The normalised intensities of a fit: offset = smallest, scale = largest − smallest finite observed value, outliers (0.01 % each side) left out.
+IntensityMap chooseIntensityMap(std::span<const Stack> stacks);
+
+} // namespace innergs
