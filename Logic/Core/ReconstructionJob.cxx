@@ -81,8 +81,8 @@ struct ReconstructionJob::Impl {
   }
 
   ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
-  Trainer makeTrainer(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
-                      ReconstructionResult& result);
+  std::unique_ptr<Trainer> makeTrainer(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
+                                       ReconstructionResult& result);
   void fit(Trainer& trainer, const GridGeometry& grid, std::stop_token stop);
   double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field, std::stop_token stop) const;
 };
@@ -98,8 +98,8 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
   return impl_->run(std::move(stop), renderWhenCancelled);
 }
 
-Trainer ReconstructionJob::Impl::makeTrainer(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
-                                             ReconstructionResult& result) {
+std::unique_ptr<Trainer> ReconstructionJob::Impl::makeTrainer(const PreparedInput& prepared, const KernelSet& kernels,
+                                                              ThreadPool& pool, ReconstructionResult& result) {
   const IntensityMap map = chooseIntensityMap(prepared.stacks);
   const DataTraits traits = measureTraits(prepared.stacks, map);
   result.noise = traits.noise * map.scale;
@@ -137,11 +137,12 @@ Trainer ReconstructionJob::Impl::makeTrainer(const PreparedInput& prepared, cons
       pool.throwIfStopped();
       observations.push_back(std::move(o));
     }
-  Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool, settings.seed);
+  auto trainer =
+      std::make_unique<Trainer>(std::move(field), std::move(observations), plan, kernels, pool, settings.seed);
   if (same && resume->moment1.empty())
-    trainer.restore(trainer.adam().moment1, trainer.adam().moment2, resume->iteration);
+    trainer->restore(trainer->adam().moment1, trainer->adam().moment2, resume->iteration);
   else if (same)
-    trainer.restore(resume->moment1, resume->moment2, resume->iteration);
+    trainer->restore(resume->moment1, resume->moment2, resume->iteration);
   return trainer;
 }
 
@@ -204,9 +205,9 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
                                        " MB are available: choose a smaller region, a coarser output or fewer Gaussians.");
   ThreadPool pool(settings.threads);
   pool.setStop(stop);
-  std::optional<Trainer> trainer;
+  std::unique_ptr<Trainer> trainer;
   try {
-    trainer.emplace(makeTrainer(prepared, kernels, pool, result));
+    trainer = makeTrainer(prepared, kernels, pool, result);
     const auto begun = Clock::now();
     fit(*trainer, prepared.outputGrid, stop);
     result.fitSeconds = since(begun);
