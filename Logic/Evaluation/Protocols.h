@@ -75,6 +75,7 @@ struct EvaluationInput {
   std::vector<Stack> stacks;
   std::vector<std::int64_t> testSlices;              // K indices scored (protocol H)
   std::array<std::vector<std::int64_t>, 3> withheld; // slices withheld per lattice axis of truth (protocol P)
+  std::array<std::vector<std::int64_t>, 3> scored;   // those of them that are not constant
 };
 
 EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed = 1);
