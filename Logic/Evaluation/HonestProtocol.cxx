@@ -125,7 +125,8 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
   const auto interpolated = [&](Interpolation kind) {
     return [&, kind] { return averageUpsampled(first, grid, kind, threads); };
   };
-  if (options.gaussians) add("gaussians", [&] { return reconstructGaussians(input.stacks, grid, options); });
+  if (options.gaussians)
+    add("gaussians", [&] { return reconstructGaussians(input.stacks, grid, options, report.model); });
   add("linear", interpolated(Interpolation::Linear));
   add("cubic", interpolated(Interpolation::Cubic));
   add("lanczos", interpolated(Interpolation::Lanczos));

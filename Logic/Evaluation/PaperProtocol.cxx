@@ -149,7 +149,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
 
   if (options.gaussians) {
     const TimedVolume run = runMethod("gaussians", options, [&] {
-      return reconstructGaussians(input.stacks, input.truth.geometry, options);
+      return reconstructGaussians(input.stacks, input.truth.geometry, options, report.model);
     });
     MethodScore method;
     method.name = "gaussians";

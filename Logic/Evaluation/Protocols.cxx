@@ -44,7 +44,7 @@ double intensityRange(const Volume& volume) {
 }
 
 Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry& grid,
-                            const EvaluationOptions& options) {
+                            const EvaluationOptions& options, std::shared_ptr<const Checkpoint>& model) {
   ReconstructionInput input;
   input.stacks = stacks;
   input.outputGrid = grid;
@@ -52,6 +52,7 @@ Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry
   if (options.progress) job.onProgress(options.progress);
   ReconstructionResult result = job.run(options.stop);
   if (result.cancelled) throw Error(ErrorCode::Cancelled, "The evaluation was cancelled.");
+  if (options.keepVolumes) model = result.checkpoint;
   return std::move(result.volume);
 }
 
