@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 
 namespace innergs {
 namespace {
@@ -41,6 +43,7 @@ Slice readSlice(const std::string& file) {
                  [&] {
                    const auto io = openDicom(file);
                    const ItkHeader header = describe(*io, what);
+                   checkDicomPixels(*io, what);
                    Slice slice{header.geometry, std::atof(tag(*io, "0018|0050").c_str()), {}};
                    const double count = double(header.geometry.size[0]) * double(header.geometry.size[1]) *
                                         double(header.geometry.size[2]);
@@ -117,6 +120,27 @@ void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::
 }
 
 } // namespace
+
+void checkDicomPixels(const itk::ImageIOBase& io, const std::string& what) {
+  const std::uint64_t bits = std::strtoull(tag(io, "0028|0100").c_str(), nullptr, 10);
+  const std::uint64_t bytes = io.GetImageSizeInPixels() * io.GetNumberOfComponents() * bits / 8;
+  std::ifstream in(io.GetFileName(), std::ios::binary);
+  const std::string file{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  const auto number = [&](std::size_t at) { // little-endian
+    std::uint64_t value = 0;
+    for (std::size_t i = 0; i < 4 && at + i < file.size(); ++i)
+      value |= std::uint64_t{static_cast<unsigned char>(file[at + i])} << 8 * i;
+    return value;
+  };
+  const std::string pixelData("\xE0\x7F\x10\x00", 4);
+  for (std::size_t at = file.find(pixelData); at != std::string::npos; at = file.find(pixelData, at + 1)) {
+    const bool explicitType = file.compare(at + 4, 2, "OW") == 0 || file.compare(at + 4, 2, "OB") == 0;
+    const std::size_t start = at + (explicitType ? 12 : 8);
+    const std::uint64_t length = number(start - 4);
+    if ((length == bytes || length == bytes + 1) && file.size() < start + bytes)
+      throw Error(ErrorCode::FileFormat, what + " is truncated; export or copy it again.");
+  }
+}
 
 DicomSeries readDicomSeries(const std::filesystem::path& folder) {
   const std::string what = quoted(folder);

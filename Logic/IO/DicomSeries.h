@@ -1,7 +1,10 @@
 #pragma once
 #include "Core/Volume.h"
 
+#include <itkImageIOBase.h>
+
 #include <filesystem>
+#include <string>
 
 namespace innergs {
 
@@ -14,5 +17,9 @@ struct DicomSeries {
 /// sentence lists them), Error(Geometry) for uneven or tilted slices, Error(UnsupportedImage) for colour or
 /// several images per position.
 DicomSeries readDicomSeries(const std::filesystem::path& folder);
+
+/// Throws Error(FileFormat) when uncompressed pixel data end before their stated length: GDCM then reads what
+/// there is.
+void checkDicomPixels(const itk::ImageIOBase& io, const std::string& what);
 
 } // namespace innergs

@@ -4,6 +4,7 @@
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"
 #include "IO/NiftiFile.h"
+#include "IO/TextHeader.h"
 
 #include <itkGDCMImageIO.h>
 #include <itkMINCImageIO.h>
@@ -141,6 +142,9 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
   const std::string what = quoted(given);
   std::optional<NiftiHeader> nifti;
   if (format == Format::Nifti) nifti = readNiftiHeader(path);
+  std::optional<MetaHeader> meta;
+  if (format == Format::Meta) meta.emplace(path, what);
+  bool sequence = format == Format::Nrrd && NrrdHeader(path, what).sequence;
 
   const std::string damaged =
       what + " is truncated, damaged or of an unsupported variant; copy or export it again.";
@@ -149,15 +153,19 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
     if (auto* minc = dynamic_cast<itk::MINCImageIO*>(io.GetPointer())) useMincWorld(*minc);
     io->SetFileName(utf8(path));
     io->ReadImageInformation();
-    ItkHeader header = describe(*io, what);
+    if (format == Format::Minc) sequence = io->GetMetaDataDictionary().HasKey("tstep");
+    ItkHeader header = describe(*io, what, sequence);
     if (format == Format::Minc) turnRasToLps(header.geometry);
     if (nifti) header.geometry.origin = originInMillimetres(*nifti, header.geometry.origin);
     checkGeometry(header.geometry, what);
     const std::int64_t frame = chooseFrame(header, options, what);
 
+    if (meta && !meta->holds(static_cast<std::uint64_t>(io->GetImageSizeInBytes())))
+      throw Error(ErrorCode::FileFormat, damaged);
     LoadedImage loaded;
     loaded.volume.geometry = header.geometry;
     if (format == Format::Dicom) {
+      checkDicomPixels(*io, what);
       std::string thickness;
       itk::ExposeMetaData<std::string>(io->GetMetaDataDictionary(), "0018|0050", thickness);
       loaded.sliceThickness = std::atof(thickness.c_str());

@@ -2,8 +2,6 @@
 
 #include "Core/ReconstructionJob.h"
 
-#include <itkMetaDataObject.h>
-
 #include <cstdio>
 #include <cstring>
 
@@ -13,21 +11,7 @@ namespace {
 using Pixel = itk::CommonEnums::IOPixel;
 using Component = itk::CommonEnums::IOComponent;
 
-/// Time series that ITK presents as vector pixels: MINC files with a time axis, NRRD sequences with a list
-/// axis.
-bool isSequence(const itk::ImageIOBase& io) {
-  const itk::MetaDataDictionary& dictionary = io.GetMetaDataDictionary();
-  if (std::strcmp(io.GetNameOfClass(), "MINCImageIO") == 0) return dictionary.HasKey("tstep");
-  if (std::strcmp(io.GetNameOfClass(), "NrrdImageIO") != 0) return false;
-  std::string kind;
-  for (unsigned axis = 0; axis <= io.GetNumberOfDimensions(); ++axis)
-    if (itk::ExposeMetaData<std::string>(dictionary, "NRRD_kinds[" + std::to_string(axis) + "]", kind) &&
-        kind == "list")
-      return true;
-  return false;
-}
-
-void checkPixels(const itk::ImageIOBase& io, const std::string& what) {
+void checkPixels(const itk::ImageIOBase& io, const std::string& what, bool sequence) {
   const auto refuse = [&](const std::string& sentence) {
     throw Error(ErrorCode::UnsupportedImage, what + sentence);
   };
@@ -42,7 +26,7 @@ void checkPixels(const itk::ImageIOBase& io, const std::string& what) {
     refuse(" has complex pixels; export its magnitude first.");
     break;
   default:
-    if (io.GetPixelType() != Pixel::VECTOR || !isSequence(io))
+    if (io.GetPixelType() != Pixel::VECTOR || !sequence)
       refuse(" has several values per voxel (vectors or tensors); extract one component first.");
   }
   if (io.GetPixelType() == Pixel::SCALAR && io.GetNumberOfComponents() != 1)
@@ -62,8 +46,8 @@ void convert(const std::byte* source, std::size_t first, std::size_t stride, std
 
 } // namespace
 
-ItkHeader describe(const itk::ImageIOBase& io, const std::string& what) {
-  checkPixels(io, what);
+ItkHeader describe(const itk::ImageIOBase& io, const std::string& what, bool sequence) {
+  checkPixels(io, what, sequence);
   const unsigned dimensions = io.GetNumberOfDimensions();
   if (dimensions < 3)
     throw Error(ErrorCode::UnsupportedImage,

@@ -48,8 +48,8 @@ struct ItkHeader {
 };
 
 /// Throws Error(UnsupportedImage) for pixels that are not one number (RGB, complex, vector, tensor) and for
-/// 2D images.
-ItkHeader describe(const itk::ImageIOBase& io, const std::string& what);
+/// 2D images. `sequence`: the components of a vector pixel are frames.
+ItkHeader describe(const itk::ImageIOBase& io, const std::string& what, bool sequence = false);
 
 /// out[i] = source[first + i·stride] as float; `source` holds components of the given type.
 void convertVoxels(itk::CommonEnums::IOComponent type, const std::byte* source, std::size_t first,

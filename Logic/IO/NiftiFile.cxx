@@ -74,6 +74,22 @@ fs::path voxelFileOf(const fs::path& path, bool pair) {
               quoted(path) + " has no .img file beside it; copy both files of the pair.");
 }
 
+/// ITK aborts the process on a matrix with NaN.
+void checkFinite(const NiftiHeader& header, const Vec3& quaternion, const std::string& what) {
+  const auto finite = [](const Vec3& v) {
+    return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
+  };
+  bool sound = header.qformCode <= 0 || (finite(header.qformOffset) && finite(quaternion));
+  if (header.sformCode > 0) {
+    sound = sound && finite(header.sform.offset);
+    for (int row = 0; row < 3; ++row)
+      sound = sound && finite(header.sform.linear[row]);
+  }
+  if (!sound)
+    throw Error(ErrorCode::Geometry,
+                what + " has an orientation or origin that is not finite; correct its header.");
+}
+
 /// ITK falls back on the qform when the sform is sheared; that is right only when the sform is a registration
 /// to a template.
 void checkNotSheared(const NiftiHeader& header, const std::string& what) {
@@ -127,6 +143,11 @@ void convert(const std::vector<unsigned char>& bytes, const NiftiHeader& header,
   case Float64:
     return convert<double>(bytes, header, out, count);
   }
+}
+
+/// Refused from ITK's pixel type.
+bool isColourOrComplex(int datatype) {
+  return datatype == 128 || datatype == 2304 || datatype == 32 || datatype == 1792;
 }
 
 int bytesOf(int datatype) {
@@ -194,6 +215,11 @@ NiftiHeader readNiftiHeader(const fs::path& path) {
   }
   header.datatype = fields.get<std::int16_t>(70);
   header.bytesPerVoxel = bytesOf(header.datatype);
+  if (header.bytesPerVoxel == 0 && !isColourOrComplex(header.datatype))
+    throw Error(
+        ErrorCode::UnsupportedImage,
+        what +
+            " has a voxel type that cannot be read; convert it to a common integer or floating-point type.");
   const float offset = fields.get<float>(108);
   header.voxelOffset = magic == "n+1" ? std::int64_t{352} : 0;
   if (std::isfinite(offset) && offset > static_cast<float>(header.voxelOffset) && offset < 1e15f)
@@ -213,6 +239,7 @@ NiftiHeader readNiftiHeader(const fs::path& path) {
       header.sform.linear[row][axis] = fields.get<float>(280 + 16 * row + 4 * axis);
     header.sform.offset[row] = fields.get<float>(292 + 16 * row);
   }
+  checkFinite(header, {fields.get<float>(256), fields.get<float>(260), fields.get<float>(264)}, what);
   checkNotSheared(header, what);
   return header;
 }
@@ -230,11 +257,6 @@ std::vector<float> readNiftiFrame(const NiftiHeader& header, std::int64_t frame,
   const auto truncated = [&] {
     return Error(ErrorCode::FileFormat, quoted(path) + " is truncated or damaged; copy or export it again.");
   };
-  if (header.bytesPerVoxel == 0)
-    throw Error(
-        ErrorCode::UnsupportedImage,
-        quoted(path) +
-            " has a voxel type that cannot be read; convert it to a common integer or floating-point type.");
   const double perFrame = double(header.size[0]) * double(header.size[1]) * double(header.size[2]);
   const double needed = header.voxelOffset + perFrame * double(frame + 1) * header.bytesPerVoxel;
   constexpr double largestDeflateRatio = 1032;

@@ -3,12 +3,12 @@
 #include "Core/Error.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
+#include "IO/Inflate.h"
 #include "IO/ItkImage.h"
 
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
-#include <itk_zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -89,33 +89,6 @@ std::uint64_t voxelsStart(std::ifstream& in, const std::string& headerEnd) {
   in.clear();
   const std::size_t at = head.find(headerEnd);
   return at == std::string::npos ? head.size() : at + headerEnd.size();
-}
-
-/// Bytes behind `start` once decompressed; 0 when the stream does not end well (its checksum is tested as
-/// well).
-std::uint64_t inflatedBytes(std::ifstream& in, std::uint64_t start) {
-  in.seekg(static_cast<std::streamoff>(start));
-  z_stream stream{};
-  constexpr int zlibOrGzip = 15 + 32;
-  if (inflateInit2(&stream, zlibOrGzip) != Z_OK) return 0;
-  std::vector<unsigned char> input(1 << 16), output(1 << 18);
-  std::uint64_t total = 0;
-  int status = Z_OK;
-  while (status == Z_OK) {
-    in.read(reinterpret_cast<char*>(input.data()), static_cast<std::streamsize>(input.size()));
-    stream.next_in = input.data();
-    stream.avail_in = static_cast<unsigned>(in.gcount());
-    if (stream.avail_in == 0) break;
-    do {
-      stream.next_out = output.data();
-      stream.avail_out = static_cast<unsigned>(output.size());
-      status = inflate(&stream, Z_NO_FLUSH);
-      total += output.size() - stream.avail_out;
-    } while (status == Z_OK && stream.avail_out == 0);
-    if (status == Z_BUF_ERROR) status = Z_OK; // all input used
-  }
-  inflateEnd(&stream);
-  return status == Z_STREAM_END ? total : 0;
 }
 
 /// niftilib and MetaIO do not report a full disk: this reads the file back and counts.

@@ -1,0 +1,138 @@
+#include "IO/TextHeader.h"
+
+#include "Core/Error.h"
+#include "IO/Inflate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <vector>
+
+namespace innergs {
+namespace {
+
+using Fields = std::map<std::string, std::string>;
+struct Header {
+  Fields fields;
+  std::uint64_t end = 0; // bytes from the start of the file
+};
+
+std::string trimmed(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t\r");
+  if (first == std::string::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// "key<separator>value" lines up to the empty line or the field that ends the header.
+Header readHeader(const std::filesystem::path& path, char separator, const std::string& last) {
+  Header header;
+  std::ifstream in(path, std::ios::binary);
+  constexpr std::size_t longestHeader = 16 << 20; // tracked ultrasound has a few lines per frame
+  for (std::string line; header.end < longestHeader && std::getline(in, line);) {
+    header.end += line.size() + 1;
+    if (trimmed(line).empty()) break;
+    const std::size_t at = line.find(separator);
+    if (at == std::string::npos) continue;
+    const std::string key = trimmed(line.substr(0, at));
+    header.fields[key] = trimmed(line.substr(at + 1));
+    if (key == last) break;
+  }
+  return header;
+}
+
+/// Numbers between blanks, brackets and commas; words (none) are left out.
+std::vector<double> numbers(const std::string& text) {
+  std::vector<double> values;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t start = text.find_first_not_of(" \t(),", at);
+    if (start == std::string::npos) break;
+    at = std::min(text.find_first_of(" \t(),", start), text.size());
+    const std::string word = text.substr(start, at - start);
+    char* end = nullptr;
+    const double value = std::strtod(word.c_str(), &end);
+    if (end != word.c_str()) values.push_back(value);
+  }
+  return values;
+}
+
+void checkFinite(const Fields& fields, const std::string& key, const std::string& name,
+                 const std::string& what) {
+  const auto found = fields.find(key);
+  if (found == fields.end()) return;
+  for (const double value : numbers(found->second))
+    if (!std::isfinite(value))
+      throw Error(ErrorCode::Geometry, what + " has " + name + " that is not finite; correct its header.");
+}
+
+/// An axis of vector components may have the spacing NaN; three others must have a real one.
+void checkSpacing(const Fields& fields, const std::string& key, const std::string& what) {
+  const auto found = fields.find(key);
+  if (found == fields.end()) return;
+  int positive = 0;
+  bool bad = false;
+  for (const double value : numbers(found->second)) {
+    positive += std::isfinite(value) && value > 0;
+    bad = bad || std::isinf(value) || value <= 0;
+  }
+  if (bad || positive < 3)
+    throw Error(ErrorCode::Geometry,
+                what + " has a voxel spacing that is not finite and above zero; correct its header.");
+}
+
+} // namespace
+
+NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& what) {
+  const Fields fields = readHeader(path, ':', "").fields;
+  for (const char* key : {"type", "dimension", "sizes", "encoding"})
+    if (!fields.contains(key))
+      throw Error(ErrorCode::FileFormat,
+                  what + " is not a NRRD image or is damaged (no '" + key + "'); export it again.");
+  if (numbers(fields.at("sizes")).size() >= 3) checkSpacing(fields, "spacings", what);
+  checkFinite(fields, "space directions", "a direction", what);
+  checkFinite(fields, "space origin", "an origin", what);
+  const auto kinds = fields.find("kinds");
+  sequence = kinds != fields.end() && kinds->second.find("list") != std::string::npos;
+}
+
+MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& what) {
+  const Header header = readHeader(path, '=', "ElementDataFile");
+  const Fields& fields = header.fields;
+  for (const char* key : {"NDims", "DimSize", "ElementType", "ElementDataFile"})
+    if (!fields.contains(key))
+      throw Error(ErrorCode::FileFormat,
+                  what + " is not a MetaImage or is damaged (no '" + key + "'); export it again.");
+  if (numbers(fields.at("DimSize")).size() >= 3) checkSpacing(fields, "ElementSpacing", what);
+  for (const char* key : {"TransformMatrix", "Rotation", "Orientation"})
+    checkFinite(fields, key, "a direction", what);
+  for (const char* key : {"Offset", "Position", "Origin"})
+    checkFinite(fields, key, "an origin", what);
+
+  const auto isTrue = [&](const char* key, bool otherwise) {
+    const auto found = fields.find(key);
+    return found == fields.end() ? otherwise
+                                 : found->second.starts_with('T') || found->second.starts_with('t');
+  };
+  binary_ = isTrue("BinaryData", false);
+  compressed_ = isTrue("CompressedData", false);
+  const std::string& data = fields.at("ElementDataFile");
+  if (data == "LOCAL" || data == "Local" || data == "local") {
+    voxelFile_ = path;
+    voxelsStart_ = header.end;
+  } else if (!data.starts_with("LIST") && data.find('%') == std::string::npos) {
+    voxelFile_ = path.parent_path() / std::u8string(data.begin(), data.end());
+    if (!std::filesystem::is_regular_file(voxelFile_))
+      throw Error(ErrorCode::FileFormat, what + " lacks its voxel file '" + data + "'; copy both files.");
+  }
+}
+
+bool MetaHeader::holds(std::uint64_t bytes) const {
+  if (voxelFile_.empty() || !binary_) return true;
+  const std::uint64_t length = std::filesystem::file_size(voxelFile_);
+  if (!compressed_) return length >= voxelsStart_ && length - voxelsStart_ >= bytes;
+  std::ifstream in(voxelFile_, std::ios::binary);
+  return inflatedBytes(in, voxelsStart_) >= bytes;
+}
+
+} // namespace innergs

@@ -1,0 +1,120 @@
+#include "IO/VolumeIO.h"
+#include "TestFiles.h"
+
+#include <algorithm>
+
+namespace fs = std::filesystem;
+
+namespace innergs::test {
+namespace {
+
+constexpr const char* series = "G_dicom_mr_T1_oblique";
+
+std::vector<fs::path> files() {
+  std::vector<fs::path> paths;
+  for (const auto& entry : fs::directory_iterator(dataFile(series)))
+    paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+TEST(DicomSeries, GeometryAndThickness) {
+  INNERGS_NEED(series);
+  const Stack stack = readStack(dataFile(series));
+  const GridGeometry& g = stack.image.geometry;
+  EXPECT_EQ(g.size, (std::array<std::int64_t, 3>{274, 384, 20}));
+  EXPECT_NEAR(g.spacing[0], 0.7, 1e-4);
+  EXPECT_NEAR(g.spacing[1], 0.6666667, 1e-5);
+  EXPECT_NEAR(g.spacing[2], 0.6666667, 1e-4);
+  EXPECT_NEAR(stack.thickness, 0.6666667, 1e-4);
+  EXPECT_GT(std::abs(g.direction[0][2]) + std::abs(g.direction[1][2]), 1e-3); // oblique
+  EXPECT_NEAR(std::abs(determinant(g.direction)), 1, 1e-6);
+  EXPECT_EQ(*std::max_element(stack.image.voxels.begin(), stack.image.voxels.end()), 173);
+  EXPECT_EQ(stack.name, series);
+}
+
+// The same head as NIfTI, resampled from the same DICOM files by another program.
+TEST(DicomSeries, AgreesWithTheNiftiOfTheSameHead) {
+  INNERGS_NEED(series);
+  INNERGS_NEED("A_studyforrest_T1w_1mm_crop.nii.gz");
+  const Volume slab = readVolume(dataFile(series)),
+               head = readVolume(dataFile("A_studyforrest_T1w_1mm_crop.nii.gz"));
+  const Affine3 toWorld = slab.geometry.indexToWorld(), toHead = inverse(head.geometry.indexToWorld());
+  double n = 0, sumA = 0, sumB = 0, aa = 0, bb = 0, ab = 0;
+  for (std::int64_t j = 40; j < 340; j += 3)
+    for (std::int64_t i = 30; i < 240; i += 3) {
+      const Vec3 index = toHead(toWorld({double(i), double(j), 10}));
+      bool inside = true;
+      for (int axis = 0; axis < 3; ++axis)
+        inside = inside && index[axis] >= 0 && index[axis] <= double(head.geometry.size[axis] - 1);
+      if (!inside) continue;
+      const double a = slab.voxels[static_cast<std::size_t>(i + 274 * (j + 384 * 10))],
+                   b = sampleLinear(head, index);
+      n += 1, sumA += a, sumB += b, aa += a * a, bb += b * b, ab += a * b;
+    }
+  ASSERT_GT(n, 2000);
+  const double correlation =
+      (n * ab - sumA * sumB) / std::sqrt((n * aa - sumA * sumA) * (n * bb - sumB * sumB));
+  EXPECT_GT(correlation, 0.95);
+}
+
+TEST(DicomSeries, MissingSlice) {
+  INNERGS_NEED(series);
+  const TemporaryFolder folder;
+  for (const fs::path& file : files())
+    if (file.filename() != "N2D_0180.dcm") fs::copy_file(file, folder / file.filename().string());
+  const Error error = errorOf([&] { readStack(folder.path()); });
+  EXPECT_EQ(error.code(), ErrorCode::Geometry);
+  EXPECT_TRUE(contains(error, "evenly spaced")) << error.what();
+}
+
+TEST(DicomSeries, OneFileIsASingleSlice) {
+  INNERGS_NEED(series);
+  EXPECT_EQ(readVolume(files().front()).geometry.size, (std::array<std::int64_t, 3>{274, 384, 1}));
+  const Error error = errorOf([&] { readStack(files().front()); });
+  EXPECT_EQ(error.code(), ErrorCode::UnsupportedImage);
+  EXPECT_TRUE(contains(error, "folder")) << error.what();
+}
+
+TEST(DicomSeries, SeveralSeriesAreListed) {
+  INNERGS_NEED(series);
+  const TemporaryFolder folder;
+  std::string uid;
+  int n = 0;
+  for (const fs::path& file : files()) {
+    std::string bytes = readBytes(file);
+    const std::size_t tag =
+        bytes.find(std::string("\x20\0\x0e\0", 4)); // (0020,000E), implicit VR: 4 bytes of length follow
+    ASSERT_NE(tag, std::string::npos);
+    std::uint32_t length;
+    std::memcpy(&length, bytes.data() + tag + 4, 4);
+    ASSERT_LT(length, 70u);
+    uid = bytes.substr(tag + 8, length);
+    if (++n > 10) bytes.replace(tag + 8, 3, "9.9");
+    writeBytes(folder / file.filename().string(), bytes);
+  }
+  const Error error = errorOf([&] { readVolume(folder.path()); });
+  EXPECT_EQ(error.code(), ErrorCode::FileFormat);
+  EXPECT_TRUE(contains(error, "2 DICOM series") && contains(error, "(10 images)")) << error.what();
+  EXPECT_TRUE(contains(error, uid.substr(3, 20))) << error.what();
+}
+
+TEST(DicomSeries, TruncatedFile) {
+  INNERGS_NEED(series);
+  for (const double part : {0.5, 0.999}) {
+    const TemporaryFolder folder;
+    for (const fs::path& file : files()) {
+      const std::string bytes = readBytes(file);
+      const auto kept = static_cast<std::size_t>(part * double(bytes.size()));
+      writeBytes(folder / file.filename().string(),
+                 file.filename() == "N2D_0180.dcm" ? bytes.substr(0, kept) : bytes);
+    }
+    const Error error = errorOf([&] { readVolume(folder.path()); });
+    EXPECT_EQ(error.code(), ErrorCode::FileFormat);
+    EXPECT_TRUE(contains(error, "N2D_0180.dcm")) << error.what();
+    EXPECT_EQ(errorOf([&] { readVolume(folder / "N2D_0180.dcm"); }).code(), ErrorCode::FileFormat);
+  }
+}
+
+} // namespace
+} // namespace innergs::test

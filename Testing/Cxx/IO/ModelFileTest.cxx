@@ -1,0 +1,203 @@
+#include "IO/ModelFile.h"
+
+#include "TestFiles.h"
+
+#include "TestFields.h"
+
+namespace innergs::test {
+namespace {
+
+Checkpoint checkpointOf(int count, bool linearIntensity, bool resumable) {
+  Checkpoint checkpoint;
+  checkpoint.field = randomField(count, linearIntensity);
+  checkpoint.iteration = 137;
+  checkpoint.settingsKey = "preset=balanced \"quoted\" {1,2} \xC3\xA4";
+  if (resumable)
+    for (int n = 0; n < 16 * count; ++n) {
+      checkpoint.moment1.push_back(0.001f * static_cast<float>(n) / 3);
+      checkpoint.moment2.push_back(1e-9f * static_cast<float>(n * n));
+    }
+  return checkpoint;
+}
+
+void expectSame(const Checkpoint& read, const Checkpoint& written) {
+  expectSameFrame(read.field, written.field);
+  EXPECT_TRUE(sameBits(read.field.gaussians, written.field.gaussians));
+  EXPECT_EQ(read.moment1, written.moment1);
+  EXPECT_EQ(read.moment2, written.moment2);
+  EXPECT_EQ(read.iteration, written.iteration);
+  EXPECT_EQ(read.settingsKey, written.settingsKey);
+}
+
+TEST(ModelFile, RoundTripIsExact) {
+  const TemporaryFolder folder;
+  for (const bool linearIntensity : {false, true})
+    for (const bool resumable : {false, true})
+      for (const Blending blending : {Blending::Normalised, Blending::Additive}) {
+        Checkpoint checkpoint = checkpointOf(57, linearIntensity, resumable);
+        checkpoint.field.blending = blending;
+        writeModel(checkpoint, folder / "a.innergs");
+        expectSame(readModel(folder / "a.innergs"), checkpoint);
+      }
+  EXPECT_EQ(folder.fileCount(), 1);
+}
+
+TEST(ModelFile, UnknownTensorsAndKeysAreIgnored) {
+  const TemporaryFolder folder;
+  const Checkpoint checkpoint = checkpointOf(5, true, false);
+  writeModel(checkpoint, folder / "a.innergs");
+  std::string bytes = readBytes(folder / "a.innergs");
+  std::uint64_t length;
+  std::memcpy(&length, bytes.data(), 8);
+  const std::uint64_t data = bytes.size() - 8 - length;
+  std::string header = bytes.substr(8, length);
+  header.erase(header.find_last_of('}'));
+  header += ",\"latent\":{\"dtype\":\"F16\",\"shape\":[3,2],\"data_offsets\":[" + std::to_string(data) + "," +
+            std::to_string(data + 12) + "]}}";
+  header.insert(header.find("\"format\""), "\"colour\":\"blue\",");
+  const std::uint64_t longer = header.size();
+  std::string extended(8, '\0');
+  std::memcpy(extended.data(), &longer, 8);
+  writeBytes(folder / "b.innergs", extended + header + bytes.substr(8 + length) + std::string(12, '\7'));
+  expectSame(readModel(folder / "b.innergs"), checkpoint);
+}
+
+/// The file with one piece of its header replaced by another of the same length or not.
+std::string withHeader(const std::string& bytes, const std::string& from, const std::string& to) {
+  std::uint64_t length;
+  std::memcpy(&length, bytes.data(), 8);
+  std::string header = bytes.substr(8, length);
+  const std::size_t at = header.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  if (at == std::string::npos) return bytes;
+  header.replace(at, from.size(), to);
+  length = header.size();
+  std::string result(8, '\0');
+  std::memcpy(result.data(), &length, 8);
+  std::uint64_t before;
+  std::memcpy(&before, bytes.data(), 8);
+  return result + header + bytes.substr(8 + before);
+}
+
+TEST(ModelFile, ForgedHeaders) {
+  const TemporaryFolder folder;
+  writeModel(checkpointOf(5, true, true), folder / "a.innergs");
+  const std::string bytes = readBytes(folder / "a.innergs");
+  const std::pair<const char*, const char*> forgeries[] = {
+      {"\"format\":\"InnerGS\"", "\"format\":\"Other\""},
+      {"\"format_version\":\"1\"", "\"format_version\":\"one\""},
+      {"\"blending\":\"normalised\"", "\"blending\":\"alpha\""},
+      {"\"blending\"", "\"blendung\""},
+      {"\"cutoff\":\"2.75\"", "\"cutoff\":\"nan\""},
+      {"\"cutoff\":\"2.75\"", "\"cutoff\":2.75"},
+      {"\"cutoff\":\"2.75\"", "\"cutoff\":\"1e999\""},
+      {"\"iteration\":\"137\"", "\"iteration\":\"-1\""},
+      {"\"iteration\":\"137\"", "\"iteration\":\"99999999999999\""},
+      {"[30,40,50]", "[30,40]"},
+      {"[30,40,50]", "[30,-40,50]"},
+      {"[30,40,50]", "[30,40.5,50]"},
+      {"[30,40,50]", "[1000000000,1000000000,1000000000]"},
+      {"\\\"spacing\\\":[0.7,", "\\\"spacing\\\":[0,"},
+      {"\\\"spacing\\\":[0.7,", "\\\"spacing\\\":[null,"},
+      {"\"mean\":{\"data_offsets\":[0,60],\"dtype\":\"F32\",\"shape\":[5,3]}",
+       "\"mean\":{\"data_offsets\":[0,60],\"dtype\":\"I32\",\"shape\":[5,3]}"},
+      {"\"shape\":[5,3]", "\"shape\":[3,5]"},
+      {"\"shape\":[5,3]", "\"shape\":[-5,-3]"},
+      {"\"shape\":[5,3]", "\"shape\":[4611686018427387904,3]"},
+      {"\"shape\":[5,3]", "\"shape\":[0,3]"},
+      {"\"shape\":[5,3]", "\"shape\":15"},
+      {"\"data_offsets\":[0,60]", "\"data_offsets\":[60,0]"},
+      {"\"data_offsets\":[0,60]", "\"data_offsets\":[0,61]"},
+      {"\"data_offsets\":[0,60]", "\"data_offsets\":[-4,56]"},
+      {"\"data_offsets\":[0,60]", "\"data_offsets\":[60,120]"},
+      {"\"data_offsets\":[0,60]", "\"data_offsets\":[100000,100060]"},
+      {"\"data_offsets\":[0,60]", "\"data_offsets\":[18446744073709551555,18446744073709551615]"},
+      {"\"mean\":", "\"moon\":"},
+      {"\"quaternion\":", "\"quaternio\":"},
+      {"\"adam_moment2\":", "\"adam_moment3\":"},
+  };
+  for (const auto& [from, to] : forgeries) {
+    SCOPED_TRACE(std::string(from) + " -> " + to);
+    writeBytes(folder / "b.innergs", withHeader(bytes, from, to));
+    EXPECT_EQ(errorOf([&] { readModel(folder / "b.innergs"); }).code(), ErrorCode::FileFormat);
+  }
+  writeBytes(folder / "b.innergs", withHeader(bytes, "\"format_version\":\"1\"", "\"format_version\":\"2\""));
+  EXPECT_TRUE(contains(errorOf([&] { readModel(folder / "b.innergs"); }), "newer version"));
+  writeBytes(folder / "b.innergs", bytes + "more");
+  EXPECT_EQ(errorOf([&] { readModel(folder / "b.innergs"); }).code(), ErrorCode::FileFormat);
+}
+
+TEST(ModelFile, NonFiniteValues) {
+  const TemporaryFolder folder;
+  for (int part = 0; part < 3; ++part) {
+    Checkpoint checkpoint = checkpointOf(5, true, true);
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    if (part == 0) checkpoint.field.gaussians[3].mean[1] = nan;
+    if (part == 1) checkpoint.moment1[7] = nan;
+    if (part == 2) checkpoint.moment2[7] = -nan;
+    writeModel(checkpoint, folder / "a.innergs");
+    EXPECT_EQ(errorOf([&] { readModel(folder / "a.innergs"); }).code(), ErrorCode::FileFormat) << part;
+  }
+}
+
+TEST(ModelFile, NoModel) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(errorOf([&] { readModel(folder / "missing.innergs"); }).code(), ErrorCode::FileNotFound);
+  const auto codeOf = [&](const std::string& bytes) {
+    writeBytes(folder / "a.innergs", bytes);
+    return errorOf([&] { readModel(folder / "a.innergs"); }).code();
+  };
+  EXPECT_EQ(codeOf(""), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf("text"), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf("This is a longer text that is no model."), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf(std::string(100, '\0')), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf(std::string(100, '\xFF')), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf(std::string("\2\0\0\0\0\0\0\0{}", 10)), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf(std::string("\2\0\0\0\0\0\0\0[]", 10)), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf(std::string("\x10\x27\0\0\0\0\0\0", 8) + std::string(10000, '[')), ErrorCode::FileFormat);
+  EXPECT_EQ(errorOf([&] { readModel(folder.path()); }).code(), ErrorCode::FileFormat);
+}
+
+TEST(ModelFile, TruncatedAtAnyLength) {
+  const TemporaryFolder folder;
+  writeModel(checkpointOf(7, true, true), folder / "a.innergs");
+  const std::string bytes = readBytes(folder / "a.innergs");
+  for (std::size_t length = 0; length < bytes.size(); length += length < 64 ? 1 : 23) {
+    writeBytes(folder / "b.innergs", bytes.substr(0, length));
+    ASSERT_EQ(errorOf([&] { readModel(folder / "b.innergs"); }).code(), ErrorCode::FileFormat) << length;
+  }
+}
+
+TEST(ModelFile, FlippedHeaderBytesNeverCrash) {
+  const TemporaryFolder folder;
+  const Checkpoint checkpoint = checkpointOf(3, true, false);
+  writeModel(checkpoint, folder / "a.innergs");
+  const std::string bytes = readBytes(folder / "a.innergs");
+  std::uint64_t length;
+  std::memcpy(&length, bytes.data(), 8);
+  std::mt19937 random(2024);
+  int refused = 0;
+  for (int n = 0; n < 1500; ++n) {
+    std::string forged = bytes;
+    for (unsigned flips = 1 + random() % 4; flips > 0; --flips)
+      forged[random() % (8 + length)] ^= static_cast<char>(1 << random() % 8);
+    writeBytes(folder / "b.innergs", forged);
+    try { // a flip inside a number or a sentence can leave a valid file
+      EXPECT_EQ(readModel(folder / "b.innergs").field.size(), 3);
+    } catch (const Error& error) {
+      ++refused;
+      EXPECT_TRUE(error.code() == ErrorCode::FileFormat || error.code() == ErrorCode::Memory) << error.what();
+    }
+  }
+  EXPECT_GT(refused, 750);
+}
+
+TEST(ModelFile, UnwritableFolderLeavesNothing) {
+  const TemporaryFolder folder;
+  EXPECT_EQ(errorOf([&] { writeModel(checkpointOf(3, false, false), folder / "missing/a.innergs"); }).code(),
+            ErrorCode::Io);
+  EXPECT_EQ(folder.fileCount(), 0);
+}
+
+} // namespace
+} // namespace innergs::test

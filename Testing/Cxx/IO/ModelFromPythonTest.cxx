@@ -1,0 +1,128 @@
+#include "IO/ModelFile.h"
+
+#include "TestFiles.h"
+
+#include "TestFields.h"
+
+#include <cstdlib>
+#include <sstream>
+
+namespace innergs::test {
+namespace {
+
+bool runs(const std::string& command) {
+#ifdef _WIN32
+  return std::system((command + " >NUL 2>NUL").c_str()) == 0;
+#else
+  return std::system((command + " >/dev/null 2>/dev/null").c_str()) == 0;
+#endif
+}
+
+/// Runs a script in the folder and returns what it wrote to out.txt as numbers.
+std::vector<double> runPython(const TemporaryFolder& folder, const std::string& script) {
+  const std::string start = "import os\nos.chdir(r'" + folder.path().string() + "')\n";
+  writeBytes(folder / "script.py", start + script);
+  EXPECT_EQ(std::system(("python3 \"" + (folder / "script.py").string() + "\"").c_str()), 0);
+  std::istringstream words(readBytes(folder / "out.txt"));
+  std::vector<double> values;
+  for (double value; words >> value;)
+    values.push_back(value);
+  return values;
+}
+
+/// The ```python blocks of the format's documentation.
+std::string documentedCode() {
+  const std::string text = readBytes(std::filesystem::path(INNERGS_DOCS) / "model-format.md");
+  std::string code;
+  for (std::size_t at = text.find("```python\n"); at != std::string::npos;
+       at = text.find("```python\n", at)) {
+    at += 10;
+    code += text.substr(at, text.find("```", at) - at);
+  }
+  return code;
+}
+
+/// The field's definition, written out plainly in double precision.
+double valueAt(const GaussianField& field, const Vec3& world) {
+  const Vec3 x = inverse(field.modelToWorld)(world);
+  double numerator = 0, denominator = 0;
+  for (const Gaussian& g : field.gaussians) {
+    const double n =
+        std::sqrt(double(g.quaternion[0]) * g.quaternion[0] + double(g.quaternion[1]) * g.quaternion[1] +
+                  double(g.quaternion[2]) * g.quaternion[2] + double(g.quaternion[3]) * g.quaternion[3]);
+    const double w = g.quaternion[0] / n;
+    const Vec3 v{g.quaternion[1] / n, g.quaternion[2] / n, g.quaternion[3] / n};
+    const Vec3 d = x - Vec3{g.mean[0], g.mean[1], g.mean[2]};
+    const Vec3 t = 2.0 * cross(d, v); // d turned by the inverse rotation
+    const Vec3 local = d + w * t + cross(t, v);
+    double square = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      square += std::pow(local[axis] / std::exp(double(g.logScale[axis])), 2);
+    if (square > field.cutoff * field.cutoff) continue;
+    const double weight = std::exp(g.logWeight - 0.5 * square);
+    numerator += weight * (g.intensity + dot(d, {g.slope[0], g.slope[1], g.slope[2]}));
+    denominator += weight;
+  }
+  const double value =
+      field.blending == Blending::Additive ? numerator : numerator / (denominator + field.epsilon);
+  return field.intensityScale * value + field.intensityOffset;
+}
+
+TEST(ModelFromPython, StandardLibraryReadsIt) {
+  if (!runs("python3 --version")) GTEST_SKIP() << "no python3";
+  const TemporaryFolder folder;
+  Checkpoint checkpoint;
+  checkpoint.field = randomField(9, true);
+  writeModel(checkpoint, folder / "model.innergs");
+  const std::vector<double> values = runPython(folder, R"(
+import json, struct
+raw = open("model.innergs", "rb").read()
+size, = struct.unpack("<Q", raw[:8])
+header = json.loads(raw[8:8 + size])
+meta = header["__metadata__"]
+assert meta["format"] == "InnerGS" and meta["format_version"] == "1" and meta["blending"] == "normalised"
+assert set(header) == {"__metadata__", "mean", "log_scale", "quaternion", "log_weight", "intensity", "slope"}
+begin, end = header["mean"]["data_offsets"]
+assert header["mean"] == {"dtype": "F32", "shape": [9, 3], "data_offsets": [begin, end]} and (8 + size) % 8 == 0
+mean = struct.unpack("<27f", raw[8 + size + begin:8 + size + end])
+with open("out.txt", "w") as out:
+    for x in list(mean) + json.loads(meta["model_to_world"]) + [json.loads(meta["intensity_scale"])] + json.loads(meta["domain"])["spacing"]:
+        print(repr(x), file=out)
+)");
+  ASSERT_EQ(values.size(), 27u + 16 + 1 + 3);
+  for (std::size_t n = 0; n < 27; ++n)
+    EXPECT_EQ(values[n], checkpoint.field.gaussians[n / 3].mean[n % 3]);
+  EXPECT_EQ(values[27 + 1], checkpoint.field.modelToWorld.linear[0][1]);
+  EXPECT_EQ(values[27 + 7], checkpoint.field.modelToWorld.offset[1]);
+  EXPECT_EQ(values[27 + 16], checkpoint.field.intensityScale);
+  EXPECT_EQ(values[27 + 17 + 2], checkpoint.field.domain.spacing[2]);
+}
+
+TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
+  if (!runs("python3 -c \"import numpy\"")) GTEST_SKIP() << "no python3 with numpy";
+  const std::vector<Vec3> inModel{{0, 0, 0}, {3, -4, 5}, {-8, 2, 1}, {60, 0, 0}};
+  for (const bool linearIntensity : {false, true})
+    for (const Blending blending : {Blending::Normalised, Blending::Additive}) {
+      const TemporaryFolder folder;
+      Checkpoint checkpoint;
+      checkpoint.field = randomField(300, linearIntensity);
+      checkpoint.field.blending = blending;
+      writeModel(checkpoint, folder / "model.innergs");
+      std::string script = documentedCode() + "\nwith open('out.txt', 'w') as out:\n";
+      std::vector<Vec3> points;
+      for (const Vec3& x : inModel) {
+        points.push_back(checkpoint.field.modelToWorld(x));
+        char line[200];
+        std::snprintf(line, sizeof(line), "    print(repr(float(value([%.17g, %.17g, %.17g]))), file=out)\n",
+                      points.back()[0], points.back()[1], points.back()[2]);
+        script += line;
+      }
+      const std::vector<double> values = runPython(folder, script);
+      ASSERT_EQ(values.size(), points.size());
+      for (std::size_t n = 0; n < points.size(); ++n)
+        EXPECT_NEAR(values[n], valueAt(checkpoint.field, points[n]), 1e-5 * checkpoint.field.intensityScale);
+    }
+}
+
+} // namespace
+} // namespace innergs::test
