@@ -1,0 +1,81 @@
+#include "Core/Stack.h"
+
+#include "Core/Error.h"
+#include "TestVolumes.h"
+
+#include <gtest/gtest.h>
+#include <limits>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+Stack validStack() {
+  Stack stack;
+  stack.image = randomVolume(grid(4, 5, 6, {1, 1, 3}), 0, 100);
+  stack.thickness = 3;
+  stack.name = "T2.nii.gz";
+  return stack;
+}
+
+ErrorCode codeOf(const Stack& stack) {
+  try {
+    checkStack(stack);
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("T2.nii.gz"), std::string::npos) << error.what();
+    return error.code();
+  }
+  return ErrorCode::Internal; // not thrown
+}
+
+} // namespace
+
+TEST(Stack, AcceptsPosesTimesAndPartlyObserved) {
+  Stack stack = validStack();
+  stack.poses.assign(6, Affine3{obliqueDirection(0.1), {1, 2, 3}});
+  stack.times.assign(6, 0.5);
+  stack.observed.assign(120, 0);
+  stack.observed[7] = 1;
+  stack.image.voxels[3] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NO_THROW(checkStack(stack));
+}
+
+TEST(Stack, RefusesWhatDoesNotFitTogether) {
+  Stack stack = validStack();
+  stack.image.voxels.pop_back();
+  EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+  stack = validStack();
+  stack.observed.assign(119, 1);
+  EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+  stack = validStack();
+  stack.poses.resize(5);
+  EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+  stack = validStack();
+  stack.times.resize(7);
+  EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+  stack = validStack();
+  stack.thickness = -1;
+  EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+}
+
+TEST(Stack, RefusesPosesThatAreNotRigid) {
+  Stack stack = validStack();
+  stack.poses.assign(6, Affine3{});
+  stack.poses[2].linear = diagonal({1, 1, 1.1});
+  EXPECT_EQ(codeOf(stack), ErrorCode::Geometry);
+  stack.poses[2].linear = diagonal({1, 1, -1});
+  EXPECT_EQ(codeOf(stack), ErrorCode::Geometry);
+}
+
+TEST(Stack, RefusesNothingToFit) {
+  Stack stack = validStack();
+  stack.observed.assign(120, 0);
+  EXPECT_EQ(codeOf(stack), ErrorCode::NoData);
+  stack.observed[5] = 1;
+  stack.image.voxels[5] = std::numeric_limits<float>::infinity();
+  EXPECT_EQ(codeOf(stack), ErrorCode::NoData);
+  stack = validStack();
+  stack.image.voxels.assign(120, std::numeric_limits<float>::quiet_NaN());
+  EXPECT_EQ(codeOf(stack), ErrorCode::NoData);
+}

@@ -1,0 +1,70 @@
+#pragma once
+#include "Core/Volume.h"
+
+#include <cstdint>
+#include <random>
+
+namespace innergs::testing {
+
+/// A rotation about the axis (1, 2, 3)/√14 by `angle`, times a reflection of the third column when
+/// left-handed.
+inline Mat3 obliqueDirection(double angle, bool leftHanded = false) {
+  const double n = std::sqrt(14.0), a[3] = {1 / n, 2 / n, 3 / n}, c = std::cos(angle), s = std::sin(angle);
+  Mat3 r;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      r[i][j] = (i == j ? c : 0) + (1 - c) * a[i] * a[j];
+  r[0][1] -= s * a[2], r[1][0] += s * a[2];
+  r[0][2] += s * a[1], r[2][0] -= s * a[1];
+  r[1][2] -= s * a[0], r[2][1] += s * a[0];
+  if (leftHanded)
+    for (int i = 0; i < 3; ++i)
+      r[i][2] = -r[i][2];
+  return r;
+}
+
+inline GridGeometry grid(std::int64_t nx, std::int64_t ny, std::int64_t nz, const Vec3& spacing = {1, 1, 1},
+                         const Vec3& origin = {0, 0, 0}, const Mat3& direction = {}) {
+  return {{nx, ny, nz}, origin, spacing, direction};
+}
+
+/// value(i, j, k) at every voxel.
+template <typename Function>
+Volume volumeOf(const GridGeometry& geometry, Function value) {
+  Volume volume{geometry, {}};
+  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
+    for (std::int64_t j = 0; j < geometry.size[1]; ++j)
+      for (std::int64_t i = 0; i < geometry.size[0]; ++i)
+        volume.voxels.push_back(static_cast<float>(value(i, j, k)));
+  return volume;
+}
+
+/// value(LPS position) at every voxel.
+template <typename Function>
+Volume volumeInSpace(const GridGeometry& geometry, Function value) {
+  return volumeOf(geometry, [&, map = geometry.indexToWorld()](auto i, auto j, auto k) {
+    return value(map({double(i), double(j), double(k)}));
+  });
+}
+
+inline Volume randomVolume(const GridGeometry& geometry, double low, double high, std::uint64_t seed = 1) {
+  std::mt19937_64 engine(seed);
+  return volumeOf(geometry,
+                  [&](auto, auto, auto) { return low + (high - low) * (double(engine() >> 11) * 0x1p-53); });
+}
+
+/// A head-like phantom: a bright ellipsoid with smooth texture and a hollow, zero outside; values 0…200.
+inline Volume phantom(const GridGeometry& geometry) {
+  const Vec3 centre = geometry.centre(), extent = geometry.extent();
+  return volumeInSpace(geometry, [&](const Vec3& x) {
+    const Vec3 d = transpose(geometry.direction) * (x - centre);
+    double r2 = 0;
+    for (int a = 0; a < 3; ++a)
+      r2 += std::pow(d[a] / (0.42 * extent[a]), 2);
+    if (r2 > 1) return 0.0;
+    if (r2 < 0.04) return 10.0;
+    return 130 + 40 * std::sin(0.25 * x[0]) * std::cos(0.3 * x[1]) + 30 * std::sin(0.35 * x[2] + 0.1 * x[0]);
+  });
+}
+
+} // namespace innergs::testing

@@ -1,0 +1,115 @@
+#include "Evaluation/BackProjection.h"
+
+#include "Core/Error.h"
+#include "Core/Metrics.h"
+#include "Core/Simulate.h"
+#include "Evaluation/Baselines.h"
+
+#include "../Core/TestVolumes.h"
+
+#include <gtest/gtest.h>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+double residual(const Volume& volume, std::span<const Stack> stacks) {
+  double squares = 0, count = 0;
+  for (const Stack& stack : stacks) {
+    const auto seen = projectToStack(volume, stack);
+    for (std::size_t p = 0; p < seen.size(); ++p)
+      if (std::isfinite(seen[p])) {
+        squares += std::pow(double(seen[p]) - stack.image.voxels[p], 2);
+        ++count;
+      }
+  }
+  return std::sqrt(squares / count);
+}
+
+} // namespace
+
+TEST(BackProjection, ProjectionOfTheTruthIsTheSimulatedStack) {
+  const Volume truth =
+      randomVolume(grid(12, 16, 20, {1, 1.5, 2}, {3, 2, 1}, obliqueDirection(0.5, true)), 0, 100);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Stack stack = simulateThickStack(truth, axis, 4);
+    const auto seen = projectToStack(truth, stack);
+    for (std::size_t p = 0; p < seen.size(); ++p)
+      ASSERT_NEAR(seen[p], stack.image.voxels[p], 1e-3);
+  }
+}
+
+TEST(BackProjection, ObliqueProfilesKeepRamps) {
+  const auto ramp = [](const Vec3& x) { return 2 * x[0] - x[1] + 0.5 * x[2]; };
+  const Volume truth = volumeInSpace(grid(30, 30, 30, {1, 1, 1}, {-15, -15, -15}), ramp);
+  Stack stack;
+  stack.image = volumeInSpace(grid(6, 6, 3, {1, 1, 4}, {-3, -2, -4}, obliqueDirection(0.5)), ramp);
+  stack.thickness = 4;
+  for (const SliceProfile profile : {SliceProfile::Point, SliceProfile::Box, SliceProfile::Gaussian}) {
+    stack.profile = profile;
+    const auto seen = projectToStack(truth, stack);
+    for (std::size_t p = 0; p < seen.size(); ++p)
+      ASSERT_NEAR(seen[p], stack.image.voxels[p], 1e-3);
+  }
+}
+
+TEST(BackProjection, GaussianProfileHasItsWidth) {
+  // A single bright plane, seen by slices at many offsets: the response is the profile.
+  const Volume truth =
+      volumeOf(grid(4, 4, 201, {1, 1, 0.1}), [](auto, auto, auto k) { return k == 100 ? 10.0 : 0.0; });
+  Stack stack;
+  stack.profile = SliceProfile::Gaussian;
+  stack.thickness = 4;
+  stack.image.geometry = grid(4, 4, 161, {1, 1, 0.1}, {0, 0, 2});
+  stack.image.voxels.assign(4 * 4 * 161, 0);
+  const auto seen = projectToStack(truth, stack);
+  const auto at = [&](int k) { return double(seen[static_cast<std::size_t>(5 + 16 * k)]); };
+  EXPECT_NEAR(at(80 + 20) / at(80), 0.5, 0.02); // half maximum at half the thickness
+  EXPECT_NEAR(at(80 - 20) / at(80), 0.5, 0.02);
+}
+
+TEST(BackProjection, ReducesTheDataResidualAndTheError) {
+  const Volume truth = phantom(grid(32, 32, 32));
+  const auto mask = bodyMask(truth);
+  for (const int count : {1, 2, 3}) {
+    std::vector<Stack> stacks;
+    for (int s = 0; s < count; ++s)
+      stacks.push_back(simulateThickStack(truth, 2 - s, 4));
+    const Volume start = averageUpsampled(stacks, truth.geometry, Interpolation::Cubic);
+    BackProjectionSettings settings;
+    settings.stopAtNoise = false;
+    double before = residual(start, stacks);
+    for (const int iterations : {1, 3, 12}) {
+      settings.iterations = iterations;
+      const double after = residual(backProject(stacks, truth.geometry, settings), stacks);
+      EXPECT_LT(after, before);
+      before = after;
+    }
+    EXPECT_LT(before, 0.2 * residual(start, stacks));
+    EXPECT_GT(pooledPsnr(backProject(stacks, truth.geometry).voxels, truth.voxels, mask, 200),
+              pooledPsnr(start.voxels, truth.voxels, mask, 200));
+  }
+}
+
+TEST(BackProjection, StopsBeforeItFitsTheNoise) {
+  const Volume truth = phantom(grid(48, 48, 48));
+  std::vector<Stack> stacks;
+  for (int s = 0; s < 2; ++s)
+    stacks.push_back(simulateThickStack(truth, 2 - s, 4, 25, 3 + s));
+  BackProjectionSettings all;
+  all.iterations = 30;
+  all.stopAtNoise = false;
+  EXPECT_GT(pooledPsnr(backProject(stacks, truth.geometry).voxels, truth.voxels, {}, 200),
+            pooledPsnr(backProject(stacks, truth.geometry, all).voxels, truth.voxels, {}, 200));
+}
+
+TEST(BackProjection, StopRequestCancels) {
+  const Volume truth = randomVolume(grid(8, 8, 8), 0, 1);
+  const std::vector<Stack> stacks{simulateThickStack(truth, 2, 4)};
+  std::stop_source source;
+  source.request_stop();
+  BackProjectionSettings settings;
+  settings.stop = source.get_token();
+  EXPECT_THROW(backProject(stacks, truth.geometry, settings), Error);
+}

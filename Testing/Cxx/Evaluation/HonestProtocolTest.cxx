@@ -1,0 +1,170 @@
+#include "Core/Error.h"
+#include "Core/Simulate.h"
+#include "Evaluation/Baselines.h"
+#include "Evaluation/Protocols.h"
+
+#include "../Core/TestVolumes.h"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+EvaluationOptions baselinesOnly() {
+  EvaluationOptions options;
+  options.gaussians = false;
+  return options;
+}
+
+std::vector<std::string> names(const EvaluationReport& report) {
+  std::vector<std::string> result;
+  for (const MethodScore& method : report.methods)
+    result.push_back(method.name);
+  return result;
+}
+
+const MethodScore& method(const EvaluationReport& report, const std::string& name) {
+  return *std::find_if(report.methods.begin(), report.methods.end(),
+                       [&](const MethodScore& m) { return m.name == name; });
+}
+
+} // namespace
+
+TEST(Protocols, SliceAxesFollowTheAnatomy) {
+  Mat3 d; // I runs foot to head, J right to left, K front to back
+  d.m = {{{0, 1, 0}, {0, 0, 1}, {-1, 0, 0}}};
+  const GridGeometry g = grid(4, 5, 6, {1, 1, 1}, {0, 0, 0}, d);
+  EXPECT_EQ(sliceAxis(g, Plane::Axial), 0);
+  EXPECT_EQ(sliceAxis(g, Plane::Coronal), 2);
+  EXPECT_EQ(sliceAxis(g, Plane::Sagittal), 1);
+  for (double angle = 0; angle < 3.2; angle += 0.1) { // always three different axes
+    const GridGeometry turned = grid(4, 5, 6, {1, 1, 1}, {0, 0, 0}, obliqueDirection(angle, true));
+    const int a = sliceAxis(turned, Plane::Axial), c = sliceAxis(turned, Plane::Coronal),
+              s = sliceAxis(turned, Plane::Sagittal);
+    EXPECT_EQ((1 << a) | (1 << c) | (1 << s), 7) << angle;
+  }
+}
+
+TEST(HonestProtocol, WithheldVoxelsNeverReachTheInput) {
+  const Volume truth = randomVolume(grid(12, 14, 18), 0, 100);
+  for (int k = 2; k <= 6; ++k) {
+    HonestCase c;
+    c.factor = k;
+    const EvaluationInput input = honestInput(truth, c);
+    Volume wild = truth;
+    std::vector<std::uint8_t> withheld(static_cast<std::size_t>(truth.geometry.size[2]), 0);
+    for (std::int64_t slice : input.testSlices)
+      withheld[slice] = 1;
+    for (std::size_t p = 0; p < wild.voxels.size(); ++p)
+      if (withheld[p / (12 * 14)]) wild.voxels[p] = 1e6f * float(p % 13) - 4e6f;
+    const EvaluationInput other = honestInput(wild, c);
+    ASSERT_EQ(input.stacks.size(), 1u);
+    EXPECT_EQ(input.stacks[0].image.voxels, other.stacks[0].image.voxels);
+    EXPECT_EQ(input.stacks[0].image.geometry, other.stacks[0].image.geometry);
+    EXPECT_EQ(input.testSlices, other.testSlices);
+    // Every test slice lies between kept ones, and none is kept.
+    const std::int64_t last = (18 - 1) / k * k;
+    for (std::int64_t slice : input.testSlices) {
+      EXPECT_NE(slice % k, 0);
+      EXPECT_LT(slice, last);
+    }
+    EXPECT_EQ(static_cast<std::int64_t>(input.testSlices.size()), last - last / k);
+  }
+}
+
+TEST(HonestProtocol, ThickInputsAreTheSimulatedStacksOfTheCutTruth) {
+  const Volume truth = randomVolume(grid(13, 14, 18), 0, 100);
+  HonestCase c{HonestCase::Kind::Orthogonal, 4, 3, 0};
+  const EvaluationInput input = honestInput(truth, c);
+  EXPECT_EQ(input.truth.geometry.size, (std::array<std::int64_t, 3>{12, 12, 16}));
+  ASSERT_EQ(input.stacks.size(), 3u);
+  const int axes[3] = {2, 1, 0}; // axial, coronal, sagittal
+  for (int s = 0; s < 3; ++s)
+    EXPECT_EQ(input.stacks[s].image.voxels, simulateThickStack(input.truth, axes[s], 4).image.voxels);
+  c.kind = HonestCase::Kind::Thick;
+  EXPECT_EQ(honestInput(truth, c).truth.geometry.size, (std::array<std::int64_t, 3>{13, 14, 16}));
+}
+
+TEST(HonestProtocol, AxialSlicesAreFoundInAnyLattice) {
+  const Volume k = phantom(grid(16, 18, 20));
+  // The same patient stored with the axial direction along I.
+  const Volume i = withSliceAxis(k, 0);
+  ASSERT_EQ(sliceAxis(i.geometry, Plane::Axial), 1);
+  HonestCase c;
+  c.factor = 3;
+  const auto a = evaluateHonest(k, c, baselinesOnly()), b = evaluateHonest(i, c, baselinesOnly());
+  EXPECT_EQ(a.voxels, b.voxels);
+  EXPECT_NEAR(method(a, "cubic").psnr, method(b, "cubic").psnr, 1e-3);
+}
+
+TEST(HonestProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
+  const Volume truth = phantom(grid(24, 26, 29));
+  HonestCase c; // keep every 4th
+  auto options = baselinesOnly();
+  options.keepVolumes = true;
+  const EvaluationReport report = evaluateHonest(truth, c, options);
+  EXPECT_EQ(report.protocol, "honest");
+  EXPECT_EQ(report.caseName, "keep-every-4");
+  EXPECT_EQ(names(report), (std::vector<std::string>{"linear", "cubic", "lanczos"}));
+  const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
+  EXPECT_FLOAT_EQ(float(report.peak), *high - *low);
+
+  const Volume linear = averageUpsampled(std::vector{keepEvery(*report.truth, 2, 4)}, report.truth->geometry,
+                                         Interpolation::Linear);
+  const auto mask = bodyMask(*report.truth);
+  double squares = 0;
+  std::int64_t count = 0;
+  for (std::size_t p = 0; p < mask.size(); ++p)
+    if (mask[p] && p / (24 * 26) % 4 != 0) {
+      squares += std::pow(double(linear.voxels[p]) - report.truth->voxels[p], 2);
+      ++count;
+    }
+  EXPECT_EQ(report.voxels, count);
+  EXPECT_NEAR(method(report, "linear").psnr,
+              10 * std::log10(report.peak * report.peak * double(count) / squares), 1e-4);
+  EXPECT_NE(report.samples.find(std::to_string(count)), std::string::npos);
+}
+
+TEST(HonestProtocol, OrthogonalStacksBeatOneAndBackProjectionBeatsTheAverage) {
+  const Volume truth = phantom(grid(32, 32, 32));
+  HonestCase c{HonestCase::Kind::Orthogonal, 4, 2, 0};
+  const EvaluationReport report = evaluateHonest(truth, c, baselinesOnly());
+  EXPECT_EQ(report.caseName, "orthogonal-2-thick-4");
+  EXPECT_EQ(names(report),
+            (std::vector<std::string>{"linear", "cubic", "lanczos", "average", "backprojection"}));
+  EXPECT_GT(method(report, "average").psnr, method(report, "cubic").psnr);
+  EXPECT_GT(method(report, "backprojection").psnr, method(report, "average").psnr + 1);
+}
+
+TEST(HonestProtocol, GaussiansAreScoredBesideTheBaselines) {
+  EvaluationOptions options;
+  options.settings.preset = Preset::Fast;
+  options.settings.gaussians = 2000;
+  std::vector<std::string> announced;
+  options.onMethod = [&](const std::string& name) { announced.push_back(name); };
+  HonestCase c;
+  c.factor = 2;
+  const EvaluationReport report = evaluateHonest(phantom(grid(24, 24, 25)), c, options);
+  EXPECT_EQ(names(report), announced);
+  ASSERT_EQ(report.methods.front().name, "gaussians");
+  EXPECT_GT(report.methods.front().psnr, 15);
+  EXPECT_GT(report.methods.front().seconds, 0);
+}
+
+TEST(HonestProtocol, RefusesWhatMakesNoSense) {
+  const Volume truth = randomVolume(grid(12, 14, 18), 0, 100);
+  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::KeepEvery, 1, 2, 0}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::Thick, 12, 2, 0}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::Orthogonal, 4, 4, 0}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::Thick, 4, 2, -1}, baselinesOnly()), Error);
+  const Volume flat = volumeOf(grid(12, 14, 18), [](auto, auto, auto) { return 5; });
+  EXPECT_THROW(evaluateHonest(flat, {}, baselinesOnly()), Error);
+  auto stopped = baselinesOnly();
+  std::stop_source source;
+  source.request_stop();
+  stopped.stop = source.get_token();
+  EXPECT_THROW(evaluateHonest(truth, {}, stopped), Error);
+}

@@ -1,0 +1,86 @@
+#include "Core/Error.h"
+#include "Evaluation/Protocols.h"
+
+#include "../Core/TestVolumes.h"
+
+#include <gtest/gtest.h>
+#include <set>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+TEST(PaperProtocol, WithholdsFivePercentOfEachPlaneBySeed) {
+  const Volume truth = randomVolume(grid(40, 60, 80), 0, 100);
+  const EvaluationInput input = paperInput(truth, 0.05, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& slices = input.withheld[axis];
+    EXPECT_EQ(static_cast<std::int64_t>(slices.size()), truth.geometry.size[axis] / 20);
+    EXPECT_EQ(std::set<std::int64_t>(slices.begin(), slices.end()).size(), slices.size());
+    for (std::int64_t slice : slices)
+      EXPECT_TRUE(slice >= 0 && slice < truth.geometry.size[axis]);
+  }
+  EXPECT_EQ(paperInput(truth, 0.05, 3).withheld, input.withheld);
+  EXPECT_NE(paperInput(truth, 0.05, 4).withheld, input.withheld);
+}
+
+TEST(PaperProtocol, VoxelsWithheldInAllPlanesNeverReachTheInput) {
+  const Volume truth = randomVolume(grid(40, 42, 44), 0, 100);
+  const EvaluationInput input = paperInput(truth, 0.1, 3);
+  Volume wild = truth;
+  std::size_t hidden = 0;
+  for (std::int64_t k : input.withheld[2])
+    for (std::int64_t j : input.withheld[1])
+      for (std::int64_t i : input.withheld[0]) {
+        const auto p = static_cast<std::size_t>(i + 40 * (j + 42 * k));
+        wild.voxels[p] = 1e6f;
+        EXPECT_EQ(input.stacks[0].observed[p], 0);
+        ++hidden;
+      }
+  EXPECT_EQ(hidden, 4u * 4 * 4);
+  std::size_t unobserved = 0;
+  for (std::uint8_t o : input.stacks[0].observed)
+    unobserved += !o;
+  EXPECT_EQ(unobserved, hidden);
+  EXPECT_EQ(paperInput(wild, 0.1, 3).stacks[0].image.voxels, input.stacks[0].image.voxels);
+}
+
+TEST(PaperProtocol, EmptySlicesAreNotScored) {
+  Volume truth = randomVolume(grid(20, 20, 40), 0, 100);
+  std::fill(truth.voxels.begin(), truth.voxels.begin() + 400 * 20, 0.0f); // the lower half is empty
+  const EvaluationInput input = paperInput(truth, 0.2, 1);
+  EXPECT_LT(input.scored[2].size(), input.withheld[2].size());
+  for (std::int64_t slice : input.scored[2])
+    EXPECT_GE(slice, 20);
+  EXPECT_EQ(input.scored[0], input.withheld[0]);
+}
+
+TEST(PaperProtocol, ReportsPlanesAverageAndTheLeak) {
+  EvaluationOptions options;
+  options.gaussians = false;
+  const EvaluationReport report = evaluatePaper(phantom(grid(40, 44, 48)), options);
+  EXPECT_EQ(report.protocol, "paper");
+  ASSERT_EQ(report.methods.size(), 3u);
+  for (const MethodScore& method : report.methods) {
+    ASSERT_EQ(method.perPlane.size(), 3u);
+    double psnr = 0, ssim = 0;
+    for (const PlaneScore& plane : method.perPlane) {
+      psnr += plane.psnr / 3;
+      ssim += plane.ssim / 3;
+      EXPECT_EQ(plane.slices, 2);
+    }
+    EXPECT_NEAR(method.psnr, psnr, 1e-9);
+    EXPECT_NEAR(method.ssim, ssim, 1e-9);
+  }
+  bool leak = false;
+  for (const std::string& note : report.notes)
+    leak = leak || note.find("leaks") != std::string::npos;
+  EXPECT_TRUE(leak);
+}
+
+TEST(PaperProtocol, RefusesTooFewSlices) {
+  EvaluationOptions options;
+  options.gaussians = false;
+  EXPECT_THROW(evaluatePaper(randomVolume(grid(40, 44, 4), 0, 1), options), Error);
+  options.withheldFraction = 0.7;
+  EXPECT_THROW(evaluatePaper(randomVolume(grid(40, 44, 44), 0, 1), options), Error);
+}
