@@ -12,7 +12,7 @@ namespace innergs::cli {
 namespace {
 
 constexpr int margin = 12, lineHeight = 32, textScale = 2;
-constexpr double errorCeiling = 0.2; // of the peak: the brightest error colour
+constexpr double errorCeiling = 0.1; // of the peak: the brightest error colour
 constexpr Colour background{24, 24, 28}, faint{170, 170, 170};
 
 using ColourAt = std::function<Colour(const Vec3&)>; // of an index on the truth's lattice

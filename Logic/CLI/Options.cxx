@@ -83,9 +83,10 @@ void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {
   app.add_option("--reference", reference, "Image whose voxel grid the output takes over exactly")
       ->type_name("IMAGE")
       ->excludes(spacingOption);
-  addNumbers(app, "--roi", roi, {6},
-             "Only this box: xmin,xmax,ymin,ymax,zmin,zmax in mm in patient space, LPS (x grows to the\n"
-             "patient's left, y to the back, z to the head); 3D Slicer shows RAS: negate and swap x and y")
+  addNumbers(
+      app, "--roi", roi, {6},
+      "Only this box: xmin,xmax,ymin,ymax,zmin,zmax in mm in patient space, LPS (x grows to the\n"
+      "patient's left, y to the back, z to the head); 3D Slicer shows RAS: x and y have the other sign")
       ->type_name("MM");
 }
 

@@ -18,7 +18,7 @@ constexpr int barWidth = 24;
 std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
-  if (progress.loss > 0) text += fmt::format("  loss {:.5f}", progress.loss);
+  if (progress.loss > 0) text += fmt::format("  loss {:.2e}", progress.loss);
   if (progress.heldOutPsnr > 0)
     text += fmt::format("  held-out {:.2f} dB", progress.heldOutPsnr);
   else if (progress.trainingPsnr > 0)
@@ -60,6 +60,7 @@ void ProgressDisplay::show(const Progress& progress) {
   lastShown_ = now;
   const double fraction = std::clamp(progress.fraction, 0.0, 1.0);
   if (!terminal_) {
+    if (progress.phase == Phase::Preparing) return; // what is refused there gets one line, the error's
     fmt::print(stderr, "{} {:.0f} %{}\n", name, 100 * fraction, state(progress));
   } else {
     const int filled = static_cast<int>(fraction * barWidth);

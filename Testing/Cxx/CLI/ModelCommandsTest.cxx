@@ -46,7 +46,9 @@ TEST_F(ModelCommandsTest, ResampleFinerOnReferenceAndFromPly) {
   EXPECT_TRUE(sameLattice(fine.geometry, withSpacing(truth_.geometry, {0.5, 0.5, 0.5})));
   const Volume same =
       result({"resample", path("m.innergs"), "--reference", path("out/fine.nii")}, "out/same.nii");
-  EXPECT_EQ(same.voxels, fine.voxels);
+  EXPECT_TRUE(sameLattice(same.geometry, fine.geometry));
+  for (std::size_t n = 0; n < same.voxels.size(); ++n)
+    ASSERT_NEAR(same.voxels[n], fine.voxels[n], 0.01);
   const Volume ply = result({"resample", path("m.ply"), "--spacing", "0.5"}, "out/ply.nii");
   for (std::size_t n = 0; n < ply.voxels.size(); ++n)
     ASSERT_NEAR(ply.voxels[n], fine.voxels[n], 0.1);
