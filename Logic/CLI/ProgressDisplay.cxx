@@ -13,18 +13,22 @@ namespace {
 
 constexpr auto barInterval = std::chrono::milliseconds(100);
 constexpr auto lineInterval = std::chrono::seconds(5);
-constexpr int barWidth = 24;
+constexpr int barWidth = 16;
+constexpr int lineWidth = 79; // fits a terminal of 80 columns
 
 std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
-  if (progress.loss > 0) text += fmt::format("  loss {:.2e}", progress.loss);
   if (progress.heldOutPsnr > 0)
     text += fmt::format("  held-out {:.2f} dB", progress.heldOutPsnr);
   else if (progress.trainingPsnr > 0)
     text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
-  if (progress.phase != Phase::Done && progress.fraction > 0 && std::isfinite(progress.remaining))
-    text += fmt::format("  {} left", durationText(progress.remaining));
+  else if (progress.loss > 0)
+    text += fmt::format("  loss {:.2e}", progress.loss);
+  if (progress.remaining >= 0.5 && progress.remaining < 1e6) {
+    const auto seconds = std::llround(progress.remaining);
+    text += fmt::format("  {}:{:02} left", seconds / 60, seconds % 60);
+  }
   return text;
 }
 
@@ -65,8 +69,8 @@ void ProgressDisplay::show(const Progress& progress) {
   } else {
     const int filled = static_cast<int>(fraction * barWidth);
     const std::string bar = std::string(filled, '#') + std::string(barWidth - filled, '-');
-    std::string line = fmt::format("{:<13}[{}] {:3.0f} %{}", name, bar, 100 * fraction, state(progress));
-    fmt::print(stderr, "\r{:<100}", line.substr(0, 100));
+    std::string line = fmt::format("{:<18}[{}] {:3.0f} %{}", name, bar, 100 * fraction, state(progress));
+    fmt::print(stderr, "\r{:<{}}", line.substr(0, lineWidth), lineWidth);
     barShown_ = true;
   }
   std::fflush(stderr);
@@ -86,7 +90,7 @@ void ProgressDisplay::say(const std::string& line) {
 
 void ProgressDisplay::clearBar() {
   if (!barShown_) return;
-  fmt::print(stderr, "\r{:<100}\r", "");
+  fmt::print(stderr, "\r{:<{}}\r", "", lineWidth);
   std::fflush(stderr);
   barShown_ = false;
 }
