@@ -38,7 +38,7 @@ itk::GDCMImageIO::Pointer openDicom(const std::string& file) {
 }
 
 Slice readSlice(const std::string& file) {
-  const std::string what = "'" + file + "'";
+  const std::string what = quoted(std::filesystem::path(std::u8string(file.begin(), file.end())));
   return withItk(ErrorCode::FileFormat, what + " is a damaged or unsupported DICOM file; export it again.",
                  [&] {
                    const auto io = openDicom(file);
@@ -72,9 +72,11 @@ std::vector<std::string> filesOfOnlySeries(const std::filesystem::path& folder) 
           for (const std::string& uid : series) {
             const std::vector<std::string> files = names->GetFileNames(uid);
             const auto first = openDicom(files.at(0));
-            list += (list.empty() ? "" : "; ") + ("'" + tag(*first, "0008|103e")) + "' " +
-                    tag(*first, "0020|000e") + " (" + std::to_string(files.size()) +
-                    (files.size() == 1 ? " image)" : " images)");
+            if (!list.empty()) list += "; ";
+            list.append("'").append(tag(*first, "0008|103e")).append("' ").append(tag(*first, "0020|000e"));
+            list.append(" (")
+                .append(std::to_string(files.size()))
+                .append(files.size() == 1 ? " image)" : " images)");
           }
           throw Error(ErrorCode::FileFormat,
                       what + " holds " + std::to_string(series.size()) +

@@ -15,7 +15,10 @@ std::string utf8(const fs::path& path) {
 }
 
 std::string quoted(const fs::path& path) {
-  return "'" + utf8(path) + "'";
+  std::string text(1, '\'');
+  text += utf8(path);
+  text += '\'';
+  return text;
 }
 
 std::string fullExtension(const fs::path& path) {
