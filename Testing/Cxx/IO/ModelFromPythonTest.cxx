@@ -1,3 +1,4 @@
+#include "Core/Render.h"
 #include "IO/ModelFile.h"
 
 #include "TestFiles.h"
@@ -59,7 +60,8 @@ double valueAt(const GaussianField& field, const Vec3& world) {
     for (int axis = 0; axis < 3; ++axis)
       square += std::pow(local[axis] / std::exp(double(g.logScale[axis])), 2);
     if (square > field.cutoff * field.cutoff) continue;
-    const double weight = std::exp(g.logWeight - 0.5 * square);
+    const double weight = std::exp(double(g.logWeight)) *
+                          (std::exp(-0.5 * square) - std::exp(-0.5 * field.cutoff * field.cutoff));
     numerator += weight * (g.intensity + dot(d, {g.slope[0], g.slope[1], g.slope[2]}));
     denominator += weight;
   }
@@ -119,8 +121,11 @@ TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
       }
       const std::vector<double> values = runPython(folder, script);
       ASSERT_EQ(values.size(), points.size());
-      for (std::size_t n = 0; n < points.size(); ++n)
+      const std::vector<float> rendered = renderPoints(checkpoint.field, points);
+      for (std::size_t n = 0; n < points.size(); ++n) {
         EXPECT_NEAR(values[n], valueAt(checkpoint.field, points[n]), 1e-5 * checkpoint.field.intensityScale);
+        EXPECT_NEAR(values[n], rendered[n], 1e-4 * checkpoint.field.intensityScale);
+      }
     }
 }
 
