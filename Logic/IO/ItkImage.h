@@ -34,7 +34,8 @@ auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
   } catch (const Error&) {
     throw;
   } catch (const std::bad_alloc&) {
-    throw Error(ErrorCode::Memory, "Not enough memory: " + sentence);
+    throw Error(ErrorCode::Memory,
+                "There is not enough memory for the image; crop it or lower its resolution.");
   } catch (const std::exception&) {
     throw Error(code, sentence);
   }

@@ -135,7 +135,6 @@ public:
     }
     grid.origin = vector(value["origin"], key);
     grid.spacing = vector(value["spacing"], key);
-    if (grid.size == std::array<std::int64_t, 3>{0, 0, 0}) return grid; // a field without a domain
     try {
       checkGeometry(grid, "the domain");
     } catch (const Error&) {

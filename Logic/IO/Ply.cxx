@@ -190,7 +190,6 @@ void readOwnComments(const PlyHeader& header, const std::filesystem::path& path,
   field.domain.origin = commentNumbers<3>(header, "domain_origin", path);
   field.domain.spacing = commentNumbers<3>(header, "domain_spacing", path);
   field.domain.direction = matrixOf(commentNumbers<9>(header, "domain_direction", path));
-  if (field.domain.size == std::array<std::int64_t, 3>{0, 0, 0}) return; // a field without a domain
   try {
     checkGeometry(field.domain, "the domain");
   } catch (const Error&) {

@@ -25,7 +25,9 @@ Mask readMask(const std::filesystem::path& path);
 enum class OutputType { Float32, UInt8, Int16, UInt16, Int32 };
 
 /// Writes NIfTI (.nii, .nii.gz), NRRD (.nrrd) or MetaImage (.mha), beside the target first and then renamed.
-/// Integer types: rounded to nearest and clamped to the type's range. Throws Error(Io | InvalidArgument).
+/// NIfTI keeps its geometry in single precision, the others in double.
+/// Integer types: rounded to nearest and clamped to the type's range, NaN as 0. Throws Error(Io |
+/// InvalidArgument).
 void writeVolume(const Volume& volume, const std::filesystem::path& path,
                  OutputType type = OutputType::Float32);
 
