@@ -4,24 +4,24 @@ PREFIX ?= /usr/local
 .PHONY: build demo test bench asan tsan install clean dependencies
 
 build: dependencies
-	cmake --preset default
+	cmake --preset default --log-level=WARNING
 	cmake --build --preset default --target innergs
 
 demo: build
 	Utilities/demo.sh build/bin/innergs demo
 
 test: dependencies
-	cmake --preset default
+	cmake --preset default --log-level=WARNING
 	cmake --build --preset default
 	ctest --preset default
 
 bench: dependencies
-	cmake --preset default -DINNERGS_BUILD_BENCHMARKS=ON
+	cmake --preset default -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
 	cmake --build --preset default
 	cmake --build --preset default --target bench
 
 asan tsan: dependencies
-	cmake --preset $@
+	cmake --preset $@ --log-level=WARNING
 	cmake --build --preset $@
 	ctest --preset $@
 
