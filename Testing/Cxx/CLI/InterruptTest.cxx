@@ -93,6 +93,18 @@ TEST_F(InterruptTest, TerminationIsAsCleanAsCtrlC) {
   EXPECT_EQ(code, 130) << contents("log.txt");
   EXPECT_GT(readModel(path("part.innergs")).field.size(), 0);
 }
+
+TEST_F(InterruptTest, EvaluationStopsAndLeavesNothing) {
+  double seconds = 0;
+  const int code =
+      interrupted({"evaluate", path("scan.nii"), "--thickness", "4", "--gaussians", "20000", "--iterations",
+                   "300", "--threads", "2", "--json", path("out/e.json"), "--picture", path("out/p.png")},
+                  path("log.txt"), SIGINT, seconds,
+                  [&] { return contents("log.txt").find("itting") != std::string::npos; });
+  EXPECT_EQ(code, 130) << contents("log.txt");
+  EXPECT_NE(contents("log.txt").find("\ninnergs: "), std::string::npos) << contents("log.txt");
+  EXPECT_EQ(filesIn("out").size(), 0u);
+}
 #endif
 
 TEST_F(InterruptTest, ResumeOnAnotherScanStartsANewFitAndWarns) {
