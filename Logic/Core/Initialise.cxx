@@ -57,7 +57,7 @@ Gaussian gaussianAt(const ProxyVolume& proxy, const Vec3& index, const Vec3& sig
   return g;
 }
 
-void evenGrid(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan) {
+void evenGrid(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan, std::uint64_t seed) {
   const GridGeometry& g = proxy.geometry;
   const Vec3 extent = g.extent();
   // n cells of edge a: as the paper's 42³, stretched to the box; layers keep their own spacing along the third axis.
@@ -71,6 +71,9 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
     cell[0] = cell[1] = cell[2] =
         std::cbrt(extent[0] * extent[1] * extent[2] / static_cast<double>(plan.gaussians));
   }
+  // Another seed shifts the grid in-plane (additive recurrence: well spread); the first starts centred.
+  const double phase = static_cast<double>((seed - 1) % 4096);
+  const double shift[3] = {std::fmod(0.7548776662466927 * phase, 1.0), std::fmod(0.5698402909980532 * phase, 1.0), 0};
   std::int64_t n[3];
   for (int a = 0; a < 3; ++a) {
     n[a] = std::max<std::int64_t>(1, std::llround(extent[a] / cell[a]));
@@ -84,7 +87,7 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
         bool covered = true;
         std::size_t voxel = 0, step = 1;
         for (int a = 0; a < 3; ++a) {
-          index[a] = (static_cast<double>(at[a]) + 0.5) * cell[a] / g.spacing[a] - 0.5;
+          index[a] = (std::fmod(static_cast<double>(at[a]) + 0.5 + shift[a], static_cast<double>(n[a]))) * cell[a] / g.spacing[a] - 0.5;
           const auto nearest = std::clamp<std::int64_t>(std::llround(index[a]), 0, g.size[a] - 1);
           voxel += step * nearest;
           step *= g.size[a];
@@ -211,7 +214,7 @@ void initialise(GaussianField& field, const ProxyVolume& proxy, const Initialisa
   field.gaussians.clear();
   field.gaussians.reserve(plan.gaussians + plan.gaussians / 16 + 16);
   if (plan.kind == Initialisation::Grid || plan.layerSpacing > 0)
-    evenGrid(field, proxy, plan);
+    evenGrid(field, proxy, plan, seed);
   else
     adaptive(field, proxy, plan, seed, pool);
   if (field.blending == Blending::Additive) {
