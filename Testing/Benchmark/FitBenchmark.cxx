@@ -1,0 +1,86 @@
+#include "Microbenchmarks.h"
+#include "Scene.h"
+
+#include "Core/Initialise.h"
+#include "Core/Random.h"
+#include "Core/Trainer.h"
+
+namespace innergs::bench {
+namespace {
+
+/// Forward, loss, gradients and Adam over the whole volume. Learning rates of 0 keep the field, so that every
+/// sweep costs the same.
+void sweep(benchmark::State& state) {
+  const Scene& s = scene();
+  ThreadPool pool(static_cast<int>(state.range(0)));
+  FitPlan plan;
+  plan.linearIntensity = s.field.linearIntensity;
+  plan.iterations = 1 << 30;
+  plan.cutoffEarly = plan.cutoffLate = s.field.cutoff;
+  Trainer trainer(s.field, observe(s.stack, s.field.modelToWorld, s.map, false), plan, kernelSet(""), pool,
+                  1);
+  for (auto _ : state)
+    trainer.step();
+  state.counters["dB_fitted"] = -10 * std::log10(trainer.mse());
+}
+
+void adamStep(benchmark::State& state) {
+  ThreadPool pool(1);
+  GaussianField field = scene().field;
+  Adam adam(field.size());
+  Random random(1);
+  std::vector<float> gradient(16 * field.gaussians.size());
+  for (float& g : gradient)
+    g = static_cast<float>(random.uniform() - 0.5);
+  int step = 0;
+  for (auto _ : state)
+    adam.apply(field, gradient, {1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, {}, ++step, pool);
+}
+
+void projection(benchmark::State& state) {
+  ThreadPool pool(1);
+  const Lattice lattice = sceneLattice();
+  std::vector<Projected> projected;
+  for (auto _ : state)
+    project(scene().field, {}, lattice, {}, pool, projected);
+}
+
+void binning(benchmark::State& state) {
+  ThreadPool pool(1);
+  const Lattice lattice = sceneLattice();
+  const LatticeView view{lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
+  std::vector<Projected> projected;
+  project(scene().field, {}, lattice, {}, pool, projected);
+  Tiles tiles(view);
+  for (auto _ : state)
+    tiles.bin(projected, view, pool);
+}
+
+void initialisation(benchmark::State& state) {
+  ThreadPool pool(static_cast<int>(state.range(0)));
+  const Scene& s = scene();
+  GaussianField field = s.field;
+  InitialisationPlan plan;
+  plan.gaussians = kPaperGaussians;
+  for (auto _ : state) {
+    const ProxyVolume proxy =
+        makeProxy({&s.stack, 1}, field.modelToWorld, s.map, s.stack.image.geometry.spacing[0], pool);
+    initialise(field, proxy, plan, 1, pool);
+  }
+}
+
+} // namespace
+
+void registerFitBenchmarks() {
+  steady(benchmark::RegisterBenchmark("sweep", sweep))->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime();
+  steady(benchmark::RegisterBenchmark("adam", adamStep));
+  steady(benchmark::RegisterBenchmark("projection", projection));
+  steady(benchmark::RegisterBenchmark("binning", binning));
+  steady(benchmark::RegisterBenchmark("initialisation", initialisation))
+      ->ArgName("threads")
+      ->Arg(1)
+      ->Arg(2)
+      ->UseRealTime();
+}
+
+} // namespace innergs::bench

@@ -1,0 +1,74 @@
+#include "Markdown.h"
+#include "Tables.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::bench {
+namespace {
+
+struct Scores {
+  explicit Scores(const nlohmann::json& report) : methods(report.at("methods")) {}
+  double get(const std::string& method, const char* key) const {
+    if (!methods.contains(method) || !methods.at(method).at(key).is_number()) return NAN;
+    return methods.at(method).at(key).get<double>();
+  }
+  double psnr(const std::string& method) const { return get(method, "psnr"); }
+  double bestInterpolation() const { return std::max({psnr("linear"), psnr("cubic"), psnr("lanczos")}); }
+  std::string text(const std::string& method) const {
+    return std::isnan(psnr(method)) ? "" : fixed(psnr(method), 2) + " / " + fixed(get(method, "ssim"), 4);
+  }
+  const nlohmann::json& methods;
+};
+
+/// What the Gaussians must be above, and by how much at least.
+struct Target {
+  const char* over;
+  double reference, margin;
+  std::string text() const { return "≥ " + withSign(margin, 1) + " dB over " + over; }
+};
+
+std::vector<Target> targets(const std::string& volume, const std::string& honestCase, const Scores& s) {
+  std::vector<Target> all{{"best interpolation", s.bestInterpolation(), 0}};
+  if (volume != "studyforrest T1") return all;
+  if (honestCase == "keep-every-4") all = {{"best interpolation", s.bestInterpolation(), 0.5}};
+  if (honestCase == "thick-4")
+    all = {{"cubic", s.psnr("cubic"), 0.8}, {"back-projection", s.psnr("backprojection"), 0.4}};
+  if (honestCase == "orthogonal-2-thick-4") all = {{"back-projection", s.psnr("backprojection"), 0.7}};
+  return all;
+}
+
+std::string measuredOn(const std::string& honestCase, const nlohmann::json& report) {
+  const std::string where = honestCase.starts_with("keep-every") ? "withheld slices" : "whole volume";
+  return where + ", body, " + fixed(report.at("voxels").get<double>() / 1e6, 2) + " M voxels";
+}
+
+} // namespace
+
+std::string honestTable(const std::vector<HonestOutcome>& outcomes) {
+  MarkdownTable table({"volume", "case", "measured on", "Gaussians", "linear", "cubic", "Lanczos", "average",
+                       "back-projection", "over best interpolation", "over back-projection", "target", "met",
+                       "seconds"});
+  for (const auto& [volume, honestCase, outcome] : outcomes) {
+    if (!outcome.json) {
+      table.add({volume, honestCase.empty() ? "all" : honestCase, outcome.missing});
+      continue;
+    }
+    const Scores s(*outcome.json);
+    const double psnr = s.psnr("gaussians");
+    std::string wanted, met;
+    for (const Target& t : targets(volume, honestCase, s)) {
+      const double distance = psnr - t.reference - t.margin;
+      wanted += (wanted.empty() ? "" : "; ") + t.text();
+      met += (met.empty() ? "" : "; ") + verdict(distance >= 0, distance, 2, "dB");
+    }
+    table.add({volume, honestCase, measuredOn(honestCase, *outcome.json), s.text("gaussians"),
+               s.text("linear"), s.text("cubic"), s.text("lanczos"), s.text("average"),
+               s.text("backprojection"), withSign(psnr - s.bestInterpolation(), 2),
+               std::isnan(s.psnr("backprojection")) ? "" : withSign(psnr - s.psnr("backprojection"), 2),
+               wanted, met, fixed(s.get("gaussians", "seconds"), 1)});
+  }
+  return table.text();
+}
+
+} // namespace innergs::bench

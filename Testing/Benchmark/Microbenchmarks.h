@@ -1,0 +1,15 @@
+#pragma once
+#include <benchmark/benchmark.h>
+
+namespace innergs::bench {
+
+void registerKernelBenchmarks();
+void registerFitBenchmarks();
+void registerRenderBenchmarks();
+
+/// Short repetitions, reported as median and spread: one disturbed by another process does not count.
+inline benchmark::internal::Benchmark* steady(benchmark::internal::Benchmark* b) {
+  return b->MinTime(0.2)->Repetitions(5)->ReportAggregatesOnly(true)->Unit(benchmark::kMillisecond);
+}
+
+} // namespace innergs::bench

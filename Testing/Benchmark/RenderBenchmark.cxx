@@ -1,0 +1,67 @@
+#include "Microbenchmarks.h"
+#include "Scene.h"
+
+#include "Core/Random.h"
+#include "Core/Render.h"
+
+#include <algorithm>
+
+namespace innergs::bench {
+namespace {
+
+/// 512×512 pixels through the middle of the volume, in a direction that no axis has.
+GridGeometry obliquePlane() {
+  const GridGeometry& grid = scene().stack.image.geometry;
+  const Vec3 extent = grid.extent(), centre = grid.centre();
+  const double pixel = 1.2 * std::max({extent[0], extent[1], extent[2]}) / 512;
+  GridGeometry plane;
+  plane.size = {512, 512, 1};
+  plane.spacing = {pixel, pixel, pixel};
+  plane.direction[0] = {2. / 3, -1. / 3, 2. / 3};
+  plane.direction[1] = {2. / 3, 2. / 3, -1. / 3};
+  plane.direction[2] = {-1. / 3, 2. / 3, 2. / 3};
+  const Vec3 half = plane.direction * Vec3{255.5 * pixel, 255.5 * pixel, 0};
+  plane.origin = centre - half;
+  return plane;
+}
+
+void obliqueSlice(benchmark::State& state) {
+  const GridGeometry plane = obliquePlane();
+  for (auto _ : state)
+    benchmark::DoNotOptimize(render(scene().field, plane));
+}
+
+void wholeVolume(benchmark::State& state) {
+  for (auto _ : state)
+    benchmark::DoNotOptimize(render(scene().field, scene().stack.image.geometry));
+}
+
+void points(benchmark::State& state) {
+  const GridGeometry& grid = scene().stack.image.geometry;
+  const Affine3 map = grid.indexToWorld();
+  Random random(1);
+  std::vector<Vec3> points(static_cast<std::size_t>(state.range(0)));
+  for (Vec3& p : points)
+    p = map({random.uniform() * (grid.size[0] - 1.), random.uniform() * (grid.size[1] - 1.),
+             random.uniform() * (grid.size[2] - 1.)});
+  for (auto _ : state)
+    benchmark::DoNotOptimize(renderPoints(scene().field, points));
+}
+
+} // namespace
+
+void registerRenderBenchmarks() {
+  // Single calls, as a user's drag makes them, and their median.
+  const auto calls = [](benchmark::internal::Benchmark* b, int times) {
+    b->Iterations(1)
+        ->Repetitions(times)
+        ->ReportAggregatesOnly(true)
+        ->Unit(benchmark::kMillisecond)
+        ->UseRealTime();
+  };
+  calls(benchmark::RegisterBenchmark("oblique_slice", obliqueSlice), 51);
+  calls(benchmark::RegisterBenchmark("whole_volume", wholeVolume), 9);
+  calls(benchmark::RegisterBenchmark("points", points)->ArgName("points")->Arg(1)->Arg(100000), 9);
+}
+
+} // namespace innergs::bench

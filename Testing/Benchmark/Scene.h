@@ -1,0 +1,29 @@
+#pragma once
+#include "Core/Observation.h"
+
+#include <string>
+
+namespace innergs::bench {
+
+/// The paper's count: an even grid of 42³.
+constexpr std::int64_t kPaperGaussians = 74088;
+/// Sweeps that the scene's field was fitted for: Gaussians of the sizes and orientations that most of a fit
+/// works on.
+constexpr int kSceneSweeps = 40;
+
+/// What the micro-benchmarks work on: a volume, and kPaperGaussians fitted to it for kSceneSweeps.
+struct Scene {
+  Stack stack;
+  GaussianField field;
+  IntensityMap map; // of the field
+};
+
+/// Made at the first call. The volume is the file that the environment variable INNERGS_BENCHMARK_VOLUME
+/// names, or else a synthetic head of 145×174×145 voxels.
+const Scene& scene();
+std::string sceneName();
+
+/// The field on the volume's own lattice.
+Lattice sceneLattice();
+
+} // namespace innergs::bench

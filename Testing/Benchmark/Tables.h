@@ -1,0 +1,30 @@
+#pragma once
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+
+namespace innergs::bench {
+
+/// One measurement's outcome: its JSON, or why there is none.
+struct Outcome {
+  std::optional<nlohmann::json> json;
+  std::string missing; // "skipped: …" or "failed: …"
+};
+
+/// Sections of Docs/benchmarks.md, in Markdown. Every row says what it was measured on, and its target where
+/// there is one.
+std::string speedTable(const Outcome& microbenchmarks);
+
+struct PaperOutcomes {
+  Outcome paperCount, large, responsiveness; // 74,088 and 300,000 Gaussians
+};
+std::string paperTable(const PaperOutcomes& outcomes);
+
+struct HonestOutcome {
+  std::string volume, honestCase; // "studyforrest T1", "keep-every-4"; no case: all of them
+  Outcome outcome;
+};
+std::string honestTable(const std::vector<HonestOutcome>& outcomes);
+
+} // namespace innergs::bench
