@@ -17,7 +17,6 @@ test: dependencies
 
 bench: dependencies
 	cmake --preset default -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
-	cmake --build --preset default
 	cmake --build --preset default --target bench
 
 asan tsan: dependencies

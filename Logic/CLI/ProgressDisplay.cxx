@@ -49,15 +49,15 @@ ProgressDisplay::~ProgressDisplay() {
 }
 
 void ProgressDisplay::show(const Progress& progress) {
+  if (progress.phase == Phase::Done) return finish();
   const auto now = Clock::now();
   const std::string name = phaseName(progress.phase);
-  const bool newPhase = phases_.empty() || phases_.back().first != name;
+  const bool newPhase = phases_.back().first != name;
   if (newPhase) {
+    endPhase();
     phases_.emplace_back(name, 0);
-    phaseStart_ = now;
   }
-  phases_.back().second = std::chrono::duration<double>(now - phaseStart_).count();
-  if (quiet_ || progress.phase == Phase::Done) return;
+  if (quiet_) return;
   if (!newPhase &&
       now - lastShown_ < (terminal_ ? Clock::duration(barInterval) : Clock::duration(lineInterval)))
     return;
@@ -77,9 +77,14 @@ void ProgressDisplay::show(const Progress& progress) {
 }
 
 void ProgressDisplay::finish() {
-  if (!phases_.empty())
-    phases_.back().second = std::chrono::duration<double>(Clock::now() - phaseStart_).count();
+  if (phases_.back().second == 0) endPhase();
   clearBar();
+}
+
+void ProgressDisplay::endPhase() {
+  const auto now = Clock::now();
+  phases_.back().second = std::chrono::duration<double>(now - phaseStart_).count();
+  phaseStart_ = now;
 }
 
 void ProgressDisplay::say(const std::string& line) {

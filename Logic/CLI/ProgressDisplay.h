@@ -29,10 +29,12 @@ public:
 private:
   using Clock = std::chrono::steady_clock;
   void clearBar();
+  void endPhase();
 
   bool quiet_, terminal_, barShown_ = false;
   Clock::time_point phaseStart_, lastShown_;
-  std::vector<std::pair<std::string, double>> phases_;
+  std::vector<std::pair<std::string, double>> phases_{
+      {"Reading", 0}}; // until the job reports its first phase
 };
 
 /// "12 s", "3 min 05 s", "1 h 02 min".

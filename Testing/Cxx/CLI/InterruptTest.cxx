@@ -23,12 +23,12 @@ class InterruptTest : public CommandTest {
 protected:
   void SetUp() override {
     CommandTest::SetUp();
-    writeVolume(phantom({64, 64, 64}), path("scan.nii"));
+    writeVolume(phantom({48, 48, 48}), path("scan.nii"));
   }
   // A fit of some seconds, long enough to be interrupted.
   std::vector<std::string> longFit(const std::string& model) {
-    return {"reconstruct", path("scan.nii"), "--gaussians", "20000",        "--iterations",
-            "300",         "--threads",      "2",           "--save-model", path(model)};
+    return {"reconstruct", path("scan.nii"), "--gaussians", "8000",         "--iterations",
+            "200",         "--threads",      "2",           "--save-model", path(model)};
   }
 };
 
@@ -49,8 +49,8 @@ int interrupted(const std::vector<std::string>& arguments, const std::string& lo
     execv(INNERGS_COMMAND, argv.data());
     _exit(127);
   }
-  for (int n = 0; n < 600 && !ready() && waitpid(child, nullptr, WNOHANG) == 0; ++n)
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  for (int n = 0; n < 3000 && !ready() && waitpid(child, nullptr, WNOHANG) == 0; ++n)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
   const auto start = std::chrono::steady_clock::now();
   kill(child, signal);
   int status = 0;
@@ -72,10 +72,10 @@ TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
   EXPECT_NE(log.find("Interrupted"), std::string::npos) << log;
   EXPECT_NE(log.find(path("part.innergs")), std::string::npos) << log;
   EXPECT_LT(seconds, 10);
-  EXPECT_EQ(readVolume(volume).geometry.voxelCount(), 64 * 64 * 64);
+  EXPECT_EQ(readVolume(volume).geometry.voxelCount(), 48 * 48 * 48);
   EXPECT_TRUE(nlohmann::json::parse(contents("r.json")).at("interrupted").get<bool>());
   const Checkpoint part = readModel(path("part.innergs"));
-  EXPECT_LT(part.iteration, 300);
+  EXPECT_LT(part.iteration, 200);
   EXPECT_FALSE(part.moment1.empty());
 
   auto resumed = longFit("resumed.innergs"), whole = longFit("whole.innergs");
@@ -97,8 +97,8 @@ TEST_F(InterruptTest, TerminationIsAsCleanAsCtrlC) {
 TEST_F(InterruptTest, EvaluationStopsAndLeavesNothing) {
   double seconds = 0;
   const int code =
-      interrupted({"evaluate", path("scan.nii"), "--thickness", "4", "--gaussians", "20000", "--iterations",
-                   "300", "--threads", "2", "--json", path("out/e.json"), "--picture", path("out/p.png")},
+      interrupted({"evaluate", path("scan.nii"), "--thickness", "4", "--gaussians", "8000", "--iterations",
+                   "200", "--threads", "2", "--json", path("out/e.json"), "--picture", path("out/p.png")},
                   path("log.txt"), SIGINT, seconds,
                   [&] { return contents("log.txt").find("itting") != std::string::npos; });
   EXPECT_EQ(code, 130) << contents("log.txt");
