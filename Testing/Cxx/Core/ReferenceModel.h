@@ -1,0 +1,150 @@
+#pragma once
+#include "Core/GaussianMath.h"
+#include "Core/Loss.h"
+
+#include <algorithm>
+#include <vector>
+
+/// The field, its slice profile and its losses written down once more, in double precision and by brute
+/// force: no lattice, no binning, no row limits. What the engine computes is compared with this.
+namespace innergs::testing {
+
+/// A Gaussian's parameters in double precision, in the order of struct Gaussian.
+using Parameters = std::array<double, 16>;
+
+inline std::vector<Parameters> parametersOf(const GaussianField& field) {
+  std::vector<Parameters> all;
+  for (const Gaussian& g : field.gaussians) {
+    const float* x = reinterpret_cast<const float*>(&g);
+    Parameters p;
+    std::copy_n(x, 16, p.begin());
+    all.push_back(p);
+  }
+  return all;
+}
+
+/// One Gaussian made ready for evaluation: precision, weight, and the additional covariance of a closed-form
+/// slice profile.
+struct ReferenceGaussian {
+  double mean[3], precision[6], weight, intensity, slope[3], radius2;
+
+  ReferenceGaussian(const Parameters& p, double cutoff, const float* blur = nullptr) {
+    double r[9], scaled[9], covariance[6], blurred[6], ignored[6];
+    math::rotation(p.data() + 6, r);
+    for (int k = 0; k < 3; ++k)
+      for (int i = 0; i < 3; ++i)
+        scaled[3 * i + k] = r[3 * i + k] * std::exp(p[3 + k]);
+    math::outer(scaled, covariance);
+    for (int i = 0; i < 6; ++i)
+      blurred[i] = covariance[i] + (blur ? static_cast<double>(blur[i]) : 0.0);
+    const double det = math::invertSymmetric(covariance, ignored);
+    const double blurredDet = math::invertSymmetric(blurred, precision);
+    weight = std::exp(p[10]) * std::sqrt(det / blurredDet);
+    std::copy_n(p.data(), 3, mean);
+    std::copy_n(p.data() + 12, 3, slope);
+    intensity = p[11];
+    radius2 = cutoff * cutoff;
+  }
+
+  double mahalanobis(const Vec3& x) const {
+    const double d[3] = {x[0] - mean[0], x[1] - mean[1], x[2] - mean[2]};
+    return precision[0] * d[0] * d[0] + precision[3] * d[1] * d[1] + precision[5] * d[2] * d[2] +
+           2 * (precision[1] * d[0] * d[1] + precision[2] * d[0] * d[2] + precision[4] * d[1] * d[2]);
+  }
+
+  /// Adds w·p′ and w·p′·(c + g·d) at x (model frame).
+  void add(const Vec3& x, bool linear, double& weights, double& numerators) const {
+    const double m = mahalanobis(x);
+    if (m > radius2) return;
+    const double p = weight * (std::exp(-0.5 * m) - std::exp(-0.5 * radius2));
+    double value = intensity;
+    for (int a = 0; a < 3 && linear; ++a)
+      value += slope[a] * (x[a] - mean[a]);
+    weights += p;
+    numerators += p * value;
+  }
+};
+
+inline double blend(const GaussianField& field, double weights, double numerators) {
+  return field.blending == Blending::Normalised ? numerators / (weights + field.epsilon) : numerators;
+}
+
+/// The field's value (normalised intensity) at a point of the model frame.
+inline double referenceValue(const GaussianField& field, const Vec3& x) {
+  double w = 0, n = 0;
+  for (const Parameters& p : parametersOf(field))
+    ReferenceGaussian(p, field.cutoff).add(x, field.linearIntensity, w, n);
+  return blend(field, w, n);
+}
+
+/// The slices of an observation, tightly packed [slice][y][x].
+inline std::vector<double> referenceSlices(const Observation& o, const GaussianField& field,
+                                           const std::vector<Parameters>& parameters) {
+  std::vector<ReferenceGaussian> gaussians;
+  for (const Parameters& p : parameters)
+    gaussians.emplace_back(p, field.cutoff, o.psf.active ? o.psf.covariance : nullptr);
+  std::vector<double> image;
+  for (int s = 0; s < o.slices; ++s)
+    for (int y = 0; y < o.lattice.ny; ++y)
+      for (int x = 0; x < o.lattice.nx; ++x) {
+        double value = 0;
+        for (int q = 0; q < o.perSlice; ++q) {
+          const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(s) * o.perSlice + q];
+          const Vec3 at = o.lattice.indexToModel({double(x), double(y), o.lattice.z[plane]});
+          double w = 0, n = 0;
+          for (const auto& g : gaussians)
+            g.add(at, field.linearIntensity, w, n);
+          value += share * blend(field, w, n);
+        }
+        image.push_back(value);
+      }
+  return image;
+}
+
+/// Σ(1 − SSIM) of a slice, 11×11 Gaussian window of σ 1.5, zero-padded; samples that are not observed count
+/// as equal.
+inline double referenceSsimLoss(const double* image, const double* target, int nx, int ny) {
+  double window[11], total = 0, loss = 0;
+  for (int k = 0; k < 11; ++k)
+    total += window[k] = std::exp(-0.5 * (k - 5) * (k - 5) / 2.25);
+  for (double& w : window)
+    w /= total;
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i) {
+      double mx = 0, my = 0, xx = 0, yy = 0, xy = 0;
+      for (int b = std::max(0, j - 5); b <= std::min(ny - 1, j + 5); ++b)
+        for (int a = std::max(0, i - 5); a <= std::min(nx - 1, i + 5); ++a) {
+          const double w = window[a - i + 5] * window[b - j + 5], x = image[b * nx + a],
+                       y = target[b * nx + a];
+          mx += w * x, my += w * y, xx += w * x * x, yy += w * y * y, xy += w * x * y;
+        }
+      loss += 1 - (2 * mx * my + 1e-4) * (2 * (xy - mx * my) + 9e-4) /
+                      ((mx * mx + my * my + 1e-4) * (xx - mx * mx + yy - my * my + 9e-4));
+    }
+  return loss;
+}
+
+/// The loss of an observation for slices rendered by referenceSlices().
+inline double referenceLoss(const Observation& o, const LossKinds& kinds, const std::vector<double>& slices) {
+  const int nx = o.lattice.nx, ny = o.lattice.ny;
+  double loss = 0;
+  std::vector<double> image(nx * ny), target(nx * ny);
+  for (int s = 0; s < o.slices; ++s) {
+    for (int y = 0; y < ny; ++y)
+      for (int x = 0; x < nx; ++x) {
+        const std::size_t at = s * o.sliceSize() + static_cast<std::size_t>(y) * o.lattice.stride() + x;
+        const int i = y * nx + x;
+        target[i] = o.target[at];
+        image[i] = o.weight[at] ? slices[static_cast<std::size_t>(s) * nx * ny + i] : target[i];
+        const double e = std::abs(image[i] - target[i]), delta = kinds.huberDelta;
+        if (kinds.kind == LossKind::L1) loss += e;
+        if (kinds.kind == LossKind::L2) loss += 0.5 * e * e;
+        if (kinds.kind == LossKind::Huber) loss += e <= delta ? 0.5 * e * e : delta * (e - 0.5 * delta);
+      }
+    if (kinds.ssimWeight > 0)
+      loss += kinds.ssimWeight * referenceSsimLoss(image.data(), target.data(), nx, ny);
+  }
+  return loss;
+}
+
+} // namespace innergs::testing
