@@ -8,13 +8,26 @@ namespace innergs {
 void Adam::apply(GaussianField& field, std::span<const float> gradient, const LearningRates& rates,
                  const FieldBounds& bounds, int step, ThreadPool& pool) {
   const double slope = field.linearIntensity ? rates.slope : 0;
-  const double perParameter[16] = {rates.mean,       rates.mean,       rates.mean,      rates.logScale,
-                                   rates.logScale,   rates.logScale,   rates.quaternion, rates.quaternion,
-                                   rates.quaternion, rates.quaternion, rates.logWeight, rates.intensity,
-                                   slope,            slope,            slope,           0};
+  const double perParameter[16] = {rates.mean,
+                                   rates.mean,
+                                   rates.mean,
+                                   rates.logScale,
+                                   rates.logScale,
+                                   rates.logScale,
+                                   rates.quaternion,
+                                   rates.quaternion,
+                                   rates.quaternion,
+                                   rates.quaternion,
+                                   rates.logWeight,
+                                   rates.intensity,
+                                   slope,
+                                   slope,
+                                   slope,
+                                   0};
   const double correction1 = 1 - std::pow(beta1, step), correction2 = 1 - std::pow(beta2, step);
   std::array<float, 16> rate;
-  for (int p = 0; p < 16; ++p) rate[p] = static_cast<float>(perParameter[p] / correction1);
+  for (int p = 0; p < 16; ++p)
+    rate[p] = static_cast<float>(perParameter[p] / correction1);
   const float b1 = static_cast<float>(beta1), b2 = static_cast<float>(beta2);
   const float scale2 = static_cast<float>(1 / correction2), tiny = 1e-12f;
   const float low = static_cast<float>(bounds.minLogScale), high = static_cast<float>(bounds.maxLogScale);
@@ -38,7 +51,8 @@ void Adam::apply(GaussianField& field, std::span<const float> gradient, const Le
       gaussian.logWeight = std::clamp(gaussian.logWeight, -weight, weight);
       float* q = gaussian.quaternion;
       const float n = 1 / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-      for (int k = 0; k < 4; ++k) q[k] *= n;
+      for (int k = 0; k < 4; ++k)
+        q[k] *= n;
     }
   });
 }

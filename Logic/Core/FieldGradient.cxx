@@ -11,7 +11,8 @@ void symmetricTimes(const float* s, const float* x, float* y) {
 
 void unpack(const float* s, float* full) {
   const float m[9] = {s[0], s[1], s[2], s[1], s[3], s[4], s[2], s[4], s[5]};
-  for (int i = 0; i < 9; ++i) full[i] = m[i];
+  for (int i = 0; i < 9; ++i)
+    full[i] = m[i];
 }
 
 void covarianceAndPrecision(const Gaussian& g, float* covariance, float* precision) {
@@ -28,7 +29,8 @@ void covarianceAndPrecision(const Gaussian& g, float* covariance, float* precisi
   math::outer(whitened, precision);
 }
 
-/// ∂L/∂P (Σ's own precision) from ∂L/∂P_obs and ∂L/∂(log weight), G_Σ = −P_obs G P_obs + ½ m0 (P − P_obs), ∂L/∂P = −Σ G_Σ Σ.
+/// ∂L/∂P (Σ's own precision) from ∂L/∂P_obs and ∂L/∂(log weight), G_Σ = −P_obs G P_obs + ½ m0 (P − P_obs),
+/// ∂L/∂P = −Σ G_Σ Σ.
 void throughPsf(const float* covariance, const float* precision, const float* observed, float m0, float* g6) {
   float p[9], g[9], t[9], sigma[9], gs[9];
   unpack(observed, p);
@@ -38,12 +40,14 @@ void throughPsf(const float* covariance, const float* precision, const float* ob
   math::multiply(t, p, gs);
   float own[9];
   unpack(precision, own);
-  for (int i = 0; i < 9; ++i) gs[i] = -gs[i] + 0.5f * m0 * (own[i] - p[i]);
+  for (int i = 0; i < 9; ++i)
+    gs[i] = -gs[i] + 0.5f * m0 * (own[i] - p[i]);
   math::multiply(sigma, gs, t);
   math::multiply(t, sigma, g);
   int n = 0;
   for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j) g6[n++] = -g[3 * i + j];
+    for (int j = i; j < 3; ++j)
+      g6[n++] = -g[3 * i + j];
 }
 
 } // namespace
@@ -51,7 +55,8 @@ void throughPsf(const float* covariance, const float* precision, const float* ob
 FieldGradient::FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf)
     : linear_(field.linearIntensity), psf_(psf) {
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) toModel_[3 * i + j] = static_cast<float>(lattice.indexToModel.linear[i][j]);
+    for (int j = 0; j < 3; ++j)
+      toModel_[3 * i + j] = static_cast<float>(lattice.indexToModel.linear[i][j]);
 }
 
 void FieldGradient::add(const Gaussian& g, const math::Moments<float>& moments, float* gradient) const {
@@ -60,12 +65,14 @@ void FieldGradient::add(const Gaussian& g, const math::Moments<float>& moments, 
   covarianceAndPrecision(g, covariance, precision);
   if (psf_.active) {
     float sum[6];
-    for (int i = 0; i < 6; ++i) sum[i] = covariance[i] + psf_.covariance[i];
+    for (int i = 0; i < 6; ++i)
+      sum[i] = covariance[i] + psf_.covariance[i];
     math::invertSymmetric(sum, observed);
   }
   float dMean[3], g6[6], dLogScale[3], dQuaternion[4];
   symmetricTimes(psf_.active ? observed : precision, m.m1, dMean);
-  for (int i = 0; i < 6; ++i) g6[i] = -0.5f * m.m2[i];
+  for (int i = 0; i < 6; ++i)
+    g6[i] = -0.5f * m.m2[i];
   if (psf_.active) throughPsf(covariance, precision, observed, m.m0, g6);
   math::precisionGradient(g6, g.logScale, g.quaternion, dLogScale, dQuaternion);
   for (int i = 0; i < 3; ++i) {
@@ -73,7 +80,8 @@ void FieldGradient::add(const Gaussian& g, const math::Moments<float>& moments, 
     gradient[3 + i] += dLogScale[i];
     if (linear_) gradient[12 + i] += m.n1[i];
   }
-  for (int i = 0; i < 4; ++i) gradient[6 + i] += dQuaternion[i];
+  for (int i = 0; i < 4; ++i)
+    gradient[6 + i] += dQuaternion[i];
   gradient[10] += m.m0;
   gradient[11] += m.n0;
 }

@@ -4,8 +4,8 @@
 
 namespace innergs {
 
-/// Chain rule from a Gaussian's moments on a lattice to its 15 parameters (DESIGN §2; closed-form PSF: through Σ_obs = Σ + B and the
-/// factor √(det Σ / det Σ_obs)).
+/// Chain rule from a Gaussian's moments on a lattice to its 15 parameters (DESIGN §2; closed-form PSF:
+/// through Σ_obs = Σ + B and the factor √(det Σ / det Σ_obs)).
 class FieldGradient {
 public:
   FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf);

@@ -20,23 +20,34 @@ bool usable(const Gaussian& g) {
   for (int a = 0; a < 3; ++a)
     if (!within(g.mean[a], 1e6f) || !within(g.logScale[a], 20.f) || !within(g.slope[a], 1e9f)) return false;
   float length = 0;
-  for (float q : g.quaternion) length += q * q;
+  for (float q : g.quaternion)
+    length += q * q;
   return length > 1e-12f && length < 1e12f && within(g.logWeight, 40.f) && within(g.intensity, 1e12f);
 }
 
 } // namespace
 
 void checkField(const GaussianField& field) {
-  const auto fail = [](const std::string& what) { throw Error(ErrorCode::FileFormat, "The model cannot be used: " + what); };
+  const auto fail = [](const std::string& what) {
+    throw Error(ErrorCode::FileFormat, "The model cannot be used: " + what);
+  };
   if (field.gaussians.empty()) fail("it has no Gaussians.");
   if (!(field.epsilon >= 0 && field.epsilon < 1)) fail("its ε is out of range.");
   if (!(field.cutoff > 0.5 && field.cutoff < 10)) fail("its cut-off radius is out of range.");
   if (!isRotation(field.modelToWorld.linear)) fail("its frame is not a rotation.");
   for (double x : field.modelToWorld.offset)
     if (!std::isfinite(x)) fail("its frame is not finite.");
-  if (!std::isfinite(field.intensityScale) || field.intensityScale == 0 || !std::isfinite(field.intensityOffset))
+  if (!std::isfinite(field.intensityScale) || field.intensityScale == 0 ||
+      !std::isfinite(field.intensityOffset))
     fail("its intensity map is not finite.");
   checkGeometry(field.domain, "The model's domain");
+  if (!field.detail.voxels.empty()) {
+    checkGeometry(field.detail.geometry, "The model's detail grid");
+    if (static_cast<std::int64_t>(field.detail.voxels.size()) != field.detail.geometry.voxelCount())
+      fail("its detail grid has another size than it says.");
+    for (float x : field.detail.voxels)
+      if (!(std::fabs(x) <= 1e12f)) fail("its detail grid is not finite.");
+  }
   for (std::size_t i = 0; i < field.gaussians.size(); ++i)
     if (!usable(field.gaussians[i])) fail("Gaussian " + std::to_string(i) + " has parameters out of range.");
 }

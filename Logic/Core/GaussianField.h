@@ -1,9 +1,5 @@
 #pragma once
-#include "Core/GridGeometry.h"
-
-#include <cstdint>
-#include <span>
-#include <vector>
+#include "Core/Volume.h"
 
 namespace innergs {
 
@@ -12,7 +8,8 @@ enum class Blending {
   Additive    // I = Σ w (c + g·d) p
 };
 
-/// One Gaussian, 64 bytes: p(x) = exp(−½ dᵀ Σ⁻¹ d), d = x − mean, Σ = R(q)·diag(e^(2·logScale))·R(q)ᵀ, peak 1.
+/// One Gaussian, 64 bytes: p(x) = exp(−½ dᵀ Σ⁻¹ d) − exp(−½ cutoff²), 0 where that is negative (so that
+/// nothing jumps at the cut-off), d = x − mean, Σ = R(q)·diag(e^(2·logScale))·R(q)ᵀ.
 struct Gaussian {
   float mean[3];       // mm, model frame
   float logScale[3];   // ln mm
@@ -28,12 +25,14 @@ static_assert(sizeof(Gaussian) == 64);
 struct GaussianField {
   Blending blending = Blending::Normalised;
   bool linearIntensity = false;
-  double epsilon = 1e-3;  // ε of the normalised blending
-  double cutoff = 3.0;    // Mahalanobis radius beyond which p counts as 0
-  Affine3 modelToWorld;   // rigid: model frame (mm) → LPS (mm)
+  double epsilon = 1e-3;                          // ε of the normalised blending
+  double cutoff = 3.0;                            // Mahalanobis radius at which p reaches 0
+  Affine3 modelToWorld;                           // rigid: model frame (mm) → LPS (mm)
   double intensityScale = 1, intensityOffset = 0; // scanner value = scale·I + offset
-  GridGeometry domain;    // the region that was fitted: the default grid for resampling
+  GridGeometry domain; // the region that was fitted: the default grid for resampling
   std::vector<Gaussian> gaussians;
+  Volume detail; // what the data still demand beyond the Gaussians (data consistency): patient-space lattice,
+                 // units of I, added by trilinear interpolation inside its box; no voxels = none
 
   std::int64_t size() const { return static_cast<std::int64_t>(gaussians.size()); }
 };

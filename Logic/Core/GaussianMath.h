@@ -7,7 +7,8 @@
 #define INNERGS_HD
 #endif
 
-/// The mathematics of one Gaussian, shared by every backend. 3×3 matrices are row-major T[9], symmetric ones T[6] = xx xy xz yy yz zz.
+/// The mathematics of one Gaussian, shared by every backend. 3×3 matrices are row-major T[9], symmetric ones
+/// T[6] = xx xy xz yy yz zz.
 namespace innergs::math {
 
 template <class T>
@@ -20,7 +21,8 @@ INNERGS_HD inline void multiply(const T* a, const T* b, T* c) { // c = a·b
 template <class T>
 INNERGS_HD inline void transposed(const T* a, T* t) {
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) t[3 * i + j] = a[3 * j + i];
+    for (int j = 0; j < 3; ++j)
+      t[3 * i + j] = a[3 * j + i];
 }
 
 /// s = a·aᵀ as a symmetric matrix.
@@ -72,7 +74,8 @@ INNERGS_HD inline void rotationGradient(const T* q, const T* h, T* dq) {
   dq[3] = n * (g[3] - along * z);
 }
 
-/// The slice-conditional factorisation (paper, Eq. for p(u,v,t) = p(u,v|t)·p(t)) of a covariance in slice coordinates (u, v, t).
+/// The slice-conditional factorisation (paper, Eq. for p(u,v,t) = p(u,v|t)·p(t)) of a covariance in slice
+/// coordinates (u, v, t).
 template <class T>
 struct SliceConditional {
   T shift[2];      // conditional mean = μ_uv + shift·(t − μ_t)
@@ -110,8 +113,8 @@ INNERGS_HD inline RowForm<T> rowForm(const T* p) {
   return f;
 }
 
-/// Sums over the voxels x of one Gaussian's ellipsoid, d = x − mean, q = w·p, q′ = w·(p − p_cut); f and F0 as in DESIGN §2:
-/// dL/dI spread to the numerator (F0) and through numerator and denominator (f).
+/// Sums over the voxels x of one Gaussian's ellipsoid, d = x − mean, q = w·p, q′ = w·(p − p_cut); f and F0 as
+/// in DESIGN §2: dL/dI spread to the numerator (F0) and through numerator and denominator (f).
 template <class T>
 struct Moments {
   T m0 = 0;     // Σ f q′
@@ -127,7 +130,8 @@ INNERGS_HD inline Moments<T> transformMoments(const Moments<T>& in, const T* a) 
   Moments<T> out;
   out.m0 = in.m0;
   out.n0 = in.n0;
-  const T full[9] = {in.m2[0], in.m2[1], in.m2[2], in.m2[1], in.m2[3], in.m2[4], in.m2[2], in.m2[4], in.m2[5]};
+  const T full[9] = {in.m2[0], in.m2[1], in.m2[2], in.m2[1], in.m2[3],
+                     in.m2[4], in.m2[2], in.m2[4], in.m2[5]};
   T am[9];
   multiply(a, full, am);
   int n = 0;
@@ -152,7 +156,8 @@ INNERGS_HD inline void precisionGradient(const T* g6, const T* logScale, const T
     const T d = std::exp(-2 * logScale[k]);
     const T rgr = r[k] * gr[k] + r[3 + k] * gr[3 + k] + r[6 + k] * gr[6 + k];
     dLogScale[k] = -2 * d * rgr;
-    for (int i = 0; i < 3; ++i) h[3 * i + k] = 2 * gr[3 * i + k] * d;
+    for (int i = 0; i < 3; ++i)
+      h[3 * i + k] = 2 * gr[3 * i + k] * d;
   }
   rotationGradient(quaternion, h, dQuaternion);
 }

@@ -7,7 +7,8 @@
 namespace innergs {
 
 /// A regular voxel lattice in patient space, as ITK has it: LPS millimetres, direction columns are the unit
-/// IJK axes (left-handed lattices allowed). Voxel (i,j,k) has its centre at origin + direction·(spacing∘(i,j,k)).
+/// IJK axes (left-handed lattices allowed). Voxel (i,j,k) has its centre at origin +
+/// direction·(spacing∘(i,j,k)).
 struct GridGeometry {
   std::array<std::int64_t, 3> size{0, 0, 0}; // voxels along I, J, K; I runs fastest in memory
   Vec3 origin{0, 0, 0};                      // mm
@@ -16,8 +17,8 @@ struct GridGeometry {
 
   std::int64_t voxelCount() const { return size[0] * size[1] * size[2]; }
   Affine3 indexToWorld() const { return {direction * diagonal(spacing), origin}; }
-  Vec3 centre() const;  // mm
-  Vec3 extent() const;  // size × spacing, mm
+  Vec3 centre() const; // mm
+  Vec3 extent() const; // size × spacing, mm
   bool operator==(const GridGeometry&) const = default;
 };
 

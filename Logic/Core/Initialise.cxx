@@ -57,10 +57,12 @@ Gaussian gaussianAt(const ProxyVolume& proxy, const Vec3& index, const Vec3& sig
   return g;
 }
 
-void evenGrid(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan, std::uint64_t seed) {
+void evenGrid(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
+              std::uint64_t seed) {
   const GridGeometry& g = proxy.geometry;
   const Vec3 extent = g.extent();
-  // n cells of edge a: as the paper's 42³, stretched to the box; layers keep their own spacing along the third axis.
+  // n cells of edge a: as the paper's 42³, stretched to the box; layers keep their own spacing along the
+  // third axis.
   const bool layered = plan.layerSpacing > 0;
   double cell[3];
   if (layered) {
@@ -73,7 +75,8 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   }
   // Another seed shifts the grid in-plane (additive recurrence: well spread); the first starts centred.
   const double phase = static_cast<double>((seed - 1) % 4096);
-  const double shift[3] = {std::fmod(0.7548776662466927 * phase, 1.0), std::fmod(0.5698402909980532 * phase, 1.0), 0};
+  const double shift[3] = {std::fmod(0.7548776662466927 * phase, 1.0),
+                           std::fmod(0.5698402909980532 * phase, 1.0), 0};
   std::int64_t n[3];
   for (int a = 0; a < 3; ++a) {
     n[a] = std::max<std::int64_t>(1, std::llround(extent[a] / cell[a]));
@@ -87,7 +90,9 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
         bool covered = true;
         std::size_t voxel = 0, step = 1;
         for (int a = 0; a < 3; ++a) {
-          index[a] = (std::fmod(static_cast<double>(at[a]) + 0.5 + shift[a], static_cast<double>(n[a]))) * cell[a] / g.spacing[a] - 0.5;
+          index[a] = (std::fmod(static_cast<double>(at[a]) + 0.5 + shift[a], static_cast<double>(n[a]))) *
+                         cell[a] / g.spacing[a] -
+                     0.5;
           const auto nearest = std::clamp<std::int64_t>(std::llround(index[a]), 0, g.size[a] - 1);
           voxel += step * nearest;
           step *= g.size[a];
@@ -100,8 +105,8 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
       }
 }
 
-void adaptive(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan, std::uint64_t seed,
-              ThreadPool& pool) {
+void adaptive(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
+              std::uint64_t seed, ThreadPool& pool) {
   const auto& size = proxy.geometry.size;
   std::vector<float> density = structureMeasure(proxy, pool);
   double structure = 0;
@@ -115,17 +120,18 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   const double n = static_cast<double>(plan.gaussians);
   const double even = (structure > 0 ? plan.evenShare : 1.0) * n / static_cast<double>(covered);
   const double following = structure > 0 ? (1 - plan.evenShare) * n / structure : 0;
-  // Systematic sampling along a Morton curve of bricks: stratified in space, and sorted as the field wants to be.
+  // Systematic sampling along a Morton curve of bricks: stratified in space, and sorted as the field wants to
+  // be.
   Random random(seed);
   double position = random.uniform();
   constexpr int kBrick = 8;
   std::vector<std::array<std::int64_t, 3>> bricks;
   for (std::int64_t k = 0; k < size[2]; k += kBrick)
     for (std::int64_t j = 0; j < size[1]; j += kBrick)
-      for (std::int64_t i = 0; i < size[0]; i += kBrick) bricks.push_back({i, j, k});
-  std::sort(bricks.begin(), bricks.end(), [](const auto& a, const auto& b) {
-    return morton(a[0], a[1], a[2]) < morton(b[0], b[1], b[2]);
-  });
+      for (std::int64_t i = 0; i < size[0]; i += kBrick)
+        bricks.push_back({i, j, k});
+  std::sort(bricks.begin(), bricks.end(),
+            [](const auto& a, const auto& b) { return morton(a[0], a[1], a[2]) < morton(b[0], b[1], b[2]); });
   std::array<std::array<int, 3>, kBrick * kBrick * kBrick> inside;
   for (int c = 0; c < static_cast<int>(inside.size()); ++c)
     inside[morton(c % kBrick, c / kBrick % kBrick, c / kBrick / kBrick)] = {c % kBrick, c / kBrick % kBrick,
@@ -140,7 +146,8 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
       const double rho = even + following * density[v]; // Gaussians per voxel
       position += rho;
       for (; position >= 1; position -= 1) {
-        const Vec3 index{static_cast<double>(i) + random.uniform() - 0.5, static_cast<double>(j) + random.uniform() - 0.5,
+        const Vec3 index{static_cast<double>(i) + random.uniform() - 0.5,
+                         static_cast<double>(j) + random.uniform() - 0.5,
                          static_cast<double>(k) + random.uniform() - 0.5};
         const double local = std::clamp(std::cbrt(1 / rho), 0.8, 24.0) * plan.scaleFactor;
         field.gaussians.push_back(
@@ -178,7 +185,8 @@ std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool) 
           static constexpr float w[5] = {1 / 16.f, 4 / 16.f, 6 / 16.f, 4 / 16.f, 1 / 16.f};
           float sum = 0;
           for (int o = -2; o <= 2; ++o)
-            sum += w[o + 2] * measure[v + step[a] * (std::clamp<std::int64_t>(at[a] + o, 0, size[a] - 1) - at[a])];
+            sum += w[o + 2] *
+                   measure[v + step[a] * (std::clamp<std::int64_t>(at[a] + o, 0, size[a] - 1) - at[a])];
           smooth[v] = sum;
         }
     });
@@ -187,12 +195,12 @@ std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool) 
   return measure;
 }
 
-std::vector<std::uint32_t> mortonOrder(const GaussianField& field) {
-  std::vector<std::uint32_t> order(field.gaussians.size());
+std::vector<std::uint32_t> mortonOrder(std::span<const Gaussian> gaussians) {
+  std::vector<std::uint32_t> order(gaussians.size());
   std::iota(order.begin(), order.end(), 0u);
   if (order.empty()) return order;
   float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f};
-  for (const Gaussian& g : field.gaussians)
+  for (const Gaussian& g : gaussians)
     for (int a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], g.mean[a]);
       high[a] = std::max(high[a], g.mean[a]);
@@ -202,15 +210,24 @@ std::vector<std::uint32_t> mortonOrder(const GaussianField& field) {
   for (std::size_t i = 0; i < code.size(); ++i) {
     std::uint64_t c[3];
     for (int a = 0; a < 3; ++a)
-      c[a] = static_cast<std::uint64_t>((field.gaussians[i].mean[a] - low[a]) / extent * 1023.f);
+      c[a] = static_cast<std::uint64_t>((gaussians[i].mean[a] - low[a]) / extent * 1023.f);
     code[i] = morton(c[0], c[1], c[2]);
   }
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return code[a] < code[b]; });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return code[a] < code[b]; });
   return order;
 }
 
-void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan, std::uint64_t seed,
-                ThreadPool& pool) {
+std::vector<Gaussian> inMortonOrder(std::vector<Gaussian> gaussians) {
+  std::vector<Gaussian> sorted;
+  sorted.reserve(gaussians.size());
+  for (std::uint32_t i : mortonOrder(gaussians))
+    sorted.push_back(gaussians[i]);
+  return sorted;
+}
+
+void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
+                std::uint64_t seed, ThreadPool& pool) {
   field.gaussians.clear();
   field.gaussians.reserve(plan.gaussians + plan.gaussians / 16 + 16);
   if (plan.kind == Initialisation::Grid || plan.layerSpacing > 0)
@@ -219,14 +236,12 @@ void initialise(GaussianField& field, const ProxyVolume& proxy, const Initialisa
     adaptive(field, proxy, plan, seed, pool);
   if (field.blending == Blending::Additive) {
     // Overlapping unit Gaussians sum to about (2π)^1.5·scaleFactor³ times their density.
-    const float overlap = static_cast<float>(std::pow(2 * 3.14159265358979, 1.5) * std::pow(plan.scaleFactor, 3));
-    for (Gaussian& g : field.gaussians) g.intensity /= overlap;
+    const float overlap =
+        static_cast<float>(std::pow(2 * 3.14159265358979, 1.5) * std::pow(plan.scaleFactor, 3));
+    for (Gaussian& g : field.gaussians)
+      g.intensity /= overlap;
   }
-  const auto order = mortonOrder(field);
-  std::vector<Gaussian> sorted;
-  sorted.reserve(order.size());
-  for (std::uint32_t i : order) sorted.push_back(field.gaussians[i]);
-  field.gaussians = std::move(sorted);
+  field.gaussians = inMortonOrder(std::move(field.gaussians));
 }
 
 } // namespace innergs

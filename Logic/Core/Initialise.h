@@ -8,31 +8,34 @@ namespace innergs {
 struct InitialisationPlan {
   Initialisation kind = Initialisation::Adaptive;
   std::int64_t gaussians = 0;
-  double scaleFactor = 0.5;   // σ₀ in units of the local spacing
-  double evenShare = 0.15;    // share of the budget spread evenly, the rest follows the structure
-  double exponent = 0.75;     // density ∝ structure^exponent
-  double layerSpacing = 0;    // > 0: layered start, one layer per slice this far apart (mm) along the model's third axis
-  double layerSigma = 0;      // σ along the third axis of a layered start (mm)
+  double scaleFactor = 0.5; // σ₀ in units of the local spacing
+  double evenShare = 0.15;  // share of the budget spread evenly, the rest follows the structure
+  double exponent = 0.75;   // density ∝ structure^exponent
+  double layerSpacing =
+      0; // > 0: layered start, one layer per slice this far apart (mm) along the model's third axis
+  double layerSigma = 0; // σ along the third axis of a layered start (mm)
 };
 
-/// A first guess of the volume, normalised intensities, on an isotropic lattice aligned with the model frame: the average of the trilinearly
-/// interpolated stacks. `covered` is 1 where some stack observes.
+/// A first guess of the volume, normalised intensities, on an isotropic lattice aligned with the model frame:
+/// the average of the trilinearly interpolated stacks. `covered` is 1 where some stack observes.
 struct ProxyVolume {
   GridGeometry geometry; // in model coordinates (direction = identity)
   std::vector<float> voxels;
   std::vector<std::uint8_t> covered;
 };
-ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map, double spacing,
-                      ThreadPool& pool);
+ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
+                      double spacing, ThreadPool& pool);
 
 /// Fills field.gaussians, in Morton order; the same seed gives the same field.
-void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan, std::uint64_t seed,
-                ThreadPool& pool);
+void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
+                std::uint64_t seed, ThreadPool& pool);
 
 /// Structure measure that the density follows: 0.5·|∇I| + |second differences|, smoothed (DESIGN §3).
 std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool);
 
-/// Sorts by position along a Morton curve, so that neighbours in space are neighbours in memory. Returns the permutation (new → old).
-std::vector<std::uint32_t> mortonOrder(const GaussianField& field);
+/// Sorts by position along a Morton curve, so that neighbours in space are neighbours in memory. Returns the
+/// permutation (new → old).
+std::vector<std::uint32_t> mortonOrder(std::span<const Gaussian> gaussians);
+std::vector<Gaussian> inMortonOrder(std::vector<Gaussian> gaussians);
 
 } // namespace innergs

@@ -23,13 +23,16 @@ bool reaches(const GridGeometry& a, const GridGeometry& b) {
         const Vec3 at{i * (a.size[0] - 1.0) / n, j * (a.size[1] - 1.0) / n, k * (a.size[2] - 1.0) / n};
         const Vec3 x = map(at);
         bool inside = true;
-        for (int c = 0; c < 3; ++c) inside = inside && x[c] >= -0.5 && x[c] <= b.size[c] - 0.5;
+        for (int c = 0; c < 3; ++c)
+          inside = inside && x[c] >= -0.5 && x[c] <= b.size[c] - 0.5;
         if (inside) return true;
       }
   return false;
 }
 
-bool overlap(const GridGeometry& a, const GridGeometry& b) { return reaches(a, b) || reaches(b, a); }
+bool overlap(const GridGeometry& a, const GridGeometry& b) {
+  return reaches(a, b) || reaches(b, a);
+}
 
 void hash(std::uint64_t& h, const void* data, std::size_t bytes) { // FNV-1a over 8-byte words
   const char* p = static_cast<const char*>(data);
@@ -49,7 +52,8 @@ void applyMask(Stack& stack, const Mask& mask) {
   if (stack.observed.empty())
     stack.observed = inside;
   else
-    for (std::size_t v = 0; v < inside.size(); ++v) stack.observed[v] = stack.observed[v] && inside[v];
+    for (std::size_t v = 0; v < inside.size(); ++v)
+      stack.observed[v] = stack.observed[v] && inside[v];
 }
 
 std::vector<std::int64_t> withhold(Stack& stack, double fraction) {
@@ -60,7 +64,8 @@ std::vector<std::int64_t> withhold(Stack& stack, double fraction) {
     if (k > 0) withheld.push_back(k);
   if (stack.observed.empty()) stack.observed.assign(stack.image.voxels.size(), 1);
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  for (std::int64_t k : withheld) std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
+  for (std::int64_t k : withheld)
+    std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
   return withheld;
 }
 
@@ -76,14 +81,16 @@ std::int64_t usable(const Stack& stack) {
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
   double spacing = 1e300;
   for (const Stack& stack : stacks)
-    for (double s : stack.image.geometry.spacing) spacing = std::min(spacing, s);
+    for (double s : stack.image.geometry.spacing)
+      spacing = std::min(spacing, s);
   return withSpacing(stacks.front().image.geometry, {spacing, spacing, spacing});
 }
 
 Affine3 modelFrame(const GridGeometry& geometry) {
   Affine3 frame{geometry.direction, geometry.centre()};
   if (determinant(frame.linear) < 0)
-    for (int i = 0; i < 3; ++i) frame.linear[i][0] = -frame.linear[i][0];
+    for (int i = 0; i < 3; ++i)
+      frame.linear[i][0] = -frame.linear[i][0];
   return frame;
 }
 
@@ -101,22 +108,29 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
     checkStack(stack);
     const auto& size = stack.image.geometry.size;
     if (size[0] > 65536 || size[1] > 65536 || size[2] > 65536)
-      throw Error(ErrorCode::Geometry, nameOf(stack, s) + " has an axis of more than 65536 voxels: cut it to a region first.");
+      throw Error(ErrorCode::Geometry,
+                  nameOf(stack, s) + " has an axis of more than 65536 voxels: cut it to a region first.");
     if (size[2] < 2)
-      throw Error(ErrorCode::UnsupportedImage, nameOf(stack, s) + " has a single slice; at least two are needed.");
-    for (float v : stack.image.voxels) prepared.nonFinite += !std::isfinite(v);
+      throw Error(ErrorCode::UnsupportedImage,
+                  nameOf(stack, s) + " has a single slice; at least two are needed.");
+    for (float v : stack.image.voxels)
+      prepared.nonFinite += !std::isfinite(v);
     if (input.mask) applyMask(stack, *input.mask);
     if (s > 0 && stack.poses.empty() && stacks[0].poses.empty() &&
         std::none_of(stacks.begin(), stacks.begin() + s,
                      [&](const Stack& other) { return overlap(other.image.geometry, stack.image.geometry); }))
-      throw Error(ErrorCode::Geometry, nameOf(stack, s) + " does not overlap " + nameOf(stacks[0], 0) +
-                                           " in patient space: check that they are scans of the same session.");
+      throw Error(ErrorCode::Geometry,
+                  nameOf(stack, s) + " does not overlap " + nameOf(stacks[0], 0) +
+                      " in patient space: check that they are scans of the same session.");
   }
   std::int64_t samples = 0;
-  for (const Stack& stack : stacks) samples += usable(stack);
+  for (const Stack& stack : stacks)
+    samples += usable(stack);
   if (samples == 0)
-    throw Error(ErrorCode::NoData, input.mask ? "The mask does not cover any finite voxel of the images: check that it belongs to them."
-                                              : "The images have no finite observed voxel: there is nothing to fit.");
+    throw Error(ErrorCode::NoData,
+                input.mask
+                    ? "The mask does not cover any finite voxel of the images: check that it belongs to them."
+                    : "The images have no finite observed voxel: there is nothing to fit.");
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(input.heldOutFraction > 0 ? withhold(stack, input.heldOutFraction)
                                                          : std::vector<std::int64_t>{});
@@ -136,9 +150,12 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
   if (std::none_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
         return !stack.poses.empty() || overlap(stack.image.geometry, prepared.outputGrid);
       }))
-    throw Error(ErrorCode::Geometry, "The output grid does not overlap the images in patient space: choose another reference or region.");
+    throw Error(
+        ErrorCode::Geometry,
+        "The output grid does not overlap the images in patient space: choose another reference or region.");
   if (prepared.nonFinite > 0)
-    prepared.warnings.push_back(std::to_string(prepared.nonFinite) + " voxels are not finite (NaN or infinite); they were left out of the fit.");
+    prepared.warnings.push_back(std::to_string(prepared.nonFinite) +
+                                " voxels are not finite (NaN or infinite); they were left out of the fit.");
   return prepared;
 }
 

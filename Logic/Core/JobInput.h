@@ -5,19 +5,20 @@ namespace innergs {
 
 /// The input of a job, checked and made ready to fit: masks applied, held-out slices withheld.
 struct PreparedInput {
-  std::vector<Stack> stacks;                        // `observed` filled where anything is left out
-  std::vector<std::vector<std::int64_t>> heldOut;   // per stack: withheld slices
+  std::vector<Stack> stacks;                      // `observed` filled where anything is left out
+  std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
   GridGeometry outputGrid;
   std::int64_t nonFinite = 0;
   std::string fingerprint; // of voxels, geometry and what is observed
   std::vector<std::string> warnings;
 };
 
-/// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that do not overlap, an empty mask, nothing
-/// finite to fit, an output grid apart from the data.
+/// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that do not overlap,
+/// an empty mask, nothing finite to fit, an output grid apart from the data.
 PreparedInput prepareInput(const ReconstructionInput& input);
 
-/// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the first one's box.
+/// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the first
+/// one's box.
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
 
 /// Rigid frame to fit in: axes of the first stack (made right-handed), origin at its centre.

@@ -22,9 +22,10 @@ struct TileRange {
 struct KernelSet {
   std::string name;
   /// weights += Σ w p′, numerators += Σ w p′ (c + g·d) over the tile, in the order of `ids`.
-  void (*accumulate)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const LatticeView& lattice,
-                     const TileRange& tile, float* weights, float* numerators);
-  /// The moments of one Gaussian over its whole ellipsoid, index coordinates. f0, f1: DESIGN §2, zero in the row padding.
+  void (*accumulate)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
+                     const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators);
+  /// The moments of one Gaussian over its whole ellipsoid, index coordinates. f0, f1: DESIGN §2, zero in the
+  /// row padding.
   void (*gather)(const Projected& gaussian, const LatticeView& lattice, const float* f0, const float* f1,
                  math::Moments<float>& out);
 };
@@ -37,8 +38,10 @@ const KernelSet& kernelSet(const std::string& name);
 /// Planes that the ellipsoid reaches: [first, last).
 inline void planeRange(const Projected& g, const LatticeView& lattice, int& first, int& last) {
   const double centre = g.cell[2] + static_cast<double>(g.fraction[2]);
-  first = static_cast<int>(std::lower_bound(lattice.z, lattice.z + lattice.nz, centre - g.half[2]) - lattice.z);
-  last = static_cast<int>(std::upper_bound(lattice.z + first, lattice.z + lattice.nz, centre + g.half[2]) - lattice.z);
+  first =
+      static_cast<int>(std::lower_bound(lattice.z, lattice.z + lattice.nz, centre - g.half[2]) - lattice.z);
+  last = static_cast<int>(std::upper_bound(lattice.z + first, lattice.z + lattice.nz, centre + g.half[2]) -
+                          lattice.z);
 }
 
 /// Distance of a plane to the mean, index units.

@@ -71,7 +71,8 @@ void gatherScalar(const Projected& g, const LatticeView& lattice, const float* f
     for (int i = 0; i < 3; ++i) {
       m.m1[i] += fq * d[i];
       m.n1[i] += n * d[i];
-      for (int j = i; j < 3; ++j) m.m2[t++] += fq * d[i] * d[j];
+      for (int j = i; j < 3; ++j)
+        m.m2[t++] += fq * d[i] * d[j];
     }
   });
   out.m0 = static_cast<float>(m.m0);
@@ -80,7 +81,8 @@ void gatherScalar(const Projected& g, const LatticeView& lattice, const float* f
     out.m1[i] = static_cast<float>(m.m1[i]);
     out.n1[i] = static_cast<float>(m.n1[i]);
   }
-  for (int i = 0; i < 6; ++i) out.m2[i] = static_cast<float>(m.m2[i]);
+  for (int i = 0; i < 6; ++i)
+    out.m2[i] = static_cast<float>(m.m2[i]);
 }
 
 } // namespace innergs

@@ -13,7 +13,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// 2^e for e ≥ −126 (what lies below is masked by the caller): round, then a degree-5 minimax polynomial on [−½, ½], relative error 2e-7.
+/// 2^e for e ≥ −126 (what lies below is masked by the caller): round, then a degree-5 minimax polynomial on
+/// [−½, ½], relative error 2e-7.
 HWY_INLINE V exp2(D d, V e) {
   const hn::RebindToSigned<D> di;
   const V magic = hn::Set(d, 12582912.0f); // 1.5·2^23: rounds and leaves the integer in the low bits
@@ -51,8 +52,8 @@ HWY_INLINE bool tileRows(const Projected& g, float dz, int low, int high, int& y
   return y0 < y1;
 }
 
-void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count, const LatticeView& lattice,
-                const TileRange& tile, float* weights, float* numerators) {
+void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
+                const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators) {
   const D d;
   const int lanes = static_cast<int>(hn::Lanes(d));
   const V lane = hn::Iota(d, 0.f);
@@ -167,7 +168,9 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
   }
 }
 
-KernelSet kernels() { return {hwy::TargetName(HWY_TARGET), accumulate, gather}; }
+KernelSet kernels() {
+  return {hwy::TargetName(HWY_TARGET), accumulate, gather};
+}
 
 } // namespace innergs::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -200,8 +203,9 @@ const KernelSet& kernelSet(const std::string& name) {
     if (set.name == name) return set;
     known += (known.empty() ? "" : ", ") + set.name;
   }
-  throw Error(ErrorCode::InvalidArgument,
-              "Instruction set '" + name + "' is not available on this processor; choose one of " + known + ".");
+  throw Error(ErrorCode::InvalidArgument, "Instruction set '" + name +
+                                              "' is not available on this processor; choose one of " + known +
+                                              ".");
 }
 
 } // namespace innergs

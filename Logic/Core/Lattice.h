@@ -7,7 +7,8 @@
 
 namespace innergs {
 
-/// Where a field is evaluated: nx×ny points on parallel planes at continuous index z, in index coordinates (x, y, z).
+/// Where a field is evaluated: nx×ny points on parallel planes at continuous index z, in index coordinates
+/// (x, y, z).
 struct Lattice {
   Affine3 indexToModel; // mm, model frame
   int nx = 0, ny = 0;

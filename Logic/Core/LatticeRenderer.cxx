@@ -4,7 +4,8 @@
 
 namespace innergs {
 
-LatticeRenderer::LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf)
+LatticeRenderer::LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool,
+                                 ClosedFormPsf psf)
     : lattice_(std::move(lattice)), kernels_(kernels), pool_(pool), psf_(psf), tiles_(view()) {}
 
 LatticeView LatticeRenderer::view() const {
@@ -25,7 +26,8 @@ void LatticeRenderer::forward(const GaussianField& field, std::span<const float>
       std::fill_n(numerators + first, size, 0.f);
     }
     const auto members = tiles_.members(t);
-    kernels_.accumulate(projected_.data(), members.data(), members.size(), lattice, range, weights, numerators);
+    kernels_.accumulate(projected_.data(), members.data(), members.size(), lattice, range, weights,
+                        numerators);
   });
 }
 

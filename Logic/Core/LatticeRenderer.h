@@ -3,7 +3,8 @@
 
 namespace innergs {
 
-/// Renders fields onto one lattice and gathers gradients from it. Buffers are [plane][row][stride]; `weights` holds W, `numerators` N.
+/// Renders fields onto one lattice and gathers gradients from it. Buffers are [plane][row][stride]; `weights`
+/// holds W, `numerators` N.
 class LatticeRenderer {
 public:
   LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf = {});
@@ -13,8 +14,8 @@ public:
   /// W = Σ w p and N = Σ w p (c + g·d) into the caller's buffers (bufferSize() each, overwritten).
   void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators);
 
-  /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian, from F0 and F1 (DESIGN §2) on the
-  /// lattice. forward() must have been called with the same field.
+  /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian,
+  /// from F0 and F1 (DESIGN §2) on the lattice. forward() must have been called with the same field.
   void backward(const GaussianField& field, const float* f0, const float* f1, std::span<float> gradient);
 
   std::int64_t memory() const; // bytes held

@@ -35,9 +35,11 @@ void composeSlice(const Observation& o, int slice, const float* weights, const f
     const float* w = weights + plane * n;
     const float* c = numerators + plane * n;
     if (normalised)
-      for (std::size_t i = 0; i < n; ++i) out[i] += share * c[i] / (w[i] + epsilon);
+      for (std::size_t i = 0; i < n; ++i)
+        out[i] += share * c[i] / (w[i] + epsilon);
     else
-      for (std::size_t i = 0; i < n; ++i) out[i] += share * c[i];
+      for (std::size_t i = 0; i < n; ++i)
+        out[i] += share * c[i];
   }
 }
 
@@ -86,11 +88,8 @@ LossSum lossPass(const Observation& o, const GaussianField& field, const LossKin
     sums[s] = sum;
   });
   LossSum total;
-  for (const LossSum& s : sums) {
-    total.loss += s.loss;
-    total.squared += s.squared;
-    total.samples += s.samples;
-  }
+  for (const LossSum& s : sums)
+    total += s;
   return total;
 }
 

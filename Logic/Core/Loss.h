@@ -8,6 +8,13 @@ struct LossSum {
   double loss = 0;    // sum over samples
   double squared = 0; // Σ (rendered − target)², for the PSNR
   std::int64_t samples = 0;
+
+  LossSum& operator+=(const LossSum& other) {
+    loss += other.loss;
+    squared += other.squared;
+    samples += other.samples;
+    return *this;
+  }
 };
 
 struct LossKinds {
@@ -20,12 +27,14 @@ struct LossKinds {
 void composeSlice(const Observation& observation, int slice, const float* weights, const float* numerators,
                   const GaussianField& field, float* out);
 
-/// Loss of every slice and its gradient, spread onto the sub-planes: `weights` and `numerators` become F0 and F1 (DESIGN §2).
-LossSum lossPass(const Observation& observation, const GaussianField& field, const LossKinds& kinds, float* weights,
-                 float* numerators, ThreadPool& pool);
+/// Loss of every slice and its gradient, spread onto the sub-planes: `weights` and `numerators` become F0 and
+/// F1 (DESIGN §2).
+LossSum lossPass(const Observation& observation, const GaussianField& field, const LossKinds& kinds,
+                 float* weights, float* numerators, ThreadPool& pool);
 
-/// Adds ssimWeight·Σ(1 − SSIM) to the loss and its gradient to r; window as in Metrics.h, zero-padded; samples with weight 0 count as equal.
-double addSsimLoss(const float* image, const float* target, const std::uint8_t* weight, int nx, int ny, int stride,
-                   double ssimWeight, float* gradient);
+/// Adds ssimWeight·Σ(1 − SSIM) to the loss and its gradient to r; window as in Metrics.h, zero-padded;
+/// samples with weight 0 count as equal.
+double addSsimLoss(const float* image, const float* target, const std::uint8_t* weight, int nx, int ny,
+                   int stride, double ssimWeight, float* gradient);
 
 } // namespace innergs

@@ -11,8 +11,10 @@ constexpr int kRadius = 5;
 std::array<float, 2 * kRadius + 1> window() {
   std::array<float, 2 * kRadius + 1> w;
   float sum = 0;
-  for (int i = -kRadius; i <= kRadius; ++i) sum += w[i + kRadius] = std::exp(-0.5f * i * i / (1.5f * 1.5f));
-  for (float& x : w) x /= sum;
+  for (int i = -kRadius; i <= kRadius; ++i)
+    sum += w[i + kRadius] = std::exp(-0.5f * i * i / (1.5f * 1.5f));
+  for (float& x : w)
+    x /= sum;
   return w;
 }
 
@@ -23,24 +25,27 @@ void filter(std::vector<float>& image, int nx, int ny, std::vector<float>& scrat
   for (int y = 0; y < ny; ++y)
     for (int k = -kRadius; k <= kRadius; ++k) {
       const int a = std::max(0, -k), b = std::min(nx, nx - k);
-      for (int x = a; x < b; ++x) scratch[y * nx + x] += w[k + kRadius] * image[y * nx + x + k];
+      for (int x = a; x < b; ++x)
+        scratch[y * nx + x] += w[k + kRadius] * image[y * nx + x + k];
     }
   image.assign(image.size(), 0.f);
   for (int y = 0; y < ny; ++y)
     for (int k = std::max(-kRadius, -y); k <= std::min(kRadius, ny - 1 - y); ++k)
-      for (int x = 0; x < nx; ++x) image[y * nx + x] += w[k + kRadius] * scratch[(y + k) * nx + x];
+      for (int x = 0; x < nx; ++x)
+        image[y * nx + x] += w[k + kRadius] * scratch[(y + k) * nx + x];
 }
 
 } // namespace
 
-double addSsimLoss(const float* image, const float* target, const std::uint8_t* weight, int nx, int ny, int stride,
-                   double ssimWeight, float* gradient) {
+double addSsimLoss(const float* image, const float* target, const std::uint8_t* weight, int nx, int ny,
+                   int stride, double ssimWeight, float* gradient) {
   constexpr float c1 = 0.01f * 0.01f, c2 = 0.03f * 0.03f;
   const std::size_t n = static_cast<std::size_t>(nx) * ny;
   std::vector<float> x(n), y(n), mx(n), my(n), xx(n), yy(n), xy(n), scratch;
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) {
-      const std::size_t p = static_cast<std::size_t>(j) * nx + i, v = static_cast<std::size_t>(j) * stride + i;
+      const std::size_t p = static_cast<std::size_t>(j) * nx + i,
+                        v = static_cast<std::size_t>(j) * stride + i;
       y[p] = target[v];
       x[p] = weight[v] ? image[v] : target[v];
       xx[p] = x[p] * x[p];
@@ -49,7 +54,8 @@ double addSsimLoss(const float* image, const float* target, const std::uint8_t* 
     }
   mx = x;
   my = y;
-  for (auto* m : {&mx, &my, &xx, &yy, &xy}) filter(*m, nx, ny, scratch);
+  for (auto* m : {&mx, &my, &xx, &yy, &xy})
+    filter(*m, nx, ny, scratch);
   double loss = 0;
   std::vector<float> dMean(n), dSquare(n), dProduct(n);
   for (std::size_t p = 0; p < n; ++p) {
@@ -62,11 +68,13 @@ double addSsimLoss(const float* image, const float* target, const std::uint8_t* 
     dSquare[p] = -ssim / b2;
     dProduct[p] = 2 * a1 / (b1 * b2);
   }
-  for (auto* m : {&dMean, &dSquare, &dProduct}) filter(*m, nx, ny, scratch);
+  for (auto* m : {&dMean, &dSquare, &dProduct})
+    filter(*m, nx, ny, scratch);
   const float s = static_cast<float>(ssimWeight);
   for (int j = 0; j < ny; ++j)
     for (int i = 0; i < nx; ++i) {
-      const std::size_t p = static_cast<std::size_t>(j) * nx + i, v = static_cast<std::size_t>(j) * stride + i;
+      const std::size_t p = static_cast<std::size_t>(j) * nx + i,
+                        v = static_cast<std::size_t>(j) * stride + i;
       if (weight[v]) gradient[v] -= s * (dMean[p] + 2 * x[p] * dSquare[p] + y[p] * dProduct[p]);
     }
   return ssimWeight * loss;

@@ -22,7 +22,8 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
     const GridGeometry& g = stack.image.geometry;
     const double padded = static_cast<double>((g.size[0] + 15) / 16 * 16) * static_cast<double>(g.size[1]) *
                           static_cast<double>(g.size[2]);
-    const auto planes = profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
+    const auto planes =
+        profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
     samples += padded;
     largest = std::max(largest, padded * static_cast<double>(planes.offset.size()));
   }

@@ -13,8 +13,8 @@ struct Quality {
 };
 
 /// PSNR pooled over voxels with mask ≠ 0 (empty mask: all). Infinite when identical.
-double pooledPsnr(std::span<const float> image, std::span<const float> truth, std::span<const std::uint8_t> mask,
-                  double range);
+double pooledPsnr(std::span<const float> image, std::span<const float> truth,
+                  std::span<const std::uint8_t> mask, double range);
 
 /// The SSIM map of one slice (width×height, row-major), borders by reflection.
 std::vector<float> ssimMap(std::span<const float> image, std::span<const float> truth, int width, int height,
@@ -25,8 +25,8 @@ Quality sliceQuality(const Volume& image, const Volume& truth, int axis, std::in
 
 /// Protocol H: PSNR pooled over mask ∩ chosen K-slices, SSIM (per K-slice map) averaged on the same voxels.
 /// `slices`: K indices; nullopt = all.
-Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask, double range,
-                      const std::optional<std::vector<std::int64_t>>& slices = std::nullopt);
+Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask,
+                      double range, const std::optional<std::vector<std::int64_t>>& slices = std::nullopt);
 
 /// Body mask by Otsu's threshold, largest component, holes filled per slice.
 std::vector<std::uint8_t> bodyMask(const Volume& volume);

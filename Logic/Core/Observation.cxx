@@ -36,12 +36,13 @@ ClosedFormPsf gaussianPsf(const Stack& stack, const Affine3& worldToModel, const
   psf.active = true;
   int t = 0;
   for (int i = 0; i < 3; ++i)
-    for (int j = i; j < 3; ++j) psf.covariance[t++] = static_cast<float>(tau * tau * n[i] * n[j]);
+    for (int j = i; j < 3; ++j)
+      psf.covariance[t++] = static_cast<float>(tau * tau * n[i] * n[j]);
   return psf;
 }
 
-Observation observeSlices(const Stack& stack, int first, int last, const Affine3& worldToModel, const Affine3& pose,
-                          const IntensityMap& map, bool closedForm) {
+Observation observeSlices(const Stack& stack, int first, int last, const Affine3& worldToModel,
+                          const Affine3& pose, const IntensityMap& map, bool closedForm) {
   const GridGeometry& g = stack.image.geometry;
   Observation o;
   o.lattice.indexToModel = worldToModel * pose * g.indexToWorld();
@@ -76,7 +77,8 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   if (closedForm && stack.profile == SliceProfile::Gaussian)
     o.psf = gaussianPsf(stack, worldToModel, pose);
   else
-    quadrature = profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
+    quadrature =
+        profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
   placePlanes(o, quadrature, g.spacing[2]);
   return o;
 }
@@ -88,7 +90,7 @@ double effectiveThickness(const Stack& stack) {
 }
 
 ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, double resolution) {
-  const int n = std::clamp(static_cast<int>(std::lround(thickness / resolution)), 1, 9);
+  const int n = std::clamp(static_cast<int>(std::lround(thickness / resolution)), 1, 32);
   if (profile == SliceProfile::Point || n == 1) return {{0.0}, {1.0}};
   ProfileQuadrature q;
   if (profile == SliceProfile::Box) {
@@ -99,7 +101,7 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
     return q;
   }
   const double tau = thickness / kFwhm, reach = 2.5 * tau;
-  const int m = std::clamp(2 * static_cast<int>(std::ceil(reach / resolution)) + 1, 5, 15);
+  const int m = std::clamp(2 * static_cast<int>(std::ceil(reach / resolution)) + 1, 5, 33);
   double sum = 0;
   for (int i = 0; i < m; ++i) {
     const double x = reach * (2.0 * i / (m - 1) - 1);
@@ -107,7 +109,8 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
     q.weight.push_back(std::exp(-0.5 * x * x / (tau * tau)));
     sum += q.weight.back();
   }
-  for (double& w : q.weight) w /= sum;
+  for (double& w : q.weight)
+    w /= sum;
   return q;
 }
 
@@ -123,7 +126,8 @@ std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld
   if (stack.poses.empty())
     add(0, slices, {});
   else
-    for (int k = 0; k < slices; ++k) add(k, k + 1, stack.poses[k]);
+    for (int k = 0; k < slices; ++k)
+      add(k, k + 1, stack.poses[k]);
   return result;
 }
 

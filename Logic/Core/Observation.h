@@ -9,7 +9,8 @@ struct IntensityMap {
   double scale = 1, offset = 0;
 };
 
-/// Samples to fit on one lattice: slices, each seen through one or several sub-planes (quadrature of the slice profile).
+/// Samples to fit on one lattice: slices, each seen through one or several sub-planes (quadrature of the
+/// slice profile).
 struct Observation {
   struct SubPlane {
     int plane;    // of the lattice
@@ -18,17 +19,18 @@ struct Observation {
   Lattice lattice;
   ClosedFormPsf psf;
   int slices = 0;
-  std::vector<SubPlane> subPlanes;       // grouped by slice: subPlanes[s·perSlice + q]
+  std::vector<SubPlane> subPlanes; // grouped by slice: subPlanes[s·perSlice + q]
   int perSlice = 1;
-  std::vector<int> sourceSlice;          // K index in the stack
-  std::vector<float> target;             // [slice][ny][stride], normalised intensity
-  std::vector<std::uint8_t> weight;      // the same shape; 0 = not fitted
-  std::int64_t samples = 0;              // with weight > 0
+  std::vector<int> sourceSlice;     // K index in the stack
+  std::vector<float> target;        // [slice][ny][stride], normalised intensity
+  std::vector<std::uint8_t> weight; // the same shape; 0 = not fitted
+  std::int64_t samples = 0;         // with weight > 0
 
   std::size_t sliceSize() const { return lattice.planeSize(); }
 };
 
-/// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest spacing that matters (mm).
+/// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest spacing
+/// that matters (mm).
 struct ProfileQuadrature {
   std::vector<double> offset, weight;
 };
@@ -37,12 +39,14 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
 /// The thickness that counts: the stack's, or its slice spacing when it is 0 (mm).
 double effectiveThickness(const Stack& stack);
 
-/// Observations of a stack in the model frame. One for a regular stack; one per slice when slices have poses. Slices without any
-/// finite observed voxel are left out. closedForm: additive fields with a Gaussian profile use the exact covariance instead of sub-planes.
+/// Observations of a stack in the model frame. One for a regular stack; one per slice when slices have poses.
+/// Slices without any finite observed voxel are left out. closedForm: additive fields with a Gaussian profile
+/// use the exact covariance instead of sub-planes.
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
                                  bool closedForm);
 
-/// Half the resolution in-plane (and across slices when they are single planes): averages of the observed voxels, for coarse-to-fine.
+/// Half the resolution in-plane (and across slices when they are single planes): averages of the observed
+/// voxels, for coarse-to-fine.
 Observation coarsened(const Observation& fine);
 
 } // namespace innergs

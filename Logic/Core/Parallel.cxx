@@ -9,7 +9,8 @@ namespace innergs {
 
 ThreadPool::ThreadPool(int threads) {
   if (threads <= 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  for (int i = 1; i < threads; ++i) crew_.emplace_back([this] { work(); });
+  for (int i = 1; i < threads; ++i)
+    crew_.emplace_back([this] { work(); });
 }
 
 ThreadPool::~ThreadPool() {
@@ -18,7 +19,8 @@ ThreadPool::~ThreadPool() {
     quit_ = true;
   }
   wake_.notify_all();
-  for (auto& thread : crew_) thread.join();
+  for (auto& thread : crew_)
+    thread.join();
 }
 
 void ThreadPool::drain(const std::function<void(std::int64_t)>& task) {
@@ -68,7 +70,8 @@ void ThreadPool::run(std::int64_t count, const std::function<void(std::int64_t)>
 void ThreadPool::runToEnd(std::int64_t count, const std::function<void(std::int64_t)>& task) {
   if (count <= 0) return;
   if (crew_.empty() || count == 1) {
-    for (std::int64_t i = 0; i < count; ++i) task(i);
+    for (std::int64_t i = 0; i < count; ++i)
+      task(i);
     return;
   }
   {

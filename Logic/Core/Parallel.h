@@ -9,7 +9,8 @@
 
 namespace innergs {
 
-/// A fixed crew of threads for loops whose iterations write apart: results never depend on how many threads there are.
+/// A fixed crew of threads for loops whose iterations write apart: results never depend on how many threads
+/// there are.
 class ThreadPool {
 public:
   explicit ThreadPool(int threads = 0); // 0 = all cores
@@ -22,11 +23,13 @@ public:
   /// What run() and blocks() look at before every task. Set by the one who owns the job.
   void setStop(std::stop_token stop) { stop_ = std::move(stop); }
 
+  const std::stop_token& stopToken() const { return stop_; }
+
   /// Throws Error(Cancelled) when stop was requested.
   void throwIfStopped() const;
 
-  /// Calls task(i) for every i in [0, count); the caller works too. The first exception thrown by a task is rethrown here; throws
-  /// Error(Cancelled) when stop was requested before all had run.
+  /// Calls task(i) for every i in [0, count); the caller works too. The first exception thrown by a task is
+  /// rethrown here; throws Error(Cancelled) when stop was requested before all had run.
   void run(std::int64_t count, const std::function<void(std::int64_t)>& task);
 
   /// The same for work that must not be left half-done: a stop request waits for its end.

@@ -32,13 +32,16 @@ IntensityMap chooseIntensityMap(std::span<const Stack> stacks) {
   std::vector<std::int64_t> histogram(kBins, 0);
   const double width = (static_cast<double>(high) - low) / kBins;
   forEachSample(stacks, [&](float v) {
-    ++histogram[std::min<std::int64_t>(kBins - 1, static_cast<std::int64_t>((v - static_cast<double>(low)) / width))];
+    ++histogram[std::min<std::int64_t>(kBins - 1,
+                                       static_cast<std::int64_t>((v - static_cast<double>(low)) / width))];
   });
   const std::int64_t outliers = count / 10000;
   std::int64_t below = 0, above = 0;
   int first = 0, last = kBins - 1;
-  while (first < last && below + histogram[first] <= outliers) below += histogram[first++];
-  while (last > first && above + histogram[last] <= outliers) above += histogram[last--];
+  while (first < last && below + histogram[first] <= outliers)
+    below += histogram[first++];
+  while (last > first && above + histogram[last] <= outliers)
+    above += histogram[last--];
   const double bottom = low + width * first, top = low + width * (last + 1);
   return {top - bottom, bottom};
 }
@@ -65,7 +68,8 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
 
 FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
-  if (!settings.linearIntensity) settings.linearIntensity = settings.blending == Blending::Normalised;
+  const bool normalised = settings.blending == Blending::Normalised;
+  if (!settings.linearIntensity) settings.linearIntensity = normalised && !traits.superResolution();
   const double voxels = traits.volume / (traits.voxel * traits.voxel * traits.voxel);
   FitPlan plan;
   plan.linearIntensity = *settings.linearIntensity;
@@ -79,7 +83,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);
   plan.paperStopRule = settings.paperStopRule;
   std::int64_t budget;
-  int iterations;
+  int iterations, members = 1;
   if (traits.singleAnisotropic()) {
     const double gap = traits.gap, inPlane = gap;
     plan.start.kind = Initialisation::Grid;
@@ -88,10 +92,13 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minThirdLogScale = std::log(1.125 * gap);
     budget = static_cast<std::int64_t>(traits.volume / (inPlane * inPlane * gap));
-    iterations = std::array{25, 50, 80}[level];
+    iterations = std::array{40, 60, 60}[level];
+    members = std::array{1, 4, 8}[level];
   } else if (traits.superResolution()) {
-    budget = static_cast<std::int64_t>(voxels / std::array{80.0, 50.0, 40.0}[level]);
-    iterations = std::array{25, 60, 120}[level];
+    plan.start.scaleFactor = 0.9;
+    budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
+    iterations = std::array{40, 60, 60}[level];
+    members = std::array{1, 2, 4}[level];
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
   } else {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 50.0, 16.0}[level]);
@@ -101,6 +108,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   if (settings.paperStopRule) iterations = 1000;
   if (!settings.gaussians) settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
   if (!settings.iterations) settings.iterations = iterations;
+  if (!settings.members) settings.members = normalised ? members : 1;
   plan.start.gaussians = *settings.gaussians;
   plan.iterations = *settings.iterations;
   return plan;

@@ -5,10 +5,10 @@ namespace innergs {
 
 /// What the choices depend on, measured from the input.
 struct DataTraits {
-  double voxel = 1;       // finest in-plane spacing of all stacks, mm
-  double gap = 1;         // largest distance between slices of a stack, mm
-  double thickness = 0;   // largest slice thickness that acts as a blur, mm (0: thin slices)
-  double noise = 0;       // standard deviation, normalised intensity
+  double voxel = 1;     // finest in-plane spacing of all stacks, mm
+  double gap = 1;       // largest distance between slices of a stack, mm
+  double thickness = 0; // largest slice thickness that acts as a blur, mm (0: thin slices)
+  double noise = 0;     // standard deviation, normalised intensity
   int stacks = 1;
   std::int64_t samples = 0; // finite observed voxels
   double volume = 0;        // of the first stack's box, mm³
@@ -18,11 +18,15 @@ struct DataTraits {
 };
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
 
-/// All numbers of a fit from settings and data; fills the optionals of `settings`. The measurements behind the constants are in
+/// All numbers of a fit from settings and data; fills the optionals of `settings`. Super-resolution fits
+/// several members: fields with shifted or redrawn starts, fitted independently and merged into one
+/// normalised field, which is close to their average and so leaves out what each invents where the data say
+/// nothing. settings.gaussians is the budget of one member. The measurements behind the constants are in
 /// Docs/benchmarks.md.
 FitPlan makePlan(Settings& settings, const DataTraits& traits);
 
-/// The normalised intensities of a fit: offset = smallest, scale = largest − smallest finite observed value, outliers (0.01 % each side) left out.
+/// The normalised intensities of a fit: offset = smallest, scale = largest − smallest finite observed value,
+/// outliers (0.01 % each side) left out.
 IntensityMap chooseIntensityMap(std::span<const Stack> stacks);
 
 } // namespace innergs

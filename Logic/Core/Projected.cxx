@@ -45,10 +45,12 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
     float model[6], observed[9], t[9];
     math::outer(scaled, model);
     float logDet = 2 * (g.logScale[0] + g.logScale[1] + g.logScale[2]);
-    for (int i = 0; i < 6; ++i) model[i] += psf.covariance[i];
+    for (int i = 0; i < 6; ++i)
+      model[i] += psf.covariance[i];
     const float det = math::invertSymmetric(model, precision);
     logWeight += 0.5f * (logDet - std::log(det));
-    const float full[9] = {model[0], model[1], model[2], model[1], model[3], model[4], model[2], model[4], model[5]};
+    const float full[9] = {model[0], model[1], model[2], model[1], model[3],
+                           model[4], model[2], model[4], model[5]};
     math::multiply(f.toIndex, full, observed);
     math::transposed(f.toIndex, t);
     math::multiply(observed, t, s);
@@ -86,7 +88,8 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
   o.half[2] = std::sqrt(radius2 * covariance[5]);
   for (int i = 0; i < 3; ++i) {
     double x = f.offset[i];
-    for (int j = 0; j < 3; ++j) x += f.inverse[3 * i + j] * static_cast<double>(g.mean[j]);
+    for (int j = 0; j < 3; ++j)
+      x += f.inverse[3 * i + j] * static_cast<double>(g.mean[j]);
     x = std::clamp(x, -1e8, 1e8);
     const double cell = std::floor(x);
     o.cell[i] = static_cast<std::int32_t>(cell);

@@ -59,8 +59,8 @@ bool sampleObserved(const Stack& stack, const Vec3& index, double& value) {
 
 } // namespace
 
-ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map, double spacing,
-                      ThreadPool& pool) {
+ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
+                      double spacing, ThreadPool& pool) {
   Vec3 low, high;
   boundingBox(stacks, inverse(modelToWorld), low, high);
   ProxyVolume proxy;
@@ -74,7 +74,8 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
   proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);
   proxy.covered.assign(proxy.voxels.size(), 0);
   std::vector<Affine3> toIndex; // model → stack index (slice poses are ignored here: a first guess)
-  for (const Stack& stack : stacks) toIndex.push_back(inverse(stack.image.geometry.indexToWorld()) * modelToWorld);
+  for (const Stack& stack : stacks)
+    toIndex.push_back(inverse(stack.image.geometry.indexToWorld()) * modelToWorld);
   pool.run(size[2], [&](std::int64_t k) {
     for (std::int64_t j = 0; j < size[1]; ++j)
       for (std::int64_t i = 0; i < size[0]; ++i) {

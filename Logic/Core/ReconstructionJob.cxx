@@ -1,5 +1,6 @@
 #include "Core/ReconstructionJob.h"
 
+#include "Core/BackProjection.h"
 #include "Core/Error.h"
 #include "Core/JobInput.h"
 #include "Core/Metrics.h"
@@ -15,22 +16,29 @@ namespace innergs {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-double since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kFitStarts = 0.05, kFitEnds = 0.93; // of the progress bar
+constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kDetailEnds = 0.97; // of the progress bar
 
 std::string settingsKey(const Settings& s, const std::string& fingerprint) {
   const auto number = [](double x) { return std::to_string(x); };
-  return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " + std::to_string(static_cast<int>(s.blending)) +
-         ", linear " + std::to_string(s.linearIntensity.value_or(false)) + ", start " +
-         std::to_string(static_cast<int>(s.initialisation)) + ", loss " + std::to_string(static_cast<int>(s.loss)) + " " +
-         number(s.huberDelta) + " " + number(s.ssimWeight) + ", gaussians " + std::to_string(s.gaussians.value_or(0)) +
-         ", iterations " + std::to_string(s.iterations.value_or(0)) + ", stop rule " + std::to_string(s.paperStopRule) +
-         ", relocate " + std::to_string(s.relocate) + ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
+  return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
+         std::to_string(static_cast<int>(s.blending)) + ", linear " +
+         std::to_string(s.linearIntensity.value_or(false)) + ", start " +
+         std::to_string(static_cast<int>(s.initialisation)) + ", loss " +
+         std::to_string(static_cast<int>(s.loss)) + " " + number(s.huberDelta) + " " + number(s.ssimWeight) +
+         ", gaussians " + std::to_string(s.gaussians.value_or(0)) + ", iterations " +
+         std::to_string(s.iterations.value_or(0)) + ", members " + std::to_string(s.members.value_or(1)) +
+         ", stop rule " + std::to_string(s.paperStopRule) + ", relocate " + std::to_string(s.relocate) +
+         ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
 }
 
-double psnrOf(double mse) { return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity(); }
+double psnrOf(double mse) {
+  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
 
 /// The lattice reduced so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
@@ -44,12 +52,18 @@ GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
 
 const char* phaseName(Phase phase) {
   switch (phase) {
-  case Phase::Preparing: return "Preparing";
-  case Phase::Initialising: return "Placing Gaussians";
-  case Phase::Fitting: return "Fitting";
-  case Phase::Refining: return "Refining";
-  case Phase::Rendering: return "Rendering";
-  case Phase::Done: return "Done";
+  case Phase::Preparing:
+    return "Preparing";
+  case Phase::Initialising:
+    return "Placing Gaussians";
+  case Phase::Fitting:
+    return "Fitting";
+  case Phase::Refining:
+    return "Refining";
+  case Phase::Rendering:
+    return "Rendering";
+  case Phase::Done:
+    return "Done";
   }
   return "";
 }
@@ -81,34 +95,48 @@ struct ReconstructionJob::Impl {
   }
 
   ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
-  std::unique_ptr<Trainer> makeTrainer(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
-                                       ReconstructionResult& result);
-  void fit(Trainer& trainer, const GridGeometry& grid, std::stop_token stop);
+  void choose(const PreparedInput& prepared, ReconstructionResult& result);
+  GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
+  void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
+           ReconstructionResult& result);
+  void sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool);
+  void addDetail(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field, std::stop_token stop) const;
+
+  IntensityMap map;
+  DataTraits traits;
+  FitPlan plan;
+  std::string key;
+  Checkpoint checkpoint; // of this run; its field holds the finished members
 };
 
-ReconstructionJob::ReconstructionJob(ReconstructionInput input, Settings settings) : impl_(std::make_unique<Impl>()) {
+ReconstructionJob::ReconstructionJob(ReconstructionInput input, Settings settings)
+    : impl_(std::make_unique<Impl>()) {
   impl_->input = std::move(input);
   impl_->settings = std::move(settings);
 }
 ReconstructionJob::~ReconstructionJob() = default;
-void ReconstructionJob::onProgress(ProgressCallback callback) { impl_->progress = std::move(callback); }
-void ReconstructionJob::onPreview(std::function<void(const Volume&)> callback) { impl_->preview = std::move(callback); }
+void ReconstructionJob::onProgress(ProgressCallback callback) {
+  impl_->progress = std::move(callback);
+}
+void ReconstructionJob::onPreview(std::function<void(const Volume&)> callback) {
+  impl_->preview = std::move(callback);
+}
 ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhenCancelled) {
   return impl_->run(std::move(stop), renderWhenCancelled);
 }
 
-std::unique_ptr<Trainer> ReconstructionJob::Impl::makeTrainer(const PreparedInput& prepared, const KernelSet& kernels,
-                                                              ThreadPool& pool, ReconstructionResult& result) {
-  const IntensityMap map = chooseIntensityMap(prepared.stacks);
-  const DataTraits traits = measureTraits(prepared.stacks, map);
+void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ReconstructionResult& result) {
+  map = chooseIntensityMap(prepared.stacks);
+  traits = measureTraits(prepared.stacks, map);
+  plan = makePlan(settings, traits);
+  key = settingsKey(settings, prepared.fingerprint);
   result.noise = traits.noise * map.scale;
-  const FitPlan plan = makePlan(settings, traits);
   result.settings = settings;
-  const std::string key = settingsKey(settings, prepared.fingerprint);
-  const Checkpoint* resume = input.resume.get();
-  const bool same = resume && resume->settingsKey == key;
+}
 
+GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared, int member,
+                                                  ThreadPool& pool) {
   GaussianField field;
   field.blending = settings.blending;
   field.linearIntensity = plan.linearIntensity;
@@ -116,51 +144,135 @@ std::unique_ptr<Trainer> ReconstructionJob::Impl::makeTrainer(const PreparedInpu
   field.intensityScale = map.scale;
   field.intensityOffset = map.offset;
   field.cutoff = plan.cutoffEarly;
+  field.domain = prepared.outputGrid;
+  const ProxyVolume proxy = makeProxy(prepared.stacks, field.modelToWorld, map, traits.voxel, pool);
+  initialise(field, proxy, plan.start, settings.seed + static_cast<std::uint64_t>(member), pool);
+  if (field.gaussians.empty())
+    throw Error(ErrorCode::NoData,
+                "No Gaussian could be placed: the images observe no voxel of their own grid.");
+  return field;
+}
+
+void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
+                                  ReconstructionResult& result) {
+  const int members = *settings.members, perMember = *settings.iterations;
+  state.iterations = members * perMember;
+  const Checkpoint* resume = input.resume.get();
+  const bool same = resume && resume->settingsKey == key;
+  int member = same ? resume->iteration / perMember : 0;
+  GaussianField field, merged;
   if (resume) {
     checkField(resume->field);
     field = resume->field;
+    field.detail = {};
+    field.domain = prepared.outputGrid;
     if (!same)
-      result.warnings.push_back("The model to resume was made with other settings or images: its Gaussians are the start of a new fit.");
-  } else {
-    report(Phase::Initialising, 0.02);
-    const ProxyVolume proxy = makeProxy(prepared.stacks, field.modelToWorld, map, traits.voxel, pool);
-    initialise(field, proxy, plan.start, settings.seed, pool);
-    if (field.gaussians.empty())
-      throw Error(ErrorCode::NoData, "No Gaussian could be placed: the images observe no voxel of their own grid.");
+      result.warnings.push_back("The model to resume was made with other settings or images: its Gaussians "
+                                "are the start of a new fit.");
   }
-  field.domain = prepared.outputGrid;
+  if (same) {
+    const auto open = field.gaussians.begin() + resume->finished;
+    merged = field;
+    merged.gaussians.assign(field.gaussians.begin(), open);
+    field.gaussians.erase(field.gaussians.begin(), open);
+    if (resume->moment1.empty()) { // complete: only detail and volume are made again
+      checkpoint = *resume;
+      checkpoint.field.domain = prepared.outputGrid;
+      checkpoint.field.detail = {};
+      result.trainingPsnr = kNaN;
+      return;
+    }
+  }
+  if (field.gaussians.empty()) {
+    report(Phase::Initialising, 0.02);
+    field = startField(prepared, member, pool);
+  }
+  if (!same) {
+    merged = field;
+    merged.gaussians.clear();
+  }
+  checkpoint.field = merged;
+  checkpoint.settingsKey = key;
   std::vector<Observation> observations;
-  const IntensityMap fieldMap{field.intensityScale, field.intensityOffset};
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Stack& stack : prepared.stacks)
-    for (Observation& o : observe(stack, field.modelToWorld, fieldMap, closedForm)) {
+    for (Observation& o :
+         observe(stack, field.modelToWorld, {field.intensityScale, field.intensityOffset}, closedForm)) {
       pool.throwIfStopped();
       observations.push_back(std::move(o));
     }
-  auto trainer =
-      std::make_unique<Trainer>(std::move(field), std::move(observations), plan, kernels, pool, settings.seed);
-  if (same && resume->moment1.empty())
-    trainer->restore(trainer->adam().moment1, trainer->adam().moment2, resume->iteration);
-  else if (same)
-    trainer->restore(resume->moment1, resume->moment2, resume->iteration);
-  return trainer;
+  Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool, settings.seed);
+  if (same) trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember);
+  const auto keep = [&] { // the state to go on from
+    const auto& open = trainer.field().gaussians;
+    checkpoint.finished = checkpoint.field.size();
+    checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
+    checkpoint.field.cutoff = trainer.field().cutoff;
+    checkpoint.iteration = member * perMember + trainer.iteration();
+    checkpoint.moment1 = trainer.adam().moment1;
+    checkpoint.moment2 = trainer.adam().moment2;
+    result.iterations = checkpoint.iteration;
+    result.trainingPsnr = state.trainingPsnr;
+  };
+  try {
+    for (;; ++member) {
+      sweep(trainer, prepared.outputGrid, member * perMember, pool);
+      if (member + 1 >= members) break;
+      const auto& done = trainer.field().gaussians;
+      checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
+      trainer.restart(startField(prepared, member + 1, pool));
+    }
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) keep();
+    throw;
+  }
+  keep();
+  checkpoint.moment1.clear();
+  checkpoint.moment2.clear();
+  checkpoint.finished = checkpoint.field.size();
+  if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
+  const LossSum sum = trainer.evaluate(checkpoint.field);
+  result.trainingPsnr = state.trainingPsnr =
+      psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
 }
 
-void ReconstructionJob::Impl::fit(Trainer& trainer, const GridGeometry& grid, std::stop_token stop) {
-  const auto begun = Clock::now();
-  state.iterations = *settings.iterations;
-  state.gaussians = trainer.field().size();
+void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before,
+                                    ThreadPool& pool) {
+  state.gaussians = checkpoint.field.size() + trainer.field().size();
   while (trainer.step()) {
-    state.iteration = trainer.iteration();
+    state.iteration = before + trainer.iteration();
     state.loss = trainer.loss();
     state.trainingPsnr = psnrOf(trainer.mse());
     const double share = static_cast<double>(state.iteration) / std::max(1, state.iterations);
     report(Phase::Fitting, kFitStarts + (kFitEnds - kFitStarts) * share);
-    if (preview && since(start) >= nextPreview && !stop.stop_requested()) {
-      preview(render(trainer.field(), reduced(grid, 96), renderOptions(stop)));
-      nextPreview = since(start) + std::max(2.0, 0.1 * since(begun));
+    if (preview && since(start) >= nextPreview) {
+      pool.throwIfStopped();
+      const auto begun = Clock::now();
+      preview(render(trainer.field(), reduced(grid, 96), renderOptions(pool.stopToken())));
+      nextPreview = since(start) + std::max(2.0, 20 * since(begun));
     }
   }
+}
+
+void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPool& pool,
+                                        ReconstructionResult& result) {
+  GaussianField& field = checkpoint.field;
+  if (!settings.consistency || traits.thickness <= 0) return;
+  if (std::any_of(prepared.stacks.begin(), prepared.stacks.end(),
+                  [](const Stack& s) { return !s.poses.empty(); }))
+    return;
+  report(Phase::Refining, kFitEnds);
+  Volume volume = render(field, defaultOutputGrid(prepared.stacks), renderOptions(pool.stopToken()));
+  const std::vector<float> before = volume.voxels;
+  BackProjectionPlan refinement;
+  refinement.noise = result.noise;
+  refinement.lowest = field.intensityOffset;
+  const double rms = backProject(volume, prepared.stacks, refinement, pool);
+  for (std::size_t v = 0; v < before.size(); ++v)
+    volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
+  field.detail = std::move(volume);
+  result.trainingPsnr = state.trainingPsnr =
+      psnrOf(rms * rms / (field.intensityScale * field.intensityScale));
 }
 
 double ReconstructionJob::Impl::heldOutPsnr(const PreparedInput& prepared, const GaussianField& field,
@@ -200,48 +312,40 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   result.warnings = prepared.warnings;
   const std::int64_t needed = estimateMemory(input, settings), available = availableMemory();
   if (available > 0 && needed > available)
-    throw Error(ErrorCode::Memory, "The reconstruction needs about " + std::to_string(needed / 1000000) + " MB of memory and " +
-                                       std::to_string(available / 1000000) +
-                                       " MB are available: choose a smaller region, a coarser output or fewer Gaussians.");
+    throw Error(ErrorCode::Memory,
+                "The reconstruction needs about " + std::to_string(needed / 1000000) + " MB of memory and " +
+                    std::to_string(available / 1000000) +
+                    " MB are available: choose a smaller region, a coarser output or fewer Gaussians.");
   ThreadPool pool(settings.threads);
   pool.setStop(stop);
-  std::unique_ptr<Trainer> trainer;
+  checkpoint = {};
+  result.settings = settings;
+  result.trainingPsnr = kNaN;
   try {
-    trainer = makeTrainer(prepared, kernels, pool, result);
+    choose(prepared, result);
     const auto begun = Clock::now();
-    fit(*trainer, prepared.outputGrid, stop);
+    fit(prepared, kernels, pool, result);
     result.fitSeconds = since(begun);
+    result.iterations = checkpoint.iteration;
+    addDetail(prepared, pool, result);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
-    result.settings = settings;
   }
-  auto checkpoint = std::make_shared<Checkpoint>();
-  if (trainer) {
-    result.trainingPsnr = trainer->mse() > 0 || trainer->loss() > 0 ? psnrOf(trainer->mse()) : kNaN;
-    result.iterations = trainer->iteration();
-    checkpoint->field = trainer->field();
-    checkpoint->iteration = trainer->iteration();
-    checkpoint->settingsKey = settingsKey(settings, prepared.fingerprint);
-    if (result.cancelled) {
-      checkpoint->moment1 = trainer->adam().moment1;
-      checkpoint->moment2 = trainer->adam().moment2;
-    }
-    trainer.reset();
-  }
-  result.checkpoint = checkpoint;
-  if (!checkpoint->field.gaussians.empty() && (!result.cancelled || renderWhenCancelled)) {
+  const GaussianField& field = checkpoint.field;
+  if (!field.gaussians.empty() && (!result.cancelled || renderWhenCancelled)) {
     try {
       const std::stop_token token = result.cancelled ? std::stop_token{} : stop;
-      report(Phase::Rendering, kFitEnds);
-      result.volume = render(checkpoint->field, prepared.outputGrid, renderOptions(token));
-      result.heldOutPsnr = heldOutPsnr(prepared, checkpoint->field, token);
+      report(Phase::Rendering, kDetailEnds);
+      result.volume = render(field, prepared.outputGrid, renderOptions(token));
+      result.heldOutPsnr = heldOutPsnr(prepared, field, token);
       state.heldOutPsnr = result.heldOutPsnr;
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Cancelled) throw;
       result.cancelled = true;
     }
   }
+  result.checkpoint = std::make_shared<const Checkpoint>(std::move(checkpoint));
   result.seconds = since(start);
   if (!result.cancelled) report(Phase::Done, 1);
   return result;

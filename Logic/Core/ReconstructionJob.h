@@ -11,18 +11,22 @@ namespace innergs {
 /// What a reconstruction works on. The job keeps this snapshot; nothing in it changes while it runs.
 struct ReconstructionInput {
   std::vector<Stack> stacks;
-  std::optional<Mask> mask;               // patient-space mask: only voxels inside are fitted
-  std::optional<GridGeometry> outputGrid; // default: isotropic at the finest spacing over the first stack's box
-  double heldOutFraction = 0;             // of the observed samples, withheld from the fit to report quality (whole slices)
+  std::optional<Mask> mask; // patient-space mask: only voxels inside are fitted
+  std::optional<GridGeometry>
+      outputGrid; // default: isotropic at the finest spacing over the first stack's box
+  double heldOutFraction =
+      0; // of the observed samples, withheld from the fit to report quality (whole slices)
   std::shared_ptr<const struct Checkpoint> resume; // go on from here
 };
 
 /// Where an interrupted fit stood; going on from it gives the same result as never having stopped.
 struct Checkpoint {
   GaussianField field;
-  std::vector<float> moment1, moment2; // Adam, 16 per Gaussian; empty: the fit is complete
-  int iteration = 0;
-  std::string settingsKey;             // settings and input that the state belongs to
+  std::vector<float> moment1,
+      moment2;               // Adam, 16 per Gaussian that is not finished; empty: the fit is complete
+  std::int64_t finished = 0; // the first Gaussians, of members already fitted
+  int iteration = 0;         // sweeps done, over all members
+  std::string settingsKey;   // settings and input that the state belongs to
 };
 
 struct ReconstructionResult {
@@ -35,9 +39,9 @@ struct ReconstructionResult {
   std::int64_t nonFiniteVoxels = 0;             // left out of the fit
   int iterations = 0;
   double seconds = 0, fitSeconds = 0;
-  Settings settings;                            // with every optional filled in
-  std::string instructionSet;                   // what ran
-  std::vector<std::string> warnings;            // sentences for the user
+  Settings settings;                 // with every optional filled in
+  std::string instructionSet;        // what ran
+  std::vector<std::string> warnings; // sentences for the user
 };
 
 /// Bytes a job will need beyond its input.
@@ -45,7 +49,8 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
 /// Bytes of memory available to this process now (0: unknown).
 std::int64_t availableMemory();
 
-/// Runs one reconstruction. Everything that can be wrong with input and settings is thrown by run() before any work.
+/// Runs one reconstruction. Everything that can be wrong with input and settings is thrown by run() before
+/// any work.
 class ReconstructionJob {
 public:
   ReconstructionJob(ReconstructionInput input, Settings settings);
@@ -57,8 +62,8 @@ public:
   /// A rendering of the output grid's lattice at reduced size, a few times during the fit.
   void onPreview(std::function<void(const Volume&)> callback);
 
-  /// Blocks. A stop request ends it within 200 ms with cancelled = true and the checkpoint reached; throws Error.
-  /// renderWhenCancelled: also render the volume of a stopped fit.
+  /// Blocks. A stop request ends it within 200 ms with cancelled = true and the checkpoint reached; throws
+  /// Error. renderWhenCancelled: also render the volume of a stopped fit.
   ReconstructionResult run(std::stop_token stop = {}, bool renderWhenCancelled = false);
 
 private:

@@ -10,7 +10,8 @@
 namespace innergs {
 namespace {
 
-/// Two halves along the longest axis k, ±0.5σ apart with 0.75σ each, so that their sum stays near the original.
+/// Two halves along the longest axis k, ±0.5σ apart with 0.75σ each, so that their sum stays near the
+/// original.
 void split(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b) {
   float r[9];
   math::rotation(parent.quaternion, r);
@@ -25,13 +26,14 @@ void split(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b)
     a.intensity += shift;
     b.intensity -= shift;
   }
-  a.logScale[k] = b.logScale[k] = std::max(parent.logScale[k] + std::log(0.7f), static_cast<float>(minLogScale));
+  a.logScale[k] = b.logScale[k] =
+      std::max(parent.logScale[k] + std::log(0.7f), static_cast<float>(minLogScale));
 }
 
 } // namespace
 
-void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> gradient, const RelocationPlan& plan,
-                       std::uint64_t) {
+void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> gradient,
+                       const RelocationPlan& plan, std::uint64_t) {
   const std::int64_t n = field.size(), moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n));
   if (moved < 1) return;
   std::vector<float> need(n), use(n);
@@ -40,7 +42,8 @@ void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> 
     const float* d = gradient.data() + 16 * i;
     const float scale = std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3);
     need[i] = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * scale;
-    // What leaving it out would change: weight × volume, less for one that agrees with its surroundings (small slope of the loss).
+    // What leaving it out would change: weight × volume, less for one that agrees with its surroundings
+    // (small slope of the loss).
     use[i] = g.logWeight + g.logScale[0] + g.logScale[1] + g.logScale[2];
   }
   std::vector<std::uint32_t> byNeed(n), byUse(n);
@@ -49,7 +52,8 @@ void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> 
   std::stable_sort(byNeed.begin(), byNeed.end(), [&](auto a, auto b) { return need[a] > need[b]; });
   std::stable_sort(byUse.begin(), byUse.end(), [&](auto a, auto b) { return use[a] < use[b]; });
   std::vector<std::uint8_t> parent(n, 0);
-  for (std::int64_t i = 0; i < moved; ++i) parent[byNeed[i]] = 1;
+  for (std::int64_t i = 0; i < moved; ++i)
+    parent[byNeed[i]] = 1;
   std::int64_t next = 0;
   for (std::int64_t i = 0, from = 0; i < n && from < moved; ++i) {
     const std::uint32_t victim = byUse[i];
@@ -66,7 +70,7 @@ void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> 
     ++next;
   }
   if (next == 0) return;
-  const auto order = mortonOrder(field);
+  const auto order = mortonOrder(field.gaussians);
   std::vector<Gaussian> sorted(n);
   std::vector<float> m1(16 * n), m2(16 * n);
   for (std::int64_t i = 0; i < n; ++i) {

@@ -1,5 +1,7 @@
 #include "Core/Render.h"
 
+#include "Core/BackProjection.h"
+#include "Core/DetailSampler.h"
 #include "Core/Error.h"
 #include "Core/Loss.h"
 
@@ -13,23 +15,27 @@ constexpr std::size_t kChunk = std::size_t{1} << 23; // samples rendered at once
 
 void checkValues(const GaussianField& field, const RenderOptions& options) {
   if (!options.values.empty() && static_cast<std::int64_t>(options.values.size()) != field.size())
-    throw Error(ErrorCode::InvalidArgument, "A channel needs one value per Gaussian: " +
-                                                std::to_string(field.size()) + " are expected, " +
-                                                std::to_string(options.values.size()) + " were given.");
+    throw Error(ErrorCode::InvalidArgument,
+                "A channel needs one value per Gaussian: " + std::to_string(field.size()) +
+                    " are expected, " + std::to_string(options.values.size()) + " were given.");
 }
 
 /// Final value of one point, in the units asked for.
 struct Finish {
   explicit Finish(const GaussianField& field, const RenderOptions& options)
       : normalised(field.blending == Blending::Normalised), epsilon(static_cast<float>(field.epsilon)) {
-    if (options.scannerUnits && options.values.empty()) {
+    ownChannel = options.values.empty();
+    if (options.scannerUnits && ownChannel) {
       scale = field.intensityScale;
       offset = field.intensityOffset;
     }
   }
-  float operator()(float w, float n) const { return units(normalised ? n / (w + epsilon) : n); }
+  float operator()(float w, float n, const DetailSampler& detail, const Vec3& at) const {
+    const float value = normalised ? n / (w + epsilon) : n;
+    return units(ownChannel ? value + detail(at) : value);
+  }
   float units(float value) const { return static_cast<float>(scale * value + offset); }
-  bool normalised;
+  bool normalised, ownChannel;
   float epsilon;
   double scale = 1, offset = 0;
 };
@@ -43,6 +49,7 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
   pool.setStop(options.stop);
   const KernelSet& kernels = kernelSet(options.instructionSet);
   const Finish finish(field, options);
+  const DetailSampler detail(field, geometry.indexToWorld());
   Volume volume{geometry, {}};
   volume.voxels.resize(geometry.voxelCount());
   Lattice lattice;
@@ -55,14 +62,18 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
   for (std::int64_t first = 0; first < geometry.size[2]; first += chunk) {
     const std::int64_t last = std::min(geometry.size[2], first + chunk);
     lattice.z.clear();
-    for (std::int64_t k = first; k < last; ++k) lattice.z.push_back(static_cast<double>(k));
+    for (std::int64_t k = first; k < last; ++k)
+      lattice.z.push_back(static_cast<double>(k));
     LatticeRenderer renderer(lattice, kernels, pool);
     renderer.forward(field, options.values, weights.data(), numerators.data());
     pool.run((last - first) * lattice.ny, [&](std::int64_t row) {
       const float* w = weights.data() + row * lattice.stride();
       const float* n = numerators.data() + row * lattice.stride();
+      const double y = static_cast<double>(row % lattice.ny),
+                   z = static_cast<double>(first + row / lattice.ny);
       float* out = volume.voxels.data() + (first * lattice.ny + row) * lattice.nx;
-      for (int x = 0; x < lattice.nx; ++x) out[x] = finish(w[x], n[x]);
+      for (int x = 0; x < lattice.nx; ++x)
+        out[x] = finish(w[x], n[x], detail, {static_cast<double>(x), y, z});
     });
   }
   return volume;
@@ -82,6 +93,9 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
   Volume volume = std::move(blank.image);
   blank.image = volume;
   std::vector<float> weights, numerators, slice;
+  const std::vector<float> detail = field.detail.voxels.empty() || !options.values.empty()
+                                        ? std::vector<float>{}
+                                        : projectToStack(field.detail, blank, pool);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
     LatticeRenderer renderer(o.lattice, kernels, pool, o.psf);
@@ -91,10 +105,13 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
     renderer.forward(field, options.values, weights.data(), numerators.data());
     for (int s = 0; s < o.slices; ++s) {
       composeSlice(o, s, weights.data(), numerators.data(), field, slice.data());
-      float* out = volume.voxels.data() + static_cast<std::size_t>(o.sourceSlice[s]) * o.lattice.nx * o.lattice.ny;
+      std::size_t at = static_cast<std::size_t>(o.sourceSlice[s]) * o.lattice.nx * o.lattice.ny;
       for (int y = 0; y < o.lattice.ny; ++y)
-        for (int x = 0; x < o.lattice.nx; ++x)
-          *out++ = finish.units(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x]);
+        for (int x = 0; x < o.lattice.nx; ++x, ++at) {
+          const float fine = detail.empty() || !std::isfinite(detail[at]) ? 0.f : detail[at];
+          volume.voxels[at] =
+              finish.units(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x] + fine);
+        }
     }
   }
   return volume;
@@ -102,7 +119,8 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
 
 std::vector<std::string> instructionSets() {
   std::vector<std::string> names;
-  for (const KernelSet& set : kernelSets()) names.push_back(set.name);
+  for (const KernelSet& set : kernelSets())
+    names.push_back(set.name);
   return names;
 }
 

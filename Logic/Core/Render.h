@@ -7,14 +7,15 @@
 namespace innergs {
 
 struct RenderOptions {
-  int threads = 0;              // 0 = all cores
-  std::string instructionSet;   // "" = best available
-  bool scannerUnits = true;     // apply the field's intensity map
+  int threads = 0;               // 0 = all cores
+  std::string instructionSet;    // "" = best available
+  bool scannerUnits = true;      // apply the field's intensity map
   std::span<const float> values; // per Gaussian, replaces intensity and slope: renders any other channel
-  std::stop_token stop;         // stopped: throws Error(Cancelled)
+  std::stop_token stop;          // stopped: throws Error(Cancelled)
 };
 
-/// The field at every voxel centre of a lattice (thin: no slice profile). Any lattice: oblique, one slice, left-handed.
+/// The field at every voxel centre of a lattice (thin: no slice profile). Any lattice: oblique, one slice,
+/// left-handed.
 Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& options = {});
 
 /// The field as a scanner would see it: lattice of the stack, integrated over its slice profile.

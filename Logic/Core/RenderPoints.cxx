@@ -1,3 +1,4 @@
+#include "Core/DetailSampler.h"
 #include "Core/Error.h"
 #include "Core/Kernels.h"
 #include "Core/Render.h"
@@ -9,7 +10,8 @@
 namespace innergs {
 namespace {
 
-/// Gaussians listed by the cells of a coarse grid (cell = 1 index unit of `lattice`) that their ellipsoid's box reaches.
+/// Gaussians listed by the cells of a coarse grid (cell = 1 index unit of `lattice`) that their ellipsoid's
+/// box reaches.
 struct CellLists {
   std::int64_t size[3];
   std::vector<std::int64_t> start;
@@ -18,8 +20,10 @@ struct CellLists {
   CellLists(std::span<const Projected> gaussians, const std::int64_t (&cells)[3]) {
     std::copy_n(cells, 3, size);
     start.assign(size[0] * size[1] * size[2] + 1, 0);
-    for (std::size_t i = 0; i < gaussians.size(); ++i) visit(gaussians[i], [&](std::int64_t c) { ++start[c + 1]; });
-    for (std::size_t c = 1; c < start.size(); ++c) start[c] += start[c - 1];
+    for (std::size_t i = 0; i < gaussians.size(); ++i)
+      visit(gaussians[i], [&](std::int64_t c) { ++start[c + 1]; });
+    for (std::size_t c = 1; c < start.size(); ++c)
+      start[c] += start[c - 1];
     ids.resize(start.back());
     std::vector<std::int64_t> cursor(start.begin(), start.end() - 1);
     for (std::size_t i = 0; i < gaussians.size(); ++i)
@@ -39,13 +43,15 @@ struct CellLists {
     }
     for (std::int64_t k = low[2]; k <= high[2]; ++k)
       for (std::int64_t j = low[1]; j <= high[1]; ++j)
-        for (std::int64_t i = low[0]; i <= high[0]; ++i) each(i + size[0] * (j + size[1] * k));
+        for (std::int64_t i = low[0]; i <= high[0]; ++i)
+          each(i + size[0] * (j + size[1] * k));
   }
 };
 
 } // namespace
 
-std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3> points, const RenderOptions& options) {
+std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3> points,
+                                const RenderOptions& options) {
   std::vector<float> result(points.size());
   if (points.empty()) return result;
   if (!options.values.empty() && static_cast<std::int64_t>(options.values.size()) != field.size())
@@ -60,7 +66,8 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
   for (std::size_t i = 0; i < points.size(); ++i) {
     local[i] = worldToModel(points[i]);
     for (int a = 0; a < 3; ++a) {
-      if (!std::isfinite(local[i][a])) throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
+      if (!std::isfinite(local[i][a]))
+        throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
       low[a] = std::min(low[a], local[i][a]);
       high[a] = std::max(high[a], local[i][a]);
     }
@@ -71,11 +78,14 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
   lattice.indexToModel.linear = diagonal({cell, cell, cell});
   lattice.indexToModel.offset = low;
   std::int64_t cells[3];
-  for (int a = 0; a < 3; ++a) cells[a] = static_cast<std::int64_t>((high[a] - low[a]) / cell) + 1;
+  for (int a = 0; a < 3; ++a)
+    cells[a] = static_cast<std::int64_t>((high[a] - low[a]) / cell) + 1;
   std::vector<Projected> projected;
   project(field, options.values, lattice, {}, pool, projected);
+  const DetailSampler detail(field, {});
   const CellLists lists(projected, cells);
-  const bool normalised = field.blending == Blending::Normalised, units = options.scannerUnits && options.values.empty();
+  const bool normalised = field.blending == Blending::Normalised,
+             units = options.scannerUnits && options.values.empty();
   pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
       double x[3];
@@ -89,7 +99,8 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
       for (std::int64_t m = lists.start[c]; m < lists.start[c + 1]; ++m) {
         const Projected& g = projected[lists.ids[m]];
         float d[3];
-        for (int a = 0; a < 3; ++a) d[a] = static_cast<float>(x[a] - g.cell[a] - static_cast<double>(g.fraction[a]));
+        for (int a = 0; a < 3; ++a)
+          d[a] = static_cast<float>(x[a] - g.cell[a] - static_cast<double>(g.fraction[a]));
         const float* q = g.quadratic;
         const float e = q[0] * d[0] * d[0] + q[1] * d[0] * d[1] + q[2] * d[0] * d[2] + q[3] * d[1] * d[1] +
                         q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
@@ -98,7 +109,8 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
         w += p;
         n += p * (g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2]);
       }
-      const float value = normalised ? n / (w + static_cast<float>(field.epsilon)) : n;
+      float value = normalised ? n / (w + static_cast<float>(field.epsilon)) : n;
+      if (options.values.empty()) value += detail(points[i]);
       result[i] = units ? static_cast<float>(field.intensityScale * value + field.intensityOffset) : value;
     }
   });

@@ -12,13 +12,13 @@ enum class SliceProfile {
 
 /// One acquisition: parallel slices (the K axis counts them) with the thickness they were acquired with.
 struct Stack {
-  Volume image;                       // non-finite voxels are allowed and left out of the fit
-  double thickness = 0;               // mm along K's direction; 0 = the slice spacing
+  Volume image;         // non-finite voxels are allowed and left out of the fit
+  double thickness = 0; // mm along K's direction; 0 = the slice spacing
   SliceProfile profile = SliceProfile::Box;
   std::vector<std::uint8_t> observed; // per voxel, 0 = withheld or outside the mask; empty = all observed
-  std::vector<Affine3> poses;         // per slice: rigid map (LPS mm) applied after indexToWorld; empty = identity
-  std::vector<double> times;          // per slice, seconds; empty = static
-  std::string name;                   // for messages and reports (file name)
+  std::vector<Affine3> poses; // per slice: rigid map (LPS mm) applied after indexToWorld; empty = identity
+  std::vector<double> times;  // per slice, seconds; empty = static
+  std::string name;           // for messages and reports (file name)
 };
 
 /// Checks sizes, geometry and that poses are rigid; throws Error(Geometry | InvalidArgument | NoData).

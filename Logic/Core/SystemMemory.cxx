@@ -17,7 +17,8 @@ std::int64_t availableMemory() {
   return GlobalMemoryStatusEx(&status) ? static_cast<std::int64_t>(status.ullAvailPhys) : 0;
 }
 #else
-/// Linux's own estimate, and the limit of the control group when there is one; other systems have neither file: unknown.
+/// Linux's own estimate, and the limit of the control group when there is one; other systems have neither
+/// file: unknown.
 std::int64_t availableMemory() {
   std::int64_t available = 0;
   std::ifstream info("/proc/meminfo");
@@ -28,8 +29,9 @@ std::int64_t availableMemory() {
     if (key == "MemAvailable:") available = kib * 1024;
   }
   std::int64_t limit = 0, used = 0;
-  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit && std::ifstream("/sys/fs/cgroup/memory.current") >> used &&
-      limit > used && (available == 0 || limit - used < available))
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit &&
+      std::ifstream("/sys/fs/cgroup/memory.current") >> used && limit > used &&
+      (available == 0 || limit - used < available))
     available = limit - used;
   return available;
 }

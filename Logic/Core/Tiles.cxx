@@ -2,7 +2,8 @@
 
 namespace innergs {
 namespace {
-constexpr std::int64_t kBlock = 8192; // Gaussians a task bins: fixed, so the order never depends on the threads
+constexpr std::int64_t kBlock =
+    8192; // Gaussians a task bins: fixed, so the order never depends on the threads
 } // namespace
 
 Tiles::Tiles(const LatticeView& lattice) {
@@ -14,7 +15,8 @@ Tiles::Tiles(const LatticeView& lattice) {
 
 TileRange Tiles::range(std::int64_t tile, const LatticeView& lattice) const {
   const int ty = static_cast<int>(tile % tilesY_), tz = static_cast<int>(tile / tilesY_);
-  return {ty * rows_, std::min(lattice.ny, (ty + 1) * rows_), tz * planes_, std::min(lattice.nz, (tz + 1) * planes_)};
+  return {ty * rows_, std::min(lattice.ny, (ty + 1) * rows_), tz * planes_,
+          std::min(lattice.nz, (tz + 1) * planes_)};
 }
 
 void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool) {
@@ -23,7 +25,8 @@ void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice
   cursor_.assign(blocks * tiles, 0);
   const auto visit = [&](std::int64_t i, auto&& each) {
     const Projected& g = gaussians[i];
-    const double x = g.cell[0] + static_cast<double>(g.fraction[0]), y = g.cell[1] + static_cast<double>(g.fraction[1]);
+    const double x = g.cell[0] + static_cast<double>(g.fraction[0]),
+                 y = g.cell[1] + static_cast<double>(g.fraction[1]);
     if (!(x + g.half[0] >= 0 && x - g.half[0] <= lattice.nx - 1)) return;
     if (!(y + g.half[1] >= 0 && y - g.half[1] <= lattice.ny - 1)) return;
     int k0, k1;
@@ -32,7 +35,8 @@ void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice
     const int y0 = static_cast<int>(std::max(0.0, std::ceil(y - g.half[1]))) / rows_;
     const int y1 = static_cast<int>(std::min<double>(lattice.ny - 1, std::floor(y + g.half[1]))) / rows_;
     for (int tz = k0 / planes_; tz <= (k1 - 1) / planes_; ++tz)
-      for (int ty = y0; ty <= y1; ++ty) each(static_cast<std::int64_t>(tz) * tilesY_ + ty);
+      for (int ty = y0; ty <= y1; ++ty)
+        each(static_cast<std::int64_t>(tz) * tilesY_ + ty);
   };
   pool.run(blocks, [&](std::int64_t b) {
     std::int64_t* counts = cursor_.data() + b * tiles;

@@ -3,8 +3,8 @@
 
 namespace innergs {
 
-/// A lattice cut into tiles (whole rows × some planes), each with the list of Gaussians that reach it, in ascending order. One task
-/// owns a tile, so a voxel's sum never depends on the number of threads.
+/// A lattice cut into tiles (whole rows × some planes), each with the list of Gaussians that reach it, in
+/// ascending order. One task owns a tile, so a voxel's sum never depends on the number of threads.
 class Tiles {
 public:
   explicit Tiles(const LatticeView& lattice);

@@ -7,8 +7,8 @@
 
 namespace innergs {
 
-Trainer::Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
-                 ThreadPool& pool, std::uint64_t seed)
+Trainer::Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan,
+                 const KernelSet& kernels, ThreadPool& pool, std::uint64_t seed)
     : field_(std::move(field)), plan_(std::move(plan)), kernels_(kernels), pool_(pool), seed_(seed),
       adam_(field_.size()) {
   adam_.beta1 = plan_.beta1;
@@ -31,6 +31,26 @@ Trainer::Trainer(GaussianField field, std::vector<Observation> observations, Fit
 
 Trainer::~Trainer() = default;
 
+void Trainer::restart(GaussianField field) {
+  field_ = std::move(field);
+  std::fill(adam_.moment1.begin(), adam_.moment1.end(), 0.f);
+  std::fill(adam_.moment2.begin(), adam_.moment2.end(), 0.f);
+  adam_.moment1.resize(16 * field_.gaussians.size(), 0.f);
+  adam_.moment2.resize(16 * field_.gaussians.size(), 0.f);
+  gradient_.resize(16 * field_.gaussians.size());
+  history_.clear();
+  iteration_ = 0;
+}
+
+LossSum Trainer::evaluate(const GaussianField& field) {
+  LossSum total;
+  for (View& view : fine_) {
+    view.renderer->forward(field, {}, weights_.data(), numerators_.data());
+    total += lossPass(view.observation, field, plan_.loss, weights_.data(), numerators_.data(), pool_);
+  }
+  return total;
+}
+
 void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration) {
   adam_.moment1 = std::move(moment1);
   adam_.moment2 = std::move(moment2);
@@ -43,24 +63,20 @@ std::vector<Trainer::View>& Trainer::activeViews() {
 
 bool Trainer::step() {
   if (finished()) return false;
-  if (iteration_ >= plan_.coarseIterations) coarse_.clear();
   field_.cutoff = iteration_ < plan_.lateFrom * plan_.iterations ? plan_.cutoffEarly : plan_.cutoffLate;
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
   for (View& view : activeViews()) {
     view.renderer->forward(field_, {}, weights_.data(), numerators_.data());
-    const LossSum sum =
-        lossPass(view.observation, field_, plan_.loss, weights_.data(), numerators_.data(), pool_);
-    total.loss += sum.loss;
-    total.squared += sum.squared;
-    total.samples += sum.samples;
+    total += lossPass(view.observation, field_, plan_.loss, weights_.data(), numerators_.data(), pool_);
     view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_);
   }
   const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
   double rate = std::pow(plan_.finalRate, progress);
   if (iteration_ < plan_.warmup) rate *= (iteration_ + 1.0) / (plan_.warmup + 1.0);
   LearningRates rates = plan_.rates;
-  for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity, &rates.slope})
+  for (double* r :
+       {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity, &rates.slope})
     *r *= rate;
   ++iteration_;
   adam_.apply(field_, gradient_, rates, plan_.bounds, iteration_, pool_);
@@ -77,12 +93,14 @@ bool Trainer::step() {
 bool Trainer::finished() const {
   if (iteration_ >= plan_.iterations) return true;
   // Paper's stop rule: the loss fell by less than 1e-4 over 100 iterations.
-  return plan_.paperStopRule && history_.size() > 100 && history_[history_.size() - 101] - history_.back() < 1e-4;
+  return plan_.paperStopRule && history_.size() > 100 &&
+         history_[history_.size() - 101] - history_.back() < 1e-4;
 }
 
 std::int64_t Trainer::memory() const {
-  std::int64_t bytes = static_cast<std::int64_t>((weights_.size() + numerators_.size() + gradient_.size()) * 4 +
-                                                 field_.gaussians.size() * 3 * sizeof(Gaussian));
+  std::int64_t bytes =
+      static_cast<std::int64_t>((weights_.size() + numerators_.size() + gradient_.size()) * 4 +
+                                field_.gaussians.size() * 3 * sizeof(Gaussian));
   for (const auto* views : {&fine_, &coarse_})
     for (const View& v : *views)
       bytes += v.renderer->memory() + static_cast<std::int64_t>(v.observation.target.size() * 5);

@@ -12,13 +12,13 @@ struct FitPlan {
   InitialisationPlan start;
   bool linearIntensity = false;
   int iterations = 200;
-  int coarseIterations = 0;    // the first ones see the data at half resolution
+  int coarseIterations = 0; // the first ones see the data at half resolution
   LossKinds loss;
-  LearningRates rates;         // at the start
-  double finalRate = 0.05;     // rates decay exponentially to this share
-  int warmup = 0;              // iterations with rates ramping up
+  LearningRates rates;     // at the start
+  double finalRate = 0.05; // rates decay exponentially to this share
+  int warmup = 0;          // iterations with rates ramping up
   double cutoffEarly = 2.5, cutoffLate = 3.0;
-  double lateFrom = 0.7;       // share of the iterations after which the late cut-off holds
+  double lateFrom = 0.7; // share of the iterations after which the late cut-off holds
   FieldBounds bounds;
   double beta1 = 0.9, beta2 = 0.99;
   int relocateEvery = 0;       // 0 = never
@@ -27,27 +27,34 @@ struct FitPlan {
   bool paperStopRule = false;
 };
 
-/// Fits a field to observations, one sweep over all of them at a time. State after n sweeps depends on the inputs and n alone.
+/// Fits a field to observations, one sweep over all of them at a time. State after n sweeps depends on the
+/// inputs and n alone.
 class Trainer {
 public:
   Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
           ThreadPool& pool, std::uint64_t seed);
   ~Trainer();
 
+  /// Starts again with another field on the same observations.
+  void restart(GaussianField field);
+
   /// Continues from a saved state.
   void restore(std::vector<float> moment1, std::vector<float> moment2, int iteration);
 
-  /// One sweep: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in between, throws Error(Cancelled) and
-  /// leaves the state as it was.
+  /// One sweep: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in between,
+  /// throws Error(Cancelled) and leaves the state as it was.
   bool step();
 
   bool finished() const;
   int iteration() const { return iteration_; }
   const GaussianField& field() const { return field_; }
   const Adam& adam() const { return adam_; }
-  double loss() const { return loss_; }       // mean per sample, last sweep
-  double mse() const { return mse_; }         // last sweep, normalised intensity²
-  std::int64_t memory() const;                // bytes held
+  double loss() const { return loss_; } // mean per sample, last sweep
+  double mse() const { return mse_; }   // last sweep, normalised intensity²
+  std::int64_t memory() const;          // bytes held
+
+  /// Loss of any field on the observations, nothing changed.
+  LossSum evaluate(const GaussianField& field);
 
 private:
   void relocate();

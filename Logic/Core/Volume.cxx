@@ -30,6 +30,26 @@ float sampleLinear(const Volume& volume, const Vec3& index) {
   return static_cast<float>(fraction[2] == 0 ? a : a + fraction[2] * (plane(high[2]) - a));
 }
 
+bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3& index, float& value) {
+  constexpr double tolerance = 0.5 + 1e-6; // rounding of the index maps
+  std::size_t step[3], stride = 1;
+  float f[3];
+  for (int a = 0; a < 3; ++a) {
+    const std::int64_t n = geometry.size[a];
+    if (!(index[a] >= -tolerance && index[a] <= static_cast<double>(n - 1) + tolerance)) return false;
+    const double x = std::clamp(index[a], 0.0, static_cast<double>(n - 1));
+    const std::int64_t low = std::min(static_cast<std::int64_t>(x), std::max<std::int64_t>(0, n - 2));
+    voxels += static_cast<std::size_t>(low) * stride;
+    f[a] = static_cast<float>(x - static_cast<double>(low));
+    step[a] = n > 1 ? stride : 0;
+    stride *= static_cast<std::size_t>(n);
+  }
+  const auto line = [&](const float* p) { return p[0] + f[0] * (p[step[0]] - p[0]); };
+  const auto plane = [&](const float* p) { return line(p) + f[1] * (line(p + step[1]) - line(p)); };
+  value = plane(voxels) + f[2] * (plane(voxels + step[2]) - plane(voxels));
+  return true;
+}
+
 Volume withSliceAxis(const Volume& volume, int axis) {
   if (axis < 0 || axis > 2) throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
   if (axis == 2) return volume;

@@ -21,9 +21,13 @@ struct Mask {
 /// Trilinear value at a continuous index, clamped to the lattice's edge.
 float sampleLinear(const Volume& volume, const Vec3& index);
 
-/// The same image with lattice axis `axis` (0 = I, 1 = J, 2 = K) moved to K; the other two keep their order, and every
-/// voxel its patient position.
+/// The same image with lattice axis `axis` (0 = I, 1 = J, 2 = K) moved to K; the other two keep their order,
+/// and every voxel its patient position.
 Volume withSliceAxis(const Volume& volume, int axis);
+
+/// The same where the index lies within the lattice's box of voxel edges; false and untouched outside.
+/// `voxels`: in memory order of the lattice.
+bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3& index, float& value);
 
 /// The mask on another lattice: nearest neighbour through patient space, 0 outside.
 std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry);

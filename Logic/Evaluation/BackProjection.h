@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Stack.h"
 
+#include <span>
 #include <stop_token>
 
 namespace innergs {
@@ -12,13 +13,8 @@ struct BackProjectionSettings {
   std::stop_token stop;
 };
 
-/// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, at the stack's voxels. NaN where the profile lies outside the volume altogether.
-std::vector<float> projectToStack(const Volume& volume, const Stack& stack, int threads = 0);
-
-/// Iterative back-projection (Irani and Peleg 1991): starts from the average of the cubic upsampled stacks,
-/// then adds the upsampled differences between each stack and the volume's projection onto it. Throws
-/// Error(Cancelled) when stopped, and what upsample() throws.
+/// Iterative back-projection (Irani and Peleg 1991) as a method of its own: from the average of the cubic
+/// upsampled stacks. Throws Error(Cancelled) when stopped, and what upsample() throws.
 Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
                    const BackProjectionSettings& settings = {});
 

@@ -45,34 +45,43 @@ json toJson(const Mat3& m) {
   return {toJson(m[0]), toJson(m[1]), toJson(m[2])};
 }
 
+json toJson(const GridGeometry& grid) {
+  return {{"size", grid.size},
+          {"origin", toJson(grid.origin)},
+          {"spacing", toJson(grid.spacing)},
+          {"direction", toJson(grid.direction)}};
+}
+std::vector<std::int64_t> detailShape(const GridGeometry& grid) {
+  return {grid.size[2], grid.size[1], grid.size[0]};
+}
+
 std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
   const GaussianField& field = checkpoint.field;
   const Mat3& r = field.modelToWorld.linear;
   const Vec3& t = field.modelToWorld.offset;
   const json pose = {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
                      r[2][0], r[2][1], r[2][2], t[2], 0.0,     0.0,     0.0,     1.0};
-  const json domain = {{"size", field.domain.size},
-                       {"origin", toJson(field.domain.origin)},
-                       {"spacing", toJson(field.domain.spacing)},
-                       {"direction", toJson(field.domain.direction)}};
-  return {{"format", "InnerGS"},
-          {"format_version", std::to_string(formatVersion)},
-          {"program", "InnerGS " INNERGS_VERSION},
-          {"frame", "mean, log_scale, quaternion and slope in the model frame; model_to_world (row-major "
-                    "4x4) maps it to LPS "
-                    "patient space"},
-          {"units",
-           "lengths in mm; log_scale = ln(mm); slope per mm; scanner value = intensity_scale * value + "
-           "intensity_offset"},
-          {"blending", field.blending == Blending::Additive ? "additive" : "normalised"},
-          {"epsilon", json(field.epsilon).dump()},
-          {"cutoff", json(field.cutoff).dump()},
-          {"model_to_world", pose.dump()},
-          {"intensity_scale", json(field.intensityScale).dump()},
-          {"intensity_offset", json(field.intensityOffset).dump()},
-          {"domain", domain.dump()},
-          {"iteration", std::to_string(checkpoint.iteration)},
-          {"settings_key", checkpoint.settingsKey}};
+  std::map<std::string, std::string> metadata{
+      {"format", "InnerGS"},
+      {"format_version", std::to_string(formatVersion)},
+      {"program", "InnerGS " INNERGS_VERSION},
+      {"frame", "mean, log_scale, quaternion and slope in the model frame; model_to_world (row-major "
+                "4x4) maps it to LPS "
+                "patient space"},
+      {"units", "lengths in mm; log_scale = ln(mm); slope per mm; scanner value = intensity_scale * value + "
+                "intensity_offset"},
+      {"blending", field.blending == Blending::Additive ? "additive" : "normalised"},
+      {"epsilon", json(field.epsilon).dump()},
+      {"cutoff", json(field.cutoff).dump()},
+      {"model_to_world", pose.dump()},
+      {"intensity_scale", json(field.intensityScale).dump()},
+      {"intensity_offset", json(field.intensityOffset).dump()},
+      {"domain", toJson(field.domain).dump()},
+      {"iteration", std::to_string(checkpoint.iteration)},
+      {"finished_gaussians", std::to_string(checkpoint.finished)},
+      {"settings_key", checkpoint.settingsKey}};
+  if (!field.detail.voxels.empty()) metadata["detail_grid"] = toJson(field.detail.geometry).dump();
+  return metadata;
 }
 
 /// Reads typed values from the metadata; anything missing or malformed is one Error(FileFormat).
@@ -177,13 +186,17 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path)
   }
   const auto addMoment = [&](const char* name, const std::vector<float>& moment) {
     if (moment.empty()) return;
-    if (moment.size() != gaussians.size() * floatsPerGaussian)
+    const std::int64_t open = count - checkpoint.finished;
+    if (open < 1 || moment.size() != static_cast<std::size_t>(open) * floatsPerGaussian)
       throw Error(ErrorCode::Internal,
                   "The optimiser's state does not match the Gaussians; please report this.");
-    tensors.push_back({name, {count, floatsPerGaussian}, [&moment] { return moment; }});
+    tensors.push_back({name, {open, floatsPerGaussian}, [&moment] { return moment; }});
   };
   addMoment("adam_moment1", checkpoint.moment1);
   addMoment("adam_moment2", checkpoint.moment2);
+  const Volume& detail = checkpoint.field.detail;
+  if (!detail.voxels.empty())
+    tensors.push_back({"detail", detailShape(detail.geometry), [&detail] { return detail.voxels; }});
   writeSafetensors(path, metadataOf(checkpoint), tensors);
 }
 
@@ -210,6 +223,8 @@ Checkpoint readModel(const std::filesystem::path& path) {
   field.intensityOffset = metadata.number("intensity_offset");
   field.domain = metadata.grid("domain");
   checkpoint.iteration = metadata.integer("iteration");
+  checkpoint.finished = metadata.integer("finished_gaussians");
+  if (checkpoint.finished > count) metadata.fail("finished_gaussians");
   checkpoint.settingsKey = metadata.text("settings_key");
 
   field.gaussians.assign(static_cast<std::size_t>(count), Gaussian{});
@@ -221,11 +236,16 @@ Checkpoint readModel(const std::filesystem::path& path) {
                   floats(field.gaussians[i]) + part.first);
   }
   if (resumable) {
-    checkpoint.moment1 = file.read("adam_moment1", {count, floatsPerGaussian});
-    checkpoint.moment2 = file.read("adam_moment2", {count, floatsPerGaussian});
+    const std::int64_t open = count - checkpoint.finished;
+    checkpoint.moment1 = file.read("adam_moment1", {open, floatsPerGaussian});
+    checkpoint.moment2 = file.read("adam_moment2", {open, floatsPerGaussian});
     for (const std::vector<float>* moment : {&checkpoint.moment1, &checkpoint.moment2})
       for (const float value : *moment)
         if (!std::isfinite(value)) metadata.fail("adam_moment1, adam_moment2");
+  }
+  if (file.find("detail") != nullptr) {
+    field.detail.geometry = metadata.grid("detail_grid");
+    field.detail.voxels = file.read("detail", detailShape(field.detail.geometry));
   }
   checkField(field);
   return checkpoint;

@@ -17,7 +17,7 @@ namespace {
 double residual(const Volume& volume, std::span<const Stack> stacks) {
   double squares = 0, count = 0;
   for (const Stack& stack : stacks) {
-    const auto seen = projectToStack(volume, stack);
+    const auto seen = projectToStack(volume, stack, pool);
     for (std::size_t p = 0; p < seen.size(); ++p)
       if (std::isfinite(seen[p])) {
         squares += std::pow(double(seen[p]) - stack.image.voxels[p], 2);
@@ -34,7 +34,7 @@ TEST(BackProjection, ProjectionOfTheTruthIsTheSimulatedStack) {
       randomVolume(grid(12, 16, 20, {1, 1.5, 2}, {3, 2, 1}, obliqueDirection(0.5, true)), 0, 100);
   for (int axis = 0; axis < 3; ++axis) {
     const Stack stack = simulateThickStack(truth, axis, 4);
-    const auto seen = projectToStack(truth, stack);
+    const auto seen = projectToStack(truth, stack, pool);
     for (std::size_t p = 0; p < seen.size(); ++p)
       ASSERT_NEAR(seen[p], stack.image.voxels[p], 1e-3);
   }
@@ -48,7 +48,7 @@ TEST(BackProjection, ObliqueProfilesKeepRamps) {
   stack.thickness = 4;
   for (const SliceProfile profile : {SliceProfile::Point, SliceProfile::Box, SliceProfile::Gaussian}) {
     stack.profile = profile;
-    const auto seen = projectToStack(truth, stack);
+    const auto seen = projectToStack(truth, stack, pool);
     for (std::size_t p = 0; p < seen.size(); ++p)
       ASSERT_NEAR(seen[p], stack.image.voxels[p], 1e-3);
   }
@@ -63,7 +63,7 @@ TEST(BackProjection, GaussianProfileHasItsWidth) {
   stack.thickness = 4;
   stack.image.geometry = grid(4, 4, 161, {1, 1, 0.1}, {0, 0, 2});
   stack.image.voxels.assign(4 * 4 * 161, 0);
-  const auto seen = projectToStack(truth, stack);
+  const auto seen = projectToStack(truth, stack, pool);
   const auto at = [&](int k) { return double(seen[static_cast<std::size_t>(5 + 16 * k)]); };
   EXPECT_NEAR(at(80 + 20) / at(80), 0.5, 0.02); // half maximum at half the thickness
   EXPECT_NEAR(at(80 - 20) / at(80), 0.5, 0.02);
