@@ -1,0 +1,242 @@
+#include "Core/Initialise.h"
+#include "TestVolumes.h"
+
+#include <cstring>
+#include <gtest/gtest.h>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+/// A bright cube with sharp faces in a flat surrounding.
+Stack cubeStack() {
+  Stack stack;
+  stack.image = volumeOf(grid(40, 40, 40), [](auto i, auto j, auto k) {
+    return i >= 12 && i < 28 && j >= 12 && j < 28 && k >= 12 && k < 28 ? 200 : 50;
+  });
+  stack.profile = SliceProfile::Point;
+  return stack;
+}
+
+const Affine3 kFrame{Mat3{}, {19.5, 19.5, 19.5}};
+const IntensityMap kMap{150, 50};
+
+GaussianField start(const ProxyVolume& proxy, const InitialisationPlan& plan, std::uint64_t seed,
+                    int threads = 2, Blending blending = Blending::Normalised) {
+  GaussianField field;
+  field.blending = blending;
+  field.modelToWorld = kFrame;
+  ThreadPool pool(threads);
+  initialise(field, proxy, plan, seed, pool);
+  return field;
+}
+
+ProxyVolume cubeProxy() {
+  ThreadPool pool(2);
+  const std::vector<Stack> stacks{cubeStack()};
+  return makeProxy(stacks, kFrame, kMap, 1, pool);
+}
+
+bool same(const GaussianField& a, const GaussianField& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.gaussians.data(), b.gaussians.data(), a.size() * sizeof(Gaussian)) == 0;
+}
+
+/// Distance (mm) to the nearest face of the cube.
+double toEdge(const Gaussian& g) {
+  double outside = 0, inside = 1e9;
+  for (float x : g.mean) {
+    const double d = std::abs(x) - 8;
+    outside = std::max(outside, d);
+    inside = std::min(inside, -d);
+  }
+  return outside > 0 ? outside : inside;
+}
+
+} // namespace
+
+TEST(Proxy, IsTheImageInTheModelFrame) {
+  const ProxyVolume proxy = cubeProxy();
+  EXPECT_EQ(proxy.geometry.size, (std::array<std::int64_t, 3>{40, 40, 40}));
+  const Stack stack = cubeStack();
+  for (std::size_t v = 0; v < proxy.voxels.size(); ++v) {
+    ASSERT_EQ(proxy.covered[v], 1);
+    ASSERT_NEAR(proxy.voxels[v], (stack.image.voxels[v] - 50) / 150, 1e-5);
+  }
+}
+
+TEST(Proxy, AveragesStacksAndMarksWhatNoneObserves) {
+  Stack a, b;
+  a.image = volumeOf(grid(10, 10, 10), [](auto, auto, auto) { return 10; });
+  b.image = volumeOf(grid(10, 10, 10, {1, 1, 1}, {5, 0, 0}), [](auto, auto, auto) { return 30; });
+  a.image.voxels[0] = std::numeric_limits<float>::quiet_NaN();
+  b.observed.assign(1000, 1);
+  for (std::size_t v = 0; v < 1000; ++v)
+    b.observed[v] = v % 10 < 8;
+  ThreadPool pool(1);
+  const std::vector<Stack> stacks{a, b};
+  const ProxyVolume proxy = makeProxy(stacks, {}, {}, 1, pool);
+  ASSERT_EQ(proxy.geometry.size, (std::array<std::int64_t, 3>{15, 10, 10}));
+  const std::size_t row = 15 * (5 + 10 * 5);
+  EXPECT_NEAR(proxy.voxels[row + 2], 10, 1e-5);
+  EXPECT_NEAR(proxy.voxels[row + 7], 20, 1e-5);
+  EXPECT_NEAR(proxy.voxels[row + 11], 30, 1e-5);
+  EXPECT_EQ(proxy.covered[row + 14], 0);
+  EXPECT_EQ(proxy.covered[0], 0);
+  EXPECT_EQ(proxy.covered[row], 1);
+}
+
+class Start : public ::testing::TestWithParam<Initialisation> {
+protected:
+  InitialisationPlan plan(std::int64_t gaussians) const {
+    InitialisationPlan p;
+    p.kind = GetParam();
+    p.gaussians = gaussians;
+    return p;
+  }
+};
+
+TEST_P(Start, RespectsTheBudget) {
+  const ProxyVolume proxy = cubeProxy();
+  for (std::int64_t budget : {64, 500, 3000, 9261}) {
+    const GaussianField field = start(proxy, plan(budget), 1);
+    EXPECT_GT(field.size(), 0.8 * budget);
+    EXPECT_LT(field.size(), 1.2 * budget);
+  }
+}
+
+TEST_P(Start, IsDeterministicAndFollowsTheSeed) {
+  const ProxyVolume proxy = cubeProxy();
+  const GaussianField field = start(proxy, plan(2000), 5, 1);
+  for (int threads : {2, 3, 5})
+    EXPECT_TRUE(same(field, start(proxy, plan(2000), 5, threads)));
+  EXPECT_FALSE(same(field, start(proxy, plan(2000), 6)));
+}
+
+TEST_P(Start, IsSortedAlongAMortonCurve) {
+  const GaussianField field = start(cubeProxy(), plan(2000), 5);
+  const auto order = mortonOrder(field.gaussians);
+  for (std::size_t i = 0; i < order.size(); ++i)
+    ASSERT_EQ(order[i], i);
+  double neighbours = 0;
+  for (std::size_t i = 1; i < field.gaussians.size(); ++i)
+    for (int a = 0; a < 3; ++a)
+      neighbours += std::abs(field.gaussians[i].mean[a] - field.gaussians[i - 1].mean[a]);
+  EXPECT_LT(neighbours / static_cast<double>(field.size()), 8.0); // at random: 40 mm
+}
+
+TEST_P(Start, TakesPlaceAndIntensityFromTheImage) {
+  const GaussianField field = start(cubeProxy(), plan(3000), 5);
+  for (const Gaussian& g : field.gaussians) {
+    for (int a = 0; a < 3; ++a) {
+      EXPECT_LE(std::abs(g.mean[a]), 20.5f);
+      EXPECT_GT(std::exp(g.logScale[a]), 0.2f);
+      EXPECT_LT(std::exp(g.logScale[a]), 15.f);
+    }
+    const float length = g.quaternion[0] * g.quaternion[0] + g.quaternion[1] * g.quaternion[1] +
+                         g.quaternion[2] * g.quaternion[2] + g.quaternion[3] * g.quaternion[3];
+    EXPECT_NEAR(length, 1, 1e-5);
+    if (toEdge(g) < 1.01) continue;
+    const bool inside = std::max({std::abs(g.mean[0]), std::abs(g.mean[1]), std::abs(g.mean[2])}) < 8;
+    EXPECT_NEAR(g.intensity, inside ? 1 : 0, 1e-4);
+  }
+  EXPECT_NO_THROW([&] {
+    GaussianField usable = field;
+    usable.domain = cubeStack().image.geometry;
+    checkField(usable);
+  }());
+}
+
+TEST_P(Start, LeavesUncoveredSpaceEmpty) {
+  ProxyVolume proxy = cubeProxy();
+  for (std::size_t v = 0; v < proxy.covered.size(); ++v)
+    proxy.covered[v] = v % 40 < 20;
+  const GaussianField field = start(proxy, plan(2000), 5);
+  EXPECT_GT(field.size(), 500);
+  for (const Gaussian& g : field.gaussians)
+    EXPECT_LE(g.mean[0], 0.51f);
+  std::fill(proxy.covered.begin(), proxy.covered.end(), std::uint8_t{0});
+  EXPECT_EQ(start(proxy, plan(2000), 5).size(), 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, Start, ::testing::Values(Initialisation::Adaptive, Initialisation::Grid),
+                         [](const auto& info) {
+                           return info.param == Initialisation::Grid ? "Grid" : "Adaptive";
+                         });
+
+TEST(AdaptiveStart, PutsMoreAndSmallerGaussiansAtEdges) {
+  InitialisationPlan plan;
+  plan.gaussians = 4000;
+  const GaussianField field = start(cubeProxy(), plan, 1);
+  // Voxels within 2 mm of a face, and flat ones farther than 4 mm, counted on the same measure.
+  double edgeVoxels = 0, flatVoxels = 0, edge = 0, flat = 0, edgeSize = 0, flatSize = 0;
+  for (int k = 0; k < 40; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) {
+        Gaussian g{};
+        g.mean[0] = i - 19.5f, g.mean[1] = j - 19.5f, g.mean[2] = k - 19.5f;
+        edgeVoxels += toEdge(g) < 2;
+        flatVoxels += toEdge(g) > 4;
+      }
+  for (const Gaussian& g : field.gaussians) {
+    if (toEdge(g) < 2) ++edge, edgeSize += std::exp(g.logScale[0]);
+    if (toEdge(g) > 4) ++flat, flatSize += std::exp(g.logScale[0]);
+  }
+  EXPECT_GT(edge / edgeVoxels, 5 * flat / flatVoxels);
+  EXPECT_GT(flat, 50); // flat regions are covered as well
+  EXPECT_LT(edgeSize / edge, 0.7 * flatSize / flat);
+}
+
+TEST(AdaptiveStart, OfAConstantImageIsEven) {
+  Stack stack;
+  stack.image = volumeOf(grid(30, 30, 30), [](auto, auto, auto) { return 7; });
+  ThreadPool pool(2);
+  const std::vector<Stack> stacks{stack};
+  const ProxyVolume proxy = makeProxy(stacks, {Mat3{}, {14.5, 14.5, 14.5}}, {1, 7}, 1, pool);
+  InitialisationPlan plan;
+  plan.gaussians = 1000;
+  const GaussianField field = start(proxy, plan, 1);
+  EXPECT_NEAR(static_cast<double>(field.size()), 1000, 5);
+  int octants[8] = {};
+  for (const Gaussian& g : field.gaussians)
+    ++octants[(g.mean[0] > 0) + 2 * (g.mean[1] > 0) + 4 * (g.mean[2] > 0)];
+  for (int n : octants)
+    EXPECT_NEAR(n, 125, 40);
+}
+
+TEST(LayeredStart, HasOneLayerPerSlice) {
+  InitialisationPlan plan;
+  plan.kind = Initialisation::Grid;
+  plan.gaussians = 2560;
+  plan.layerSpacing = 4;
+  plan.layerSigma = 5;
+  const GaussianField field = start(cubeProxy(), plan, 1);
+  std::vector<int> layers(10, 0);
+  for (const Gaussian& g : field.gaussians) {
+    const double layer = (g.mean[2] + 20) / 4 - 0.5;
+    EXPECT_NEAR(layer, std::round(layer), 1e-4);
+    ++layers.at(std::lround(layer));
+    EXPECT_NEAR(std::exp(g.logScale[2]), 5, 1e-4);
+  }
+  for (int n : layers)
+    EXPECT_EQ(n, 256);
+}
+
+TEST(AdditiveStart, HasAboutTheImagesLevel) {
+  // Overlapping Gaussians add up: amplitudes are scaled so that the sum, not each one, is the image.
+  InitialisationPlan plan;
+  plan.kind = Initialisation::Grid;
+  plan.gaussians = 8000;
+  const GaussianField normalised = start(cubeProxy(), plan, 1);
+  const GaussianField additive = start(cubeProxy(), plan, 1, 2, Blending::Additive);
+  ASSERT_EQ(normalised.size(), additive.size());
+  double sum = 0; // at the cube's centre
+  for (const Gaussian& g : additive.gaussians) {
+    double m = 0;
+    for (int a = 0; a < 3; ++a)
+      m += std::pow(g.mean[a] / std::exp(g.logScale[a]), 2);
+    sum += g.intensity * std::exp(-0.5 * m);
+  }
+  EXPECT_NEAR(sum, 1, 0.15);
+}
