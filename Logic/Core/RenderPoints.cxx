@@ -73,7 +73,8 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
     }
   }
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
-  const double cell = extent / 64;
+  // About eight cells a point: few points must not pay for lists of a fine grid.
+  const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
   Lattice lattice;
   lattice.indexToModel.linear = diagonal({cell, cell, cell});
   lattice.indexToModel.offset = low;
@@ -104,7 +105,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
         const float* q = g.quadratic;
         const float e = q[0] * d[0] * d[0] + q[1] * d[0] * d[1] + q[2] * d[0] * d[2] + q[3] * d[1] * d[1] +
                         q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
-        if (e < g.log2Cut) continue;
+        if (!(e >= g.log2Cut)) continue; // NaN as well
         const float p = std::exp2(e) - g.cut;
         w += p;
         n += p * (g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2]);
