@@ -32,7 +32,7 @@ void checkField(const GaussianField& field) {
     throw Error(ErrorCode::FileFormat, "The model cannot be used: " + what);
   };
   if (field.gaussians.empty()) fail("it has no Gaussians.");
-  if (!(field.epsilon >= 0 && field.epsilon < 1)) fail("its ε is out of range.");
+  if (!(field.epsilon >= 1e-12 && field.epsilon < 1)) fail("its ε is out of range.");
   if (!(field.cutoff > 0.5 && field.cutoff < 10)) fail("its cut-off radius is out of range.");
   if (!isRotation(field.modelToWorld.linear)) fail("its frame is not a rotation.");
   for (double x : field.modelToWorld.offset)

@@ -49,20 +49,25 @@ inline float planeOffset(const Projected& g, double z) {
   return static_cast<float>(z - g.cell[2] - static_cast<double>(g.fraction[2]));
 }
 
+/// Within what an int and the sum with a cell can hold; NaN counts as far below.
+inline int indexLimit(float x) {
+  return static_cast<int>(std::min(1e9f, std::max(-1e9f, x)));
+}
+
 /// Rows that the ellipsoid reaches in a plane at distance dz, relative to cell[1]: [first, last), exact.
 inline bool rowRange(const Projected& g, float dz, int& first, int& last) {
   const float rest = g.radius2 - dz * dz * g.precisionZ;
   if (!(rest > 0)) return false;
   const float half = std::sqrt(rest / g.precisionY), centre = g.fraction[1] - g.shiftYZ * dz;
-  first = static_cast<int>(std::ceil(centre - half));
-  last = static_cast<int>(std::floor(centre + half)) + 1;
+  first = indexLimit(std::ceil(centre - half));
+  last = indexLimit(std::floor(centre + half)) + 1;
   return first < last;
 }
 
 /// Columns that the ellipsoid can reach at all, relative to cell[0]: [first, last).
 inline void columnRange(const Projected& g, int& first, int& last) {
-  first = static_cast<int>(std::ceil(g.fraction[0] - g.half[0]));
-  last = static_cast<int>(std::floor(g.fraction[0] + g.half[0])) + 1;
+  first = indexLimit(std::ceil(g.fraction[0] - g.half[0]));
+  last = indexLimit(std::floor(g.fraction[0] + g.half[0])) + 1;
 }
 
 } // namespace innergs

@@ -36,7 +36,7 @@ void forEachVoxel(const Projected& g, const LatticeView& lattice, const TileRang
         const float* q = g.quadratic;
         const float e = q[0] * dx * dx + q[1] * dx * dy + q[2] * dx * dz + q[3] * dy * dy + q[4] * dy * dz +
                         q[5] * dz * dz + g.log2Weight;
-        if (e < g.log2Cut) continue;
+        if (!(e >= g.log2Cut)) continue; // NaN as well
         visit(row + x, std::exp2(e), dx, dy, dz);
       }
     }

@@ -9,6 +9,9 @@ namespace innergs {
 namespace {
 
 constexpr float kLog2e = 1.44269504088896340736f;
+constexpr float kReach = 1e9f;       // index units: limits of rows and columns stay within an int
+constexpr float kLowestCut = -120.f; // the kernels' exp2 needs a normal result
+constexpr float kNothing = -1e30f;   // weight of a Gaussian too degenerate to be seen
 
 struct Frame {
   float toIndex[9], toModelT[9]; // d(index)/d(model), (d(model)/d(index))ᵀ
@@ -42,26 +45,24 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
   }
   float logWeight = g.logWeight;
   if (psf.active) {
-    float model[6], observed[9], t[9];
-    math::outer(scaled, model);
-    float logDet = 2 * (g.logScale[0] + g.logScale[1] + g.logScale[2]);
+    double exact[9], blurred[6], inverse[6];
+    float t[9], m[9];
+    std::copy_n(scaled, 9, exact);
+    math::outer(exact, blurred);
     for (int i = 0; i < 6; ++i)
-      model[i] += psf.covariance[i];
-    const float det = math::invertSymmetric(model, precision);
-    logWeight += 0.5f * (logDet - std::log(det));
-    const float full[9] = {model[0], model[1], model[2], model[1], model[3],
-                           model[4], model[2], model[4], model[5]};
-    math::multiply(f.toIndex, full, observed);
-    math::transposed(f.toIndex, t);
-    math::multiply(observed, t, s);
-    covariance[0] = s[0], covariance[3] = s[4], covariance[5] = s[8];
-    const float pf[9] = {precision[0], precision[1], precision[2], precision[1], precision[3],
-                         precision[4], precision[2], precision[4], precision[5]};
-    math::multiply(f.toModelT, pf, observed);
-    math::transposed(f.toModelT, t);
-    math::multiply(observed, t, s);
-    precision[0] = s[0], precision[1] = s[1], precision[2] = s[2];
-    precision[3] = s[4], precision[4] = s[5], precision[5] = s[8];
+      blurred[i] += static_cast<double>(psf.covariance[i]);
+    const double det = math::invertSymmetric(blurred, inverse);
+    logWeight += g.logScale[0] + g.logScale[1] + g.logScale[2] - static_cast<float>(0.5 * std::log(det));
+    const auto congruent = [&](const float* a, const double* c, float* out) { // a·c·aᵀ
+      const float full[9] = {float(c[0]), float(c[1]), float(c[2]), float(c[1]), float(c[3]),
+                             float(c[4]), float(c[2]), float(c[4]), float(c[5])};
+      math::multiply(a, full, m);
+      math::transposed(a, t);
+      math::multiply(m, t, s);
+      out[0] = s[0], out[1] = s[1], out[2] = s[2], out[3] = s[4], out[4] = s[5], out[5] = s[8];
+    };
+    congruent(f.toIndex, blurred, covariance);
+    congruent(f.toModelT, inverse, precision);
   } else {
     math::multiply(f.toIndex, scaled, s);
     math::outer(s, covariance);
@@ -69,7 +70,7 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
     math::outer(s, precision);
   }
   const auto form = math::rowForm(precision);
-  o.precisionY = form.b;
+  o.precisionY = std::max(form.b, radius2 / (kReach * kReach));
   o.shiftYZ = form.l3;
   o.precisionZ = 1 / covariance[5];
   o.radius2 = radius2;
@@ -80,12 +81,12 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
   o.quadratic[3] = k * precision[3];
   o.quadratic[4] = 2 * k * precision[4];
   o.quadratic[5] = k * precision[5];
-  o.log2Weight = logWeight * kLog2e;
-  o.log2Cut = o.log2Weight + k * radius2;
+  o.log2Weight = std::isfinite(logWeight) ? logWeight * kLog2e : kNothing;
+  o.log2Cut = std::max(o.log2Weight + k * radius2, kLowestCut);
   o.cut = std::exp2(o.log2Cut);
-  o.half[0] = std::sqrt(radius2 * covariance[0]);
-  o.half[1] = std::sqrt(radius2 * covariance[3]);
-  o.half[2] = std::sqrt(radius2 * covariance[5]);
+  o.half[0] = std::min(kReach, std::sqrt(radius2 * covariance[0]));
+  o.half[1] = std::min(kReach, std::sqrt(radius2 * covariance[3]));
+  o.half[2] = std::min(kReach, std::sqrt(radius2 * covariance[5]));
   for (int i = 0; i < 3; ++i) {
     double x = f.offset[i];
     for (int j = 0; j < 3; ++j)
