@@ -14,7 +14,8 @@ void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec
   for (const Stack& stack : stacks) {
     const GridGeometry& g = stack.image.geometry;
     const Affine3 map = g.indexToWorld();
-    for (std::int64_t k : {std::int64_t{0}, g.size[2] - 1}) {
+    const std::int64_t step = stack.poses.empty() ? std::max<std::int64_t>(1, g.size[2] - 1) : 1;
+    for (std::int64_t k = 0; k < g.size[2]; k += step) { // ends, or every slice where each has its pose
       const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
       for (double i : {-0.5, g.size[0] - 0.5})
         for (double j : {-0.5, g.size[1] - 0.5})
@@ -29,7 +30,7 @@ void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec
   }
 }
 
-/// Trilinear over the observed finite corners only; false when less than half of the weight is observed.
+/// Trilinear over the observed finite corners only; false when none is.
 bool sampleObserved(const Stack& stack, const Vec3& index, double& value) {
   const auto& size = stack.image.geometry.size;
   std::int64_t base[3];
@@ -57,6 +58,25 @@ bool sampleObserved(const Stack& stack, const Vec3& index, double& value) {
   return true;
 }
 
+/// The slices of a posed stack around a point, each with a tent as wide as the slice spacing on either side.
+bool samplePosed(const Stack& stack, std::span<const Affine3> toIndex, const Vec3& point, double& value) {
+  double sum = 0, total = 0;
+  for (std::size_t k = 0; k < toIndex.size(); ++k) {
+    const Affine3& map = toIndex[k];
+    const double z = dot(map.linear[2], point) + map.offset[2];
+    const double w = 1 - std::abs(z - static_cast<double>(k));
+    double slice;
+    if (w <= 0) continue;
+    const Vec3 index = map(point);
+    if (!sampleObserved(stack, {index[0], index[1], static_cast<double>(k)}, slice)) continue;
+    sum += w * slice;
+    total += w;
+  }
+  if (total < 0.1) return false;
+  value = sum / total;
+  return true;
+}
+
 } // namespace
 
 ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
@@ -73,9 +93,14 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
   const auto& size = proxy.geometry.size;
   proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);
   proxy.covered.assign(proxy.voxels.size(), 0);
-  std::vector<Affine3> toIndex; // model → stack index (slice poses are ignored here: a first guess)
-  for (const Stack& stack : stacks)
-    toIndex.push_back(inverse(stack.image.geometry.indexToWorld()) * modelToWorld);
+  std::vector<std::vector<Affine3>> toIndex; // model → stack index: one map, or one per posed slice
+  for (const Stack& stack : stacks) {
+    const Affine3 map = stack.image.geometry.indexToWorld();
+    auto& maps = toIndex.emplace_back();
+    for (const Affine3& pose : stack.poses)
+      maps.push_back(inverse(pose * map) * modelToWorld);
+    if (stack.poses.empty()) maps.push_back(inverse(map) * modelToWorld);
+  }
   pool.run(size[2], [&](std::int64_t k) {
     for (std::int64_t j = 0; j < size[1]; ++j)
       for (std::int64_t i = 0; i < size[0]; ++i) {
@@ -87,7 +112,9 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
         int n = 0;
         for (std::size_t s = 0; s < stacks.size(); ++s) {
           double value;
-          if (!sampleObserved(stacks[s], toIndex[s](p), value)) continue;
+          const bool seen = stacks[s].poses.empty() ? sampleObserved(stacks[s], toIndex[s][0](p), value)
+                                                    : samplePosed(stacks[s], toIndex[s], p, value);
+          if (!seen) continue;
           sum += value;
           ++n;
         }
