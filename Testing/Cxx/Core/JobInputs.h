@@ -1,0 +1,75 @@
+#pragma once
+#include "Core/Error.h"
+#include "Core/ReconstructionJob.h"
+#include "Core/Simulate.h"
+#include "TestVolumes.h"
+
+#include <cstring>
+#include <gtest/gtest.h>
+
+/// Small inputs of every kind that a reconstruction distinguishes, and helpers to compare its results.
+namespace innergs::testing {
+
+inline GridGeometry smallGrid() {
+  return grid(24, 22, 20, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3));
+}
+
+/// One isotropic scan of thin slices.
+inline ReconstructionInput isotropicInput() {
+  ReconstructionInput input;
+  Stack stack;
+  stack.image = phantom(smallGrid());
+  stack.profile = SliceProfile::Point;
+  input.stacks.push_back(std::move(stack));
+  return input;
+}
+
+/// One scan of thick slices.
+inline ReconstructionInput anisotropicInput() {
+  ReconstructionInput input;
+  input.stacks.push_back(simulateThickStack(phantom(smallGrid()), 2, 4));
+  return input;
+}
+
+/// Two scans of thick slices, across each other.
+inline ReconstructionInput orthogonalInput() {
+  ReconstructionInput input;
+  const Volume truth = phantom(smallGrid());
+  input.stacks.push_back(simulateThickStack(truth, 2, 4));
+  input.stacks.push_back(simulateThickStack(truth, 0, 4));
+  return input;
+}
+
+inline Settings quickSettings(int iterations = 10) {
+  Settings settings;
+  settings.preset = Preset::Fast;
+  settings.iterations = iterations;
+  settings.gaussians = 300;
+  settings.threads = 2;
+  return settings;
+}
+
+inline ReconstructionResult reconstruct(const ReconstructionInput& input, const Settings& settings) {
+  return ReconstructionJob(input, settings).run();
+}
+
+inline ::testing::AssertionResult sameField(const GaussianField& a, const GaussianField& b) {
+  if (a.size() != b.size())
+    return ::testing::AssertionFailure() << a.size() << " Gaussians against " << b.size();
+  for (std::int64_t i = 0; i < a.size(); ++i)
+    if (std::memcmp(&a.gaussians[i], &b.gaussians[i], sizeof(Gaussian)) != 0)
+      return ::testing::AssertionFailure() << "Gaussian " << i << " of " << a.size() << " differs";
+  if (a.cutoff != b.cutoff || a.intensityScale != b.intensityScale || a.intensityOffset != b.intensityOffset)
+    return ::testing::AssertionFailure() << "cut-off or intensity map differ";
+  if (a.detail.voxels != b.detail.voxels) return ::testing::AssertionFailure() << "the detail differs";
+  return ::testing::AssertionSuccess();
+}
+
+inline double psnr(const Volume& image, const Volume& truth, double range = 200) {
+  double sum = 0;
+  for (std::size_t v = 0; v < truth.voxels.size(); ++v)
+    sum += std::pow(static_cast<double>(image.voxels[v]) - truth.voxels[v], 2);
+  return 10 * std::log10(range * range * static_cast<double>(truth.voxels.size()) / sum);
+}
+
+} // namespace innergs::testing
