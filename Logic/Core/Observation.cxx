@@ -42,7 +42,8 @@ ClosedFormPsf gaussianPsf(const Stack& stack, const Affine3& worldToModel, const
 }
 
 Observation observeSlices(const Stack& stack, int first, int last, const Affine3& worldToModel,
-                          const Affine3& pose, const IntensityMap& map, bool closedForm) {
+                          const Affine3& pose, const IntensityMap& map, bool closedForm,
+                          bool smoothAlongNormal) {
   const GridGeometry& g = stack.image.geometry;
   Observation o;
   o.lattice.indexToModel = worldToModel * pose * g.indexToWorld();
@@ -50,6 +51,8 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   o.lattice.ny = static_cast<int>(g.size[1]);
   const std::size_t nx = g.size[0], ny = g.size[1], stride = o.lattice.stride();
   const double inverseScale = 1 / map.scale;
+  o.target.reserve(stride * ny * static_cast<std::size_t>(last - first));
+  o.weight.reserve(o.target.capacity());
   for (int k = first; k < last; ++k) {
     const std::size_t source = static_cast<std::size_t>(k) * nx * ny, at = o.target.size();
     o.target.resize(at + stride * ny, 0.f);
@@ -79,6 +82,8 @@ Observation observeSlices(const Stack& stack, int first, int last, const Affine3
   else
     quadrature =
         profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
+  if (smoothAlongNormal && quadrature.offset.size() > 2)
+    quadrature = twoPointQuadrature(stack.profile, effectiveThickness(stack));
   placePlanes(o, quadrature, g.spacing[2]);
   return o;
 }
@@ -114,13 +119,18 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
   return q;
 }
 
+ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness) {
+  const double x = profile == SliceProfile::Gaussian ? thickness / kFwhm : thickness / std::sqrt(12.0);
+  return {{-x, x}, {0.5, 0.5}};
+}
+
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
-                                 bool closedForm) {
+                                 bool closedForm, bool smoothAlongNormal) {
   const Affine3 worldToModel = inverse(modelToWorld);
   const int slices = static_cast<int>(stack.image.geometry.size[2]);
   std::vector<Observation> result;
   const auto add = [&](int first, int last, const Affine3& pose) {
-    Observation o = observeSlices(stack, first, last, worldToModel, pose, map, closedForm);
+    Observation o = observeSlices(stack, first, last, worldToModel, pose, map, closedForm, smoothAlongNormal);
     if (o.slices > 0) result.push_back(std::move(o));
   };
   if (stack.poses.empty())
@@ -132,7 +142,9 @@ std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld
 }
 
 Observation coarsened(const Observation& fine) {
-  const bool mergeSlices = fine.perSlice == 1 && fine.slices > 3;
+  const double pixel = norm(column(fine.lattice.indexToModel.linear, 0));
+  const double slice = norm(column(fine.lattice.indexToModel.linear, 2));
+  const bool mergeSlices = fine.perSlice == 1 && fine.slices > 3 && slice < 1.4 * pixel;
   const int fx = 2, fy = 2, fz = mergeSlices ? 2 : 1;
   Observation o;
   o.psf = fine.psf;

@@ -77,7 +77,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
   plan.beta1 = 0.8;
   plan.beta2 = 0.95;
-  plan.cutoffEarly = plan.cutoffLate = 2.5;
+  plan.cutoffEarly = plan.cutoffLate = 2.2;
   plan.start.kind = settings.initialisation;
   plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);
@@ -85,25 +85,32 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   std::int64_t budget;
   int iterations, members = 1;
   if (traits.singleAnisotropic()) {
-    const double gap = traits.gap, inPlane = gap;
+    // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and may turn: they shear along
+    // structures.
+    const double gap = traits.gap, inPlane = std::min(gap, 4 * traits.voxel);
     plan.start.kind = Initialisation::Grid;
     plan.start.layerSpacing = gap;
     plan.start.layerSigma = 1.25 * gap;
     plan.start.scaleFactor = 0.9;
     plan.bounds.minThirdLogScale = std::log(1.125 * gap);
+    plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
+    plan.smoothAlongNormal = true;
+    plan.rates.mean = 0.3 * traits.voxel;
+    plan.rates.quaternion = 0.15;
     budget = static_cast<std::int64_t>(traits.volume / (inPlane * inPlane * gap));
     iterations = std::array{40, 60, 60}[level];
     members = std::array{1, 4, 8}[level];
+    plan.coarseIterations = 30;
   } else if (traits.superResolution()) {
     plan.start.scaleFactor = 0.9;
+    plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
     iterations = std::array{40, 60, 60}[level];
-    members = std::array{1, 2, 4}[level];
-    plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
+    members = std::array{1, 1, 3}[level];
+    plan.coarseIterations = 30;
   } else {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 50.0, 16.0}[level]);
     iterations = std::array{60, 200, 400}[level];
-    plan.cutoffEarly = plan.cutoffLate = 2.2;
   }
   if (settings.paperStopRule) iterations = 1000;
   if (!settings.gaussians) settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);

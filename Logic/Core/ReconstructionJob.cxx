@@ -196,8 +196,8 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   std::vector<Observation> observations;
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Stack& stack : prepared.stacks)
-    for (Observation& o :
-         observe(stack, field.modelToWorld, {field.intensityScale, field.intensityOffset}, closedForm)) {
+    for (Observation& o : observe(stack, field.modelToWorld, {field.intensityScale, field.intensityOffset},
+                                  closedForm, plan.smoothAlongNormal)) {
       pool.throwIfStopped();
       observations.push_back(std::move(o));
     }

@@ -13,6 +13,7 @@ struct FitPlan {
   bool linearIntensity = false;
   int iterations = 200;
   int coarseIterations = 0; // the first ones see the data at half resolution
+  bool smoothAlongNormal = false; // see observe()
   LossKinds loss;
   LearningRates rates;     // at the start
   double finalRate = 0.05; // rates decay exponentially to this share
