@@ -40,6 +40,23 @@ double psnrOf(double mse) {
   return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
 }
 
+/// Throws when the parts of a state to go on from do not belong together.
+void checkResumable(const Checkpoint& c, int sweeps) {
+  const auto require = [](bool ok) {
+    if (!ok)
+      throw Error(ErrorCode::FileFormat,
+                  "The state of the fit to resume is damaged: start anew or from an earlier model.");
+  };
+  require(c.finished >= 0 && c.finished <= c.field.size());
+  require(c.iteration >= 0 && c.iteration <= sweeps);
+  const auto open = static_cast<std::size_t>(c.field.size() - c.finished);
+  for (const auto* moment : {&c.moment1, &c.moment2}) {
+    require(moment->size() == (c.moment1.empty() ? 0 : 16 * open));
+    require(std::all_of(moment->begin(), moment->end(), [](float x) { return std::isfinite(x); }));
+  }
+  require(!c.moment1.empty() || open == 0);
+}
+
 /// The lattice reduced so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
   Vec3 spacing = g.spacing;
@@ -158,6 +175,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   const int members = *settings.members, perMember = *settings.iterations;
   state.iterations = members * perMember;
   const Checkpoint* resume = input.resume.get();
+  if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
   const bool same = resume && resume->settingsKey == key;
   int member = same ? resume->iteration / perMember : 0;
   GaussianField field, merged;
@@ -171,15 +189,16 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
                                 "are the start of a new fit.");
   }
   if (same) {
+    checkResumable(*resume, state.iterations);
+    checkpoint = *resume; // stopped before anything is done: what was given
+    checkpoint.field.domain = prepared.outputGrid;
+    checkpoint.field.detail = {};
     const auto open = field.gaussians.begin() + resume->finished;
     merged = field;
     merged.gaussians.assign(field.gaussians.begin(), open);
     field.gaussians.erase(field.gaussians.begin(), open);
-    if (resume->moment1.empty()) { // complete: only detail and volume are made again
-      checkpoint = *resume;
-      checkpoint.field.domain = prepared.outputGrid;
-      checkpoint.field.detail = {};
-      result.trainingPsnr = kNaN;
+    if (resume->moment1.empty() && resume->iteration > (members - 1) * perMember) {
+      result.trainingPsnr = kNaN; // complete: only detail and volume are made again
       return;
     }
   }
@@ -191,8 +210,6 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
     merged = field;
     merged.gaussians.clear();
   }
-  checkpoint.field = merged;
-  checkpoint.settingsKey = key;
   std::vector<Observation> observations;
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Stack& stack : prepared.stacks)
@@ -202,25 +219,35 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       observations.push_back(std::move(o));
     }
   Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool, settings.seed);
-  if (same) trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember);
+  if (same && !resume->moment1.empty())
+    trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember);
+  checkpoint = {};
+  checkpoint.field = merged;
+  checkpoint.settingsKey = key;
+  bool between = false;   // the last member is done, the next one has no Gaussians yet
   const auto keep = [&] { // the state to go on from
-    const auto& open = trainer.field().gaussians;
     checkpoint.finished = checkpoint.field.size();
-    checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
     checkpoint.field.cutoff = trainer.field().cutoff;
-    checkpoint.iteration = member * perMember + trainer.iteration();
-    checkpoint.moment1 = trainer.adam().moment1;
-    checkpoint.moment2 = trainer.adam().moment2;
+    checkpoint.iteration = member * perMember + (between ? 0 : trainer.iteration());
+    if (!between) {
+      const auto& open = trainer.field().gaussians;
+      checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
+      checkpoint.moment1 = trainer.adam().moment1;
+      checkpoint.moment2 = trainer.adam().moment2;
+    }
     result.iterations = checkpoint.iteration;
     result.trainingPsnr = state.trainingPsnr;
   };
   try {
-    for (;; ++member) {
+    for (;;) {
       sweep(trainer, prepared.outputGrid, member * perMember, pool);
       if (member + 1 >= members) break;
       const auto& done = trainer.field().gaussians;
       checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
-      trainer.restart(startField(prepared, member + 1, pool));
+      ++member;
+      between = true;
+      trainer.restart(startField(prepared, member, pool));
+      between = false;
     }
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Cancelled) keep();
@@ -331,6 +358,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
+    result.iterations = checkpoint.iteration;
   }
   const GaussianField& field = checkpoint.field;
   if (!field.gaussians.empty() && (!result.cancelled || renderWhenCancelled)) {

@@ -1,0 +1,218 @@
+#include "JobInputs.h"
+
+#include <atomic>
+#include <thread>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+struct Kind {
+  const char* name;
+  ReconstructionInput (*input)();
+  int members;
+};
+
+struct Attempt {
+  ReconstructionResult result;
+  std::vector<Progress> states;
+};
+
+/// A run that asks to stop in its n-th progress callback (counted from 0; −1: never).
+Attempt runUntil(const ReconstructionInput& input, const Settings& settings, int stopAt,
+                 std::shared_ptr<const Checkpoint> resume = {}) {
+  Attempt run;
+  ReconstructionInput from = input;
+  from.resume = std::move(resume);
+  std::stop_source stop;
+  ReconstructionJob job(std::move(from), settings);
+  job.onProgress([&](const Progress& p) {
+    if (static_cast<int>(run.states.size()) == stopAt) stop.request_stop();
+    run.states.push_back(p);
+  });
+  run.result = job.run(stop.get_token());
+  return run;
+}
+
+} // namespace
+
+class Cancel : public ::testing::TestWithParam<Kind> {
+protected:
+  ReconstructionInput input = GetParam().input();
+  Settings settings = [] {
+    Settings s = quickSettings(4);
+    s.gaussians = 120;
+    s.members = GetParam().members;
+    return s;
+  }();
+};
+
+TEST_P(Cancel, AtAnyPointEndsPromptlyAndGoesOnWhereItStopped) {
+  const Attempt whole = runUntil(input, settings, -1);
+  ASSERT_FALSE(whole.result.cancelled);
+  const int count = static_cast<int>(whole.states.size());
+  ASSERT_GE(count, 4 * GetParam().members + 3);
+  int resumed = 0;
+  for (int at = 0; at < count - 1; ++at) { // the last is Done: too late
+    const Progress& state = whole.states[at];
+    SCOPED_TRACE(::testing::Message()
+                 << "stop " << at << " in " << phaseName(state.phase) << ", iteration " << state.iteration);
+    const Attempt stopped = runUntil(input, settings, at);
+    EXPECT_TRUE(stopped.result.cancelled);
+    EXPECT_LE(static_cast<int>(stopped.states.size()), at + 2);
+    EXPECT_NE(stopped.states.back().phase, Phase::Done);
+    EXPECT_TRUE(stopped.result.volume.voxels.empty()) << "nobody asked for it";
+    ASSERT_TRUE(stopped.result.checkpoint);
+    EXPECT_EQ(stopped.result.iterations, stopped.result.checkpoint->iteration);
+    if (stopped.result.checkpoint->field.gaussians.empty()) {
+      EXPECT_LE(static_cast<int>(state.phase), static_cast<int>(Phase::Initialising));
+      continue;
+    }
+    EXPECT_NO_THROW(checkField(stopped.result.checkpoint->field));
+    const Attempt rest = runUntil(input, settings, -1, stopped.result.checkpoint);
+    ++resumed;
+    EXPECT_FALSE(rest.result.cancelled);
+    EXPECT_TRUE(rest.result.warnings.empty()) << rest.result.warnings[0];
+    EXPECT_LT(rest.states.size(), whole.states.size());
+    EXPECT_TRUE(sameField(rest.result.checkpoint->field, whole.result.checkpoint->field));
+    EXPECT_EQ(rest.result.volume.voxels, whole.result.volume.voxels);
+    EXPECT_EQ(rest.result.iterations, whole.result.iterations);
+  }
+  EXPECT_GE(resumed, 4 * GetParam().members);
+}
+
+TEST_P(Cancel, AgainAndAgainStillEndsAtTheSameResult) {
+  const Attempt whole = runUntil(input, settings, -1);
+  for (const int first : {1, 2, 3}) {
+    SCOPED_TRACE(::testing::Message() << "stops in callbacks " << first << ", " << first + 1 << ", ...");
+    std::shared_ptr<const Checkpoint> checkpoint;
+    ReconstructionResult last;
+    int runs = 0;
+    for (; runs < 60; ++runs) {
+      const Attempt run = runUntil(input, settings, first + (checkpoint ? 0 : 1) + runs, checkpoint);
+      last = run.result;
+      if (!last.cancelled) break;
+      ASSERT_FALSE(last.checkpoint->field.gaussians.empty());
+      // A run that is stopped before it did anything keeps what it was given.
+      const Attempt nothing = runUntil(input, settings, 0, last.checkpoint);
+      ASSERT_TRUE(nothing.result.cancelled);
+      EXPECT_EQ(nothing.result.checkpoint->iteration, last.checkpoint->iteration);
+      checkpoint = nothing.result.checkpoint;
+      ASSERT_FALSE(checkpoint->field.gaussians.empty());
+    }
+    EXPECT_LT(runs, 60);
+    EXPECT_TRUE(sameField(last.checkpoint->field, whole.result.checkpoint->field));
+    EXPECT_EQ(last.volume.voxels, whole.result.volume.voxels);
+  }
+}
+
+TEST_P(Cancel, RendersTheStoppedStateWhenAsked) {
+  std::stop_source stop;
+  ReconstructionJob job(input, settings);
+  job.onProgress([&](const Progress& p) {
+    if (p.phase == Phase::Fitting && p.iteration == 2) stop.request_stop();
+  });
+  const auto result = job.run(stop.get_token(), true);
+  EXPECT_TRUE(result.cancelled);
+  EXPECT_EQ(result.iterations, 2);
+  ASSERT_EQ(static_cast<std::int64_t>(result.volume.voxels.size()), result.volume.geometry.voxelCount());
+  const auto [low, high] = std::minmax_element(result.volume.voxels.begin(), result.volume.voxels.end());
+  EXPECT_GT(*high - *low, 50);
+}
+
+TEST_P(Cancel, BeforeTheStartDoesNothing) {
+  std::stop_source stop;
+  stop.request_stop();
+  const auto result = ReconstructionJob(input, settings).run(stop.get_token());
+  EXPECT_TRUE(result.cancelled);
+  EXPECT_EQ(result.iterations, 0);
+  ASSERT_TRUE(result.checkpoint);
+}
+
+INSTANTIATE_TEST_SUITE_P(Inputs, Cancel,
+                         ::testing::Values(Kind{"Isotropic", isotropicInput, 1},
+                                           Kind{"IsotropicMembers", isotropicInput, 2},
+                                           Kind{"Anisotropic", anisotropicInput, 3},
+                                           Kind{"Orthogonal", orthogonalInput, 2}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(CancelFromAnotherThread, EndsWithinACoupleOfSweeps) {
+  Settings settings = quickSettings(100000);
+  ReconstructionJob job(isotropicInput(), settings);
+  std::atomic<int> sweeps{0}, atRequest{-1};
+  job.onProgress([&](const Progress& p) {
+    if (p.phase == Phase::Fitting) ++sweeps;
+  });
+  std::stop_source stop;
+  std::jthread user([&] {
+    while (sweeps < 5)
+      std::this_thread::yield();
+    stop.request_stop();
+    atRequest = sweeps.load();
+  });
+  const auto result = job.run(stop.get_token());
+  user.join();
+  EXPECT_TRUE(result.cancelled);
+  EXPECT_GE(result.iterations, 5);
+  EXPECT_LE(sweeps - atRequest, 2);
+  EXPECT_FALSE(result.checkpoint->field.gaussians.empty());
+}
+
+TEST(Resume, WithOtherSettingsStartsANewFitFromTheModel) {
+  const ReconstructionInput input = isotropicInput();
+  Settings settings = quickSettings(5);
+  const auto first = reconstruct(input, settings);
+  ReconstructionInput again = input;
+  again.resume = first.checkpoint;
+  settings.loss = LossKind::L1;
+  const auto second = reconstruct(again, settings);
+  ASSERT_FALSE(second.warnings.empty());
+  EXPECT_EQ(second.iterations, 5);
+  EXPECT_FALSE(sameField(first.checkpoint->field, second.checkpoint->field));
+}
+
+TEST(Resume, OfACompleteFitOnlyRendersAgain) {
+  ReconstructionInput input = isotropicInput();
+  const auto first = reconstruct(input, quickSettings(5));
+  input.resume = first.checkpoint;
+  const auto second = reconstruct(input, quickSettings(5));
+  EXPECT_TRUE(sameField(first.checkpoint->field, second.checkpoint->field));
+  EXPECT_EQ(first.volume.voxels, second.volume.voxels);
+  EXPECT_TRUE(second.warnings.empty());
+}
+
+TEST(Resume, OfABrokenModelIsRefused) {
+  ReconstructionInput input = isotropicInput();
+  auto broken = std::make_shared<Checkpoint>(*reconstruct(input, quickSettings(2)).checkpoint);
+  broken->field.gaussians[3].mean[0] = std::numeric_limits<float>::quiet_NaN();
+  input.resume = broken;
+  EXPECT_THROW(reconstruct(input, quickSettings(2)), Error);
+}
+
+TEST(Resume, OfAForgedStateIsRefused) {
+  // Lengths that do not belong together must not be read beyond their ends.
+  const ReconstructionInput input = isotropicInput();
+  const Settings settings = quickSettings(4);
+  const Attempt stopped = runUntil(input, settings, 4);
+  ASSERT_TRUE(stopped.result.cancelled);
+  const auto refused = [&](auto&& change) {
+    auto forged = std::make_shared<Checkpoint>(*stopped.result.checkpoint);
+    change(*forged);
+    ReconstructionInput from = input;
+    from.resume = forged;
+    try {
+      reconstruct(from, settings);
+    } catch (const Error& error) {
+      return error.code() == ErrorCode::FileFormat;
+    }
+    return false;
+  };
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.moment1.pop_back(); }));
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.moment2.clear(); }));
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.finished = -1; }));
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.finished = c.field.size() + 1; }));
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.iteration = -3; }));
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.iteration = 1 << 30; }));
+  EXPECT_TRUE(refused([](Checkpoint& c) { c.moment2[7] = std::numeric_limits<float>::quiet_NaN(); }));
+}
