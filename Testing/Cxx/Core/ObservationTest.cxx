@@ -56,6 +56,16 @@ TEST(ProfileQuadrature, HasTheProfilesWidth) {
             std::vector<double>{0.0}); // thinner than a voxel
 }
 
+TEST(ProfileQuadrature, OfTwoPointsIsExactForCubics) {
+  for (const SliceProfile profile : {SliceProfile::Box, SliceProfile::Gaussian}) {
+    const auto q = twoPointQuadrature(profile, 6);
+    ASSERT_EQ(q.offset.size(), 2u);
+    EXPECT_NEAR(q.weight[0] + q.weight[1], 1, 1e-12);
+    EXPECT_NEAR(q.offset[0], -q.offset[1], 1e-12);
+    EXPECT_NEAR(secondMoment(q), profile == SliceProfile::Box ? 3.0 : 36 / 5.545177444, 1e-6);
+  }
+}
+
 TEST(Observation, HoldsTheStacksSamplesAtTheirPlaces) {
   Stack stack = stackOf(grid(5, 4, 3, {1, 2, 3}, {7, -8, 9}, obliqueDirection(0.6)));
   stack.image.voxels[1] = std::numeric_limits<float>::quiet_NaN();
