@@ -17,8 +17,7 @@ void sweep(benchmark::State& state) {
   plan.linearIntensity = s.field.linearIntensity;
   plan.iterations = 1 << 30;
   plan.cutoffEarly = plan.cutoffLate = s.field.cutoff;
-  Trainer trainer(s.field, observe(s.stack, s.field.modelToWorld, s.map, false), plan, kernelSet(""), pool,
-                  1);
+  Trainer trainer(s.field, observe(s.stack, s.field.modelToWorld, s.map, false), plan, kernelSet(""), pool);
   for (auto _ : state)
     trainer.step();
   state.counters["dB_fitted"] = -10 * std::log10(trainer.mse());

@@ -25,7 +25,9 @@ struct Scores {
 struct Target {
   const char* over;
   double reference, margin;
-  std::string text() const { return "≥ " + withSign(margin, 1) + " dB over " + over; }
+  std::string text() const {
+    return margin > 0 ? "≥ " + withSign(margin, 1) + " dB over " + over : std::string("not below ") + over;
+  }
 };
 
 std::vector<Target> targets(const std::string& volume, const std::string& honestCase, const Scores& s) {

@@ -2,9 +2,17 @@
 
 #include "Scene.h"
 
-/// Micro-benchmarks of the engine; Google Benchmark's options apply, e.g. --benchmark_filter=gather.
+#include <cstdlib>
+
+/// Micro-benchmarks of the engine. The volume: an argument, the environment variable
+/// INNERGS_BENCHMARK_VOLUME, or synthetic. Google Benchmark's options, e.g. --benchmark_filter=backward.
 int main(int argc, char** argv) {
+  if (const char* path = std::getenv("INNERGS_BENCHMARK_VOLUME")) innergs::bench::setSceneVolume(path);
   benchmark::Initialize(&argc, argv);
+  if (argc == 2 && argv[1][0] != '-') {
+    innergs::bench::setSceneVolume(argv[1]);
+    argc = 1;
+  }
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 1;
   benchmark::AddCustomContext("volume", innergs::bench::sceneName());
   innergs::bench::registerKernelBenchmarks();

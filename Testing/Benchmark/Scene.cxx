@@ -1,5 +1,6 @@
 #include "Scene.h"
 
+#include "Core/Error.h"
 #include "Core/Random.h"
 #include "Core/ReconstructionJob.h"
 #ifdef INNERGS_BENCHMARK_READS_VOLUMES
@@ -7,7 +8,6 @@
 #endif
 
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <numbers>
 
@@ -58,18 +58,16 @@ Volume syntheticHead() {
   return head;
 }
 
-const char* volumeFile() {
-#ifdef INNERGS_BENCHMARK_READS_VOLUMES
-  if (const char* path = std::getenv("INNERGS_BENCHMARK_VOLUME"); path && *path) return path;
-#endif
-  return nullptr;
-}
+std::string volumeFile; // empty: the synthetic head
 
 Volume sceneVolume() {
+  if (volumeFile.empty()) return syntheticHead();
 #ifdef INNERGS_BENCHMARK_READS_VOLUMES
-  if (const char* path = volumeFile()) return readVolume(path);
+  return readVolume(volumeFile);
+#else
+  throw Error(ErrorCode::InvalidArgument,
+              "This build cannot read images: set INNERGS_BUILD_IO or give no volume.");
 #endif
-  return syntheticHead();
 }
 
 Scene makeScene() {
@@ -82,6 +80,7 @@ Scene makeScene() {
   Settings settings;
   settings.gaussians = kPaperGaussians;
   settings.iterations = kSceneSweeps;
+  settings.members = 1;
   scene.field = ReconstructionJob(std::move(input), settings).run().checkpoint->field;
   scene.map = {scene.field.intensityScale, scene.field.intensityOffset};
   return scene;
@@ -94,9 +93,12 @@ const Scene& scene() {
   return made;
 }
 
+void setSceneVolume(const std::string& path) {
+  volumeFile = path;
+}
+
 std::string sceneName() {
-  const char* path = volumeFile();
-  return path ? std::filesystem::path(path).filename().string() : "synthetic head";
+  return volumeFile.empty() ? "synthetic head" : std::filesystem::path(volumeFile).filename().string();
 }
 
 Lattice sceneLattice() {

@@ -18,9 +18,9 @@ struct Scene {
   IntensityMap map; // of the field
 };
 
-/// Made at the first call. The volume is the file that the environment variable INNERGS_BENCHMARK_VOLUME
-/// names, or else a synthetic head of 145×174×145 voxels.
+/// Made at the first call. Without a volume: a synthetic head of 145×174×145 voxels.
 const Scene& scene();
+void setSceneVolume(const std::string& path); // before the first call
 std::string sceneName();
 
 /// The field on the volume's own lattice.
