@@ -29,7 +29,8 @@ struct GaussianField {
   double cutoff = 3.0;                            // Mahalanobis radius at which p reaches 0
   Affine3 modelToWorld;                           // rigid: model frame (mm) → LPS (mm)
   double intensityScale = 1, intensityOffset = 0; // scanner value = scale·I + offset
-  GridGeometry domain; // the region that was fitted: the default grid for resampling
+  GridGeometry domain; // the region that was fitted, outside which there is no value (I = 0);
+                       // the default grid for resampling; no voxels = unlimited
   std::vector<Gaussian> gaussians;
   Volume detail; // what the data still demand beyond the Gaussians (data consistency): patient-space lattice,
                  // units of I, added by trilinear interpolation inside its box; no voxels = none

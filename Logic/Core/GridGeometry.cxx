@@ -51,6 +51,7 @@ void checkGeometry(const GridGeometry& geometry, const std::string& what) {
 }
 
 GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing) {
+  if (spacing == geometry.spacing) return geometry; // to the last bit
   GridGeometry result = geometry;
   result.spacing = spacing;
   const Vec3 extent = geometry.extent();

@@ -86,6 +86,37 @@ GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
   return withSpacing(stacks.front().image.geometry, {spacing, spacing, spacing});
 }
 
+GridGeometry dataDomain(std::span<const Stack> stacks) {
+  GridGeometry domain = defaultOutputGrid(stacks);
+  if (stacks.size() == 1 && stacks.front().poses.empty()) return domain;
+  const Affine3 worldToIndex = inverse(domain.indexToWorld());
+  Vec3 low{-0.5, -0.5, -0.5}, high;
+  for (int a = 0; a < 3; ++a)
+    high[a] = static_cast<double>(domain.size[a]) - 0.5;
+  for (const Stack& stack : stacks) {
+    const auto& size = stack.image.geometry.size;
+    for (std::int64_t k = 0; k < size[2]; ++k) {
+      const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 index{corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
+                         static_cast<double>(k) + (corner & 4 ? 0.5 : -0.5)};
+        const Vec3 x = worldToIndex(pose(stack.image.geometry.indexToWorld()(index)));
+        for (int a = 0; a < 3; ++a) {
+          low[a] = std::min(low[a], x[a]);
+          high[a] = std::max(high[a], x[a]);
+        }
+      }
+    }
+  }
+  Vec3 first;
+  for (int a = 0; a < 3; ++a) {
+    first[a] = std::floor(low[a] + 0.5 + 1e-4);
+    domain.size[a] = static_cast<std::int64_t>(std::ceil(high[a] + 0.5 - 1e-4) - first[a]);
+  }
+  domain.origin = domain.indexToWorld()(first);
+  return domain;
+}
+
 Affine3 modelFrame(const GridGeometry& geometry) {
   Affine3 frame{geometry.direction, geometry.centre()};
   if (determinant(frame.linear) < 0)
@@ -131,6 +162,8 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
                 input.mask
                     ? "The mask does not cover any finite voxel of the images: check that it belongs to them."
                     : "The images have no finite observed voxel: there is nothing to fit.");
+  for (const Stack& stack : stacks)
+    prepared.scored.push_back(input.heldOutFraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(input.heldOutFraction > 0 ? withhold(stack, input.heldOutFraction)
                                                          : std::vector<std::int64_t>{});

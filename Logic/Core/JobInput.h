@@ -7,6 +7,7 @@ namespace innergs {
 struct PreparedInput {
   std::vector<Stack> stacks;                      // `observed` filled where anything is left out
   std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
+  std::vector<std::vector<std::uint8_t>> scored;  // per stack with withheld slices: observed before they were
   GridGeometry outputGrid;
   std::int64_t nonFinite = 0;
   std::string fingerprint; // of voxels, geometry and what is observed
@@ -20,6 +21,9 @@ PreparedInput prepareInput(const ReconstructionInput& input);
 /// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the first
 /// one's box.
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
+
+/// The lattice of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.
+GridGeometry dataDomain(std::span<const Stack> stacks);
 
 /// Rigid frame to fit in: axes of the first stack (made right-handed), origin at its centre.
 Affine3 modelFrame(const GridGeometry& geometry);

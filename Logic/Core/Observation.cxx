@@ -95,7 +95,7 @@ double effectiveThickness(const Stack& stack) {
 }
 
 ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, double resolution) {
-  const int n = std::clamp(static_cast<int>(std::lround(thickness / resolution)), 1, 32);
+  const int n = std::clamp(static_cast<int>(std::lround(thickness / resolution)), 1, 256);
   if (profile == SliceProfile::Point || n == 1) return {{0.0}, {1.0}};
   ProfileQuadrature q;
   if (profile == SliceProfile::Box) {
@@ -106,7 +106,7 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
     return q;
   }
   const double tau = thickness / kFwhm, reach = 2.5 * tau;
-  const int m = std::clamp(2 * static_cast<int>(std::ceil(reach / resolution)) + 1, 5, 33);
+  const int m = std::clamp(2 * static_cast<int>(std::ceil(reach / resolution)) + 1, 5, 257);
   double sum = 0;
   for (int i = 0; i < m; ++i) {
     const double x = reach * (2.0 * i / (m - 1) - 1);

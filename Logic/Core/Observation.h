@@ -43,13 +43,13 @@ double effectiveThickness(const Stack& stack);
 
 /// Observations of a stack in the model frame. One for a regular stack; one per slice when slices have poses.
 /// Slices without any finite observed voxel are left out. closedForm: additive fields with a Gaussian profile
-/// use the exact covariance instead of sub-planes. smoothAlongNormal: the field cannot vary much within the slice
-/// thickness, so the two-point quadrature is enough.
+/// use the exact covariance instead of sub-planes. smoothAlongNormal: the field cannot vary much within the
+/// slice thickness, so the two-point quadrature is enough.
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
                                  bool closedForm, bool smoothAlongNormal = false);
 
-/// Half the resolution in-plane (and across slices when they lie as close as pixels): averages of the observed
-/// voxels, for coarse-to-fine.
+/// Half the resolution in-plane (and across slices when they lie as close as pixels): averages of the
+/// observed voxels, for coarse-to-fine.
 Observation coarsened(const Observation& fine);
 
 } // namespace innergs

@@ -111,6 +111,12 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   } else {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 50.0, 16.0}[level]);
     iterations = std::array{60, 200, 400}[level];
+    plan.coarseIterations = 8;
+    if (settings.relocate && settings.initialisation == Initialisation::Grid) {
+      plan.relocateEvery = 5;
+      plan.relocateShare = 0.05;
+      plan.relocateUntil = 0.4;
+    }
   }
   if (settings.paperStopRule) iterations = 1000;
   if (!settings.gaussians) settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
@@ -118,6 +124,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   if (!settings.members) settings.members = normalised ? members : 1;
   plan.start.gaussians = *settings.gaussians;
   plan.iterations = *settings.iterations;
+  plan.coarseIterations = std::min(plan.coarseIterations, plan.iterations / 2);
   return plan;
 }
 

@@ -161,7 +161,7 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
   field.intensityScale = map.scale;
   field.intensityOffset = map.offset;
   field.cutoff = plan.cutoffEarly;
-  field.domain = prepared.outputGrid;
+  field.domain = dataDomain(prepared.stacks);
   const ProxyVolume proxy = makeProxy(prepared.stacks, field.modelToWorld, map, traits.voxel, pool);
   initialise(field, proxy, plan.start, settings.seed + static_cast<std::uint64_t>(member), pool);
   if (field.gaussians.empty())
@@ -183,7 +183,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
     checkField(resume->field);
     field = resume->field;
     field.detail = {};
-    field.domain = prepared.outputGrid;
+    field.domain = dataDomain(prepared.stacks);
     if (!same)
       result.warnings.push_back("The model to resume was made with other settings or images: its Gaussians "
                                 "are the start of a new fit.");
@@ -191,7 +191,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   if (same) {
     checkResumable(*resume, state.iterations);
     checkpoint = *resume; // stopped before anything is done: what was given
-    checkpoint.field.domain = prepared.outputGrid;
+    checkpoint.field.domain = dataDomain(prepared.stacks);
     checkpoint.field.detail = {};
     const auto open = field.gaussians.begin() + resume->finished;
     merged = field;
@@ -218,7 +218,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       pool.throwIfStopped();
       observations.push_back(std::move(o));
     }
-  Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool, settings.seed);
+  Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool);
   if (same && !resume->moment1.empty())
     trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember);
   checkpoint = {};
@@ -289,7 +289,7 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
                   [](const Stack& s) { return !s.poses.empty(); }))
     return;
   report(Phase::Refining, kFitEnds);
-  Volume volume = render(field, defaultOutputGrid(prepared.stacks), renderOptions(pool.stopToken()));
+  Volume volume = render(field, field.domain, renderOptions(pool.stopToken()));
   const std::vector<float> before = volume.voxels;
   BackProjectionPlan refinement;
   refinement.noise = result.noise;
@@ -309,12 +309,13 @@ double ReconstructionJob::Impl::heldOutPsnr(const PreparedInput& prepared, const
   for (std::size_t s = 0; s < prepared.stacks.size(); ++s) {
     if (prepared.heldOut[s].empty()) continue;
     const Stack& withheld = input.stacks[s];
+    const auto& scored = prepared.scored[s];
     const Volume rendered = renderStack(field, withheld, renderOptions(stop));
     const std::int64_t plane = withheld.image.geometry.size[0] * withheld.image.geometry.size[1];
     for (std::int64_t k : prepared.heldOut[s])
       for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
         const float truth = withheld.image.voxels[v];
-        if (!std::isfinite(truth) || (!withheld.observed.empty() && !withheld.observed[v])) continue;
+        if (!std::isfinite(truth) || (!scored.empty() && !scored[v])) continue;
         const double e = (rendered.voxels[v] - truth) / field.intensityScale;
         squared += e * e;
         ++count;

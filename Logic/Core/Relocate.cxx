@@ -32,19 +32,16 @@ void split(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b)
 
 } // namespace
 
-void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> gradient,
-                       const RelocationPlan& plan, std::uint64_t) {
+void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan) {
   const std::int64_t n = field.size(), moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n));
   if (moved < 1) return;
   std::vector<float> need(n), use(n);
   for (std::int64_t i = 0; i < n; ++i) {
     const Gaussian& g = field.gaussians[i];
-    const float* d = gradient.data() + 16 * i;
     const float scale = std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3);
-    need[i] = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]) * scale;
-    // What leaving it out would change: weight × volume, less for one that agrees with its surroundings
-    // (small slope of the loss).
-    use[i] = g.logWeight + g.logScale[0] + g.logScale[1] + g.logScale[2];
+    const float* energy = adam.moment2.data() + 16 * i; // running mean of squared gradients
+    need[i] = (energy[0] + energy[1] + energy[2]) * scale * scale;
+    use[i] = energy[11];
   }
   std::vector<std::uint32_t> byNeed(n), byUse(n);
   std::iota(byNeed.begin(), byNeed.end(), 0u);

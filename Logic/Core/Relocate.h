@@ -8,10 +8,10 @@ struct RelocationPlan {
   double minLogScale = -10;
 };
 
-/// Moves the least useful Gaussians to where the residual is, within the same budget: those of least
-/// contribution are dropped and those with the largest positional gradient (paper: ‖∇μ‖) are split in two
-/// along their longest axis. Adam's moments of both restart at 0.
-void relocateGaussians(GaussianField& field, Adam& adam, std::span<const float> gradient,
-                       const RelocationPlan& plan, std::uint64_t seed);
+/// Pruning and densification within one budget: Gaussians whose intensity the residual has hardly pulled at
+/// are dropped, and those with the strongest positional pull relative to their size (paper: ‖∇μ‖ above τ_p)
+/// are split in two along their longest axis. Both are read off Adam's second moments; those of the moved
+/// ones restart at 0. The field is sorted along a Morton curve afterwards.
+void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan);
 
 } // namespace innergs

@@ -2,6 +2,7 @@
 
 #include "Core/BackProjection.h"
 #include "Core/DetailSampler.h"
+#include "Core/DomainBox.h"
 #include "Core/Error.h"
 #include "Core/Loss.h"
 
@@ -50,6 +51,7 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
   const KernelSet& kernels = kernelSet(options.instructionSet);
   const Finish finish(field, options);
   const DetailSampler detail(field, geometry.indexToWorld());
+  const DomainBox box(field.domain, geometry.indexToWorld());
   Volume volume{geometry, {}};
   volume.voxels.resize(geometry.voxelCount());
   Lattice lattice;
@@ -72,7 +74,10 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
       const double y = static_cast<double>(row % lattice.ny),
                    z = static_cast<double>(first + row / lattice.ny);
       float* out = volume.voxels.data() + (first * lattice.ny + row) * lattice.nx;
-      for (int x = 0; x < lattice.nx; ++x)
+      int begin = 0, end = lattice.nx;
+      box.clipRow(y, z, begin, end);
+      std::fill_n(out, lattice.nx, finish.units(0));
+      for (int x = begin; x < end; ++x)
         out[x] = finish(w[x], n[x], detail, {static_cast<double>(x), y, z});
     });
   }

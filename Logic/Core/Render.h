@@ -16,6 +16,7 @@ struct RenderOptions {
 
 /// The field at every voxel centre of a lattice (thin: no slice profile). Any lattice: oblique, one slice,
 /// left-handed.
+/// Outside the field's domain I = 0.
 Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& options = {});
 
 /// The field as a scanner would see it: lattice of the stack, integrated over its slice profile.

@@ -1,4 +1,5 @@
 #include "Core/DetailSampler.h"
+#include "Core/DomainBox.h"
 #include "Core/Error.h"
 #include "Core/Kernels.h"
 #include "Core/Render.h"
@@ -83,6 +84,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
     cells[a] = static_cast<std::int64_t>((high[a] - low[a]) / cell) + 1;
   std::vector<Projected> projected;
   project(field, options.values, lattice, {}, pool, projected);
+  const DomainBox box(field.domain, {});
   const DetailSampler detail(field, {});
   const CellLists lists(projected, cells);
   const bool normalised = field.blending == Blending::Normalised,
@@ -112,6 +114,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
       }
       float value = normalised ? n / (w + static_cast<float>(field.epsilon)) : n;
       if (options.values.empty()) value += detail(points[i]);
+      if (!box.contains(points[i])) value = 0;
       result[i] = units ? static_cast<float>(field.intensityScale * value + field.intensityOffset) : value;
     }
   });

@@ -27,7 +27,7 @@ struct Settings {
   std::optional<int> iterations;         // sweeps over the data, per member
   std::optional<int> members;            // fields fitted independently and merged (see Plan.h)
   bool paperStopRule = false; // stop when the loss fell by < 1e-4 over 100 iterations; at most 1000
-  bool relocate = true;       // prune useless Gaussians and put them where the residual is
+  bool relocate = true;       // even grid: prune useless Gaussians, split those under the residual
   bool consistency = true;    // noise-aware data-consistency step after the fit (super-resolution only)
   int threads = 0;            // 0 = all cores
   std::string instructionSet; // "" = best available; "scalar" = the plain reference

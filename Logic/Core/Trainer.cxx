@@ -8,9 +8,8 @@
 namespace innergs {
 
 Trainer::Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan,
-                 const KernelSet& kernels, ThreadPool& pool, std::uint64_t seed)
-    : field_(std::move(field)), plan_(std::move(plan)), kernels_(kernels), pool_(pool), seed_(seed),
-      adam_(field_.size()) {
+                 const KernelSet& kernels, ThreadPool& pool)
+    : field_(std::move(field)), plan_(std::move(plan)), kernels_(kernels), pool_(pool), adam_(field_.size()) {
   adam_.beta1 = plan_.beta1;
   adam_.beta2 = plan_.beta2;
   std::size_t buffer = 0;
@@ -108,8 +107,7 @@ std::int64_t Trainer::memory() const {
 }
 
 void Trainer::relocate() {
-  relocateGaussians(field_, adam_, gradient_, {plan_.relocateShare, plan_.bounds.minLogScale},
-                    seed_ + static_cast<std::uint64_t>(iteration_));
+  relocateGaussians(field_, adam_, {plan_.relocateShare, plan_.bounds.minLogScale});
 }
 
 } // namespace innergs

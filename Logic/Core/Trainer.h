@@ -12,7 +12,7 @@ struct FitPlan {
   InitialisationPlan start;
   bool linearIntensity = false;
   int iterations = 200;
-  int coarseIterations = 0; // the first ones see the data at half resolution
+  int coarseIterations = 0;       // the first ones see the data at half resolution
   bool smoothAlongNormal = false; // see observe()
   LossKinds loss;
   LearningRates rates;     // at the start
@@ -33,7 +33,7 @@ struct FitPlan {
 class Trainer {
 public:
   Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
-          ThreadPool& pool, std::uint64_t seed);
+          ThreadPool& pool);
   ~Trainer();
 
   /// Starts again with another field on the same observations.
@@ -70,7 +70,6 @@ private:
   FitPlan plan_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
-  std::uint64_t seed_;
   Adam adam_;
   std::vector<View> fine_, coarse_;
   std::vector<float> weights_, numerators_, gradient_;

@@ -1,3 +1,4 @@
+#include "Core/BackProjection.h"
 #include "Evaluation/BackProjection.h"
 
 #include "Core/Error.h"
@@ -13,6 +14,8 @@ using namespace innergs;
 using namespace innergs::testing;
 
 namespace {
+
+ThreadPool pool;
 
 double residual(const Volume& volume, std::span<const Stack> stacks) {
   double squares = 0, count = 0;
