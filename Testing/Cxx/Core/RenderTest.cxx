@@ -288,6 +288,40 @@ TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
   EXPECT_THROW(checkField(field), Error);
 }
 
+TEST(RenderingOfADomain, EndsAtItsBoxThroughEveryPath) {
+  for (const double offset : {0.0, -1024.0}) {
+    GaussianField field = fieldOn(oblique(), Blending::Normalised, true), unlimited = field;
+    field.intensityOffset = unlimited.intensityOffset = offset;
+    field.domain =
+        grid(8, 7, 6, {1.1, 1.2, 1.3}, oblique().centre() - Vec3{2, 3, 4}, obliqueDirection(1.1, true));
+    const Affine3 toDomain = inverse(field.domain.indexToWorld());
+    const auto margin = [&](const Vec3& x) { // > 0 inside, in voxels of the domain
+      const Vec3 at = toDomain(x);
+      double nearest = 1e9;
+      for (int a = 0; a < 3; ++a)
+        nearest = std::min({nearest, at[a] + 0.5, static_cast<double>(field.domain.size[a]) - 0.5 - at[a]});
+      return nearest;
+    };
+    const Volume volume = render(field, oblique());
+    for (int axis = 0; axis < 3; ++axis) {
+      const Volume turned = withSliceAxis(volume, axis);
+      const Volume limited = render(field, turned.geometry), whole = render(unlimited, turned.geometry);
+      const auto points = pointsOf(turned.geometry);
+      const auto queried = renderPoints(field, points);
+      int inside = 0;
+      for (std::size_t v = 0; v < points.size(); ++v) {
+        const double m = margin(points[v]);
+        if (std::abs(m) < 1e-3) continue; // on the very edge rounding decides
+        inside += m > 0;
+        ASSERT_NEAR(limited.voxels[v], m > 0 ? whole.voxels[v] : offset, 2e-4) << "axis " << axis;
+        ASSERT_NEAR(queried[v], limited.voxels[v], 2e-4);
+        ASSERT_NEAR(turned.voxels[v], limited.voxels[v], 2e-4);
+      }
+      EXPECT_GT(inside, 100);
+    }
+  }
+}
+
 TEST(RenderingErrors, AreRefusedInASentence) {
   const GaussianField field = fieldOn(oblique(), Blending::Normalised, true);
   const auto code = [](auto&& call) {
