@@ -49,6 +49,7 @@ public:
   bool failed() const { return failed_; }
 
   void run() {
+    document(""); // what is wrong with it is said before the work
     volumes_ = findVolumes();
     brainweb_ = &volumes_.back();
     std::string numbers = machine();
@@ -60,12 +61,15 @@ public:
       numbers += "\n### Protocol H: preset balanced, PSNR in dB pooled over the body / SSIM\n\n" +
                  honestTable(honest());
     std::cout << "\n" << numbers << std::flush;
-    const std::string old = fs::exists(o_.document) ? contents(o_.document) : emptyDocument();
-    writeFileAtomically(o_.document, withNumbers(old, numbers));
+    writeFileAtomically(o_.document, document(numbers));
     std::cout << "\nWritten to " << o_.document << "\n";
   }
 
 private:
+  std::string document(const std::string& numbers) const {
+    return withNumbers(fs::exists(o_.document) ? contents(o_.document) : emptyDocument(), numbers);
+  }
+
   std::string workFile(const std::string& name) const { return (fs::path(o_.work) / name).string(); }
 
   /// Runs a program that writes `json`; a failure or an absent volume becomes a line in the table.

@@ -1,6 +1,7 @@
 #include "Platform.h"
 
 #include "Core/Error.h"
+#include "Core/Plan.h"
 #include "Evaluation/Protocols.h"
 #include "IO/AtomicFile.h"
 #include "IO/VolumeIO.h"
@@ -32,22 +33,35 @@ struct Options {
   bool responsiveness = false;
 };
 
+/// What turns the fit's own PSNR into one on the truth's range.
+struct Monitor {
+  double scale = 1;         // the fit's range, image units: it leaves outliers out
+  int coarseIterations = 0; // their PSNR is of the data at half resolution: not comparable
+};
+
+Monitor monitorOf(const Volume& volume, Settings settings) {
+  const EvaluationInput input = paperInput(volume, 0.05, settings.seed);
+  const IntensityMap map = chooseIntensityMap(input.stacks);
+  return {map.scale, makePlan(settings, measureTraits(input.stacks, map)).coarseIterations};
+}
+
 /// Protocol P, with the fit's PSNR against time and the memory it took. Its own process, so that the peak is
 /// the fit's.
 Json paper(const Volume& volume, const Options& o, std::int64_t atStart) {
-  std::vector<std::pair<double, double>>
-      monitor; // seconds, dB of the fitted samples on the model's own range
+  const Monitor monitor = monitorOf(volume, o.settings);
+  std::vector<std::pair<double, double>> fitted; // seconds, dB
   std::int64_t peak = 0;
   std::clock_t cpu = 0;
   double cpuSeconds = 0;
   int iterations = 0;
+  std::int64_t gaussians = 0;
   EvaluationOptions options;
   options.settings = o.settings;
-  options.keepVolumes = true; // for the model
   options.progress = [&](const Progress& p) {
     if (p.phase != Phase::Fitting || p.iteration == 0) return;
-    monitor.emplace_back(p.elapsed, p.trainingPsnr);
+    if (p.iteration > monitor.coarseIterations) fitted.emplace_back(p.elapsed, p.trainingPsnr);
     iterations = p.iteration;
+    gaussians = p.gaussians;
   };
   options.onMethod = [&](const std::string& name) {
     if (name == "gaussians")
@@ -59,11 +73,10 @@ Json paper(const Volume& volume, const Options& o, std::int64_t atStart) {
   };
   const EvaluationReport report = evaluatePaper(volume, options);
 
-  // The same peak as the report's, in place of the model's range, which leaves outliers out.
-  const double shift = 20 * std::log10(report.peak / report.model->field.intensityScale);
+  const double shift = 20 * std::log10(report.peak / monitor.scale);
   Json result;
   result["size"] = volume.geometry.size;
-  result["gaussians"] = report.model->field.size();
+  result["gaussians"] = gaussians;
   result["iterations"] = iterations;
   result["samples"] = report.samples;
   result["notes"] = report.notes;
@@ -71,7 +84,8 @@ Json paper(const Volume& volume, const Options& o, std::int64_t atStart) {
     result["methods"][m.name] = {
         {"psnr", m.psnr}, {"pooled_psnr", m.pooledPsnr}, {"ssim", m.ssim}, {"seconds", m.seconds}};
   result["cpu_seconds"] = cpuSeconds;
-  for (const auto& [seconds, psnr] : monitor)
+  result["fitted"] = Json::array();
+  for (const auto& [seconds, psnr] : fitted)
     result["fitted"].push_back({seconds, psnr + shift});
   result["memory"] = {{"at_start", atStart}, {"peak", peak}, {"volume", 4 * volume.geometry.voxelCount()}};
   return result;
