@@ -227,7 +227,7 @@ TEST(JobWithTheStopRule, EndsAConvergedFitEarly) {
 
 TEST(JobPreview, ShowsTheOutputGridAtReducedSize) {
   ReconstructionInput input = isotropicInput();
-  Settings settings = quickSettings(4000);
+  Settings settings = quickSettings(1'000'000);
   int previews = 0;
   std::stop_source stop;
   ReconstructionJob job(input, settings);
