@@ -40,7 +40,7 @@ void checkField(const GaussianField& field) {
   if (!std::isfinite(field.intensityScale) || field.intensityScale == 0 ||
       !std::isfinite(field.intensityOffset))
     fail("its intensity map is not finite.");
-  checkGeometry(field.domain, "The model's domain");
+  if (field.domain != GridGeometry{}) checkGeometry(field.domain, "The model's domain");
   if (!field.detail.voxels.empty()) {
     checkGeometry(field.detail.geometry, "The model's detail grid");
     if (static_cast<std::int64_t>(field.detail.voxels.size()) != field.detail.geometry.voxelCount())

@@ -178,10 +178,14 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
   char text[32];
   std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(h));
   prepared.fingerprint = text;
-  prepared.outputGrid = input.outputGrid ? *input.outputGrid : defaultOutputGrid(stacks);
+  const bool posed =
+      std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
+  prepared.outputGrid = input.outputGrid ? *input.outputGrid
+                        : posed          ? dataDomain(stacks)
+                                         : defaultOutputGrid(stacks);
   checkGeometry(prepared.outputGrid, "The output grid");
-  if (std::none_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
-        return !stack.poses.empty() || overlap(stack.image.geometry, prepared.outputGrid);
+  if (!posed && std::none_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
+        return overlap(stack.image.geometry, prepared.outputGrid);
       }))
     throw Error(
         ErrorCode::Geometry,

@@ -62,7 +62,10 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
       t.thickness = std::max(t.thickness, effectiveThickness(stack));
   forEachSample(stacks, [&](float) { ++t.samples; });
   const Vec3 extent = stacks.front().image.geometry.extent();
-  t.volume = extent[0] * extent[1] * extent[2];
+  std::int64_t voxels = 0;
+  for (const Stack& stack : stacks)
+    voxels += stack.image.geometry.voxelCount();
+  t.volume = extent[0] * extent[1] * extent[2] * static_cast<double>(t.samples) / static_cast<double>(voxels);
   return t;
 }
 

@@ -11,7 +11,7 @@ struct DataTraits {
   double noise = 0;     // standard deviation, normalised intensity
   int stacks = 1;
   std::int64_t samples = 0; // finite observed voxels
-  double volume = 0;        // of the first stack's box, mm³
+  double volume = 0;        // of the first stack's box, the observed share of it, mm³
   /// One stack with slices clearly farther apart than its pixels: the fit must bridge the gaps.
   bool singleAnisotropic() const { return stacks == 1 && gap > 1.4 * voxel; }
   bool superResolution() const { return gap > 1.4 * voxel; }
