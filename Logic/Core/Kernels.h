@@ -35,13 +35,25 @@ const std::vector<KernelSet>& kernelSets();
 /// Empty name: the best. Throws Error(InvalidArgument) for a name this processor does not have.
 const KernelSet& kernelSet(const std::string& name);
 
+/// The first plane at or above `position`: guessed from an even spacing, then stepped to the exact one.
+inline int firstPlane(const LatticeView& lattice, double position) {
+  const double span = lattice.z[lattice.nz - 1] - lattice.z[0];
+  const double guess = span > 0 ? (position - lattice.z[0]) * (lattice.nz - 1) / span : 0.0;
+  int k = guess > 0 ? static_cast<int>(std::min(guess, static_cast<double>(lattice.nz))) : 0;
+  while (k > 0 && lattice.z[k - 1] >= position)
+    --k;
+  while (k < lattice.nz && lattice.z[k] < position)
+    ++k;
+  return k;
+}
+
 /// Planes that the ellipsoid reaches: [first, last).
 inline void planeRange(const Projected& g, const LatticeView& lattice, int& first, int& last) {
   const double centre = g.cell[2] + static_cast<double>(g.fraction[2]);
-  first =
-      static_cast<int>(std::lower_bound(lattice.z, lattice.z + lattice.nz, centre - g.half[2]) - lattice.z);
-  last = static_cast<int>(std::upper_bound(lattice.z + first, lattice.z + lattice.nz, centre + g.half[2]) -
-                          lattice.z);
+  first = firstPlane(lattice, centre - g.half[2]);
+  last = first;
+  while (last < lattice.nz && lattice.z[last] <= centre + g.half[2])
+    ++last;
 }
 
 /// Distance of a plane to the mean, index units.

@@ -183,6 +183,7 @@ const std::vector<KernelSet>& kernelSets() {
   static const std::vector<KernelSet> sets = [] {
     std::vector<KernelSet> found;
     for (std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+      if (target == HWY_SCALAR || target == HWY_EMU128) continue; // the plain reference is better known
       hwy::SetSupportedTargetsForTest(target);
       hwy::GetChosenTarget().Update(hwy::SupportedTargets());
       found.push_back(HWY_DYNAMIC_DISPATCH(kernels)());
