@@ -47,6 +47,7 @@ Json fieldInfo(const GaussianField& field) {
             {"blending", field.blending == Blending::Normalised ? "normalised" : "additive"},
             {"linear_intensity", field.linearIntensity},
             {"cutoff", field.cutoff},
+            {"detail_grid", !field.detail.voxels.empty()},
             {"intensity_scale", field.intensityScale},
             {"intensity_offset", field.intensityOffset}};
   info["domain"] = toJson(field.domain);

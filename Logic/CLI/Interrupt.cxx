@@ -1,12 +1,13 @@
 #include "CLI/Interrupt.h"
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 
 namespace innergs::cli {
 namespace {
 
-volatile std::sig_atomic_t signalled = 0;
+std::atomic<int> signalled = 0; // lock-free, so a signal handler may set it
 
 extern "C" void remember(int signal) {
   signalled = 1;

@@ -4,6 +4,7 @@
 #include "CLI/ReconstructReport.h"
 
 #include "Core/Error.h"
+#include "Core/JobInput.h"
 #include "Core/Region.h"
 #include "IO/AtomicFile.h"
 #include "IO/ModelFile.h"
@@ -45,15 +46,6 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
   return stacks;
 }
 
-// The finest spacing of all scans, isotropic, over the first scan's box.
-GridGeometry defaultGrid(const std::vector<Stack>& stacks) {
-  double finest = INFINITY;
-  for (const auto& stack : stacks)
-    for (const double mm : stack.image.geometry.spacing)
-      finest = std::min(finest, mm);
-  return withSpacing(stacks.front().image.geometry, {finest, finest, finest});
-}
-
 // A region needs only the voxels in and around it.
 void keepRegion(std::vector<Stack>& stacks, const Region& region) {
   double margin = 0;
@@ -72,7 +64,8 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
     scans.push_back(record(options.inputs[n], input.stacks[n]));
   if (!options.mask.empty()) input.mask = readMask(options.mask);
   if (options.grid.given())
-    input.outputGrid = options.grid.choose(input.stacks.front().image.geometry, defaultGrid(input.stacks));
+    input.outputGrid =
+        options.grid.choose(input.stacks.front().image.geometry, defaultOutputGrid(input.stacks));
   if (const auto& roi = options.grid.roi; !roi.empty())
     keepRegion(input.stacks, Region{{roi[0], roi[2], roi[4]}, {roi[1], roi[3], roi[5]}});
   return input;
@@ -110,9 +103,13 @@ int reconstruct(const ReconstructOptions& options) {
   if (result.cancelled && (!result.checkpoint || result.checkpoint->field.gaussians.empty()))
     throw Error(ErrorCode::Cancelled, "Interrupted before the fit began; nothing was written.");
   writeResults(options, scans, result, display);
+  if (!options.ply.empty() && !result.checkpoint->field.detail.voxels.empty())
+    fmt::print(stderr, "innergs: warning: The PLY file holds the Gaussians alone; only a model file keeps "
+                       "their detail grid.\n");
   if (result.cancelled) {
-    fmt::print(stderr, "innergs: Interrupted after {} of {} sweeps; what was reached is in {}.\n",
-               result.iterations, result.settings.iterations.value_or(0), writtenFiles(options));
+    fmt::print(
+        stderr, "innergs: Interrupted after {} of {} sweeps; what was reached is in {}.\n", result.iterations,
+        result.settings.iterations.value_or(0) * result.settings.members.value_or(1), writtenFiles(options));
     return Interrupted;
   }
   display.say(fmt::format("{} Gaussians, {} sweeps, {}. {}\nWrote {}.", result.checkpoint->field.size(),

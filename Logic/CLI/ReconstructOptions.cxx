@@ -8,7 +8,11 @@ void addSettings(CLI::App& app, Settings& settings) {
                     "How much work to put in: seconds, about a minute, minutes [balanced]");
   app.add_option("--gaussians", settings.gaussians, "At most this many Gaussians [chosen from the data]")
       ->type_name("N");
-  app.add_option("--iterations", settings.iterations, "Sweeps over the data [chosen by the preset]")
+  app.add_option("--iterations", settings.iterations,
+                 "Sweeps over the data, per member [chosen by the preset]")
+      ->type_name("N");
+  app.add_option("--members", settings.members,
+                 "Fields fitted independently and merged, against noise across gaps [chosen from the data]")
       ->type_name("N");
   app.add_option("--seed", settings.seed, "Same seed, same result, bit for bit, on any number of threads [1]")
       ->type_name("N");
@@ -31,7 +35,7 @@ void addSettings(CLI::App& app, Settings& settings) {
                "Stop when the loss fell by less than 1e-4 over 100 sweeps, after 1000 at the latest");
   app.add_flag_callback(
       "--no-relocation", [&settings] { settings.relocate = false; },
-      "Leave useless Gaussians where they are");
+      "On an even grid, leave useless Gaussians where they are");
   app.add_flag_callback(
       "--no-consistency", [&settings] { settings.consistency = false; },
       "Leave out the data-consistency step after the fit");

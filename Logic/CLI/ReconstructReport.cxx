@@ -78,6 +78,7 @@ Json toJson(const Settings& s) {
           {"ssim_weight", s.ssimWeight},
           {"gaussians", orNull(s.gaussians)},
           {"iterations", orNull(s.iterations)},
+          {"members", orNull(s.members)},
           {"paper_stop_rule", s.paperStopRule},
           {"relocation", s.relocate},
           {"consistency", s.consistency},

@@ -14,7 +14,7 @@ struct LearningRates {
 /// Bounds kept after every step.
 struct FieldBounds {
   double minLogScale = -10, maxLogScale = 10;
-  double minThirdLogScale = -1e9; // floor on the third axis (DESIGN §3: bridges the slice gap)
+  double minThirdLogScale = -1e9; // floor on the third axis (Docs/method.md: bridges the slice gap)
   double maxAbsLogWeight = 8;
 };
 

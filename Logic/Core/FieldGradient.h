@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// Chain rule from a Gaussian's moments on a lattice to its 15 parameters (DESIGN §2; closed-form PSF:
+/// Chain rule from a Gaussian's moments on a lattice to its 15 parameters (Docs/method.md; closed-form PSF:
 /// through Σ_obs = Σ + B and the factor √(det Σ / det Σ_obs)).
 class FieldGradient {
 public:

@@ -114,7 +114,7 @@ INNERGS_HD inline RowForm<T> rowForm(const T* p) {
 }
 
 /// Sums over the voxels x of one Gaussian's ellipsoid, d = x − mean, q = w·p, q′ = w·(p − p_cut); f and F0 as
-/// in DESIGN §2: dL/dI spread to the numerator (F0) and through numerator and denominator (f).
+/// in Docs/method.md: dL/dI spread to the numerator (F0) and through numerator and denominator (f).
 template <class T>
 struct Moments {
   T m0 = 0;     // Σ f q′

@@ -111,8 +111,11 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   std::vector<float> density = structureMeasure(proxy, pool);
   double structure = 0;
   std::int64_t covered = 0;
+  pool.blocks(static_cast<std::int64_t>(density.size()), 1 << 16, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t v = first; v < last; ++v)
+      density[v] = proxy.covered[v] ? std::pow(density[v], static_cast<float>(plan.exponent)) : 0.f;
+  });
   for (std::size_t v = 0; v < density.size(); ++v) {
-    density[v] = proxy.covered[v] ? std::pow(density[v], static_cast<float>(plan.exponent)) : 0.f;
     structure += density[v];
     covered += proxy.covered[v];
   }
@@ -137,7 +140,8 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
     inside[morton(c % kBrick, c / kBrick % kBrick, c / kBrick / kBrick)] = {c % kBrick, c / kBrick % kBrick,
                                                                             c / kBrick / kBrick};
   const Vec3& spacing = proxy.geometry.spacing;
-  for (const auto& brick : bricks)
+  for (const auto& brick : bricks) {
+    pool.throwIfStopped();
     for (const auto& in : inside) {
       const std::int64_t i = brick[0] + in[0], j = brick[1] + in[1], k = brick[2] + in[2];
       if (i >= size[0] || j >= size[1] || k >= size[2]) continue;
@@ -154,6 +158,7 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
             gaussianAt(proxy, index, {local * spacing[0], local * spacing[1], local * spacing[2]}));
       }
     }
+  }
 }
 
 } // namespace

@@ -30,7 +30,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
 void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
                 std::uint64_t seed, ThreadPool& pool);
 
-/// Structure measure that the density follows: 0.5·|∇I| + |second differences|, smoothed (DESIGN §3).
+/// Structure measure that the density follows: 0.5·|∇I| + |second differences|, smoothed (Docs/method.md).
 std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool);
 
 /// Sorts by position along a Morton curve, so that neighbours in space are neighbours in memory. Returns the

@@ -62,6 +62,7 @@ std::vector<std::int64_t> withhold(Stack& stack, double fraction) {
   const std::int64_t every = std::max<std::int64_t>(2, std::llround(1 / fraction));
   for (std::int64_t k = every / 2; k + 1 < slices; k += every)
     if (k > 0) withheld.push_back(k);
+  if (withheld.empty() && slices > 2) withheld.push_back(slices / 2);
   if (stack.observed.empty()) stack.observed.assign(stack.image.voxels.size(), 1);
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
   for (std::int64_t k : withheld)
@@ -152,7 +153,7 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
                      [&](const Stack& other) { return overlap(other.image.geometry, stack.image.geometry); }))
       throw Error(ErrorCode::Geometry,
                   nameOf(stack, s) + " does not overlap " + nameOf(stacks[0], 0) +
-                      " in patient space: check that they are scans of the same session.");
+                      " in patient space: check that they are scans of the same patient.");
   }
   std::int64_t samples = 0;
   for (const Stack& stack : stacks)

@@ -24,8 +24,8 @@ struct KernelSet {
   /// weights += Σ w p′, numerators += Σ w p′ (c + g·d) over the tile, in the order of `ids`.
   void (*accumulate)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                      const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators);
-  /// The moments of one Gaussian over its whole ellipsoid, index coordinates. f0, f1: DESIGN §2, zero in the
-  /// row padding.
+  /// The moments of one Gaussian over its whole ellipsoid, index coordinates. f0, f1: Docs/method.md, zero in
+  /// the row padding.
   void (*gather)(const Projected& gaussian, const LatticeView& lattice, const float* f0, const float* f1,
                  math::Moments<float>& out);
 };

@@ -44,8 +44,4 @@ void LatticeRenderer::backward(const GaussianField& field, const float* f0, cons
   });
 }
 
-std::int64_t LatticeRenderer::memory() const {
-  return static_cast<std::int64_t>(projected_.capacity() * (sizeof(Projected) + 8));
-}
-
 } // namespace innergs

@@ -15,10 +15,8 @@ public:
   void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators);
 
   /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian,
-  /// from F0 and F1 (DESIGN §2) on the lattice. forward() must have been called with the same field.
+  /// from F0 and F1 (Docs/method.md) on the lattice. forward() must have been called with the same field.
   void backward(const GaussianField& field, const float* f0, const float* f1, std::span<float> gradient);
-
-  std::int64_t memory() const; // bytes held
 
 private:
   LatticeView view() const;

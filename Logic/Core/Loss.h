@@ -28,7 +28,7 @@ void composeSlice(const Observation& observation, int slice, const float* weight
                   const GaussianField& field, float* out);
 
 /// Loss of every slice and its gradient, spread onto the sub-planes: `weights` and `numerators` become F0 and
-/// F1 (DESIGN §2).
+/// F1 (Docs/method.md).
 LossSum lossPass(const Observation& observation, const GaussianField& field, const LossKinds& kinds,
                  float* weights, float* numerators, ThreadPool& pool);
 

@@ -35,10 +35,13 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double gaussians = static_cast<double>(*filled.gaussians);
   const GridGeometry grid = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   const double copies = samples * 5 /* the job's own stacks */ + samples * 5 /* targets and weights */;
-  const double fit = largest * 8 /* W, N */ + gaussians * (4 * 64.0 + sizeof(Projected) + 32);
+  const double merged = gaussians * filled.members.value_or(1) * (2 * 64.0 + sizeof(Projected));
+  const double fit = merged + largest * 8 /* W, N */ + gaussians * (4 * 64.0 + sizeof(Projected) + 32);
   const double start = proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
-  return static_cast<std::int64_t>(copies + std::max(fit, start) + output);
+  const double domain = static_cast<double>(dataDomain(input.stacks).voxelCount());
+  const double detail = traits.superResolution() && settings.consistency ? domain * 12 + samples * 4 : 0;
+  return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output);
 }
 
 } // namespace innergs

@@ -105,7 +105,7 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
     }
     return q;
   }
-  const double tau = thickness / kFwhm, reach = 2.5 * tau;
+  const double tau = thickness / kFwhm, reach = 3.2 * tau;
   const int m = std::clamp(2 * static_cast<int>(std::ceil(reach / resolution)) + 1, 5, 257);
   double sum = 0;
   for (int i = 0; i < m; ++i) {

@@ -80,7 +80,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
   plan.beta1 = 0.8;
   plan.beta2 = 0.95;
-  plan.cutoffEarly = plan.cutoffLate = 2.2;
+  plan.cutoff = 2.2;
   plan.start.kind = settings.initialisation;
   plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);
@@ -124,10 +124,12 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   if (settings.paperStopRule) iterations = 1000;
   if (!settings.gaussians) settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
   if (!settings.iterations) settings.iterations = iterations;
+  if (settings.paperStopRule) settings.iterations = std::min(*settings.iterations, 1000);
   if (!settings.members) settings.members = normalised ? members : 1;
   plan.start.gaussians = *settings.gaussians;
   plan.iterations = *settings.iterations;
-  plan.coarseIterations = std::min(plan.coarseIterations, plan.iterations / 2);
+  // The stop rule compares losses, so they must be of one resolution.
+  plan.coarseIterations = settings.paperStopRule ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
   return plan;
 }
 

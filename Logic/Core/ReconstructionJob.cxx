@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace innergs {
@@ -36,8 +37,17 @@ std::string settingsKey(const Settings& s, const std::string& fingerprint) {
          ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
 }
 
+std::string gigabytes(std::int64_t bytes) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.2g GB", static_cast<double>(bytes) * 1e-9);
+  return text;
+}
+
 double psnrOf(double mse) {
   return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
+double psnrOf(const LossSum& sum) {
+  return psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
 }
 
 /// Throws when the parts of a state to go on from do not belong together.
@@ -52,7 +62,8 @@ void checkResumable(const Checkpoint& c, int sweeps) {
   const auto open = static_cast<std::size_t>(c.field.size() - c.finished);
   for (const auto* moment : {&c.moment1, &c.moment2}) {
     require(moment->size() == (c.moment1.empty() ? 0 : 16 * open));
-    require(std::all_of(moment->begin(), moment->end(), [](float x) { return std::isfinite(x); }));
+    const float lowest = moment == &c.moment2 ? 0.f : -1e30f; // the second is a mean of squares
+    require(std::all_of(moment->begin(), moment->end(), [&](float x) { return x >= lowest && x <= 1e30f; }));
   }
   require(!c.moment1.empty() || open == 0);
 }
@@ -160,7 +171,7 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
   field.modelToWorld = modelFrame(prepared.stacks.front().image.geometry);
   field.intensityScale = map.scale;
   field.intensityOffset = map.offset;
-  field.cutoff = plan.cutoffEarly;
+  field.cutoff = plan.cutoff;
   field.domain = dataDomain(prepared.stacks);
   const ProxyVolume proxy = makeProxy(prepared.stacks, field.modelToWorld, map, traits.voxel, pool);
   initialise(field, proxy, plan.start, settings.seed + static_cast<std::uint64_t>(member), pool);
@@ -172,13 +183,21 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
 
 void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
                                   ReconstructionResult& result) {
-  const int members = *settings.members, perMember = *settings.iterations;
-  state.iterations = members * perMember;
   const Checkpoint* resume = input.resume.get();
   if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
   const bool same = resume && resume->settingsKey == key;
+  if (resume && !same) { // one field to refit, as it is: further members would start in another frame
+    settings.members = 1;
+    settings.blending = resume->field.blending;
+    settings.linearIntensity = plan.linearIntensity = resume->field.linearIntensity;
+    key = settingsKey(settings, prepared.fingerprint);
+    result.settings = settings;
+  }
+  const int members = *settings.members, perMember = *settings.iterations;
+  state.iterations = members * perMember;
   int member = same ? resume->iteration / perMember : 0;
   GaussianField field, merged;
+  bool complete = false; // only detail and volume are to be made again
   if (resume) {
     checkField(resume->field);
     field = resume->field;
@@ -191,16 +210,15 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   if (same) {
     checkResumable(*resume, state.iterations);
     checkpoint = *resume; // stopped before anything is done: what was given
-    checkpoint.field.domain = dataDomain(prepared.stacks);
+    checkpoint.field.domain = field.domain;
     checkpoint.field.detail = {};
+    complete = resume->moment1.empty() && resume->iteration > (members - 1) * perMember;
+  }
+  if (same && !complete) {
     const auto open = field.gaussians.begin() + resume->finished;
     merged = field;
     merged.gaussians.assign(field.gaussians.begin(), open);
     field.gaussians.erase(field.gaussians.begin(), open);
-    if (resume->moment1.empty() && resume->iteration > (members - 1) * perMember) {
-      result.trainingPsnr = kNaN; // complete: only detail and volume are made again
-      return;
-    }
   }
   if (field.gaussians.empty()) {
     report(Phase::Initialising, 0.02);
@@ -219,6 +237,10 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       observations.push_back(std::move(o));
     }
   Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool);
+  if (complete) {
+    result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+    return;
+  }
   if (same && !resume->moment1.empty())
     trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember);
   checkpoint = {};
@@ -258,9 +280,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   checkpoint.moment2.clear();
   checkpoint.finished = checkpoint.field.size();
   if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
-  const LossSum sum = trainer.evaluate(checkpoint.field);
-  result.trainingPsnr = state.trainingPsnr =
-      psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
+  result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
 }
 
 void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before,
@@ -272,7 +292,7 @@ void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, 
     state.trainingPsnr = psnrOf(trainer.mse());
     const double share = static_cast<double>(state.iteration) / std::max(1, state.iterations);
     report(Phase::Fitting, kFitStarts + (kFitEnds - kFitStarts) * share);
-    if (preview && since(start) >= nextPreview) {
+    if (preview && !trainer.finished() && since(start) >= nextPreview) {
       pool.throwIfStopped();
       const auto begun = Clock::now();
       preview(render(trainer.field(), reduced(grid, 96), renderOptions(pool.stopToken())));
@@ -297,7 +317,8 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
   const double rms = backProject(volume, prepared.stacks, refinement, pool);
   for (std::size_t v = 0; v < before.size(); ++v)
     volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
-  field.detail = std::move(volume);
+  if (std::any_of(volume.voxels.begin(), volume.voxels.end(), [](float x) { return x != 0; }))
+    field.detail = std::move(volume);
   result.trainingPsnr = state.trainingPsnr =
       psnrOf(rms * rms / (field.intensityScale * field.intensityScale));
 }
@@ -335,15 +356,17 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   ReconstructionResult result;
   result.instructionSet = kernels.name;
   result.heldOutPsnr = kNaN;
-  const PreparedInput prepared = prepareInput(input);
-  result.nonFiniteVoxels = prepared.nonFinite;
-  result.warnings = prepared.warnings;
+  for (const Stack& stack : input.stacks)
+    checkStack(stack);
   const std::int64_t needed = estimateMemory(input, settings), available = availableMemory();
   if (available > 0 && needed > available)
     throw Error(ErrorCode::Memory,
-                "The reconstruction needs about " + std::to_string(needed / 1000000) + " MB of memory and " +
-                    std::to_string(available / 1000000) +
-                    " MB are available: choose a smaller region, a coarser output or fewer Gaussians.");
+                "The reconstruction needs about " + gigabytes(needed) + " of memory and " +
+                    gigabytes(available) +
+                    " are available: choose a smaller region, a coarser output or fewer Gaussians.");
+  const PreparedInput prepared = prepareInput(input);
+  result.nonFiniteVoxels = prepared.nonFinite;
+  result.warnings = prepared.warnings;
   ThreadPool pool(settings.threads);
   pool.setStop(stop);
   checkpoint = {};
@@ -362,18 +385,22 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
     result.iterations = checkpoint.iteration;
   }
   const GaussianField& field = checkpoint.field;
-  if (!field.gaussians.empty() && (!result.cancelled || renderWhenCancelled)) {
+  const auto finish = [&](const std::stop_token& token) {
+    report(Phase::Rendering, kDetailEnds);
+    result.volume = render(field, prepared.outputGrid, renderOptions(token));
+    result.heldOutPsnr = heldOutPsnr(prepared, field, token);
+    state.heldOutPsnr = result.heldOutPsnr;
+  };
+  if (!result.cancelled) {
     try {
-      const std::stop_token token = result.cancelled ? std::stop_token{} : stop;
-      report(Phase::Rendering, kDetailEnds);
-      result.volume = render(field, prepared.outputGrid, renderOptions(token));
-      result.heldOutPsnr = heldOutPsnr(prepared, field, token);
-      state.heldOutPsnr = result.heldOutPsnr;
+      finish(stop);
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Cancelled) throw;
       result.cancelled = true;
+      result.volume = {};
     }
   }
+  if (result.cancelled && renderWhenCancelled && !field.gaussians.empty()) finish({});
   result.checkpoint = std::make_shared<const Checkpoint>(std::move(checkpoint));
   result.seconds = since(start);
   if (!result.cancelled) report(Phase::Done, 1);

@@ -13,7 +13,8 @@ void checkSettings(const Settings& s) {
   require(!s.gaussians || *s.gaussians > 0, "The number of Gaussians must be at least 1.");
   require(!s.gaussians || *s.gaussians <= 1'000'000'000,
           "The number of Gaussians must be at most 1,000,000,000.");
-  require(!s.iterations || *s.iterations > 0, "The number of iterations must be at least 1.");
+  require(!s.iterations || (*s.iterations > 0 && *s.iterations <= 1'000'000),
+          "The number of iterations must be between 1 and 1,000,000.");
   require(!s.members || (*s.members > 0 && *s.members <= 64),
           "The number of members must be between 1 and 64.");
   require(!(s.members && *s.members > 1 && s.blending == Blending::Additive),

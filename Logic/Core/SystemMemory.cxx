@@ -1,5 +1,6 @@
 #include "Core/ReconstructionJob.h"
 
+#include <algorithm>
 #include <fstream>
 #include <string>
 
@@ -28,11 +29,18 @@ std::int64_t availableMemory() {
     std::getline(info, unit);
     if (key == "MemAvailable:") available = kib * 1024;
   }
+  std::int64_t reclaimable = 0; // page cache that the kernel gives back
+  std::ifstream stat("/sys/fs/cgroup/memory.stat");
+  std::int64_t value = 0;
+  for (std::string key; stat >> key >> value;)
+    if (key == "inactive_file") reclaimable = value;
   std::int64_t limit = 0, used = 0;
   if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit &&
-      std::ifstream("/sys/fs/cgroup/memory.current") >> used && limit > used &&
-      (available == 0 || limit - used < available))
-    available = limit - used;
+      std::ifstream("/sys/fs/cgroup/memory.current") >> used) {
+    const std::int64_t room =
+        std::max<std::int64_t>(0, limit - std::max<std::int64_t>(0, used - reclaimable));
+    if (available == 0 || room < available) available = room;
+  }
   return available;
 }
 #endif

@@ -62,7 +62,7 @@ std::vector<Trainer::View>& Trainer::activeViews() {
 
 bool Trainer::step() {
   if (finished()) return false;
-  field_.cutoff = iteration_ < plan_.lateFrom * plan_.iterations ? plan_.cutoffEarly : plan_.cutoffLate;
+  field_.cutoff = plan_.cutoff;
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
   for (View& view : activeViews()) {
@@ -71,8 +71,7 @@ bool Trainer::step() {
     view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_);
   }
   const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
-  double rate = std::pow(plan_.finalRate, progress);
-  if (iteration_ < plan_.warmup) rate *= (iteration_ + 1.0) / (plan_.warmup + 1.0);
+  const double rate = std::pow(plan_.finalRate, progress);
   LearningRates rates = plan_.rates;
   for (double* r :
        {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity, &rates.slope})
@@ -94,16 +93,6 @@ bool Trainer::finished() const {
   // Paper's stop rule: the loss fell by less than 1e-4 over 100 iterations.
   return plan_.paperStopRule && history_.size() > 100 &&
          history_[history_.size() - 101] - history_.back() < 1e-4;
-}
-
-std::int64_t Trainer::memory() const {
-  std::int64_t bytes =
-      static_cast<std::int64_t>((weights_.size() + numerators_.size() + gradient_.size()) * 4 +
-                                field_.gaussians.size() * 3 * sizeof(Gaussian));
-  for (const auto* views : {&fine_, &coarse_})
-    for (const View& v : *views)
-      bytes += v.renderer->memory() + static_cast<std::int64_t>(v.observation.target.size() * 5);
-  return bytes;
 }
 
 void Trainer::relocate() {

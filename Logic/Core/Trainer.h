@@ -17,9 +17,7 @@ struct FitPlan {
   LossKinds loss;
   LearningRates rates;     // at the start
   double finalRate = 0.05; // rates decay exponentially to this share
-  int warmup = 0;          // iterations with rates ramping up
-  double cutoffEarly = 2.5, cutoffLate = 3.0;
-  double lateFrom = 0.7; // share of the iterations after which the late cut-off holds
+  double cutoff = 2.2;     // Mahalanobis radius
   FieldBounds bounds;
   double beta1 = 0.9, beta2 = 0.99;
   int relocateEvery = 0;       // 0 = never
@@ -52,7 +50,6 @@ public:
   const Adam& adam() const { return adam_; }
   double loss() const { return loss_; } // mean per sample, last sweep
   double mse() const { return mse_; }   // last sweep, normalised intensity²
-  std::int64_t memory() const;          // bytes held
 
   /// Loss of any field on the observations, nothing changed.
   LossSum evaluate(const GaussianField& field);

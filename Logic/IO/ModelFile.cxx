@@ -241,7 +241,8 @@ Checkpoint readModel(const std::filesystem::path& path) {
     checkpoint.moment2 = file.read("adam_moment2", {open, floatsPerGaussian});
     for (const std::vector<float>* moment : {&checkpoint.moment1, &checkpoint.moment2})
       for (const float value : *moment)
-        if (!std::isfinite(value)) metadata.fail("adam_moment1, adam_moment2");
+        if (!(std::fabs(value) <= 1e30f) || (moment == &checkpoint.moment2 && value < 0))
+          metadata.fail("adam_moment1, adam_moment2");
   }
   if (file.find("detail") != nullptr) {
     field.detail.geometry = metadata.grid("detail_grid");

@@ -9,6 +9,7 @@ namespace innergs {
 /// f_dc_0..2 opacity (logit) scale_0..2 (ln mm) rot_0..3 (w x y z). What those names cannot hold (blending,
 /// weight beyond the logit's range, slopes, frame, intensity map, domain) goes into extra properties and
 /// `comment innergs` lines that other readers ignore.
+/// The detail grid of a field has no place there: it is left out.
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
 /// Reads our PLY files exactly, and plain 3DGS files as far as the names go. Throws Error(FileNotFound |

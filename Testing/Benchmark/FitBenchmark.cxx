@@ -16,7 +16,7 @@ void sweep(benchmark::State& state) {
   FitPlan plan;
   plan.linearIntensity = s.field.linearIntensity;
   plan.iterations = 1 << 30;
-  plan.cutoffEarly = plan.cutoffLate = s.field.cutoff;
+  plan.cutoff = s.field.cutoff;
   Trainer trainer(s.field, observe(s.stack, s.field.modelToWorld, s.map, false), plan, kernelSet(""), pool);
   for (auto _ : state)
     trainer.step();

@@ -152,7 +152,7 @@ TEST(JobMemory, ThatIsNotThereIsRefusedWithTheNumbers) {
   try {
     reconstruct(input, quickSettings(2));
   } catch (const Error& error) {
-    EXPECT_NE(std::string(error.what()).find("MB"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("GB"), std::string::npos);
   }
   ReconstructionInput many = isotropicInput();
   Settings settings = quickSettings(2);
