@@ -6,6 +6,7 @@
 #include "Core/Metrics.h"
 #include "Core/Plan.h"
 #include "Core/Render.h"
+#include "Core/Resume.h"
 
 #include <algorithm>
 #include <chrono>
@@ -24,19 +25,6 @@ double since(Clock::time_point start) {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kDetailEnds = 0.97; // of the progress bar
 
-std::string settingsKey(const Settings& s, const std::string& fingerprint) {
-  const auto number = [](double x) { return std::to_string(x); };
-  return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
-         std::to_string(static_cast<int>(s.blending)) + ", linear " +
-         std::to_string(s.linearIntensity.value_or(false)) + ", start " +
-         std::to_string(static_cast<int>(s.initialisation)) + ", loss " +
-         std::to_string(static_cast<int>(s.loss)) + " " + number(s.huberDelta) + " " + number(s.ssimWeight) +
-         ", gaussians " + std::to_string(s.gaussians.value_or(0)) + ", iterations " +
-         std::to_string(s.iterations.value_or(0)) + ", members " + std::to_string(s.members.value_or(1)) +
-         ", stop rule " + std::to_string(s.paperStopRule) + ", relocate " + std::to_string(s.relocate) +
-         ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
-}
-
 std::string gigabytes(std::int64_t bytes) {
   char text[64];
   std::snprintf(text, sizeof text, "%.2g GB", static_cast<double>(bytes) * 1e-9);
@@ -48,24 +36,6 @@ double psnrOf(double mse) {
 }
 double psnrOf(const LossSum& sum) {
   return psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
-}
-
-/// Throws when the parts of a state to go on from do not belong together.
-void checkResumable(const Checkpoint& c, int sweeps) {
-  const auto require = [](bool ok) {
-    if (!ok)
-      throw Error(ErrorCode::FileFormat,
-                  "The state of the fit to resume is damaged: start anew or from an earlier model.");
-  };
-  require(c.finished >= 0 && c.finished <= c.field.size());
-  require(c.iteration >= 0 && c.iteration <= sweeps);
-  const auto open = static_cast<std::size_t>(c.field.size() - c.finished);
-  for (const auto* moment : {&c.moment1, &c.moment2}) {
-    require(moment->size() == (c.moment1.empty() ? 0 : 16 * open));
-    const float lowest = moment == &c.moment2 ? 0.f : -1e30f; // the second is a mean of squares
-    require(std::all_of(moment->begin(), moment->end(), [&](float x) { return x >= lowest && x <= 1e30f; }));
-  }
-  require(!c.moment1.empty() || open == 0);
 }
 
 /// The lattice reduced so that no axis has more than `most` voxels.
