@@ -172,6 +172,24 @@ TEST(Resume, WithOtherSettingsStartsANewFitFromTheModel) {
   EXPECT_FALSE(sameField(first.checkpoint->field, second.checkpoint->field));
 }
 
+TEST(Resume, OfMergedMembersUnderOtherSettingsRefitsThemAsOneField) {
+  ReconstructionInput input = anisotropicInput();
+  Settings settings = quickSettings(4);
+  settings.members = 3;
+  settings.gaussians = 120;
+  const auto first = reconstruct(input, settings);
+  input.resume = first.checkpoint;
+  settings.loss = LossKind::Huber;
+  settings.blending = Blending::Additive; // the model's own holds
+  settings.members = 1;
+  const auto second = reconstruct(input, settings);
+  EXPECT_EQ(second.settings.members, 1);
+  EXPECT_EQ(second.settings.blending, Blending::Normalised);
+  EXPECT_EQ(second.checkpoint->field.blending, Blending::Normalised);
+  EXPECT_EQ(second.checkpoint->field.size(), first.checkpoint->field.size());
+  EXPECT_GT(second.trainingPsnr, first.trainingPsnr - 3);
+}
+
 TEST(Resume, OfACompleteFitOnlyRendersAgain) {
   ReconstructionInput input = isotropicInput();
   const auto first = reconstruct(input, quickSettings(5));
@@ -179,6 +197,7 @@ TEST(Resume, OfACompleteFitOnlyRendersAgain) {
   const auto second = reconstruct(input, quickSettings(5));
   EXPECT_TRUE(sameField(first.checkpoint->field, second.checkpoint->field));
   EXPECT_EQ(first.volume.voxels, second.volume.voxels);
+  EXPECT_NEAR(first.trainingPsnr, second.trainingPsnr, 1e-6);
   EXPECT_TRUE(second.warnings.empty());
 }
 
