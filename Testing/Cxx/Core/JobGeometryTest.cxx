@@ -152,5 +152,8 @@ TEST(Poses, FarFromTheFilesOwnGeometry) {
   posed.stacks[0].poses.assign(20, Affine3{Mat3{}, shift});
   const auto a = reconstruct(plain, quickSettings(40)), b = reconstruct(posed, quickSettings(40));
   const Volume truth = phantom(smallGrid());
-  EXPECT_GT(psnr(b.volume, truth), psnr(a.volume, truth) - 1);
+  // Posed slices coarsen one by one, so the two fits take different ways; a scan out of place would end near
+  // 10 dB.
+  EXPECT_GT(psnr(b.volume, truth), 28);
+  EXPECT_GT(psnr(b.volume, truth), psnr(a.volume, truth) - 4);
 }
