@@ -126,7 +126,10 @@ Affine3 modelFrame(const GridGeometry& geometry) {
   return frame;
 }
 
-PreparedInput prepareInput(const ReconstructionInput& input) {
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop) {
+  const auto throwIfStopped = [&] {
+    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  };
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   if (!(input.heldOutFraction >= 0 && input.heldOutFraction <= 0.5))
@@ -137,6 +140,7 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
   std::uint64_t h = 0xcbf29ce484222325ull;
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     Stack& stack = stacks[s];
+    throwIfStopped();
     checkStack(stack);
     const auto& size = stack.image.geometry.size;
     if (size[0] > 65536 || size[1] > 65536 || size[2] > 65536)
@@ -147,6 +151,7 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
                   nameOf(stack, s) + " has a single slice; at least two are needed.");
     for (float v : stack.image.voxels)
       prepared.nonFinite += !std::isfinite(v);
+    throwIfStopped();
     if (input.mask) applyMask(stack, *input.mask);
     if (s > 0 && stack.poses.empty() && stacks[0].poses.empty() &&
         std::none_of(stacks.begin(), stacks.begin() + s,
@@ -169,6 +174,7 @@ PreparedInput prepareInput(const ReconstructionInput& input) {
     prepared.heldOut.push_back(input.heldOutFraction > 0 ? withhold(stack, input.heldOutFraction)
                                                          : std::vector<std::int64_t>{});
   for (const Stack& stack : stacks) {
+    throwIfStopped();
     hash(h, &stack.image.geometry, sizeof(GridGeometry));
     hash(h, &stack.thickness, sizeof(double));
     hash(h, &stack.profile, sizeof(stack.profile));

@@ -16,7 +16,8 @@ struct PreparedInput {
 
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that do not overlap,
 /// an empty mask, nothing finite to fit, an output grid apart from the data.
-PreparedInput prepareInput(const ReconstructionInput& input);
+/// Error(Cancelled) when stopped on the way.
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {});
 
 /// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the first
 /// one's box.

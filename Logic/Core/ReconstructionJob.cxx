@@ -93,7 +93,7 @@ struct ReconstructionJob::Impl {
   }
 
   ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
-  void choose(const PreparedInput& prepared, ReconstructionResult& result);
+  void choose(const PreparedInput& prepared, const ThreadPool& pool, ReconstructionResult& result);
   GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
   void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
            ReconstructionResult& result);
@@ -124,8 +124,11 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
   return impl_->run(std::move(stop), renderWhenCancelled);
 }
 
-void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ReconstructionResult& result) {
+void ReconstructionJob::Impl::choose(const PreparedInput& prepared, const ThreadPool& pool,
+                                     ReconstructionResult& result) {
+  pool.throwIfStopped();
   map = chooseIntensityMap(prepared.stacks);
+  pool.throwIfStopped();
   traits = measureTraits(prepared.stacks, map);
   plan = makePlan(settings, traits);
   key = settingsKey(settings, prepared.fingerprint);
@@ -334,16 +337,31 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
                 "The reconstruction needs about " + gigabytes(needed) + " of memory and " +
                     gigabytes(available) +
                     " are available: choose a smaller region, a coarser output or fewer Gaussians.");
-  const PreparedInput prepared = prepareInput(input);
+  PreparedInput prepared;
+  try {
+    prepared = prepareInput(input, stop);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::Cancelled) throw;
+    result.cancelled = true;
+    result.settings = settings;
+    result.trainingPsnr = kNaN;
+    // What was given is what was reached; without its volume it counts as nothing.
+    result.checkpoint =
+        input.resume && !renderWhenCancelled ? input.resume : std::make_shared<const Checkpoint>();
+    result.iterations = result.checkpoint->iteration;
+    result.seconds = since(start);
+    return result;
+  }
   result.nonFiniteVoxels = prepared.nonFinite;
   result.warnings = prepared.warnings;
   ThreadPool pool(settings.threads);
   pool.setStop(stop);
-  checkpoint = {};
+  checkpoint = input.resume ? *input.resume : Checkpoint{};
+  result.iterations = checkpoint.iteration;
   result.settings = settings;
   result.trainingPsnr = kNaN;
   try {
-    choose(prepared, result);
+    choose(prepared, pool, result);
     const auto begun = Clock::now();
     fit(prepared, kernels, pool, result);
     result.fitSeconds = since(begun);
