@@ -44,7 +44,7 @@ Json programInfo() {
 Json fieldInfo(const GaussianField& field) {
   Json info{{"kind", "gaussians"},
             {"gaussians", field.size()},
-            {"blending", field.blending == Blending::Normalised ? "normalised" : "additive"},
+            {"blending", blendingName(field.blending)},
             {"linear_intensity", field.linearIntensity},
             {"cutoff", field.cutoff},
             {"detail_grid", !field.detail.voxels.empty()},

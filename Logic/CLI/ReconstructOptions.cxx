@@ -17,9 +17,10 @@ void addSettings(CLI::App& app, Settings& settings) {
   app.add_option("--seed", settings.seed, "Same seed, same result, bit for bit, on any number of threads [1]")
       ->type_name("N");
   addThreads(app, settings.threads);
-  addChoice<Blending>(app, "--blending", settings.blending,
-                      {{"normalised", Blending::Normalised}, {"additive", Blending::Additive}},
-                      "How Gaussians add up [normalised]");
+  addChoice<Blending>(
+      app, "--blending", settings.blending,
+      {{"normalised", Blending::Normalised}, {"additive", Blending::Additive}, {"alpha", Blending::Alpha}},
+      "How Gaussians add up [normalised]");
   addChoice<LossKind>(app, "--loss", settings.loss,
                       {{"l1", LossKind::L1}, {"l2", LossKind::L2}, {"huber", LossKind::Huber}},
                       "What the fit minimises [l2]");

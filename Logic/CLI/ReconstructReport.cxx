@@ -70,7 +70,7 @@ Json toJson(const GridGeometry& geometry) {
 
 Json toJson(const Settings& s) {
   return {{"preset", name(s.preset)},
-          {"blending", s.blending == Blending::Normalised ? "normalised" : "additive"},
+          {"blending", blendingName(s.blending)},
           {"linear_intensity", orNull(s.linearIntensity)},
           {"initialisation", s.initialisation == Initialisation::Adaptive ? "adaptive" : "grid"},
           {"loss", name(s.loss)},

@@ -27,6 +27,24 @@ bool usable(const Gaussian& g) {
 
 } // namespace
 
+const char* blendingName(Blending blending) {
+  switch (blending) {
+  case Blending::Normalised:
+    return "normalised";
+  case Blending::Additive:
+    return "additive";
+  case Blending::Alpha:
+    return "alpha";
+  }
+  return "";
+}
+
+std::optional<Blending> blendingNamed(const std::string& name) {
+  for (const Blending blending : {Blending::Normalised, Blending::Additive, Blending::Alpha})
+    if (name == blendingName(blending)) return blending;
+  return {};
+}
+
 void checkField(const GaussianField& field) {
   const auto fail = [](const std::string& what) {
     throw Error(ErrorCode::FileFormat, "The model cannot be used: " + what);
@@ -40,6 +58,8 @@ void checkField(const GaussianField& field) {
   if (!std::isfinite(field.intensityScale) || field.intensityScale == 0 ||
       !std::isfinite(field.intensityOffset))
     fail("its intensity map is not finite.");
+  if (field.blending == Blending::Alpha && field.linearIntensity)
+    fail("alpha blending has no linear intensity.");
   if (field.domain != GridGeometry{}) checkGeometry(field.domain, "The model's domain");
   if (!field.detail.voxels.empty()) {
     checkGeometry(field.detail.geometry, "The model's detail grid");

@@ -70,7 +70,7 @@ std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
                 "patient space"},
       {"units", "lengths in mm; log_scale = ln(mm); slope per mm; scanner value = intensity_scale * value + "
                 "intensity_offset"},
-      {"blending", field.blending == Blending::Additive ? "additive" : "normalised"},
+      {"blending", blendingName(field.blending)},
       {"epsilon", json(field.epsilon).dump()},
       {"cutoff", json(field.cutoff).dump()},
       {"model_to_world", pose.dump()},
@@ -212,9 +212,9 @@ Checkpoint readModel(const std::filesystem::path& path) {
 
   Checkpoint checkpoint;
   GaussianField& field = checkpoint.field;
-  const std::string blending = metadata.text("blending");
-  if (blending != "normalised" && blending != "additive") metadata.fail("blending");
-  field.blending = blending == "additive" ? Blending::Additive : Blending::Normalised;
+  const auto blending = blendingNamed(metadata.text("blending"));
+  if (!blending) metadata.fail("blending");
+  field.blending = *blending;
   field.linearIntensity = file.find("slope") != nullptr;
   field.epsilon = metadata.number("epsilon");
   field.cutoff = metadata.number("cutoff");

@@ -125,7 +125,7 @@ std::string headerOf(const GaussianField& field) {
     text += std::string("comment innergs ") + key + " " + value + "\n";
   };
   comment("format_version", "1");
-  comment("blending", field.blending == Blending::Additive ? "additive" : "normalised");
+  comment("blending", blendingName(field.blending));
   comment("linear_intensity", field.linearIntensity ? "1" : "0");
   comment("epsilon", number(field.epsilon));
   comment("cutoff", number(field.cutoff));
@@ -170,11 +170,10 @@ void readOwnComments(const PlyHeader& header, const std::filesystem::path& path,
   if (one("format_version") > 1)
     throw Error(ErrorCode::FileFormat,
                 quoted(path) + " was written by a newer version of InnerGS; update InnerGS to open it.");
-  const auto blending = header.comments.find("blending");
-  if (blending == header.comments.end() ||
-      (blending->second != "normalised" && blending->second != "additive"))
-    failComment(path, "blending");
-  field.blending = blending->second == "additive" ? Blending::Additive : Blending::Normalised;
+  const auto named = header.comments.find("blending");
+  const auto blending = named == header.comments.end() ? std::nullopt : blendingNamed(named->second);
+  if (!blending) failComment(path, "blending");
+  field.blending = *blending;
   field.linearIntensity = one("linear_intensity") != 0;
   field.epsilon = one("epsilon");
   field.cutoff = one("cutoff");
