@@ -53,7 +53,7 @@ void throughPsf(const float* covariance, const float* precision, const float* ob
 } // namespace
 
 FieldGradient::FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf)
-    : linear_(field.linearIntensity), psf_(psf) {
+    : linear_(field.linearIntensity), alpha_(field.blending == Blending::Alpha), psf_(psf) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
       toModel_[3 * i + j] = static_cast<float>(lattice.indexToModel.linear[i][j]);
@@ -82,7 +82,7 @@ void FieldGradient::add(const Gaussian& g, const math::Moments<float>& moments, 
   }
   for (int i = 0; i < 4; ++i)
     gradient[6 + i] += dQuaternion[i];
-  gradient[10] += m.m0;
+  gradient[10] += alpha_ ? m.m0 / (1 + std::exp(g.logWeight)) : m.m0; // ∂α/∂logit = α(1 − α)
   gradient[11] += m.n0;
 }
 

@@ -14,7 +14,7 @@ public:
 
 private:
   float toModel_[9];
-  bool linear_;
+  bool linear_, alpha_;
   ClosedFormPsf psf_;
 };
 

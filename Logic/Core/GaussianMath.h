@@ -48,6 +48,18 @@ INNERGS_HD inline T invertSymmetric(const T* s, T* r) {
   return det;
 }
 
+/// Largest eigenvalue of a symmetric positive semi-definite matrix (trigonometric solution of the cubic).
+template <class T>
+INNERGS_HD inline T largestEigenvalue(const T* s) {
+  const T mean = (s[0] + s[3] + s[5]) / 3, a = s[0] - mean, b = s[3] - mean, c = s[5] - mean;
+  const T off = s[1] * s[1] + s[2] * s[2] + s[4] * s[4];
+  const T scale = std::sqrt((a * a + b * b + c * c + 2 * off) / 6);
+  if (!(scale > 0)) return mean;
+  const T det = a * (b * c - s[4] * s[4]) - s[1] * (s[1] * c - s[4] * s[2]) + s[2] * (s[1] * s[4] - b * s[2]);
+  const T r = det / (2 * scale * scale * scale);
+  return mean + 2 * scale * std::cos(std::acos(r < -1 ? T(-1) : r > 1 ? T(1) : r) / 3);
+}
+
 /// Rotation of the quaternion q = (w, x, y, z), any length but 0.
 template <class T>
 INNERGS_HD inline void rotation(const T* q, T* r) {
@@ -123,6 +135,31 @@ struct Moments {
   T n0 = 0;     // Σ F0 q′
   T n1[3] = {}; // Σ F0 q′ d
 };
+
+/// The part of the moments that one plane of an alpha-blended slice contributes, dz being the same for all of
+/// it: f = ∂L/∂a, q = a + its cut, d = (dx, dy) in index units.
+template <class T>
+struct PlaneMoments {
+  T m0 = 0;                 // Σ f a
+  T s = 0, x = 0, y = 0;    // Σ f q, Σ f q d
+  T xx = 0, xy = 0, yy = 0; // Σ f q ddᵀ
+  T n0 = 0;                 // ∂L/∂c
+};
+
+template <class T>
+INNERGS_HD inline void addPlane(const PlaneMoments<T>& p, T dz, Moments<T>& m) {
+  m.m0 += p.m0;
+  m.n0 += p.n0;
+  m.m1[0] += p.x;
+  m.m1[1] += p.y;
+  m.m1[2] += p.s * dz;
+  m.m2[0] += p.xx;
+  m.m2[1] += p.xy;
+  m.m2[2] += p.x * dz;
+  m.m2[3] += p.yy;
+  m.m2[4] += p.y * dz;
+  m.m2[5] += p.s * dz * dz;
+}
 
 /// Moments over index coordinates to moments over the model frame, a = d(model)/d(index).
 template <class T>

@@ -246,6 +246,9 @@ void initialise(GaussianField& field, const ProxyVolume& proxy, const Initialisa
     for (Gaussian& g : field.gaussians)
       g.intensity /= overlap;
   }
+  if (field.blending == Blending::Alpha)
+    for (Gaussian& g : field.gaussians)
+      g.logWeight = 0; // α = ½
   field.gaussians = inMortonOrder(std::move(field.gaussians));
 }
 

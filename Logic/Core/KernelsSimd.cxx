@@ -1,3 +1,4 @@
+#include "Core/Candidates.h"
 #include "Core/Error.h"
 #include "Core/KernelsScalar.h"
 
@@ -5,6 +6,8 @@
 #define HWY_TARGET_INCLUDE "Core/KernelsSimd.cxx"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+
+#include <array>
 
 HWY_BEFORE_NAMESPACE();
 namespace innergs::HWY_NAMESPACE {
@@ -43,15 +46,36 @@ HWY_INLINE Windows windows(const Projected& g, const LatticeView& lattice, int l
   return {std::min(x0, lattice.stride - lanes * count), count};
 }
 
+template <Selection selection>
 HWY_INLINE bool tileRows(const Projected& g, float dz, int low, int high, int& y0, int& y1) {
   int r0, r1;
-  if (!rowRange(g, dz, r0, r1)) return false;
+  if (!rowRange<selection>(g, dz, r0, r1)) return false;
   const std::int64_t cell = g.cell[1];
   y0 = static_cast<int>(std::clamp<std::int64_t>(cell + r0, low, high));
   y1 = static_cast<int>(std::clamp<std::int64_t>(cell + r1, low, high));
   return y0 < y1;
 }
 
+/// Lanes of a row that belong to the selection; Exact: all, for those beyond the ellipse have p = 0 anyway.
+template <Selection selection>
+struct Columns {
+  HWY_INLINE Columns(D d, const Projected& g, float dz, V dx) {
+    if constexpr (selection != Selection::Exact) {
+      const ColumnBox box = columnBox<selection>(g, dz);
+      inside = hn::Le(hn::Abs(hn::Sub(dx, hn::Set(d, box.centre - g.fraction[0]))), hn::Set(d, box.half));
+    }
+  }
+  template <class M>
+  HWY_INLINE M operator()(M mask) const {
+    if constexpr (selection == Selection::Exact)
+      return mask;
+    else
+      return hn::And(mask, inside);
+  }
+  hn::Mask<D> inside;
+};
+
+template <Selection selection>
 void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                 const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators) {
   const D d;
@@ -69,7 +93,7 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
     for (int k = k0; k < k1; ++k) {
       const float dz = planeOffset(g, lattice.z[k]);
       int y0, y1;
-      if (!tileRows(g, dz, tile.y0, tile.y1, y0, y1)) continue;
+      if (!tileRows<selection>(g, dz, tile.y0, tile.y1, y0, y1)) continue;
       const float base = g.log2Weight + g.quadratic[5] * dz * dz;
       const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
       for (int j = 0; j < w.count; ++j) {
@@ -78,11 +102,12 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
         const V e0 = hn::MulAdd(dx, hn::MulAdd(dx, q0, hn::Set(d, g.quadratic[2] * dz)), hn::Set(d, base));
         const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
         const V value0 = hn::MulAdd(dx, hn::Set(d, g.slope[0]), hn::Set(d, g.value + g.slope[2] * dz));
+        const Columns<selection> columns(d, g, dz, dx);
         std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
         for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
           const V dy = hn::Set(d, dy0 + static_cast<float>(y));
           const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
-          const V p = hn::IfThenElseZero(hn::Ge(e, log2Cut), hn::Sub(exp2(d, e), cut));
+          const V p = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
           const V value = hn::MulAdd(dy, slopeY, value0);
           hn::StoreU(hn::Add(hn::LoadU(d, weights + at), p), d, weights + at);
           hn::StoreU(hn::MulAdd(p, value, hn::LoadU(d, numerators + at)), d, numerators + at);
@@ -92,6 +117,7 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
   }
 }
 
+template <Selection selection>
 void gather(const Projected& g, const LatticeView& lattice, const float* f0, const float* f1,
             math::Moments<float>& out) {
   const D d;
@@ -114,18 +140,19 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
     for (int k = k0; k < k1; ++k) {
       const float dz = planeOffset(g, lattice.z[k]);
       int y0, y1;
-      if (!tileRows(g, dz, 0, lattice.ny, y0, y1)) continue;
+      if (!tileRows<selection>(g, dz, 0, lattice.ny, y0, y1)) continue;
       const V e0 = hn::MulAdd(dx, hn::Set(d, g.quadratic[2] * dz),
                               hn::Add(dxq0, hn::Set(d, g.log2Weight + g.quadratic[5] * dz * dz)));
       const V e1 = hn::Add(dxq1, hn::Set(d, g.quadratic[4] * dz));
       const V value0 = hn::Add(dxSlope, hn::Set(d, g.slope[2] * dz));
+      const Columns<selection> columns(d, g, dz, dx);
       const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
       V a0 = zero, a1 = zero, a2 = zero, b0 = zero, b1 = zero;
       std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
       for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
         const V dy = hn::Set(d, dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
-        const auto inside = hn::Ge(e, log2Cut);
+        const auto inside = columns(hn::Ge(e, log2Cut));
         const V q = hn::IfThenElseZero(inside, exp2(d, e));
         const V p = hn::IfThenElseZero(inside, hn::Sub(q, cut));
         const V r = hn::LoadU(d, f0 + at);
@@ -168,8 +195,113 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
   }
 }
 
-KernelSet kernels() {
-  return {hwy::TargetName(HWY_TARGET), accumulate, gather};
+template <Selection selection>
+void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
+               const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d)), k = tile.k0;
+  const V lane = hn::Iota(d, 0.f);
+  for (std::size_t n = 0; n < count; ++n) {
+    const Projected& g = gaussians[ids[n]];
+    const float dz = planeOffset(g, lattice.z[k]);
+    int y0, y1;
+    if (!tileRows<selection>(g, dz, tile.y0, tile.y1, y0, y1)) continue;
+    const Windows w = windows(g, lattice, lanes);
+    const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
+    const V value = hn::Set(d, g.value);
+    const float base = g.log2Weight + g.quadratic[5] * dz * dz;
+    const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
+    for (int j = 0; j < w.count; ++j) {
+      const int x0 = w.first + j * lanes;
+      const V dx = hn::Add(lane, hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
+      const V e0 = hn::MulAdd(dx, hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz)),
+                              hn::Set(d, base));
+      const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
+      const Columns<selection> columns(d, g, dz, dx);
+      std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
+      for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
+        const V dy = hn::Set(d, dy0 + static_cast<float>(y));
+        const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
+        const V a = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
+        const V seen = hn::LoadU(d, transmittance + at), visible = hn::Mul(seen, a);
+        hn::StoreU(hn::MulAdd(visible, value, hn::LoadU(d, image + at)), d, image + at);
+        hn::StoreU(hn::Sub(seen, visible), d, transmittance + at);
+      }
+    }
+  }
+}
+
+template <Selection selection>
+void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
+                       const LatticeView& lattice, const TileRange& tile, const float* r,
+                       float* transmittance, float* rest, math::PlaneMoments<float>* out) {
+  const D d;
+  const int lanes = static_cast<int>(hn::Lanes(d)), k = tile.k0;
+  const V lane = hn::Iota(d, 0.f), zero = hn::Zero(d), one = hn::Set(d, 1.f);
+  for (std::size_t n = 0; n < count; ++n) {
+    out[n] = {};
+    const Projected& g = gaussians[ids[n]];
+    const float dz = planeOffset(g, lattice.z[k]);
+    int y0, y1;
+    if (!tileRows<selection>(g, dz, tile.y0, tile.y1, y0, y1)) continue;
+    const Windows w = windows(g, lattice, lanes);
+    const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
+    const V value = hn::Set(d, g.value);
+    const float base = g.log2Weight + g.quadratic[5] * dz * dz;
+    const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
+    for (int j = 0; j < w.count; ++j) {
+      const int x0 = w.first + j * lanes;
+      const V dx = hn::Add(lane, hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
+      const V e0 = hn::MulAdd(dx, hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz)),
+                              hn::Set(d, base));
+      const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
+      const Columns<selection> columns(d, g, dz, dx);
+      V m0 = zero, n0 = zero, s = zero, sy = zero, syy = zero;
+      std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
+      std::size_t local = static_cast<std::size_t>(y0 - tile.y0) * lattice.stride + x0;
+      for (int y = 0; y < y1 - y0; ++y, at += lattice.stride, local += lattice.stride) {
+        const V dy = hn::Set(d, dy0 + static_cast<float>(y));
+        const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
+        const auto inside = columns(hn::Ge(e, log2Cut));
+        const V q = hn::IfThenElseZero(inside, exp2(d, e));
+        const V a = hn::IfThenElseZero(inside, hn::Sub(q, cut));
+        const V seen = hn::LoadU(d, transmittance + local), visible = hn::Mul(seen, a);
+        const V behind = hn::NegMulAdd(visible, value, hn::LoadU(d, rest + local));
+        hn::StoreU(behind, d, rest + local);
+        hn::StoreU(hn::Sub(seen, visible), d, transmittance + local);
+        const V derivative = hn::LoadU(d, r + at);
+        // What lies behind shines through 1 − a of this Gaussian.
+        const V f = hn::Mul(derivative, hn::Sub(hn::Mul(seen, value), hn::Div(behind, hn::Sub(one, a))));
+        const V fq = hn::Mul(f, q), fqy = hn::Mul(fq, dy);
+        m0 = hn::MulAdd(f, a, m0);
+        n0 = hn::MulAdd(derivative, visible, n0);
+        s = hn::Add(s, fq);
+        sy = hn::Add(sy, fqy);
+        syy = hn::MulAdd(fqy, dy, syy);
+      }
+      const auto sum = [&](V v) { return hn::GetLane(hn::SumOfLanes(d, v)); };
+      const V sx = hn::Mul(s, dx);
+      math::PlaneMoments<float>& m = out[n];
+      m.m0 += sum(m0);
+      m.n0 += sum(n0);
+      m.s += sum(s);
+      m.x += sum(sx);
+      m.y += sum(sy);
+      m.xx += sum(hn::Mul(sx, dx));
+      m.xy += sum(hn::Mul(sy, dx));
+      m.yy += sum(syy);
+    }
+  }
+}
+
+KernelSet kernels(Selection selection) {
+  const char* name = hwy::TargetName(HWY_TARGET);
+  const auto set = [&]<Selection s>() {
+    return KernelSet{name, s, accumulate<s>, gather<s>, composite<s>, compositeBackward<s>};
+  };
+  return selection == Selection::Exact     ? set.template operator()<Selection::Exact>()
+         : selection == Selection::Method1 ? set.template operator()<Selection::Method1>()
+                                           : set.template operator()<Selection::Method2>();
 }
 
 } // namespace innergs::HWY_NAMESPACE
@@ -179,25 +311,33 @@ HWY_AFTER_NAMESPACE();
 namespace innergs {
 HWY_EXPORT(kernels);
 
-const std::vector<KernelSet>& kernelSets() {
-  static const std::vector<KernelSet> sets = [] {
-    std::vector<KernelSet> found;
-    for (std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-      if (target == HWY_SCALAR || target == HWY_EMU128) continue; // the plain reference is better known
-      hwy::SetSupportedTargetsForTest(target);
-      hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-      found.push_back(HWY_DYNAMIC_DISPATCH(kernels)());
-    }
-    hwy::SetSupportedTargetsForTest(0);
+namespace {
+
+std::vector<KernelSet> find(Selection selection) {
+  std::vector<KernelSet> found;
+  for (std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    if (target == HWY_SCALAR || target == HWY_EMU128) continue; // the plain reference is better known
+    hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    found.push_back({"scalar", accumulateScalar, gatherScalar});
-    return found;
-  }();
-  return sets;
+    found.push_back(HWY_DYNAMIC_DISPATCH(kernels)(selection));
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  found.push_back(scalarKernels(selection));
+  return found;
 }
 
-const KernelSet& kernelSet(const std::string& name) {
-  const auto& sets = kernelSets();
+} // namespace
+
+const std::vector<KernelSet>& kernelSets(Selection selection) {
+  // All at once: finding them switches Highway's global choice of target, which must happen once only.
+  static const std::array<std::vector<KernelSet>, 3> sets{find(Selection::Exact), find(Selection::Method1),
+                                                          find(Selection::Method2)};
+  return sets[static_cast<std::size_t>(selection)];
+}
+
+const KernelSet& kernelSet(const std::string& name, Selection selection) {
+  const auto& sets = kernelSets(selection);
   if (name.empty()) return sets.front();
   std::string known;
   for (const auto& set : sets) {

@@ -46,8 +46,9 @@ void composeSlice(const Observation& o, int slice, const float* weights, const f
 LossSum lossPass(const Observation& o, const GaussianField& field, const LossKinds& kinds, float* weights,
                  float* numerators, ThreadPool& pool) {
   const std::size_t n = o.sliceSize();
-  const float epsilon = static_cast<float>(field.epsilon), delta = static_cast<float>(kinds.huberDelta);
-  const bool normalised = field.blending == Blending::Normalised;
+  const float epsilon = static_cast<float>(field.epsilon), delta = static_cast<float>(kinds.huberDelta),
+              pointWeight = static_cast<float>(kinds.pointWeight);
+  const bool normalised = field.blending == Blending::Normalised, alpha = field.blending == Blending::Alpha;
   std::vector<LossSum> sums(o.slices);
   pool.run(o.slices, [&](std::int64_t s) {
     static thread_local std::vector<float> image, r;
@@ -64,10 +65,11 @@ LossSum lossPass(const Observation& o, const GaussianField& field, const LossKin
       for (std::size_t i = row; i < row + o.lattice.stride(); ++i) {
         const float mask = observed[i] ? 1.f : 0.f, e = mask * (image[i] - target[i]);
         loss += pointLoss(kinds.kind, delta, e, r[i]);
+        r[i] *= pointWeight;
         squared += e * e;
         count += observed[i] ? 1 : 0;
       }
-      sum.loss += loss;
+      sum.loss += pointWeight * loss;
       sum.squared += squared;
       sum.samples += count;
     }
@@ -82,7 +84,7 @@ LossSum lossPass(const Observation& o, const GaussianField& field, const LossKin
         const float inverse = normalised ? 1 / (w[i] + epsilon) : 1.f;
         const float value = c[i] * inverse, f0 = share * r[i] * inverse;
         w[i] = f0;
-        c[i] = normalised ? -f0 * value : 0.f;
+        c[i] = normalised ? -f0 * value : alpha ? value : 0.f;
       }
     }
     sums[s] = sum;

@@ -21,6 +21,7 @@ struct LossKinds {
   LossKind kind = LossKind::L2;
   double huberDelta = 0.02;
   double ssimWeight = 0;
+  double pointWeight = 1; // of the loss of single samples
 };
 
 /// The slices as observed (Σ sub-plane weight · I) from W and N. out: [slice][ny][stride].
@@ -28,7 +29,7 @@ void composeSlice(const Observation& observation, int slice, const float* weight
                   const GaussianField& field, float* out);
 
 /// Loss of every slice and its gradient, spread onto the sub-planes: `weights` and `numerators` become F0 and
-/// F1 (Docs/method.md).
+/// F1 (Docs/method.md; alpha blending: ∂L/∂I and I).
 LossSum lossPass(const Observation& observation, const GaussianField& field, const LossKinds& kinds,
                  float* weights, float* numerators, ThreadPool& pool);
 

@@ -32,7 +32,33 @@ Frame makeFrame(const Lattice& lattice) {
   return f;
 }
 
-void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFormPsf& psf, Projected& o) {
+/// ln of the weight: of α = 1/(1 + e^(−logit)) where blending is alpha.
+float logAmplitude(const Gaussian& g, Blending blending) {
+  return blending == Blending::Alpha ? -std::log1p(std::exp(-g.logWeight)) : g.logWeight;
+}
+
+constexpr float kPaperReach = 3; // σ, of both methods of the paper
+
+void selectCube(const float* covariance, Projected& o) {
+  const float edge = kPaperReach * std::sqrt(math::largestEigenvalue(covariance));
+  std::fill_n(o.half, 3, std::min(kReach, edge));
+}
+
+void selectSquares(const float* covariance, Projected& o) {
+  const auto slice = math::sliceConditional(covariance);
+  const float* c = slice.covariance;
+  const float mean = 0.5f * (c[0] + c[2]), difference = 0.5f * (c[0] - c[2]);
+  const float eigenvalue = mean + std::sqrt(difference * difference + c[1] * c[1]);
+  const float reach = kPaperReach * std::sqrt(slice.variance);
+  o.square = std::min(kReach, kPaperReach * std::sqrt(std::max(eigenvalue, 0.f)));
+  o.shiftXZ = slice.shift[0];
+  o.half[2] = std::min(kReach, reach);
+  for (int i = 0; i < 2; ++i)
+    o.half[i] = std::min(kReach, std::fabs(slice.shift[i]) * reach + o.square);
+}
+
+void projectOne(const Gaussian& g, const Frame& f, float radius2, Blending blending, const ClosedFormPsf& psf,
+                Selection selection, Projected& o) {
   float r[9], s[9], covariance[6], precision[6];
   math::rotation(g.quaternion, r);
   float scaled[9], whitened[9];
@@ -43,7 +69,7 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
       whitened[3 * i + k] = r[3 * i + k] * inv;
     }
   }
-  float logWeight = g.logWeight;
+  float logWeight = logAmplitude(g, blending);
   if (psf.active) {
     double exact[9], blurred[6], inverse[6];
     float t[9], m[9];
@@ -87,6 +113,9 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
   o.half[0] = std::min(kReach, std::sqrt(radius2 * covariance[0]));
   o.half[1] = std::min(kReach, std::sqrt(radius2 * covariance[3]));
   o.half[2] = std::min(kReach, std::sqrt(radius2 * covariance[5]));
+  o.shiftXZ = o.square = 0;
+  if (selection == Selection::Method1) selectCube(covariance, o);
+  if (selection == Selection::Method2) selectSquares(covariance, o);
   for (int i = 0; i < 3; ++i) {
     double x = f.offset[i];
     for (int j = 0; j < 3; ++j)
@@ -101,7 +130,7 @@ void projectOne(const Gaussian& g, const Frame& f, float radius2, const ClosedFo
 } // namespace
 
 void project(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
-             const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out) {
+             const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out, Selection selection) {
   const Frame frame = makeFrame(lattice);
   const float radius2 = static_cast<float>(field.cutoff * field.cutoff);
   out.resize(field.gaussians.size());
@@ -109,7 +138,7 @@ void project(const GaussianField& field, std::span<const float> values, const La
     for (std::int64_t i = first; i < last; ++i) {
       const Gaussian& g = field.gaussians[i];
       Projected& o = out[i];
-      projectOne(g, frame, radius2, psf, o);
+      projectOne(g, frame, radius2, field.blending, psf, selection, o);
       o.value = values.empty() ? g.intensity : values[i];
       for (int k = 0; k < 3; ++k) {
         const float* t = frame.toModelT + 3 * k;

@@ -48,7 +48,7 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
   checkValues(field, options);
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
-  const KernelSet& kernels = kernelSet(options.instructionSet);
+  const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
   const Finish finish(field, options);
   const DetailSampler detail(field, geometry.indexToWorld());
   const DomainBox box(field.domain, geometry.indexToWorld());
@@ -88,7 +88,7 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
   checkValues(field, options);
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
-  const KernelSet& kernels = kernelSet(options.instructionSet);
+  const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
   const Finish finish(field, options);
   Stack blank = stack;
   std::fill(blank.image.voxels.begin(), blank.image.voxels.end(), 0.f);

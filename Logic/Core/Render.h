@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/GaussianField.h"
+#include "Core/Selection.h"
 #include "Core/Stack.h"
 
 #include <stop_token>
@@ -7,8 +8,9 @@
 namespace innergs {
 
 struct RenderOptions {
-  int threads = 0;               // 0 = all cores
-  std::string instructionSet;    // "" = best available
+  int threads = 0;            // 0 = all cores
+  std::string instructionSet; // "" = best available
+  Selection selection = Selection::Exact; // of slices; points have no candidates to select
   bool scannerUnits = true;      // apply the field's intensity map
   std::span<const float> values; // per Gaussian, replaces intensity and slope: renders any other channel
   std::stop_token stop;          // stopped: throws Error(Cancelled)
@@ -16,13 +18,13 @@ struct RenderOptions {
 
 /// The field at every voxel centre of a lattice (thin: no slice profile). Any lattice: oblique, one slice,
 /// left-handed.
-/// Outside the field's domain I = 0.
+/// Outside the field's domain I = 0. Alpha blending: as slices along the lattice's third axis.
 Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& options = {});
 
 /// The field as a scanner would see it: lattice of the stack, integrated over its slice profile.
 Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& options = {});
 
-/// The field at points (LPS mm).
+/// The field at points (LPS mm). Alpha blending: each on a slice across the model's third axis.
 std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3> points,
                                 const RenderOptions& options = {});
 

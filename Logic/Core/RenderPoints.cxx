@@ -49,6 +49,43 @@ struct CellLists {
   }
 };
 
+/// The contributions to one point, blended.
+class PointBlend {
+public:
+  explicit PointBlend(const GaussianField& field)
+      : blending_(field.blending), epsilon_(static_cast<float>(field.epsilon)) {}
+
+  void start() {
+    w_ = n_ = 0;
+    layers_.clear();
+  }
+  void add(float p, float value, float depth) {
+    if (blending_ == Blending::Alpha) layers_.push_back({depth, p, value});
+    w_ += p;
+    n_ += p * value;
+  }
+  float value() {
+    if (blending_ == Blending::Additive) return n_;
+    if (blending_ == Blending::Normalised) return n_ / (w_ + epsilon_);
+    std::stable_sort(layers_.begin(), layers_.end(),
+                     [](const Layer& a, const Layer& b) { return a.depth < b.depth; });
+    float transmittance = 1, image = 0;
+    for (const Layer& layer : layers_) {
+      image += transmittance * layer.opacity * layer.value;
+      transmittance -= transmittance * layer.opacity;
+    }
+    return image;
+  }
+
+private:
+  struct Layer {
+    float depth, opacity, value;
+  };
+  Blending blending_;
+  float epsilon_, w_ = 0, n_ = 0;
+  std::vector<Layer> layers_;
+};
+
 } // namespace
 
 std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3> points,
@@ -87,10 +124,11 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
   const DomainBox box(field.domain, {});
   const DetailSampler detail(field, {});
   const CellLists lists(projected, cells);
-  const bool normalised = field.blending == Blending::Normalised,
-             units = options.scannerUnits && options.values.empty();
+  const bool units = options.scannerUnits && options.values.empty();
   pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
+    PointBlend blend(field);
     for (std::int64_t i = first; i < last; ++i) {
+      blend.start();
       double x[3];
       std::int64_t at[3];
       for (int a = 0; a < 3; ++a) {
@@ -98,7 +136,6 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
         at[a] = std::min(static_cast<std::int64_t>(x[a]), cells[a] - 1);
       }
       const std::int64_t c = at[0] + cells[0] * (at[1] + cells[1] * at[2]);
-      float w = 0, n = 0;
       for (std::int64_t m = lists.start[c]; m < lists.start[c + 1]; ++m) {
         const Projected& g = projected[lists.ids[m]];
         float d[3];
@@ -109,10 +146,9 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
                         q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
         if (!(e >= g.log2Cut)) continue; // NaN as well
         const float p = std::exp2(e) - g.cut;
-        w += p;
-        n += p * (g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2]);
+        blend.add(p, g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2], std::fabs(d[2]));
       }
-      float value = normalised ? n / (w + static_cast<float>(field.epsilon)) : n;
+      float value = blend.value();
       if (options.values.empty()) value += detail(points[i]);
       if (!box.contains(points[i])) value = 0;
       result[i] = units ? static_cast<float>(field.intensityScale * value + field.intensityOffset) : value;

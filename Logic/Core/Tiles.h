@@ -7,12 +7,26 @@ namespace innergs {
 /// ascending order. One task owns a tile, so a voxel's sum never depends on the number of threads.
 class Tiles {
 public:
-  explicit Tiles(const LatticeView& lattice);
+  explicit Tiles(const LatticeView& lattice, int planesPerTile = 8);
   void bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool);
 
   std::int64_t count() const { return static_cast<std::int64_t>(tilesY_) * tilesZ_; }
   TileRange range(std::int64_t tile, const LatticeView& lattice) const;
   std::span<const std::uint32_t> members(std::int64_t tile) const {
+    return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
+  }
+
+  /// Tiles that a Gaussian reaches: planes [z0, z1) × rows [y0, y1) of tiles; empty when it reaches none.
+  struct Reach {
+    int z0 = 0, z1 = 0, y0 = 0, y1 = 0;
+    std::int64_t count() const { return static_cast<std::int64_t>(z1 - z0) * (y1 - y0); }
+  };
+  Reach reach(const Projected& gaussian, const LatticeView& lattice) const;
+  /// Where a tile lies in the order of reach(): (tile in z, tile in y).
+  std::pair<int, int> position(std::int64_t tile) const {
+    return {static_cast<int>(tile / tilesY_), static_cast<int>(tile % tilesY_)};
+  }
+  std::span<std::uint32_t> members(std::int64_t tile) {
     return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
   }
 

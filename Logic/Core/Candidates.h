@@ -1,0 +1,63 @@
+#pragma once
+#include "Core/Kernels.h"
+
+namespace innergs {
+
+/// Columns [first, last) relative to cell[0] that Method1 and Method2 evaluate in a plane at distance dz.
+struct ColumnBox {
+  float centre, half; // relative to cell[0]
+};
+template <Selection selection>
+inline ColumnBox columnBox(const Projected& g, float dz) {
+  if constexpr (selection == Selection::Method2) return {g.fraction[0] - g.shiftXZ * dz, squareHalf(g, dz)};
+  return {g.fraction[0], g.half[0]};
+}
+
+/// Visits exactly what a selection evaluates of one Gaussian on a tile, row by row: visit(plane k, row y,
+/// first column x0, x1 past the last).
+template <Selection selection, class Visit>
+void forEachCandidateRow(const Projected& g, const LatticeView& lattice, const TileRange& tile,
+                         Visit&& visit) {
+  int k0, k1;
+  planeRange(g, lattice, k0, k1);
+  const auto clamped = [](std::int64_t cell, int x, int low, int high) {
+    return static_cast<int>(std::clamp<std::int64_t>(cell + x, low, high));
+  };
+  for (int k = std::max(k0, tile.k0); k < std::min(k1, tile.k1); ++k) {
+    const float dz = planeOffset(g, lattice.z[k]);
+    int r0, r1;
+    if (!rowRange<selection>(g, dz, r0, r1)) continue;
+    const int y0 = clamped(g.cell[1], r0, tile.y0, tile.y1), y1 = clamped(g.cell[1], r1, tile.y0, tile.y1);
+    for (int y = y0; y < y1; ++y) {
+      ColumnBox box;
+      if constexpr (selection == Selection::Exact) {
+        const float dy = static_cast<float>(y - g.cell[1]) - g.fraction[1];
+        const float v = dy + g.shiftYZ * dz, slope = 0.5f / g.quadratic[0];
+        const float rest = g.radius2 - dz * dz * g.precisionZ - v * v * g.precisionY;
+        box.centre = g.fraction[0] - slope * (g.quadratic[1] * dy + g.quadratic[2] * dz);
+        // A hair wider than the ellipse: rounding must not lose a pixel on it.
+        box.half = std::sqrt(std::max(rest, 0.f) / precisionX(g)) * 1.00001f + 1e-4f;
+      } else {
+        box = columnBox<selection>(g, dz);
+      }
+      const int x0 = clamped(g.cell[0], indexLimit(std::ceil(box.centre - box.half)), 0, lattice.nx);
+      const int x1 = clamped(g.cell[0], indexLimit(std::floor(box.centre + box.half)) + 1, 0, lattice.nx);
+      if (x0 < x1) visit(k, y, x0, x1);
+    }
+  }
+}
+
+template <class Visit>
+void forEachCandidateRow(const Projected& g, const LatticeView& lattice, Selection selection,
+                         const TileRange& tile, Visit&& visit) {
+  switch (selection) {
+  case Selection::Exact:
+    return forEachCandidateRow<Selection::Exact>(g, lattice, tile, visit);
+  case Selection::Method1:
+    return forEachCandidateRow<Selection::Method1>(g, lattice, tile, visit);
+  case Selection::Method2:
+    return forEachCandidateRow<Selection::Method2>(g, lattice, tile, visit);
+  }
+}
+
+} // namespace innergs
