@@ -36,7 +36,9 @@ struct Loss {
 const Loss kLosses[] = {{"L2", {LossKind::L2, 0.02, 0}},
                         {"Huber", {LossKind::Huber, 0.05, 0}},
                         {"L1", {LossKind::L1, 0.02, 0}},
-                        {"L2 with SSIM", {LossKind::L2, 0.02, 0.1}}};
+                        {"L2 with SSIM", {LossKind::L2, 0.02, 0.1}},
+                        {"the paper's", {LossKind::L1, 0.02, 0.4, 0.8}},
+                        {"SSIM alone", {LossKind::L2, 0.02, 1, 0}}};
 
 const char* const kParameterNames[16] = {"mean x",       "mean y",       "mean z",       "logScale 0",
                                          "logScale 1",   "logScale 2",   "quaternion w", "quaternion x",
@@ -184,7 +186,7 @@ TEST_P(Gradient, PredictsTheChangeOfTheEnginesOwnLoss) {
       length = std::sqrt(length);
       for (std::size_t n = 0; n < direction.size(); ++n)
         slope += (direction[n] /= length) * gradient[n];
-      const double step = 4e-3;
+      const double step = 2e-3;
       GaussianField above = pipeline.field, below = pipeline.field;
       for (std::size_t n = 0; n < direction.size(); ++n) {
         reinterpret_cast<float*>(above.gaussians.data())[n] += static_cast<float>(step * direction[n]);

@@ -137,9 +137,10 @@ inline double referenceLoss(const Observation& o, const LossKinds& kinds, const 
         target[i] = o.target[at];
         image[i] = o.weight[at] ? slices[static_cast<std::size_t>(s) * nx * ny + i] : target[i];
         const double e = std::abs(image[i] - target[i]), delta = kinds.huberDelta;
-        if (kinds.kind == LossKind::L1) loss += e;
-        if (kinds.kind == LossKind::L2) loss += 0.5 * e * e;
-        if (kinds.kind == LossKind::Huber) loss += e <= delta ? 0.5 * e * e : delta * (e - 0.5 * delta);
+        const double w = kinds.pointWeight;
+        if (kinds.kind == LossKind::L1) loss += w * e;
+        if (kinds.kind == LossKind::L2) loss += w * 0.5 * e * e;
+        if (kinds.kind == LossKind::Huber) loss += w * (e <= delta ? 0.5 * e * e : delta * (e - 0.5 * delta));
       }
     if (kinds.ssimWeight > 0)
       loss += kinds.ssimWeight * referenceSsimLoss(image.data(), target.data(), nx, ny);
