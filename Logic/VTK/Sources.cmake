@@ -1,0 +1,15 @@
+# The classes of the VTK layer: each is a .h, wrapped for Python, and a .cxx. A list of its own, so that the macros of a
+# Slicer build can take it as well.
+set(INNERGS_VTK_CLASSES
+  vtkInnerGSAlgorithm
+  vtkInnerGSModel
+  vtkInnerGSPlaneQuery
+  vtkInnerGSPointQuery
+  vtkInnerGSReconstruct
+  vtkInnerGSResample
+  vtkInnerGSToPolyData
+)
+set(INNERGS_VTK_PRIVATE_SOURCES
+  Geometry.cxx
+  ImageVoxels.cxx
+)

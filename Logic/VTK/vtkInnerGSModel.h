@@ -1,0 +1,81 @@
+#ifndef vtkInnerGSModel_h
+#define vtkInnerGSModel_h
+
+#include "vtkDataObject.h"
+#include "vtkInnerGSExport.h"
+
+#include <memory> // std::shared_ptr
+#include <string> // returned
+
+namespace innergs {
+struct Checkpoint;
+struct GaussianField;
+} // namespace innergs
+class vtkInformation;
+class vtkInformationVector;
+class vtkMatrix4x4;
+
+/// A fitted model: a continuous volume made of 3D Gaussians. What it holds never changes once set, so copies,
+/// shallow and deep alike, share it. Everything seen through VTK is in RAS millimetres; the innergs
+/// structures behind GetCheckpoint() are in LPS as ever.
+class VTKINNERGS_EXPORT vtkInnerGSModel : public vtkDataObject {
+public:
+  static vtkInnerGSModel* New();
+  vtkTypeMacro(vtkInnerGSModel, vtkDataObject);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// Back to no Gaussians.
+  void Initialize() override;
+  void ShallowCopy(vtkDataObject* source) override;
+  void DeepCopy(vtkDataObject* source) override;
+  /// Kibibytes of Gaussians, optimiser state and detail grid.
+  unsigned long GetActualMemorySize() override;
+
+  bool IsEmpty();
+  vtkIdType GetNumberOfGaussians();
+  /// Sweeps over the data that it was fitted for.
+  int GetNumberOfIterations();
+  /// "normalised", "additive", "alpha"; "" when empty.
+  std::string GetBlendingName();
+  /// One line for people: count, blending, size, memory.
+  std::string GetDescription();
+
+  /// The axis-aligned RAS box (xmin, xmax, ymin, ...; mm, to voxel edges) of the region that was fitted; of
+  /// the Gaussians' centres when that is unlimited; the uninitialised bounds (1, -1, ...) when empty.
+  void GetBounds(double bounds[6]);
+  /// The lattice of the region that was fitted, the default for resampling. False, and nothing changed, when
+  /// there is none.
+  bool GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]);
+  /// Whether the model has a value at a point: it lies in the region that was fitted.
+  bool IsInside(double r, double a, double s);
+  /// The value (scanner units) that the model has where there is nothing, and outside its region.
+  double GetBackgroundValue();
+
+  /// The model in a pipeline's information, or null.
+  static vtkInnerGSModel* GetData(vtkInformation* information);
+  static vtkInnerGSModel* GetData(vtkInformationVector* informations, int index = 0);
+
+#ifndef __VTK_WRAP__
+  /// For C++: what Logic/Core and Logic/IO work with. Null when empty.
+  std::shared_ptr<const innergs::Checkpoint> GetCheckpoint() const {
+    return this->Checkpoint;
+  }
+  void SetCheckpoint(std::shared_ptr<const innergs::Checkpoint> checkpoint);
+  /// Shares ownership of the checkpoint; null when empty.
+  std::shared_ptr<const innergs::GaussianField> GetField() const;
+#endif
+
+protected:
+  vtkInnerGSModel();
+  ~vtkInnerGSModel() override;
+
+private:
+  vtkInnerGSModel(const vtkInnerGSModel&) = delete;
+  void operator=(const vtkInnerGSModel&) = delete;
+
+#ifndef __VTK_WRAP__
+  std::shared_ptr<const innergs::Checkpoint> Checkpoint;
+#endif
+};
+
+#endif

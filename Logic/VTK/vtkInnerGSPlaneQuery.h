@@ -1,0 +1,69 @@
+#ifndef vtkInnerGSPlaneQuery_h
+#define vtkInnerGSPlaneQuery_h
+
+#include "vtkInnerGSAlgorithm.h"
+
+class vtkImageData;
+class vtkMatrix4x4;
+
+/// The model (input) on a plane: a 2D vtkImageData (output, float, scanner units), fast enough to follow a
+/// drag. Threads and buffers are kept between executions.
+class VTKINNERGS_EXPORT vtkInnerGSPlaneQuery : public vtkInnerGSAlgorithm {
+public:
+  static vtkInnerGSPlaneQuery* New();
+  vtkTypeMacro(vtkInnerGSPlaneQuery, vtkInnerGSAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /// Plane coordinates (x right, y up in the plane, z along its normal) → RAS, copied. Any invertible matrix,
+  /// e.g. a slice node's SliceToRAS (then spacing in mm) or XYToRAS (then spacing 1, 1 and Centred off).
+  void SetPlaneToRASMatrix(vtkMatrix4x4* planeToRAS);
+  vtkMatrix4x4* GetPlaneToRASMatrix();
+  /// Pixels; 256×256 by default.
+  vtkSetVector2Macro(Dimensions, int);
+  vtkGetVector2Macro(Dimensions, int);
+  /// Between pixel centres, in plane coordinates; 1, 1 by default.
+  vtkSetVector2Macro(Spacing, double);
+  vtkGetVector2Macro(Spacing, double);
+  /// On (default): the middle of the image is the plane's origin. Off: the centre of pixel (0, 0) is.
+  vtkSetMacro(Centred, bool);
+  vtkGetMacro(Centred, bool);
+  vtkBooleanMacro(Centred, bool);
+  ///@}
+
+  /// The model to query; the same as SetInputData.
+  void SetModel(vtkInnerGSModel* model);
+  vtkInnerGSModel* GetModel();
+
+  vtkImageData* GetOutput();
+  /// Of the output image.
+  vtkMatrix4x4* GetOutputIJKToRASMatrix();
+  /// Milliseconds that the last execution took.
+  vtkGetMacro(QueryMilliseconds, double);
+
+  vtkMTimeType GetMTime() override;
+
+protected:
+  vtkInnerGSPlaneQuery();
+  ~vtkInnerGSPlaneQuery() override;
+  int FillInputPortInformation(int port, vtkInformation* information) override;
+  int FillOutputPortInformation(int port, vtkInformation* information) override;
+#ifndef __VTK_WRAP__
+  void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+  void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+#endif
+
+  int Dimensions[2] = {256, 256};
+  double Spacing[2] = {1, 1};
+  bool Centred = true;
+  double QueryMilliseconds = 0;
+
+private:
+  vtkInnerGSPlaneQuery(const vtkInnerGSPlaneQuery&) = delete;
+  void operator=(const vtkInnerGSPlaneQuery&) = delete;
+
+  struct Internals;
+  std::unique_ptr<Internals> Work;
+};
+
+#endif

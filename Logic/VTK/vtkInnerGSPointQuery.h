@@ -1,0 +1,47 @@
+#ifndef vtkInnerGSPointQuery_h
+#define vtkInnerGSPointQuery_h
+
+#include "vtkInnerGSExport.h"
+#include "vtkObject.h"
+
+#include <string> // returned
+
+class vtkFloatArray;
+class vtkInnerGSModel;
+class vtkPoints;
+
+/// The model's value (scanner units) at points.
+class VTKINNERGS_EXPORT vtkInnerGSPointQuery : public vtkObject {
+public:
+  static vtkInnerGSPointQuery* New();
+  vtkTypeMacro(vtkInnerGSPointQuery, vtkObject);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  void SetModel(vtkInnerGSModel* model);
+  vtkInnerGSModel* GetModel();
+
+  /// One value per RAS point (mm). Outside the model's region: vtkInnerGSModel::GetBackgroundValue(). False
+  /// after an error (vtkErrorMacro, GetErrorMessage()); `values` is then empty.
+  bool Evaluate(vtkPoints* points, vtkFloatArray* values);
+  /// One point; NaN after an error.
+  double EvaluatePoint(double r, double a, double s);
+  std::string GetErrorMessage();
+
+  /// 0 (default): all cores.
+  vtkSetClampMacro(NumberOfThreads, int, 0, 4096);
+  vtkGetMacro(NumberOfThreads, int);
+
+protected:
+  vtkInnerGSPointQuery();
+  ~vtkInnerGSPointQuery() override;
+
+  vtkInnerGSModel* Model = nullptr;
+  int NumberOfThreads = 0;
+  std::string ErrorMessage;
+
+private:
+  vtkInnerGSPointQuery(const vtkInnerGSPointQuery&) = delete;
+  void operator=(const vtkInnerGSPointQuery&) = delete;
+};
+
+#endif

@@ -1,0 +1,202 @@
+#ifndef vtkInnerGSReconstruct_h
+#define vtkInnerGSReconstruct_h
+
+#include "vtkCommand.h" // vtkCommand::UserEvent
+#include "vtkInnerGSAlgorithm.h"
+
+class vtkImageData;
+class vtkMatrix4x4;
+
+/// Fits a continuous model to one or several scans and puts it on a grid.
+///
+/// Inputs: port 0, one or several scalar vtkImageData (any numeric type; AddInputData), each with an IJK→RAS
+/// matrix; port 1, an optional mask image. Outputs: port 0 vtkInnerGSModel, port 1 vtkImageData (float,
+/// scanner units). Inputs are never modified, and their voxels copied once.
+///
+/// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit". PreviewEvent: a
+/// coarse rendering (vtkImageData as call data) from time to time, made only when someone observes it. Events
+/// are invoked by the thread that called Update().
+class VTKINNERGS_EXPORT vtkInnerGSReconstruct : public vtkInnerGSAlgorithm {
+public:
+  static vtkInnerGSReconstruct* New();
+  vtkTypeMacro(vtkInnerGSReconstruct, vtkInnerGSAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  enum Events { PreviewEvent = vtkCommand::UserEvent + 1871 };
+  enum Presets { Fast, Balanced, Best };
+  enum Blendings { Normalised, Additive, Alpha };
+  enum Losses { L1, L2, Huber };
+  enum Initialisations { Adaptive, Grid };
+  enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
+
+  ///@{
+  /// Of the index-th input of port 0 (in the order of adding): IJK → RAS (mm), copied; null (default): from
+  /// the image's origin, spacing and direction. Left-handed matrices are fine, sheared ones an error. I, J, K
+  /// are the image's structured coordinates.
+  void SetInputIJKToRASMatrix(int index, vtkMatrix4x4* ijkToRAS);
+  vtkMatrix4x4* GetInputIJKToRASMatrix(int index);
+  /// mm; 0 (default): the distance between slices.
+  void SetInputSliceThickness(int index, double thickness);
+  double GetInputSliceThickness(int index);
+  /// How a slice averages across its thickness; BoxProfile by default.
+  void SetInputSliceProfile(int index, int profile);
+  int GetInputSliceProfile(int index);
+  /// Which index axis counts the slices: 0, 1, 2 (default, K).
+  void SetInputSliceAxis(int index, int axis);
+  int GetInputSliceAxis(int index);
+  /// For messages and warnings.
+  void SetInputName(int index, const std::string& name);
+  std::string GetInputName(int index);
+  ///@}
+  /// Disconnects all inputs and the mask, and forgets what was set for them.
+  void ClearInputs();
+
+  ///@{
+  /// Only voxels where the mask is not zero are fitted. On any lattice, with its own IJK→RAS matrix (null:
+  /// from the image). Null image: no mask.
+  void SetMaskData(vtkImageData* mask);
+  void SetMaskIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
+  ///@}
+
+  ///@{
+  /// Fit only inside this RAS box (xmin, xmax, ymin, ymax, zmin, zmax; mm) and, where no grid is given, put
+  /// out only that part. Off by default.
+  vtkSetVector6Macro(Region, double);
+  vtkGetVector6Macro(Region, double);
+  vtkSetMacro(UseRegion, bool);
+  vtkGetMacro(UseRegion, bool);
+  vtkBooleanMacro(UseRegion, bool);
+  ///@}
+
+  ///@{
+  /// The output grid. By default isotropic at the finest spacing of all inputs over the first one's box.
+  /// OutputSpacing: mm along the first input's axes over its box; 0, 0, 0 (default) for the choice above.
+  vtkSetVector3Macro(OutputSpacing, double);
+  vtkGetVector3Macro(OutputSpacing, double);
+  /// A given grid (goes before OutputSpacing): IJK→RAS, copied, and voxels along I, J, K. Null matrix: none.
+  void SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ, int dimensionK);
+  /// The same from an image; ijkToRAS null: from its origin, spacing and direction. Null image: none.
+  void SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS = nullptr);
+  bool HasReferenceGrid();
+  ///@}
+
+  ///@{
+  /// Settings. 0 stands for "chosen from preset and data" where it is the default.
+  vtkSetClampMacro(Preset, int, Fast, Best);
+  vtkGetMacro(Preset, int);
+  vtkSetClampMacro(Blending, int, Normalised, Alpha);
+  vtkGetMacro(Blending, int);
+  vtkSetMacro(NumberOfGaussians, vtkIdType);
+  vtkGetMacro(NumberOfGaussians, vtkIdType);
+  vtkSetMacro(NumberOfIterations, int); // sweeps over the data, per member
+  vtkGetMacro(NumberOfIterations, int);
+  vtkSetMacro(NumberOfMembers, int); // fields fitted independently and merged
+  vtkGetMacro(NumberOfMembers, int);
+  vtkSetClampMacro(LinearIntensity, int, -1, 1); // −1 (default): chosen; 0: off; 1: on
+  vtkGetMacro(LinearIntensity, int);
+  vtkSetClampMacro(Loss, int, L1, Huber);
+  vtkGetMacro(Loss, int);
+  vtkSetMacro(HuberDelta, double); // fraction of the intensity range
+  vtkGetMacro(HuberDelta, double);
+  vtkSetMacro(SSIMWeight, double);
+  vtkGetMacro(SSIMWeight, double);
+  vtkSetClampMacro(Initialisation, int, Adaptive, Grid);
+  vtkGetMacro(Initialisation, int);
+  vtkSetMacro(PaperStopRule, bool);
+  vtkGetMacro(PaperStopRule, bool);
+  vtkBooleanMacro(PaperStopRule, bool);
+  vtkSetMacro(Relocate, bool);
+  vtkGetMacro(Relocate, bool);
+  vtkBooleanMacro(Relocate, bool);
+  vtkSetMacro(Consistency, bool); // data-consistency step after the fit
+  vtkGetMacro(Consistency, bool);
+  vtkBooleanMacro(Consistency, bool);
+  vtkSetMacro(Seed, vtkTypeUInt64); // same seed, same result, bit for bit
+  vtkGetMacro(Seed, vtkTypeUInt64);
+  /// Share of each input's slices withheld from the fit to report the quality on them; 0 (default) to 0.5.
+  vtkSetMacro(HeldOutFraction, double);
+  vtkGetMacro(HeldOutFraction, double);
+  /// Go on from this model (kept by reference); null: start anew.
+  void SetResumeModel(vtkInnerGSModel* model);
+  vtkInnerGSModel* GetResumeModel();
+  /// When stopped, put out the model reached (to resume from; no volume) instead of nothing. Off by default.
+  vtkSetMacro(KeepModelWhenAborted, bool);
+  vtkGetMacro(KeepModelWhenAborted, bool);
+  vtkBooleanMacro(KeepModelWhenAborted, bool);
+  ///@}
+
+  /// Copies the inputs' voxels now, on this thread, and disconnects inputs and mask: the next Update() works
+  /// on the snapshot, from any thread, without touching the images, and uses it up. False after an error.
+  bool TakeSnapshot();
+  bool HasSnapshot();
+  /// Bytes of memory that the reconstruction will need beyond its inputs; 0 without inputs. Cheap.
+  vtkTypeInt64 EstimateMemory();
+
+  vtkInnerGSModel* GetOutputModel();
+  vtkImageData* GetOutputImage();
+  /// Of the output image; the identity before the first execution. Valid in any thread that may call the
+  /// filter.
+  vtkMatrix4x4* GetOutputIJKToRASMatrix();
+  /// Of the image that the last PreviewEvent handed out.
+  vtkMatrix4x4* GetPreviewIJKToRASMatrix();
+  vtkImageData* GetPreviewImage();
+
+  ///@{
+  /// State of the fit, for observers of ProgressEvent and after the end.
+  std::string GetPhase(); // "Preparing", "Fitting", ...
+  vtkGetMacro(CurrentIteration, int);
+  vtkGetMacro(TotalIterations, int);
+  vtkGetMacro(CurrentLoss, double);  // of the last sweep, normalised intensity units
+  vtkGetMacro(TrainingPSNR, double); // dB, fitted samples; NaN: unknown
+  vtkGetMacro(HeldOutPSNR, double);  // dB; NaN when nothing was held out
+  vtkGetMacro(CurrentGaussians, vtkIdType);
+  vtkGetMacro(ElapsedSeconds, double);
+  vtkGetMacro(RemainingSeconds, double); // estimated
+  ///@}
+
+  ///@{
+  /// About the last successful execution.
+  vtkGetMacro(FitSeconds, double);
+  vtkGetMacro(Noise, double); // estimated, scanner units
+  vtkGetMacro(NumberOfNonFiniteVoxels, vtkIdType);
+  int GetNumberOfWarnings();
+  std::string GetWarning(int index); // a sentence for the user
+  /// "name=value" pairs separated by "; ": every setting as it was used, with what was chosen filled in.
+  std::string GetUsedSettings();
+  std::string GetUsedInstructionSet();
+  ///@}
+
+protected:
+  vtkInnerGSReconstruct();
+  ~vtkInnerGSReconstruct() override;
+  int FillInputPortInformation(int port, vtkInformation* information) override;
+  int FillOutputPortInformation(int port, vtkInformation* information) override;
+#ifndef __VTK_WRAP__
+  void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+  void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+#endif
+
+  double Region[6] = {0, 0, 0, 0, 0, 0};
+  bool UseRegion = false;
+  double OutputSpacing[3] = {0, 0, 0};
+  int Preset = Balanced, Blending = Normalised, Loss = L2, Initialisation = Adaptive, LinearIntensity = -1;
+  vtkIdType NumberOfGaussians = 0;
+  int NumberOfIterations = 0, NumberOfMembers = 0;
+  double HuberDelta, SSIMWeight, HeldOutFraction = 0;
+  bool PaperStopRule, Relocate, Consistency, KeepModelWhenAborted = false;
+  vtkTypeUInt64 Seed;
+
+  int CurrentIteration = 0, TotalIterations = 0;
+  double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
+  vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;
+  double FitSeconds = 0, Noise = 0;
+
+private:
+  vtkInnerGSReconstruct(const vtkInnerGSReconstruct&) = delete;
+  void operator=(const vtkInnerGSReconstruct&) = delete;
+
+  struct Internals;
+  std::unique_ptr<Internals> Work;
+};
+
+#endif
