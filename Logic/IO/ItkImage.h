@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Error.h"
 #include "Core/GridGeometry.h"
+#include "IO/MemoryCheck.h"
 
 #include <itkImageIOBase.h>
 
@@ -55,8 +56,5 @@ ItkHeader describe(const itk::ImageIOBase& io, const std::string& what, bool seq
 /// out[i] = source[first + i·stride] as float; `source` holds components of the given type.
 void convertVoxels(itk::CommonEnums::IOComponent type, const std::byte* source, std::size_t first,
                    std::size_t stride, std::span<float> out);
-
-/// Throws Error(Memory) when `bytes` are more than this process can have now.
-void checkMemoryFor(double bytes, const std::string& what);
 
 } // namespace innergs

@@ -2,7 +2,7 @@
 
 #include "Core/Error.h"
 #include "IO/FilePath.h"
-#include "IO/ItkImage.h"
+#include "IO/MemoryCheck.h"
 #include "IO/Safetensors.h"
 
 #include <nlohmann/json.hpp>

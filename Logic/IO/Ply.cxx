@@ -3,7 +3,7 @@
 #include "Core/Error.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
-#include "IO/ItkImage.h"
+#include "IO/MemoryCheck.h"
 #include "IO/PlyHeader.h"
 
 #include <algorithm>
