@@ -1,12 +1,55 @@
 #include "CLI/ReconstructOptions.h"
 
 namespace innergs::cli {
+namespace {
+
+void addSchedule(CLI::App& app, Settings& settings) {
+  addChoice<std::optional<Schedule>>(
+      app, "--schedule", settings.schedule,
+      {{"exponential", Schedule::Exponential}, {"plateau", Schedule::Plateau}},
+      "Learning rates: decay over the sweeps, or fall when the loss stops improving [exponential]");
+  app.add_option("--patience", settings.plateau.patience,
+                 "Plateau: sweeps without improvement before the rates fall [10]")
+      ->type_name("N");
+  app.add_option("--plateau-factor", settings.plateau.factor,
+                 "Plateau: what the rates are multiplied by [0.5]")
+      ->type_name("F");
+}
+
+void addDensification(CLI::App& app, Settings& settings) {
+  app.add_option("--densify-every", settings.densifyEvery,
+                 "Prune and densify Gaussians every so many sweeps; 0 = never [0]")
+      ->type_name("N");
+  app.add_option("--max-gaussians", settings.maxGaussians,
+                 "Gaussians that densification may reach; it also turns it on [as many as at the start]")
+      ->type_name("N");
+  app.add_option("--prune-opacity", settings.densify.opacity, "Prune Gaussians of a lower opacity [0.005]")
+      ->type_name("F");
+  app.add_option("--prune-size", settings.densify.size,
+                 "Prune Gaussians with a standard deviation of more voxels [20]")
+      ->type_name("F");
+  app.add_option(
+         "--densify-gradient", settings.densify.gradient,
+         "Densify Gaussians whose move by one voxel would change the loss by more than that of so many\n"
+         "samples [0.2]")
+      ->type_name("F");
+  app.add_option("--split-size", settings.densify.split,
+                 "Split those whose covariance has a larger norm, in voxels squared, clone the others [2]")
+      ->type_name("F");
+}
+
+} // namespace
 
 void addSettings(CLI::App& app, Settings& settings) {
-  addChoice<Preset>(app, "--preset", settings.preset,
-                    {{"fast", Preset::Fast}, {"balanced", Preset::Balanced}, {"best", Preset::Best}},
-                    "How much work to put in: seconds, about a minute, minutes [balanced]");
-  app.add_option("--gaussians", settings.gaussians, "At most this many Gaussians [chosen from the data]")
+  addChoice<Preset>(
+      app, "--preset", settings.preset,
+      {{"fast", Preset::Fast},
+       {"balanced", Preset::Balanced},
+       {"best", Preset::Best},
+       {"paper", Preset::Paper}},
+      "How much work to put in: seconds, about a minute, minutes; or the paper's own method, where\n"
+      "no other option says otherwise [balanced]");
+  app.add_option("--gaussians", settings.gaussians, "Gaussians to start with [chosen from the data]")
       ->type_name("N");
   app.add_option("--iterations", settings.iterations,
                  "Sweeps over the data, per member [chosen by the preset]")
@@ -17,21 +60,30 @@ void addSettings(CLI::App& app, Settings& settings) {
   app.add_option("--seed", settings.seed, "Same seed, same result, bit for bit, on any number of threads [1]")
       ->type_name("N");
   addThreads(app, settings.threads);
-  addChoice<Blending>(
+  addChoice<std::optional<Blending>>(
       app, "--blending", settings.blending,
       {{"normalised", Blending::Normalised}, {"additive", Blending::Additive}, {"alpha", Blending::Alpha}},
       "How Gaussians add up [normalised]");
-  addChoice<LossKind>(app, "--loss", settings.loss,
-                      {{"l1", LossKind::L1}, {"l2", LossKind::L2}, {"huber", LossKind::Huber}},
-                      "What the fit minimises [l2]");
+  app.add_flag(
+      "--all-axes,!--no-all-axes", settings.allAxes,
+      "Fit the slices of one scan along all three of its axes [alpha blending of nearly cubic voxels]");
+  addChoice<std::optional<LossKind>>(app, "--loss", settings.loss,
+                                     {{"l1", LossKind::L1}, {"l2", LossKind::L2}, {"huber", LossKind::Huber}},
+                                     "What the fit minimises [l2]");
+  app.add_option("--loss-weight", settings.pointWeight, "Weight of that loss [1]")->type_name("F");
   app.add_option("--huber-delta", settings.huberDelta,
                  "Where the Huber loss turns linear, as a fraction of the intensity range [0.02]")
       ->type_name("F");
-  app.add_option("--ssim-weight", settings.ssimWeight, "Weight of 1 - SSIM beside the loss [0]")
+  app.add_option("--ssim-weight", settings.ssimWeight,
+                 "Weight of 1 - SSIM beside the loss; the paper's loss: --loss l1 --loss-weight 0.8\n"
+                 "--ssim-weight 0.4 [0]")
       ->type_name("F");
-  addChoice<Initialisation>(app, "--initialisation", settings.initialisation,
-                            {{"adaptive", Initialisation::Adaptive}, {"grid", Initialisation::Grid}},
-                            "Where Gaussians start: where the structure is, or on an even grid [adaptive]");
+  addChoice<std::optional<Initialisation>>(
+      app, "--initialisation", settings.initialisation,
+      {{"adaptive", Initialisation::Adaptive}, {"grid", Initialisation::Grid}},
+      "Where Gaussians start: where the structure is, or on an even grid [adaptive]");
+  addSchedule(app, settings);
+  addDensification(app, settings);
   app.add_flag("--paper-stop-rule", settings.paperStopRule,
                "Stop when the loss fell by less than 1e-4 over 100 sweeps, after 1000 at the latest");
   app.add_flag_callback(

@@ -40,6 +40,8 @@ const char* name(Preset preset) {
     return "balanced";
   case Preset::Best:
     return "best";
+  case Preset::Paper:
+    return "paper";
   }
   return "";
 }
@@ -70,16 +72,31 @@ Json toJson(const GridGeometry& geometry) {
 
 Json toJson(const Settings& s) {
   return {{"preset", name(s.preset)},
-          {"blending", blendingName(s.blending)},
+          {"blending", blendingName(chosenBlending(s))},
           {"linear_intensity", orNull(s.linearIntensity)},
-          {"initialisation", s.initialisation == Initialisation::Adaptive ? "adaptive" : "grid"},
-          {"loss", name(s.loss)},
+          {"all_axes", orNull(s.allAxes)},
+          {"initialisation", s.initialisation == Initialisation::Grid ? "grid" : "adaptive"},
+          {"loss", name(s.loss.value_or(LossKind::L2))},
           {"huber_delta", s.huberDelta},
-          {"ssim_weight", s.ssimWeight},
+          {"loss_weight", orNull(s.pointWeight)},
+          {"ssim_weight", orNull(s.ssimWeight)},
+          {"schedule", s.schedule == Schedule::Plateau ? "plateau" : "exponential"},
+          {"plateau",
+           {{"patience", s.plateau.patience},
+            {"factor", s.plateau.factor},
+            {"lowest", s.plateau.lowest},
+            {"threshold", s.plateau.threshold}}},
+          {"densify_every", orNull(s.densifyEvery)},
+          {"densify",
+           {{"opacity", s.densify.opacity},
+            {"size_voxels", s.densify.size},
+            {"gradient", s.densify.gradient},
+            {"split_voxels2", s.densify.split}}},
           {"gaussians", orNull(s.gaussians)},
+          {"max_gaussians", orNull(s.maxGaussians)},
           {"iterations", orNull(s.iterations)},
           {"members", orNull(s.members)},
-          {"paper_stop_rule", s.paperStopRule},
+          {"paper_stop_rule", orNull(s.paperStopRule)},
           {"relocation", s.relocate},
           {"consistency", s.consistency},
           {"threads", s.threads > 0 ? s.threads : static_cast<int>(std::thread::hardware_concurrency())},

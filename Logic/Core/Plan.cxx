@@ -1,5 +1,6 @@
 #include "Core/Plan.h"
 
+#include "Core/Error.h"
 #include "Core/Metrics.h"
 
 #include <algorithm>
@@ -8,6 +9,9 @@
 
 namespace innergs {
 namespace {
+
+constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
+constexpr int kDensifyEvery = 50;
 
 template <class Visit>
 void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
@@ -46,7 +50,7 @@ IntensityMap chooseIntensityMap(std::span<const Stack> stacks) {
   return {top - bottom, bottom};
 }
 
-DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
+DataTraits geometryTraits(std::span<const Stack> stacks) {
   DataTraits t;
   t.stacks = static_cast<int>(stacks.size());
   t.voxel = std::numeric_limits<double>::max();
@@ -55,11 +59,21 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
     const Vec3& spacing = stack.image.geometry.spacing;
     t.voxel = std::min({t.voxel, spacing[0], spacing[1]});
     t.gap = std::max(t.gap, spacing[2]);
-    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
   }
   for (const Stack& stack : stacks)
     if (stack.profile != SliceProfile::Point && effectiveThickness(stack) > 1.4 * t.voxel)
       t.thickness = std::max(t.thickness, effectiveThickness(stack));
+  const Stack& first = stacks.front();
+  const Vec3& spacing = first.image.geometry.spacing;
+  const auto [low, high] = std::minmax({spacing[0], spacing[1], spacing[2]});
+  t.cubes = stacks.size() == 1 && first.poses.empty() && t.thickness == 0 && high <= 1.4 * low;
+  return t;
+}
+
+DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
+  DataTraits t = geometryTraits(stacks);
+  for (const Stack& stack : stacks)
+    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
   forEachSample(stacks, [&](float) { ++t.samples; });
   const Vec3 extent = stacks.front().image.geometry.extent();
   std::int64_t voxels = 0;
@@ -69,25 +83,39 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
   return t;
 }
 
-FitPlan makePlan(Settings& settings, const DataTraits& traits) {
+namespace {
+
+/// What the preset says where neither the user nor the data do.
+void fillChoices(Settings& s, const DataTraits& traits) {
+  const bool paper = s.preset == Preset::Paper;
+  s.blending = chosenBlending(s);
+  if (!s.linearIntensity)
+    s.linearIntensity = *s.blending == Blending::Normalised && !paper && !traits.superResolution();
+  if (!s.initialisation) s.initialisation = paper ? Initialisation::Grid : Initialisation::Adaptive;
+  if (!s.loss) s.loss = paper ? LossKind::L1 : LossKind::L2;
+  if (!s.pointWeight) s.pointWeight = paper ? 0.8 : 1.0;
+  if (!s.ssimWeight) s.ssimWeight = paper ? 0.4 : 0.0;
+  if (!s.schedule) s.schedule = paper ? Schedule::Plateau : Schedule::Exponential;
+  if (!s.densifyEvery) s.densifyEvery = paper || s.maxGaussians ? kDensifyEvery : 0;
+  if (!s.paperStopRule) s.paperStopRule = paper;
+  if (s.allAxes.value_or(false) && !traits.cubes)
+    throw Error(
+        ErrorCode::InvalidArgument,
+        "Slices along all axes need one scan of thin slices whose voxels are nearly cubes: leave that "
+        "option out.");
+  if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
+}
+
+/// Gaussians and sweeps; where slices lie far apart, also how Gaussians begin and what bounds them.
+void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
-  const bool normalised = settings.blending == Blending::Normalised;
-  if (!settings.linearIntensity) settings.linearIntensity = normalised && !traits.superResolution();
   const double voxels = traits.volume / (traits.voxel * traits.voxel * traits.voxel);
-  FitPlan plan;
-  plan.linearIntensity = *settings.linearIntensity;
-  plan.loss = {settings.loss, settings.huberDelta, settings.ssimWeight};
-  plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
-  plan.beta1 = 0.8;
-  plan.beta2 = 0.95;
-  plan.cutoff = 2.2;
-  plan.start.kind = settings.initialisation;
-  plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
-  plan.bounds.maxLogScale = std::log(30 * traits.voxel);
-  plan.paperStopRule = settings.paperStopRule;
   std::int64_t budget;
   int iterations, members = 1;
-  if (traits.singleAnisotropic()) {
+  if (settings.preset == Preset::Paper) {
+    budget = kPaperGaussians;
+    iterations = 1000;
+  } else if (traits.singleAnisotropic()) {
     // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and may turn: they shear along
     // structures.
     const double gap = traits.gap, inPlane = std::min(gap, 4 * traits.voxel);
@@ -115,21 +143,53 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 50.0, 16.0}[level]);
     iterations = std::array{60, 200, 400}[level];
     plan.coarseIterations = 8;
-    if (settings.relocate && settings.initialisation == Initialisation::Grid) {
+    if (settings.relocate && *settings.densifyEvery == 0 && settings.initialisation == Initialisation::Grid) {
       plan.relocateEvery = 5;
       plan.relocateShare = 0.05;
       plan.relocateUntil = 0.4;
     }
   }
-  if (settings.paperStopRule) iterations = 1000;
-  if (!settings.gaussians) settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
+  if (*settings.paperStopRule) iterations = 1000;
+  if (!settings.gaussians) {
+    settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
+    if (settings.maxGaussians) settings.gaussians = std::min(*settings.gaussians, *settings.maxGaussians);
+  }
+  if (!settings.maxGaussians) settings.maxGaussians = settings.gaussians;
   if (!settings.iterations) settings.iterations = iterations;
-  if (settings.paperStopRule) settings.iterations = std::min(*settings.iterations, 1000);
-  if (!settings.members) settings.members = normalised ? members : 1;
+  if (*settings.paperStopRule) settings.iterations = std::min(*settings.iterations, 1000);
+  if (!settings.members) settings.members = settings.blending == Blending::Normalised ? members : 1;
+}
+
+} // namespace
+
+FitPlan makePlan(Settings& settings, const DataTraits& traits) {
+  fillChoices(settings, traits);
+  FitPlan plan;
+  plan.linearIntensity = *settings.linearIntensity;
+  plan.loss = {*settings.loss, settings.huberDelta, *settings.ssimWeight, *settings.pointWeight};
+  plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
+  plan.beta1 = 0.8;
+  plan.beta2 = 0.95;
+  plan.cutoff = 2.2;
+  plan.start.kind = *settings.initialisation;
+  plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
+  plan.bounds.maxLogScale = std::log(30 * traits.voxel);
+  plan.schedule = *settings.schedule;
+  plan.plateau = settings.plateau;
+  plan.paperStopRule = *settings.paperStopRule;
+  plan.allAxes = *settings.allAxes;
+  planAmount(settings, traits, plan);
   plan.start.gaussians = *settings.gaussians;
   plan.iterations = *settings.iterations;
-  // The stop rule compares losses, so they must be of one resolution.
-  plan.coarseIterations = settings.paperStopRule ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
+  // Stop rule and plateaus compare losses, so they must be of one resolution.
+  const bool comparing = plan.paperStopRule || plan.schedule == Schedule::Plateau;
+  plan.coarseIterations = comparing ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
+  plan.densify.every = *settings.densifyEvery;
+  plan.densify.thresholds = settings.densify;
+  plan.densify.limit = *settings.maxGaussians;
+  plan.densify.voxel = traits.voxel;
+  plan.densify.coverage = plan.allAxes ? 3 : traits.stacks;
+  plan.densify.minLogScale = plan.bounds.minLogScale;
   return plan;
 }
 

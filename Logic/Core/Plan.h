@@ -12,17 +12,20 @@ struct DataTraits {
   int stacks = 1;
   std::int64_t samples = 0; // finite observed voxels
   double volume = 0;        // of the first stack's box, the observed share of it, mm³
+  bool cubes = false;       // one stack in one piece, thin slices, voxels that are nearly cubes
   /// One stack with slices clearly farther apart than its pixels: the fit must bridge the gaps.
   bool singleAnisotropic() const { return stacks == 1 && gap > 1.4 * voxel; }
   bool superResolution() const { return gap > 1.4 * voxel; }
 };
+/// What the lattices alone say: voxel, gap, thickness, stacks, cubes.
+DataTraits geometryTraits(std::span<const Stack> stacks);
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
 
 /// All numbers of a fit from settings and data; fills the optionals of `settings`. Super-resolution fits
 /// several members: fields with shifted or redrawn starts, fitted independently and merged into one
 /// normalised field, which is close to their average and so leaves out what each invents where the data say
 /// nothing. settings.gaussians is the budget of one member. The measurements behind the constants are in
-/// Docs/benchmarks.md.
+/// Docs/benchmarks.md. Throws Error(InvalidArgument) when the data do not allow what the settings ask for.
 FitPlan makePlan(Settings& settings, const DataTraits& traits);
 
 /// The normalised intensities of a fit: offset = smallest, scale = largest − smallest finite observed value,

@@ -101,11 +101,17 @@ struct ReconstructionJob::Impl {
   void addDetail(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field, std::stop_token stop) const;
 
+  /// A model to resume that was stopped after its first Gaussians and by another fit than this one.
+  bool refits() const {
+    return input.resume && !input.resume->field.gaussians.empty() && input.resume->settingsKey != key;
+  }
+
   IntensityMap map;
   DataTraits traits;
   FitPlan plan;
   std::string key;
-  Checkpoint checkpoint; // of this run; its field holds the finished members
+  bool refitting = false; // the model to resume is the start of another fit
+  Checkpoint checkpoint;  // of this run; its field holds the finished members
 };
 
 ReconstructionJob::ReconstructionJob(ReconstructionInput input, Settings settings)
@@ -130,8 +136,18 @@ void ReconstructionJob::Impl::choose(const PreparedInput& prepared, const Thread
   map = chooseIntensityMap(prepared.stacks);
   pool.throwIfStopped();
   traits = measureTraits(prepared.stacks, map);
+  const Settings asked = settings;
   plan = makePlan(settings, traits);
   key = settingsKey(settings, prepared.fingerprint);
+  if (refits()) { // one field to refit, as it is: further members would start in another frame
+    settings = asked;
+    settings.members = 1;
+    settings.blending = input.resume->field.blending;
+    settings.linearIntensity = input.resume->field.linearIntensity;
+    plan = makePlan(settings, traits);
+    key = settingsKey(settings, prepared.fingerprint);
+    refitting = true;
+  }
   result.noise = traits.noise * map.scale;
   result.settings = settings;
 }
@@ -139,7 +155,7 @@ void ReconstructionJob::Impl::choose(const PreparedInput& prepared, const Thread
 GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared, int member,
                                                   ThreadPool& pool) {
   GaussianField field;
-  field.blending = settings.blending;
+  field.blending = *settings.blending;
   field.linearIntensity = plan.linearIntensity;
   field.modelToWorld = modelFrame(prepared.stacks.front().image.geometry);
   field.intensityScale = map.scale;
@@ -158,14 +174,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
                                   ReconstructionResult& result) {
   const Checkpoint* resume = input.resume.get();
   if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
-  const bool same = resume && resume->settingsKey == key;
-  if (resume && !same) { // one field to refit, as it is: further members would start in another frame
-    settings.members = 1;
-    settings.blending = resume->field.blending;
-    settings.linearIntensity = plan.linearIntensity = resume->field.linearIntensity;
-    key = settingsKey(settings, prepared.fingerprint);
-    result.settings = settings;
-  }
+  const bool same = resume && !refitting;
   const int members = *settings.members, perMember = *settings.iterations;
   state.iterations = members * perMember;
   int member = same ? resume->iteration / perMember : 0;
@@ -204,18 +213,21 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   std::vector<Observation> observations;
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Stack& stack : prepared.stacks)
-    for (Observation& o : observe(stack, field.modelToWorld, {field.intensityScale, field.intensityOffset},
-                                  closedForm, plan.smoothAlongNormal)) {
-      pool.throwIfStopped();
-      observations.push_back(std::move(o));
-    }
+    for (int axis = 2; axis >= (plan.allAxes ? 0 : 2); --axis)
+      for (Observation& o :
+           observe(withSliceAxis(stack, axis), field.modelToWorld,
+                   {field.intensityScale, field.intensityOffset}, closedForm, plan.smoothAlongNormal)) {
+        pool.throwIfStopped();
+        observations.push_back(std::move(o));
+      }
   Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool);
   if (complete) {
     result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
     return;
   }
   if (same && !resume->moment1.empty())
-    trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember);
+    trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember, resume->losses,
+                    resume->pulls);
   checkpoint = {};
   checkpoint.field = merged;
   checkpoint.settingsKey = key;
@@ -229,6 +241,8 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
       checkpoint.moment1 = trainer.adam().moment1;
       checkpoint.moment2 = trainer.adam().moment2;
+      checkpoint.losses = trainer.losses();
+      checkpoint.pulls = trainer.pulls();
     }
     result.iterations = checkpoint.iteration;
     result.trainingPsnr = state.trainingPsnr;
@@ -251,6 +265,8 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   keep();
   checkpoint.moment1.clear();
   checkpoint.moment2.clear();
+  checkpoint.losses.clear();
+  checkpoint.pulls.clear();
   checkpoint.finished = checkpoint.field.size();
   if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
   result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
@@ -258,8 +274,8 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
 
 void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before,
                                     ThreadPool& pool) {
-  state.gaussians = checkpoint.field.size() + trainer.field().size();
   while (trainer.step()) {
+    state.gaussians = checkpoint.field.size() + trainer.field().size();
     state.iteration = before + trainer.iteration();
     state.loss = trainer.loss();
     state.trainingPsnr = psnrOf(trainer.mse());
@@ -323,6 +339,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   state = {};
   state.heldOutPsnr = kNaN;
   nextPreview = 1.0;
+  refitting = false;
   checkSettings(settings);
   const KernelSet& kernels = kernelSet(settings.instructionSet);
   report(Phase::Preparing, 0);

@@ -1,18 +1,14 @@
 #include "Core/Relocate.h"
 
 #include "Core/GaussianMath.h"
-#include "Core/Initialise.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
 namespace innergs {
-namespace {
 
-/// Two halves along the longest axis k, ±0.5σ apart with 0.75σ each, so that their sum stays near the
-/// original.
-void split(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b) {
+void splitGaussian(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b) {
   float r[9];
   math::rotation(parent.quaternion, r);
   const int k = static_cast<int>(std::max_element(parent.logScale, parent.logScale + 3) - parent.logScale);
@@ -30,7 +26,19 @@ void split(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b)
       std::max(parent.logScale[k] + std::log(0.7f), static_cast<float>(minLogScale));
 }
 
-} // namespace
+void takeInOrder(GaussianField& field, Adam& adam, std::span<const std::uint32_t> order) {
+  std::vector<Gaussian> sorted(order.size());
+  std::vector<float> m1(16 * order.size()), m2(16 * order.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::size_t from = order[i];
+    sorted[i] = field.gaussians[from];
+    std::copy_n(adam.moment1.begin() + 16 * from, 16, m1.begin() + 16 * i);
+    std::copy_n(adam.moment2.begin() + 16 * from, 16, m2.begin() + 16 * i);
+  }
+  field.gaussians = std::move(sorted);
+  adam.moment1 = std::move(m1);
+  adam.moment2 = std::move(m2);
+}
 
 void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan) {
   const std::int64_t n = field.size(), moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n));
@@ -57,7 +65,7 @@ void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& p
     if (parent[victim]) continue;
     const std::uint32_t source = byNeed[from++];
     Gaussian a, b;
-    split(field.gaussians[source], plan.minLogScale, a, b);
+    splitGaussian(field.gaussians[source], plan.minLogScale, a, b);
     field.gaussians[source] = a;
     field.gaussians[victim] = b;
     for (std::uint32_t id : {source, victim}) {
@@ -67,17 +75,7 @@ void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& p
     ++next;
   }
   if (next == 0) return;
-  const auto order = mortonOrder(field.gaussians);
-  std::vector<Gaussian> sorted(n);
-  std::vector<float> m1(16 * n), m2(16 * n);
-  for (std::int64_t i = 0; i < n; ++i) {
-    sorted[i] = field.gaussians[order[i]];
-    std::copy_n(adam.moment1.begin() + 16 * order[i], 16, m1.begin() + 16 * i);
-    std::copy_n(adam.moment2.begin() + 16 * order[i], 16, m2.begin() + 16 * i);
-  }
-  field.gaussians = std::move(sorted);
-  adam.moment1 = std::move(m1);
-  adam.moment2 = std::move(m2);
+  takeInOrder(field, adam, mortonOrder(field.gaussians));
 }
 
 } // namespace innergs

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Adam.h"
+#include "Core/Initialise.h"
 
 namespace innergs {
 
@@ -13,5 +14,11 @@ struct RelocationPlan {
 /// are split in two along their longest axis. Both are read off Adam's second moments; those of the moved
 /// ones restart at 0. The field is sorted along a Morton curve afterwards.
 void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan);
+
+/// Two halves ±0.6σ apart along the longest axis, 0.7σ long each, so that their sum stays near the original.
+void splitGaussian(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b);
+
+/// The field and Adam's moments become those of the Gaussians named, in that order.
+void takeInOrder(GaussianField& field, Adam& adam, std::span<const std::uint32_t> order);
 
 } // namespace innergs

@@ -3,20 +3,31 @@
 #include "Core/Error.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace innergs {
 
 std::string settingsKey(const Settings& s, const std::string& fingerprint) {
   const auto number = [](double x) { return std::to_string(x); };
+  std::string schedule, densify; // only what has an effect
+  if (s.schedule == Schedule::Plateau)
+    schedule = ", plateau " + std::to_string(s.plateau.patience) + " " + number(s.plateau.factor) + " " +
+               number(s.plateau.lowest) + " " + number(s.plateau.threshold);
+  if (s.densifyEvery.value_or(0) > 0)
+    densify = ", densify " + std::to_string(*s.densifyEvery) + " " + number(s.densify.opacity) + " " +
+              number(s.densify.size) + " " + number(s.densify.gradient) + " " + number(s.densify.split) +
+              " " + std::to_string(s.maxGaussians.value_or(0));
+  if (s.allAxes.value_or(false)) schedule += ", all axes";
   return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
-         std::to_string(static_cast<int>(s.blending)) + ", linear " +
+         std::to_string(static_cast<int>(chosenBlending(s))) + ", linear " +
          std::to_string(s.linearIntensity.value_or(false)) + ", start " +
-         std::to_string(static_cast<int>(s.initialisation)) + ", loss " +
-         std::to_string(static_cast<int>(s.loss)) + " " + number(s.huberDelta) + " " + number(s.ssimWeight) +
+         std::to_string(static_cast<int>(s.initialisation.value_or(Initialisation::Adaptive))) + ", loss " +
+         std::to_string(static_cast<int>(s.loss.value_or(LossKind::L2))) + " " + number(s.huberDelta) + " " +
+         number(s.pointWeight.value_or(1)) + " " + number(s.ssimWeight.value_or(0)) + schedule + densify +
          ", gaussians " + std::to_string(s.gaussians.value_or(0)) + ", iterations " +
          std::to_string(s.iterations.value_or(0)) + ", members " + std::to_string(s.members.value_or(1)) +
-         ", stop rule " + std::to_string(s.paperStopRule) + ", relocate " + std::to_string(s.relocate) +
-         ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
+         ", stop rule " + std::to_string(s.paperStopRule.value_or(false)) + ", relocate " +
+         std::to_string(s.relocate) + ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
 }
 
 void checkResumable(const Checkpoint& c, int sweeps) {
@@ -34,6 +45,10 @@ void checkResumable(const Checkpoint& c, int sweeps) {
     require(std::all_of(moment->begin(), moment->end(), [&](float x) { return x >= lowest && x <= 1e30f; }));
   }
   require(!c.moment1.empty() || open == 0);
+  require(c.losses.size() <= static_cast<std::size_t>(c.iteration));
+  require(std::all_of(c.losses.begin(), c.losses.end(), [](float x) { return std::isfinite(x); }));
+  require(c.pulls.empty() || c.pulls.size() == open);
+  require(std::all_of(c.pulls.begin(), c.pulls.end(), [](float x) { return x >= 0 && x <= 1e30f; }));
 }
 
 } // namespace innergs

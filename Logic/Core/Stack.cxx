@@ -54,4 +54,15 @@ void checkStack(const Stack& stack) {
   }
 }
 
+Stack withSliceAxis(const Stack& stack, int axis) {
+  if (axis == 2) return stack;
+  Stack result;
+  result.image = withSliceAxis(stack.image, axis);
+  result.profile = stack.profile;
+  if (!stack.observed.empty())
+    result.observed = withSliceAxis(Mask{stack.image.geometry, stack.observed}, axis).voxels;
+  result.name = stack.name;
+  return result;
+}
+
 } // namespace innergs

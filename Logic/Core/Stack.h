@@ -21,6 +21,10 @@ struct Stack {
   std::string name;           // for messages and reports (file name)
 };
 
+/// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), each of the slice
+/// spacing there; what is observed goes along. No poses or times.
+Stack withSliceAxis(const Stack& stack, int axis);
+
 /// Checks sizes, geometry and that poses are rigid; throws Error(Geometry | InvalidArgument | NoData).
 void checkStack(const Stack& stack);
 

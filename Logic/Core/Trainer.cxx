@@ -38,6 +38,9 @@ void Trainer::restart(GaussianField field) {
   adam_.moment2.resize(16 * field_.gaussians.size(), 0.f);
   gradient_.resize(16 * field_.gaussians.size());
   history_.clear();
+  plateau_ = {};
+  pulls_.clear();
+  densified_ = {};
   iteration_ = 0;
 }
 
@@ -50,10 +53,40 @@ LossSum Trainer::evaluate(const GaussianField& field) {
   return total;
 }
 
-void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration) {
+void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration,
+                      std::span<const float> losses, std::vector<float> pulls) {
   adam_.moment1 = std::move(moment1);
   adam_.moment2 = std::move(moment2);
+  for (float loss : losses)
+    record(loss);
   iteration_ = iteration;
+  pulls_.sum = std::move(pulls);
+  if (densifying()) {
+    const int last = iteration - iteration % plan_.densify.every;
+    pulls_.sweeps = std::max(0, iteration - std::max(plan_.coarseIterations, last));
+  }
+}
+
+void Trainer::record(float loss) {
+  const bool fine = static_cast<int>(history_.size()) >= plan_.coarseIterations;
+  history_.push_back(loss);
+  if (fine) plateau_.add(loss, plan_.plateau);
+}
+
+void PlateauSchedule::add(double loss, const PlateauRule& rule) {
+  if (loss < best_ * (1 - rule.threshold)) {
+    best_ = loss;
+    waited_ = 0;
+  } else if (++waited_ >= rule.patience) {
+    share_ = std::max(rule.lowest, share_ * rule.factor);
+    waited_ = 0;
+  }
+}
+
+double Trainer::rateShare() const {
+  if (plan_.schedule == Schedule::Plateau) return plateau_.share();
+  const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
+  return std::pow(plan_.finalRate, progress);
 }
 
 std::vector<Trainer::View>& Trainer::activeViews() {
@@ -70,22 +103,41 @@ bool Trainer::step() {
     total += lossPass(view.observation, field_, plan_.loss, weights_.data(), numerators_.data(), pool_);
     view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_);
   }
-  const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
-  const double rate = std::pow(plan_.finalRate, progress);
+  const double rate = rateShare();
   LearningRates rates = plan_.rates;
   for (double* r :
        {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity, &rates.slope})
     *r *= rate;
+  if (densifying()) pulls_.add(gradient_, plan_.densify, pool_);
   ++iteration_;
   adam_.apply(field_, gradient_, rates, plan_.bounds, iteration_, pool_);
   const double samples = static_cast<double>(std::max<std::int64_t>(1, total.samples));
   loss_ = total.loss / samples;
   mse_ = total.squared / samples;
-  history_.push_back(loss_);
-  if (plan_.relocateEvery > 0 && iteration_ % plan_.relocateEvery == 0 &&
-      iteration_ <= plan_.relocateUntil * plan_.iterations && iteration_ > plan_.coarseIterations)
-    relocate();
+  record(static_cast<float>(loss_));
+  reshape();
   return true;
+}
+
+/// Whether the next sweep is one of those that lead up to a densification.
+bool Trainer::densifying() const {
+  const DensifyPlan& d = plan_.densify;
+  return d.every > 0 && iteration_ >= plan_.coarseIterations &&
+         iteration_ - iteration_ % d.every + d.every <= d.until * plan_.iterations;
+}
+
+void Trainer::reshape() {
+  if (iteration_ <= plan_.coarseIterations) return;
+  if (plan_.relocateEvery > 0 && iteration_ % plan_.relocateEvery == 0 &&
+      iteration_ <= plan_.relocateUntil * plan_.iterations)
+    relocateGaussians(field_, adam_, {plan_.relocateShare, plan_.bounds.minLogScale});
+  const DensifyPlan& d = plan_.densify;
+  if (d.every <= 0 || iteration_ % d.every != 0 || iteration_ > d.until * plan_.iterations) return;
+  const DensifyCounts counts = densifyGaussians(field_, adam_, pulls_, d);
+  densified_.pruned += counts.pruned;
+  densified_.split += counts.split;
+  densified_.cloned += counts.cloned;
+  gradient_.resize(16 * field_.gaussians.size());
 }
 
 bool Trainer::finished() const {
@@ -93,10 +145,6 @@ bool Trainer::finished() const {
   // Paper's stop rule: the loss fell by less than 1e-4 over 100 iterations.
   return plan_.paperStopRule && history_.size() > 100 &&
          history_[history_.size() - 101] - history_.back() < 1e-4;
-}
-
-void Trainer::relocate() {
-  relocateGaussians(field_, adam_, {plan_.relocateShare, plan_.bounds.minLogScale});
 }
 
 } // namespace innergs

@@ -50,13 +50,16 @@ bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3&
   return true;
 }
 
-Volume withSliceAxis(const Volume& volume, int axis) {
+namespace {
+
+template <class Image>
+Image sliceAxisMoved(const Image& image, int axis) {
   if (axis < 0 || axis > 2) throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
-  if (axis == 2) return volume;
+  if (axis == 2) return image;
   const std::array<int, 3> from = axis == 0 ? std::array{1, 2, 0} : std::array{0, 2, 1};
-  const GridGeometry& g = volume.geometry;
+  const GridGeometry& g = image.geometry;
   const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
-  Volume result;
+  Image result;
   result.geometry.origin = g.origin;
   for (int a = 0; a < 3; ++a) {
     result.geometry.size[a] = g.size[from[a]];
@@ -65,15 +68,25 @@ Volume withSliceAxis(const Volume& volume, int axis) {
       result.geometry.direction[r][a] = g.direction[r][from[a]];
   }
   const auto& n = result.geometry.size;
-  result.voxels.resize(volume.voxels.size());
-  float* out = result.voxels.data();
+  result.voxels.resize(image.voxels.size());
+  auto* out = result.voxels.data();
   for (std::int64_t k = 0; k < n[2]; ++k)
     for (std::int64_t j = 0; j < n[1]; ++j) {
-      const float* in = volume.voxels.data() + j * stride[from[1]] + k * stride[from[2]];
+      const auto* in = image.voxels.data() + j * stride[from[1]] + k * stride[from[2]];
       for (std::int64_t i = 0; i < n[0]; ++i)
         *out++ = in[i * stride[from[0]]];
     }
   return result;
+}
+
+} // namespace
+
+Volume withSliceAxis(const Volume& volume, int axis) {
+  return sliceAxisMoved(volume, axis);
+}
+
+Mask withSliceAxis(const Mask& mask, int axis) {
+  return sliceAxisMoved(mask, axis);
 }
 
 std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry) {

@@ -24,6 +24,7 @@ float sampleLinear(const Volume& volume, const Vec3& index);
 /// The same image with lattice axis `axis` (0 = I, 1 = J, 2 = K) moved to K; the other two keep their order,
 /// and every voxel its patient position.
 Volume withSliceAxis(const Volume& volume, int axis);
+Mask withSliceAxis(const Mask& mask, int axis);
 
 /// The same where the index lies within the lattice's box of voxel edges; false and untouched outside.
 /// `voxels`: in memory order of the lattice.
