@@ -1,0 +1,13 @@
+# Slicer's MRML and logic libraries as imported targets, by their names in a Slicer build.
+foreach(name MRMLCore MRMLLogic vtkSlicerBaseLogic vtkSlicerMarkupsModuleMRML vtkSlicerSegmentationsModuleMRML
+    vtkSlicerSegmentationsModuleLogic vtkSegmentationCore vtkSlicerSubjectHierarchyModuleLogic
+    vtkSlicerVolumesModuleLogic vtkSlicerColorsModuleLogic)
+  add_library(${name} SHARED IMPORTED)
+  set_target_properties(${name} PROPERTIES
+    IMPORTED_LOCATION "${INNERGS_SITE_PACKAGES}/slicer_core/lib${name}.so"
+    INTERFACE_INCLUDE_DIRECTORIES
+      "${INNERGS_SDK}/include;${INNERGS_SDK}/third_party/include/vtkAddon;${INNERGS_SLICER_CORE}/include"
+    INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${INNERGS_SDK}/third_party/include/ITK-5.4"
+    INTERFACE_LINK_LIBRARIES "${INNERGS_SITE_PACKAGES}/slicer_core/third_party.libs/libvtkAddon.so"
+    INTERFACE_vtk_module_hierarchy "${INNERGS_SDK}/hierarchy/${name}-hierarchy.txt")
+endforeach()
