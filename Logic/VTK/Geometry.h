@@ -1,8 +1,12 @@
 #pragma once
 #include "Core/GridGeometry.h"
 
+#include "vtkMatrix4x4.h"
+#include "vtkNew.h"
+
+#include <string>
+
 class vtkImageData;
-class vtkMatrix4x4;
 
 /// Between VTK's world (RAS, mm) and the engine's (LPS, mm). The only place where the one is turned into the
 /// other.
@@ -33,5 +37,21 @@ GridGeometry gridOf(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const std::stri
 void toMatrix(const GridGeometry& geometry, vtkMatrix4x4* ijkToRAS);
 /// Origin, spacing and direction (RAS) of an image on the lattice; without geometry: 0, 1 and the identity.
 void placeImage(vtkImageData* image, const GridGeometry& geometry, bool withGeometry);
+
+/// A grid to put a result on, kept as it was given and checked when used.
+class ReferenceGrid {
+public:
+  /// Copies; null: none. Whether anything changed.
+  bool set(vtkMatrix4x4* ijkToRAS, const int dimensions[3], const int first[3]);
+  bool set(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  bool given() const { return given_; }
+  /// Throws Error(Geometry).
+  GridGeometry grid() const;
+
+private:
+  bool given_ = false;
+  vtkNew<vtkMatrix4x4> matrix_;
+  int dimensions_[3] = {0, 0, 0}, first_[3] = {0, 0, 0};
+};
 
 } // namespace innergs::vtk

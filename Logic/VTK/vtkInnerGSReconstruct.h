@@ -4,8 +4,21 @@
 #include "vtkCommand.h" // vtkCommand::UserEvent
 #include "vtkInnerGSAlgorithm.h"
 
+#include <vector> // std::vector
+
 class vtkImageData;
 class vtkMatrix4x4;
+#ifndef __VTK_WRAP__
+namespace innergs {
+struct Progress;
+struct ReconstructionInput;
+struct Settings;
+struct Volume;
+namespace vtk {
+struct OutputChoice;
+} // namespace vtk
+} // namespace innergs
+#endif
 
 /// Fits a continuous model to one or several scans and puts it on a grid.
 ///
@@ -23,7 +36,8 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   enum Events { PreviewEvent = vtkCommand::UserEvent + 1871 };
-  enum Presets { Fast, Balanced, Best };
+  enum Presets { Fast, Balanced, Best, Paper }; // Paper: the paper's Algorithm 1
+  enum { Automatic = -1 };                      // chosen from preset and data
   enum Blendings { Normalised, Additive, Alpha };
   enum Losses { L1, L2, Huber };
   enum Initialisations { Adaptive, Grid };
@@ -81,10 +95,11 @@ public:
   ///@}
 
   ///@{
-  /// Settings. 0 stands for "chosen from preset and data" where it is the default.
-  vtkSetClampMacro(Preset, int, Fast, Best);
+  /// Settings, as innergs::Settings explains them. Automatic (−1), or 0 for counts, stands for "chosen from
+  /// preset and data" and is the default of most.
+  vtkSetClampMacro(Preset, int, Fast, Paper);
   vtkGetMacro(Preset, int);
-  vtkSetClampMacro(Blending, int, Normalised, Alpha);
+  vtkSetClampMacro(Blending, int, Automatic, Alpha);
   vtkGetMacro(Blending, int);
   vtkSetMacro(NumberOfGaussians, vtkIdType);
   vtkGetMacro(NumberOfGaussians, vtkIdType);
@@ -92,19 +107,18 @@ public:
   vtkGetMacro(NumberOfIterations, int);
   vtkSetMacro(NumberOfMembers, int); // fields fitted independently and merged
   vtkGetMacro(NumberOfMembers, int);
-  vtkSetClampMacro(LinearIntensity, int, -1, 1); // −1 (default): chosen; 0: off; 1: on
+  vtkSetClampMacro(LinearIntensity, int, -1, 1); // Automatic, 0: off, 1: on
   vtkGetMacro(LinearIntensity, int);
-  vtkSetClampMacro(Loss, int, L1, Huber);
+  vtkSetClampMacro(Loss, int, Automatic, Huber);
   vtkGetMacro(Loss, int);
   vtkSetMacro(HuberDelta, double); // fraction of the intensity range
   vtkGetMacro(HuberDelta, double);
-  vtkSetMacro(SSIMWeight, double);
+  vtkSetMacro(SSIMWeight, double); // below 0 (default): chosen
   vtkGetMacro(SSIMWeight, double);
-  vtkSetClampMacro(Initialisation, int, Adaptive, Grid);
+  vtkSetClampMacro(Initialisation, int, Automatic, Grid);
   vtkGetMacro(Initialisation, int);
-  vtkSetMacro(PaperStopRule, bool);
-  vtkGetMacro(PaperStopRule, bool);
-  vtkBooleanMacro(PaperStopRule, bool);
+  vtkSetClampMacro(PaperStopRule, int, -1, 1);
+  vtkGetMacro(PaperStopRule, int);
   vtkSetMacro(Relocate, bool);
   vtkGetMacro(Relocate, bool);
   vtkBooleanMacro(Relocate, bool);
@@ -174,17 +188,26 @@ protected:
 #ifndef __VTK_WRAP__
   void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+
+  innergs::Settings MakeSettings();
+  innergs::vtk::OutputChoice MakeOutputChoice();
+  innergs::ReconstructionInput MakeInput(const std::vector<vtkImageData*>& images, vtkImageData* mask,
+                                         std::stop_token stop);
+  void ReportProgress(const innergs::Progress& progress);
+  void ReportPreview(const innergs::Volume& volume);
 #endif
 
   double Region[6] = {0, 0, 0, 0, 0, 0};
   bool UseRegion = false;
   double OutputSpacing[3] = {0, 0, 0};
-  int Preset = Balanced, Blending = Normalised, Loss = L2, Initialisation = Adaptive, LinearIntensity = -1;
+  int Preset = Balanced, Blending = Automatic, Loss = Automatic, Initialisation = Automatic,
+      LinearIntensity = Automatic;
   vtkIdType NumberOfGaussians = 0;
   int NumberOfIterations = 0, NumberOfMembers = 0;
-  double HuberDelta, SSIMWeight, HeldOutFraction = 0;
-  bool PaperStopRule, Relocate, Consistency, KeepModelWhenAborted = false;
-  vtkTypeUInt64 Seed;
+  double HuberDelta = 0.02, SSIMWeight = Automatic, HeldOutFraction = 0;
+  int PaperStopRule = Automatic;
+  bool Relocate = true, Consistency = true, KeepModelWhenAborted = false;
+  vtkTypeUInt64 Seed = 1;
 
   int CurrentIteration = 0, TotalIterations = 0;
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;

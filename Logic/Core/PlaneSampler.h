@@ -1,0 +1,38 @@
+#pragma once
+#include "Core/GaussianField.h"
+#include "Core/Parallel.h"
+
+#include <memory>
+#include <span>
+
+namespace innergs {
+
+/// A field ready to be shown on one plane after the other, as a dragged slice needs it: threads, buffers and
+/// each Gaussian's reach are kept, and a query looks only at the Gaussians near its rectangle. The values are
+/// render()'s.
+class PlaneSampler {
+public:
+  /// instructionSet: as in RenderOptions. Throws as checkField and kernelSet do.
+  explicit PlaneSampler(std::shared_ptr<const GaussianField> field, int threads = 0,
+                        const std::string& instructionSet = {});
+
+  const GaussianField& field() const { return *field_; }
+
+  /// Scanner values of nx×ny pixels, rows of x, into `out` (nx·ny). pixelToWorld maps (x, y, 0) to LPS (mm);
+  /// any columns that span a plane will do, the third one is not used. Throws Error(InvalidArgument |
+  /// Geometry), Error(Cancelled) when stopped.
+  void sample(const Affine3& pixelToWorld, int nx, int ny, std::span<float> out, std::stop_token stop = {});
+
+private:
+  void selectNear(const Affine3& pixelToModel, int nx, int ny);
+
+  std::shared_ptr<const GaussianField> field_;
+  std::string instructionSet_;
+  ThreadPool pool_;
+  std::vector<float> x_, y_, z_, reach_; // centres and radii of the Gaussians' support, mm, model frame
+  std::vector<std::vector<std::uint32_t>> chosen_; // per block of Gaussians
+  GaussianField near_;                             // those of the query in hand; no detail
+  std::vector<float> weights_, numerators_;
+};
+
+} // namespace innergs

@@ -1,0 +1,193 @@
+#include "vtkInnerGSAlgorithm.h"
+
+#include "Core/Error.h"
+#include "vtkInnerGSModel.h"
+
+#include "vtkDemandDrivenPipeline.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
+#include "vtkTimeStamp.h"
+#include "vtkVersionMacros.h"
+
+#include <algorithm>
+#include <atomic>
+#include <mutex>
+#include <new>
+
+struct vtkInnerGSAlgorithm::Internals {
+  mutable std::mutex mutex;
+  std::stop_source stop; // of the running execution, or of the next one
+  std::atomic<bool> executing{false};
+  std::string message;
+  bool unfinished = false; // the last execution did not give what was asked for
+  vtkTimeStamp again;
+
+  std::stop_source source() const {
+    std::lock_guard lock(mutex);
+    return stop;
+  }
+};
+
+vtkInnerGSAlgorithm::vtkInnerGSAlgorithm() : State(std::make_unique<Internals>()) {}
+vtkInnerGSAlgorithm::~vtkInnerGSAlgorithm() = default;
+
+void vtkInnerGSAlgorithm::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
+  os << indent << "InstructionSet: " << (this->InstructionSet.empty() ? "best" : this->InstructionSet)
+     << "\n";
+  os << indent << "GeometryInImage: " << this->GeometryInImage << "\n";
+  os << indent << "Aborted: " << this->Aborted << "\n";
+  os << indent << "ErrorMessage: " << this->State->message << "\n";
+}
+
+std::string vtkInnerGSAlgorithm::GetErrorMessage() {
+  return this->State->message;
+}
+
+void vtkInnerGSAlgorithm::SetAbortExecute(vtkTypeBool abort) {
+  if (abort) {
+    std::unique_lock lock(this->State->mutex);
+    if (this->State->executing) {
+      std::stop_source stop = this->State->stop;
+      lock.unlock();
+      stop.request_stop();
+    }
+  }
+  this->Superclass::SetAbortExecute(abort);
+}
+
+void vtkInnerGSAlgorithm::Cancel() {
+  this->State->source().request_stop();
+}
+
+std::stop_token vtkInnerGSAlgorithm::GetStopToken() const {
+  return this->State->source().get_token();
+}
+
+// The executive takes an execution for done, however it ended; a later time makes it try again.
+vtkMTimeType vtkInnerGSAlgorithm::GetMTime() {
+  if (this->State->unfinished && !this->State->executing) {
+    this->State->again.Modified();
+    this->State->unfinished = false;
+  }
+  return std::max(this->Superclass::GetMTime(), this->State->again.GetMTime());
+}
+
+bool vtkInnerGSAlgorithm::Guard(const std::function<void()>& task) {
+  std::string message;
+  innergs::ErrorCode code = innergs::ErrorCode::Internal;
+  try {
+    task();
+    return true;
+  } catch (const innergs::Error& error) {
+    message = error.what();
+    code = error.code();
+  } catch (const std::bad_alloc&) {
+    message = "The memory is not enough: choose a smaller region, a coarser output or fewer Gaussians.";
+    code = innergs::ErrorCode::Memory;
+  } catch (const std::exception& error) {
+    message = std::string("Unexpected failure (") + error.what() +
+              "): please report it with these data and settings.";
+  }
+  if (code == innergs::ErrorCode::Cancelled) {
+    this->Aborted = true;
+    return false;
+  }
+  this->State->message = message;
+  this->SetErrorCode(InvalidArgumentError + static_cast<unsigned long>(code));
+  vtkErrorMacro(<< message);
+  return false;
+}
+
+void vtkInnerGSAlgorithm::RequestInformation(vtkInformationVector**, vtkInformationVector*) {}
+
+vtkTypeBool vtkInnerGSAlgorithm::ProcessRequest(vtkInformation* request, vtkInformationVector** inputs,
+                                                vtkInformationVector* outputs) {
+  using Pipeline = vtkStreamingDemandDrivenPipeline;
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_DATA_OBJECT())) {
+    for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port) {
+      const char* type = this->GetOutputPortInformation(port)->Get(vtkDataObject::DATA_TYPE_NAME());
+      vtkInformation* output = outputs->GetInformationObject(port);
+      if (std::string("vtkInnerGSModel") != type || vtkInnerGSModel::GetData(output)) continue;
+      vtkInnerGSModel* model = vtkInnerGSModel::New(); // VTK's own factory does not know it
+      output->Set(vtkDataObject::DATA_OBJECT(), model);
+      model->Delete();
+    }
+    return 1;
+  }
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_INFORMATION())) {
+    for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+      if (std::string("vtkImageData") ==
+          this->GetOutputPortInformation(port)->Get(vtkDataObject::DATA_TYPE_NAME())) {
+        const int empty[6] = {0, -1, 0, -1, 0, -1};
+        outputs->GetInformationObject(port)->Set(Pipeline::WHOLE_EXTENT(), empty, 6);
+      }
+    try {
+      this->RequestInformation(inputs, outputs);
+    } catch (const std::exception&) { // the same again, and reported, when data are asked for
+    }
+    return 1;
+  }
+  if (request->Has(Pipeline::REQUEST_UPDATE_EXTENT())) {
+    for (int port = 0; port < this->GetNumberOfInputPorts(); ++port)
+      for (int i = 0; i < inputs[port]->GetNumberOfInformationObjects(); ++i) {
+        vtkInformation* input = inputs[port]->GetInformationObject(i);
+        if (input->Has(Pipeline::WHOLE_EXTENT()))
+          input->Set(Pipeline::UPDATE_EXTENT(), input->Get(Pipeline::WHOLE_EXTENT()), 6);
+      }
+    return 1;
+  }
+  if (request->Has(vtkDemandDrivenPipeline::REQUEST_DATA())) {
+    this->State->message.clear();
+    this->SetErrorCode(0);
+    this->Aborted = false;
+    {
+      std::lock_guard lock(this->State->mutex);
+      this->State->executing = true;
+    }
+    if (this->GetAbortExecute()) this->Cancel(); // asked for by an observer of StartEvent
+    const bool done = this->Guard([&] { this->RequestData(inputs, outputs); });
+    if (!done)
+      for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
+        outputs->GetInformationObject(port)->Get(vtkDataObject::DATA_OBJECT())->Initialize();
+    {
+      std::lock_guard lock(this->State->mutex);
+      this->State->executing = false;
+      this->State->stop = std::stop_source();
+      this->State->unfinished = !done || this->Aborted;
+    }
+#if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
+    this->Superclass::SetAbortExecute(0); // earlier executives do it at the start
+#else
+    this->Superclass::SetAbortExecute(this->Aborted); // keeps the executive from reporting full progress
+#endif
+    return 1;
+  }
+  return this->Superclass::ProcessRequest(request, inputs, outputs);
+}
+
+vtkInnerGSModel* vtkInnerGSAlgorithm::RequireModel(vtkInformationVector** inputs) {
+  vtkInnerGSModel* model = vtkInnerGSModel::GetData(inputs[0]);
+  if (!model || model->IsEmpty())
+    throw innergs::Error(innergs::ErrorCode::NoData,
+                         "There is no model, or it has no Gaussians: reconstruct or load one first.");
+  return model;
+}
+
+void vtkInnerGSAlgorithm::SetInputData(vtkDataObject* data) {
+  this->SetInputData(0, data);
+}
+
+void vtkInnerGSAlgorithm::SetInputData(int port, vtkDataObject* data) {
+  this->SetInputDataInternal(port, data);
+}
+
+void vtkInnerGSAlgorithm::AddInputData(vtkDataObject* data) {
+  this->AddInputData(0, data);
+}
+
+void vtkInnerGSAlgorithm::AddInputData(int port, vtkDataObject* data) {
+  this->AddInputDataInternal(port, data);
+}

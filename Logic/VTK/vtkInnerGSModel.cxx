@@ -1,0 +1,170 @@
+#include "vtkInnerGSModel.h"
+
+#include "Core/ReconstructionJob.h"
+#include "Geometry.h"
+
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkMath.h"
+#include "vtkMatrix4x4.h"
+#include "vtkObjectFactory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+vtkStandardNewMacro(vtkInnerGSModel);
+
+namespace {
+
+/// "74,088"
+std::string grouped(vtkIdType number) {
+  std::string text = std::to_string(number);
+  for (int at = static_cast<int>(text.size()) - 3; at > 0; at -= 3)
+    text.insert(static_cast<std::size_t>(at), ",");
+  return text;
+}
+
+} // namespace
+
+vtkInnerGSModel::vtkInnerGSModel() = default;
+vtkInnerGSModel::~vtkInnerGSModel() = default;
+
+void vtkInnerGSModel::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Description: " << this->GetDescription() << "\n";
+}
+
+void vtkInnerGSModel::Initialize() {
+  this->Superclass::Initialize();
+  this->Checkpoint.reset();
+}
+
+void vtkInnerGSModel::ShallowCopy(vtkDataObject* source) {
+  this->Superclass::ShallowCopy(source);
+  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->Checkpoint = model->Checkpoint;
+}
+
+void vtkInnerGSModel::DeepCopy(vtkDataObject* source) {
+  this->Superclass::DeepCopy(source);
+  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->Checkpoint = model->Checkpoint;
+}
+
+unsigned long vtkInnerGSModel::GetActualMemorySize() {
+  unsigned long size = this->Superclass::GetActualMemorySize();
+  if (this->Checkpoint) {
+    const auto& c = *this->Checkpoint;
+    const std::size_t bytes =
+        c.field.gaussians.size() * sizeof(innergs::Gaussian) +
+        (c.moment1.size() + c.moment2.size() + c.field.detail.voxels.size()) * sizeof(float);
+    size += static_cast<unsigned long>((bytes + 1023) / 1024);
+  }
+  return size;
+}
+
+void vtkInnerGSModel::SetCheckpoint(std::shared_ptr<const innergs::Checkpoint> checkpoint) {
+  if (checkpoint == this->Checkpoint) return;
+  this->Checkpoint = std::move(checkpoint);
+  this->Modified();
+}
+
+std::shared_ptr<const innergs::GaussianField> vtkInnerGSModel::GetField() const {
+  if (!this->Checkpoint || this->Checkpoint->field.gaussians.empty()) return nullptr;
+  return {this->Checkpoint, &this->Checkpoint->field};
+}
+
+bool vtkInnerGSModel::IsEmpty() {
+  return this->GetNumberOfGaussians() == 0;
+}
+
+vtkIdType vtkInnerGSModel::GetNumberOfGaussians() {
+  return this->Checkpoint ? static_cast<vtkIdType>(this->Checkpoint->field.size()) : 0;
+}
+
+int vtkInnerGSModel::GetNumberOfIterations() {
+  return this->Checkpoint ? this->Checkpoint->iteration : 0;
+}
+
+std::string vtkInnerGSModel::GetBlendingName() {
+  return this->IsEmpty() ? "" : innergs::blendingName(this->Checkpoint->field.blending);
+}
+
+std::string vtkInnerGSModel::GetDescription() {
+  if (this->IsEmpty()) return "Empty model";
+  const auto& field = this->Checkpoint->field;
+  std::string text =
+      grouped(this->GetNumberOfGaussians()) + " Gaussians, " + this->GetBlendingName() + " blending";
+  char buffer[128];
+  if (field.domain.voxelCount() > 0) {
+    const innergs::Vec3 extent = field.domain.extent();
+    std::snprintf(buffer, sizeof buffer, ", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
+    text += buffer;
+  }
+  if (!field.detail.voxels.empty()) text += ", with a detail grid";
+  std::snprintf(buffer, sizeof buffer, ", %.1f MB",
+                static_cast<double>(this->GetActualMemorySize()) * 1.024e-3);
+  return text + buffer;
+}
+
+void vtkInnerGSModel::GetBounds(double bounds[6]) {
+  vtkMath::UninitializeBounds(bounds);
+  const auto field = this->GetField();
+  if (!field) return;
+  innergs::Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  const auto include = [&](const innergs::Vec3& lps) {
+    const innergs::Vec3 x = innergs::vtk::flipped(lps);
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  };
+  if (field->domain.voxelCount() > 0) {
+    const auto map = field->domain.indexToWorld();
+    for (int corner = 0; corner < 8; ++corner) {
+      innergs::Vec3 index;
+      for (int a = 0; a < 3; ++a)
+        index[a] = (corner >> a & 1) ? static_cast<double>(field->domain.size[a]) - 0.5 : -0.5;
+      include(map(index));
+    }
+  } else {
+    for (const innergs::Gaussian& g : field->gaussians)
+      include(field->modelToWorld({g.mean[0], g.mean[1], g.mean[2]}));
+  }
+  for (int a = 0; a < 3; ++a) {
+    bounds[2 * a] = low[a];
+    bounds[2 * a + 1] = high[a];
+  }
+}
+
+bool vtkInnerGSModel::GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]) {
+  const auto field = this->GetField();
+  if (!field || field->domain.voxelCount() == 0) return false;
+  if (ijkToRAS) innergs::vtk::toMatrix(field->domain, ijkToRAS);
+  for (int a = 0; a < 3; ++a)
+    dimensions[a] = static_cast<int>(field->domain.size[a]);
+  return true;
+}
+
+bool vtkInnerGSModel::IsInside(double r, double a, double s) {
+  const auto field = this->GetField();
+  if (!field) return false;
+  if (field->domain.voxelCount() == 0) return true;
+  const innergs::Vec3 x =
+      inverse(field->domain.indexToWorld())(innergs::vtk::flipped(innergs::Vec3{r, a, s}));
+  for (int axis = 0; axis < 3; ++axis)
+    if (!(x[axis] >= -0.5 && x[axis] <= static_cast<double>(field->domain.size[axis]) - 0.5)) return false;
+  return true;
+}
+
+double vtkInnerGSModel::GetBackgroundValue() {
+  return this->IsEmpty() ? 0 : this->Checkpoint->field.intensityOffset;
+}
+
+vtkInnerGSModel* vtkInnerGSModel::GetData(vtkInformation* information) {
+  return information ? vtkInnerGSModel::SafeDownCast(information->Get(vtkDataObject::DATA_OBJECT()))
+                     : nullptr;
+}
+
+vtkInnerGSModel* vtkInnerGSModel::GetData(vtkInformationVector* informations, int index) {
+  return informations ? vtkInnerGSModel::GetData(informations->GetInformationObject(index)) : nullptr;
+}

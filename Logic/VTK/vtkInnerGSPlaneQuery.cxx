@@ -1,0 +1,147 @@
+#include "vtkInnerGSPlaneQuery.h"
+
+#include "Core/Error.h"
+#include "Core/PlaneSampler.h"
+#include "Geometry.h"
+#include "ImageVoxels.h"
+#include "vtkInnerGSModel.h"
+
+#include "vtkDataObject.h"
+#include "vtkImageData.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkMatrix4x4.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+#include "vtkPointData.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+vtkStandardNewMacro(vtkInnerGSPlaneQuery);
+
+struct vtkInnerGSPlaneQuery::Internals {
+  vtkNew<vtkMatrix4x4> planeToRAS, outputToRAS;
+  std::unique_ptr<innergs::PlaneSampler> sampler;
+  std::shared_ptr<const innergs::GaussianField> field; // what the sampler was made for, and how
+  int threads = 0;
+  std::string instructionSet;
+};
+
+vtkInnerGSPlaneQuery::vtkInnerGSPlaneQuery() : Work(std::make_unique<Internals>()) {}
+vtkInnerGSPlaneQuery::~vtkInnerGSPlaneQuery() = default;
+
+void vtkInnerGSPlaneQuery::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Dimensions: " << this->Dimensions[0] << " " << this->Dimensions[1] << "\n";
+  os << indent << "Spacing: " << this->Spacing[0] << " " << this->Spacing[1] << "\n";
+  os << indent << "Centred: " << this->Centred << "\n";
+  os << indent << "QueryMilliseconds: " << this->QueryMilliseconds << "\n";
+  os << indent << "PlaneToRASMatrix:\n";
+  this->Work->planeToRAS->PrintSelf(os, indent.GetNextIndent());
+}
+
+int vtkInnerGSPlaneQuery::FillInputPortInformation(int, vtkInformation* information) {
+  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkInnerGSModel");
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a sentence of our own when there is none
+  return 1;
+}
+
+int vtkInnerGSPlaneQuery::FillOutputPortInformation(int, vtkInformation* information) {
+  information->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkImageData");
+  return 1;
+}
+
+void vtkInnerGSPlaneQuery::SetPlaneToRASMatrix(vtkMatrix4x4* planeToRAS) {
+  if (!planeToRAS) {
+    vtkErrorMacro(<< "The plane's matrix is missing: give a 4x4 matrix to RAS.");
+    return;
+  }
+  for (int i = 0; i < 16; ++i)
+    if (planeToRAS->GetElement(i / 4, i % 4) != this->Work->planeToRAS->GetElement(i / 4, i % 4)) {
+      this->Work->planeToRAS->DeepCopy(planeToRAS);
+      this->Modified();
+      return;
+    }
+}
+
+vtkMatrix4x4* vtkInnerGSPlaneQuery::GetPlaneToRASMatrix() {
+  return this->Work->planeToRAS;
+}
+
+void vtkInnerGSPlaneQuery::SetModel(vtkInnerGSModel* model) {
+  this->SetInputDataObject(0, model);
+}
+
+vtkInnerGSModel* vtkInnerGSPlaneQuery::GetModel() {
+  return this->GetNumberOfInputConnections(0) ? vtkInnerGSModel::SafeDownCast(this->GetInputDataObject(0, 0))
+                                              : nullptr;
+}
+
+vtkImageData* vtkInnerGSPlaneQuery::GetOutput() {
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(0));
+}
+
+vtkMatrix4x4* vtkInnerGSPlaneQuery::GetOutputIJKToRASMatrix() {
+  return this->Work->outputToRAS;
+}
+
+vtkMTimeType vtkInnerGSPlaneQuery::GetMTime() {
+  return std::max(this->Superclass::GetMTime(), this->Work->planeToRAS->GetMTime());
+}
+
+void vtkInnerGSPlaneQuery::RequestInformation(vtkInformationVector**, vtkInformationVector* outputs) {
+  const int extent[6] = {0, this->Dimensions[0] - 1, 0, this->Dimensions[1] - 1, 0, 0};
+  vtkInformation* output = outputs->GetInformationObject(0);
+  output->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+  vtkDataObject::SetPointDataActiveScalarInfo(output, VTK_FLOAT, 1);
+}
+
+void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
+  using innergs::Affine3;
+  using innergs::Vec3;
+  const auto begun = std::chrono::steady_clock::now();
+  Internals& work = *this->Work;
+  const auto field = this->RequireModel(inputs)->GetField();
+  if (!work.sampler || work.field != field || work.threads != this->NumberOfThreads ||
+      work.instructionSet != this->InstructionSet) {
+    work.sampler.reset();
+    work.sampler =
+        std::make_unique<innergs::PlaneSampler>(field, this->NumberOfThreads, this->InstructionSet);
+    work.field = field;
+    work.threads = this->NumberOfThreads;
+    work.instructionSet = this->InstructionSet;
+  }
+  for (const double s : this->Spacing)
+    if (!std::isfinite(s) || s <= 0)
+      throw innergs::Error(innergs::ErrorCode::InvalidArgument,
+                           "The plane's pixel spacing must be finite and above zero.");
+  Affine3 pixels; // → plane
+  pixels.linear = innergs::diagonal({this->Spacing[0], this->Spacing[1], 1});
+  if (this->Centred)
+    pixels.offset = {-0.5 * (this->Dimensions[0] - 1) * this->Spacing[0],
+                     -0.5 * (this->Dimensions[1] - 1) * this->Spacing[1], 0};
+  const Affine3 toRAS = innergs::vtk::affineOf(work.planeToRAS, "The plane to RAS matrix") * pixels;
+  // The image's axes are unit vectors, whatever the matrix scales by; a sheared matrix shears them as well.
+  innergs::GridGeometry grid;
+  const Affine3 toLPS = innergs::vtk::flipped(toRAS);
+  grid.size = {this->Dimensions[0], this->Dimensions[1], 1};
+  grid.origin = toLPS.offset;
+  for (int a = 0; a < 3; ++a) {
+    const Vec3 axis = column(toLPS.linear, a);
+    grid.spacing[a] = innergs::norm(axis);
+    for (int i = 0; i < 3; ++i)
+      grid.direction[i][a] = axis[i] / grid.spacing[a];
+  }
+  if (grid.size[0] < 1 || grid.size[1] < 1)
+    throw innergs::Error(innergs::ErrorCode::InvalidArgument, "The plane must have at least one pixel.");
+  vtkImageData* image = vtkImageData::GetData(outputs);
+  float* pixelsOut = innergs::vtk::allocateFloats(image, grid, this->GeometryInImage);
+  work.sampler->sample(toLPS, this->Dimensions[0], this->Dimensions[1],
+                       {pixelsOut, static_cast<std::size_t>(grid.voxelCount())}, this->GetStopToken());
+  innergs::vtk::toMatrix(toRAS, work.outputToRAS);
+  this->QueryMilliseconds =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
+}

@@ -1,0 +1,392 @@
+#include "vtkInnerGSReconstruct.h"
+
+#include "Core/Error.h"
+#include "Core/ReconstructionJob.h"
+#include "ImageVoxels.h"
+#include "ReconstructInputs.h"
+#include "vtkInnerGSModel.h"
+
+#include "vtkDataObject.h"
+#include "vtkImageData.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+vtkStandardNewMacro(vtkInnerGSReconstruct);
+
+using innergs::Error;
+using innergs::ErrorCode;
+using innergs::vtk::ReconstructInputs;
+
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::string progressText(const innergs::Progress& p) {
+  std::string text = innergs::phaseName(p.phase);
+  char part[96];
+  if (p.phase == innergs::Phase::Fitting) {
+    std::snprintf(part, sizeof part, ", sweep %d of %d, %.1f dB", p.iteration, p.iterations, p.trainingPsnr);
+    text += part;
+  }
+  if (p.phase != innergs::Phase::Done && p.remaining >= 1) {
+    std::snprintf(part, sizeof part, ", about %.0f s left", std::ceil(p.remaining));
+    text += part;
+  }
+  return text;
+}
+
+} // namespace
+
+struct vtkInnerGSReconstruct::Internals {
+  ReconstructInputs inputs;
+  innergs::vtk::ReferenceGrid reference;
+  vtkSmartPointer<vtkInnerGSModel> resume;
+  std::optional<innergs::ReconstructionInput> snapshot;
+  vtkNew<vtkMatrix4x4> outputToRAS, previewToRAS;
+  vtkNew<vtkImageData> preview;
+  innergs::Phase phase = innergs::Phase::Preparing;
+  std::vector<std::string> warnings;
+  std::string usedSettings, usedInstructionSet;
+};
+
+vtkInnerGSReconstruct::vtkInnerGSReconstruct()
+    : TrainingPSNR(kNaN), HeldOutPSNR(kNaN), Work(std::make_unique<Internals>()) {
+  this->SetNumberOfInputPorts(2);
+  this->SetNumberOfOutputPorts(2);
+}
+
+vtkInnerGSReconstruct::~vtkInnerGSReconstruct() = default;
+
+void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Preset: " << this->Preset << "\n";
+  os << indent << "Blending: " << this->Blending << "\n";
+  os << indent << "NumberOfGaussians: " << this->NumberOfGaussians << "\n";
+  os << indent << "NumberOfIterations: " << this->NumberOfIterations << "\n";
+  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "HeldOutFraction: " << this->HeldOutFraction << "\n";
+  os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
+     << this->OutputSpacing[2] << "\n";
+  os << indent << "UsedSettings: " << this->Work->usedSettings << "\n";
+  os << indent << "TrainingPSNR: " << this->TrainingPSNR << "\n";
+  os << indent << "HeldOutPSNR: " << this->HeldOutPSNR << "\n";
+}
+
+int vtkInnerGSReconstruct::FillInputPortInformation(int port, vtkInformation* information) {
+  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a snapshot needs none
+  information->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), port == 0);
+  return 1;
+}
+
+int vtkInnerGSReconstruct::FillOutputPortInformation(int port, vtkInformation* information) {
+  information->Set(vtkDataObject::DATA_TYPE_NAME(), port == 0 ? "vtkInnerGSModel" : "vtkImageData");
+  return 1;
+}
+
+//------------------------------------------------------------------------------
+// What belongs to one input.
+
+#define innergsInputMacro(name, member, Type)                                                                \
+  void vtkInnerGSReconstruct::SetInput##name(int index, Type value) {                                        \
+    auto* input = this->Work->inputs.at(index);                                                              \
+    if (!input) {                                                                                            \
+      vtkErrorMacro(<< "There is no input with the index " << index << ": give 0 or more.");                 \
+      return;                                                                                                \
+    }                                                                                                        \
+    if (input->member == value) return;                                                                      \
+    input->member = value;                                                                                   \
+    this->Modified();                                                                                        \
+  }
+innergsInputMacro(SliceThickness, thickness, double);
+innergsInputMacro(SliceProfile, profile, int);
+innergsInputMacro(SliceAxis, axis, int);
+innergsInputMacro(Name, name, const std::string&);
+#undef innergsInputMacro
+
+double vtkInnerGSReconstruct::GetInputSliceThickness(int index) {
+  return this->Work->inputs.get(index).thickness;
+}
+int vtkInnerGSReconstruct::GetInputSliceProfile(int index) {
+  return this->Work->inputs.get(index).profile;
+}
+int vtkInnerGSReconstruct::GetInputSliceAxis(int index) {
+  return this->Work->inputs.get(index).axis;
+}
+std::string vtkInnerGSReconstruct::GetInputName(int index) {
+  return this->Work->inputs.get(index).name;
+}
+
+void vtkInnerGSReconstruct::SetInputIJKToRASMatrix(int index, vtkMatrix4x4* ijkToRAS) {
+  auto* input = this->Work->inputs.at(index);
+  if (!input) {
+    vtkErrorMacro(<< "There is no input with the index " << index << ": give 0 or more.");
+    return;
+  }
+  if (innergs::vtk::assignCopy(input->ijkToRAS, ijkToRAS)) this->Modified();
+}
+
+vtkMatrix4x4* vtkInnerGSReconstruct::GetInputIJKToRASMatrix(int index) {
+  auto* input = this->Work->inputs.at(index);
+  return input ? input->ijkToRAS.Get() : nullptr;
+}
+
+void vtkInnerGSReconstruct::ClearInputs() {
+  this->RemoveAllInputConnections(0);
+  this->RemoveAllInputConnections(1);
+  this->Work->inputs = {};
+  this->Work->snapshot.reset();
+  this->Modified();
+}
+
+void vtkInnerGSReconstruct::SetMaskData(vtkImageData* mask) {
+  if (mask)
+    this->SetInputDataObject(1, mask);
+  else
+    this->RemoveAllInputConnections(1);
+}
+
+void vtkInnerGSReconstruct::SetMaskIJKToRASMatrix(vtkMatrix4x4* ijkToRAS) {
+  if (innergs::vtk::assignCopy(this->Work->inputs.maskToRAS, ijkToRAS)) this->Modified();
+}
+
+void vtkInnerGSReconstruct::SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ,
+                                             int dimensionK) {
+  const int dimensions[3] = {dimensionI, dimensionJ, dimensionK}, first[3] = {0, 0, 0};
+  if (this->Work->reference.set(ijkToRAS, dimensions, first)) this->Modified();
+}
+
+void vtkInnerGSReconstruct::SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+  if (this->Work->reference.set(image, ijkToRAS)) this->Modified();
+}
+
+bool vtkInnerGSReconstruct::HasReferenceGrid() {
+  return this->Work->reference.given();
+}
+
+void vtkInnerGSReconstruct::SetResumeModel(vtkInnerGSModel* model) {
+  if (this->Work->resume == model) return;
+  this->Work->resume = model;
+  this->Modified();
+}
+
+vtkInnerGSModel* vtkInnerGSReconstruct::GetResumeModel() {
+  return this->Work->resume;
+}
+
+//------------------------------------------------------------------------------
+// Outputs and reports.
+
+vtkInnerGSModel* vtkInnerGSReconstruct::GetOutputModel() {
+  return vtkInnerGSModel::SafeDownCast(this->GetOutputDataObject(0));
+}
+vtkImageData* vtkInnerGSReconstruct::GetOutputImage() {
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
+}
+vtkMatrix4x4* vtkInnerGSReconstruct::GetOutputIJKToRASMatrix() {
+  return this->Work->outputToRAS;
+}
+vtkMatrix4x4* vtkInnerGSReconstruct::GetPreviewIJKToRASMatrix() {
+  return this->Work->previewToRAS;
+}
+vtkImageData* vtkInnerGSReconstruct::GetPreviewImage() {
+  return this->Work->preview;
+}
+std::string vtkInnerGSReconstruct::GetPhase() {
+  return innergs::phaseName(this->Work->phase);
+}
+int vtkInnerGSReconstruct::GetNumberOfWarnings() {
+  return static_cast<int>(this->Work->warnings.size());
+}
+std::string vtkInnerGSReconstruct::GetWarning(int index) {
+  return index >= 0 && index < this->GetNumberOfWarnings() ? this->Work->warnings[index] : "";
+}
+std::string vtkInnerGSReconstruct::GetUsedSettings() {
+  return this->Work->usedSettings;
+}
+std::string vtkInnerGSReconstruct::GetUsedInstructionSet() {
+  return this->Work->usedInstructionSet;
+}
+
+//------------------------------------------------------------------------------
+// Work.
+
+innergs::Settings vtkInnerGSReconstruct::MakeSettings() {
+  innergs::Settings s;
+  s.preset = static_cast<innergs::Preset>(this->Preset);
+  if (this->Blending != Automatic) s.blending = static_cast<innergs::Blending>(this->Blending);
+  if (this->Loss != Automatic) s.loss = static_cast<innergs::LossKind>(this->Loss);
+  if (this->Initialisation != Automatic)
+    s.initialisation = static_cast<innergs::Initialisation>(this->Initialisation);
+  if (this->LinearIntensity != Automatic) s.linearIntensity = this->LinearIntensity == 1;
+  if (this->PaperStopRule != Automatic) s.paperStopRule = this->PaperStopRule == 1;
+  if (!(this->SSIMWeight < 0)) s.ssimWeight = this->SSIMWeight;
+  if (this->NumberOfGaussians != 0) s.gaussians = this->NumberOfGaussians;
+  if (this->NumberOfIterations != 0) s.iterations = this->NumberOfIterations;
+  if (this->NumberOfMembers != 0) s.members = this->NumberOfMembers;
+  s.huberDelta = this->HuberDelta;
+  s.relocate = this->Relocate;
+  s.consistency = this->Consistency;
+  s.threads = this->NumberOfThreads;
+  s.instructionSet = this->InstructionSet;
+  s.seed = this->Seed;
+  return s;
+}
+
+innergs::vtk::OutputChoice vtkInnerGSReconstruct::MakeOutputChoice() {
+  innergs::vtk::OutputChoice choice;
+  choice.reference = &this->Work->reference;
+  std::copy_n(this->OutputSpacing, 3, choice.spacing.begin());
+  if (this->UseRegion) choice.region = innergs::vtk::regionOf(this->Region);
+  return choice;
+}
+
+innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<vtkImageData*>& images,
+                                                              vtkImageData* mask, std::stop_token stop) {
+  innergs::ReconstructionInput input =
+      this->Work->inputs.read(images, mask, this->MakeOutputChoice(), std::move(stop));
+  input.heldOutFraction = this->HeldOutFraction;
+  if (this->Work->resume) {
+    if (this->Work->resume->IsEmpty())
+      throw Error(ErrorCode::NoData, "The model to go on from has no Gaussians: choose another or none.");
+    input.resume = this->Work->resume->GetCheckpoint();
+  }
+  return input;
+}
+
+bool vtkInnerGSReconstruct::TakeSnapshot() {
+  this->Work->snapshot.reset();
+  const bool done = this->Guard([&] {
+    std::vector<vtkImageData*> images;
+    for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
+      images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
+    vtkImageData* mask = this->GetNumberOfInputConnections(1)
+                             ? vtkImageData::SafeDownCast(this->GetInputDataObject(1, 0))
+                             : nullptr;
+    this->Work->snapshot = this->MakeInput(images, mask, {});
+  });
+  if (!done) return false;
+  this->RemoveAllInputConnections(0);
+  this->RemoveAllInputConnections(1);
+  this->Modified();
+  return true;
+}
+
+bool vtkInnerGSReconstruct::HasSnapshot() {
+  return this->Work->snapshot.has_value();
+}
+
+vtkTypeInt64 vtkInnerGSReconstruct::EstimateMemory() {
+  vtkTypeInt64 bytes = 0;
+  this->Guard([&] {
+    if (this->Work->snapshot) {
+      bytes = estimateMemory(*this->Work->snapshot, this->MakeSettings());
+      return;
+    }
+    std::vector<vtkImageData*> images;
+    for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
+      images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
+    if (images.empty()) return;
+    bytes =
+        estimateMemory(this->Work->inputs.outline(images, this->MakeOutputChoice()), this->MakeSettings());
+  });
+  return bytes;
+}
+
+void vtkInnerGSReconstruct::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {
+  innergs::GridGeometry grid;
+  if (this->Work->snapshot)
+    grid = *this->Work->snapshot->outputGrid;
+  else {
+    std::vector<vtkNew<vtkImageData>> placed(
+        static_cast<std::size_t>(inputs[0]->GetNumberOfInformationObjects()));
+    std::vector<vtkImageData*> images;
+    for (std::size_t i = 0; i < placed.size(); ++i) {
+      innergs::vtk::placeAsAnnounced(inputs[0]->GetInformationObject(static_cast<int>(i)), placed[i]);
+      images.push_back(placed[i]);
+    }
+    if (images.empty()) return;
+    grid = *this->Work->inputs.outline(images, this->MakeOutputChoice()).outputGrid;
+  }
+  innergs::vtk::announceImage(outputs->GetInformationObject(1), grid, this->GeometryInImage);
+}
+
+void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
+  this->Work->phase = p.phase;
+  this->CurrentIteration = p.iteration;
+  this->TotalIterations = p.iterations;
+  this->CurrentLoss = p.loss;
+  this->TrainingPSNR = p.iteration > 0 ? p.trainingPsnr : kNaN;
+  this->HeldOutPSNR = p.heldOutPsnr;
+  this->CurrentGaussians = static_cast<vtkIdType>(p.gaussians);
+  this->ElapsedSeconds = p.elapsed;
+  this->RemainingSeconds = p.remaining;
+  this->SetProgressText(progressText(p).c_str());
+  this->UpdateProgress(p.fraction);
+}
+
+void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
+  // A new image each time: an observer may keep the last one.
+  vtkNew<vtkImageData> image;
+  std::copy(volume.voxels.begin(), volume.voxels.end(),
+            innergs::vtk::allocateFloats(image, volume.geometry, this->GeometryInImage));
+  this->Work->preview->ShallowCopy(image);
+  innergs::vtk::toMatrix(volume.geometry, this->Work->previewToRAS);
+  this->InvokeEvent(PreviewEvent, image);
+}
+
+void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
+  Internals& work = *this->Work;
+  work.warnings.clear();
+  work.usedSettings.clear();
+  work.usedInstructionSet.clear();
+  this->ReportProgress({});
+  const std::stop_token stop = this->GetStopToken();
+  const innergs::Settings settings = this->MakeSettings();
+  checkSettings(settings);
+  innergs::ReconstructionInput input;
+  if (work.snapshot) {
+    input = std::move(*work.snapshot);
+    work.snapshot.reset();
+  } else {
+    std::vector<vtkImageData*> images;
+    for (int i = 0; i < inputs[0]->GetNumberOfInformationObjects(); ++i)
+      images.push_back(vtkImageData::GetData(inputs[0], i));
+    input = this->MakeInput(images, vtkImageData::GetData(inputs[1]), stop);
+  }
+  innergs::ReconstructionJob job(std::move(input), settings);
+  job.onProgress([this](const innergs::Progress& p) { this->ReportProgress(p); });
+  if (this->HasObserver(PreviewEvent))
+    job.onPreview([this](const innergs::Volume& volume) { this->ReportPreview(volume); });
+  innergs::ReconstructionResult result = job.run(stop);
+  if (result.cancelled || stop.stop_requested()) {
+    if (!this->KeepModelWhenAborted || result.checkpoint->field.gaussians.empty())
+      throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    this->Aborted = true;
+  }
+  this->CurrentIteration = result.iterations;
+  this->CurrentGaussians = static_cast<vtkIdType>(result.checkpoint->field.size());
+  this->TrainingPSNR = result.trainingPsnr;
+  this->HeldOutPSNR = result.heldOutPsnr;
+  this->ElapsedSeconds = result.seconds;
+  this->RemainingSeconds = 0;
+  this->FitSeconds = result.fitSeconds;
+  this->Noise = result.noise;
+  this->NumberOfNonFiniteVoxels = static_cast<vtkIdType>(result.nonFiniteVoxels);
+  work.warnings = std::move(result.warnings);
+  work.usedSettings = innergs::vtk::settingsText(result.settings, this->HeldOutFraction);
+  work.usedInstructionSet = result.instructionSet;
+  vtkInnerGSModel::GetData(outputs, 0)->SetCheckpoint(result.checkpoint);
+  if (this->Aborted) return;
+  vtkImageData* image = vtkImageData::GetData(outputs, 1);
+  std::copy(result.volume.voxels.begin(), result.volume.voxels.end(),
+            innergs::vtk::allocateFloats(image, result.volume.geometry, this->GeometryInImage));
+  innergs::vtk::toMatrix(result.volume.geometry, work.outputToRAS);
+}

@@ -1,0 +1,133 @@
+#include "vtkInnerGSResample.h"
+
+#include "Core/Error.h"
+#include "Core/ReconstructionJob.h"
+#include "Core/Render.h"
+#include "Geometry.h"
+#include "ImageVoxels.h"
+#include "vtkInnerGSModel.h"
+
+#include "vtkDataObject.h"
+#include "vtkImageData.h"
+#include "vtkInformation.h"
+#include "vtkInformationVector.h"
+#include "vtkMatrix4x4.h"
+#include "vtkNew.h"
+#include "vtkObjectFactory.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
+
+#include <algorithm>
+
+vtkStandardNewMacro(vtkInnerGSResample);
+
+namespace {
+
+constexpr std::int64_t kSlab = std::int64_t{1} << 23; // voxels rendered between two progress events
+
+innergs::GridGeometry outputGrid(const innergs::GaussianField& field,
+                                 const innergs::vtk::ReferenceGrid& reference, const double spacing[3]) {
+  using innergs::Error;
+  using innergs::ErrorCode;
+  if (reference.given()) return reference.grid();
+  if (field.domain.voxelCount() == 0)
+    throw Error(
+        ErrorCode::Geometry,
+        "The model does not say which region it was fitted to: give a reference grid to resample it on.");
+  if (spacing[0] == 0 && spacing[1] == 0 && spacing[2] == 0) return field.domain;
+  return innergs::withSpacing(field.domain, {spacing[0], spacing[1], spacing[2]});
+}
+
+} // namespace
+
+struct vtkInnerGSResample::Internals {
+  innergs::vtk::ReferenceGrid reference;
+  vtkNew<vtkMatrix4x4> outputToRAS;
+};
+
+vtkInnerGSResample::vtkInnerGSResample() : Work(std::make_unique<Internals>()) {}
+vtkInnerGSResample::~vtkInnerGSResample() = default;
+
+void vtkInnerGSResample::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
+     << this->OutputSpacing[2] << "\n";
+  os << indent << "ReferenceGrid: " << (this->Work->reference.given() ? "given" : "none") << "\n";
+}
+
+int vtkInnerGSResample::FillInputPortInformation(int, vtkInformation* information) {
+  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkInnerGSModel");
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a sentence of our own when there is none
+  return 1;
+}
+
+int vtkInnerGSResample::FillOutputPortInformation(int, vtkInformation* information) {
+  information->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkImageData");
+  return 1;
+}
+
+void vtkInnerGSResample::SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ,
+                                          int dimensionK) {
+  const int dimensions[3] = {dimensionI, dimensionJ, dimensionK}, first[3] = {0, 0, 0};
+  if (this->Work->reference.set(ijkToRAS, dimensions, first)) this->Modified();
+}
+
+void vtkInnerGSResample::SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+  if (this->Work->reference.set(image, ijkToRAS)) this->Modified();
+}
+
+bool vtkInnerGSResample::HasReferenceGrid() {
+  return this->Work->reference.given();
+}
+
+void vtkInnerGSResample::SetModel(vtkInnerGSModel* model) {
+  this->SetInputDataObject(0, model);
+}
+
+vtkInnerGSModel* vtkInnerGSResample::GetModel() {
+  return this->GetNumberOfInputConnections(0) ? vtkInnerGSModel::SafeDownCast(this->GetInputDataObject(0, 0))
+                                              : nullptr;
+}
+
+vtkImageData* vtkInnerGSResample::GetOutput() {
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(0));
+}
+
+vtkMatrix4x4* vtkInnerGSResample::GetOutputIJKToRASMatrix() {
+  return this->Work->outputToRAS;
+}
+
+void vtkInnerGSResample::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {
+  const auto field = this->RequireModel(inputs)->GetField();
+  innergs::vtk::announceImage(outputs->GetInformationObject(0),
+                              outputGrid(*field, this->Work->reference, this->OutputSpacing),
+                              this->GeometryInImage);
+}
+
+void vtkInnerGSResample::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
+  const auto field = this->RequireModel(inputs)->GetField();
+  innergs::checkField(*field);
+  const innergs::GridGeometry grid = outputGrid(*field, this->Work->reference, this->OutputSpacing);
+  const std::int64_t available = innergs::availableMemory();
+  if (available > 0 && grid.voxelCount() > (available - (std::int64_t{1} << 28)) / 4)
+    throw innergs::Error(
+        innergs::ErrorCode::Memory,
+        "The resampled volume does not fit into memory: choose a coarser spacing or a smaller grid.");
+  innergs::RenderOptions options;
+  options.threads = this->NumberOfThreads;
+  options.instructionSet = this->InstructionSet;
+  options.stop = this->GetStopToken();
+  this->SetProgressText("Resampling");
+  vtkImageData* image = vtkImageData::GetData(outputs);
+  float* voxels = innergs::vtk::allocateFloats(image, grid, this->GeometryInImage);
+  const std::int64_t plane = grid.size[0] * grid.size[1], slab = std::max<std::int64_t>(1, kSlab / plane);
+  for (std::int64_t k = 0; k < grid.size[2]; k += slab) {
+    const std::int64_t planes = std::min(slab, grid.size[2] - k);
+    const innergs::Volume part =
+        render(*field, cropped(grid, {0, 0, k}, {grid.size[0], grid.size[1], planes}), options);
+    std::copy(part.voxels.begin(), part.voxels.end(), voxels + k * plane);
+    this->UpdateProgress(static_cast<double>(k + planes) / static_cast<double>(grid.size[2]));
+    if (options.stop.stop_requested()) // by an observer
+      throw innergs::Error(innergs::ErrorCode::Cancelled, "Stopped on request.");
+  }
+  innergs::vtk::toMatrix(grid, this->Work->outputToRAS);
+}
