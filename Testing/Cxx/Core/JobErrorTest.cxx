@@ -141,6 +141,45 @@ TEST(JobSettings, OutOfRangeAreRefused) {
     s.blending = Blending::Additive;
     s.linearIntensity = true;
   }));
+  EXPECT_TRUE(refused([](Settings& s) {
+    s.blending = Blending::Alpha;
+    s.linearIntensity = true;
+  }));
+  EXPECT_TRUE(refused([](Settings& s) {
+    s.preset = Preset::Paper; // alpha
+    s.linearIntensity = true;
+  }));
+  EXPECT_TRUE(refused([](Settings& s) {
+    s.blending = Blending::Alpha;
+    s.members = 2;
+  }));
+  EXPECT_TRUE(refused([](Settings& s) { s.pointWeight = 0; }));
+}
+
+TEST(JobSettings, OfTrainingOutOfRangeAreRefused) {
+  const auto refused = [](auto&& change) {
+    Settings settings = quickSettings(2);
+    change(settings);
+    return errorOf(isotropicInput(), settings) == ErrorCode::InvalidArgument;
+  };
+  const double infinite = std::numeric_limits<double>::infinity();
+  for (double x : {-0.1, kNaN, infinite}) {
+    EXPECT_TRUE(refused([&](Settings& s) { s.pointWeight = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.densify.opacity = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.densify.size = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.densify.gradient = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.densify.split = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.plateau.factor = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.plateau.lowest = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.plateau.threshold = x; })) << x;
+  }
+  EXPECT_TRUE(refused([](Settings& s) { s.densify.opacity = 1; }));
+  EXPECT_TRUE(refused([](Settings& s) { s.densify.size = 0; }));
+  EXPECT_TRUE(refused([](Settings& s) { s.plateau.factor = 1; }));
+  EXPECT_TRUE(refused([](Settings& s) { s.plateau.patience = 0; }));
+  EXPECT_TRUE(refused([](Settings& s) { s.densifyEvery = -1; }));
+  for (std::int64_t n : {std::int64_t{0}, std::int64_t{-5}, std::int64_t{299}, std::int64_t{2'000'000'000}})
+    EXPECT_TRUE(refused([&](Settings& s) { s.maxGaussians = n; })) << n; // 300 at the start
 }
 
 TEST(JobMemory, ThatIsNotThereIsRefusedWithTheNumbers) {
@@ -158,6 +197,38 @@ TEST(JobMemory, ThatIsNotThereIsRefusedWithTheNumbers) {
   Settings settings = quickSettings(2);
   settings.gaussians = 999'999'999;
   EXPECT_EQ(errorOf(many, settings), ErrorCode::Memory);
+}
+
+TEST(JobMemory, OfAlphaBlendingAndDensificationIsRefusedWithTheNumbers) {
+  if (availableMemory() == 0) GTEST_SKIP() << "this system does not say how much memory is available";
+  ReconstructionInput input = isotropicInput();
+  Settings settings = quickSettings(2);
+  settings.blending = Blending::Alpha;
+  settings.maxGaussians = 999'999'999; // it starts small and may grow beyond what is there
+  EXPECT_EQ(errorOf(input, settings), ErrorCode::Memory);
+  settings.densifyEvery = 0; // it cannot grow
+  EXPECT_LT(estimateMemory(input, settings), 200'000'000);
+}
+
+TEST(JobMemory, EstimateKnowsAllAxesAndWhatAlphaBlendingKeeps) {
+  ReconstructionInput input;
+  Stack stack;
+  stack.image.geometry = grid(200, 210, 190);
+  input.stacks.push_back(stack);
+  const double voxels = 200.0 * 210 * 190;
+  Settings one, three, alpha;
+  one.gaussians = three.gaussians = alpha.gaussians = 100'000;
+  one.linearIntensity = three.linearIntensity = false;
+  three.allAxes = true;
+  alpha.blending = Blending::Alpha;
+  const double single = static_cast<double>(estimateMemory(input, one)),
+               all = static_cast<double>(estimateMemory(input, three)),
+               blended = static_cast<double>(estimateMemory(input, alpha));
+  EXPECT_GT(all, single + 10 * voxels); // targets and weights of two more stacks
+  EXPECT_LT(all, single + 30 * voxels);
+  // σ about 2 voxels: ten planes and more, 32 bytes each, on three lattices; 12 bytes per voxel of one.
+  EXPECT_GT(blended, all + 12 * voxels + 100'000 * 3 * 32.0 * 10);
+  EXPECT_LT(blended, all + 16 * voxels + 100'000 * 3 * 32.0 * 60);
 }
 
 TEST(JobMemory, EstimateGrowsWithTheWork) {
