@@ -67,15 +67,10 @@ void Compositor::forward(std::span<const Projected> gaussians, const LatticeView
 void Compositor::backward(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool,
                           const float* r, const float* image) {
   const std::int64_t n = static_cast<std::int64_t>(gaussians.size());
-  reach_.resize(n);
-  pool.blocks(n, 2048, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i)
-      reach_[i] = tiles_.reach(gaussians[i], lattice);
-  });
   first_.resize(n + 1);
   first_[0] = 0;
   for (std::int64_t i = 0; i < n; ++i)
-    first_[i + 1] = first_[i] + reach_[i].count();
+    first_[i + 1] = first_[i] + tiles_.reach(i).count();
   slots_.resize(first_[n]);
   pool.run(tiles_.count(), [&](std::int64_t t) {
     static thread_local std::vector<float> seen, rest;
@@ -90,7 +85,7 @@ void Compositor::backward(std::span<const Projected> gaussians, const LatticeVie
                                seen.data(), rest.data(), found.data());
     const auto [tz, ty] = tiles_.position(t);
     for (std::size_t m = 0; m < members.size(); ++m) {
-      const Tiles::Reach& reach = reach_[members[m]];
+      const Tiles::Reach& reach = tiles_.reach(members[m]);
       slots_[first_[members[m]] + static_cast<std::int64_t>(tz - reach.z0) * (reach.y1 - reach.y0) + ty -
              reach.y0] = found[m];
     }
@@ -100,7 +95,7 @@ void Compositor::backward(std::span<const Projected> gaussians, const LatticeVie
 math::Moments<float> Compositor::moments(std::span<const Projected> gaussians, const LatticeView& lattice,
                                          std::int64_t i) const {
   math::Moments<float> sum;
-  const Tiles::Reach& reach = reach_[i];
+  const Tiles::Reach& reach = tiles_.reach(i);
   std::int64_t slot = first_[i];
   for (int z = reach.z0; z < reach.z1; ++z) {
     const float dz = planeOffset(gaussians[i], lattice.z[z]); // one plane per tile

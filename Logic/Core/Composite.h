@@ -23,7 +23,6 @@ public:
 private:
   const KernelSet& kernels_;
   Tiles tiles_;
-  std::vector<Tiles::Reach> reach_;
   std::vector<std::int64_t> first_; // of a Gaussian's slots, one per tile that it reaches
   std::vector<math::PlaneMoments<float>> slots_;
 };

@@ -140,10 +140,9 @@ struct Moments {
 /// it: f = ∂L/∂a, q = a + its cut, d = (dx, dy) in index units.
 template <class T>
 struct PlaneMoments {
-  T m0 = 0;                 // Σ f a
+  T m0 = 0, n0 = 0;         // Σ f a, ∂L/∂c
   T s = 0, x = 0, y = 0;    // Σ f q, Σ f q d
   T xx = 0, xy = 0, yy = 0; // Σ f q ddᵀ
-  T n0 = 0;                 // ∂L/∂c
 };
 
 template <class T>

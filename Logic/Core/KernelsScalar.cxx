@@ -111,9 +111,9 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
       m.yy += fq * dy * dy;
       m.n0 += derivative * visible;
     });
-    out[n] = {static_cast<float>(m.m0), static_cast<float>(m.s),  static_cast<float>(m.x),
-              static_cast<float>(m.y),  static_cast<float>(m.xx), static_cast<float>(m.xy),
-              static_cast<float>(m.yy), static_cast<float>(m.n0)};
+    const auto single = [](double value) { return static_cast<float>(value); };
+    out[n] = {single(m.m0), single(m.n0), single(m.s),  single(m.x),
+              single(m.y),  single(m.xx), single(m.xy), single(m.yy)};
   }
 }
 

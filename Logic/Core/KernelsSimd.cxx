@@ -5,6 +5,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "Core/KernelsSimd.cxx"
 #include <hwy/foreach_target.h>
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 
 #include <array>
@@ -30,6 +31,17 @@ HWY_INLINE V exp2(D d, V e) {
   p = hn::MulAdd(p, f, hn::Set(d, 6.93147188e-1f));
   p = hn::MulAdd(p, f, hn::Set(d, 1.00000008f));
   return hn::BitCast(d, hn::Add(hn::BitCast(di, p), hn::ShiftLeft<23>(hn::BitCast(di, shifted))));
+}
+
+/// 1/x for x in [0.01, 1], relative error about 1e-7.
+HWY_INLINE V reciprocal(D d, V x) {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL ||                         \
+    HWY_TARGET == HWY_AVX3_ZEN4
+  const V r = hn::ApproximateReciprocal(x); // 12 bits or more
+  return hn::Mul(r, hn::NegMulAdd(x, r, hn::Set(d, 2.f)));
+#else
+  return hn::Div(hn::Set(d, 1.f), x);
+#endif
 }
 
 /// Splits the reachable columns into whole windows of `lanes` that stay inside the padded row.
@@ -195,6 +207,43 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
   }
 }
 
+/// Depth order jumps through memory.
+HWY_INLINE void prefetch(const Projected* gaussians, const std::uint32_t* ids, std::size_t n,
+                         std::size_t count) {
+  constexpr std::size_t kAhead = 6;
+  if (n + kAhead >= count) return;
+  const char* next = reinterpret_cast<const char*>(gaussians + ids[n + kAhead]);
+  hwy::Prefetch(next);
+  hwy::Prefetch(next + 64);
+}
+
+/// Sums over the lanes of eight vectors at once, added to out[8].
+HWY_INLINE void addSums(D d, const V (&v)[8], float* out) {
+#if HWY_TARGET == HWY_SCALAR
+  for (int i = 0; i < 8; ++i)
+    out[i] += hn::GetLane(v[i]);
+#else
+  const hn::Repartition<double, D> pairs;
+  const hn::FixedTag<float, 4> quad;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto two = [&](V a, V b) {
+    return hn::Add(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));
+  };
+  for (int i = 0; i < 8; i += 4) { // per block of four lanes: the block's sums of four vectors
+    const auto low = hn::BitCast(pairs, two(v[i], v[i + 1])),
+               high = hn::BitCast(pairs, two(v[i + 2], v[i + 3]));
+    HWY_ALIGN float blocks[16];
+    hn::Store(hn::Add(hn::BitCast(d, hn::InterleaveLower(pairs, low, high)),
+                      hn::BitCast(d, hn::InterleaveUpper(pairs, low, high))),
+              d, blocks);
+    auto sum = hn::LoadU(quad, out + i);
+    for (int block = 0; block < lanes; block += 4)
+      sum = hn::Add(sum, hn::Load(quad, blocks + block));
+    hn::StoreU(sum, quad, out + i);
+  }
+#endif
+}
+
 template <Selection selection>
 void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image) {
@@ -202,6 +251,7 @@ void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t
   const int lanes = static_cast<int>(hn::Lanes(d)), k = tile.k0;
   const V lane = hn::Iota(d, 0.f);
   for (std::size_t n = 0; n < count; ++n) {
+    prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
     const float dz = planeOffset(g, lattice.z[k]);
     int y0, y1;
@@ -240,6 +290,7 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
   const V lane = hn::Iota(d, 0.f), zero = hn::Zero(d), one = hn::Set(d, 1.f);
   for (std::size_t n = 0; n < count; ++n) {
     out[n] = {};
+    prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
     const float dz = planeOffset(g, lattice.z[k]);
     int y0, y1;
@@ -271,7 +322,8 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
         hn::StoreU(hn::Sub(seen, visible), d, transmittance + local);
         const V derivative = hn::LoadU(d, r + at);
         // What lies behind shines through 1 − a of this Gaussian.
-        const V f = hn::Mul(derivative, hn::Sub(hn::Mul(seen, value), hn::Div(behind, hn::Sub(one, a))));
+        const V f = hn::Mul(derivative,
+                            hn::Sub(hn::Mul(seen, value), hn::Mul(behind, reciprocal(d, hn::Sub(one, a)))));
         const V fq = hn::Mul(f, q), fqy = hn::Mul(fq, dy);
         m0 = hn::MulAdd(f, a, m0);
         n0 = hn::MulAdd(derivative, visible, n0);
@@ -279,17 +331,9 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
         sy = hn::Add(sy, fqy);
         syy = hn::MulAdd(fqy, dy, syy);
       }
-      const auto sum = [&](V v) { return hn::GetLane(hn::SumOfLanes(d, v)); };
       const V sx = hn::Mul(s, dx);
-      math::PlaneMoments<float>& m = out[n];
-      m.m0 += sum(m0);
-      m.n0 += sum(n0);
-      m.s += sum(s);
-      m.x += sum(sx);
-      m.y += sum(sy);
-      m.xx += sum(hn::Mul(sx, dx));
-      m.xy += sum(hn::Mul(sy, dx));
-      m.yy += sum(syy);
+      const V sums[8] = {m0, n0, s, sx, sy, hn::Mul(sx, dx), hn::Mul(sy, dx), syy};
+      addSums(d, sums, &out[n].m0);
     }
   }
 }

@@ -19,7 +19,7 @@ TileRange Tiles::range(std::int64_t tile, const LatticeView& lattice) const {
           std::min(lattice.nz, (tz + 1) * planes_)};
 }
 
-Tiles::Reach Tiles::reach(const Projected& g, const LatticeView& lattice) const {
+Tiles::Reach Tiles::find(const Projected& g, const LatticeView& lattice) const {
   const double x = g.cell[0] + static_cast<double>(g.fraction[0]),
                y = g.cell[1] + static_cast<double>(g.fraction[1]);
   if (!(x + g.half[0] >= 0 && x - g.half[0] <= lattice.nx - 1)) return {};
@@ -36,16 +36,19 @@ void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice
   const std::int64_t n = static_cast<std::int64_t>(gaussians.size()), blocks = (n + kBlock - 1) / kBlock;
   const std::int64_t tiles = count();
   cursor_.assign(blocks * tiles, 0);
+  reach_.resize(n);
   const auto visit = [&](std::int64_t i, auto&& each) {
-    const Reach r = reach(gaussians[i], lattice);
+    const Reach& r = reach_[i];
     for (int tz = r.z0; tz < r.z1; ++tz)
       for (int ty = r.y0; ty < r.y1; ++ty)
         each(static_cast<std::int64_t>(tz) * tilesY_ + ty);
   };
   pool.run(blocks, [&](std::int64_t b) {
     std::int64_t* counts = cursor_.data() + b * tiles;
-    for (std::int64_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i)
+    for (std::int64_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i) {
+      reach_[i] = find(gaussians[i], lattice);
       visit(i, [&](std::int64_t t) { ++counts[t]; });
+    }
   });
   start_.assign(tiles + 1, 0);
   std::int64_t total = 0;

@@ -21,7 +21,7 @@ public:
     int z0 = 0, z1 = 0, y0 = 0, y1 = 0;
     std::int64_t count() const { return static_cast<std::int64_t>(z1 - z0) * (y1 - y0); }
   };
-  Reach reach(const Projected& gaussian, const LatticeView& lattice) const;
+  const Reach& reach(std::int64_t gaussian) const { return reach_[gaussian]; } // of the last bin()
   /// Where a tile lies in the order of reach(): (tile in z, tile in y).
   std::pair<int, int> position(std::int64_t tile) const {
     return {static_cast<int>(tile / tilesY_), static_cast<int>(tile % tilesY_)};
@@ -31,9 +31,12 @@ public:
   }
 
 private:
+  Reach find(const Projected& gaussian, const LatticeView& lattice) const;
+
   int rows_, planes_, tilesY_, tilesZ_;
   std::vector<std::int64_t> start_, cursor_;
   std::vector<std::uint32_t> ids_;
+  std::vector<Reach> reach_;
 };
 
 } // namespace innergs
