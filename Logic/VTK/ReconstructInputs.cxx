@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <sstream>
 
 namespace innergs::vtk {
@@ -55,15 +56,6 @@ GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoi
   }
   return choice.region && !(choice.reference && choice.reference->given()) ? cropped(grid, *choice.region)
                                                                            : grid;
-}
-
-template <class T>
-const T& valueOf(const T& value) {
-  return value;
-}
-template <class T>
-T valueOf(const std::optional<T>& value) {
-  return value.value_or(T{});
 }
 
 } // namespace
@@ -184,17 +176,38 @@ std::string settingsText(const Settings& s, double heldOutFraction) {
   static constexpr const char* presets[] = {"fast", "balanced", "best", "paper"};
   static constexpr const char* losses[] = {"l1", "l2", "huber"};
   static constexpr const char* starts[] = {"adaptive", "grid"};
+  static constexpr const char* schedules[] = {"exponential", "plateau"};
   std::ostringstream text;
   text.imbue(std::locale::classic());
-  text << "preset=" << presets[static_cast<int>(s.preset)]
-       << "; blending=" << blendingName(valueOf(s.blending)) << "; gaussians=" << valueOf(s.gaussians)
-       << "; iterations=" << valueOf(s.iterations) << "; members=" << valueOf(s.members)
-       << "; linearIntensity=" << valueOf(s.linearIntensity)
-       << "; initialisation=" << starts[static_cast<int>(valueOf(s.initialisation))]
-       << "; loss=" << losses[static_cast<int>(valueOf(s.loss))] << "; huberDelta=" << s.huberDelta
-       << "; ssimWeight=" << valueOf(s.ssimWeight) << "; paperStopRule=" << valueOf(s.paperStopRule)
-       << "; relocate=" << s.relocate << "; consistency=" << s.consistency << "; seed=" << s.seed
-       << "; heldOutFraction=" << heldOutFraction;
+  const auto add = [&](const char* name, const auto& value) {
+    text << (text.tellp() > 0 ? "; " : "") << name << '=' << value;
+  };
+  const auto addIf = [&](const char* name, const auto& value) {
+    if (value) add(name, *value);
+  };
+  const auto addWord = [&](const char* name, const auto& value, const char* const* words) {
+    if (value) add(name, words[static_cast<int>(*value)]);
+  };
+  addWord("preset", std::optional(s.preset), presets);
+  add("blending", blendingName(chosenBlending(s)));
+  addIf("gaussians", s.gaussians);
+  addIf("maxGaussians", s.maxGaussians);
+  addIf("iterations", s.iterations);
+  addIf("members", s.members);
+  addIf("linearIntensity", s.linearIntensity);
+  addWord("initialisation", s.initialisation, starts);
+  addWord("loss", s.loss, losses);
+  addIf("pointWeight", s.pointWeight);
+  addIf("ssimWeight", s.ssimWeight);
+  add("huberDelta", s.huberDelta);
+  addWord("schedule", s.schedule, schedules);
+  addIf("densifyEvery", s.densifyEvery);
+  addIf("allAxes", s.allAxes);
+  addIf("paperStopRule", s.paperStopRule);
+  add("relocate", s.relocate);
+  add("consistency", s.consistency);
+  add("seed", s.seed);
+  add("heldOutFraction", heldOutFraction);
   return text.str();
 }
 

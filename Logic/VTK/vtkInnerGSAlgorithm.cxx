@@ -29,7 +29,10 @@ struct vtkInnerGSAlgorithm::Internals {
   }
 };
 
-vtkInnerGSAlgorithm::vtkInnerGSAlgorithm() : State(std::make_unique<Internals>()) {}
+vtkInnerGSAlgorithm::vtkInnerGSAlgorithm() : State(std::make_unique<Internals>()) {
+  this->SetNumberOfInputPorts(1);
+  this->SetNumberOfOutputPorts(1);
+}
 vtkInnerGSAlgorithm::~vtkInnerGSAlgorithm() = default;
 
 void vtkInnerGSAlgorithm::PrintSelf(ostream& os, vtkIndent indent) {

@@ -227,6 +227,11 @@ innergs::Settings vtkInnerGSReconstruct::MakeSettings() {
     s.initialisation = static_cast<innergs::Initialisation>(this->Initialisation);
   if (this->LinearIntensity != Automatic) s.linearIntensity = this->LinearIntensity == 1;
   if (this->PaperStopRule != Automatic) s.paperStopRule = this->PaperStopRule == 1;
+  if (this->AllAxes != Automatic) s.allAxes = this->AllAxes == 1;
+  if (this->Schedule != Automatic) s.schedule = static_cast<innergs::Schedule>(this->Schedule);
+  if (this->DensifyEvery != Automatic) s.densifyEvery = this->DensifyEvery;
+  if (this->MaximumNumberOfGaussians != 0) s.maxGaussians = this->MaximumNumberOfGaussians;
+  if (!(this->PointWeight < 0)) s.pointWeight = this->PointWeight;
   if (!(this->SSIMWeight < 0)) s.ssimWeight = this->SSIMWeight;
   if (this->NumberOfGaussians != 0) s.gaussians = this->NumberOfGaussians;
   if (this->NumberOfIterations != 0) s.iterations = this->NumberOfIterations;

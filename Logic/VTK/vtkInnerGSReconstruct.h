@@ -41,6 +41,7 @@ public:
   enum Blendings { Normalised, Additive, Alpha };
   enum Losses { L1, L2, Huber };
   enum Initialisations { Adaptive, Grid };
+  enum Schedules { Exponential, Plateau };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
 
   ///@{
@@ -119,6 +120,17 @@ public:
   vtkGetMacro(Initialisation, int);
   vtkSetClampMacro(PaperStopRule, int, -1, 1);
   vtkGetMacro(PaperStopRule, int);
+  vtkSetClampMacro(AllAxes, int, -1, 1); // fit the slices of one scan along all its axes
+  vtkGetMacro(AllAxes, int);
+  vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
+  vtkGetMacro(Schedule, int);
+  vtkSetMacro(DensifyEvery, int); // sweeps; Automatic; 0: never
+  vtkGetMacro(DensifyEvery, int);
+  vtkSetMacro(MaximumNumberOfGaussians,
+              vtkIdType); // that densification may reach; 0: as many as at the start
+  vtkGetMacro(MaximumNumberOfGaussians, vtkIdType);
+  vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
+  vtkGetMacro(PointWeight, double);
   vtkSetMacro(Relocate, bool);
   vtkGetMacro(Relocate, bool);
   vtkBooleanMacro(Relocate, bool);
@@ -205,7 +217,9 @@ protected:
   vtkIdType NumberOfGaussians = 0;
   int NumberOfIterations = 0, NumberOfMembers = 0;
   double HuberDelta = 0.02, SSIMWeight = Automatic, HeldOutFraction = 0;
-  int PaperStopRule = Automatic;
+  int PaperStopRule = Automatic, AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic;
+  vtkIdType MaximumNumberOfGaussians = 0;
+  double PointWeight = Automatic;
   bool Relocate = true, Consistency = true, KeepModelWhenAborted = false;
   vtkTypeUInt64 Seed = 1;
 
