@@ -52,21 +52,21 @@ bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3&
 
 namespace {
 
+/// Lattice axes in their new order.
+std::array<int, 3> axesWith(int sliceAxis) {
+  if (sliceAxis < 0 || sliceAxis > 2)
+    throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
+  return sliceAxis == 0 ? std::array{1, 2, 0} : sliceAxis == 1 ? std::array{0, 2, 1} : std::array{0, 1, 2};
+}
+
 template <class Image>
 Image sliceAxisMoved(const Image& image, int axis) {
-  if (axis < 0 || axis > 2) throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
+  const std::array<int, 3> from = axesWith(axis);
   if (axis == 2) return image;
-  const std::array<int, 3> from = axis == 0 ? std::array{1, 2, 0} : std::array{0, 2, 1};
   const GridGeometry& g = image.geometry;
   const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
   Image result;
-  result.geometry.origin = g.origin;
-  for (int a = 0; a < 3; ++a) {
-    result.geometry.size[a] = g.size[from[a]];
-    result.geometry.spacing[a] = g.spacing[from[a]];
-    for (int r = 0; r < 3; ++r)
-      result.geometry.direction[r][a] = g.direction[r][from[a]];
-  }
+  result.geometry = withSliceAxis(g, axis);
   const auto& n = result.geometry.size;
   result.voxels.resize(image.voxels.size());
   auto* out = result.voxels.data();
@@ -80,6 +80,19 @@ Image sliceAxisMoved(const Image& image, int axis) {
 }
 
 } // namespace
+
+GridGeometry withSliceAxis(const GridGeometry& g, int axis) {
+  const std::array<int, 3> from = axesWith(axis);
+  GridGeometry result;
+  result.origin = g.origin;
+  for (int a = 0; a < 3; ++a) {
+    result.size[a] = g.size[from[a]];
+    result.spacing[a] = g.spacing[from[a]];
+    for (int r = 0; r < 3; ++r)
+      result.direction[r][a] = g.direction[r][from[a]];
+  }
+  return result;
+}
 
 Volume withSliceAxis(const Volume& volume, int axis) {
   return sliceAxisMoved(volume, axis);

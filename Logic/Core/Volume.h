@@ -25,6 +25,7 @@ float sampleLinear(const Volume& volume, const Vec3& index);
 /// and every voxel its patient position.
 Volume withSliceAxis(const Volume& volume, int axis);
 Mask withSliceAxis(const Mask& mask, int axis);
+GridGeometry withSliceAxis(const GridGeometry& geometry, int axis);
 
 /// The same where the index lies within the lattice's box of voxel edges; false and untouched outside.
 /// `voxels`: in memory order of the lattice.

@@ -80,12 +80,15 @@ struct EvaluationInput {
 
 EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed = 1);
 /// The three planes' stacks of one lattice are one stack for a method with one value per point: a voxel is
-/// observed unless all three planes withhold it.
-EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed);
+/// observed unless all three planes withhold it. perPlane: three stacks instead, axial, coronal and sagittal,
+/// each without its own withheld slices, as a method needs whose image depends on the slicing direction.
+EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,
+                           bool perPlane = false);
 
 /// Throw Error(InvalidArgument) when the volume is too small for the case, NoData when it is constant.
 EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCase,
                                 const EvaluationOptions& options = {});
+/// Alpha blending is fitted to the planes' own stacks, and scored on each as rendered along it.
 EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});
 
 } // namespace innergs

@@ -194,6 +194,12 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path)
   };
   addMoment("adam_moment1", checkpoint.moment1);
   addMoment("adam_moment2", checkpoint.moment2);
+  const auto addValues = [&](const char* name, const std::vector<float>& values) {
+    if (!values.empty())
+      tensors.push_back({name, {static_cast<std::int64_t>(values.size())}, [&values] { return values; }});
+  };
+  addValues("losses", checkpoint.losses);
+  addValues("pulls", checkpoint.pulls);
   const Volume& detail = checkpoint.field.detail;
   if (!detail.voxels.empty())
     tensors.push_back({"detail", detailShape(detail.geometry), [&detail] { return detail.voxels; }});
@@ -243,6 +249,14 @@ Checkpoint readModel(const std::filesystem::path& path) {
       for (const float value : *moment)
         if (!(std::fabs(value) <= 1e30f) || (moment == &checkpoint.moment2 && value < 0))
           metadata.fail("adam_moment1, adam_moment2");
+    const auto readValues = [&](const char* name, std::int64_t atMost) -> std::vector<float> {
+      const SafetensorsFile::Tensor* tensor = file.find(name);
+      if (tensor == nullptr) return {};
+      if (tensor->shape.size() != 1 || tensor->shape[0] > atMost) metadata.fail(name);
+      return file.read(name, tensor->shape);
+    };
+    checkpoint.losses = readValues("losses", checkpoint.iteration);
+    checkpoint.pulls = readValues("pulls", open);
   }
   if (file.find("detail") != nullptr) {
     field.detail.geometry = metadata.grid("detail_grid");

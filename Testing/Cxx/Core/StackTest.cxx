@@ -79,3 +79,22 @@ TEST(Stack, RefusesNothingToFit) {
   stack.image.voxels.assign(120, std::numeric_limits<float>::quiet_NaN());
   EXPECT_EQ(codeOf(stack), ErrorCode::NoData);
 }
+
+TEST(Stack, WithSliceAxisTakesWhatIsObservedAlong) {
+  Stack stack = validStack();
+  stack.profile = SliceProfile::Point;
+  for (float v : stack.image.voxels) // what is observed names the voxel
+    stack.observed.push_back(v > 40);
+  for (int axis = 0; axis < 3; ++axis) {
+    const Stack moved = withSliceAxis(stack, axis);
+    EXPECT_NO_THROW(checkStack(moved));
+    EXPECT_EQ(moved.image.geometry, withSliceAxis(stack.image.geometry, axis));
+    EXPECT_EQ(moved.image.voxels, withSliceAxis(stack.image, axis).voxels);
+    ASSERT_EQ(moved.observed.size(), stack.observed.size());
+    for (std::size_t v = 0; v < moved.observed.size(); ++v)
+      EXPECT_EQ(moved.observed[v], moved.image.voxels[v] > 40);
+    EXPECT_EQ(moved.thickness, axis == 2 ? 3 : 0) << "the slice spacing there";
+    EXPECT_EQ(moved.profile, stack.profile);
+  }
+  EXPECT_THROW(withSliceAxis(stack, 3), Error);
+}

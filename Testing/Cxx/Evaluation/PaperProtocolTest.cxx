@@ -1,8 +1,11 @@
 #include "Core/Error.h"
+#include "Core/Render.h"
 #include "Evaluation/Protocols.h"
 
 #include "../Core/TestVolumes.h"
 
+#include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <set>
 
@@ -42,6 +45,71 @@ TEST(PaperProtocol, VoxelsWithheldInAllPlanesNeverReachTheInput) {
     unobserved += !o;
   EXPECT_EQ(unobserved, hidden);
   EXPECT_EQ(paperInput(wild, 0.1, 3).stacks[0].image.voxels, input.stacks[0].image.voxels);
+}
+
+TEST(PaperProtocol, PerPlaneWithholdsEveryPlanesOwnSlicesFromItsStackAlone) {
+  const Volume truth = randomVolume(grid(20, 22, 24, {1, 1, 1}, {3, 4, 5}, obliqueDirection(0.2)), 0, 100);
+  const EvaluationInput input = paperInput(truth, 0.1, 3, true);
+  EXPECT_EQ(input.withheld, paperInput(truth, 0.1, 3).withheld);
+  ASSERT_EQ(input.stacks.size(), 3u);
+  const int axes[3] = {2, 1, 0}; // axial, coronal, sagittal
+  for (int s = 0; s < 3; ++s) {
+    const Stack& stack = input.stacks[s];
+    const GridGeometry& g = stack.image.geometry;
+    const auto& withheld = input.withheld[axes[s]];
+    ASSERT_EQ(g.size[2], truth.geometry.size[axes[s]]);
+    std::size_t at = 0;
+    for (std::int64_t k = 0; k < g.size[2]; ++k) {
+      const bool hidden = std::count(withheld.begin(), withheld.end(), k) > 0;
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i, ++at) {
+          ASSERT_EQ(stack.observed[at], hidden ? 0 : 1);
+          const Vec3 x = g.indexToWorld()({double(i), double(j), double(k)});
+          const Vec3 index = inverse(truth.geometry.indexToWorld())(x);
+          ASSERT_EQ(stack.image.voxels[at],
+                    hidden ? 0.f
+                           : sampleLinear(
+                                 truth, {std::round(index[0]), std::round(index[1]), std::round(index[2])}));
+        }
+    }
+  }
+}
+
+TEST(PaperProtocol, ScoresAlphaBlendingAsRenderedInEveryPlane) {
+  EvaluationOptions options;
+  options.settings.blending = Blending::Alpha;
+  options.settings.gaussians = 700;
+  options.settings.iterations = 60;
+  options.settings.threads = 2;
+  options.keepVolumes = true;
+  options.withheldFraction = 0.15;
+  const Volume truth = phantom(grid(26, 24, 22));
+  const EvaluationReport report = evaluatePaper(truth, options);
+  ASSERT_EQ(report.input->size(), 3u);
+  ASSERT_TRUE(report.model);
+  EXPECT_EQ(report.model->field.blending, Blending::Alpha);
+  const MethodScore& gaussians = report.methods.front();
+  ASSERT_EQ(gaussians.name, "gaussians");
+  // Every plane's score again, from the field rendered slice by slice in that plane.
+  const EvaluationInput input = paperInput(truth, options.withheldFraction, options.settings.seed, true);
+  bool depends = false;
+  for (const PlaneScore& plane : gaussians.perPlane) {
+    const int axis = sliceAxis(truth.geometry, plane.plane);
+    const Volume along = render(report.model->field, withSliceAxis(truth.geometry, axis));
+    const Volume expected = withSliceAxis(truth, axis);
+    double psnr = 0;
+    for (std::int64_t slice : input.scored[axis])
+      psnr += sliceQuality(along, expected, 2, slice, report.peak).psnr;
+    psnr /= static_cast<double>(input.scored[axis].size());
+    EXPECT_GT(psnr, 18) << planeName(plane.plane);
+    EXPECT_NEAR(plane.psnr, psnr, 1e-9) << planeName(plane.plane);
+    depends = depends || withSliceAxis(*gaussians.volume, axis).voxels != along.voxels;
+  }
+  EXPECT_TRUE(depends) << "the image depends on the slicing direction";
+  options.keepVolumes = false;
+  const EvaluationReport lean = evaluatePaper(truth, options);
+  EXPECT_FALSE(lean.model);
+  EXPECT_EQ(lean.methods.front().psnr, gaussians.psnr);
 }
 
 TEST(PaperProtocol, EmptySlicesAreNotScored) {

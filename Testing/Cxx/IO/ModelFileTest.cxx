@@ -12,11 +12,16 @@ Checkpoint checkpointOf(int count, bool linearIntensity, bool resumable) {
   checkpoint.field = randomField(count, linearIntensity);
   checkpoint.iteration = 137;
   checkpoint.settingsKey = "preset=balanced \"quoted\" {1,2} \xC3\xA4";
-  if (resumable)
+  if (resumable) {
     for (int n = 0; n < 16 * count; ++n) {
       checkpoint.moment1.push_back(0.001f * static_cast<float>(n) / 3);
       checkpoint.moment2.push_back(1e-9f * static_cast<float>(n * n));
     }
+    for (int n = 0; n < checkpoint.iteration; ++n)
+      checkpoint.losses.push_back(1 / (1 + static_cast<float>(n)));
+    for (int n = 0; n < count; ++n)
+      checkpoint.pulls.push_back(0.3f * static_cast<float>(n));
+  }
   return checkpoint;
 }
 
@@ -25,6 +30,8 @@ void expectSame(const Checkpoint& read, const Checkpoint& written) {
   EXPECT_TRUE(sameBits(read.field.gaussians, written.field.gaussians));
   EXPECT_EQ(read.moment1, written.moment1);
   EXPECT_EQ(read.moment2, written.moment2);
+  EXPECT_EQ(read.losses, written.losses);
+  EXPECT_EQ(read.pulls, written.pulls);
   EXPECT_EQ(read.iteration, written.iteration);
   EXPECT_EQ(read.settingsKey, written.settingsKey);
 }
@@ -115,6 +122,7 @@ TEST(ModelFile, ForgedHeaders) {
       {"\"mean\":", "\"moon\":"},
       {"\"quaternion\":", "\"quaternio\":"},
       {"\"adam_moment2\":", "\"adam_moment3\":"},
+      {"\"dtype\":\"F32\",\"shape\":[137]", "\"dtype\":\"F32\",\"shape\":[138]"},
   };
   for (const auto& [from, to] : forgeries) {
     SCOPED_TRACE(std::string(from) + " -> " + to);
