@@ -20,6 +20,7 @@ Subcommand addSlice(CLI::App& app);
 Subcommand addResample(CLI::App& app);
 Subcommand addSimulate(CLI::App& app);
 Subcommand addEvaluate(CLI::App& app);
+Subcommand addExperiment(CLI::App& app);
 Subcommand addInfo(CLI::App& app);
 
 } // namespace innergs::cli

@@ -1,0 +1,247 @@
+#include "CLI/Command.h"
+#include "CLI/ExperimentPictures.h"
+#include "CLI/Interrupt.h"
+#include "CLI/Options.h"
+#include "CLI/ProgressDisplay.h"
+
+#include "Core/Error.h"
+#include "Evaluation/ExperimentSelection.h"
+#include "IO/AtomicFile.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <iostream>
+
+namespace innergs::cli {
+namespace {
+
+constexpr std::int64_t kQuickSize = 40; // voxels along each edge
+
+struct ExperimentOptions {
+  std::vector<std::string> names;
+  bool all = false, quick = false, quiet = false;
+  std::string volume, output;
+  std::int64_t gaussians = 42 * 42 * 42;
+  Settings settings;
+};
+
+std::string ablationOf(const std::string& name) {
+  return name.substr(name.find('-') + 1);
+}
+
+std::vector<std::string> ablations() {
+  std::vector<std::string> names;
+  for (const std::string& name : ablationNames())
+    names.push_back("ablation-" + name);
+  names.push_back("ablation-selection");
+  return names;
+}
+
+std::vector<std::string> knownNames() {
+  std::vector<std::string> names{"selection", "contour", "static", "ablation"};
+  for (std::string& name : ablations())
+    names.push_back(std::move(name));
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names)
+    text += (text.empty() ? "" : "|") + name;
+  return text;
+}
+
+/// What was asked for, each once, in the order of knownNames(): later ones reuse the fits of earlier ones.
+std::vector<std::string> chosenNames(const ExperimentOptions& o) {
+  if (o.all && !o.names.empty()) throw CLI::ValidationError("experiment", "give names or --all, not both");
+  if (!o.all && o.names.empty())
+    throw CLI::ValidationError("experiment", "give one or more of " + joined(knownNames()) + ", or --all");
+  const std::vector<std::string> known = knownNames();
+  for (const std::string& name : o.names)
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw CLI::ValidationError("experiment", "'" + name + "' is not one of " + joined(known));
+  const auto asked = [&](const std::string& name) {
+    return o.all || std::find(o.names.begin(), o.names.end(), name) != o.names.end();
+  };
+  std::vector<std::string> chosen;
+  for (const std::string& name : known) {
+    if (name == "ablation") continue;
+    const bool ablation = name.rfind("ablation-", 0) == 0;
+    if (asked(name) || (ablation && asked("ablation"))) chosen.push_back(name);
+  }
+  return chosen;
+}
+
+class Experiments {
+public:
+  Experiments(const ExperimentOptions& options, ProgressDisplay& display, std::stop_token stop)
+      : o_(options), display_(display), stop_(std::move(stop)) {}
+
+  void run(const std::string& name) {
+    if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "The experiments were cancelled.");
+    if (name == "selection")
+      selection();
+    else if (name == "contour")
+      contour();
+    else if (name == "static")
+      staticReconstruction();
+    else if (name == "ablation-selection")
+      selectionAblation();
+    else
+      ablation(ablationOf(name));
+  }
+
+private:
+  void selection() {
+    display_.say("Candidate selection: simulation");
+    SelectionSimulation simulation;
+    simulation.seed = o_.settings.seed;
+    if (o_.quick) simulation.clouds = 10, simulation.repetitions = 3;
+    write(selectionTable(simulation, simulateSelections(simulation, o_.settings.instructionSet, stop_)));
+  }
+
+  void contour() {
+    display_.say("Contours of the conditional splat");
+    ContourCheck check;
+    check.seed = o_.settings.seed;
+    if (o_.quick) check.gaussians = 20;
+    const ContourResult result = checkContours(check, stop_);
+    write(contourTable(check, result));
+    write("contour.png", contourPicture(result));
+  }
+
+  void staticReconstruction() {
+    const StaticExperiment result = runStatic(fits());
+    write(result.perPlane);
+    write(result.held);
+    write("static.png",
+          staticPicture(result, fmt::format("{}, {} Gaussians at the start", fits().setup().volumeName,
+                                            fits().setup().gaussians)));
+  }
+
+  void ablation(const std::string& name) {
+    const Ablation result = runAblation(fits(), name);
+    write(result.table);
+    writeFileAtomically(folder() / (curvesOf(result).name + ".csv"), csvOf(curvesOf(result)));
+    write(result.table.name + ".png", ablationChart(result, titleOf(result.title)));
+  }
+
+  void selectionAblation() {
+    const SelectionAblation result = runSelectionAblation(fits().setup(), fits().base());
+    write(result.table);
+    writeFileAtomically(folder() / (result.curves.name + ".csv"), csvOf(result.curves));
+    write(result.table.name + ".png", selectionChart(result, titleOf("Candidate selection")));
+  }
+
+  std::string titleOf(const std::string& what) { return what + ", " + fits().setup().volumeName; }
+
+  /// Read when the first experiment needs it; its fits are shared by all that follow.
+  ExperimentFits& fits() {
+    if (!fits_) {
+      ExperimentSetup setup;
+      setup.volume = readVolume(o_.volume, {});
+      setup.volumeName = std::filesystem::path(o_.volume).filename().string();
+      setup.papersVolume = isPapersVolume(setup.volumeName, setup.volume) && !o_.quick;
+      if (o_.quick) {
+        setup.volume = centralCrop(setup.volume, kQuickSize);
+        setup.volumeName += " (a crop)";
+      }
+      setup.quick = o_.quick;
+      setup.gaussians = o_.gaussians;
+      setup.settings = o_.settings;
+      setup.progress = [this](const Progress& progress) { display_.show(progress); };
+      setup.say = [this](const std::string& line) { display_.say(line); };
+      setup.stop = stop_;
+      fits_.emplace(std::move(setup));
+    }
+    return *fits_;
+  }
+
+  std::filesystem::path folder() const { return o_.output; }
+
+  void write(const ExperimentTable& table) {
+    display_.finish();
+    std::cout << textOf(table) << std::flush;
+    writeFileAtomically(folder() / (table.name + ".csv"), csvOf(table));
+  }
+  void write(const std::string& name, const Picture& picture) {
+    writePng(folder() / name, picture.width, picture.height, 3, picture.rgb);
+  }
+
+  const ExperimentOptions& o_;
+  ProgressDisplay& display_;
+  std::stop_token stop_;
+  std::optional<ExperimentFits> fits_;
+};
+
+void makeFolder(const std::string& path) {
+  std::error_code error;
+  std::filesystem::create_directories(path, error);
+  if (error || !std::filesystem::is_directory(path))
+    throw Error(ErrorCode::Io, "Cannot make the folder '" + path + "': choose another --output.");
+}
+
+int experiment(const ExperimentOptions& o) {
+  const std::vector<std::string> names = chosenNames(o);
+  const bool fits = std::any_of(names.begin(), names.end(),
+                                [](const auto& n) { return n != "selection" && n != "contour"; });
+  if (fits && o.volume.empty())
+    throw CLI::ValidationError("experiment", "static and the ablations need --volume");
+  Settings checked = o.settings;
+  checked.gaussians = o.gaussians;
+  checkSettings(checked);
+  if (fits && !std::filesystem::exists(o.volume))
+    throw Error(ErrorCode::FileNotFound, "There is no file '" + o.volume + "'.");
+  makeFolder(o.output);
+
+  ProgressDisplay display(o.quiet);
+  Interrupt interrupt;
+  Experiments experiments(o, display, interrupt.token());
+  for (const std::string& name : names)
+    experiments.run(name);
+  display.finish();
+  return Success;
+}
+
+} // namespace
+
+Subcommand addExperiment(CLI::App& app) {
+  auto* command = app.add_subcommand("experiment", "Re-makes the paper's tables, its figures beside ours");
+  auto o = std::make_shared<ExperimentOptions>();
+  command
+      ->add_option("names", o->names,
+                   "selection: simulation of the candidate selections\n"
+                   "contour: the conditional splat against the sliced 3D Gaussian\n"
+                   "static: every blending by the paper's and the honest protocol\n"
+                   "ablation: what each choice is worth, or one of them: " +
+                       joined(ablations()))
+      ->type_name("NAME");
+  command->add_flag("--all", o->all, "All of them: about 25 minutes on two cores");
+  command
+      ->add_option("--volume", o->volume, "The truth, for static and the ablations; the paper's: BrainWeb T1")
+      ->type_name("FILE");
+  command->add_option("-o,--output", o->output, "Folder for the tables (CSV) and pictures (PNG)")
+      ->required()
+      ->type_name("FOLDER");
+  command->add_flag("--quick", o->quick, "A small crop and a few sweeps: shows that it runs, no more");
+  command->add_option("--gaussians", o->gaussians, "Gaussians at the start of a fit [74088, the paper's]")
+      ->type_name("N");
+  command->add_option("--seed", o->settings.seed, "Of withheld slices, starts and simulations [1]")
+      ->type_name("N");
+  addThreads(*command, o->settings.threads);
+  command
+      ->add_option("--instruction-set", o->settings.instructionSet,
+                   "Force one of those that 'innergs info' lists, e.g. scalar [best available]")
+      ->type_name("NAME");
+  command->add_flag("-q,--quiet", o->quiet, "No progress; the tables only");
+  command->footer("Tables go to the standard output and, as CSV, to the folder; Docs/experiments.md explains "
+                  "them.\n"
+                  "Examples:\n"
+                  "  innergs experiment selection contour --output results\n"
+                  "  innergs experiment static --volume t1.nii.gz --output results\n"
+                  "  innergs experiment --all --volume brainweb_t1_145x174x145.nii.gz --output results");
+  return {command, [o] { return experiment(*o); }};
+}
+
+} // namespace innergs::cli

@@ -1,0 +1,189 @@
+#include "CLI/ExperimentPictures.h"
+
+#include "CLI/LineChart.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace innergs::cli {
+namespace {
+
+constexpr int kMargin = 12;
+constexpr double kErrorCeiling = 0.1; // of the peak: the brightest error colour
+constexpr Colour kBackground{24, 24, 28}, kFaint{170, 170, 170}, kInk{255, 255, 255};
+constexpr Colour kSliced{86, 180, 233}, kSplat{230, 60, 40};
+
+Colour grey(double value) {
+  const auto level = static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
+  return {level, level, level};
+}
+
+// Black, red, yellow, white.
+Colour heat(double value) {
+  Colour colour;
+  for (int c = 0; c < 3; ++c)
+    colour[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(3 * value - c, 0.0, 1.0)));
+  return colour;
+}
+
+void drawContour(Picture& picture, const std::vector<std::array<double, 2>>& contour, int left, int top,
+                 int size, double extent, double width, Colour colour) {
+  const auto pixel = [&](const std::array<double, 2>& p) {
+    return std::array<double, 2>{left + (p[0] / extent + 1) * 0.5 * size - 0.5,
+                                 top + (p[1] / extent + 1) * 0.5 * size - 0.5};
+  };
+  for (std::size_t n = 0; n < contour.size(); ++n)
+    drawLine(picture, pixel(contour[n]), pixel(contour[(n + 1) % contour.size()]), width, colour);
+}
+
+/// One axial slice as it hangs on a light box: patient's left on the right, front up.
+class AxialSlice {
+public:
+  AxialSlice(const GridGeometry& g, std::int64_t slice)
+      : size_(g.size), slice_(slice), across_(sliceAxis(g, Plane::Sagittal)),
+        down_(sliceAxis(g, Plane::Coronal)), through_(sliceAxis(g, Plane::Axial)),
+        flipAcross_(g.direction[0][across_] < 0), flipDown_(g.direction[1][down_] < 0) {
+    const double finest = std::min(g.spacing[across_], g.spacing[down_]);
+    const double longest = std::max(g.extent()[across_], g.extent()[down_]);
+    step_ = std::max(finest / 2, longest / 360);
+    width = std::max(1, static_cast<int>(std::lround(g.extent()[across_] / step_)));
+    height = std::max(1, static_cast<int>(std::lround(g.extent()[down_] / step_)));
+    spacing_ = g.spacing;
+  }
+
+  void draw(Picture& picture, int left, int top, const std::function<Colour(std::size_t)>& colour) const {
+    for (int y = 0; y < height; ++y)
+      for (int x = 0; x < width; ++x) {
+        std::array<std::int64_t, 3> index;
+        index[across_] = at(flipAcross_ ? width - 1 - x : x, across_);
+        index[down_] = at(flipDown_ ? height - 1 - y : y, down_);
+        index[through_] = slice_;
+        picture.set(left + x, top + y,
+                    colour(static_cast<std::size_t>(index[0] + size_[0] * (index[1] + size_[1] * index[2]))));
+      }
+  }
+
+  int width, height; // pixels
+
+private:
+  std::int64_t at(int pixel, int axis) const {
+    const auto voxel = static_cast<std::int64_t>((pixel + 0.5) * step_ / spacing_[axis]);
+    return std::clamp<std::int64_t>(voxel, 0, size_[axis] - 1);
+  }
+
+  std::array<std::int64_t, 3> size_;
+  std::int64_t slice_;
+  int across_, down_, through_; // lattice axes
+  bool flipAcross_, flipDown_;
+  Vec3 spacing_;
+  double step_; // mm a pixel
+};
+
+Series seriesOf(const std::string& label, const std::vector<FitPoint>& curve) {
+  Series series;
+  series.label = label;
+  for (const FitPoint& point : curve)
+    series.points.push_back({point.seconds, point.psnr});
+  return series;
+}
+
+} // namespace
+
+Picture contourPicture(const ContourResult& result) {
+  constexpr int zoom = 1, textTop = 44;
+  const int panel = result.example.front().size * zoom;
+  Picture picture(kMargin + static_cast<int>(result.example.size()) * (panel + kMargin),
+                  textTop + panel + 30 + 2 * 20 + kMargin, kBackground);
+  picture.text(kMargin, 10, "The conditional splat and the sliced 3D Gaussian", kInk, 2);
+  int left = kMargin;
+  for (const ContourSlice& slice : result.example) {
+    for (int y = 0; y < panel; ++y)
+      for (int x = 0; x < panel; ++x)
+        picture.set(left + x, textTop + y,
+                    grey(slice.sliced[static_cast<std::size_t>(y / zoom) * slice.size + x / zoom]));
+    for (const auto& contour : slice.contours) {
+      drawContour(picture, contour.sliced, left, textTop, panel, slice.extent, 5, kSliced);
+      drawContour(picture, contour.splat, left, textTop, panel, slice.extent, 1.5, kSplat);
+    }
+    picture.text(left, textTop + panel + 6, fmt::format("t - mean = {:+g} sigma", slice.t), kFaint);
+    left += panel + kMargin;
+  }
+  const int top = textTop + panel + 30;
+  drawLine(picture, {kMargin + 0.0, top + 6.0}, {kMargin + 30.0, top + 6.0}, 5, kSliced);
+  picture.text(kMargin + 40, top, "3D Gaussian cut by the slice, p = 0.5, 0.1, 0.01 (by bisection)", kInk);
+  drawLine(picture, {kMargin + 0.0, top + 26.0}, {kMargin + 30.0, top + 26.0}, 1.5, kSplat);
+  picture.text(
+      kMargin + 40, top + 20,
+      fmt::format(
+          "conditional splat p(u,v|t) p(t) (closed form); largest difference of p over {} points: {:.1e}",
+          result.points, result.maximumError),
+      kInk);
+  return picture;
+}
+
+Picture staticPicture(const StaticExperiment& experiment, const std::string& title) {
+  const Volume& truth = experiment.truth;
+  const AxialSlice slice(truth.geometry, experiment.slice);
+  std::vector<float> sorted;
+  for (const float v : truth.voxels)
+    if (std::isfinite(v)) sorted.push_back(v);
+  const auto quantile = [&](double q) {
+    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1));
+    std::nth_element(sorted.begin(), nth, sorted.end());
+    return static_cast<double>(*nth);
+  };
+  const double low = quantile(0.001), high = std::max(quantile(0.999), low + 1e-12);
+  const auto shade = [&](float value) { return grey((value - low) / (high - low)); };
+
+  const int columns = 1 + static_cast<int>(experiment.rows.size());
+  const int columnWidth = std::max(slice.width, Picture::textWidth("alpha, the paper's training") + 4);
+  constexpr int header = 84;
+  Picture picture(kMargin + columns * (columnWidth + kMargin), header + 2 * (slice.height + kMargin) + 24,
+                  kBackground);
+  picture.text(kMargin, 12, title, kInk, 2);
+  int left = kMargin;
+  picture.text(left, 48, "truth", kInk);
+  picture.text(left, 64, fmt::format("axial slice {}, withheld", experiment.slice), kFaint);
+  slice.draw(picture, left, header, [&](std::size_t p) { return shade(truth.voxels[p]); });
+  picture.text(left, header + slice.height + kMargin, "error: black 0,", kFaint);
+  picture.text(left, header + slice.height + kMargin + 18,
+               fmt::format("white {:.0f} % of the range", 100 * kErrorCeiling), kFaint);
+  for (const auto& row : experiment.rows) {
+    left += columnWidth + kMargin;
+    const Volume& image = *row.paper->gaussians.volume;
+    picture.text(left, 48, row.label, kInk);
+    picture.text(
+        left, 64,
+        fmt::format("{:.2f} dB, SSIM {:.4f} (P)", row.paper->gaussians.psnr, row.paper->gaussians.ssim),
+        kFaint);
+    slice.draw(picture, left, header, [&](std::size_t p) { return shade(image.voxels[p]); });
+    slice.draw(picture, left, header + slice.height + kMargin, [&](std::size_t p) {
+      return heat(std::abs(image.voxels[p] - truth.voxels[p]) / (kErrorCeiling * experiment.peak));
+    });
+  }
+  return picture;
+}
+
+Picture ablationChart(const Ablation& ablation, const std::string& title) {
+  std::vector<Series> series;
+  for (const auto& [label, fit] : ablation.rows) {
+    series.push_back(seriesOf(label, fit->curve));
+    if (!fit->curve.empty()) series.back().dots.push_back({fit->curve.back().seconds, fit->gaussians.psnr});
+  }
+  return lineChart(series, {title, "seconds", "PSNR dB",
+                            "Lines: on the fitted samples (not held out). Rings: on the withheld slices of "
+                            "protocol P, at the end."});
+}
+
+Picture selectionChart(const SelectionAblation& ablation, const std::string& title) {
+  std::vector<Series> series;
+  for (const auto& [label, curve] : ablation.rows)
+    series.push_back(seriesOf(label, curve));
+  return lineChart(series,
+                   {title, "seconds of training", "PSNR dB", "On the fitted samples (not held out)."});
+}
+
+} // namespace innergs::cli

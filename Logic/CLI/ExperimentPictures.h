@@ -1,0 +1,19 @@
+#pragma once
+#include "CLI/Picture.h"
+#include "Evaluation/ExperimentAblation.h"
+#include "Evaluation/ExperimentContour.h"
+#include "Evaluation/ExperimentStatic.h"
+
+namespace innergs::cli {
+
+/// The example Gaussian on its slices, with the contours of the 3D Gaussian (broad) and of the splat (thin).
+Picture contourPicture(const ContourResult& result);
+
+/// A withheld axial slice: truth, every blending and its error, in radiological orientation.
+Picture staticPicture(const StaticExperiment& experiment, const std::string& title);
+
+/// Training PSNR over time; dots: PSNR on the withheld slices.
+Picture ablationChart(const Ablation& ablation, const std::string& title);
+Picture selectionChart(const SelectionAblation& ablation, const std::string& title);
+
+} // namespace innergs::cli

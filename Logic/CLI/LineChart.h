@@ -1,0 +1,28 @@
+#pragma once
+#include "CLI/Picture.h"
+
+namespace innergs::cli {
+
+/// One line of a chart; `end`: a dot of the same colour, where given.
+struct Series {
+  std::string label;
+  std::vector<std::array<double, 2>> points; // x ascending
+  std::vector<std::array<double, 2>> dots;
+};
+
+struct ChartText {
+  std::string title, xLabel, yLabel, note;
+};
+
+/// Lines over a logarithmic x axis (points with x ≤ 0 or far below the others are left out), with ticks and a
+/// legend.
+Picture lineChart(const std::vector<Series>& series, const ChartText& text);
+
+/// The colour of the n-th line.
+Colour seriesColour(std::size_t n);
+
+/// A line with soft edges from a to b (pixels), `width` pixels wide.
+void drawLine(Picture& picture, std::array<double, 2> a, std::array<double, 2> b, double width,
+              Colour colour);
+
+} // namespace innergs::cli

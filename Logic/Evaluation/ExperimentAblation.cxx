@@ -1,0 +1,142 @@
+#include "Evaluation/ExperimentAblation.h"
+
+#include "Core/Error.h"
+
+#include <algorithm>
+
+namespace innergs {
+namespace {
+
+using Variants = std::vector<std::pair<std::string, Settings>>;
+
+Settings with(Settings settings, const auto&... changes) {
+  (changes(settings), ...);
+  return settings;
+}
+
+constexpr auto grid = [](Settings& s) { s.initialisation = Initialisation::Grid; };
+constexpr auto fixed = [](Settings& s) { s.relocate = false; };
+constexpr auto alpha = [](Settings& s) { s.blending = Blending::Alpha; };
+constexpr auto plateau = [](Settings& s) { s.schedule = Schedule::Plateau; };
+constexpr auto densified = [](Settings& s) { s.densifyEvery = s.iterations && *s.iterations < 50 ? 5 : 20; };
+constexpr auto paperLoss = [](Settings& s) {
+  s.loss = LossKind::L1;
+  s.pointWeight = 0.8;
+  s.ssimWeight = 0.4;
+};
+
+Variants blendings(const ExperimentFits& fits) {
+  return {{"normalised", fits.base()},
+          {"additive", with(fits.base(), [](Settings& s) { s.blending = Blending::Additive; })},
+          {"alpha", with(fits.base(), alpha)},
+          {"normalised, no slopes", with(fits.base(), [](Settings& s) { s.linearIntensity = false; })}};
+}
+
+Variants initialisations(const ExperimentFits& fits) {
+  return {{"adaptive", fits.base()},
+          {"even grid", with(fits.base(), grid, fixed)},
+          {"alpha, adaptive", with(fits.base(), alpha)},
+          {"alpha, even grid", with(fits.base(), alpha, grid, fixed)}};
+}
+
+Variants densifications(const ExperimentFits& fits) {
+  return {{"none (grid start)", with(fits.base(), grid, fixed)},
+          {"relocation (grid start)", with(fits.base(), grid)},
+          {"paper's prune, split, clone (grid start)", with(fits.base(), grid, fixed, densified)},
+          {"none (adaptive start)", fits.base()},
+          {"paper's prune, split, clone (adaptive start)", with(fits.base(), densified)}};
+}
+
+Variants optimisers(const ExperimentFits& fits) {
+  return {{"Adam .8/.95, exponential decay", fits.base()},
+          {"plateau", with(fits.base(), plateau)},
+          {"exponential, paper's loss", with(fits.base(), paperLoss)},
+          {"paper's preset, normalised blending",
+           with(fits.paper(200), [](Settings& s) { s.blending = Blending::Normalised; })},
+          {"paper's preset (alpha)", fits.paper()}};
+}
+
+Variants counts(const ExperimentFits& fits) {
+  Variants variants;
+  auto full = std::vector<std::int64_t>{10'000, 20'000, 40'000, fits.setup().gaussians, 150'000, 300'000};
+  std::sort(full.begin(), full.end());
+  full.erase(std::unique(full.begin(), full.end()), full.end());
+  const auto quick = std::vector<std::int64_t>{500, fits.setup().gaussians};
+  for (const std::int64_t n : fits.setup().quick ? quick : full)
+    variants.push_back({std::to_string(n), with(fits.base(), [n](Settings& s) { s.gaussians = n; })});
+  return variants;
+}
+
+struct Kind {
+  const char *name, *title;
+  Variants (*variants)(const ExperimentFits&);
+};
+constexpr Kind kKinds[] = {{"blending", "Blending", blendings},
+                           {"initialisation", "Initialisation", initialisations},
+                           {"densification", "Densification", densifications},
+                           {"optimiser", "Optimiser, schedule and loss", optimisers},
+                           {"gaussians", "Number of Gaussians", counts}};
+
+const char* const kHeldP = "withheld slices (P)";
+
+} // namespace
+
+std::vector<std::string> ablationNames() {
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds)
+    names.push_back(kind.name);
+  return names;
+}
+
+Ablation runAblation(ExperimentFits& fits, const std::string& name) {
+  const auto kind =
+      std::find_if(std::begin(kKinds), std::end(kKinds), [&](const Kind& k) { return name == k.name; });
+  if (kind == std::end(kKinds))
+    throw Error(ErrorCode::InvalidArgument, "There is no ablation '" + name + "'.");
+  Ablation result;
+  result.name = name;
+  result.title = kind->title;
+  ExperimentTable& table = result.table;
+  table.name = "ablation-" + name;
+  table.title = std::string("Ablation: ") + kind->title + ", " + fits.setup().volumeName;
+  table.columns = {"choice",     "gaussians",  "sweeps",  "psnr_db",  "paper_psnr_db",
+                   "ssim",       "paper_ssim", "seconds", "ms_sweep", "fitted_samples_psnr_db",
+                   "measured_on"};
+  for (const auto& [label, settings] : kind->variants(fits)) {
+    const FitOutcome& fit = fits.run(std::string(kind->title) + ": " + label, settings);
+    result.rows.push_back({label, &fit});
+    const bool papers = settings.preset == Preset::Paper && chosenBlending(settings) == Blending::Alpha;
+    table.add({label, std::to_string(fit.count), std::to_string(fit.sweeps), decimals(fit.gaussians.psnr, 2),
+               papers ? "32.47" : "", decimals(fit.gaussians.ssim, 4), papers ? "0.9676" : "",
+               decimals(fit.gaussians.seconds, 1), decimals(1e3 * fit.secondsPerSweep, 1),
+               fit.curve.empty() ? "" : decimals(fit.curve.back().psnr, 2), kHeldP});
+  }
+  table.notes = {"PSNR and SSIM are measured on " + result.rows.front().fit->report.samples,
+                 "Fitted samples: PSNR of the last sweep on what was fitted, not held out.",
+                 "Unless the row says otherwise: preset balanced, " + std::to_string(fits.setup().gaussians) +
+                     " Gaussians, normalised, adaptive start, no densification. The paper's figures stand "
+                     "beside its own "
+                     "choices only."};
+  if (std::any_of(table.rows.begin(), table.rows.end(), [](const auto& row) { return !row[4].empty(); }) &&
+      !fits.setup().papersVolume)
+    table.notes.push_back("The paper's figures are those of BrainWeb T1, 145x174x145. This volume is another "
+                          "one: they are no comparison.");
+  return result;
+}
+
+ExperimentTable curvesOf(const Ablation& ablation) {
+  ExperimentTable table;
+  table.name = "ablation-" + ablation.name + "-curves";
+  table.title = ablation.title + ": PSNR over time";
+  table.columns = {"choice", "sweep", "seconds", "psnr_db", "measured_on"};
+  for (const auto& [label, fit] : ablation.rows) {
+    for (const FitPoint& point : fit->curve)
+      table.add({label, std::to_string(point.sweep), decimals(point.seconds, 3), decimals(point.psnr, 3),
+                 "fitted samples (not held out)"});
+    table.add({label, std::to_string(fit->sweeps), decimals(fit->gaussians.seconds, 3),
+               decimals(fit->gaussians.psnr, 3), kHeldP});
+  }
+  return table;
+}
+
+} // namespace innergs

@@ -1,0 +1,121 @@
+#include "Evaluation/ExperimentFits.h"
+
+#include "Core/Plan.h"
+#include "Core/Resume.h"
+#include "Evaluation/Scoring.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+const HonestCase kEveryFourth{HonestCase::Kind::KeepEvery, 4, 2, 0};
+constexpr int kQuickSweeps = 12;
+constexpr std::int64_t kQuickGaussians = 1500;
+
+} // namespace
+
+bool isPapersVolume(const std::string& fileName, const Volume& volume) {
+  std::string name = fileName;
+  std::transform(name.begin(), name.end(), name.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::array<std::int64_t, 3> size = volume.geometry.size;
+  std::sort(size.begin(), size.end());
+  return name.find("brainweb") != std::string::npos && name.find("t1") != std::string::npos &&
+         size == std::array<std::int64_t, 3>{145, 145, 174};
+}
+
+Volume centralCrop(const Volume& volume, std::int64_t size) {
+  const auto& n = volume.geometry.size;
+  std::array<std::int64_t, 3> first{}, extent = n;
+  for (int a = 0; a < 3; ++a) {
+    extent[a] = std::min(n[a], size);
+    first[a] = (n[a] - extent[a]) / 2;
+  }
+  Volume result{cropped(volume.geometry, first, extent), {}};
+  result.voxels.reserve(static_cast<std::size_t>(result.geometry.voxelCount()));
+  for (std::int64_t k = 0; k < extent[2]; ++k)
+    for (std::int64_t j = 0; j < extent[1]; ++j) {
+      const auto row = volume.voxels.begin() + first[0] + n[0] * (first[1] + j + n[1] * (first[2] + k));
+      result.voxels.insert(result.voxels.end(), row, row + extent[0]);
+    }
+  return result;
+}
+
+ExperimentFits::ExperimentFits(ExperimentSetup setup) : setup_(std::move(setup)) {
+  if (setup_.quick) setup_.gaussians = std::min(setup_.gaussians, kQuickGaussians);
+  checkSettings(base());
+}
+
+Settings ExperimentFits::base() const {
+  Settings settings = setup_.settings;
+  settings.preset = Preset::Balanced;
+  settings.gaussians = setup_.gaussians;
+  if (setup_.quick) settings.iterations = kQuickSweeps;
+  return settings;
+}
+
+Settings ExperimentFits::paper(int sweeps) const {
+  Settings settings = base();
+  settings.preset = Preset::Paper;
+  settings.iterations = setup_.quick ? kQuickSweeps : sweeps;
+  return settings;
+}
+
+const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& settings, bool honest,
+                                      bool keep) {
+  EvaluationOptions options;
+  const EvaluationInput input = honest ? honestInput(setup_.volume, kEveryFourth, settings.seed)
+                                       : paperInput(setup_.volume, options.withheldFraction, settings.seed);
+  const IntensityMap map = chooseIntensityMap(input.stacks);
+  Settings filled = settings;
+  const int coarse = makePlan(filled, measureTraits(input.stacks, map)).coarseIterations;
+  const std::string key = settingsKey(filled, honest ? "H" : "P");
+  for (const auto& [name, outcome] : done_)
+    if (name == key && (!keep || outcome.gaussians.volume)) return outcome;
+  if (setup_.say) setup_.say(std::string(honest ? "Protocol H: " : "Protocol P: ") + label);
+
+  FitOutcome outcome;
+  options.settings = settings;
+  options.keepVolumes = keep;
+  options.stop = setup_.stop;
+  const double shift = 20 * std::log10(intensityRange(input.truth) / map.scale);
+  ReconstructionInput whole;
+  whole.stacks = input.stacks;
+  whole.outputGrid = input.truth.geometry;
+  outcome.memory = estimateMemory(whole, settings);
+  whole = {};
+  options.progress = [&](const Progress& p) {
+    if (p.phase == Phase::Fitting && p.iteration > 0) {
+      outcome.sweeps = p.iteration;
+      outcome.count = p.gaussians;
+      const int ofMember = (p.iteration - 1) % std::max(1, *filled.iterations) + 1;
+      if (ofMember > coarse && (outcome.curve.empty() || p.iteration > outcome.curve.back().sweep))
+        outcome.curve.push_back({p.elapsed, p.iteration, p.trainingPsnr + shift});
+    }
+    if (setup_.progress) setup_.progress(p);
+  };
+  outcome.report =
+      honest ? evaluateHonest(setup_.volume, kEveryFourth, options) : evaluatePaper(setup_.volume, options);
+  for (const MethodScore& method : outcome.report.methods)
+    if (method.name == "gaussians") outcome.gaussians = method;
+  std::vector<double> gaps; // reports may be rarer than sweeps, and coarse ones lie between members
+  for (std::size_t n = 1; n < outcome.curve.size(); ++n)
+    gaps.push_back((outcome.curve[n].seconds - outcome.curve[n - 1].seconds) /
+                   (outcome.curve[n].sweep - outcome.curve[n - 1].sweep));
+  if (!gaps.empty()) {
+    std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
+    outcome.secondsPerSweep = gaps[gaps.size() / 2];
+  }
+  // Many fits are kept: what no picture shows goes.
+  for (MethodScore& method : outcome.report.methods)
+    method.volume.reset();
+  outcome.report.truth.reset();
+  outcome.report.input.reset();
+  done_.emplace_back(key, std::move(outcome));
+  return done_.back().second;
+}
+
+} // namespace innergs

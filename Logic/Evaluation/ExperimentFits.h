@@ -1,0 +1,66 @@
+#pragma once
+#include "Evaluation/Protocols.h"
+
+#include <deque>
+#include <string>
+
+namespace innergs {
+
+/// What an experiment that fits a volume works on.
+struct ExperimentSetup {
+  Volume volume;
+  std::string volumeName;                      // for titles
+  bool papersVolume = false;                   // see isPapersVolume()
+  bool quick = false;                          // a small crop and a few sweeps: shows that it runs, no more
+  std::int64_t gaussians = 42 * 42 * 42;       // the paper's
+  Settings settings;                           // threads, seed, instruction set
+  ProgressCallback progress;                   // of every fit
+  std::function<void(const std::string&)> say; // called before each fit with what it is
+  std::stop_token stop;                        // stopped: throws Error(Cancelled)
+};
+
+/// BrainWeb's T1 as the paper cut it, by file name and size: only there its figures compare.
+bool isPapersVolume(const std::string& fileName, const Volume& volume);
+
+/// The middle of a volume, at most `size` voxels along each axis.
+Volume centralCrop(const Volume& volume, std::int64_t size);
+
+struct FitPoint {
+  double seconds = 0; // since the start, preparation included
+  int sweep = 0;
+  double psnr = 0; // dB on the fitted samples, the truth's range; full-resolution sweeps only
+};
+
+/// One evaluated fit, and how it got there.
+struct FitOutcome {
+  EvaluationReport report;
+  MethodScore gaussians; // report's own row of them
+  std::vector<FitPoint> curve;
+  int sweeps = 0;
+  std::int64_t count = 0;     // Gaussians in the end
+  std::int64_t memory = 0;    // bytes, estimated before the start
+  double secondsPerSweep = 0; // of full-resolution sweeps
+};
+
+/// Fits, each done once however many tables show it.
+class ExperimentFits {
+public:
+  explicit ExperimentFits(ExperimentSetup setup);
+  const ExperimentSetup& setup() const { return setup_; }
+
+  /// Settings to vary: the preset balanced with the set-up's number of Gaussians.
+  Settings base() const;
+  /// The paper's preset: Algorithm 1. sweeps: at most, before its stop rule.
+  Settings paper(int sweeps = 1000) const;
+
+  /// Protocol P, or protocol H keeping every 4th slice. `label`: for the progress. keep: with the Gaussians'
+  /// volume and model. The reference lives as long as this object.
+  const FitOutcome& run(const std::string& label, const Settings& settings, bool honest = false,
+                        bool keep = false);
+
+private:
+  ExperimentSetup setup_;
+  std::deque<std::pair<std::string, FitOutcome>> done_; // by settings and protocol
+};
+
+} // namespace innergs

@@ -1,0 +1,133 @@
+#include "CommandRunner.h"
+#include "SyntheticImages.h"
+
+#include "IO/VolumeIO.h"
+
+#include <algorithm>
+#include <sstream>
+
+namespace innergs::test {
+namespace {
+
+using ExperimentTest = CommandTest;
+
+std::vector<std::vector<std::string>> rowsOf(const std::string& csv) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream lines(csv);
+  for (std::string line; std::getline(lines, line);) {
+    rows.emplace_back(1);
+    bool quoted = false;
+    for (const char c : line) {
+      if (c == '"')
+        quoted = !quoted;
+      else if (c == ',' && !quoted)
+        rows.back().emplace_back();
+      else
+        rows.back().back() += c;
+    }
+  }
+  return rows;
+}
+
+/// Every row has one cell per column and says what it was measured on.
+void expectTable(const std::vector<std::vector<std::string>>& rows, const std::string& columns) {
+  ASSERT_GT(rows.size(), 1u) << columns;
+  std::string heading;
+  for (const auto& name : rows.front())
+    heading += (heading.empty() ? "" : ",") + name;
+  EXPECT_EQ(heading, columns);
+  for (const auto& row : rows) {
+    ASSERT_EQ(row.size(), rows.front().size()) << columns;
+    EXPECT_FALSE(row.back().empty()) << columns;
+  }
+}
+
+TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
+  writeVolume(phantom({26, 30, 24}), path("head.nii"));
+  const Outcome outcome = run({"experiment", "--all", "--quick", "--volume", path("head.nii"), "--output",
+                               path("tables"), "--gaussians", "400", "-q"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+
+  const auto table = [&](const std::string& name) { return rowsOf(contents("tables/" + name + ".csv")); };
+  expectTable(table("selection"),
+              "selection,box_area,paper_area,false_positives,paper_false_positives,false_negatives,"
+              "paper_false_negatives,candidates,paper_candidates,per_contributing,microseconds,measured_on");
+  expectTable(table("contour"), "measure,value,paper,compared,measured_on");
+  expectTable(table("static"), "method,plane,gaussians,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,"
+                               "paper_seconds,memory_mb,measured_on");
+  expectTable(table("static-honest"),
+              "method,gaussians,psnr_db,paper_psnr_db,ssim,seconds,memory_mb,measured_on");
+  for (const char* name : {"blending", "initialisation", "densification", "optimiser", "gaussians"}) {
+    expectTable(table(std::string("ablation-") + name),
+                "choice,gaussians,sweeps,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,ms_sweep,"
+                "fitted_samples_psnr_db,measured_on");
+    expectTable(table(std::string("ablation-") + name + "-curves"),
+                "choice,sweep,seconds,psnr_db,measured_on");
+  }
+  expectTable(table("ablation-selection"),
+              "blending,cutoff_sigma,selection,gaussians,sweeps,psnr_db,ssim,ms_sweep,render_ms,measured_on");
+  expectTable(table("ablation-selection-curves"), "choice,sweep,seconds,psnr_db,measured_on");
+  for (const char* name :
+       {"contour", "static", "ablation-blending", "ablation-initialisation", "ablation-densification",
+        "ablation-optimiser", "ablation-gaussians", "ablation-selection"})
+    EXPECT_EQ(contents(std::string("tables/") + name + ".png").substr(1, 3), "PNG") << name;
+  EXPECT_EQ(filesIn("tables").size(), 4u + 5 * 2 + 2 + 8);
+
+  // What a reader must be told.
+  for (const char* words : {"32.47", "no comparison", "withheld slices (P)", "withheld slices (H)",
+                            "Nothing is held out", "not held out"})
+    EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
+}
+
+TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
+  writeVolume(phantom({26, 30, 24}), path("head.nii"));
+  const Outcome outcome = run({"experiment", "static", "--quick", "--volume", path("head.nii"), "-o",
+                               path("tables"), "--gaussians", "300", "-q"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const auto rows = rowsOf(contents("tables/static.csv"));
+  for (const char* method : {"alpha, the paper's training", "alpha", "additive", "normalised", "linear"})
+    for (const char* plane : {"axial", "coronal", "sagittal", "average"}) {
+      const auto row = std::find_if(rows.begin(), rows.end(),
+                                    [&](const auto& r) { return r[0] == method && r[1] == plane; });
+      ASSERT_NE(row, rows.end()) << method << " " << plane;
+      EXPECT_GT(std::stod((*row)[3]), 5) << method << " " << plane;
+      EXPECT_LE(std::stod((*row)[5]), 1) << method << " " << plane;
+    }
+}
+
+TEST_F(ExperimentTest, SimulationsNeedNoVolume) {
+  const Outcome outcome = run({"experiment", "contour", "selection", "--quick", "-o", path("a/b"), "-q"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const auto rows = rowsOf(contents("a/b/selection.csv"));
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_EQ(rows[3][0], "exact");
+  EXPECT_EQ(std::stod(rows[3][5]), 0);   // false negatives
+  EXPECT_LE(std::stod(rows[3][7]), 1.6); // candidates per pixel
+  EXPECT_EQ(filesIn("a/b").size(), 3u);
+}
+
+TEST_F(ExperimentTest, BadArgumentsAreOneSentence) {
+  writeVolume(phantom({26, 30, 24}), path("head.nii"));
+  const std::string out = path("tables");
+  expectOneSentence(run({"experiment", "-o", out}), 2, "--all");
+  expectOneSentence(run({"experiment", "selection"}), 2, "--output");
+  expectOneSentence(run({"experiment", "selections", "-o", out}), 2, "'selections' is not one of");
+  expectOneSentence(run({"experiment", "selection", "--all", "-o", out}), 2, "not both");
+  expectOneSentence(run({"experiment", "static", "-o", out}), 2, "--volume");
+  expectOneSentence(run({"experiment", "--all", "-o", out}), 2, "--volume");
+  expectOneSentence(run({"experiment", "static", "--volume", path("none.nii"), "-o", out}), 1, "none.nii");
+  expectOneSentence(
+      run({"experiment", "static", "--volume", path("head.nii"), "-o", out, "--gaussians", "0"}), 1,
+      "at least 1");
+  expectOneSentence(run({"experiment", "selection", "-o", out, "--instruction-set", "abacus", "-q"}), 1,
+                    "abacus");
+  write("file", "not a folder");
+  expectOneSentence(run({"experiment", "selection", "-o", path("file"), "-q"}), 1, "--output");
+  writeVolume(phantom({26, 30, 6}), path("flat.nii"));
+  expectOneSentence(run({"experiment", "static", "--volume", path("flat.nii"), "-o", out, "-q"}), 1,
+                    "8 slices");
+}
+
+} // namespace
+} // namespace innergs::test
