@@ -1,0 +1,109 @@
+#include "Fixtures.h"
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+/// Update(), stopped in the n-th progress event (from 0; −1: never). Counts them.
+int updateUntil(vtkInnerGSReconstruct* filter, int stopAt, bool byFlag = true) {
+  int seen = 0;
+  Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
+    if (seen++ != stopAt) return;
+    if (byFlag)
+      filter->SetAbortExecute(1);
+    else
+      filter->Cancel();
+  });
+  filter->Update();
+  return seen;
+}
+
+} // namespace
+
+TEST(AbortFilter, AtEveryProgressEventLeavesEmptyOutputsAndRunsAgain) {
+  const ReconstructionInput input = anisotropicInput();
+  auto filter = quickFilter(input, 4);
+  Errors errors(filter);
+  const int events = updateUntil(filter, -1);
+  const auto whole = valuesOf(filter->GetOutputImage());
+  ASSERT_FALSE(whole.empty());
+  ASSERT_GE(events, 8);
+  for (int at = 0; at < events - 2; ++at) // the last two say that it is done
+    for (const bool byFlag : {true, false}) {
+      SCOPED_TRACE(::testing::Message() << "event " << at << (byFlag ? ", AbortExecute" : ", Cancel()"));
+      filter->Modified();
+      updateUntil(filter, at, byFlag);
+      EXPECT_TRUE(filter->GetAborted());
+      EXPECT_TRUE(filter->GetOutputModel()->IsEmpty());
+      EXPECT_EQ(filter->GetOutputImage()->GetNumberOfPoints(), 0);
+      EXPECT_EQ(filter->GetErrorCode(), 0u);
+      EXPECT_EQ(filter->GetErrorMessage(), "");
+    }
+  EXPECT_LT(filter->GetProgress(), 1);
+  filter->Update(); // nothing changed, but nothing was finished either
+  EXPECT_FALSE(filter->GetAborted());
+  EXPECT_EQ(valuesOf(filter->GetOutputImage()), whole);
+  EXPECT_TRUE(errors.texts.empty()) << errors.texts[0];
+}
+
+TEST(AbortFilter, KeepsTheModelToGoOnFrom) {
+  const ReconstructionInput input = isotropicInput();
+  auto filter = quickFilter(input, 12);
+  filter->Update();
+  const auto whole = valuesOf(filter->GetOutputImage());
+  filter->KeepModelWhenAbortedOn();
+  updateUntil(filter, 7);
+  EXPECT_TRUE(filter->GetAborted());
+  EXPECT_EQ(filter->GetOutputImage()->GetNumberOfPoints(), 0);
+  ASSERT_FALSE(filter->GetOutputModel()->IsEmpty());
+  EXPECT_LT(filter->GetOutputModel()->GetNumberOfIterations(), 12);
+  vtkNew<vtkInnerGSModel> reached;
+  reached->ShallowCopy(filter->GetOutputModel());
+  filter->SetResumeModel(reached);
+  filter->Update();
+  EXPECT_FALSE(filter->GetAborted());
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), 12);
+  EXPECT_EQ(valuesOf(filter->GetOutputImage()), whole);
+}
+
+TEST(AbortFilter, FromAnotherThreadWithinTwoTenthsOfASecond) {
+  auto filter = quickFilter(isotropicInput(), 1000000);
+  using Clock = std::chrono::steady_clock;
+  for (const bool byFlag : {true, false}) {
+    std::atomic<bool> fitting{false};
+    Clock::time_point asked;
+    Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
+      if (filter->GetCurrentIteration() > 3) fitting = true;
+    });
+    std::thread other([&] {
+      while (!fitting)
+        std::this_thread::yield();
+      asked = Clock::now();
+      if (byFlag)
+        filter->SetAbortExecute(1);
+      else
+        filter->Cancel();
+    });
+    filter->Update();
+    const double late = std::chrono::duration<double>(Clock::now() - asked).count();
+    other.join();
+    EXPECT_TRUE(filter->GetAborted());
+    EXPECT_LT(late, 0.2);
+  }
+}
+
+TEST(AbortFilter, CancelledBeforeItsStartDoesNotStart) {
+  auto filter = quickFilter(isotropicInput(), 5);
+  filter->Cancel();
+  filter->Update();
+  EXPECT_TRUE(filter->GetAborted());
+  EXPECT_EQ(filter->GetCurrentIteration(), 0);
+  filter->Update();
+  EXPECT_FALSE(filter->GetAborted());
+  EXPECT_FALSE(filter->GetOutputModel()->IsEmpty());
+}

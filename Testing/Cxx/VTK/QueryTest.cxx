@@ -1,0 +1,220 @@
+#include "Fixtures.h"
+
+#include "Core/Render.h"
+#include "vtkInnerGSPlaneQuery.h"
+#include "vtkInnerGSPointQuery.h"
+#include "vtkInnerGSResample.h"
+
+#include <vtkFloatArray.h>
+#include <vtkPoints.h>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+/// A field in an oblique frame, with a region of its own and a detail grid.
+GaussianField framedField() {
+  GaussianField field = randomSmallField();
+  field.modelToWorld = {obliqueDirection(0.7), {12, -30, 8}};
+  field.intensityScale = 50;
+  field.intensityOffset = -7;
+  field.domain = grid(14, 12, 10, {1, 1, 1.2}, field.modelToWorld({-6.5, -5.5, -5.4}), obliqueDirection(0.7));
+  field.detail = volumeOf(grid(7, 6, 6, {2, 2, 2}, field.modelToWorld({-6, -5, -5}), obliqueDirection(0.7)),
+                          [](auto i, auto j, auto k) { return 0.05 * std::sin(double(i + 2 * j + 3 * k)); });
+  return field;
+}
+
+struct Case {
+  const char* name;
+  double angle;
+  bool leftHanded;
+  Blending blending;
+};
+
+} // namespace
+
+class Query : public ::testing::TestWithParam<Case> {
+protected:
+  Query() {
+    field.blending = GetParam().blending;
+    if (field.blending == Blending::Alpha) field.linearIntensity = false;
+    if (field.blending == Blending::Alpha)
+      for (Gaussian& g : field.gaussians)
+        std::fill_n(g.slope, 3, 0.f);
+    direction = obliqueDirection(GetParam().angle, GetParam().leftHanded);
+    model = modelOf(field);
+  }
+  GaussianField field = framedField();
+  Mat3 direction;
+  vtkSmartPointer<vtkInnerGSModel> model;
+};
+
+TEST_P(Query, APlaneHasTheEnginesValues) {
+  // The plane's pixels, seen as a lattice of one slice.
+  const GridGeometry pixels = grid(41, 33, 1, {0.4, 0.5, 1}, field.modelToWorld({-5, -4, 0.3}), direction);
+  const std::vector<float> expected = render(field, pixels).voxels;
+  vtkNew<vtkInnerGSPlaneQuery> query;
+  query->SetInputData(model);
+  query->SetDimensions(41, 33);
+  query->SetNumberOfThreads(2);
+
+  // As a slice node says it: mm, centred.
+  GridGeometry centred = pixels;
+  centred.spacing = {1, 1, 1};
+  centred.origin = pixels.indexToWorld()({20, 16, 0});
+  query->SetPlaneToRASMatrix(rasMatrix(centred));
+  query->SetSpacing(0.4, 0.5);
+  query->Update();
+  ASSERT_EQ(query->GetErrorMessage(), "");
+  const auto values = valuesOf(query->GetOutput());
+  ASSERT_EQ(values.size(), expected.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ASSERT_NEAR(values[i], expected[i], 2e-3) << i; // of a range of 50
+  EXPECT_TRUE(closeTo(query->GetOutputIJKToRASMatrix(), rasMatrix(pixels), 1e-9));
+  EXPECT_TRUE(closeTo(query->GetOutput()->GetIndexToPhysicalMatrix(), rasMatrix(pixels), 1e-9));
+
+  // As XYToRAS: pixels, from the corner.
+  query->SetPlaneToRASMatrix(rasMatrix(pixels));
+  query->SetSpacing(1, 1);
+  query->CentredOff();
+  query->GeometryInImageOff();
+  query->Update();
+  const auto fromCorner = valuesOf(query->GetOutput());
+  ASSERT_EQ(fromCorner.size(), expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i)
+    ASSERT_NEAR(fromCorner[i], expected[i], 2e-3) << i;
+  EXPECT_TRUE(closeTo(query->GetOutputIJKToRASMatrix(), rasMatrix(pixels), 1e-12));
+  EXPECT_EQ(query->GetOutput()->GetSpacing()[0], 1);
+}
+
+TEST_P(Query, AGridHasTheEnginesValues) {
+  const GridGeometry reference = grid(17, 15, 9, {0.9, 1, 1.3}, field.modelToWorld({-6, -5, -4}), direction);
+  vtkNew<vtkInnerGSResample> resample;
+  resample->SetModel(model);
+  resample->SetReferenceGrid(rasMatrix(reference), 17, 15, 9);
+  resample->Update();
+  ASSERT_EQ(resample->GetErrorMessage(), "");
+  const auto expected = render(field, reference).voxels;
+  const auto values = valuesOf(resample->GetOutput());
+  ASSERT_EQ(values.size(), expected.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    ASSERT_NEAR(values[i], expected[i], 2e-3);
+  EXPECT_TRUE(closeTo(resample->GetOutputIJKToRASMatrix(), rasMatrix(reference)));
+
+  vtkNew<vtkImageData> like;
+  like->SetDimensions(17, 15, 9);
+  resample->SetReferenceImage(like, rasMatrix(reference));
+  resample->SetReferenceGrid(nullptr, 0, 0, 0);
+  resample->Update();
+  EXPECT_EQ(valuesOf(resample->GetOutput()), render(field, field.domain).voxels);
+  resample->SetOutputSpacing(2, 2, 2);
+  resample->Update();
+  EXPECT_EQ(valuesOf(resample->GetOutput()), render(field, withSpacing(field.domain, {2, 2, 2})).voxels);
+}
+
+TEST_P(Query, PointsHaveTheEnginesValues) {
+  std::vector<Vec3> positions;
+  vtkNew<vtkPoints> points;
+  points->SetDataTypeToDouble();
+  Numbers random(2);
+  for (int n = 0; n < 120; ++n) { // in and around the region
+    positions.push_back(field.modelToWorld({random(-9, 9), random(-9, 9), random(-9, 9)}));
+    points->InsertNextPoint(-positions.back()[0], -positions.back()[1], positions.back()[2]);
+  }
+  vtkNew<vtkInnerGSPointQuery> query;
+  query->SetModel(model);
+  vtkNew<vtkFloatArray> values;
+  ASSERT_TRUE(query->Evaluate(points, values));
+  const auto expected = renderPoints(field, positions);
+  ASSERT_EQ(values->GetNumberOfTuples(), 120);
+  int inside = 0;
+  for (int n = 0; n < 120; ++n) {
+    EXPECT_EQ(values->GetValue(n), expected[n]);
+    double p[3];
+    points->GetPoint(n, p);
+    const bool in = model->IsInside(p[0], p[1], p[2]);
+    inside += in;
+    if (!in) {
+      EXPECT_FLOAT_EQ(values->GetValue(n), static_cast<float>(model->GetBackgroundValue()));
+    }
+  }
+  EXPECT_GT(inside, 20);
+  EXPECT_LT(inside, 80);
+}
+
+INSTANTIATE_TEST_SUITE_P(Poses, Query,
+                         ::testing::Values(Case{"Straight", 0, false, Blending::Normalised},
+                                           Case{"Oblique", 0.9, false, Blending::Normalised},
+                                           Case{"LeftHanded", 0.4, true, Blending::Normalised},
+                                           Case{"Additive", 2, true, Blending::Additive},
+                                           Case{"Alpha", 0.3, false, Blending::Alpha}),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(PlaneQuery, FollowsItsModelPlaneAndSize) {
+  const GaussianField field = framedField();
+  auto model = modelOf(field);
+  vtkNew<vtkInnerGSPlaneQuery> query;
+  Observer runs(query, vtkCommand::StartEvent, [](void*) {});
+  query->SetModel(model);
+  vtkNew<vtkMatrix4x4> plane;
+  const Vec3 c = field.modelToWorld.offset;
+  plane->SetElement(0, 3, -c[0]);
+  plane->SetElement(1, 3, -c[1]);
+  plane->SetElement(2, 3, c[2]);
+  query->SetPlaneToRASMatrix(plane);
+  query->SetDimensions(20, 20);
+  query->Update();
+  query->SetPlaneToRASMatrix(plane);
+  query->SetDimensions(20, 20);
+  query->Update();
+  EXPECT_EQ(runs.count, 1);
+  const auto first = valuesOf(query->GetOutput());
+  query->GetPlaneToRASMatrix()->SetElement(2, 3, c[2] + 1); // in place
+  query->Update();
+  EXPECT_EQ(runs.count, 2);
+  EXPECT_NE(valuesOf(query->GetOutput()), first);
+  query->SetPlaneToRASMatrix(plane);
+  query->Update();
+  EXPECT_EQ(valuesOf(query->GetOutput()), first);
+  GaussianField brighter = field;
+  brighter.intensityOffset += 100;
+  model->SetCheckpoint(modelOf(brighter)->GetCheckpoint()); // the same object with other contents
+  query->Update();
+  EXPECT_NEAR(valuesOf(query->GetOutput())[210], first[210] + 100, 1e-3);
+  query->SetNumberOfThreads(1);
+  query->SetInstructionSet("scalar");
+  query->Update();
+  EXPECT_NEAR(valuesOf(query->GetOutput())[210], first[210] + 100, 1e-2);
+  EXPECT_GT(query->GetQueryMilliseconds(), 0);
+}
+
+TEST(PlaneQuery, AShearedPlaneIsSampledWhereItsPixelsLie) {
+  const GaussianField field = framedField();
+  Affine3 map{obliqueDirection(0.3), field.modelToWorld({-3, -3, 0})};
+  for (int r = 0; r < 3; ++r)
+    map.linear[r][1] += 0.5 * map.linear[r][0];
+  vtkNew<vtkInnerGSPlaneQuery> query;
+  query->SetModel(modelOf(field));
+  query->SetPlaneToRASMatrix(rasMatrix(map));
+  query->SetDimensions(7, 6);
+  query->CentredOff();
+  query->Update();
+  ASSERT_EQ(query->GetErrorMessage(), "");
+  std::vector<Vec3> positions;
+  for (int n = 0; n < 42; ++n)
+    positions.push_back(map({double(n % 7), double(n / 7), 0}));
+  const auto expected = renderPoints(field, positions), values = valuesOf(query->GetOutput());
+  for (int n = 0; n < 42; ++n)
+    EXPECT_NEAR(values[n], expected[n], 1e-2);
+  EXPECT_TRUE(closeTo(query->GetOutputIJKToRASMatrix(), rasMatrix(map)));
+}
+
+TEST(ResampleFilter, StopsOnRequest) {
+  vtkNew<vtkInnerGSResample> resample;
+  resample->SetModel(modelOf(framedField()));
+  Observer progress(resample, vtkCommand::ProgressEvent, [&](void*) { resample->AbortExecuteOn(); });
+  resample->Update();
+  EXPECT_TRUE(resample->GetAborted());
+  EXPECT_EQ(resample->GetOutput()->GetNumberOfPoints(), 0);
+}

@@ -1,0 +1,310 @@
+#include "Fixtures.h"
+
+#include "Core/Region.h"
+
+#include <vtkImageShiftScale.h>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+struct Pose {
+  const char* name;
+  double angle;
+  bool leftHanded;
+};
+
+ReconstructionInput posedInput(const Pose& pose, bool thick) {
+  const Volume truth =
+      phantom(grid(22, 20, 18, {1.1, 0.9, 1}, {-30, 12, 5}, obliqueDirection(pose.angle, pose.leftHanded)));
+  ReconstructionInput input;
+  Stack stack;
+  stack.image = truth;
+  stack.profile = SliceProfile::Point;
+  if (thick) stack = simulateThickStack(truth, 2, 3);
+  input.stacks.push_back(std::move(stack));
+  return input;
+}
+
+/// The same up to what the way through a matrix rounds: a fit follows its input's last bit.
+void expectSame(vtkInnerGSReconstruct* filter, const ReconstructionResult& expected) {
+  ASSERT_EQ(filter->GetErrorMessage(), "");
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfGaussians(), expected.checkpoint->field.size());
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), expected.iterations);
+  const auto values = valuesOf(filter->GetOutputImage());
+  ASSERT_EQ(values.size(), expected.volume.voxels.size());
+  EXPECT_GT(psnr({{}, values}, expected.volume), 58);
+  EXPECT_TRUE(closeTo(filter->GetOutputIJKToRASMatrix(), rasMatrix(expected.volume.geometry), 1e-9));
+  int size[3];
+  filter->GetOutputImage()->GetDimensions(size);
+  for (int a = 0; a < 3; ++a)
+    EXPECT_EQ(size[a], expected.volume.geometry.size[a]);
+}
+
+} // namespace
+
+class ReconstructPose : public ::testing::TestWithParam<Pose> {};
+
+TEST_P(ReconstructPose, GivesTheEnginesResultInRAS) {
+  for (const bool thick : {false, true}) {
+    const ReconstructionInput input = posedInput(GetParam(), thick);
+    auto filter = quickFilter(input);
+    filter->Update();
+    expectSame(filter, reconstruct(input, quickSettings()));
+    // The image carries the same position as the matrix.
+    EXPECT_TRUE(
+        closeTo(filter->GetOutputImage()->GetIndexToPhysicalMatrix(), filter->GetOutputIJKToRASMatrix()));
+  }
+}
+
+TEST_P(ReconstructPose, TakesTheImagesOwnGeometryWithoutAMatrix) {
+  const ReconstructionInput input = posedInput(GetParam(), false);
+  const GridGeometry& grid = input.stacks[0].image.geometry;
+  auto image = plainImage(input.stacks[0].image);
+  image->SetOrigin(-grid.origin[0], -grid.origin[1], grid.origin[2]);
+  image->SetSpacing(grid.spacing.data());
+  double direction[9];
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      direction[3 * r + c] = (r < 2 ? -1 : 1) * grid.direction[r][c];
+  image->SetDirectionMatrix(direction);
+  auto filter = quickFilter({});
+  filter->AddInputData(image);
+  filter->SetInputSliceProfile(0, vtkInnerGSReconstruct::PointProfile);
+  filter->SetGeometryInImage(false);
+  filter->Update();
+  ASSERT_FALSE(filter->GetOutputModel()->IsEmpty()) << filter->GetErrorMessage();
+  EXPECT_TRUE(
+      closeTo(filter->GetOutputIJKToRASMatrix(), rasMatrix(withSpacing(grid, {0.9, 0.9, 0.9})), 1e-6));
+  EXPECT_EQ(filter->GetOutputImage()->GetOrigin()[0], 0);
+  EXPECT_EQ(filter->GetOutputImage()->GetSpacing()[1], 1);
+  expectSame(filter, reconstruct(input, quickSettings()));
+}
+
+INSTANTIATE_TEST_SUITE_P(Poses, ReconstructPose,
+                         ::testing::Values(Pose{"Straight", 0, false}, Pose{"Oblique", 0.5, false},
+                                           Pose{"LeftHanded", 0, true}, Pose{"ObliqueLeftHanded", 2.1, true}),
+                         [](const auto& info) { return info.param.name; });
+
+TEST(ReconstructFilter, FusesSeveralInputs) {
+  const ReconstructionInput input = orthogonalInput();
+  auto filter = quickFilter(input);
+  filter->Update();
+  expectSame(filter, reconstruct(input, quickSettings()));
+}
+
+TEST(ReconstructFilter, ReadsEveryScalarType) {
+  ReconstructionInput input = isotropicInput();
+  for (float& v : input.stacks[0].image.voxels)
+    v = std::min(120.f, std::round(v * 0.5f)); // what a signed char can hold
+  auto reference = quickFilter(input, 2);
+  reference->Update();
+  expectSame(reference, reconstruct(input, quickSettings(2)));
+  const auto expected = valuesOf(reference->GetOutputImage());
+  for (const int type : {VTK_CHAR, VTK_SIGNED_CHAR, VTK_UNSIGNED_CHAR, VTK_SHORT, VTK_UNSIGNED_SHORT, VTK_INT,
+                         VTK_UNSIGNED_INT, VTK_LONG, VTK_UNSIGNED_LONG, VTK_LONG_LONG, VTK_UNSIGNED_LONG_LONG,
+                         VTK_FLOAT, VTK_DOUBLE}) {
+    SCOPED_TRACE(type);
+    auto filter = quickFilter({}, 2);
+    addInput(filter, 0, input.stacks[0], type);
+    filter->Update();
+    EXPECT_EQ(valuesOf(filter->GetOutputImage()), expected);
+  }
+}
+
+TEST(ReconstructFilter, KeepsVoxelsInPlaceWhenTheExtentBeginsElsewhere) {
+  const ReconstructionInput input = isotropicInput();
+  const Volume& volume = input.stacks[0].image;
+  auto shifted = plainImage(volume);
+  const auto& n = volume.geometry.size;
+  shifted->SetExtent(5, 4 + int(n[0]), -3, -4 + int(n[1]), 2, 1 + int(n[2]));
+  Affine3 map = volume.geometry.indexToWorld();
+  map.offset = map({-5, 3, -2});
+  auto filter = quickFilter({});
+  filter->AddInputData(shifted);
+  filter->SetInputIJKToRASMatrix(0, rasMatrix(map));
+  filter->SetInputSliceProfile(0, vtkInnerGSReconstruct::PointProfile);
+  filter->Update();
+  EXPECT_EQ(filter->GetErrorMessage(), "");
+  EXPECT_TRUE(closeTo(filter->GetOutputIJKToRASMatrix(), rasMatrix(volume.geometry), 1e-6));
+}
+
+TEST(ReconstructFilter, CountsSlicesAlongAnotherAxis) {
+  ReconstructionInput input = anisotropicInput();
+  const Stack& stack = input.stacks[0];
+  // The same scan stored with its slices along I.
+  const GridGeometry& g = stack.image.geometry;
+  Volume turned;
+  turned.geometry.origin = g.origin;
+  const int from[3] = {2, 0, 1};
+  for (int a = 0; a < 3; ++a) {
+    turned.geometry.size[a] = g.size[from[a]];
+    turned.geometry.spacing[a] = g.spacing[from[a]];
+    for (int r = 0; r < 3; ++r)
+      turned.geometry.direction[r][a] = g.direction[r][from[a]];
+  }
+  for (std::int64_t j = 0; j < g.size[1]; ++j)
+    for (std::int64_t i = 0; i < g.size[0]; ++i)
+      for (std::int64_t k = 0; k < g.size[2]; ++k)
+        turned.voxels.push_back(stack.image.voxels[i + g.size[0] * (j + g.size[1] * k)]);
+  auto filter = quickFilter({});
+  filter->AddInputData(plainImage(turned));
+  filter->SetInputIJKToRASMatrix(0, rasMatrix(turned.geometry));
+  filter->SetInputSliceThickness(0, stack.thickness);
+  filter->SetInputSliceAxis(0, 0);
+  filter->Update();
+  const ReconstructionResult expected = reconstruct(input, quickSettings());
+  ASSERT_EQ(filter->GetErrorMessage(), "");
+  // The result keeps the image's own axes.
+  const auto& n = expected.volume.geometry.size;
+  const auto values = valuesOf(filter->GetOutputImage());
+  ASSERT_EQ(values.size(), expected.volume.voxels.size());
+  ASSERT_EQ(filter->GetOutputImage()->GetDimensions()[1], n[0]);
+  for (std::int64_t k = 0; k < n[2]; ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j)
+      for (std::int64_t i = 0; i < n[0]; ++i)
+        ASSERT_NEAR(values[k + n[2] * (i + n[0] * j)], expected.volume.voxels[i + n[0] * (j + n[1] * k)],
+                    0.1);
+}
+
+TEST(ReconstructFilter, MasksAndWithholds) {
+  ReconstructionInput input = posedInput({"Straight", 0, false}, false); // exact: no rounding to follow
+  const GridGeometry& g = input.stacks[0].image.geometry;
+  input.mask = Mask{withSpacing(g, {1.7, 1.7, 1.7}), {}};
+  Volume inside =
+      volumeInSpace(input.mask->geometry, [&](const Vec3& x) { return x[0] < g.centre()[0] + 0.37 ? 3 : 0; });
+  for (const float v : inside.voxels)
+    input.mask->voxels.push_back(v != 0);
+  input.heldOutFraction = 0.2;
+  auto filter = quickFilter(input);
+  filter->SetMaskData(plainImage(inside, VTK_UNSIGNED_CHAR));
+  filter->SetMaskIJKToRASMatrix(rasMatrix(inside.geometry));
+  filter->SetHeldOutFraction(0.2);
+  filter->Update();
+  const ReconstructionResult expected = reconstruct(input, quickSettings());
+  expectSame(filter, expected);
+  EXPECT_DOUBLE_EQ(filter->GetHeldOutPSNR(), expected.heldOutPsnr);
+  EXPECT_DOUBLE_EQ(filter->GetTrainingPSNR(), expected.trainingPsnr);
+  EXPECT_NE(filter->GetUsedSettings().find("heldOutFraction=0.2"), std::string::npos);
+}
+
+TEST(ReconstructFilter, PutsTheResultOnTheGridAskedFor) {
+  ReconstructionInput input = isotropicInput();
+  const GridGeometry& g = input.stacks[0].image.geometry;
+  auto filter = quickFilter(input);
+  filter->SetOutputSpacing(2, 1.5, 1);
+  filter->Update();
+  input.outputGrid = withSpacing(g, {2, 1.5, 1});
+  expectSame(filter, reconstruct(input, quickSettings()));
+
+  const GridGeometry reference =
+      grid(9, 7, 5, {2, 2, 3}, g.centre() - Vec3{6, 5, 4}, obliqueDirection(1.2, true));
+  filter->SetReferenceGrid(rasMatrix(reference), 9, 7, 5);
+  filter->Update();
+  input.outputGrid = reference;
+  expectSame(filter, reconstruct(input, quickSettings()));
+
+  filter->SetReferenceImage(filter->GetOutputImage()); // its own geometry
+  filter->Update();
+  EXPECT_TRUE(closeTo(filter->GetOutputIJKToRASMatrix(), rasMatrix(reference), 1e-9));
+  filter->SetReferenceImage(nullptr);
+  EXPECT_FALSE(filter->HasReferenceGrid());
+
+  filter->SetOutputSpacing(0, 0, 0);
+  const Vec3 c = g.centre(); // LPS
+  filter->SetRegion(-c[0] - 5, -c[0] + 4, -c[1] - 6, -c[1] + 3, c[2] - 4, c[2] + 5);
+  filter->UseRegionOn();
+  filter->Update();
+  const Region region{{c[0] - 4, c[1] - 3, c[2] - 4}, {c[0] + 5, c[1] + 6, c[2] + 5}};
+  input.outputGrid = cropped(g, region);
+  input.stacks[0] = cropped(input.stacks[0], region, 2 * g.spacing[2]);
+  expectSame(filter, reconstruct(input, quickSettings()));
+}
+
+TEST(ReconstructFilter, ExecutesAgainOnlyWhenSomethingChanged) {
+  const ReconstructionInput input = isotropicInput();
+  auto filter = quickFilter(input, 2);
+  Observer runs(filter, vtkCommand::StartEvent, [](void*) {});
+  filter->Update();
+  filter->Update();
+  filter->SetSeed(filter->GetSeed());
+  filter->SetInputIJKToRASMatrix(0, rasMatrix(input.stacks[0].image.geometry));
+  filter->SetInputSliceThickness(0, filter->GetInputSliceThickness(0));
+  filter->SetInputName(0, "");
+  filter->Update(1);
+  EXPECT_EQ(runs.count, 1);
+  const auto before = valuesOf(filter->GetOutputImage());
+  filter->SetSeed(7);
+  filter->Update();
+  EXPECT_EQ(runs.count, 2);
+  EXPECT_NE(valuesOf(filter->GetOutputImage()), before);
+  filter->SetSeed(1);
+  filter->SetNumberOfThreads(1);
+  filter->Update();
+  EXPECT_EQ(runs.count, 3);
+  EXPECT_EQ(valuesOf(filter->GetOutputImage()), before);
+  vtkNew<vtkMatrix4x4> moved;
+  moved->DeepCopy(filter->GetInputIJKToRASMatrix(0));
+  moved->SetElement(2, 3, moved->GetElement(2, 3) + 10);
+  filter->SetInputIJKToRASMatrix(0, moved);
+  filter->Update();
+  EXPECT_EQ(runs.count, 4);
+  EXPECT_NEAR(filter->GetOutputIJKToRASMatrix()->GetElement(2, 3), moved->GetElement(2, 3), 1e-9);
+  vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0))->Modified();
+  filter->Update();
+  EXPECT_EQ(runs.count, 5);
+}
+
+TEST(ReconstructFilter, WorksInAPipeline) {
+  const ReconstructionInput input = isotropicInput();
+  vtkNew<vtkImageShiftScale> scale; // upstream
+  scale->SetInputData(plainImage(input.stacks[0].image));
+  scale->SetScale(2);
+  auto filter = quickFilter({}, 3);
+  filter->AddInputConnection(0, scale->GetOutputPort());
+  vtkNew<vtkImageShiftScale> half; // downstream
+  half->SetInputConnection(filter->GetOutputPort(1));
+  half->SetScale(0.5);
+  half->Update();
+  EXPECT_EQ(filter->GetErrorMessage(), "");
+  int size[3];
+  half->GetOutput()->GetDimensions(size);
+  for (int a = 0; a < 3; ++a)
+    EXPECT_EQ(size[a], input.stacks[0].image.geometry.size[a]);
+  EXPECT_NEAR(half->GetOutput()->GetScalarRange()[1], 200, 40);
+}
+
+TEST(ReconstructFilter, WorksOnASnapshotWithoutTouchingItsInputs) {
+  const ReconstructionInput input = orthogonalInput();
+  auto filter = quickFilter(input);
+  auto image = vtkSmartPointer<vtkImageData>(vtkImageData::SafeDownCast(filter->GetInputDataObject(0, 0)));
+  const vtkTypeInt64 estimate = filter->EstimateMemory();
+  EXPECT_GT(estimate, 1000000);
+  ASSERT_TRUE(filter->TakeSnapshot());
+  EXPECT_EQ(filter->GetNumberOfInputConnections(0), 0);
+  EXPECT_EQ(filter->EstimateMemory(), estimate);
+  std::fill_n(static_cast<float*>(image->GetScalarPointer()), image->GetNumberOfPoints(), -1.f);
+  filter->Update();
+  expectSame(filter, reconstruct(input, quickSettings()));
+  EXPECT_FALSE(filter->HasSnapshot());
+  filter->Update(); // nothing has changed
+  EXPECT_FALSE(filter->GetOutputModel()->IsEmpty());
+}
+
+TEST(ReconstructFilter, HandsOutPreviewsWhileItRuns) {
+  const ReconstructionInput input = isotropicInput();
+  auto filter = quickFilter(input, 1000000);
+  vtkSmartPointer<vtkImageData> kept;
+  Observer previews(filter, vtkInnerGSReconstruct::PreviewEvent, [&](void* data) {
+    kept = static_cast<vtkImageData*>(data);
+    filter->AbortExecuteOn();
+  });
+  filter->Update();
+  EXPECT_EQ(previews.count, 1);
+  EXPECT_TRUE(filter->GetAborted());
+  ASSERT_TRUE(kept);
+  EXPECT_EQ(kept->GetNumberOfPoints(), input.stacks[0].image.geometry.voxelCount());
+  EXPECT_TRUE(closeTo(filter->GetPreviewIJKToRASMatrix(), rasMatrix(input.stacks[0].image.geometry)));
+  EXPECT_NEAR(kept->GetScalarRange()[1], 200, 40);
+}
