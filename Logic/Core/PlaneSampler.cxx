@@ -21,6 +21,8 @@ Affine3 completed(Affine3 map) {
   if (!std::isfinite(area) || !std::isfinite(norm(map.offset)) || !(area > 1e-9 * scale))
     throw Error(ErrorCode::Geometry,
                 "The plane's two axes must be finite and point in different directions: correct its matrix.");
+  const double along = dot(column(map.linear, 2), n) / area;
+  if (std::abs(std::abs(along) - 1) < 1e-12 && norm(column(map.linear, 2)) - 1 < 1e-12) return map; // is one
   for (int i = 0; i < 3; ++i)
     map.linear[i][2] = n[i] / area;
   return map;
