@@ -58,11 +58,15 @@ $<$<BOOL:${includes}>:-I'$<JOIN:${includes},'\n-I'>'>
   string(REPLACE ";" "\n" class_lines "${classes}")
   string(REPLACE ";" "\n" depend_lines "${depends}")
   file(GENERATE OUTPUT "${folder}/init.data" CONTENT "${name}\n${class_lines}\nDEPENDS\n${depend_lines}\n")
-  add_custom_command(OUTPUT "${folder}/${name}Init.cxx" "${folder}/${name}InitImpl.cxx"
-    COMMAND VTK::WrapPythonInit "${folder}/init.data" "${folder}/${name}Init.cxx" "${folder}/${name}InitImpl.cxx"
+  set(init_sources "${folder}/${name}Init.cxx")
+  if(VTK_VERSION VERSION_LESS 9.5) # later ones write one file
+    list(APPEND init_sources "${folder}/${name}InitImpl.cxx")
+  endif()
+  add_custom_command(OUTPUT ${init_sources}
+    COMMAND VTK::WrapPythonInit "${folder}/init.data" ${init_sources}
     DEPENDS "${folder}/init.data" COMMENT "Wrapping the module ${name}" VERBATIM)
 
-  add_library(${name} MODULE ${sources} "${folder}/${name}Init.cxx" "${folder}/${name}InitImpl.cxx")
+  add_library(${name} MODULE ${sources} ${init_sources})
   target_link_libraries(${name} PRIVATE ${ARG_TARGET} VTK::WrappingPythonCore VTK::Python)
   set_target_properties(${name} PROPERTIES PREFIX "" CXX_VISIBILITY_PRESET hidden
     LIBRARY_OUTPUT_DIRECTORY "$<1:${PROJECT_BINARY_DIR}/python>")

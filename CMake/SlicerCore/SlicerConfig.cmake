@@ -5,9 +5,8 @@ foreach(name MRMLCore MRMLLogic vtkSlicerBaseLogic vtkSlicerMarkupsModuleMRML vt
   add_library(${name} SHARED IMPORTED)
   set_target_properties(${name} PROPERTIES
     IMPORTED_LOCATION "${INNERGS_SITE_PACKAGES}/slicer_core/lib${name}.so"
-    INTERFACE_INCLUDE_DIRECTORIES
-      "${INNERGS_SDK}/include;${INNERGS_SDK}/third_party/include/vtkAddon;${INNERGS_SLICER_CORE}/include"
-    INTERFACE_SYSTEM_INCLUDE_DIRECTORIES "${INNERGS_SDK}/third_party/include/ITK-5.4"
+    INTERFACE_INCLUDE_DIRECTORIES "${INNERGS_SLICER_CORE}/include;${INNERGS_SDK}/include;\
+${INNERGS_SDK}/third_party/include/vtkAddon;${INNERGS_SDK}/third_party/include/ITK-5.4"
     INTERFACE_LINK_LIBRARIES "${INNERGS_SITE_PACKAGES}/slicer_core/third_party.libs/libvtkAddon.so"
     INTERFACE_vtk_module_hierarchy "${INNERGS_SDK}/hierarchy/${name}-hierarchy.txt")
 endforeach()

@@ -1,6 +1,4 @@
 # The VTK wheel's libraries with the headers of the same version, as imported targets named as VTK's own.
-file(STRINGS "${INNERGS_SLICER_CORE}/include/vtkVersionMacros.h" VTK_VERSION REGEX "define VTK_VERSION \"")
-string(REGEX REPLACE ".*\"(.*)\".*" "\\1" VTK_VERSION "${VTK_VERSION}")
 if(NOT EXISTS "${INNERGS_SITE_PACKAGES}/vtk-${VTK_VERSION}.dist-info")
   message(FATAL_ERROR "The headers are VTK ${VTK_VERSION}, the VTK wheel is not: fetch both again.")
 endif()

@@ -1,0 +1,197 @@
+#include "JobQueue.h"
+
+#include "Core/Error.h"
+
+#include <vtkCallbackCommand.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace innergs::mrml {
+namespace {
+
+constexpr double kFitShare = 0.5; // of the progress bar, when the quality is judged as well
+
+/// Calls a function for an event of the filter, on the filter's thread.
+class Observation {
+public:
+  Observation(vtkObject* object, unsigned long event, std::function<void(void*)> call)
+      : object_(object), call_(std::move(call)) {
+    command_->SetClientData(this);
+    command_->SetCallback([](vtkObject*, unsigned long, void* self, void* data) {
+      static_cast<Observation*>(self)->call_(data);
+    });
+    tag_ = object_->AddObserver(event, command_);
+  }
+  ~Observation() { object_->RemoveObserver(tag_); }
+  Observation(const Observation&) = delete;
+  Observation& operator=(const Observation&) = delete;
+
+private:
+  vtkObject* object_;
+  std::function<void(void*)> call_;
+  vtkNew<vtkCallbackCommand> command_;
+  unsigned long tag_;
+};
+
+} // namespace
+
+JobQueue::JobQueue(std::function<void()> wake) : wake_(std::move(wake)) {}
+
+JobQueue::~JobQueue() {
+  {
+    std::lock_guard lock(mutex_);
+    for (const auto& task : open_) {
+      task->stop.request_stop();
+      task->filter->Cancel();
+    }
+  }
+  if (worker_.joinable()) {
+    worker_.request_stop();
+    worker_.join();
+  }
+}
+
+void JobQueue::submit(std::shared_ptr<Task> task) {
+  {
+    std::lock_guard lock(mutex_);
+    open_.push_back(task);
+    waiting_.push_back(std::move(task));
+  }
+  toDo_.notify_one();
+  if (!worker_.joinable()) worker_ = std::jthread([this](const std::stop_token& quit) { work(quit); });
+}
+
+void JobQueue::cancel(const std::shared_ptr<Task>& task) {
+  bool waiting = false;
+  {
+    std::lock_guard lock(mutex_);
+    const auto found = std::find(waiting_.begin(), waiting_.end(), task);
+    waiting = found != waiting_.end();
+    if (waiting) waiting_.erase(found); // it need not wait for those before it
+  }
+  task->stop.request_stop();
+  if (!waiting) {
+    task->filter->Cancel();
+    return;
+  }
+  task->cancelled = true;
+  post(task, [](Mail& mail) { mail.done = true; });
+}
+
+std::vector<std::shared_ptr<Task>> JobQueue::tasks() const {
+  std::lock_guard lock(mutex_);
+  return {open_.begin(), open_.end()};
+}
+
+std::optional<Mail> JobQueue::fetch() {
+  std::lock_guard lock(mutex_);
+  awake_ = false;
+  for (auto at = open_.begin(); at != open_.end(); ++at) {
+    const auto found = mail_.find(at->get());
+    if (found == mail_.end()) continue;
+    Mail mail = std::move(found->second);
+    mail_.erase(found);
+    if (mail.done) open_.erase(at);
+    return mail;
+  }
+  return std::nullopt;
+}
+
+bool JobQueue::wait(double seconds) {
+  std::unique_lock lock(mutex_);
+  return arrived_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return !mail_.empty(); });
+}
+
+void JobQueue::post(const std::shared_ptr<Task>& task, const std::function<void(Mail&)>& write) {
+  bool wake = false;
+  {
+    std::lock_guard lock(mutex_);
+    Mail& mail = mail_[task.get()];
+    mail.task = task;
+    write(mail);
+    wake = !awake_;
+    awake_ = true;
+  }
+  arrived_.notify_all();
+  if (wake && wake_) wake_();
+}
+
+void JobQueue::work(const std::stop_token& quit) {
+  for (;;) {
+    std::shared_ptr<Task> task;
+    {
+      std::unique_lock lock(mutex_);
+      if (!toDo_.wait(lock, quit, [&] { return !waiting_.empty(); })) return;
+      if (quit.stop_requested()) return;
+      task = waiting_.front();
+      waiting_.pop_front();
+    }
+    post(task, [](Mail& mail) { mail.started = true; });
+    execute(task);
+    post(task, [](Mail& mail) { mail.done = true; });
+  }
+}
+
+void JobQueue::execute(const std::shared_ptr<Task>& task) {
+  JobFilter* filter = task->filter;
+  const double share = task->quality ? kFitShare : 1;
+  double elapsed = 0;
+  {
+    const Observation progress(filter, vtkCommand::ProgressEvent, [&](void*) {
+      Mail::Progress p;
+      p.phase = filter->GetPhase();
+      p.fraction = share * filter->GetProgress();
+      p.loss = filter->GetCurrentLoss();
+      p.trainingPsnr = filter->GetTrainingPSNR();
+      p.heldOutPsnr = filter->GetHeldOutPSNR();
+      p.elapsed = elapsed = filter->GetElapsedSeconds();
+      p.remaining = filter->GetRemainingSeconds() / share;
+      p.iteration = filter->GetCurrentIteration();
+      p.iterations = filter->GetTotalIterations();
+      p.gaussians = filter->GetCurrentGaussians();
+      post(task, [&](Mail& mail) { mail.progress = p; });
+    });
+    const Observation preview(filter, vtkInnerGSReconstruct::PreviewEvent, [&](void* data) {
+      const vtkSmartPointer<vtkImageData> image = static_cast<vtkImageData*>(data);
+      vtkNew<vtkMatrix4x4> matrix;
+      matrix->DeepCopy(filter->GetPreviewIJKToRASMatrix());
+      post(task, [&](Mail& mail) {
+        mail.preview = image;
+        mail.previewToRAS = matrix;
+      });
+    });
+    filter->Update();
+  }
+  task->error = filter->GetErrorMessage();
+  task->cancelled = filter->GetAborted() || task->stop.stop_requested();
+  if (!task->quality || task->cancelled || !task->error.empty()) return;
+
+  EvaluationOptions options;
+  options.settings = task->quality->settings;
+  options.stop = task->stop.get_token();
+  options.progress = [&](const innergs::Progress& fit) {
+    Mail::Progress p;
+    p.phase = std::string("Judging quality, ") + phaseName(fit.phase);
+    p.fraction = kFitShare + (1 - kFitShare) * fit.fraction;
+    p.loss = fit.loss;
+    p.trainingPsnr = fit.trainingPsnr;
+    p.heldOutPsnr = filter->GetHeldOutPSNR();
+    p.elapsed = elapsed + fit.elapsed;
+    p.remaining = fit.remaining;
+    p.iteration = fit.iteration;
+    p.iterations = fit.iterations;
+    p.gaussians = fit.gaussians;
+    post(task, [&](Mail& mail) { mail.progress = p; });
+  };
+  try {
+    task->report = evaluateHonest(task->quality->volume, task->quality->honestCase, options);
+  } catch (const Error& error) {
+    task->cancelled = error.code() == ErrorCode::Cancelled;
+    if (!task->cancelled) task->qualityError = error.what();
+  } catch (const std::exception& error) {
+    task->qualityError = error.what();
+  }
+}
+
+} // namespace innergs::mrml

@@ -1,0 +1,68 @@
+#pragma once
+#include "JobSetup.h"
+
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+namespace innergs::mrml {
+
+/// What the worker tells about a task; newer tidings replace those that were not fetched in time.
+struct Mail {
+  struct Progress {
+    std::string phase;
+    double fraction = 0, loss = 0, trainingPsnr = 0, heldOutPsnr = 0, elapsed = 0, remaining = 0;
+    int iteration = 0, iterations = 0;
+    vtkIdType gaussians = 0;
+  };
+  std::shared_ptr<Task> task;
+  bool started = false, done = false;
+  std::optional<Progress> progress;
+  vtkSmartPointer<vtkImageData> preview;
+  vtkSmartPointer<vtkMatrix4x4> previewToRAS;
+};
+
+/// Does tasks one after the other on a thread of its own. Everything but that thread's work is called on the
+/// main thread.
+class JobQueue {
+public:
+  /// wake: called on the worker when there is mail and the last call's mail was fetched.
+  explicit JobQueue(std::function<void()> wake);
+  /// Stops everything and waits for the worker's end.
+  ~JobQueue();
+  JobQueue(const JobQueue&) = delete;
+  JobQueue& operator=(const JobQueue&) = delete;
+
+  void submit(std::shared_ptr<Task> task);
+  /// Asks a task to end; its last mail follows within 200 ms.
+  void cancel(const std::shared_ptr<Task>& task);
+
+  /// Tasks whose last mail was not fetched yet, in order.
+  std::vector<std::shared_ptr<Task>> tasks() const;
+  /// The oldest mail, if there is any.
+  std::optional<Mail> fetch();
+  /// Waits for mail; false when there is none in time.
+  bool wait(double seconds);
+
+private:
+  void work(const std::stop_token& quit);
+  void execute(const std::shared_ptr<Task>& task);
+  void post(const std::shared_ptr<Task>& task, const std::function<void(Mail&)>& write);
+
+  std::function<void()> wake_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any toDo_, arrived_;
+  std::deque<std::shared_ptr<Task>> waiting_, open_; // to be worked on; with mail to come or to be fetched
+  std::map<Task*, Mail> mail_;
+  bool awake_ = false; // wake_ was called and nothing fetched since
+  std::jthread worker_;
+};
+
+} // namespace innergs::mrml

@@ -1,0 +1,267 @@
+#include "JobSetup.h"
+
+#include "Core/Error.h"
+#include "Geometry.h"
+#include "ImageVoxels.h"
+#include "NodeGeometry.h"
+#include "vtkMRMLInnerGSModelNode.h"
+#include "vtkMRMLInnerGSParameterNode.h"
+#include "vtkSlicerInnerGSJob.h"
+
+#include <vtkMRMLLabelMapVolumeNode.h>
+#include <vtkMRMLMarkupsROINode.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLTableNode.h>
+#include <vtkOrientedImageData.h>
+#include <vtkSegmentation.h>
+
+#include <vtkCallbackCommand.h>
+#include <vtkImageData.h>
+#include <vtkObjectFactory.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::mrml {
+
+vtkStandardNewMacro(JobFilter);
+
+namespace {
+
+using Parameters = vtkMRMLInnerGSParameterNode;
+
+[[noreturn]] void refuse(ErrorCode code, const std::string& sentence) {
+  throw Error(code, sentence);
+}
+
+/// The node that a role refers to; null when there is none. Throws when it is of another type or gone.
+template <class Node>
+Node* referenced(Parameters* parameters, const char* role, int index, const std::string& what,
+                 const std::string& kind) {
+  const char* id = parameters->GetNthNodeReferenceID(role, index);
+  if (!id) return nullptr;
+  vtkMRMLNode* node = parameters->GetNthNodeReference(role, index);
+  if (!node) refuse(ErrorCode::InvalidArgument, what + " is no longer in the scene: choose another.");
+  Node* typed = Node::SafeDownCast(node);
+  if (!typed)
+    refuse(ErrorCode::InvalidArgument, what + " " + quoted(node) + " is not " + kind + ": choose one.");
+  return typed;
+}
+
+std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
+  std::vector<vtkMRMLVolumeNode*> inputs;
+  for (int n = 0; n < parameters->GetNumberOfInputVolumeNodes(); ++n) {
+    auto* input = referenced<vtkMRMLScalarVolumeNode>(parameters, Parameters::GetInputVolumeReferenceRole(),
+                                                      n, "The input", "a scalar volume");
+    if (!input) continue;
+    if (vtkMRMLLabelMapVolumeNode::SafeDownCast(input))
+      refuse(ErrorCode::UnsupportedImage,
+             "The input " + quoted(input) + " is a label map: choose the scan that it belongs to.");
+    inputs.push_back(input);
+  }
+  if (inputs.empty()) refuse(ErrorCode::InvalidArgument, "There is no input volume: choose at least one.");
+  return inputs;
+}
+
+void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
+  auto* node = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
+                                                    "The mask", "a label map or segmentation");
+  if (!node) return;
+  vtkNew<vtkMatrix4x4> ijkToWorldMatrix;
+  if (auto* volume = vtkMRMLVolumeNode::SafeDownCast(node)) {
+    if (!volume->GetImageData())
+      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
+    ijkToWorld(volume, ijkToWorldMatrix);
+    filter->SetMaskData(volume->GetImageData());
+  } else if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
+    vtkNew<vtkOrientedImageData> labels;
+    const std::string segment = parameters->GetMaskSegmentID();
+    const bool known = segment.empty() || (segmentation->GetSegmentation() &&
+                                           segmentation->GetSegmentation()->GetSegment(segment));
+    if (!known)
+      refuse(ErrorCode::InvalidArgument,
+             "The mask " + quoted(node) + " has no segment with the ID '" + segment + "': choose another.");
+    const bool made = segment.empty() ? segmentation->GenerateMergedLabelmapForAllSegments(labels)
+                                      : segmentation->GetBinaryLabelmapRepresentation(segment, labels);
+    if (!made || labels->GetNumberOfPoints() == 0)
+      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " is empty: draw a segment or leave it out.");
+    vtkNew<vtkMatrix4x4> nodeToWorld, imageToNode;
+    toWorld(node, nodeToWorld);
+    labels->GetImageToWorldMatrix(imageToNode);
+    vtkMatrix4x4::Multiply4x4(nodeToWorld, imageToNode, ijkToWorldMatrix);
+    vtkNew<vtkImageData> image;
+    image->ShallowCopy(labels);
+    filter->SetMaskData(image);
+  } else {
+    refuse(ErrorCode::InvalidArgument,
+           "The mask " + quoted(node) + " is neither a label map nor a segmentation: choose one.");
+  }
+  filter->SetMaskIJKToRASMatrix(ijkToWorldMatrix);
+}
+
+void setReference(vtkInnerGSReconstruct* filter, const GridGeometry& grid) {
+  vtkNew<vtkMatrix4x4> matrix;
+  vtk::toMatrix(grid, matrix);
+  filter->SetReferenceGrid(matrix, static_cast<int>(grid.size[0]), static_cast<int>(grid.size[1]),
+                           static_cast<int>(grid.size[2]));
+}
+
+void setGrid(vtkInnerGSReconstruct* filter, Parameters* parameters,
+             const std::vector<vtkMRMLVolumeNode*>& inputs) {
+  auto* roi = referenced<vtkMRMLMarkupsROINode>(parameters, Parameters::GetROIReferenceRole(), 0,
+                                                "The region", "a markups ROI");
+  std::optional<GridGeometry> box;
+  if (roi) {
+    box = boxOf(roi);
+    const Region region = around(*box);
+    filter->SetRegion(-region.max[0], -region.min[0], -region.max[1], -region.min[1], region.min[2],
+                      region.max[2]);
+    filter->UseRegionOn();
+  }
+  double spacing = 0; // mm, 0: chosen
+  switch (parameters->GetOutputGrid()) {
+  case Parameters::ReferenceGrid: {
+    auto* reference = referenced<vtkMRMLVolumeNode>(parameters, Parameters::GetReferenceVolumeReferenceRole(),
+                                                    0, "The reference", "a volume");
+    if (!reference)
+      refuse(ErrorCode::InvalidArgument,
+             "There is no reference volume to take the output grid from: choose one.");
+    setReference(filter, gridOf(reference));
+    return;
+  }
+  case Parameters::InputGrid: {
+    const GridGeometry grid = gridOf(inputs.front());
+    setReference(filter, box ? cropped(grid, around(*box)) : grid);
+    return;
+  }
+  case Parameters::SpacingGrid:
+    spacing = parameters->GetOutputSpacing();
+    if (!(spacing > 0) || !std::isfinite(spacing))
+      refuse(ErrorCode::InvalidArgument, "The output spacing must be above 0 mm.");
+    filter->SetOutputSpacing(spacing, spacing, spacing);
+    break;
+  default:
+    break;
+  }
+  if (!box) return;
+  if (spacing == 0) {
+    spacing = 1e300;
+    for (vtkMRMLVolumeNode* input : inputs)
+      for (double s : gridOf(input).spacing)
+        spacing = std::min(spacing, s);
+  }
+  setReference(filter, withSpacing(*box, {spacing, spacing, spacing}));
+}
+
+void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
+  filter->SetPreset(p->GetPreset());
+  filter->SetBlending(p->GetBlending());
+  filter->SetLinearIntensity(p->GetLinearIntensity());
+  filter->SetInitialisation(p->GetInitialisation());
+  filter->SetLoss(p->GetLoss());
+  filter->SetHuberDelta(p->GetHuberDelta());
+  filter->SetSSIMWeight(p->GetSSIMWeight());
+  filter->SetNumberOfGaussians(p->GetNumberOfGaussians());
+  filter->SetNumberOfIterations(p->GetNumberOfIterations());
+  filter->SetNumberOfMembers(p->GetNumberOfMembers());
+  filter->SetPaperStopRule(p->GetPaperStopRule());
+  filter->SetRelocate(p->GetRelocate());
+  filter->SetConsistency(p->GetConsistency());
+  filter->SetNumberOfThreads(p->GetNumberOfThreads());
+  filter->SetInstructionSet(p->GetInstructionSet());
+  filter->SetSeed(static_cast<vtkTypeUInt64>(p->GetSeed()));
+  filter->SetHeldOutFraction(p->GetHeldOutFraction());
+  filter->GeometryInImageOff(); // volume nodes keep it themselves
+}
+
+void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>& inputs, Task& task) {
+  task.volume = referenced<vtkMRMLScalarVolumeNode>(parameters, Parameters::GetOutputVolumeReferenceRole(), 0,
+                                                    "The output", "a scalar volume");
+  task.model = referenced<vtkMRMLInnerGSModelNode>(parameters, Parameters::GetOutputModelReferenceRole(), 0,
+                                                   "The output model", "an InnerGS model");
+  task.table = referenced<vtkMRMLTableNode>(parameters, Parameters::GetQualityTableReferenceRole(), 0,
+                                            "The quality table", "a table");
+  task.newVolume = !task.volume;
+  task.newModel = !task.model;
+  task.newTable = !task.table;
+  if (!task.volume) return;
+  vtkMRMLNode* output = task.volume;
+  if (std::find(inputs.begin(), inputs.end(), output) != inputs.end())
+    refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
+                                           " is an input as well: choose another, inputs are never changed.");
+  if (output == parameters->GetMaskNode() || output == parameters->GetReferenceVolumeNode())
+    refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
+                                           " is the mask or the reference as well: choose another, these are "
+                                           "never changed.");
+  if (vtkMRMLLabelMapVolumeNode::SafeDownCast(output))
+    refuse(ErrorCode::InvalidArgument,
+           "The output " + quoted(output) + " is a label map: choose a scalar volume.");
+}
+
+void configure(vtkInnerGSReconstruct* filter, Parameters* parameters) {
+  const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
+  setSettings(filter, parameters);
+  for (std::size_t n = 0; n < inputs.size(); ++n) {
+    vtkMRMLVolumeNode* input = inputs[n];
+    const int index = static_cast<int>(n);
+    if (!input->GetImageData() || input->GetImageData()->GetNumberOfPoints() == 0)
+      refuse(ErrorCode::NoData,
+             "The input " + quoted(input) + " has no voxels: load or choose another volume.");
+    vtkNew<vtkMatrix4x4> matrix;
+    ijkToWorld(input, matrix);
+    filter->AddInputData(input->GetImageData());
+    filter->SetInputIJKToRASMatrix(index, matrix);
+    filter->SetInputName(index, input->GetName() ? input->GetName() : "");
+    filter->SetInputSliceThickness(index, parameters->GetInputSliceThickness(input));
+    filter->SetInputSliceProfile(index, parameters->GetInputSliceProfile(input));
+    const int axis = parameters->GetInputSliceAxis(input);
+    filter->SetInputSliceAxis(index, axis == Parameters::Automatic ? sliceAxis(matrix) : axis);
+  }
+  setMask(filter, parameters);
+  setGrid(filter, parameters, inputs);
+}
+
+vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene, Task& task) {
+  if (!parameters) refuse(ErrorCode::InvalidArgument, "There is no parameter node: create one first.");
+  if (!scene || parameters->GetScene() != scene)
+    refuse(ErrorCode::InvalidArgument, "The parameter node is not in the scene: add it first.");
+  checkOutputs(parameters, inputsOf(parameters), task);
+  auto filter = vtkSmartPointer<JobFilter>::New();
+  vtkNew<vtkCallbackCommand> quiet; // the sentence is taken from the filter: no second message
+  filter->AddObserver(vtkCommand::ErrorEvent, quiet);
+  configure(filter, parameters);
+  checkSettings(filter->MakeSettings());
+  return filter;
+}
+
+} // namespace
+
+vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene) {
+  Task ignored;
+  return filterFor(parameters, scene, ignored);
+}
+
+std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene) {
+  auto task = std::make_shared<Task>();
+  task->filter = filterFor(parameters, scene, *task);
+  const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
+  if (parameters->GetEvaluateQuality()) {
+    vtkMRMLVolumeNode* input = inputs.front();
+    QualityRequest request{{gridOf(input), vtk::voxelsOf(input->GetImageData(), quoted(input))}, {}, {}, {}};
+    request.honestCase.factor = parameters->GetQualityGap();
+    request.settings = task->filter->MakeSettings();
+    request.inputName = input->GetName() ? input->GetName() : "";
+    task->quality = std::move(request);
+  }
+  if (!task->filter->TakeSnapshot()) refuse(ErrorCode::InvalidArgument, task->filter->GetErrorMessage());
+  for (vtkMRMLVolumeNode* input : inputs)
+    task->inputNames +=
+        (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");
+  task->scene = scene;
+  task->parameters = parameters;
+  task->firstInput = inputs.front();
+  return task;
+}
+
+} // namespace innergs::mrml

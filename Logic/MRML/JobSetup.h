@@ -1,0 +1,67 @@
+#pragma once
+#include "Evaluation/Protocols.h"
+#include "vtkInnerGSReconstruct.h"
+
+#include <vtkSmartPointer.h>
+#include <vtkWeakPointer.h>
+
+#include <optional>
+
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLInnerGSParameterNode;
+class vtkMRMLScalarVolumeNode;
+class vtkMRMLScene;
+class vtkMRMLTableNode;
+class vtkMRMLVolumeNode;
+class vtkSlicerInnerGSJob;
+
+namespace innergs::mrml {
+
+/// The filter with its settings open to the layer that evaluates them.
+class JobFilter : public vtkInnerGSReconstruct {
+public:
+  static JobFilter* New();
+  vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
+  using vtkInnerGSReconstruct::MakeSettings;
+};
+
+/// Protocol H on the first input, with its own copy of the voxels.
+struct QualityRequest {
+  Volume volume;
+  HonestCase honestCase;
+  Settings settings;
+  std::string inputName;
+};
+
+/// A reconstruction that the worker can do without looking at a node.
+struct Task {
+  vtkSmartPointer<vtkSlicerInnerGSJob> job; // for the main thread alone
+  vtkSmartPointer<JobFilter> filter;        // holds the snapshot
+  std::optional<QualityRequest> quality;
+  std::stop_source stop;
+
+  // What the worker found.
+  std::string error;
+  bool cancelled = false;
+  std::optional<EvaluationReport> report;
+  std::string qualityError;
+
+  // For the main thread, when it is done.
+  bool discard = false; // nobody wants the result any more
+  std::string inputNames;
+  bool newVolume = true, newModel = true, newTable = true; // none was chosen at the start
+  vtkWeakPointer<vtkMRMLScene> scene;
+  vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters;
+  vtkWeakPointer<vtkMRMLVolumeNode> firstInput;
+  vtkWeakPointer<vtkMRMLScalarVolumeNode> volume;
+  vtkWeakPointer<vtkMRMLInnerGSModelNode> model;
+  vtkWeakPointer<vtkMRMLTableNode> table;
+};
+
+/// Everything that can be checked without looking at voxels; the filter as configured. Throws Error.
+vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+
+/// check() and the one copy of the voxels. Throws Error.
+std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+
+} // namespace innergs::mrml

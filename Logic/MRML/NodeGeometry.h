@@ -1,0 +1,37 @@
+#pragma once
+#include "Core/Region.h"
+
+#include <string>
+
+class vtkMRMLMarkupsROINode;
+class vtkMRMLNode;
+class vtkMRMLTransformableNode;
+class vtkMRMLVolumeNode;
+class vtkMatrix4x4;
+
+/// Where nodes lie in the world (RAS mm), through their parent transforms.
+namespace innergs::mrml {
+
+/// 'name', for error sentences.
+std::string quoted(vtkMRMLNode* node);
+
+/// Node coordinates → world. Throws Error(Geometry) under a transform that is not linear or not invertible.
+void toWorld(vtkMRMLTransformableNode* node, vtkMatrix4x4* nodeToWorld);
+
+/// Voxel indices → world; throws as toWorld.
+void ijkToWorld(vtkMRMLVolumeNode* node, vtkMatrix4x4* ijkToWorld);
+
+/// The LPS lattice of a volume's voxels in the world. Throws Error(NoData) without image data, and as
+/// toWorld.
+GridGeometry gridOf(vtkMRMLVolumeNode* node);
+
+/// An ROI as a lattice of one voxel (LPS): its box, turned as it is. Throws Error(Geometry) for an empty or
+/// sheared one.
+GridGeometry boxOf(vtkMRMLMarkupsROINode* roi);
+/// The LPS axis-aligned region around a lattice's box.
+Region around(const GridGeometry& box);
+
+/// The axis with clearly the coarsest spacing (thick slices), else 2 (K).
+int sliceAxis(vtkMatrix4x4* ijkToRAS);
+
+} // namespace innergs::mrml

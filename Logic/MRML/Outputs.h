@@ -1,0 +1,25 @@
+#pragma once
+#include "JobSetup.h"
+
+class vtkImageData;
+class vtkMatrix4x4;
+class vtkMRMLNode;
+
+namespace innergs::mrml {
+
+/// Turns a finished task into nodes: the chosen outputs or new ones, placed in the world (no parent
+/// transform), with what they were made from as attributes. Nodes deleted in the meantime are left out.
+void makeOutputs(Task& task, vtkMRMLScene* scene, vtkMRMLScalarVolumeNode*& volume,
+                 vtkMRMLInnerGSModelNode*& model, vtkMRMLTableNode*& table);
+
+/// A new node of a class under a unique name.
+vtkMRMLNode* addNode(vtkMRMLScene* scene, const char* className, const std::string& name);
+
+/// Image and geometry into a volume node, in the world; the display is kept, or made like `like`'s.
+void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
+               vtkMRMLVolumeNode* like = nullptr);
+
+/// Beside another node in the subject hierarchy, if there is one.
+void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);
+
+} // namespace innergs::mrml

@@ -1,0 +1,87 @@
+#include "SliceFollower.h"
+
+#include "Core/Error.h"
+#include "NodeGeometry.h"
+#include "Outputs.h"
+#include "Queries.h"
+#include "vtkInnerGSModel.h"
+#include "vtkInnerGSPlaneQuery.h"
+#include "vtkMRMLInnerGSModelNode.h"
+
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLSliceNode.h>
+#include <vtkMRMLTransformableNode.h>
+
+#include <vtkCallbackCommand.h>
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+
+#include <algorithm>
+
+namespace innergs::mrml {
+
+SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice,
+                             vtkMRMLScalarVolumeNode* output, int maximumPixels, ErrorHandler onError)
+    : model_(model), slice_(slice), output_(output), maximumPixels_(maximumPixels),
+      onError_(std::move(onError)) {
+  query_->CentredOff();
+  query_->GeometryInImageOff();
+  command_->SetClientData(this);
+  command_->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+    auto* follower = static_cast<SliceFollower*>(self);
+    try {
+      follower->update();
+      follower->lastError_.clear();
+    } catch (const std::exception& error) {
+      if (follower->lastError_ == error.what()) return;
+      follower->lastError_ = error.what();
+      follower->onError_(error.what());
+    }
+  });
+  slice->AddObserver(vtkCommand::ModifiedEvent, command_);
+  model->AddObserver(vtkMRMLInnerGSModelNode::ModelModifiedEvent, command_);
+  model->AddObserver(vtkMRMLTransformableNode::TransformModifiedEvent, command_);
+}
+
+SliceFollower::~SliceFollower() {
+  if (slice_) slice_->RemoveObserver(command_);
+  if (model_) model_->RemoveObserver(command_);
+}
+
+vtkMRMLScalarVolumeNode* SliceFollower::output() const {
+  return output_;
+}
+
+bool SliceFollower::concerns(vtkMRMLNode* node) const {
+  return node == model_.Get() || node == slice_.Get() || node == output_.Get();
+}
+
+void SliceFollower::update() {
+  if (updating_ || !model_ || !slice_ || !output_) return;
+  const int* size = slice_->GetDimensions();
+  if (size[0] < 1 || size[1] < 1) return; // a view that is not shown
+  updating_ = true;
+  try {
+    // Fewer pixels than a large view has: each stands for `step` of them.
+    const double step = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
+    vtkNew<vtkMatrix4x4> toModel, plane, ijkToWorldMatrix;
+    fromWorld(model_, toModel);
+    vtkMatrix4x4::Multiply4x4(toModel, slice_->GetXYToRAS(), plane);
+    query_->SetModel(modelOf(model_));
+    query_->SetPlaneToRASMatrix(plane);
+    query_->SetDimensions(std::max(1, int(size[0] / step)), std::max(1, int(size[1] / step)));
+    query_->SetSpacing(step, step);
+    run(query_);
+    toModel->Invert();
+    vtkMatrix4x4::Multiply4x4(toModel, query_->GetOutputIJKToRASMatrix(), ijkToWorldMatrix);
+    vtkNew<vtkImageData> image;
+    image->DeepCopy(query_->GetOutput()); // the query writes into its own again
+    setVolume(output_, image, ijkToWorldMatrix);
+    updating_ = false;
+  } catch (...) {
+    updating_ = false;
+    throw;
+  }
+}
+
+} // namespace innergs::mrml

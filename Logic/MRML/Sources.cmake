@@ -1,0 +1,19 @@
+# The MRML layer's classes: each is a .h, wrapped for Python, and a .cxx.
+set(INNERGS_MRML_CLASSES
+  vtkMRMLInnerGSModelNode
+  vtkMRMLInnerGSModelStorageNode
+  vtkMRMLInnerGSParameterNode
+)
+set(INNERGS_LOGIC_CLASSES
+  vtkSlicerInnerGSJob
+  vtkSlicerInnerGSLogic
+)
+set(INNERGS_LOGIC_PRIVATE_SOURCES
+  JobQueue.cxx
+  JobSetup.cxx
+  NodeGeometry.cxx
+  Outputs.cxx
+  QualityTable.cxx
+  Queries.cxx
+  SliceFollower.cxx
+)

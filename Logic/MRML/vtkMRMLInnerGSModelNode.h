@@ -1,0 +1,52 @@
+#ifndef vtkMRMLInnerGSModelNode_h
+#define vtkMRMLInnerGSModelNode_h
+
+#include "vtkMRMLTransformableNode.h"
+#include "vtkSlicerInnerGSModuleMRMLExport.h"
+
+#include <vtkSmartPointer.h> // member
+
+class vtkInnerGSModel;
+
+/// A reconstructed model: a continuous volume made of 3D Gaussians. It lies where its parent transform puts
+/// it (linear transforms only); queries through vtkSlicerInnerGSLogic honour that.
+class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelNode : public vtkMRMLTransformableNode {
+public:
+  static vtkMRMLInnerGSModelNode* New();
+  vtkTypeMacro(vtkMRMLInnerGSModelNode, vtkMRMLTransformableNode);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  vtkMRMLNode* CreateNodeInstance() override;
+  const char* GetNodeTagName() override { return "InnerGSModel"; }
+  vtkMRMLCopyContentMacro(vtkMRMLInnerGSModelNode);
+  vtkMRMLStorageNode* CreateDefaultStorageNode() override;
+  std::string GetDefaultStorageNodeClassName(const char* filename = nullptr) override;
+
+  enum { ModelModifiedEvent = 18750 };
+
+  /// What the node holds; null or empty: nothing yet. Setting it invokes ModelModifiedEvent.
+  vtkInnerGSModel* GetModel();
+  void SetModel(vtkInnerGSModel* model);
+  bool IsEmpty();
+
+  /// The axis-aligned box in the node's own coordinates (RAS mm), and in the world's. The uninitialised
+  /// bounds (1, -1, ...) when empty.
+  virtual void GetBounds(double bounds[6]);
+  virtual void GetRASBounds(double bounds[6]);
+
+  /// Turns and shifts the model itself. Scaling and shearing transforms are refused: a model is in
+  /// millimetres.
+  void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;
+  bool CanApplyNonLinearTransforms() const override;
+  bool GetModifiedSinceRead() override;
+
+protected:
+  vtkMRMLInnerGSModelNode();
+  ~vtkMRMLInnerGSModelNode() override;
+  vtkMRMLInnerGSModelNode(const vtkMRMLInnerGSModelNode&);
+  void operator=(const vtkMRMLInnerGSModelNode&);
+
+  vtkSmartPointer<vtkInnerGSModel> Model;
+};
+
+#endif

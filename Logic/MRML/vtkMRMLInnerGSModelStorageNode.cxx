@@ -1,0 +1,105 @@
+#include "vtkMRMLInnerGSModelStorageNode.h"
+
+#include "Core/Error.h"
+#include "IO/FilePath.h"
+#include "IO/ModelFile.h"
+#include "IO/Ply.h"
+#include "vtkInnerGSModel.h"
+#include "vtkMRMLInnerGSModelNode.h"
+
+#include <vtkMRMLMessageCollection.h>
+#include <vtkMRMLScene.h>
+
+#include <vtkNew.h>
+#include <vtkObjectFactory.h>
+#include <vtkStringArray.h>
+
+vtkMRMLNodeNewMacro(vtkMRMLInnerGSModelStorageNode);
+
+namespace {
+
+std::filesystem::path pathOf(const std::string& name) { // MRML's file names are UTF-8
+  return std::filesystem::path(std::u8string(name.begin(), name.end()));
+}
+
+bool isPly(const std::filesystem::path& path) {
+  return innergs::fullExtension(path) == ".ply";
+}
+
+} // namespace
+
+vtkMRMLInnerGSModelStorageNode::vtkMRMLInnerGSModelStorageNode() {
+  this->DefaultWriteFileExtension = "innergs";
+}
+vtkMRMLInnerGSModelStorageNode::~vtkMRMLInnerGSModelStorageNode() = default;
+
+bool vtkMRMLInnerGSModelStorageNode::CanReadInReferenceNode(vtkMRMLNode* node) {
+  return node && node->IsA("vtkMRMLInnerGSModelNode");
+}
+
+void vtkMRMLInnerGSModelStorageNode::InitializeSupportedReadFileTypes() {
+  this->SupportedReadFileTypes->InsertNextValue("InnerGS model (.innergs)");
+  this->SupportedReadFileTypes->InsertNextValue("Gaussians (.ply)");
+}
+
+void vtkMRMLInnerGSModelStorageNode::InitializeSupportedWriteFileTypes() {
+  this->SupportedWriteFileTypes->InsertNextValue("InnerGS model (.innergs)");
+  this->SupportedWriteFileTypes->InsertNextValue("Gaussians (.ply)");
+}
+
+int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
+  this->ErrorMessage.clear();
+  auto* modelNode = vtkMRMLInnerGSModelNode::SafeDownCast(node);
+  const std::string name = this->GetFullNameFromFileName();
+  try {
+    if (!modelNode || name.empty())
+      throw innergs::Error(innergs::ErrorCode::InvalidArgument,
+                           "There is no file name to read a model from: choose a file.");
+    const std::filesystem::path path = pathOf(name);
+    auto checkpoint = std::make_shared<innergs::Checkpoint>();
+    if (isPly(path))
+      checkpoint->field = innergs::readPly(path);
+    else
+      *checkpoint = innergs::readModel(path);
+    vtkNew<vtkInnerGSModel> model;
+    model->SetCheckpoint(std::move(checkpoint));
+    modelNode->SetModel(model);
+    return 1;
+  } catch (const std::exception& error) {
+    this->ErrorMessage = error.what();
+    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, error.what());
+    vtkErrorMacro(<< error.what());
+    return 0;
+  }
+}
+
+int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
+  this->ErrorMessage.clear();
+  auto* modelNode = vtkMRMLInnerGSModelNode::SafeDownCast(node);
+  const std::string name = this->GetFullNameFromFileName();
+  try {
+    if (!modelNode || modelNode->IsEmpty())
+      throw innergs::Error(innergs::ErrorCode::NoData,
+                           "The model is empty: reconstruct or load one before saving it.");
+    if (name.empty())
+      throw innergs::Error(innergs::ErrorCode::InvalidArgument,
+                           "There is no file name to save the model under: choose one.");
+    const std::filesystem::path path = pathOf(name);
+    const auto checkpoint = modelNode->GetModel()->GetCheckpoint();
+    if (isPly(path)) {
+      innergs::writePly(checkpoint->field, path);
+      if (!checkpoint->field.detail.voxels.empty())
+        this->GetUserMessages()->AddMessage(vtkCommand::WarningEvent,
+                                            "The PLY file holds the Gaussians alone; only a model file "
+                                            "(.innergs) keeps their detail grid.");
+    } else {
+      innergs::writeModel(*checkpoint, path);
+    }
+    return 1;
+  } catch (const std::exception& error) {
+    this->ErrorMessage = error.what();
+    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, error.what());
+    vtkErrorMacro(<< error.what());
+    return 0;
+  }
+}

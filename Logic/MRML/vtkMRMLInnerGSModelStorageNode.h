@@ -1,0 +1,34 @@
+#ifndef vtkMRMLInnerGSModelStorageNode_h
+#define vtkMRMLInnerGSModelStorageNode_h
+
+#include "vtkMRMLStorageNode.h"
+#include "vtkSlicerInnerGSModuleMRMLExport.h"
+
+/// Model files (.innergs, everything) and PLY files of Gaussians (.ply, without detail grid and fit state).
+class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelStorageNode : public vtkMRMLStorageNode {
+public:
+  static vtkMRMLInnerGSModelStorageNode* New();
+  vtkTypeMacro(vtkMRMLInnerGSModelStorageNode, vtkMRMLStorageNode);
+
+  vtkMRMLNode* CreateNodeInstance() override;
+  const char* GetNodeTagName() override { return "InnerGSModelStorage"; }
+  bool CanReadInReferenceNode(vtkMRMLNode* node) override;
+
+  /// The sentence of the last reading or writing that failed; "" after success.
+  vtkGetMacro(ErrorMessage, std::string);
+
+protected:
+  vtkMRMLInnerGSModelStorageNode();
+  ~vtkMRMLInnerGSModelStorageNode() override;
+  vtkMRMLInnerGSModelStorageNode(const vtkMRMLInnerGSModelStorageNode&);
+  void operator=(const vtkMRMLInnerGSModelStorageNode&);
+
+  void InitializeSupportedReadFileTypes() override;
+  void InitializeSupportedWriteFileTypes() override;
+  int ReadDataInternal(vtkMRMLNode* node) override;
+  int WriteDataInternal(vtkMRMLNode* node) override;
+
+  std::string ErrorMessage;
+};
+
+#endif

@@ -1,0 +1,206 @@
+#ifndef vtkMRMLInnerGSParameterNode_h
+#define vtkMRMLInnerGSParameterNode_h
+
+#include "vtkMRMLNode.h"
+#include "vtkSlicerInnerGSModuleMRMLExport.h"
+
+#include <map>    // std::map
+#include <string> // returned
+
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLScalarVolumeNode;
+class vtkMRMLTableNode;
+class vtkMRMLVolumeNode;
+
+/// Everything that a reconstruction is asked for: inputs, region, output grid and settings. Saved with the
+/// scene.
+class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSParameterNode : public vtkMRMLNode {
+public:
+  static vtkMRMLInnerGSParameterNode* New();
+  vtkTypeMacro(vtkMRMLInnerGSParameterNode, vtkMRMLNode);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  vtkMRMLNode* CreateNodeInstance() override;
+  const char* GetNodeTagName() override { return "InnerGSParameters"; }
+  void ReadXMLAttributes(const char** atts) override;
+  void WriteXML(ostream& of, int indent) override;
+  vtkMRMLCopyContentMacro(vtkMRMLInnerGSParameterNode);
+  void UpdateReferenceID(const char* oldID, const char* newID) override;
+
+  enum Presets { Fast, Balanced, Best, Paper };
+  enum { Automatic = -1 }; // chosen by the program from preset and data
+  enum Blendings { Normalised, Additive, Alpha };
+  enum Losses { L1, L2, Huber };
+  enum Initialisations { Adaptive, Grid };
+  enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
+  enum OutputGrids {
+    AutomaticGrid, // isotropic at the finest spacing of all inputs, over the first one's box or the ROI
+    InputGrid,     // the first input's voxels (with a ROI: those in it)
+    SpacingGrid,   // isotropic at OutputSpacing, over the first input's box or the ROI
+    ReferenceGrid  // the reference volume's voxels
+  };
+
+  ///@{
+  /// The scans: one volume, or several of the same patient (orthogonal or oblique stacks).
+  void AddInputVolumeNode(vtkMRMLVolumeNode* node);
+  /// That volume alone; null: none.
+  void SetInputVolumeNode(vtkMRMLVolumeNode* node);
+  void RemoveInputVolumeNode(vtkMRMLVolumeNode* node);
+  void RemoveAllInputVolumeNodes();
+  int GetNumberOfInputVolumeNodes();
+  vtkMRMLVolumeNode* GetInputVolumeNode(int index = 0);
+  ///@}
+
+  ///@{
+  /// Of one input. Slice thickness in mm; 0 (default): the distance between slices.
+  void SetInputSliceThickness(vtkMRMLNode* input, double thickness);
+  double GetInputSliceThickness(vtkMRMLNode* input);
+  /// How a slice averages across its thickness; BoxProfile by default.
+  void SetInputSliceProfile(vtkMRMLNode* input, int profile);
+  int GetInputSliceProfile(vtkMRMLNode* input);
+  /// The index axis that counts the slices: 0, 1, 2; Automatic (default): the one with clearly the coarsest
+  /// spacing, else 2 (K).
+  void SetInputSliceAxis(vtkMRMLNode* input, int axis);
+  int GetInputSliceAxis(vtkMRMLNode* input);
+  ///@}
+
+  ///@{
+  /// Only voxels inside are fitted: a labelmap volume (not 0 is inside) or a segmentation (all segments, or
+  /// the one named by MaskSegmentID). Null: no mask.
+  void SetMaskNode(vtkMRMLNode* node);
+  vtkMRMLNode* GetMaskNode();
+  vtkSetMacro(MaskSegmentID, const std::string&);
+  vtkGetMacro(MaskSegmentID, std::string);
+  /// A markups ROI: only what it contains is fitted and put out. Null: everything.
+  void SetROINode(vtkMRMLNode* node);
+  vtkMRMLNode* GetROINode();
+  ///@}
+
+  ///@{
+  /// The output grid.
+  vtkSetClampMacro(OutputGrid, int, AutomaticGrid, ReferenceGrid);
+  vtkGetMacro(OutputGrid, int);
+  vtkSetMacro(OutputSpacing, double); // mm
+  vtkGetMacro(OutputSpacing, double);
+  void SetReferenceVolumeNode(vtkMRMLVolumeNode* node);
+  vtkMRMLVolumeNode* GetReferenceVolumeNode();
+  ///@}
+
+  ///@{
+  /// Nodes to write to; null (default): new ones each time. Never an input.
+  void SetOutputVolumeNode(vtkMRMLScalarVolumeNode* node);
+  vtkMRMLScalarVolumeNode* GetOutputVolumeNode();
+  void SetOutputModelNode(vtkMRMLInnerGSModelNode* node);
+  vtkMRMLInnerGSModelNode* GetOutputModelNode();
+  void SetQualityTableNode(vtkMRMLTableNode* node);
+  vtkMRMLTableNode* GetQualityTableNode();
+  /// What the last reconstruction made or wrote to.
+  vtkMRMLScalarVolumeNode* GetResultVolumeNode();
+  vtkMRMLInnerGSModelNode* GetResultModelNode();
+  vtkMRMLTableNode* GetResultTableNode();
+  ///@}
+
+  ///@{
+  /// Settings. Automatic (-1), or 0 for counts, stands for "chosen from preset and data".
+  vtkSetClampMacro(Preset, int, Fast, Paper);
+  vtkGetMacro(Preset, int);
+  vtkSetClampMacro(Blending, int, Automatic, Alpha);
+  vtkGetMacro(Blending, int);
+  vtkSetClampMacro(LinearIntensity, int, -1, 1);
+  vtkGetMacro(LinearIntensity, int);
+  vtkSetClampMacro(Initialisation, int, Automatic, Grid);
+  vtkGetMacro(Initialisation, int);
+  vtkSetClampMacro(Loss, int, Automatic, Huber);
+  vtkGetMacro(Loss, int);
+  vtkSetMacro(HuberDelta, double); // fraction of the intensity range
+  vtkGetMacro(HuberDelta, double);
+  vtkSetMacro(SSIMWeight, double); // below 0 (default): chosen
+  vtkGetMacro(SSIMWeight, double);
+  vtkSetMacro(NumberOfGaussians, int);
+  vtkGetMacro(NumberOfGaussians, int);
+  vtkSetMacro(NumberOfIterations, int); // sweeps over the data, per member
+  vtkGetMacro(NumberOfIterations, int);
+  vtkSetMacro(NumberOfMembers, int); // fields fitted independently and merged
+  vtkGetMacro(NumberOfMembers, int);
+  vtkSetClampMacro(PaperStopRule, int, -1, 1);
+  vtkGetMacro(PaperStopRule, int);
+  vtkSetMacro(Relocate, bool);
+  vtkGetMacro(Relocate, bool);
+  vtkBooleanMacro(Relocate, bool);
+  vtkSetMacro(Consistency, bool); // data-consistency step after the fit
+  vtkGetMacro(Consistency, bool);
+  vtkBooleanMacro(Consistency, bool);
+  vtkSetMacro(NumberOfThreads, int); // 0: all cores
+  vtkGetMacro(NumberOfThreads, int);
+  vtkSetMacro(InstructionSet, const std::string&); // "": the best that the processor has
+  vtkGetMacro(InstructionSet, std::string);
+  vtkSetClampMacro(Seed, int, 0, VTK_INT_MAX); // same seed, same result, bit for bit
+  vtkGetMacro(Seed, int);
+  ///@}
+
+  ///@{
+  /// Share of each input's slices withheld from the fit to report the quality on them; 0 (default) to 0.5.
+  vtkSetMacro(HeldOutFraction, double);
+  vtkGetMacro(HeldOutFraction, double);
+  /// Also judge the settings on the first input by protocol H: keep every QualityGap-th axial slice, score
+  /// the others beside linear, cubic and Lanczos interpolation, in a table node. Off by default.
+  vtkSetMacro(EvaluateQuality, bool);
+  vtkGetMacro(EvaluateQuality, bool);
+  vtkBooleanMacro(EvaluateQuality, bool);
+  vtkSetClampMacro(QualityGap, int, 2, 64);
+  vtkGetMacro(QualityGap, int);
+  ///@}
+
+  /// All settings as at the start; inputs, region and outputs stay.
+  void ResetSettings();
+
+  static const char* GetInputVolumeReferenceRole() { return "inputVolume"; }
+  static const char* GetMaskReferenceRole() { return "mask"; }
+  static const char* GetROIReferenceRole() { return "roi"; }
+  static const char* GetReferenceVolumeReferenceRole() { return "referenceVolume"; }
+  static const char* GetOutputVolumeReferenceRole() { return "outputVolume"; }
+  static const char* GetOutputModelReferenceRole() { return "outputModel"; }
+  static const char* GetQualityTableReferenceRole() { return "qualityTable"; }
+  static const char* GetResultVolumeReferenceRole() { return "resultVolume"; }
+  static const char* GetResultModelReferenceRole() { return "resultModel"; }
+  static const char* GetResultTableReferenceRole() { return "resultTable"; }
+
+protected:
+  vtkMRMLInnerGSParameterNode();
+  ~vtkMRMLInnerGSParameterNode() override;
+  vtkMRMLInnerGSParameterNode(const vtkMRMLInnerGSParameterNode&);
+  void operator=(const vtkMRMLInnerGSParameterNode&);
+
+  /// "id thickness profile axis;..." of the inputs that differ from the defaults.
+  std::string GetInputSettings();
+  void SetInputSettings(const std::string& text);
+  void SetReference(const char* role, vtkMRMLNode* node);
+
+  std::string MaskSegmentID;
+  int OutputGrid = AutomaticGrid;
+  double OutputSpacing = 1;
+  int Preset = Balanced, Blending = Automatic, LinearIntensity = Automatic, Initialisation = Automatic,
+      Loss = Automatic;
+  double HuberDelta = 0.02, SSIMWeight = Automatic;
+  int NumberOfGaussians = 0, NumberOfIterations = 0, NumberOfMembers = 0, PaperStopRule = Automatic;
+  bool Relocate = true, Consistency = true;
+  int NumberOfThreads = 0;
+  std::string InstructionSet;
+  int Seed = 1;
+  double HeldOutFraction = 0;
+  bool EvaluateQuality = false;
+  int QualityGap = 4;
+
+private:
+#ifndef __VTK_WRAP__
+  struct StackSettings {
+    double Thickness = 0;
+    int Profile = BoxProfile, Axis = Automatic;
+  };
+  /// The node's settings; a fresh entry is made only to change it.
+  StackSettings StackOf(vtkMRMLNode* input) const;
+  std::map<std::string, StackSettings> Stacks; // by node ID
+#endif
+};
+
+#endif

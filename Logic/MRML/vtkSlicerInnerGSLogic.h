@@ -1,0 +1,149 @@
+#ifndef vtkSlicerInnerGSLogic_h
+#define vtkSlicerInnerGSLogic_h
+
+#include "vtkSlicerInnerGSModuleLogicExport.h"
+#include "vtkSlicerModuleLogic.h"
+
+#include <vtkCommand.h> // vtkCommand::UserEvent
+
+#include <memory> // std::unique_ptr
+#include <string> // returned
+
+class vtkFloatArray;
+class vtkMatrix4x4;
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLInnerGSParameterNode;
+class vtkMRMLModelNode;
+class vtkMRMLScalarVolumeNode;
+class vtkMRMLSliceNode;
+class vtkMRMLVolumeNode;
+class vtkPoints;
+class vtkSlicerInnerGSJob;
+
+/// Reconstructs volumes into continuous models and looks at them.
+///
+/// Work runs on one worker thread over a snapshot of the inputs, job after job; nodes are touched and events
+/// invoked on the main thread alone (the one that created the logic). In the Slicer application its event
+/// loop delivers them. Without an application (slicer-core, notebooks, scripts that keep the main thread
+/// busy) call ProcessPendingEvents() from time to time, or WaitForJob().
+///
+/// What fails gives an ErrorEvent with one sentence that says what to do, GetLastError(), and leaves all
+/// nodes as they were.
+class VTK_SLICER_INNERGS_MODULE_LOGIC_EXPORT vtkSlicerInnerGSLogic : public vtkSlicerModuleLogic {
+public:
+  static vtkSlicerInnerGSLogic* New();
+  vtkTypeMacro(vtkSlicerInnerGSLogic, vtkSlicerModuleLogic);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// The call data is the vtkSlicerInnerGSJob. Every job ends with exactly one of the last three.
+  enum Events {
+    JobStartedEvent = vtkCommand::UserEvent + 18710,
+    JobProgressEvent,
+    JobPreviewEvent, // GetPreviewImage() is new
+    JobFinishedEvent,
+    JobFailedEvent,
+    JobCancelledEvent
+  };
+
+  ///@{
+  /// Reconstruct with the parameter node's choices. Blocking: false after an error or a cancel; events are
+  /// delivered while it waits. GetLastJob() has the details.
+  bool Reconstruct(vtkMRMLInnerGSParameterNode* parameters);
+  /// Non-blocking: checks everything, copies the inputs' voxels and returns; the job runs after those before
+  /// it. Null when it was refused.
+  vtkSlicerInnerGSJob* StartReconstruction(vtkMRMLInnerGSParameterNode* parameters);
+  /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
+  /// Finished when it had been before.
+  void Cancel(vtkSlicerInnerGSJob* job = nullptr);
+  /// Whether a job is queued or running. Delivers pending events where no application does it.
+  bool IsRunning();
+  /// The running job or the next to run; null when there is none.
+  vtkSlicerInnerGSJob* GetCurrentJob();
+  /// The job that was started last, done or not.
+  vtkSlicerInnerGSJob* GetLastJob();
+  /// Queued and running.
+  int GetNumberOfJobs();
+  /// Delivers events until the job (null: all jobs) is done, for at most so many seconds (below 0: for ever).
+  /// Whether it is done.
+  bool WaitForJob(vtkSlicerInnerGSJob* job = nullptr, double seconds = -1);
+  /// Delivers what the worker has told since the last time; how much that was. On the main thread only.
+  int ProcessPendingEvents();
+  ///@}
+
+  /// The sentence of the last error; "" when the last call went well.
+  std::string GetLastError();
+  /// The sentence with which a reconstruction would be refused, "" when it can start. Voxels are not looked
+  /// at.
+  std::string CheckParameters(vtkMRMLInnerGSParameterNode* parameters);
+  /// Bytes of memory that a reconstruction will need beyond its inputs; 0 when it would be refused.
+  vtkTypeInt64 EstimateMemory(vtkMRMLInnerGSParameterNode* parameters);
+
+  ///@{
+  /// The model's value (scanner units) at points in the world (RAS mm). Outside the model: 0, or what air has
+  /// in its units. NaN, or false and an empty array, after an error.
+  double GetValueAtRAS(vtkMRMLInnerGSModelNode* model, double r, double a, double s);
+  bool GetValuesAtRAS(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
+  ///@}
+
+  ///@{
+  /// The model as a volume node, `output` or a new one; null after an error.
+  /// On a plane: planeToRAS (copied) as a slice node's SliceToRAS, its origin in the middle of columns × rows
+  /// pixels of `spacing` mm.
+  vtkMRMLScalarVolumeNode* QueryPlane(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* planeToRAS, int columns,
+                                      int rows, double spacing, vtkMRMLScalarVolumeNode* output = nullptr);
+  /// On the region that was fitted at an isotropic spacing in mm (0: as the fit had it).
+  vtkMRMLScalarVolumeNode* Resample(vtkMRMLInnerGSModelNode* model, double spacing = 0,
+                                    vtkMRMLScalarVolumeNode* output = nullptr);
+  /// On another volume's voxels.
+  vtkMRMLScalarVolumeNode* ResampleLike(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* reference,
+                                        vtkMRMLScalarVolumeNode* output = nullptr);
+  ///@}
+
+  ///@{
+  /// A volume node that shows the model on a slice view's plane from now on, whenever the view or the model
+  /// changes, until StopFollowing() or until one of the nodes is removed. At most MaximumFollowPixels a side.
+  vtkMRMLScalarVolumeNode* FollowSlice(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice,
+                                       vtkMRMLScalarVolumeNode* output = nullptr);
+  /// Null: all.
+  void StopFollowing(vtkMRMLScalarVolumeNode* output = nullptr);
+  bool IsFollowing(vtkMRMLScalarVolumeNode* output);
+  vtkSetClampMacro(MaximumFollowPixels, int, 16, 8192);
+  vtkGetMacro(MaximumFollowPixels, int);
+  ///@}
+
+  /// The Gaussians' centres with intensity, ellipsoid tensors and disagreement as a model node (`output` or a
+  /// new one) for 3D views; at most so many (0: all). Null after an error.
+  vtkMRMLModelNode* CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum = 0,
+                                        vtkMRMLModelNode* output = nullptr);
+
+  ///@{
+  /// Model files: .innergs or .ply. Null or false after an error.
+  vtkMRMLInnerGSModelNode* LoadModel(const std::string& fileName);
+  bool SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName);
+  ///@}
+
+  static std::string GetVersion();
+
+protected:
+  vtkSlicerInnerGSLogic();
+  ~vtkSlicerInnerGSLogic() override;
+
+  void RegisterNodes() override;
+  void SetMRMLSceneInternal(vtkMRMLScene* scene) override;
+  void OnMRMLSceneStartClose() override;
+  void OnMRMLSceneNodeRemoved(vtkMRMLNode* node) override;
+
+  int MaximumFollowPixels = 1024;
+
+private:
+  vtkSlicerInnerGSLogic(const vtkSlicerInnerGSLogic&) = delete;
+  void operator=(const vtkSlicerInnerGSLogic&) = delete;
+
+#ifndef __VTK_WRAP__
+  struct Internals;
+  friend struct Internals;
+  std::unique_ptr<Internals> Work;
+#endif
+};
+
+#endif
