@@ -67,8 +67,10 @@ Settings ExperimentFits::paper(int sweeps) const {
 const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& settings, bool honest,
                                       bool keep) {
   EvaluationOptions options;
-  const EvaluationInput input = honest ? honestInput(setup_.volume, kEveryFourth, settings.seed)
-                                       : paperInput(setup_.volume, options.withheldFraction, settings.seed);
+  const bool alpha = chosenBlending(settings) == Blending::Alpha;
+  const EvaluationInput input =
+      honest ? honestInput(setup_.volume, kEveryFourth, settings.seed)
+             : paperInput(setup_.volume, options.withheldFraction, settings.seed, alpha);
   const IntensityMap map = chooseIntensityMap(input.stacks);
   Settings filled = settings;
   const int coarse = makePlan(filled, measureTraits(input.stacks, map)).coarseIterations;

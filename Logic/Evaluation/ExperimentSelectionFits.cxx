@@ -30,7 +30,8 @@ struct Problem {
   /// cutoff: in place of the plan's, unless 0.
   Problem(const ExperimentSetup& setup, Settings chosen, double cutoff, ThreadPool& pool)
       : settings(std::move(chosen)),
-        input(paperInput(setup.volume, EvaluationOptions{}.withheldFraction, settings.seed)) {
+        input(paperInput(setup.volume, EvaluationOptions{}.withheldFraction, settings.seed,
+                         chosenBlending(settings) == Blending::Alpha)) {
     map = chooseIntensityMap(input.stacks);
     const DataTraits traits = measureTraits(input.stacks, map);
     plan = makePlan(settings, traits);
@@ -49,10 +50,11 @@ struct Problem {
   std::vector<Observation> observations() const {
     const bool closedForm = start.blending == Blending::Additive && !start.linearIntensity;
     std::vector<Observation> all;
-    for (int axis = 2; axis >= (plan.allAxes ? 0 : 2); --axis)
-      for (Observation& o : observe(withSliceAxis(input.stacks.front(), axis), start.modelToWorld, map,
-                                    closedForm, plan.smoothAlongNormal))
-        all.push_back(std::move(o));
+    for (const Stack& stack : input.stacks)
+      for (int axis = 2; axis >= (plan.allAxes ? 0 : 2); --axis)
+        for (Observation& o :
+             observe(withSliceAxis(stack, axis), start.modelToWorld, map, closedForm, plan.smoothAlongNormal))
+          all.push_back(std::move(o));
     return all;
   }
 };
