@@ -9,7 +9,7 @@ struct ColumnBox {
 };
 template <Selection selection>
 inline ColumnBox columnBox(const Projected& g, float dz) {
-  if constexpr (selection == Selection::Method2) return {g.fraction[0] - g.shiftXZ * dz, squareHalf(g, dz)};
+  if constexpr (selection == Selection::Method2) return {g.fraction[0] + g.shiftXZ * dz, squareHalf(g, dz)};
   return {g.fraction[0], g.half[0]};
 }
 

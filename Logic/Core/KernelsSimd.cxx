@@ -4,8 +4,8 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "Core/KernelsSimd.cxx"
-#include <hwy/foreach_target.h>
 #include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 #include <array>
@@ -34,7 +34,7 @@ HWY_INLINE V exp2(D d, V e) {
 }
 
 /// 1/x for x in [0.01, 1], relative error about 1e-7.
-HWY_INLINE V reciprocal(D d, V x) {
+HWY_INLINE V reciprocal([[maybe_unused]] D d, V x) {
 #if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL ||                         \
     HWY_TARGET == HWY_AVX3_ZEN4
   const V r = hn::ApproximateReciprocal(x); // 12 bits or more
@@ -218,7 +218,7 @@ HWY_INLINE void prefetch(const Projected* gaussians, const std::uint32_t* ids, s
 }
 
 /// Sums over the lanes of eight vectors at once, added to out[8].
-HWY_INLINE void addSums(D d, const V (&v)[8], float* out) {
+HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
 #if HWY_TARGET == HWY_SCALAR
   for (int i = 0; i < 8; ++i)
     out[i] += hn::GetLane(v[i]);

@@ -57,12 +57,13 @@ Quaternion quaternionOf(const Mat3& r) {
 }
 
 /// The weight as 3DGS opacity: a logit, so weights of 1 and more are clipped just below 1.
-double opacityLogit(double logWeight) {
+double opacityLogit(Blending blending, double logWeight) {
+  if (blending == Blending::Alpha) return logWeight; // is one already
   const double opacity = std::clamp(std::exp(logWeight), 1e-7, 1 - 1e-6);
   return std::log(opacity / (1 - opacity));
 }
 
-Row rowOf(const Gaussian& g, const Affine3& modelToWorld, const Quaternion& rotation) {
+Row rowOf(const Gaussian& g, Blending blending, const Affine3& modelToWorld, const Quaternion& rotation) {
   const Vec3 position = modelToWorld({g.mean[0], g.mean[1], g.mean[2]});
   const Quaternion q =
       product(rotation, {g.quaternion[0], g.quaternion[1], g.quaternion[2], g.quaternion[3]});
@@ -77,7 +78,7 @@ Row rowOf(const Gaussian& g, const Affine3& modelToWorld, const Quaternion& rota
           colour,
           colour,
           colour,
-          f(opacityLogit(g.logWeight)),
+          f(opacityLogit(blending, g.logWeight)),
           g.logScale[0],
           g.logScale[1],
           g.logScale[2],
@@ -294,7 +295,7 @@ void writePly(const GaussianField& field, const std::filesystem::path& path) {
     const std::string header = headerOf(field);
     out.write(header.data(), static_cast<std::streamsize>(header.size()));
     for (const Gaussian& gaussian : field.gaussians) {
-      const Row row = rowOf(gaussian, field.modelToWorld, rotation);
+      const Row row = rowOf(gaussian, field.blending, field.modelToWorld, rotation);
       out.write(reinterpret_cast<const char*>(row.data()), sizeof(row));
     }
     out.close();

@@ -122,7 +122,7 @@ TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
   const double r2 = field.cutoff * field.cutoff;
   std::int64_t inside = 0, visited = 0;
   for (std::size_t n = 0; n < projected.size(); ++n) {
-    const ReferenceGaussian reference(parameters[n], field.cutoff);
+    const ReferenceGaussian reference(parameters[n], field.blending, field.cutoff);
     const Projected& g = projected[n];
     int k0, k1, c0, c1;
     planeRange(g, view, k0, k1);

@@ -27,7 +27,9 @@ const Mode kModes[] = {
     {"AdditiveThin", Blending::Additive, false, SliceProfile::Point, false},
     {"AdditiveLinearThin", Blending::Additive, true, SliceProfile::Point, false},
     {"AdditiveBox", Blending::Additive, false, SliceProfile::Box, false},
-    {"AdditiveGaussianClosedForm", Blending::Additive, false, SliceProfile::Gaussian, true}};
+    {"AdditiveGaussianClosedForm", Blending::Additive, false, SliceProfile::Gaussian, true},
+    {"AlphaThin", Blending::Alpha, false, SliceProfile::Point, false},
+    {"AlphaBox", Blending::Alpha, false, SliceProfile::Box, false}};
 
 struct Loss {
   const char* name;

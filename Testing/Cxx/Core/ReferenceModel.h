@@ -3,6 +3,7 @@
 #include "Core/Loss.h"
 
 #include <algorithm>
+#include <numeric>
 #include <vector>
 
 /// The field, its slice profile and its losses written down once more, in double precision and by brute
@@ -28,7 +29,7 @@ inline std::vector<Parameters> parametersOf(const GaussianField& field) {
 struct ReferenceGaussian {
   double mean[3], precision[6], weight, intensity, slope[3], radius2;
 
-  ReferenceGaussian(const Parameters& p, double cutoff, const float* blur = nullptr) {
+  ReferenceGaussian(const Parameters& p, Blending blending, double cutoff, const float* blur = nullptr) {
     double r[9], scaled[9], covariance[6], blurred[6], ignored[6];
     math::rotation(p.data() + 6, r);
     for (int k = 0; k < 3; ++k)
@@ -39,7 +40,8 @@ struct ReferenceGaussian {
       blurred[i] = covariance[i] + (blur ? static_cast<double>(blur[i]) : 0.0);
     const double det = math::invertSymmetric(covariance, ignored);
     const double blurredDet = math::invertSymmetric(blurred, precision);
-    weight = std::exp(p[10]) * std::sqrt(det / blurredDet);
+    weight = blending == Blending::Alpha ? 1 / (1 + std::exp(-p[10])) : std::exp(p[10]);
+    weight *= std::sqrt(det / blurredDet);
     std::copy_n(p.data(), 3, mean);
     std::copy_n(p.data() + 12, 3, slope);
     intensity = p[11];
@@ -52,11 +54,15 @@ struct ReferenceGaussian {
            2 * (precision[1] * d[0] * d[1] + precision[2] * d[0] * d[2] + precision[4] * d[1] * d[2]);
   }
 
-  /// Adds w·p′ and w·p′·(c + g·d) at x (model frame).
-  void add(const Vec3& x, bool linear, double& weights, double& numerators) const {
+  /// w·p′ at x (model frame).
+  double contribution(const Vec3& x) const {
     const double m = mahalanobis(x);
-    if (m > radius2) return;
-    const double p = weight * (std::exp(-0.5 * m) - std::exp(-0.5 * radius2));
+    return m > radius2 ? 0 : weight * (std::exp(-0.5 * m) - std::exp(-0.5 * radius2));
+  }
+
+  /// Adds w·p′ and w·p′·(c + g·d) at x.
+  void add(const Vec3& x, bool linear, double& weights, double& numerators) const {
+    const double p = contribution(x);
     double value = intensity;
     for (int a = 0; a < 3 && linear; ++a)
       value += slope[a] * (x[a] - mean[a]);
@@ -65,24 +71,52 @@ struct ReferenceGaussian {
   }
 };
 
-inline double blend(const GaussianField& field, double weights, double numerators) {
+/// The value at x; alpha blending goes through the Gaussians in the order given.
+inline double blend(const GaussianField& field, const std::vector<ReferenceGaussian>& gaussians,
+                    const std::vector<std::size_t>& order, const Vec3& x) {
+  double weights = 0, numerators = 0, transmittance = 1, image = 0;
+  for (std::size_t i : order) {
+    gaussians[i].add(x, field.linearIntensity, weights, numerators);
+    const double a = gaussians[i].contribution(x);
+    image += transmittance * a * gaussians[i].intensity;
+    transmittance *= 1 - a;
+  }
+  if (field.blending == Blending::Alpha) return image;
   return field.blending == Blending::Normalised ? numerators / (weights + field.epsilon) : numerators;
 }
 
-/// The field's value (normalised intensity) at a point of the model frame.
-inline double referenceValue(const GaussianField& field, const Vec3& x) {
-  double w = 0, n = 0;
-  for (const Parameters& p : parametersOf(field))
-    ReferenceGaussian(p, field.cutoff).add(x, field.linearIntensity, w, n);
-  return blend(field, w, n);
+/// Indices by distance of the centre to the plane of index z, nearest first.
+inline std::vector<std::size_t> depthOrder(const GaussianField& field, const Affine3& modelToIndex,
+                                           double z) {
+  std::vector<std::size_t> order(field.gaussians.size());
+  std::vector<double> depth;
+  for (const Gaussian& g : field.gaussians)
+    depth.push_back(std::abs(modelToIndex({g.mean[0], g.mean[1], g.mean[2]})[2] - z));
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return depth[a] < depth[b]; });
+  return order;
 }
 
-/// The slices of an observation, tightly packed [slice][y][x].
+/// The field's value (normalised intensity) at a point of the model frame; alpha blending: on a slice across
+/// the third axis of `modelToIndex`.
+inline double referenceValue(const GaussianField& field, const Vec3& x, const Affine3& modelToIndex = {}) {
+  std::vector<ReferenceGaussian> gaussians;
+  for (const Parameters& p : parametersOf(field))
+    gaussians.emplace_back(p, field.blending, field.cutoff);
+  return blend(field, gaussians, depthOrder(field, modelToIndex, modelToIndex(x)[2]), x);
+}
+
+/// The slices of an observation, tightly packed [slice][y][x]. The depth order is that of `field`, whatever
+/// the parameters: gradients hold it.
 inline std::vector<double> referenceSlices(const Observation& o, const GaussianField& field,
                                            const std::vector<Parameters>& parameters) {
   std::vector<ReferenceGaussian> gaussians;
   for (const Parameters& p : parameters)
-    gaussians.emplace_back(p, field.cutoff, o.psf.active ? o.psf.covariance : nullptr);
+    gaussians.emplace_back(p, field.blending, field.cutoff, o.psf.active ? o.psf.covariance : nullptr);
+  const Affine3 modelToIndex = inverse(o.lattice.indexToModel);
+  std::vector<std::vector<std::size_t>> orders;
+  for (double z : o.lattice.z)
+    orders.push_back(depthOrder(field, modelToIndex, z));
   std::vector<double> image;
   for (int s = 0; s < o.slices; ++s)
     for (int y = 0; y < o.lattice.ny; ++y)
@@ -91,10 +125,7 @@ inline std::vector<double> referenceSlices(const Observation& o, const GaussianF
         for (int q = 0; q < o.perSlice; ++q) {
           const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(s) * o.perSlice + q];
           const Vec3 at = o.lattice.indexToModel({double(x), double(y), o.lattice.z[plane]});
-          double w = 0, n = 0;
-          for (const auto& g : gaussians)
-            g.add(at, field.linearIntensity, w, n);
-          value += share * blend(field, w, n);
+          value += share * blend(field, gaussians, orders[plane], at);
         }
         image.push_back(value);
       }
