@@ -18,6 +18,9 @@ int main(int argc, char** argv) {
   innergs::bench::registerKernelBenchmarks();
   innergs::bench::registerFitBenchmarks();
   innergs::bench::registerRenderBenchmarks();
+#ifdef INNERGS_BENCHMARK_VTK
+  innergs::bench::registerVTKBenchmarks();
+#endif
   benchmark::RunSpecifiedBenchmarks();
   return 0;
 }

@@ -6,6 +6,7 @@ namespace innergs::bench {
 void registerKernelBenchmarks();
 void registerFitBenchmarks();
 void registerRenderBenchmarks();
+void registerVTKBenchmarks(); // where VTK is found
 
 /// Short repetitions, reported as median and spread: one disturbed by another process does not count.
 inline benchmark::internal::Benchmark* steady(benchmark::internal::Benchmark* b) {
