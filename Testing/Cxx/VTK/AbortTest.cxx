@@ -1,5 +1,7 @@
 #include "Fixtures.h"
 
+#include <vtkVersionMacros.h>
+
 #include <atomic>
 #include <chrono>
 #include <thread>
@@ -44,7 +46,9 @@ TEST(AbortFilter, AtEveryProgressEventLeavesEmptyOutputsAndRunsAgain) {
       EXPECT_EQ(filter->GetErrorCode(), 0u);
       EXPECT_EQ(filter->GetErrorMessage(), "");
     }
+#if VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION < 3 // later executives say 1 at every end
   EXPECT_LT(filter->GetProgress(), 1);
+#endif
   filter->Update(); // nothing changed, but nothing was finished either
   EXPECT_FALSE(filter->GetAborted());
   EXPECT_EQ(valuesOf(filter->GetOutputImage()), whole);
