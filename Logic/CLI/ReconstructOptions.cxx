@@ -23,7 +23,8 @@ void addDensification(CLI::App& app, Settings& settings) {
   app.add_option("--max-gaussians", settings.maxGaussians,
                  "Gaussians that densification may reach; it also turns it on [as many as at the start]")
       ->type_name("N");
-  app.add_option("--prune-opacity", settings.densify.opacity, "Prune Gaussians of a lower opacity [0.005]")
+  app.add_option("--prune-opacity", settings.densify.opacity,
+                 "Prune Gaussians of a lower opacity [alpha blending 0.3, others 0.01]")
       ->type_name("F");
   app.add_option("--prune-size", settings.densify.size,
                  "Prune Gaussians with a standard deviation of more voxels [20]")
@@ -31,7 +32,7 @@ void addDensification(CLI::App& app, Settings& settings) {
   app.add_option(
          "--densify-gradient", settings.densify.gradient,
          "Densify Gaussians whose move by one voxel would change the loss by more than that of so many\n"
-         "samples [0.2]")
+         "samples [1]")
       ->type_name("F");
   app.add_option("--split-size", settings.densify.split,
                  "Split those whose covariance has a larger norm, in voxels squared, clone the others [2]")

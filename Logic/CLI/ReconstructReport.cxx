@@ -88,7 +88,7 @@ Json toJson(const Settings& s) {
             {"threshold", s.plateau.threshold}}},
           {"densify_every", orNull(s.densifyEvery)},
           {"densify",
-           {{"opacity", s.densify.opacity},
+           {{"opacity", orNull(s.densify.opacity)},
             {"size_voxels", s.densify.size},
             {"gradient", s.densify.gradient},
             {"split_voxels2", s.densify.split}}},

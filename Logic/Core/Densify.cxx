@@ -82,12 +82,13 @@ DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, PullSum& pulls,
   DensifyCounts counts;
   const DensifyThresholds& t = plan.thresholds;
   const std::int64_t n = field.size();
+  const double faint = t.opacity.value_or(0.01);
   const float largest = static_cast<float>(std::log(t.size * plan.voxel));
   pulls.sum.resize(n, 0.f);
   std::vector<std::uint32_t> kept;
   for (std::int64_t i = 0; i < n; ++i) {
     const Gaussian& g = field.gaussians[i];
-    if (opacity(g, field.blending) >= t.opacity && largestLogScale(g) <= largest)
+    if (opacity(g, field.blending) >= faint && largestLogScale(g) <= largest)
       kept.push_back(static_cast<std::uint32_t>(i));
   }
   if (kept.empty()) return pulls.clear(), counts; // a field of nothing could not be fitted any further

@@ -11,7 +11,7 @@ namespace innergs {
 namespace {
 
 constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
-constexpr int kDensifyEvery = 50;
+constexpr int kDensifyEvery = 10;
 
 template <class Visit>
 void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
@@ -97,6 +97,7 @@ void fillChoices(Settings& s, const DataTraits& traits) {
   if (!s.ssimWeight) s.ssimWeight = paper ? 0.4 : 0.0;
   if (!s.schedule) s.schedule = paper ? Schedule::Plateau : Schedule::Exponential;
   if (!s.densifyEvery) s.densifyEvery = paper || s.maxGaussians ? kDensifyEvery : 0;
+  if (!s.densify.opacity) s.densify.opacity = *s.blending == Blending::Alpha ? 0.3 : 0.01;
   if (!s.paperStopRule) s.paperStopRule = paper;
   if (s.allAxes.value_or(false) && !traits.cubes)
     throw Error(

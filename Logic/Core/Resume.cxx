@@ -14,9 +14,9 @@ std::string settingsKey(const Settings& s, const std::string& fingerprint) {
     schedule = ", plateau " + std::to_string(s.plateau.patience) + " " + number(s.plateau.factor) + " " +
                number(s.plateau.lowest) + " " + number(s.plateau.threshold);
   if (s.densifyEvery.value_or(0) > 0)
-    densify = ", densify " + std::to_string(*s.densifyEvery) + " " + number(s.densify.opacity) + " " +
-              number(s.densify.size) + " " + number(s.densify.gradient) + " " + number(s.densify.split) +
-              " " + std::to_string(s.maxGaussians.value_or(0));
+    densify = ", densify " + std::to_string(*s.densifyEvery) + " " + number(s.densify.opacity.value_or(0)) +
+              " " + number(s.densify.size) + " " + number(s.densify.gradient) + " " +
+              number(s.densify.split) + " " + std::to_string(s.maxGaussians.value_or(0));
   if (s.allAxes.value_or(false)) schedule += ", all axes";
   return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
          std::to_string(static_cast<int>(chosenBlending(s))) + ", linear " +

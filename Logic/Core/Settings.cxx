@@ -38,7 +38,7 @@ void checkSchedule(const Settings& s) {
 void checkDensification(const Settings& s) {
   require(!s.densifyEvery || (*s.densifyEvery >= 0 && *s.densifyEvery <= 1'000'000),
           "The sweeps between densifications must be between 0 (never) and 1,000,000.");
-  require(atLeastZero(s.densify.opacity) && s.densify.opacity < 1,
+  require(!s.densify.opacity || (atLeastZero(*s.densify.opacity) && *s.densify.opacity < 1),
           "The opacity below which Gaussians are pruned must be at least 0 and below 1.");
   require(std::isfinite(s.densify.size) && s.densify.size > 0,
           "The size in voxels above which Gaussians are pruned must be positive.");

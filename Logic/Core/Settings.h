@@ -32,10 +32,10 @@ struct PlateauRule {
 
 /// Pruning and densification between two sweeps, see Densify.h.
 struct DensifyThresholds {
-  double opacity = 0.005; // τ_α: less is pruned
-  double size = 20;       // largest σ in voxels: more is pruned
-  double gradient = 0.2;  // τ_p: Gaussians pulled harder become two
-  double split = 2;       // τ_s on ‖Σ‖_F in voxels²: above, they are split, else cloned
+  std::optional<double> opacity; // τ_α: less is pruned; 0.3 for alpha blending, 0.01 for the others
+  double size = 20;              // largest σ in voxels: more is pruned
+  double gradient = 1;           // τ_p: Gaussians pulled harder become two
+  double split = 2;              // τ_s on ‖Σ‖_F in voxels²: above, they are split, else cloned
 };
 
 /// All choices of a reconstruction. Unset optionals are chosen by the program from the preset and the data
@@ -55,7 +55,7 @@ struct Settings {
   std::optional<int> members;                   // fields fitted independently and merged (see Plan.h)
   std::optional<Schedule> schedule;             // exponential; preset Paper: plateau
   PlateauRule plateau;
-  std::optional<int> densifyEvery; // sweeps; 0 = never, preset Paper: 50
+  std::optional<int> densifyEvery; // sweeps; 0 = never, preset Paper: 10
   DensifyThresholds densify;
   std::optional<bool> allAxes; // fit the slices of one scan along all three of its axes; alpha: where its
                                // voxels are nearly cubes
