@@ -8,19 +8,33 @@
 namespace innergs::bench {
 namespace {
 
-/// Forward, loss, gradients and Adam over the whole volume. Learning rates of 0 keep the field, so that every
-/// sweep costs the same.
-void sweep(benchmark::State& state) {
-  const Scene& s = scene();
-  ThreadPool pool(static_cast<int>(state.range(0)));
+/// Forward, loss, gradients and Adam over the slices of `axes` axes. Learning rates of 0 keep the field, so
+/// that every sweep costs the same.
+void sweepOver(benchmark::State& state, const Scene& s, int axes, int threads) {
+  ThreadPool pool(threads);
   FitPlan plan;
   plan.linearIntensity = s.field.linearIntensity;
   plan.iterations = 1 << 30;
   plan.cutoff = s.field.cutoff;
-  Trainer trainer(s.field, observe(s.stack, s.field.modelToWorld, s.map, false), plan, kernelSet(""), pool);
+  std::vector<Observation> observations;
+  for (int axis = 2; axis > 2 - axes; --axis) {
+    Stack stack = s.stack;
+    stack.image = withSliceAxis(s.stack.image, axis);
+    for (Observation& o : observe(stack, s.field.modelToWorld, s.map, false))
+      observations.push_back(std::move(o));
+  }
+  Trainer trainer(s.field, std::move(observations), plan, kernelSet(""), pool);
   for (auto _ : state)
     trainer.step();
   state.counters["dB_fitted"] = -10 * std::log10(trainer.mse());
+}
+
+void sweep(benchmark::State& state) {
+  sweepOver(state, scene(), 1, static_cast<int>(state.range(0)));
+}
+
+void alphaSweep(benchmark::State& state) {
+  sweepOver(state, alphaScene(), static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
 }
 
 void adamStep(benchmark::State& state) {
@@ -72,6 +86,11 @@ void initialisation(benchmark::State& state) {
 
 void registerFitBenchmarks() {
   steady(benchmark::RegisterBenchmark("sweep", sweep))->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime();
+  steady(benchmark::RegisterBenchmark("alpha_sweep", alphaSweep))
+      ->ArgNames({"axes", "threads"})
+      ->Args({1, 2})
+      ->Args({3, 2})
+      ->UseRealTime();
   steady(benchmark::RegisterBenchmark("adam", adamStep));
   steady(benchmark::RegisterBenchmark("projection", projection));
   steady(benchmark::RegisterBenchmark("binning", binning));

@@ -70,7 +70,7 @@ Volume sceneVolume() {
 #endif
 }
 
-Scene makeScene() {
+Scene makeScene(Blending blending) {
   Scene scene;
   scene.stack.image = sceneVolume();
   scene.stack.profile = SliceProfile::Point;
@@ -78,6 +78,7 @@ Scene makeScene() {
   ReconstructionInput input;
   input.stacks = {scene.stack};
   Settings settings;
+  settings.blending = blending;
   settings.gaussians = kPaperGaussians;
   settings.iterations = kSceneSweeps;
   settings.members = 1;
@@ -89,7 +90,12 @@ Scene makeScene() {
 } // namespace
 
 const Scene& scene() {
-  static const Scene made = makeScene();
+  static const Scene made = makeScene(Blending::Normalised);
+  return made;
+}
+
+const Scene& alphaScene() {
+  static const Scene made = makeScene(Blending::Alpha);
   return made;
 }
 

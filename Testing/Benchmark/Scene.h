@@ -20,6 +20,8 @@ struct Scene {
 
 /// Made at the first call. Without a volume: a synthetic head of 145×174×145 voxels.
 const Scene& scene();
+/// The same with alpha blending, fitted to the slices of all axes.
+const Scene& alphaScene();
 void setSceneVolume(const std::string& path); // before the first call
 std::string sceneName();
 

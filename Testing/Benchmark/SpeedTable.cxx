@@ -81,6 +81,13 @@ std::string speedTable(const Outcome& outcome) {
   table.add({"one training sweep", field + ", 1 thread", fixed(one, 0) + " ms"});
   table.add({"one training sweep", field + ", 2 threads",
              fixed(two, 0) + " ms, " + fixed(one / two, 2) + "× one thread"});
+  for (const auto& [axes, what] :
+       {std::pair{1, "slices along one axis"}, {3, "slices along all three axes"}}) {
+    const double alpha = medians.milliseconds("alpha_sweep/axes:" + std::to_string(axes) + "/threads:2");
+    table.add({std::string("one training sweep, alpha blending, ") + what, "its own fitted field, 2 threads",
+               fixed(alpha, 0) + " ms, " + fixed(alpha / two, 2) + "× normalised over one axis", "≤ 4×",
+               verdict(alpha <= 4 * two, alpha / two - 4, 2, "×")});
+  }
   const double oblique = medians.milliseconds("oblique_slice");
   table.add({"oblique 512×512 slice, render()", field, fixed(oblique, 1) + " ms", "≤ 50 ms (aim 16)",
              verdict(oblique <= 50, oblique - 50, 1, "ms")});
