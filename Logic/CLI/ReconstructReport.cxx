@@ -100,6 +100,7 @@ Json toJson(const Settings& s) {
           {"relocation", s.relocate},
           {"consistency", s.consistency},
           {"threads", s.threads > 0 ? s.threads : static_cast<int>(std::thread::hardware_concurrency())},
+          {"selection", selectionName(s.selection)},
           {"instruction_set", s.instructionSet},
           {"seed", s.seed}};
 }

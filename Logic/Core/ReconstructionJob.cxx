@@ -88,6 +88,7 @@ struct ReconstructionJob::Impl {
     RenderOptions options;
     options.threads = settings.threads;
     options.instructionSet = settings.instructionSet;
+    options.selection = settings.selection;
     options.stop = std::move(stop);
     return options;
   }
@@ -341,7 +342,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   nextPreview = 1.0;
   refitting = false;
   checkSettings(settings);
-  const KernelSet& kernels = kernelSet(settings.instructionSet);
+  const KernelSet& kernels = kernelSet(settings.instructionSet, settings.selection);
   report(Phase::Preparing, 0);
   ReconstructionResult result;
   result.instructionSet = kernels.name;

@@ -18,6 +18,7 @@ std::string settingsKey(const Settings& s, const std::string& fingerprint) {
               " " + number(s.densify.size) + " " + number(s.densify.gradient) + " " +
               number(s.densify.split) + " " + std::to_string(s.maxGaussians.value_or(0));
   if (s.allAxes.value_or(false)) schedule += ", all axes";
+  if (s.selection != Selection::Exact) schedule += std::string(", selection ") + selectionName(s.selection);
   return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
          std::to_string(static_cast<int>(chosenBlending(s))) + ", linear " +
          std::to_string(s.linearIntensity.value_or(false)) + ", start " +

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/GaussianField.h"
+#include "Core/Selection.h"
 
 #include <optional>
 #include <string>
@@ -43,6 +44,7 @@ struct DensifyThresholds {
 struct Settings {
   Preset preset = Preset::Balanced;
   std::optional<Blending> blending; // normalised; preset Paper: alpha
+  Selection selection = Selection::Exact;
   std::optional<bool> linearIntensity;
   std::optional<Initialisation> initialisation; // adaptive; preset Paper: grid
   std::optional<LossKind> loss;                 // L2; preset Paper: L1
