@@ -175,6 +175,8 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.start.kind = *settings.initialisation;
   plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);
+  if (settings.blending == Blending::Alpha)
+    plan.bounds.maxAbsLogWeight = 4.6; // α ≤ 0.99: 1 − a is divided by
   plan.schedule = *settings.schedule;
   plan.plateau = settings.plateau;
   plan.paperStopRule = *settings.paperStopRule;
