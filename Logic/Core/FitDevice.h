@@ -1,0 +1,48 @@
+#pragma once
+#include "Core/Adam.h"
+#include "Core/Densify.h"
+#include "Core/Loss.h"
+#include "Core/Relocate.h"
+
+#include <memory>
+
+namespace innergs {
+
+/// The numbers of one sweep.
+struct SweepOrder {
+  bool coarse = false; // see the data at half resolution
+  bool pulls = false;  // add every Gaussian's pull to the sums that densify() looks at
+  LearningRates rates; // of this sweep
+  int step = 1;        // of Adam, from 1
+};
+
+/// What stays the same over the sweeps of a fit.
+struct SweepRules {
+  LossKinds loss;
+  FieldBounds bounds;
+  double beta1 = 0.8, beta2 = 0.95;
+  DensifyPlan densify;
+};
+
+/// Where the sweeps of a fit run: holds observations, field, Adam's moments and pulls, and gives them back
+/// when asked. The plain CPU is the oracle: any other device computes the same to 1e-4 relative.
+class FitDevice {
+public:
+  virtual ~FitDevice() = default;
+
+  /// The field to fit and Adam's moments (zeros at the start) and pulls.
+  virtual void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) = 0;
+  /// What upload() gave, as it is now. Whatever is null is left out.
+  virtual void download(GaussianField* field, Adam* adam, PullSum* pulls) = 0;
+
+  /// Forward, loss, gradient, Adam. Stopped in between: throws Error(Cancelled) and leaves field and moments
+  /// as they were. Out of device memory: Error(Memory), likewise.
+  virtual LossSum sweep(const SweepOrder& order) = 0;
+  virtual void relocate(const RelocationPlan& plan) = 0;
+  virtual DensifyCounts densify() = 0;
+
+  /// Loss of any field on the observations at full resolution, nothing changed.
+  virtual LossSum evaluate(const GaussianField& field) = 0;
+};
+
+} // namespace innergs
