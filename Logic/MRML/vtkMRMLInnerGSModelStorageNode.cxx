@@ -22,8 +22,13 @@ std::filesystem::path pathOf(const std::string& name) { // MRML's file names are
   return std::filesystem::path(std::u8string(name.begin(), name.end()));
 }
 
+/// Whether Gaussians alone are meant; throws for a name that says neither that nor a model.
 bool isPly(const std::filesystem::path& path) {
-  return innergs::fullExtension(path) == ".ply";
+  const std::string extension = innergs::fullExtension(path);
+  if (extension != ".ply" && extension != ".innergs")
+    throw innergs::Error(innergs::ErrorCode::InvalidArgument,
+                         innergs::quoted(path) + " is no name of a model: let it end with .innergs or .ply.");
+  return extension == ".ply";
 }
 
 } // namespace

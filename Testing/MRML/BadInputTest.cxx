@@ -1,0 +1,239 @@
+#include "MrmlFixture.h"
+
+#include <vtkMRMLBSplineTransformNode.h>
+#include <vtkMRMLGridTransformNode.h>
+#include <vtkMRMLLabelMapVolumeNode.h>
+#include <vtkMRMLModelNode.h>
+#include <vtkMRMLSliceNode.h>
+#include <vtkMRMLVectorVolumeNode.h>
+
+#include <vtkFloatArray.h>
+#include <vtkOrientedGridTransform.h>
+#include <vtkPoints.h>
+
+#include <limits>
+
+namespace {
+
+using Parameters = vtkMRMLInnerGSParameterNode;
+
+class BadInputTest : public MrmlFixture {
+protected:
+  /// The reconstruction is refused or fails with a sentence that holds the words; one ErrorEvent, no new
+  /// node, outputs as they were.
+  void expectError(Parameters* parameters, const std::string& words) {
+    errors.clear();
+    const int before = scene->GetNumberOfNodes();
+    EXPECT_FALSE(logic->Reconstruct(parameters)) << words;
+    EXPECT_NE(logic->GetLastError().find(words), std::string::npos) << logic->GetLastError();
+    ASSERT_EQ(errors.size(), 1u) << words;
+    EXPECT_NE(errors[0].find(words), std::string::npos) << errors[0];
+    EXPECT_EQ(scene->GetNumberOfNodes(), before);
+    EXPECT_EQ(logic->GetNumberOfJobs(), 0);
+    ASSERT_FALSE(logic->GetLastError().empty());
+    EXPECT_EQ(logic->GetLastError().back(), '.');
+  }
+};
+
+TEST_F(BadInputTest, MissingAndWrongNodes) {
+  expectError(nullptr, "no parameter node");
+  vtkNew<Parameters> loose;
+  expectError(loose, "not in the scene");
+  auto* parameters = addParameters(nullptr);
+  expectError(parameters, "no input volume");
+  auto* model = scene->AddNewNodeByClass("vtkMRMLModelNode", "Surface");
+  parameters->AddNodeReferenceID(Parameters::GetInputVolumeReferenceRole(), model->GetID());
+  expectError(parameters, "'Surface' is not a scalar volume");
+  parameters->RemoveAllInputVolumeNodes();
+  parameters->AddNodeReferenceID(Parameters::GetInputVolumeReferenceRole(), "vtkMRMLScalarVolumeNodeGone");
+  expectError(parameters, "no longer in the scene");
+  auto* labels = scene->AddNewNodeByClass("vtkMRMLLabelMapVolumeNode", "Labels");
+  parameters->SetInputVolumeNode(vtkMRMLVolumeNode::SafeDownCast(labels));
+  expectError(parameters, "label map");
+
+  auto* input = addVolume();
+  parameters->SetInputVolumeNode(input);
+  parameters->SetMaskNode(model);
+  expectError(parameters, "neither a label map nor a segmentation");
+  parameters->SetMaskNode(labels);
+  expectError(parameters, "'Labels' has no voxels");
+  parameters->SetMaskNode(nullptr);
+  parameters->SetROINode(model);
+  expectError(parameters, "not a markups ROI");
+  parameters->SetROINode(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode", "Box"));
+  expectError(parameters, "empty");
+  parameters->SetROINode(nullptr);
+  parameters->SetOutputVolumeNode(input);
+  expectError(parameters, "an input as well");
+  parameters->SetOutputVolumeNode(vtkMRMLScalarVolumeNode::SafeDownCast(labels));
+  expectError(parameters, "label map");
+  parameters->SetOutputVolumeNode(nullptr);
+  parameters->SetOutputGrid(Parameters::ReferenceGrid);
+  expectError(parameters, "no reference volume");
+  parameters->SetOutputGrid(Parameters::SpacingGrid);
+  parameters->SetOutputSpacing(0);
+  expectError(parameters, "above 0 mm");
+  parameters->SetOutputSpacing(std::numeric_limits<double>::quiet_NaN());
+  expectError(parameters, "above 0 mm");
+  EXPECT_EQ(logic->EstimateMemory(parameters), 0);
+  EXPECT_NE(logic->CheckParameters(parameters), "");
+  parameters->SetOutputSpacing(2);
+  EXPECT_EQ(logic->CheckParameters(parameters), "");
+  EXPECT_GT(logic->EstimateMemory(parameters), 0);
+}
+
+TEST_F(BadInputTest, Images) {
+  auto* parameters = addParameters(nullptr);
+  auto* empty =
+      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Empty"));
+  parameters->SetInputVolumeNode(empty);
+  expectError(parameters, "'Empty' has no voxels");
+  vtkNew<vtkImageData> nothing;
+  empty->SetAndObserveImageData(nothing);
+  expectError(parameters, "'Empty' has no voxels");
+
+  auto* colours =
+      vtkMRMLVectorVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLVectorVolumeNode", "Colours"));
+  vtkNew<vtkImageData> rgb;
+  rgb->SetDimensions(8, 8, 8);
+  rgb->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
+  colours->SetAndObserveImageData(rgb);
+  parameters->SetInputVolumeNode(colours);
+  expectError(parameters, "3 values per voxel");
+
+  auto* bad =
+      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "NaN"));
+  vtkNew<vtkImageData> nan;
+  nan->SetDimensions(8, 8, 8);
+  nan->AllocateScalars(VTK_FLOAT, 1);
+  nan->GetPointData()->GetScalars()->Fill(std::numeric_limits<double>::quiet_NaN());
+  bad->SetAndObserveImageData(nan);
+  parameters->SetInputVolumeNode(bad);
+  expectError(parameters, "finite");
+
+  vtkNew<vtkImageData> slice;
+  slice->SetDimensions(8, 8, 1);
+  slice->AllocateScalars(VTK_FLOAT, 1);
+  slice->GetPointData()->GetScalars()->Fill(1);
+  bad->SetAndObserveImageData(slice);
+  expectError(parameters, "single slice");
+
+  // Two scans that do not meet.
+  auto* far = addVolume("Far");
+  vtkNew<vtkMatrix4x4> matrix;
+  far->GetIJKToRASMatrix(matrix);
+  matrix->SetElement(0, 3, 5000);
+  far->SetIJKToRASMatrix(matrix);
+  parameters->SetInputVolumeNode(addVolume());
+  parameters->AddInputVolumeNode(far);
+  expectError(parameters, "overlap");
+}
+
+TEST_F(BadInputTest, Transforms) {
+  auto* input = addVolume();
+  auto* parameters = addParameters(input);
+  vtkNew<vtkMatrix4x4> flat;
+  flat->SetElement(2, 2, 0);
+  auto* node = addTransform(flat, "Flat");
+  input->SetAndObserveTransformNodeID(node->GetID());
+  expectError(parameters, "cannot be inverted");
+  vtkNew<vtkMatrix4x4> shear;
+  shear->SetElement(0, 1, 0.5);
+  node->SetMatrixTransformToParent(shear);
+  expectError(parameters, "shear");
+
+  auto* grid =
+      vtkMRMLGridTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLGridTransformNode", "Bent"));
+  vtkNew<vtkOrientedGridTransform> bend;
+  vtkNew<vtkImageData> field;
+  field->SetDimensions(3, 3, 3);
+  field->AllocateScalars(VTK_DOUBLE, 3);
+  field->GetPointData()->GetScalars()->Fill(1.5);
+  bend->SetDisplacementGridData(field);
+  grid->SetAndObserveTransformToParent(bend);
+  input->SetAndObserveTransformNodeID(grid->GetID());
+  expectError(parameters, "bends space");
+  input->SetAndObserveTransformNodeID(nullptr);
+  EXPECT_EQ(logic->CheckParameters(parameters), "");
+
+  ASSERT_TRUE(logic->Reconstruct(parameters));
+  auto* model = logic->GetLastJob()->GetModelNode();
+  model->SetAndObserveTransformNodeID(grid->GetID());
+  EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(model, 0, 0, 0)));
+  EXPECT_NE(logic->GetLastError().find("bends space"), std::string::npos);
+}
+
+TEST_F(BadInputTest, Settings) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfGaussians(-4);
+  expectError(parameters, "Gaussians");
+  parameters->SetNumberOfGaussians(0);
+  parameters->SetNumberOfIterations(-1);
+  expectError(parameters, "iterations");
+  parameters->SetNumberOfIterations(0);
+  parameters->SetHeldOutFraction(0.9);
+  expectError(parameters, "held-out");
+  parameters->SetHeldOutFraction(0);
+  parameters->SetHuberDelta(-1);
+  expectError(parameters, "Huber");
+  parameters->SetHuberDelta(0.1);
+  parameters->SetInputSliceThickness(parameters->GetInputVolumeNode(), -2);
+  expectError(parameters, "thickness");
+  parameters->SetInputSliceThickness(parameters->GetInputVolumeNode(), 0);
+  parameters->SetInputSliceAxis(parameters->GetInputVolumeNode(), 7);
+  expectError(parameters, "axis");
+}
+
+// An error on the worker thread: chosen outputs stay as they were.
+TEST_F(BadInputTest, OutputsStayUntouched) {
+  auto* parameters = addParameters(addVolume());
+  auto* output = addVolume("Output");
+  vtkImageData* image = output->GetImageData();
+  parameters->SetOutputVolumeNode(output);
+  parameters->SetInstructionSet("none such");
+  int failed = 0;
+  Observer watch(logic, {vtkSlicerInnerGSLogic::JobFailedEvent}, [&](unsigned long, void* data) {
+    ++failed;
+    EXPECT_EQ(static_cast<vtkSlicerInnerGSJob*>(data)->GetState(), vtkSlicerInnerGSJob::Failed);
+    EXPECT_FALSE(static_cast<vtkSlicerInnerGSJob*>(data)->GetErrorMessage().empty());
+  });
+  const vtkMTimeType before = output->GetMTime();
+  expectError(parameters, "none such");
+  EXPECT_EQ(failed, 1);
+  EXPECT_EQ(output->GetImageData(), image);
+  EXPECT_EQ(output->GetMTime(), before);
+}
+
+TEST_F(BadInputTest, Queries) {
+  EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(nullptr, 0, 0, 0)));
+  auto* empty =
+      vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode", "None"));
+  EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(empty, 0, 0, 0)));
+  EXPECT_NE(logic->GetLastError().find("'None' is empty"), std::string::npos);
+  vtkNew<vtkMatrix4x4> plane;
+  const int nodes = scene->GetNumberOfNodes();
+  EXPECT_EQ(logic->QueryPlane(empty, plane, 10, 10, 1), nullptr);
+  EXPECT_EQ(logic->Resample(empty), nullptr);
+  EXPECT_EQ(logic->ResampleLike(empty, nullptr), nullptr);
+  EXPECT_EQ(logic->FollowSlice(empty, nullptr), nullptr);
+  EXPECT_EQ(logic->CreateGaussianModel(empty), nullptr);
+  EXPECT_FALSE(logic->SaveModel(empty, (folder / "none.innergs").string()));
+  EXPECT_EQ(logic->LoadModel((folder / "none.innergs").string()), nullptr);
+  EXPECT_EQ(scene->GetNumberOfNodes(), nodes);
+
+  ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
+  auto* model = logic->GetLastJob()->GetModelNode();
+  EXPECT_EQ(logic->QueryPlane(model, nullptr, 10, 10, 1), nullptr);
+  EXPECT_EQ(logic->QueryPlane(model, plane, 0, 10, 1), nullptr);
+  EXPECT_EQ(logic->QueryPlane(model, plane, 10, 10, -1), nullptr);
+  plane->SetElement(0, 0, 0);
+  EXPECT_EQ(logic->QueryPlane(model, plane, 10, 10, 1), nullptr);
+  EXPECT_EQ(logic->Resample(model, -3), nullptr);
+  EXPECT_FALSE(logic->GetValuesAtRAS(model, nullptr, nullptr));
+  vtkNew<vtkFloatArray> values;
+  vtkNew<vtkPoints> points;
+  EXPECT_TRUE(logic->GetValuesAtRAS(model, points, values)); // none of them
+  EXPECT_EQ(values->GetNumberOfTuples(), 0);
+}
+
+} // namespace

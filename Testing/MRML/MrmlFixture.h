@@ -1,0 +1,77 @@
+#pragma once
+#include "vtkInnerGSModel.h"
+#include "vtkMRMLInnerGSModelNode.h"
+#include "vtkMRMLInnerGSParameterNode.h"
+#include "vtkSlicerInnerGSJob.h"
+#include "vtkSlicerInnerGSLogic.h"
+
+#include <vtkMRMLLinearTransformNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+
+#include <vtkCallbackCommand.h>
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkSmartPointer.h>
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <functional>
+
+/// Calls a function for events of an object while it lives.
+class Observer {
+public:
+  using Call = std::function<void(unsigned long, void*)>;
+  Observer(vtkObject* object, std::initializer_list<unsigned long> events, Call call);
+  ~Observer();
+  Observer(const Observer&) = delete;
+  Observer& operator=(const Observer&) = delete;
+
+private:
+  vtkSmartPointer<vtkObject> object_;
+  Call call_;
+  vtkNew<vtkCallbackCommand> command_;
+};
+
+/// A scene with the logic and, on request, a smooth synthetic head in it.
+class MrmlFixture : public testing::Test {
+protected:
+  MrmlFixture();
+  ~MrmlFixture() override;
+
+  /// A smooth function of the position in the world, so that geometry can be judged by values.
+  static double truth(double r, double a, double s);
+
+  /// size voxels sampled from truth() where the matrix puts them; short integers as scanners give them.
+  vtkMRMLScalarVolumeNode* addVolume(const char* name, const int size[3], vtkMatrix4x4* ijkToRAS,
+                                     vtkMatrix4x4* nodeToWorld = nullptr);
+  /// 24×22×20 voxels of 2 mm around the origin.
+  vtkMRMLScalarVolumeNode* addVolume(const char* name = "Head");
+  /// Wide axial slices: 32×30×10 voxels of 1.5×1.5×5 mm.
+  vtkMRMLScalarVolumeNode* addThickVolume(const char* name = "Thick");
+  vtkMRMLInnerGSParameterNode* addParameters(vtkMRMLVolumeNode* input);
+  vtkMRMLLinearTransformNode* addTransform(vtkMatrix4x4* matrix, const char* name = "Transform");
+
+  /// Root mean square difference to truth() over a volume's voxels, through its parent transform, leaving out
+  /// `margin` voxels at each edge.
+  double error(vtkMRMLScalarVolumeNode* volume, int margin = 2);
+  int countNodes(const char* className);
+  /// Every ErrorEvent's sentence so far.
+  std::vector<std::string> errors;
+
+  vtkNew<vtkMRMLScene> scene;
+  vtkSmartPointer<vtkSlicerInnerGSLogic> logic;
+  std::filesystem::path folder; // empty, removed at the end
+
+private:
+  std::unique_ptr<Observer> onError_;
+};
+
+/// A right-handed rotation about (1, 2, 3) by an angle in degrees, then a shift; spacing in the columns.
+vtkSmartPointer<vtkMatrix4x4> oblique(double degrees, const double spacing[3], const double origin[3]);

@@ -1,0 +1,126 @@
+#include "MrmlFixture.h"
+
+#include <vtkMRMLTableNode.h>
+
+namespace {
+
+using ParameterNodeTest = MrmlFixture;
+using Parameters = vtkMRMLInnerGSParameterNode;
+
+void fill(Parameters* p) {
+  p->SetPreset(Parameters::Best);
+  p->SetBlending(Parameters::Additive);
+  p->SetLinearIntensity(0);
+  p->SetInitialisation(Parameters::Grid);
+  p->SetLoss(Parameters::Huber);
+  p->SetHuberDelta(1.0 / 3);
+  p->SetSSIMWeight(0.123456789012345);
+  p->SetNumberOfGaussians(123456);
+  p->SetNumberOfIterations(77);
+  p->SetNumberOfMembers(3);
+  p->SetPaperStopRule(1);
+  p->RelocateOff();
+  p->ConsistencyOff();
+  p->SetNumberOfThreads(2);
+  p->SetInstructionSet("scalar");
+  p->SetSeed(42);
+  p->SetHeldOutFraction(0.1);
+  p->EvaluateQualityOn();
+  p->SetQualityGap(6);
+  p->SetOutputGrid(Parameters::SpacingGrid);
+  p->SetOutputSpacing(0.7);
+  p->SetMaskSegmentID("Segment \"1\" <&>");
+}
+
+void expectFilled(Parameters* p) {
+  EXPECT_EQ(p->GetPreset(), Parameters::Best);
+  EXPECT_EQ(p->GetBlending(), Parameters::Additive);
+  EXPECT_EQ(p->GetLinearIntensity(), 0);
+  EXPECT_EQ(p->GetInitialisation(), Parameters::Grid);
+  EXPECT_EQ(p->GetLoss(), Parameters::Huber);
+  EXPECT_EQ(p->GetHuberDelta(), 1.0 / 3);
+  EXPECT_EQ(p->GetSSIMWeight(), 0.123456789012345);
+  EXPECT_EQ(p->GetNumberOfGaussians(), 123456);
+  EXPECT_EQ(p->GetNumberOfIterations(), 77);
+  EXPECT_EQ(p->GetNumberOfMembers(), 3);
+  EXPECT_EQ(p->GetPaperStopRule(), 1);
+  EXPECT_FALSE(p->GetRelocate());
+  EXPECT_FALSE(p->GetConsistency());
+  EXPECT_EQ(p->GetNumberOfThreads(), 2);
+  EXPECT_EQ(p->GetInstructionSet(), "scalar");
+  EXPECT_EQ(p->GetSeed(), 42);
+  EXPECT_EQ(p->GetHeldOutFraction(), 0.1);
+  EXPECT_TRUE(p->GetEvaluateQuality());
+  EXPECT_EQ(p->GetQualityGap(), 6);
+  EXPECT_EQ(p->GetOutputGrid(), Parameters::SpacingGrid);
+  EXPECT_EQ(p->GetOutputSpacing(), 0.7);
+  EXPECT_EQ(p->GetMaskSegmentID(), "Segment \"1\" <&>");
+}
+
+TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
+  auto* first = addVolume("First");
+  auto* second = addVolume("Second");
+  auto* parameters = addParameters(first);
+  parameters->AddInputVolumeNode(second);
+  parameters->SetInputSliceThickness(second, 3.3);
+  parameters->SetInputSliceProfile(second, Parameters::GaussianProfile);
+  parameters->SetInputSliceAxis(second, 1);
+  parameters->SetReferenceVolumeNode(first);
+  parameters->SetQualityTableNode(
+      vtkMRMLTableNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTableNode")));
+  fill(parameters);
+  scene->SetSaveToXMLString(1);
+  scene->Commit();
+  const std::string xml = scene->GetSceneXMLString();
+
+  // Into a scene that has nodes with the same IDs already: references are renamed, and what hangs on them
+  // too.
+  vtkNew<vtkMRMLScene> other;
+  vtkNew<vtkSlicerInnerGSLogic> otherLogic;
+  otherLogic->SetMRMLScene(other);
+  other->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Here before");
+  other->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Here before too");
+  other->SetLoadFromXMLString(1);
+  other->SetSceneXMLString(xml);
+  other->Import();
+  auto* restored = Parameters::SafeDownCast(other->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode"));
+  ASSERT_NE(restored, nullptr);
+  expectFilled(restored);
+  ASSERT_EQ(restored->GetNumberOfInputVolumeNodes(), 2);
+  auto* input = restored->GetInputVolumeNode(1);
+  ASSERT_NE(input, nullptr);
+  EXPECT_STREQ(input->GetName(), "Second");
+  EXPECT_EQ(restored->GetInputSliceThickness(input), 3.3);
+  EXPECT_EQ(restored->GetInputSliceProfile(input), Parameters::GaussianProfile);
+  EXPECT_EQ(restored->GetInputSliceAxis(input), 1);
+  EXPECT_EQ(restored->GetInputSliceThickness(restored->GetInputVolumeNode(0)), 0);
+  EXPECT_STREQ(restored->GetReferenceVolumeNode()->GetName(), "First");
+  EXPECT_NE(restored->GetQualityTableNode(), nullptr);
+}
+
+TEST_F(ParameterNodeTest, CopiedAndReset) {
+  vtkNew<Parameters> source, target;
+  fill(source);
+  target->CopyContent(source);
+  expectFilled(target);
+  target->ResetSettings();
+  EXPECT_EQ(target->GetPreset(), Parameters::Balanced);
+  EXPECT_EQ(target->GetBlending(), Parameters::Automatic);
+  EXPECT_EQ(target->GetNumberOfGaussians(), 0);
+  EXPECT_EQ(target->GetMaskSegmentID(), "Segment \"1\" <&>"); // the input's, not a setting
+  EXPECT_EQ(source->GetSeed(), 42);
+}
+
+TEST_F(ParameterNodeTest, RemovedNodesAreForgotten) {
+  auto* first = addVolume("First");
+  auto* second = addVolume("Second");
+  auto* parameters = addParameters(first);
+  parameters->AddInputVolumeNode(second);
+  scene->RemoveNode(first);
+  ASSERT_EQ(parameters->GetNumberOfInputVolumeNodes(), 1);
+  EXPECT_EQ(parameters->GetInputVolumeNode(), second);
+  parameters->RemoveInputVolumeNode(second);
+  EXPECT_EQ(parameters->GetNumberOfInputVolumeNodes(), 0);
+}
+
+} // namespace

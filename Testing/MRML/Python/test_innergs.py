@@ -1,0 +1,226 @@
+"""The wrapped logic and the innergs package against Slicer's real MRML, without a display."""
+
+import gc
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+import unittest
+
+import numpy
+import slicer_core
+from slicer_core import vtkMRMLScalarVolumeNode, vtkMRMLScene
+from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonDataModel import vtkImageData
+from vtkmodules.vtkCommonMath import vtkMatrix4x4
+
+import innergs
+
+DATA = pathlib.Path(os.environ.get("INNERGS_TEST_DATA", ""))
+
+
+def truth(r, a, s):
+    return 400 + 120 * numpy.sin(r / 7) + 90 * numpy.cos(a / 6) + 70 * numpy.sin(s / 8) + r - 2 * a
+
+
+def add_volume(scene, name="Head", size=(24, 22, 20), spacing=(2.0, 2.0, 2.0)):
+    k, j, i = numpy.meshgrid(*[numpy.arange(n) for n in reversed(size)], indexing="ij")
+    origin = [-d * (n - 1) / 2 for n, d in zip(size, spacing)]
+    values = truth(*[o + d * x for o, d, x in zip(origin, spacing, (i, j, k))]).astype(numpy.int16)
+    image = vtkImageData()
+    image.SetDimensions(size)
+    image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(), deep=True))
+    node = vtkMRMLScalarVolumeNode()
+    node.SetName(name)
+    node.SetAndObserveImageData(image)
+    node.SetSpacing(spacing)
+    node.SetOrigin(origin)
+    scene.AddNode(node)
+    return node
+
+
+class InnerGSTest(unittest.TestCase):
+    def setUp(self):
+        self.scene = vtkMRMLScene()
+        self.logic = innergs.logic(self.scene)
+
+    def test_reconstruct(self):
+        source = add_volume(self.scene)
+        result = innergs.reconstruct(source, spacing=1.5, preset="fast", held_out=0.1)
+        self.assertEqual(result.volume.GetImageData().GetDimensions(), (32, 29, 27))
+        self.assertGreater(result.training_psnr, 30)
+        self.assertGreater(result.held_out_psnr, 25)
+        self.assertIsNone(result.table)
+        self.assertEqual(result.volume.GetAttribute("InnerGS.Inputs"), "Head")
+        # The temporary parameter node is gone.
+        self.assertEqual(self.scene.GetNumberOfNodesByClass("vtkMRMLInnerGSParameterNode"), 0)
+
+        points = numpy.array([[1, 2, 3], [-6, 5, 4]], float)
+        values = innergs.query(result.model, points)
+        numpy.testing.assert_allclose(values, truth(*points.T), atol=10)
+        self.assertAlmostEqual(innergs.query(result.model, [1, 2, 3]), values[0], places=3)
+        self.assertEqual(innergs.query(result.model, numpy.zeros((2, 5, 3))).shape, (2, 5))
+        self.assertEqual(innergs.query(result.model, numpy.zeros((0, 3))).shape, (0,))
+
+        plane = innergs.plane(result.model, numpy.eye(4), size=(17, 9), spacing=0.5)
+        self.assertEqual(plane.GetImageData().GetDimensions(), (17, 9, 1))
+        self.assertAlmostEqual(plane.GetImageData().GetScalarComponentAsDouble(8, 4, 0, 0), truth(0, 0, 0), delta=8)
+        fine = innergs.resample(result.model, spacing=1)
+        self.assertEqual(fine.GetImageData().GetDimensions(), (48, 44, 40))
+        like = innergs.resample(result.model, reference=source)
+        self.assertEqual(like.GetImageData().GetDimensions(), (24, 22, 20))
+        centres = innergs.gaussians(result.model, 20)
+        self.assertEqual(centres.GetPolyData().GetNumberOfPoints(), 20)
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "head.innergs"
+            innergs.save(result.model, path)
+            loaded = innergs.load(path, self.scene)
+            self.assertEqual(innergs.query(loaded, [1, 2, 3]), innergs.query(result.model, [1, 2, 3]))
+
+    def test_several_volumes_and_quality(self):
+        axial = add_volume(self.scene, "Axial", (30, 28, 12), (1.5, 1.5, 4.0))
+        coronal = add_volume(self.scene, "Coronal", (30, 12, 30), (1.5, 4.0, 1.5))
+        result = innergs.reconstruct([axial, coronal], preset="fast", thickness=[4.0, 3.5], quality=True, quality_gap=2)
+        self.assertEqual(result.table.GetTable().GetNumberOfRows(), 4)
+        self.assertEqual(result.volume.GetAttribute("InnerGS.Inputs"), "Axial; Coronal")
+
+    def test_background_job(self):
+        threads, fractions = set(), []
+
+        def on_progress(job):
+            threads.add(threading.current_thread())
+            fractions.append(job.progress)
+
+        job = innergs.start(add_volume(self.scene), preset="fast", progress=on_progress)
+        self.assertTrue(job.running)
+        while job.running:
+            time.sleep(0.01)
+        self.assertEqual(threads, {threading.main_thread()})
+        self.assertEqual(fractions, sorted(fractions))
+        self.assertIsNotNone(job.result().model)
+        self.assertEqual(job.progress, 1)
+        self.assertFalse(innergs.running(self.scene))
+
+    def test_cancel(self):
+        source = add_volume(self.scene)
+        job = innergs.start(source, iterations=100000)
+        with self.assertRaises(TimeoutError):
+            job.result(timeout=0.3)
+        begun = time.monotonic()
+        job.cancel()
+        self.assertLess(time.monotonic() - begun, 0.5)
+        with self.assertRaises(innergs.Cancelled):
+            job.result()
+        self.assertEqual(self.scene.GetNumberOfNodesByClass("vtkMRMLScalarVolumeNode"), 1)
+        # From its own progress, and all at once.
+        with self.assertRaises(innergs.Cancelled):
+            innergs.reconstruct(source, iterations=100000, progress=lambda job: job.cancel())
+        innergs.start(source, iterations=100000)
+        innergs.start(source, iterations=100000)
+        innergs.cancel(self.scene)
+        self.assertFalse(innergs.running(self.scene))
+        self.assertEqual(self.scene.GetNumberOfNodesByClass("vtkMRMLInnerGSParameterNode"), 0)
+
+    def test_preview(self):
+        shapes = []
+
+        def on_preview(job):
+            image, matrix = job.preview
+            shapes.append(image.GetDimensions())
+            self.assertNotEqual(matrix.Determinant(), 0)
+            job.cancel()
+
+        with self.assertRaises(innergs.Cancelled):
+            innergs.reconstruct(add_volume(self.scene), iterations=100000, preview=on_preview)
+        self.assertEqual(len(shapes), 1)
+
+    def test_errors_are_sentences(self):
+        source = add_volume(self.scene)
+        empty = vtkMRMLScalarVolumeNode()
+        empty.SetName("Empty")
+        self.scene.AddNode(empty)
+        nodes = self.scene.GetNumberOfNodes()
+        for call, words in (
+            (lambda: innergs.reconstruct(None), "Give a node"),
+            (lambda: innergs.reconstruct([]), "at least one"),
+            (lambda: innergs.reconstruct(vtkMRMLScalarVolumeNode()), "not in a scene"),
+            (lambda: innergs.reconstruct(empty), "'Empty' has no voxels"),
+            (lambda: innergs.reconstruct(source, spacing=-1), "above 0 mm"),
+            (lambda: innergs.reconstruct(source, spacing=1, input_grid=True), "one output grid"),
+            (lambda: innergs.reconstruct(source, preset="magic"), "fast, balanced, best, paper"),
+            (lambda: innergs.reconstruct(source, colour="red"), "no setting 'colour'"),
+            (lambda: innergs.reconstruct(source, gaussians=-1), "Gaussians"),
+            (lambda: innergs.reconstruct(source, gaussians="many"), ""),
+            (lambda: innergs.reconstruct(source, thickness=[1, 2]), "2 values of thickness"),
+            (lambda: innergs.reconstruct(source, instruction_set="none such"), "none such"),
+            (lambda: innergs.load("/no/such/file.innergs", self.scene), "file.innergs"),
+            (lambda: innergs.query(None, [0, 0, 0]), "Give a node"),
+        ):
+            with self.assertRaises(innergs.Error) as caught:
+                call()
+            self.assertIn(words, str(caught.exception))
+        self.assertEqual(self.scene.GetNumberOfNodes(), nodes)
+
+    def test_parameter_node(self):
+        node = innergs.parameters(add_volume(self.scene), input_grid=True, preset="fast", seed=3)
+        result = innergs.reconstruct(None, parameter_node=node)
+        self.assertIs(node.GetResultVolumeNode(), result.volume)
+        self.assertIn("seed=3", result.model.GetAttribute("InnerGS.Settings"))
+
+    def test_scene_cleared_and_dropped_while_running(self):
+        job = innergs.start(add_volume(self.scene), iterations=100000)
+        self.scene.Clear(False)
+        with self.assertRaises(innergs.Cancelled):
+            job.result()
+        scene = vtkMRMLScene()
+        innergs.start(add_volume(scene), iterations=100000)
+        del scene
+        gc.collect()
+
+    def test_event_call_data(self):
+        kinds = []
+
+        def on_event(caller, event, job):
+            kinds.append(job.GetStateAsString(job.GetState()))
+
+        on_event.CallDataType = "object"
+        self.logic.AddObserver(self.logic.JobFinishedEvent, on_event)
+        innergs.reconstruct(add_volume(self.scene), preset="fast")
+        self.assertEqual(kinds, ["Finished"])
+
+    def test_interpreter_ends_while_running(self):
+        code = ("import sys; sys.path[:0] = %r\n"
+                "import test_innergs as t, innergs\n"
+                "scene = t.vtkMRMLScene(); innergs.logic(scene)\n"
+                "job = innergs.start(t.add_volume(scene), iterations=100000)\n"
+                "print('started', job.running)\n" % sys.path)
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60,
+                              cwd=pathlib.Path(__file__).parent)
+        self.assertEqual((done.returncode, done.stdout), (0, "started True\n"), done.stderr)
+
+    def test_batch_example(self):
+        scans = [DATA / name for name in ("B_abdomen_spgr_FA15.nii.gz", "G_orient_LPS.nii.gz")]
+        if not all(path.exists() for path in scans):
+            self.skipTest("needs the test volumes")
+        with tempfile.TemporaryDirectory() as folder:
+            source, target = pathlib.Path(folder) / "scans", pathlib.Path(folder) / "results"
+            source.mkdir()
+            for path in scans:
+                (source / path.name).symlink_to(path)
+            (source / "broken.nii").write_bytes(b"nothing")
+            script = pathlib.Path(os.environ["INNERGS_EXAMPLES"]) / "batch_reconstruct.py"
+            done = subprocess.run([sys.executable, script, source, target, "--preset", "fast"], capture_output=True,
+                                  text=True, timeout=300)
+            self.assertEqual(done.returncode, 1, done.stderr)
+            self.assertIn("broken.nii", done.stderr)
+            names = sorted(path.name for path in target.iterdir())
+            self.assertEqual(names, ["B_abdomen_spgr_FA15.innergs", "B_abdomen_spgr_FA15.nii.gz", "G_orient_LPS.innergs",
+                                     "G_orient_LPS.nii.gz", "report.csv"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,136 @@
+#include "MrmlFixture.h"
+
+#include <vtkMRMLModelNode.h>
+#include <vtkMRMLSliceNode.h>
+
+#include <vtkFloatArray.h>
+#include <vtkPoints.h>
+#include <vtkPolyData.h>
+#include <vtkTransform.h>
+
+namespace {
+
+class QueryTest : public MrmlFixture {
+protected:
+  QueryTest() {
+    EXPECT_TRUE(logic->Reconstruct(addParameters(addVolume()))) << logic->GetLastError();
+    model = logic->GetLastJob()->GetModelNode();
+  }
+  vtkMRMLInnerGSModelNode* model = nullptr;
+};
+
+TEST_F(QueryTest, Points) {
+  vtkNew<vtkPoints> points;
+  points->InsertNextPoint(1, 2, 3);
+  points->InsertNextPoint(-8, 7, -6);
+  vtkNew<vtkFloatArray> values;
+  ASSERT_TRUE(logic->GetValuesAtRAS(model, points, values));
+  ASSERT_EQ(values->GetNumberOfTuples(), 2);
+  EXPECT_NEAR(values->GetValue(0), truth(1, 2, 3), 8);
+  EXPECT_NEAR(values->GetValue(1), truth(-8, 7, -6), 8);
+  EXPECT_FLOAT_EQ(static_cast<float>(logic->GetValueAtRAS(model, 1, 2, 3)), values->GetValue(0));
+}
+
+TEST_F(QueryTest, ObliquePlane) {
+  vtkNew<vtkTransform> pose;
+  pose->Translate(1, -2, 3);
+  pose->RotateWXYZ(35, 1, 1, 0);
+  auto* plane = logic->QueryPlane(model, pose->GetMatrix(), 21, 15, 0.8);
+  ASSERT_NE(plane, nullptr) << logic->GetLastError();
+  int size[3];
+  plane->GetImageData()->GetDimensions(size);
+  EXPECT_EQ(size[0], 21);
+  EXPECT_EQ(size[1], 15);
+  EXPECT_EQ(size[2], 1);
+  EXPECT_LT(error(plane, 0), 6);
+  vtkNew<vtkMatrix4x4> matrix;
+  plane->GetIJKToRASMatrix(matrix);
+  double middle[4] = {10, 7, 0, 1};
+  matrix->MultiplyPoint(middle, middle);
+  EXPECT_NEAR(middle[0], 1, 1e-9);
+  EXPECT_NEAR(middle[1], -2, 1e-9);
+  EXPECT_NEAR(middle[2], 3, 1e-9);
+  EXPECT_EQ(logic->QueryPlane(model, pose->GetMatrix(), 8, 8, 1, plane), plane); // in place
+  plane->GetImageData()->GetDimensions(size);
+  EXPECT_EQ(size[0], 8);
+}
+
+TEST_F(QueryTest, Resampled) {
+  auto* fine = logic->Resample(model, 1);
+  ASSERT_NE(fine, nullptr);
+  int size[3];
+  fine->GetImageData()->GetDimensions(size);
+  EXPECT_EQ(size[0], 48);
+  EXPECT_LT(error(fine, 4), 6);
+  const int small[3] = {7, 6, 5};
+  const double spacing[3] = {-2, 2, 2}, origin[3] = {6, -5, -4}; // left-handed
+  auto* reference = addVolume("Reference", small, oblique(40, spacing, origin));
+  auto* like = logic->ResampleLike(model, reference);
+  ASSERT_NE(like, nullptr);
+  EXPECT_LT(error(like, 0), 6);
+}
+
+TEST_F(QueryTest, FollowsASliceView) {
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  slice->SetLayoutName("Red");
+  slice->SetOrientation("Axial");
+  slice->SetDimensions(40, 30, 1);
+  slice->SetFieldOfView(30, 22.5, 1);
+  auto* volume = logic->FollowSlice(model, slice);
+  ASSERT_NE(volume, nullptr) << logic->GetLastError();
+  EXPECT_TRUE(logic->IsFollowing(volume));
+  EXPECT_LT(error(volume, 0), 6);
+  vtkNew<vtkMatrix4x4> before, after;
+  volume->GetIJKToRASMatrix(before);
+  slice->SetSliceOffset(5);
+  volume->GetIJKToRASMatrix(after);
+  EXPECT_NEAR(after->GetElement(2, 3) - before->GetElement(2, 3), 5, 1e-6);
+  EXPECT_LT(error(volume, 0), 6);
+  vtkNew<vtkTransform> turn;
+  turn->RotateWXYZ(30, 1, 0.5, 0);
+  slice->GetSliceToRAS()->DeepCopy(turn->GetMatrix());
+  slice->UpdateMatrices();
+  EXPECT_LT(error(volume, 0), 6);
+
+  logic->SetMaximumFollowPixels(16); // for views that are larger
+  ASSERT_EQ(logic->FollowSlice(model, slice, volume), volume);
+  int size[3];
+  volume->GetImageData()->GetDimensions(size);
+  EXPECT_EQ(size[0], 16);
+  EXPECT_LT(error(volume, 0), 6);
+
+  // The model moves under its view.
+  vtkNew<vtkTransform> shift;
+  shift->Translate(0, 0, 4);
+  const double was = volume->GetImageData()->GetScalarComponentAsDouble(8, 6, 0, 0);
+  model->SetAndObserveTransformNodeID(addTransform(shift->GetMatrix())->GetID());
+  EXPECT_NE(volume->GetImageData()->GetScalarComponentAsDouble(8, 6, 0, 0), was);
+
+  scene->RemoveNode(slice);
+  EXPECT_FALSE(logic->IsFollowing(volume));
+}
+
+TEST_F(QueryTest, FollowingEndsWithAnyNode) {
+  for (int which = 0; which < 3; ++which) {
+    auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+    slice->SetLayoutName(("View" + std::to_string(which)).c_str());
+    auto* copy = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    copy->CopyContent(model);
+    auto* volume = logic->FollowSlice(copy, slice);
+    ASSERT_NE(volume, nullptr) << logic->GetLastError();
+    vtkMRMLNode* const nodes[] = {slice, copy, volume};
+    scene->RemoveNode(nodes[which]);
+    if (which > 0) slice->SetSliceOffset(3); // nobody listens
+    EXPECT_FALSE(which != 2 && logic->IsFollowing(volume));
+  }
+}
+
+TEST_F(QueryTest, GaussiansAsAModelNode) {
+  auto* node = logic->CreateGaussianModel(model, 50);
+  ASSERT_NE(node, nullptr) << logic->GetLastError();
+  EXPECT_EQ(node->GetPolyData()->GetNumberOfPoints(), 50);
+  EXPECT_EQ(logic->CreateGaussianModel(model, 0, node), node);
+  EXPECT_EQ(node->GetPolyData()->GetNumberOfPoints(), model->GetModel()->GetNumberOfGaussians());
+}
+
+} // namespace

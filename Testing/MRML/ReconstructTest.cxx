@@ -1,0 +1,215 @@
+#include "MrmlFixture.h"
+
+#include <vtkMRMLLabelMapVolumeNode.h>
+#include <vtkMRMLMarkupsROINode.h>
+#include <vtkMRMLScalarVolumeDisplayNode.h>
+#include <vtkMRMLSubjectHierarchyNode.h>
+#include <vtkMRMLTableNode.h>
+#include <vtkMRMLVolumeArchetypeStorageNode.h>
+
+#include <vtkTable.h>
+
+namespace {
+
+using ReconstructTest = MrmlFixture;
+using Parameters = vtkMRMLInnerGSParameterNode;
+
+TEST_F(ReconstructTest, NewNodesBesideTheInput) {
+  auto* input = addVolume();
+  input->CreateDefaultDisplayNodes();
+  auto* shown = vtkMRMLScalarVolumeDisplayNode::SafeDownCast(input->GetDisplayNode());
+  shown->SetAutoWindowLevel(0);
+  shown->SetWindowLevel(321, 123);
+  auto* hierarchy = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene);
+  ASSERT_NE(hierarchy, nullptr);
+  const vtkIdType study = hierarchy->CreateFolderItem(hierarchy->GetSceneItemID(), "Study");
+  hierarchy->CreateItem(study, input);
+  const vtkMTimeType before = input->GetImageData()->GetMTime();
+
+  auto* parameters = addParameters(input);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* job = logic->GetLastJob();
+  auto* volume = job->GetVolumeNode();
+  auto* model = job->GetModelNode();
+  ASSERT_NE(volume, nullptr);
+  ASSERT_NE(model, nullptr);
+  EXPECT_EQ(parameters->GetResultVolumeNode(), volume);
+  EXPECT_EQ(parameters->GetResultModelNode(), model);
+  EXPECT_STREQ(volume->GetName(), "Head InnerGS");
+  EXPECT_LT(error(volume), 6);
+  EXPECT_GT(model->GetModel()->GetNumberOfGaussians(), 10);
+  EXPECT_EQ(input->GetImageData()->GetMTime(), before);
+
+  EXPECT_EQ(hierarchy->GetItemParent(hierarchy->GetItemByDataNode(volume)), study);
+  EXPECT_EQ(hierarchy->GetItemParent(hierarchy->GetItemByDataNode(model)), study);
+  auto* display = vtkMRMLScalarVolumeDisplayNode::SafeDownCast(volume->GetDisplayNode());
+  ASSERT_NE(display, nullptr);
+  EXPECT_EQ(display->GetWindow(), 321);
+  EXPECT_EQ(display->GetLevel(), 123);
+  for (vtkMRMLNode* node : {static_cast<vtkMRMLNode*>(volume), static_cast<vtkMRMLNode*>(model)}) {
+    EXPECT_STREQ(node->GetAttribute("InnerGS.Inputs"), "Head");
+    EXPECT_EQ(node->GetAttribute("InnerGS.Version"), vtkSlicerInnerGSLogic::GetVersion());
+    EXPECT_NE(std::string(node->GetAttribute("InnerGS.Settings")).find("preset=fast"), std::string::npos);
+  }
+
+  // Again: other new nodes, unless one was chosen.
+  ASSERT_TRUE(logic->Reconstruct(parameters));
+  auto* second = logic->GetLastJob()->GetVolumeNode();
+  EXPECT_NE(second, volume);
+  parameters->SetOutputVolumeNode(second);
+  parameters->SetOutputModelNode(model);
+  ASSERT_TRUE(logic->Reconstruct(parameters));
+  EXPECT_EQ(logic->GetLastJob()->GetVolumeNode(), second);
+  EXPECT_EQ(logic->GetLastJob()->GetModelNode(), model);
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 3);
+}
+
+TEST_F(ReconstructTest, OutputGrids) {
+  auto* input = addThickVolume();
+  auto* parameters = addParameters(input);
+  const auto sizeOf = [&] {
+    EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    int size[3] = {0, 0, 0};
+    if (auto* volume = logic->GetLastJob()->GetVolumeNode()) volume->GetImageData()->GetDimensions(size);
+    return std::array<int, 3>{size[0], size[1], size[2]};
+  };
+  using Size = std::array<int, 3>;
+  EXPECT_EQ(sizeOf(), (Size{32, 30, 33})); // isotropic at the finest spacing
+  parameters->SetOutputGrid(Parameters::InputGrid);
+  EXPECT_EQ(sizeOf(), (Size{32, 30, 10}));
+  vtkNew<vtkMatrix4x4> in, out;
+  input->GetIJKToRASMatrix(in);
+  logic->GetLastJob()->GetVolumeNode()->GetIJKToRASMatrix(out);
+  for (int n = 0; n < 16; ++n)
+    EXPECT_NEAR(in->GetData()[n], out->GetData()[n], 1e-9);
+  parameters->SetOutputGrid(Parameters::SpacingGrid);
+  parameters->SetOutputSpacing(3);
+  EXPECT_EQ(sizeOf(), (Size{16, 15, 17}));
+  parameters->SetOutputGrid(Parameters::ReferenceGrid);
+  const int size[3] = {9, 8, 7};
+  const double spacing[3] = {2, 2, 2.5}, origin[3] = {-8, -7, -6};
+  auto matrix = oblique(20, spacing, origin);
+  parameters->SetReferenceVolumeNode(addVolume("Reference", size, matrix));
+  EXPECT_EQ(sizeOf(), (Size{9, 8, 7}));
+  logic->GetLastJob()->GetVolumeNode()->GetIJKToRASMatrix(out);
+  for (int n = 0; n < 16; ++n)
+    EXPECT_NEAR(matrix->GetData()[n], out->GetData()[n], 1e-9);
+  EXPECT_LT(error(logic->GetLastJob()->GetVolumeNode(), 0), 25);
+}
+
+TEST_F(ReconstructTest, SeveralStacks) {
+  auto* axial = addThickVolume("Axial");
+  const int size[3] = {10, 30, 32};
+  vtkNew<vtkMatrix4x4> matrix;
+  const double spacing[3] = {5, 1.5, 1.5};
+  for (int a = 0; a < 3; ++a) {
+    matrix->SetElement(a, a, spacing[a]);
+    matrix->SetElement(a, 3, -spacing[a] * (size[a] - 1) / 2);
+  }
+  auto* sagittal = addVolume("Sagittal", size, matrix);
+  auto* parameters = addParameters(axial);
+  parameters->AddInputVolumeNode(sagittal);
+  parameters->AddInputVolumeNode(sagittal); // once is enough
+  ASSERT_EQ(parameters->GetNumberOfInputVolumeNodes(), 2);
+  parameters->SetInputSliceThickness(sagittal, 4.5);
+  parameters->SetInputSliceProfile(sagittal, Parameters::GaussianProfile);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* volume = logic->GetLastJob()->GetVolumeNode();
+  EXPECT_STREQ(volume->GetAttribute("InnerGS.Inputs"), "Axial; Sagittal");
+  EXPECT_LT(error(volume, 4), 15);
+}
+
+TEST_F(ReconstructTest, MaskAndRegion) {
+  auto* input = addVolume();
+  auto* parameters = addParameters(input);
+  auto* mask = vtkMRMLLabelMapVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLLabelMapVolumeNode"));
+  vtkNew<vtkImageData> labels;
+  labels->SetDimensions(24, 22, 20);
+  labels->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  labels->GetPointData()->GetScalars()->Fill(0);
+  for (int k = 5; k < 15; ++k)
+    for (int j = 5; j < 15; ++j)
+      for (int i = 5; i < 15; ++i)
+        labels->SetScalarComponentFromDouble(i, j, k, 0, 3);
+  mask->SetAndObserveImageData(labels);
+  vtkNew<vtkMatrix4x4> matrix;
+  input->GetIJKToRASMatrix(matrix);
+  mask->SetIJKToRASMatrix(matrix);
+  parameters->SetMaskNode(mask);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  double bounds[6];
+  const auto masked = logic->GetLastJob()->GetModelNode()->GetModel()->GetNumberOfGaussians();
+  parameters->SetMaskNode(nullptr);
+
+  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  roi->SetCenter(2, -1, 3);
+  roi->SetSize(20, 16, 12);
+  parameters->SetROINode(roi);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* volume = logic->GetLastJob()->GetVolumeNode();
+  int size[3];
+  volume->GetImageData()->GetDimensions(size);
+  EXPECT_EQ(size[0], 10);
+  EXPECT_EQ(size[1], 8);
+  EXPECT_EQ(size[2], 6);
+  volume->GetRASBounds(bounds);
+  EXPECT_NEAR(bounds[0], -8, 1e-6);
+  EXPECT_NEAR(bounds[5], 9, 1e-6);
+  EXPECT_LT(error(volume, 1), 8);
+  EXPECT_GT(masked, 0);
+
+  parameters->SetMaskNode(mask);
+  EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+}
+
+TEST_F(ReconstructTest, QualityTable) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetHeldOutFraction(0.2);
+  parameters->EvaluateQualityOn();
+  parameters->SetQualityGap(2);
+  std::vector<double> progress;
+  Observer watch(logic, {vtkSlicerInnerGSLogic::JobProgressEvent}, [&](unsigned long, void* job) {
+    progress.push_back(static_cast<vtkSlicerInnerGSJob*>(job)->GetProgress());
+  });
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_TRUE(std::is_sorted(progress.begin(), progress.end()));
+  auto* table = logic->GetLastJob()->GetTableNode();
+  ASSERT_NE(table, nullptr);
+  EXPECT_EQ(parameters->GetResultTableNode(), table);
+  ASSERT_EQ(table->GetTable()->GetNumberOfRows(), 4);
+  EXPECT_EQ(table->GetTable()->GetValueByName(0, "Method").ToString(), "gaussians");
+  EXPECT_EQ(table->GetTable()->GetValueByName(1, "Method").ToString(), "linear");
+  EXPECT_GT(table->GetTable()->GetValueByName(0, "PSNR (dB)").ToDouble(), 20);
+  EXPECT_STREQ(table->GetAttribute("InnerGS.Protocol"), "H, keep-every-2");
+  EXPECT_GT(logic->GetLastJob()->GetHeldOutPSNR(), 20);
+  EXPECT_STRNE(table->GetAttribute("InnerGS.HeldOutPSNR"), nullptr);
+}
+
+TEST_F(ReconstructTest, NiftiFromDisk) {
+  const std::string path = INNERGS_TEST_DATA "/B_abdomen_spgr_FA15.nii.gz";
+  if (!std::filesystem::exists(path)) GTEST_SKIP() << "Needs " << path;
+  vtkNew<vtkMRMLVolumeArchetypeStorageNode> storage;
+  storage->SetFileName(path.c_str());
+  auto* input =
+      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Abdomen"));
+  ASSERT_TRUE(storage->ReadData(input));
+  auto* parameters = addParameters(input);
+  parameters->SetOutputGrid(Parameters::InputGrid);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_GT(logic->GetLastJob()->GetTrainingPSNR(), 30);
+  auto* volume = logic->GetLastJob()->GetVolumeNode();
+  double sum = 0, scale = 0;
+  int size[3];
+  volume->GetImageData()->GetDimensions(size);
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i) {
+        const double x = input->GetImageData()->GetScalarComponentAsDouble(i, j, k, 0);
+        const double e = volume->GetImageData()->GetScalarComponentAsDouble(i, j, k, 0) - x;
+        sum += e * e;
+        scale += x * x;
+      }
+  EXPECT_LT(std::sqrt(sum / scale), 0.15); // the same voxels in the same place
+}
+
+} // namespace

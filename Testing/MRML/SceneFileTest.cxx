@@ -1,0 +1,95 @@
+#include "MrmlFixture.h"
+#include "vtkMRMLInnerGSModelStorageNode.h"
+
+#include <vtkMRMLSubjectHierarchyNode.h>
+
+#include <fstream>
+
+namespace {
+
+using SceneFileTest = MrmlFixture;
+
+TEST_F(SceneFileTest, SavedToAFolderAndReopened) {
+  auto* parameters = addParameters(addThickVolume()); // a model with a detail grid
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* model = logic->GetLastJob()->GetModelNode();
+  const double value = logic->GetValueAtRAS(model, 4, -5, 6);
+  const double psnr = logic->GetLastJob()->GetTrainingPSNR();
+  EXPECT_GT(psnr, 10);
+  EXPECT_TRUE(model->GetModifiedSinceRead());
+  // What the application's Save dialog does: every storable node gets a file, then the scene its own.
+  scene->SetRootDirectory(folder.string().c_str());
+  for (int n = 0; n < scene->GetNumberOfNodes(); ++n) {
+    auto* node = vtkMRMLStorableNode::SafeDownCast(scene->GetNthNode(n));
+    if (!node || !node->GetSaveWithScene()) continue;
+    ASSERT_TRUE(node->AddDefaultStorageNode()) << node->GetName();
+    auto* storage = node->GetStorageNode();
+    if (!storage) continue;
+    std::string file = node->GetName();
+    std::replace(file.begin(), file.end(), ' ', '-');
+    storage->SetFileName((folder / (file + "." + storage->GetDefaultWriteFileExtension())).string().c_str());
+    ASSERT_TRUE(storage->WriteData(node)) << node->GetName();
+  }
+  EXPECT_FALSE(model->GetModifiedSinceRead());
+  EXPECT_TRUE(std::filesystem::exists(folder / "Thick-InnerGS-model.innergs"));
+  scene->SetURL((folder / "scene.mrml").string().c_str());
+  ASSERT_TRUE(scene->Commit());
+
+  vtkNew<vtkMRMLScene> reopened;
+  vtkNew<vtkSlicerInnerGSLogic> other;
+  other->SetMRMLScene(reopened);
+  reopened->SetURL((folder / "scene.mrml").string().c_str());
+  ASSERT_TRUE(reopened->Connect());
+  auto* restored =
+      vtkMRMLInnerGSModelNode::SafeDownCast(reopened->GetFirstNodeByClass("vtkMRMLInnerGSModelNode"));
+  ASSERT_NE(restored, nullptr);
+  EXPECT_FALSE(restored->IsEmpty());
+  EXPECT_EQ(other->GetValueAtRAS(restored, 4, -5, 6), value);
+  EXPECT_FALSE(restored->GetModifiedSinceRead());
+  EXPECT_STREQ(restored->GetAttribute("InnerGS.Inputs"), "Thick");
+  auto* again =
+      vtkMRMLInnerGSParameterNode::SafeDownCast(reopened->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode"));
+  ASSERT_NE(again, nullptr);
+  EXPECT_EQ(again->GetResultModelNode(), restored);
+  ASSERT_NE(again->GetResultVolumeNode(), nullptr);
+  EXPECT_STREQ(again->GetResultVolumeNode()->GetNodeReferenceID("InnerGSModel"), restored->GetID());
+  ASSERT_TRUE(other->Reconstruct(again)) << other->GetLastError(); // and it works on
+}
+
+TEST_F(SceneFileTest, ModelFiles) {
+  ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
+  auto* model = logic->GetLastJob()->GetModelNode();
+  const std::string name = (folder / "Kopf öäü.innergs").string();
+  ASSERT_TRUE(logic->SaveModel(model, name)) << logic->GetLastError();
+  auto* loaded = logic->LoadModel(name);
+  ASSERT_NE(loaded, nullptr) << logic->GetLastError();
+  EXPECT_STREQ(loaded->GetName(), "Kopf öäü");
+  EXPECT_EQ(logic->GetValueAtRAS(loaded, 1, 2, 3), logic->GetValueAtRAS(model, 1, 2, 3));
+  EXPECT_NE(loaded->GetStorageNode(), nullptr);
+
+  const std::string ply = (folder / "gaussians.ply").string();
+  ASSERT_TRUE(logic->SaveModel(model, ply)) << logic->GetLastError();
+  auto* fromPly = logic->LoadModel(ply);
+  ASSERT_NE(fromPly, nullptr) << logic->GetLastError();
+  EXPECT_NEAR(logic->GetValueAtRAS(fromPly, 1, 2, 3), logic->GetValueAtRAS(model, 1, 2, 3), 1e-2);
+
+  std::ofstream(folder / "broken.innergs") << "not a model";
+  errors.clear();
+  EXPECT_EQ(logic->LoadModel((folder / "broken.innergs").string()), nullptr);
+  ASSERT_EQ(errors.size(), 1u);
+  EXPECT_NE(logic->GetLastError().find("broken.innergs"), std::string::npos) << logic->GetLastError();
+  EXPECT_FALSE(logic->SaveModel(model, (folder / "no such folder" / "x.innergs").string()));
+  EXPECT_FALSE(logic->SaveModel(model, (folder / "x.txt").string()));
+}
+
+TEST_F(SceneFileTest, StorageNodeTypes) {
+  vtkNew<vtkMRMLInnerGSModelStorageNode> storage;
+  EXPECT_TRUE(storage->SupportedFileType("a.innergs"));
+  EXPECT_TRUE(storage->SupportedFileType("a.ply"));
+  EXPECT_FALSE(storage->SupportedFileType("a.nrrd"));
+  vtkNew<vtkMRMLInnerGSModelNode> node;
+  EXPECT_TRUE(storage->CanReadInReferenceNode(node));
+  EXPECT_FALSE(storage->CanReadInReferenceNode(vtkNew<vtkMRMLScalarVolumeNode>()));
+}
+
+} // namespace
