@@ -49,16 +49,14 @@ std::string vtkInnerGSAlgorithm::GetErrorMessage() {
   return this->State->message;
 }
 
+// While it executes VTK's flag is left alone until the end: it is no more than an int, and this may be
+// another thread.
 void vtkInnerGSAlgorithm::SetAbortExecute(vtkTypeBool abort) {
-  if (abort) {
-    std::unique_lock lock(this->State->mutex);
-    if (this->State->executing) {
-      std::stop_source stop = this->State->stop;
-      lock.unlock();
-      stop.request_stop();
-    }
+  if (!this->State->executing) {
+    this->Superclass::SetAbortExecute(abort);
+  } else if (abort) {
+    this->Cancel();
   }
-  this->Superclass::SetAbortExecute(abort);
 }
 
 void vtkInnerGSAlgorithm::Cancel() {

@@ -40,11 +40,10 @@ public:
   /// Whether the last execution was stopped by AbortExecute or Cancel().
   vtkGetMacro(Aborted, bool);
 
-  /// Stops a running execution within 200 ms; from an observer or any other thread. AbortExecute does the
+  /// Stops a running execution within 200 ms; from an observer or any other thread. AbortExecuteOn() is the
   /// same.
   void SetAbortExecute(vtkTypeBool abort) override;
-  /// The same for any thread at any time, without a ModifiedEvent: ends the running execution, or the next
-  /// one when none is running.
+  /// The same at any time: ends the running execution, or the next one when none is running.
   void Cancel();
 
   /// Threads to work with; 0 (default): all cores. Results never depend on it.
