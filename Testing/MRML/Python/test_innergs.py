@@ -15,6 +15,7 @@ import numpy
 import slicer_core
 from slicer_core import vtkMRMLScalarVolumeNode, vtkMRMLScene
 from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtkmodules.vtkCommonCore import VTK_OBJECT
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
@@ -187,7 +188,7 @@ class InnerGSTest(unittest.TestCase):
         def on_event(caller, event, job):
             kinds.append(job.GetStateAsString(job.GetState()))
 
-        on_event.CallDataType = "object"
+        on_event.CallDataType = VTK_OBJECT
         self.logic.AddObserver(self.logic.JobFinishedEvent, on_event)
         innergs.reconstruct(add_volume(self.scene), preset="fast")
         self.assertEqual(kinds, ["Finished"])
