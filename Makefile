@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan install clean dependencies
+.PHONY: build demo test bench asan tsan mrml install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -24,6 +24,13 @@ asan tsan: dependencies
 	cmake --build --preset $@
 	ctest --preset $@
 
+# Against Slicer's own libraries from PyPI; says so and goes on where they cannot be had.
+mrml: dependencies
+	@Utilities/fetch-slicer-core.sh build-mrml/slicer-core || { [ $$? = 3 ] && touch build-mrml/skipped; }
+	@if [ -e build-mrml/skipped ]; then rm build-mrml/skipped; \
+	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
+	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
+
 install: build
 	cmake --install build --prefix $(PREFIX)
 
@@ -31,4 +38,4 @@ dependencies:
 	@Utilities/install-dependencies.sh
 
 clean:
-	rm -rf build build-asan build-tsan demo
+	rm -rf build build-asan build-tsan build-mrml demo

@@ -3,7 +3,8 @@
 # On other systems: says what is needed and goes on (CMake then finds it or says what it misses).
 set -eu
 packages="g++ cmake ninja-build pkg-config libinsighttoolkit5-dev libhwy-dev libcli11-dev nlohmann-json3-dev \
-libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 mricron-data"
+libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \
+python3-dev python3-venv googletest mricron-data"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "Not a Debian system: InnerGS needs a C++20 compiler, CMake, Ninja, ITK 5, Highway, CLI11, nlohmann-json," \
