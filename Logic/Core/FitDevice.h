@@ -24,6 +24,13 @@ struct SweepRules {
   DensifyPlan densify;
 };
 
+/// What the sweeps of a fit change.
+struct FitState {
+  GaussianField field;
+  Adam adam{0};
+  PullSum pulls;
+};
+
 /// Where the sweeps of a fit run: holds observations, field, Adam's moments and pulls, and gives them back
 /// when asked. The plain CPU is the oracle: any other device computes the same to 1e-4 relative.
 class FitDevice {
@@ -34,6 +41,14 @@ public:
   virtual void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) = 0;
   /// What upload() gave, as it is now. Whatever is null is left out.
   virtual void download(GaussianField* field, Adam* adam, PullSum* pulls) = 0;
+
+  /// upload() of a state that the caller gives away.
+  virtual void take(FitState&& state) {
+    upload(state.field, state.adam, state.pulls);
+    state = {};
+  }
+  /// The state where it lies in host memory anyway: the same as download(), without the copy. Else null.
+  virtual const FitState* resident() const { return nullptr; }
 
   /// Forward, loss, gradient, Adam. Stopped in between: throws Error(Cancelled) and leaves field and moments
   /// as they were. Out of device memory: Error(Memory), likewise.
