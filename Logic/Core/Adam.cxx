@@ -5,9 +5,9 @@
 
 namespace innergs {
 
-void Adam::apply(GaussianField& field, std::span<const float> gradient, const LearningRates& rates,
-                 const FieldBounds& bounds, int step, ThreadPool& pool) {
-  const double slope = field.linearIntensity ? rates.slope : 0;
+AdamStep adamStep(const LearningRates& rates, const FieldBounds& bounds, double beta1, double beta2, int step,
+                  bool linear) {
+  const double slope = linear ? rates.slope : 0;
   const double perParameter[16] = {rates.mean,
                                    rates.mean,
                                    rates.mean,
@@ -25,35 +25,27 @@ void Adam::apply(GaussianField& field, std::span<const float> gradient, const Le
                                    slope,
                                    0};
   const double correction1 = 1 - std::pow(beta1, step), correction2 = 1 - std::pow(beta2, step);
-  std::array<float, 16> rate;
+  AdamStep s;
   for (int p = 0; p < 16; ++p)
-    rate[p] = static_cast<float>(perParameter[p] / correction1);
-  const float b1 = static_cast<float>(beta1), b2 = static_cast<float>(beta2);
-  const float scale2 = static_cast<float>(1 / correction2), tiny = 1e-12f;
-  const float low = static_cast<float>(bounds.minLogScale), high = static_cast<float>(bounds.maxLogScale);
-  const float third = static_cast<float>(std::max(bounds.minLogScale, bounds.minThirdLogScale));
-  const float weight = static_cast<float>(bounds.maxAbsLogWeight);
+    s.rate[p] = static_cast<float>(perParameter[p] / correction1);
+  s.beta1 = static_cast<float>(beta1);
+  s.beta2 = static_cast<float>(beta2);
+  s.scale2 = static_cast<float>(1 / correction2);
+  s.lowLogScale = static_cast<float>(bounds.minLogScale);
+  s.highLogScale = static_cast<float>(bounds.maxLogScale);
+  s.thirdLogScale = static_cast<float>(std::max(bounds.minLogScale, bounds.minThirdLogScale));
+  s.maxAbsLogWeight = static_cast<float>(bounds.maxAbsLogWeight);
+  return s;
+}
+
+void Adam::apply(GaussianField& field, std::span<const float> gradient, const LearningRates& rates,
+                 const FieldBounds& bounds, int step, ThreadPool& pool) {
+  const AdamStep s = adamStep(rates, bounds, beta1, beta2, step, field.linearIntensity);
   constexpr std::int64_t kBlock = 4096;
   pool.runToEnd((field.size() + kBlock - 1) / kBlock, [&](std::int64_t block) {
-    for (std::int64_t i = block * kBlock; i < std::min(field.size(), (block + 1) * kBlock); ++i) {
-      float* x = reinterpret_cast<float*>(&field.gaussians[i]);
-      const float* g = gradient.data() + 16 * i;
-      float* m = moment1.data() + 16 * i;
-      float* v = moment2.data() + 16 * i;
-      for (int p = 0; p < 16; ++p) {
-        m[p] = b1 * m[p] + (1 - b1) * g[p];
-        v[p] = b2 * v[p] + (1 - b2) * g[p] * g[p];
-        x[p] -= rate[p] * m[p] / (std::sqrt(v[p] * scale2) + tiny);
-      }
-      Gaussian& gaussian = field.gaussians[i];
-      for (int k = 0; k < 3; ++k)
-        gaussian.logScale[k] = std::clamp(gaussian.logScale[k], k == 2 ? third : low, std::max(third, high));
-      gaussian.logWeight = std::clamp(gaussian.logWeight, -weight, weight);
-      float* q = gaussian.quaternion;
-      const float n = 1 / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-      for (int k = 0; k < 4; ++k)
-        q[k] *= n;
-    }
+    for (std::int64_t i = block * kBlock; i < std::min(field.size(), (block + 1) * kBlock); ++i)
+      applyAdam(s, gradient.data() + 16 * i, field.gaussians[i], moment1.data() + 16 * i,
+                moment2.data() + 16 * i);
   });
 }
 

@@ -1,8 +1,7 @@
 #pragma once
+#include "Core/AdamStep.h"
 #include "Core/GaussianField.h"
 #include "Core/Parallel.h"
-
-#include <array>
 
 namespace innergs {
 
@@ -17,6 +16,10 @@ struct FieldBounds {
   double minThirdLogScale = -1e9; // floor on the third axis (Docs/method.md: bridges the slice gap)
   double maxAbsLogWeight = 8;
 };
+
+/// `step` counts from 1; linear: the field has slopes.
+AdamStep adamStep(const LearningRates& rates, const FieldBounds& bounds, double beta1, double beta2, int step,
+                  bool linear);
 
 /// Adam (Kingma & Ba 2015) over the 16 floats of every Gaussian.
 class Adam {

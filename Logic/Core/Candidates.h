@@ -32,11 +32,7 @@ void forEachCandidateRow(const Projected& g, const LatticeView& lattice, const T
       ColumnBox box;
       if constexpr (selection == Selection::Exact) {
         const float dy = static_cast<float>(y - g.cell[1]) - g.fraction[1];
-        const float v = dy + g.shiftYZ * dz, slope = 0.5f / g.quadratic[0];
-        const float rest = g.radius2 - dz * dz * g.precisionZ - v * v * g.precisionY;
-        box.centre = g.fraction[0] - slope * (g.quadratic[1] * dy + g.quadratic[2] * dz);
-        // A hair wider than the ellipse: rounding must not lose a pixel on it.
-        box.half = std::sqrt(std::max(rest, 0.f) / precisionX(g)) * 1.00001f + 1e-4f;
+        ellipsoidRow(g, dy, dz, box.centre, box.half);
       } else {
         box = columnBox<selection>(g, dz);
       }

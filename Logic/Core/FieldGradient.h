@@ -1,11 +1,12 @@
 #pragma once
-#include "Core/GaussianMath.h"
+#include "Core/ChainRule.h"
 #include "Core/Projected.h"
 
 namespace innergs {
 
-/// Chain rule from a Gaussian's moments on a lattice to its 15 parameters (Docs/method.md; closed-form PSF:
-/// through Σ_obs = Σ + B and the factor √(det Σ / det Σ_obs)).
+ChainRules chainRules(Blending blending, bool linear, const Lattice& lattice, const ClosedFormPsf& psf);
+
+/// addParameterGradient() for the Gaussians of a field on a lattice.
 class FieldGradient {
 public:
   FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf);
@@ -13,9 +14,7 @@ public:
   void add(const Gaussian& gaussian, const math::Moments<float>& moments, float* gradient) const;
 
 private:
-  float toModel_[9];
-  bool linear_, alpha_;
-  ClosedFormPsf psf_;
+  ChainRules rules_;
 };
 
 } // namespace innergs

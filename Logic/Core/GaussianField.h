@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Gaussian.h"
 #include "Core/Volume.h"
 
 #include <optional>
@@ -6,29 +7,10 @@
 
 namespace innergs {
 
-enum class Blending {
-  Normalised, // I = Σ w (c + g·d) p / (Σ w p + ε)
-  Additive,   // I = Σ w (c + g·d) p
-  Alpha // I = Σ a c Π_{j<i} (1 − a_j), a = α p, sorted by |t − μ_t|: the paper's. Depends on the slice's
-        // plane, so a point has a value per slicing direction
-};
 /// "normalised", "additive", "alpha": in files, reports and options.
 const char* blendingName(Blending blending);
 /// Nothing for any other word.
 std::optional<Blending> blendingNamed(const std::string& name);
-
-/// One Gaussian, 64 bytes: p(x) = exp(−½ dᵀ Σ⁻¹ d) − exp(−½ cutoff²), 0 where that is negative (so that
-/// nothing jumps at the cut-off), d = x − mean, Σ = R(q)·diag(e^(2·logScale))·R(q)ᵀ.
-struct Gaussian {
-  float mean[3];       // mm, model frame
-  float logScale[3];   // ln mm
-  float quaternion[4]; // w, x, y, z; normalised where used
-  float logWeight;     // w = e^logWeight (additive: part of the amplitude as well); alpha: logit of α
-  float intensity;     // c, in units of the field's intensity map
-  float slope[3];      // g, per mm, model frame; 0 unless the field has linearIntensity
-  float reserved;      // 0
-};
-static_assert(sizeof(Gaussian) == 64);
 
 /// A continuous volume made of Gaussians.
 struct GaussianField {

@@ -11,6 +11,20 @@
 /// T[6] = xx xy xz yy yz zz.
 namespace innergs::math {
 
+/// std::min, std::max and std::clamp by value, for host and device.
+template <class T>
+INNERGS_HD inline T least(T a, T b) {
+  return b < a ? b : a;
+}
+template <class T>
+INNERGS_HD inline T most(T a, T b) {
+  return a < b ? b : a;
+}
+template <class T>
+INNERGS_HD inline T clamped(T x, T low, T high) {
+  return x < low ? low : high < x ? high : x;
+}
+
 template <class T>
 INNERGS_HD inline void multiply(const T* a, const T* b, T* c) { // c = a·b
   for (int i = 0; i < 3; ++i)

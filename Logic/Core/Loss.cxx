@@ -1,29 +1,8 @@
 #include "Core/Loss.h"
 
-#include <cmath>
+#include "Core/PointLoss.h"
 
 namespace innergs {
-namespace {
-
-/// Loss of one sample and its derivative.
-inline float pointLoss(LossKind kind, float delta, float e, float& derivative) {
-  const float a = std::fabs(e);
-  switch (kind) {
-  case LossKind::L1:
-    derivative = e > 0 ? 1.f : e < 0 ? -1.f : 0.f;
-    return a;
-  case LossKind::Huber:
-    derivative = a <= delta ? e : std::copysign(delta, e);
-    return a <= delta ? 0.5f * e * e : delta * (a - 0.5f * delta);
-  case LossKind::L2:
-    break;
-  }
-  derivative = e;
-  return 0.5f * e * e;
-}
-
-} // namespace
-
 void composeSlice(const Observation& o, int slice, const float* weights, const float* numerators,
                   const GaussianField& field, float* out) {
   const std::size_t n = o.sliceSize();

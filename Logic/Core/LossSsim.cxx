@@ -1,4 +1,5 @@
 #include "Core/Loss.h"
+#include "Core/PointLoss.h"
 
 #include <array>
 #include <cmath>
@@ -39,7 +40,6 @@ void filter(std::vector<float>& image, int nx, int ny, std::vector<float>& scrat
 
 double addSsimLoss(const float* image, const float* target, const std::uint8_t* weight, int nx, int ny,
                    int stride, double ssimWeight, float* gradient) {
-  constexpr float c1 = 0.01f * 0.01f, c2 = 0.03f * 0.03f;
   const std::size_t n = static_cast<std::size_t>(nx) * ny;
   std::vector<float> x(n), y(n), mx(n), my(n), xx(n), yy(n), xy(n), scratch;
   for (int j = 0; j < ny; ++j)
@@ -59,14 +59,11 @@ double addSsimLoss(const float* image, const float* target, const std::uint8_t* 
   double loss = 0;
   std::vector<float> dMean(n), dSquare(n), dProduct(n);
   for (std::size_t p = 0; p < n; ++p) {
-    const float a1 = 2 * mx[p] * my[p] + c1, a2 = 2 * (xy[p] - mx[p] * my[p]) + c2;
-    const float b1 = mx[p] * mx[p] + my[p] * my[p] + c1;
-    const float b2 = xx[p] - mx[p] * mx[p] + yy[p] - my[p] * my[p] + c2;
-    const float ssim = a1 * a2 / (b1 * b2);
-    loss += 1 - ssim;
-    dMean[p] = 2 * my[p] * (a2 - a1) / (b1 * b2) - 2 * mx[p] * ssim * (1 / b1 - 1 / b2);
-    dSquare[p] = -ssim / b2;
-    dProduct[p] = 2 * a1 / (b1 * b2);
+    const SsimTerm term = ssimTerm(mx[p], my[p], xx[p], yy[p], xy[p]);
+    loss += 1 - term.ssim;
+    dMean[p] = term.dMean;
+    dSquare[p] = term.dSquare;
+    dProduct[p] = term.dProduct;
   }
   for (auto* m : {&dMean, &dSquare, &dProduct})
     filter(*m, nx, ny, scratch);

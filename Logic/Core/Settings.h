@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/GaussianField.h"
+#include "Core/PointLoss.h"
 #include "Core/Selection.h"
 
 #include <optional>
@@ -13,7 +14,6 @@ enum class Preset {
   Best,
   Paper // the paper's Algorithm 1
 };
-enum class LossKind { L1, L2, Huber };
 enum class Initialisation {
   Adaptive, // density follows the image's structure
   Grid      // an even grid, as the paper's 42³
