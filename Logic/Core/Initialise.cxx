@@ -61,8 +61,7 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
               std::uint64_t seed) {
   const GridGeometry& g = proxy.geometry;
   const Vec3 extent = g.extent();
-  // n cells of edge a: as the paper's 42³, stretched to the box; layers keep their own spacing along the
-  // third axis.
+  // Cubes as far as whole numbers allow; layers keep their own spacing along the third axis.
   const bool layered = plan.layerSpacing > 0;
   double cell[3];
   if (layered) {
@@ -78,10 +77,20 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   const double shift[3] = {std::fmod(0.7548776662466927 * phase, 1.0),
                            std::fmod(0.5698402909980532 * phase, 1.0), 0};
   std::int64_t n[3];
-  for (int a = 0; a < 3; ++a) {
-    n[a] = std::max<std::int64_t>(1, std::llround(extent[a] / cell[a]));
-    cell[a] = extent[a] / static_cast<double>(n[a]);
+  const auto perAxis = static_cast<std::int64_t>(std::cbrt(static_cast<double>(plan.gaussians)) + 1e-6);
+  for (int a = 0; a < 3; ++a)
+    n[a] = std::max<std::int64_t>(1, plan.equalCounts ? perAxis : std::llround(extent[a] / cell[a]));
+  while (n[0] * n[1] * n[2] > plan.gaussians) { // widen the narrowest cells
+    int narrow = -1;
+    for (int a = 0; a < (layered ? 2 : 3); ++a)
+      if (n[a] > 1 && (narrow < 0 || extent[a] * static_cast<double>(n[narrow]) <
+                                         extent[narrow] * static_cast<double>(n[a])))
+        narrow = a;
+    if (narrow < 0) break;
+    --n[narrow];
   }
+  for (int a = 0; a < 3; ++a)
+    cell[a] = extent[a] / static_cast<double>(n[a]);
   for (std::int64_t k = 0; k < n[2]; ++k)
     for (std::int64_t j = 0; j < n[1]; ++j)
       for (std::int64_t i = 0; i < n[0]; ++i) {

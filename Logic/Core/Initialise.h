@@ -7,7 +7,8 @@ namespace innergs {
 /// How the first Gaussians are laid out.
 struct InitialisationPlan {
   Initialisation kind = Initialisation::Adaptive;
-  std::int64_t gaussians = 0;
+  std::int64_t gaussians = 0; // at most
+  bool equalCounts = false;   // even grid: as many along each axis, as the paper's 42×42×42
   double scaleFactor = 0.5; // σ₀ in units of the local spacing
   double evenShare = 0.15;  // share of the budget spread evenly, the rest follows the structure
   double exponent = 0.75;   // density ∝ structure^exponent

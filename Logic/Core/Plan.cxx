@@ -114,6 +114,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   std::int64_t budget;
   int iterations, members = 1;
   if (settings.preset == Preset::Paper) {
+    plan.start.equalCounts = true;
     budget = kPaperGaussians;
     iterations = 1000;
   } else if (traits.singleAnisotropic()) {
