@@ -77,9 +77,10 @@ void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   } else if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
     vtkNew<vtkOrientedImageData> labels;
     const std::string segment = parameters->GetMaskSegmentID();
-    const bool known = segment.empty() || (segmentation->GetSegmentation() &&
-                                           segmentation->GetSegmentation()->GetSegment(segment));
-    if (!known)
+    vtkSegmentation* segments = segmentation->GetSegmentation();
+    if (!segments || segments->GetNumberOfSegments() == 0)
+      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " is empty: draw a segment or leave it out.");
+    if (!segment.empty() && !segments->GetSegment(segment))
       refuse(ErrorCode::InvalidArgument,
              "The mask " + quoted(node) + " has no segment with the ID '" + segment + "': choose another.");
     const bool made = segment.empty() ? segmentation->GenerateMergedLabelmapForAllSegments(labels)

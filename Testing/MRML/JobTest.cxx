@@ -1,5 +1,7 @@
 #include "MrmlFixture.h"
 
+#include <vtkSlicerApplicationLogic.h>
+
 #include <chrono>
 #include <thread>
 
@@ -250,6 +252,41 @@ TEST_F(JobTest, LogicDroppedByAnObserver) {
   other->AddObserver(Logic::JobProgressEvent, drop);
   raw->Reconstruct(parameters);
   EXPECT_EQ(other, nullptr);
+}
+
+// As in the application: its logic's queue rings on the main thread, and nobody asks for events.
+TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
+  vtkNew<vtkSlicerApplicationLogic> application;
+  application->SetMRMLScene(scene);
+  application->CreateProcessingThread();
+  logic->SetMRMLApplicationLogic(application);
+  const auto main = std::this_thread::get_id();
+  int progress = 0, finished = 0;
+  Observer watch(logic, {Logic::JobProgressEvent, Logic::JobFinishedEvent}, [&](unsigned long event, void*) {
+    EXPECT_EQ(std::this_thread::get_id(), main);
+    ++(event == Logic::JobFinishedEvent ? finished : progress);
+  });
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(300);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+  ASSERT_NE(job, nullptr);
+  const auto start = Clock::now();
+  while (!job->IsDone() && since(start) < 60) {
+    application->ProcessModified(); // what the application's timer calls
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
+  EXPECT_GT(progress, 1);
+  EXPECT_EQ(finished, 1);
+
+  parameters->SetNumberOfIterations(100000);
+  job = logic->StartReconstruction(parameters);
+  for (int n = 0; n < 5; ++n)
+    application->ProcessModified();
+  logic->Cancel(job); // and an orderly end with the queue in use
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  application->TerminateProcessingThread();
+  logic->SetMRMLApplicationLogic(nullptr);
 }
 
 TEST_F(JobTest, SameSeedSameResult) {

@@ -3,10 +3,15 @@
 #include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLMarkupsROINode.h>
 #include <vtkMRMLScalarVolumeDisplayNode.h>
+#include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLSubjectHierarchyNode.h>
 #include <vtkMRMLTableNode.h>
 #include <vtkMRMLVolumeArchetypeStorageNode.h>
 
+#include <vtkOrientedImageData.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
 #include <vtkTable.h>
 
 namespace {
@@ -160,6 +165,49 @@ TEST_F(ReconstructTest, MaskAndRegion) {
 
   parameters->SetMaskNode(mask);
   EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+}
+
+TEST_F(ReconstructTest, SegmentationAsMask) {
+  auto* input = addVolume();
+  auto* parameters = addParameters(input);
+  auto* node =
+      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Organs"));
+  parameters->SetMaskNode(node);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("'Organs' is empty"), std::string::npos) << logic->GetLastError();
+  vtkNew<vtkMatrix4x4> matrix;
+  input->GetIJKToRASMatrix(matrix);
+  for (int size : {6, 16}) {
+    vtkNew<vtkOrientedImageData> labels;
+    labels->SetDimensions(24, 22, 20);
+    labels->SetImageToWorldMatrix(matrix);
+    labels->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+    labels->GetPointData()->GetScalars()->Fill(0);
+    for (int k = 4; k < 4 + size; ++k)
+      for (int j = 4; j < 4 + size; ++j)
+        for (int i = 4; i < 4 + size; ++i)
+          labels->SetScalarComponentFromDouble(i, j, k, 0, 1);
+    vtkNew<vtkSegment> segment;
+    segment->AddRepresentation(vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName(),
+                               labels);
+    ASSERT_TRUE(node->GetSegmentation()->AddSegment(segment, "Size" + std::to_string(size)));
+  }
+  for (const bool all : {false, true}) {
+    parameters->SetMaskSegmentID(all ? "" : "Size6");
+    ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    auto* model = logic->GetLastJob()->GetModelNode();
+    EXPECT_NEAR(logic->GetValueAtRAS(model, -10, -8, -6), truth(-10, -8, -6), 8); // in both segments
+    const double far =
+        std::abs(logic->GetValueAtRAS(model, 11, 13, 15) - truth(11, 13, 15)); // in the large one
+    if (all) {
+      EXPECT_LT(far, 8);
+    } else {
+      EXPECT_GT(far, 16);
+    }
+  }
+  parameters->SetMaskSegmentID("None such");
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("None such"), std::string::npos);
 }
 
 TEST_F(ReconstructTest, QualityTable) {
