@@ -2,7 +2,6 @@
 #include "Core/FitDevice.h"
 
 #include <span>
-#include <stop_token>
 #include <string>
 
 /// What a device plugin offers: a shared library, found and loaded at run time (Devices.h), that computes
@@ -20,17 +19,6 @@ struct DeviceInfo {
 struct DeviceList {
   std::vector<DeviceInfo> devices; // number N is "cuda:N"
   std::string problem;             // one sentence when there is none: no driver, driver too old, no device
-};
-
-/// A fit to be run on a device.
-struct FitRequest {
-  std::shared_ptr<const std::vector<Observation>> observations; // at full resolution
-  bool coarse = false; // sweeps at half resolution will be asked for: on coarsened() observations
-  SweepRules rules;
-  Blending blending = Blending::Normalised;
-  bool linearIntensity = false;
-  std::int64_t gaussians = 0; // the most that upload(), densify() or evaluate() will see
-  std::stop_token stop;       // what makes sweep() throw Error(Cancelled)
 };
 
 /// A field kept on a device to be looked at. Values are I in the field's own units: without detail grid,

@@ -5,6 +5,7 @@
 #include "Core/Relocate.h"
 
 #include <memory>
+#include <stop_token>
 
 namespace innergs {
 
@@ -24,6 +25,17 @@ struct SweepRules {
   DensifyPlan densify;
 };
 
+/// A fit to be run on a device.
+struct FitRequest {
+  std::shared_ptr<const std::vector<Observation>> observations; // at full resolution
+  bool coarse = false; // sweeps at half resolution will be asked for: on coarsened() observations
+  SweepRules rules;
+  Blending blending = Blending::Normalised;
+  bool linearIntensity = false;
+  std::int64_t gaussians = 0; // the most that upload(), densify() or evaluate() will see
+  std::stop_token stop;       // what makes sweep() throw Error(Cancelled)
+};
+
 /// What the sweeps of a fit change.
 struct FitState {
   GaussianField field;
@@ -32,7 +44,8 @@ struct FitState {
 };
 
 /// Where the sweeps of a fit run: holds observations, field, Adam's moments and pulls, and gives them back
-/// when asked. The plain CPU is the oracle: any other device computes the same to 1e-4 relative.
+/// when asked. A call that throws has changed nothing, or makes the next download() throw as well. The plain
+/// CPU is the oracle: any other device computes the same to 1e-4 relative.
 class FitDevice {
 public:
   virtual ~FitDevice() = default;

@@ -1,70 +1,162 @@
 #include "Core/Trainer.h"
 
-#include "Core/Relocate.h"
+#include "Core/CpuFitDevice.h"
+#include "Core/Error.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace innergs {
 
+FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan, const GaussianField& field,
+                      std::stop_token stop, std::int64_t gaussians) {
+  FitRequest request;
+  request.observations = std::make_shared<const std::vector<Observation>>(std::move(observations));
+  request.coarse = plan.coarseIterations > 0;
+  request.rules = {plan.loss, plan.bounds, plan.beta1, plan.beta2, plan.densify};
+  request.blending = field.blending;
+  request.linearIntensity = field.linearIntensity;
+  request.gaussians = std::max(gaussians, field.size());
+  if (plan.densify.every > 0) request.gaussians = std::max(request.gaussians, plan.densify.limit);
+  request.stop = std::move(stop);
+  return request;
+}
+
 Trainer::Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan,
                  const KernelSet& kernels, ThreadPool& pool)
-    : field_(std::move(field)), plan_(std::move(plan)), kernels_(kernels), pool_(pool), adam_(field_.size()) {
-  adam_.beta1 = plan_.beta1;
-  adam_.beta2 = plan_.beta2;
-  std::size_t buffer = 0;
-  for (Observation& o : observations) {
-    buffer = std::max(buffer, o.lattice.bufferSize());
-    if (plan_.coarseIterations > 0) {
-      Observation half = coarsened(o);
-      auto renderer = std::make_unique<LatticeRenderer>(half.lattice, kernels_, pool_, half.psf);
-      coarse_.push_back({std::move(half), std::move(renderer)});
-    }
-    auto renderer = std::make_unique<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf);
-    fine_.push_back({std::move(o), std::move(renderer)});
-  }
-  weights_.resize(buffer);
-  numerators_.resize(buffer);
-  gradient_.resize(16 * field_.gaussians.size());
+    : Trainer(std::move(field), fitRequest(std::move(observations), plan, field, pool.stopToken()), plan,
+              kernels, pool, nullptr) {}
+
+Trainer::Trainer(GaussianField field, FitRequest request, FitPlan plan, const KernelSet& kernels,
+                 ThreadPool& pool, std::unique_ptr<FitDevice> device)
+    : plan_(std::move(plan)), request_(std::move(request)), kernels_(kernels), pool_(pool),
+      device_(std::move(device)), onCpu_(!device_) {
+  if (onCpu_) device_ = std::make_unique<CpuFitDevice>(request_, kernels_, pool_);
+  restart(std::move(field));
 }
 
 Trainer::~Trainer() = default;
 
 void Trainer::restart(GaussianField field) {
-  field_ = std::move(field);
-  std::fill(adam_.moment1.begin(), adam_.moment1.end(), 0.f);
-  std::fill(adam_.moment2.begin(), adam_.moment2.end(), 0.f);
-  adam_.moment1.resize(16 * field_.gaussians.size(), 0.f);
-  adam_.moment2.resize(16 * field_.gaussians.size(), 0.f);
-  gradient_.resize(16 * field_.gaussians.size());
+  if (uploaded_ && device_->resident()) device_->take({}); // gives its memory back
+  state_.field = std::move(field);
+  state_.adam = Adam(state_.field.size());
+  state_.adam.beta1 = plan_.beta1;
+  state_.adam.beta2 = plan_.beta2;
+  state_.pulls = {};
+  uploaded_ = false;
   history_.clear();
   plateau_ = {};
-  pulls_.clear();
   densified_ = {};
   iteration_ = 0;
+  mark();
 }
 
 LossSum Trainer::evaluate(const GaussianField& field) {
-  LossSum total;
-  for (View& view : fine_) {
-    view.renderer->forward(field, {}, weights_.data(), numerators_.data());
-    total += lossPass(view.observation, field, plan_.loss, weights_.data(), numerators_.data(), pool_);
-  }
-  return total;
+  LossSum sum;
+  const auto work = [&] { sum = device_->evaluate(field); };
+  if (!guarded(work)) work();
+  return sum;
 }
 
 void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration,
                       std::span<const float> losses, std::vector<float> pulls) {
-  adam_.moment1 = std::move(moment1);
-  adam_.moment2 = std::move(moment2);
+  state_.adam.moment1 = std::move(moment1);
+  state_.adam.moment2 = std::move(moment2);
   for (float loss : losses)
     record(loss);
   iteration_ = iteration;
-  pulls_.sum = std::move(pulls);
+  state_.pulls.sum = std::move(pulls);
   if (densifying()) {
     const int last = iteration - iteration % plan_.densify.every;
-    pulls_.sweeps = std::max(0, iteration - std::max(plan_.coarseIterations, last));
+    state_.pulls.sweeps = std::max(0, iteration - std::max(plan_.coarseIterations, last));
   }
+  mark();
+}
+
+/// state_ is what the fit has reached.
+void Trainer::mark() {
+  gaussians_ = state_.field.size();
+  fresh_ = true;
+  mark_ = {iteration_, history_.size(), densified_};
+}
+
+void Trainer::upload() {
+  if (uploaded_) return;
+  state_.field.cutoff = plan_.cutoff;
+  if (onCpu_)
+    device_->take(std::move(state_));
+  else
+    device_->upload(state_.field, state_.adam, state_.pulls);
+  uploaded_ = true;
+}
+
+const FitState& Trainer::state() {
+  if (!uploaded_) return state_;
+  if (const FitState* resident = device_->resident()) return *resident;
+  if (fresh_) return state_;
+  try {
+    FitState now;
+    device_->download(&now.field, &now.adam, &now.pulls);
+    const std::size_t count = now.field.gaussians.size();
+    if (count == 0 || now.adam.moment1.size() != 16 * count || now.adam.moment2.size() != 16 * count)
+      throw Error(ErrorCode::Internal, "The device gave back a state that does not belong together.");
+    state_.field.gaussians = std::move(now.field.gaussians);
+    state_.adam.moment1 = std::move(now.adam.moment1);
+    state_.adam.moment2 = std::move(now.adam.moment2);
+    state_.pulls = std::move(now.pulls);
+    mark();
+  } catch (const std::exception& error) {
+    if (failure_.empty()) failure_ = error.what();
+    rollBack();
+  }
+  return state_;
+}
+
+/// The fit goes on from state_, on the CPU: the device has lost what came after it.
+void Trainer::rollBack() {
+  iteration_ = mark_.iteration;
+  history_.resize(mark_.losses);
+  densified_ = mark_.densified;
+  gaussians_ = state_.field.size();
+  plateau_ = {};
+  std::vector<float> losses;
+  losses.swap(history_);
+  for (float loss : losses)
+    record(loss);
+  fresh_ = true;
+  uploaded_ = false;
+  onCpu_ = true;
+  device_.reset();
+  device_ = std::make_unique<CpuFitDevice>(request_, kernels_, pool_);
+}
+
+/// False when sweeps were lost.
+bool Trainer::moveToCpu(const std::string& why) {
+  failure_ = why;
+  const int before = iteration_;
+  const bool whole = !uploaded_ || fresh_;
+  if (!whole) state();
+  if (!onCpu_) rollBack(); // to the very same state
+  return whole || iteration_ == before;
+}
+
+/// Work that another device than the CPU may fail at: it is then done on the CPU. False, and not done, when
+/// sweeps were lost.
+template <class Work>
+bool Trainer::guarded(const Work& work) {
+  try {
+    work();
+    return true;
+  } catch (const Error& error) {
+    if (onCpu_ || error.code() == ErrorCode::Cancelled) throw;
+    if (!moveToCpu(error.what())) return false;
+  } catch (const std::exception& error) {
+    if (onCpu_) throw;
+    if (!moveToCpu(error.what())) return false;
+  }
+  work();
+  return true;
 }
 
 void Trainer::record(float loss) {
@@ -89,34 +181,33 @@ double Trainer::rateShare() const {
   return std::pow(plan_.finalRate, progress);
 }
 
-std::vector<Trainer::View>& Trainer::activeViews() {
-  return iteration_ < plan_.coarseIterations ? coarse_ : fine_;
+bool Trainer::step() {
+  if (finished()) {
+    state(); // what a device lost is to be done again
+    if (finished()) return false;
+  }
+  if (guarded([&] { sweep(); })) reshape();
+  return true;
 }
 
-bool Trainer::step() {
-  if (finished()) return false;
-  field_.cutoff = plan_.cutoff;
-  std::fill(gradient_.begin(), gradient_.end(), 0.f);
-  LossSum total;
-  for (View& view : activeViews()) {
-    view.renderer->forward(field_, {}, weights_.data(), numerators_.data());
-    total += lossPass(view.observation, field_, plan_.loss, weights_.data(), numerators_.data(), pool_);
-    view.renderer->backward(field_, weights_.data(), numerators_.data(), gradient_);
-  }
+void Trainer::sweep() {
+  upload();
+  SweepOrder order;
+  order.coarse = iteration_ < plan_.coarseIterations;
+  order.pulls = densifying();
+  order.rates = plan_.rates;
+  order.step = iteration_ + 1;
   const double rate = rateShare();
-  LearningRates rates = plan_.rates;
-  for (double* r :
-       {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity, &rates.slope})
+  for (double* r : {&order.rates.mean, &order.rates.logScale, &order.rates.quaternion, &order.rates.logWeight,
+                    &order.rates.intensity, &order.rates.slope})
     *r *= rate;
-  if (densifying()) pulls_.add(gradient_, plan_.densify, pool_);
+  const LossSum total = device_->sweep(order);
+  fresh_ = false;
   ++iteration_;
-  adam_.apply(field_, gradient_, rates, plan_.bounds, iteration_, pool_);
   const double samples = static_cast<double>(std::max<std::int64_t>(1, total.samples));
   loss_ = total.loss / samples;
   mse_ = total.squared / samples;
   record(static_cast<float>(loss_));
-  reshape();
-  return true;
 }
 
 /// Whether the next sweep is one of those that lead up to a densification.
@@ -129,15 +220,25 @@ bool Trainer::densifying() const {
 void Trainer::reshape() {
   if (iteration_ <= plan_.coarseIterations) return;
   if (plan_.relocateEvery > 0 && iteration_ % plan_.relocateEvery == 0 &&
-      iteration_ <= plan_.relocateUntil * plan_.iterations)
-    relocateGaussians(field_, adam_, {plan_.relocateShare, plan_.bounds.minLogScale});
+      iteration_ <= plan_.relocateUntil * plan_.iterations && !guarded([&] {
+        upload();
+        device_->relocate({plan_.relocateShare, plan_.bounds.minLogScale});
+        fresh_ = false;
+      }))
+    return;
   const DensifyPlan& d = plan_.densify;
   if (d.every <= 0 || iteration_ % d.every != 0 || iteration_ > d.until * plan_.iterations) return;
-  const DensifyCounts counts = densifyGaussians(field_, adam_, pulls_, d);
+  DensifyCounts counts;
+  if (!guarded([&] {
+        upload();
+        counts = device_->densify();
+        fresh_ = false;
+      }))
+    return;
   densified_.pruned += counts.pruned;
   densified_.split += counts.split;
   densified_.cloned += counts.cloned;
-  gradient_.resize(16 * field_.gaussians.size());
+  gaussians_ += counts.split + counts.cloned - counts.pruned;
 }
 
 bool Trainer::finished() const {

@@ -1,7 +1,6 @@
 #pragma once
-#include "Core/Densify.h"
+#include "Core/FitDevice.h"
 #include "Core/Initialise.h"
-#include "Core/Loss.h"
 
 #include <limits>
 #include <memory>
@@ -42,12 +41,22 @@ private:
   int waited_ = 0;
 };
 
-/// Fits a field to observations, one sweep over all of them at a time. State after n sweeps depends on the
-/// inputs and n alone.
+/// The fit of a field to observations as a device needs to know it. `gaussians`: the most that it will hold
+/// at once; 0: as many as the field, or as densification may reach.
+FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan, const GaussianField& field,
+                      std::stop_token stop, std::int64_t gaussians = 0);
+
+/// Fits a field to observations, one sweep over all of them at a time, on any device. State after n sweeps
+/// depends on the inputs, n and the kind of device alone. When another device than the CPU fails, the fit
+/// goes on on the CPU: from the state that it had or, when that was lost with the device, from the one that
+/// was last asked for.
 class Trainer {
 public:
   Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
           ThreadPool& pool);
+  /// device: made for the request; null: the CPU.
+  Trainer(GaussianField field, FitRequest request, FitPlan plan, const KernelSet& kernels, ThreadPool& pool,
+          std::unique_ptr<FitDevice> device);
   ~Trainer();
 
   /// Starts again with another field on the same observations.
@@ -63,40 +72,59 @@ public:
 
   bool finished() const;
   int iteration() const { return iteration_; }
-  const GaussianField& field() const { return field_; }
-  const Adam& adam() const { return adam_; }
-  double loss() const { return loss_; }                          // mean per sample, last sweep
-  double mse() const { return mse_; }                            // last sweep, normalised intensity²
-  const std::vector<float>& losses() const { return history_; }  // mean per sample, of every sweep
-  const std::vector<float>& pulls() const { return pulls_.sum; } // since the last densification
-  const DensifyCounts& densified() const { return densified_; }  // so far
+  /// What the fit has reached, fetched from the device: ask for these before iteration() and the like.
+  const GaussianField& field() { return state().field; }
+  const Adam& adam() { return state().adam; }
+  const std::vector<float>& pulls() { return state().pulls.sum; } // since the last densification
+  std::int64_t gaussians() const { return gaussians_; }
+  double loss() const { return loss_; }                         // mean per sample, last sweep
+  double mse() const { return mse_; }                           // last sweep, normalised intensity²
+  const std::vector<float>& losses() const { return history_; } // mean per sample, of every sweep
+  const DensifyCounts& densified() const { return densified_; } // so far
 
   /// Loss of any field on the observations, nothing changed.
   LossSum evaluate(const GaussianField& field);
+
+  /// Why the fit left its device for the CPU: the device's own sentence; empty: it did not.
+  const std::string& failure() const { return failure_; }
 
 private:
   void record(float loss);
   double rateShare() const;
   bool densifying() const;
+  void sweep();
   void reshape();
+  const FitState& state();
+  void upload();
+  void mark();
+  template <class Work>
+  bool guarded(const Work& work);
+  bool moveToCpu(const std::string& why);
+  void rollBack();
 
-  struct View {
-    Observation observation;
-    std::unique_ptr<LatticeRenderer> renderer;
-  };
-  std::vector<View>& activeViews();
-
-  GaussianField field_;
   FitPlan plan_;
+  FitRequest request_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
-  Adam adam_;
-  std::vector<View> fine_, coarse_;
-  std::vector<float> weights_, numerators_, gradient_;
+  std::unique_ptr<FitDevice> device_;
+  bool onCpu_ = true;
+  std::string failure_;
+
+  // In host memory: the state before the first sweep, and with a device that keeps its own also the last that
+  // was fetched.
+  FitState state_;
+  bool uploaded_ = false; // the device has a state
+  bool fresh_ = true;     // state_ is the device's
+  struct Mark {           // what belongs to state_
+    int iteration = 0;
+    std::size_t losses = 0;
+    DensifyCounts densified;
+  } mark_;
+
   std::vector<float> history_; // losses, for the stop rule
   PlateauSchedule plateau_;
-  PullSum pulls_;
   DensifyCounts densified_;
+  std::int64_t gaussians_ = 0;
   int iteration_ = 0;
   double loss_ = 0, mse_ = 0;
 };
