@@ -103,12 +103,12 @@ bool JobQueue::wait(double seconds) {
   return arrived_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return !mail_.empty(); });
 }
 
-void JobQueue::post(const std::shared_ptr<Task>& task, const std::function<void(Mail&)>& write) {
+void JobQueue::post(std::shared_ptr<Task> task, const std::function<void(Mail&)>& write) {
   bool wake = false;
   {
     std::lock_guard lock(mutex_);
     Mail& mail = mail_[task.get()];
-    mail.task = task;
+    mail.task = std::move(task);
     write(mail);
     wake = !awake_;
     awake_ = true;
@@ -124,12 +124,12 @@ void JobQueue::work(const std::stop_token& quit) {
       std::unique_lock lock(mutex_);
       if (!toDo_.wait(lock, quit, [&] { return !waiting_.empty(); })) return;
       if (quit.stop_requested()) return;
-      task = waiting_.front();
+      task = std::move(waiting_.front());
       waiting_.pop_front();
     }
     post(task, [](Mail& mail) { mail.started = true; });
     execute(task);
-    post(task, [](Mail& mail) { mail.done = true; });
+    post(std::move(task), [](Mail& mail) { mail.done = true; });
   }
 }
 

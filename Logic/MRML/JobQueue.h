@@ -54,7 +54,8 @@ public:
 private:
   void work(const std::stop_token& quit);
   void execute(const std::shared_ptr<Task>& task);
-  void post(const std::shared_ptr<Task>& task, const std::function<void(Mail&)>& write);
+  /// Gives the task away: with its last mail it belongs to the main thread alone, weak pointers included.
+  void post(std::shared_ptr<Task> task, const std::function<void(Mail&)>& write);
 
   std::function<void()> wake_;
   mutable std::mutex mutex_;

@@ -167,6 +167,11 @@ void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
   filter->SetNumberOfIterations(p->GetNumberOfIterations());
   filter->SetNumberOfMembers(p->GetNumberOfMembers());
   filter->SetPaperStopRule(p->GetPaperStopRule());
+  filter->SetAllAxes(p->GetAllAxes());
+  filter->SetSchedule(p->GetSchedule());
+  filter->SetDensifyEvery(p->GetDensifyEvery());
+  filter->SetMaximumNumberOfGaussians(p->GetMaximumNumberOfGaussians());
+  filter->SetPointWeight(p->GetPointWeight());
   filter->SetRelocate(p->GetRelocate());
   filter->SetConsistency(p->GetConsistency());
   filter->SetNumberOfThreads(p->GetNumberOfThreads());

@@ -28,6 +28,11 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(Int, numberOfIterations, NumberOfIterations)                                                            \
   DO(Int, numberOfMembers, NumberOfMembers)                                                                  \
   DO(Int, paperStopRule, PaperStopRule)                                                                      \
+  DO(Int, allAxes, AllAxes)                                                                                  \
+  DO(Int, schedule, Schedule)                                                                                \
+  DO(Int, densifyEvery, DensifyEvery)                                                                        \
+  DO(Int, maximumNumberOfGaussians, MaximumNumberOfGaussians)                                                \
+  DO(Float, pointWeight, PointWeight)                                                                        \
   DO(Boolean, relocate, Relocate)                                                                            \
   DO(Boolean, consistency, Consistency)                                                                      \
   DO(Int, numberOfThreads, NumberOfThreads)                                                                  \

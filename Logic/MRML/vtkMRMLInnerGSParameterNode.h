@@ -32,6 +32,7 @@ public:
   enum Blendings { Normalised, Additive, Alpha };
   enum Losses { L1, L2, Huber };
   enum Initialisations { Adaptive, Grid };
+  enum Schedules { Exponential, Plateau };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
   enum OutputGrids {
     AutomaticGrid, // isotropic at the finest spacing of all inputs, over the first one's box or the ROI
@@ -124,6 +125,16 @@ public:
   vtkGetMacro(NumberOfMembers, int);
   vtkSetClampMacro(PaperStopRule, int, -1, 1);
   vtkGetMacro(PaperStopRule, int);
+  vtkSetClampMacro(AllAxes, int, -1, 1); // fit the slices of one scan along all its axes
+  vtkGetMacro(AllAxes, int);
+  vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
+  vtkGetMacro(Schedule, int);
+  vtkSetMacro(DensifyEvery, int); // sweeps; Automatic (default); 0: never
+  vtkGetMacro(DensifyEvery, int);
+  vtkSetMacro(MaximumNumberOfGaussians, int); // that densification may reach
+  vtkGetMacro(MaximumNumberOfGaussians, int);
+  vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
+  vtkGetMacro(PointWeight, double);
   vtkSetMacro(Relocate, bool);
   vtkGetMacro(Relocate, bool);
   vtkBooleanMacro(Relocate, bool);
@@ -183,6 +194,8 @@ protected:
       Loss = Automatic;
   double HuberDelta = 0.02, SSIMWeight = Automatic;
   int NumberOfGaussians = 0, NumberOfIterations = 0, NumberOfMembers = 0, PaperStopRule = Automatic;
+  int AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic, MaximumNumberOfGaussians = 0;
+  double PointWeight = Automatic;
   bool Relocate = true, Consistency = true;
   int NumberOfThreads = 0;
   std::string InstructionSet;

@@ -99,11 +99,13 @@ _CHOICES = {
     "blending": ("normalised", "additive", "alpha"),
     "loss": ("l1", "l2", "huber"),
     "initialisation": ("adaptive", "grid"),
+    "schedule": ("exponential", "plateau"),
 }
 _NUMBERS = {
     "gaussians": "NumberOfGaussians", "iterations": "NumberOfIterations", "members": "NumberOfMembers",
     "linear_intensity": "LinearIntensity", "huber_delta": "HuberDelta", "ssim_weight": "SSIMWeight",
-    "paper_stop_rule": "PaperStopRule", "relocate": "Relocate", "consistency": "Consistency",
+    "paper_stop_rule": "PaperStopRule", "all_axes": "AllAxes", "densify_every": "DensifyEvery",
+    "maximum_gaussians": "MaximumNumberOfGaussians", "point_weight": "PointWeight", "relocate": "Relocate", "consistency": "Consistency",
     "threads": "NumberOfThreads", "instruction_set": "InstructionSet", "seed": "Seed",
 }
 _PROFILES = ("point", "box", "gaussian")
@@ -296,8 +298,9 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     output, output_model  nodes to write to instead of new ones
     progress, preview     called with the Job from time to time
     preset       "fast", "balanced" (default), "best" or "paper"; further settings: blending, loss, initialisation,
-                 gaussians, iterations, members, linear_intensity, huber_delta, ssim_weight, paper_stop_rule, relocate,
-                 consistency, threads, instruction_set, seed
+                 schedule, gaussians, maximum_gaussians, iterations, members, linear_intensity, huber_delta, point_weight,
+                 ssim_weight, all_axes, densify_every, paper_stop_rule, relocate, consistency, threads, instruction_set,
+                 seed
     """
     return start(volumes, spacing, progress=progress, preview=preview, parameter_node=parameter_node, **choices).result()
 

@@ -19,6 +19,11 @@ void fill(Parameters* p) {
   p->SetNumberOfIterations(77);
   p->SetNumberOfMembers(3);
   p->SetPaperStopRule(1);
+  p->SetAllAxes(1);
+  p->SetSchedule(Parameters::Plateau);
+  p->SetDensifyEvery(9);
+  p->SetMaximumNumberOfGaussians(99999);
+  p->SetPointWeight(0.8);
   p->RelocateOff();
   p->ConsistencyOff();
   p->SetNumberOfThreads(2);
@@ -44,6 +49,11 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetNumberOfIterations(), 77);
   EXPECT_EQ(p->GetNumberOfMembers(), 3);
   EXPECT_EQ(p->GetPaperStopRule(), 1);
+  EXPECT_EQ(p->GetAllAxes(), 1);
+  EXPECT_EQ(p->GetSchedule(), Parameters::Plateau);
+  EXPECT_EQ(p->GetDensifyEvery(), 9);
+  EXPECT_EQ(p->GetMaximumNumberOfGaussians(), 99999);
+  EXPECT_EQ(p->GetPointWeight(), 0.8);
   EXPECT_FALSE(p->GetRelocate());
   EXPECT_FALSE(p->GetConsistency());
   EXPECT_EQ(p->GetNumberOfThreads(), 2);

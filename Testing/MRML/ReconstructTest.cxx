@@ -260,4 +260,42 @@ TEST_F(ReconstructTest, NiftiFromDisk) {
   EXPECT_LT(std::sqrt(sum / scale), 0.15); // the same voxels in the same place
 }
 
+// The same head stored along other axes, two of them left-handed: the same values at the same places.
+TEST_F(ReconstructTest, OneHeadInSixOrientations) {
+  std::vector<double> first;
+  for (const char* code : {"RAS", "LPS", "AIL", "PSR", "SLA", "IRP"}) {
+    const std::string path = std::string(INNERGS_TEST_DATA "/G_orient_") + code + ".nii.gz";
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << "Needs " << path;
+    vtkNew<vtkMRMLVolumeArchetypeStorageNode> storage;
+    storage->SetFileName(path.c_str());
+    auto* input =
+        vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", code));
+    ASSERT_TRUE(storage->ReadData(input));
+    ASSERT_TRUE(logic->Reconstruct(addParameters(input))) << logic->GetLastError();
+    double bounds[6];
+    input->GetRASBounds(bounds);
+    std::vector<double> values;
+    for (double s = -40; s <= 40; s += 8)
+      for (double a = -56; a <= 56; a += 8)
+        for (double r = -48; r <= 48; r += 8)
+          values.push_back(logic->GetValueAtRAS(logic->GetLastJob()->GetModelNode(), r, a, s));
+    if (first.empty()) {
+      first = values;
+      continue;
+    }
+    double xy = 0, xx = 0, yy = 0, mx = 0, my = 0;
+    const double n = static_cast<double>(values.size());
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      mx += first[v] / n;
+      my += values[v] / n;
+    }
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      xy += (first[v] - mx) * (values[v] - my);
+      xx += (first[v] - mx) * (first[v] - mx);
+      yy += (values[v] - my) * (values[v] - my);
+    }
+    EXPECT_GT(xy / std::sqrt(xx * yy), 0.98) << code;
+  }
+}
+
 } // namespace

@@ -41,11 +41,12 @@ def main():
 
     job = innergs.start(scan, preview=on_preview, gaussians=int(sys.argv[2]))
     print("Start returned after          %7.1f ms" % (1e3 * (time.monotonic() - begun)))
-    longest = 0
-    while job.running:
+    deliveries = []
+    running = True
+    while running:
         at = time.monotonic()
-        logic.ProcessPendingEvents()
-        longest = max(longest, time.monotonic() - at)
+        running = job.running  # delivers
+        deliveries.append(time.monotonic() - at)
         time.sleep(0.005)
     whole = time.monotonic() - begun
     result = job.result()
@@ -53,7 +54,8 @@ def main():
     print("first preview after           %7.2f s" % (first[0] if first else float("nan")))
     print("reconstruction, engine alone  %7.2f s" % engine)
     print("reconstruction, Start to end  %7.2f s (%.1f %% more)" % (whole, 100 * (whole / engine - 1)))
-    print("longest event delivery        %7.1f ms" % (1e3 * longest))
+    print("delivery of the outputs       %7.1f ms" % (1e3 * deliveries.pop()))
+    print("any other event delivery      %7.1f ms at most" % (1e3 * max(deliveries)))
     print("peak memory of the process    %7.0f MB (%.0f MB of voxels as float)" % (peak_memory(), voxels * 4 / 2**20))
 
     pose = vtkTransform()
