@@ -61,13 +61,21 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
   node->SetAndObserveImageData(own);
   node->SetIJKToRASMatrix(ijkToRAS);
   if (node->GetDisplayNode() || !node->GetScene()) return;
-  node->CreateDefaultDisplayNodes();
-  auto* display = vtkMRMLScalarVolumeDisplayNode::SafeDownCast(node->GetDisplayNode());
-  auto* model = like ? vtkMRMLScalarVolumeDisplayNode::SafeDownCast(like->GetDisplayNode()) : nullptr;
-  if (!display || !model) return;
+  auto* shown = like ? vtkMRMLScalarVolumeDisplayNode::SafeDownCast(like->GetDisplayNode()) : nullptr;
+  if (!shown) {
+    node->CreateDefaultDisplayNodes();
+    return;
+  }
+  // Complete before the image is seen through it: choosing a window by itself takes long for large volumes.
+  vtkNew<vtkMRMLScalarVolumeDisplayNode> display;
   display->SetAutoWindowLevel(0);
-  display->SetWindowLevel(model->GetWindow(), model->GetLevel());
-  if (model->GetColorNodeID()) display->SetAndObserveColorNodeID(model->GetColorNodeID());
+  display->SetWindowLevel(shown->GetWindow(), shown->GetLevel());
+  if (shown->GetColorNodeID())
+    display->SetAndObserveColorNodeID(shown->GetColorNodeID());
+  else
+    display->SetDefaultColorMap();
+  node->GetScene()->AddNode(display);
+  node->SetAndObserveDisplayNodeID(display->GetID());
 }
 
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {

@@ -30,6 +30,7 @@ def main():
     scene.AddNode(scan)
     if not storage.ReadData(scan):
         sys.exit("cannot read " + sys.argv[1])
+    scan.CreateDefaultDisplayNodes()
     voxels = scan.GetImageData().GetNumberOfPoints()
     print("scan %s, %d voxels" % (scan.GetImageData().GetDimensions(), voxels))
 
