@@ -8,7 +8,7 @@
 namespace innergs::cli {
 namespace {
 
-constexpr int kWidth = 1200, kHeight = 640, kLeft = 84, kTop = 64, kBottom = 76, kLegend = 400;
+constexpr int kWidth = 1240, kHeight = 640, kLeft = 84, kTop = 64, kBottom = 76, kLegend = 440;
 constexpr double kTallest = 24; // dB: the first sweeps say little
 constexpr Colour kBackground{24, 24, 28}, kGrid{58, 58, 64}, kFaint{170, 170, 170}, kInk{255, 255, 255};
 
@@ -82,8 +82,9 @@ void drawGrid(Picture& picture, const Axes& axes) {
 
 Colour seriesColour(std::size_t n) {
   // Okabe and Ito's colours, told apart by everyone; lightened for a dark ground.
-  constexpr Colour colours[] = {{86, 180, 233}, {230, 159, 0},   {0, 190, 140},   {240, 228, 66},
-                                {230, 110, 40}, {214, 139, 187}, {150, 150, 255}, {200, 200, 200}};
+  constexpr Colour colours[] = {{86, 180, 233},  {230, 159, 0},   {0, 190, 140},
+                                {240, 228, 66},  {230, 110, 40},  {214, 139, 187},
+                                {150, 150, 255}, {200, 200, 200}, {255, 90, 110}};
   return colours[n % std::size(colours)];
 }
 

@@ -105,6 +105,19 @@ TEST_F(InterruptTest, EvaluationStopsAndLeavesNothing) {
   EXPECT_NE(contents("log.txt").find("\ninnergs: "), std::string::npos) << contents("log.txt");
   EXPECT_EQ(filesIn("out").size(), 0u);
 }
+
+TEST_F(InterruptTest, ExperimentsKeepTheTablesThatAreComplete) {
+  double seconds = 0;
+  const int code = interrupted({"experiment", "contour", "static", "--volume", path("scan.nii"),
+                                "--gaussians", "4000", "--output", path("out")},
+                               path("log.txt"), SIGINT, seconds,
+                               [&] { return contents("log.txt").find("itting") != std::string::npos; });
+  EXPECT_EQ(code, 130) << contents("log.txt");
+  EXPECT_NE(contents("log.txt").find("\ninnergs: "), std::string::npos) << contents("log.txt");
+  EXPECT_TRUE(exists("out/contour.csv"));
+  EXPECT_FALSE(exists("out/static.csv"));
+  EXPECT_EQ(filesIn("out").size(), 2u);
+}
 #endif
 
 TEST_F(InterruptTest, ResumeOnAnotherScanStartsANewFitAndWarns) {
