@@ -3,6 +3,8 @@
 #include "CLI/ReconstructReport.h"
 #include "CLI/Version.h"
 
+#include "Core/DevicePlugin.h"
+#include "Core/Devices.h"
 #include "Core/Render.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -36,6 +38,15 @@ std::string axisCode(const Mat3& direction) {
 Json programInfo() {
   Json info = versions();
   info["instruction_sets"] = instructionSets();
+  const DeviceList list = otherDevices();
+  if (list.devices.empty()) info["devices"] = "CPU only. " + list.problem;
+  for (std::size_t n = 0; n < list.devices.size(); ++n) {
+    const DeviceInfo& device = list.devices[n];
+    info["devices"]["cuda:" + std::to_string(n)] = {{"name", device.name},
+                                                    {"compute_capability", device.computeCapability},
+                                                    {"memory_bytes", device.totalMemory},
+                                                    {"free_memory_bytes", device.freeMemory}};
+  }
   info["threads"] = std::thread::hardware_concurrency();
   info["available_memory_bytes"] = availableMemory() > 0 ? Json(availableMemory()) : Json();
   return info;

@@ -1,5 +1,6 @@
 #include "CLI/Options.h"
 
+#include "Core/Devices.h"
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
 #include "Core/Region.h"
@@ -73,6 +74,22 @@ CLI::Option* addThreads(CLI::App& app, int& threads) {
   return app.add_option("--threads", threads, "Threads to use; 0 = all cores [0]")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));
+}
+
+CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help) {
+  return app
+      .add_option_function<std::string>(
+          "--device",
+          [&device](const std::string& name) {
+            try {
+              checkDeviceName(name);
+            } catch (const Error& error) {
+              throw CLI::ValidationError("--device", error.what());
+            }
+            device = name;
+          },
+          help)
+      ->type_name("auto|cpu|cuda[:N]");
 }
 
 void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {

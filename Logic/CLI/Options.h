@@ -42,6 +42,9 @@ CLI::Option* addChoice(CLI::App& app, const std::string& name, T& target,
 
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);
 CLI::Option* addThreads(CLI::App& app, int& threads);
+/// Where to compute; throws a usage error for what is no device's name.
+CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help);
+
 /// The lattice asked for: "--spacing" over the box of `domain`, "--reference" image or, with neither,
 /// `fallback`.
 struct GridOptions {

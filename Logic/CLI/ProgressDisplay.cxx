@@ -58,6 +58,7 @@ void ProgressDisplay::show(const Progress& progress) {
     phases_.emplace_back(name, 0);
   }
   if (quiet_) return;
+  if (!progress.note.empty()) say(progress.note);
   if (!newPhase &&
       now - lastShown_ < (terminal_ ? Clock::duration(barInterval) : Clock::duration(lineInterval)))
     return;

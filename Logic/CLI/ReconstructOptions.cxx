@@ -61,6 +61,9 @@ void addSettings(CLI::App& app, Settings& settings) {
   app.add_option("--seed", settings.seed, "Same seed, same result, bit for bit, on any number of threads [1]")
       ->type_name("N");
   addThreads(app, settings.threads);
+  addDevice(
+      app, settings.device,
+      "Where the fit runs: auto takes a GPU that 'innergs info' lists and whose memory suffices [auto]");
   addChoice<std::optional<Blending>>(
       app, "--blending", settings.blending,
       {{"normalised", Blending::Normalised}, {"additive", Blending::Additive}, {"alpha", Blending::Alpha}},

@@ -145,6 +145,10 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
   const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json settings = toJson(result.settings);
   settings["instruction_set"] = result.instructionSet;
+  const Json device{{"asked", result.device.asked},
+                    {"used", result.device.id},
+                    {"name", result.device.name},
+                    {"reason", result.device.reason}};
   return {{"date", utcTime()},
           {"versions", versions()},
           {"interrupted", result.cancelled},
@@ -152,6 +156,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
           {"mask", file(options.mask)},
           {"resumed_from", file(options.resume)},
           {"settings", settings},
+          {"device", device},
           {"output",
            {{"volume", file(options.output)},
             {"model", file(options.saveModel)},

@@ -20,6 +20,7 @@ struct Progress {
   std::int64_t gaussians = 0;
   double elapsed = 0;   // seconds
   double remaining = 0; // seconds, estimated
+  std::string note;     // a sentence for the user, in one report only: where the fit runs and why
 };
 using ProgressCallback = std::function<void(const Progress&)>;
 

@@ -1,6 +1,7 @@
 #include "Core/ReconstructionJob.h"
 
 #include "Core/BackProjection.h"
+#include "Core/DevicePlugin.h"
 #include "Core/Error.h"
 #include "Core/JobInput.h"
 #include "Core/Metrics.h"
@@ -84,12 +85,20 @@ struct ReconstructionJob::Impl {
     if (progress) progress(state);
   }
 
-  RenderOptions renderOptions(std::stop_token stop) const {
+  /// A report that says where the fit runs.
+  void reportDevice(Phase phase) {
+    state.note = device->use.reason;
+    report(phase, state.fraction);
+    state.note.clear();
+  }
+
+  RenderOptions renderOptions(const GaussianField& field, std::stop_token stop) const {
     RenderOptions options;
     options.threads = settings.threads;
     options.instructionSet = settings.instructionSet;
     options.selection = settings.selection;
     options.stop = std::move(stop);
+    options.device = device->makeField(field);
     return options;
   }
 
@@ -98,9 +107,13 @@ struct ReconstructionJob::Impl {
   GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
   void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
            ReconstructionResult& result);
-  void sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool);
+  std::unique_ptr<FitDevice> place(const FitRequest& request, ReconstructionResult& result);
+  void noticeFailure(const Trainer& trainer, int before, ReconstructionResult& result);
+  void sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
+             ReconstructionResult& result);
   void addDetail(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
-  double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field, std::stop_token stop) const;
+  double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field,
+                     const RenderOptions& options) const;
 
   /// A model to resume that was stopped after its first Gaussians and by another fit than this one.
   bool refits() const {
@@ -110,6 +123,7 @@ struct ReconstructionJob::Impl {
   IntensityMap map;
   DataTraits traits;
   FitPlan plan;
+  std::optional<DeviceChoice> device;
   std::string key;
   bool refitting = false; // the model to resume is the start of another fit
   Checkpoint checkpoint;  // of this run; its field holds the finished members
@@ -221,9 +235,15 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
         pool.throwIfStopped();
         observations.push_back(std::move(o));
       }
-  Trainer trainer(std::move(field), std::move(observations), plan, kernels, pool);
+  const std::int64_t most =
+      std::max(checkpoint.field.size(),
+               members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
+  FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
+  std::unique_ptr<FitDevice> placed = place(request, result);
+  Trainer trainer(std::move(field), std::move(request), plan, kernels, pool, std::move(placed));
   if (complete) {
     result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+    noticeFailure(trainer, member * perMember, result);
     return;
   }
   if (same && !resume->moment1.empty())
@@ -234,11 +254,12 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   checkpoint.settingsKey = key;
   bool between = false;   // the last member is done, the next one has no Gaussians yet
   const auto keep = [&] { // the state to go on from
+    const GaussianField& reached = trainer.field();
     checkpoint.finished = checkpoint.field.size();
-    checkpoint.field.cutoff = trainer.field().cutoff;
+    checkpoint.field.cutoff = reached.cutoff;
     checkpoint.iteration = member * perMember + (between ? 0 : trainer.iteration());
     if (!between) {
-      const auto& open = trainer.field().gaussians;
+      const auto& open = reached.gaussians;
       checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
       checkpoint.moment1 = trainer.adam().moment1;
       checkpoint.moment2 = trainer.adam().moment2;
@@ -250,7 +271,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   };
   try {
     for (;;) {
-      sweep(trainer, prepared.outputGrid, member * perMember, pool);
+      sweep(trainer, prepared.outputGrid, member * perMember, pool, result);
       if (member + 1 >= members) break;
       const auto& done = trainer.field().gaussians;
       checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
@@ -260,7 +281,10 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       between = false;
     }
   } catch (const Error& error) {
-    if (error.code() == ErrorCode::Cancelled) keep();
+    if (error.code() == ErrorCode::Cancelled) {
+      keep();
+      noticeFailure(trainer, member * perMember, result);
+    }
     throw;
   }
   keep();
@@ -271,12 +295,40 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   checkpoint.finished = checkpoint.field.size();
   if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
   result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+  noticeFailure(trainer, member * perMember, result);
 }
 
-void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before,
-                                    ThreadPool& pool) {
+/// The fit on the chosen device; null: on the CPU.
+std::unique_ptr<FitDevice> ReconstructionJob::Impl::place(const FitRequest& request,
+                                                          ReconstructionResult& result) {
+  const bool hoped = !device->onCpu();
+  std::unique_ptr<FitDevice> placed = device->makeFit(request);
+  if (hoped && !placed) result.warnings.push_back(device->use.reason);
+  result.device = device->use;
+  reportDevice(state.phase);
+  return placed;
+}
+
+/// A fit that left its device is the user's to know.
+void ReconstructionJob::Impl::noticeFailure(const Trainer& trainer, int before,
+                                            ReconstructionResult& result) {
+  if (trainer.failure().empty() || device->onCpu()) return;
+  const int from = before + trainer.iteration();
+  const std::string lost = from <= state.iteration && !trainer.finished()
+                               ? " again from sweep " + std::to_string(from)
+                               : std::string();
+  device->leave(device->use.name + " (" + device->use.id + ") failed after sweep " +
+                std::to_string(state.iteration) + ", and the fit went on" + lost + ": " + trainer.failure());
+  result.device = device->use;
+  result.warnings.push_back(device->use.reason);
+  reportDevice(state.phase);
+}
+
+void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
+                                    ReconstructionResult& result) {
   while (trainer.step()) {
-    state.gaussians = checkpoint.field.size() + trainer.field().size();
+    noticeFailure(trainer, before, result);
+    state.gaussians = checkpoint.field.size() + trainer.gaussians();
     state.iteration = before + trainer.iteration();
     state.loss = trainer.loss();
     state.trainingPsnr = psnrOf(trainer.mse());
@@ -285,7 +337,8 @@ void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, 
     if (preview && !trainer.finished() && since(start) >= nextPreview) {
       pool.throwIfStopped();
       const auto begun = Clock::now();
-      preview(render(trainer.field(), reduced(grid, 96), renderOptions(pool.stopToken())));
+      const GaussianField& field = trainer.field();
+      preview(render(field, reduced(grid, 96), renderOptions(field, pool.stopToken())));
       nextPreview = since(start) + std::max(2.0, 20 * since(begun));
     }
   }
@@ -299,7 +352,7 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
                   [](const Stack& s) { return !s.poses.empty(); }))
     return;
   report(Phase::Refining, kFitEnds);
-  Volume volume = render(field, field.domain, renderOptions(pool.stopToken()));
+  Volume volume = render(field, field.domain, renderOptions(field, pool.stopToken()));
   const std::vector<float> before = volume.voxels;
   BackProjectionPlan refinement;
   refinement.noise = result.noise;
@@ -314,14 +367,14 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
 }
 
 double ReconstructionJob::Impl::heldOutPsnr(const PreparedInput& prepared, const GaussianField& field,
-                                            std::stop_token stop) const {
+                                            const RenderOptions& options) const {
   double squared = 0;
   std::int64_t count = 0;
   for (std::size_t s = 0; s < prepared.stacks.size(); ++s) {
     if (prepared.heldOut[s].empty()) continue;
     const Stack& withheld = input.stacks[s];
     const auto& scored = prepared.scored[s];
-    const Volume rendered = renderStack(field, withheld, renderOptions(stop));
+    const Volume rendered = renderStack(field, withheld, options);
     const std::int64_t plane = withheld.image.geometry.size[0] * withheld.image.geometry.size[1];
     for (std::int64_t k : prepared.heldOut[s])
       for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
@@ -343,8 +396,10 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   refitting = false;
   checkSettings(settings);
   const KernelSet& kernels = kernelSet(settings.instructionSet, settings.selection);
+  device.emplace(settings.device, settings.instructionSet, settings.selection);
   report(Phase::Preparing, 0);
   ReconstructionResult result;
+  result.device = device->use;
   result.instructionSet = kernels.name;
   result.heldOutPsnr = kNaN;
   for (const Stack& stack : input.stacks)
@@ -393,8 +448,9 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   const GaussianField& field = checkpoint.field;
   const auto finish = [&](const std::stop_token& token) {
     report(Phase::Rendering, kDetailEnds);
-    result.volume = render(field, prepared.outputGrid, renderOptions(token));
-    result.heldOutPsnr = heldOutPsnr(prepared, field, token);
+    const RenderOptions options = renderOptions(field, token);
+    result.volume = render(field, prepared.outputGrid, options);
+    result.heldOutPsnr = heldOutPsnr(prepared, field, options);
     state.heldOutPsnr = result.heldOutPsnr;
   };
   if (!result.cancelled) {

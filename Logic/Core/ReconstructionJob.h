@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Devices.h"
 #include "Core/Progress.h"
 #include "Core/Settings.h"
 #include "Core/Stack.h"
@@ -42,7 +43,8 @@ struct ReconstructionResult {
   int iterations = 0;
   double seconds = 0, fitSeconds = 0;
   Settings settings;                 // with every optional filled in
-  std::string instructionSet;        // what ran
+  DeviceUse device;                  // where the fit ended
+  std::string instructionSet;        // what ran on the CPU
   std::vector<std::string> warnings; // sentences for the user
 };
 

@@ -2,6 +2,7 @@
 
 #include "Core/BackProjection.h"
 #include "Core/DetailSampler.h"
+#include "Core/DevicePlugin.h"
 #include "Core/DomainBox.h"
 #include "Core/Error.h"
 #include "Core/Loss.h"
@@ -31,8 +32,8 @@ struct Finish {
       offset = field.intensityOffset;
     }
   }
-  float operator()(float w, float n, const DetailSampler& detail, const Vec3& at) const {
-    const float value = normalised ? n / (w + epsilon) : n;
+  float blended(float w, float n) const { return normalised ? n / (w + epsilon) : n; }
+  float operator()(float value, const DetailSampler& detail, const Vec3& at) const {
     return units(ownChannel ? value + detail(at) : value);
   }
   float units(float value) const { return static_cast<float>(scale * value + offset); }
@@ -41,9 +42,37 @@ struct Finish {
   double scale = 1, offset = 0;
 };
 
+/// I at the points of a lattice, [plane][ny][nx], on the device of the options. False without one, and when
+/// it fails: it is not asked again.
+bool renderedOnDevice(RenderOptions& options, const Lattice& lattice, const ClosedFormPsf& psf, float* out) {
+  if (!options.device) return false;
+  try {
+    options.device->renderLattice(lattice, psf, options.values, out, options.stop);
+    return true;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) throw;
+  } catch (const std::exception&) {
+  }
+  options.device = nullptr;
+  return false;
+}
+
+/// composeSlice() from I, [plane][ny][nx].
+void composeRendered(const Observation& o, int slice, const float* image, float* out) {
+  std::fill_n(out, o.sliceSize(), 0.f);
+  for (int q = 0; q < o.perSlice; ++q) {
+    const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(slice) * o.perSlice + q];
+    const float* in = image + static_cast<std::size_t>(plane) * o.lattice.nx * o.lattice.ny;
+    for (int y = 0; y < o.lattice.ny; ++y, in += o.lattice.nx)
+      for (int x = 0; x < o.lattice.nx; ++x)
+        out[static_cast<std::size_t>(y) * o.lattice.stride() + x] += share * in[x];
+  }
+}
+
 } // namespace
 
-Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& options) {
+Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& given) {
+  RenderOptions options = given;
   checkGeometry(geometry, "The output grid");
   checkValues(field, options);
   ThreadPool pool(options.threads);
@@ -60,31 +89,39 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
   lattice.ny = static_cast<int>(geometry.size[1]);
   const int chunk = static_cast<int>(
       std::clamp<std::int64_t>(kChunk / std::max<std::size_t>(1, lattice.planeSize()), 1, geometry.size[2]));
-  std::vector<float> weights(lattice.planeSize() * chunk), numerators(weights.size());
+  std::vector<float> weights, numerators;
   for (std::int64_t first = 0; first < geometry.size[2]; first += chunk) {
     const std::int64_t last = std::min(geometry.size[2], first + chunk);
     lattice.z.clear();
     for (std::int64_t k = first; k < last; ++k)
       lattice.z.push_back(static_cast<double>(k));
-    LatticeRenderer renderer(lattice, kernels, pool);
-    renderer.forward(field, options.values, weights.data(), numerators.data());
+    float* values = volume.voxels.data() + first * lattice.ny * lattice.nx;
+    const bool ready = renderedOnDevice(options, lattice, {}, values);
+    if (!ready) {
+      weights.resize(lattice.planeSize() * chunk);
+      numerators.resize(weights.size());
+      LatticeRenderer renderer(lattice, kernels, pool);
+      renderer.forward(field, options.values, weights.data(), numerators.data());
+    }
     pool.run((last - first) * lattice.ny, [&](std::int64_t row) {
-      const float* w = weights.data() + row * lattice.stride();
-      const float* n = numerators.data() + row * lattice.stride();
+      const float* w = weights.data() + (ready ? 0 : row * lattice.stride());
+      const float* n = numerators.data() + (ready ? 0 : row * lattice.stride());
       const double y = static_cast<double>(row % lattice.ny),
                    z = static_cast<double>(first + row / lattice.ny);
-      float* out = volume.voxels.data() + (first * lattice.ny + row) * lattice.nx;
+      float* out = values + row * lattice.nx;
       int begin = 0, end = lattice.nx;
       box.clipRow(y, z, begin, end);
-      std::fill_n(out, lattice.nx, finish.units(0));
+      std::fill(out, out + begin, finish.units(0));
+      std::fill(out + std::max(begin, end), out + lattice.nx, finish.units(0));
       for (int x = begin; x < end; ++x)
-        out[x] = finish(w[x], n[x], detail, {static_cast<double>(x), y, z});
+        out[x] = finish(ready ? out[x] : finish.blended(w[x], n[x]), detail, {static_cast<double>(x), y, z});
     });
   }
   return volume;
 }
 
-Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& options) {
+Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& given) {
+  RenderOptions options = given;
   checkValues(field, options);
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
@@ -103,13 +140,19 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
                                         : projectToStack(field.detail, blank, pool);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
-    LatticeRenderer renderer(o.lattice, kernels, pool, o.psf);
     weights.resize(o.lattice.bufferSize());
-    numerators.resize(o.lattice.bufferSize());
     slice.resize(o.sliceSize());
-    renderer.forward(field, options.values, weights.data(), numerators.data());
+    const bool ready = renderedOnDevice(options, o.lattice, o.psf, weights.data());
+    if (!ready) {
+      numerators.resize(o.lattice.bufferSize());
+      LatticeRenderer renderer(o.lattice, kernels, pool, o.psf);
+      renderer.forward(field, options.values, weights.data(), numerators.data());
+    }
     for (int s = 0; s < o.slices; ++s) {
-      composeSlice(o, s, weights.data(), numerators.data(), field, slice.data());
+      if (ready)
+        composeRendered(o, s, weights.data(), slice.data());
+      else
+        composeSlice(o, s, weights.data(), numerators.data(), field, slice.data());
       std::size_t at = static_cast<std::size_t>(o.sourceSlice[s]) * o.lattice.nx * o.lattice.ny;
       for (int y = 0; y < o.lattice.ny; ++y)
         for (int x = 0; x < o.lattice.nx; ++x, ++at) {

@@ -3,17 +3,21 @@
 #include "Core/Selection.h"
 #include "Core/Stack.h"
 
+#include <memory>
 #include <stop_token>
 
 namespace innergs {
 
+class FieldDevice;
+
 struct RenderOptions {
-  int threads = 0;            // 0 = all cores
-  std::string instructionSet; // "" = best available
+  int threads = 0;                        // 0 = all cores
+  std::string instructionSet;             // "" = best available
   Selection selection = Selection::Exact; // of slices; points have no candidates to select
-  bool scannerUnits = true;      // apply the field's intensity map
+  bool scannerUnits = true;               // apply the field's intensity map
   std::span<const float> values; // per Gaussian, replaces intensity and slope: renders any other channel
   std::stop_token stop;          // stopped: throws Error(Cancelled)
+  std::shared_ptr<FieldDevice> device; // that holds the same field; the CPU where null, and where it fails
 };
 
 /// The field at every voxel centre of a lattice (thin: no slice profile). Any lattice: oblique, one slice,

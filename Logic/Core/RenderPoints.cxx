@@ -1,4 +1,5 @@
 #include "Core/DetailSampler.h"
+#include "Core/DevicePlugin.h"
 #include "Core/DomainBox.h"
 #include "Core/Error.h"
 #include "Core/Kernels.h"
@@ -86,6 +87,18 @@ private:
   std::vector<Layer> layers_;
 };
 
+bool renderedOnDevice(const RenderOptions& options, std::span<const Vec3> local, float* out) {
+  if (!options.device) return false;
+  try {
+    options.device->renderPoints(local, options.values, out, options.stop);
+    return true;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) throw;
+  } catch (const std::exception&) {
+  }
+  return false;
+}
+
 } // namespace
 
 std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3> points,
@@ -110,6 +123,21 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
       high[a] = std::max(high[a], local[i][a]);
     }
   }
+  const DomainBox box(field.domain, {});
+  const DetailSampler detail(field, {});
+  const bool units = options.scannerUnits && options.values.empty();
+  const auto finished = [&](float value, const Vec3& point) {
+    if (options.values.empty()) value += detail(point);
+    if (!box.contains(point)) value = 0;
+    return units ? static_cast<float>(field.intensityScale * value + field.intensityOffset) : value;
+  };
+  if (renderedOnDevice(options, local, result.data())) {
+    pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t i = first; i < last; ++i)
+        result[i] = finished(result[i], points[i]);
+    });
+    return result;
+  }
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
   // About eight cells a point: few points must not pay for lists of a fine grid.
   const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
@@ -121,10 +149,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
     cells[a] = static_cast<std::int64_t>((high[a] - low[a]) / cell) + 1;
   std::vector<Projected> projected;
   project(field, options.values, lattice, {}, pool, projected);
-  const DomainBox box(field.domain, {});
-  const DetailSampler detail(field, {});
   const CellLists lists(projected, cells);
-  const bool units = options.scannerUnits && options.values.empty();
   pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
     PointBlend blend(field);
     for (std::int64_t i = first; i < last; ++i) {
@@ -148,10 +173,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
         const float p = std::exp2(e) - g.cut;
         blend.add(p, g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2], std::fabs(d[2]));
       }
-      float value = blend.value();
-      if (options.values.empty()) value += detail(points[i]);
-      if (!box.contains(points[i])) value = 0;
-      result[i] = units ? static_cast<float>(field.intensityScale * value + field.intensityOffset) : value;
+      result[i] = finished(blend.value(), points[i]);
     }
   });
   return result;

@@ -1,5 +1,6 @@
 #include "Core/Settings.h"
 
+#include "Core/Devices.h"
 #include "Core/Error.h"
 
 #include <cmath>
@@ -72,6 +73,7 @@ void checkSettings(const Settings& s) {
           "The loss and 1 − SSIM must not both have the weight 0.");
   require(s.threads >= 0 && s.threads <= 4096,
           "The number of threads must be between 0 (all cores) and 4096.");
+  checkDeviceName(s.device);
   checkBlending(s);
   checkSchedule(s);
   checkDensification(s);

@@ -66,7 +66,8 @@ struct Settings {
                            // densification
   bool consistency = true; // noise-aware data-consistency step after the fit (super-resolution only)
   int threads = 0;         // 0 = all cores
-  std::string instructionSet; // "" = best available; "scalar" = the plain reference
+  std::string instructionSet;  // "" = best available; "scalar" = the plain reference
+  std::string device = "auto"; // "cpu", "cuda", "cuda:N"; auto: a GPU where one is found and the fit fits
   std::uint64_t seed = 1;
 };
 

@@ -46,6 +46,7 @@ inline Settings quickSettings(int iterations = 10) {
   settings.iterations = iterations;
   settings.gaussians = 300;
   settings.threads = 2;
+  settings.device = "cpu"; // bit for bit, whatever the machine has
   return settings;
 }
 

@@ -1,0 +1,232 @@
+#include "Core/Devices.h"
+
+#include "Core/DevicePlugin.h"
+#include "Core/Error.h"
+#include "Core/SharedLibrary.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <mutex>
+
+namespace innergs {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kBackend = "innergs_cuda";
+
+std::string gigabytes(std::int64_t bytes) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.3g GB", static_cast<double>(bytes) * 1e-9);
+  return text;
+}
+
+/// System messages may end in anything.
+std::string sentence(std::string text) {
+  std::replace(text.begin(), text.end(), '\n', ' ');
+  while (!text.empty() && (text.back() == ' ' || text.back() == '.'))
+    text.pop_back();
+  return text + ".";
+}
+
+/// INNERGS_PLUGIN_PATH, then where builds and installations put plugins.
+std::vector<fs::path> pluginFolders() {
+  std::vector<fs::path> folders;
+  if (const char* path = std::getenv("INNERGS_PLUGIN_PATH")) {
+#ifdef _WIN32
+    const char separator = ';';
+#else
+    const char separator = ':';
+#endif
+    const std::string text = path;
+    for (std::size_t begin = 0; begin <= text.size();) {
+      const std::size_t end = std::min(text.find(separator, begin), text.size());
+      if (end > begin) folders.emplace_back(text.substr(begin, end - begin));
+      begin = end + 1;
+    }
+  }
+  for (const fs::path& beside : programFolders())
+    for (const char* where : {"", INNERGS_PLUGIN_FOLDER, "../lib/innergs", "../lib"})
+      folders.push_back(beside / where);
+  return folders;
+}
+
+struct Backend {
+  DevicePlugin* plugin = nullptr;
+  std::string problem;
+};
+
+Backend load(const fs::path& file) {
+  const std::string name = "The CUDA backend " + file.string();
+  Backend backend;
+  std::string why;
+  void* library = openSharedLibrary(file, why);
+  if (!library) return {nullptr, sentence(name + " cannot be loaded: " + why)};
+  const auto stampOf = reinterpret_cast<PluginStampFunction>(sharedSymbol(library, kPluginStampSymbol));
+  const auto pluginOf = reinterpret_cast<PluginFunction>(sharedSymbol(library, kPluginSymbol));
+  if (!stampOf || !pluginOf) return {nullptr, name + " is not a plugin of InnerGS: remove or replace it."};
+  const PluginStamp* stamp = stampOf();
+  const std::string build = INNERGS_PLUGIN_VERSION " " INNERGS_PLUGIN_COMPILER;
+  if (!stamp || stamp->abi != kPluginAbi || stamp->layout != pluginLayout() || stamp->build != build)
+    return {nullptr, name +
+                         " belongs to another build of InnerGS: install the one that came with this "
+                         "program (" +
+                         build + ")."};
+  try {
+    backend.plugin = pluginOf();
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  if (!backend.plugin) backend.problem = sentence(name + " did not start: " + why);
+  return backend;
+}
+
+/// The plugin, looked for and loaded at the first call.
+const Backend& backend() {
+  static const Backend found = [] {
+    Backend first;
+    std::vector<fs::path> seen;
+    for (const fs::path& folder : pluginFolders()) {
+      std::error_code none;
+      const fs::path file = fs::weakly_canonical(folder / sharedLibraryName(kBackend), none);
+      if (none || !fs::is_regular_file(file, none) || std::count(seen.begin(), seen.end(), file)) continue;
+      seen.push_back(file);
+      Backend tried = load(file);
+      if (tried.plugin) return tried;
+      if (first.problem.empty()) first = std::move(tried);
+    }
+    if (first.problem.empty()) first.problem = "The CUDA backend is not installed.";
+    return first;
+  }();
+  return found;
+}
+
+struct Wish {
+  enum { Auto, Cpu, Cuda } kind = Auto;
+  int index = -1; // −1: any
+};
+
+Wish parse(const std::string& asked) {
+  if (asked == "auto") return {};
+  if (asked == "cpu") return {Wish::Cpu};
+  if (asked == "cuda") return {Wish::Cuda};
+  const std::string digits = asked.rfind("cuda:", 0) == 0 ? asked.substr(5) : "";
+  if (!digits.empty() && digits.size() <= 4 && digits.find_first_not_of("0123456789") == std::string::npos)
+    return {Wish::Cuda, std::stoi(digits)};
+  throw Error(ErrorCode::InvalidArgument,
+              "There is no device '" + asked + "': choose auto, cpu, cuda or cuda:N.");
+}
+
+} // namespace
+
+void checkDeviceName(const std::string& asked) {
+  parse(asked);
+}
+
+DeviceList otherDevices() {
+  DeviceList list;
+  try {
+    const Backend& found = backend();
+    if (!found.plugin)
+      list.problem = found.problem;
+    else
+      list = found.plugin->devices();
+  } catch (const std::exception& error) {
+    list = {};
+    list.problem = sentence(std::string("The devices cannot be listed: ") + error.what());
+  }
+  if (list.devices.empty() && list.problem.empty()) list.problem = "The CUDA backend finds no device.";
+  return list;
+}
+
+DeviceChoice::DeviceChoice(const std::string& asked, const std::string& instructionSet, Selection selection) {
+  const Wish wish = parse(asked);
+  use.asked = asked;
+  if (wish.kind == Wish::Cpu) {
+    use.reason = "On the CPU, as asked.";
+    return;
+  }
+  std::string only; // what only the CPU has
+  if (selection != Selection::Exact)
+    only = std::string("the candidate selection ") + selectionName(selection);
+  else if (!instructionSet.empty())
+    only = "the instruction set " + instructionSet;
+  if (!only.empty()) {
+    if (wish.kind == Wish::Cuda)
+      throw Error(ErrorCode::InvalidArgument, "Only the CPU has " + only + ": leave it out, or the device.");
+    use.reason = "On the CPU, which alone has " + only + ".";
+    return;
+  }
+  const DeviceList list = otherDevices();
+  const int count = static_cast<int>(list.devices.size());
+  if (count == 0) {
+    if (wish.kind == Wish::Cuda)
+      throw Error(ErrorCode::InvalidArgument, "There is no CUDA device. " + list.problem);
+    use.reason = "On the CPU. " + list.problem;
+    return;
+  }
+  if (wish.index >= count)
+    throw Error(ErrorCode::InvalidArgument, "There is no device '" + asked +
+                                                "': the last one is cuda:" + std::to_string(count - 1) + ".");
+  index_ = wish.index;
+  if (index_ < 0)
+    index_ = static_cast<int>(std::max_element(list.devices.begin(), list.devices.end(),
+                                               [](const DeviceInfo& a, const DeviceInfo& b) {
+                                                 return a.freeMemory < b.freeMemory;
+                                               }) -
+                              list.devices.begin());
+  plugin_ = backend().plugin;
+  use.id = "cuda:" + std::to_string(index_);
+  use.name = list.devices[index_].name;
+  use.reason = "On " + label() + (wish.kind == Wish::Cuda ? ", as asked." : ", the GPU found.");
+}
+
+std::string DeviceChoice::label() const {
+  return use.name + " (" + use.id + ")";
+}
+
+void DeviceChoice::leave(const std::string& why) {
+  use.id = "cpu";
+  use.name = "CPU";
+  use.reason = "On the CPU. " + why;
+  plugin_ = nullptr;
+}
+
+std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
+  if (onCpu()) return nullptr;
+  try {
+    const std::int64_t needed = plugin_->fitMemory(request);
+    const DeviceList list = plugin_->devices();
+    if (index_ >= static_cast<int>(list.devices.size()))
+      throw Error(ErrorCode::Internal, list.problem.empty() ? "it is gone." : list.problem);
+    const std::int64_t free = list.devices[index_].freeMemory;
+    if (needed > free) {
+      leave("The fit needs about " + gigabytes(needed) + " on " + label() + ", which has " + gigabytes(free) +
+            " free.");
+      return nullptr;
+    }
+    std::unique_ptr<FitDevice> fit = plugin_->makeFit(index_, request);
+    if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
+    use.reason +=
+        " The fit needs at most " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
+    return fit;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) throw;
+    leave(sentence(label() + " cannot be used: " + error.what()));
+  } catch (const std::exception& error) {
+    leave(sentence(label() + " cannot be used: " + error.what()));
+  }
+  return nullptr;
+}
+
+std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field) const {
+  if (onCpu()) return nullptr;
+  try {
+    return plugin_->makeField(index_, field);
+  } catch (const std::exception&) {
+    return nullptr; // the CPU renders the same
+  }
+}
+
+} // namespace innergs

@@ -1,0 +1,60 @@
+#pragma once
+#include "Core/Settings.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace innergs {
+
+class DevicePlugin;
+class FieldDevice;
+class FitDevice;
+struct DeviceList;
+struct FitRequest;
+
+/// Where a fit runs, for people: in progress, reports and the result.
+struct DeviceUse {
+  std::string asked = "auto"; // as in Settings
+  std::string id = "cpu";     // or "cuda:N"
+  std::string name = "CPU";   // as its maker calls it
+  std::string reason;         // one or two sentences: why here, and what went wrong elsewhere
+};
+
+/// The devices besides the CPU, or one sentence why there is none: no plugin (beside the program or in a
+/// folder of INNERGS_PLUGIN_PATH), one that cannot be loaded or belongs to another build, no driver, no
+/// device. Asked anew at every call; a plugin is loaded once. Never throws.
+DeviceList otherDevices();
+
+/// One of otherDevices(), or the CPU.
+class DeviceChoice {
+public:
+  DeviceUse use;
+
+  /// What `asked` ("auto", "cpu", "cuda", "cuda:N") leads to, without regard to memory. "auto": the device
+  /// with the most free memory, or the CPU when there is none or when the settings name something that only
+  /// the CPU has (instruction set, candidate selection). Throws Error(InvalidArgument) for "cuda" where it
+  /// cannot be had.
+  DeviceChoice(const std::string& asked, const std::string& instructionSet = {},
+               Selection selection = Selection::Exact);
+
+  bool onCpu() const { return !plugin_; }
+  /// The fit on the device; null on the CPU. When it does not fit into the device's memory or cannot be made,
+  /// the choice becomes the CPU and the reason says why.
+  std::unique_ptr<FitDevice> makeFit(const FitRequest& request);
+  /// The field on the device, to be looked at; null on the CPU and where it cannot be made.
+  std::shared_ptr<FieldDevice> makeField(const GaussianField& field) const;
+  /// The CPU from now on.
+  void leave(const std::string& why);
+
+private:
+  std::string label() const;
+
+  DevicePlugin* plugin_ = nullptr; // belongs to its library
+  int index_ = 0;
+};
+
+/// Throws Error(InvalidArgument) when `asked` is none of "auto", "cpu", "cuda", "cuda:N".
+void checkDeviceName(const std::string& asked);
+
+} // namespace innergs

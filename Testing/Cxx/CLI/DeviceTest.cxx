@@ -1,0 +1,127 @@
+#include "CommandRunner.h"
+#include "SyntheticImages.h"
+
+#include "IO/VolumeIO.h"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+namespace innergs::test {
+namespace {
+
+/// The command with one of the fake plugins (../Device), each of which is refused or fails in its way.
+class DeviceTest : public CommandTest {
+protected:
+  static std::string with(const std::string& folder, const std::string& fault = "") {
+    return "INNERGS_PLUGIN_PATH='" + folder + "' INNERGS_FAKE='" + fault + "' ";
+  }
+  static std::string fake(const std::string& plugin, const std::string& fault = "") {
+    return with(INNERGS_FAKE_PLUGINS "/" + plugin, fault);
+  }
+  static nlohmann::json reportOf(const std::string& text) { return nlohmann::json::parse(text); }
+  Outcome reconstruct(const std::string& device, const std::string& prefix) const {
+    return run(quickly({"reconstruct", path("scan.nii"), "-o", path("out/v.nii"), "--report",
+                        path("out/r.json"), "--device", device}),
+               prefix);
+  }
+  std::string libraryName() const { return std::filesystem::path(INNERGS_FAKE_LIBRARY).filename().string(); }
+};
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+} // namespace
+
+TEST_F(DeviceTest, InfoListsThem) {
+  const Outcome text = run({"info"}, fake("good"));
+  EXPECT_EQ(text.exitCode, 0) << text.err;
+  for (const char* part : {"cuda:0", "Fake One", "cuda:1", "Fake Two", "9.0"})
+    EXPECT_TRUE(has(text.out, part)) << text.out;
+  const auto json = nlohmann::json::parse(run({"info", "--json"}, fake("good")).out);
+  EXPECT_EQ(json["devices"]["cuda:0"]["memory_bytes"], 8'000'000'000);
+  EXPECT_EQ(json["devices"]["cuda:1"]["compute_capability"], "9.0");
+}
+
+TEST_F(DeviceTest, InfoSaysInOneLineWhyThereIsNone) {
+  std::filesystem::create_directories(folder_ / "garbage");
+  write("garbage/" + libraryName(), "This is no library at all.");
+  std::ifstream whole(INNERGS_FAKE_LIBRARY, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(whole), {}};
+  ASSERT_GT(bytes.size(), 20'000u);
+  std::vector<std::pair<std::string, std::string>> cases{
+      {fake("good", "none"), "No NVIDIA driver is installed."},
+      {fake("good", "throws"), "nothing answers"},
+      {fake("other"), "another build"},
+      {fake("refuses"), "it does not like to"},
+      {fake("symbol"), "not a plugin"},
+      {with(path("garbage")), "cannot be loaded"},
+  };
+  for (const std::size_t size :
+       {std::size_t{0}, std::size_t{40}, std::size_t{4096}, bytes.size() / 2, bytes.size() - 1}) {
+    const std::string name = "short" + std::to_string(size);
+    std::filesystem::create_directories(folder_ / name);
+    write(name + "/" + libraryName(), bytes.substr(0, size));
+    cases.push_back({with(path(name)), "cannot be loaded"});
+  }
+  for (const auto& [prefix, says] : cases) {
+    SCOPED_TRACE(prefix);
+    const Outcome outcome = run({"info"}, prefix);
+    EXPECT_EQ(outcome.exitCode, 0);
+    EXPECT_EQ(outcome.err, "");
+    const std::size_t at = outcome.out.find("devices:");
+    ASSERT_NE(at, std::string::npos) << outcome.out;
+    const std::string line = outcome.out.substr(at, outcome.out.find('\n', at) - at);
+    EXPECT_TRUE(has(line, "CPU only. ")) << line;
+    EXPECT_TRUE(has(line, says)) << line;
+    EXPECT_EQ(line.back(), '.') << line;
+    EXPECT_EQ(run({"info", "--json"}, prefix).exitCode, 0);
+  }
+}
+
+TEST_F(DeviceTest, IsChosenReportedAndLeftWhenItFails) {
+  writeVolume(phantom(), path("scan.nii"));
+  const Outcome good = reconstruct("auto", fake("good"));
+  ASSERT_EQ(good.exitCode, 0) << good.err;
+  EXPECT_TRUE(has(good.err, "On Fake Two (cuda:1)")) << good.err;
+  auto report = reportOf(contents("out/r.json"));
+  EXPECT_EQ(report["device"]["asked"], "auto");
+  EXPECT_EQ(report["device"]["used"], "cuda:1");
+  EXPECT_EQ(report["device"]["name"], "Fake Two");
+  EXPECT_TRUE(report["warnings"].empty());
+
+  const Outcome failing = reconstruct("cuda:0", fake("good", "sweep:3"));
+  ASSERT_EQ(failing.exitCode, 0) << failing.err;
+  EXPECT_TRUE(has(failing.err, "innergs: warning: ")) << failing.err;
+  EXPECT_TRUE(has(failing.err, "The device has no memory left.")) << failing.err;
+  report = reportOf(contents("out/r.json"));
+  EXPECT_EQ(report["device"]["asked"], "cuda:0");
+  EXPECT_EQ(report["device"]["used"], "cpu");
+  EXPECT_TRUE(has(report["device"]["reason"], "Fake One (cuda:0) failed after sweep 2"))
+      << report["device"]["reason"];
+  EXPECT_EQ(report["iterations"], 6);
+
+  const Outcome cpu = reconstruct("cpu", fake("good"));
+  ASSERT_EQ(cpu.exitCode, 0) << cpu.err;
+  report = reportOf(contents("out/r.json"));
+  EXPECT_EQ(report["device"]["used"], "cpu");
+  EXPECT_EQ(report["device"]["reason"], "On the CPU, as asked.");
+
+  for (const auto& prefix : {fake("other"), fake("good", "none"), fake("symbol")}) {
+    const Outcome none = reconstruct("auto", prefix);
+    ASSERT_EQ(none.exitCode, 0) << none.err;
+    EXPECT_TRUE(has(none.err, "On the CPU. ")) << none.err;
+    EXPECT_FALSE(has(none.err, "warning")) << none.err;
+  }
+}
+
+TEST_F(DeviceTest, IsAnErrorWhereItIsNot) {
+  writeVolume(phantom(), path("scan.nii"));
+  expectOneSentence(reconstruct("cuda", fake("good", "none")), 1, "No NVIDIA driver is installed.");
+  expectOneSentence(reconstruct("cuda:2", fake("good")), 1, "cuda:1");
+  expectOneSentence(reconstruct("cuda", fake("other")), 1, "another build");
+  EXPECT_EQ(reconstruct("gpu", fake("good")).exitCode, 2);
+  EXPECT_FALSE(exists("out/v.nii"));
+}
+
+} // namespace innergs::test

@@ -1,0 +1,77 @@
+#include "FakeDevice.h"
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+class Choice : public FakeDevice {};
+
+std::string refusal(const std::string& asked, const std::string& set = {},
+                    Selection selection = Selection::Exact) {
+  try {
+    DeviceChoice choice(asked, set, selection);
+    return "accepted as " + choice.use.id;
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+    return error.what();
+  }
+}
+
+bool has(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+} // namespace
+
+TEST_F(Choice, ListsWhatThePluginOffers) {
+  const DeviceList list = otherDevices();
+  ASSERT_EQ(list.devices.size(), 2u);
+  EXPECT_EQ(list.devices[1].name, "Fake Two");
+  EXPECT_EQ(list.devices[1].computeCapability, "9.0");
+  EXPECT_EQ(list.devices[1].freeMemory, 4'000'000'000);
+  fails("none");
+  EXPECT_TRUE(otherDevices().devices.empty());
+  EXPECT_EQ(otherDevices().problem, "No NVIDIA driver is installed.");
+  fails("throws");
+  EXPECT_TRUE(otherDevices().devices.empty());
+  EXPECT_TRUE(has(otherDevices().problem, "nothing answers"));
+}
+
+TEST_F(Choice, AutoTakesTheDeviceWithTheMostFreeMemory) {
+  const DeviceChoice choice("auto");
+  EXPECT_EQ(choice.use.asked, "auto");
+  EXPECT_EQ(choice.use.id, "cuda:1");
+  EXPECT_EQ(choice.use.name, "Fake Two");
+  EXPECT_TRUE(has(choice.use.reason, "Fake Two (cuda:1)"));
+  EXPECT_FALSE(choice.onCpu());
+  EXPECT_EQ(DeviceChoice("cuda").use.id, "cuda:1");
+  EXPECT_EQ(DeviceChoice("cuda:0").use.name, "Fake One");
+  EXPECT_TRUE(has(DeviceChoice("cuda:0").use.reason, "as asked"));
+}
+
+TEST_F(Choice, AutoIsTheCpuWhereThereIsNoDeviceOrTheCpuAloneCan) {
+  EXPECT_EQ(DeviceChoice("auto", "scalar").use.id, "cpu");
+  EXPECT_TRUE(has(DeviceChoice("auto", "scalar").use.reason, "scalar"));
+  EXPECT_EQ(DeviceChoice("auto", "", Selection::Method2).use.id, "cpu");
+  EXPECT_TRUE(has(DeviceChoice("auto", "", Selection::Method2).use.reason, "method2"));
+  fails("none");
+  const DeviceChoice choice("auto");
+  EXPECT_TRUE(choice.onCpu());
+  EXPECT_TRUE(has(choice.use.reason, "No NVIDIA driver is installed."));
+  EXPECT_TRUE(DeviceChoice("cpu").onCpu());
+  EXPECT_TRUE(has(DeviceChoice("cpu").use.reason, "as asked"));
+}
+
+TEST_F(Choice, OfWhatIsNotThereIsRefused) {
+  EXPECT_TRUE(has(refusal("cuda:2"), "cuda:1"));
+  EXPECT_TRUE(has(refusal("cuda", "scalar"), "scalar"));
+  EXPECT_TRUE(has(refusal("cuda", "", Selection::Method1), "method1"));
+  for (const char* name : {"", "gpu", "CUDA", "cuda:", "cuda:-1", "cuda:x", "cuda:99999999999", "cuda: 1"}) {
+    EXPECT_TRUE(has(refusal(name), "choose auto, cpu, cuda or cuda:N")) << name;
+    Settings settings;
+    settings.device = name;
+    EXPECT_THROW(checkSettings(settings), Error) << name;
+  }
+  fails("none");
+  EXPECT_TRUE(has(refusal("cuda"), "No NVIDIA driver is installed."));
+  EXPECT_TRUE(has(refusal("cuda:0"), "No NVIDIA driver is installed."));
+}
