@@ -1,0 +1,28 @@
+# Sets INNERGS_CUDA_COMPILER_FOUND and enables the language CUDA where the plugin is to be built.
+set(INNERGS_CUDA_COMPILER_FOUND OFF)
+set(wanted ${INNERGS_ENABLE_CUDA})
+if(wanted STREQUAL "AUTO")
+  set(wanted OFF)
+  # Sanitized builds run the kernels on the host; Slicer's libraries have another C++ ABI.
+  if(NOT INNERGS_SANITIZE AND NOT INNERGS_SLICER_CORE)
+    include(CheckLanguage)
+    check_language(CUDA)
+    if(CMAKE_CUDA_COMPILER)
+      set(wanted ON)
+    endif()
+  endif()
+endif()
+if(wanted)
+  # Every generation from Turing to Hopper, and what later ones compile for themselves.
+  set(CMAKE_CUDA_ARCHITECTURES "75-real;80-real;86-real;89-real;90" CACHE STRING "GPU architectures; fewer compile faster")
+  if(CCACHE)
+    set(CMAKE_CUDA_COMPILER_LAUNCHER ${CCACHE})
+  endif()
+  enable_language(CUDA)
+  if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION) # CMake before 3.26 does not know that nvcc 12 speaks it
+    set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION "-std=c++20")
+    set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION "-std=c++20")
+  endif()
+  set(INNERGS_CUDA_COMPILER_FOUND ON)
+endif()
+message(STATUS "CUDA plugin: ${INNERGS_CUDA_COMPILER_FOUND} (INNERGS_ENABLE_CUDA=${INNERGS_ENABLE_CUDA})")

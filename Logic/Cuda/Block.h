@@ -1,0 +1,62 @@
+#pragma once
+#include "Core/GaussianMath.h"
+
+#include <cstdint>
+
+/// A kernel is a struct of pointers and numbers with kThreads, a type Shared (shared memory, trivial) and
+///
+///   template <class Block> INNERGS_KERNEL void operator()(Block& block) const;
+///
+/// written as phases over the threads of one block. The same code runs on the host (HostBlock.h: loops over
+/// the threads of a phase) and on the device (DeviceBlock.cuh). A Block offers
+///
+///   index()                      number of the block
+///   shared()                     its Shared
+///   PerThread<T> x; x[t]         a register that lives from phase to phase
+///   forEachThread(f)             f(thread): one phase; only uniform control flow around it
+///   sync()                       between a phase that writes shared memory and one that reads it
+///   warpSum(x)                   x: PerThread<Lanes<T, n>>; every lane gets its warp's sum, in the same
+///   order warpSum(x, active)           the same in the warps whose lanes are all active: PerThread<bool>
+///   ballot(x, mask)              x: PerThread<bool>, mask: PerThread<std::uint32_t> of its warp
+#if defined(__CUDACC__)
+#define INNERGS_KERNEL __device__ __forceinline__
+#else
+#define INNERGS_KERNEL
+#endif
+
+namespace innergs::cuda {
+
+constexpr int kWarp = 32;
+
+/// Several sums of one thread.
+template <class T, int n>
+struct Lanes {
+  static constexpr int size = n;
+  T v[n];
+};
+
+/// For kernels without shared memory.
+struct Nothing {};
+
+/// W and N of a point (alpha blending: transmittance and I), later F0 and F1 (Docs/method.md).
+struct alignas(8) Pair {
+  float a, b;
+};
+
+/// Place of the lowest bit that is set.
+INNERGS_HD inline int lowestBit(std::uint32_t bits) {
+#if defined(__CUDA_ARCH__)
+  return __ffs(static_cast<int>(bits)) - 1;
+#else
+  int n = 0;
+  for (; !(bits & 1); bits >>= 1)
+    ++n;
+  return n;
+#endif
+}
+
+constexpr std::int64_t blocksFor(std::int64_t items, int perBlock) {
+  return (items + perBlock - 1) / perBlock;
+}
+
+} // namespace innergs::cuda

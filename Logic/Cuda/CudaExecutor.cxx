@@ -1,0 +1,219 @@
+#include "Cuda/CudaExecutor.h"
+
+#include "Core/Error.h"
+#include "Cuda/CudaLaunch.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace innergs::cuda {
+namespace {
+
+constexpr int kOldest = 75; // compute capability that the kernels are built for, 10·major + minor
+
+template <class Base, class... Kernels>
+class CudaLaunches;
+
+template <class Base>
+class CudaLaunches<Base> : public Base {
+protected:
+  virtual void check(cudaError_t error) = 0;
+  virtual void select() = 0;
+  cudaStream_t stream_ = nullptr;
+};
+
+template <class Base, class Kernel, class... Others>
+class CudaLaunches<Base, Kernel, Others...> : public CudaLaunches<Base, Others...> {
+public:
+  void launch(const Kernel& kernel, std::int64_t blocks) override {
+    if (blocks > std::numeric_limits<std::int32_t>::max())
+      throw Error(ErrorCode::Memory, "The lattice has too many tiles for the device: use the CPU.");
+    this->select();
+    this->check(launchOnDevice(kernel, static_cast<unsigned>(blocks), this->stream_));
+  }
+};
+
+template <class List>
+struct CudaBase;
+template <class... Kernels>
+struct CudaBase<KernelList<Kernels...>> {
+  using Type = CudaLaunches<Executor, Kernels...>;
+};
+
+class CudaExecutor final : public CudaBase<AllKernels>::Type {
+public:
+  explicit CudaExecutor(int device) : device_(device) {
+    cudaDeviceProp properties;
+    check(cudaGetDeviceProperties(&properties, device));
+    name_ = properties.name;
+    if (10 * properties.major + properties.minor < kOldest)
+      throw Error(ErrorCode::InvalidArgument, "The device " + name_ +
+                                                  " is too old: compute capability 7.5 or later is "
+                                                  "needed; use the CPU.");
+    select();
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
+    int pools = 0;
+    check(cudaDeviceGetAttribute(&pools, cudaDevAttrMemoryPoolsSupported, device));
+    if (pools) {
+      check(cudaDeviceGetDefaultMemPool(&pool_, device));
+      std::uint64_t keep = std::uint64_t{64} << 20; // for the small allocations of a query
+      check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep));
+    }
+  }
+  ~CudaExecutor() override {
+    if (cudaSetDevice(device_) != cudaSuccess) return;
+    if (temporary_) release(temporary_);
+    if (stream_) {
+      cudaStreamSynchronize(stream_);
+      cudaStreamDestroy(stream_);
+    }
+  }
+
+  std::string name() const override { return name_; }
+
+  std::size_t freeBytes() override {
+    select();
+    std::size_t free = 0, total = 0;
+    check(cudaMemGetInfo(&free, &total));
+    if (pool_) { // what the pool holds and does not use
+      std::uint64_t reserved = 0, used = 0;
+      check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrReservedMemCurrent, &reserved));
+      check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrUsedMemCurrent, &used));
+      free += static_cast<std::size_t>(reserved - used);
+    }
+    return free;
+  }
+
+  void* allocate(std::size_t bytes) override {
+    select();
+    void* memory = nullptr;
+    check(pool_ ? cudaMallocAsync(&memory, bytes, stream_) : cudaMalloc(&memory, bytes));
+    return memory;
+  }
+  void release(void* memory) noexcept override {
+    cudaSetDevice(device_);
+    if (pool_)
+      cudaFreeAsync(memory, stream_);
+    else
+      cudaFree(memory);
+  }
+  void upload(void* to, const void* from, std::size_t bytes) override {
+    select();
+    check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyHostToDevice, stream_));
+    check(cudaStreamSynchronize(stream_)); // pinned memory would be read later
+  }
+  void download(void* to, const void* from, std::size_t bytes) override {
+    select();
+    check(cudaMemcpyAsync(to, from, bytes, cudaMemcpyDeviceToHost, stream_));
+    check(cudaStreamSynchronize(stream_));
+  }
+  void fill(void* memory, int byte, std::size_t bytes) override {
+    select();
+    check(cudaMemsetAsync(memory, byte, bytes, stream_));
+  }
+
+  void scan(const std::int64_t* in, std::int64_t* out, std::int64_t count) override {
+    select();
+    std::size_t bytes = 0;
+    check(scanOnDevice(nullptr, bytes, in, out, count, stream_));
+    void* temporary = temporaryOf(bytes);
+    check(scanOnDevice(temporary, bytes, in, out, count, stream_));
+  }
+  void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids, std::uint32_t*& otherIds,
+            std::int64_t count, int bits) override {
+    select();
+    std::size_t bytes = 0;
+    check(sortOnDevice(nullptr, bytes, keys, otherKeys, ids, otherIds, count, bits, stream_));
+    void* temporary = temporaryOf(bytes);
+    check(sortOnDevice(temporary, bytes, keys, otherKeys, ids, otherIds, count, bits, stream_));
+  }
+
+private:
+  void select() override { check(cudaSetDevice(device_)); }
+
+  void check(cudaError_t error) override {
+    if (error == cudaSuccess) return;
+    cudaGetLastError(); // an error that is not the context's end must not be seen twice
+    const std::string device = name_.empty() ? "CUDA device " + std::to_string(device_) : name_;
+    if (error == cudaErrorMemoryAllocation)
+      throw Error(ErrorCode::Memory, "The memory of " + device + " is full: use fewer Gaussians or the CPU.");
+    throw Error(ErrorCode::Internal,
+                device + " failed (" + cudaGetErrorString(error) + "): update the driver or use the CPU.");
+  }
+
+  void* temporaryOf(std::size_t bytes) {
+    bytes = std::max<std::size_t>(bytes, 1);
+    if (bytes > temporaryBytes_) {
+      if (temporary_) release(temporary_);
+      temporary_ = nullptr;
+      temporaryBytes_ = 0;
+      temporary_ = allocate(bytes);
+      temporaryBytes_ = bytes;
+    }
+    return temporary_;
+  }
+
+  int device_;
+  std::string name_;
+  cudaMemPool_t pool_ = nullptr;
+  void* temporary_ = nullptr; // of scan and sort
+  std::size_t temporaryBytes_ = 0;
+};
+
+} // namespace
+
+DeviceList cudaDevices() {
+  DeviceList list;
+  try {
+    int driver = 0, count = 0;
+    if (cudaDriverGetVersion(&driver) != cudaSuccess || driver == 0) {
+      list.problem = "No NVIDIA driver is installed.";
+      return list;
+    }
+    const cudaError_t error = cudaGetDeviceCount(&count);
+    if (error != cudaSuccess) {
+      cudaGetLastError();
+      list.problem = error == cudaErrorInsufficientDriver
+                         ? "The NVIDIA driver is too old for this program: update it."
+                     : error == cudaErrorNoDevice
+                         ? "No CUDA device is present."
+                         : std::string("The NVIDIA driver failed: ") + cudaGetErrorString(error) + ".";
+      return list;
+    }
+    int before = 0;
+    cudaGetDevice(&before);
+    for (int d = 0; d < count; ++d) {
+      DeviceInfo info;
+      cudaDeviceProp properties;
+      if (cudaGetDeviceProperties(&properties, d) == cudaSuccess) {
+        info.name = properties.name;
+        info.computeCapability = std::to_string(properties.major) + "." + std::to_string(properties.minor);
+        info.totalMemory = static_cast<std::int64_t>(properties.totalGlobalMem);
+        std::size_t free = 0, total = 0;
+        if (cudaSetDevice(d) == cudaSuccess && cudaMemGetInfo(&free, &total) == cudaSuccess)
+          info.freeMemory = static_cast<std::int64_t>(free);
+      }
+      cudaGetLastError();
+      list.devices.push_back(std::move(info));
+    }
+    cudaSetDevice(before);
+    if (list.devices.empty()) list.problem = "No CUDA device is present.";
+  } catch (const std::exception& error) {
+    list.devices.clear();
+    list.problem = error.what();
+  }
+  return list;
+}
+
+std::unique_ptr<Executor> makeCudaExecutor(int device) {
+  const DeviceList list = cudaDevices();
+  if (list.devices.empty())
+    throw Error(ErrorCode::InvalidArgument, "There is no CUDA device. " + list.problem);
+  if (device < 0 || device >= static_cast<int>(list.devices.size()))
+    throw Error(ErrorCode::InvalidArgument, "There is no device cuda:" + std::to_string(device) +
+                                                ": choose one from 0 to " +
+                                                std::to_string(list.devices.size() - 1) + ".");
+  return std::make_unique<CudaExecutor>(device);
+}
+
+} // namespace innergs::cuda

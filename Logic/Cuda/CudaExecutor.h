@@ -1,0 +1,13 @@
+#pragma once
+#include "Core/DevicePlugin.h"
+#include "Cuda/Executor.h"
+
+namespace innergs::cuda {
+
+/// The CUDA devices of this machine, or why there are none. Never throws.
+DeviceList cudaDevices();
+
+/// Throws Error when there is no such device or it cannot be used.
+std::unique_ptr<Executor> makeCudaExecutor(int device);
+
+} // namespace innergs::cuda

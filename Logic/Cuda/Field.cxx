@@ -1,0 +1,117 @@
+#include "Cuda/Field.h"
+
+#include "Core/Error.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs::cuda {
+namespace {
+
+constexpr std::int64_t kSlabPoints = std::int64_t{1} << 25, kFewestPoints = std::int64_t{1} << 16;
+constexpr std::int64_t kPoints = std::int64_t{1} << 22; // of a query, at a time
+
+void throwIfStopped(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+}
+
+GaussianField numbersOf(const GaussianField& field) {
+  GaussianField numbers;
+  numbers.blending = field.blending;
+  numbers.linearIntensity = field.linearIntensity;
+  numbers.epsilon = field.epsilon;
+  numbers.cutoff = field.cutoff;
+  return numbers;
+}
+
+} // namespace
+
+Field::Field(std::unique_ptr<Executor> executor, const GaussianField& field)
+    : executor_(std::move(executor)), numbers_(numbersOf(field)), count_(field.size()), passes_(*executor_),
+      gaussians_(*executor_), values_(*executor_), result_(*executor_), points_(*executor_) {
+  gaussians_.upload(field.gaussians.data(), count_);
+}
+
+const float* Field::upload(std::span<const float> values) {
+  if (values.empty()) return nullptr;
+  if (static_cast<std::int64_t>(values.size()) != count_)
+    throw Error(ErrorCode::InvalidArgument, "A channel needs one value per Gaussian.");
+  values_.upload(values.data(), count_);
+  return values_.data();
+}
+
+ProjectionRules Field::rules(const ClosedFormPsf& psf) const {
+  return {static_cast<float>(numbers_.cutoff * numbers_.cutoff), numbers_.blending, numbers_.linearIntensity,
+          Selection::Exact, psf};
+}
+
+void Field::renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,
+                          float* out, std::stop_token stop) {
+  throwIfStopped(stop);
+  if (lattice.nx <= 0 || lattice.ny <= 0 || lattice.z.empty()) return;
+  passes_.project(gaussians_.data(), upload(values), count_, projectionFrame(lattice), rules(psf));
+  const std::int64_t plane = static_cast<std::int64_t>(lattice.planeSize()),
+                     packed = static_cast<std::int64_t>(lattice.nx) * lattice.ny;
+  std::int64_t points = kSlabPoints;
+  for (int first = 0; first < lattice.planes();) {
+    throwIfStopped(stop);
+    const int planes =
+        static_cast<int>(std::clamp<std::int64_t>(points / plane, 1, lattice.planes() - first));
+    try {
+      const DevicePlanes slab(*executor_, lattice, first, planes);
+      passes_.forward(slab, numbers_.blending);
+      result_.reserve(packed * planes);
+      executor_->runOver(Finish{slab.view(), passes_.planes(), numbers_.blending,
+                                static_cast<float>(numbers_.epsilon), result_.data()},
+                         packed * planes);
+      result_.download(out + packed * first, packed * planes);
+      first += planes;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Memory || planes == 1 || points <= kFewestPoints) throw;
+      points = std::min(points, plane * planes) / 2;
+      passes_.shrink();
+      result_.clear();
+    }
+  }
+}
+
+void Field::renderPoints(std::span<const Vec3> points, std::span<const float> values, float* out,
+                         std::stop_token stop) {
+  throwIfStopped(stop);
+  if (points.empty()) return;
+  Vec3 low, high;
+  low.fill(std::numeric_limits<double>::max());
+  high.fill(std::numeric_limits<double>::lowest());
+  for (const Vec3& x : points)
+    for (int a = 0; a < 3; ++a) {
+      if (!std::isfinite(x[a])) throw Error(ErrorCode::InvalidArgument, "A query point is not finite.");
+      low[a] = std::min(low[a], x[a]);
+      high[a] = std::max(high[a], x[a]);
+    }
+  const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
+  const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
+  Lattice lattice;
+  lattice.indexToModel.linear = diagonal({cell, cell, cell});
+  lattice.indexToModel.offset = low;
+  int cells[3];
+  for (int a = 0; a < 3; ++a)
+    cells[a] = static_cast<int>((high[a] - low[a]) / cell) + 1;
+  passes_.project(gaussians_.data(), upload(values), count_, projectionFrame(lattice), rules({}));
+  std::vector<double> index;
+  for (std::size_t first = 0; first < points.size(); first += kPoints) {
+    throwIfStopped(stop);
+    const std::int64_t n = std::min<std::int64_t>(kPoints, static_cast<std::int64_t>(points.size() - first));
+    index.clear();
+    for (const Vec3& x : points.subspan(first, n))
+      for (int a = 0; a < 3; ++a)
+        index.push_back((x[a] - low[a]) / cell);
+    points_.upload(index.data(), 3 * n);
+    result_.reserve(n);
+    passes_.query({cells[0], cells[1], cells[2]}, points_.data(), n, numbers_.blending,
+                  static_cast<float>(numbers_.epsilon), result_.data());
+    result_.download(out + first, n);
+  }
+}
+
+} // namespace innergs::cuda

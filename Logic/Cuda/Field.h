@@ -1,0 +1,30 @@
+#pragma once
+#include "Core/DevicePlugin.h"
+#include "Cuda/Passes.h"
+
+namespace innergs::cuda {
+
+/// A field kept where an executor runs. Large lattices go through in slabs of planes.
+class Field final : public FieldDevice {
+public:
+  Field(std::unique_ptr<Executor> executor, const GaussianField& field);
+
+  void renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,
+                     float* out, std::stop_token stop) override;
+  void renderPoints(std::span<const Vec3> points, std::span<const float> values, float* out,
+                    std::stop_token stop) override;
+
+private:
+  const float* upload(std::span<const float> values);
+  ProjectionRules rules(const ClosedFormPsf& psf) const;
+
+  std::unique_ptr<Executor> executor_;
+  GaussianField numbers_; // without Gaussians and detail
+  std::int64_t count_;
+  Passes passes_;
+  Buffer<Gaussian> gaussians_;
+  Buffer<float> values_, result_;
+  Buffer<double> points_;
+};
+
+} // namespace innergs::cuda

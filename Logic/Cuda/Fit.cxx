@@ -1,0 +1,296 @@
+#include "Cuda/Fit.h"
+
+#include "Core/Error.h"
+#include "Core/FieldGradient.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace innergs::cuda {
+namespace {
+
+constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27;
+
+} // namespace
+
+/// Slices [first, first + count) of a view with the planes that they are seen through.
+struct Fit::Slab {
+  std::int64_t first, count;
+  DevicePlanes planes;
+  Buffer<SubPlaneView> subPlanes;
+};
+
+struct Fit::View {
+  Lattice lattice;
+  ClosedFormPsf psf;
+  int slices, perSlice;
+  std::vector<Observation::SubPlane> subPlanes;
+  Buffer<float> target;
+  Buffer<std::uint8_t> weight;
+  std::vector<Slab> slabs;
+
+  SliceView slicesOf(const Slab& slab, const GaussianField& numbers) const {
+    const std::int64_t size = slab.planes.planeSize(), at = slab.first * size;
+    return {slab.count,
+            size,
+            lattice.nx,
+            lattice.ny,
+            lattice.stride(),
+            perSlice,
+            slab.subPlanes.data(),
+            target.data() + at,
+            weight.data() + at,
+            numbers.blending,
+            static_cast<float>(numbers.epsilon)};
+  }
+};
+
+Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
+    : executor_(std::move(executor)), rules_(request.rules), stop_(request.stop), slabPoints_(kSlabPoints),
+      passes_(*executor_), gaussians_(*executor_), others_(*executor_), moment1_(*executor_),
+      moment2_(*executor_), gradient_(*executor_), pulls_(*executor_) {
+  const FitMemory needed = fitMemory(request);
+  const std::int64_t free = static_cast<std::int64_t>(executor_->freeBytes());
+  if (needed.least > free)
+    throw Error(ErrorCode::Memory, "The fit needs at least " + std::to_string(needed.least >> 20) +
+                                       " MiB of the device's memory and " + std::to_string(free >> 20) +
+                                       " MiB are free: use fewer Gaussians or the CPU.");
+  addViews(*request.observations, fine_);
+  if (request.coarse) {
+    std::vector<Observation> half;
+    for (const Observation& o : *request.observations)
+      half.push_back(coarsened(o));
+    addViews(half, coarse_);
+  }
+  if (needed.most > free) { // of a slab's share about as much as there is
+    std::int64_t largest = 1;
+    for (const View& view : fine_)
+      largest = std::max(largest, static_cast<std::int64_t>(view.lattice.bufferSize()));
+    const double share =
+        static_cast<double>(free - needed.least) / static_cast<double>(needed.most - needed.least);
+    slabPoints_ = std::max<std::int64_t>(
+        1, static_cast<std::int64_t>(share * static_cast<double>(std::min(largest, kSlabPoints))));
+  }
+  cut(fine_);
+  cut(coarse_);
+  passes_.setLimit(24 * request.gaussians);
+}
+
+Fit::~Fit() = default;
+
+void Fit::addViews(const std::vector<Observation>& observations, std::vector<View>& views) {
+  for (const Observation& o : observations) {
+    View view{o.lattice,
+              o.psf,
+              o.slices,
+              o.perSlice,
+              o.subPlanes,
+              Buffer<float>(*executor_),
+              Buffer<std::uint8_t>(*executor_),
+              {}};
+    view.target.upload(o.target.data(), static_cast<std::int64_t>(o.target.size()));
+    view.weight.upload(o.weight.data(), static_cast<std::int64_t>(o.weight.size()));
+    views.push_back(std::move(view));
+  }
+}
+
+void Fit::cut(std::vector<View>& views) {
+  for (View& view : views) {
+    view.slabs.clear();
+    const std::int64_t perSlice =
+        std::max<std::int64_t>(1, static_cast<std::int64_t>(view.lattice.planeSize()) * view.perSlice);
+    const std::int64_t step = std::clamp<std::int64_t>(slabPoints_ / perSlice, 1, std::max(1, view.slices));
+    for (std::int64_t first = 0; first < view.slices; first += step) {
+      const std::int64_t count = std::min(step, view.slices - first);
+      const auto from = view.subPlanes.begin() + first * view.perSlice;
+      // Planes of neighbouring slabs may interleave: each takes its own ones, in ascending order.
+      std::vector<int> order;
+      for (auto it = from; it != from + count * view.perSlice; ++it)
+        order.push_back(it->plane);
+      std::sort(order.begin(), order.end());
+      Lattice lattice = view.lattice;
+      lattice.z.clear();
+      for (int plane : order)
+        lattice.z.push_back(view.lattice.z[plane]);
+      std::vector<SubPlaneView> local;
+      for (auto it = from; it != from + count * view.perSlice; ++it)
+        local.push_back({static_cast<std::int32_t>(std::lower_bound(order.begin(), order.end(), it->plane) -
+                                                   order.begin()),
+                         it->weight});
+      Slab slab{first, count, DevicePlanes(*executor_, lattice, 0, lattice.planes()),
+                Buffer<SubPlaneView>(*executor_)};
+      slab.subPlanes.upload(local.data(), static_cast<std::int64_t>(local.size()));
+      view.slabs.push_back(std::move(slab));
+    }
+  }
+}
+
+/// Halves the slabs. False when they are single slices already.
+bool Fit::smaller() {
+  std::int64_t largest = 0;
+  bool several = false;
+  for (const auto* views : {&fine_, &coarse_})
+    for (const View& view : *views)
+      for (const Slab& slab : view.slabs) {
+        largest = std::max(largest, slab.planes.planeSize() * slab.planes.nz);
+        several = several || slab.count > 1;
+      }
+  if (!several) return false;
+  slabPoints_ = std::max<std::int64_t>(1, std::min(slabPoints_, largest) / 2);
+  passes_.shrink();
+  passes_.setLimit(passes_.limit() / 2 + 1024);
+  cut(fine_);
+  cut(coarse_);
+  return true;
+}
+
+int Fit::slabs() const {
+  int n = 0;
+  for (const View& view : fine_)
+    n += static_cast<int>(view.slabs.size());
+  return n;
+}
+
+void Fit::throwIfStopped() const {
+  if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+}
+
+void Fit::upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) {
+  const std::int64_t count = field.size();
+  if (count > gaussians_.size()) { // all or nothing: what is there stays when memory is short
+    Buffer<Gaussian> gaussians(*executor_);
+    Buffer<float> moment1(*executor_), moment2(*executor_), sums(*executor_);
+    gaussians.reserve(count);
+    moment1.reserve(16 * count);
+    moment2.reserve(16 * count);
+    sums.reserve(count);
+    gaussians_ = std::move(gaussians);
+    moment1_ = std::move(moment1);
+    moment2_ = std::move(moment2);
+    pulls_ = std::move(sums);
+  }
+  const auto put = [&](Buffer<float>& buffer, const std::vector<float>& from, std::int64_t size) {
+    if (static_cast<std::int64_t>(from.size()) == size)
+      buffer.upload(from.data(), size);
+    else
+      buffer.fill(0, size);
+  };
+  count_ = count;
+  numbers_ = field;
+  numbers_.gaussians.clear();
+  beta1_ = adam.beta1;
+  beta2_ = adam.beta2;
+  pulled_ = !pulls.sum.empty();
+  pullSweeps_ = pulls.sweeps;
+  gaussians_.upload(field.gaussians.data(), count);
+  put(moment1_, adam.moment1, 16 * count);
+  put(moment2_, adam.moment2, 16 * count);
+  put(pulls_, pulls.sum, count);
+}
+
+void Fit::download(GaussianField* field, Adam* adam, PullSum* pulls) {
+  if (field) {
+    *field = numbers_;
+    field->gaussians.resize(count_);
+    gaussians_.download(field->gaussians.data(), count_);
+  }
+  if (adam) {
+    adam->beta1 = beta1_;
+    adam->beta2 = beta2_;
+    adam->moment1.resize(16 * count_);
+    adam->moment2.resize(16 * count_);
+    moment1_.download(adam->moment1.data(), 16 * count_);
+    moment2_.download(adam->moment2.data(), 16 * count_);
+  }
+  if (pulls) {
+    pulls->sweeps = pullSweeps_;
+    pulls->sum.resize(pulled_ ? count_ : 0);
+    if (pulled_) pulls_.download(pulls->sum.data(), count_);
+  }
+}
+
+void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
+                  std::int64_t count, bool backward) {
+  for (View& view : views) {
+    throwIfStopped();
+    passes_.project(gaussians, nullptr, count, projectionFrame(view.lattice),
+                    {static_cast<float>(numbers.cutoff * numbers.cutoff), numbers.blending,
+                     numbers.linearIntensity, Selection::Exact, view.psf});
+    for (const Slab& slab : view.slabs) {
+      throwIfStopped();
+      passes_.forward(slab.planes, numbers.blending);
+      passes_.loss(view.slicesOf(slab, numbers), rules_.loss);
+      if (backward) passes_.backward(slab.planes, numbers.blending, &slab != view.slabs.data());
+    }
+    if (backward && !view.slabs.empty())
+      executor_->runOver(Chain{gaussians, passes_.moments(), count,
+                               chainRules(numbers.blending, numbers.linearIntensity, view.lattice, view.psf),
+                               gradient_.data(), &view == views.data()},
+                         count);
+  }
+}
+
+/// Runs `queue` until there was room for all pairs, in smaller slabs where memory is short, and reads the
+/// sums.
+LossSum Fit::measured(std::vector<View>& views, const std::function<void()>& queue) {
+  for (;;) {
+    try {
+      throwIfStopped();
+      passes_.clearStatus();
+      queue();
+      const SweepStatus status = passes_.status();
+      const std::int64_t limit = passes_.limit();
+      // Unused room is sorted too, so it follows the need.
+      if (status.pairs > limit || limit > 2 * status.pairs + 4096)
+        passes_.setLimit(status.pairs + status.pairs / 5 + 1024);
+      if (status.pairs <= limit) return {status.loss, status.squared, status.samples};
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Memory || views.empty() || !smaller()) throw;
+    }
+  }
+}
+
+LossSum Fit::sweep(const SweepOrder& order) {
+  std::vector<View>& views = order.coarse && !coarse_.empty() ? coarse_ : fine_;
+  const AdamStep step =
+      adamStep(order.rates, rules_.bounds, beta1_, beta2_, order.step, numbers_.linearIntensity);
+  const float pullUnit = static_cast<float>(rules_.densify.voxel / rules_.densify.coverage);
+  const LossSum sum = measured(views, [&] {
+    gradient_.reserve(16 * count_);
+    enqueue(views, numbers_, gaussians_.data(), count_, true);
+    throwIfStopped();
+    executor_->runOver(Update{gradient_.data(), count_, step, gaussians_.data(), moment1_.data(),
+                              moment2_.data(), order.pulls ? pulls_.data() : nullptr, pullUnit,
+                              passes_.deviceStatus(), passes_.limit()},
+                       count_);
+  });
+  if (order.pulls) {
+    pulled_ = true;
+    ++pullSweeps_;
+  }
+  return sum;
+}
+
+void Fit::relocate(const RelocationPlan& plan) {
+  FitState state;
+  download(&state.field, &state.adam, &state.pulls);
+  relocateGaussians(state.field, state.adam, plan);
+  upload(state.field, state.adam, state.pulls);
+}
+
+DensifyCounts Fit::densify() {
+  FitState state;
+  download(&state.field, &state.adam, &state.pulls);
+  const DensifyCounts counts = densifyGaussians(state.field, state.adam, state.pulls, rules_.densify);
+  upload(state.field, state.adam, state.pulls);
+  return counts;
+}
+
+LossSum Fit::evaluate(const GaussianField& field) {
+  return measured(fine_, [&] {
+    others_.upload(field.gaussians.data(), field.size());
+    enqueue(fine_, field, others_.data(), field.size(), false);
+  });
+}
+
+} // namespace innergs::cuda

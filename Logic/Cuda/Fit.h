@@ -1,0 +1,61 @@
+#pragma once
+#include "Core/DevicePlugin.h"
+#include "Cuda/Passes.h"
+
+#include <functional>
+
+namespace innergs::cuda {
+
+/// Bytes that a fit needs with slabs of the largest size, and with the smallest (one slice).
+struct FitMemory {
+  std::int64_t most, least;
+};
+FitMemory fitMemory(const FitRequest& request);
+
+/// The sweeps of a fit where an executor runs. Field, moments and pulls stay there; a sweep waits once, for
+/// its sums. What does not fit is cut into smaller slabs of slices. Relocation and densification come back to
+/// the host between two sweeps.
+class Fit final : public FitDevice {
+public:
+  /// Throws Error(Memory) when not even the smallest slabs fit.
+  Fit(std::unique_ptr<Executor> executor, const FitRequest& request);
+  ~Fit() override;
+
+  void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) override;
+  void download(GaussianField* field, Adam* adam, PullSum* pulls) override;
+  LossSum sweep(const SweepOrder& order) override;
+  void relocate(const RelocationPlan& plan) override;
+  DensifyCounts densify() override;
+  LossSum evaluate(const GaussianField& field) override;
+
+  int slabs() const; // of the finest observations, all in all
+  Executor& executor() { return *executor_; }
+
+private:
+  struct Slab;
+  struct View;
+
+  void addViews(const std::vector<Observation>& observations, std::vector<View>& views);
+  void cut(std::vector<View>& views);
+  bool smaller();
+  void throwIfStopped() const;
+  void enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
+               std::int64_t count, bool backward);
+  LossSum measured(std::vector<View>& views, const std::function<void()>& queue);
+
+  std::unique_ptr<Executor> executor_;
+  SweepRules rules_;
+  std::stop_token stop_;
+  std::int64_t slabPoints_;
+  std::vector<View> fine_, coarse_;
+  Passes passes_;
+  GaussianField numbers_; // without Gaussians
+  double beta1_ = 0.9, beta2_ = 0.99;
+  std::int64_t count_ = 0;
+  bool pulled_ = false;
+  int pullSweeps_ = 0;
+  Buffer<Gaussian> gaussians_, others_;
+  Buffer<float> moment1_, moment2_, gradient_, pulls_;
+};
+
+} // namespace innergs::cuda

@@ -1,0 +1,33 @@
+#include "Cuda/Fit.h"
+
+#include <algorithm>
+
+namespace innergs::cuda {
+namespace {
+
+constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27;
+
+} // namespace
+
+FitMemory fitMemory(const FitRequest& request) {
+  const bool alpha = request.blending == Blending::Alpha, ssim = request.rules.loss.ssimWeight > 0;
+  double samples = 0, largest = 1, slice = 1, planes = 1;
+  for (const Observation& o : *request.observations) {
+    samples += static_cast<double>(o.target.size());
+    largest = std::max(largest, static_cast<double>(o.lattice.bufferSize()));
+    slice = std::max(slice, static_cast<double>(o.sliceSize()) * o.perSlice);
+    planes = std::max(planes, static_cast<double>(o.lattice.planes()));
+  }
+  const double n = static_cast<double>(request.gaussians);
+  // Field twice (evaluate), gradient, Adam, pulls, projected, moments, counts and their sums.
+  const double perGaussian = 2 * 64 + 64 + 128 + 4 + sizeof(Projected) + 56 + 16;
+  // A Gaussian's pairs, 20 % to spare: sorted keys and numbers, twice; alpha: owners and slots as well.
+  const double pairs = alpha ? std::min(64.0, 4 * planes) : 24, perPair = 24 + (alpha ? 36 : 0);
+  const double perPoint = 8 + 0.2 + (ssim ? 20 : 0);
+  const double data = samples * 5 * (request.coarse ? 1.3 : 1.0);
+  const double fixed = data + n * (perGaussian + 1.2 * pairs * perPair) + (16 << 20);
+  return {static_cast<std::int64_t>(fixed + perPoint * std::min(largest, static_cast<double>(kSlabPoints))),
+          static_cast<std::int64_t>(fixed + perPoint * slice)};
+}
+
+} // namespace innergs::cuda

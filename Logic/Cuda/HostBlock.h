@@ -1,0 +1,74 @@
+#pragma once
+#include "Cuda/Block.h"
+
+#include <array>
+
+namespace innergs::cuda {
+
+/// A block of threads on the host, one thread after the other within a phase.
+template <int threads, class Shared>
+class HostBlock {
+public:
+  template <class T>
+  class PerThread {
+  public:
+    T& operator[](int thread) { return values_[thread]; }
+    const T& operator[](int thread) const { return values_[thread]; }
+
+  private:
+    std::array<T, threads> values_;
+  };
+
+  HostBlock(std::int64_t index, Shared& shared) : index_(index), shared_(shared) {}
+
+  std::int64_t index() const { return index_; }
+  Shared& shared() { return shared_; }
+  void sync() {}
+
+  template <class Phase>
+  void forEachThread(Phase&& phase) {
+    for (int t = 0; t < threads; ++t)
+      phase(t);
+  }
+
+  template <class T, int n>
+  void warpSum(PerThread<Lanes<T, n>>& x) {
+    for (int warp = 0; warp < threads; warp += kWarp)
+      sumOne(x, warp);
+  }
+
+  template <class T, int n>
+  void warpSum(PerThread<Lanes<T, n>>& x, const PerThread<bool>& active) {
+    for (int warp = 0; warp < threads; warp += kWarp)
+      if (active[warp]) sumOne(x, warp);
+  }
+
+  void ballot(const PerThread<bool>& x, PerThread<std::uint32_t>& mask) {
+    for (int warp = 0; warp < threads; warp += kWarp) {
+      std::uint32_t bits = 0;
+      for (int lane = 0; lane < kWarp; ++lane)
+        if (x[warp + lane]) bits |= 1u << lane;
+      for (int lane = 0; lane < kWarp; ++lane)
+        mask[warp + lane] = bits;
+    }
+  }
+
+private:
+  /// As the device's butterfly of shuffles adds.
+  template <class T, int n>
+  static void sumOne(PerThread<Lanes<T, n>>& x, int warp) {
+    for (int step = kWarp / 2; step > 0; step /= 2) {
+      std::array<Lanes<T, n>, kWarp> before;
+      for (int lane = 0; lane < kWarp; ++lane)
+        before[lane] = x[warp + lane];
+      for (int lane = 0; lane < kWarp; ++lane)
+        for (int c = 0; c < n; ++c)
+          x[warp + lane].v[c] = before[lane].v[c] + before[lane ^ step].v[c];
+    }
+  }
+
+  std::int64_t index_;
+  Shared& shared_;
+};
+
+} // namespace innergs::cuda

@@ -1,0 +1,72 @@
+#pragma once
+#include "Cuda/Block.h"
+#include "Cuda/Kernels/Reach.h"
+
+namespace innergs::cuda {
+
+/// What both passes of alpha blending share: a block owns a 16×16 tile of one plane, a thread one point, a
+/// warp 8×4 of them.
+struct AlphaTile {
+  static constexpr int kThreads = 256, kEdge = TileReach::kEdge;
+
+  /// A Gaussian on the tile's plane.
+  struct Staged {
+    std::int32_t cell[2];
+    float fraction[2];
+    float xx, xy, yy, x, y, constant; // of the exponent
+    float log2Cut, cut, value, halfX;
+    float rowCentre, rowHalf; // rows that it reaches, relative to cell[1]
+  };
+
+  TileReach tiles;
+  const Projected* gaussians;
+  const std::int64_t* start;
+  const std::uint32_t* slots;  // sorted by tile and depth
+  const std::uint32_t* owners; // of the slots
+
+  INNERGS_HD int plane(std::int64_t tile) const { return static_cast<int>(tile / tiles.nx / tiles.ny); }
+  INNERGS_HD int left(std::int64_t tile) const { return static_cast<int>(tile % tiles.nx) * kEdge; }
+  INNERGS_HD int top(std::int64_t tile) const { return static_cast<int>(tile / tiles.nx % tiles.ny) * kEdge; }
+  INNERGS_HD static int warpX(int t) { return t / kWarp % 2 * 8; }
+  INNERGS_HD static int warpY(int t) { return t / kWarp / 2 * 4; }
+  INNERGS_HD static int pointX(int t) { return warpX(t) + t % 8; }
+  INNERGS_HD static int pointY(int t) { return warpY(t) + t % kWarp / 8; }
+
+  INNERGS_HD void stage(std::int64_t at, double z, Staged& s) const {
+    const Projected& g = gaussians[owners[slots[at]]];
+    const float dz = planeOffset(g, z), *q = g.quadratic;
+    for (int a = 0; a < 2; ++a) {
+      s.cell[a] = g.cell[a];
+      s.fraction[a] = g.fraction[a];
+    }
+    s.xx = q[0];
+    s.xy = q[1];
+    s.yy = q[3];
+    s.x = q[2] * dz;
+    s.y = q[4] * dz;
+    s.constant = q[5] * dz * dz + g.log2Weight;
+    s.log2Cut = g.log2Cut;
+    s.cut = g.cut;
+    s.value = g.value;
+    s.halfX = g.half[0];
+    s.rowCentre = g.fraction[1] - g.shiftYZ * dz;
+    s.rowHalf = std::sqrt(math::most(0.f, g.radius2 - dz * dz * g.precisionZ) / g.precisionY);
+  }
+
+  /// Whether it may reach the points of thread t's warp.
+  INNERGS_HD static bool meets(const Staged& s, int left, int top, int t) {
+    const float x = static_cast<float>(s.cell[0] - left - warpX(t)) + s.fraction[0];
+    const float y = static_cast<float>(s.cell[1] - top - warpY(t)) + s.rowCentre;
+    return x + s.halfX >= 0 && x - s.halfX <= 7 && y + s.rowHalf >= 0 && y - s.rowHalf <= 3;
+  }
+
+  /// α p without the cut at a point, 0 past it.
+  INNERGS_HD static float amplitude(const Staged& s, int x, int y, float& dx, float& dy) {
+    dx = static_cast<float>(x - s.cell[0]) - s.fraction[0];
+    dy = static_cast<float>(y - s.cell[1]) - s.fraction[1];
+    const float e = dx * (s.xx * dx + s.xy * dy + s.x) + dy * (s.yy * dy + s.y) + s.constant;
+    return e >= s.log2Cut ? std::exp2(e) : 0.f; // NaN: 0 as well
+  }
+};
+
+} // namespace innergs::cuda

@@ -1,0 +1,109 @@
+#pragma once
+#include "Cuda/Block.h"
+#include "Cuda/Kernels/Reach.h"
+
+namespace innergs::cuda {
+
+/// What a sweep finds out on the device, read once at its end.
+struct SweepStatus {
+  double loss, squared;
+  std::int64_t samples;
+  std::int64_t pairs; // the most (Gaussian, bin) pairs of any slab
+};
+
+template <class Reach>
+INNERGS_HD inline std::int64_t pairsOf(const Reach& reach, const Projected& g) {
+  std::int64_t n = 0;
+  if constexpr (requires { Reach::kEdge; })
+    reach.visit(g, [&](std::uint64_t, float) { ++n; });
+  else
+    reach.visit(g, [&](std::uint64_t) { ++n; });
+  return n;
+}
+
+/// Bins that each Gaussian reaches; one more entry of 0, so that a scan ends with the total.
+template <class Reach>
+struct CountPairs {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const Projected* gaussians;
+  std::int64_t count;
+  Reach reach;
+  std::int64_t* out;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    block.forEachThread([&](int t) {
+      const std::int64_t i = block.index() * kThreads + t;
+      if (i <= count) out[i] = i < count ? pairsOf(reach, gaussians[i]) : 0;
+    });
+  }
+};
+
+/// The pairs' keys and Gaussians, in the order of the Gaussians, unless there are more than `limit`: then
+/// none. Alpha blending sorts the pairs' places instead, and `owners` says whose they are.
+template <class Reach>
+struct EmitPairs {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const Projected* gaussians;
+  std::int64_t count;
+  Reach reach;
+  const std::int64_t* first; // count + 1
+  std::int64_t limit;
+  std::uint64_t* keys;
+  std::uint32_t* ids;
+  std::uint32_t* owners; // TileReach only
+  SweepStatus* status;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    block.forEachThread([&](int t) {
+      const std::int64_t i = block.index() * kThreads + t, total = first[count];
+      if (i == 0) status->pairs = math::most(status->pairs, total);
+      if (i >= count || total > limit) return;
+      std::int64_t at = first[i];
+      const auto put = [&](std::uint64_t key) {
+        keys[at] = key;
+        if (owners) owners[at] = static_cast<std::uint32_t>(i);
+        ids[at] = static_cast<std::uint32_t>(owners ? at : i);
+        ++at;
+      };
+      if constexpr (requires { Reach::kEdge; })
+        reach.visit(gaussians[i], [&](std::uint64_t key, float) { put(key); });
+      else
+        reach.visit(gaussians[i], put);
+    });
+  }
+};
+
+/// Where each bin begins in the sorted pairs: start[bins + 1]. Keys at or past `bins` (after the shift) are
+/// the unused ones.
+struct FindStarts {
+  static constexpr int kThreads = 256;
+  using Shared = Nothing;
+  const std::uint64_t* keys; // sorted
+  std::int64_t pairs, bins;
+  int shift;
+  std::int64_t* start;
+
+  INNERGS_HD std::int64_t bin(std::int64_t at) const {
+    if (at < 0) return -1;
+    if (at >= pairs) return bins;
+    const std::uint64_t b = keys[at] >> shift;
+    return b < static_cast<std::uint64_t>(bins) ? static_cast<std::int64_t>(b) : bins;
+  }
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    block.forEachThread([&](int t) {
+      const std::int64_t i = block.index() * kThreads + t;
+      if (i > pairs) return;
+      const std::int64_t here = bin(i);
+      for (std::int64_t b = bin(i - 1) + 1; b <= here; ++b)
+        start[b] = i;
+    });
+  }
+};
+
+} // namespace innergs::cuda

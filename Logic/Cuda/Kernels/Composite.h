@@ -1,0 +1,65 @@
+#pragma once
+#include "Cuda/Kernels/AlphaTile.h"
+
+namespace innergs::cuda {
+
+/// Alpha blending, front to back: what is transmitted behind all Gaussians, and I.
+struct Composite {
+  static constexpr int kThreads = AlphaTile::kThreads, kBatch = 128, kGroups = kBatch / kWarp;
+  struct Shared {
+    AlphaTile::Staged staged[kBatch];
+  };
+  AlphaTile tile;
+  Pair* out;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    const LatticeView& lattice = tile.tiles.lattice;
+    const std::int64_t b = block.index();
+    const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
+    const double z = lattice.z[plane];
+    typename Block::template PerThread<Pair> state;
+    typename Block::template PerThread<bool> near;
+    typename Block::template PerThread<std::uint32_t> mask[kGroups];
+    block.forEachThread([&](int t) { state[t] = {1.f, 0.f}; });
+    Shared& shared = block.shared();
+    const std::int64_t end = tile.start[b + 1];
+    for (std::int64_t from = tile.start[b]; from < end; from += kBatch) {
+      const int staged = static_cast<int>(math::least<std::int64_t>(kBatch, end - from));
+      block.sync();
+      block.forEachThread([&](int t) {
+        if (t < staged) tile.stage(from + t, z, shared.staged[t]);
+      });
+      block.sync();
+      for (int group = 0; group < kGroups; ++group) {
+        block.forEachThread([&](int t) {
+          const int n = group * kWarp + t % kWarp;
+          near[t] = n < staged && AlphaTile::meets(shared.staged[n], left, top, t);
+        });
+        block.ballot(near, mask[group]);
+      }
+      block.forEachThread([&](int t) {
+        const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
+        Pair own = state[t];
+        for (int group = 0; group < kGroups; ++group)
+          for (std::uint32_t rest = mask[group][t]; rest; rest &= rest - 1) {
+            const AlphaTile::Staged& s = shared.staged[group * kWarp + lowestBit(rest)];
+            float dx, dy;
+            const float q = AlphaTile::amplitude(s, x, y, dx, dy);
+            if (!(q > 0)) continue;
+            const float visible = own.a * (q - s.cut);
+            own.b += visible * s.value;
+            own.a -= visible;
+          }
+        state[t] = own;
+      });
+    }
+    block.forEachThread([&](int t) {
+      const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
+      if (y < lattice.ny)
+        out[(static_cast<std::int64_t>(plane) * lattice.ny + y) * lattice.stride + x] = state[t];
+    });
+  }
+};
+
+} // namespace innergs::cuda

@@ -1,0 +1,148 @@
+#pragma once
+#include "Core/PointLoss.h"
+#include "Cuda/Block.h"
+#include "Cuda/Kernels/Bin.h"
+
+namespace innergs::cuda {
+
+struct SubPlaneView {
+  std::int32_t plane;
+  float weight;
+};
+
+/// The slices of one slab and how they are seen.
+struct SliceView {
+  std::int64_t slices, planeSize; // points of a padded plane
+  int nx, ny, stride, perSlice;
+  const SubPlaneView* subPlanes; // [slice][perSlice], planes of the slab
+  const float* target;           // [slice][ny][stride]
+  const std::uint8_t* weight;
+  Blending blending;
+  float epsilon;
+
+  INNERGS_HD float value(Pair at) const {
+    return blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
+  }
+
+  /// Point p of a slice as observed.
+  INNERGS_HD float compose(std::int64_t slice, std::int64_t p, const Pair* planes) const {
+    float sum = 0;
+    for (int q = 0; q < perSlice; ++q) {
+      const SubPlaneView sub = subPlanes[slice * perSlice + q];
+      sum += sub.weight * value(planes[sub.plane * planeSize + p]);
+    }
+    return sum;
+  }
+
+  /// W and N become F0 and F1 (alpha: ∂L/∂I and I) for r = ∂L/∂I of the slice.
+  INNERGS_HD void spread(std::int64_t slice, std::int64_t p, float r, Pair* planes) const {
+    for (int q = 0; q < perSlice; ++q) {
+      const SubPlaneView sub = subPlanes[slice * perSlice + q];
+      Pair& at = planes[sub.plane * planeSize + p];
+      const bool normalised = blending == Blending::Normalised;
+      const float inverse = normalised ? 1 / (at.a + epsilon) : 1.f;
+      const float value = at.b * inverse, f0 = sub.weight * r * inverse;
+      at = {f0, normalised ? -f0 * value : blending == Blending::Alpha ? value : 0.f};
+    }
+  }
+};
+
+/// loss, squared and number of samples of one block.
+struct PartialLoss {
+  double loss, squared;
+  std::int64_t samples;
+};
+
+/// Adds up a block's sums in a fixed order; `warps`: one entry a warp of shared memory.
+template <int threads, class Block, class Sums>
+INNERGS_KERNEL void writePartial(Block& block, Sums& sums, Lanes<double, 3>* warps, PartialLoss* out) {
+  block.warpSum(sums);
+  block.sync();
+  block.forEachThread([&](int t) {
+    if (t % kWarp == 0) warps[t / kWarp] = sums[t];
+  });
+  block.sync();
+  block.forEachThread([&](int t) {
+    if (t != 0) return;
+    Lanes<double, 3> total = {};
+    for (int w = 0; w < threads / kWarp; ++w)
+      for (int c = 0; c < 3; ++c)
+        total.v[c] += warps[w].v[c];
+    *out = {total.v[0], total.v[1], static_cast<std::int64_t>(total.v[2])};
+  });
+}
+
+/// Point losses of a slab, one thread a sample. Without SSIM the gradient goes straight to the planes; with
+/// it image and r wait for SsimGradient.
+struct PointLosses {
+  static constexpr int kThreads = 256;
+  struct Shared {
+    Lanes<double, 3> warps[kThreads / kWarp];
+  };
+  SliceView view;
+  LossKind kind;
+  float delta, pointWeight;
+  Pair* planes;
+  float *image, *r; // null without SSIM
+  PartialLoss* partial;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    typename Block::template PerThread<Lanes<double, 3>> sums;
+    block.forEachThread([&](int t) {
+      sums[t] = {};
+      const std::int64_t i = block.index() * kThreads + t;
+      if (i >= view.slices * view.planeSize) return;
+      const std::int64_t slice = i / view.planeSize, p = i % view.planeSize;
+      const float seen = view.compose(slice, p, planes);
+      const bool observed = view.weight[i];
+      const float e = observed ? seen - view.target[i] : 0.f;
+      float derivative;
+      const float loss = pointLoss(kind, delta, e, derivative);
+      derivative *= pointWeight;
+      sums[t] = {static_cast<double>(pointWeight) * loss, static_cast<double>(e) * e, observed ? 1.0 : 0.0};
+      if (image) {
+        image[i] = seen;
+        r[i] = derivative;
+      } else {
+        view.spread(slice, p, derivative, planes);
+      }
+    });
+    writePartial<kThreads>(block, sums, block.shared().warps, partial + block.index());
+  }
+};
+
+/// Adds the partial sums to the status; one block.
+struct SumLosses {
+  static constexpr int kThreads = 256;
+  struct Shared {
+    Lanes<double, 3> warps[kThreads / kWarp];
+    PartialLoss total;
+  };
+  const PartialLoss* partial;
+  std::int64_t count;
+  SweepStatus* status;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    typename Block::template PerThread<Lanes<double, 3>> sums;
+    block.forEachThread([&](int t) {
+      Lanes<double, 3> sum = {};
+      for (std::int64_t i = t; i < count; i += kThreads) {
+        sum.v[0] += partial[i].loss;
+        sum.v[1] += partial[i].squared;
+        sum.v[2] += static_cast<double>(partial[i].samples);
+      }
+      sums[t] = sum;
+    });
+    writePartial<kThreads>(block, sums, block.shared().warps, &block.shared().total);
+    block.forEachThread([&](int t) {
+      if (t != 0) return;
+      status->loss += block.shared().total.loss;
+      status->squared += block.shared().total.squared;
+      status->samples += block.shared().total.samples;
+    });
+  }
+};
+
+} // namespace innergs::cuda

@@ -1,0 +1,27 @@
+#pragma once
+#include "Core/Projection.h"
+#include "Cuda/Block.h"
+
+namespace innergs::cuda {
+
+/// Gaussians into a lattice's index coordinates. `values`: replaces intensity and slope where not null.
+struct Project {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const Gaussian* gaussians;
+  const float* values;
+  std::int64_t count;
+  ProjectionFrame frame;
+  ProjectionRules rules;
+  Projected* out;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    block.forEachThread([&](int t) {
+      const std::int64_t i = block.index() * kThreads + t;
+      if (i < count) projectGaussian(gaussians[i], values ? values + i : nullptr, frame, rules, out[i]);
+    });
+  }
+};
+
+} // namespace innergs::cuda

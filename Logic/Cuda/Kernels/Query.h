@@ -1,0 +1,113 @@
+#pragma once
+#include "Cuda/Block.h"
+#include "Cuda/Kernels/Reach.h"
+
+namespace innergs::cuda {
+
+/// I from W and N, without the padding of the rows.
+struct Finish {
+  static constexpr int kThreads = 256;
+  using Shared = Nothing;
+  LatticeView lattice;
+  const Pair* planes;
+  Blending blending;
+  float epsilon;
+  float* out; // [plane][ny][nx]
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    block.forEachThread([&](int t) {
+      const std::int64_t i = block.index() * kThreads + t;
+      if (i >= static_cast<std::int64_t>(lattice.nz) * lattice.ny * lattice.nx) return;
+      const Pair at = planes[i / lattice.nx * lattice.stride + i % lattice.nx];
+      out[i] = blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
+    });
+  }
+};
+
+/// I at points, from the Gaussians listed for the cell that each lies in.
+struct QueryPoints {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const Projected* gaussians;
+  CellReach cells;
+  const std::int64_t* start;
+  const std::uint32_t* ids;
+  const double* points; // index coordinates, three a point
+  std::int64_t count;
+  Blending blending;
+  float epsilon;
+  float* out;
+
+  struct Contribution {
+    float p, value, depth;
+  };
+
+  INNERGS_HD static bool contribution(const Projected& g, const double* x, Contribution& c) {
+    float d[3];
+    for (int a = 0; a < 3; ++a)
+      d[a] = static_cast<float>(x[a] - g.cell[a] - static_cast<double>(g.fraction[a]));
+    const float* q = g.quadratic;
+    const float e = q[0] * d[0] * d[0] + q[1] * d[0] * d[1] + q[2] * d[0] * d[2] + q[3] * d[1] * d[1] +
+                    q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
+    if (!(e >= g.log2Cut)) return false; // NaN as well
+    c.p = std::exp2(e) - g.cut;
+    c.value = g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2];
+    c.depth = std::fabs(d[2]);
+    return true;
+  }
+
+  INNERGS_HD float summed(const double* x, std::int64_t first, std::int64_t last) const {
+    float w = 0, n = 0;
+    Contribution c;
+    for (std::int64_t m = first; m < last; ++m)
+      if (contribution(gaussians[ids[m]], x, c)) {
+        w += c.p;
+        n += c.p * c.value;
+      }
+    return blending == Blending::Normalised ? n / (w + epsilon) : n;
+  }
+
+  /// Alpha blending: nearest first, ties by index; the next one is searched for each time, as no list is
+  /// kept.
+  INNERGS_HD float composited(const double* x, std::int64_t first, std::int64_t last) const {
+    float transmittance = 1, image = 0, depth = -1;
+    std::int64_t at = -1;
+    for (;;) {
+      Contribution next{0, 0, 0}, c;
+      std::int64_t found = -1;
+      for (std::int64_t m = first; m < last; ++m) {
+        if (!contribution(gaussians[ids[m]], x, c)) continue;
+        const bool after = c.depth > depth || (c.depth == depth && m > at);
+        if (!after || (found >= 0 && !(c.depth < next.depth))) continue;
+        next = c;
+        found = m;
+      }
+      if (found < 0) return image;
+      const float visible = transmittance * next.p;
+      image += visible * next.value;
+      transmittance -= visible;
+      depth = next.depth;
+      at = found;
+    }
+  }
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    block.forEachThread([&](int t) {
+      const std::int64_t i = block.index() * kThreads + t;
+      if (i >= count) return;
+      const double* x = points + 3 * i;
+      const int size[3] = {cells.nx, cells.ny, cells.nz};
+      int cell[3];
+      for (int a = 0; a < 3; ++a)
+        cell[a] = math::clamped(static_cast<int>(x[a]), 0, size[a] - 1);
+      const std::int64_t b = cell[0] + static_cast<std::int64_t>(cells.nx) *
+                                           (cell[1] + static_cast<std::int64_t>(cells.ny) * cell[2]);
+      out[i] = blending == Blending::Alpha ? composited(x, start[b], start[b + 1])
+                                           : summed(x, start[b], start[b + 1]);
+    });
+  }
+};
+
+} // namespace innergs::cuda

@@ -1,0 +1,77 @@
+#pragma once
+#include "Core/GaussianField.h"
+#include "Core/Lattice.h"
+#include "Core/Loss.h"
+#include "Cuda/Executor.h"
+
+namespace innergs::cuda {
+
+/// Parallel planes on the device.
+struct DevicePlanes {
+  DevicePlanes(Executor& executor, const Lattice& lattice, int firstPlane, int planes);
+  LatticeView view() const { return {nx, ny, nz, stride, z.data()}; }
+  std::int64_t planeSize() const { return static_cast<std::int64_t>(stride) * ny; }
+
+  int nx, ny, nz, stride;
+  Buffer<double> z;
+};
+
+/// The passes over one lattice or a slab of its planes, queued one after the other: nothing here waits for
+/// the device, except bin() without a limit. Buffers are kept from call to call.
+class Passes {
+public:
+  explicit Passes(Executor& executor);
+
+  Executor& executor() { return executor_; }
+
+  /// gaussians, values (or null): memory of the device.
+  void project(const Gaussian* gaussians, const float* values, std::int64_t count,
+               const ProjectionFrame& frame, const ProjectionRules& rules);
+  /// W and N of the projected Gaussians (alpha: transmittance and I) into planes().
+  void forward(const DevicePlanes& lattice, Blending blending);
+  /// The loss of slices on those planes, added to the status; planes() hold F0 and F1 afterwards.
+  void loss(const SliceView& slices, const LossKinds& kinds);
+  /// Moments from F0 and F1, after forward() with the same Gaussians; added to those of earlier slabs.
+  void backward(const DevicePlanes& lattice, Blending blending, bool add);
+  /// I at points, three index coordinates each, in cells of 1.
+  void query(const CellReach& cells, const double* points, std::int64_t count, Blending blending,
+             float epsilon, float* out);
+
+  Pair* planes() const { return planes_.data(); }
+  const math::Moments<float>* moments() const { return moments_.data(); }
+
+  /// More (Gaussian, bin) pairs than `limit` are left out, and the status says how many there were; without a
+  /// limit there is room for all, at the price of waiting for their number.
+  void setLimit(std::optional<std::int64_t> limit) { limit_ = limit; }
+  std::int64_t limit() const { return limit_.value_or(0); }
+  void clearStatus() { status_.fill(0, 1); }
+  const SweepStatus* deviceStatus() const { return status_.data(); }
+  SweepStatus status() const; // waits
+
+  /// Gives back what the size of a slab or the number of pairs asked for.
+  void shrink();
+
+private:
+  template <class Reach>
+  void bin(const Reach& reach, int shift, bool alpha);
+  AlphaTile alphaTile(const TileReach& tiles) const;
+
+  Executor& executor_;
+  std::optional<std::int64_t> limit_;
+  std::int64_t count_ = 0, pairs_ = 0; // Gaussians projected; room for pairs at the last bin()
+  Buffer<Projected> projected_;
+  Buffer<std::int64_t> counts_, first_, start_;
+  Buffer<std::uint64_t> keys_, otherKeys_;
+  Buffer<std::uint32_t> ids_, otherIds_, owners_;
+  Buffer<math::PlaneMoments<float>> slots_;
+  Buffer<math::Moments<float>> moments_;
+  Buffer<Pair> planes_;
+  Buffer<float> image_, r_, dMean_, dSquare_, dProduct_;
+  Buffer<PartialLoss> partial_;
+  Buffer<SweepStatus> status_;
+};
+
+BrickReach bricksOf(const LatticeView& lattice);
+TileReach tilesOf(const LatticeView& lattice);
+
+} // namespace innergs::cuda

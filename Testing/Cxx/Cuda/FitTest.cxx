@@ -1,0 +1,262 @@
+#include "Executors.h"
+#include "TestVolumes.h"
+
+#include "Core/CpuFitDevice.h"
+#include "Core/Trainer.h"
+#include "Cuda/Fit.h"
+
+#include <cstring>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+struct Case {
+  const char* name;
+  Blending blending;
+  bool linear;
+  SliceProfile profile;
+  double ssimWeight;
+  bool relocate, densify;
+};
+const Case kCases[] = {
+    {"Normalised", Blending::Normalised, true, SliceProfile::Point, 0, true, false},
+    {"NormalisedBox", Blending::Normalised, false, SliceProfile::Box, 0.1, false, false},
+    {"AdditiveClosedForm", Blending::Additive, false, SliceProfile::Gaussian, 0, false, true},
+    {"Alpha", Blending::Alpha, false, SliceProfile::Point, 0.1, false, true}};
+
+/// The fit of a phantom whose Gaussians start on a grid of every third voxel.
+struct Scene {
+  GaussianField field;
+  std::vector<Observation> observations;
+  FitPlan plan;
+
+  explicit Scene(const Case& c, int n = 17) {
+    Stack stack;
+    stack.image = phantom(grid(n, n, n));
+    stack.profile = c.profile;
+    stack.thickness = c.profile == SliceProfile::Point ? 0 : 2;
+    field.blending = c.blending;
+    field.linearIntensity = c.linear;
+    for (int k = 1; k < n; k += 3)
+      for (int j = 1; j < n; j += 3)
+        for (int i = 1; i < n; i += 3) {
+          Gaussian g{};
+          const int at[3] = {i, j, k};
+          for (int a = 0; a < 3; ++a) {
+            g.mean[a] = static_cast<float>(at[a]);
+            g.logScale[a] = static_cast<float>(std::log(1.3 + 0.05 * a));
+          }
+          g.quaternion[0] = 1;
+          g.intensity = stack.image.voxels[i + n * (j + n * k)] / 200;
+          field.gaussians.push_back(g);
+        }
+    field.cutoff = 2.2;
+    plan.linearIntensity = c.linear;
+    plan.iterations = 40;
+    plan.coarseIterations = 4;
+    plan.rates = {0.2, 0.09, 0.09, 0.15, 0.03, c.linear ? 0.01 : 0.0};
+    plan.bounds = {std::log(0.3), std::log(30)};
+    plan.cutoff = 2.2;
+    plan.loss.ssimWeight = c.ssimWeight;
+    if (c.relocate) plan.relocateEvery = 10;
+    if (c.densify) {
+      plan.densify.every = 10;
+      plan.densify.limit = field.size() * 3 / 2;
+      plan.densify.thresholds.gradient = 1e-4;
+      plan.densify.thresholds.opacity = 0.001;
+    }
+    observations = observe(stack, {}, {200, 0}, c.blending == Blending::Additive && !c.linear);
+  }
+
+  FitRequest request(std::stop_token stop = {}) const {
+    return fitRequest(observations, plan, field, std::move(stop));
+  }
+
+  /// PSNR of the fit at its end.
+  double quality(std::unique_ptr<FitDevice> device, std::vector<float>* losses = nullptr,
+                 std::int64_t* gaussians = nullptr) const {
+    ThreadPool pool(1);
+    Trainer trainer(field, request(), plan, kernelSet("scalar"), pool, std::move(device));
+    while (trainer.step()) {
+    }
+    EXPECT_EQ(trainer.failure(), "");
+    const LossSum sum = trainer.evaluate(trainer.field());
+    if (losses) *losses = trainer.losses();
+    if (gaussians) *gaussians = trainer.gaussians();
+    return -10 * std::log10(sum.squared / static_cast<double>(sum.samples));
+  }
+};
+
+SweepOrder orderOf(const Scene& scene, int step) {
+  SweepOrder order;
+  order.rates = scene.plan.rates;
+  order.step = step;
+  order.pulls = true;
+  return order;
+}
+
+bool same(const GaussianField& a, const GaussianField& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.gaussians.data(), b.gaussians.data(), 64 * a.gaussians.size()) == 0;
+}
+
+class Fits : public ::testing::TestWithParam<std::tuple<Where, Case>> {};
+
+TEST_P(Fits, SweepAsTheCpu) {
+  const auto& [where, c] = GetParam();
+  INNERGS_EXECUTOR_OR_SKIP(executor, where);
+  const Scene scene(c);
+  ThreadPool pool(1);
+  CpuFitDevice cpu(scene.request(), kernelSet("scalar"), pool);
+  cuda::Fit fit(std::move(executor), scene.request());
+  const Adam adam(scene.field.size());
+  for (bool coarse : {true, false}) {
+    SCOPED_TRACE(coarse ? "coarse" : "fine");
+    cpu.upload(scene.field, adam, {});
+    fit.upload(scene.field, adam, {});
+    SweepOrder order = orderOf(scene, 1);
+    order.coarse = coarse;
+    const LossSum expected = cpu.sweep(order), found = fit.sweep(order);
+    EXPECT_EQ(found.samples, expected.samples);
+    EXPECT_NEAR(found.loss, expected.loss, 1e-4 * expected.loss);
+    EXPECT_NEAR(found.squared, expected.squared, 1e-4 * expected.squared);
+    Adam foundAdam(0), cpuAdam(0);
+    PullSum foundPulls, cpuPulls;
+    GaussianField field;
+    fit.download(&field, &foundAdam, &foundPulls);
+    cpu.download(nullptr, &cpuAdam, &cpuPulls);
+    ASSERT_EQ(field.size(), scene.field.size());
+    EXPECT_EQ(field.blending, scene.field.blending);
+    EXPECT_FALSE(same(field, scene.field));
+    EXPECT_LE(relativeError(foundAdam.moment1, cpuAdam.moment1), 1e-4);
+    EXPECT_LE(relativeError(foundAdam.moment2, cpuAdam.moment2), 2e-4);
+    EXPECT_LE(relativeError(foundPulls.sum, cpuPulls.sum), 1e-4);
+    EXPECT_EQ(foundPulls.sweeps, cpuPulls.sweeps);
+  }
+  const LossSum a = fit.evaluate(scene.field), b = cpu.evaluate(scene.field);
+  EXPECT_NEAR(a.loss, b.loss, 1e-4 * b.loss);
+}
+
+TEST_P(Fits, TrainToTheSameQuality) {
+  const auto& [where, c] = GetParam();
+  INNERGS_EXECUTOR_OR_SKIP(executor, where);
+  const Scene scene(c);
+  std::int64_t expectedCount = 0, count = 0;
+  const double expected = scene.quality(nullptr, nullptr, &expectedCount);
+  const double found =
+      scene.quality(std::make_unique<cuda::Fit>(std::move(executor), scene.request()), nullptr, &count);
+  EXPECT_GT(expected, 20);
+  EXPECT_NEAR(found, expected, 0.05);
+  EXPECT_NEAR(static_cast<double>(count), static_cast<double>(expectedCount), 0.02 * expectedCount);
+}
+
+TEST_P(Fits, StopAndLeaveTheStateAsItWas) {
+  const auto& [where, c] = GetParam();
+  INNERGS_EXECUTOR_OR_SKIP(executor, where);
+  const Scene scene(c);
+  std::stop_source stop;
+  cuda::Fit fit(std::move(executor), scene.request(stop.get_token()));
+  fit.upload(scene.field, Adam(scene.field.size()), {});
+  fit.sweep(orderOf(scene, 1));
+  GaussianField before, after;
+  Adam adamBefore(0), adamAfter(0);
+  fit.download(&before, &adamBefore, nullptr);
+  stop.request_stop();
+  try {
+    fit.sweep(orderOf(scene, 2));
+    FAIL() << "not stopped";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
+  }
+  fit.download(&after, &adamAfter, nullptr);
+  EXPECT_TRUE(same(before, after));
+  EXPECT_EQ(adamBefore.moment2, adamAfter.moment2);
+}
+
+INSTANTIATE_TEST_SUITE_P(Everywhere, Fits,
+                         ::testing::Combine(::testing::ValuesIn(kEverywhere), ::testing::ValuesIn(kCases)),
+                         [](const auto& info) {
+                           return whereName(std::get<0>(info.param)) + std::get<1>(info.param).name;
+                         });
+
+TEST(FitOnTheHostExecutor, ComputesTheSameInSmallerSlabs) {
+  for (const Case& c : kCases) {
+    SCOPED_TRACE(c.name);
+    const Scene scene(c);
+    const cuda::FitMemory memory = cuda::fitMemory(scene.request());
+    ASSERT_LT(memory.least, memory.most);
+    cuda::Fit whole(cuda::makeHostExecutor(), scene.request());
+    cuda::Fit slabs(cuda::makeHostExecutor(memory.least + (memory.most - memory.least) / 5), scene.request());
+    EXPECT_EQ(whole.slabs(), 1);
+    EXPECT_GT(slabs.slabs(), 1);
+    for (cuda::Fit* fit : {&whole, &slabs})
+      fit->upload(scene.field, Adam(scene.field.size()), {});
+    for (int step = 1; step <= 2; ++step) {
+      const LossSum a = whole.sweep(orderOf(scene, step)), b = slabs.sweep(orderOf(scene, step));
+      EXPECT_EQ(a.samples, b.samples);
+      EXPECT_NEAR(a.loss, b.loss, 1e-4 * a.loss);
+    }
+  }
+}
+
+TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
+  const Scene scene(kCases[0]);
+  const cuda::FitMemory memory = cuda::fitMemory(scene.request());
+  try {
+    cuda::Fit fit(cuda::makeHostExecutor(memory.least / 2), scene.request());
+    FAIL() << "made";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Memory);
+    EXPECT_NE(std::string(error.what()).find("MiB"), std::string::npos);
+  }
+}
+
+// An allocation that fails at any moment of a sweep: the sweep succeeds in smaller slabs, or says Memory and
+// leaves the state as it was.
+TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
+  for (const Case& c : kCases) {
+    SCOPED_TRACE(c.name);
+    const Scene scene(c, 11);
+    bool failed = false, smaller = false;
+    for (int allocation = 1; allocation < 1000; ++allocation) {
+      auto executor = cuda::makeHostExecutor();
+      cuda::Executor& memory = *executor;
+      cuda::Fit fit(std::move(executor), scene.request());
+      fit.upload(scene.field, Adam(scene.field.size()), {});
+      cuda::failAllocations(memory, allocation, 1);
+      bool all = false;
+      try {
+        fit.sweep(orderOf(scene, 1));
+        all = cuda::allocationsToFailure(memory) > 0;
+        smaller = smaller || fit.slabs() > 1;
+      } catch (const Error& error) {
+        failed = true;
+        ASSERT_EQ(error.code(), ErrorCode::Memory);
+        GaussianField field;
+        fit.download(&field, nullptr, nullptr);
+        ASSERT_TRUE(same(field, scene.field));
+      }
+      cuda::failAllocations(memory, 0, 0);
+      GaussianField field;
+      fit.download(&field, nullptr, nullptr);
+      EXPECT_NO_THROW(fit.sweep(orderOf(scene, 1)));
+      if (all) break; // the sweep made fewer allocations than that
+    }
+    EXPECT_TRUE(smaller);
+    EXPECT_FALSE(failed); // one failure leaves room for smaller slabs
+    // Memory that stays short.
+    auto executor = cuda::makeHostExecutor();
+    cuda::Executor& memory = *executor;
+    cuda::Fit fit(std::move(executor), scene.request());
+    fit.upload(scene.field, Adam(scene.field.size()), {});
+    cuda::failAllocations(memory, 3, 1 << 30);
+    EXPECT_THROW(fit.sweep(orderOf(scene, 1)), Error);
+    GaussianField field;
+    fit.download(&field, nullptr, nullptr);
+    EXPECT_TRUE(same(field, scene.field));
+  }
+}
+
+} // namespace

@@ -1,0 +1,152 @@
+#include "Executors.h"
+#include "RandomFields.h"
+#include "TestVolumes.h"
+
+#include "Core/KernelsScalar.h"
+#include "Core/LatticeRenderer.h"
+#include "Core/Render.h"
+#include "Cuda/Field.h"
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+constexpr double kTolerance = 1e-4;
+
+struct Case {
+  const char* name;
+  Blending blending;
+  bool linear, channel;
+};
+const Case kCases[] = {{"Normalised", Blending::Normalised, true, false},
+                       {"NormalisedChannel", Blending::Normalised, true, true},
+                       {"Additive", Blending::Additive, false, false},
+                       {"Alpha", Blending::Alpha, false, false},
+                       {"AlphaChannel", Blending::Alpha, false, true}};
+
+class Queries : public ::testing::TestWithParam<std::tuple<Where, Case>> {
+protected:
+  GaussianField field() const {
+    const Case& c = std::get<1>(GetParam());
+    Cloud cloud;
+    cloud.low.fill(-12);
+    cloud.high.fill(12);
+    GaussianField f = randomField(200, cloud, 23, c.blending, c.linear);
+    f.cutoff = 2.2;
+    return f;
+  }
+  std::vector<float> values() const {
+    std::vector<float> all;
+    Numbers random(9);
+    for (int i = 0; i < (std::get<1>(GetParam()).channel ? 200 : 0); ++i)
+      all.push_back(static_cast<float>(random(-2, 5)));
+    return all;
+  }
+  static Lattice oblique(int nx, int ny, int nz) {
+    Lattice lattice;
+    lattice.indexToModel = {obliqueDirection(0.9, true) * diagonal({0.7, 0.8, 1.3}), {-9, 8, 5}};
+    lattice.nx = nx;
+    lattice.ny = ny;
+    for (int k = 0; k < nz; ++k)
+      lattice.z.push_back(k + 0.1 * (k % 3));
+    return lattice;
+  }
+  std::vector<float> expectedOn(const GaussianField& f, const Lattice& lattice,
+                                const std::vector<float>& values) const {
+    ThreadPool pool(1);
+    const KernelSet kernels = scalarKernels(Selection::Exact);
+    LatticeRenderer renderer(lattice, kernels, pool);
+    std::vector<float> w(lattice.bufferSize()), n(w.size()), out;
+    renderer.forward(f, values, w.data(), n.data());
+    for (int row = 0; row < lattice.planes() * lattice.ny; ++row)
+      for (int x = 0; x < lattice.nx; ++x) {
+        const std::size_t i = static_cast<std::size_t>(row) * lattice.stride() + x;
+        out.push_back(f.blending == Blending::Normalised ? n[i] / (w[i] + static_cast<float>(f.epsilon))
+                                                         : n[i]);
+      }
+    return out;
+  }
+};
+
+TEST_P(Queries, RenderLatticesAsTheCpu) {
+  INNERGS_EXECUTOR_OR_SKIP(executor, std::get<0>(GetParam()));
+  const GaussianField f = field();
+  const std::vector<float> channel = values();
+  cuda::Field device(std::move(executor), f);
+  for (const auto& [nx, ny, nz] : {std::array{33, 29, 7}, std::array{64, 50, 1}, std::array{1, 1, 1}}) {
+    const Lattice lattice = oblique(nx, ny, nz);
+    std::vector<float> found(static_cast<std::size_t>(nx) * ny * nz, -1.f);
+    device.renderLattice(lattice, {}, channel, found.data(), {});
+    EXPECT_LE(relativeError(found, expectedOn(f, lattice, channel)), kTolerance)
+        << nx << "x" << ny << "x" << nz;
+  }
+}
+
+TEST_P(Queries, AnswerPointsAsTheCpu) {
+  INNERGS_EXECUTOR_OR_SKIP(executor, std::get<0>(GetParam()));
+  const GaussianField f = field();
+  const std::vector<float> channel = values();
+  cuda::Field device(std::move(executor), f);
+  Numbers random(77);
+  for (int count : {1, 500}) {
+    std::vector<Vec3> points(count);
+    for (Vec3& x : points)
+      x = {random(-14, 14), random(-14, 14), random(-14, 14)};
+    RenderOptions options;
+    options.threads = 1;
+    options.values = channel;
+    options.scannerUnits = false;
+    std::vector<float> found(count, -1.f);
+    device.renderPoints(points, channel, found.data(), {});
+    EXPECT_LE(relativeError(found, renderPoints(f, points, options)), kTolerance) << count;
+  }
+}
+
+TEST_P(Queries, RejectWhatCannotBe) {
+  INNERGS_EXECUTOR_OR_SKIP(executor, std::get<0>(GetParam()));
+  cuda::Field device(std::move(executor), field());
+  const std::vector<float> tooFew(7);
+  float out;
+  const std::vector<Vec3> point{{0, 0, 0}}, broken{{0, NAN, 0}};
+  EXPECT_THROW(device.renderPoints(point, tooFew, &out, {}), Error);
+  EXPECT_THROW(device.renderPoints(broken, {}, &out, {}), Error);
+  std::stop_source stop;
+  stop.request_stop();
+  try {
+    device.renderPoints(point, {}, &out, stop.get_token());
+    FAIL() << "not stopped";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Everywhere, Queries,
+                         ::testing::Combine(::testing::ValuesIn(kEverywhere), ::testing::ValuesIn(kCases)),
+                         [](const auto& info) {
+                           return whereName(std::get<0>(info.param)) + std::get<1>(info.param).name;
+                         });
+
+TEST(FieldOnTheHostExecutor, TakesSmallerSlabsWhenMemoryIsShort) {
+  Cloud cloud;
+  const GaussianField f = randomField(100, cloud, 23);
+  Lattice lattice;
+  lattice.nx = 64;
+  lattice.ny = 64;
+  for (int k = 0; k < 64; ++k)
+    lattice.z.push_back(k - 32);
+  lattice.indexToModel.offset = {-32, -32, 0};
+  std::vector<float> whole(64 * 64 * 64), slabs(whole.size());
+  cuda::Field(cuda::makeHostExecutor(), f).renderLattice(lattice, {}, {}, whole.data(), {});
+  cuda::Field(cuda::makeHostExecutor(1 << 20), f).renderLattice(lattice, {}, {}, slabs.data(), {});
+  EXPECT_EQ(whole, slabs);
+  cuda::Field tiny(cuda::makeHostExecutor(1 << 15), f);
+  try {
+    tiny.renderLattice(lattice, {}, {}, slabs.data(), {});
+    FAIL() << "fitted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Memory);
+  }
+}
+
+} // namespace
