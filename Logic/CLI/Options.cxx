@@ -70,6 +70,14 @@ CLI::Option* addOutputType(CLI::App& app, OutputType& type) {
                                "Voxel type of the output; integers are rounded and clamped [float]");
 }
 
+CLI::Option* addSelection(CLI::App& app, Selection& selection) {
+  return addChoice<Selection>(
+      app, "--selection", selection,
+      {{"exact", Selection::Exact}, {"method1", Selection::Method1}, {"method2", Selection::Method2}},
+      "Where a Gaussian is evaluated: exactly where it contributes, or as the paper's two methods do, to\n"
+      "compare times (and, at cut-offs above 2.2, what method2 misses) [exact]");
+}
+
 CLI::Option* addThreads(CLI::App& app, int& threads) {
   return app.add_option("--threads", threads, "Threads to use; 0 = all cores [0]")
       ->type_name("N")

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/GaussianField.h"
+#include "Core/Selection.h"
 #include "IO/VolumeIO.h"
 
 #include <CLI/CLI.hpp>
@@ -42,6 +43,7 @@ CLI::Option* addChoice(CLI::App& app, const std::string& name, T& target,
 
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);
 CLI::Option* addThreads(CLI::App& app, int& threads);
+CLI::Option* addSelection(CLI::App& app, Selection& selection);
 /// Where to compute; throws a usage error for what is no device's name.
 CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help);
 

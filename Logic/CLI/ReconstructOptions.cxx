@@ -96,11 +96,7 @@ void addSettings(CLI::App& app, Settings& settings) {
   app.add_flag_callback(
       "--no-consistency", [&settings] { settings.consistency = false; },
       "Leave out the data-consistency step after the fit");
-  addChoice<Selection>(
-      app, "--selection", settings.selection,
-      {{"exact", Selection::Exact}, {"method1", Selection::Method1}, {"method2", Selection::Method2}},
-      "Where a Gaussian is evaluated: exactly where it contributes, or as the paper's two methods, to\n"
-      "compare [exact]");
+  addSelection(app, settings.selection);
   app.add_option("--instruction-set", settings.instructionSet,
                  "Force one of those that 'innergs info' lists, e.g. scalar [best available]")
       ->type_name("NAME");

@@ -14,6 +14,7 @@ struct ResampleOptions {
   GridOptions grid;
   OutputType type = OutputType::Float32;
   int threads = 0;
+  Selection selection = Selection::Exact;
   bool quiet = false;
 };
 
@@ -25,6 +26,7 @@ int resample(const ResampleOptions& o) {
   checkMemory(8 * grid.voxelCount(), "The volume");
   RenderOptions render;
   render.threads = o.threads;
+  render.selection = o.selection;
   render.stop = interrupt.token();
   writeVolume(innergs::render(field, grid, render), o.output, o.type);
   if (!o.quiet)
@@ -47,6 +49,7 @@ Subcommand addResample(CLI::App& app) {
   o->grid.add(*command, "the grid that was fitted");
   addOutputType(*command, o->type);
   addThreads(*command, o->threads);
+  addSelection(*command, o->selection);
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer("Examples:\n"
                   "  innergs resample head.innergs --spacing 0.5 -o fine.nii.gz\n"

@@ -23,6 +23,7 @@ struct SliceOptions {
   std::optional<double> window, level;
   OutputType type = OutputType::Float32;
   int threads = 0;
+  Selection selection = Selection::Exact;
   bool quiet = false;
 };
 
@@ -173,6 +174,7 @@ int slice(const SliceOptions& o) {
   checkMemory(8 * plane.voxelCount(), "The slice");
   RenderOptions render;
   render.threads = o.threads;
+  render.selection = o.selection;
   const Volume image = innergs::render(field, plane, render);
   if (png)
     writeGreyPng(image, o);
@@ -242,6 +244,7 @@ Subcommand addSlice(CLI::App& app) {
   command->add_option("--level", o->level, "PNG: middle of the grey window, scanner units")->type_name("L");
   addOutputType(*command, o->type);
   addThreads(*command, o->threads);
+  addSelection(*command, o->selection);
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer(
       "Examples:\n"

@@ -3,16 +3,6 @@
 
 namespace innergs {
 
-/// Columns [first, last) relative to cell[0] that Method1 and Method2 evaluate in a plane at distance dz.
-struct ColumnBox {
-  float centre, half; // relative to cell[0]
-};
-template <Selection selection>
-inline ColumnBox columnBox(const Projected& g, float dz) {
-  if constexpr (selection == Selection::Method2) return {g.fraction[0] + g.shiftXZ * dz, squareHalf(g, dz)};
-  return {g.fraction[0], g.half[0]};
-}
-
 /// Visits exactly what a selection evaluates of one Gaussian on a tile, row by row: visit(plane k, row y,
 /// first column x0, x1 past the last).
 template <Selection selection, class Visit>
@@ -25,17 +15,13 @@ void forEachCandidateRow(const Projected& g, const LatticeView& lattice, const T
   };
   for (int k = std::max(k0, tile.k0); k < std::min(k1, tile.k1); ++k) {
     const float dz = planeOffset(g, lattice.z[k]);
+    PlaneBox box = planeBox<selection>(g, dz);
     int r0, r1;
-    if (!rowRange<selection>(g, dz, r0, r1)) continue;
+    if (!rowRange<selection>(g, dz, box, r0, r1)) continue;
     const int y0 = clamped(g.cell[1], r0, tile.y0, tile.y1), y1 = clamped(g.cell[1], r1, tile.y0, tile.y1);
     for (int y = y0; y < y1; ++y) {
-      ColumnBox box;
-      if constexpr (selection == Selection::Exact) {
-        const float dy = static_cast<float>(y - g.cell[1]) - g.fraction[1];
-        ellipsoidRow(g, dy, dz, box.centre, box.half);
-      } else {
-        box = columnBox<selection>(g, dz);
-      }
+      if constexpr (selection == Selection::Exact)
+        ellipsoidRow(g, static_cast<float>(y - g.cell[1]) - g.fraction[1], dz, box.centre, box.half);
       const int x0 = clamped(g.cell[0], indexLimit(std::ceil(box.centre - box.half)), 0, lattice.nx);
       const int x1 = clamped(g.cell[0], indexLimit(std::floor(box.centre + box.half)) + 1, 0, lattice.nx);
       if (x0 < x1) visit(k, y, x0, x1);

@@ -2,6 +2,8 @@
 #include "Core/Error.h"
 #include "Core/KernelsScalar.h"
 
+// Vectors are members and array elements below, which sizeless types cannot be.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "Core/KernelsSimd.cxx"
 #include <hwy/cache_control.h>
@@ -59,9 +61,10 @@ HWY_INLINE Windows windows(const Projected& g, const LatticeView& lattice, int l
 }
 
 template <Selection selection>
-HWY_INLINE bool tileRows(const Projected& g, float dz, int low, int high, int& y0, int& y1) {
+HWY_INLINE bool tileRows(const Projected& g, float dz, const PlaneBox& box, int low, int high, int& y0,
+                         int& y1) {
   int r0, r1;
-  if (!rowRange<selection>(g, dz, r0, r1)) return false;
+  if (!rowRange<selection>(g, dz, box, r0, r1)) return false;
   const std::int64_t cell = g.cell[1];
   y0 = static_cast<int>(std::clamp<std::int64_t>(cell + r0, low, high));
   y1 = static_cast<int>(std::clamp<std::int64_t>(cell + r1, low, high));
@@ -71,11 +74,9 @@ HWY_INLINE bool tileRows(const Projected& g, float dz, int low, int high, int& y
 /// Lanes of a row that belong to the selection; Exact: all, for those beyond the ellipse have p = 0 anyway.
 template <Selection selection>
 struct Columns {
-  HWY_INLINE Columns(D d, const Projected& g, float dz, V dx) {
-    if constexpr (selection != Selection::Exact) {
-      const ColumnBox box = columnBox<selection>(g, dz);
+  HWY_INLINE Columns(D d, const Projected& g, const PlaneBox& box, V dx) {
+    if constexpr (selection != Selection::Exact)
       inside = hn::Le(hn::Abs(hn::Sub(dx, hn::Set(d, box.centre - g.fraction[0]))), hn::Set(d, box.half));
-    }
   }
   template <class M>
   HWY_INLINE M operator()(M mask) const {
@@ -104,8 +105,9 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
     const V cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut), slopeY = hn::Set(d, g.slope[1]);
     for (int k = k0; k < k1; ++k) {
       const float dz = planeOffset(g, lattice.z[k]);
+      const PlaneBox box = planeBox<selection>(g, dz);
       int y0, y1;
-      if (!tileRows<selection>(g, dz, tile.y0, tile.y1, y0, y1)) continue;
+      if (!tileRows<selection>(g, dz, box, tile.y0, tile.y1, y0, y1)) continue;
       const float base = g.log2Weight + g.quadratic[5] * dz * dz;
       const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
       for (int j = 0; j < w.count; ++j) {
@@ -114,7 +116,7 @@ void accumulate(const Projected* gaussians, const std::uint32_t* ids, std::size_
         const V e0 = hn::MulAdd(dx, hn::MulAdd(dx, q0, hn::Set(d, g.quadratic[2] * dz)), hn::Set(d, base));
         const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
         const V value0 = hn::MulAdd(dx, hn::Set(d, g.slope[0]), hn::Set(d, g.value + g.slope[2] * dz));
-        const Columns<selection> columns(d, g, dz, dx);
+        const Columns<selection> columns(d, g, box, dx);
         std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
         for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
           const V dy = hn::Set(d, dy0 + static_cast<float>(y));
@@ -151,13 +153,14 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
     V n = zero, ny = zero, nz = zero;
     for (int k = k0; k < k1; ++k) {
       const float dz = planeOffset(g, lattice.z[k]);
+      const PlaneBox box = planeBox<selection>(g, dz);
       int y0, y1;
-      if (!tileRows<selection>(g, dz, 0, lattice.ny, y0, y1)) continue;
+      if (!tileRows<selection>(g, dz, box, 0, lattice.ny, y0, y1)) continue;
       const V e0 = hn::MulAdd(dx, hn::Set(d, g.quadratic[2] * dz),
                               hn::Add(dxq0, hn::Set(d, g.log2Weight + g.quadratic[5] * dz * dz)));
       const V e1 = hn::Add(dxq1, hn::Set(d, g.quadratic[4] * dz));
       const V value0 = hn::Add(dxSlope, hn::Set(d, g.slope[2] * dz));
-      const Columns<selection> columns(d, g, dz, dx);
+      const Columns<selection> columns(d, g, box, dx);
       const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
       V a0 = zero, a1 = zero, a2 = zero, b0 = zero, b1 = zero;
       std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
@@ -244,33 +247,57 @@ HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
 #endif
 }
 
+/// One Gaussian in the one plane of a tile: its rows, and per window of columns the exponent
+/// e0 + dy·(e1 + dy·q3) of row dy.
+template <Selection selection>
+struct PlanePart {
+  HWY_INLINE PlanePart(D d, const Projected& gaussian, const LatticeView& lattice, const TileRange& tile)
+      : g(gaussian), lanes(static_cast<int>(hn::Lanes(d))), dz(planeOffset(g, lattice.z[tile.k0])),
+        box(planeBox<selection>(g, dz)) {
+    if (!tileRows<selection>(g, dz, box, tile.y0, tile.y1, y0, y1)) return;
+    windows = HWY_NAMESPACE::windows(g, lattice, lanes);
+    dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
+  }
+
+  struct Window {
+    int x0;
+    V dx, e0, e1;
+    Columns<selection> columns;
+  };
+  HWY_INLINE Window window(D d, int j) const {
+    const int x0 = windows.first + j * lanes;
+    const V dx = hn::Add(hn::Iota(d, 0.f), hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
+    const V linear = hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz));
+    return {x0, dx, hn::MulAdd(dx, linear, hn::Set(d, g.log2Weight + g.quadratic[5] * dz * dz)),
+            hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz)),
+            Columns<selection>(d, g, box, dx)};
+  }
+
+  const Projected& g;
+  int lanes;
+  float dz;
+  PlaneBox box;
+  int y0 = 0, y1 = 0;
+  Windows windows{0, 0};
+  float dy0 = 0;
+};
+
 template <Selection selection>
 void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image) {
   const D d;
-  const int lanes = static_cast<int>(hn::Lanes(d)), k = tile.k0;
-  const V lane = hn::Iota(d, 0.f);
   for (std::size_t n = 0; n < count; ++n) {
     prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
-    const float dz = planeOffset(g, lattice.z[k]);
-    int y0, y1;
-    if (!tileRows<selection>(g, dz, tile.y0, tile.y1, y0, y1)) continue;
-    const Windows w = windows(g, lattice, lanes);
+    const PlanePart<selection> part(d, g, lattice, tile);
+    if (part.y0 >= part.y1) continue;
     const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
     const V value = hn::Set(d, g.value);
-    const float base = g.log2Weight + g.quadratic[5] * dz * dz;
-    const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
-    for (int j = 0; j < w.count; ++j) {
-      const int x0 = w.first + j * lanes;
-      const V dx = hn::Add(lane, hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
-      const V e0 = hn::MulAdd(dx, hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz)),
-                              hn::Set(d, base));
-      const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
-      const Columns<selection> columns(d, g, dz, dx);
-      std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
-      for (int y = 0; y < y1 - y0; ++y, at += lattice.stride) {
-        const V dy = hn::Set(d, dy0 + static_cast<float>(y));
+    for (int j = 0; j < part.windows.count; ++j) {
+      const auto [x0, dx, e0, e1, columns] = part.window(d, j);
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * lattice.ny + part.y0) * lattice.stride + x0;
+      for (int y = 0; y < part.y1 - part.y0; ++y, at += lattice.stride) {
+        const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const V a = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
         const V seen = hn::LoadU(d, transmittance + at), visible = hn::Mul(seen, a);
@@ -286,32 +313,22 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
                        const LatticeView& lattice, const TileRange& tile, const float* r,
                        float* transmittance, float* rest, math::PlaneMoments<float>* out) {
   const D d;
-  const int lanes = static_cast<int>(hn::Lanes(d)), k = tile.k0;
-  const V lane = hn::Iota(d, 0.f), zero = hn::Zero(d), one = hn::Set(d, 1.f);
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
   for (std::size_t n = 0; n < count; ++n) {
     out[n] = {};
     prefetch(gaussians, ids, n, count);
     const Projected& g = gaussians[ids[n]];
-    const float dz = planeOffset(g, lattice.z[k]);
-    int y0, y1;
-    if (!tileRows<selection>(g, dz, tile.y0, tile.y1, y0, y1)) continue;
-    const Windows w = windows(g, lattice, lanes);
+    const PlanePart<selection> part(d, g, lattice, tile);
+    if (part.y0 >= part.y1) continue;
     const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
     const V value = hn::Set(d, g.value);
-    const float base = g.log2Weight + g.quadratic[5] * dz * dz;
-    const float dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
-    for (int j = 0; j < w.count; ++j) {
-      const int x0 = w.first + j * lanes;
-      const V dx = hn::Add(lane, hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
-      const V e0 = hn::MulAdd(dx, hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz)),
-                              hn::Set(d, base));
-      const V e1 = hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz));
-      const Columns<selection> columns(d, g, dz, dx);
+    for (int j = 0; j < part.windows.count; ++j) {
+      const auto [x0, dx, e0, e1, columns] = part.window(d, j);
       V m0 = zero, n0 = zero, s = zero, sy = zero, syy = zero;
-      std::size_t at = (static_cast<std::size_t>(k) * lattice.ny + y0) * lattice.stride + x0;
-      std::size_t local = static_cast<std::size_t>(y0 - tile.y0) * lattice.stride + x0;
-      for (int y = 0; y < y1 - y0; ++y, at += lattice.stride, local += lattice.stride) {
-        const V dy = hn::Set(d, dy0 + static_cast<float>(y));
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * lattice.ny + part.y0) * lattice.stride + x0;
+      std::size_t local = static_cast<std::size_t>(part.y0 - tile.y0) * lattice.stride + x0;
+      for (int y = 0; y < part.y1 - part.y0; ++y, at += lattice.stride, local += lattice.stride) {
+        const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
         const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
         const auto inside = columns(hn::Ge(e, log2Cut));
         const V q = hn::IfThenElseZero(inside, exp2(d, e));

@@ -56,22 +56,37 @@ INNERGS_HD inline float squareHalf(const Projected& g, float dz) {
   return g.square * std::exp(-0.25f * dz * dz * g.precisionZ);
 }
 
+/// Columns that Method1 and Method2 evaluate in one plane, relative to cell[0]: centre ± half; Method2's rows
+/// reach as far.
+struct PlaneBox {
+  float centre, half;
+};
+template <Selection selection>
+INNERGS_HD inline PlaneBox planeBox(const Projected& g, float dz) {
+  if constexpr (selection == Selection::Method1) return {g.fraction[0], g.half[0]};
+  if constexpr (selection == Selection::Method2) return {g.fraction[0] + g.shiftXZ * dz, squareHalf(g, dz)};
+  return {};
+}
+
 /// Rows that the selection reaches in a plane at distance dz, relative to cell[1]: [first, last). Exact: no
 /// more and no fewer than the ellipsoid's.
-template <Selection selection = Selection::Exact>
-INNERGS_HD inline bool rowRange(const Projected& g, float dz, int& first, int& last) {
+template <Selection selection>
+INNERGS_HD inline bool rowRange(const Projected& g, float dz, const PlaneBox& box, int& first, int& last) {
   float half, centre = g.fraction[1];
   if constexpr (selection == Selection::Exact) {
     const float rest = g.radius2 - dz * dz * g.precisionZ;
     if (!(rest > 0)) return false;
     half = std::sqrt(rest / g.precisionY);
   } else {
-    half = selection == Selection::Method1 ? g.half[1] : squareHalf(g, dz);
+    half = selection == Selection::Method1 ? g.half[1] : box.half;
   }
   if constexpr (selection != Selection::Method1) centre -= g.shiftYZ * dz;
   first = indexLimit(std::ceil(centre - half));
   last = indexLimit(std::floor(centre + half)) + 1;
   return first < last;
+}
+INNERGS_HD inline bool rowRange(const Projected& g, float dz, int& first, int& last) {
+  return rowRange<Selection::Exact>(g, dz, PlaneBox{}, first, last);
 }
 
 /// Columns that the selection can reach at all, relative to cell[0]: [first, last).

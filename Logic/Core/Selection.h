@@ -4,8 +4,9 @@
 
 namespace innergs {
 
-/// Which pixels of which slices a Gaussian is evaluated on (any blending). Only Exact and Method1 reach every
-/// pixel that the Gaussian contributes to (Method1: cut-off radius up to 3).
+/// Which pixels of which slices a Gaussian is evaluated on (any blending). Exact and Method1 (cut-off radius
+/// up to 3) reach every pixel that the Gaussian contributes to; Method2 does while r² ≤ 2 + 2·ln 4.5
+/// (r ≤ 2.23: the 2.2 of fitted fields), and leaves some out at 3.
 enum class Selection {
   Exact,   // the ellipse that the cut-off ellipsoid leaves in each slice, row by row
   Method1, // 3D ellipsoid projection: a cube of edge 2·3·√λ_max(Σ), the same box on each slice

@@ -120,6 +120,7 @@ Volume renderAlong(const GaussianField& field, const GridGeometry& lattice, int 
   RenderOptions rendering;
   rendering.threads = options.settings.threads;
   rendering.instructionSet = options.settings.instructionSet;
+  rendering.selection = options.settings.selection;
   rendering.stop = options.stop;
   Volume volume = render(field, withSliceAxis(lattice, axis), rendering);
   for (int turn = axis; turn < 2; ++turn) // I, J, K → J, K, I → K, I, J → I, J, K; the swap undoes itself

@@ -11,7 +11,8 @@ using namespace innergs::testing;
 namespace {
 
 /// Gaussians from a twentieth of a voxel to larger than the lattice; some are partly, some entirely outside.
-std::vector<Projected> cloud(const Lattice& lattice, std::uint64_t seed, ThreadPool& pool) {
+std::vector<Projected> cloud(const Lattice& lattice, std::uint64_t seed, ThreadPool& pool,
+                             Selection selection = Selection::Exact) {
   GaussianField field;
   field.linearIntensity = true;
   field.cutoff = 3;
@@ -28,7 +29,7 @@ std::vector<Projected> cloud(const Lattice& lattice, std::uint64_t seed, ThreadP
       field.gaussians.push_back(randomGaussian(random, c));
   }
   std::vector<Projected> projected;
-  project(field, {}, lattice, {}, pool, projected);
+  project(field, {}, lattice, {}, pool, projected, selection);
   return projected;
 }
 
@@ -57,17 +58,17 @@ TEST(Kernels, ScalarIsTheLastOfSeveralSets) {
   }
 }
 
-class KernelsOfWidth : public ::testing::TestWithParam<int> {
+class KernelsOfWidth : public ::testing::TestWithParam<std::tuple<int, Selection>> {
 protected:
   void SetUp() override {
-    lattice.nx = GetParam();
+    lattice.nx = std::get<0>(GetParam());
     lattice.ny = 13;
     for (int k = 0; k < 7; ++k)
       lattice.z.push_back(0.9 * k + 0.1);
     lattice.indexToModel.linear[0] = {0.98, 0.10, -0.17};
     lattice.indexToModel.linear[1] = {-0.12, 0.99, -0.06};
     lattice.indexToModel.linear[2] = {0.16, 0.08, 0.98};
-    projected = cloud(lattice, 100 + GetParam(), pool);
+    projected = cloud(lattice, 100 + lattice.nx, pool, selection);
     ids.resize(projected.size());
     std::iota(ids.begin(), ids.end(), 0u);
   }
@@ -76,6 +77,7 @@ protected:
     return {lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
   }
 
+  const Selection selection = std::get<1>(GetParam());
   ThreadPool pool{1};
   Lattice lattice;
   std::vector<Projected> projected;
@@ -85,10 +87,11 @@ protected:
 TEST_P(KernelsOfWidth, AccumulateAsTheScalarSet) {
   const TileRange all{0, lattice.ny, 0, lattice.planes()};
   Buffers expected(lattice, 0);
-  kernelSet("scalar").accumulate(projected.data(), ids.data(), ids.size(), view(), all, expected.a.data(),
-                                 expected.b.data());
+  kernelSet("scalar", selection)
+      .accumulate(projected.data(), ids.data(), ids.size(), view(), all, expected.a.data(),
+                  expected.b.data());
   double covered = 0;
-  for (const KernelSet& set : kernelSets()) {
+  for (const KernelSet& set : kernelSets(selection)) {
     SCOPED_TRACE(set.name);
     Buffers got(lattice, 0);
     set.accumulate(projected.data(), ids.data(), ids.size(), view(), all, got.a.data(), got.b.data());
@@ -111,7 +114,7 @@ TEST_P(KernelsOfWidth, AccumulateOnlyInTheTile) {
   constexpr float before = 7;
   Buffers whole(lattice, before);
   const TileRange all{0, lattice.ny, 0, lattice.planes()};
-  for (const KernelSet& set : kernelSets()) {
+  for (const KernelSet& set : kernelSets(selection)) {
     SCOPED_TRACE(set.name);
     std::fill(whole.a.begin(), whole.a.end(), before);
     std::fill(whole.b.begin(), whole.b.end(), before);
@@ -137,7 +140,7 @@ TEST_P(KernelsOfWidth, AccumulateOnlyInTheTile) {
 
 TEST_P(KernelsOfWidth, AddToWhatIsThereInTheOrderGiven) {
   const TileRange all{0, lattice.ny, 0, lattice.planes()};
-  for (const KernelSet& set : kernelSets()) {
+  for (const KernelSet& set : kernelSets(selection)) {
     SCOPED_TRACE(set.name);
     Buffers once(lattice, 0), twice(lattice, 0);
     const std::size_t half = ids.size() / 2;
@@ -167,7 +170,7 @@ TEST_P(KernelsOfWidth, GatherAsTheScalarSet) {
   int reached = 0;
   for (std::size_t i = 0; i < projected.size(); ++i) {
     math::Moments<float> expected;
-    kernelSet("scalar").gather(projected[i], view(), f.a.data(), f.b.data(), expected);
+    kernelSet("scalar", selection).gather(projected[i], view(), f.a.data(), f.b.data(), expected);
     const Projected& g = projected[i];
     const double reach = 1 + std::max({g.half[0], g.half[1], g.half[2]});
     // The size of what is summed: moments of absolute values, bounded by Σ|f|·q times powers of the reach on
@@ -176,10 +179,10 @@ TEST_P(KernelsOfWidth, GatherAsTheScalarSet) {
     Projected plain = g;
     plain.value = 1;
     std::fill_n(plain.slope, 3, 0.f);
-    kernelSet("scalar").gather(plain, view(), ones.data(), ones.data(), absolute);
+    kernelSet("scalar", selection).gather(plain, view(), ones.data(), ones.data(), absolute);
     reached += absolute.n0 > 0;
     const double length = std::min<double>(reach, 60), value = 1 + 0.3 * length;
-    for (const KernelSet& set : kernelSets()) {
+    for (const KernelSet& set : kernelSets(selection)) {
       SCOPED_TRACE(set.name + ", Gaussian " + std::to_string(i));
       math::Moments<float> got;
       set.gather(g, view(), f.a.data(), f.b.data(), got);
@@ -195,7 +198,14 @@ TEST_P(KernelsOfWidth, GatherAsTheScalarSet) {
   EXPECT_GT(reached, 40);
 }
 
-INSTANTIATE_TEST_SUITE_P(Rows, KernelsOfWidth, ::testing::Values(1, 2, 15, 16, 17, 33, 70));
+INSTANTIATE_TEST_SUITE_P(Rows, KernelsOfWidth,
+                         ::testing::Combine(::testing::Values(1, 2, 15, 16, 17, 33, 70),
+                                            ::testing::Values(Selection::Exact, Selection::Method1,
+                                                              Selection::Method2)),
+                         [](const auto& info) {
+                           return std::to_string(std::get<0>(info.param)) +
+                                  selectionName(std::get<1>(info.param));
+                         });
 
 TEST(Kernels, KeepTheirPrecisionFarFromTheOrigin) {
   // Offsets of a Gaussian to voxels must not lose bits to a large patient coordinate.

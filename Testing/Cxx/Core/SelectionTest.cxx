@@ -172,6 +172,44 @@ TEST(Selection, Method1ContainsExact) {
   EXPECT_GT(more, 2 * inside);
 }
 
+// Voxels exactly on the rim: round Gaussians on voxel centres, radii that end on voxels.
+TEST(Selection, Method1ContainsExactOnTheRim) {
+  Scene scene;
+  scene.lattice.indexToModel = {};
+  scene.field.gaussians.clear();
+  Numbers random(31);
+  for (int n = 0; n < 300; ++n) {
+    Gaussian g = randomGaussian(random, {});
+    for (int a = 0; a < 3; ++a) {
+      g.mean[a] = std::floor(static_cast<float>(random(5, 12)));
+      g.logScale[a] = static_cast<float>(std::log((1 + n % 12) / 3.0)); // 3σ = 1…12 voxels
+    }
+    scene.field.gaussians.push_back(g);
+  }
+  const auto exact = scene.projected(Selection::Exact), cube = scene.projected(Selection::Method1);
+  for (std::size_t n = 0; n < exact.size(); ++n) {
+    const auto small = scene.candidates(exact[n], Selection::Exact),
+               large = scene.candidates(cube[n], Selection::Method1);
+    EXPECT_TRUE(std::includes(large.begin(), large.end(), small.begin(), small.end())) << "Gaussian " << n;
+  }
+}
+
+// Its square holds the ellipse while r² ≤ 2 + 2·ln 4.5.
+TEST(Selection, Method2MissesNothingUpToItsRadius) {
+  Cloud cloud;
+  GaussianField field = randomField(150, cloud, 3, Blending::Additive, false);
+  const GridGeometry geometry = grid(40, 40, 40, {0.4, 0.4, 0.4}, {-8, -8, -8});
+  for (const double cutoff : {2.2, 2.236}) {
+    field.cutoff = cutoff;
+    RenderOptions options;
+    const Volume exact = render(field, geometry, options);
+    options.selection = Selection::Method2;
+    const Volume method2 = render(field, geometry, options);
+    for (std::size_t v = 0; v < exact.voxels.size(); ++v)
+      ASSERT_NEAR(method2.voxels[v], exact.voxels[v], 1e-5) << cutoff;
+  }
+}
+
 // Whatever misses nothing renders the same image, in every blending; Method 2 leaves something out.
 TEST(Selection, OnlyMethod2ChangesTheImage) {
   for (const Blending blending : {Blending::Normalised, Blending::Additive, Blending::Alpha}) {
