@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml install clean dependencies
+.PHONY: build demo test bench asan tsan mrml test-cuda bench-cuda install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -24,6 +24,18 @@ asan tsan: dependencies
 	cmake --build --preset $@
 	ctest --preset $@
 
+# The CUDA plugin (Docs/cuda.md): compiled wherever nvcc is, run where there is a device; says so where not.
+test-cuda: dependencies
+	cmake --preset cuda --log-level=WARNING
+	cmake --build --preset cuda --target innergs_cuda innergs_cuda_kernel_tests innergs_cuda_tests
+	build-cuda/bin/innergs_cuda_tests
+	build-cuda/bin/innergs_cuda_kernel_tests
+
+bench-cuda: dependencies
+	cmake --preset cuda -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
+	cmake --build --preset cuda --target innergs_cuda_benchmark
+	build-cuda/bin/innergs_cuda_benchmark
+
 # Against Slicer's own libraries from PyPI; says so and goes on where they cannot be had.
 mrml: dependencies
 	@Utilities/fetch-slicer-core.sh build-mrml/slicer-core || { [ $$? = 3 ] && touch build-mrml/skipped; }
@@ -38,4 +50,4 @@ dependencies:
 	@Utilities/install-dependencies.sh
 
 clean:
-	rm -rf build build-asan build-tsan build-mrml demo
+	rm -rf build build-asan build-tsan build-mrml build-cuda demo

@@ -4,7 +4,7 @@ set(wanted ${INNERGS_ENABLE_CUDA})
 if(wanted STREQUAL "AUTO")
   set(wanted OFF)
   # Sanitized builds run the kernels on the host; Slicer's libraries have another C++ ABI.
-  if(NOT INNERGS_SANITIZE AND NOT INNERGS_SLICER_CORE)
+  if(NOT INNERGS_SANITIZE AND NOT INNERGS_SLICER_CORE AND NOT CMAKE_VERSION VERSION_LESS 3.18)
     include(CheckLanguage)
     check_language(CUDA)
     if(CMAKE_CUDA_COMPILER)

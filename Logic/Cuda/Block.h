@@ -20,8 +20,10 @@
 ///   ballot(x, mask)              x: PerThread<bool>, mask: PerThread<std::uint32_t> of its warp
 #if defined(__CUDACC__)
 #define INNERGS_KERNEL __device__ __forceinline__
+#define INNERGS_UNROLL _Pragma("unroll")
 #else
 #define INNERGS_KERNEL
+#define INNERGS_UNROLL // what is indexed by the loop stays in registers
 #endif
 
 namespace innergs::cuda {

@@ -106,7 +106,7 @@ void Passes::bin(const Reach& reach, int shift, bool alpha) {
   if (limit > 0)
     executor_.sort(keys_.pointer(), otherKeys_.pointer(), ids_.pointer(), otherIds_.pointer(), limit,
                    shift + std::bit_width(static_cast<std::uint64_t>(bins)));
-  executor_.runOver(FindStarts{keys_.data(), limit, bins, shift, start_.data()}, limit + 1);
+  executor_.runOver(FindStarts{keys_.data(), limit, bins, shift, start_.data()}, bins + 1);
 }
 
 AlphaTile Passes::alphaTile(const TileReach& tiles) const {

@@ -155,7 +155,8 @@ struct Bench {
                       count + 1);
     executor->sort(keys.pointer(), otherKeys.pointer(), ids.pointer(), otherIds.pointer(), pairs,
                    std::bit_width(static_cast<std::uint64_t>(bricks.count())));
-    executor->runOver(cuda::FindStarts{keys.data(), pairs, bricks.count(), 0, start.data()}, pairs + 1);
+    executor->runOver(cuda::FindStarts{keys.data(), pairs, bricks.count(), 0, start.data()},
+                      bricks.count() + 1);
     out.reserve(static_cast<std::int64_t>(observation.lattice.bufferSize()));
     out.fill(0, out.size());
     moments.reserve(count);

@@ -37,6 +37,7 @@ struct Accumulate {
     s.value = g.value;
     for (int i = 0; i < 3; ++i)
       s.slope[i] = g.slope[i];
+    INNERGS_UNROLL
     for (int j = 0; j < kPlanes; ++j)
       s.dz[j] = planeOffset(g, lattice.z[k0 + j < lattice.nz ? k0 + j : lattice.nz - 1]);
   }
@@ -52,6 +53,7 @@ struct Accumulate {
     const float* q = s.quadratic;
     const float e0 = q[0] * dx * dx + q[1] * dx * dy + q[3] * dy * dy + s.log2Weight;
     const float e1 = q[2] * dx + q[4] * dy, value = s.value + s.slope[0] * dx + s.slope[1] * dy;
+    INNERGS_UNROLL
     for (int j = 0; j < kPlanes; ++j) {
       const float dz = s.dz[j], e = e0 + dz * (e1 + q[5] * dz);
       if (!(e >= s.log2Cut)) continue; // NaN as well
@@ -81,6 +83,7 @@ struct Accumulate {
         if (t < staged) stage(gaussians[ids[from + t]], lattice, bz, shared.staged[t]);
       });
       block.sync();
+      INNERGS_UNROLL
       for (int group = 0; group < kGroups; ++group) {
         block.forEachThread([&](int t) {
           const int n = group * kWarp + t % kWarp, wx = bx + t / kWarp % 2 * 8, wy = by + t / kWarp / 2 * 4;
@@ -90,6 +93,7 @@ struct Accumulate {
       }
       block.forEachThread([&](int t) {
         const int x = bx + t / kWarp % 2 * 8 + t % 8, y = by + t / kWarp / 2 * 4 + t % kWarp / 8;
+        INNERGS_UNROLL
         for (int group = 0; group < kGroups; ++group)
           for (std::uint32_t rest = mask[group][t]; rest; rest &= rest - 1)
             add(shared.staged[group * kWarp + lowestBit(rest)], x, y, sums[t]);
@@ -97,6 +101,7 @@ struct Accumulate {
     }
     block.forEachThread([&](int t) {
       const int x = bx + t / kWarp % 2 * 8 + t % 8, y = by + t / kWarp / 2 * 4 + t % kWarp / 8;
+      INNERGS_UNROLL
       for (int j = 0; j < kPlanes; ++j)
         if (y < lattice.ny && bz + j < lattice.nz)
           out[(static_cast<std::int64_t>(bz + j) * lattice.ny + y) * lattice.stride + x] = {

@@ -87,21 +87,20 @@ struct FindStarts {
   int shift;
   std::int64_t* start;
 
-  INNERGS_HD std::int64_t bin(std::int64_t at) const {
-    if (at < 0) return -1;
-    if (at >= pairs) return bins;
-    const std::uint64_t b = keys[at] >> shift;
-    return b < static_cast<std::uint64_t>(bins) ? static_cast<std::int64_t>(b) : bins;
-  }
-
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i > pairs) return;
-      const std::int64_t here = bin(i);
-      for (std::int64_t b = bin(i - 1) + 1; b <= here; ++b)
-        start[b] = i;
+      const std::int64_t bin = block.index() * kThreads + t;
+      if (bin > bins) return;
+      std::int64_t low = 0, high = pairs;
+      while (low < high) {
+        const std::int64_t middle = (low + high) / 2;
+        if (keys[middle] >> shift < static_cast<std::uint64_t>(bin))
+          low = middle + 1;
+        else
+          high = middle;
+      }
+      start[bin] = low;
     });
   }
 };

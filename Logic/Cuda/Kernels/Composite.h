@@ -31,6 +31,7 @@ struct Composite {
         if (t < staged) tile.stage(from + t, z, shared.staged[t]);
       });
       block.sync();
+      INNERGS_UNROLL
       for (int group = 0; group < kGroups; ++group) {
         block.forEachThread([&](int t) {
           const int n = group * kWarp + t % kWarp;
@@ -41,6 +42,7 @@ struct Composite {
       block.forEachThread([&](int t) {
         const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
         Pair own = state[t];
+        INNERGS_UNROLL
         for (int group = 0; group < kGroups; ++group)
           for (std::uint32_t rest = mask[group][t]; rest; rest &= rest - 1) {
             const AlphaTile::Staged& s = shared.staged[group * kWarp + lowestBit(rest)];

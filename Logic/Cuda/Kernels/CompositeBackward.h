@@ -27,6 +27,7 @@ struct CompositeBackward {
     seen -= visible;
     const float part[kSums] = {f * a,   r * visible,  fq,           fq * dx,
                                fq * dy, fq * dx * dx, fq * dx * dy, fq * dy * dy};
+    INNERGS_UNROLL
     for (int c = 0; c < kSums; ++c)
       m.v[c] = part[c];
   }
@@ -75,6 +76,7 @@ struct CompositeBackward {
         });
         block.warpSum(sums, active);
         block.forEachThread([&](int t) {
+          INNERGS_UNROLL
           for (int c = 0; c < kSums; ++c)
             if (t % kWarp == c) shared.sums[n][t / kWarp][c] = sums[t].v[c];
         });

@@ -58,6 +58,7 @@ struct Gather {
     const float part[14] = {r.a,       r.sx,      r.s * dy,      r.s * dz,      r.sxx,
                             r.sx * dy, r.sx * dz, r.s * dy * dy, r.s * dy * dz, r.s * dz * dz,
                             r.n,       r.nx,      r.n * dy,      r.n * dz};
+    INNERGS_UNROLL
     for (int c = 0; c < 14; ++c)
       m.v[c] += part[c];
   }
@@ -98,6 +99,7 @@ struct Gather {
       const std::int64_t i = block.index() * kWarps + t / kWarp;
       if (i >= count) return;
       float* moments = reinterpret_cast<float*>(out + i);
+      INNERGS_UNROLL
       for (int c = 0; c < 14; ++c) // every lane has the sums: one writes each
         if (t % kWarp == c) moments[c] = add ? moments[c] + sums[t].v[c] : sums[t].v[c];
     });
