@@ -230,6 +230,7 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_option("--seed", o->settings.seed, "Of withheld slices, starts and simulations [1]")
       ->type_name("N");
   addThreads(*command, o->settings.threads);
+  addDevice(*command, o->settings.device, "Where fits run [auto]");
   command
       ->add_option("--instruction-set", o->settings.instructionSet,
                    "Force one of those that 'innergs info' lists, e.g. scalar [best available]")

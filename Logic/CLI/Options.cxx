@@ -1,6 +1,5 @@
 #include "CLI/Options.h"
 
-#include "Core/Devices.h"
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
 #include "Core/Region.h"
@@ -82,6 +81,17 @@ CLI::Option* addThreads(CLI::App& app, int& threads) {
   return app.add_option("--threads", threads, "Threads to use; 0 = all cores [0]")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));
+}
+
+std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
+                                          std::int64_t samples, Selection selection) {
+  if (asked == "auto" && samples < 8'000'000) return nullptr;
+  const DeviceChoice choice(asked, "", selection);
+  auto device = choice.makeField(field);
+  if (!device && !choice.onCpu())
+    fmt::print(stderr, "innergs: warning: {} ({}) cannot hold the model: rendered on the CPU.\n",
+               choice.use.name, choice.use.id);
+  return device;
 }
 
 CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help) {

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Devices.h"
 #include "Core/GaussianField.h"
 #include "Core/Selection.h"
 #include "IO/VolumeIO.h"
@@ -44,6 +45,11 @@ CLI::Option* addChoice(CLI::App& app, const std::string& name, T& target,
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);
 CLI::Option* addThreads(CLI::App& app, int& threads);
 CLI::Option* addSelection(CLI::App& app, Selection& selection);
+/// The field where it is rendered fastest, for so many samples; null: the CPU. auto: a GPU takes longer to
+/// start than the CPU to render a few million.
+std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
+                                          std::int64_t samples, Selection selection);
+
 /// Where to compute; throws a usage error for what is no device's name.
 CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help);
 

@@ -15,6 +15,7 @@ struct ResampleOptions {
   OutputType type = OutputType::Float32;
   int threads = 0;
   Selection selection = Selection::Exact;
+  std::string device = "auto";
   bool quiet = false;
 };
 
@@ -28,6 +29,7 @@ int resample(const ResampleOptions& o) {
   render.threads = o.threads;
   render.selection = o.selection;
   render.stop = interrupt.token();
+  render.device = renderDevice(o.device, field, grid.voxelCount(), o.selection);
   writeVolume(innergs::render(field, grid, render), o.output, o.type);
   if (!o.quiet)
     fmt::print(stderr, "Wrote {} ({}x{}x{} voxels of {:g}x{:g}x{:g} mm).\n", o.output, grid.size[0],
@@ -50,6 +52,7 @@ Subcommand addResample(CLI::App& app) {
   addOutputType(*command, o->type);
   addThreads(*command, o->threads);
   addSelection(*command, o->selection);
+  addDevice(*command, o->device, "Where to render; auto takes a GPU for many voxels [auto]");
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer("Examples:\n"
                   "  innergs resample head.innergs --spacing 0.5 -o fine.nii.gz\n"

@@ -24,6 +24,7 @@ struct SliceOptions {
   OutputType type = OutputType::Float32;
   int threads = 0;
   Selection selection = Selection::Exact;
+  std::string device = "auto";
   bool quiet = false;
 };
 
@@ -175,6 +176,7 @@ int slice(const SliceOptions& o) {
   RenderOptions render;
   render.threads = o.threads;
   render.selection = o.selection;
+  render.device = renderDevice(o.device, field, plane.voxelCount(), o.selection);
   const Volume image = innergs::render(field, plane, render);
   if (png)
     writeGreyPng(image, o);
@@ -245,6 +247,7 @@ Subcommand addSlice(CLI::App& app) {
   addOutputType(*command, o->type);
   addThreads(*command, o->threads);
   addSelection(*command, o->selection);
+  addDevice(*command, o->device, "Where to render; auto takes a GPU for many pixels [auto]");
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer(
       "Examples:\n"

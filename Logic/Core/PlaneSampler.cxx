@@ -1,6 +1,8 @@
 #include "Core/PlaneSampler.h"
 
 #include "Core/DetailSampler.h"
+#include "Core/DevicePlugin.h"
+#include "Core/Devices.h"
 #include "Core/DomainBox.h"
 #include "Core/Error.h"
 #include "Core/LatticeRenderer.h"
@@ -31,7 +33,7 @@ Affine3 completed(Affine3 map) {
 } // namespace
 
 PlaneSampler::PlaneSampler(std::shared_ptr<const GaussianField> field, int threads,
-                           const std::string& instructionSet)
+                           const std::string& instructionSet, const std::string& device)
     : field_(std::move(field)), instructionSet_(instructionSet), pool_(threads) {
   checkField(*field_);
   kernelSet(instructionSet_);
@@ -40,6 +42,13 @@ PlaneSampler::PlaneSampler(std::shared_ptr<const GaussianField> field, int threa
   near_.epsilon = field_->epsilon;
   near_.cutoff = field_->cutoff;
   near_.modelToWorld = field_->modelToWorld;
+  device_ = DeviceChoice(device, instructionSet).makeField(*field_);
+  if (!device_) measureReach();
+}
+
+PlaneSampler::~PlaneSampler() = default;
+
+void PlaneSampler::measureReach() {
   const std::size_t n = field_->gaussians.size();
   for (auto* v : {&x_, &y_, &z_, &reach_})
     v->resize(n);
@@ -53,6 +62,20 @@ PlaneSampler::PlaneSampler(std::shared_ptr<const GaussianField> field, int threa
                   1e-6f * (std::abs(x_[i]) + std::abs(y_[i]) + std::abs(z_[i]));
     }
   });
+}
+
+bool PlaneSampler::sampledOnDevice(const Lattice& lattice, float* out, const std::stop_token& stop) {
+  if (!device_) return false;
+  try {
+    device_->renderLattice(lattice, {}, {}, out, stop);
+    return true;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) throw;
+  } catch (const std::exception&) {
+  }
+  device_ = nullptr;
+  measureReach();
+  return false;
 }
 
 void PlaneSampler::selectNear(const Affine3& pixelToModel, int nx, int ny) {
@@ -94,11 +117,14 @@ void PlaneSampler::sample(const Affine3& pixelToWorld, int nx, int ny, std::span
   lattice.nx = nx;
   lattice.ny = ny;
   lattice.z = {0.0};
-  selectNear(lattice.indexToModel, nx, ny);
-  weights_.resize(lattice.bufferSize());
-  numerators_.resize(lattice.bufferSize());
-  LatticeRenderer renderer(lattice, kernelSet(instructionSet_), pool_);
-  renderer.forward(near_, {}, weights_.data(), numerators_.data());
+  const bool ready = sampledOnDevice(lattice, out.data(), pool_.stopToken());
+  if (!ready) {
+    selectNear(lattice.indexToModel, nx, ny);
+    weights_.resize(lattice.bufferSize());
+    numerators_.resize(lattice.bufferSize());
+    LatticeRenderer renderer(lattice, kernelSet(instructionSet_), pool_);
+    renderer.forward(near_, {}, weights_.data(), numerators_.data());
+  }
   const DetailSampler detail(*field_, world);
   const DomainBox box(field_->domain, world);
   const bool normalised = field_->blending == Blending::Normalised;
@@ -106,15 +132,16 @@ void PlaneSampler::sample(const Affine3& pixelToWorld, int nx, int ny, std::span
   const double scale = field_->intensityScale, offset = field_->intensityOffset;
   pool_.blocks(ny, 16, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t y = first; y < last; ++y) {
-      const float* w = weights_.data() + y * lattice.stride();
-      const float* n = numerators_.data() + y * lattice.stride();
+      const float* w = weights_.data() + (ready ? 0 : y * lattice.stride());
+      const float* n = numerators_.data() + (ready ? 0 : y * lattice.stride());
       float* row = out.data() + y * nx;
       int begin = 0, end = nx;
       box.clipRow(static_cast<double>(y), 0, begin, end);
-      std::fill_n(row, nx, static_cast<float>(offset));
+      std::fill(row, row + begin, static_cast<float>(offset));
+      std::fill(row + end, row + nx, static_cast<float>(offset));
       for (int x = begin; x < end; ++x) {
-        const float value = (normalised ? n[x] / (w[x] + epsilon) : n[x]) +
-                            detail({static_cast<double>(x), static_cast<double>(y), 0});
+        const float blended = ready ? row[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];
+        const float value = blended + detail({static_cast<double>(x), static_cast<double>(y), 0});
         row[x] = static_cast<float>(scale * value + offset);
       }
     }

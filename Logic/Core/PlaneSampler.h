@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/GaussianField.h"
+#include "Core/Lattice.h"
 #include "Core/Parallel.h"
 
 #include <memory>
@@ -7,14 +8,18 @@
 
 namespace innergs {
 
+class FieldDevice;
+
 /// A field ready to be shown on one plane after the other, as a dragged slice needs it: threads, buffers and
 /// each Gaussian's reach are kept, and a query looks only at the Gaussians near its rectangle. The values are
-/// render()'s.
+/// render()'s. On a device the field itself is kept there; where that fails the CPU takes over.
 class PlaneSampler {
 public:
-  /// instructionSet: as in RenderOptions. Throws as checkField and kernelSet do.
+  /// instructionSet: as in RenderOptions. device: as in Settings. Throws as checkField, kernelSet and
+  /// DeviceChoice do.
   explicit PlaneSampler(std::shared_ptr<const GaussianField> field, int threads = 0,
-                        const std::string& instructionSet = {});
+                        const std::string& instructionSet = {}, const std::string& device = "cpu");
+  ~PlaneSampler();
 
   const GaussianField& field() const { return *field_; }
 
@@ -24,10 +29,13 @@ public:
   void sample(const Affine3& pixelToWorld, int nx, int ny, std::span<float> out, std::stop_token stop = {});
 
 private:
+  bool sampledOnDevice(const Lattice& lattice, float* out, const std::stop_token& stop);
+  void measureReach();
   void selectNear(const Affine3& pixelToModel, int nx, int ny);
 
   std::shared_ptr<const GaussianField> field_;
   std::string instructionSet_;
+  std::shared_ptr<FieldDevice> device_; // null: the CPU
   ThreadPool pool_;
   std::vector<float> x_, y_, z_, reach_; // centres and radii of the Gaussians' support, mm, model frame
   std::vector<std::vector<std::uint32_t>> chosen_; // per block of Gaussians

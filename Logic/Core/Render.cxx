@@ -112,7 +112,7 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
       int begin = 0, end = lattice.nx;
       box.clipRow(y, z, begin, end);
       std::fill(out, out + begin, finish.units(0));
-      std::fill(out + std::max(begin, end), out + lattice.nx, finish.units(0));
+      std::fill(out + end, out + lattice.nx, finish.units(0));
       for (int x = begin; x < end; ++x)
         out[x] = finish(ready ? out[x] : finish.blended(w[x], n[x]), detail, {static_cast<double>(x), y, z});
     });

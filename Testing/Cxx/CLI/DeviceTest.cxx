@@ -124,4 +124,26 @@ TEST_F(DeviceTest, IsAnErrorWhereItIsNot) {
   EXPECT_FALSE(exists("out/v.nii"));
 }
 
+TEST_F(DeviceTest, RendersModelsWhereAsked) {
+  writeVolume(phantom(), path("scan.nii"));
+  ASSERT_EQ(run(quickly({"reconstruct", path("scan.nii"), "--save-model", path("m.innergs")})).exitCode, 0);
+  const auto render = [&](const std::string& command, const std::string& device, const std::string& fault) {
+    std::vector<std::string> words{command, path("m.innergs"), "-o", path("out/v.nii"), "--device", device};
+    if (command == "slice") words.insert(words.end(), {"--plane", "axial"});
+    return run(words, fake("good", fault));
+  };
+  const auto rendered = [&](const std::string& command, const std::string& device, const std::string& fault) {
+    const Outcome outcome = render(command, device, fault);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    return readVolume(path("out/v.nii")).voxels;
+  };
+  for (const std::string command : {"resample", "slice"}) {
+    const auto cpu = rendered(command, "cpu", "mark");
+    EXPECT_EQ(rendered(command, "auto", "mark"), cpu) << "too small to pay";
+    EXPECT_EQ(rendered(command, "cuda", "render"), cpu);
+    EXPECT_NE(rendered(command, "cuda", "mark"), cpu);
+    expectOneSentence(render(command, "cuda", "none"), 1, "No NVIDIA driver is installed.");
+  }
+}
+
 } // namespace innergs::test

@@ -1,3 +1,4 @@
+#include "Core/PlaneSampler.h"
 #include "Core/Render.h"
 #include "FakeDevice.h"
 
@@ -71,4 +72,26 @@ TEST_F(DeviceRender, StopsWhenAsked) {
   options.stop = stop.get_token();
   EXPECT_THROW(render(field, smallGrid(), options), Error);
   EXPECT_THROW(renderPoints(field, std::vector<Vec3>{{-20, 20, 10}}, options), Error);
+}
+
+TEST_F(DeviceRender, ShowsPlanesFromTheDevice) {
+  const auto field = std::make_shared<GaussianField>(fitted(anisotropicInput(), Blending::Normalised));
+  const Affine3 plane = grid(50, 44, 1, {0.8, 0.8, 1}, {-38, 5, 12}, obliqueDirection(0.4)).indexToWorld();
+  std::vector<float> a(50 * 44), b(a.size());
+  PlaneSampler cpu(field, 2), device(field, 2, "", "auto");
+  cpu.sample(plane, 50, 44, a);
+  device.sample(plane, 50, 44, b);
+  EXPECT_LE(worst(a, b), 2e-4 * field->intensityScale);
+  fails("mark");
+  device.sample(plane, 50, 44, b);
+  EXPECT_GT(worst(a, b), 0.9 * field->intensityScale);
+  EXPECT_EQ(*std::min_element(b.begin(), b.end()), static_cast<float>(field->intensityOffset)) << "outside";
+  fails("render");
+  device.sample(plane, 50, 44, b);
+  EXPECT_EQ(a, b);
+  EXPECT_THROW(PlaneSampler(field, 2, "", "cuda:7"), Error);
+  fails("none");
+  PlaneSampler none(field, 2, "", "auto");
+  none.sample(plane, 50, 44, b);
+  EXPECT_EQ(a, b);
 }
