@@ -1,23 +1,16 @@
-#include "Core/DevicePlugin.h"
+#include "Cuda/Plugin.h"
 
 #include "Cuda/CudaExecutor.h"
-#include "Cuda/Field.h"
-#include "Cuda/Fit.h"
 
 namespace innergs::cuda {
 namespace {
 
-class Plugin final : public DevicePlugin {
+class Plugin final : public ExecutorPlugin {
 public:
   DeviceList devices() override { return cudaDevices(); }
-  // With less than FitMemory::most it works in smaller slabs.
-  std::int64_t fitMemory(const FitRequest& request) override { return cuda::fitMemory(request).least; }
-  std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) override {
-    return std::make_unique<Fit>(makeCudaExecutor(device), request);
-  }
-  std::unique_ptr<FieldDevice> makeField(int device, const GaussianField& field) override {
-    return std::make_unique<Field>(makeCudaExecutor(device), field);
-  }
+
+protected:
+  std::unique_ptr<Executor> executor(int device) override { return makeCudaExecutor(device); }
 };
 
 } // namespace

@@ -20,6 +20,9 @@ struct Case {
   double ssimWeight;
   bool relocate, densify;
 };
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.name;
+}
 const Case kCases[] = {
     {"Normalised", Blending::Normalised, true, SliceProfile::Point, 0, true, false},
     {"NormalisedBox", Blending::Normalised, false, SliceProfile::Box, 0.1, false, false},

@@ -30,6 +30,9 @@ struct Case {
   double reach;              // half edge of the box that the Gaussians are in
 };
 
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.name;
+}
 const Case kCases[] = {
     {"NormalisedThin",
      Blending::Normalised,

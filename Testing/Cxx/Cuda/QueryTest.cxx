@@ -19,6 +19,9 @@ struct Case {
   Blending blending;
   bool linear, channel;
 };
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.name;
+}
 const Case kCases[] = {{"Normalised", Blending::Normalised, true, false},
                        {"NormalisedChannel", Blending::Normalised, true, true},
                        {"Additive", Blending::Additive, false, false},

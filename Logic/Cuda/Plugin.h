@@ -1,0 +1,24 @@
+#pragma once
+#include "Core/DevicePlugin.h"
+#include "Cuda/Field.h"
+#include "Cuda/Fit.h"
+
+namespace innergs::cuda {
+
+/// The plugin on top of executors; who derives from it lists the devices.
+class ExecutorPlugin : public DevicePlugin {
+public:
+  /// With less than FitMemory::most a fit works in smaller slabs.
+  std::int64_t fitMemory(const FitRequest& request) override { return cuda::fitMemory(request).least; }
+  std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) override {
+    return std::make_unique<Fit>(executor(device), request);
+  }
+  std::unique_ptr<FieldDevice> makeField(int device, const GaussianField& field) override {
+    return std::make_unique<Field>(executor(device), field);
+  }
+
+protected:
+  virtual std::unique_ptr<Executor> executor(int device) = 0;
+};
+
+} // namespace innergs::cuda
