@@ -172,6 +172,16 @@ void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
   filter->SetDensifyEvery(p->GetDensifyEvery());
   filter->SetMaximumNumberOfGaussians(p->GetMaximumNumberOfGaussians());
   filter->SetPointWeight(p->GetPointWeight());
+  filter->SetSelection(p->GetSelection());
+  filter->SetPlateauPatience(p->GetPlateauPatience());
+  filter->SetPlateauFactor(p->GetPlateauFactor());
+  filter->SetPlateauLowest(p->GetPlateauLowest());
+  filter->SetPlateauThreshold(p->GetPlateauThreshold());
+  filter->SetPruneOpacity(p->GetPruneOpacity());
+  filter->SetPruneSize(p->GetPruneSize());
+  filter->SetDensifyGradient(p->GetDensifyGradient());
+  filter->SetSplitSize(p->GetSplitSize());
+  filter->SetDevice(p->GetDevice());
   filter->SetRelocate(p->GetRelocate());
   filter->SetConsistency(p->GetConsistency());
   filter->SetNumberOfThreads(p->GetNumberOfThreads());

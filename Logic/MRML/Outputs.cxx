@@ -41,6 +41,7 @@ void setProvenance(vtkMRMLNode* node, const Task& task) {
   node->SetAttribute("InnerGS.Inputs", task.inputNames.c_str());
   node->SetAttribute("InnerGS.Settings", task.filter->GetUsedSettings().c_str());
   node->SetAttribute("InnerGS.InstructionSet", task.filter->GetUsedInstructionSet().c_str());
+  node->SetAttribute("InnerGS.Device", task.filter->GetUsedDevice().c_str());
   node->SetAttribute("InnerGS.TrainingPSNR", decibels(task.filter->GetTrainingPSNR()).c_str());
   const std::string heldOut = decibels(task.filter->GetHeldOutPSNR());
   node->SetAttribute("InnerGS.HeldOutPSNR", heldOut.empty() ? nullptr : heldOut.c_str());

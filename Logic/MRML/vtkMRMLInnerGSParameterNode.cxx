@@ -33,6 +33,16 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(Int, densifyEvery, DensifyEvery)                                                                        \
   DO(Int, maximumNumberOfGaussians, MaximumNumberOfGaussians)                                                \
   DO(Float, pointWeight, PointWeight)                                                                        \
+  DO(Int, selection, Selection)                                                                              \
+  DO(Int, plateauPatience, PlateauPatience)                                                                  \
+  DO(Float, plateauFactor, PlateauFactor)                                                                    \
+  DO(Float, plateauLowest, PlateauLowest)                                                                    \
+  DO(Float, plateauThreshold, PlateauThreshold)                                                              \
+  DO(Float, pruneOpacity, PruneOpacity)                                                                      \
+  DO(Float, pruneSize, PruneSize)                                                                            \
+  DO(Float, densifyGradient, DensifyGradient)                                                                \
+  DO(Float, splitSize, SplitSize)                                                                            \
+  DO(StdString, device, Device)                                                                              \
   DO(Boolean, relocate, Relocate)                                                                            \
   DO(Boolean, consistency, Consistency)                                                                      \
   DO(Int, numberOfThreads, NumberOfThreads)                                                                  \

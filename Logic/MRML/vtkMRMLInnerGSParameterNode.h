@@ -33,6 +33,7 @@ public:
   enum Losses { L1, L2, Huber };
   enum Initialisations { Adaptive, Grid };
   enum Schedules { Exponential, Plateau };
+  enum Selections { ExactSelection, Method1, Method2 };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
   enum OutputGrids {
     AutomaticGrid, // isotropic at the finest spacing of all inputs, over the first one's box or the ROI
@@ -107,6 +108,8 @@ public:
   vtkGetMacro(Preset, int);
   vtkSetClampMacro(Blending, int, Automatic, Alpha);
   vtkGetMacro(Blending, int);
+  vtkSetClampMacro(Selection, int, ExactSelection, Method2); // of the pixels a Gaussian is evaluated on
+  vtkGetMacro(Selection, int);
   vtkSetClampMacro(LinearIntensity, int, -1, 1);
   vtkGetMacro(LinearIntensity, int);
   vtkSetClampMacro(Initialisation, int, Automatic, Grid);
@@ -129,10 +132,26 @@ public:
   vtkGetMacro(AllAxes, int);
   vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
   vtkGetMacro(Schedule, int);
+  vtkSetMacro(PlateauPatience, int); // Plateau: sweeps without improvement before the rates fall
+  vtkGetMacro(PlateauPatience, int);
+  vtkSetMacro(PlateauFactor, double); // what they are multiplied by then
+  vtkGetMacro(PlateauFactor, double);
+  vtkSetMacro(PlateauLowest, double); // share of the first rates that they never fall below
+  vtkGetMacro(PlateauLowest, double);
+  vtkSetMacro(PlateauThreshold, double); // relative improvement of the loss that counts
+  vtkGetMacro(PlateauThreshold, double);
   vtkSetMacro(DensifyEvery, int); // sweeps; Automatic (default); 0: never
   vtkGetMacro(DensifyEvery, int);
   vtkSetMacro(MaximumNumberOfGaussians, int); // that densification may reach
   vtkGetMacro(MaximumNumberOfGaussians, int);
+  vtkSetMacro(PruneOpacity, double); // densification prunes below it; below 0 (default): chosen
+  vtkGetMacro(PruneOpacity, double);
+  vtkSetMacro(PruneSize, double); // voxels: and above this standard deviation
+  vtkGetMacro(PruneSize, double);
+  vtkSetMacro(DensifyGradient, double); // Gaussians pulled harder become two, see innergs::DensifyThresholds
+  vtkGetMacro(DensifyGradient, double);
+  vtkSetMacro(SplitSize, double); // voxels squared: with a larger covariance they are split, else cloned
+  vtkGetMacro(SplitSize, double);
   vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
   vtkGetMacro(PointWeight, double);
   vtkSetMacro(Relocate, bool);
@@ -145,6 +164,8 @@ public:
   vtkGetMacro(NumberOfThreads, int);
   vtkSetMacro(InstructionSet, const std::string&); // "": the best that the processor has
   vtkGetMacro(InstructionSet, std::string);
+  vtkSetMacro(Device, const std::string&); // "auto" (default): a GPU where it suffices; or "cpu", "cuda:N"
+  vtkGetMacro(Device, std::string);
   vtkSetClampMacro(Seed, int, 0, VTK_INT_MAX); // same seed, same result, bit for bit
   vtkGetMacro(Seed, int);
   ///@}
@@ -196,6 +217,10 @@ protected:
   int NumberOfGaussians = 0, NumberOfIterations = 0, NumberOfMembers = 0, PaperStopRule = Automatic;
   int AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic, MaximumNumberOfGaussians = 0;
   double PointWeight = Automatic;
+  int Selection = ExactSelection, PlateauPatience = 10;
+  double PlateauFactor = 0.5, PlateauLowest = 0.01, PlateauThreshold = 1e-4;
+  double PruneOpacity = Automatic, PruneSize = 20, DensifyGradient = 1, SplitSize = 2;
+  std::string Device = "auto";
   bool Relocate = true, Consistency = true;
   int NumberOfThreads = 0;
   std::string InstructionSet;

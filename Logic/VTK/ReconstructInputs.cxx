@@ -11,8 +11,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <locale>
-#include <sstream>
 
 namespace innergs::vtk {
 namespace {
@@ -170,45 +168,6 @@ void placeAsAnnounced(vtkInformation* information, vtkImageData* image) {
     image->SetSpacing(information->Get(vtkDataObject::SPACING()));
   if (information->Has(vtkDataObject::DIRECTION()))
     image->SetDirectionMatrix(information->Get(vtkDataObject::DIRECTION()));
-}
-
-std::string settingsText(const Settings& s, double heldOutFraction) {
-  static constexpr const char* presets[] = {"fast", "balanced", "best", "paper"};
-  static constexpr const char* losses[] = {"l1", "l2", "huber"};
-  static constexpr const char* starts[] = {"adaptive", "grid"};
-  static constexpr const char* schedules[] = {"exponential", "plateau"};
-  std::ostringstream text;
-  text.imbue(std::locale::classic());
-  const auto add = [&](const char* name, const auto& value) {
-    text << (text.tellp() > 0 ? "; " : "") << name << '=' << value;
-  };
-  const auto addIf = [&](const char* name, const auto& value) {
-    if (value) add(name, *value);
-  };
-  const auto addWord = [&](const char* name, const auto& value, const char* const* words) {
-    if (value) add(name, words[static_cast<int>(*value)]);
-  };
-  addWord("preset", std::optional(s.preset), presets);
-  add("blending", blendingName(chosenBlending(s)));
-  addIf("gaussians", s.gaussians);
-  addIf("maxGaussians", s.maxGaussians);
-  addIf("iterations", s.iterations);
-  addIf("members", s.members);
-  addIf("linearIntensity", s.linearIntensity);
-  addWord("initialisation", s.initialisation, starts);
-  addWord("loss", s.loss, losses);
-  addIf("pointWeight", s.pointWeight);
-  addIf("ssimWeight", s.ssimWeight);
-  add("huberDelta", s.huberDelta);
-  addWord("schedule", s.schedule, schedules);
-  addIf("densifyEvery", s.densifyEvery);
-  addIf("allAxes", s.allAxes);
-  addIf("paperStopRule", s.paperStopRule);
-  add("relocate", s.relocate);
-  add("consistency", s.consistency);
-  add("seed", s.seed);
-  add("heldOutFraction", heldOutFraction);
-  return text.str();
 }
 
 } // namespace innergs::vtk

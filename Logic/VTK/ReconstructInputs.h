@@ -53,7 +53,5 @@ private:
 bool assignCopy(vtkSmartPointer<vtkMatrix4x4>& target, vtkMatrix4x4* source);
 /// Extent, origin, spacing and direction that a pipeline's information announces; no voxels.
 void placeAsAnnounced(vtkInformation* information, vtkImageData* image);
-/// "name=value; ...".
-std::string settingsText(const Settings& settings, double heldOutFraction);
 
 } // namespace innergs::vtk

@@ -13,4 +13,5 @@ set(INNERGS_VTK_PRIVATE_SOURCES
   Geometry.cxx
   ImageVoxels.cxx
   ReconstructInputs.cxx
+  ReconstructSettings.cxx
 )

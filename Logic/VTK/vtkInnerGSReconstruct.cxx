@@ -4,6 +4,7 @@
 #include "Core/ReconstructionJob.h"
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"
+#include "ReconstructSettings.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkDataObject.h"
@@ -53,7 +54,7 @@ struct vtkInnerGSReconstruct::Internals {
   vtkNew<vtkImageData> preview;
   innergs::Phase phase = innergs::Phase::Preparing;
   std::vector<std::string> warnings;
-  std::string usedSettings, usedInstructionSet;
+  std::string usedSettings, usedInstructionSet, usedDevice;
 };
 
 vtkInnerGSReconstruct::vtkInnerGSReconstruct()
@@ -214,36 +215,12 @@ std::string vtkInnerGSReconstruct::GetUsedSettings() {
 std::string vtkInnerGSReconstruct::GetUsedInstructionSet() {
   return this->Work->usedInstructionSet;
 }
+std::string vtkInnerGSReconstruct::GetUsedDevice() {
+  return this->Work->usedDevice;
+}
 
 //------------------------------------------------------------------------------
 // Work.
-
-innergs::Settings vtkInnerGSReconstruct::MakeSettings() {
-  innergs::Settings s;
-  s.preset = static_cast<innergs::Preset>(this->Preset);
-  if (this->Blending != Automatic) s.blending = static_cast<innergs::Blending>(this->Blending);
-  if (this->Loss != Automatic) s.loss = static_cast<innergs::LossKind>(this->Loss);
-  if (this->Initialisation != Automatic)
-    s.initialisation = static_cast<innergs::Initialisation>(this->Initialisation);
-  if (this->LinearIntensity != Automatic) s.linearIntensity = this->LinearIntensity == 1;
-  if (this->PaperStopRule != Automatic) s.paperStopRule = this->PaperStopRule == 1;
-  if (this->AllAxes != Automatic) s.allAxes = this->AllAxes == 1;
-  if (this->Schedule != Automatic) s.schedule = static_cast<innergs::Schedule>(this->Schedule);
-  if (this->DensifyEvery != Automatic) s.densifyEvery = this->DensifyEvery;
-  if (this->MaximumNumberOfGaussians != 0) s.maxGaussians = this->MaximumNumberOfGaussians;
-  if (!(this->PointWeight < 0)) s.pointWeight = this->PointWeight;
-  if (!(this->SSIMWeight < 0)) s.ssimWeight = this->SSIMWeight;
-  if (this->NumberOfGaussians != 0) s.gaussians = this->NumberOfGaussians;
-  if (this->NumberOfIterations != 0) s.iterations = this->NumberOfIterations;
-  if (this->NumberOfMembers != 0) s.members = this->NumberOfMembers;
-  s.huberDelta = this->HuberDelta;
-  s.relocate = this->Relocate;
-  s.consistency = this->Consistency;
-  s.threads = this->NumberOfThreads;
-  s.instructionSet = this->InstructionSet;
-  s.seed = this->Seed;
-  return s;
-}
 
 innergs::vtk::OutputChoice vtkInnerGSReconstruct::MakeOutputChoice() {
   innergs::vtk::OutputChoice choice;
@@ -352,6 +329,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   work.warnings.clear();
   work.usedSettings.clear();
   work.usedInstructionSet.clear();
+  work.usedDevice.clear();
   this->ReportProgress({});
   const std::stop_token stop = this->GetStopToken();
   const innergs::Settings settings = this->MakeSettings();
@@ -388,6 +366,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   work.warnings = std::move(result.warnings);
   work.usedSettings = innergs::vtk::settingsText(result.settings, this->HeldOutFraction);
   work.usedInstructionSet = result.instructionSet;
+  work.usedDevice = result.device.id;
   vtkInnerGSModel::GetData(outputs, 0)->SetCheckpoint(result.checkpoint);
   if (this->Aborted) return;
   vtkImageData* image = vtkImageData::GetData(outputs, 1);

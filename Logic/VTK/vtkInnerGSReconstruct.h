@@ -42,6 +42,7 @@ public:
   enum Losses { L1, L2, Huber };
   enum Initialisations { Adaptive, Grid };
   enum Schedules { Exponential, Plateau };
+  enum Selections { ExactSelection, Method1, Method2 };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
 
   ///@{
@@ -102,6 +103,8 @@ public:
   vtkGetMacro(Preset, int);
   vtkSetClampMacro(Blending, int, Automatic, Alpha);
   vtkGetMacro(Blending, int);
+  vtkSetClampMacro(Selection, int, ExactSelection, Method2); // of the pixels a Gaussian is evaluated on
+  vtkGetMacro(Selection, int);
   vtkSetMacro(NumberOfGaussians, vtkIdType);
   vtkGetMacro(NumberOfGaussians, vtkIdType);
   vtkSetMacro(NumberOfIterations, int); // sweeps over the data, per member
@@ -124,11 +127,27 @@ public:
   vtkGetMacro(AllAxes, int);
   vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
   vtkGetMacro(Schedule, int);
+  vtkSetMacro(PlateauPatience, int); // Plateau: sweeps without improvement before the rates fall
+  vtkGetMacro(PlateauPatience, int);
+  vtkSetMacro(PlateauFactor, double); // what they are multiplied by then
+  vtkGetMacro(PlateauFactor, double);
+  vtkSetMacro(PlateauLowest, double); // share of the first rates that they never fall below
+  vtkGetMacro(PlateauLowest, double);
+  vtkSetMacro(PlateauThreshold, double); // relative improvement of the loss that counts
+  vtkGetMacro(PlateauThreshold, double);
   vtkSetMacro(DensifyEvery, int); // sweeps; Automatic; 0: never
   vtkGetMacro(DensifyEvery, int);
   vtkSetMacro(MaximumNumberOfGaussians,
               vtkIdType); // that densification may reach; 0: as many as at the start
   vtkGetMacro(MaximumNumberOfGaussians, vtkIdType);
+  vtkSetMacro(PruneOpacity, double); // densification prunes below it; below 0 (default): chosen
+  vtkGetMacro(PruneOpacity, double);
+  vtkSetMacro(PruneSize, double); // voxels: and above this standard deviation
+  vtkGetMacro(PruneSize, double);
+  vtkSetMacro(DensifyGradient, double); // Gaussians pulled harder become two, see innergs::DensifyThresholds
+  vtkGetMacro(DensifyGradient, double);
+  vtkSetMacro(SplitSize, double); // voxels squared: with a larger covariance they are split, else cloned
+  vtkGetMacro(SplitSize, double);
   vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
   vtkGetMacro(PointWeight, double);
   vtkSetMacro(Relocate, bool);
@@ -137,6 +156,8 @@ public:
   vtkSetMacro(Consistency, bool); // data-consistency step after the fit
   vtkGetMacro(Consistency, bool);
   vtkBooleanMacro(Consistency, bool);
+  vtkSetMacro(Device, const std::string&); // "auto" (default): a GPU where it suffices; or "cpu", "cuda:N"
+  vtkGetMacro(Device, std::string);
   vtkSetMacro(Seed, vtkTypeUInt64); // same seed, same result, bit for bit
   vtkGetMacro(Seed, vtkTypeUInt64);
   /// Share of each input's slices withheld from the fit to report the quality on them; 0 (default) to 0.5.
@@ -190,6 +211,7 @@ public:
   /// "name=value" pairs separated by "; ": every setting as it was used, with what was chosen filled in.
   std::string GetUsedSettings();
   std::string GetUsedInstructionSet();
+  std::string GetUsedDevice(); // where the fit ended: "cpu", "cuda:N"
   ///@}
 
 protected:
@@ -220,6 +242,10 @@ protected:
   int PaperStopRule = Automatic, AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic;
   vtkIdType MaximumNumberOfGaussians = 0;
   double PointWeight = Automatic;
+  int Selection = ExactSelection, PlateauPatience = 10;
+  double PlateauFactor = 0.5, PlateauLowest = 0.01, PlateauThreshold = 1e-4;
+  double PruneOpacity = Automatic, PruneSize = 20, DensifyGradient = 1, SplitSize = 2;
+  std::string Device = "auto";
   bool Relocate = true, Consistency = true, KeepModelWhenAborted = false;
   vtkTypeUInt64 Seed = 1;
 

@@ -100,12 +100,16 @@ _CHOICES = {
     "loss": ("l1", "l2", "huber"),
     "initialisation": ("adaptive", "grid"),
     "schedule": ("exponential", "plateau"),
+    "selection": ("exact", "method1", "method2"),
 }
 _NUMBERS = {
     "gaussians": "NumberOfGaussians", "iterations": "NumberOfIterations", "members": "NumberOfMembers",
     "linear_intensity": "LinearIntensity", "huber_delta": "HuberDelta", "ssim_weight": "SSIMWeight",
     "paper_stop_rule": "PaperStopRule", "all_axes": "AllAxes", "densify_every": "DensifyEvery",
-    "maximum_gaussians": "MaximumNumberOfGaussians", "point_weight": "PointWeight", "relocate": "Relocate", "consistency": "Consistency",
+    "maximum_gaussians": "MaximumNumberOfGaussians", "prune_opacity": "PruneOpacity", "prune_size": "PruneSize",
+    "densify_gradient": "DensifyGradient", "split_size": "SplitSize", "plateau_patience": "PlateauPatience",
+    "plateau_factor": "PlateauFactor", "plateau_lowest": "PlateauLowest", "plateau_threshold": "PlateauThreshold",
+    "point_weight": "PointWeight", "relocate": "Relocate", "consistency": "Consistency", "device": "Device",
     "threads": "NumberOfThreads", "instruction_set": "InstructionSet", "seed": "Seed",
 }
 _PROFILES = ("point", "box", "gaussian")
@@ -298,9 +302,10 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     output, output_model  nodes to write to instead of new ones
     progress, preview     called with the Job from time to time
     preset       "fast", "balanced" (default), "best" or "paper"; further settings: blending, loss, initialisation,
-                 schedule, gaussians, maximum_gaussians, iterations, members, linear_intensity, huber_delta, point_weight,
-                 ssim_weight, all_axes, densify_every, paper_stop_rule, relocate, consistency, threads, instruction_set,
-                 seed
+                 schedule (plateau_patience, plateau_factor, plateau_lowest, plateau_threshold), gaussians,
+                 densify_every (maximum_gaussians, prune_opacity, prune_size, densify_gradient, split_size), iterations,
+                 members, linear_intensity, huber_delta, point_weight, ssim_weight, all_axes, paper_stop_rule,
+                 relocate, consistency, selection, device ("auto", "cpu", "cuda", "cuda:N"), threads, instruction_set, seed
     """
     return start(volumes, spacing, progress=progress, preview=preview, parameter_node=parameter_node, **choices).result()
 

@@ -182,6 +182,15 @@ TEST_F(BadInputTest, Settings) {
   parameters->SetInputSliceThickness(parameters->GetInputVolumeNode(), 0);
   parameters->SetInputSliceAxis(parameters->GetInputVolumeNode(), 7);
   expectError(parameters, "axis");
+  parameters->SetInputSliceAxis(parameters->GetInputVolumeNode(), Parameters::Automatic);
+  parameters->SetPlateauFactor(2);
+  expectError(parameters, "plateau");
+  parameters->ResetSettings();
+  parameters->SetSplitSize(-1);
+  expectError(parameters, "split");
+  parameters->ResetSettings();
+  parameters->SetDevice("abacus");
+  expectError(parameters, "abacus");
 }
 
 // An error on the worker thread: chosen outputs stay as they were.

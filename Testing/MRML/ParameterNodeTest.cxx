@@ -24,6 +24,16 @@ void fill(Parameters* p) {
   p->SetDensifyEvery(9);
   p->SetMaximumNumberOfGaussians(99999);
   p->SetPointWeight(0.8);
+  p->SetSelection(Parameters::Method2);
+  p->SetPlateauPatience(7);
+  p->SetPlateauFactor(0.3);
+  p->SetPlateauLowest(0.02);
+  p->SetPlateauThreshold(2e-4);
+  p->SetPruneOpacity(0.05);
+  p->SetPruneSize(12.5);
+  p->SetDensifyGradient(0.75);
+  p->SetSplitSize(3.5);
+  p->SetDevice("cuda:1");
   p->RelocateOff();
   p->ConsistencyOff();
   p->SetNumberOfThreads(2);
@@ -54,6 +64,16 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetDensifyEvery(), 9);
   EXPECT_EQ(p->GetMaximumNumberOfGaussians(), 99999);
   EXPECT_EQ(p->GetPointWeight(), 0.8);
+  EXPECT_EQ(p->GetSelection(), Parameters::Method2);
+  EXPECT_EQ(p->GetPlateauPatience(), 7);
+  EXPECT_EQ(p->GetPlateauFactor(), 0.3);
+  EXPECT_EQ(p->GetPlateauLowest(), 0.02);
+  EXPECT_EQ(p->GetPlateauThreshold(), 2e-4);
+  EXPECT_EQ(p->GetPruneOpacity(), 0.05);
+  EXPECT_EQ(p->GetPruneSize(), 12.5);
+  EXPECT_EQ(p->GetDensifyGradient(), 0.75);
+  EXPECT_EQ(p->GetSplitSize(), 3.5);
+  EXPECT_EQ(p->GetDevice(), "cuda:1");
   EXPECT_FALSE(p->GetRelocate());
   EXPECT_FALSE(p->GetConsistency());
   EXPECT_EQ(p->GetNumberOfThreads(), 2);
@@ -117,6 +137,8 @@ TEST_F(ParameterNodeTest, CopiedAndReset) {
   EXPECT_EQ(target->GetPreset(), Parameters::Balanced);
   EXPECT_EQ(target->GetBlending(), Parameters::Automatic);
   EXPECT_EQ(target->GetNumberOfGaussians(), 0);
+  EXPECT_LT(target->GetPruneOpacity(), 0);
+  EXPECT_EQ(target->GetDevice(), "auto");
   EXPECT_EQ(target->GetMaskSegmentID(), "Segment \"1\" <&>"); // the input's, not a setting
   EXPECT_EQ(source->GetSeed(), 42);
 }

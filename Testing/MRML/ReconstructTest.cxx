@@ -69,6 +69,33 @@ TEST_F(ReconstructTest, NewNodesBesideTheInput) {
   EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 3);
 }
 
+TEST_F(ReconstructTest, SettingsReachTheEngine) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetSelection(Parameters::Method2);
+  parameters->SetSchedule(Parameters::Plateau);
+  parameters->SetPlateauPatience(3);
+  parameters->SetPlateauFactor(0.25);
+  parameters->SetPlateauLowest(0.125);
+  parameters->SetPlateauThreshold(0.0625);
+  parameters->SetNumberOfIterations(4);
+  parameters->SetDensifyEvery(2);
+  parameters->SetPruneOpacity(0.03125);
+  parameters->SetPruneSize(12.5);
+  parameters->SetDensifyGradient(0.75);
+  parameters->SetSplitSize(3.5);
+  parameters->SetDevice("cpu");
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* model = logic->GetLastJob()->GetModelNode();
+  const std::string used = std::string("; ") + model->GetAttribute("InnerGS.Settings") + ";";
+  for (const char* setting :
+       {"selection=method2", "plateauPatience=3", "plateauFactor=0.25", "plateauLowest=0.125",
+        "plateauThreshold=0.0625", "densifyEvery=2", "pruneOpacity=0.03125", "pruneSize=12.5",
+        "densifyGradient=0.75", "splitSize=3.5", "device=cpu"})
+    EXPECT_NE(used.find(std::string("; ") + setting + ";"), std::string::npos)
+        << setting << " not in " << used;
+  EXPECT_STREQ(model->GetAttribute("InnerGS.Device"), "cpu");
+}
+
 TEST_F(ReconstructTest, OutputGrids) {
   auto* input = addThickVolume();
   auto* parameters = addParameters(input);

@@ -167,10 +167,13 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(self.scene.GetNumberOfNodes(), nodes)
 
     def test_parameter_node(self):
-        node = innergs.parameters(add_volume(self.scene), input_grid=True, preset="fast", seed=3)
+        node = innergs.parameters(add_volume(self.scene), input_grid=True, preset="fast", seed=3, selection="method1",
+                                  device="cpu", schedule="plateau", plateau_patience=5, densify_every=3, prune_size=9)
         result = innergs.reconstruct(None, parameter_node=node)
         self.assertIs(node.GetResultVolumeNode(), result.volume)
-        self.assertIn("seed=3", result.model.GetAttribute("InnerGS.Settings"))
+        used = result.model.GetAttribute("InnerGS.Settings").split("; ")
+        for setting in ("seed=3", "selection=method1", "device=cpu", "plateauPatience=5", "densifyEvery=3", "pruneSize=9"):
+            self.assertIn(setting, used)
 
     def test_scene_cleared_and_dropped_while_running(self):
         job = innergs.start(add_volume(self.scene), iterations=100000)
