@@ -5,7 +5,7 @@ PREFIX ?= /usr/local
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
-	cmake --build --preset default --target innergs
+	cmake --build --preset default --target innergs innergs_plugins
 
 demo: build
 	Utilities/demo.sh build/bin/innergs demo

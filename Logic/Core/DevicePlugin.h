@@ -43,7 +43,7 @@ public:
   virtual ~DevicePlugin() = default;
   /// Never throws; asks the driver anew.
   virtual DeviceList devices() = 0;
-  /// Bytes of device memory that makeFit() and all that follows will need, at most.
+  /// Bytes of device memory without which the fit cannot run to its end.
   virtual std::int64_t fitMemory(const FitRequest& request) = 0;
   virtual std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) = 0;
   /// Copies the field (its Gaussians and numbers, not the detail grid) to the device.

@@ -209,7 +209,7 @@ std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
     std::unique_ptr<FitDevice> fit = plugin_->makeFit(index_, request);
     if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
     use.reason +=
-        " The fit needs at most " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
+        " The fit needs about " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
     return fit;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Cancelled) throw;

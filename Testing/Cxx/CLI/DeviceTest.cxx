@@ -79,6 +79,31 @@ TEST_F(DeviceTest, InfoSaysInOneLineWhyThereIsNone) {
   }
 }
 
+TEST_F(DeviceTest, IsFoundBesideTheProgramAndWhereItIsInstalled) {
+  namespace fs = std::filesystem;
+  const fs::path root = folder_ / "with space";
+  fs::create_directories(root / "bin");
+  fs::copy_file(INNERGS_COMMAND, root / "bin/innergs");
+  const auto info = [&](const std::string& prefix, const std::string& command) {
+    const std::string output = path("info.txt");
+    EXPECT_EQ(std::system((prefix + " " + command + " info > '" + output + "' 2>&1").c_str()), 0);
+    return contents("info.txt");
+  };
+  const std::string absolute = "'" + (root / "bin/innergs").string() + "'";
+  EXPECT_FALSE(has(info("", absolute), "Fake"));
+  for (const char* where : {"bin", "lib", "lib/innergs"}) {
+    SCOPED_TRACE(where);
+    fs::create_directories(root / where);
+    const fs::path plugin = root / where / libraryName();
+    fs::copy_file(INNERGS_FAKE_LIBRARY, plugin);
+    EXPECT_TRUE(has(info("", absolute), "Fake Two"));
+    EXPECT_TRUE(has(info("cd / && PATH='" + (root / "bin").string() + "':\"$PATH\"", "innergs"), "Fake Two"));
+    // Refused ones on the path do not hide it.
+    EXPECT_TRUE(has(info(fake("other"), absolute), "Fake Two"));
+    fs::remove(plugin);
+  }
+}
+
 TEST_F(DeviceTest, IsChosenReportedAndLeftWhenItFails) {
   writeVolume(phantom(), path("scan.nii"));
   const Outcome good = reconstruct("auto", fake("good"));
