@@ -2,13 +2,23 @@
 
 #include "Core/Error.h"
 #include "NodeGeometry.h"
+#include "Outputs.h"
 #include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSModel.h"
+#include "vtkInnerGSPlaneQuery.h"
+#include "vtkInnerGSPointQuery.h"
+#include "vtkInnerGSResample.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+
 #include <vtkCallbackCommand.h>
+#include <vtkFloatArray.h>
+#include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkPoints.h>
 
 namespace innergs::mrml {
 
@@ -31,6 +41,100 @@ void run(vtkInnerGSAlgorithm* filter) {
   filter->RemoveObserver(tag);
   if (const std::string message = filter->GetErrorMessage(); !message.empty())
     throw Error(ErrorCode::InvalidArgument, message);
+}
+
+vtkMRMLScalarVolumeNode* volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
+                                   vtkMRMLInnerGSModelNode* model, const char* suffix) {
+  if (output) return output;
+  if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a volume to: set one.");
+  const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + suffix;
+  output = vtkMRMLScalarVolumeNode::SafeDownCast(addNode(scene, "vtkMRMLScalarVolumeNode", name));
+  placeBeside(output, model);
+  return output;
+}
+
+void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values) {
+  if (!points || !values)
+    throw Error(ErrorCode::InvalidArgument, "There are no points to evaluate, or no array for the values.");
+  vtkNew<vtkInnerGSPointQuery> query;
+  query->SetModel(modelOf(model));
+  vtkNew<vtkMatrix4x4> toModel;
+  fromWorld(model, toModel);
+  vtkNew<vtkPoints> local;
+  local->SetDataTypeToDouble();
+  local->SetNumberOfPoints(points->GetNumberOfPoints());
+  for (vtkIdType n = 0; n < points->GetNumberOfPoints(); ++n) {
+    double at[4] = {0, 0, 0, 1};
+    points->GetPoint(n, at);
+    toModel->MultiplyPoint(at, at);
+    local->SetPoint(n, at);
+  }
+  vtkNew<vtkCallbackCommand> quiet;
+  query->AddObserver(vtkCommand::ErrorEvent, quiet);
+  if (!query->Evaluate(local, values)) throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
+}
+
+vtkMRMLScalarVolumeNode* queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                    vtkMatrix4x4* planeToRAS, int columns, int rows, double spacing,
+                                    vtkMRMLScalarVolumeNode* output) {
+  if (!planeToRAS)
+    throw Error(ErrorCode::InvalidArgument, "There is no matrix that places the plane: give one.");
+  if (columns < 1 || rows < 1 || !(spacing > 0))
+    throw Error(ErrorCode::InvalidArgument,
+                "A plane needs at least one pixel a side and a spacing above 0 mm.");
+  vtkNew<vtkInnerGSPlaneQuery> query;
+  query->SetModel(modelOf(model));
+  vtkNew<vtkMatrix4x4> toModel, plane, ijkToWorld;
+  fromWorld(model, toModel);
+  vtkMatrix4x4::Multiply4x4(toModel, planeToRAS, plane);
+  query->SetPlaneToRASMatrix(plane);
+  query->SetDimensions(columns, rows);
+  query->SetSpacing(spacing, spacing);
+  query->GeometryInImageOff();
+  run(query);
+  toModel->Invert();
+  vtkMatrix4x4::Multiply4x4(toModel, query->GetOutputIJKToRASMatrix(), ijkToWorld);
+  output = volumeFor(scene, output, model, " plane");
+  setVolume(output, query->GetOutput(), ijkToWorld);
+  return output;
+}
+
+vtkMRMLScalarVolumeNode* resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, double spacing,
+                                  vtkMRMLScalarVolumeNode* output) {
+  if (!(spacing >= 0)) throw Error(ErrorCode::InvalidArgument, "The spacing must be above 0 mm, or 0.");
+  vtkNew<vtkInnerGSResample> filter;
+  filter->SetModel(modelOf(model));
+  filter->SetOutputSpacing(spacing, spacing, spacing);
+  filter->GeometryInImageOff();
+  vtkNew<vtkMatrix4x4> modelToWorld, ijkToWorld;
+  toWorld(model, modelToWorld);
+  run(filter);
+  vtkMatrix4x4::Multiply4x4(modelToWorld, filter->GetOutputIJKToRASMatrix(), ijkToWorld);
+  output = volumeFor(scene, output, model, " resampled");
+  setVolume(output, filter->GetOutput(), ijkToWorld);
+  return output;
+}
+
+vtkMRMLScalarVolumeNode* resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                      vtkMRMLVolumeNode* reference, vtkMRMLScalarVolumeNode* output) {
+  if (!reference) throw Error(ErrorCode::InvalidArgument, "There is no reference volume: choose one.");
+  if (output == reference)
+    throw Error(ErrorCode::InvalidArgument, "The output is the reference as well: choose another.");
+  vtkNew<vtkInnerGSResample> filter;
+  filter->SetModel(modelOf(model));
+  gridOf(reference); // refuses what is no lattice
+  vtkNew<vtkMatrix4x4> toModel, referenceToWorld, ijkToModel;
+  fromWorld(model, toModel);
+  ijkToWorld(reference, referenceToWorld);
+  vtkMatrix4x4::Multiply4x4(toModel, referenceToWorld, ijkToModel);
+  int size[3];
+  reference->GetImageData()->GetDimensions(size);
+  filter->SetReferenceGrid(ijkToModel, size[0], size[1], size[2]);
+  filter->GeometryInImageOff();
+  run(filter);
+  output = volumeFor(scene, output, model, " resampled");
+  setVolume(output, filter->GetOutput(), referenceToWorld, reference);
+  return output;
 }
 
 } // namespace innergs::mrml

@@ -1,10 +1,15 @@
 #pragma once
 #include "Core/GridGeometry.h"
 
+class vtkFloatArray;
 class vtkInnerGSAlgorithm;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 class vtkMRMLInnerGSModelNode;
+class vtkMRMLScalarVolumeNode;
+class vtkMRMLScene;
+class vtkMRMLVolumeNode;
+class vtkPoints;
 
 /// Asking a model node, which its parent transform may have moved.
 namespace innergs::mrml {
@@ -17,5 +22,20 @@ void fromWorld(vtkMRMLInnerGSModelNode* node, vtkMatrix4x4* worldToNode);
 
 /// Updates a filter; throws Error with its sentence when it fails.
 void run(vtkInnerGSAlgorithm* filter);
+
+/// The output, or a new volume node beside the model. Throws Error(InvalidArgument) without scene to add it
+/// to.
+vtkMRMLScalarVolumeNode* volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
+                                   vtkMRMLInnerGSModelNode* model, const char* suffix);
+
+/// What the logic's methods of like names do; nothing is changed when they throw Error.
+void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
+vtkMRMLScalarVolumeNode* queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                    vtkMatrix4x4* planeToRAS, int columns, int rows, double spacing,
+                                    vtkMRMLScalarVolumeNode* output);
+vtkMRMLScalarVolumeNode* resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, double spacing,
+                                  vtkMRMLScalarVolumeNode* output);
+vtkMRMLScalarVolumeNode* resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                      vtkMRMLVolumeNode* reference, vtkMRMLScalarVolumeNode* output);
 
 } // namespace innergs::mrml

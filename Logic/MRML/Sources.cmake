@@ -9,8 +9,10 @@ set(INNERGS_LOGIC_CLASSES
   vtkSlicerInnerGSLogic
 )
 set(INNERGS_LOGIC_PRIVATE_SOURCES
+  JobDelivery.cxx
   JobQueue.cxx
   JobSetup.cxx
+  ModelNodes.cxx
   NodeGeometry.cxx
   Outputs.cxx
   QualityTable.cxx

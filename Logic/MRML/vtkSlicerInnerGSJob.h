@@ -16,6 +16,11 @@ class vtkMRMLInnerGSParameterNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLTableNode;
 class vtkMatrix4x4;
+#ifndef __VTK_WRAP__
+namespace innergs::mrml {
+class JobDelivery;
+}
+#endif
 
 /// One reconstruction of vtkSlicerInnerGSLogic: how far it is and what it gave. The call data of the logic's
 /// events. Changes on the main thread only.
@@ -72,6 +77,9 @@ protected:
   vtkSlicerInnerGSJob();
   ~vtkSlicerInnerGSJob() override;
   friend class vtkSlicerInnerGSLogic;
+#ifndef __VTK_WRAP__
+  friend class innergs::mrml::JobDelivery;
+#endif
 
   int State = Queued;
   std::string Phase = "Waiting";

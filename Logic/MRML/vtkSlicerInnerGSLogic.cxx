@@ -1,16 +1,10 @@
 #include "vtkSlicerInnerGSLogic.h"
 
 #include "Core/Error.h"
-#include "JobQueue.h"
-#include "NodeGeometry.h"
-#include "Outputs.h"
+#include "JobDelivery.h"
+#include "ModelNodes.h"
 #include "Queries.h"
 #include "SliceFollower.h"
-#include "vtkInnerGSModel.h"
-#include "vtkInnerGSPlaneQuery.h"
-#include "vtkInnerGSPointQuery.h"
-#include "vtkInnerGSResample.h"
-#include "vtkInnerGSToPolyData.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -20,14 +14,12 @@
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSliceNode.h>
-#include <vtkMRMLTableNode.h>
 #include <vtkSlicerApplicationLogic.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkFloatArray.h>
 #include <vtkObjectFactory.h>
 #include <vtkPoints.h>
-#include <vtkPolyData.h>
 
 #include <atomic>
 #include <chrono>
@@ -45,6 +37,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   std::string lastError;
   vtkSmartPointer<vtkSlicerInnerGSJob> lastJob;
   std::vector<std::unique_ptr<mrml::SliceFollower>> followers;
+  mrml::JobDelivery delivery;
 
   // The application's event loop modifies the bell on the main thread when the worker asks for it.
   vtkNew<vtkObject> bell;
@@ -54,7 +47,9 @@ struct vtkSlicerInnerGSLogic::Internals {
 
   mrml::JobQueue queue; // last: its worker ends before the rest goes
 
-  explicit Internals(vtkSlicerInnerGSLogic* owner) : logic(owner), queue([this] { this->ring(); }) {
+  explicit Internals(vtkSlicerInnerGSLogic* owner)
+      : logic(owner), delivery(owner, [this](const std::string& sentence) { this->fail(sentence); }),
+        queue([this] { this->ring(); }) {
     onBell->SetClientData(owner);
     onBell->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
       static_cast<vtkSlicerInnerGSLogic*>(self)->ProcessPendingEvents();
@@ -72,13 +67,6 @@ struct vtkSlicerInnerGSLogic::Internals {
   bool guard(const std::function<void()>& task);
   void fail(const std::string& sentence);
   std::shared_ptr<mrml::Task> taskOf(vtkSlicerInnerGSJob* job) const;
-  void deliver(mrml::Mail& mail);
-  void finish(mrml::Task& task);
-  void follow(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, vtkMRMLScalarVolumeNode* output);
-
-  /// The output, or a new volume node; throws when it is of another scene.
-  vtkMRMLScalarVolumeNode* volumeFor(vtkMRMLScalarVolumeNode* output, vtkMRMLInnerGSModelNode* model,
-                                     const char* suffix);
 };
 
 bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) {
@@ -110,112 +98,13 @@ std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerIn
   return nullptr;
 }
 
-void vtkSlicerInnerGSLogic::Internals::deliver(mrml::Mail& mail) {
-  const std::shared_ptr<mrml::Task> task = mail.task;
-  vtkSlicerInnerGSJob* job = task->job;
-  if (mail.started && job->State == vtkSlicerInnerGSJob::Queued && !task->discard) {
-    job->State = vtkSlicerInnerGSJob::Running;
-    logic->InvokeEvent(JobStartedEvent, job);
-  }
-  if (mail.progress && !task->discard) {
-    const auto& p = *mail.progress;
-    job->Phase = p.phase;
-    job->Progress = p.fraction;
-    job->Loss = p.loss;
-    job->TrainingPSNR = p.trainingPsnr;
-    job->HeldOutPSNR = p.heldOutPsnr;
-    job->ElapsedSeconds = p.elapsed;
-    job->RemainingSeconds = p.remaining;
-    job->CurrentIteration = p.iteration;
-    job->TotalIterations = p.iterations;
-    job->NumberOfGaussians = p.gaussians;
-    logic->InvokeEvent(JobProgressEvent, job);
-  }
-  if (mail.preview && !task->discard) {
-    job->Preview = mail.preview;
-    job->PreviewIJKToRAS = mail.previewToRAS;
-    logic->InvokeEvent(JobPreviewEvent, job);
-  }
-  if (mail.done) finish(*task);
-}
-
-void vtkSlicerInnerGSLogic::Internals::finish(mrml::Task& task) {
-  vtkSlicerInnerGSJob* job = task.job;
-  job->RemainingSeconds = 0;
-  vtkMRMLScene* scene = logic->GetMRMLScene();
-  if (task.discard || task.cancelled || !scene || scene != task.scene.Get() || scene->IsClosing()) {
-    job->State = vtkSlicerInnerGSJob::Cancelled;
-    logic->InvokeEvent(JobCancelledEvent, job);
-    return;
-  }
-  std::string error = task.error;
-  if (error.empty()) {
-    try {
-      job->UsedSettings = task.filter->GetUsedSettings();
-      job->TrainingPSNR = task.filter->GetTrainingPSNR();
-      job->HeldOutPSNR = task.filter->GetHeldOutPSNR();
-      for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
-        job->Warnings.push_back(task.filter->GetWarning(n));
-      if (!task.qualityError.empty())
-        job->Warnings.push_back("The quality could not be judged. " + task.qualityError);
-      vtkMRMLScalarVolumeNode* volume = nullptr;
-      vtkMRMLInnerGSModelNode* model = nullptr;
-      vtkMRMLTableNode* table = nullptr;
-      mrml::makeOutputs(task, scene, volume, model, table);
-      if (!volume || !model)
-        job->Warnings.push_back(
-            "An output node was deleted during the reconstruction: what was meant for it is "
-            "lost.");
-      job->VolumeNode = volume;
-      job->ModelNode = model;
-      job->TableNode = table;
-      if (task.parameters && task.parameters->GetScene() == scene) {
-        using Parameters = vtkMRMLInnerGSParameterNode;
-        const auto refer = [&](const char* role, vtkMRMLNode* node) {
-          task.parameters->SetNodeReferenceID(role, node ? node->GetID() : nullptr);
-        };
-        MRMLNodeModifyBlocker blocker(task.parameters);
-        refer(Parameters::GetResultVolumeReferenceRole(), volume);
-        refer(Parameters::GetResultModelReferenceRole(), model);
-        refer(Parameters::GetResultTableReferenceRole(), table);
-      }
-      job->Progress = 1;
-      job->Phase = "Done";
-      job->State = vtkSlicerInnerGSJob::Finished;
-    } catch (const std::exception& exception) {
-      error = exception.what();
-    }
-  }
-  task.filter = nullptr; // with its volumes
-  if (error.empty()) {
-    logic->InvokeEvent(JobFinishedEvent, job);
-    return;
-  }
-  job->State = vtkSlicerInnerGSJob::Failed;
-  job->ErrorMessage = error;
-  fail(error);
-  logic->InvokeEvent(JobFailedEvent, job);
-}
-
-vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Internals::volumeFor(vtkMRMLScalarVolumeNode* output,
-                                                                     vtkMRMLInnerGSModelNode* model,
-                                                                     const char* suffix) {
-  if (output) return output;
-  vtkMRMLScene* scene = logic->GetMRMLScene();
-  if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a volume to: set one.");
-  const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + suffix;
-  output = vtkMRMLScalarVolumeNode::SafeDownCast(mrml::addNode(scene, "vtkMRMLScalarVolumeNode", name));
-  mrml::placeBeside(output, model);
-  return output;
-}
-
 //------------------------------------------------------------------------------
 
 vtkSlicerInnerGSLogic::vtkSlicerInnerGSLogic() : Work(std::make_unique<Internals>(this)) {}
 
 vtkSlicerInnerGSLogic::~vtkSlicerInnerGSLogic() {
   for (const auto& task : this->Work->queue.tasks())
-    task->job->State = vtkSlicerInnerGSJob::Cancelled;
+    mrml::JobDelivery::abandon(task->job);
 }
 
 void vtkSlicerInnerGSLogic::PrintSelf(ostream& os, vtkIndent indent) {
@@ -329,7 +218,7 @@ int vtkSlicerInnerGSLogic::ProcessPendingEvents() {
   for (const auto limit = this->Work->queue.tasks().size() + 1; count < static_cast<int>(limit); ++count) {
     std::optional<mrml::Mail> mail = this->Work->queue.fetch();
     if (!mail) break;
-    this->Work->deliver(*mail);
+    this->Work->delivery.deliver(*mail);
   }
   return count;
 }
@@ -368,26 +257,7 @@ double vtkSlicerInnerGSLogic::GetValueAtRAS(vtkMRMLInnerGSModelNode* model, doub
 
 bool vtkSlicerInnerGSLogic::GetValuesAtRAS(vtkMRMLInnerGSModelNode* model, vtkPoints* points,
                                            vtkFloatArray* values) {
-  const bool done = this->Work->guard([&] {
-    if (!points || !values)
-      throw Error(ErrorCode::InvalidArgument, "There are no points to evaluate, or no array for the values.");
-    vtkNew<vtkInnerGSPointQuery> query;
-    query->SetModel(mrml::modelOf(model));
-    vtkNew<vtkMatrix4x4> toModel;
-    mrml::fromWorld(model, toModel);
-    vtkNew<vtkPoints> local;
-    local->SetDataTypeToDouble();
-    local->SetNumberOfPoints(points->GetNumberOfPoints());
-    for (vtkIdType n = 0; n < points->GetNumberOfPoints(); ++n) {
-      double at[4] = {0, 0, 0, 1};
-      points->GetPoint(n, at);
-      toModel->MultiplyPoint(at, at);
-      local->SetPoint(n, at);
-    }
-    vtkNew<vtkCallbackCommand> quiet;
-    query->AddObserver(vtkCommand::ErrorEvent, quiet);
-    if (!query->Evaluate(local, values)) throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
-  });
+  const bool done = this->Work->guard([&] { mrml::evaluate(model, points, values); });
   if (!done && values) values->Initialize();
   return done;
 }
@@ -396,69 +266,23 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNo
                                                            vtkMatrix4x4* planeToRAS, int columns, int rows,
                                                            double spacing, vtkMRMLScalarVolumeNode* output) {
   const bool done = this->Work->guard([&] {
-    if (!planeToRAS)
-      throw Error(ErrorCode::InvalidArgument, "There is no matrix that places the plane: give one.");
-    if (columns < 1 || rows < 1 || !(spacing > 0))
-      throw Error(ErrorCode::InvalidArgument,
-                  "A plane needs at least one pixel a side and a spacing above 0 mm.");
-    vtkNew<vtkInnerGSPlaneQuery> query;
-    query->SetModel(mrml::modelOf(model));
-    vtkNew<vtkMatrix4x4> toModel, plane, ijkToWorld;
-    mrml::fromWorld(model, toModel);
-    vtkMatrix4x4::Multiply4x4(toModel, planeToRAS, plane);
-    query->SetPlaneToRASMatrix(plane);
-    query->SetDimensions(columns, rows);
-    query->SetSpacing(spacing, spacing);
-    query->GeometryInImageOff();
-    mrml::run(query);
-    toModel->Invert();
-    vtkMatrix4x4::Multiply4x4(toModel, query->GetOutputIJKToRASMatrix(), ijkToWorld);
-    output = this->Work->volumeFor(output, model, " plane");
-    mrml::setVolume(output, query->GetOutput(), ijkToWorld);
+    output = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
   });
   return done ? output : nullptr;
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
                                                          vtkMRMLScalarVolumeNode* output) {
-  const bool done = this->Work->guard([&] {
-    if (!(spacing >= 0)) throw Error(ErrorCode::InvalidArgument, "The spacing must be above 0 mm, or 0.");
-    vtkNew<vtkInnerGSResample> resample;
-    resample->SetModel(mrml::modelOf(model));
-    resample->SetOutputSpacing(spacing, spacing, spacing);
-    resample->GeometryInImageOff();
-    vtkNew<vtkMatrix4x4> toWorld, ijkToWorld;
-    mrml::toWorld(model, toWorld);
-    mrml::run(resample);
-    vtkMatrix4x4::Multiply4x4(toWorld, resample->GetOutputIJKToRASMatrix(), ijkToWorld);
-    output = this->Work->volumeFor(output, model, " resampled");
-    mrml::setVolume(output, resample->GetOutput(), ijkToWorld);
-  });
+  const bool done =
+      this->Work->guard([&] { output = mrml::resample(this->GetMRMLScene(), model, spacing, output); });
   return done ? output : nullptr;
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModelNode* model,
                                                              vtkMRMLVolumeNode* reference,
                                                              vtkMRMLScalarVolumeNode* output) {
-  const bool done = this->Work->guard([&] {
-    if (!reference) throw Error(ErrorCode::InvalidArgument, "There is no reference volume: choose one.");
-    if (output == reference)
-      throw Error(ErrorCode::InvalidArgument, "The output is the reference as well: choose another.");
-    vtkNew<vtkInnerGSResample> resample;
-    resample->SetModel(mrml::modelOf(model));
-    mrml::gridOf(reference); // refuses what is no lattice
-    vtkNew<vtkMatrix4x4> toModel, ijkToWorld, ijkToModel;
-    mrml::fromWorld(model, toModel);
-    mrml::ijkToWorld(reference, ijkToWorld);
-    vtkMatrix4x4::Multiply4x4(toModel, ijkToWorld, ijkToModel);
-    int size[3];
-    reference->GetImageData()->GetDimensions(size);
-    resample->SetReferenceGrid(ijkToModel, size[0], size[1], size[2]);
-    resample->GeometryInImageOff();
-    mrml::run(resample);
-    output = this->Work->volumeFor(output, model, " resampled");
-    mrml::setVolume(output, resample->GetOutput(), ijkToWorld, reference);
-  });
+  const bool done =
+      this->Work->guard([&] { output = mrml::resampleLike(this->GetMRMLScene(), model, reference, output); });
   return done ? output : nullptr;
 }
 
@@ -472,7 +296,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
     if (!slice) throw Error(ErrorCode::InvalidArgument, "There is no slice view to follow: choose one.");
     vtkNew<vtkMatrix4x4> toModel;
     mrml::fromWorld(model, toModel);
-    output = this->Work->volumeFor(output, model, " slice");
+    output = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
     this->StopFollowing(output);
     auto follower = std::make_unique<mrml::SliceFollower>(
         model, slice, output, this->MaximumFollowPixels,
@@ -496,68 +320,17 @@ bool vtkSlicerInnerGSLogic::IsFollowing(vtkMRMLScalarVolumeNode* output) {
 
 vtkMRMLModelNode* vtkSlicerInnerGSLogic::CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum,
                                                              vtkMRMLModelNode* output) {
-  const bool done = this->Work->guard([&] {
-    vtkNew<vtkInnerGSToPolyData> filter;
-    filter->SetModel(mrml::modelOf(model));
-    filter->SetMaximumNumberOfGaussians(maximum);
-    mrml::run(filter);
-    vtkMRMLScene* scene = this->GetMRMLScene();
-    if (!output) {
-      if (!scene)
-        throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a model to: set one.");
-      const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " Gaussians";
-      output = vtkMRMLModelNode::SafeDownCast(mrml::addNode(scene, "vtkMRMLModelNode", name));
-      output->CreateDefaultDisplayNodes();
-      mrml::placeBeside(output, model);
-    }
-    output->SetAndObserveTransformNodeID(model->GetTransformNodeID());
-    vtkNew<vtkPolyData> own;
-    own->ShallowCopy(filter->GetOutput());
-    output->SetAndObservePolyData(own);
-  });
+  const bool done = this->Work->guard(
+      [&] { output = mrml::makeGaussianModel(this->GetMRMLScene(), model, maximum, output); });
   return done ? output : nullptr;
 }
 
 vtkMRMLInnerGSModelNode* vtkSlicerInnerGSLogic::LoadModel(const std::string& fileName) {
   vtkMRMLInnerGSModelNode* result = nullptr;
-  this->Work->guard([&] {
-    vtkMRMLScene* scene = this->GetMRMLScene();
-    if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to load into: set one.");
-    vtkNew<vtkMRMLInnerGSModelStorageNode> storage;
-    vtkNew<vtkMRMLInnerGSModelNode> node;
-    vtkNew<vtkCallbackCommand> quiet;
-    const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
-    storage->SetFileName(fileName.c_str());
-    const int read = storage->ReadData(node);
-    storage->RemoveObserver(tag);
-    if (!read)
-      throw Error(ErrorCode::FileFormat,
-                  storage->GetErrorMessage().empty()
-                      ? "'" + fileName + "' could not be read: choose an .innergs or .ply file."
-                      : storage->GetErrorMessage());
-    const std::string file = storage->GetFileNameWithoutExtension(fileName.c_str());
-    const std::string name = file.substr(file.find_last_of("/\\") + 1);
-    node->SetName(scene->GenerateUniqueName(name.empty() ? "InnerGS model" : name).c_str());
-    scene->AddNode(storage);
-    scene->AddNode(node);
-    node->SetAndObserveStorageNodeID(storage->GetID());
-    result = node;
-  });
+  this->Work->guard([&] { result = mrml::loadModel(this->GetMRMLScene(), fileName); });
   return result;
 }
 
 bool vtkSlicerInnerGSLogic::SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
-  return this->Work->guard([&] {
-    mrml::modelOf(model);
-    vtkNew<vtkMRMLInnerGSModelStorageNode> storage; // the node keeps its own place in the scene
-    vtkNew<vtkCallbackCommand> quiet;
-    storage->AddObserver(vtkCommand::ErrorEvent, quiet);
-    storage->SetFileName(fileName.c_str());
-    if (!storage->WriteData(model))
-      throw Error(ErrorCode::Io,
-                  storage->GetErrorMessage().empty()
-                      ? "'" + fileName +
-                            "' could not be written: choose a file name that ends with .innergs or .ply."
-                      : storage->GetErrorMessage());
-  });
+  return this->Work->guard([&] { mrml::saveModel(model, fileName); });
 }

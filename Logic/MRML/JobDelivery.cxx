@@ -1,0 +1,113 @@
+#include "JobDelivery.h"
+
+#include "Outputs.h"
+#include "vtkMRMLInnerGSModelNode.h"
+#include "vtkMRMLInnerGSParameterNode.h"
+#include "vtkSlicerInnerGSJob.h"
+#include "vtkSlicerInnerGSLogic.h"
+
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLTableNode.h>
+
+namespace innergs::mrml {
+
+JobDelivery::JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError)
+    : logic_(logic), onError_(std::move(onError)) {}
+
+void JobDelivery::deliver(Mail& mail) {
+  const std::shared_ptr<Task> task = mail.task;
+  vtkSlicerInnerGSJob* job = task->job;
+  if (mail.started && job->State == vtkSlicerInnerGSJob::Queued && !task->discard) {
+    job->State = vtkSlicerInnerGSJob::Running;
+    logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobStartedEvent, job);
+  }
+  if (mail.progress && !task->discard) {
+    const auto& p = *mail.progress;
+    job->Phase = p.phase;
+    job->Progress = p.fraction;
+    job->Loss = p.loss;
+    job->TrainingPSNR = p.trainingPsnr;
+    job->HeldOutPSNR = p.heldOutPsnr;
+    job->ElapsedSeconds = p.elapsed;
+    job->RemainingSeconds = p.remaining;
+    job->CurrentIteration = p.iteration;
+    job->TotalIterations = p.iterations;
+    job->NumberOfGaussians = p.gaussians;
+    logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobProgressEvent, job);
+  }
+  if (mail.preview && !task->discard) {
+    job->Preview = mail.preview;
+    job->PreviewIJKToRAS = mail.previewToRAS;
+    logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobPreviewEvent, job);
+  }
+  if (mail.done) finish(*task);
+}
+
+void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
+  vtkSlicerInnerGSJob* job = task.job;
+  job->UsedSettings = task.filter->GetUsedSettings();
+  job->TrainingPSNR = task.filter->GetTrainingPSNR();
+  job->HeldOutPSNR = task.filter->GetHeldOutPSNR();
+  for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
+    job->Warnings.push_back(task.filter->GetWarning(n));
+  if (!task.qualityError.empty())
+    job->Warnings.push_back("The quality could not be judged. " + task.qualityError);
+  vtkMRMLScalarVolumeNode* volume = nullptr;
+  vtkMRMLInnerGSModelNode* model = nullptr;
+  vtkMRMLTableNode* table = nullptr;
+  makeOutputs(task, scene, volume, model, table);
+  if (!volume || !model)
+    job->Warnings.push_back(
+        "An output node was deleted during the reconstruction: what was meant for it is lost.");
+  job->VolumeNode = volume;
+  job->ModelNode = model;
+  job->TableNode = table;
+  if (task.parameters && task.parameters->GetScene() == scene) {
+    using Parameters = vtkMRMLInnerGSParameterNode;
+    const auto refer = [&](const char* role, vtkMRMLNode* node) {
+      task.parameters->SetNodeReferenceID(role, node ? node->GetID() : nullptr);
+    };
+    MRMLNodeModifyBlocker blocker(task.parameters);
+    refer(Parameters::GetResultVolumeReferenceRole(), volume);
+    refer(Parameters::GetResultModelReferenceRole(), model);
+    refer(Parameters::GetResultTableReferenceRole(), table);
+  }
+}
+
+void JobDelivery::finish(Task& task) {
+  vtkSlicerInnerGSJob* job = task.job;
+  job->RemainingSeconds = 0;
+  vtkMRMLScene* scene = logic_->GetMRMLScene();
+  if (task.discard || task.cancelled || !scene || scene != task.scene.Get() || scene->IsClosing()) {
+    job->State = vtkSlicerInnerGSJob::Cancelled;
+    logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobCancelledEvent, job);
+    return;
+  }
+  std::string error = task.error;
+  if (error.empty()) {
+    try {
+      makeNodes(task, scene);
+      job->Progress = 1;
+      job->Phase = "Done";
+      job->State = vtkSlicerInnerGSJob::Finished;
+    } catch (const std::exception& exception) {
+      error = exception.what();
+    }
+  }
+  task.filter = nullptr; // with its volumes
+  if (error.empty()) {
+    logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFinishedEvent, job);
+    return;
+  }
+  job->State = vtkSlicerInnerGSJob::Failed;
+  job->ErrorMessage = error;
+  onError_(error);
+  logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFailedEvent, job);
+}
+
+void JobDelivery::abandon(vtkSlicerInnerGSJob* job) {
+  job->State = vtkSlicerInnerGSJob::Cancelled;
+}
+
+} // namespace innergs::mrml

@@ -1,0 +1,76 @@
+#include "ModelNodes.h"
+
+#include "Core/Error.h"
+#include "Outputs.h"
+#include "Queries.h"
+#include "vtkInnerGSToPolyData.h"
+#include "vtkMRMLInnerGSModelNode.h"
+#include "vtkMRMLInnerGSModelStorageNode.h"
+
+#include <vtkMRMLModelNode.h>
+#include <vtkMRMLScene.h>
+
+#include <vtkCallbackCommand.h>
+#include <vtkNew.h>
+#include <vtkPolyData.h>
+
+namespace innergs::mrml {
+
+vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileName) {
+  if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to load into: set one.");
+  vtkNew<vtkMRMLInnerGSModelStorageNode> storage;
+  vtkNew<vtkMRMLInnerGSModelNode> node;
+  vtkNew<vtkCallbackCommand> quiet;
+  const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
+  storage->SetFileName(fileName.c_str());
+  const int read = storage->ReadData(node);
+  storage->RemoveObserver(tag);
+  if (!read)
+    throw Error(ErrorCode::FileFormat,
+                storage->GetErrorMessage().empty()
+                    ? "'" + fileName + "' could not be read: choose an .innergs or .ply file."
+                    : storage->GetErrorMessage());
+  const std::string file = storage->GetFileNameWithoutExtension(fileName.c_str());
+  const std::string name = file.substr(file.find_last_of("/\\") + 1);
+  node->SetName(scene->GenerateUniqueName(name.empty() ? "InnerGS model" : name).c_str());
+  scene->AddNode(storage);
+  scene->AddNode(node);
+  node->SetAndObserveStorageNodeID(storage->GetID());
+  return node;
+}
+
+void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
+  modelOf(model);
+  vtkNew<vtkMRMLInnerGSModelStorageNode> storage;
+  vtkNew<vtkCallbackCommand> quiet;
+  storage->AddObserver(vtkCommand::ErrorEvent, quiet);
+  storage->SetFileName(fileName.c_str());
+  if (!storage->WriteData(model))
+    throw Error(ErrorCode::Io,
+                storage->GetErrorMessage().empty()
+                    ? "'" + fileName +
+                          "' could not be written: choose a file name that ends with .innergs or .ply."
+                    : storage->GetErrorMessage());
+}
+
+vtkMRMLModelNode* makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, int maximum,
+                                    vtkMRMLModelNode* output) {
+  vtkNew<vtkInnerGSToPolyData> filter;
+  filter->SetModel(modelOf(model));
+  filter->SetMaximumNumberOfGaussians(maximum);
+  run(filter);
+  if (!output) {
+    if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a model to: set one.");
+    const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " Gaussians";
+    output = vtkMRMLModelNode::SafeDownCast(addNode(scene, "vtkMRMLModelNode", name));
+    output->CreateDefaultDisplayNodes();
+    placeBeside(output, model);
+  }
+  output->SetAndObserveTransformNodeID(model->GetTransformNodeID());
+  vtkNew<vtkPolyData> own;
+  own->ShallowCopy(filter->GetOutput());
+  output->SetAndObservePolyData(own);
+  return output;
+}
+
+} // namespace innergs::mrml

@@ -1,0 +1,21 @@
+#pragma once
+#include <string>
+
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLModelNode;
+class vtkMRMLScene;
+
+/// Model nodes from and to files, and their Gaussians as nodes for 3D views. All throw Error and then change
+/// nothing.
+namespace innergs::mrml {
+
+/// A new node with its storage node from an .innergs or .ply file.
+vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileName);
+/// The node keeps its own storage node.
+void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName);
+
+/// At most so many Gaussians (0: all) as points with tensors, in `output` or a new node beside the model.
+vtkMRMLModelNode* makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, int maximum,
+                                    vtkMRMLModelNode* output);
+
+} // namespace innergs::mrml
