@@ -15,9 +15,10 @@ namespace innergs::cuda {
 template <class... Kernels>
 struct KernelList {};
 
-using AllKernels = KernelList<Project, CountPairs<BrickReach>, CountPairs<TileReach>, CountPairs<CellReach>,
-                              EmitPairs<BrickReach>, EmitPairs<TileReach>, EmitPairs<CellReach>, FindStarts,
-                              Accumulate, Gather, Composite, CompositeBackward, SumSlots, PointLosses,
-                              SumLosses, SsimTerms, SsimGradient, Chain, Update, Finish, QueryPoints>;
+using AllKernels =
+    KernelList<Project, CountPairs<BrickReach>, CountPairs<TileReach>, CountPairs<CellReach>,
+               EmitPairs<BrickReach>, EmitPairs<TileReach>, EmitPairs<CellReach>, FindStarts, Accumulate,
+               Gather, GatherLarge, Composite, CompositeBackward, SumSlots, PointLosses, SumLosses, SsimTerms,
+               SsimGradient, Chain, Update, Finish, QueryPoints>;
 
 } // namespace innergs::cuda

@@ -8,5 +8,6 @@ INNERGS_LAUNCH(EmitPairs<BrickReach>);
 INNERGS_LAUNCH(FindStarts);
 INNERGS_LAUNCH(Accumulate);
 INNERGS_LAUNCH(Gather);
+INNERGS_LAUNCH(GatherLarge);
 INNERGS_LAUNCH(Chain);
 INNERGS_LAUNCH(Update);

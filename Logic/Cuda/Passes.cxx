@@ -163,8 +163,10 @@ void Passes::backward(const DevicePlanes& lattice, Blending blending, bool add) 
                       count_);
     return;
   }
-  executor_.run(Gather{projected_.data(), count_, lattice.view(), planes_.data(), moments_.data(), add},
+  const GatherRows rows{lattice.view(), planes_.data()};
+  executor_.run(Gather{projected_.data(), count_, rows, moments_.data(), add},
                 blocksFor(count_, Gather::kWarps));
+  executor_.run(GatherLarge{projected_.data(), count_, rows, moments_.data(), add}, blocksFor(count_, kWarp));
 }
 
 void Passes::query(const CellReach& cells, const double* points, std::int64_t count, Blending blending,

@@ -225,8 +225,11 @@ void gatherKernel(benchmark::State& state) {
   const double n = bench.evaluations();
   for (auto _ : state) {
     for (int i = 0; i < kRepeats; ++i)
-      bench.executor->run(cuda::Gather{bench.projected.data(), bench.count, bench.planes.view(),
-                                       bench.out.data(), bench.moments.data(), false},
+      bench.executor->run(cuda::Gather{bench.projected.data(),
+                                       bench.count,
+                                       {bench.planes.view(), bench.out.data()},
+                                       bench.moments.data(),
+                                       false},
                           cuda::blocksFor(bench.count, cuda::Gather::kWarps));
     bench.wait();
   }

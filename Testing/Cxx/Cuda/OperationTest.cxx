@@ -259,9 +259,34 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, Operations,
                            return whereName(std::get<0>(info.param)) + std::get<1>(info.param).name;
                          });
 
-class Optimiser : public ::testing::TestWithParam<Where> {};
+class Kernels : public ::testing::TestWithParam<Where> {};
 
-TEST_P(Optimiser, TakesTheStepsOfAdam) {
+TEST_P(Kernels, LeavesBrokenGaussiansOut) {
+  INNERGS_EXECUTOR_OR_SKIP(executor, GetParam());
+  for (const Case& c : {kCases[0], kCases[4], kCases[8]}) {
+    SCOPED_TRACE(c.name);
+    const Stack stack = stackOf(c);
+    GaussianField field = fieldOf(c, stack);
+    const auto breakOne = [&](auto&& how) {
+      field.gaussians.push_back(field.gaussians.front());
+      how(field.gaussians.back());
+    };
+    breakOne([](Gaussian& g) { g.mean[1] = NAN; });
+    breakOne([](Gaussian& g) { g.mean[0] = 3e38f; });
+    breakOne([](Gaussian& g) { g.logScale[2] = 60; });
+    breakOne([](Gaussian& g) { g.logScale[0] = -60; });
+    breakOne([](Gaussian& g) { g.logWeight = -INFINITY; });
+    breakOne([](Gaussian& g) { std::fill_n(g.quaternion, 4, 0.f); });
+    const auto observations = observe(stack, field.modelToWorld, {200, 100}, c.closedForm);
+    const Computed expected = onTheCpu(observations[0], field, kLosses[0].kinds);
+    const Computed found = onExecutor(*executor, observations[0], field, kLosses[0].kinds);
+    EXPECT_LE(relativeError(found.a, expected.a), kTolerance);
+    EXPECT_LE(relativeError(found.b, expected.b), kTolerance);
+    EXPECT_NEAR(found.loss.loss, expected.loss.loss, kTolerance * expected.loss.loss);
+  }
+}
+
+TEST_P(Kernels, TakesTheStepsOfAdam) {
   INNERGS_EXECUTOR_OR_SKIP(executor, GetParam());
   constexpr int n = 300;
   GaussianField field = randomField(n, {}, 3);
@@ -317,7 +342,7 @@ TEST_P(Optimiser, TakesTheStepsOfAdam) {
   EXPECT_LE(relativeError(s, pulls.sum), kTolerance);
 }
 
-INSTANTIATE_TEST_SUITE_P(Everywhere, Optimiser, ::testing::ValuesIn(kEverywhere),
+INSTANTIATE_TEST_SUITE_P(Everywhere, Kernels, ::testing::ValuesIn(kEverywhere),
                          [](const auto& info) { return whereName(info.param); });
 
 } // namespace
