@@ -82,22 +82,15 @@ Backend load(const fs::path& file) {
   return backend;
 }
 
-/// The plugin, looked for and loaded at the first call.
+/// The plugin, looked for and loaded at the first call: the first file of its name decides.
 const Backend& backend() {
   static const Backend found = [] {
-    Backend first;
-    std::vector<fs::path> seen;
     for (const fs::path& folder : pluginFolders()) {
       std::error_code none;
       const fs::path file = fs::weakly_canonical(folder / sharedLibraryName(kBackend), none);
-      if (none || !fs::is_regular_file(file, none) || std::count(seen.begin(), seen.end(), file)) continue;
-      seen.push_back(file);
-      Backend tried = load(file);
-      if (tried.plugin) return tried;
-      if (first.problem.empty()) first = std::move(tried);
+      if (!none && fs::is_regular_file(file, none)) return load(file);
     }
-    if (first.problem.empty()) first.problem = "The CUDA backend is not installed.";
-    return first;
+    return Backend{nullptr, "The CUDA backend is not installed."};
   }();
   return found;
 }

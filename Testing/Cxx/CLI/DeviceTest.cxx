@@ -98,8 +98,8 @@ TEST_F(DeviceTest, IsFoundBesideTheProgramAndWhereItIsInstalled) {
     fs::copy_file(INNERGS_FAKE_LIBRARY, plugin);
     EXPECT_TRUE(has(info("", absolute), "Fake Two"));
     EXPECT_TRUE(has(info("cd / && PATH='" + (root / "bin").string() + "':\"$PATH\"", "innergs"), "Fake Two"));
-    // Refused ones on the path do not hide it.
-    EXPECT_TRUE(has(info(fake("other"), absolute), "Fake Two"));
+    EXPECT_TRUE(has(info(fake("other"), absolute), "another build")) << "the path comes first";
+    EXPECT_TRUE(has(info(with(path("nowhere")), absolute), "Fake Two"));
     fs::remove(plugin);
   }
 }
