@@ -47,7 +47,7 @@ std::vector<fs::path> pluginFolders() {
     }
   }
   for (const fs::path& beside : programFolders())
-    for (const char* where : {"", INNERGS_PLUGIN_FOLDER, "../lib/innergs", "../lib"})
+    for (const char* where : {"", "innergs", INNERGS_PLUGIN_FOLDER, "../lib/innergs", "../lib"})
       folders.push_back(beside / where);
   return folders;
 }
