@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml test-cuda bench-cuda install clean dependencies
+.PHONY: build demo test bench asan tsan mrml bench-mrml test-cuda bench-cuda install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -42,6 +42,11 @@ mrml: dependencies
 	@if [ -e build-mrml/skipped ]; then rm build-mrml/skipped; \
 	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
 	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
+
+bench-mrml: dependencies
+	Utilities/fetch-slicer-core.sh build-mrml/slicer-core
+	cmake --preset mrml --log-level=WARNING
+	cmake --build --preset mrml --target bench_mrml
 
 install: build
 	cmake --install build --prefix $(PREFIX)
