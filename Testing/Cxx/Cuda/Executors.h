@@ -21,6 +21,9 @@ inline std::string whereName(Where where) {
   return where == Where::Host ? "Host" : "Device";
 }
 
+/// Kernels on the host with real threads (ThreadBlock.h).
+std::unique_ptr<cuda::Executor> makeThreadExecutor();
+
 /// Null with the reason when there is no device.
 inline std::unique_ptr<cuda::Executor> executorFor(Where where, std::string& why) {
   if (where == Where::Host) return cuda::makeHostExecutor();
