@@ -1,5 +1,6 @@
 #include "CLI/ComparisonPicture.h"
 
+#include "CLI/Shades.h"
 #include "Core/Error.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -12,8 +13,6 @@ namespace innergs::cli {
 namespace {
 
 constexpr int margin = 12, lineHeight = 32, textScale = 2;
-constexpr double errorCeiling = 0.1; // of the peak: the brightest error colour
-constexpr Colour background{24, 24, 28}, faint{170, 170, 170};
 
 using ColourAt = std::function<Colour(const Vec3&)>; // of an index on the truth's lattice
 
@@ -65,20 +64,6 @@ float valueAt(const Volume& volume, const Vec3& index) {
   return volume.voxels[voxel[0] + volume.geometry.size[0] * (voxel[1] + volume.geometry.size[1] * voxel[2])];
 }
 
-Colour grey(double value) {
-  if (!std::isfinite(value)) return background;
-  const auto level = static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
-  return {level, level, level};
-}
-
-// Black, red, yellow, white.
-Colour heat(double value) {
-  Colour colour;
-  for (int c = 0; c < 3; ++c)
-    colour[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(3 * value - c, 0.0, 1.0)));
-  return colour;
-}
-
 const MethodScore& method(const EvaluationReport& report,
                           const std::function<bool(const MethodScore&)>& wanted) {
   const MethodScore* best = nullptr;
@@ -96,13 +81,13 @@ struct Column {
 
 void drawErrorScale(Picture& picture, int left, int top) {
   constexpr int width = 240, height = 20;
-  const std::string low = "error 0", high = fmt::format("{:.0f} % of the range", 100 * errorCeiling);
-  picture.text(left, top - 3, low, faint, textScale);
+  const std::string low = "error 0", high = fmt::format("{:.0f} % of the range", 100 * kErrorCeiling);
+  picture.text(left, top - 3, low, kFaintText, textScale);
   left += Picture::textWidth(low, textScale) + margin;
   for (int x = 0; x < width; ++x)
     for (int y = 0; y < height; ++y)
       picture.set(left + x, top + y, heat(x / (width - 1.0)));
-  picture.text(left + width + margin, top - 3, high, faint, textScale);
+  picture.text(left + width + margin, top - 3, high, kFaintText, textScale);
 }
 
 } // namespace
@@ -114,22 +99,13 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
   const auto& gaussians = method(report, [](const auto& m) { return m.name == "gaussians"; });
   const auto& other = method(report, [](const auto& m) { return m.name != "gaussians"; });
 
-  std::vector<float> sorted;
-  for (const float v : truth.voxels)
-    if (std::isfinite(v)) sorted.push_back(v);
-  const auto quantile = [&](double q) {
-    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(q * (sorted.size() - 1));
-    std::nth_element(sorted.begin(), nth, sorted.end());
-    return static_cast<double>(*nth);
-  };
-  const double low = quantile(0.001), high = std::max(quantile(0.999), low + 1e-12);
-  const auto shade = [=](float value) { return grey((value - low) / (high - low)); };
+  const GreyScale shade(truth);
   const auto image = [&](const Volume& volume) {
     return [&volume, shade](const Vec3& index) { return shade(valueAt(volume, index)); };
   };
   const auto error = [&](const Volume& volume) {
     return [&volume, &truth, peak = report.peak](const Vec3& index) {
-      return heat(std::abs(valueAt(volume, index) - valueAt(truth, index)) / (errorCeiling * peak));
+      return heat(std::abs(valueAt(volume, index) - valueAt(truth, index)) / (kErrorCeiling * peak));
     };
   };
   const Affine3 toScan = inverse(scan.image.geometry.indexToWorld()) * g.indexToWorld();
@@ -159,12 +135,12 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
   }
   const int labelWidth = lineHeight;
   Picture picture(labelWidth + margin + static_cast<int>(columns.size()) * (columnWidth + margin), height,
-                  background);
+                  kPictureBackground);
   picture.text(labelWidth + margin, margin, title, {255, 255, 255}, textScale);
   int left = labelWidth + margin;
   for (const auto& column : columns) {
     picture.text(left, margin + lineHeight, column.heading, {255, 255, 255}, textScale);
-    picture.text(left, margin + 2 * lineHeight, column.subheading, faint, textScale);
+    picture.text(left, margin + 2 * lineHeight, column.subheading, kFaintText, textScale);
     int top = margin + 3 * lineHeight;
     for (const auto& view : views) {
       view.draw(picture, left + (columnWidth - view.width) / 2, top, g, column.colour);
@@ -177,11 +153,16 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
     const std::string name = planeName(view.plane);
     int letterTop = top + (view.height - static_cast<int>(name.size()) * 26) / 2;
     for (const char letter : name) {
-      picture.text(margin, letterTop, std::string(1, letter), faint, textScale);
+      picture.text(margin, letterTop, std::string(1, letter), kFaintText, textScale);
       letterTop += 26;
     }
     top += view.height + margin;
   }
+  if (report.protocol == "paper" && report.model && report.model->field.blending == Blending::Alpha)
+    picture.text(labelWidth + margin, height - margin - 20,
+                 "Alpha blending: all rows show the rendering along the axial slices' normal; the scores are "
+                 "of each plane's own.",
+                 kFaintText);
   drawErrorScale(picture, labelWidth + margin + 3 * (columnWidth + margin), height - margin - 26);
   return picture;
 }

@@ -22,7 +22,7 @@ struct ExperimentOptions {
   std::vector<std::string> names;
   bool all = false, quick = false, quiet = false;
   std::string volume, output;
-  std::int64_t gaussians = 42 * 42 * 42;
+  std::int64_t gaussians = kPaperGaussians;
   Settings settings;
 };
 
@@ -34,7 +34,6 @@ std::vector<std::string> ablations() {
   std::vector<std::string> names;
   for (const std::string& name : ablationNames())
     names.push_back("ablation-" + name);
-  names.push_back("ablation-selection");
   return names;
 }
 
@@ -86,8 +85,6 @@ public:
       contour();
     else if (name == "static")
       staticReconstruction();
-    else if (name == "ablation-selection")
-      selectionAblation();
     else
       ablation(ablationOf(name));
   }
@@ -125,13 +122,6 @@ private:
     write(result.table);
     writeFileAtomically(folder() / (curvesOf(result).name + ".csv"), csvOf(curvesOf(result)));
     write(result.table.name + ".png", ablationChart(result, titleOf(result.title)));
-  }
-
-  void selectionAblation() {
-    const SelectionAblation result = runSelectionAblation(fits().setup(), fits().base());
-    write(result.table);
-    writeFileAtomically(folder() / (result.curves.name + ".csv"), csvOf(result.curves));
-    write(result.table.name + ".png", selectionChart(result, titleOf("Candidate selection")));
   }
 
   std::string titleOf(const std::string& what) { return what + ", " + fits().setup().volumeName; }
@@ -217,7 +207,7 @@ Subcommand addExperiment(CLI::App& app) {
                    "ablation: what each choice is worth, or one of them: " +
                        joined(ablations()))
       ->type_name("NAME");
-  command->add_flag("--all", o->all, "All of them: about 25 minutes on two cores");
+  command->add_flag("--all", o->all, "All of them: 10 to 30 minutes on two cores");
   command
       ->add_option("--volume", o->volume, "The truth, for static and the ablations; the paper's: BrainWeb T1")
       ->type_name("FILE");

@@ -1,6 +1,7 @@
 #include "CLI/ExperimentPictures.h"
 
 #include "CLI/LineChart.h"
+#include "CLI/Shades.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -12,22 +13,8 @@ namespace innergs::cli {
 namespace {
 
 constexpr int kMargin = 12;
-constexpr double kErrorCeiling = 0.1; // of the peak: the brightest error colour
-constexpr Colour kBackground{24, 24, 28}, kFaint{170, 170, 170}, kInk{255, 255, 255};
+constexpr Colour kInk{255, 255, 255};
 constexpr Colour kSliced{86, 180, 233}, kSplat{230, 60, 40};
-
-Colour grey(double value) {
-  const auto level = static_cast<std::uint8_t>(std::lround(255 * std::clamp(value, 0.0, 1.0)));
-  return {level, level, level};
-}
-
-// Black, red, yellow, white.
-Colour heat(double value) {
-  Colour colour;
-  for (int c = 0; c < 3; ++c)
-    colour[c] = static_cast<std::uint8_t>(std::lround(255 * std::clamp(3 * value - c, 0.0, 1.0)));
-  return colour;
-}
 
 void drawContour(Picture& picture, const std::vector<std::array<double, 2>>& contour, int left, int top,
                  int size, double extent, double width, Colour colour) {
@@ -96,7 +83,7 @@ Picture contourPicture(const ContourResult& result) {
   constexpr int zoom = 1, textTop = 44;
   const int panel = result.example.front().size * zoom;
   Picture picture(kMargin + static_cast<int>(result.example.size()) * (panel + kMargin),
-                  textTop + panel + 30 + 2 * 20 + kMargin, kBackground);
+                  textTop + panel + 30 + 2 * 20 + kMargin, kPictureBackground);
   picture.text(kMargin, 10, "The conditional splat and the sliced 3D Gaussian", kInk, 2);
   int left = kMargin;
   for (const ContourSlice& slice : result.example) {
@@ -108,7 +95,7 @@ Picture contourPicture(const ContourResult& result) {
       drawContour(picture, contour.sliced, left, textTop, panel, slice.extent, 5, kSliced);
       drawContour(picture, contour.splat, left, textTop, panel, slice.extent, 1.5, kSplat);
     }
-    picture.text(left, textTop + panel + 6, fmt::format("t - mean = {:+g} sigma", slice.t), kFaint);
+    picture.text(left, textTop + panel + 6, fmt::format("t - mean = {:+g} sigma", slice.t), kFaintText);
     left += panel + kMargin;
   }
   const int top = textTop + panel + 30;
@@ -127,30 +114,21 @@ Picture contourPicture(const ContourResult& result) {
 Picture staticPicture(const StaticExperiment& experiment, const std::string& title) {
   const Volume& truth = experiment.truth;
   const AxialSlice slice(truth.geometry, experiment.slice);
-  std::vector<float> sorted;
-  for (const float v : truth.voxels)
-    if (std::isfinite(v)) sorted.push_back(v);
-  const auto quantile = [&](double q) {
-    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1));
-    std::nth_element(sorted.begin(), nth, sorted.end());
-    return static_cast<double>(*nth);
-  };
-  const double low = quantile(0.001), high = std::max(quantile(0.999), low + 1e-12);
-  const auto shade = [&](float value) { return grey((value - low) / (high - low)); };
+  const GreyScale shade(truth);
 
   const int columns = 1 + static_cast<int>(experiment.rows.size());
   const int columnWidth = std::max(slice.width, Picture::textWidth("alpha, the paper's training") + 4);
   constexpr int header = 84;
   Picture picture(kMargin + columns * (columnWidth + kMargin), header + 2 * (slice.height + kMargin) + 24,
-                  kBackground);
+                  kPictureBackground);
   picture.text(kMargin, 12, title, kInk, 2);
   int left = kMargin;
   picture.text(left, 48, "truth", kInk);
-  picture.text(left, 64, fmt::format("axial slice {}, withheld", experiment.slice), kFaint);
+  picture.text(left, 64, fmt::format("axial slice {}, withheld", experiment.slice), kFaintText);
   slice.draw(picture, left, header, [&](std::size_t p) { return shade(truth.voxels[p]); });
-  picture.text(left, header + slice.height + kMargin, "error: black 0,", kFaint);
+  picture.text(left, header + slice.height + kMargin, "error: black 0,", kFaintText);
   picture.text(left, header + slice.height + kMargin + 18,
-               fmt::format("white {:.0f} % of the range", 100 * kErrorCeiling), kFaint);
+               fmt::format("white {:.0f} % of the range", 100 * kErrorCeiling), kFaintText);
   for (const auto& row : experiment.rows) {
     left += columnWidth + kMargin;
     const Volume& image = *row.paper->gaussians.volume;
@@ -158,7 +136,7 @@ Picture staticPicture(const StaticExperiment& experiment, const std::string& tit
     picture.text(
         left, 64,
         fmt::format("{:.2f} dB, SSIM {:.4f} (P)", row.paper->gaussians.psnr, row.paper->gaussians.ssim),
-        kFaint);
+        kFaintText);
     slice.draw(picture, left, header, [&](std::size_t p) { return shade(image.voxels[p]); });
     slice.draw(picture, left, header + slice.height + kMargin, [&](std::size_t p) {
       return heat(std::abs(image.voxels[p] - truth.voxels[p]) / (kErrorCeiling * experiment.peak));
@@ -176,14 +154,6 @@ Picture ablationChart(const Ablation& ablation, const std::string& title) {
   return lineChart(series, {title, "seconds", "PSNR dB",
                             "Lines: on the fitted samples (not held out). Rings: on the withheld slices of "
                             "protocol P, at the end."});
-}
-
-Picture selectionChart(const SelectionAblation& ablation, const std::string& title) {
-  std::vector<Series> series;
-  for (const auto& [label, curve] : ablation.rows)
-    series.push_back(seriesOf(label, curve));
-  return lineChart(series,
-                   {title, "seconds of training", "PSNR dB", "On the fitted samples (not held out)."});
 }
 
 } // namespace innergs::cli

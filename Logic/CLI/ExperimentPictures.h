@@ -14,6 +14,5 @@ Picture staticPicture(const StaticExperiment& experiment, const std::string& tit
 
 /// Training PSNR over time; dots: PSNR on the withheld slices.
 Picture ablationChart(const Ablation& ablation, const std::string& title);
-Picture selectionChart(const SelectionAblation& ablation, const std::string& title);
 
 } // namespace innergs::cli

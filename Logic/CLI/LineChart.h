@@ -3,7 +3,7 @@
 
 namespace innergs::cli {
 
-/// One line of a chart; `end`: a dot of the same colour, where given.
+/// One line of a chart, and rings of the same colour.
 struct Series {
   std::string label;
   std::vector<std::array<double, 2>> points; // x ascending

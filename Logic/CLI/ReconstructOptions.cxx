@@ -7,18 +7,24 @@ void addSchedule(CLI::App& app, Settings& settings) {
   addChoice<std::optional<Schedule>>(
       app, "--schedule", settings.schedule,
       {{"exponential", Schedule::Exponential}, {"plateau", Schedule::Plateau}},
-      "Learning rates: decay over the sweeps, or fall when the loss stops improving [exponential]");
+      "Learning rates: decay over the sweeps, or fall when the loss stops improving\n"
+      "[exponential; --preset paper: plateau]");
   app.add_option("--patience", settings.plateau.patience,
                  "Plateau: sweeps without improvement before the rates fall [10]")
       ->type_name("N");
   app.add_option("--plateau-factor", settings.plateau.factor,
                  "Plateau: what the rates are multiplied by [0.5]")
       ->type_name("F");
+  app.add_option("--beta1", settings.beta1, "Adam: share of the old mean of the gradient in the new [0.8]")
+      ->type_name("F");
+  app.add_option("--beta2", settings.beta2, "Adam: share of the old mean of its square in the new [0.95]")
+      ->type_name("F");
 }
 
 void addDensification(CLI::App& app, Settings& settings) {
   app.add_option("--densify-every", settings.densifyEvery,
-                 "Prune and densify Gaussians every so many sweeps; 0 = never [0]")
+                 "Prune and densify Gaussians every so many sweeps; 0 = never\n"
+                 "[0; --preset paper or with --max-gaussians: 10]")
       ->type_name("N");
   app.add_option("--max-gaussians", settings.maxGaussians,
                  "Gaussians that densification may reach; it also turns it on [as many as at the start]")
@@ -97,6 +103,9 @@ void addSettings(CLI::App& app, Settings& settings) {
       "--no-consistency", [&settings] { settings.consistency = false; },
       "Leave out the data-consistency step after the fit");
   addSelection(app, settings.selection);
+  app.add_option("--cutoff", settings.cutoff,
+                 "Where Gaussians end, in standard deviations, 1 to 5; the paper's: 3 [2.2]")
+      ->type_name("R");
   app.add_option("--instruction-set", settings.instructionSet,
                  "Force one of those that 'innergs info' lists, e.g. scalar [best available]")
       ->type_name("NAME");

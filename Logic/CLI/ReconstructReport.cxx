@@ -86,6 +86,7 @@ Json toJson(const Settings& s) {
             {"factor", s.plateau.factor},
             {"lowest", s.plateau.lowest},
             {"threshold", s.plateau.threshold}}},
+          {"adam", {{"beta1", orNull(s.beta1)}, {"beta2", orNull(s.beta2)}}},
           {"densify_every", orNull(s.densifyEvery)},
           {"densify",
            {{"opacity", orNull(s.densify.opacity)},
@@ -101,6 +102,7 @@ Json toJson(const Settings& s) {
           {"consistency", s.consistency},
           {"threads", s.threads > 0 ? s.threads : static_cast<int>(std::thread::hardware_concurrency())},
           {"selection", selectionName(s.selection)},
+          {"cutoff_sigma", orNull(s.cutoff)},
           {"instruction_set", s.instructionSet},
           {"seed", s.seed}};
 }
@@ -168,6 +170,10 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"fitted_psnr_db", finite(result.trainingPsnr)},
             {"statement", qualitySentence(result)}}},
           {"gaussians", result.checkpoint ? result.checkpoint->field.size() : 0},
+          {"densified",
+           {{"pruned", result.densified.pruned},
+            {"split", result.densified.split},
+            {"cloned", result.densified.cloned}}},
           {"iterations", result.iterations},
           {"noise", finite(result.noise)},
           {"non_finite_voxels", result.nonFiniteVoxels},

@@ -35,6 +35,13 @@ public:
 
 struct DensifyCounts {
   std::int64_t pruned = 0, split = 0, cloned = 0;
+
+  DensifyCounts& operator+=(const DensifyCounts& other) {
+    pruned += other.pruned;
+    split += other.split;
+    cloned += other.cloned;
+    return *this;
+  }
 };
 
 /// Prunes Gaussians whose α is below τ_α or whose largest σ is above the limit; of the others, those pulled

@@ -96,6 +96,9 @@ void fillChoices(Settings& s, const DataTraits& traits) {
   if (!s.pointWeight) s.pointWeight = paper ? 0.8 : 1.0;
   if (!s.ssimWeight) s.ssimWeight = paper ? 0.4 : 0.0;
   if (!s.schedule) s.schedule = paper ? Schedule::Plateau : Schedule::Exponential;
+  if (!s.cutoff) s.cutoff = 2.2;
+  if (!s.beta1) s.beta1 = 0.8;
+  if (!s.beta2) s.beta2 = 0.95;
   if (!s.densifyEvery) s.densifyEvery = paper || s.maxGaussians ? kDensifyEvery : 0;
   if (!s.densify.opacity) s.densify.opacity = *s.blending == Blending::Alpha ? 0.3 : 0.01;
   if (!s.paperStopRule) s.paperStopRule = paper;
@@ -170,9 +173,9 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.linearIntensity = *settings.linearIntensity;
   plan.loss = {*settings.loss, settings.huberDelta, *settings.ssimWeight, *settings.pointWeight};
   plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
-  plan.beta1 = 0.8;
-  plan.beta2 = 0.95;
-  plan.cutoff = 2.2;
+  plan.beta1 = *settings.beta1;
+  plan.beta2 = *settings.beta2;
+  plan.cutoff = *settings.cutoff;
   plan.start.kind = *settings.initialisation;
   plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);

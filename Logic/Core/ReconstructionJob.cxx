@@ -268,6 +268,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
     }
     result.iterations = checkpoint.iteration;
     result.trainingPsnr = state.trainingPsnr;
+    if (!between) result.densified += trainer.densified();
   };
   try {
     for (;;) {
@@ -275,6 +276,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       if (member + 1 >= members) break;
       const auto& done = trainer.field().gaussians;
       checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
+      result.densified += trainer.densified();
       ++member;
       between = true;
       trainer.restart(startField(prepared, member, pool));

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Densify.h"
 #include "Core/Devices.h"
 #include "Core/Progress.h"
 #include "Core/Settings.h"
@@ -41,6 +42,7 @@ struct ReconstructionResult {
   double noise = 0;                             // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;             // left out of the fit
   int iterations = 0;
+  DensifyCounts densified; // by this run, all members
   double seconds = 0, fitSeconds = 0;
   Settings settings;                 // with every optional filled in
   DeviceUse device;                  // where the fit ended

@@ -24,6 +24,12 @@ std::string settingsKey(const Settings& s, const std::string& fingerprint) {
               number(s.densify.split) + " " + std::to_string(s.maxGaussians.value_or(0));
   if (s.allAxes.value_or(false)) schedule += ", all axes";
   if (s.selection != Selection::Exact) schedule += std::string(", selection ") + selectionName(s.selection);
+  const auto other = [&](const char* name, const std::optional<double>& value, double usual) {
+    if (value.value_or(usual) != usual) schedule += name + number(*value);
+  };
+  other(", cutoff ", s.cutoff, 2.2);
+  other(", beta1 ", s.beta1, 0.8);
+  other(", beta2 ", s.beta2, 0.95);
   return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
          std::to_string(static_cast<int>(chosenBlending(s))) + ", linear " +
          std::to_string(s.linearIntensity.value_or(false)) + ", start " +

@@ -25,7 +25,13 @@ void checkBlending(const Settings& s) {
           name + " blending has no linear intensity: leave one of the two out.");
 }
 
+bool insideUnit(double x) {
+  return x > 0 && x < 1;
+}
+
 void checkSchedule(const Settings& s) {
+  require(insideUnit(s.beta1.value_or(0.5)) && insideUnit(s.beta2.value_or(0.5)),
+          "Adam's beta1 and beta2 must lie between 0 and 1.");
   require(s.plateau.patience >= 1 && s.plateau.patience <= 1'000'000,
           "The patience of the plateau schedule must be between 1 and 1,000,000 sweeps.");
   require(s.plateau.factor > 0 && s.plateau.factor < 1,
@@ -66,6 +72,8 @@ void checkSettings(const Settings& s) {
           "The number of iterations must be between 1 and 1,000,000.");
   require(!s.members || (*s.members > 0 && *s.members <= 64),
           "The number of members must be between 1 and 64.");
+  require(!s.cutoff || (*s.cutoff >= 1 && *s.cutoff <= 5),
+          "The cut-off radius must be between 1 and 5 standard deviations.");
   require(std::isfinite(s.huberDelta) && s.huberDelta > 0, "The Huber loss needs a positive delta.");
   require(!s.pointWeight || atLeastZero(*s.pointWeight), "The weight of the loss must not be negative.");
   require(!s.ssimWeight || atLeastZero(*s.ssimWeight), "The weight of 1 − SSIM must not be negative.");

@@ -45,6 +45,7 @@ struct Settings {
   Preset preset = Preset::Balanced;
   std::optional<Blending> blending; // normalised; preset Paper: alpha
   Selection selection = Selection::Exact;
+  std::optional<double> cutoff; // Mahalanobis radius at which p reaches 0, 1 to 5: 2.2
   std::optional<bool> linearIntensity;
   std::optional<Initialisation> initialisation; // adaptive; preset Paper: grid
   std::optional<LossKind> loss;                 // L2; preset Paper: L1
@@ -57,7 +58,8 @@ struct Settings {
   std::optional<int> members;                   // fields fitted independently and merged (see Plan.h)
   std::optional<Schedule> schedule;             // exponential; preset Paper: plateau
   PlateauRule plateau;
-  std::optional<int> densifyEvery; // sweeps; 0 = never, preset Paper: 10
+  std::optional<double> beta1, beta2; // Adam's shares of the old moments: 0.8, 0.95
+  std::optional<int> densifyEvery;    // sweeps; 0 = never, preset Paper: 10
   DensifyThresholds densify;
   std::optional<bool> allAxes; // fit the slices of one scan along all three of its axes; alpha: where its
                                // voxels are nearly cubes

@@ -235,9 +235,7 @@ void Trainer::reshape() {
         fresh_ = false;
       }))
     return;
-  densified_.pruned += counts.pruned;
-  densified_.split += counts.split;
-  densified_.cloned += counts.cloned;
+  densified_ += counts;
   gaussians_ += counts.split + counts.cloned - counts.pruned;
 }
 

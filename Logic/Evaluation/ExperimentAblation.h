@@ -25,15 +25,4 @@ Ablation runAblation(ExperimentFits& fits, const std::string& name);
 /// slices.
 ExperimentTable curvesOf(const Ablation& ablation);
 
-/// Candidate selections: the same fit, trained and rendered with the candidates of each.
-struct SelectionAblation {
-  struct Row {
-    std::string label;
-    std::vector<FitPoint> curve; // seconds of the sweeps alone
-  };
-  std::vector<Row> rows;
-  ExperimentTable table, curves;
-};
-SelectionAblation runSelectionAblation(const ExperimentSetup& setup, const Settings& base);
-
 } // namespace innergs

@@ -12,7 +12,8 @@ namespace innergs {
 namespace {
 
 const HonestCase kEveryFourth{HonestCase::Kind::KeepEvery, 4, 2, 0};
-constexpr int kQuickSweeps = 12;
+// Densification falls between the coarse sweeps, the first 8, and the middle of the fit.
+constexpr int kQuickSweeps = 24, kQuickDensifyEvery = 3;
 constexpr std::int64_t kQuickGaussians = 1500;
 
 } // namespace
@@ -25,6 +26,16 @@ bool isPapersVolume(const std::string& fileName, const Volume& volume) {
   std::sort(size.begin(), size.end());
   return name.find("brainweb") != std::string::npos && name.find("t1") != std::string::npos &&
          size == std::array<std::int64_t, 3>{145, 145, 174};
+}
+
+void notePapersFigures(const ExperimentSetup& setup, ExperimentTable& table) {
+  if (!setup.papersVolume)
+    table.notes.push_back("The paper's figures are those of BrainWeb T1, 145x174x145. This volume is another "
+                          "one: they are no comparison.");
+  if (setup.gaussians != kPaperGaussians)
+    table.notes.push_back("The paper's figures are those of " + std::to_string(kPaperGaussians) +
+                          " Gaussians at the start, not of " + std::to_string(setup.gaussians) +
+                          ": they are no comparison.");
 }
 
 Volume centralCrop(const Volume& volume, std::int64_t size) {
@@ -61,7 +72,12 @@ Settings ExperimentFits::paper(int sweeps) const {
   Settings settings = base();
   settings.preset = Preset::Paper;
   settings.iterations = setup_.quick ? kQuickSweeps : sweeps;
+  densify(settings);
   return settings;
+}
+
+void ExperimentFits::densify(Settings& settings) const {
+  if (setup_.quick) settings.densifyEvery = kQuickDensifyEvery;
 }
 
 const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& settings, bool honest,
@@ -89,7 +105,10 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
   whole.outputGrid = input.truth.geometry;
   outcome.memory = estimateMemory(whole, settings);
   whole = {};
+  double rendering = 0; // since when
   options.progress = [&](const Progress& p) {
+    if (p.phase == Phase::Rendering) rendering = p.elapsed;
+    if (p.phase == Phase::Done) outcome.renderSeconds = p.elapsed - rendering;
     if (p.phase == Phase::Fitting && p.iteration > 0) {
       outcome.sweeps = p.iteration;
       outcome.count = p.gaussians;
@@ -101,6 +120,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
   };
   outcome.report =
       honest ? evaluateHonest(setup_.volume, kEveryFourth, options) : evaluatePaper(setup_.volume, options);
+  outcome.densified = outcome.report.densified;
   for (const MethodScore& method : outcome.report.methods)
     if (method.name == "gaussians") outcome.gaussians = method;
   std::vector<double> gaps; // reports may be rarer than sweeps, and coarse ones lie between members

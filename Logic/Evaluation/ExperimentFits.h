@@ -1,4 +1,5 @@
 #pragma once
+#include "Evaluation/ExperimentTable.h"
 #include "Evaluation/Protocols.h"
 
 #include <deque>
@@ -6,13 +7,15 @@
 
 namespace innergs {
 
+constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
+
 /// What an experiment that fits a volume works on.
 struct ExperimentSetup {
   Volume volume;
-  std::string volumeName;                      // for titles
-  bool papersVolume = false;                   // see isPapersVolume()
-  bool quick = false;                          // a small crop and a few sweeps: shows that it runs, no more
-  std::int64_t gaussians = 42 * 42 * 42;       // the paper's
+  std::string volumeName;    // for titles
+  bool papersVolume = false; // see isPapersVolume()
+  bool quick = false;        // a small crop and a few sweeps: shows that it runs, no more
+  std::int64_t gaussians = kPaperGaussians;
   Settings settings;                           // threads, seed, instruction set
   ProgressCallback progress;                   // of every fit
   std::function<void(const std::string&)> say; // called before each fit with what it is
@@ -21,6 +24,9 @@ struct ExperimentSetup {
 
 /// BrainWeb's T1 as the paper cut it, by file name and size: only there its figures compare.
 bool isPapersVolume(const std::string& fileName, const Volume& volume);
+
+/// Says beside the paper's figures that they are of another volume or another number of Gaussians.
+void notePapersFigures(const ExperimentSetup& setup, ExperimentTable& table);
 
 /// The middle of a volume, at most `size` voxels along each axis.
 Volume centralCrop(const Volume& volume, std::int64_t size);
@@ -40,6 +46,8 @@ struct FitOutcome {
   std::int64_t count = 0;     // Gaussians in the end
   std::int64_t memory = 0;    // bytes, estimated before the start
   double secondsPerSweep = 0; // of full-resolution sweeps
+  double renderSeconds = 0;   // of the whole volume, once
+  DensifyCounts densified;
 };
 
 /// Fits, each done once however many tables show it.
@@ -52,6 +60,8 @@ public:
   Settings base() const;
   /// The paper's preset: Algorithm 1. sweeps: at most, before its stop rule.
   Settings paper(int sweeps = 1000) const;
+  /// For settings that densify: in a quick fit, early enough to happen.
+  void densify(Settings& settings) const;
 
   /// Protocol P, or protocol H keeping every 4th slice. `label`: for the progress. keep: with the Gaussians'
   /// volume and model. The reference lives as long as this object.

@@ -44,12 +44,15 @@ SelectionCounts countCandidates(const GaussianField& cloud, const SelectionSimul
 struct SelectionScore {
   Selection selection = Selection::Exact;
   SelectionCounts counts;
-  double seconds = 0; // per cloud, median of the repetitions: one thread, all slices
+  // Per cloud, median of the repetitions: one thread, all slices.
+  double seconds = 0;       // SIMD kernels, which evaluate whole windows of lanes and mask them
+  double scalarSeconds = 0; // scalar kernels, which evaluate the candidates and nothing else
 };
 
 /// Method 1, Method 2, exact, on the same clouds; timed by interleaved repetitions. Throws
-/// Error(InvalidArgument) for a simulation without Gaussians, voxels or clouds, or with a threshold outside
-/// (0, 1); Error(Cancelled).
+/// Error(InvalidArgument) for a simulation without Gaussians, voxels or clouds, with a threshold outside
+/// (0, 1) or a limit that is not finite; Error(Cancelled).
+/// instructionSet: of the SIMD kernels, "": the best.
 std::vector<SelectionScore> simulateSelections(const SelectionSimulation& simulation,
                                                const std::string& instructionSet = "",
                                                std::stop_token stop = {});

@@ -52,13 +52,14 @@ StaticExperiment runStatic(ExperimentFits& fits) {
   result.perPlane.name = "static";
   result.perPlane.title = "Static reconstruction of " + setup.volumeName + ", protocol P, " +
                           std::to_string(setup.gaussians) + " Gaussians at the start";
-  result.perPlane.columns = {"method",     "plane",   "gaussians",     "psnr_db",   "paper_psnr_db", "ssim",
-                             "paper_ssim", "seconds", "paper_seconds", "memory_mb", "measured_on"};
+  result.perPlane.columns = {"method",     "plane",      "gaussians", "psnr_db",       "paper_psnr_db",
+                             "ssim",       "paper_ssim", "seconds",   "paper_seconds", "estimated_memory_mb",
+                             "measured_on"};
   result.held.name = "static-honest";
   result.held.title = "The same blendings by protocol H: every 4th axial slice of " + setup.volumeName +
                       " kept, all others withheld in every plane";
-  result.held.columns = {"method", "gaussians", "psnr_db",   "paper_psnr_db",
-                         "ssim",   "seconds",   "memory_mb", "measured_on"};
+  result.held.columns = {"method",  "gaussians",           "psnr_db",    "paper_psnr_db", "ssim",
+                         "seconds", "estimated_memory_mb", "measured_on"};
 
   for (const auto& [label, settings] : variants(fits)) {
     Settings free = settings; // protocol H: as many Gaussians as the program chooses
@@ -89,9 +90,7 @@ StaticExperiment runStatic(ExperimentFits& fits) {
   result.perPlane.notes.push_back(
       "Memory is estimated before the start, beside the input. The paper's time is of an RTX 4070, ours of "
       "this machine's processor.");
-  if (!setup.papersVolume)
-    result.perPlane.notes.push_back("The paper's figures are those of BrainWeb T1, 145x174x145. This volume "
-                                    "is another one: they are no comparison.");
+  notePapersFigures(setup, result.perPlane);
   result.held.notes = {"Measured on " + last.honest->report.samples, last.honest->report.range,
                        "The paper has no figures by this protocol."};
 

@@ -126,7 +126,7 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
     return [&, kind] { return averageUpsampled(first, grid, kind, threads); };
   };
   if (options.gaussians)
-    add("gaussians", [&] { return reconstructGaussians(input.stacks, grid, options, report.model); });
+    add("gaussians", [&] { return reconstructGaussians(input.stacks, grid, options, report); });
   add("linear", interpolated(Interpolation::Linear));
   add("cubic", interpolated(Interpolation::Cubic));
   add("lanczos", interpolated(Interpolation::Lanczos));

@@ -135,7 +135,7 @@ std::array<std::shared_ptr<const Volume>, 3> gaussianImages(const EvaluationInpu
   EvaluationOptions keeping = options;
   keeping.keepVolumes = options.keepVolumes || perPlane;
   const TimedVolume run = runMethod("gaussians", options, [&] {
-    return reconstructGaussians(input.stacks, input.truth.geometry, keeping, report.model);
+    return reconstructGaussians(input.stacks, input.truth.geometry, keeping, report);
   });
   seconds = run.seconds;
   std::array<std::shared_ptr<const Volume>, 3> images{run.volume, run.volume, run.volume};
@@ -239,7 +239,8 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
   if (perPlane)
     report.notes.push_back(
         "The image of alpha blending depends on the slicing direction: every withheld slice "
-        "is scored as rendered in its own plane, which was fitted to the other slices of it.");
+        "is scored as rendered in its own plane, which was fitted to the other slices of it. A saved volume "
+        "or picture shows the rendering along the axial slices' normal alone.");
 
   MethodScore leak;
   const Volume copy = fillGaps(unionStack(input)).image;

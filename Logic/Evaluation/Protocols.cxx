@@ -44,7 +44,7 @@ double intensityRange(const Volume& volume) {
 }
 
 Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry& grid,
-                            const EvaluationOptions& options, std::shared_ptr<const Checkpoint>& model) {
+                            const EvaluationOptions& options, EvaluationReport& report) {
   ReconstructionInput input;
   input.stacks = stacks;
   input.outputGrid = grid;
@@ -52,7 +52,8 @@ Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry
   if (options.progress) job.onProgress(options.progress);
   ReconstructionResult result = job.run(options.stop);
   if (result.cancelled) throw Error(ErrorCode::Cancelled, "The evaluation was cancelled.");
-  if (options.keepVolumes) model = result.checkpoint;
+  report.densified = result.densified;
+  if (options.keepVolumes) report.model = result.checkpoint;
   return std::move(result.volume);
 }
 

@@ -61,6 +61,7 @@ struct EvaluationReport {
   std::string range;    // a sentence: the PSNR's peak
   double peak = 0;      // image units
   std::int64_t voxels = 0;
+  DensifyCounts densified; // by the Gaussians' fit
   std::vector<MethodScore> methods;
   std::vector<std::string> notes;
   std::shared_ptr<const Volume> truth; // with keepVolumes: the lattice that was scored, slices along K

@@ -7,10 +7,10 @@ namespace innergs {
 /// equal.
 double intensityRange(const Volume& volume);
 
-/// The Gaussians' volume on `grid`, by the reconstruction job; `model` receives them with keepVolumes. Throws
-/// Error(Cancelled) when stopped.
+/// The Gaussians' volume on `grid`, by the reconstruction job; `report` receives what densification did and,
+/// with keepVolumes, the model. Throws Error(Cancelled) when stopped.
 Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry& grid,
-                            const EvaluationOptions& options, std::shared_ptr<const Checkpoint>& model);
+                            const EvaluationOptions& options, EvaluationReport& report);
 
 /// Announces a method, runs it and takes its time; throws Error(Cancelled) when stopped before.
 struct TimedVolume {

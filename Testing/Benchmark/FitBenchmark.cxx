@@ -17,12 +17,9 @@ void sweepOver(benchmark::State& state, const Scene& s, int axes, int threads) {
   plan.iterations = 1 << 30;
   plan.cutoff = s.field.cutoff;
   std::vector<Observation> observations;
-  for (int axis = 2; axis > 2 - axes; --axis) {
-    Stack stack = s.stack;
-    stack.image = withSliceAxis(s.stack.image, axis);
-    for (Observation& o : observe(stack, s.field.modelToWorld, s.map, false))
+  for (int axis = 2; axis > 2 - axes; --axis)
+    for (Observation& o : observe(withSliceAxis(s.stack, axis), s.field.modelToWorld, s.map, false))
       observations.push_back(std::move(o));
-  }
   Trainer trainer(s.field, std::move(observations), plan, kernelSet(""), pool);
   for (auto _ : state)
     trainer.step();

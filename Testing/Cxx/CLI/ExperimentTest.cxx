@@ -3,7 +3,12 @@
 
 #include "IO/VolumeIO.h"
 
+#include <itkImageFileReader.h>
+#include <itkPNGImageIO.h>
+#include <itkRGBPixel.h>
+
 #include <algorithm>
+#include <set>
 #include <sstream>
 
 namespace innergs::test {
@@ -42,6 +47,23 @@ void expectTable(const std::vector<std::vector<std::string>>& rows, const std::s
   }
 }
 
+/// A picture of a size to look at, with something on it.
+void expectPicture(const std::string& file) {
+  using Image = itk::Image<itk::RGBPixel<unsigned char>, 2>;
+  const auto reader = itk::ImageFileReader<Image>::New();
+  reader->SetImageIO(itk::PNGImageIO::New());
+  reader->SetFileName(file);
+  ASSERT_NO_THROW(reader->Update()) << file;
+  const auto size = reader->GetOutput()->GetBufferedRegion().GetSize();
+  EXPECT_GE(size[0], 200u) << file;
+  EXPECT_GE(size[1], 150u) << file;
+  std::set<std::array<unsigned char, 3>> colours;
+  const auto* pixels = reader->GetOutput()->GetBufferPointer();
+  for (std::size_t n = 0; n < size[0] * size[1]; ++n)
+    colours.insert({pixels[n][0], pixels[n][1], pixels[n][2]});
+  EXPECT_GE(colours.size(), 8u) << file;
+}
+
 TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   writeVolume(phantom({26, 30, 24}), path("head.nii"));
   const Outcome outcome = run({"experiment", "--all", "--quick", "--volume", path("head.nii"), "--output",
@@ -52,31 +74,32 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   const auto table = [&](const std::string& name) { return rowsOf(contents("tables/" + name + ".csv")); };
   expectTable(table("selection"),
               "selection,box_area,paper_area,false_positives,paper_false_positives,false_negatives,"
-              "paper_false_negatives,candidates,paper_candidates,per_contributing,microseconds,measured_on");
+              "paper_false_negatives,candidates,paper_candidates,per_contributing,microseconds,"
+              "scalar_microseconds,measured_on");
   expectTable(table("contour"), "measure,value,paper,compared,measured_on");
   expectTable(table("static"), "method,plane,gaussians,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,"
-                               "paper_seconds,memory_mb,measured_on");
+                               "paper_seconds,estimated_memory_mb,measured_on");
   expectTable(table("static-honest"),
-              "method,gaussians,psnr_db,paper_psnr_db,ssim,seconds,memory_mb,measured_on");
-  for (const char* name : {"blending", "initialisation", "densification", "optimiser", "gaussians"}) {
+              "method,gaussians,psnr_db,paper_psnr_db,ssim,seconds,estimated_memory_mb,measured_on");
+  for (const char* name :
+       {"blending", "initialisation", "densification", "optimiser", "gaussians", "selection"}) {
+    const std::string densified = name == std::string("densification") ? "pruned,split,cloned," : "";
     expectTable(table(std::string("ablation-") + name),
-                "choice,gaussians,sweeps,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,ms_sweep,"
-                "fitted_samples_psnr_db,measured_on");
+                "choice,gaussians,sweeps,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,ms_sweep,render_ms,"
+                "fitted_samples_psnr_db," +
+                    densified + "measured_on");
     expectTable(table(std::string("ablation-") + name + "-curves"),
                 "choice,sweep,seconds,psnr_db,measured_on");
   }
-  expectTable(table("ablation-selection"),
-              "blending,cutoff_sigma,selection,gaussians,sweeps,psnr_db,ssim,ms_sweep,render_ms,measured_on");
-  expectTable(table("ablation-selection-curves"), "choice,sweep,seconds,psnr_db,measured_on");
   for (const char* name :
        {"contour", "static", "ablation-blending", "ablation-initialisation", "ablation-densification",
         "ablation-optimiser", "ablation-gaussians", "ablation-selection"})
-    EXPECT_EQ(contents(std::string("tables/") + name + ".png").substr(1, 3), "PNG") << name;
-  EXPECT_EQ(filesIn("tables").size(), 4u + 5 * 2 + 2 + 8);
+    expectPicture(path(std::string("tables/") + name + ".png"));
+  EXPECT_EQ(filesIn("tables").size(), 4u + 6 * 2 + 8);
 
   // What a reader must be told.
-  for (const char* words : {"32.47", "no comparison", "withheld slices (P)", "withheld slices (H)",
-                            "Nothing is held out", "not held out"})
+  for (const char* words : {"32.47", "145x174x145", "not of 400", "withheld slices (P)",
+                            "withheld slices (H)", "Nothing is held out", "not held out"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
 }
 
@@ -92,7 +115,9 @@ TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
                                     [&](const auto& r) { return r[0] == method && r[1] == plane; });
       ASSERT_NE(row, rows.end()) << method << " " << plane;
       EXPECT_GT(std::stod((*row)[3]), 5) << method << " " << plane;
-      EXPECT_LE(std::stod((*row)[5]), 1) << method << " " << plane;
+      const double ssim = std::stod((*row)[5]);
+      EXPECT_GT(ssim, 0.2) << method << " " << plane;
+      EXPECT_LT(ssim, 1) << method << " " << plane; // withheld: nobody knows it exactly
     }
 }
 
@@ -102,8 +127,10 @@ TEST_F(ExperimentTest, SimulationsNeedNoVolume) {
   const auto rows = rowsOf(contents("a/b/selection.csv"));
   ASSERT_EQ(rows.size(), 4u);
   EXPECT_EQ(rows[3][0], "exact");
-  EXPECT_EQ(std::stod(rows[3][5]), 0);   // false negatives
-  EXPECT_LE(std::stod(rows[3][7]), 1.6); // candidates per pixel
+  EXPECT_EQ(std::stod(rows[3][5]), 0);    // false negatives
+  EXPECT_LE(std::stod(rows[3][7]), 1.6);  // candidates per pixel
+  EXPECT_LE(std::stod(rows[3][9]), 1.01); // over the contributing ones
+  EXPECT_GT(std::stod(rows[2][9]), 2);
   EXPECT_EQ(filesIn("a/b").size(), 3u);
 }
 
@@ -120,6 +147,9 @@ TEST_F(ExperimentTest, BadArgumentsAreOneSentence) {
   expectOneSentence(
       run({"experiment", "static", "--volume", path("head.nii"), "-o", out, "--gaussians", "0"}), 1,
       "at least 1");
+  expectOneSentence(run({"experiment", "ablation-selection", "--volume", path("head.nii"), "-o", out,
+                         "--gaussians", "1000000000", "-q"}),
+                    1, "memory");
   expectOneSentence(run({"experiment", "selection", "-o", out, "--instruction-set", "abacus", "-q"}), 1,
                     "abacus");
   write("file", "not a folder");

@@ -173,6 +173,12 @@ TEST(JobSettings, OfTrainingOutOfRangeAreRefused) {
     EXPECT_TRUE(refused([&](Settings& s) { s.plateau.lowest = x; })) << x;
     EXPECT_TRUE(refused([&](Settings& s) { s.plateau.threshold = x; })) << x;
   }
+  for (double x : {0.0, 1.0, -0.1, 1.5, kNaN, infinite}) {
+    EXPECT_TRUE(refused([&](Settings& s) { s.beta1 = x; })) << x;
+    EXPECT_TRUE(refused([&](Settings& s) { s.beta2 = x; })) << x;
+  }
+  for (double x : {0.0, 0.99, 5.01, -3.0, kNaN, infinite})
+    EXPECT_TRUE(refused([&](Settings& s) { s.cutoff = x; })) << x;
   EXPECT_TRUE(refused([](Settings& s) { s.densify.opacity = 1; }));
   EXPECT_TRUE(refused([](Settings& s) { s.densify.size = 0; }));
   EXPECT_TRUE(refused([](Settings& s) { s.plateau.factor = 1; }));

@@ -1,5 +1,6 @@
 #include "Core/JobInput.h"
 #include "Core/Plan.h"
+#include "Core/Resume.h"
 #include "JobInputs.h"
 
 using namespace innergs;
@@ -47,6 +48,46 @@ TEST(PaperPreset, IsItsAlgorithm) {
   EXPECT_EQ(plan.iterations, 1000);
   EXPECT_EQ(plan.coarseIterations, 0);
   EXPECT_EQ(plan.relocateEvery, 0);
+}
+
+TEST(Training, CutoffAndAdamAreChoicesOfTheFit) {
+  Settings usual;
+  FitPlan plan = makePlan(usual, traitsOf(isotropicInput()));
+  EXPECT_EQ(plan.cutoff, 2.2);
+  EXPECT_EQ(plan.beta1, 0.8);
+  EXPECT_EQ(plan.beta2, 0.95);
+  const auto changed = [&](auto change) {
+    Settings settings;
+    change(settings);
+    plan = makePlan(settings, traitsOf(isotropicInput()));
+    EXPECT_NE(settingsKey(settings, ""), settingsKey(usual, "")); // another fit, nothing to resume
+  };
+  changed([](Settings& s) { s.cutoff = 3; });
+  EXPECT_EQ(plan.cutoff, 3);
+  changed([](Settings& s) { s.beta1 = 0.9; });
+  EXPECT_EQ(plan.beta1, 0.9);
+  changed([](Settings& s) { s.beta2 = 0.999; });
+  EXPECT_EQ(plan.beta2, 0.999);
+
+  Settings settings = quickSettings();
+  const ReconstructionResult base = reconstruct(isotropicInput(), settings);
+  EXPECT_EQ(base.checkpoint->field.cutoff, 2.2);
+  settings.beta2 = 0.999;
+  EXPECT_FALSE(sameField(reconstruct(isotropicInput(), settings).checkpoint->field, base.checkpoint->field));
+  settings.cutoff = 3;
+  EXPECT_EQ(reconstruct(isotropicInput(), settings).checkpoint->field.cutoff, 3);
+}
+
+TEST(Training, CountsWhatDensificationDid) {
+  const ReconstructionResult result = reconstruct(isotropicInput(), paperSettings());
+  const DensifyCounts& counts = result.densified;
+  EXPECT_GT(counts.split + counts.cloned, 0);
+  EXPECT_GE(counts.pruned, 0);
+  Settings settings = paperSettings(1); // as placed: none has happened yet
+  const ReconstructionResult start = reconstruct(isotropicInput(), settings);
+  EXPECT_EQ(start.densified.pruned + start.densified.split + start.densified.cloned, 0);
+  EXPECT_EQ(result.checkpoint->field.size(),
+            start.checkpoint->field.size() + counts.split + counts.cloned - counts.pruned);
 }
 
 TEST(PaperPreset, YieldsToWhatIsSetExplicitly) {
