@@ -7,12 +7,6 @@
 #include <limits>
 
 namespace innergs::cuda {
-namespace {
-
-constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27;
-
-} // namespace
-
 /// Slices [first, first + count) of a view with the planes that they are seen through.
 struct Fit::Slab {
   std::int64_t first, count;

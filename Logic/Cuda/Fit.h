@@ -6,6 +6,8 @@
 
 namespace innergs::cuda {
 
+constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27; // of a slab, at most
+
 /// Bytes that a fit needs with slabs of the largest size, and with the smallest (one slice).
 struct FitMemory {
   std::int64_t most, least;

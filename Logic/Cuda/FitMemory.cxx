@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace innergs::cuda {
-namespace {
-
-constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27;
-
-} // namespace
-
 FitMemory fitMemory(const FitRequest& request) {
   const bool alpha = request.blending == Blending::Alpha, ssim = request.rules.loss.ssimWeight > 0;
   double samples = 0, largest = 1, slice = 1, planes = 1;
