@@ -8,6 +8,9 @@ set(INNERGS_LOGIC_CLASSES
   vtkSlicerInnerGSJob
   vtkSlicerInnerGSLogic
 )
+set(INNERGS_MRML_PRIVATE_SOURCES
+  HardenModel.cxx
+)
 set(INNERGS_LOGIC_PRIVATE_SOURCES
   JobDelivery.cxx
   JobQueue.cxx

@@ -1,6 +1,7 @@
 #include "vtkMRMLInnerGSModelNode.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Error.h"
+#include "HardenModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 
@@ -13,28 +14,36 @@
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 
+#include <algorithm>
+
 vtkMRMLNodeNewMacro(vtkMRMLInnerGSModelNode);
 
 namespace {
 
-/// The LPS form of a RAS matrix; false when it does more than turn and shift.
-bool rigidMap(vtkMatrix4x4* matrix, innergs::Affine3& map) {
-  const double flip[3] = {-1, -1, 1};
+/// RAS matrices and LPS maps: x and y change sign on both sides.
+constexpr double kFlip[3] = {-1, -1, 1};
+
+innergs::Affine3 toLPS(vtkMatrix4x4* matrix) {
+  innergs::Affine3 map;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j)
-      map.linear[i][j] = flip[i] * matrix->GetElement(i, j) * flip[j];
-    map.offset[i] = flip[i] * matrix->GetElement(i, 3);
+      map.linear[i][j] = kFlip[i] * matrix->GetElement(i, j) * kFlip[j];
+    map.offset[i] = kFlip[i] * matrix->GetElement(i, 3);
   }
-  const innergs::Mat3 gram = innergs::transpose(map.linear) * map.linear;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j)
-      if (!(std::abs(gram[i][j] - (i == j)) <= 1e-4)) return false;
-  return innergs::determinant(map.linear) > 0;
+  return map;
 }
 
-void move(innergs::GridGeometry& grid, const innergs::Affine3& map) {
-  grid.origin = map(grid.origin);
-  grid.direction = map.linear * grid.direction;
+void toRAS(const innergs::Affine3& map, vtkMatrix4x4* matrix) {
+  matrix->Identity();
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j)
+      matrix->SetElement(i, j, kFlip[i] * map.linear[i][j] * kFlip[j]);
+    matrix->SetElement(i, 3, kFlip[i] * map.offset[i]);
+  }
+}
+
+bool sameMatrix(vtkMatrix4x4* a, vtkMatrix4x4* b) {
+  return std::equal(a->GetData(), a->GetData() + 16, b->GetData());
 }
 
 } // namespace
@@ -117,18 +126,47 @@ bool vtkMRMLInnerGSModelNode::CanApplyNonLinearTransforms() const {
 }
 
 void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
+  this->Rest = nullptr;
   if (!matrix || this->IsEmpty()) return;
-  innergs::Affine3 map;
-  if (!rigidMap(matrix, map)) {
-    vtkErrorMacro("The transform scales, shears or mirrors; a model is in millimetres and can only be turned "
-                  "and shifted: transform the volume made from it instead.");
-    return;
+  // HardenTransform() calls this with the parent's matrix, whatever comes of it, and then removes the parent.
+  vtkNew<vtkMatrix4x4> parentToWorld;
+  vtkMRMLTransformNode* parent = this->GetParentTransformNode();
+  if (parent) parent->GetMatrixTransformToWorld(parentToWorld);
+  const bool hardening = parent && this->Scene && sameMatrix(parentToWorld, matrix);
+  try {
+    const auto hardened = innergs::mrml::harden(*this->Model->GetCheckpoint(), toLPS(matrix));
+    if (!hardened.complete && !hardening)
+      throw innergs::Error(
+          innergs::ErrorCode::Geometry,
+          "The transform shears the model's lattice: put it on the node as a parent transform "
+          "instead.");
+    vtkNew<vtkInnerGSModel> model;
+    model->SetCheckpoint(hardened.checkpoint);
+    this->SetModel(model);
+    if (hardened.complete) return;
+    this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();
+    toRAS(hardened.rest, this->Rest);
+  } catch (const std::exception& error) {
+    vtkErrorMacro(<< error.what());
+    if (!hardening) return;
+    this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();
+    this->Rest->DeepCopy(matrix);
   }
-  auto moved = std::make_shared<innergs::Checkpoint>(*this->Model->GetCheckpoint());
-  moved->field.modelToWorld = map * moved->field.modelToWorld;
-  move(moved->field.domain, map);
-  move(moved->field.detail.geometry, map);
-  vtkNew<vtkInnerGSModel> model;
-  model->SetCheckpoint(std::move(moved));
-  this->SetModel(model);
+}
+
+void vtkMRMLInnerGSModelNode::OnNodeReferenceRemoved(vtkMRMLNodeReference* reference) {
+  const vtkSmartPointer<vtkMatrix4x4> rest = this->Rest;
+  const char* role = reference->GetReferenceRole();
+  if (rest && role && std::string(role) == this->GetTransformNodeReferenceRole()) {
+    this->Rest = nullptr;
+    if (this->Scene && !this->Scene->IsClosing()) {
+      const std::string name = std::string(this->GetName() ? this->GetName() : "Model") + " shear";
+      auto* node = vtkMRMLTransformNode::SafeDownCast(this->Scene->AddNewNodeByClass(
+          "vtkMRMLLinearTransformNode", this->Scene->GenerateUniqueName(name)));
+      node->SetMatrixTransformToParent(rest);
+      this->SetAndObserveTransformNodeID(node->GetID());
+      return; // what was removed has been replaced: observers heard of the new one
+    }
+  }
+  this->Superclass::OnNodeReferenceRemoved(reference);
 }

@@ -7,6 +7,7 @@
 #include <vtkSmartPointer.h> // member
 
 class vtkInnerGSModel;
+class vtkMatrix4x4;
 
 /// A reconstructed model: a continuous volume made of 3D Gaussians. It lies where its parent transform puts
 /// it (linear transforms only); queries through vtkSlicerInnerGSLogic honour that.
@@ -34,8 +35,9 @@ public:
   virtual void GetBounds(double bounds[6]);
   virtual void GetRASBounds(double bounds[6]);
 
-  /// Turns and shifts the model itself. Scaling and shearing transforms are refused: a model is in
-  /// millimetres.
+  /// Moves the model itself: turned, shifted, scaled and mirrored along the axes of its lattices. A shear of
+  /// them is refused with an ErrorEvent; when a parent transform is hardened, it stays as a new parent
+  /// transform, so that nothing moves.
   void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;
   bool CanApplyNonLinearTransforms() const override;
   bool GetModifiedSinceRead() override;
@@ -46,7 +48,10 @@ protected:
   vtkMRMLInnerGSModelNode(const vtkMRMLInnerGSModelNode&);
   void operator=(const vtkMRMLInnerGSModelNode&);
 
+  void OnNodeReferenceRemoved(vtkMRMLNodeReference* reference) override;
+
   vtkSmartPointer<vtkInnerGSModel> Model;
+  vtkSmartPointer<vtkMatrix4x4> Rest; // what hardening leaves to a parent transform, until the old one goes
 };
 
 #endif

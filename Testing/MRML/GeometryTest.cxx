@@ -115,4 +115,105 @@ TEST_F(GeometryTest, TransformsOfTheModel) {
   EXPECT_LT(error(volume), 8);
 }
 
+// Hardening takes what the model can hold and leaves the rest as a parent: no value moves in the world.
+TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
+  const int size[3] = {24, 22, 20};
+  const double spacing[3] = {2, 2, 2}, origin[3] = {-23, -21, -19};
+  vtkNew<vtkTransform> rigid, scaled, mirrored, sheared, turnedScale;
+  rigid->Translate(4, -9, 7);
+  rigid->RotateWXYZ(35, 1, 2, -1);
+  scaled->Translate(5, 6, 7);
+  scaled->Scale(1.5, 1.5, 1.5);
+  mirrored->RotateZ(20);
+  mirrored->Scale(-1, 1, 1);
+  const double shear[16] = {1, 0.3, 0, 4, 0, 0.9, 0.2, -3, 0, 0, 1.2, 2, 0, 0, 0, 1};
+  sheared->SetMatrix(shear);
+  turnedScale->RotateY(30);
+  turnedScale->Scale(1, 0.7, 2);
+  turnedScale->RotateWXYZ(-40, 1, 1, 0); // not along the lattice: shears it
+  struct Case {
+    const char* name;
+    vtkTransform* transform;
+    bool complete;
+  };
+  for (const bool slopes : {false, true}) {
+    auto* parameters = addParameters(addVolume("Head", size, oblique(15, spacing, origin)));
+    parameters->SetLinearIntensity(slopes);
+    parameters->SetNumberOfIterations(20);
+    ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    auto* fitted = logic->GetLastJob()->GetModelNode();
+    for (const Case& c :
+         {Case{"rigid", rigid, true}, Case{"scaled", scaled, true}, Case{"mirrored", mirrored, true},
+          Case{"sheared", sheared, false}, Case{"turned scale", turnedScale, false}}) {
+      SCOPED_TRACE(std::string(c.name) + (slopes ? ", slopes" : ""));
+      auto* model =
+          vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode", c.name));
+      model->CopyContent(fitted);
+      auto* node = addTransform(c.transform->GetMatrix(), c.name);
+      model->SetAndObserveTransformNodeID(node->GetID());
+      std::vector<std::array<double, 3>> at;
+      std::vector<double> before;
+      for (int n = 0; n < 60; ++n) { // some outside
+        double x[3] = {25 * std::sin(1.0 * n), 24 * std::sin(1.7 * n + 1), 22 * std::sin(2.3 * n + 2)};
+        c.transform->TransformPoint(x, x);
+        at.push_back({x[0], x[1], x[2]});
+        before.push_back(logic->GetValueAtRAS(model, x[0], x[1], x[2]));
+      }
+      ASSERT_TRUE(model->HardenTransform());
+      auto* rest = vtkMRMLLinearTransformNode::SafeDownCast(model->GetParentTransformNode());
+      EXPECT_EQ(rest == nullptr, c.complete);
+      EXPECT_NE(rest, node);
+      for (std::size_t n = 0; n < at.size(); ++n)
+        EXPECT_NEAR(logic->GetValueAtRAS(model, at[n][0], at[n][1], at[n][2]), before[n], 0.1) << n;
+      if (!rest) continue;
+      // Without its rest the model has moved: the rest is a shear, and the model was turned and scaled.
+      vtkNew<vtkMatrix4x4> matrix;
+      rest->GetMatrixTransformToParent(matrix);
+      EXPECT_NEAR(matrix->Determinant(), 1, 1e-6);
+      EXPECT_FALSE(
+          std::equal(matrix->GetData(), matrix->GetData() + 16, c.transform->GetMatrix()->GetData()));
+      ASSERT_TRUE(model->HardenTransform()); // again: still nothing moves
+      EXPECT_NEAR(logic->GetValueAtRAS(model, at[3][0], at[3][1], at[3][2]), before[3], 0.1);
+      model->SetAndObserveTransformNodeID(nullptr); // by a person: it stays away
+      EXPECT_EQ(model->GetParentTransformNode(), nullptr);
+    }
+  }
+  EXPECT_TRUE(errors.empty());
+}
+
+TEST_F(GeometryTest, HardeningInEveryBlending) {
+  vtkNew<vtkTransform> transform;
+  transform->Translate(1, 2, 3);
+  transform->RotateX(70);
+  transform->Scale(0.8, 1.3, -1.1);
+  for (const int blending : {Parameters::Normalised, Parameters::Additive, Parameters::Alpha}) {
+    SCOPED_TRACE(blending);
+    auto* parameters = addParameters(addVolume());
+    parameters->SetBlending(blending);
+    parameters->SetNumberOfIterations(10);
+    ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    auto* model = logic->GetLastJob()->GetModelNode();
+    std::vector<double> before;
+    for (int n = 0; n < 20; ++n)
+      before.push_back(logic->GetValueAtRAS(model, n - 10.0, 8 - 0.7 * n, 0.9 * n - 7));
+    vtkNew<vtkMatrix4x4> matrix;
+    model->ApplyTransformMatrix(transform->GetMatrix()); // without a parent transform
+    for (int n = 0; n < 20; ++n) {
+      double x[3] = {n - 10.0, 8 - 0.7 * n, 0.9 * n - 7};
+      transform->TransformPoint(x, x);
+      EXPECT_NEAR(logic->GetValueAtRAS(model, x[0], x[1], x[2]), before[n], 0.2) << n;
+    }
+    // A shear cannot be taken and there is no parent to leave it to.
+    Observer quiet(model, {vtkCommand::ErrorEvent},
+                   [&](unsigned long, void* text) { errors.emplace_back(static_cast<const char*>(text)); });
+    vtkInnerGSModel* held = model->GetModel();
+    matrix->SetElement(0, 1, 0.5);
+    model->ApplyTransformMatrix(matrix);
+    EXPECT_EQ(model->GetModel(), held);
+    EXPECT_EQ(model->GetParentTransformNode(), nullptr);
+  }
+  ASSERT_EQ(errors.size(), 3u);
+  EXPECT_NE(errors[0].find("shears"), std::string::npos) << errors[0];
+}
+
 } // namespace
