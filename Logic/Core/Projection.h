@@ -61,7 +61,7 @@ constexpr float kPaperReach = 3; // σ, of both methods of the paper
 
 INNERGS_HD inline void selectCube(const float* covariance, Projected& o) {
   // A hair larger: rounding must not lose what lies on a face.
-  const float edge = kPaperReach * std::sqrt(math::largestEigenvalue(covariance)) * 1.0001f + 1e-4f;
+  const float edge = kPaperReach * std::sqrt(math::largestEigenvalue(covariance)) * 1.00002f + 1e-4f;
   for (float& half : o.half)
     half = math::least(kReach, edge);
 }
