@@ -2,29 +2,48 @@
 """Reconstructs every scan of a folder: NIfTI, NRRD and MHA in, volumes and models out.
 
     python batch_reconstruct.py scans/ results/ --spacing 1 --preset fast
+    Slicer --no-main-window --python-script batch_reconstruct.py scans/ results/
 
-Runs where `import innergs` works: in a Python with slicer-core, or in Slicer (--no-main-window --python-script). A scan that
-cannot be reconstructed is named with the reason, and the others go on; the exit status is then 1.
+Runs where `import innergs` works: in a Python with slicer-core, or in Slicer with the extension. Results go to another folder
+than the scans. A scan that cannot be reconstructed is named with the reason in one line, and the others go on; the exit status
+is then 1.
 """
 
 import argparse
+import contextlib
 import csv
 import pathlib
 import sys
 import time
 
+with contextlib.suppress(ImportError):
+    import slicer_core  # noqa: F401  (Slicer itself has no such module: its classes are there already)
+import slicer
+
 import innergs
 
-EXTENSIONS = (".nii", ".nii.gz", ".nrrd", ".mha")
+EXTENSIONS = (".nii.gz", ".nii", ".nrrd", ".mha")
+
+
+def stem(path):
+    """The name without its extension: dots before that belong to the name."""
+    for extension in EXTENSIONS:
+        if path.name.lower().endswith(extension):
+            return path.name[:-len(extension)]
+    return path.name
+
+
+def storage_for(path):
+    storage = slicer.vtkMRMLVolumeArchetypeStorageNode()
+    storage.SetFileName(str(path))
+    storage.AddObserver("ErrorEvent", lambda *_: None)  # said in our own line
+    return storage
 
 
 def read_volume(scene, path):
-    from slicer_core import vtkMRMLScalarVolumeNode, vtkMRMLVolumeArchetypeStorageNode
-
-    storage = vtkMRMLVolumeArchetypeStorageNode()
-    storage.SetFileName(str(path))
-    node = vtkMRMLScalarVolumeNode()
-    node.SetName(path.name.split(".")[0])
+    storage = storage_for(path)
+    node = slicer.vtkMRMLScalarVolumeNode()
+    node.SetName(stem(path))
     scene.AddNode(node)
     if not storage.ReadData(node):
         raise innergs.Error("'%s' could not be read as a volume." % path)
@@ -32,52 +51,78 @@ def read_volume(scene, path):
 
 
 def write_volume(node, path):
-    from slicer_core import vtkMRMLVolumeArchetypeStorageNode
-
-    storage = vtkMRMLVolumeArchetypeStorageNode()
-    storage.SetFileName(str(path))
-    if not storage.WriteData(node):
+    if not storage_for(path).WriteData(node):
         raise innergs.Error("'%s' could not be written." % path)
+
+
+def plan(source, target):
+    """The scans with the names of their results. Exits when anything in the way of a scan would be overwritten."""
+    if not source.is_dir():
+        sys.exit("'%s' is not a folder: give the folder with the scans." % source)
+    scans = sorted(p for p in source.iterdir() if p.is_file() and p.name.lower().endswith(EXTENSIONS))
+    if not scans:
+        sys.exit("There is no scan (%s) in '%s'." % (", ".join(EXTENSIONS), source))
+    if target.exists() and not target.is_dir():
+        sys.exit("'%s' is a file: give a folder for the results." % target)
+    if target.resolve() == source.resolve() or (target.exists() and target.samefile(source)):
+        sys.exit("Scans and results are in the same folder: give another one for the results.")
+    names = {}
+    for path in scans:
+        other = names.setdefault(stem(path).casefold(), path)  # some file systems know no case
+        if other is not path:
+            sys.exit("'%s' and '%s' would give results of the same name: rename one." % (other.name, path.name))
+        for extension in (".nii.gz", ".innergs"):
+            result = target / (stem(path) + extension)
+            if result.exists() and any(result.samefile(scan) for scan in scans):
+                sys.exit("The result '%s' is one of the scans itself: give another folder." % result)
+    return [(path, stem(path)) for path in scans]
+
+
+def reconstruct(path, folder, name, options):
+    scene = slicer.vtkMRMLScene()  # one for each: memory stays that of one scan
+    innergs.logic(scene)
+    result = innergs.reconstruct(read_volume(scene, path), options.spacing, preset=options.preset,
+                                 held_out=options.held_out)
+    write_volume(result.volume, folder / (name + ".nii.gz"))
+    innergs.save(result.model, folder / (name + ".innergs"))
+    return result.training_psnr, result.held_out_psnr
 
 
 def main(arguments=None):
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("input", type=pathlib.Path, help="folder with scans")
-    parser.add_argument("output", type=pathlib.Path, help="folder for results; made if it does not exist")
+    parser.add_argument("output", type=pathlib.Path, help="another folder for results; made if it does not exist")
     parser.add_argument("--spacing", type=float, help="output voxel size, mm (default: each scan's finest spacing)")
     parser.add_argument("--preset", default="balanced", choices=("fast", "balanced", "best"))
     parser.add_argument("--held-out", type=float, default=0.1, help="share of slices withheld to measure quality")
     options = parser.parse_args(arguments)
 
-    scans = sorted(p for p in options.input.iterdir() if p.name.lower().endswith(EXTENSIONS))
-    if not scans:
-        sys.exit("There is no scan (%s) in '%s'." % (", ".join(EXTENSIONS), options.input))
+    scans = plan(options.input, options.output)
     options.output.mkdir(parents=True, exist_ok=True)
-    from slicer_core import vtkMRMLScene
-
     failed = 0
     with open(options.output / "report.csv", "w", newline="") as file:
         report = csv.writer(file)
         report.writerow(["scan", "seconds", "psnr_fitted_db", "psnr_held_out_db", "error"])
-        for path in scans:
-            scene = vtkMRMLScene()  # one for each: memory stays that of one scan
+        for path, name in scans:
             begun = time.monotonic()
             try:
-                result = innergs.logic(scene) and innergs.reconstruct(
-                    read_volume(scene, path), options.spacing, preset=options.preset, held_out=options.held_out)
-                name = path.name.split(".")[0]
-                write_volume(result.volume, options.output / (name + ".nii.gz"))
-                innergs.save(result.model, options.output / (name + ".innergs"))
-                seconds = time.monotonic() - begun
-                print("%s: %.1f s, %.2f dB on withheld slices" % (path.name, seconds, result.held_out_psnr))
-                report.writerow([path.name, "%.2f" % seconds, "%.3f" % result.training_psnr,
-                                 "%.3f" % result.held_out_psnr, ""])
-            except innergs.Error as error:
+                fitted, held_out = reconstruct(path, options.output, name, options)
+            except Exception as error:  # whatever it is, the other scans go on
                 failed += 1
-                print("%s: %s" % (path.name, error), file=sys.stderr)
-                report.writerow([path.name, "", "", "", error])
+                reason = " ".join((str(error) or type(error).__name__).split())
+                print("%s: %s" % (path.name, reason), file=sys.stderr)
+                report.writerow([path.name, "", "", "", reason])
+            else:
+                seconds = time.monotonic() - begun
+                print("%s: %.1f s, %.2f dB on withheld slices" % (path.name, seconds, held_out))
+                report.writerow([path.name, "%.2f" % seconds, "%.3f" % fitted, "%.3f" % held_out, ""])
+            file.flush()
     return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    status = main()
+    if getattr(slicer, "app", None) is not None and hasattr(slicer.app, "commandOptions"):
+        slicer.util.exit(status)  # ends the application
+    else:
+        sys.exit(status)

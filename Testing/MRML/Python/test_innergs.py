@@ -21,8 +21,6 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
 import innergs
 
-DATA = pathlib.Path(os.environ.get("INNERGS_TEST_DATA", ""))
-
 
 def truth(r, a, s):
     return 400 + 120 * numpy.sin(r / 7) + 90 * numpy.cos(a / 6) + 70 * numpy.sin(s / 8) + r - 2 * a
@@ -206,24 +204,78 @@ class InnerGSTest(unittest.TestCase):
                               cwd=pathlib.Path(__file__).parent)
         self.assertEqual((done.returncode, done.stdout), (0, "started True\n"), done.stderr)
 
-    def test_batch_example(self):
-        scans = [DATA / name for name in ("B_abdomen_spgr_FA15.nii.gz", "G_orient_LPS.nii.gz")]
-        if not all(path.exists() for path in scans):
-            self.skipTest("needs the test volumes")
-        with tempfile.TemporaryDirectory() as folder:
-            source, target = pathlib.Path(folder) / "scans", pathlib.Path(folder) / "results"
-            source.mkdir()
-            for path in scans:
-                (source / path.name).symlink_to(path)
-            (source / "broken.nii").write_bytes(b"nothing")
-            script = pathlib.Path(os.environ["INNERGS_EXAMPLES"]) / "batch_reconstruct.py"
-            done = subprocess.run([sys.executable, script, source, target, "--preset", "fast"], capture_output=True,
-                                  text=True, timeout=300)
+    def test_slice_axis(self):
+        sagittal = add_volume(self.scene, "Sagittal", (12, 26, 26), (2.0, 2.0, 2.0))
+        axial = add_volume(self.scene, "Axial")
+        node = innergs.parameters([sagittal, axial], axis=[0, None], profile=["gaussian", "box"], thickness=[3, 2])
+        self.assertEqual([node.GetInputSliceAxis(volume) for volume in (sagittal, axial)], [0, node.Automatic])
+        self.assertEqual([node.GetInputSliceThickness(volume) for volume in (sagittal, axial)], [3, 2])
+        self.assertEqual(node.GetInputSliceProfile(sagittal), node.GaussianProfile)
+        self.assertEqual(innergs.parameters(sagittal, axis=1).GetInputSliceAxis(sagittal), 1)
+        innergs.reconstruct(sagittal, axis=0, preset="fast")
+        for choice in ({"axis": 3}, {"axis": "I"}, {"axis": [0, 1]}, {"profile": "square"}):
+            with self.assertRaisesRegex(innergs.Error, next(iter(choice))):
+                innergs.parameters(sagittal, **choice)
+
+
+def write_scan(path):
+    storage = slicer_core.vtkMRMLVolumeArchetypeStorageNode()
+    storage.SetFileName(str(path))
+    if not storage.WriteData(add_volume(vtkMRMLScene(), size=(16, 15, 14))):
+        raise OSError(path)
+
+
+class BatchExampleTest(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.source, self.target = (pathlib.Path(folder.name) / name for name in ("scans", "results"))
+        self.source.mkdir()
+        self.script = str(pathlib.Path(os.environ["INNERGS_EXAMPLES"]) / "batch_reconstruct.py")
+
+    def run_batch(self, source, target, inside_slicer=False):
+        command = [self.script, str(source), str(target), "--preset", "fast"]
+        if inside_slicer:  # where there is a slicer module and no slicer_core
+            command = ["-c", "import slicer_core, slicer, runpy, sys; sys.modules['slicer_core'] = None; import innergs\n"
+                             "sys.argv = sys.argv[1:]; runpy.run_path(sys.argv[0], run_name='__main__')"] + command
+        return subprocess.run([sys.executable, *command], capture_output=True, text=True, timeout=300)
+
+    def test_goes_on_after_a_failure(self):
+        for name in ("a.1.nii.gz", "a.2.nii", "b.NRRD"):
+            write_scan(self.source / name.lower())
+        (self.source / "broken.nii").write_bytes(b"nothing")
+        for inside_slicer in (False, True):
+            done = self.run_batch(self.source, self.target, inside_slicer)
             self.assertEqual(done.returncode, 1, done.stderr)
-            self.assertIn("broken.nii", done.stderr)
-            names = sorted(path.name for path in target.iterdir())
-            self.assertEqual(names, ["B_abdomen_spgr_FA15.innergs", "B_abdomen_spgr_FA15.nii.gz", "G_orient_LPS.innergs",
-                                     "G_orient_LPS.nii.gz", "report.csv"])
+            self.assertEqual(len([line for line in done.stderr.splitlines() if line.startswith("broken.nii: ")]), 1, done.stderr)
+            self.assertEqual(done.stdout.count(" dB on withheld slices\n"), 3, done.stdout)
+            names = sorted(path.name for path in self.target.iterdir())
+            self.assertEqual(names, ["a.1.innergs", "a.1.nii.gz", "a.2.innergs", "a.2.nii.gz", "b.innergs", "b.nii.gz",
+                                     "report.csv"])
+            self.assertEqual(len((self.target / "report.csv").read_text().splitlines()), 5)
+        (self.source / "broken.nii").unlink()
+        self.assertEqual(self.run_batch(self.source, self.target).returncode, 0)
+
+    def test_destroys_nothing(self):
+        write_scan(self.source / "a.nii.gz")
+        before = (self.source / "a.nii.gz").read_bytes()
+        link = self.source.parent / "link"
+        link.symlink_to(self.source)
+        for target in (self.source, link, self.source / ".." / "scans"):
+            done = self.run_batch(self.source, target)
+            self.assertEqual(done.returncode, 1)
+            self.assertIn("same folder", done.stderr)
+        self.target.mkdir()
+        (self.target / "a.nii.gz").symlink_to(self.source / "a.nii.gz")
+        self.assertIn("one of the scans", self.run_batch(self.source, self.target).stderr)
+        (self.target / "a.nii.gz").unlink()
+        (self.source / "A.nrrd").write_bytes(b"")
+        done = self.run_batch(self.source, self.target)
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("same name", done.stderr)
+        self.assertEqual(list(self.target.iterdir()), [])
+        self.assertEqual(sorted(path.name for path in self.source.iterdir()), ["A.nrrd", "a.nii.gz"])
+        self.assertEqual((self.source / "a.nii.gz").read_bytes(), before)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,157 @@
+"""Reconstructions, waiting and in the background."""
+
+from __future__ import annotations
+
+import collections
+
+from ._parameters import parameters
+from ._scene import Cancelled, Error, logic, logic_of, quiet
+
+Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings")
+Result.__doc__ = """What a reconstruction gave: nodes (table: None unless quality was asked for), PSNR in dB on the fitted
+samples and on withheld ones (NaN without), and sentences that the user should read."""
+
+
+class Job:
+    """A reconstruction in the background. Where no application delivers events, asking it for anything does."""
+
+    def __init__(self, owner, job, node=None, progress=None, preview=None):
+        self._logic, self._job, self._node = owner, job, node
+        self._tags = []
+        for event, callback in ((owner.JobProgressEvent, progress), (owner.JobPreviewEvent, preview)):
+            if callback:
+                self._observe(event, lambda job, callback=callback: callback(self))
+        for event in (owner.JobFinishedEvent, owner.JobFailedEvent, owner.JobCancelledEvent):
+            self._observe(event, lambda job: self._release())
+
+    def _observe(self, event, call):
+        from vtkmodules.vtkCommonCore import VTK_OBJECT
+
+        def on_event(caller, name, job):
+            if job is self._job:
+                call(job)
+
+        on_event.CallDataType = VTK_OBJECT
+        self._tags.append(self._logic.AddObserver(event, on_event))
+
+    def _release(self):
+        for tag in self._tags:
+            self._logic.RemoveObserver(tag)
+        self._tags = []
+        if self._node is not None and self._node.GetScene() is not None:
+            self._node.GetScene().RemoveNode(self._node)
+        self._node = None
+
+    def _current(self):
+        self._logic.IsRunning()
+        return self._job
+
+    @property
+    def running(self):
+        """Queued or running."""
+        return not self._current().IsDone()
+
+    @property
+    def progress(self):
+        """0 to 1."""
+        return self._current().GetProgress()
+
+    @property
+    def description(self):
+        """One line: phase, sweeps, PSNR, seconds left."""
+        return self._current().GetDescription()
+
+    @property
+    def psnr(self):
+        """dB on the fitted samples so far."""
+        return self._current().GetTrainingPSNR()
+
+    @property
+    def preview(self):
+        """The last preview as (vtkImageData, IJK to RAS vtkMatrix4x4), or None."""
+        job = self._current()
+        return (job.GetPreviewImage(), job.GetPreviewIJKToRASMatrix()) if job.GetPreviewImage() else None
+
+    def cancel(self):
+        """Ends it within 200 ms; no node is changed."""
+        self._logic.Cancel(self._job)
+
+    def result(self, timeout=None):
+        """Waits (at most timeout seconds) and gives the Result. Raises Error, Cancelled, or TimeoutError."""
+        import time
+
+        end = None if timeout is None else time.monotonic() + timeout
+        try:
+            with quiet(self._logic):
+                while not self._job.IsDone():
+                    if end is not None and time.monotonic() >= end:
+                        raise TimeoutError("The reconstruction is still running.")
+                    self._logic.WaitForJob(self._job, 0.1)  # short: Ctrl-C is heard in between
+        except KeyboardInterrupt:
+            self.cancel()
+            raise
+        job = self._job
+        if job.GetState() == job.Failed:
+            raise Error(job.GetErrorMessage())
+        if job.GetState() == job.Cancelled:
+            raise Cancelled("The reconstruction was cancelled.")
+        warnings = [job.GetWarning(n) for n in range(job.GetNumberOfWarnings())]
+        return Result(job.GetVolumeNode(), job.GetModelNode(), job.GetTableNode(), job.GetTrainingPSNR(),
+                      job.GetHeldOutPSNR(), warnings)
+
+
+def start(volumes, spacing=None, *, progress=None, preview=None, parameter_node=None, **choices):
+    """Starts a reconstruction in the background and returns a Job; jobs run one after the other.
+
+    progress, preview: called on the main thread with the Job. parameter_node: a vtkMRMLInnerGSParameterNode with all
+    choices, instead of them. Other arguments as in reconstruct().
+    """
+    if parameter_node is not None:
+        if volumes is not None or spacing is not None or choices:
+            raise Error("Give a parameter node or volumes with choices, not both.")
+        node, temporary = parameter_node, None
+    else:
+        node = temporary = parameters(volumes, spacing, **choices)
+    owner = logic_of(node)
+    with quiet(owner):
+        job = owner.StartReconstruction(node)
+    if job is None:
+        sentence = owner.GetLastError()
+        if temporary is not None:
+            temporary.GetScene().RemoveNode(temporary)
+        raise Error(sentence)
+    return Job(owner, job, temporary, progress, preview)
+
+
+def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter_node=None, **choices):
+    """Reconstructs one volume node, or several of the same patient, and waits. Returns a Result with new nodes.
+
+    spacing      output voxel size in mm, isotropic; by default the finest spacing of the inputs
+    reference    a volume node whose voxels the output gets; input_grid=True: those of the first input
+    mask         a label map or segmentation node: only what is inside is fitted (segment: one segment's ID)
+    roi          a markups ROI node: only that box is fitted and put out
+    thickness    slice thickness in mm, one number or one per volume; by default the distance between slices
+    profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
+    axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default the one with clearly the
+                 coarsest spacing, else 2
+    held_out     share of slices (0 to 0.5) withheld to report held_out_psnr
+    quality      also judge the settings by protocol H (keep every quality_gap-th slice) in a table node
+    output, output_model  nodes to write to instead of new ones
+    progress, preview     called with the Job from time to time
+    preset       "fast", "balanced" (default), "best" or "paper"; further settings: blending, loss, initialisation,
+                 schedule (plateau_patience, plateau_factor, plateau_lowest, plateau_threshold), gaussians,
+                 densify_every (maximum_gaussians, prune_opacity, prune_size, densify_gradient, split_size), iterations,
+                 members, linear_intensity, huber_delta, point_weight, ssim_weight, all_axes, paper_stop_rule,
+                 relocate, consistency, selection, device ("auto", "cpu", "cuda", "cuda:N"), threads, instruction_set, seed
+    """
+    return start(volumes, spacing, progress=progress, preview=preview, parameter_node=parameter_node, **choices).result()
+
+
+def running(scene=None):
+    """Whether a reconstruction is queued or running."""
+    return bool(logic(scene).IsRunning())
+
+
+def cancel(scene=None):
+    """Cancels all reconstructions."""
+    logic(scene).Cancel()

@@ -1,0 +1,101 @@
+"""Choices into parameter nodes."""
+
+from __future__ import annotations
+
+from ._scene import Error, logic_of
+
+_CHOICES = {
+    "preset": ("fast", "balanced", "best", "paper"),
+    "blending": ("normalised", "additive", "alpha"),
+    "loss": ("l1", "l2", "huber"),
+    "initialisation": ("adaptive", "grid"),
+    "schedule": ("exponential", "plateau"),
+    "selection": ("exact", "method1", "method2"),
+}
+_NUMBERS = {
+    "gaussians": "NumberOfGaussians", "iterations": "NumberOfIterations", "members": "NumberOfMembers",
+    "linear_intensity": "LinearIntensity", "huber_delta": "HuberDelta", "ssim_weight": "SSIMWeight",
+    "paper_stop_rule": "PaperStopRule", "all_axes": "AllAxes", "densify_every": "DensifyEvery",
+    "maximum_gaussians": "MaximumNumberOfGaussians", "prune_opacity": "PruneOpacity", "prune_size": "PruneSize",
+    "densify_gradient": "DensifyGradient", "split_size": "SplitSize", "plateau_patience": "PlateauPatience",
+    "plateau_factor": "PlateauFactor", "plateau_lowest": "PlateauLowest", "plateau_threshold": "PlateauThreshold",
+    "point_weight": "PointWeight", "relocate": "Relocate", "consistency": "Consistency", "device": "Device",
+    "threads": "NumberOfThreads", "instruction_set": "InstructionSet", "seed": "Seed",
+}
+_PROFILES = ("point", "box", "gaussian")
+
+
+def _apply(node, settings):
+    for name, value in settings.items():
+        if name in _CHOICES:
+            if value not in _CHOICES[name]:
+                raise Error("%s is one of %s, not %r." % (name, ", ".join(_CHOICES[name]), value))
+            getattr(node, "Set" + name.capitalize())(_CHOICES[name].index(value))
+        elif name in _NUMBERS:
+            getattr(node, "Set" + _NUMBERS[name])(value)
+        else:
+            raise Error("There is no setting %r; there are %s." % (name, ", ".join(sorted([*_CHOICES, *_NUMBERS]))))
+
+
+def _of_volume(node, name, value):
+    """What the parameter node takes for one volume's thickness, profile or axis."""
+    if name == "profile":
+        if value not in _PROFILES:
+            raise Error("profile is one of %s, not %r." % (", ".join(_PROFILES), value))
+        return _PROFILES.index(value)
+    if name == "axis":
+        if value not in (None, 0, 1, 2):
+            raise Error("axis is 0, 1 or 2 (the index that counts the slices) or None, not %r." % (value,))
+        return node.Automatic if value is None else value
+    return value
+
+
+def parameters(volumes, spacing=None, *, reference=None, input_grid=False, mask=None, segment=None, roi=None,
+               thickness=None, profile=None, axis=None, held_out=0.0, quality=False, quality_gap=4, output=None,
+               output_model=None, **settings):
+    """A parameter node with these choices, added to the volumes' scene. Arguments as in reconstruct()."""
+    volumes = list(volumes) if isinstance(volumes, (list, tuple)) else [volumes]
+    if not volumes:
+        raise Error("There is no input volume: give at least one.")
+    owner = logic_of(volumes[0])
+    if [spacing is not None, reference is not None, input_grid].count(True) > 1:
+        raise Error("Give one of spacing, reference and input_grid: there is one output grid.")
+    node = owner.GetMRMLScene().AddNewNodeByClass("vtkMRMLInnerGSParameterNode")
+    try:
+        for volume in volumes:
+            if not hasattr(volume, "IsA") or not volume.IsA("vtkMRMLVolumeNode"):
+                raise Error("The input %s is not a volume node." % (volume,))
+            node.AddInputVolumeNode(volume)
+        for name, values, setter in (("thickness", thickness, node.SetInputSliceThickness),
+                                     ("profile", profile, node.SetInputSliceProfile),
+                                     ("axis", axis, node.SetInputSliceAxis)):
+            if values is None:
+                continue
+            values = list(values) if isinstance(values, (list, tuple)) else [values] * len(volumes)
+            if len(values) != len(volumes):
+                raise Error("There are %d values of %s for %d volumes." % (len(values), name, len(volumes)))
+            for volume, value in zip(volumes, values):
+                setter(volume, _of_volume(node, name, value))
+        if spacing is not None:
+            node.SetOutputGrid(node.SpacingGrid)
+            node.SetOutputSpacing(spacing)
+        elif reference is not None:
+            node.SetOutputGrid(node.ReferenceGrid)
+            node.SetReferenceVolumeNode(reference)
+        elif input_grid:
+            node.SetOutputGrid(node.InputGrid)
+        node.SetMaskNode(mask)
+        node.SetMaskSegmentID(segment or "")
+        node.SetROINode(roi)
+        node.SetHeldOutFraction(held_out)
+        node.SetEvaluateQuality(quality)
+        node.SetQualityGap(quality_gap)
+        node.SetOutputVolumeNode(output)
+        node.SetOutputModelNode(output_model)
+        _apply(node, settings)
+    except Exception as error:
+        owner.GetMRMLScene().RemoveNode(node)
+        if isinstance(error, (TypeError, ValueError)):
+            raise Error(str(error)) from error
+        raise
+    return node

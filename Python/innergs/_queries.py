@@ -1,0 +1,89 @@
+"""Asking, showing, loading and saving models."""
+
+from __future__ import annotations
+
+from ._scene import Error, checked, logic, logic_of, quiet
+
+
+def query(model, points):
+    """The model's values (scanner units) at RAS points in mm: a float for one point, else a NumPy array."""
+    import numpy
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkFloatArray, vtkPoints
+
+    array = numpy.ascontiguousarray(points, dtype=numpy.float64)
+    if array.shape[-1:] != (3,):
+        raise Error("Points have three coordinates each: give an array of shape (..., 3).")
+    coordinates = vtkPoints()
+    coordinates.SetData(numpy_to_vtk(array.reshape(-1, 3), deep=True))
+    values = vtkFloatArray()
+    owner = logic_of(model)
+    with quiet(owner):
+        checked(owner, owner.GetValuesAtRAS(model, coordinates, values))
+    if values.GetNumberOfTuples() == 0:
+        return numpy.empty(array.shape[:-1], numpy.float32)
+    result = vtk_to_numpy(values).reshape(array.shape[:-1]).copy()
+    return float(result) if array.ndim == 1 else result
+
+
+def plane(model, matrix, size=256, spacing=1.0, output=None):
+    """The model on a plane as a volume node.
+
+    matrix: plane to RAS (vtkMatrix4x4 or 4x4 numbers) as a slice node's SliceToRAS; its origin is the middle of the
+    image. size: pixels, one number or (columns, rows); spacing in mm.
+    """
+    columns, rows = (size, size) if isinstance(size, int) else size
+    owner = logic_of(model)
+    with quiet(owner):
+        return checked(owner, owner.QueryPlane(model, _matrix(matrix), columns, rows, spacing, output))
+
+
+def _matrix(matrix):
+    from vtkmodules.vtkCommonMath import vtkMatrix4x4
+
+    if isinstance(matrix, vtkMatrix4x4):
+        return matrix
+    result = vtkMatrix4x4()
+    result.DeepCopy([float(x) for row in matrix for x in row])
+    return result
+
+
+def resample(model, spacing=0.0, reference=None, output=None):
+    """The model as a volume node at a spacing in mm (0: as the fit had it), or on a reference volume's voxels."""
+    owner = logic_of(model)
+    with quiet(owner):
+        made = owner.ResampleLike(model, reference, output) if reference else owner.Resample(model, spacing, output)
+        return checked(owner, made)
+
+
+def follow(model, slice_node, output=None):
+    """A volume node that shows the model on a slice view's plane from now on."""
+    owner = logic_of(model)
+    with quiet(owner):
+        return checked(owner, owner.FollowSlice(model, slice_node, output))
+
+
+def stop_following(output):
+    """The volume node stays as it is."""
+    logic_of(output).StopFollowing(output)
+
+
+def gaussians(model, maximum=0):
+    """The Gaussians as a model node for 3D views; at most so many (0: all)."""
+    owner = logic_of(model)
+    with quiet(owner):
+        return checked(owner, owner.CreateGaussianModel(model, maximum))
+
+
+def load(path, scene=None):
+    """A model file (.innergs, .ply) as a model node."""
+    owner = logic(scene)
+    with quiet(owner):
+        return checked(owner, owner.LoadModel(str(path)))
+
+
+def save(model, path):
+    """Writes a model file (.innergs: everything; .ply: the Gaussians alone)."""
+    owner = logic_of(model)
+    with quiet(owner):
+        checked(owner, owner.SaveModel(model, str(path)))
