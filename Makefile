@@ -38,8 +38,9 @@ bench-cuda: dependencies
 
 # Against Slicer's own libraries from PyPI; says so and goes on where they cannot be had.
 mrml: dependencies
+	@mkdir -p build-mrml && rm -f build-mrml/skipped
 	@Utilities/fetch-slicer-core.sh build-mrml/slicer-core || { [ $$? = 3 ] && touch build-mrml/skipped; }
-	@if [ -e build-mrml/skipped ]; then rm build-mrml/skipped; \
+	@if [ -e build-mrml/skipped ]; then \
 	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
 	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
 

@@ -8,6 +8,7 @@ set -euo pipefail
 slicer=5.13.31053.0
 suite=forky # Debian release with VTK's headers
 python=${PYTHON:-/usr/bin/python3}
+limit=${INNERGS_FETCH_LIMIT:-900} # seconds for each download, so that a dead network ends in a sentence
 
 unavailable() {
   echo "Slicer's libraries cannot be had: $*" >&2
@@ -27,8 +28,9 @@ command -v apt-get dpkg-deb >/dev/null || unavailable "VTK's headers come from D
 
 # From PyPI.
 [ -x venv/bin/python ] || "$python" -m venv venv >&2 || unavailable "no Python environment could be made."
-venv/bin/python -m pip install --quiet --disable-pip-version-check "slicer-core==$slicer" "slicer-core-sdk==$slicer" \
-  numpy >&2 || unavailable "pip found no slicer-core $slicer with its SDK for $($python --version)."
+timeout "$limit" venv/bin/python -m pip install --quiet --disable-pip-version-check --timeout 30 --retries 2 "slicer-core==$slicer" \
+  "slicer-core-sdk==$slicer" numpy >&2 ||
+  unavailable "pip got no slicer-core $slicer with its SDK for $($python --version) within $limit s."
 vtk=$(venv/bin/python -c 'from importlib.metadata import version; print(version("vtk"))')
 
 # From Debian, with a private apt: its own sources, lists and cache, and the mirror that this machine uses.
@@ -45,11 +47,12 @@ Dir::State "$folder/apt"; Dir::State::lists "$folder/apt/lists"; Dir::State::sta
 Dir::Cache "$folder/apt/cache"; Dir::Etc::sourcelist "$folder/apt/sources.list"; Dir::Etc::sourceparts "$folder/apt/parts";
 Dir::Etc::preferences "-"; Dir::Etc::preferencesparts "$folder/apt/parts";
 APT::Architecture "amd64"; APT::Architectures "amd64"; APT::Sandbox::User "root"; Acquire::Languages "none";
+Acquire::Retries "2"; Acquire::http::Timeout "30"; Acquire::https::Timeout "30";
 EOF
 export APT_CONFIG="$folder/apt/apt.conf"
-apt-get update -qq >&2 || unavailable "the index of Debian $suite could not be read."
-(cd debs && rm -f ./*.deb && apt-get download -qq libvtk9-dev libvtk9.6 vtk9 python3-vtk9 libc6 >&2) ||
-  unavailable "Debian $suite no longer has the packages of VTK $vtk."
+timeout "$limit" apt-get update -qq >&2 || unavailable "the index of Debian $suite could not be read within $limit s."
+(cd debs && rm -f ./*.deb && timeout "$limit" apt-get download -qq libvtk9-dev libvtk9.6 vtk9 python3-vtk9 libc6 >&2) ||
+  unavailable "Debian $suite no longer has the packages of VTK $vtk, or they did not come within $limit s."
 rm -rf tools include
 for package in libvtk9-dev vtk9 python3-vtk9 libc6; do
   dpkg-deb --fsys-tarfile debs/${package}_*.deb | tar -x -C apt --one-top-level=root --exclude='*/doc/*' --exclude='*.pyi' \
