@@ -1,3 +1,4 @@
+#include "Core/Error.h"
 #include "Core/Metrics.h"
 #include "Core/Otsu.h"
 
@@ -6,14 +7,21 @@
 namespace innergs {
 namespace {
 
+constexpr std::size_t stride = 1 << 18; // voxels between looks at the stop token
+
+void throwIfStopped(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The body mask was cancelled.");
+}
+
 constexpr std::uint8_t outside = 0, foreground = 1, visited = 2, largest = 3;
 
 // Flood fill from `seed` over voxels equal to `from`, 6-connected; returns the voxels reached.
 std::vector<std::int64_t> flood(std::vector<std::uint8_t>& label, const std::array<std::int64_t, 3>& n,
-                                std::int64_t seed) {
+                                std::int64_t seed, const std::stop_token& stop) {
   std::vector<std::int64_t> reached{seed};
   label[seed] = visited;
   for (std::size_t head = 0; head < reached.size(); ++head) {
+    if (head % stride == 0) throwIfStopped(stop);
     const std::int64_t p = reached[head], i = p % n[0], j = p / n[0] % n[1], k = p / (n[0] * n[1]);
     const auto visit = [&](bool inside, std::int64_t q) {
       if (inside && label[q] == foreground) {
@@ -63,8 +71,9 @@ void fillHoles(std::uint8_t* slice, std::int64_t width, std::int64_t height) {
 
 } // namespace
 
-std::vector<std::uint8_t> bodyMask(const Volume& volume) {
+std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop) {
   const auto& n = volume.geometry.size;
+  throwIfStopped(stop);
   const double threshold = otsuThreshold(volume.voxels);
   std::vector<std::uint8_t> label(volume.voxels.size());
   for (std::size_t p = 0; p < label.size(); ++p)
@@ -73,7 +82,7 @@ std::vector<std::uint8_t> bodyMask(const Volume& volume) {
   std::vector<std::int64_t> best;
   for (std::size_t p = 0; p < label.size(); ++p)
     if (label[p] == foreground) {
-      auto component = flood(label, n, static_cast<std::int64_t>(p));
+      auto component = flood(label, n, static_cast<std::int64_t>(p), stop);
       if (component.size() > best.size()) best.swap(component);
     }
   if (best.empty()) return std::vector<std::uint8_t>(label.size(), 1); // constant image: all of it
@@ -81,8 +90,10 @@ std::vector<std::uint8_t> bodyMask(const Volume& volume) {
     label[p] = largest;
   for (std::uint8_t& l : label)
     l = l == largest;
-  for (std::int64_t k = 0; k < n[2]; ++k)
+  for (std::int64_t k = 0; k < n[2]; ++k) {
+    throwIfStopped(stop);
     fillHoles(label.data() + k * n[0] * n[1], n[0], n[1]);
+  }
   return label;
 }
 

@@ -73,7 +73,8 @@ Quality sliceQuality(const Volume& image, const Volume& truth, int axis, std::in
 }
 
 Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask,
-                      double range, const std::optional<std::vector<std::int64_t>>& slices) {
+                      double range, const std::optional<std::vector<std::int64_t>>& slices,
+                      const std::stop_token& stop) {
   checkPair(image, truth);
   if (!mask.empty() && mask.size() != truth.voxels.size())
     throw Error(ErrorCode::InvalidArgument, "The mask differs from the truth in size.");
@@ -89,6 +90,7 @@ Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const 
   SquaredError error;
   double ssim = 0;
   for (std::int64_t k : chosen) {
+    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The scoring was cancelled.");
     if (k < 0 || k >= n[2]) throw Error(ErrorCode::InvalidArgument, "A slice index lies outside the volume.");
     const std::size_t first = plane * static_cast<std::size_t>(k);
     const std::span<const float> a(image.voxels.data() + first, plane), b(truth.voxels.data() + first, plane);

@@ -2,6 +2,7 @@
 #include "Core/Volume.h"
 
 #include <optional>
+#include <stop_token>
 
 namespace innergs {
 
@@ -24,12 +25,14 @@ std::vector<float> ssimMap(std::span<const float> image, std::span<const float> 
 Quality sliceQuality(const Volume& image, const Volume& truth, int axis, std::int64_t index, double range);
 
 /// Protocol H: PSNR pooled over mask ∩ chosen K-slices, SSIM (per K-slice map) averaged on the same voxels.
-/// `slices`: K indices; nullopt = all.
+/// `slices`: K indices; nullopt = all. Throws Error(Cancelled) when stopped.
 Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask,
-                      double range, const std::optional<std::vector<std::int64_t>>& slices = std::nullopt);
+                      double range, const std::optional<std::vector<std::int64_t>>& slices = std::nullopt,
+                      const std::stop_token& stop = {});
 
-/// Body mask by Otsu's threshold, largest component, holes filled per slice.
-std::vector<std::uint8_t> bodyMask(const Volume& volume);
+/// Body mask by Otsu's threshold, largest component, holes filled per slice. Throws Error(Cancelled) when
+/// stopped.
+std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop = {});
 
 /// Robust standard deviation of the noise, in the image's units (median absolute second difference in-plane,
 /// inside `mask` if given).

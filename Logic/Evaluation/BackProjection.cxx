@@ -10,7 +10,7 @@ namespace innergs {
 
 Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
                    const BackProjectionSettings& settings) {
-  Volume volume = averageUpsampled(stacks, grid, Interpolation::Cubic, settings.threads);
+  Volume volume = averageUpsampled(stacks, grid, Interpolation::Cubic, settings.threads, settings.stop);
   BackProjectionPlan plan;
   plan.iterations = settings.iterations;
   double variance = 0;

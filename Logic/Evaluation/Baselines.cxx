@@ -34,14 +34,16 @@ std::vector<float> insideBox(const GridGeometry& image, const GridGeometry& grid
 
 } // namespace
 
-Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation kind, int threads) {
+Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation kind, int threads,
+                   const std::stop_token& stop) {
   checkStack(stack);
   checkGeometry(grid, "The output grid");
   if (!stack.poses.empty())
     throw Error(ErrorCode::InvalidArgument,
                 "Interpolation of a stack needs slices on one lattice: remove the slice poses.");
   ThreadPool pool(threads);
-  const FilledStack filled = fillGaps(stack);
+  pool.setStop(stop);
+  const FilledStack filled = fillGaps(stack, stop);
   Upsampled result{{grid, resample(filled.image, grid, kind, pool)},
                    insideBox(stack.image.geometry, grid, pool)};
   if (!filled.known.empty()) {
@@ -53,10 +55,13 @@ Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation k
   return result;
 }
 
-Volume averageOf(std::span<const Upsampled> upsampled) {
+Volume averageOf(std::span<const Upsampled> upsampled, const std::stop_token& stop) {
   if (upsampled.empty()) throw Error(ErrorCode::InvalidArgument, "An average needs at least one stack.");
   Volume result{upsampled[0].volume.geometry, std::vector<float>(upsampled[0].volume.voxels.size())};
+  constexpr std::size_t stride = 1 << 18; // voxels between looks at the stop token
   for (std::size_t p = 0; p < result.voxels.size(); ++p) {
+    if (p % stride == 0 && stop.stop_requested())
+      throw Error(ErrorCode::Cancelled, "The interpolation was cancelled.");
     double sum = 0, weights = 0, plain = 0;
     for (const Upsampled& u : upsampled) {
       sum += double(u.weight[p]) * u.volume.voxels[p];
@@ -69,11 +74,11 @@ Volume averageOf(std::span<const Upsampled> upsampled) {
 }
 
 Volume averageUpsampled(std::span<const Stack> stacks, const GridGeometry& grid, Interpolation kind,
-                        int threads) {
+                        int threads, const std::stop_token& stop) {
   std::vector<Upsampled> upsampled;
   for (const Stack& stack : stacks)
-    upsampled.push_back(upsample(stack, grid, kind, threads));
-  return averageOf(upsampled);
+    upsampled.push_back(upsample(stack, grid, kind, threads, stop));
+  return averageOf(upsampled, stop);
 }
 
 } // namespace innergs

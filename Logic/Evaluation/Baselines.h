@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Stack.h"
 
+#include <stop_token>
+
 namespace innergs {
 
 enum class Interpolation {
@@ -18,14 +20,16 @@ struct Upsampled {
 
 /// Interpolates a stack, as an image of point samples at its voxel centres, onto a lattice of any
 /// orientation. Voxels that are unobserved or not finite take the nearest observed value first. threads: 0 =
-/// all cores. Throws Error(InvalidArgument) for a stack with slice poses, and what checkStack throws.
-Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation kind, int threads = 0);
+/// all cores. Throws Error(InvalidArgument) for a stack with slice poses, and what checkStack throws, and
+/// Error(Cancelled) when stopped.
+Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation kind, int threads = 0,
+                   const std::stop_token& stop = {});
 
 /// Weighted average of upsampled stacks; where none has weight, the plain average.
-Volume averageOf(std::span<const Upsampled> upsampled);
+Volume averageOf(std::span<const Upsampled> upsampled, const std::stop_token& stop = {});
 
 /// The interpolated average of one or several stacks.
 Volume averageUpsampled(std::span<const Stack> stacks, const GridGeometry& grid, Interpolation kind,
-                        int threads = 0);
+                        int threads = 0, const std::stop_token& stop = {});
 
 } // namespace innergs

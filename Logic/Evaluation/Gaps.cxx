@@ -1,8 +1,10 @@
 #include "Evaluation/Gaps.h"
 
+#include "Core/Error.h"
+
 namespace innergs {
 
-FilledStack fillGaps(const Stack& stack) {
+FilledStack fillGaps(const Stack& stack, const std::stop_token& stop) {
   FilledStack result{stack.image, {}};
   auto& voxels = result.image.voxels;
   std::vector<std::uint8_t> reached(voxels.size());
@@ -32,6 +34,7 @@ FilledStack fillGaps(const Stack& stack) {
       if (border) front.push_back(static_cast<std::int64_t>(p));
     }
   while (!front.empty()) {
+    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The interpolation was cancelled.");
     next.clear();
     for (std::int64_t p : front)
       neighbours(p, [&](std::int64_t q) {

@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Stack.h"
 
+#include <stop_token>
+
 namespace innergs {
 
 /// The stack's image with every unobserved or non-finite voxel replaced by the nearest observed one (in voxel
@@ -10,6 +12,7 @@ struct FilledStack {
   std::vector<std::uint8_t> known; // per voxel; empty when nothing had to be filled
 };
 
-FilledStack fillGaps(const Stack& stack);
+/// Throws Error(Cancelled) when stopped.
+FilledStack fillGaps(const Stack& stack, const std::stop_token& stop = {});
 
 } // namespace innergs

@@ -101,7 +101,7 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
   const GridGeometry grid = input.truth.geometry;
   const bool several = input.stacks.size() > 1;
   const int threads = options.settings.threads;
-  std::vector<std::uint8_t> mask = bodyMask(input.truth);
+  const std::vector<std::uint8_t> mask = bodyMask(input.truth, options.stop);
 
   EvaluationReport report;
   report.protocol = "honest";
@@ -111,7 +111,8 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
 
   const auto add = [&](const std::string& name, const std::function<Volume()>& method) {
     const TimedVolume run = runMethod(name, options, method);
-    const Quality quality = pooledQuality(*run.volume, input.truth, mask, report.peak, input.testSlices);
+    const Quality quality =
+        pooledQuality(*run.volume, input.truth, mask, report.peak, input.testSlices, options.stop);
     report.voxels = quality.voxels;
     MethodScore score;
     score.name = name;
@@ -123,7 +124,7 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
   };
   const std::span<const Stack> first(input.stacks.data(), 1);
   const auto interpolated = [&](Interpolation kind) {
-    return [&, kind] { return averageUpsampled(first, grid, kind, threads); };
+    return [&, kind] { return averageUpsampled(first, grid, kind, threads, options.stop); };
   };
   if (options.gaussians)
     add("gaussians", [&] { return reconstructGaussians(input.stacks, grid, options, report); });
@@ -131,7 +132,8 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
   add("cubic", interpolated(Interpolation::Cubic));
   add("lanczos", interpolated(Interpolation::Lanczos));
   if (several) {
-    add("average", [&] { return averageUpsampled(input.stacks, grid, Interpolation::Cubic, threads); });
+    add("average",
+        [&] { return averageUpsampled(input.stacks, grid, Interpolation::Cubic, threads, options.stop); });
     report.notes.push_back(
         "linear, cubic and lanczos see the axial stack alone; average is the mean of all stacks, "
         "each interpolated by cubic B-splines.");

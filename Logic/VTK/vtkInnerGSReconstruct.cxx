@@ -306,7 +306,7 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->TotalIterations = p.iterations;
   this->CurrentLoss = p.loss;
   this->TrainingPSNR = p.iteration > 0 ? p.trainingPsnr : kNaN;
-  this->HeldOutPSNR = p.heldOutPsnr;
+  this->HeldOutPSNR = p.iteration > 0 ? p.heldOutPsnr : kNaN;
   this->CurrentGaussians = static_cast<vtkIdType>(p.gaussians);
   this->ElapsedSeconds = p.elapsed;
   this->RemainingSeconds = p.remaining;
