@@ -17,7 +17,8 @@ JobDelivery::JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError)
 
 void JobDelivery::deliver(Mail& mail) {
   const std::shared_ptr<Task> task = mail.task;
-  vtkSlicerInnerGSJob* job = task->job;
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
+  if (job->IsDone()) return; // abandoned
   if (mail.started && job->State == vtkSlicerInnerGSJob::Queued && !task->discard) {
     job->State = vtkSlicerInnerGSJob::Running;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobStartedEvent, job);
@@ -53,22 +54,21 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     job->Warnings.push_back(task.filter->GetWarning(n));
   if (!task.qualityError.empty())
     job->Warnings.push_back("The quality could not be judged. " + task.qualityError);
-  vtkMRMLScalarVolumeNode* volume = nullptr;
-  vtkMRMLInnerGSModelNode* model = nullptr;
-  vtkMRMLTableNode* table = nullptr;
-  makeOutputs(task, scene, volume, model, table);
+  const auto [volume, model, table] = makeOutputs(task, scene);
+  if (task.discard) return;
   if (!volume || !model)
     job->Warnings.push_back(
         "An output node was deleted during the reconstruction: what was meant for it is lost.");
   job->VolumeNode = volume;
   job->ModelNode = model;
   job->TableNode = table;
-  if (task.parameters && task.parameters->GetScene() == scene) {
+  if (const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
+      parameters && parameters->GetScene() == scene) {
     using Parameters = vtkMRMLInnerGSParameterNode;
     const auto refer = [&](const char* role, vtkMRMLNode* node) {
-      task.parameters->SetNodeReferenceID(role, node ? node->GetID() : nullptr);
+      parameters->SetNodeReferenceID(role, node ? node->GetID() : nullptr);
     };
-    MRMLNodeModifyBlocker blocker(task.parameters);
+    MRMLNodeModifyBlocker blocker(parameters);
     refer(Parameters::GetResultVolumeReferenceRole(), volume);
     refer(Parameters::GetResultModelReferenceRole(), model);
     refer(Parameters::GetResultTableReferenceRole(), table);
@@ -76,27 +76,33 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
 }
 
 void JobDelivery::finish(Task& task) {
-  vtkSlicerInnerGSJob* job = task.job;
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = task.job;
   job->RemainingSeconds = 0;
-  vtkMRMLScene* scene = logic_->GetMRMLScene();
-  if (task.discard || task.cancelled || !scene || scene != task.scene.Get() || scene->IsClosing()) {
-    job->State = vtkSlicerInnerGSJob::Cancelled;
-    logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobCancelledEvent, job);
+  const vtkSmartPointer<vtkMRMLScene> scene = logic_->GetMRMLScene();
+  if (task.discard || task.cancelled || task.stop.stop_requested() || !scene || scene != task.scene.Get() ||
+      scene->IsClosing()) {
+    abandon(job);
     return;
   }
   std::string error = task.error;
   if (error.empty()) {
+    finishing_.push_back(&task);
     try {
       makeNodes(task, scene);
-      job->Progress = 1;
-      job->Phase = "Done";
-      job->State = vtkSlicerInnerGSJob::Finished;
     } catch (const std::exception& exception) {
       error = exception.what();
     }
+    std::erase(finishing_, &task);
   }
   task.filter = nullptr; // with its volumes
+  if (task.discard) {
+    abandon(job);
+    return;
+  }
   if (error.empty()) {
+    job->Progress = 1;
+    job->Phase = "Done";
+    job->State = vtkSlicerInnerGSJob::Finished;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFinishedEvent, job);
     return;
   }
@@ -107,7 +113,14 @@ void JobDelivery::finish(Task& task) {
 }
 
 void JobDelivery::abandon(vtkSlicerInnerGSJob* job) {
+  if (job->IsDone()) return;
   job->State = vtkSlicerInnerGSJob::Cancelled;
+  logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobCancelledEvent, job);
+}
+
+void JobDelivery::discard() {
+  for (Task* task : finishing_)
+    task->discard = true;
 }
 
 } // namespace innergs::mrml

@@ -12,8 +12,10 @@ public:
   JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError);
 
   void deliver(Mail& mail);
-  /// Cancelled without an event: nobody is left to hear it.
-  static void abandon(vtkSlicerInnerGSJob* job);
+  /// Cancelled at once, whatever mail is still to come.
+  void abandon(vtkSlicerInnerGSJob* job);
+  /// What is being made into nodes is not wanted any more: the scene goes.
+  void discard();
 
 private:
   void finish(Task& task);
@@ -21,6 +23,7 @@ private:
 
   vtkSlicerInnerGSLogic* logic_;
   ErrorHandler onError_;
+  std::vector<Task*> finishing_; // several when an observer of one's nodes waits for another's
 };
 
 } // namespace innergs::mrml

@@ -6,11 +6,14 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 namespace innergs::mrml {
 namespace {
 
-constexpr double kFitShare = 0.5; // of the progress bar, when the quality is judged as well
+// Of the progress bar, when the quality is judged as well: the fit, and up to the interpolations.
+constexpr double kFitShare = 0.5, kJudgedFitShare = 0.95;
+constexpr int kInterpolations = 3; // that protocol H compares with
 
 /// Calls a function for an event of the filter, on the filter's thread.
 class Observation {
@@ -87,15 +90,33 @@ std::vector<std::shared_ptr<Task>> JobQueue::tasks() const {
 std::optional<Mail> JobQueue::fetch() {
   std::lock_guard lock(mutex_);
   awake_ = false;
-  for (auto at = open_.begin(); at != open_.end(); ++at) {
-    const auto found = mail_.find(at->get());
-    if (found == mail_.end()) continue;
-    Mail mail = std::move(found->second);
-    mail_.erase(found);
-    if (mail.done) open_.erase(at);
-    return mail;
+  auto found = mail_.end();
+  for (const auto& task : open_) {
+    const auto at = mail_.find(task.get());
+    if (at == mail_.end()) continue;
+    if (found == mail_.end() || at->second.done) found = at;
+    if (at->second.done) break; // a running task that tells much must not keep others from ending
   }
-  return std::nullopt;
+  if (found == mail_.end()) return std::nullopt;
+  Mail& rest = found->second;
+  Mail next;
+  next.task = rest.task;
+  if (rest.started) {
+    next.started = std::exchange(rest.started, false);
+  } else if (rest.progress && !(rest.previewNext && rest.preview)) {
+    next.progress.swap(rest.progress);
+    rest.previewNext = true;
+  } else if (rest.preview) {
+    next.preview = std::exchange(rest.preview, nullptr);
+    next.previewToRAS = std::exchange(rest.previewToRAS, nullptr);
+    rest.previewNext = false;
+  } else {
+    next.done = rest.done;
+    std::erase(open_, next.task);
+    rest.done = false;
+  }
+  if (!rest.progress && !rest.preview && !rest.done) mail_.erase(found);
+  return next;
 }
 
 bool JobQueue::wait(double seconds) {
@@ -167,13 +188,15 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   task->cancelled = filter->GetAborted() || task->stop.stop_requested();
   if (!task->quality || task->cancelled || !task->error.empty()) return;
 
+  Mail::Progress judged;
+  int methods = 0;
   EvaluationOptions options;
   options.settings = task->quality->settings;
   options.stop = task->stop.get_token();
   options.progress = [&](const innergs::Progress& fit) {
     Mail::Progress p;
     p.phase = std::string("Judging quality, ") + phaseName(fit.phase);
-    p.fraction = kFitShare + (1 - kFitShare) * fit.fraction;
+    p.fraction = kFitShare + (kJudgedFitShare - kFitShare) * fit.fraction;
     p.loss = fit.loss;
     p.trainingPsnr = fit.trainingPsnr;
     p.heldOutPsnr = filter->GetHeldOutPSNR();
@@ -182,7 +205,16 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
     p.iteration = fit.iteration;
     p.iterations = fit.iterations;
     p.gaussians = fit.gaussians;
+    judged = p;
     post(task, [&](Mail& mail) { mail.progress = p; });
+  };
+  options.onMethod = [&](const std::string& name) {
+    if (name == "gaussians") return; // tells of itself
+    judged.phase = "Judging quality, " + name;
+    judged.fraction =
+        kJudgedFitShare + (1 - kJudgedFitShare) * std::min(1.0, double(methods++) / kInterpolations);
+    judged.remaining = 0;
+    post(task, [&](Mail& mail) { mail.progress = judged; });
   };
   try {
     task->report = evaluateHonest(task->quality->volume, task->quality->honestCase, options);

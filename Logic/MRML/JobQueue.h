@@ -14,7 +14,8 @@
 
 namespace innergs::mrml {
 
-/// What the worker tells about a task; newer tidings replace those that were not fetched in time.
+/// What the worker tells about a task; newer tidings replace those that were not fetched in time. Fetched one
+/// by one: what an observer of the first does (cancel, wait, clear the scene) still meets the others here.
 struct Mail {
   struct Progress {
     std::string phase;
@@ -24,6 +25,7 @@ struct Mail {
   };
   std::shared_ptr<Task> task;
   bool started = false, done = false;
+  bool previewNext = false; // progress that comes fast must not hold the preview back
   std::optional<Progress> progress;
   vtkSmartPointer<vtkImageData> preview;
   vtkSmartPointer<vtkMatrix4x4> previewToRAS;
@@ -46,7 +48,7 @@ public:
 
   /// Tasks whose last mail was not fetched yet, in order.
   std::vector<std::shared_ptr<Task>> tasks() const;
-  /// The oldest mail, if there is any.
+  /// The oldest task's next single tiding, if there is any. With `done` the task is closed: no others follow.
   std::optional<Mail> fetch();
   /// Waits for mail; false when there is none in time.
   bool wait(double seconds);

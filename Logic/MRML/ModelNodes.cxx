@@ -53,24 +53,26 @@ void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
                     : storage->GetErrorMessage());
 }
 
-vtkMRMLModelNode* makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, int maximum,
-                                    vtkMRMLModelNode* output) {
+vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                    int maximum, vtkMRMLModelNode* output) {
   vtkNew<vtkInnerGSToPolyData> filter;
   filter->SetModel(modelOf(model));
   filter->SetMaximumNumberOfGaussians(maximum);
   run(filter);
-  if (!output) {
+  // Observers of what follows may remove the node.
+  vtkSmartPointer<vtkMRMLModelNode> made = output;
+  if (!made) {
     if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a model to: set one.");
     const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " Gaussians";
-    output = vtkMRMLModelNode::SafeDownCast(addNode(scene, "vtkMRMLModelNode", name));
-    output->CreateDefaultDisplayNodes();
-    placeBeside(output, model);
+    made = vtkMRMLModelNode::SafeDownCast(addNode(scene, "vtkMRMLModelNode", name));
+    if (made->GetScene()) made->CreateDefaultDisplayNodes();
+    placeBeside(made, model);
   }
-  output->SetAndObserveTransformNodeID(model->GetTransformNodeID());
+  made->SetAndObserveTransformNodeID(model->GetTransformNodeID());
   vtkNew<vtkPolyData> own;
   own->ShallowCopy(filter->GetOutput());
-  output->SetAndObservePolyData(own);
-  return output;
+  made->SetAndObservePolyData(own);
+  return made;
 }
 
 } // namespace innergs::mrml

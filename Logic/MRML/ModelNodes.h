@@ -1,4 +1,6 @@
 #pragma once
+#include <vtkSmartPointer.h>
+
 #include <string>
 
 class vtkMRMLInnerGSModelNode;
@@ -15,7 +17,7 @@ vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileN
 void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName);
 
 /// At most so many Gaussians (0: all) as points with tensors, in `output` or a new node beside the model.
-vtkMRMLModelNode* makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, int maximum,
-                                    vtkMRMLModelNode* output);
+vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                    int maximum, vtkMRMLModelNode* output);
 
 } // namespace innergs::mrml

@@ -1,5 +1,6 @@
 #include "Outputs.h"
 
+#include "Core/Error.h"
 #include "QualityTable.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -14,6 +15,7 @@
 
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
+#include <vtkTable.h>
 
 #include <cmath>
 #include <cstdio>
@@ -24,8 +26,8 @@ namespace {
 /// A chosen node that is still in the scene, or a new one where none was chosen; null when the chosen one is
 /// gone.
 template <class Node>
-Node* outputNode(Node* chosen, bool isNew, vtkMRMLScene* scene, const char* className,
-                 const std::string& name) {
+vtkSmartPointer<Node> outputNode(Node* chosen, bool isNew, vtkMRMLScene* scene, const char* className,
+                                 const std::string& name) {
   if (isNew) return Node::SafeDownCast(addNode(scene, className, name));
   return chosen && chosen->GetScene() == scene ? chosen : nullptr;
 }
@@ -37,6 +39,7 @@ std::string decibels(double psnr) {
 }
 
 void setProvenance(vtkMRMLNode* node, const Task& task) {
+  MRMLNodeModifyBlocker blocker(node);
   node->SetAttribute("InnerGS.Version", INNERGS_VERSION);
   node->SetAttribute("InnerGS.Inputs", task.inputNames.c_str());
   node->SetAttribute("InnerGS.Settings", task.filter->GetUsedSettings().c_str());
@@ -49,19 +52,28 @@ void setProvenance(vtkMRMLNode* node, const Task& task) {
 
 } // namespace
 
-vtkMRMLNode* addNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
-  return scene->AddNewNodeByClass(className, scene->GenerateUniqueName(name));
+vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
+  const auto node = vtkSmartPointer<vtkMRMLNode>::Take(scene->CreateNodeByClass(className));
+  if (!node)
+    throw Error(ErrorCode::InvalidArgument, std::string("The scene does not know ") + className + ".");
+  node->SetName(scene->GenerateUniqueName(name).c_str());
+  scene->AddNode(node);
+  return node;
 }
 
 void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
                vtkMRMLVolumeNode* like) {
+  // Observers of what follows may remove the node or drop the scene.
+  const vtkSmartPointer<vtkMRMLScalarVolumeNode> alive = node;
+  const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
+  const vtkSmartPointer<vtkMRMLVolumeNode> likeAlive = like;
   MRMLNodeModifyBlocker blocker(node);
   if (node->GetParentTransformNode()) node->SetAndObserveTransformNodeID(nullptr); // results are in the world
   vtkNew<vtkImageData> own; // the maker's output may be written again
   own->ShallowCopy(image);
   node->SetAndObserveImageData(own);
   node->SetIJKToRASMatrix(ijkToRAS);
-  if (node->GetDisplayNode() || !node->GetScene()) return;
+  if (node->GetDisplayNode() || !scene || node->GetScene() != scene) return;
   auto* shown = like ? vtkMRMLScalarVolumeDisplayNode::SafeDownCast(like->GetDisplayNode()) : nullptr;
   if (!shown) {
     node->CreateDefaultDisplayNodes();
@@ -75,14 +87,19 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
     display->SetAndObserveColorNodeID(shown->GetColorNodeID());
   else
     display->SetDefaultColorMap();
-  node->GetScene()->AddNode(display);
-  node->SetAndObserveDisplayNodeID(display->GetID());
+  scene->AddNode(display);
+  if (node->GetScene() == scene && display->GetScene() == scene)
+    node->SetAndObserveDisplayNodeID(display->GetID());
 }
 
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
   if (!node || !sibling || !node->GetScene() || sibling->GetScene() != node->GetScene()) return;
-  auto* hierarchy = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(node->GetScene());
-  if (!hierarchy) return;
+  const vtkSmartPointer<vtkMRMLNode> alive[] = {node, sibling};
+  const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
+  vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene); // makes one; observers may remove it, and us
+  const vtkSmartPointer<vtkMRMLSubjectHierarchyNode> hierarchy =
+      vtkMRMLSubjectHierarchyNode::SafeDownCast(scene->GetFirstNodeByClass("vtkMRMLSubjectHierarchyNode"));
+  if (!hierarchy || node->GetScene() != scene || sibling->GetScene() != scene) return;
   const vtkIdType none = vtkMRMLSubjectHierarchyNode::INVALID_ITEM_ID;
   const vtkIdType siblingItem = hierarchy->GetItemByDataNode(sibling);
   const vtkIdType parent =
@@ -94,37 +111,48 @@ void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
     hierarchy->SetItemParent(item, parent);
 }
 
-void makeOutputs(Task& task, vtkMRMLScene* scene, vtkMRMLScalarVolumeNode*& volume,
-                 vtkMRMLInnerGSModelNode*& model, vtkMRMLTableNode*& table) {
+Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   const std::string base = task.inputNames.substr(0, task.inputNames.find("; "));
-  vtkMRMLVolumeNode* input =
-      task.firstInput && task.firstInput->GetScene() == scene ? task.firstInput.Get() : nullptr;
+  // What can fail comes first: then either all outputs are made or none is touched.
+  vtkNew<vtkInnerGSModel> content;
+  content->ShallowCopy(task.filter->GetOutputModel());
+  vtkNew<vtkImageData> image;
+  image->ShallowCopy(task.filter->GetOutputImage());
+  const vtkSmartPointer<vtkTable> quality = task.report ? makeQualityTable(*task.report) : nullptr;
 
-  model =
+  // Every change of a node is an event, whose observers may remove nodes and clear or drop the scene.
+  const auto there = [&](vtkMRMLNode* node) { return node && !task.discard && node->GetScene() == scene; };
+  const auto input = [&]() -> vtkMRMLVolumeNode* {
+    return there(task.firstInput) ? task.firstInput.Get() : nullptr;
+  };
+  Outputs made;
+  made.model =
       outputNode(task.model.Get(), task.newModel, scene, "vtkMRMLInnerGSModelNode", base + " InnerGS model");
-  if (model) {
-    vtkNew<vtkInnerGSModel> own;
-    own->ShallowCopy(task.filter->GetOutputModel());
-    if (model->GetParentTransformNode()) model->SetAndObserveTransformNodeID(nullptr);
-    setProvenance(model, task);
-    model->SetModel(own);
-    placeBeside(model, input);
-  }
-  volume = outputNode(task.volume.Get(), task.newVolume, scene, "vtkMRMLScalarVolumeNode", base + " InnerGS");
-  if (volume) {
-    setProvenance(volume, task);
-    setVolume(volume, task.filter->GetOutputImage(), task.filter->GetOutputIJKToRASMatrix(), input);
-    if (model) volume->SetNodeReferenceID("InnerGSModel", model->GetID());
-    placeBeside(volume, input);
-  }
-  if (task.report) {
-    table = outputNode(task.table.Get(), task.newTable, scene, "vtkMRMLTableNode", base + " InnerGS quality");
-    if (table) {
-      setProvenance(table, task);
-      fillQualityTable(table, *task.report);
-      placeBeside(table, input);
-    }
-  }
+  if (there(made.model) && made.model->GetParentTransformNode())
+    made.model->SetAndObserveTransformNodeID(nullptr);
+  if (there(made.model)) setProvenance(made.model, task);
+  if (there(made.model)) made.model->SetModel(content);
+  if (there(made.model)) placeBeside(made.model, input());
+  if (task.discard) return made;
+
+  made.volume =
+      outputNode(task.volume.Get(), task.newVolume, scene, "vtkMRMLScalarVolumeNode", base + " InnerGS");
+  if (there(made.volume)) setProvenance(made.volume, task);
+  if (there(made.volume)) setVolume(made.volume, image, task.filter->GetOutputIJKToRASMatrix(), input());
+  if (there(made.volume) && there(made.model))
+    made.volume->SetNodeReferenceID("InnerGSModel", made.model->GetID());
+  if (there(made.volume)) placeBeside(made.volume, input());
+  if (quality && !task.discard)
+    made.table =
+        outputNode(task.table.Get(), task.newTable, scene, "vtkMRMLTableNode", base + " InnerGS quality");
+  if (there(made.table)) setProvenance(made.table, task);
+  if (there(made.table)) setQuality(made.table, quality, *task.report);
+  if (there(made.table)) placeBeside(made.table, input());
+  // Removed since they were made.
+  if (!there(made.model)) made.model = nullptr;
+  if (!there(made.volume)) made.volume = nullptr;
+  if (!there(made.table)) made.table = nullptr;
+  return made;
 }
 
 } // namespace innergs::mrml

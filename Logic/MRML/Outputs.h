@@ -9,11 +9,16 @@ namespace innergs::mrml {
 
 /// Turns a finished task into nodes: the chosen outputs or new ones, placed in the world (no parent
 /// transform), with what they were made from as attributes. Nodes deleted in the meantime are left out.
-void makeOutputs(Task& task, vtkMRMLScene* scene, vtkMRMLScalarVolumeNode*& volume,
-                 vtkMRMLInnerGSModelNode*& model, vtkMRMLTableNode*& table);
+/// Ends early when an observer discards the task.
+struct Outputs {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> volume;
+  vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
+  vtkSmartPointer<vtkMRMLTableNode> table;
+};
+Outputs makeOutputs(const Task& task, vtkMRMLScene* scene);
 
-/// A new node of a class under a unique name.
-vtkMRMLNode* addNode(vtkMRMLScene* scene, const char* className, const std::string& name);
+/// A new node of a class under a unique name; an observer may have removed it from the scene again.
+vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className, const std::string& name);
 
 /// Image and geometry into a volume node, in the world; the display is kept, or made like `like`'s.
 void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,

@@ -9,7 +9,7 @@
 
 namespace innergs::mrml {
 
-void fillQualityTable(vtkMRMLTableNode* node, const EvaluationReport& report) {
+vtkSmartPointer<vtkTable> makeQualityTable(const EvaluationReport& report) {
   vtkNew<vtkStringArray> method;
   vtkNew<vtkDoubleArray> psnr, ssim, seconds;
   method->SetName("Method");
@@ -22,11 +22,16 @@ void fillQualityTable(vtkMRMLTableNode* node, const EvaluationReport& report) {
     ssim->InsertNextValue(score.ssim);
     seconds->InsertNextValue(score.seconds);
   }
-  vtkNew<vtkTable> table;
+  auto table = vtkSmartPointer<vtkTable>::New();
   for (vtkAbstractArray* column :
        {static_cast<vtkAbstractArray*>(method), static_cast<vtkAbstractArray*>(psnr),
         static_cast<vtkAbstractArray*>(ssim), static_cast<vtkAbstractArray*>(seconds)})
     table->AddColumn(column);
+  return table;
+}
+
+void setQuality(vtkMRMLTableNode* node, vtkTable* table, const EvaluationReport& report) {
+  MRMLNodeModifyBlocker blocker(node);
   node->SetAttribute("InnerGS.Protocol", ("H, " + report.caseName).c_str());
   node->SetAttribute("InnerGS.Samples", report.samples.c_str());
   node->SetAttribute("InnerGS.Range", report.range.c_str());

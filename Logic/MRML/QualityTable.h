@@ -1,12 +1,17 @@
 #pragma once
 #include "Evaluation/Protocols.h"
 
+#include <vtkSmartPointer.h>
+
 class vtkMRMLTableNode;
+class vtkTable;
 
 namespace innergs::mrml {
 
-/// One row per method (Gaussians, linear, cubic, Lanczos): PSNR in dB, SSIM, seconds; what they were scored
-/// on in the attributes InnerGS.Protocol, InnerGS.Samples and InnerGS.Range.
-void fillQualityTable(vtkMRMLTableNode* node, const EvaluationReport& report);
+/// One row per method (Gaussians, linear, cubic, Lanczos): PSNR in dB, SSIM, seconds.
+vtkSmartPointer<vtkTable> makeQualityTable(const EvaluationReport& report);
+/// The table into a node, and what it was scored on into the attributes InnerGS.Protocol, InnerGS.Samples and
+/// InnerGS.Range.
+void setQuality(vtkMRMLTableNode* node, vtkTable* table, const EvaluationReport& report);
 
 } // namespace innergs::mrml

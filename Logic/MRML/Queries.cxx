@@ -43,14 +43,15 @@ void run(vtkInnerGSAlgorithm* filter) {
     throw Error(ErrorCode::InvalidArgument, message);
 }
 
-vtkMRMLScalarVolumeNode* volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
-                                   vtkMRMLInnerGSModelNode* model, const char* suffix) {
+vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
+                                                   vtkMRMLInnerGSModelNode* model, const char* suffix) {
   if (output) return output;
   if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a volume to: set one.");
   const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + suffix;
-  output = vtkMRMLScalarVolumeNode::SafeDownCast(addNode(scene, "vtkMRMLScalarVolumeNode", name));
-  placeBeside(output, model);
-  return output;
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made =
+      vtkMRMLScalarVolumeNode::SafeDownCast(addNode(scene, "vtkMRMLScalarVolumeNode", name));
+  placeBeside(made, model);
+  return made;
 }
 
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values) {
@@ -74,9 +75,9 @@ void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* 
   if (!query->Evaluate(local, values)) throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
 }
 
-vtkMRMLScalarVolumeNode* queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
-                                    vtkMatrix4x4* planeToRAS, int columns, int rows, double spacing,
-                                    vtkMRMLScalarVolumeNode* output) {
+vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                    vtkMatrix4x4* planeToRAS, int columns, int rows,
+                                                    double spacing, vtkMRMLScalarVolumeNode* output) {
   if (!planeToRAS)
     throw Error(ErrorCode::InvalidArgument, "There is no matrix that places the plane: give one.");
   if (columns < 1 || rows < 1 || !(spacing > 0))
@@ -94,13 +95,13 @@ vtkMRMLScalarVolumeNode* queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode
   run(query);
   toModel->Invert();
   vtkMatrix4x4::Multiply4x4(toModel, query->GetOutputIJKToRASMatrix(), ijkToWorld);
-  output = volumeFor(scene, output, model, " plane");
-  setVolume(output, query->GetOutput(), ijkToWorld);
-  return output;
+  const auto volume = volumeFor(scene, output, model, " plane");
+  setVolume(volume, query->GetOutput(), ijkToWorld);
+  return volume;
 }
 
-vtkMRMLScalarVolumeNode* resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, double spacing,
-                                  vtkMRMLScalarVolumeNode* output) {
+vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                  double spacing, vtkMRMLScalarVolumeNode* output) {
   if (!(spacing >= 0)) throw Error(ErrorCode::InvalidArgument, "The spacing must be above 0 mm, or 0.");
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
@@ -110,13 +111,14 @@ vtkMRMLScalarVolumeNode* resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* 
   toWorld(model, modelToWorld);
   run(filter);
   vtkMatrix4x4::Multiply4x4(modelToWorld, filter->GetOutputIJKToRASMatrix(), ijkToWorld);
-  output = volumeFor(scene, output, model, " resampled");
-  setVolume(output, filter->GetOutput(), ijkToWorld);
-  return output;
+  const auto volume = volumeFor(scene, output, model, " resampled");
+  setVolume(volume, filter->GetOutput(), ijkToWorld);
+  return volume;
 }
 
-vtkMRMLScalarVolumeNode* resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
-                                      vtkMRMLVolumeNode* reference, vtkMRMLScalarVolumeNode* output) {
+vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                      vtkMRMLVolumeNode* reference,
+                                                      vtkMRMLScalarVolumeNode* output) {
   if (!reference) throw Error(ErrorCode::InvalidArgument, "There is no reference volume: choose one.");
   if (output == reference)
     throw Error(ErrorCode::InvalidArgument, "The output is the reference as well: choose another.");
@@ -132,9 +134,9 @@ vtkMRMLScalarVolumeNode* resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNo
   filter->SetReferenceGrid(ijkToModel, size[0], size[1], size[2]);
   filter->GeometryInImageOff();
   run(filter);
-  output = volumeFor(scene, output, model, " resampled");
-  setVolume(output, filter->GetOutput(), referenceToWorld, reference);
-  return output;
+  const auto volume = volumeFor(scene, output, model, " resampled");
+  setVolume(volume, filter->GetOutput(), referenceToWorld, reference);
+  return volume;
 }
 
 } // namespace innergs::mrml

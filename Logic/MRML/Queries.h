@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/GridGeometry.h"
 
+#include <vtkSmartPointer.h>
+
 class vtkFloatArray;
 class vtkInnerGSAlgorithm;
 class vtkInnerGSModel;
@@ -25,17 +27,18 @@ void run(vtkInnerGSAlgorithm* filter);
 
 /// The output, or a new volume node beside the model. Throws Error(InvalidArgument) without scene to add it
 /// to.
-vtkMRMLScalarVolumeNode* volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
-                                   vtkMRMLInnerGSModelNode* model, const char* suffix);
+vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
+                                                   vtkMRMLInnerGSModelNode* model, const char* suffix);
 
 /// What the logic's methods of like names do; nothing is changed when they throw Error.
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
-vtkMRMLScalarVolumeNode* queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
-                                    vtkMatrix4x4* planeToRAS, int columns, int rows, double spacing,
-                                    vtkMRMLScalarVolumeNode* output);
-vtkMRMLScalarVolumeNode* resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, double spacing,
-                                  vtkMRMLScalarVolumeNode* output);
-vtkMRMLScalarVolumeNode* resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
-                                      vtkMRMLVolumeNode* reference, vtkMRMLScalarVolumeNode* output);
+vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                    vtkMatrix4x4* planeToRAS, int columns, int rows,
+                                                    double spacing, vtkMRMLScalarVolumeNode* output);
+vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                  double spacing, vtkMRMLScalarVolumeNode* output);
+vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                      vtkMRMLVolumeNode* reference,
+                                                      vtkMRMLScalarVolumeNode* output);
 
 } // namespace innergs::mrml

@@ -20,23 +20,15 @@
 
 namespace innergs::mrml {
 
-SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice,
-                             vtkMRMLScalarVolumeNode* output, int maximumPixels, ErrorHandler onError)
-    : model_(model), slice_(slice), output_(output), maximumPixels_(maximumPixels),
-      onError_(std::move(onError)) {
+SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
+                             ErrorHandler onError)
+    : model_(model), slice_(slice), maximumPixels_(maximumPixels), onError_(std::move(onError)) {
   query_->CentredOff();
   query_->GeometryInImageOff();
   command_->SetClientData(this);
   command_->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
-    auto* follower = static_cast<SliceFollower*>(self);
-    try {
-      follower->update();
-      follower->lastError_.clear();
-    } catch (const std::exception& error) {
-      if (follower->lastError_ == error.what()) return;
-      follower->lastError_ = error.what();
-      follower->onError_(error.what());
-    }
+    // Observers of the output and of errors may end it.
+    static_cast<SliceFollower*>(self)->shared_from_this()->update();
   });
   slice->AddObserver(vtkCommand::ModifiedEvent, command_);
   model->AddObserver(vtkMRMLInnerGSModelNode::ModelModifiedEvent, command_);
@@ -56,32 +48,51 @@ bool SliceFollower::concerns(vtkMRMLNode* node) const {
   return node == model_.Get() || node == slice_.Get() || node == output_.Get();
 }
 
+void SliceFollower::setOutput(vtkMRMLScalarVolumeNode* output) {
+  output_ = output;
+}
+
 void SliceFollower::update() {
-  if (updating_ || !model_ || !slice_ || !output_) return;
-  const int* size = slice_->GetDimensions();
-  if (size[0] < 1 || size[1] < 1) return; // a view that is not shown
+  if (updating_ || !output_) return;
   updating_ = true;
   try {
-    // Fewer pixels than a large view has: each stands for `step` of them.
-    const double step = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
-    vtkNew<vtkMatrix4x4> toModel, plane, ijkToWorldMatrix;
-    fromWorld(model_, toModel);
-    vtkMatrix4x4::Multiply4x4(toModel, slice_->GetXYToRAS(), plane);
-    query_->SetModel(modelOf(model_));
-    query_->SetPlaneToRASMatrix(plane);
-    query_->SetDimensions(std::max(1, int(size[0] / step)), std::max(1, int(size[1] / step)));
-    query_->SetSpacing(step, step);
-    run(query_);
-    toModel->Invert();
-    vtkMatrix4x4::Multiply4x4(toModel, query_->GetOutputIJKToRASMatrix(), ijkToWorldMatrix);
-    vtkNew<vtkImageData> image;
-    image->DeepCopy(query_->GetOutput()); // the query writes into its own again
-    setVolume(output_, image, ijkToWorldMatrix);
-    updating_ = false;
-  } catch (...) {
-    updating_ = false;
-    throw;
+    if (query()) show();
+    lastError_.clear();
+  } catch (const std::exception& error) {
+    if (lastError_ != error.what()) {
+      lastError_ = error.what();
+      onError_(lastError_);
+    }
   }
+  updating_ = false;
+}
+
+bool SliceFollower::query() {
+  found_ = false;
+  if (!model_ || !slice_) return false;
+  const int* size = slice_->GetDimensions();
+  if (size[0] < 1 || size[1] < 1) return false;
+  // Fewer pixels than a large view has: each stands for `step` of them.
+  const double step = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
+  vtkNew<vtkMatrix4x4> toModel, plane;
+  fromWorld(model_, toModel);
+  vtkMatrix4x4::Multiply4x4(toModel, slice_->GetXYToRAS(), plane);
+  query_->SetModel(modelOf(model_));
+  query_->SetPlaneToRASMatrix(plane);
+  query_->SetDimensions(std::max(1, int(size[0] / step)), std::max(1, int(size[1] / step)));
+  query_->SetSpacing(step, step);
+  run(query_);
+  toModel->Invert();
+  vtkMatrix4x4::Multiply4x4(toModel, query_->GetOutputIJKToRASMatrix(), toWorld_);
+  image_ = vtkSmartPointer<vtkImageData>::New();
+  image_->DeepCopy(query_->GetOutput()); // the query writes into its own again
+  found_ = true;
+  return true;
+}
+
+void SliceFollower::show() {
+  const vtkSmartPointer<vtkMRMLScalarVolumeNode> output = output_.Get();
+  if (output && found_) setVolume(output, image_, toWorld_);
 }
 
 } // namespace innergs::mrml

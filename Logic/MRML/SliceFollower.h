@@ -4,9 +4,12 @@
 #include <vtkWeakPointer.h>
 
 #include <functional>
+#include <memory>
 #include <string>
 
 class vtkCallbackCommand;
+class vtkImageData;
+class vtkMatrix4x4;
 class vtkInnerGSPlaneQuery;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLNode;
@@ -15,22 +18,28 @@ class vtkMRMLSliceNode;
 
 namespace innergs::mrml {
 
-/// Keeps a volume node on a slice view's plane of a model.
-class SliceFollower {
+/// Keeps a volume node on a slice view's plane of a model. Shared, so that an observer of what it changes may
+/// end it.
+class SliceFollower : public std::enable_shared_from_this<SliceFollower> {
 public:
   using ErrorHandler = std::function<void(const std::string&)>;
-  SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, vtkMRMLScalarVolumeNode* output,
-                int maximumPixels, ErrorHandler onError);
+  SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
+                ErrorHandler onError);
   ~SliceFollower();
   SliceFollower(const SliceFollower&) = delete;
   SliceFollower& operator=(const SliceFollower&) = delete;
 
-  /// Throws Error.
-  void update();
+  /// Looks up the plane; throws Error and changes no node. False when the view is not shown.
+  bool query();
+  /// What was looked up last goes into the output.
+  void show();
+  void setOutput(vtkMRMLScalarVolumeNode* output);
   bool concerns(vtkMRMLNode* node) const;
   vtkMRMLScalarVolumeNode* output() const;
 
 private:
+  void update();
+
   vtkWeakPointer<vtkMRMLInnerGSModelNode> model_;
   vtkWeakPointer<vtkMRMLSliceNode> slice_;
   vtkWeakPointer<vtkMRMLScalarVolumeNode> output_;
@@ -38,6 +47,9 @@ private:
   ErrorHandler onError_;
   std::string lastError_; // reported once, not with every drag
   bool updating_ = false;
+  bool found_ = false; // image_ and toWorld_ are the view's
+  vtkSmartPointer<vtkImageData> image_;
+  vtkNew<vtkMatrix4x4> toWorld_;
   vtkNew<vtkInnerGSPlaneQuery> query_;
   vtkNew<vtkCallbackCommand> command_;
 };

@@ -21,9 +21,9 @@
 #include <vtkObjectFactory.h>
 #include <vtkPoints.h>
 
-#include <atomic>
 #include <chrono>
 #include <limits>
+#include <mutex>
 
 vtkStandardNewMacro(vtkSlicerInnerGSLogic);
 
@@ -31,19 +31,31 @@ using innergs::Error;
 using innergs::ErrorCode;
 namespace mrml = innergs::mrml;
 
+namespace {
+
+/// What a caller may hold as a plain pointer: null when an observer removed the new node from the scene
+/// again.
+template <class Node>
+Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
+  return made && (made == given || made->GetScene()) ? made.Get() : nullptr;
+}
+
+} // namespace
+
 struct vtkSlicerInnerGSLogic::Internals {
   vtkSlicerInnerGSLogic* logic;
   std::thread::id mainThread = std::this_thread::get_id();
   std::string lastError;
   vtkSmartPointer<vtkSlicerInnerGSJob> lastJob;
-  std::vector<std::unique_ptr<mrml::SliceFollower>> followers;
+  std::vector<std::shared_ptr<mrml::SliceFollower>> followers;
   mrml::JobDelivery delivery;
 
   // The application's event loop modifies the bell on the main thread when the worker asks for it.
   vtkNew<vtkObject> bell;
   vtkNew<vtkCallbackCommand> onBell;
-  std::atomic<vtkSlicerApplicationLogic*> application = nullptr;
-  std::atomic<bool> delivered = false; // an application took the worker's last call
+  std::mutex applicationMutex; // the worker must not ring at one that is going
+  vtkSlicerApplicationLogic* application = nullptr;
+  vtkNew<vtkCallbackCommand> onApplicationGone, onOwnEnd;
 
   mrml::JobQueue queue; // last: its worker ends before the rest goes
 
@@ -55,12 +67,43 @@ struct vtkSlicerInnerGSLogic::Internals {
       static_cast<vtkSlicerInnerGSLogic*>(self)->ProcessPendingEvents();
     });
     bell->AddObserver(vtkCommand::ModifiedEvent, onBell);
+    onApplicationGone->SetClientData(owner);
+    onApplicationGone->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      static_cast<vtkSlicerInnerGSLogic*>(self)->SetMRMLApplicationLogic(nullptr);
+    });
+    onOwnEnd->SetClientData(this);
+    onOwnEnd->SetCallback(
+        [](vtkObject*, unsigned long, void* self, void*) { static_cast<Internals*>(self)->abandonJobs(); });
+    // Observers are gone in the destructor: jobs end before it.
+    owner->AddObserver(vtkCommand::DeleteEvent, onOwnEnd);
   }
-  ~Internals() { bell->RemoveObserver(onBell); }
+  ~Internals() {
+    bell->RemoveObserver(onBell);
+    if (application) application->RemoveObserver(onApplicationGone);
+  }
+
+  void setApplication(vtkSlicerApplicationLogic* next) {
+    if (next == application) return;
+    if (application) application->RemoveObserver(onApplicationGone);
+    {
+      std::lock_guard lock(applicationMutex);
+      application = next;
+    }
+    if (!next) return;
+    next->AddObserver(vtkCommand::DeleteEvent, onApplicationGone);
+    if (!queue.tasks().empty()) next->RequestModified(bell); // the one before may not have passed on the call
+  }
+  void abandonJobs() {
+    for (const auto& task : queue.tasks()) {
+      task->discard = true;
+      queue.cancel(task);
+      delivery.abandon(task->job);
+    }
+  }
 
   void ring() { // on the worker
-    vtkSlicerApplicationLogic* app = application;
-    delivered = app && app->RequestModified(bell) != 0;
+    std::lock_guard lock(applicationMutex);
+    if (application) application->RequestModified(bell);
   }
 
   /// Runs the task; what it throws becomes an ErrorEvent and the last error. False then.
@@ -88,6 +131,7 @@ bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) 
 }
 
 void vtkSlicerInnerGSLogic::Internals::fail(const std::string& sentence) {
+  const vtkSmartPointer<vtkObject> alive = logic; // an observer may let go of it
   lastError = sentence;
   vtkErrorWithObjectMacro(logic, << sentence);
 }
@@ -102,9 +146,11 @@ std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerIn
 
 vtkSlicerInnerGSLogic::vtkSlicerInnerGSLogic() : Work(std::make_unique<Internals>(this)) {}
 
-vtkSlicerInnerGSLogic::~vtkSlicerInnerGSLogic() {
-  for (const auto& task : this->Work->queue.tasks())
-    mrml::JobDelivery::abandon(task->job);
+vtkSlicerInnerGSLogic::~vtkSlicerInnerGSLogic() = default;
+
+void vtkSlicerInnerGSLogic::SetMRMLApplicationLogic(vtkMRMLApplicationLogic* application) {
+  this->Superclass::SetMRMLApplicationLogic(application);
+  this->Work->setApplication(vtkSlicerApplicationLogic::SafeDownCast(application));
 }
 
 void vtkSlicerInnerGSLogic::PrintSelf(ostream& os, vtkIndent indent) {
@@ -137,6 +183,7 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneStartClose() {
   this->StopFollowing();
   for (const auto& task : this->Work->queue.tasks())
     task->discard = true;
+  this->Work->delivery.discard();
   this->Cancel();
 }
 
@@ -158,7 +205,6 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSPa
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->ParameterNode = parameters;
     work.lastJob = task->job;
-    work.application = this->GetApplicationLogic();
     work.queue.submit(std::move(task));
   });
   return started ? work.lastJob.Get() : nullptr;
@@ -178,8 +224,8 @@ void vtkSlicerInnerGSLogic::Cancel(vtkSlicerInnerGSJob* job) {
 }
 
 bool vtkSlicerInnerGSLogic::IsRunning() {
-  if (!this->Work->delivered && std::this_thread::get_id() == this->Work->mainThread)
-    this->ProcessPendingEvents();
+  const vtkSmartPointer<vtkSlicerInnerGSLogic> alive = this; // an observer may let go of it
+  this->ProcessPendingEvents();
   return this->GetNumberOfJobs() > 0;
 }
 
@@ -215,7 +261,8 @@ int vtkSlicerInnerGSLogic::ProcessPendingEvents() {
   const vtkSmartPointer<vtkSlicerInnerGSLogic> alive = this; // an observer may let go of it
   int count = 0;
   // One round: a worker that tells faster than observers listen must not keep the main thread here.
-  for (const auto limit = this->Work->queue.tasks().size() + 1; count < static_cast<int>(limit); ++count) {
+  const int limit = 4 * this->GetNumberOfJobs(); // started, progress, preview, done
+  for (; count < limit; ++count) {
     std::optional<mrml::Mail> mail = this->Work->queue.fetch();
     if (!mail) break;
     this->Work->delivery.deliver(*mail);
@@ -265,25 +312,26 @@ bool vtkSlicerInnerGSLogic::GetValuesAtRAS(vtkMRMLInnerGSModelNode* model, vtkPo
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNode* model,
                                                            vtkMatrix4x4* planeToRAS, int columns, int rows,
                                                            double spacing, vtkMRMLScalarVolumeNode* output) {
-  const bool done = this->Work->guard([&] {
-    output = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
   });
-  return done ? output : nullptr;
+  return kept(made, output);
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
                                                          vtkMRMLScalarVolumeNode* output) {
-  const bool done =
-      this->Work->guard([&] { output = mrml::resample(this->GetMRMLScene(), model, spacing, output); });
-  return done ? output : nullptr;
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] { made = mrml::resample(this->GetMRMLScene(), model, spacing, output); });
+  return kept(made, output);
 }
 
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModelNode* model,
                                                              vtkMRMLVolumeNode* reference,
                                                              vtkMRMLScalarVolumeNode* output) {
-  const bool done =
-      this->Work->guard([&] { output = mrml::resampleLike(this->GetMRMLScene(), model, reference, output); });
-  return done ? output : nullptr;
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] { made = mrml::resampleLike(this->GetMRMLScene(), model, reference, output); });
+  return kept(made, output);
 }
 
 //------------------------------------------------------------------------------
@@ -291,20 +339,23 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModel
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelNode* model,
                                                             vtkMRMLSliceNode* slice,
                                                             vtkMRMLScalarVolumeNode* output) {
+  const vtkSmartPointer<vtkSlicerInnerGSLogic> alive = this; // an observer may let go of it
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> shown;
   const bool done = this->Work->guard([&] {
     mrml::modelOf(model);
     if (!slice) throw Error(ErrorCode::InvalidArgument, "There is no slice view to follow: choose one.");
-    vtkNew<vtkMatrix4x4> toModel;
-    mrml::fromWorld(model, toModel);
-    output = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
-    this->StopFollowing(output);
-    auto follower = std::make_unique<mrml::SliceFollower>(
-        model, slice, output, this->MaximumFollowPixels,
+    const auto follower = std::make_shared<mrml::SliceFollower>(
+        model, slice, this->MaximumFollowPixels,
         [this](const std::string& sentence) { this->Work->fail(sentence); });
-    follower->update();
-    this->Work->followers.push_back(std::move(follower));
+    follower->query(); // throws before anything is changed
+    shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
+    if (!kept(shown, output)) return;
+    this->StopFollowing(shown);
+    follower->setOutput(shown);
+    this->Work->followers.push_back(follower);
+    follower->show();
   });
-  return done ? output : nullptr;
+  return done && this->IsFollowing(shown) ? shown.Get() : nullptr;
 }
 
 void vtkSlicerInnerGSLogic::StopFollowing(vtkMRMLScalarVolumeNode* output) {
@@ -320,9 +371,9 @@ bool vtkSlicerInnerGSLogic::IsFollowing(vtkMRMLScalarVolumeNode* output) {
 
 vtkMRMLModelNode* vtkSlicerInnerGSLogic::CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum,
                                                              vtkMRMLModelNode* output) {
-  const bool done = this->Work->guard(
-      [&] { output = mrml::makeGaussianModel(this->GetMRMLScene(), model, maximum, output); });
-  return done ? output : nullptr;
+  vtkSmartPointer<vtkMRMLModelNode> made;
+  this->Work->guard([&] { made = mrml::makeGaussianModel(this->GetMRMLScene(), model, maximum, output); });
+  return kept(made, output);
 }
 
 vtkMRMLInnerGSModelNode* vtkSlicerInnerGSLogic::LoadModel(const std::string& fileName) {

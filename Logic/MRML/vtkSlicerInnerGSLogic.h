@@ -55,7 +55,8 @@ public:
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
   /// Finished when it had been before.
   void Cancel(vtkSlicerInnerGSJob* job = nullptr);
-  /// Whether a job is queued or running. Delivers pending events where no application does it.
+  /// Whether a job is queued or running. Delivers pending events on the main thread, so that a loop that asks
+  /// comes to an end.
   bool IsRunning();
   /// The running job or the next to run; null when there is none.
   vtkSlicerInnerGSJob* GetCurrentJob();
@@ -121,6 +122,9 @@ public:
   vtkMRMLInnerGSModelNode* LoadModel(const std::string& fileName);
   bool SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName);
   ///@}
+
+  /// Its event loop delivers events; it may go before the logic, with jobs running.
+  void SetMRMLApplicationLogic(vtkMRMLApplicationLogic* application) override;
 
   static std::string GetVersion();
 

@@ -2,6 +2,8 @@
 
 #include <vtkSlicerApplicationLogic.h>
 
+#include <vtkWeakPointer.h>
+
 #include <chrono>
 #include <thread>
 
@@ -10,6 +12,11 @@ namespace {
 using JobTest = MrmlFixture;
 using Logic = vtkSlicerInnerGSLogic;
 using Clock = std::chrono::steady_clock;
+
+bool isOutput(vtkMRMLNode* node) {
+  return node->IsA("vtkMRMLInnerGSModelNode") || node->IsA("vtkMRMLScalarVolumeNode") ||
+         node->IsA("vtkMRMLTableNode");
+}
 
 double since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -106,14 +113,106 @@ TEST_F(JobTest, CancelAtEveryProgressEvent) {
     EXPECT_EQ(logic->GetNumberOfJobs(), 0);
     const int state = logic->GetLastJob()->GetState();
     EXPECT_EQ(state, done ? vtkSlicerInnerGSJob::Finished : vtkSlicerInnerGSJob::Cancelled);
-    if (done && count < stopAt) ++finished;
+    if (done) { // only when it was over before
+      EXPECT_LT(count, stopAt);
+      ++finished;
+    }
     cancelled += !done;
     EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), done ? 1 : 0);
-    if (done) break;
   }
   EXPECT_GT(cancelled, 3);
   EXPECT_LT(slowest, 0.5);
   EXPECT_TRUE(errors.empty());
+}
+
+// The worker is through before the main thread hears of anything: whatever an observer does then still
+// counts.
+class LateObserverTest : public JobTest, public testing::WithParamInterface<unsigned long> {
+protected:
+  void run(const std::function<void(vtkSlicerInnerGSJob*)>& act) {
+    auto* parameters = addParameters(addVolume());
+    parameters->SetNumberOfIterations(2);
+    vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+    ASSERT_NE(job, nullptr);
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    std::vector<unsigned long> order;
+    Observer watch(logic,
+                   {Logic::JobStartedEvent, Logic::JobProgressEvent, Logic::JobPreviewEvent,
+                    Logic::JobFinishedEvent, Logic::JobFailedEvent, Logic::JobCancelledEvent},
+                   [&](unsigned long event, void* data) {
+                     order.push_back(event);
+                     if (event == GetParam()) act(jobOf(data));
+                   });
+    ASSERT_TRUE(logic->WaitForJob(job, 20));
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+    EXPECT_EQ(order.back(), Logic::JobCancelledEvent);
+    EXPECT_EQ(std::count(order.begin(), order.end(), Logic::JobCancelledEvent), 1);
+    EXPECT_NE(std::find(order.begin(), order.end(), GetParam()), order.end());
+    EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+  }
+};
+
+TEST_P(LateObserverTest, Cancel) {
+  run([&](vtkSlicerInnerGSJob* job) {
+    logic->Cancel(job);
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  });
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 1);
+}
+
+TEST_P(LateObserverTest, ClearScene) {
+  run([&](vtkSlicerInnerGSJob*) { scene->Clear(false); });
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 0);
+}
+
+TEST_P(LateObserverTest, RemoveParameterNode) {
+  run([&](vtkSlicerInnerGSJob* job) { scene->RemoveNode(job->GetParameterNode()); });
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Events, LateObserverTest,
+                         testing::Values(Logic::JobStartedEvent, Logic::JobProgressEvent));
+
+// The interpolations that the Gaussians are compared with and the scoring end as quickly as a fit.
+TEST_F(JobTest, CancelWhileQualityIsJudged) {
+  const int size[3] = {160, 160, 120};
+  vtkNew<vtkMatrix4x4> matrix;
+  auto* parameters = addParameters(addVolume("Large", size, matrix));
+  parameters->SetNumberOfIterations(1);
+  parameters->SetNumberOfGaussians(2000);
+  parameters->SetEvaluateQuality(true);
+  for (const char* method :
+       {"Judging quality, linear", "Judging quality, cubic", "Judging quality, lanczos"}) {
+    double took = -1, last = 0;
+    Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+      auto* job = jobOf(data);
+      EXPECT_GE(job->GetProgress(), last);
+      EXPECT_LE(job->GetProgress(), 1);
+      last = job->GetProgress();
+      if (took >= 0 || job->GetPhase() != method) return;
+      const auto start = Clock::now();
+      logic->Cancel(job);
+      took = since(start);
+    });
+    EXPECT_FALSE(logic->Reconstruct(parameters));
+    EXPECT_EQ(logic->GetLastJob()->GetState(), vtkSlicerInnerGSJob::Cancelled) << method;
+    EXPECT_GE(took, 0) << method;
+    EXPECT_LT(took, 0.3) << method;
+  }
+  EXPECT_EQ(countNodes("vtkMRMLTableNode"), 0);
+  EXPECT_TRUE(errors.empty());
+}
+
+TEST_F(JobTest, NothingIsHeldOutBeforeItIsMeasured) {
+  bool first = true;
+  Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+    if (first) {
+      EXPECT_TRUE(std::isnan(jobOf(data)->GetHeldOutPSNR())) << jobOf(data)->GetHeldOutPSNR();
+    }
+    first = false;
+  });
+  EXPECT_TRUE(logic->Reconstruct(addParameters(addVolume())));
+  EXPECT_FALSE(first);
 }
 
 TEST_F(JobTest, QueueInOrderAndCancelOne) {
@@ -254,6 +353,41 @@ TEST_F(JobTest, LogicDroppedByAnObserver) {
   EXPECT_EQ(other, nullptr);
 }
 
+// The same from the question that scripts ask.
+TEST_F(JobTest, LogicDroppedWhileAskedWhetherItRuns) {
+  auto* parameters = addParameters(addVolume());
+  auto other = vtkSmartPointer<Logic>::New();
+  other->SetMRMLScene(scene);
+  Logic* raw = other;
+  ASSERT_NE(raw->StartReconstruction(parameters), nullptr);
+  vtkNew<vtkCallbackCommand> drop;
+  drop->SetClientData(&other);
+  drop->SetCallback([](vtkObject*, unsigned long, void* pointer, void*) {
+    *static_cast<vtkSmartPointer<Logic>*>(pointer) = nullptr;
+  });
+  other->AddObserver(Logic::JobProgressEvent, drop);
+  while (other && raw->IsRunning())
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(other, nullptr);
+}
+
+// A loop in the application's console keeps its event loop from running: the question itself delivers.
+TEST_F(JobTest, AskingEndsWithAnApplication) {
+  vtkNew<vtkSlicerApplicationLogic> application;
+  application->SetMRMLScene(scene);
+  application->CreateProcessingThread();
+  logic->SetMRMLApplicationLogic(application);
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(5);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+  const auto start = Clock::now();
+  while (logic->IsRunning() && since(start) < 20)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
+  application->TerminateProcessingThread();
+  logic->SetMRMLApplicationLogic(nullptr);
+}
+
 // As in the application: its logic's queue rings on the main thread, and nobody asks for events.
 TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
   vtkNew<vtkSlicerApplicationLogic> application;
@@ -287,6 +421,90 @@ TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
   application->TerminateProcessingThread();
   logic->SetMRMLApplicationLogic(nullptr);
+}
+
+// The application's logic goes first, or another takes its place, with the worker about to ring.
+TEST_F(JobTest, ApplicationLogicGoesWhileRunning) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(100000);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job;
+  for (int round = 0; round < 3; ++round) {
+    auto application = vtkSmartPointer<vtkSlicerApplicationLogic>::New();
+    application->CreateProcessingThread();
+    logic->SetMRMLApplicationLogic(application);
+    if (!job) job = logic->StartReconstruction(parameters);
+    ASSERT_NE(job, nullptr);
+    int count = 0; // a new one is rung for what the old one did not pass on
+    Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void*) { ++count; });
+    const auto start = Clock::now();
+    while (count < 2 && since(start) < 10) {
+      application->ProcessModified();
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    EXPECT_GE(count, 2);
+    vtkWeakPointer<vtkSlicerApplicationLogic> weak = application.Get();
+    application->TerminateProcessingThread();
+    application = nullptr;
+    EXPECT_EQ(weak, nullptr);
+    EXPECT_EQ(logic->GetApplicationLogic(), nullptr);
+  }
+  EXPECT_TRUE(logic->IsRunning());
+  logic->Cancel();
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+}
+
+// Nodes go, or the scene is cleared, by an observer of the outputs as they are made.
+TEST_F(JobTest, SceneChangedWhileOutputsAreMade) {
+  for (const bool clear : {false, true})
+    for (int when = 1;; ++when) {
+      ASSERT_LT(when, 50);
+      auto* parameters = addParameters(addVolume());
+      parameters->SetNumberOfIterations(2);
+      parameters->SetEvaluateQuality(true);
+      vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+      ASSERT_NE(job, nullptr);
+      int count = 0, ends = 0;
+      Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* node) {
+        auto* added = static_cast<vtkMRMLNode*>(node);
+        if (!isOutput(added) || ++count != when) return;
+        if (clear)
+          scene->Clear(false);
+        else
+          scene->RemoveNode(added);
+      });
+      Observer end(logic, {Logic::JobFinishedEvent, Logic::JobFailedEvent, Logic::JobCancelledEvent},
+                   [&](unsigned long, void*) { ++ends; });
+      ASSERT_TRUE(logic->WaitForJob(job, 60));
+      EXPECT_EQ(ends, 1);
+      if (clear && count >= when) {
+        EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+        EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+        EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 0);
+      } else {
+        EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
+      }
+      scene->Clear(false);
+      if (count < when) break;
+    }
+}
+
+// Every job ends with exactly one event, also when the logic goes.
+TEST_F(JobTest, CancelledEventWhenTheLogicGoes) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(100000);
+  auto other = vtkSmartPointer<Logic>::New();
+  other->SetMRMLScene(scene);
+  std::vector<vtkSmartPointer<vtkSlicerInnerGSJob>> jobs{other->StartReconstruction(parameters),
+                                                         other->StartReconstruction(parameters)};
+  std::vector<void*> ended;
+  vtkNew<vtkCallbackCommand> listen;
+  listen->SetClientData(&ended);
+  listen->SetCallback([](vtkObject*, unsigned long, void* list, void* job) {
+    static_cast<std::vector<void*>*>(list)->push_back(job);
+  });
+  other->AddObserver(Logic::JobCancelledEvent, listen);
+  other = nullptr;
+  EXPECT_EQ(ended, (std::vector<void*>{jobs[0].Get(), jobs[1].Get()}));
 }
 
 TEST_F(JobTest, SameSeedSameResult) {

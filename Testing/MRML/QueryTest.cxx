@@ -125,6 +125,64 @@ TEST_F(QueryTest, FollowingEndsWithAnyNode) {
   }
 }
 
+// Observers of the output and of errors that end the following themselves.
+TEST_F(QueryTest, FollowingEndedByAnObserver) {
+  for (int which = 0; which < 4; ++which) {
+    const vtkSmartPointer<vtkMRMLSliceNode> slice =
+        vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+    slice->SetLayoutName(("Watched" + std::to_string(which)).c_str());
+    slice->SetDimensions(20, 20, 1);
+    auto* copy = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    copy->CopyContent(model);
+    vtkSmartPointer<vtkMRMLScalarVolumeNode> volume = logic->FollowSlice(copy, slice);
+    ASSERT_NE(volume, nullptr) << logic->GetLastError();
+    int seen = 0;
+    const auto end = [&](unsigned long, void*) {
+      if (++seen > 1) return;
+      if (which == 0) logic->StopFollowing(volume);
+      if (which == 1) scene->RemoveNode(volume);
+      if (which == 2) scene->RemoveNode(slice);
+      if (which == 3) logic->StopFollowing();
+    };
+    Observer image(which < 3 ? static_cast<vtkObject*>(volume) : logic.Get(),
+                   {which < 3 ? static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent)
+                              : static_cast<unsigned long>(vtkCommand::ErrorEvent)},
+                   end);
+    if (which < 3)
+      slice->SetSliceOffset(3);
+    else
+      copy->SetModel(nullptr);
+    EXPECT_GT(seen, 0) << which;
+    EXPECT_FALSE(logic->IsFollowing(volume)) << which;
+  }
+}
+
+TEST_F(QueryTest, RefusedFollowingChangesNothing) {
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  slice->SetLayoutName("Refused");
+  slice->SetDimensions(20, 20, 1);
+  auto* volume = logic->FollowSlice(model, slice);
+  ASSERT_NE(volume, nullptr);
+  const int nodes = scene->GetNumberOfNodes();
+  slice->GetXYToRAS()->Zero(); // no plane
+  EXPECT_EQ(logic->FollowSlice(model, slice), nullptr);
+  EXPECT_EQ(scene->GetNumberOfNodes(), nodes);
+  EXPECT_EQ(logic->FollowSlice(model, slice, volume), nullptr);
+  EXPECT_TRUE(logic->IsFollowing(volume));
+}
+
+TEST_F(QueryTest, NewNodeRemovedByAnObserver) {
+  Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* data) {
+    auto* node = static_cast<vtkMRMLNode*>(data);
+    if (node->IsA("vtkMRMLScalarVolumeNode") || node->IsA("vtkMRMLModelNode")) scene->RemoveNode(node);
+  });
+  vtkNew<vtkMRMLSliceNode> slice;
+  slice->SetDimensions(20, 20, 1);
+  EXPECT_EQ(logic->Resample(model, 2), nullptr);
+  EXPECT_EQ(logic->CreateGaussianModel(model, 5), nullptr);
+  EXPECT_EQ(logic->FollowSlice(model, slice), nullptr);
+}
+
 TEST_F(QueryTest, GaussiansAsAModelNode) {
   auto* node = logic->CreateGaussianModel(model, 50);
   ASSERT_NE(node, nullptr) << logic->GetLastError();
