@@ -6,13 +6,13 @@
 #include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLSubjectHierarchyNode.h>
 #include <vtkMRMLTableNode.h>
-#include <vtkMRMLVolumeArchetypeStorageNode.h>
 
 #include <vtkOrientedImageData.h>
 #include <vtkSegment.h>
 #include <vtkSegmentation.h>
 #include <vtkSegmentationConverter.h>
 #include <vtkTable.h>
+#include <vtkTransform.h>
 
 namespace {
 
@@ -166,12 +166,37 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   mask->SetAndObserveImageData(labels);
   vtkNew<vtkMatrix4x4> matrix;
   input->GetIJKToRASMatrix(matrix);
-  mask->SetIJKToRASMatrix(matrix);
-  parameters->SetMaskNode(mask);
-  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  // Where it is by itself, and elsewhere under a transform that brings it back.
+  vtkNew<vtkTransform> away;
+  away->Translate(150, -200, 90);
+  away->RotateZ(90);
+  vtkNew<vtkMatrix4x4> back, moved;
+  vtkMatrix4x4::Invert(away->GetMatrix(), back);
+  vtkMatrix4x4::Multiply4x4(away->GetMatrix(), matrix, moved);
   double bounds[6];
-  const auto masked = logic->GetLastJob()->GetModelNode()->GetModel()->GetNumberOfGaussians();
+  for (const bool transformed : {false, true}) {
+    SCOPED_TRACE(transformed);
+    mask->SetIJKToRASMatrix(transformed ? moved : matrix);
+    mask->SetAndObserveTransformNodeID(transformed ? addTransform(back)->GetID() : nullptr);
+    parameters->SetMaskNode(mask);
+    ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    auto* model = logic->GetLastJob()->GetModelNode();
+    const auto wrong = [&](double r, double a, double s) {
+      return std::abs(logic->GetValueAtRAS(model, r, a, s) - truth(r, a, s));
+    };
+    for (double r : {-9.0, 1.0}) { // the label reaches from -13 to 5, -11 to 7, -9 to 9
+      EXPECT_LT(wrong(r, -5, -3), 12) << r;
+      EXPECT_LT(wrong(r, 2, 4), 12) << r;
+    }
+    for (double s : {-17.0, 17.0}) {
+      EXPECT_GT(wrong(19, 17, s), 60) << s;
+      EXPECT_GT(wrong(-21, -19, s), 60) << s;
+    }
+  }
   parameters->SetMaskNode(nullptr);
+  ASSERT_TRUE(logic->Reconstruct(parameters))
+      << logic->GetLastError(); // without it the same places are right
+  EXPECT_NEAR(logic->GetValueAtRAS(logic->GetLastJob()->GetModelNode(), 19, 17, 17), truth(19, 17, 17), 20);
 
   auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
   roi->SetCenter(2, -1, 3);
@@ -188,8 +213,6 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   EXPECT_NEAR(bounds[0], -8, 1e-6);
   EXPECT_NEAR(bounds[5], 9, 1e-6);
   EXPECT_LT(error(volume, 1), 8);
-  EXPECT_GT(masked, 0);
-
   parameters->SetMaskNode(mask);
   EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
 }
@@ -258,71 +281,6 @@ TEST_F(ReconstructTest, QualityTable) {
   EXPECT_STREQ(table->GetAttribute("InnerGS.Protocol"), "H, keep-every-2");
   EXPECT_GT(logic->GetLastJob()->GetHeldOutPSNR(), 20);
   EXPECT_STRNE(table->GetAttribute("InnerGS.HeldOutPSNR"), nullptr);
-}
-
-TEST_F(ReconstructTest, NiftiFromDisk) {
-  const std::string path = INNERGS_TEST_DATA "/B_abdomen_spgr_FA15.nii.gz";
-  if (!std::filesystem::exists(path)) GTEST_SKIP() << "Needs " << path;
-  vtkNew<vtkMRMLVolumeArchetypeStorageNode> storage;
-  storage->SetFileName(path.c_str());
-  auto* input =
-      vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "Abdomen"));
-  ASSERT_TRUE(storage->ReadData(input));
-  auto* parameters = addParameters(input);
-  parameters->SetOutputGrid(Parameters::InputGrid);
-  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
-  EXPECT_GT(logic->GetLastJob()->GetTrainingPSNR(), 30);
-  auto* volume = logic->GetLastJob()->GetVolumeNode();
-  double sum = 0, scale = 0;
-  int size[3];
-  volume->GetImageData()->GetDimensions(size);
-  for (int k = 0; k < size[2]; ++k)
-    for (int j = 0; j < size[1]; ++j)
-      for (int i = 0; i < size[0]; ++i) {
-        const double x = input->GetImageData()->GetScalarComponentAsDouble(i, j, k, 0);
-        const double e = volume->GetImageData()->GetScalarComponentAsDouble(i, j, k, 0) - x;
-        sum += e * e;
-        scale += x * x;
-      }
-  EXPECT_LT(std::sqrt(sum / scale), 0.15); // the same voxels in the same place
-}
-
-// The same head stored along other axes, two of them left-handed: the same values at the same places.
-TEST_F(ReconstructTest, OneHeadInSixOrientations) {
-  std::vector<double> first;
-  for (const char* code : {"RAS", "LPS", "AIL", "PSR", "SLA", "IRP"}) {
-    const std::string path = std::string(INNERGS_TEST_DATA "/G_orient_") + code + ".nii.gz";
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << "Needs " << path;
-    vtkNew<vtkMRMLVolumeArchetypeStorageNode> storage;
-    storage->SetFileName(path.c_str());
-    auto* input =
-        vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", code));
-    ASSERT_TRUE(storage->ReadData(input));
-    ASSERT_TRUE(logic->Reconstruct(addParameters(input))) << logic->GetLastError();
-    double bounds[6];
-    input->GetRASBounds(bounds);
-    std::vector<double> values;
-    for (double s = -40; s <= 40; s += 8)
-      for (double a = -56; a <= 56; a += 8)
-        for (double r = -48; r <= 48; r += 8)
-          values.push_back(logic->GetValueAtRAS(logic->GetLastJob()->GetModelNode(), r, a, s));
-    if (first.empty()) {
-      first = values;
-      continue;
-    }
-    double xy = 0, xx = 0, yy = 0, mx = 0, my = 0;
-    const double n = static_cast<double>(values.size());
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      mx += first[v] / n;
-      my += values[v] / n;
-    }
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      xy += (first[v] - mx) * (values[v] - my);
-      xx += (first[v] - mx) * (first[v] - mx);
-      yy += (values[v] - my) * (values[v] - my);
-    }
-    EXPECT_GT(xy / std::sqrt(xx * yy), 0.98) << code;
-  }
 }
 
 } // namespace
