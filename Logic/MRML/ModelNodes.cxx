@@ -71,6 +71,7 @@ vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRML
   made->SetAndObserveTransformNodeID(model->GetTransformNodeID());
   vtkNew<vtkPolyData> own;
   own->ShallowCopy(filter->GetOutput());
+  setProvenance(made, model);
   made->SetAndObservePolyData(own);
   return made;
 }

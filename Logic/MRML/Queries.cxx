@@ -54,6 +54,20 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLS
   return made;
 }
 
+void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model) {
+  if (!output || !model) return;
+  MRMLNodeModifyBlocker blocker(output);
+  const std::string prefix = "InnerGS.";
+  for (const std::string& name : output->GetAttributeNames()) // of an earlier model
+    if (name.compare(0, prefix.size(), prefix) == 0 && !model->GetAttribute(name.c_str()))
+      output->RemoveAttribute(name.c_str());
+  for (const std::string& name : model->GetAttributeNames())
+    if (name.compare(0, prefix.size(), prefix) == 0)
+      output->SetAttribute(name.c_str(), model->GetAttribute(name.c_str()));
+  if (!output->GetAttribute("InnerGS.Version")) output->SetAttribute("InnerGS.Version", INNERGS_VERSION);
+  output->SetNodeReferenceID("InnerGSModel", model->GetID());
+}
+
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values) {
   if (!points || !values)
     throw Error(ErrorCode::InvalidArgument, "There are no points to evaluate, or no array for the values.");
@@ -96,6 +110,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
   toModel->Invert();
   vtkMatrix4x4::Multiply4x4(toModel, query->GetOutputIJKToRASMatrix(), ijkToWorld);
   const auto volume = volumeFor(scene, output, model, " plane");
+  setProvenance(volume, model);
   setVolume(volume, query->GetOutput(), ijkToWorld);
   return volume;
 }
@@ -112,6 +127,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLIn
   run(filter);
   vtkMatrix4x4::Multiply4x4(modelToWorld, filter->GetOutputIJKToRASMatrix(), ijkToWorld);
   const auto volume = volumeFor(scene, output, model, " resampled");
+  setProvenance(volume, model);
   setVolume(volume, filter->GetOutput(), ijkToWorld);
   return volume;
 }
@@ -135,6 +151,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   filter->GeometryInImageOff();
   run(filter);
   const auto volume = volumeFor(scene, output, model, " resampled");
+  setProvenance(volume, model);
   setVolume(volume, filter->GetOutput(), referenceToWorld, reference);
   return volume;
 }

@@ -8,6 +8,7 @@ class vtkInnerGSAlgorithm;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 class vtkMRMLInnerGSModelNode;
+class vtkMRMLNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLScene;
 class vtkMRMLVolumeNode;
@@ -29,6 +30,10 @@ void run(vtkInnerGSAlgorithm* filter);
 /// to.
 vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
                                                    vtkMRMLInnerGSModelNode* model, const char* suffix);
+
+/// What the model was made from (attributes "InnerGS.…", the version at least) and a reference to it (role
+/// "InnerGSModel") on a node made from the model.
+void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model);
 
 /// What the logic's methods of like names do; nothing is changed when they throw Error.
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);

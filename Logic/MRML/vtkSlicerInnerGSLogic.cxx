@@ -351,6 +351,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
     shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
     if (!kept(shown, output)) return;
     this->StopFollowing(shown);
+    mrml::setProvenance(shown, model);
     follower->setOutput(shown);
     this->Work->followers.push_back(follower);
     follower->show();

@@ -191,4 +191,31 @@ TEST_F(QueryTest, GaussiansAsAModelNode) {
   EXPECT_EQ(node->GetPolyData()->GetNumberOfPoints(), model->GetModel()->GetNumberOfGaussians());
 }
 
+TEST_F(QueryTest, OutputsSayWhatTheyWereMadeFrom) {
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  slice->SetLayoutName("Red");
+  vtkNew<vtkMatrix4x4> pose;
+  auto* plane = logic->QueryPlane(model, pose, 8, 8, 1);
+  auto* resampled = logic->Resample(model, 3);
+  const std::vector<vtkMRMLNode*> outputs = {plane, resampled, logic->ResampleLike(model, resampled),
+                                             logic->FollowSlice(model, slice),
+                                             logic->CreateGaussianModel(model, 20)};
+  for (vtkMRMLNode* node : outputs) {
+    ASSERT_NE(node, nullptr) << logic->GetLastError();
+    SCOPED_TRACE(node->GetName());
+    for (const char* name : {"InnerGS.Version", "InnerGS.Settings", "InnerGS.Inputs", "InnerGS.Device"}) {
+      ASSERT_NE(model->GetAttribute(name), nullptr) << name;
+      EXPECT_STREQ(node->GetAttribute(name), model->GetAttribute(name)) << name;
+    }
+    EXPECT_EQ(node->GetNodeReference("InnerGSModel"), model);
+  }
+  // From another model, of which less is known: nothing of the first one stays.
+  auto* other = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+  other->SetModel(model->GetModel());
+  ASSERT_EQ(logic->QueryPlane(other, pose, 8, 8, 1, plane), plane);
+  EXPECT_EQ(plane->GetAttribute("InnerGS.Settings"), nullptr);
+  EXPECT_EQ(plane->GetAttribute("InnerGS.Version"), vtkSlicerInnerGSLogic::GetVersion());
+  EXPECT_EQ(plane->GetNodeReference("InnerGSModel"), other);
+}
+
 } // namespace
