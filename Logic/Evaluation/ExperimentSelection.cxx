@@ -202,7 +202,7 @@ std::vector<SelectionScore> simulateSelections(const SelectionSimulation& s,
   pool.setStop(std::move(stop));
   std::vector<SelectionScore> scores;
   for (const Selection selection : kSelections)
-    scores.push_back({selection});
+    scores.emplace_back().selection = selection;
   std::vector<GaussianField> clouds;
   for (int c = 0; c < s.clouds; ++c) {
     pool.throwIfStopped();
