@@ -160,12 +160,13 @@ TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
   EXPECT_TRUE(geometryTraits(blurred.stacks).cubes);
   blurred.stacks[0].thickness = 2;
   EXPECT_FALSE(geometryTraits(blurred.stacks).cubes);
-  // A normalised field has one value per point: three views of it ask for what one asks for.
-  Settings one = quickSettings(30), three = one;
+  // A normalised field has one value per point: three views of it ask for what one asks for. A few sweeps:
+  // over many, rounding leads the two fits apart.
+  Settings one = quickSettings(4), three = one;
   three.allAxes = true;
   const ReconstructionInput input = isotropicInput();
   const auto a = reconstruct(input, one), b = reconstruct(input, three);
-  EXPECT_NEAR(a.trainingPsnr, b.trainingPsnr, 1);
+  EXPECT_NEAR(a.trainingPsnr, b.trainingPsnr, 0.02);
 }
 
 TEST(AllAxes, AreRefusedWhereVoxelsAreNotCubes) {
