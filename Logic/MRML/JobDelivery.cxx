@@ -112,10 +112,10 @@ void JobDelivery::finish(Task& task) {
   logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFailedEvent, job);
 }
 
-void JobDelivery::abandon(vtkSlicerInnerGSJob* job) {
+void JobDelivery::abandon(vtkSlicerInnerGSJob* job, bool tell) {
   if (job->IsDone()) return;
   job->State = vtkSlicerInnerGSJob::Cancelled;
-  logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobCancelledEvent, job);
+  if (tell) logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobCancelledEvent, job);
 }
 
 void JobDelivery::discard() {

@@ -13,7 +13,7 @@ public:
 
   void deliver(Mail& mail);
   /// Cancelled at once, whatever mail is still to come.
-  void abandon(vtkSlicerInnerGSJob* job);
+  void abandon(vtkSlicerInnerGSJob* job, bool tell = true);
   /// What is being made into nodes is not wanted any more: the scene goes.
   void discard();
 

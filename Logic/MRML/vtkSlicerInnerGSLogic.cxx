@@ -74,7 +74,6 @@ struct vtkSlicerInnerGSLogic::Internals {
     onOwnEnd->SetClientData(this);
     onOwnEnd->SetCallback(
         [](vtkObject*, unsigned long, void* self, void*) { static_cast<Internals*>(self)->abandonJobs(); });
-    // Observers are gone in the destructor: jobs end before it.
     owner->AddObserver(vtkCommand::DeleteEvent, onOwnEnd);
   }
   ~Internals() {
@@ -97,7 +96,7 @@ struct vtkSlicerInnerGSLogic::Internals {
     for (const auto& task : queue.tasks()) {
       task->discard = true;
       queue.cancel(task);
-      delivery.abandon(task->job);
+      delivery.abandon(task->job, false); // an event of an object that is going must not reach Python
     }
   }
 

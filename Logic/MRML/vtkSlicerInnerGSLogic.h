@@ -35,7 +35,8 @@ public:
   vtkTypeMacro(vtkSlicerInnerGSLogic, vtkSlicerModuleLogic);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// The call data is the vtkSlicerInnerGSJob. Every job ends with exactly one of the last three.
+  /// The call data is the vtkSlicerInnerGSJob. Every job ends with exactly one of the last three; when the
+  /// logic itself goes, its jobs become Cancelled without an event.
   enum Events {
     JobStartedEvent = vtkCommand::UserEvent + 18710,
     JobProgressEvent,

@@ -488,8 +488,8 @@ TEST_F(JobTest, SceneChangedWhileOutputsAreMade) {
     }
 }
 
-// Every job ends with exactly one event, also when the logic goes.
-TEST_F(JobTest, CancelledEventWhenTheLogicGoes) {
+// Its observers may be going as well, Python's for one: no event.
+TEST_F(JobTest, CancelledWithoutAnEventWhenTheLogicGoes) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);
   auto other = vtkSmartPointer<Logic>::New();
@@ -504,7 +504,9 @@ TEST_F(JobTest, CancelledEventWhenTheLogicGoes) {
   });
   other->AddObserver(Logic::JobCancelledEvent, listen);
   other = nullptr;
-  EXPECT_EQ(ended, (std::vector<void*>{jobs[0].Get(), jobs[1].Get()}));
+  EXPECT_TRUE(ended.empty());
+  for (const auto& job : jobs)
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
 }
 
 TEST_F(JobTest, SameSeedSameResult) {
