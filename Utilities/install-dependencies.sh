@@ -4,11 +4,13 @@
 set -eu
 packages="g++ cmake ninja-build pkg-config libinsighttoolkit5-dev libhwy-dev libcli11-dev nlohmann-json3-dev \
 libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \
+qtbase5-dev libvtk9-qt-dev xvfb \
 python3-dev python3-venv googletest mricron-data"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "Not a Debian system: InnerGS needs a C++20 compiler, CMake, Ninja, ITK 5, Highway, CLI11, nlohmann-json," \
-    "spdlog, GoogleTest, Google Benchmark and (for the VTK filters) VTK 9.1 or later with its Python modules." >&2
+    "spdlog, GoogleTest, Google Benchmark and (for the VTK filters) VTK 9.1 or later with its Python modules, and (for the desktop app)" \
+    "Qt 5.15 or 6 with VTK's Qt support." >&2
   exit 0
 fi
 

@@ -1,0 +1,95 @@
+#pragma once
+#include "Core/Progress.h"
+#include "Widgets/Request.h"
+
+#include <QObject>
+#include <QWidget>
+
+class vtkImageData;
+class vtkInnerGSModel;
+class vtkMatrix4x4;
+
+Q_DECLARE_METATYPE(innergs::Progress)
+
+namespace innergs::ui {
+
+/// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new".
+class Selector : public QWidget {
+  Q_OBJECT
+public:
+  using QWidget::QWidget;
+  virtual QString currentId() const = 0;
+  virtual void setCurrentId(const QString& id) = 0;
+Q_SIGNALS:
+  void currentIdChanged(const QString& id);
+};
+
+/// What the panels need from the program that shows them: 3D Slicer's module or the desktop app. On the main
+/// thread only, and all signals come on it. Nothing throws; what fails says so in one sentence that says
+/// what to do.
+class Host : public QObject {
+  Q_OBJECT
+public:
+  using QObject::QObject;
+
+  enum class Role {
+    Input,        // a scan
+    Mask,         // a labelmap or segmentation, or none
+    Region,       // a box, or none
+    Reference,    // a volume whose voxels the result gets
+    OutputVolume, // a volume to write to, or new
+    OutputModel,  // a model to write to, or new
+    Model         // a model to look at
+  };
+  /// Whether there can be anything to choose for a role (the app has no regions).
+  virtual bool offers(Role role) const = 0;
+  virtual Selector* createSelector(Role role, QWidget* parent) = 0;
+
+  /// Default-constructed (no name) for an unknown ID.
+  virtual VolumeInfo volumeInfo(const QString& id) const = 0;
+
+  ///@{
+  /// Reconstruction: one at a time from the panels' view. Every start() that returns true ends with exactly
+  /// one of finished, failed and cancelled.
+  virtual Estimate estimate(const Request& request) = 0; // quick (≤ 50 ms): called while the user chooses
+  /// False, after failed(sentence), when it is refused.
+  virtual bool start(const Request& request) = 0;
+  virtual void cancel() = 0; // returns at once; cancelled() follows within 200 ms
+  virtual bool isRunning() const = 0;
+  ///@}
+
+  ///@{
+  /// Models.
+  virtual ModelInfo modelInfo(const QString& id) const = 0;
+  /// Null for an unknown ID.
+  virtual vtkInnerGSModel* model(const QString& id) const = 0;
+  /// The ID of what was read, or "" with a sentence in *error. Files: .innergs, .ply.
+  virtual QString loadModel(const QString& file, QString* error) = 0;
+  /// "" or a sentence.
+  virtual QString saveModel(const QString& id, const QString& file) = 0;
+  virtual QString showEllipsoids(const QString& id, bool shown) = 0;
+  /// Puts a volume among the host's; its ID, or "" with a sentence in *error.
+  virtual QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                            QString* error) = 0;
+  ///@}
+
+  /// The folder that file dialogs open in; remembered.
+  virtual QString folder() const = 0;
+  virtual void setFolder(const QString& folder) = 0;
+
+Q_SIGNALS:
+  void started();
+  void progressed(const innergs::Progress& progress);
+  /// A coarse rendering of the result so far.
+  void previewed(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  void finished(const innergs::ui::Report& report);
+  void failed(const QString& sentence);
+  void cancelled();
+  /// Volumes came, went or were renamed.
+  void volumesChanged();
+  void modelsChanged();
+  /// For the log panel.
+  void logged(const QString& line);
+};
+
+} // namespace innergs::ui

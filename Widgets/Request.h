@@ -1,0 +1,99 @@
+#pragma once
+#include "Core/Settings.h"
+
+#include <QMetaType>
+#include <QString>
+#include <QStringList>
+#include <QVector>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+/// What passes between the panels and the program that shows them (Host.h). Volumes, regions and models are
+/// named by the host's IDs: node IDs in 3D Slicer, the document's own in the desktop app.
+namespace innergs::ui {
+
+/// One scan of a reconstruction.
+struct InputChoice {
+  QString id;
+  double sliceThickness = 0; // mm; 0: the distance between slices
+  int sliceProfile = 1;      // as innergs::SliceProfile: 0 point, 1 box, 2 Gaussian
+  int sliceAxis = -1;        // 0, 1, 2: the index axis that counts the slices; −1: chosen
+  bool operator==(const InputChoice&) const = default;
+};
+
+/// The grid of the result, as vtkMRMLInnerGSParameterNode::OutputGrids.
+enum class OutputGrid {
+  Automatic, // isotropic at the finest spacing of all inputs, over the first one's box or the region
+  Input,     // the first input's voxels
+  Spacing,   // isotropic at `spacing`
+  Reference  // the reference volume's voxels
+};
+
+/// Everything that a reconstruction is asked for.
+struct Request {
+  QVector<InputChoice> inputs;
+  QString maskId, regionId; // "" none
+  OutputGrid grid = OutputGrid::Automatic;
+  double spacing = 1;                    // mm
+  QString referenceId;                   // with OutputGrid::Reference
+  QString outputVolumeId, outputModelId; // "" new ones
+  Settings settings;
+  double heldOutFraction = 0;  // of each input's slices, withheld from the fit; 0 to 0.5
+  bool evaluateQuality = true; // also judge the settings by protocol H in a second fit
+  int qualityGap = 4;          // protocol H keeps every so many-th slice
+};
+
+struct VolumeInfo {
+  QString name;
+  std::array<int, 3> dimensions{};   // voxels along I, J, K
+  std::array<double, 3> spacing{};   // mm
+  int sliceAxis = 2;                 // what −1 in InputChoice leads to
+  QString orientation;               // of its slices: "axial", "coronal", "sagittal", "oblique"
+  std::array<double, 2> range{0, 0}; // of its intensities
+};
+
+/// What a reconstruction will take, before the start.
+struct Estimate {
+  QString refusal;            // the sentence with which it would be refused; "" when it can start
+  std::int64_t memory = 0;    // bytes beyond the inputs; 0: unknown
+  std::int64_t available = 0; // bytes that the machine has; 0: unknown
+  double seconds = 0;         // roughly; 0: unknown
+  QString device, reason;     // where it will run, and why there
+};
+
+/// One method's score on samples that no method saw.
+struct QualityRow {
+  QString method;
+  double psnr = 0, ssim = 0; // dB; −1…1
+};
+
+/// How a reconstruction ended well.
+struct Report {
+  QString volumeId, modelId, tableId; // what it made; tableId may be ""
+  QStringList warnings;               // sentences
+  double trainingPsnr = NAN;          // dB on the fitted samples: not held out
+  double heldOutPsnr = NAN;           // dB on withheld slices; NaN: nothing was withheld
+  QVector<QualityRow> quality;        // protocol H, on slices that no method saw; empty: not asked for
+  QString qualitySamples;             // which samples these are, a sentence
+  double seconds = 0;
+  std::int64_t gaussians = 0;
+  QString device, settings; // where it ran and why; "name=value; ..."
+};
+
+struct ModelInfo {
+  QString name;
+  std::int64_t gaussians = 0, bytes = 0;
+  QString description;            // one line
+  std::array<double, 6> bounds{}; // RAS mm: xmin, xmax, ymin, ...
+  std::array<double, 2> window{}; // lower and upper intensity worth showing
+  double finestSpacing = 1;       // mm: a sensible pixel size for planes
+  bool saved = true;              // false: lost when the program ends
+  bool ellipsoidsShown = false;
+};
+
+} // namespace innergs::ui
+
+Q_DECLARE_METATYPE(innergs::ui::Report)
+Q_DECLARE_METATYPE(innergs::ui::Request)
