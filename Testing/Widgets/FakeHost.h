@@ -1,0 +1,113 @@
+#pragma once
+#include "Widgets/Host.h"
+
+#include <QMap>
+#include <QTimer>
+
+#include <vtkSmartPointer.h>
+
+#include <functional>
+
+namespace innergs {
+struct GaussianField;
+}
+class QComboBox;
+
+/// A Host with made-up volumes and a made-up reconstruction, for the panels' tests. The test is the worker:
+/// it sends progress, previews and the end itself, or lets play() do it on a timer.
+class FakeHost : public innergs::ui::Host {
+  Q_OBJECT
+public:
+  /// Volumes "head" (axial, 256×256×30 at 0.9×0.9×4 mm), "side" (sagittal) and "thin" (1 mm cubes), the
+  /// mask "brain" and the region "box".
+  explicit FakeHost(QObject* parent = nullptr);
+  ~FakeHost() override;
+
+  ///@{
+  /// What there is. Roles: what offers() says; all but OutputModel by default.
+  void addVolume(const QString& id, const innergs::ui::VolumeInfo& info);
+  void removeVolume(const QString& id);
+  QVector<Role> roles;
+  QMap<QString, QString> masks, regions; // ID → name
+  /// A ball of Gaussians of 40 mm around the origin (RAS), values 0 to 100.
+  QString addBallModel(const QString& name = "Ball", int gaussians = 400);
+  ///@}
+
+  ///@{
+  /// The reconstruction.
+  innergs::ui::Estimate nextEstimate;
+  QString refusal;      // start() fails with it
+  int cancelDelay = 50; // ms until cancelled(); negative: the test calls sendCancelled()
+  QVector<innergs::ui::Request> estimated, requests; // what was asked for, in order
+  int cancels = 0;
+  void sendProgress(innergs::Phase phase, double fraction, int iteration = 0, double loss = 0,
+                    double psnr = 0, double remaining = 0, const std::string& note = {});
+  /// A ball of n³ voxels, values 0 to 100.
+  void sendPreview(int n = 48);
+  void sendFinished(const innergs::ui::Report& report);
+  void sendFailed(const QString& sentence);
+  void sendCancelled();
+  /// Every start() runs by itself from now on: that many progress reports, `interval` ms apart, with
+  /// previews, then `report`.
+  void play(int steps, int interval, const innergs::ui::Report& report);
+  /// A report with everything in it.
+  static innergs::ui::Report exampleReport();
+  ///@}
+
+  ///@{
+  /// What was done with models and volumes.
+  QMap<QString, innergs::ui::ModelInfo> models;
+  QMap<QString, vtkSmartPointer<vtkInnerGSModel>> modelData;
+  QStringList savedFiles, loadedFiles, addedVolumes; // addedVolumes: names
+  vtkSmartPointer<vtkImageData> lastAddedImage;
+  vtkSmartPointer<vtkMatrix4x4> lastAddedMatrix;
+  QString modelError; // what load, save, show and addVolume fail with; "" = they work
+  QMap<QString, innergs::ui::VolumeInfo> volumes;
+  ///@}
+
+  bool offers(Role role) const override;
+  innergs::ui::Selector* createSelector(Role role, QWidget* parent) override;
+  innergs::ui::VolumeInfo volumeInfo(const QString& id) const override;
+  innergs::ui::Estimate estimate(const innergs::ui::Request& request) override;
+  bool start(const innergs::ui::Request& request) override;
+  void cancel() override;
+  bool isRunning() const override { return running_; }
+  innergs::ui::ModelInfo modelInfo(const QString& id) const override;
+  vtkInnerGSModel* model(const QString& id) const override;
+  QString loadModel(const QString& file, QString* error) override;
+  QString saveModel(const QString& id, const QString& file) override;
+  QString showEllipsoids(const QString& id, bool shown) override;
+  QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                    QString* error) override;
+  QString folder() const override { return folder_; }
+  void setFolder(const QString& folder) override { folder_ = folder; }
+
+  /// ID → name of what a role can choose from.
+  QMap<QString, QString> choices(Role role) const;
+
+private:
+  void end();
+  void step();
+
+  bool running_ = false;
+  QString folder_;
+  QTimer timer_;
+  int step_ = 0, steps_ = 0;
+  innergs::ui::Report report_;
+};
+
+/// A combo box of the fake's objects; keeps its choice when the list changes.
+class FakeSelector : public innergs::ui::Selector {
+  Q_OBJECT
+public:
+  FakeSelector(FakeHost* host, innergs::ui::Host::Role role, QWidget* parent);
+  QString currentId() const override;
+  void setCurrentId(const QString& id) override;
+
+private:
+  void refill();
+
+  FakeHost* host_;
+  innergs::ui::Host::Role role_;
+  QComboBox* combo_;
+};
