@@ -8,6 +8,7 @@
 #include "Core/Plan.h"
 #include "Core/Render.h"
 #include "Core/Resume.h"
+#include "Core/TimeEstimate.h"
 
 #include <algorithm>
 #include <chrono>
@@ -467,6 +468,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   if (result.cancelled && renderWhenCancelled && !field.gaussians.empty()) finish({});
   result.checkpoint = std::make_shared<const Checkpoint>(std::move(checkpoint));
   result.seconds = since(start);
+  rememberSpeed(input, result);
   if (!result.cancelled) report(Phase::Done, 1);
   return result;
 }

@@ -1,6 +1,7 @@
 #include "JobSetup.h"
 
 #include "Core/Error.h"
+#include "Core/TimeEstimate.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
@@ -64,7 +65,8 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
   return inputs;
 }
 
-void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
+/// Merging segments takes long: not where voxels are not looked at.
+void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxels) {
   auto* node = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
                                                     "The mask", "a label map or segmentation");
   if (!node) return;
@@ -83,12 +85,13 @@ void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
     if (!segment.empty() && !segments->GetSegment(segment))
       refuse(ErrorCode::InvalidArgument,
              "The mask " + quoted(node) + " has no segment with the ID '" + segment + "': choose another.");
+    vtkNew<vtkMatrix4x4> nodeToWorld, imageToNode;
+    toWorld(node, nodeToWorld);
+    if (!voxels) return;
     const bool made = segment.empty() ? segmentation->GenerateMergedLabelmapForAllSegments(labels)
                                       : segmentation->GetBinaryLabelmapRepresentation(segment, labels);
     if (!made || labels->GetNumberOfPoints() == 0)
       refuse(ErrorCode::NoData, "The mask " + quoted(node) + " is empty: draw a segment or leave it out.");
-    vtkNew<vtkMatrix4x4> nodeToWorld, imageToNode;
-    toWorld(node, nodeToWorld);
     labels->GetImageToWorldMatrix(imageToNode);
     vtkMatrix4x4::Multiply4x4(nodeToWorld, imageToNode, ijkToWorldMatrix);
     vtkNew<vtkImageData> image;
@@ -215,7 +218,7 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
            "The output " + quoted(output) + " is a label map: choose a scalar volume.");
 }
 
-void configure(vtkInnerGSReconstruct* filter, Parameters* parameters) {
+void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxels) {
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   setSettings(filter, parameters);
   for (std::size_t n = 0; n < inputs.size(); ++n) {
@@ -234,11 +237,11 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters) {
     const int axis = parameters->GetInputSliceAxis(input);
     filter->SetInputSliceAxis(index, axis == Parameters::Automatic ? sliceAxis(matrix) : axis);
   }
-  setMask(filter, parameters);
+  setMask(filter, parameters, voxels);
   setGrid(filter, parameters, inputs);
 }
 
-vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene, Task& task) {
+vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene, Task& task, bool voxels) {
   if (!parameters) refuse(ErrorCode::InvalidArgument, "There is no parameter node: create one first.");
   if (!scene || parameters->GetScene() != scene)
     refuse(ErrorCode::InvalidArgument, "The parameter node is not in the scene: add it first.");
@@ -246,7 +249,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   auto filter = vtkSmartPointer<JobFilter>::New();
   vtkNew<vtkCallbackCommand> quiet; // the sentence is taken from the filter: no second message
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
-  configure(filter, parameters);
+  configure(filter, parameters, voxels);
   checkSettings(filter->MakeSettings());
   return filter;
 }
@@ -255,12 +258,33 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
 
 vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene) {
   Task ignored;
-  return filterFor(parameters, scene, ignored);
+  return filterFor(parameters, scene, ignored, false);
+}
+
+double estimateSeconds(Parameters* parameters, vtkMRMLScene* scene) {
+  const auto filter = check(parameters, scene);
+  double seconds = 0;
+  filter->WithOutline([&](const ReconstructionInput& input) {
+    const Settings settings = filter->MakeSettings();
+    seconds = innergs::estimateSeconds(input, settings);
+    if (seconds == 0 || !parameters->GetEvaluateQuality()) return;
+    // Protocol H: the first input with every n-th axial slice, on its own grid.
+    ReconstructionInput judged;
+    Stack& stack = judged.stacks.emplace_back();
+    GridGeometry& grid = stack.image.geometry;
+    const GridGeometry whole = input.stacks.front().image.geometry;
+    judged.outputGrid = grid = withSliceAxis(whole, innergs::sliceAxis(whole, Plane::Axial));
+    grid.size[2] = std::max<std::int64_t>(2, (grid.size[2] - 1) / parameters->GetQualityGap() + 1);
+    grid.spacing[2] *= parameters->GetQualityGap();
+    stack.thickness = judged.outputGrid->spacing[2];
+    seconds += innergs::estimateSeconds(judged, settings);
+  });
+  return seconds;
 }
 
 std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene) {
   auto task = std::make_shared<Task>();
-  task->filter = filterFor(parameters, scene, *task);
+  task->filter = filterFor(parameters, scene, *task, true);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   if (parameters->GetEvaluateQuality()) {
     vtkMRMLVolumeNode* input = inputs.front();

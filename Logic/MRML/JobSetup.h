@@ -23,6 +23,7 @@ public:
   static JobFilter* New();
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
   using vtkInnerGSReconstruct::MakeSettings;
+  using vtkInnerGSReconstruct::WithOutline;
 };
 
 /// Protocol H on the first input, with its own copy of the voxels.
@@ -60,6 +61,10 @@ struct Task {
 
 /// Everything that can be checked without looking at voxels; the filter as configured. Throws Error.
 vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+
+/// Roughly the seconds of the job and of its quality table; 0: unknown. Voxels are not looked at. Throws
+/// Error.
+double estimateSeconds(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
 
 /// check() and the one copy of the voxels. Throws Error.
 std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);

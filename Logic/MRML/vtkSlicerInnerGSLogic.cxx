@@ -290,6 +290,14 @@ vtkTypeInt64 vtkSlicerInnerGSLogic::EstimateMemory(vtkMRMLInnerGSParameterNode* 
   }
 }
 
+double vtkSlicerInnerGSLogic::EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters) {
+  try {
+    return mrml::estimateSeconds(parameters, this->GetMRMLScene());
+  } catch (const std::exception&) {
+    return 0;
+  }
+}
+
 //------------------------------------------------------------------------------
 
 double vtkSlicerInnerGSLogic::GetValueAtRAS(vtkMRMLInnerGSModelNode* model, double r, double a, double s) {

@@ -77,8 +77,15 @@ public:
   /// The sentence with which a reconstruction would be refused, "" when it can start. Voxels are not looked
   /// at.
   std::string CheckParameters(vtkMRMLInnerGSParameterNode* parameters);
-  /// Bytes of memory that a reconstruction will need beyond its inputs; 0 when it would be refused.
+  ///@{
+  /// Before the start, without looking at voxels; 0 when it would be refused.
+  /// Bytes of memory that a reconstruction will need beyond its inputs.
   vtkTypeInt64 EstimateMemory(vtkMRMLInnerGSParameterNode* parameters);
+  /// Roughly the seconds that it will take, the quality table included. The first call for given settings and
+  /// spacings times a small fit (some tens of milliseconds). On another device than the CPU 0 (unknown)
+  /// before the first fit there.
+  double EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters);
+  ///@}
 
   ///@{
   /// The model's value (scanner units) at points in the world (RAS mm). Outside the model: 0, or what air has

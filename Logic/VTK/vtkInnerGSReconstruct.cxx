@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
+#include "Core/TimeEstimate.h"
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"
 #include "ReconstructSettings.h"
@@ -265,21 +266,33 @@ bool vtkInnerGSReconstruct::HasSnapshot() {
   return this->Work->snapshot.has_value();
 }
 
+bool vtkInnerGSReconstruct::WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use) {
+  if (this->Work->snapshot) {
+    use(*this->Work->snapshot);
+    return true;
+  }
+  std::vector<vtkImageData*> images;
+  for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
+    images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
+  if (images.empty()) return false;
+  use(this->Work->inputs.outline(images, this->MakeOutputChoice()));
+  return true;
+}
+
 vtkTypeInt64 vtkInnerGSReconstruct::EstimateMemory() {
   vtkTypeInt64 bytes = 0;
   this->Guard([&] {
-    if (this->Work->snapshot) {
-      bytes = estimateMemory(*this->Work->snapshot, this->MakeSettings());
-      return;
-    }
-    std::vector<vtkImageData*> images;
-    for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
-      images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
-    if (images.empty()) return;
-    bytes =
-        estimateMemory(this->Work->inputs.outline(images, this->MakeOutputChoice()), this->MakeSettings());
+    this->WithOutline([&](const auto& input) { bytes = estimateMemory(input, this->MakeSettings()); });
   });
   return bytes;
+}
+
+double vtkInnerGSReconstruct::EstimateSeconds() {
+  double seconds = 0;
+  this->Guard([&] {
+    this->WithOutline([&](const auto& input) { seconds = estimateSeconds(input, this->MakeSettings()); });
+  });
+  return seconds;
 }
 
 void vtkInnerGSReconstruct::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {

@@ -176,8 +176,14 @@ public:
   /// on the snapshot, from any thread, without touching the images, and uses it up. False after an error.
   bool TakeSnapshot();
   bool HasSnapshot();
-  /// Bytes of memory that the reconstruction will need beyond its inputs; 0 without inputs. Cheap.
+  ///@{
+  /// Before the start; voxels are not looked at. 0 without inputs or after an error.
+  /// Bytes of memory that the reconstruction will need beyond its inputs.
   vtkTypeInt64 EstimateMemory();
+  /// Roughly the seconds that it will take, from a small fit of the same kind (some tens of milliseconds, the
+  /// first time); on another device than the CPU from the last fit there, 0 before the first one.
+  double EstimateSeconds();
+  ///@}
 
   vtkInnerGSModel* GetOutputModel();
   vtkImageData* GetOutputImage();
@@ -227,6 +233,8 @@ protected:
   innergs::vtk::OutputChoice MakeOutputChoice();
   innergs::ReconstructionInput MakeInput(const std::vector<vtkImageData*>& images, vtkImageData* mask,
                                          std::stop_token stop);
+  /// The snapshot, or what is known of the inputs without their voxels; false without any. May throw.
+  bool WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use);
   void ReportProgress(const innergs::Progress& progress);
   void ReportPreview(const innergs::Volume& volume);
 #endif

@@ -4,12 +4,17 @@
 #include <vtkMRMLGridTransformNode.h>
 #include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLModelNode.h>
+#include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLSliceNode.h>
 #include <vtkMRMLVectorVolumeNode.h>
 
 #include <vtkFloatArray.h>
 #include <vtkOrientedGridTransform.h>
+#include <vtkOrientedImageData.h>
 #include <vtkPoints.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
 
 #include <limits>
 
@@ -80,6 +85,33 @@ TEST_F(BadInputTest, MissingAndWrongNodes) {
   parameters->SetOutputSpacing(2);
   EXPECT_EQ(logic->CheckParameters(parameters), "");
   EXPECT_GT(logic->EstimateMemory(parameters), 0);
+}
+
+TEST_F(BadInputTest, EstimatesAndChecksLookAtNoVoxels) {
+  auto* parameters = addParameters(addThickVolume());
+  parameters->SetDevice("cpu");
+  parameters->SetNumberOfIterations(20);
+  const double seconds = logic->EstimateSeconds(parameters);
+  EXPECT_GT(seconds, 0);
+  EXPECT_LT(seconds, 600);
+  parameters->SetNumberOfMembers(5);
+  const double members = logic->EstimateSeconds(parameters);
+  EXPECT_GT(members, 2 * seconds);
+  parameters->SetEvaluateQuality(true);
+  EXPECT_GT(logic->EstimateSeconds(parameters), members);
+  // An empty segment is found out by looking at it alone.
+  auto* segmentation =
+      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Nothing"));
+  vtkNew<vtkSegment> segment;
+  segment->AddRepresentation(vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName(),
+                             vtkNew<vtkOrientedImageData>());
+  ASSERT_TRUE(segmentation->GetSegmentation()->AddSegment(segment, "Empty"));
+  parameters->SetMaskNode(segmentation);
+  EXPECT_EQ(logic->CheckParameters(parameters), "");
+  EXPECT_GT(logic->EstimateMemory(parameters), 0);
+  EXPECT_GT(logic->EstimateSeconds(parameters), 0);
+  expectError(parameters, "'Nothing' is empty");
+  EXPECT_EQ(logic->EstimateSeconds(nullptr), 0);
 }
 
 TEST_F(BadInputTest, Images) {

@@ -1,5 +1,7 @@
 #include "FakeDevice.h"
 
+#include "Core/TimeEstimate.h"
+
 using namespace innergs;
 using namespace innergs::testing;
 
@@ -52,6 +54,17 @@ TEST_F(DeviceJob, RunsOnTheDeviceAndSaysSo) {
     EXPECT_EQ(cpu.trainingPsnr, device.trainingPsnr);
     EXPECT_EQ(cpu.iterations, device.iterations);
   }
+}
+
+TEST_F(DeviceJob, IsEstimatedByTheLastFitOnTheDevice) {
+  const ReconstructionInput input = isotropicInput();
+  EXPECT_EQ(estimateSeconds(input, on("cuda:0")), 0) << "nothing has run there yet";
+  const auto result = runUntil(-1, input, on("cuda:0"));
+  ASSERT_EQ(result.device.id, "cuda:0");
+  EXPECT_NEAR(estimateSeconds(input, on("cuda:0")), result.seconds, 1e-6 + 0.5 * result.seconds);
+  Settings longer = on("cuda:0");
+  longer.iterations = 3 * *longer.iterations;
+  EXPECT_NEAR(estimateSeconds(input, longer), 3 * estimateSeconds(input, on("cuda:0")), 1e-9);
 }
 
 TEST_F(DeviceJob, RendersResultHeldOutSlicesAndPreviewsOnTheDevice) {

@@ -292,6 +292,26 @@ TEST(ReconstructFilter, WorksOnASnapshotWithoutTouchingItsInputs) {
   EXPECT_FALSE(filter->GetOutputModel()->IsEmpty());
 }
 
+TEST(ReconstructFilter, EstimatesItsTimeBeforeTheStart) {
+  vtkNew<vtkInnerGSReconstruct> none;
+  EXPECT_EQ(none->EstimateSeconds(), 0);
+  auto filter = quickFilter(orthogonalInput());
+  filter->SetDevice("cpu");
+  const double seconds = filter->EstimateSeconds();
+  EXPECT_GT(seconds, 0);
+  EXPECT_LT(seconds, 60);
+  filter->SetNumberOfIterations(10000);
+  const double longer = filter->EstimateSeconds();
+  EXPECT_GT(longer, 10 * seconds);
+  EXPECT_TRUE(std::isfinite(longer));
+  ASSERT_TRUE(filter->TakeSnapshot());
+  EXPECT_EQ(filter->EstimateSeconds(), longer);
+  Errors errors(filter);
+  filter->SetNumberOfIterations(-1);
+  EXPECT_EQ(filter->EstimateSeconds(), 0);
+  EXPECT_EQ(errors.texts.size(), 1u);
+}
+
 TEST(ReconstructFilter, HandsOutPreviewsWhileItRuns) {
   const ReconstructionInput input = isotropicInput();
   auto filter = quickFilter(input, 1000000);
