@@ -90,6 +90,8 @@ struct ModelInfo {
   std::array<double, 2> window{}; // lower and upper intensity worth showing
   double finestSpacing = 1;       // mm: a sensible pixel size for planes
   bool saved = true;              // false: lost when the program ends
+  QString origin;                 // where it came from, for people: the scans' names, or a file; "" unknown
+  QString file;                   // where it was last read from or saved to; "" nowhere yet
   bool ellipsoidsShown = false;
 };
 
