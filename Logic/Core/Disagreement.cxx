@@ -1,5 +1,6 @@
 #include "Core/Disagreement.h"
 
+#include "Core/Contribution.h"
 #include "Core/Error.h"
 #include "Core/Projected.h"
 
@@ -96,18 +97,12 @@ std::vector<float> disagreement(const GaussianField& field, int threads, std::st
   pool.blocks(field.size(), 1024, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
       const Projected& centre = projected[i];
+      const double x[3] = {position(centre, 0), position(centre, 1), position(centre, 2)};
       double w = 0, n = 0, s = 0;
+      Contribution c;
       for (const std::uint32_t j : cells.at(centre)) {
-        const Projected& g = projected[j];
-        float d[3];
-        for (int a = 0; a < 3; ++a)
-          d[a] = static_cast<float>(position(centre, a) - position(g, a));
-        const float* q = g.quadratic;
-        const float e = q[0] * d[0] * d[0] + q[1] * d[0] * d[1] + q[2] * d[0] * d[2] + q[3] * d[1] * d[1] +
-                        q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
-        if (!(e >= g.log2Cut)) continue; // NaN as well
-        const double p = static_cast<double>(std::exp2(e) - g.cut);
-        const double value = g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2];
+        if (!contributionAt(projected[j], x, c)) continue;
+        const double p = static_cast<double>(c.p), value = static_cast<double>(c.value);
         w += p;
         n += p * value;
         s += p * value * value;

@@ -25,6 +25,16 @@ INNERGS_HD inline T clamped(T x, T low, T high) {
   return x < low ? low : high < x ? high : x;
 }
 
+/// a·b rounded on its own. Compilers for devices fuse a product with the sum around it where they like, so
+/// two kernels could decide differently which rows a Gaussian reaches.
+INNERGS_HD inline float product(float a, float b) {
+#if defined(__CUDA_ARCH__)
+  return __fmul_rn(a, b);
+#else
+  return a * b;
+#endif
+}
+
 template <class T>
 INNERGS_HD inline void multiply(const T* a, const T* b, T* c) { // c = a·b
   for (int i = 0; i < 3; ++i)

@@ -1,39 +1,27 @@
 #include "Core/Loss.h"
 #include "Core/PointLoss.h"
 
-#include <array>
-#include <cmath>
+#include <algorithm>
+#include <vector>
 
 namespace innergs {
 namespace {
 
-constexpr int kRadius = 5;
-
-std::array<float, 2 * kRadius + 1> window() {
-  std::array<float, 2 * kRadius + 1> w;
-  float sum = 0;
-  for (int i = -kRadius; i <= kRadius; ++i)
-    sum += w[i + kRadius] = std::exp(-0.5f * i * i / (1.5f * 1.5f));
-  for (float& x : w)
-    x /= sum;
-  return w;
-}
-
 /// Separable, zero-padded, so that it is its own adjoint. Tightly packed nx×ny.
 void filter(std::vector<float>& image, int nx, int ny, std::vector<float>& scratch) {
-  static const auto w = window();
+  static const auto w = ssimWindow();
   scratch.assign(image.size(), 0.f);
   for (int y = 0; y < ny; ++y)
-    for (int k = -kRadius; k <= kRadius; ++k) {
+    for (int k = -kSsimRadius; k <= kSsimRadius; ++k) {
       const int a = std::max(0, -k), b = std::min(nx, nx - k);
       for (int x = a; x < b; ++x)
-        scratch[y * nx + x] += w[k + kRadius] * image[y * nx + x + k];
+        scratch[y * nx + x] += w[k + kSsimRadius] * image[y * nx + x + k];
     }
   image.assign(image.size(), 0.f);
   for (int y = 0; y < ny; ++y)
-    for (int k = std::max(-kRadius, -y); k <= std::min(kRadius, ny - 1 - y); ++k)
+    for (int k = std::max(-kSsimRadius, -y); k <= std::min(kSsimRadius, ny - 1 - y); ++k)
       for (int x = 0; x < nx; ++x)
-        image[y * nx + x] += w[k + kRadius] * scratch[(y + k) * nx + x];
+        image[y * nx + x] += w[k + kSsimRadius] * scratch[(y + k) * nx + x];
 }
 
 } // namespace

@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/GaussianMath.h"
 
+#include <array>
+
 namespace innergs {
 
 enum class LossKind { L1, L2, Huber };
@@ -20,6 +22,19 @@ INNERGS_HD inline float pointLoss(LossKind kind, float delta, float e, float& de
   }
   derivative = e;
   return 0.5f * e * e;
+}
+
+constexpr int kSsimRadius = 5, kSsimWidth = 2 * kSsimRadius + 1;
+
+/// A Gaussian of σ = 1.5 pixels; the weights sum to 1.
+inline std::array<float, kSsimWidth> ssimWindow() {
+  std::array<float, kSsimWidth> w;
+  float sum = 0;
+  for (int i = -kSsimRadius; i <= kSsimRadius; ++i)
+    sum += w[i + kSsimRadius] = std::exp(-0.5f * i * i / (1.5f * 1.5f));
+  for (float& x : w)
+    x /= sum;
+  return w;
 }
 
 /// One pixel's SSIM from the filtered images and products, for intensities in [0, 1], and its derivatives by

@@ -1,3 +1,4 @@
+#include "Core/Contribution.h"
 #include "Core/DetailSampler.h"
 #include "Core/DevicePlugin.h"
 #include "Core/DomainBox.h"
@@ -154,24 +155,16 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
     PointBlend blend(field);
     for (std::int64_t i = first; i < last; ++i) {
       blend.start();
+      Contribution c;
       double x[3];
       std::int64_t at[3];
       for (int a = 0; a < 3; ++a) {
         x[a] = (local[i][a] - low[a]) / cell;
         at[a] = std::min(static_cast<std::int64_t>(x[a]), cells[a] - 1);
       }
-      const std::int64_t c = at[0] + cells[0] * (at[1] + cells[1] * at[2]);
-      for (std::int64_t m = lists.start[c]; m < lists.start[c + 1]; ++m) {
-        const Projected& g = projected[lists.ids[m]];
-        float d[3];
-        for (int a = 0; a < 3; ++a)
-          d[a] = static_cast<float>(x[a] - g.cell[a] - static_cast<double>(g.fraction[a]));
-        const float* q = g.quadratic;
-        const float e = q[0] * d[0] * d[0] + q[1] * d[0] * d[1] + q[2] * d[0] * d[2] + q[3] * d[1] * d[1] +
-                        q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
-        if (!(e >= g.log2Cut)) continue; // NaN as well
-        const float p = std::exp2(e) - g.cut;
-        blend.add(p, g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2], std::fabs(d[2]));
+      const std::int64_t own = at[0] + cells[0] * (at[1] + cells[1] * at[2]);
+      for (std::int64_t m = lists.start[own]; m < lists.start[own + 1]; ++m) {
+        if (contributionAt(projected[lists.ids[m]], x, c)) blend.add(c.p, c.value, c.depth);
       }
       result[i] = finished(blend.value(), points[i]);
     }

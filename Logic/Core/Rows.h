@@ -74,13 +74,13 @@ template <Selection selection>
 INNERGS_HD inline bool rowRange(const Projected& g, float dz, const PlaneBox& box, int& first, int& last) {
   float half, centre = g.fraction[1];
   if constexpr (selection == Selection::Exact) {
-    const float rest = g.radius2 - dz * dz * g.precisionZ;
+    const float rest = g.radius2 - math::product(math::product(dz, dz), g.precisionZ);
     if (!(rest > 0)) return false;
     half = std::sqrt(rest / g.precisionY);
   } else {
     half = selection == Selection::Method1 ? g.half[1] : box.half;
   }
-  if constexpr (selection != Selection::Method1) centre -= g.shiftYZ * dz;
+  if constexpr (selection != Selection::Method1) centre -= math::product(g.shiftYZ, dz);
   first = indexLimit(std::ceil(centre - half));
   last = indexLimit(std::floor(centre + half)) + 1;
   return first < last;

@@ -51,7 +51,6 @@ public:
                                                   " is too old: compute capability 7.5 or later is "
                                                   "needed; use the CPU.");
     select();
-    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
     int pools = 0;
     check(cudaDeviceGetAttribute(&pools, cudaDevAttrMemoryPoolsSupported, device));
     if (pools) {
@@ -59,6 +58,7 @@ public:
       std::uint64_t keep = std::uint64_t{64} << 20; // for the small allocations of a query
       check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep));
     }
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); // last: no throw leaves it behind
   }
   ~CudaExecutor() override {
     if (cudaSetDevice(device_) != cudaSuccess) return;

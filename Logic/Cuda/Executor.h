@@ -46,7 +46,7 @@ public:
   /// out[i] = Σ_{j<i} in[j].
   virtual void scan(const std::int64_t* in, std::int64_t* out, std::int64_t count) = 0;
   /// Stable sort by the lowest `bits` bits of the keys. The sorted pairs are in `keys` and `ids` afterwards,
-  /// which may have been exchanged with the other buffers.
+  /// which may have been exchanged with the other ones.
   virtual void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids,
                     std::uint32_t*& otherIds, std::int64_t count, int bits) = 0;
 
@@ -110,12 +110,22 @@ public:
     data_ = nullptr;
     size_ = 0;
   }
-  T*& pointer() { return data_; } // for Executor::sort, with buffers of equal size
 
 private:
   Executor* executor_;
   T* data_ = nullptr;
   std::int64_t size_ = 0;
 };
+
+/// Executor::sort of whole buffers; what it exchanges takes its size along.
+inline void sortPairs(Executor& executor, Buffer<std::uint64_t>& keys, Buffer<std::uint64_t>& otherKeys,
+                      Buffer<std::uint32_t>& ids, Buffer<std::uint32_t>& otherIds, std::int64_t count,
+                      int bits) {
+  std::uint64_t *key = keys.data(), *otherKey = otherKeys.data();
+  std::uint32_t *id = ids.data(), *otherId = otherIds.data();
+  if (count > 0) executor.sort(key, otherKey, id, otherId, count, bits);
+  if (key != keys.data()) std::swap(keys, otherKeys);
+  if (id != ids.data()) std::swap(ids, otherIds);
+}
 
 } // namespace innergs::cuda

@@ -90,14 +90,26 @@ void Field::renderPoints(std::span<const Vec3> points, std::span<const float> va
       high[a] = std::max(high[a], x[a]);
     }
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
-  const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
+  const float* channel = upload(values);
+  // Gaussians much larger than a cell stand in many lists: where memory is short, larger cells.
+  for (double cells = std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);; cells /= 2)
+    try {
+      return answer(points, channel, low, high, extent / cells, out, stop);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Memory || cells <= 1) throw;
+      passes_.shrink();
+    }
+}
+
+void Field::answer(std::span<const Vec3> points, const float* channel, const Vec3& low, const Vec3& high,
+                   double cell, float* out, const std::stop_token& stop) {
   Lattice lattice;
   lattice.indexToModel.linear = diagonal({cell, cell, cell});
   lattice.indexToModel.offset = low;
   int cells[3];
   for (int a = 0; a < 3; ++a)
     cells[a] = static_cast<int>((high[a] - low[a]) / cell) + 1;
-  passes_.project(gaussians_.data(), upload(values), count_, projectionFrame(lattice), rules({}));
+  passes_.project(gaussians_.data(), channel, count_, projectionFrame(lattice), rules({}));
   std::vector<double> index;
   for (std::size_t first = 0; first < points.size(); first += kPoints) {
     throwIfStopped(stop);

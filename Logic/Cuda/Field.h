@@ -16,6 +16,9 @@ public:
 
 private:
   const float* upload(std::span<const float> values);
+  /// renderPoints() in cells of that edge (mm); channel: memory of the device.
+  void answer(std::span<const Vec3> points, const float* channel, const Vec3& low, const Vec3& high,
+              double cell, float* out, const std::stop_token& stop);
   ProjectionRules rules(const ClosedFormPsf& psf) const;
 
   std::unique_ptr<Executor> executor_;

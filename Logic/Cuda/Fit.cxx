@@ -88,9 +88,10 @@ void Fit::addViews(const std::vector<Observation>& observations, std::vector<Vie
   }
 }
 
+/// Anew for slabPoints_. A view without memory for that keeps its slabs.
 void Fit::cut(std::vector<View>& views) {
   for (View& view : views) {
-    view.slabs.clear();
+    std::vector<Slab> slabs;
     const std::int64_t perSlice =
         std::max<std::int64_t>(1, static_cast<std::int64_t>(view.lattice.planeSize()) * view.perSlice);
     const std::int64_t step = std::clamp<std::int64_t>(slabPoints_ / perSlice, 1, std::max(1, view.slices));
@@ -114,8 +115,9 @@ void Fit::cut(std::vector<View>& views) {
       Slab slab{first, count, DevicePlanes(*executor_, lattice, 0, lattice.planes()),
                 Buffer<SubPlaneView>(*executor_)};
       slab.subPlanes.upload(local.data(), static_cast<std::int64_t>(local.size()));
-      view.slabs.push_back(std::move(slab));
+      slabs.push_back(std::move(slab));
     }
+    view.slabs = std::move(slabs);
   }
 }
 
@@ -205,6 +207,7 @@ void Fit::download(GaussianField* field, Adam* adam, PullSum* pulls) {
 
 void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
                   std::int64_t count, bool backward) {
+  bool first = true;
   for (View& view : views) {
     throwIfStopped();
     passes_.project(gaussians, nullptr, count, projectionFrame(view.lattice),
@@ -216,12 +219,14 @@ void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const 
       passes_.loss(view.slicesOf(slab, numbers), rules_.loss);
       if (backward) passes_.backward(slab.planes, numbers.blending, &slab != view.slabs.data());
     }
-    if (backward && !view.slabs.empty())
-      executor_->runOver(Chain{gaussians, passes_.moments(), count,
-                               chainRules(numbers.blending, numbers.linearIntensity, view.lattice, view.psf),
-                               gradient_.data(), &view == views.data()},
-                         count);
+    if (!backward || view.slabs.empty()) continue;
+    executor_->runOver(Chain{gaussians, passes_.moments(), count,
+                             chainRules(numbers.blending, numbers.linearIntensity, view.lattice, view.psf),
+                             gradient_.data(), first},
+                       count);
+    first = false;
   }
+  if (backward && first) gradient_.fill(0, 16 * count); // nothing to see
 }
 
 /// Runs `queue` until there was room for all pairs, in smaller slabs where memory is short, and reads the

@@ -2,8 +2,8 @@
 
 #include "Core/Error.h"
 
+#include <algorithm>
 #include <bit>
-#include <cmath>
 #include <limits>
 
 namespace innergs::cuda {
@@ -15,13 +15,8 @@ int divideUp(int a, int b) {
 
 SsimTile ssimTile(const SliceView& slices) {
   SsimTile tile{slices, slices.stride / SsimTile::kEdge, divideUp(slices.ny, SsimTile::kEdge), {}};
-  float sum = 0;
-  for (int k = 0; k <= 2 * SsimTile::kRadius; ++k) {
-    const int i = k - SsimTile::kRadius;
-    sum += tile.window[k] = std::exp(-0.5f * i * i / (1.5f * 1.5f));
-  }
-  for (float& w : tile.window)
-    w /= sum;
+  const auto window = ssimWindow();
+  std::copy(window.begin(), window.end(), tile.window);
   return tile;
 }
 
@@ -103,9 +98,8 @@ void Passes::bin(const Reach& reach, int shift, bool alpha) {
   executor_.runOver(EmitPairs<Reach>{projected_.data(), count_, reach, first_.data(), limit, keys_.data(),
                                      ids_.data(), alpha ? owners_.data() : nullptr, status_.data()},
                     count_ + 1);
-  if (limit > 0)
-    executor_.sort(keys_.pointer(), otherKeys_.pointer(), ids_.pointer(), otherIds_.pointer(), limit,
-                   shift + std::bit_width(static_cast<std::uint64_t>(bins)));
+  sortPairs(executor_, keys_, otherKeys_, ids_, otherIds_, limit,
+            shift + std::bit_width(static_cast<std::uint64_t>(bins)));
   executor_.runOver(FindStarts{keys_.data(), limit, bins, shift, start_.data()}, bins + 1);
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Contribution.h"
 #include "Cuda/Block.h"
 #include "Cuda/Kernels/Reach.h"
 
@@ -39,29 +40,11 @@ struct QueryPoints {
   float epsilon;
   float* out;
 
-  struct Contribution {
-    float p, value, depth;
-  };
-
-  INNERGS_HD static bool contribution(const Projected& g, const double* x, Contribution& c) {
-    float d[3];
-    for (int a = 0; a < 3; ++a)
-      d[a] = static_cast<float>(x[a] - g.cell[a] - static_cast<double>(g.fraction[a]));
-    const float* q = g.quadratic;
-    const float e = q[0] * d[0] * d[0] + q[1] * d[0] * d[1] + q[2] * d[0] * d[2] + q[3] * d[1] * d[1] +
-                    q[4] * d[1] * d[2] + q[5] * d[2] * d[2] + g.log2Weight;
-    if (!(e >= g.log2Cut)) return false; // NaN as well
-    c.p = std::exp2(e) - g.cut;
-    c.value = g.value + g.slope[0] * d[0] + g.slope[1] * d[1] + g.slope[2] * d[2];
-    c.depth = std::fabs(d[2]);
-    return true;
-  }
-
   INNERGS_HD float summed(const double* x, std::int64_t first, std::int64_t last) const {
     float w = 0, n = 0;
     Contribution c;
     for (std::int64_t m = first; m < last; ++m)
-      if (contribution(gaussians[ids[m]], x, c)) {
+      if (contributionAt(gaussians[ids[m]], x, c)) {
         w += c.p;
         n += c.p * c.value;
       }
@@ -77,7 +60,7 @@ struct QueryPoints {
       Contribution next{0, 0, 0}, c;
       std::int64_t found = -1;
       for (std::int64_t m = first; m < last; ++m) {
-        if (!contribution(gaussians[ids[m]], x, c)) continue;
+        if (!contributionAt(gaussians[ids[m]], x, c)) continue;
         const bool after = c.depth > depth || (c.depth == depth && m > at);
         if (!after || (found >= 0 && !(c.depth < next.depth))) continue;
         next = c;

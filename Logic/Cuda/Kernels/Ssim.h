@@ -5,10 +5,10 @@ namespace innergs::cuda {
 
 /// A 16×16 tile of one slice with a border as wide as the 11×11 window, filtered separably; zero outside.
 struct SsimTile {
-  static constexpr int kThreads = 256, kEdge = 16, kRadius = 5, kWide = kEdge + 2 * kRadius;
+  static constexpr int kThreads = 256, kEdge = 16, kRadius = kSsimRadius, kWide = kEdge + 2 * kRadius;
   SliceView view;
   int tilesX, tilesY;
-  float window[2 * kRadius + 1];
+  float window[kSsimWidth];
 
   INNERGS_HD std::int64_t slice(std::int64_t block) const { return block / tilesX / tilesY; }
   INNERGS_HD int left(std::int64_t block) const { return static_cast<int>(block % tilesX) * kEdge; }
@@ -21,9 +21,30 @@ struct SsimTile {
   template <class Value>
   INNERGS_HD float filter(Value&& value) const {
     float sum = 0;
-    for (int k = 0; k <= 2 * kRadius; ++k)
+    for (int k = 0; k < kSsimWidth; ++k)
       sum += window[k] * value(k);
     return sum;
+  }
+  /// each(j, i, v) for every point of the block's tile and border; v: its place, -1 outside the slice.
+  template <class Block, class Each>
+  INNERGS_KERNEL void eachPoint(Block& block, Each&& each) const {
+    const std::int64_t b = block.index();
+    block.forEachThread([&](int t) {
+      for (int n = t; n < kWide * kWide; n += kThreads) {
+        const int i = n % kWide, j = n / kWide, x = left(b) + i - kRadius, y = top(b) + j - kRadius;
+        each(j, i, inside(x, y) ? at(slice(b), x, y) : -1);
+      }
+    });
+    block.sync();
+  }
+  /// each(j, i) for every point that the filter along rows leaves.
+  template <class Block, class Each>
+  INNERGS_KERNEL void eachOfRows(Block& block, Each&& each) const {
+    block.forEachThread([&](int t) {
+      for (int n = t; n < kWide * kEdge; n += kThreads)
+        each(n / kEdge, n % kEdge);
+    });
+    block.sync();
   }
 };
 
@@ -46,30 +67,18 @@ struct SsimTerms {
     Shared& s = block.shared();
     const std::int64_t b = block.index(), slice = tile.slice(b);
     const int left = tile.left(b), top = tile.top(b);
-    block.forEachThread([&](int t) {
-      for (int n = t; n < kWide * kWide; n += kThreads) {
-        const int i = n % kWide, j = n / kWide, x = left + i - SsimTile::kRadius,
-                  y = top + j - SsimTile::kRadius;
-        s.x[j][i] = s.y[j][i] = 0;
-        if (!tile.inside(x, y)) continue;
-        const std::int64_t v = tile.at(slice, x, y);
-        s.y[j][i] = tile.view.target[v];
-        s.x[j][i] = tile.view.weight[v] ? image[v] : tile.view.target[v];
-      }
+    tile.eachPoint(block, [&](int j, int i, std::int64_t v) {
+      s.y[j][i] = v < 0 ? 0.f : tile.view.target[v];
+      s.x[j][i] = v >= 0 && tile.view.weight[v] ? image[v] : s.y[j][i];
     });
-    block.sync();
-    block.forEachThread([&](int t) {
-      for (int n = t; n < kWide * kEdge; n += kThreads) {
-        const int i = n % kEdge, j = n / kEdge;
-        const float *x = s.x[j] + i, *y = s.y[j] + i;
-        s.rows[0][j][i] = tile.filter([&](int k) { return x[k]; });
-        s.rows[1][j][i] = tile.filter([&](int k) { return y[k]; });
-        s.rows[2][j][i] = tile.filter([&](int k) { return x[k] * x[k]; });
-        s.rows[3][j][i] = tile.filter([&](int k) { return y[k] * y[k]; });
-        s.rows[4][j][i] = tile.filter([&](int k) { return x[k] * y[k]; });
-      }
+    tile.eachOfRows(block, [&](int j, int i) {
+      const float *x = s.x[j] + i, *y = s.y[j] + i;
+      s.rows[0][j][i] = tile.filter([&](int k) { return x[k]; });
+      s.rows[1][j][i] = tile.filter([&](int k) { return y[k]; });
+      s.rows[2][j][i] = tile.filter([&](int k) { return x[k] * x[k]; });
+      s.rows[3][j][i] = tile.filter([&](int k) { return y[k] * y[k]; });
+      s.rows[4][j][i] = tile.filter([&](int k) { return x[k] * y[k]; });
     });
-    block.sync();
     typename Block::template PerThread<Lanes<double, 3>> sums;
     block.forEachThread([&](int t) {
       sums[t] = {};
@@ -105,26 +114,15 @@ struct SsimGradient {
     Shared& s = block.shared();
     const std::int64_t b = block.index(), slice = tile.slice(b);
     const int left = tile.left(b), top = tile.top(b);
-    block.forEachThread([&](int t) {
-      for (int n = t; n < kWide * kWide; n += kThreads) {
-        const int i = n % kWide, j = n / kWide, x = left + i - SsimTile::kRadius,
-                  y = top + j - SsimTile::kRadius;
-        const bool inside = tile.inside(x, y);
-        const std::int64_t v = inside ? tile.at(slice, x, y) : 0;
-        s.maps[0][j][i] = inside ? dMean[v] : 0.f;
-        s.maps[1][j][i] = inside ? dSquare[v] : 0.f;
-        s.maps[2][j][i] = inside ? dProduct[v] : 0.f;
-      }
+    tile.eachPoint(block, [&](int j, int i, std::int64_t v) {
+      s.maps[0][j][i] = v < 0 ? 0.f : dMean[v];
+      s.maps[1][j][i] = v < 0 ? 0.f : dSquare[v];
+      s.maps[2][j][i] = v < 0 ? 0.f : dProduct[v];
     });
-    block.sync();
-    block.forEachThread([&](int t) {
-      for (int n = t; n < kWide * kEdge; n += kThreads) {
-        const int i = n % kEdge, j = n / kEdge;
-        for (int c = 0; c < 3; ++c)
-          s.rows[c][j][i] = tile.filter([&](int k) { return s.maps[c][j][i + k]; });
-      }
+    tile.eachOfRows(block, [&](int j, int i) {
+      for (int c = 0; c < 3; ++c)
+        s.rows[c][j][i] = tile.filter([&](int k) { return s.maps[c][j][i + k]; });
     });
-    block.sync();
     block.forEachThread([&](int t) {
       const int i = t % kEdge, j = t / kEdge, x = left + i, y = top + j;
       if (y >= tile.view.ny) return; // the padding of a row is spread too: its F0 becomes 0

@@ -152,4 +152,68 @@ TEST(FieldOnTheHostExecutor, TakesSmallerSlabsWhenMemoryIsShort) {
   }
 }
 
+/// A plane of n×n points through the middle of a Cloud.
+Lattice square(int n) {
+  Lattice lattice;
+  lattice.nx = lattice.ny = n;
+  lattice.z = {0};
+  lattice.indexToModel.offset = {-n / 2.0, -n / 2.0, 0};
+  return lattice;
+}
+
+TEST(FieldOnTheHostExecutor, IsWholeAfterAnyFailedAllocation) {
+  const GaussianField f = randomField(300, {}, 23);
+  const int sizes[] = {64, 8, 40};
+  std::vector<float> expected[3];
+  for (int i = 0; i < 3; ++i) {
+    expected[i].resize(sizes[i] * sizes[i]);
+    cuda::Field(cuda::makeHostExecutor(), f).renderLattice(square(sizes[i]), {}, {}, expected[i].data(), {});
+  }
+  bool all = false;
+  for (int allocation = 1; !all; ++allocation) {
+    SCOPED_TRACE(allocation);
+    ASSERT_LT(allocation, 100);
+    auto executor = cuda::makeHostExecutor();
+    cuda::Executor& memory = *executor;
+    cuda::Field field(std::move(executor), f);
+    cuda::failAllocations(memory, allocation, 1);
+    std::vector<float> found(expected[0].size());
+    try {
+      field.renderLattice(square(sizes[0]), {}, {}, found.data(), {});
+      all = true;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::Memory);
+    }
+    cuda::failAllocations(memory, 0, 0);
+    for (int i : {1, 2, 0}) { // fewer pairs than there was room for, then more
+      found.assign(expected[i].size(), -1.f);
+      field.renderLattice(square(sizes[i]), {}, {}, found.data(), {});
+      EXPECT_EQ(found, expected[i]) << sizes[i];
+    }
+  }
+}
+
+TEST(FieldOnTheHostExecutor, TakesLargerCellsForPointsWhenMemoryIsShort) {
+  Cloud cloud;
+  cloud.minSigma = 8;
+  cloud.maxSigma = 20;
+  const GaussianField f = randomField(200, cloud, 23);
+  Numbers random(77);
+  std::vector<Vec3> points(1000);
+  for (Vec3& x : points)
+    x = {random(-1, 1), random(-1, 1), random(-1, 1)};
+  RenderOptions options;
+  options.threads = 1;
+  options.scannerUnits = false;
+  std::vector<float> found(points.size());
+  cuda::Field(cuda::makeHostExecutor(1 << 20), f).renderPoints(points, {}, found.data(), {});
+  EXPECT_LE(relativeError(found, renderPoints(f, points, options)), kTolerance);
+  try {
+    cuda::Field(cuda::makeHostExecutor(1 << 16), f).renderPoints(points, {}, found.data(), {});
+    FAIL() << "fitted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Memory);
+  }
+}
+
 } // namespace
