@@ -26,6 +26,7 @@ void JobDelivery::deliver(Mail& mail) {
   if (mail.progress && !task->discard) {
     const auto& p = *mail.progress;
     job->Phase = p.phase;
+    job->DeviceNote = p.deviceNote;
     job->Progress = p.fraction;
     job->Loss = p.loss;
     job->TrainingPSNR = p.trainingPsnr;
@@ -48,6 +49,7 @@ void JobDelivery::deliver(Mail& mail) {
 void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   vtkSlicerInnerGSJob* job = task.job;
   job->UsedSettings = task.filter->GetUsedSettings();
+  job->DeviceNote = task.filter->GetDeviceNote();
   job->TrainingPSNR = task.filter->GetTrainingPSNR();
   job->HeldOutPSNR = task.filter->GetHeldOutPSNR();
   for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)

@@ -162,6 +162,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
     const Observation progress(filter, vtkCommand::ProgressEvent, [&](void*) {
       Mail::Progress p;
       p.phase = filter->GetPhase();
+      p.deviceNote = filter->GetDeviceNote();
       p.fraction = share * filter->GetProgress();
       p.loss = filter->GetCurrentLoss();
       p.trainingPsnr = filter->GetTrainingPSNR();
@@ -189,6 +190,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   if (!task->quality || task->cancelled || !task->error.empty()) return;
 
   Mail::Progress judged;
+  judged.deviceNote = filter->GetDeviceNote();
   int methods = 0;
   EvaluationOptions options;
   options.settings = task->quality->settings;
@@ -196,6 +198,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   options.progress = [&](const innergs::Progress& fit) {
     Mail::Progress p;
     p.phase = std::string("Judging quality, ") + phaseName(fit.phase);
+    p.deviceNote = fit.note.empty() ? judged.deviceNote : fit.note;
     p.fraction = kFitShare + (kJudgedFitShare - kFitShare) * fit.fraction;
     p.loss = fit.loss;
     p.trainingPsnr = fit.trainingPsnr;

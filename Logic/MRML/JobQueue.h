@@ -18,7 +18,7 @@ namespace innergs::mrml {
 /// by one: what an observer of the first does (cancel, wait, clear the scene) still meets the others here.
 struct Mail {
   struct Progress {
-    std::string phase;
+    std::string phase, deviceNote;
     double fraction = 0, loss = 0, trainingPsnr = 0, heldOutPsnr = 0, elapsed = 0, remaining = 0;
     int iteration = 0, iterations = 0;
     vtkIdType gaussians = 0;

@@ -261,6 +261,12 @@ vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene) {
   return filterFor(parameters, scene, ignored, false);
 }
 
+std::string describeDevice(Parameters* parameters) {
+  vtkNew<JobFilter> filter;
+  setSettings(filter, parameters);
+  return filter->DescribeDevice();
+}
+
 double estimateSeconds(Parameters* parameters, vtkMRMLScene* scene) {
   const auto filter = check(parameters, scene);
   double seconds = 0;

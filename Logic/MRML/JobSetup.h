@@ -62,6 +62,9 @@ struct Task {
 /// Everything that can be checked without looking at voxels; the filter as configured. Throws Error.
 vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
 
+/// Where a job with these settings will run, and why.
+std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
+
 /// Roughly the seconds of the job and of its quality table; 0: unknown. Voxels are not looked at. Throws
 /// Error.
 double estimateSeconds(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);

@@ -25,6 +25,7 @@ void vtkSlicerInnerGSJob::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "State: " << GetStateAsString(this->State) << "\n";
   os << indent << "Description: " << this->GetDescription() << "\n";
+  os << indent << "DeviceNote: " << this->DeviceNote << "\n";
   os << indent << "UsedSettings: " << this->UsedSettings << "\n";
   for (const std::string& warning : this->Warnings)
     os << indent << "Warning: " << warning << "\n";

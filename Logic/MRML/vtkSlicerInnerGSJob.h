@@ -51,6 +51,8 @@ public:
   vtkGetMacro(NumberOfGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double); // estimated
+  /// Where the fit runs, or ran in the end, and why; "" before that is known.
+  vtkGetMacro(DeviceNote, std::string);
   /// One line for people.
   std::string GetDescription();
   ///@}
@@ -86,7 +88,7 @@ protected:
   double Progress = 0, Loss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   int CurrentIteration = 0, TotalIterations = 0;
   vtkIdType NumberOfGaussians = 0;
-  std::string ErrorMessage, UsedSettings;
+  std::string DeviceNote, ErrorMessage, UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;

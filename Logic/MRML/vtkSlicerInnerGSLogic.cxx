@@ -298,6 +298,10 @@ double vtkSlicerInnerGSLogic::EstimateSeconds(vtkMRMLInnerGSParameterNode* param
   }
 }
 
+std::string vtkSlicerInnerGSLogic::DescribeDevice(vtkMRMLInnerGSParameterNode* parameters) {
+  return parameters ? mrml::describeDevice(parameters) : "";
+}
+
 //------------------------------------------------------------------------------
 
 double vtkSlicerInnerGSLogic::GetValueAtRAS(vtkMRMLInnerGSModelNode* model, double r, double a, double s) {

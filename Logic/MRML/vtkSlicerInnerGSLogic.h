@@ -85,6 +85,8 @@ public:
   /// spacings times a small fit (some tens of milliseconds). On another device than the CPU 0 (unknown)
   /// before the first fit there.
   double EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters);
+  /// Where it will run, memory aside, and why, as a sentence; "" without parameters.
+  std::string DescribeDevice(vtkMRMLInnerGSParameterNode* parameters);
   ///@}
 
   ///@{

@@ -55,7 +55,7 @@ struct vtkInnerGSReconstruct::Internals {
   vtkNew<vtkImageData> preview;
   innergs::Phase phase = innergs::Phase::Preparing;
   std::vector<std::string> warnings;
-  std::string usedSettings, usedInstructionSet, usedDevice;
+  std::string usedSettings, usedInstructionSet, usedDevice, deviceNote;
 };
 
 vtkInnerGSReconstruct::vtkInnerGSReconstruct()
@@ -219,6 +219,9 @@ std::string vtkInnerGSReconstruct::GetUsedInstructionSet() {
 std::string vtkInnerGSReconstruct::GetUsedDevice() {
   return this->Work->usedDevice;
 }
+std::string vtkInnerGSReconstruct::GetDeviceNote() {
+  return this->Work->deviceNote;
+}
 
 //------------------------------------------------------------------------------
 // Work.
@@ -295,6 +298,15 @@ double vtkInnerGSReconstruct::EstimateSeconds() {
   return seconds;
 }
 
+std::string vtkInnerGSReconstruct::DescribeDevice() {
+  try {
+    const innergs::Settings s = this->MakeSettings();
+    return innergs::DeviceChoice(s.device, s.instructionSet, s.selection).use.reason;
+  } catch (const Error& error) {
+    return error.what();
+  }
+}
+
 void vtkInnerGSReconstruct::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   innergs::GridGeometry grid;
   if (this->Work->snapshot)
@@ -323,6 +335,7 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->CurrentGaussians = static_cast<vtkIdType>(p.gaussians);
   this->ElapsedSeconds = p.elapsed;
   this->RemainingSeconds = p.remaining;
+  if (!p.note.empty()) this->Work->deviceNote = p.note; // told once, kept for whoever looks later
   this->SetProgressText(progressText(p).c_str());
   this->UpdateProgress(p.fraction);
 }
@@ -343,6 +356,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   work.usedSettings.clear();
   work.usedInstructionSet.clear();
   work.usedDevice.clear();
+  work.deviceNote.clear();
   this->ReportProgress({});
   const std::stop_token stop = this->GetStopToken();
   const innergs::Settings settings = this->MakeSettings();
@@ -380,6 +394,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   work.usedSettings = innergs::vtk::settingsText(result.settings, this->HeldOutFraction);
   work.usedInstructionSet = result.instructionSet;
   work.usedDevice = result.device.id;
+  work.deviceNote = result.device.reason;
   vtkInnerGSModel::GetData(outputs, 0)->SetCheckpoint(result.checkpoint);
   if (this->Aborted) return;
   vtkImageData* image = vtkImageData::GetData(outputs, 1);

@@ -183,6 +183,9 @@ public:
   /// Roughly the seconds that it will take, from a small fit of the same kind (some tens of milliseconds, the
   /// first time); on another device than the CPU from the last fit there, 0 before the first one.
   double EstimateSeconds();
+  /// Where Device leads, memory aside, and why, as a sentence ("On the CPU. There is no GPU plugin ..."). The
+  /// sentence of the error where it cannot be had.
+  std::string DescribeDevice();
   ///@}
 
   vtkInnerGSModel* GetOutputModel();
@@ -205,6 +208,7 @@ public:
   vtkGetMacro(CurrentGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double); // estimated
+  std::string GetDeviceNote();           // where the fit runs and why, a sentence; "" before that is known
   ///@}
 
   ///@{

@@ -312,6 +312,29 @@ TEST(ReconstructFilter, EstimatesItsTimeBeforeTheStart) {
   EXPECT_EQ(errors.texts.size(), 1u);
 }
 
+TEST(ReconstructFilter, SaysWhereItRunsAndWhy) {
+  auto filter = quickFilter(isotropicInput());
+  filter->SetDevice("cpu");
+  EXPECT_EQ(filter->DescribeDevice(), "On the CPU, as asked.");
+  EXPECT_EQ(filter->GetDeviceNote(), "");
+  std::vector<std::string> notes;
+  Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
+    if (filter->GetPhase() == "Fitting") notes.push_back(filter->GetDeviceNote());
+  });
+  filter->Update();
+  ASSERT_GE(notes.size(), 10u);
+  for (const std::string& note : notes)
+    EXPECT_EQ(note, "On the CPU, as asked.");
+  EXPECT_EQ(filter->GetDeviceNote(), "On the CPU, as asked.");
+  filter->SetDevice("cuda:999");
+  const std::string refusal = filter->DescribeDevice();
+  Errors errors(filter);
+  filter->Update();
+  ASSERT_EQ(errors.texts.size(), 1u);
+  EXPECT_EQ(refusal, filter->GetErrorMessage());
+  EXPECT_EQ(filter->GetDeviceNote(), "");
+}
+
 TEST(ReconstructFilter, HandsOutPreviewsWhileItRuns) {
   const ReconstructionInput input = isotropicInput();
   auto filter = quickFilter(input, 1000000);

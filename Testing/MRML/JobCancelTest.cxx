@@ -1,0 +1,115 @@
+#include "JobFixture.h"
+
+namespace {
+
+// Cancel from every progress event, one job each, until one gets through.
+TEST_F(JobTest, CancelAtEveryProgressEvent) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(12);
+  parameters->SetHeldOutFraction(0.2);
+  int cancelled = 0, finished = 0;
+  double slowest = 0;
+  for (int stopAt = 1; finished == 0; ++stopAt) {
+    ASSERT_LT(stopAt, 200);
+    int count = 0;
+    Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+      if (++count != stopAt) return;
+      const auto start = Clock::now();
+      logic->Cancel(jobOf(data));
+      slowest = std::max(slowest, since(start));
+    });
+    const bool done = logic->Reconstruct(parameters);
+    EXPECT_EQ(logic->GetNumberOfJobs(), 0);
+    const int state = logic->GetLastJob()->GetState();
+    EXPECT_EQ(state, done ? vtkSlicerInnerGSJob::Finished : vtkSlicerInnerGSJob::Cancelled);
+    if (done) { // only when it was over before
+      EXPECT_LT(count, stopAt);
+      ++finished;
+    }
+    cancelled += !done;
+    EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), done ? 1 : 0);
+  }
+  EXPECT_GT(cancelled, 3);
+  EXPECT_LT(slowest, 0.5);
+  EXPECT_TRUE(errors.empty());
+}
+
+// The worker is through before the main thread hears of anything: whatever an observer does then still
+// counts.
+class LateObserverTest : public JobTest, public testing::WithParamInterface<unsigned long> {
+protected:
+  void run(const std::function<void(vtkSlicerInnerGSJob*)>& act) {
+    auto* parameters = addParameters(addVolume());
+    parameters->SetNumberOfIterations(2);
+    vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+    ASSERT_NE(job, nullptr);
+    std::this_thread::sleep_for(std::chrono::milliseconds(700));
+    std::vector<unsigned long> order;
+    Observer watch(logic,
+                   {Logic::JobStartedEvent, Logic::JobProgressEvent, Logic::JobPreviewEvent,
+                    Logic::JobFinishedEvent, Logic::JobFailedEvent, Logic::JobCancelledEvent},
+                   [&](unsigned long event, void* data) {
+                     order.push_back(event);
+                     if (event == GetParam()) act(jobOf(data));
+                   });
+    ASSERT_TRUE(logic->WaitForJob(job, 20));
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+    EXPECT_EQ(order.back(), Logic::JobCancelledEvent);
+    EXPECT_EQ(std::count(order.begin(), order.end(), Logic::JobCancelledEvent), 1);
+    EXPECT_NE(std::find(order.begin(), order.end(), GetParam()), order.end());
+    EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+  }
+};
+
+TEST_P(LateObserverTest, Cancel) {
+  run([&](vtkSlicerInnerGSJob* job) {
+    logic->Cancel(job);
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  });
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 1);
+}
+
+TEST_P(LateObserverTest, ClearScene) {
+  run([&](vtkSlicerInnerGSJob*) { scene->Clear(false); });
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 0);
+}
+
+TEST_P(LateObserverTest, RemoveParameterNode) {
+  run([&](vtkSlicerInnerGSJob* job) { scene->RemoveNode(job->GetParameterNode()); });
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Events, LateObserverTest,
+                         testing::Values(Logic::JobStartedEvent, Logic::JobProgressEvent));
+
+// The interpolations that the Gaussians are compared with and the scoring end as quickly as a fit.
+TEST_F(JobTest, CancelWhileQualityIsJudged) {
+  const int size[3] = {160, 160, 120};
+  vtkNew<vtkMatrix4x4> matrix;
+  auto* parameters = addParameters(addVolume("Large", size, matrix));
+  parameters->SetNumberOfIterations(1);
+  parameters->SetNumberOfGaussians(2000);
+  parameters->SetEvaluateQuality(true);
+  for (const char* method :
+       {"Judging quality, linear", "Judging quality, cubic", "Judging quality, lanczos"}) {
+    double took = -1, last = 0;
+    Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+      auto* job = jobOf(data);
+      EXPECT_GE(job->GetProgress(), last);
+      EXPECT_LE(job->GetProgress(), 1);
+      last = job->GetProgress();
+      if (took >= 0 || job->GetPhase() != method) return;
+      const auto start = Clock::now();
+      logic->Cancel(job);
+      took = since(start);
+    });
+    EXPECT_FALSE(logic->Reconstruct(parameters));
+    EXPECT_EQ(logic->GetLastJob()->GetState(), vtkSlicerInnerGSJob::Cancelled) << method;
+    EXPECT_GE(took, 0) << method;
+    EXPECT_LT(took, 0.3) << method;
+  }
+  EXPECT_EQ(countNodes("vtkMRMLTableNode"), 0);
+  EXPECT_TRUE(errors.empty());
+}
+
+} // namespace

@@ -1,0 +1,180 @@
+#include "JobFixture.h"
+
+namespace {
+
+bool isOutput(vtkMRMLNode* node) {
+  return node->IsA("vtkMRMLInnerGSModelNode") || node->IsA("vtkMRMLScalarVolumeNode") ||
+         node->IsA("vtkMRMLTableNode");
+}
+
+TEST_F(JobTest, SceneClearedWhileRunning) {
+  for (const int when : {0, 3, 10}) {
+    auto* parameters = addParameters(addVolume());
+    parameters->SetNumberOfIterations(100000);
+    vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+    ASSERT_NE(job, nullptr);
+    ASSERT_NE(logic->StartReconstruction(parameters), nullptr); // one that waits
+    int count = 0;
+    Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void*) { ++count; });
+    while (count < when)
+      logic->WaitForJob(job, 0.01);
+    const auto start = Clock::now();
+    scene->Clear(false);
+    EXPECT_LT(since(start), 1);
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+    EXPECT_EQ(job->GetParameterNode(), nullptr);
+    EXPECT_EQ(logic->GetNumberOfJobs(), 0);
+    EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+  }
+  EXPECT_TRUE(logic->Reconstruct(addParameters(addVolume()))); // the logic goes on
+}
+
+TEST_F(JobTest, ClearedAfterTheEndButBeforeItsDelivery) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(2);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+  std::this_thread::sleep_for(std::chrono::milliseconds(500)); // done by now, not delivered
+  scene->Clear(false);
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 0);
+}
+
+TEST_F(JobTest, NodesRemovedOrEditedWhileRunning) {
+  auto* input = addVolume();
+  auto* parameters = addParameters(input);
+  parameters->SetNumberOfIterations(200);
+  auto* output = addVolume("Output");
+  parameters->SetOutputVolumeNode(output);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+  // The job works on what was there at the start.
+  input->GetImageData()->GetPointData()->GetScalars()->Fill(0);
+  scene->RemoveNode(input);
+  scene->RemoveNode(output);
+  parameters->SetPreset(vtkMRMLInnerGSParameterNode::Best);
+  ASSERT_TRUE(logic->WaitForJob(job));
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
+  EXPECT_EQ(job->GetVolumeNode(), nullptr);
+  ASSERT_NE(job->GetModelNode(), nullptr);
+  EXPECT_EQ(job->GetNumberOfWarnings(), 1);
+  EXPECT_NEAR(logic->GetValueAtRAS(job->GetModelNode(), 0, 0, 0), truth(0, 0, 0), 10);
+
+  // Without its parameter node a job has no purpose.
+  parameters->SetInputVolumeNode(addVolume());
+  parameters->SetNumberOfIterations(100000);
+  job = logic->StartReconstruction(parameters);
+  ASSERT_NE(job, nullptr) << logic->GetLastError();
+  scene->RemoveNode(parameters);
+  ASSERT_TRUE(logic->WaitForJob(job, 10));
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+}
+
+TEST_F(JobTest, LogicAndSceneGoWhileRunning) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(100000);
+  auto other = vtkSmartPointer<Logic>::New();
+  other->SetMRMLScene(scene);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
+  vtkSmartPointer<vtkSlicerInnerGSJob> waiting = other->StartReconstruction(parameters);
+  other = nullptr;
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_EQ(waiting->GetState(), vtkSlicerInnerGSJob::Cancelled);
+
+  job = logic->StartReconstruction(parameters);
+  vtkNew<vtkMRMLScene> another;
+  logic->SetMRMLScene(another);
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  logic->SetMRMLScene(nullptr);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+}
+
+// An observer that lets go of the logic: the call in progress must still end well.
+TEST_F(JobTest, LogicDroppedByAnObserver) {
+  auto* parameters = addParameters(addVolume());
+  auto other = vtkSmartPointer<Logic>::New();
+  other->SetMRMLScene(scene);
+  Logic* raw = other;
+  vtkNew<vtkCallbackCommand> drop;
+  drop->SetClientData(&other);
+  drop->SetCallback([](vtkObject*, unsigned long, void* pointer, void*) {
+    *static_cast<vtkSmartPointer<Logic>*>(pointer) = nullptr;
+  });
+  other->AddObserver(Logic::JobProgressEvent, drop);
+  raw->Reconstruct(parameters);
+  EXPECT_EQ(other, nullptr);
+}
+
+// The same from the question that scripts ask.
+TEST_F(JobTest, LogicDroppedWhileAskedWhetherItRuns) {
+  auto* parameters = addParameters(addVolume());
+  auto other = vtkSmartPointer<Logic>::New();
+  other->SetMRMLScene(scene);
+  Logic* raw = other;
+  ASSERT_NE(raw->StartReconstruction(parameters), nullptr);
+  vtkNew<vtkCallbackCommand> drop;
+  drop->SetClientData(&other);
+  drop->SetCallback([](vtkObject*, unsigned long, void* pointer, void*) {
+    *static_cast<vtkSmartPointer<Logic>*>(pointer) = nullptr;
+  });
+  other->AddObserver(Logic::JobProgressEvent, drop);
+  while (other && raw->IsRunning())
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(other, nullptr);
+}
+
+// Nodes go, or the scene is cleared, by an observer of the outputs as they are made.
+TEST_F(JobTest, SceneChangedWhileOutputsAreMade) {
+  for (const bool clear : {false, true})
+    for (int when = 1;; ++when) {
+      ASSERT_LT(when, 50);
+      auto* parameters = addParameters(addVolume());
+      parameters->SetNumberOfIterations(2);
+      parameters->SetEvaluateQuality(true);
+      vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+      ASSERT_NE(job, nullptr);
+      int count = 0, ends = 0;
+      Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* node) {
+        auto* added = static_cast<vtkMRMLNode*>(node);
+        if (!isOutput(added) || ++count != when) return;
+        if (clear)
+          scene->Clear(false);
+        else
+          scene->RemoveNode(added);
+      });
+      Observer end(logic, {Logic::JobFinishedEvent, Logic::JobFailedEvent, Logic::JobCancelledEvent},
+                   [&](unsigned long, void*) { ++ends; });
+      ASSERT_TRUE(logic->WaitForJob(job, 60));
+      EXPECT_EQ(ends, 1);
+      if (clear && count >= when) {
+        EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+        EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+        EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 0);
+      } else {
+        EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
+      }
+      scene->Clear(false);
+      if (count < when) break;
+    }
+}
+
+// Its observers may be going as well, Python's for one: no event.
+TEST_F(JobTest, CancelledWithoutAnEventWhenTheLogicGoes) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(100000);
+  auto other = vtkSmartPointer<Logic>::New();
+  other->SetMRMLScene(scene);
+  std::vector<vtkSmartPointer<vtkSlicerInnerGSJob>> jobs{other->StartReconstruction(parameters),
+                                                         other->StartReconstruction(parameters)};
+  std::vector<void*> ended;
+  vtkNew<vtkCallbackCommand> listen;
+  listen->SetClientData(&ended);
+  listen->SetCallback([](vtkObject*, unsigned long, void* list, void* job) {
+    static_cast<std::vector<void*>*>(list)->push_back(job);
+  });
+  other->AddObserver(Logic::JobCancelledEvent, listen);
+  other = nullptr;
+  EXPECT_TRUE(ended.empty());
+  for (const auto& job : jobs)
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+}
+
+} // namespace
