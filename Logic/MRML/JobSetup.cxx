@@ -184,6 +184,9 @@ void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
   filter->SetPruneSize(p->GetPruneSize());
   filter->SetDensifyGradient(p->GetDensifyGradient());
   filter->SetSplitSize(p->GetSplitSize());
+  filter->SetCutoff(p->GetCutoff());
+  filter->SetBeta1(p->GetBeta1());
+  filter->SetBeta2(p->GetBeta2());
   filter->SetDevice(p->GetDevice());
   filter->SetRelocate(p->GetRelocate());
   filter->SetConsistency(p->GetConsistency());

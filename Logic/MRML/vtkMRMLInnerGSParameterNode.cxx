@@ -42,6 +42,9 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(Float, pruneSize, PruneSize)                                                                            \
   DO(Float, densifyGradient, DensifyGradient)                                                                \
   DO(Float, splitSize, SplitSize)                                                                            \
+  DO(Float, cutoff, Cutoff)                                                                                  \
+  DO(Float, beta1, Beta1)                                                                                    \
+  DO(Float, beta2, Beta2)                                                                                    \
   DO(StdString, device, Device)                                                                              \
   DO(Boolean, relocate, Relocate)                                                                            \
   DO(Boolean, consistency, Consistency)                                                                      \

@@ -154,6 +154,12 @@ public:
   vtkGetMacro(SplitSize, double);
   vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
   vtkGetMacro(PointWeight, double);
+  vtkSetMacro(Cutoff, double); // Mahalanobis radius of a Gaussian, 1 to 5; below 0 (default): chosen
+  vtkGetMacro(Cutoff, double);
+  vtkSetMacro(Beta1, double); // Adam's share of the old first moment, 0 to 1; below 0 (default): chosen
+  vtkGetMacro(Beta1, double);
+  vtkSetMacro(Beta2, double); // and of the second
+  vtkGetMacro(Beta2, double);
   vtkSetMacro(Relocate, bool);
   vtkGetMacro(Relocate, bool);
   vtkBooleanMacro(Relocate, bool);
@@ -220,6 +226,7 @@ protected:
   int Selection = ExactSelection, PlateauPatience = 10;
   double PlateauFactor = 0.5, PlateauLowest = 0.01, PlateauThreshold = 1e-4;
   double PruneOpacity = Automatic, PruneSize = 20, DensifyGradient = 1, SplitSize = 2;
+  double Cutoff = Automatic, Beta1 = Automatic, Beta2 = Automatic;
   std::string Device = "auto";
   bool Relocate = true, Consistency = true;
   int NumberOfThreads = 0;

@@ -29,6 +29,9 @@ innergs::Settings vtkInnerGSReconstruct::MakeSettings() {
   s.densify.size = this->PruneSize;
   s.densify.gradient = this->DensifyGradient;
   s.densify.split = this->SplitSize;
+  if (!(this->Cutoff < 0)) s.cutoff = this->Cutoff;
+  if (!(this->Beta1 < 0)) s.beta1 = this->Beta1;
+  if (!(this->Beta2 < 0)) s.beta2 = this->Beta2;
   s.huberDelta = this->HuberDelta;
   s.relocate = this->Relocate;
   s.consistency = this->Consistency;
@@ -84,6 +87,9 @@ std::string settingsText(const Settings& s, double heldOutFraction) {
     add("densifyGradient", s.densify.gradient);
     add("splitSize", s.densify.split);
   }
+  addIf("cutoff", s.cutoff);
+  addIf("beta1", s.beta1);
+  addIf("beta2", s.beta2);
   addIf("allAxes", s.allAxes);
   addIf("paperStopRule", s.paperStopRule);
   add("relocate", s.relocate);

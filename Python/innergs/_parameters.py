@@ -19,8 +19,9 @@ _NUMBERS = {
     "maximum_gaussians": "MaximumNumberOfGaussians", "prune_opacity": "PruneOpacity", "prune_size": "PruneSize",
     "densify_gradient": "DensifyGradient", "split_size": "SplitSize", "plateau_patience": "PlateauPatience",
     "plateau_factor": "PlateauFactor", "plateau_lowest": "PlateauLowest", "plateau_threshold": "PlateauThreshold",
-    "point_weight": "PointWeight", "relocate": "Relocate", "consistency": "Consistency", "device": "Device",
-    "threads": "NumberOfThreads", "instruction_set": "InstructionSet", "seed": "Seed",
+    "point_weight": "PointWeight", "cutoff": "Cutoff", "beta1": "Beta1", "beta2": "Beta2",
+    "relocate": "Relocate", "consistency": "Consistency", "device": "Device", "threads": "NumberOfThreads",
+    "instruction_set": "InstructionSet", "seed": "Seed",
 }
 _PROFILES = ("point", "box", "gaussian")
 

@@ -221,6 +221,14 @@ TEST_F(BadInputTest, Settings) {
   parameters->SetSplitSize(-1);
   expectError(parameters, "split");
   parameters->ResetSettings();
+  parameters->SetCutoff(9);
+  expectError(parameters, "cut-off");
+  parameters->SetCutoff(std::numeric_limits<double>::quiet_NaN());
+  expectError(parameters, "cut-off");
+  parameters->ResetSettings();
+  parameters->SetBeta1(0);
+  expectError(parameters, "beta1");
+  parameters->ResetSettings();
   parameters->SetDevice("abacus");
   expectError(parameters, "abacus");
 }

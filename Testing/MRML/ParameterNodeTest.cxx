@@ -33,6 +33,9 @@ void fill(Parameters* p) {
   p->SetPruneSize(12.5);
   p->SetDensifyGradient(0.75);
   p->SetSplitSize(3.5);
+  p->SetCutoff(2.3);
+  p->SetBeta1(0.81);
+  p->SetBeta2(0.97);
   p->SetDevice("cuda:1");
   p->RelocateOff();
   p->ConsistencyOff();
@@ -73,6 +76,9 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetPruneSize(), 12.5);
   EXPECT_EQ(p->GetDensifyGradient(), 0.75);
   EXPECT_EQ(p->GetSplitSize(), 3.5);
+  EXPECT_EQ(p->GetCutoff(), 2.3);
+  EXPECT_EQ(p->GetBeta1(), 0.81);
+  EXPECT_EQ(p->GetBeta2(), 0.97);
   EXPECT_EQ(p->GetDevice(), "cuda:1");
   EXPECT_FALSE(p->GetRelocate());
   EXPECT_FALSE(p->GetConsistency());
@@ -138,6 +144,9 @@ TEST_F(ParameterNodeTest, CopiedAndReset) {
   EXPECT_EQ(target->GetBlending(), Parameters::Automatic);
   EXPECT_EQ(target->GetNumberOfGaussians(), 0);
   EXPECT_LT(target->GetPruneOpacity(), 0);
+  EXPECT_EQ(target->GetCutoff(), Parameters::Automatic);
+  EXPECT_EQ(target->GetBeta1(), Parameters::Automatic);
+  EXPECT_EQ(target->GetBeta2(), Parameters::Automatic);
   EXPECT_EQ(target->GetDevice(), "auto");
   EXPECT_EQ(target->GetMaskSegmentID(), "Segment \"1\" <&>"); // the input's, not a setting
   EXPECT_EQ(source->GetSeed(), 42);

@@ -83,6 +83,9 @@ TEST_F(ReconstructTest, SettingsReachTheEngine) {
   parameters->SetPruneSize(12.5);
   parameters->SetDensifyGradient(0.75);
   parameters->SetSplitSize(3.5);
+  parameters->SetCutoff(2.5);
+  parameters->SetBeta1(0.75);
+  parameters->SetBeta2(0.9375);
   parameters->SetDevice("cpu");
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   auto* model = logic->GetLastJob()->GetModelNode();
@@ -90,7 +93,7 @@ TEST_F(ReconstructTest, SettingsReachTheEngine) {
   for (const char* setting :
        {"selection=method2", "plateauPatience=3", "plateauFactor=0.25", "plateauLowest=0.125",
         "plateauThreshold=0.0625", "densifyEvery=2", "pruneOpacity=0.03125", "pruneSize=12.5",
-        "densifyGradient=0.75", "splitSize=3.5", "device=cpu"})
+        "densifyGradient=0.75", "splitSize=3.5", "cutoff=2.5", "beta1=0.75", "beta2=0.9375", "device=cpu"})
     EXPECT_NE(used.find(std::string("; ") + setting + ";"), std::string::npos)
         << setting << " not in " << used;
   EXPECT_STREQ(model->GetAttribute("InnerGS.Device"), "cpu");

@@ -67,6 +67,8 @@ const Wrong kWrong[] = {
     {"Device", [](R* f) { f->SetDevice("abacus"); }, "abacus", R::InvalidArgumentError},
     {"Plateau", [](R* f) { f->SetPlateauFactor(2); }, "factor of the plateau", R::InvalidArgumentError},
     {"Prune", [](R* f) { f->SetPruneOpacity(1); }, "opacity", R::InvalidArgumentError},
+    {"Cutoff", [](R* f) { f->SetCutoff(0.5); }, "cut-off", R::InvalidArgumentError},
+    {"Beta", [](R* f) { f->SetBeta2(1); }, "beta2", R::InvalidArgumentError},
     {"Spacing", [](R* f) { f->SetOutputSpacing(1, -1, 1); }, "output spacing", R::InvalidArgumentError},
     {"TooFine", [](R* f) { f->SetOutputSpacing(1e-6, 1, 1); }, "too fine", R::InvalidArgumentError},
     {"Region", [](R* f) { f->SetRegion(5, 4, 0, 1, 0, 1), f->UseRegionOn(); }, "region",

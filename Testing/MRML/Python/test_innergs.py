@@ -166,11 +166,13 @@ class InnerGSTest(unittest.TestCase):
 
     def test_parameter_node(self):
         node = innergs.parameters(add_volume(self.scene), input_grid=True, preset="fast", seed=3, selection="method1",
-                                  device="cpu", schedule="plateau", plateau_patience=5, densify_every=3, prune_size=9)
+                                  device="cpu", schedule="plateau", plateau_patience=5, densify_every=3, prune_size=9,
+                                  cutoff=2.5, beta1=0.75, beta2=0.875)
         result = innergs.reconstruct(None, parameter_node=node)
         self.assertIs(node.GetResultVolumeNode(), result.volume)
         used = result.model.GetAttribute("InnerGS.Settings").split("; ")
-        for setting in ("seed=3", "selection=method1", "device=cpu", "plateauPatience=5", "densifyEvery=3", "pruneSize=9"):
+        for setting in ("seed=3", "selection=method1", "device=cpu", "plateauPatience=5", "densifyEvery=3", "pruneSize=9",
+                        "cutoff=2.5", "beta1=0.75", "beta2=0.875"):
             self.assertIn(setting, used)
 
     def test_scene_cleared_and_dropped_while_running(self):
