@@ -7,58 +7,6 @@
 #include <numeric>
 
 namespace innergs {
-namespace {
-
-double opacity(const Gaussian& g, Blending blending) {
-  switch (blending) {
-  case Blending::Alpha:
-    return 1 / (1 + std::exp(-static_cast<double>(g.logWeight)));
-  case Blending::Additive:
-    return std::exp(static_cast<double>(g.logWeight)) * std::fabs(static_cast<double>(g.intensity));
-  case Blending::Normalised:
-    break;
-  }
-  return std::exp(static_cast<double>(g.logWeight));
-}
-
-float largestLogScale(const Gaussian& g) {
-  return *std::max_element(g.logScale, g.logScale + 3);
-}
-
-double covarianceNorm(const Gaussian& g) {
-  double sum = 0;
-  for (float s : g.logScale)
-    sum += std::exp(4 * static_cast<double>(s));
-  return std::sqrt(sum);
-}
-
-/// The weight of each of two equal Gaussians that together blend as one did.
-void shareWeight(Gaussian& g, Blending blending) {
-  if (blending == Blending::Alpha) { // 1 − (1 − α′)² = α
-    const double rest = std::sqrt(1 / (1 + std::exp(static_cast<double>(g.logWeight)))); // √(1 − α)
-    g.logWeight = static_cast<float>(std::log1p(-rest) - std::log(rest));
-  } else {
-    g.logWeight -= 0.69314718f;
-  }
-}
-
-/// One more, half the smallest σ away against the running mean of the gradient.
-Gaussian cloned(Gaussian& original, const float* moment1, Blending blending) {
-  shareWeight(original, blending);
-  Gaussian copy = original;
-  const double length =
-      std::sqrt(static_cast<double>(moment1[0]) * moment1[0] + static_cast<double>(moment1[1]) * moment1[1] +
-                static_cast<double>(moment1[2]) * moment1[2]);
-  const double step =
-      0.5 * std::exp(static_cast<double>(*std::min_element(copy.logScale, copy.logScale + 3)));
-  if (length > 0)
-    for (int a = 0; a < 3; ++a)
-      copy.mean[a] -= static_cast<float>(step * moment1[a] / length);
-  return copy;
-}
-
-} // namespace
-
 void PullSum::add(std::span<const float> gradient, const DensifyPlan& plan, ThreadPool& pool) {
   const std::int64_t n = static_cast<std::int64_t>(gradient.size() / 16);
   sum.resize(n, 0.f);
@@ -78,25 +26,29 @@ void PullSum::clear() {
   sweeps = 0;
 }
 
+reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int sweeps) {
+  const DensifyThresholds& t = plan.thresholds;
+  return {blending,
+          t.opacity.value_or(0.01),
+          static_cast<float>(std::log(t.size * plan.voxel)),
+          static_cast<float>(t.gradient * std::max(1, sweeps)),
+          t.split * plan.voxel * plan.voxel,
+          static_cast<float>(plan.minLogScale)};
+}
+
 DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, PullSum& pulls, const DensifyPlan& plan) {
   DensifyCounts counts;
-  const DensifyThresholds& t = plan.thresholds;
   const std::int64_t n = field.size();
-  const double faint = t.opacity.value_or(0.01);
-  const float largest = static_cast<float>(std::log(t.size * plan.voxel));
+  const reshape::Rules rules = densifyRules(plan, field.blending, pulls.sweeps);
   pulls.sum.resize(n, 0.f);
   std::vector<std::uint32_t> kept;
-  for (std::int64_t i = 0; i < n; ++i) {
-    const Gaussian& g = field.gaussians[i];
-    if (opacity(g, field.blending) >= faint && largestLogScale(g) <= largest)
-      kept.push_back(static_cast<std::uint32_t>(i));
-  }
+  for (std::int64_t i = 0; i < n; ++i)
+    if (!reshape::pruned(field.gaussians[i], rules)) kept.push_back(static_cast<std::uint32_t>(i));
   if (kept.empty()) return pulls.clear(), counts; // a field of nothing could not be fitted any further
   counts.pruned = n - static_cast<std::int64_t>(kept.size());
   std::vector<std::uint32_t> pulled;
-  const float gradient = static_cast<float>(t.gradient * std::max(1, pulls.sweeps));
   std::copy_if(kept.begin(), kept.end(), std::back_inserter(pulled),
-               [&](std::uint32_t i) { return pulls.sum[i] > gradient; });
+               [&](std::uint32_t i) { return pulls.sum[i] > rules.pull; });
   std::stable_sort(pulled.begin(), pulled.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return pulls.sum[a] > pulls.sum[b]; });
   const std::int64_t room = std::max<std::int64_t>(0, plan.limit - static_cast<std::int64_t>(kept.size()));
@@ -104,27 +56,14 @@ DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, PullSum& pulls,
   pulls.clear();
   if (counts.pruned == 0 && pulled.empty()) return counts;
 
-  const auto restart = [&](std::uint32_t i) {
-    std::fill_n(adam.moment1.begin() + 16 * static_cast<std::ptrdiff_t>(i), 16, 0.f);
-    std::fill_n(adam.moment2.begin() + 16 * static_cast<std::ptrdiff_t>(i), 16, 0.f);
-  };
-  std::vector<Gaussian> added;
-  const double splitAbove = t.split * plan.voxel * plan.voxel;
-  for (std::uint32_t i : pulled) {
-    Gaussian& g = field.gaussians[i];
-    if (covarianceNorm(g) > splitAbove) {
-      Gaussian a, b;
-      splitGaussian(g, plan.minLogScale, a, b);
-      // Two additive halves of 0.7 of the length would make the sum 1.4 times as large.
-      if (field.blending == Blending::Additive)
-        for (Gaussian* half : {&a, &b})
-          half->logWeight -= 0.3364722f;
-      g = a;
-      added.push_back(b);
-      restart(i);
+  std::vector<Gaussian> added(pulled.size());
+  for (std::size_t k = 0; k < pulled.size(); ++k) {
+    const std::ptrdiff_t at = 16 * static_cast<std::ptrdiff_t>(pulled[k]);
+    if (reshape::densify(field.gaussians[pulled[k]], adam.moment1.data() + at, rules, added[k])) {
+      std::fill_n(adam.moment1.begin() + at, 16, 0.f);
+      std::fill_n(adam.moment2.begin() + at, 16, 0.f);
       ++counts.split;
     } else {
-      added.push_back(cloned(g, adam.moment1.data() + 16 * static_cast<std::size_t>(i), field.blending));
       ++counts.cloned;
     }
   }

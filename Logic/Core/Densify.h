@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Adam.h"
+#include "Core/Reshape.h"
 #include "Core/Settings.h"
 
 namespace innergs {
@@ -43,6 +44,9 @@ struct DensifyCounts {
     return *this;
   }
 };
+
+/// The plan's thresholds in the units of the field; sweeps: that the pulls were summed over.
+reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int sweeps);
 
 /// Prunes Gaussians whose α is below τ_α or whose largest σ is above the limit; of the others, those pulled
 /// harder than τ_p (mean over the sweeps) become two, the hardest pulled first, while there is room: split

@@ -1,5 +1,6 @@
 #include "Core/Initialise.h"
 
+#include "Core/Morton.h"
 #include "Core/Random.h"
 
 #include <algorithm>
@@ -8,19 +9,6 @@
 
 namespace innergs {
 namespace {
-
-std::uint64_t spread(std::uint64_t x) { // 21 bits to every third bit
-  x &= 0x1fffff;
-  x = (x | x << 32) & 0x1f00000000ffffull;
-  x = (x | x << 16) & 0x1f0000ff0000ffull;
-  x = (x | x << 8) & 0x100f00f00f00f00full;
-  x = (x | x << 4) & 0x10c30c30c30c30c3ull;
-  return (x | x << 2) & 0x1249249249249249ull;
-}
-
-std::uint64_t morton(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
-  return spread(i) | spread(j) << 1 | spread(k) << 2;
-}
 
 /// Mean of the covered voxels around a continuous index (trilinear).
 float proxyValue(const ProxyVolume& proxy, const Vec3& index) {
@@ -213,20 +201,12 @@ std::vector<std::uint32_t> mortonOrder(std::span<const Gaussian> gaussians) {
   std::vector<std::uint32_t> order(gaussians.size());
   std::iota(order.begin(), order.end(), 0u);
   if (order.empty()) return order;
-  float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f};
+  MeanBox box = MeanBox::empty();
   for (const Gaussian& g : gaussians)
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], g.mean[a]);
-      high[a] = std::max(high[a], g.mean[a]);
-    }
-  const float extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-6f});
+    box.add(g.mean, g.mean);
   std::vector<std::uint64_t> code(order.size());
-  for (std::size_t i = 0; i < code.size(); ++i) {
-    std::uint64_t c[3];
-    for (int a = 0; a < 3; ++a)
-      c[a] = static_cast<std::uint64_t>((gaussians[i].mean[a] - low[a]) / extent * 1023.f);
-    code[i] = morton(c[0], c[1], c[2]);
-  }
+  for (std::size_t i = 0; i < code.size(); ++i)
+    code[i] = mortonCode(gaussians[i], box);
   std::stable_sort(order.begin(), order.end(),
                    [&](std::uint32_t a, std::uint32_t b) { return code[a] < code[b]; });
   return order;

@@ -1,30 +1,11 @@
 #include "Core/Relocate.h"
 
-#include "Core/GaussianMath.h"
+#include "Core/Reshape.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 
 namespace innergs {
-
-void splitGaussian(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b) {
-  float r[9];
-  math::rotation(parent.quaternion, r);
-  const int k = static_cast<int>(std::max_element(parent.logScale, parent.logScale + 3) - parent.logScale);
-  const float offset = 0.6f * std::exp(parent.logScale[k]);
-  a = b = parent;
-  for (int i = 0; i < 3; ++i) {
-    const float d = offset * r[3 * i + k];
-    a.mean[i] += d;
-    b.mean[i] -= d;
-    const float shift = parent.slope[i] * d;
-    a.intensity += shift;
-    b.intensity -= shift;
-  }
-  a.logScale[k] = b.logScale[k] =
-      std::max(parent.logScale[k] + std::log(0.7f), static_cast<float>(minLogScale));
-}
 
 void takeInOrder(GaussianField& field, Adam& adam, std::span<const std::uint32_t> order) {
   std::vector<Gaussian> sorted(order.size());
@@ -45,11 +26,9 @@ void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& p
   if (moved < 1) return;
   std::vector<float> need(n), use(n);
   for (std::int64_t i = 0; i < n; ++i) {
-    const Gaussian& g = field.gaussians[i];
-    const float scale = std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3);
-    const float* energy = adam.moment2.data() + 16 * i; // running mean of squared gradients
-    need[i] = (energy[0] + energy[1] + energy[2]) * scale * scale;
-    use[i] = energy[11];
+    const float* energy = adam.moment2.data() + 16 * i;
+    need[i] = reshape::need(field.gaussians[i], energy);
+    use[i] = reshape::use(energy);
   }
   std::vector<std::uint32_t> byNeed(n), byUse(n);
   std::iota(byNeed.begin(), byNeed.end(), 0u);
@@ -65,7 +44,7 @@ void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& p
     if (parent[victim]) continue;
     const std::uint32_t source = byNeed[from++];
     Gaussian a, b;
-    splitGaussian(field.gaussians[source], plan.minLogScale, a, b);
+    reshape::split(field.gaussians[source], static_cast<float>(plan.minLogScale), a, b);
     field.gaussians[source] = a;
     field.gaussians[victim] = b;
     for (std::uint32_t id : {source, victim}) {

@@ -15,9 +15,6 @@ struct RelocationPlan {
 /// ones restart at 0. The field is sorted along a Morton curve afterwards.
 void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan);
 
-/// Two halves ±0.6σ apart along the longest axis, 0.7σ long each, so that their sum stays near the original.
-void splitGaussian(const Gaussian& parent, double minLogScale, Gaussian& a, Gaussian& b);
-
 /// The field and Adam's moments become those of the Gaussians named, in that order.
 void takeInOrder(GaussianField& field, Adam& adam, std::span<const std::uint32_t> order);
 

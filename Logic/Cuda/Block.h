@@ -57,6 +57,15 @@ INNERGS_HD inline int lowestBit(std::uint32_t bits) {
 #endif
 }
 
+/// A thread an item: each(i) for i < count, over all blocks.
+template <int threads, class Block, class Each>
+INNERGS_KERNEL void forEachItem(Block& block, std::int64_t count, Each&& each) {
+  block.forEachThread([&](int t) {
+    const std::int64_t i = block.index() * threads + t;
+    if (i < count) each(i);
+  });
+}
+
 constexpr std::int64_t blocksFor(std::int64_t items, int perBlock) {
   return (items + perBlock - 1) / perBlock;
 }

@@ -41,8 +41,7 @@ struct Fit::View {
 
 Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
     : executor_(std::move(executor)), rules_(request.rules), stop_(request.stop), slabPoints_(kSlabPoints),
-      passes_(*executor_), gaussians_(*executor_), others_(*executor_), moment1_(*executor_),
-      moment2_(*executor_), gradient_(*executor_), pulls_(*executor_) {
+      passes_(*executor_), state_(*executor_), others_(*executor_), gradient_(*executor_) {
   const FitMemory needed = fitMemory(request);
   const std::int64_t free = static_cast<std::int64_t>(executor_->freeBytes());
   if (needed.least > free)
@@ -153,55 +152,45 @@ void Fit::throwIfStopped() const {
 
 void Fit::upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) {
   const std::int64_t count = field.size();
-  if (count > gaussians_.size()) { // all or nothing: what is there stays when memory is short
-    Buffer<Gaussian> gaussians(*executor_);
-    Buffer<float> moment1(*executor_), moment2(*executor_), sums(*executor_);
-    gaussians.reserve(count);
-    moment1.reserve(16 * count);
-    moment2.reserve(16 * count);
-    sums.reserve(count);
-    gaussians_ = std::move(gaussians);
-    moment1_ = std::move(moment1);
-    moment2_ = std::move(moment2);
-    pulls_ = std::move(sums);
-  }
+  state_.reserve(*executor_, count);
   const auto put = [&](Buffer<float>& buffer, const std::vector<float>& from, std::int64_t size) {
     if (static_cast<std::int64_t>(from.size()) == size)
       buffer.upload(from.data(), size);
     else
       buffer.fill(0, size);
   };
-  count_ = count;
+  state_.count = count;
   numbers_ = field;
   numbers_.gaussians.clear();
   beta1_ = adam.beta1;
   beta2_ = adam.beta2;
   pulled_ = !pulls.sum.empty();
   pullSweeps_ = pulls.sweeps;
-  gaussians_.upload(field.gaussians.data(), count);
-  put(moment1_, adam.moment1, 16 * count);
-  put(moment2_, adam.moment2, 16 * count);
-  put(pulls_, pulls.sum, count);
+  executor_->upload(state_.field(), field.gaussians.data(), count * sizeof(Gaussian));
+  put(state_.moment1, adam.moment1, 16 * count);
+  put(state_.moment2, adam.moment2, 16 * count);
+  put(state_.pulls, pulls.sum, count);
 }
 
 void Fit::download(GaussianField* field, Adam* adam, PullSum* pulls) {
+  const std::int64_t count = state_.count;
   if (field) {
     *field = numbers_;
-    field->gaussians.resize(count_);
-    gaussians_.download(field->gaussians.data(), count_);
+    field->gaussians.resize(count);
+    if (count > 0) executor_->download(field->gaussians.data(), state_.field(), count * sizeof(Gaussian));
   }
   if (adam) {
     adam->beta1 = beta1_;
     adam->beta2 = beta2_;
-    adam->moment1.resize(16 * count_);
-    adam->moment2.resize(16 * count_);
-    moment1_.download(adam->moment1.data(), 16 * count_);
-    moment2_.download(adam->moment2.data(), 16 * count_);
+    adam->moment1.resize(16 * count);
+    adam->moment2.resize(16 * count);
+    state_.moment1.download(adam->moment1.data(), 16 * count);
+    state_.moment2.download(adam->moment2.data(), 16 * count);
   }
   if (pulls) {
     pulls->sweeps = pullSweeps_;
-    pulls->sum.resize(pulled_ ? count_ : 0);
-    if (pulled_) pulls_.download(pulls->sum.data(), count_);
+    pulls->sum.resize(pulled_ ? count : 0);
+    if (pulled_) state_.pulls.download(pulls->sum.data(), count);
   }
 }
 
@@ -255,13 +244,13 @@ LossSum Fit::sweep(const SweepOrder& order) {
       adamStep(order.rates, rules_.bounds, beta1_, beta2_, order.step, numbers_.linearIntensity);
   const float pullUnit = static_cast<float>(rules_.densify.voxel / rules_.densify.coverage);
   const LossSum sum = measured(views, [&] {
-    gradient_.reserve(16 * count_);
-    enqueue(views, numbers_, gaussians_.data(), count_, true);
+    gradient_.reserve(16 * state_.count);
+    enqueue(views, numbers_, state_.field(), state_.count, true);
     throwIfStopped();
-    executor_->runOver(Update{gradient_.data(), count_, step, gaussians_.data(), moment1_.data(),
-                              moment2_.data(), order.pulls ? pulls_.data() : nullptr, pullUnit,
+    executor_->runOver(Update{gradient_.data(), state_.count, step, state_.field(), state_.moment1.data(),
+                              state_.moment2.data(), order.pulls ? state_.pulls.data() : nullptr, pullUnit,
                               passes_.deviceStatus(), passes_.limit()},
-                       count_);
+                       state_.count);
   });
   if (order.pulls) {
     pulled_ = true;
@@ -270,18 +259,29 @@ LossSum Fit::sweep(const SweepOrder& order) {
   return sum;
 }
 
+/// Work that throws Error(Memory) before it has changed anything: once more without what sweeps keep.
+template <class Work>
+void Fit::withMemory(const Work& work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::Memory) throw;
+    passes_.shrink();
+    work();
+  }
+}
+
 void Fit::relocate(const RelocationPlan& plan) {
-  FitState state;
-  download(&state.field, &state.adam, &state.pulls);
-  relocateGaussians(state.field, state.adam, plan);
-  upload(state.field, state.adam, state.pulls);
+  withMemory([&] { cuda::relocate(*executor_, state_, gradient_, plan); });
 }
 
 DensifyCounts Fit::densify() {
-  FitState state;
-  download(&state.field, &state.adam, &state.pulls);
-  const DensifyCounts counts = densifyGaussians(state.field, state.adam, state.pulls, rules_.densify);
-  upload(state.field, state.adam, state.pulls);
+  DensifyCounts counts;
+  withMemory(
+      [&] { counts = cuda::densify(*executor_, state_, numbers_.blending, pullSweeps_, rules_.densify); });
+  state_.pulls.fill(0, state_.count);
+  pulled_ = false;
+  pullSweeps_ = 0;
   return counts;
 }
 

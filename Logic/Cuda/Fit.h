@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/DevicePlugin.h"
 #include "Cuda/Passes.h"
+#include "Cuda/Reshape.h"
 
 #include <functional>
 
@@ -15,8 +16,7 @@ struct FitMemory {
 FitMemory fitMemory(const FitRequest& request);
 
 /// The sweeps of a fit where an executor runs. Field, moments and pulls stay there; a sweep waits once, for
-/// its sums. What does not fit is cut into smaller slabs of slices. Relocation and densification come back to
-/// the host between two sweeps.
+/// its sums. What does not fit is cut into smaller slabs of slices.
 class Fit final : public FitDevice {
 public:
   /// Throws Error(Memory) when not even the smallest slabs fit.
@@ -43,6 +43,8 @@ private:
   void throwIfStopped() const;
   void enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
                std::int64_t count, bool backward);
+  template <class Work>
+  void withMemory(const Work& work);
   LossSum measured(std::vector<View>& views, const std::function<void()>& queue);
 
   std::unique_ptr<Executor> executor_;
@@ -53,11 +55,11 @@ private:
   Passes passes_;
   GaussianField numbers_; // without Gaussians
   double beta1_ = 0.9, beta2_ = 0.99;
-  std::int64_t count_ = 0;
   bool pulled_ = false;
   int pullSweeps_ = 0;
-  Buffer<Gaussian> gaussians_, others_;
-  Buffer<float> moment1_, moment2_, gradient_, pulls_;
+  FitBuffers state_;
+  Buffer<Gaussian> others_;
+  Buffer<float> gradient_;
 };
 
 } // namespace innergs::cuda

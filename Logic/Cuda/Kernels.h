@@ -5,8 +5,10 @@
 #include "Cuda/Kernels/CompositeBackward.h"
 #include "Cuda/Kernels/Gather.h"
 #include "Cuda/Kernels/Loss.h"
+#include "Cuda/Kernels/Order.h"
 #include "Cuda/Kernels/Project.h"
 #include "Cuda/Kernels/Query.h"
+#include "Cuda/Kernels/Reshape.h"
 #include "Cuda/Kernels/Ssim.h"
 #include "Cuda/Kernels/Update.h"
 
@@ -19,6 +21,8 @@ using AllKernels =
     KernelList<Project, CountPairs<BrickReach>, CountPairs<TileReach>, CountPairs<CellReach>,
                EmitPairs<BrickReach>, EmitPairs<TileReach>, EmitPairs<CellReach>, FindStarts, Accumulate,
                Gather, GatherLarge, Composite, CompositeBackward, SumSlots, PointLosses, SumLosses, SsimTerms,
-               SsimGradient, Chain, Update, Finish, QueryPoints>;
+               SsimGradient, Chain, Update, Finish, QueryPoints, RelocationKeys, MarkParents, CountVictims,
+               TakeVictims, Relocate, DensifyMarks, TakeKept, Densify, BoxMeans, BoxBoxes, MortonKeys,
+               TakeIds, TakeRecords>;
 
 } // namespace innergs::cuda

@@ -33,10 +33,8 @@ struct CountPairs {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i <= count) out[i] = i < count ? pairsOf(reach, gaussians[i]) : 0;
-    });
+    forEachItem<kThreads>(block, count + 1,
+                          [&](std::int64_t i) { out[i] = i < count ? pairsOf(reach, gaussians[i]) : 0; });
   }
 };
 
@@ -58,8 +56,8 @@ struct EmitPairs {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t, total = first[count];
+    forEachItem<kThreads>(block, count + 1, [&](std::int64_t i) {
+      const std::int64_t total = first[count];
       if (i == 0) status->pairs = math::most(status->pairs, total);
       if (i >= count || total > limit) return;
       std::int64_t at = first[i];
@@ -89,9 +87,7 @@ struct FindStarts {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t bin = block.index() * kThreads + t;
-      if (bin > bins) return;
+    forEachItem<kThreads>(block, bins + 1, [&](std::int64_t bin) {
       std::int64_t low = 0, high = pairs;
       while (low < high) {
         const std::int64_t middle = (low + high) / 2;

@@ -109,9 +109,8 @@ struct SumSlots {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i >= count || first[count] > limit) return;
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
+      if (first[count] > limit) return;
       math::Moments<float> sum;
       if (add) sum = out[i];
       std::int64_t slot = first[i];

@@ -17,9 +17,8 @@ struct Project {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i < count) projectGaussian(gaussians[i], values ? values + i : nullptr, frame, rules, out[i]);
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
+      projectGaussian(gaussians[i], values ? values + i : nullptr, frame, rules, out[i]);
     });
   }
 };

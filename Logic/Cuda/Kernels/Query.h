@@ -17,12 +17,11 @@ struct Finish {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i >= static_cast<std::int64_t>(lattice.nz) * lattice.ny * lattice.nx) return;
-      const Pair at = planes[i / lattice.nx * lattice.stride + i % lattice.nx];
-      out[i] = blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
-    });
+    forEachItem<kThreads>(block, static_cast<std::int64_t>(lattice.nz) * lattice.ny * lattice.nx,
+                          [&](std::int64_t i) {
+                            const Pair at = planes[i / lattice.nx * lattice.stride + i % lattice.nx];
+                            out[i] = blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
+                          });
   }
 };
 
@@ -77,9 +76,7 @@ struct QueryPoints {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i >= count) return;
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
       const double* x = points + 3 * i;
       const int size[3] = {cells.nx, cells.ny, cells.nz};
       int cell[3];

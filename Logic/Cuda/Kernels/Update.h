@@ -19,9 +19,7 @@ struct Chain {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i >= count) return;
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
       float sum[16];
       for (int c = 0; c < 16; ++c)
         sum[c] = first ? 0.f : gradient[16 * i + c];
@@ -48,9 +46,8 @@ struct Update {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i >= count || status->pairs > limit) return;
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
+      if (status->pairs > limit) return;
       const float* g = gradient + 16 * i;
       if (pulls) pulls[i] += pullUnit * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
       applyAdam(step, g, gaussians[i], moment1 + 16 * i, moment2 + 16 * i);

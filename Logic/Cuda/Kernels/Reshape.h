@@ -1,0 +1,178 @@
+#pragma once
+#include "Core/Reshape.h"
+#include "Cuda/Block.h"
+
+#include <cstring>
+
+namespace innergs::cuda {
+
+/// Sorts as an unsigned number as the float does; 0 and −0 are equal.
+INNERGS_HD inline std::uint32_t orderedBits(float x) {
+  x += 0.f;
+  std::uint32_t bits;
+  std::memcpy(&bits, &x, sizeof bits);
+  return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
+}
+
+/// Relocation: Gaussians by falling need and by rising use.
+struct RelocationKeys {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const Gaussian* gaussians;
+  const float* moment2;
+  std::int64_t count;
+  std::uint64_t *need, *use;
+  std::uint32_t *byNeed, *byUse;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
+      need[i] = static_cast<std::uint32_t>(~orderedBits(reshape::need(gaussians[i], moment2 + 16 * i)));
+      use[i] = orderedBits(reshape::use(moment2 + 16 * i));
+      byNeed[i] = byUse[i] = static_cast<std::uint32_t>(i);
+    });
+  }
+};
+
+struct MarkParents {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const std::uint32_t* parents;
+  std::int64_t count;
+  std::uint8_t* marks; // of all Gaussians
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count, [&](std::int64_t k) { marks[parents[k]] = 1; });
+  }
+};
+
+/// 1 for each of `byUse` that is no parent; one more entry of 0, so that a scan ends with the total.
+struct CountVictims {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const std::uint32_t* byUse;
+  const std::uint8_t* marks;
+  std::int64_t count;
+  std::int64_t* out;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count + 1, [&](std::int64_t k) { out[k] = k < count && !marks[byUse[k]]; });
+  }
+};
+
+/// The first `most` of them.
+struct TakeVictims {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const std::uint32_t* byUse;
+  const std::uint8_t* marks;
+  const std::int64_t* place; // scan of CountVictims
+  std::int64_t count, most;
+  std::uint32_t* victims;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count, [&](std::int64_t k) {
+      if (!marks[byUse[k]] && place[k] < most) victims[place[k]] = byUse[k];
+    });
+  }
+};
+
+/// The halves of the k-th parent take its own place and the k-th victim's.
+struct Relocate {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const std::uint32_t *parents, *victims;
+  std::int64_t count;
+  float minLogScale;
+  Gaussian* gaussians;
+  float *moment1, *moment2;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count, [&](std::int64_t k) {
+      const std::int64_t both[2] = {parents[k], victims[k]};
+      const Gaussian parent = gaussians[both[0]];
+      reshape::split(parent, minLogScale, gaussians[both[0]], gaussians[both[1]]);
+      for (std::int64_t i : both)
+        for (int c = 0; c < 16; ++c)
+          moment1[16 * i + c] = moment2[16 * i + c] = 0;
+    });
+  }
+};
+
+/// Densification: what stays counts 1 in the lower half of a mark, what is to become two 1 in the upper one;
+/// one more entry of 0. Keys sort the latter by falling pull, all others behind them.
+struct DensifyMarks {
+  static constexpr int kThreads = 128, kUpper = 32;
+  using Shared = Nothing;
+  const Gaussian* gaussians;
+  const float* pulls;
+  std::int64_t count;
+  reshape::Rules rules;
+  std::int64_t* marks;
+  std::uint64_t* keys;
+  std::uint32_t* ids;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count + 1, [&](std::int64_t i) {
+      if (i == count) {
+        marks[i] = 0;
+        return;
+      }
+      const bool stays = !reshape::pruned(gaussians[i], rules), pulled = stays && pulls[i] > rules.pull;
+      marks[i] = static_cast<std::int64_t>(stays) + (static_cast<std::int64_t>(pulled) << kUpper);
+      keys[i] = pulled ? static_cast<std::uint32_t>(~orderedBits(pulls[i])) : 0xffffffffu;
+      ids[i] = static_cast<std::uint32_t>(i);
+    });
+  }
+};
+
+/// The ones that stay, in their order.
+struct TakeKept {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const std::int64_t *marks, *place; // DensifyMarks and its scan
+  std::int64_t count;
+  std::uint32_t* order;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, count, [&](std::int64_t i) {
+      if (marks[i] & 1) order[static_cast<std::uint32_t>(place[i])] = static_cast<std::uint32_t>(i);
+    });
+  }
+};
+
+/// One more of each of those pulled hardest, Gaussian number count + k; splits: whether by a split, with one
+/// more entry of 0. The parent of a split starts with moments of 0.
+struct Densify {
+  static constexpr int kThreads = 128;
+  using Shared = Nothing;
+  const std::uint32_t* pulled;
+  std::int64_t chosen, count;
+  reshape::Rules rules;
+  Gaussian *gaussians, *added;
+  float *moment1, *moment2;
+  std::uint32_t* order; // of the added ones
+  std::int64_t* splits;
+
+  template <class Block>
+  INNERGS_KERNEL void operator()(Block& block) const {
+    forEachItem<kThreads>(block, chosen + 1, [&](std::int64_t k) {
+      splits[k] = 0;
+      if (k == chosen) return;
+      const std::int64_t i = pulled[k];
+      order[k] = static_cast<std::uint32_t>(count + k);
+      if (!reshape::densify(gaussians[i], moment1 + 16 * i, rules, added[k])) return;
+      splits[k] = 1;
+      for (int c = 0; c < 16; ++c)
+        moment1[16 * i + c] = moment2[16 * i + c] = 0;
+    });
+  }
+};
+
+} // namespace innergs::cuda
