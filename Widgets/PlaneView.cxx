@@ -1,0 +1,470 @@
+#include "Widgets/PlaneView.h"
+
+#include <QApplication>
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QPainter>
+#include <QPainterPath>
+#include <QWheelEvent>
+
+#include <vtkCamera.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkImageData.h>
+#include <vtkImageProperty.h>
+#include <vtkImageSlice.h>
+#include <vtkImageSliceMapper.h>
+#include <vtkMatrix4x4.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::ui {
+
+namespace {
+
+QPointF pointOf(const QMouseEvent* event) {
+#if QT_VERSION >= QT_VERSION_CHECK(6, 0, 0)
+  return event->position();
+#else
+  return event->localPos();
+#endif
+}
+
+double angleOf(const QPointF& p) { // degrees, counter-clockwise on the screen
+  return std::atan2(-p.y(), p.x()) * 180 / 3.14159265358979323846;
+}
+
+/// A round arrow.
+QCursor turnCursor(const QWidget* widget) {
+  const double ratio = widget->devicePixelRatioF();
+  const int size = QFontMetrics(widget->font()).height() * 3 / 2;
+  QPixmap pixmap(QSize(size, size) * ratio);
+  pixmap.setDevicePixelRatio(ratio);
+  pixmap.fill(Qt::transparent);
+  QPainter painter(&pixmap);
+  painter.setRenderHint(QPainter::Antialiasing);
+  const QRectF box(0.2 * size, 0.2 * size, 0.6 * size, 0.6 * size);
+  QPainterPath path;
+  path.arcMoveTo(box, 60);
+  path.arcTo(box, 60, 300);
+  const QPointF end = path.currentPosition();
+  path.moveTo(end + QPointF(-0.22 * size, -0.06 * size));
+  path.lineTo(end);
+  path.lineTo(end + QPointF(0.04 * size, -0.22 * size));
+  painter.setPen(QPen(Qt::black, 0.18 * size, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+  painter.drawPath(path);
+  painter.setPen(QPen(Qt::white, 0.09 * size, Qt::SolidLine, Qt::RoundCap, Qt::RoundJoin));
+  painter.drawPath(path);
+  painter.end();
+  return QCursor(pixmap);
+}
+
+} // namespace
+
+/// Letters, handles, hint and focus on top of the image.
+class PlaneView::Overlay : public QWidget {
+public:
+  explicit Overlay(PlaneView* view) : QWidget(view), view_(view) {
+    setAttribute(Qt::WA_TransparentForMouseEvents);
+    setAttribute(Qt::WA_NoSystemBackground);
+    setFocusPolicy(Qt::NoFocus);
+  }
+
+protected:
+  void paintEvent(QPaintEvent*) override {
+    QPainter painter(this);
+    painter.setRenderHint(QPainter::Antialiasing);
+    const QRectF all = rect();
+    const double margin = 0.4 * fontMetrics().height();
+    const QRectF inner = all.adjusted(margin, margin, -margin, -margin);
+    if (!view_->message_.isEmpty()) {
+      text(painter, inner, Qt::AlignCenter | Qt::TextWordWrap, view_->message_);
+    } else {
+      const QStringList letters = view_->letters();
+      QFont bold = font();
+      bold.setBold(true);
+      painter.setFont(bold);
+      text(painter, inner, Qt::AlignLeft | Qt::AlignVCenter, letters[0]);
+      text(painter, inner, Qt::AlignRight | Qt::AlignVCenter, letters[1]);
+      text(painter, inner, Qt::AlignHCenter | Qt::AlignTop, letters[2]);
+      text(painter, inner, Qt::AlignHCenter | Qt::AlignBottom, letters[3]);
+      painter.setFont(font());
+      if (view_->handlesShown_) {
+        view_->handles().paint(painter, palette(), view_->hot_, view_->turned_);
+        text(painter, inner, Qt::AlignLeft | Qt::AlignTop, hintOf(view_->hot_));
+      }
+    }
+    if (view_->hasFocus()) {
+      painter.setRenderHint(QPainter::Antialiasing, false);
+      painter.setBrush(Qt::NoBrush);
+      painter.setPen(QPen(palette().color(QPalette::Highlight), 2));
+      painter.drawRect(rect().adjusted(1, 1, -1, -1));
+    }
+  }
+
+private:
+  /// White with a dark rim, to be read on any image.
+  static void text(QPainter& painter, const QRectF& box, int flags, const QString& words) {
+    painter.setPen(QColor(0, 0, 0, 200));
+    for (const QPointF& by : {QPointF(-1, 0), QPointF(1, 0), QPointF(0, -1), QPointF(0, 1)})
+      painter.drawText(box.translated(by), flags, words);
+    painter.setPen(Qt::white);
+    painter.drawText(box, flags, words);
+  }
+
+  PlaneView* view_;
+};
+
+PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_(new Overlay(this)) {
+  setMouseTracking(true);
+  setFocusPolicy(Qt::StrongFocus);
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  setRenderWindow(window);
+  if (window->GetInteractor()) window->GetInteractor()->SetInteractorStyle(nullptr); // events are ours
+  window->AddRenderer(renderer_);
+  renderer_->SetBackground(0, 0, 0);
+  vtkCamera* camera = renderer_->GetActiveCamera();
+  camera->ParallelProjectionOn();
+  camera->SetFocalPoint(0, 0, 0);
+  camera->SetPosition(0, 0, 1000);
+  camera->SetViewUp(0, 1, 0);
+  camera->SetClippingRange(1, 2000);
+  mapper_->SetOrientationToZ();
+  mapper_->BorderOn(); // half a pixel more: whole pixels, not their centres
+  slice_->SetMapper(mapper_);
+  slice_->GetProperty()->SetInterpolationTypeToLinear();
+  slice_->SetVisibility(false);
+  renderer_->AddViewProp(slice_);
+  redraw_.setSingleShot(true);
+  redraw_.setInterval(0);
+  connect(&redraw_, &QTimer::timeout, this, [this] {
+    if (isValid() && isVisible()) renderWindow()->Render();
+  });
+}
+
+PlaneView::~PlaneView() = default;
+
+QSize PlaneView::sizeHint() const {
+  const int u = fontMetrics().height();
+  return {24 * u, 20 * u};
+}
+
+QSize PlaneView::minimumSizeHint() const {
+  const int u = fontMetrics().height();
+  return {10 * u, 10 * u};
+}
+
+void PlaneView::setPose(const PlanePose& pose) {
+  if (pose == pose_) return;
+  pose_ = pose;
+  placeImage();
+  draw();
+}
+
+void PlaneView::setImage(const PlaneImage& image) {
+  image_ = image;
+  if (image.image) {
+    vtkNew<vtkImageData> placed; // the same pixels in plane coordinates
+    placed->ShallowCopy(image.image);
+    placed->SetOrigin(image.task.left, image.task.bottom, 0);
+    placed->SetSpacing(image.task.pixelSize, image.task.pixelSize, 1);
+    mapper_->SetInputData(placed);
+  }
+  slice_->SetVisibility(image.image != nullptr);
+  placeImage();
+  draw();
+}
+
+void PlaneView::clearImage() {
+  image_ = {};
+  slice_->SetVisibility(false);
+  mapper_->SetInputData(nullptr);
+  draw();
+}
+
+// Where the plane has only been shifted or turned in itself, the image that is there moves along at once.
+void PlaneView::placeImage() {
+  if (!image_.image) return;
+  const Mat3 now = pose_.axes(), then = image_.task.pose.axes();
+  const Mat3 turn = transpose(now) * then;
+  const Vec3 shift = transpose(now) * (image_.task.pose.origin - pose_.origin);
+  vtkNew<vtkMatrix4x4> matrix;
+  if (turn[2][2] > 1 - 1e-9 && std::abs(shift[2]) < 1e-6)
+    for (int r = 0; r < 2; ++r) {
+      for (int c = 0; c < 2; ++c)
+        matrix->SetElement(r, c, turn[r][c]);
+      matrix->SetElement(r, 3, shift[r]);
+    }
+  slice_->SetUserMatrix(matrix);
+}
+
+void PlaneView::setMessage(const QString& message) {
+  if (message == message_) return;
+  message_ = message;
+  overlay_->update();
+}
+
+void PlaneView::setWindow(double lower, double upper) {
+  lower_ = lower;
+  upper_ = upper;
+  slice_->GetProperty()->SetColorWindow(upper - lower);
+  slice_->GetProperty()->SetColorLevel(0.5 * (upper + lower));
+  draw();
+}
+
+void PlaneView::setHandlesShown(bool shown) {
+  handlesShown_ = shown;
+  setHot(PlaneHandle::None);
+  overlay_->update();
+}
+
+void PlaneView::fit(double left, double right, double bottom, double top) {
+  fitted_[0] = left, fitted_[1] = right, fitted_[2] = bottom, fitted_[3] = top;
+  const double high = std::max({std::abs(bottom), std::abs(top), 1e-3}),
+               wide = std::max(std::abs(left), std::abs(right));
+  halfHeight_ = 1.05 * std::max(high, wide * height() / std::max(1, width()));
+  zoomed_ = false;
+  draw();
+}
+
+double PlaneView::scale() const {
+  return 2 * halfHeight_ / std::max(1, height());
+}
+
+QStringList PlaneView::letters() const {
+  const Mat3 axes = pose_.axes();
+  const Vec3 right = column(axes, 0), up = column(axes, 1);
+  return {directionLetters(-1 * right), directionLetters(right), directionLetters(up),
+          directionLetters(-1 * up)};
+}
+
+QPointF PlaneView::planeAt(const QPointF& p) const {
+  return {(p.x() - 0.5 * width()) * scale(), (0.5 * height() - p.y()) * scale()};
+}
+
+QPointF PlaneView::widgetAt(const QPointF& p) const {
+  return {p.x() / scale() + 0.5 * width(), 0.5 * height() - p.y() / scale()};
+}
+
+PlaneHandles PlaneView::handles() const {
+  return {QSizeF(size()), static_cast<double>(fontMetrics().height())};
+}
+
+void PlaneView::draw() {
+  renderer_->GetActiveCamera()->SetParallelScale(halfHeight_);
+  overlay_->update();
+  redraw_.start();
+}
+
+void PlaneView::edit(const PlanePose& pose) {
+  if (pose == pose_) return;
+  setPose(pose);
+  Q_EMIT poseEdited(pose_);
+}
+
+void PlaneView::zoom(double factor) {
+  halfHeight_ = std::clamp(halfHeight_ * factor, 0.5, 5000.);
+  zoomed_ = true;
+  draw();
+}
+
+void PlaneView::setHot(PlaneHandle handle) {
+  if (handle == hot_) return;
+  hot_ = handle;
+  switch (handle) {
+  case PlaneHandle::None:
+    unsetCursor();
+    break;
+  case PlaneHandle::Move:
+  case PlaneHandle::TiltHorizontal:
+    setCursor(Qt::SizeVerCursor);
+    break;
+  case PlaneHandle::TiltVertical:
+    setCursor(Qt::SizeHorCursor);
+    break;
+  case PlaneHandle::Turn:
+    setCursor(turnCursor(this));
+    break;
+  }
+  overlay_->update();
+}
+
+void PlaneView::mousePressEvent(QMouseEvent* event) {
+  event->accept();
+  if (drag_ != Drag::None || !message_.isEmpty()) return;
+  from_ = pointOf(event);
+  button_ = event->button();
+  dragPose_ = pose_;
+  dragLower_ = lower_, dragUpper_ = upper_;
+  dragHalfHeight_ = halfHeight_;
+  const bool shift = event->modifiers() & Qt::ShiftModifier;
+  setHot(handlesShown_ && button_ == Qt::LeftButton && !shift ? handles().at(from_) : PlaneHandle::None);
+  if (hot_ != PlaneHandle::None)
+    drag_ = Drag::Handle;
+  else if (button_ == Qt::MiddleButton || (button_ == Qt::LeftButton && shift))
+    drag_ = Drag::Pan, setCursor(Qt::ClosedHandCursor);
+  else if (button_ == Qt::LeftButton)
+    drag_ = Drag::Window;
+  else if (button_ == Qt::RightButton)
+    drag_ = Drag::Zoom, setCursor(Qt::SizeVerCursor);
+  if (drag_ == Drag::Handle || drag_ == Drag::Pan) Q_EMIT draggingChanged(true);
+}
+
+void PlaneView::mouseMoveEvent(QMouseEvent* event) {
+  event->accept();
+  const QPointF point = pointOf(event);
+  if (drag_ == Drag::None) {
+    setHot(handlesShown_ && message_.isEmpty() ? handles().at(point) : PlaneHandle::None);
+  } else {
+    dragTo(point);
+  }
+  if (message_.isEmpty()) Q_EMIT hovered(planeAt(point));
+}
+
+void PlaneView::mouseReleaseEvent(QMouseEvent* event) {
+  event->accept();
+  if (drag_ == Drag::None || event->button() != button_) return;
+  const bool dragged = drag_ == Drag::Handle || drag_ == Drag::Pan;
+  drag_ = Drag::None;
+  turned_ = 0;
+  hot_ = PlaneHandle::None;
+  unsetCursor();
+  setHot(handlesShown_ ? handles().at(pointOf(event)) : PlaneHandle::None);
+  overlay_->update();
+  if (dragged) Q_EMIT draggingChanged(false);
+}
+
+void PlaneView::dragTo(const QPointF& point) {
+  const QPointF by = point - from_; // y down
+  switch (drag_) {
+  case Drag::None:
+    break;
+  case Drag::Handle:
+    turnTo(point);
+    break;
+  case Drag::Pan: {
+    PlanePose pose = dragPose_;
+    pose.move(-by.x() * scale(), by.y() * scale(), 0);
+    edit(pose);
+    break;
+  }
+  case Drag::Window: {
+    const double width = dragUpper_ - dragLower_, perPixel = std::max(width, 1e-6) / 250;
+    const double window = std::max(width + by.x() * perPixel, 0.01 * width);
+    const double level = 0.5 * (dragLower_ + dragUpper_) - by.y() * perPixel;
+    setWindow(level - 0.5 * window, level + 0.5 * window);
+    Q_EMIT windowEdited(lower_, upper_);
+    break;
+  }
+  case Drag::Zoom:
+    halfHeight_ = dragHalfHeight_;
+    zoom(std::exp(by.y() / 150)); // up: nearer
+    break;
+  }
+}
+
+// As if the near side of the patient were moved with the mouse: how the plane turns then depends on the side
+// that the normal points to.
+void PlaneView::turnTo(const QPointF& point) {
+  constexpr double perRadian = 180 / 3.14159265358979323846;
+  const QPointF by = point - from_, middle = handles().centre();
+  const double radius = handles().radius(), side = determinant(dragPose_.axes()) > 0 ? 1 : -1;
+  PlanePose pose = dragPose_;
+  if (hot_ == PlaneHandle::Move) {
+    pose.move(0, 0, -by.y() * scale());
+  } else if (hot_ == PlaneHandle::TiltHorizontal) {
+    pose.turn(0, -side * by.y() / radius * perRadian);
+  } else if (hot_ == PlaneHandle::TiltVertical) {
+    pose.turn(1, -side * by.x() / radius * perRadian);
+  } else if (hot_ == PlaneHandle::Turn) {
+    turned_ = std::remainder(angleOf(point - middle) - angleOf(from_ - middle), 360);
+    pose.turn(2, -turned_);
+  }
+  edit(pose);
+}
+
+void PlaneView::wheelEvent(QWheelEvent* event) {
+  event->accept();
+  if (!message_.isEmpty()) return;
+  wheel_ += (event->modifiers() & Qt::AltModifier ? event->angleDelta().x() : event->angleDelta().y()) / 120.;
+  if (event->modifiers() & Qt::ControlModifier) {
+    zoom(std::pow(0.85, std::exchange(wheel_, 0)));
+    return;
+  }
+  const double steps = std::trunc(wheel_); // fine-grained wheels add up
+  wheel_ -= steps;
+  PlanePose pose = pose_;
+  pose.move(0, 0, steps * step_);
+  edit(pose);
+}
+
+void PlaneView::keyPressEvent(QKeyEvent* event) {
+  PlanePose pose = pose_;
+  const bool control = event->modifiers() & Qt::ControlModifier;
+  switch (event->key()) {
+  case Qt::Key_Left:
+  case Qt::Key_Right: {
+    const double way = event->key() == Qt::Key_Right ? 1 : -1;
+    pose.turn(control ? 2 : 1, way);
+    break;
+  }
+  case Qt::Key_Up:
+  case Qt::Key_Down:
+    pose.turn(0, event->key() == Qt::Key_Up ? 1 : -1);
+    break;
+  case Qt::Key_PageUp:
+    pose.move(0, 0, step_);
+    break;
+  case Qt::Key_PageDown:
+    pose.move(0, 0, -step_);
+    break;
+  case Qt::Key_Plus:
+  case Qt::Key_Equal:
+    zoom(0.85);
+    break;
+  case Qt::Key_Minus:
+    zoom(1 / 0.85);
+    break;
+  case Qt::Key_Home:
+    event->accept();
+    Q_EMIT homeAsked();
+    return;
+  default:
+    QWidget::keyPressEvent(event); // not VTK's keys
+    return;
+  }
+  event->accept();
+  if (message_.isEmpty()) edit(pose);
+}
+
+void PlaneView::leaveEvent(QEvent* event) {
+  QVTKOpenGLNativeWidget::leaveEvent(event);
+  if (drag_ == Drag::None) setHot(PlaneHandle::None);
+  Q_EMIT left();
+}
+
+void PlaneView::resizeEvent(QResizeEvent* event) {
+  QVTKOpenGLNativeWidget::resizeEvent(event);
+  overlay_->setGeometry(rect());
+  if (!zoomed_) fit(fitted_[0], fitted_[1], fitted_[2], fitted_[3]);
+  draw();
+}
+
+void PlaneView::focusInEvent(QFocusEvent* event) {
+  QVTKOpenGLNativeWidget::focusInEvent(event);
+  overlay_->update();
+}
+
+void PlaneView::focusOutEvent(QFocusEvent* event) {
+  QVTKOpenGLNativeWidget::focusOutEvent(event);
+  overlay_->update();
+}
+
+void PlaneView::showEvent(QShowEvent* event) {
+  QVTKOpenGLNativeWidget::showEvent(event);
+  draw();
+}
+
+} // namespace innergs::ui

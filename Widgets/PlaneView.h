@@ -1,0 +1,108 @@
+#pragma once
+#include "Widgets/PlaneHandles.h"
+#include "Widgets/PlaneWorker.h"
+
+#include <QVTKOpenGLNativeWidget.h>
+
+#include <QStringList>
+#include <QTimer>
+
+#include <vtkNew.h>
+
+class vtkImageSlice;
+class vtkImageSliceMapper;
+class vtkRenderer;
+
+namespace innergs::ui {
+
+/// Shows a plane of a model as it lies on the screen (x right, y up) with the letters of its directions, and
+/// lets the plane be turned and moved by handles. Left drag: window and level; middle or Shift+left: pan;
+/// right or Ctrl+wheel: zoom; wheel: along the normal. Keys: arrows tilt, Ctrl+left/right turn, Page Up/Down
+/// move, +/− zoom, Home fits. It computes nothing: who owns it gives the images for the poses.
+class PlaneView : public QVTKOpenGLNativeWidget {
+  Q_OBJECT
+public:
+  explicit PlaneView(QWidget* parent = nullptr);
+  ~PlaneView() override;
+
+  const PlanePose& pose() const { return pose_; }
+  void setPose(const PlanePose& pose);
+  /// image: null hides it. It stays where it is in the patient while only the plane's own axes move.
+  void setImage(const PlaneImage& image);
+  void clearImage();
+  /// A line in the middle instead of the letters; "" none.
+  void setMessage(const QString& message);
+  void setWindow(double lower, double upper);
+  double lower() const { return lower_; }
+  double upper() const { return upper_; }
+  void setHandlesShown(bool shown);
+  /// mm that a step of the wheel moves the plane by.
+  void setStep(double mm) { step_ = mm; }
+  /// Shows all of this box in plane coordinates (mm; xmin, xmax, ymin, ymax).
+  void fit(double left, double right, double bottom, double top);
+  /// mm per pixel of the widget.
+  double scale() const;
+
+  /// Of the plane at the middle of the left, right, top and bottom edge.
+  QStringList letters() const;
+  QPointF planeAt(const QPointF& widgetPoint) const;
+  QPointF widgetAt(const QPointF& planePoint) const;
+  PlaneHandles handles() const;
+  QSize sizeHint() const override;
+  QSize minimumSizeHint() const override;
+
+Q_SIGNALS:
+  /// By the user; pose() is already this one.
+  void poseEdited(const innergs::ui::PlanePose& pose);
+  /// Whether the user is dragging the plane.
+  void draggingChanged(bool dragging);
+  void windowEdited(double lower, double upper);
+  /// mm in the plane.
+  void hovered(const QPointF& planePoint);
+  void left();
+  void homeAsked();
+
+protected:
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void leaveEvent(QEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  void focusInEvent(QFocusEvent* event) override;
+  void focusOutEvent(QFocusEvent* event) override;
+  void showEvent(QShowEvent* event) override;
+
+private:
+  enum class Drag { None, Handle, Window, Pan, Zoom };
+  class Overlay;
+  void dragTo(const QPointF& point);
+  void turnTo(const QPointF& point);
+  void edit(const PlanePose& pose);
+  void zoom(double factor);
+  void setHot(PlaneHandle handle);
+  void placeImage();
+  void draw();
+
+  PlanePose pose_, dragPose_;
+  PlaneImage image_;
+  QString message_;
+  bool handlesShown_ = true;
+  double lower_ = 0, upper_ = 1, dragLower_ = 0, dragUpper_ = 1;
+  double halfHeight_ = 100, dragHalfHeight_ = 100; // mm
+  double step_ = 1, wheel_ = 0, turned_ = 0;
+  double fitted_[4] = {-100, 100, -100, 100};
+  bool zoomed_ = false; // by the user
+  Drag drag_ = Drag::None;
+  Qt::MouseButton button_ = Qt::NoButton;
+  QPointF from_;
+  PlaneHandle hot_ = PlaneHandle::None;
+  QTimer redraw_;
+  Overlay* overlay_;
+  vtkNew<vtkRenderer> renderer_;
+  vtkNew<vtkImageSliceMapper> mapper_;
+  vtkNew<vtkImageSlice> slice_;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,163 @@
+#include "Widgets/PlaneWorker.h"
+
+#include "Core/ReconstructionJob.h"
+
+#include "vtkInnerGSModel.h"
+#include "vtkInnerGSPlaneQuery.h"
+
+#include <vtkCallbackCommand.h>
+#include <vtkCommand.h>
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+
+#include <condition_variable>
+#include <deque>
+#include <exception>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+namespace innergs::ui {
+
+struct PlaneWorker::Work {
+  using Signal = void (PlaneWorker::*)(const PlaneImage&);
+
+  std::mutex mutex; // for what follows
+  std::condition_variable wake;
+  std::optional<PlaneTask> plane, point;
+  std::deque<PlaneTask> toKeep;
+  bool stopping = false;
+  bool showing = false;               // the query is at work on a plane to be shown
+  vtkNew<vtkInnerGSPlaneQuery> query; // used by the thread alone, but for Cancel()
+  std::shared_ptr<const Checkpoint> queried;
+  std::thread thread;
+
+  /// Of the thread. Waits for a task; false at the end.
+  bool next(PlaneTask& task, Signal& signal) {
+    std::unique_lock lock(mutex);
+    wake.wait(lock, [this] { return stopping || point || plane || !toKeep.empty(); });
+    if (stopping) return false;
+    if (point) {
+      task = *std::exchange(point, std::nullopt);
+      signal = &PlaneWorker::probed;
+    } else if (plane) {
+      task = *std::exchange(plane, std::nullopt);
+      signal = &PlaneWorker::shown;
+      showing = true;
+    } else {
+      task = toKeep.front();
+      toKeep.pop_front();
+      signal = &PlaneWorker::kept;
+    }
+    return true;
+  }
+
+  PlaneImage run(const PlaneTask& task) {
+    PlaneImage result{task, nullptr, vtkSmartPointer<vtkMatrix4x4>::New(), {}, 0};
+    try {
+      if (queried != task.model) { // a data object of the thread's own, which shares the Gaussians
+        vtkNew<vtkInnerGSModel> model;
+        model->SetCheckpoint(task.model);
+        query->SetModel(model);
+        queried = task.model;
+      }
+      PlanePose corner = task.pose;
+      corner.move(task.left, task.bottom, 0);
+      vtkNew<vtkMatrix4x4> matrix;
+      toMatrix(corner, matrix);
+      query->SetPlaneToRASMatrix(matrix);
+      query->SetSpacing(task.pixelSize, task.pixelSize);
+      query->SetDimensions(task.columns, task.rows);
+      query->Modified(); // its last output was given away
+      query->Update();
+      result.error = QString::fromStdString(query->GetErrorMessage());
+      if (query->GetAborted() || !result.error.isEmpty()) return result;
+      result.image = vtkSmartPointer<vtkImageData>::New();
+      result.image->ShallowCopy(query->GetOutput());
+      query->GetOutput()->Initialize();
+      result.ijkToRAS->DeepCopy(query->GetOutputIJKToRASMatrix());
+      result.milliseconds = query->GetQueryMilliseconds();
+    } catch (const std::exception& error) {
+      result.image = nullptr;
+      result.error =
+          PlaneWorker::tr("The plane could not be computed: %1").arg(QString::fromUtf8(error.what()));
+    }
+    return result;
+  }
+
+  void loop(PlaneWorker* owner) {
+    PlaneTask task;
+    Signal signal = nullptr;
+    while (next(task, signal)) {
+      const PlaneImage result = run(task);
+      {
+        std::lock_guard lock(mutex);
+        showing = false;
+        if (stopping) return;
+        if (!result.image && result.error.isEmpty()) { // stopped: again, unless there is something newer
+          if (signal == &PlaneWorker::shown && !plane) plane = task;
+          if (signal == &PlaneWorker::probed && !point) point = task;
+          if (signal == &PlaneWorker::kept) toKeep.push_front(task);
+          continue;
+        }
+      }
+      QMetaObject::invokeMethod(
+          owner, [owner, signal, result] { Q_EMIT(owner->*signal)
+                                           (result); }, Qt::QueuedConnection);
+    }
+  }
+};
+
+PlaneWorker::PlaneWorker(QObject* parent) : QObject(parent), work_(std::make_unique<Work>()) {
+  work_->query->CentredOff();
+  work_->query->GeometryInImageOff();
+  vtkNew<vtkCallbackCommand> silent; // errors are told by the results
+  silent->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
+  work_->query->AddObserver(vtkCommand::ErrorEvent, silent);
+  work_->thread = std::thread([this] { work_->loop(this); });
+}
+
+PlaneWorker::~PlaneWorker() {
+  {
+    std::lock_guard lock(work_->mutex);
+    work_->stopping = true;
+    work_->query->Cancel();
+  }
+  work_->wake.notify_one();
+  work_->thread.join();
+}
+
+void PlaneWorker::show(const PlaneTask& task, bool hurry) {
+  {
+    std::lock_guard lock(work_->mutex);
+    work_->plane = task;
+    if (hurry && work_->showing) work_->query->Cancel();
+  }
+  work_->wake.notify_one();
+}
+
+void PlaneWorker::probe(const PlaneTask& task) {
+  {
+    std::lock_guard lock(work_->mutex);
+    work_->point = task;
+    work_->point->columns = work_->point->rows = 1;
+  }
+  work_->wake.notify_one();
+}
+
+void PlaneWorker::keep(const PlaneTask& task) {
+  {
+    std::lock_guard lock(work_->mutex);
+    work_->toKeep.push_back(task);
+  }
+  work_->wake.notify_one();
+}
+
+void PlaneWorker::clear() {
+  std::lock_guard lock(work_->mutex);
+  work_->plane.reset();
+  work_->point.reset();
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,66 @@
+#pragma once
+#include "Widgets/PlanePose.h"
+
+#include <QMetaType>
+#include <QObject>
+
+#include <vtkSmartPointer.h>
+
+#include <memory>
+
+class vtkImageData;
+class vtkMatrix4x4;
+
+namespace innergs {
+struct Checkpoint;
+}
+
+namespace innergs::ui {
+
+/// Pixels on a plane of a model.
+struct PlaneTask {
+  std::shared_ptr<const Checkpoint> model;
+  PlanePose pose;
+  double left = 0, bottom = 0; // centre of pixel (0, 0) in plane coordinates, mm
+  double pixelSize = 1;        // mm
+  int columns = 1, rows = 1;
+};
+
+struct PlaneImage {
+  PlaneTask task;
+  vtkSmartPointer<vtkImageData> image;    // float, scanner units; origin 0, spacing 1; null after an error
+  vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // of the image
+  QString error;                          // a sentence
+  double milliseconds = 0;                // that the query took
+};
+
+/// Queries planes on a thread of its own. What is shown and probed follows the latest request, and requests
+/// in between are skipped; every one to keep is done. Signals come on the thread that the object lives in.
+class PlaneWorker : public QObject {
+  Q_OBJECT
+public:
+  explicit PlaneWorker(QObject* parent = nullptr);
+  ~PlaneWorker() override;
+
+  /// hurry: stop what is being queried to be shown, for this will be much faster.
+  void show(const PlaneTask& task, bool hurry = false);
+  /// The model's value at a point: pixel (0, 0) of the task.
+  void probe(const PlaneTask& task);
+  /// In full, e.g. to export it.
+  void keep(const PlaneTask& task);
+  /// Forgets what has not begun, but what is to keep.
+  void clear();
+
+Q_SIGNALS:
+  void shown(const innergs::ui::PlaneImage& image);
+  void probed(const innergs::ui::PlaneImage& point);
+  void kept(const innergs::ui::PlaneImage& image);
+
+private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+} // namespace innergs::ui
+
+Q_DECLARE_METATYPE(innergs::ui::PlaneImage)

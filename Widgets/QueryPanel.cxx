@@ -1,0 +1,385 @@
+#include "Widgets/QueryPanel.h"
+
+#include "Core/ReconstructionJob.h"
+#include "Widgets/PlanePicture.h"
+#include "Widgets/PlaneView.h"
+#include "Widgets/ValueSlider.h"
+
+#include "vtkInnerGSModel.h"
+
+#include <QCheckBox>
+#include <QDir>
+#include <QDoubleSpinBox>
+#include <QFileDialog>
+#include <QLabel>
+#include <QLocale>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QToolButton>
+
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::ui {
+
+namespace {
+
+constexpr double budget = 16;       // ms that a plane may take while it moves
+constexpr double mostShown = 1.5e6; // pixels; more than a screen shows
+constexpr double mostKept = 64e6;
+constexpr int settleAfter = 150; // ms without movement
+
+const PlaneOrientation kinds[] = {PlaneOrientation::Axial, PlaneOrientation::Coronal,
+                                  PlaneOrientation::Sagittal};
+
+bool straight(const PlanePose& pose) {
+  return !pose.reversed && std::abs(pose.angles.aboutHorizontal) < 1e-6 &&
+         std::abs(pose.angles.aboutVertical) < 1e-6 && std::abs(pose.angles.inPlane) < 1e-6;
+}
+
+Vec3 middleOf(const std::array<double, 6>& b) {
+  return {0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5])};
+}
+
+} // namespace
+
+QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(host) {
+  worker_ = new PlaneWorker(this);
+  settle_.setSingleShot(true);
+  settle_.setInterval(settleAfter);
+  build();
+  connectAll();
+  showPose();
+  updateModel();
+}
+
+QueryPanel::~QueryPanel() = default;
+
+void QueryPanel::connectAll() {
+  connect(selector_, &Selector::currentIdChanged, this, &QueryPanel::updateModel);
+  connect(host_, &Host::modelsChanged, this, &QueryPanel::updateModel);
+  for (int i = 0; i < 3; ++i)
+    connect(orientations_[i], &QToolButton::clicked, this, [this, i] {
+      PlanePose pose = pose_;
+      pose.orientation = kinds[i];
+      pose.reversed = false;
+      pose.angles = {};
+      setPose(pose, true);
+      home();
+    });
+  connect(home_, &QPushButton::clicked, this, [this] {
+    PlanePose pose = pose_;
+    pose.origin = middleOf(info_.bounds);
+    setPose(pose, true);
+    home();
+  });
+  connect(position_, &ValueSlider::valueEdited, this, [this](double value) {
+    PlanePose pose = pose_;
+    pose.setPosition(value);
+    edited(pose);
+  });
+  const std::pair<ValueSlider*, double PlaneAngles::*> angles[] = {{tiltUp_, &PlaneAngles::aboutHorizontal},
+                                                                   {tiltSide_, &PlaneAngles::aboutVertical},
+                                                                   {inPlane_, &PlaneAngles::inPlane}};
+  for (const auto& [slider, angle] : angles)
+    connect(slider, &ValueSlider::valueEdited, this, [this, angle = angle](double value) {
+      PlanePose pose = pose_;
+      pose.angles.*angle = value;
+      edited(pose);
+    });
+  for (ValueSlider* slider : {position_, tiltUp_, tiltSide_, inPlane_})
+    connect(slider, &ValueSlider::draggingChanged, this, [this](bool dragging) {
+      dragging_ = dragging;
+      if (!dragging) settle();
+    });
+  connect(pixelSize_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this] {
+    showPose();
+    query(true);
+  });
+  connect(view_, &PlaneView::poseEdited, this, &QueryPanel::edited);
+  connect(view_, &PlaneView::draggingChanged, this, [this](bool dragging) {
+    dragging_ = dragging;
+    if (!dragging) settle();
+  });
+  connect(view_, &PlaneView::homeAsked, home_, &QPushButton::click);
+  connect(view_, &PlaneView::windowEdited, this, &QueryPanel::showWindow);
+  connect(view_, &PlaneView::hovered, this, &QueryPanel::probe);
+  connect(view_, &PlaneView::left, readout_, &QLabel::clear);
+  for (QDoubleSpinBox* box : {window_, level_})
+    connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this] {
+      view_->setWindow(level_->value() - 0.5 * window_->value(), level_->value() + 0.5 * window_->value());
+    });
+  connect(autoWindow_, &QPushButton::clicked, this, [this] {
+    view_->setWindow(info_.window[0], info_.window[1]);
+    showWindow();
+  });
+  connect(handles_, &QCheckBox::toggled, view_, &PlaneView::setHandlesShown);
+  connect(exportVolume_, &QPushButton::clicked, this, [this] { keep({}); });
+  connect(savePicture_, &QPushButton::clicked, this, &QueryPanel::choosePictureFile);
+  connect(&settle_, &QTimer::timeout, this, &QueryPanel::settle);
+  connect(worker_, &PlaneWorker::shown, this, &QueryPanel::showImage);
+  connect(worker_, &PlaneWorker::probed, this, &QueryPanel::showProbe);
+  connect(worker_, &PlaneWorker::kept, this, &QueryPanel::kept);
+}
+
+void QueryPanel::setModelId(const QString& id) {
+  selector_->setCurrentId(id);
+  updateModel();
+}
+
+void QueryPanel::updateModel() {
+  const QString id = selector_->currentId();
+  vtkInnerGSModel* data = id.isEmpty() ? nullptr : host_->model(id);
+  const auto model = data ? data->GetCheckpoint() : nullptr;
+  const bool otherId = id != modelId_, otherModel = model != model_;
+  modelId_ = id;
+  model_ = model;
+  info_ = model ? host_->modelInfo(id) : ModelInfo();
+  if (info_.bounds[0] > info_.bounds[1]) info_.bounds = {};
+  controls_->setEnabled(model != nullptr);
+  view_->setMessage(model ? QString() : tr("Choose a model above, or reconstruct or load one first."));
+  if (otherModel) {
+    worker_->clear();
+    msPerPixel_ = 0;
+    readout_->clear();
+    if (!model) {
+      view_->clearImage();
+      size_->clear();
+    } else {
+      if (!(info_.window[1] > info_.window[0])) info_.window[1] = info_.window[0] + 1;
+      if (otherId) {
+        const QSignalBlocker block(pixelSize_);
+        pixelSize_->setValue(info_.finestSpacing);
+        view_->setWindow(info_.window[0], info_.window[1]);
+        showWindow();
+      }
+      bool away = !placed_;
+      for (int a = 0; a < 3; ++a)
+        away = away || pose_.origin[a] < info_.bounds[2 * a] || pose_.origin[a] > info_.bounds[2 * a + 1];
+      PlanePose pose = pose_;
+      if (away) pose.origin = middleOf(info_.bounds);
+      placed_ = true;
+      setPose(pose, true);
+      if (otherId) home();
+      showPose();
+      query(false);
+    }
+  }
+  if (otherId) {
+    say({});
+    Q_EMIT modelIdChanged(id);
+  }
+}
+
+void QueryPanel::setPlane(vtkMatrix4x4* planeToRAS) {
+  const auto pose = poseOf(planeToRAS);
+  if (!pose) {
+    say(tr("The plane was not taken over: its axes must be finite and span a plane."), true);
+    return;
+  }
+  placed_ = true;
+  vtkNew<vtkMatrix4x4> matrix;
+  toMatrix(*pose, matrix);
+  bool same = true;
+  for (int i = 0; i < 16; ++i)
+    same = same && std::abs(matrix->GetElement(i / 4, i % 4) - matrix_->GetElement(i / 4, i % 4)) < 1e-6;
+  if (!same) setPose(*pose);
+}
+
+vtkMatrix4x4* QueryPanel::planeToRAS() const {
+  return matrix_;
+}
+
+void QueryPanel::setPose(const PlanePose& pose, bool settled) {
+  if (pose == pose_) return;
+  pose_ = pose;
+  view_->setPose(pose);
+  showPose();
+  query(!settled);
+  Q_EMIT planeChanged(matrix_);
+}
+
+void QueryPanel::edited(const PlanePose& pose) {
+  placed_ = true;
+  setPose(pose);
+}
+
+void QueryPanel::showPose() {
+  toMatrix(pose_, matrix_);
+  for (int i = 0; i < 3; ++i)
+    orientations_[i]->setChecked(pose_.orientation == kinds[i] && straight(pose_));
+  tiltUp_->setValue(pose_.angles.aboutHorizontal);
+  tiltSide_->setValue(pose_.angles.aboutVertical);
+  inPlane_->setValue(pose_.angles.inPlane);
+  view_->setStep(pixelSize_->value());
+  if (!model_) return;
+  const auto extent = extentOf(pose_, info_.bounds);
+  const double position = pose_.position();
+  position_->setRange(std::min(position, position + extent[4]), std::max(position, position + extent[5]));
+  position_->setSingleStep(std::max(0.1, pixelSize_->value()));
+  position_->setValue(position);
+  const PlaneTask task = taskFor(pixelSize_->value());
+  size_->setText(tr("%1 × %2 pixels").arg(task.columns).arg(task.rows));
+}
+
+void QueryPanel::home() {
+  const auto extent = extentOf(pose_, info_.bounds);
+  view_->fit(extent[0], extent[1], extent[2], extent[3]);
+}
+
+void QueryPanel::showWindow() {
+  const QSignalBlocker blockWindow(window_), blockLevel(level_);
+  const double width = view_->upper() - view_->lower();
+  const int decimals = width >= 100 ? 1 : width >= 1 ? 2 : 4;
+  for (QDoubleSpinBox* box : {window_, level_}) {
+    box->setDecimals(decimals);
+    box->setSingleStep(width / 50);
+  }
+  window_->setValue(width);
+  level_->setValue(0.5 * (view_->lower() + view_->upper()));
+}
+
+// The pixels cover the model's whole box as it is seen along the normal, so that neighbouring planes have the
+// same grid.
+PlaneTask QueryPanel::taskFor(double pixelSize) const {
+  PlaneTask task;
+  task.model = model_;
+  task.pose = pose_;
+  task.pixelSize = pixelSize;
+  const auto extent = extentOf(pose_, info_.bounds);
+  const auto count = [pixelSize](double length) {
+    return static_cast<int>(std::clamp(std::ceil(length / pixelSize - 1e-6), 1., 1e6));
+  };
+  task.columns = count(extent[1] - extent[0]);
+  task.rows = count(extent[3] - extent[2]);
+  task.left = 0.5 * (extent[0] + extent[1]) - 0.5 * (task.columns - 1) * pixelSize;
+  task.bottom = 0.5 * (extent[2] + extent[3]) - 0.5 * (task.rows - 1) * pixelSize;
+  return task;
+}
+
+void QueryPanel::query(bool moving) {
+  if (!model_) return;
+  if (!isVisible()) {
+    waiting_ = true;
+    return;
+  }
+  const PlaneTask full = taskFor(pixelSize_->value());
+  const double pixels = static_cast<double>(full.columns) * full.rows;
+  double coarser = std::max(1., std::sqrt(pixels / mostShown));
+  const double needed = msPerPixel_ * pixels / budget;
+  const bool wasFull = !coarse_;
+  coarse_ = moving && needed > coarser * coarser;
+  if (coarse_) coarser = std::clamp(std::ceil(std::sqrt(needed)), coarser, 6 * coarser);
+  worker_->show(coarser > 1 ? taskFor(coarser * pixelSize_->value()) : full, coarse_ && wasFull);
+  if (coarse_)
+    settle_.start();
+  else
+    settle_.stop();
+}
+
+void QueryPanel::settle() {
+  if (coarse_ && !dragging_) query(false);
+}
+
+void QueryPanel::showImage(const PlaneImage& image) {
+  if (image.task.model != model_) return;
+  if (!image.error.isEmpty()) {
+    view_->clearImage();
+    say(image.error, true);
+    return;
+  }
+  msPerPixel_ = image.milliseconds / (static_cast<double>(image.task.columns) * image.task.rows);
+  view_->setImage(image);
+}
+
+void QueryPanel::probe(const QPointF& planePoint) {
+  if (!model_) return;
+  PlaneTask task;
+  task.model = model_;
+  task.pose = pose_;
+  task.left = planePoint.x();
+  task.bottom = planePoint.y();
+  worker_->probe(task);
+}
+
+void QueryPanel::showProbe(const PlaneImage& point) {
+  if (point.task.model != model_ || !view_->underMouse()) return;
+  const Vec3 ras = point.task.pose.toRAS(point.task.left, point.task.bottom);
+  vtkInnerGSModel* data = host_->model(modelId_);
+  if (!data) return;
+  const QString place = tr("%1 mm").arg(positionText(ras));
+  if (!point.image)
+    readout_->setText(place);
+  else if (!data->IsInside(ras[0], ras[1], ras[2]))
+    readout_->setText(tr("%1: outside the model").arg(place));
+  else
+    readout_->setText(
+        tr("%1: %2 scanner units")
+            .arg(place, QLocale().toString(point.image->GetScalarComponentAsDouble(0, 0, 0, 0), 'g', 5)));
+}
+
+QString QueryPanel::planeName() const {
+  const QString words[] = {tr("axial"), tr("coronal"), tr("sagittal")};
+  return tr("%1 %2 %3 mm")
+      .arg(info_.name, straight(pose_) ? words[static_cast<int>(pose_.orientation)] : tr("oblique"),
+           QLocale().toString(pose_.position(), 'f', 1));
+}
+
+void QueryPanel::keep(const QString& file) {
+  if (!model_) return;
+  const PlaneTask task = taskFor(pixelSize_->value());
+  if (static_cast<double>(task.columns) * task.rows > mostKept) {
+    say(tr("The plane would have %1 × %2 pixels: choose a larger pixel size.")
+            .arg(task.columns)
+            .arg(task.rows),
+        true);
+    return;
+  }
+  keeps_.append({planeName(), file, view_->lower(), view_->upper()});
+  worker_->keep(task);
+}
+
+void QueryPanel::kept(const PlaneImage& image) {
+  const Keep keep = keeps_.takeFirst();
+  QString error = image.error;
+  if (error.isEmpty() && keep.file.isEmpty()) {
+    host_->addVolume(image.image, image.ijkToRAS, keep.name, &error);
+    if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(keep.name));
+  } else if (error.isEmpty()) {
+    error = ui::savePicture(image, keep.lower, keep.upper, keep.file);
+    if (error.isEmpty()) say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(keep.file)));
+  }
+  if (!error.isEmpty()) say(error, true);
+}
+
+void QueryPanel::choosePictureFile() {
+  auto* dialog =
+      new QFileDialog(this, tr("Save the plane as a picture"), host_->folder(), tr("PNG picture (*.png)"));
+  dialog->setObjectName(QStringLiteral("queryPictureDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setAcceptMode(QFileDialog::AcceptSave);
+  dialog->setDefaultSuffix(QStringLiteral("png"));
+  dialog->selectFile(planeName().replace(QLatin1Char('/'), QLatin1Char('-')) + QStringLiteral(".png"));
+  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
+    host_->setFolder(QFileInfo(file).absolutePath());
+    keep(file);
+  });
+  dialog->open();
+}
+
+void QueryPanel::say(const QString& message, bool error) {
+  message_->setText(error ? tr("<b>Problem:</b> %1").arg(message.toHtmlEscaped()) : message.toHtmlEscaped());
+  message_->setVisible(!message.isEmpty());
+}
+
+void QueryPanel::showEvent(QShowEvent* event) {
+  QWidget::showEvent(event);
+  if (!waiting_) return;
+  waiting_ = false;
+  query(false);
+}
+
+} // namespace innergs::ui

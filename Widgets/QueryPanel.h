@@ -1,0 +1,98 @@
+#pragma once
+#include "Widgets/Host.h"
+#include "Widgets/PlaneWorker.h"
+
+#include <QTimer>
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+class QCheckBox;
+class QDoubleSpinBox;
+class QLabel;
+class QPushButton;
+class QToolButton;
+
+namespace innergs::ui {
+
+class PlaneView;
+class ValueSlider;
+
+/// Looks at a model on any plane: by orientation, position and angles, or by the handles on the image. The
+/// plane can be put among the host's volumes or saved as a picture.
+///
+/// While it is moved, planes are computed on a thread of their own, the latest one first; where one would
+/// take longer than 16 ms, with larger pixels until the movement ends.
+class QueryPanel : public QWidget {
+  Q_OBJECT
+public:
+  explicit QueryPanel(Host* host, QWidget* parent = nullptr);
+  ~QueryPanel() override;
+
+  QString modelId() const { return modelId_; }
+  void setModelId(const QString& id);
+  /// As a slice node's SliceToRAS; one that spans no plane is refused with a sentence in the panel.
+  void setPlane(vtkMatrix4x4* planeToRAS);
+  /// Unit columns: right, up, normal; origin in the middle of the view. Owned by the panel.
+  vtkMatrix4x4* planeToRAS() const;
+
+Q_SIGNALS:
+  void planeChanged(vtkMatrix4x4* planeToRAS);
+  void modelIdChanged(const QString& id);
+
+protected:
+  void showEvent(QShowEvent* event) override;
+
+private:
+  struct Keep { // what is to be done with a plane that is computed in full
+    QString name, file;
+    double lower = 0, upper = 1;
+  };
+
+  void build();
+  void connectAll();
+  void updateModel();
+  void setPose(const PlanePose& pose, bool settled = false);
+  void edited(const PlanePose& pose);
+  void showPose();
+  void home();
+  void showWindow();
+  PlaneTask taskFor(double pixelSize) const;
+  void query(bool moving);
+  void settle();
+  void probe(const QPointF& planePoint);
+  void showProbe(const PlaneImage& point);
+  void showImage(const PlaneImage& image);
+  void keep(const QString& file);
+  void kept(const PlaneImage& image);
+  void choosePictureFile();
+  QString planeName() const;
+  void say(const QString& message, bool error = false);
+
+  Host* host_;
+  QString modelId_;
+  std::shared_ptr<const Checkpoint> model_;
+  ModelInfo info_;
+  PlanePose pose_;
+  vtkNew<vtkMatrix4x4> matrix_;
+  bool placed_ = false; // by setPlane() or for a model
+  bool dragging_ = false;
+  bool coarse_ = false;   // what was asked for last is coarser than it should stay
+  bool waiting_ = false;  // for the panel to be seen
+  double msPerPixel_ = 0; // of the last query
+  QTimer settle_;
+  QVector<Keep> keeps_; // in the order of the worker's
+
+  Selector* selector_ = nullptr;
+  QWidget* controls_ = nullptr;
+  QToolButton* orientations_[3] = {};
+  QPushButton *home_ = nullptr, *autoWindow_ = nullptr, *exportVolume_ = nullptr, *savePicture_ = nullptr;
+  ValueSlider *position_ = nullptr, *tiltUp_ = nullptr, *tiltSide_ = nullptr, *inPlane_ = nullptr;
+  QDoubleSpinBox *pixelSize_ = nullptr, *window_ = nullptr, *level_ = nullptr;
+  QCheckBox* handles_ = nullptr;
+  QLabel *size_ = nullptr, *readout_ = nullptr, *message_ = nullptr;
+  PlaneView* view_ = nullptr;
+  PlaneWorker* worker_ = nullptr;
+};
+
+} // namespace innergs::ui
