@@ -1,0 +1,88 @@
+#include "Widgets/DeviceBox.h"
+
+#include "Core/DevicePlugin.h"
+#include "Core/Devices.h"
+#include "Widgets/PanelTools.h"
+#include "Widgets/Words.h"
+
+#include <QComboBox>
+#include <QLabel>
+#include <QSignalBlocker>
+#include <QVBoxLayout>
+
+#include <algorithm>
+
+namespace innergs::ui {
+
+DeviceBox::DeviceBox(QWidget* parent)
+    : QWidget(parent), combo_(new QComboBox(this)), reason_(makeWrappedLabel("deviceReason", this)) {
+  combo_->setObjectName("device");
+  combo_->addItem(tr("Automatic"), "auto");
+  combo_->addItem(tr("CPU"), "cpu");
+  combo_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  combo_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  combo_->setMinimumContentsLength(12);
+  combo_->setToolTip(tr("Where the fit runs. Automatic: on a GPU when one is found and has enough memory,\n"
+                        "else on the CPU."));
+  reason_->hide();
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addWidget(combo_);
+  layout->addWidget(reason_);
+  setFocusProxy(combo_);
+  guardWheel(this);
+  connect(combo_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &DeviceBox::changed);
+
+  auto found = std::make_shared<DeviceList>();
+  listing_.reset(QThread::create([found] { *found = otherDevices(); }));
+  connect(listing_.get(), &QThread::finished, this, [this, found] {
+    listing_->wait();
+    listing_.reset();
+    list(found->devices, QString::fromStdString(found->problem));
+    Q_EMIT listed();
+  });
+  listing_->start(QThread::LowPriority);
+}
+
+DeviceBox::~DeviceBox() {
+  if (listing_) listing_->wait();
+}
+
+QString DeviceBox::device() const {
+  return combo_->currentData().toString();
+}
+
+void DeviceBox::setDevice(const QString& device) {
+  const QString id = device.isEmpty() ? QStringLiteral("auto") : device;
+  if (combo_->findData(id) < 0) combo_->addItem(id == "cuda" ? tr("Any GPU") : id, id);
+  combo_->setCurrentIndex(combo_->findData(id));
+  if (!listing_) markMissing();
+}
+
+void DeviceBox::setReason(const QString& reason) {
+  reason_->setText(reason);
+  reason_->setVisible(!reason.isEmpty());
+}
+
+void DeviceBox::list(const std::vector<DeviceInfo>& devices, const QString& problem) {
+  for (std::size_t n = 0; n < devices.size(); ++n) {
+    const QString id = QString("cuda:%1").arg(n);
+    const QString text =
+        tr("%1 (%2, %3 free)")
+            .arg(QString::fromStdString(devices[n].name), id, memorySize(devices[n].freeMemory));
+    if (const int known = combo_->findData(id); known >= 0)
+      combo_->setItemText(known, text);
+    else
+      combo_->addItem(text, id);
+  }
+  markMissing();
+  if (!problem.isEmpty()) combo_->setItemData(0, sentence(problem), Qt::ToolTipRole);
+}
+
+void DeviceBox::markMissing() {
+  for (int i = 2; i < combo_->count(); ++i)
+    if (combo_->itemText(i) == combo_->itemData(i).toString())
+      combo_->setItemText(i, tr("%1 (not found)").arg(combo_->itemText(i)));
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,43 @@
+#pragma once
+#include <QThread>
+#include <QWidget>
+
+#include <memory>
+#include <vector>
+
+class QComboBox;
+class QLabel;
+
+namespace innergs {
+struct DeviceInfo;
+}
+
+namespace innergs::ui {
+
+/// The choice of the device, with the reason for it. GPUs are looked for in the background.
+class DeviceBox : public QWidget {
+  Q_OBJECT
+public:
+  explicit DeviceBox(QWidget* parent = nullptr);
+  ~DeviceBox() override;
+  /// As in Settings: "auto", "cpu", "cuda:N".
+  QString device() const;
+  void setDevice(const QString& device);
+  /// From an Estimate or a report; "" while unknown.
+  void setReason(const QString& reason);
+  bool isListing() const { return listing_ != nullptr; }
+
+Q_SIGNALS:
+  void changed();
+  void listed();
+
+private:
+  void list(const std::vector<DeviceInfo>& devices, const QString& problem);
+  void markMissing();
+
+  QComboBox* combo_;
+  QLabel* reason_;
+  std::unique_ptr<QThread> listing_;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,257 @@
+#include "Widgets/InputsTable.h"
+
+#include "Widgets/PanelTools.h"
+#include "Widgets/Words.h"
+
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QGridLayout>
+#include <QLabel>
+#include <QSignalBlocker>
+#include <QToolButton>
+#include <QVBoxLayout>
+
+#include <algorithm>
+#include <utility>
+
+namespace innergs::ui {
+namespace {
+
+constexpr const char* kAxisNames[3] = {"I", "J", "K"};
+
+/// The spacing and size of a volume, e.g. "256 × 256 × 30 voxels of 0.9 × 0.9 × 4 mm".
+QString latticeText(const VolumeInfo& info) {
+  const auto joined = [](const QString& a, const QString& b, const QString& c) {
+    return QString::fromUtf8("%1 × %2 × %3").arg(a, b, c);
+  };
+  const auto& n = info.dimensions;
+  const auto& d = info.spacing;
+  return InputRow::tr("%1 voxels of %2 mm")
+      .arg(joined(QString::number(n[0]), QString::number(n[1]), QString::number(n[2])),
+           joined(lengthText(d[0]), lengthText(d[1]), lengthText(d[2])));
+}
+
+} // namespace
+
+InputRow::InputRow(Host* host, QWidget* parent)
+    : QWidget(parent), host_(host), selector_(host->createSelector(Host::Role::Input, this)),
+      title_(new QLabel(this)), description_(makeWrappedLabel("inputDescription", this)),
+      thickness_(new QDoubleSpinBox(this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
+      remove_(new QToolButton(this)) {
+  setObjectName("inputRow");
+  selector_->setObjectName("inputSelector");
+  selector_->setToolTip(tr("The scan to reconstruct: one stack of slices."));
+  title_->setBuddy(selector_);
+
+  thickness_->setObjectName("sliceThickness");
+  thickness_->setRange(0, 100);
+  thickness_->setDecimals(2);
+  thickness_->setSingleStep(0.5);
+  thickness_->setSuffix(tr(" mm"));
+  thickness_->setKeyboardTracking(false);
+  thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
+                            "Automatic (0): the distance between slices."));
+
+  profile_->setObjectName("sliceProfile");
+  profile_->addItem(tr("point"), 0);
+  profile_->addItem(tr("box"), 1);
+  profile_->addItem(tr("Gaussian"), 2);
+  profile_->setCurrentIndex(1);
+  profile_->setToolTip(
+      tr("How a slice averages the tissue across its thickness:\n"
+         "box: evenly (the usual choice); Gaussian: most in the middle; point: not at all."));
+
+  axis_->setObjectName("sliceAxis");
+  axis_->addItem(tr("automatic"), -1);
+  for (int a = 0; a < 3; ++a)
+    axis_->addItem(kAxisNames[a], a);
+  axis_->setToolTip(tr("The voxel axis that counts the slices.\n"
+                       "Automatic: the one with clearly the coarsest spacing, else K."));
+
+  remove_->setObjectName("removeInput");
+  remove_->setText(QString::fromUtf8("−"));
+  remove_->setFocusPolicy(Qt::StrongFocus);
+  remove_->setToolTip(tr("Remove this scan from the list."));
+  remove_->setAccessibleName(tr("Remove scan"));
+
+  for (QComboBox* combo : {profile_, axis_}) {
+    combo->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+    combo->setMinimumContentsLength(6);
+  }
+  thickness_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  selector_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+
+  const auto label = [this](const QString& text, QWidget* buddy) {
+    auto* made = new QLabel(text, this);
+    made->setBuddy(buddy);
+    return made;
+  };
+  auto* head = new QHBoxLayout;
+  head->addWidget(title_);
+  head->addWidget(selector_, 1);
+  head->addWidget(remove_);
+  auto* grid = new QGridLayout(this);
+  grid->setContentsMargins(0, 0, 0, 0);
+  grid->setVerticalSpacing(2);
+  grid->addLayout(head, 0, 0, 1, 3);
+  grid->addWidget(description_, 1, 0, 1, 3);
+  grid->addWidget(label(tr("Slice thickness"), thickness_), 2, 0);
+  grid->addWidget(label(tr("Slice profile"), profile_), 2, 1);
+  grid->addWidget(label(tr("Slices along"), axis_), 2, 2);
+  grid->addWidget(thickness_, 3, 0);
+  grid->addWidget(profile_, 3, 1);
+  grid->addWidget(axis_, 3, 2);
+  grid->setColumnStretch(0, 3);
+  grid->setColumnStretch(1, 2);
+  grid->setColumnStretch(2, 2);
+  setTabOrder(selector_, remove_);
+  setTabOrder(remove_, thickness_);
+  setTabOrder(thickness_, profile_);
+  setTabOrder(profile_, axis_);
+  setFocusProxy(selector_);
+  guardWheel(this);
+
+  const auto edited = [this] {
+    refresh();
+    Q_EMIT changed();
+  };
+  connect(selector_, &Selector::currentIdChanged, this, edited);
+  connect(thickness_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, edited);
+  connect(profile_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, edited);
+  connect(axis_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, edited);
+  connect(remove_, &QToolButton::clicked, this, &InputRow::removeRequested);
+  refresh();
+}
+
+InputChoice InputRow::choice() const {
+  InputChoice choice;
+  choice.id = selector_->currentId();
+  choice.sliceThickness = thickness_->value();
+  choice.sliceProfile = profile_->currentData().toInt();
+  choice.sliceAxis = axis_->currentData().toInt();
+  return choice;
+}
+
+void InputRow::setChoice(const InputChoice& choice) {
+  if (choice == this->choice()) return;
+  {
+    const QSignalBlocker quiet(this);
+    selector_->setCurrentId(choice.id);
+    thickness_->setValue(choice.sliceThickness);
+    profile_->setCurrentIndex(std::max(0, profile_->findData(choice.sliceProfile)));
+    axis_->setCurrentIndex(std::max(0, axis_->findData(choice.sliceAxis)));
+    refresh();
+  }
+  Q_EMIT changed();
+}
+
+void InputRow::setPlace(int number, bool alone) {
+  title_->setText(alone ? tr("Sca&n:") : tr("Scan &%1:").arg(number));
+  remove_->setVisible(!alone);
+}
+
+void InputRow::setTabAfter(InputRow* other) {
+  setTabOrder(other->lastField(), selector_);
+}
+
+QWidget* InputRow::lastField() const {
+  return axis_;
+}
+
+void InputRow::refresh() {
+  const VolumeInfo info = host_->volumeInfo(selector_->currentId());
+  const bool known = !info.name.isEmpty();
+  const int chosen = axis_->currentData().toInt();
+  const int axis = std::clamp(chosen < 0 ? info.sliceAxis : chosen, 0, 2);
+  thickness_->setSpecialValueText(known ? tr("automatic (%1 mm)").arg(lengthText(info.spacing[axis]))
+                                        : tr("automatic"));
+  axis_->setItemText(0, known ? tr("automatic (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)])
+                              : tr("automatic"));
+  if (!known) {
+    description_->setText(tr("Choose a scan."));
+    return;
+  }
+  const QString slices = axis == info.sliceAxis && !info.orientation.isEmpty()
+                             ? tr("%1 %2 slices").arg(info.dimensions[axis]).arg(info.orientation)
+                             : tr("%1 slices along %2").arg(info.dimensions[axis]).arg(kAxisNames[axis]);
+  description_->setText(tr("%1; %2", "slices; voxels").arg(slices, latticeText(info)));
+}
+
+InputsTable::InputsTable(Host* host, QWidget* parent)
+    : QWidget(parent), host_(host), rowsLayout_(new QVBoxLayout), add_(new QToolButton(this)) {
+  add_->setObjectName("addInput");
+  add_->setText(tr("&Add another scan"));
+  add_->setToolTip(tr("Add a scan of the same patient in another orientation:\n"
+                      "together they give a sharper result."));
+  add_->setFocusPolicy(Qt::StrongFocus);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addLayout(rowsLayout_);
+  layout->addWidget(add_, 0, Qt::AlignLeft);
+  addRow();
+  number();
+  connect(add_, &QToolButton::clicked, this, [this] {
+    InputRow* row = addRow();
+    number();
+    row->setFocus();
+    Q_EMIT changed();
+  });
+  connect(host, &Host::volumesChanged, this, [this] {
+    for (InputRow* row : std::as_const(rows_))
+      row->refresh();
+    Q_EMIT changed();
+  });
+}
+
+QVector<InputChoice> InputsTable::inputs() const {
+  QVector<InputChoice> chosen;
+  for (const InputRow* row : rows_)
+    if (const InputChoice choice = row->choice(); !choice.id.isEmpty()) chosen << choice;
+  return chosen;
+}
+
+void InputsTable::setInputs(const QVector<InputChoice>& inputs) {
+  if (inputs == this->inputs()) return;
+  {
+    const QSignalBlocker quiet(this);
+    while (rows_.size() > std::max<qsizetype>(1, inputs.size()))
+      removeRow(rows_.last());
+    while (rows_.size() < inputs.size())
+      addRow();
+    for (int i = 0; i < rows_.size(); ++i)
+      rows_[i]->setChoice(inputs.value(i));
+    number();
+  }
+  Q_EMIT changed();
+}
+
+InputRow* InputsTable::addRow() {
+  auto* row = new InputRow(host_, this);
+  if (!rows_.isEmpty()) row->setTabAfter(rows_.last());
+  setTabOrder(row->lastField(), add_);
+  rows_ << row;
+  rowsLayout_->addWidget(row);
+  connect(row, &InputRow::changed, this, &InputsTable::changed);
+  connect(row, &InputRow::removeRequested, this, [this, row] {
+    const int place = rows_.indexOf(row);
+    removeRow(row);
+    number();
+    rows_[std::min<int>(place, rows_.size() - 1)]->setFocus();
+    Q_EMIT changed();
+  });
+  return row;
+}
+
+void InputsTable::removeRow(InputRow* row) {
+  rows_.removeOne(row);
+  rowsLayout_->removeWidget(row);
+  row->hide();
+  row->deleteLater();
+}
+
+void InputsTable::number() {
+  for (int i = 0; i < rows_.size(); ++i)
+    rows_[i]->setPlace(i + 1, rows_.size() == 1);
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,66 @@
+#pragma once
+#include "Widgets/Host.h"
+
+#include <QWidget>
+
+class QComboBox;
+class QDoubleSpinBox;
+class QLabel;
+class QToolButton;
+class QVBoxLayout;
+
+namespace innergs::ui {
+
+/// One scan: which, how its slices lie, their thickness (mm), profile and axis.
+class InputRow : public QWidget {
+  Q_OBJECT
+public:
+  InputRow(Host* host, QWidget* parent);
+  /// Without an ID while nothing is chosen.
+  InputChoice choice() const;
+  void setChoice(const InputChoice& choice);
+  /// The row's number, from 1, for names and mnemonics; whether it is the only one.
+  void setPlace(int number, bool alone);
+  /// Shows the volume anew: it may have changed in the host.
+  void refresh();
+  /// The Tab key comes here from the last field of another row.
+  void setTabAfter(InputRow* other);
+  QWidget* lastField() const;
+
+Q_SIGNALS:
+  void changed();
+  void removeRequested();
+
+private:
+  Host* host_;
+  Selector* selector_;
+  QLabel *title_, *description_;
+  QDoubleSpinBox* thickness_;
+  QComboBox *profile_, *axis_;
+  QToolButton* remove_;
+};
+
+/// The scans of a reconstruction. At least one row, which may be without a choice.
+class InputsTable : public QWidget {
+  Q_OBJECT
+public:
+  explicit InputsTable(Host* host, QWidget* parent = nullptr);
+  /// Rows without a choice are left out.
+  QVector<InputChoice> inputs() const;
+  void setInputs(const QVector<InputChoice>& inputs);
+
+Q_SIGNALS:
+  void changed();
+
+private:
+  InputRow* addRow();
+  void removeRow(InputRow* row);
+  void number();
+
+  Host* host_;
+  QVBoxLayout* rowsLayout_;
+  QVector<InputRow*> rows_;
+  QToolButton* add_;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,28 @@
+#pragma once
+#include "Widgets/Host.h"
+
+#include <QWidget>
+
+class QPlainTextEdit;
+
+namespace innergs::ui {
+
+/// What happened, with the time of day: the starts and ends of reconstructions, their settings and warnings,
+/// and what the host logs. Copy puts all of it on the clipboard.
+class LogPanel : public QWidget {
+  Q_OBJECT
+public:
+  explicit LogPanel(Host* host, QWidget* parent = nullptr);
+  QString text() const;
+
+public Q_SLOTS:
+  void add(const QString& line);
+  void copy();
+
+private:
+  void addReport(const Report& report);
+
+  QPlainTextEdit* edit_;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,31 @@
+#pragma once
+#include <QWidget>
+
+class QLabel;
+
+namespace innergs::ui {
+
+/// A line of words in a panel, with an icon; hidden while empty. Text can be selected.
+class MessageLine : public QWidget {
+  Q_OBJECT
+public:
+  enum class Kind { Information, Warning, Error };
+
+  explicit MessageLine(QWidget* parent = nullptr);
+  void setMessage(Kind kind, const QString& text);
+  void clear();
+  QString text() const;
+  Kind kind() const { return kind_; }
+
+protected:
+  void changeEvent(QEvent* event) override;
+
+private:
+  void setIcon();
+
+  Kind kind_ = Kind::Information;
+  QLabel* icon_;
+  QLabel* label_;
+};
+
+} // namespace innergs::ui

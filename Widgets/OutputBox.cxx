@@ -1,0 +1,117 @@
+#include "Widgets/OutputBox.h"
+
+#include "Widgets/PanelTools.h"
+#include "Widgets/Words.h"
+
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFormLayout>
+#include <QLabel>
+#include <QSignalBlocker>
+
+#include <algorithm>
+
+namespace innergs::ui {
+
+OutputBox::OutputBox(Host* host, QWidget* parent)
+    : QWidget(parent), host_(host), form_(new QFormLayout(this)), grid_(new QComboBox(this)),
+      explanation_(makeWrappedLabel("gridExplanation", this)), spacing_(new QDoubleSpinBox(this)) {
+  grid_->setObjectName("outputGrid");
+  grid_->addItem(tr("Automatic"), static_cast<int>(OutputGrid::Automatic));
+  grid_->addItem(tr("Voxels of the first scan"), static_cast<int>(OutputGrid::Input));
+  grid_->addItem(tr("Cubes of a given size"), static_cast<int>(OutputGrid::Spacing));
+  if (host->offers(Host::Role::Reference))
+    grid_->addItem(tr("Voxels of another volume"), static_cast<int>(OutputGrid::Reference));
+  grid_->setToolTip(tr("The voxels that the result is computed on."));
+
+  spacing_->setObjectName("outputSpacing");
+  spacing_->setRange(0.05, 50);
+  spacing_->setDecimals(2);
+  spacing_->setSingleStep(0.1);
+  spacing_->setValue(1);
+  spacing_->setSuffix(tr(" mm"));
+  spacing_->setKeyboardTracking(false);
+  spacing_->setToolTip(tr("Edge of the result's voxels in mm."));
+
+  form_->setContentsMargins(0, 0, 0, 0);
+  form_->setFieldGrowthPolicy(QFormLayout::ExpandingFieldsGrow);
+  form_->setRowWrapPolicy(QFormLayout::WrapLongRows);
+  grid_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  spacing_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  form_->addRow(tr("Result &grid:"), grid_);
+  form_->addRow(tr("Voxel s&ize:"), spacing_);
+  const auto addSelector = [&](Host::Role role, const char* name, const QString& label, const QString& tip) {
+    if (!host->offers(role)) return static_cast<Selector*>(nullptr);
+    Selector* selector = host->createSelector(role, this);
+    selector->setObjectName(name);
+    selector->setToolTip(tip);
+    form_->addRow(label, selector);
+    connect(selector, &Selector::currentIdChanged, this, &OutputBox::changed);
+    return selector;
+  };
+  reference_ = addSelector(Host::Role::Reference, "referenceSelector", tr("Re&ference volume:"),
+                           tr("The result gets the voxels of this volume."));
+  form_->addRow(explanation_);
+  volume_ = addSelector(Host::Role::OutputVolume, "outputVolumeSelector", tr("Result &volume:"),
+                        tr("The volume that the result is written to, or a new one."));
+  model_ = addSelector(Host::Role::OutputModel, "outputModelSelector", tr("Result m&odel:"),
+                       tr("The Gaussian model that the result is written to, or a new one."));
+  guardWheel(this);
+  showFields();
+
+  connect(grid_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
+    showFields();
+    Q_EMIT changed();
+  });
+  connect(spacing_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &OutputBox::changed);
+}
+
+void OutputBox::fill(Request& request) const {
+  request.grid = static_cast<OutputGrid>(grid_->currentData().toInt());
+  request.spacing = spacing_->value();
+  request.referenceId = reference_ ? reference_->currentId() : QString();
+  request.outputVolumeId = volume_ ? volume_->currentId() : QString();
+  request.outputModelId = model_ ? model_->currentId() : QString();
+}
+
+void OutputBox::set(const Request& request) {
+  const QSignalBlocker quiet(this);
+  grid_->setCurrentIndex(std::max(0, grid_->findData(static_cast<int>(request.grid))));
+  spacing_->setValue(request.spacing);
+  if (reference_) reference_->setCurrentId(request.referenceId);
+  if (volume_) volume_->setCurrentId(request.outputVolumeId);
+  if (model_) model_->setCurrentId(request.outputModelId);
+  showFields();
+}
+
+void OutputBox::explain(const QVector<InputChoice>& inputs) {
+  QString text;
+  const auto grid = static_cast<OutputGrid>(grid_->currentData().toInt());
+  if (grid == OutputGrid::Automatic) {
+    double finest = 0;
+    for (const InputChoice& input : inputs)
+      for (const double mm : host_->volumeInfo(input.id).spacing)
+        if (mm > 0 && (finest == 0 || mm < finest)) finest = mm;
+    text = inputs.isEmpty() || finest == 0
+               ? tr("Cubes at the finest spacing of all scans.")
+               : tr("Cubes of %1 mm, the finest spacing of all scans.").arg(lengthText(finest));
+  } else if (grid == OutputGrid::Input) {
+    text = tr("The same voxels as the first scan: for denoising, or to compare.");
+  }
+  explanation_->setText(text);
+  explanation_->setVisible(!text.isEmpty());
+}
+
+void OutputBox::setRowVisible(QWidget* field, bool visible) {
+  if (!field) return;
+  field->setVisible(visible);
+  if (QWidget* label = form_->labelForField(field)) label->setVisible(visible);
+}
+
+void OutputBox::showFields() {
+  const auto grid = static_cast<OutputGrid>(grid_->currentData().toInt());
+  setRowVisible(spacing_, grid == OutputGrid::Spacing);
+  setRowVisible(reference_, grid == OutputGrid::Reference);
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,39 @@
+#pragma once
+#include "Widgets/Host.h"
+
+#include <QWidget>
+
+class QComboBox;
+class QDoubleSpinBox;
+class QFormLayout;
+class QLabel;
+
+namespace innergs::ui {
+
+/// Where a reconstruction's result goes: its grid, and the volume and model to write to.
+class OutputBox : public QWidget {
+  Q_OBJECT
+public:
+  explicit OutputBox(Host* host, QWidget* parent = nullptr);
+  /// Fills grid, spacing and IDs of the outputs.
+  void fill(Request& request) const;
+  void set(const Request& request);
+  /// Says in the line below the grid what the choice leads to for these scans.
+  void explain(const QVector<InputChoice>& inputs);
+
+Q_SIGNALS:
+  void changed();
+
+private:
+  void setRowVisible(QWidget* field, bool visible);
+  void showFields();
+
+  Host* host_;
+  QFormLayout* form_;
+  QComboBox* grid_;
+  QLabel* explanation_;
+  QDoubleSpinBox* spacing_;
+  Selector *reference_ = nullptr, *volume_ = nullptr, *model_ = nullptr;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,13 @@
+#pragma once
+#include <QWidget>
+
+class QLabel;
+
+namespace innergs::ui {
+
+/// A label for sentences: wraps, can be selected by mouse and keyboard, plain text.
+QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent);
+/// The wheel changes no value unless the widget has the keyboard: what scrolls a panel must not edit it.
+void guardWheel(QWidget* parent);
+
+} // namespace innergs::ui

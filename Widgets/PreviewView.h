@@ -1,0 +1,42 @@
+#pragma once
+#include <QImage>
+#include <QSizeF>
+#include <QWidget>
+
+#include <array>
+
+class vtkImageData;
+class vtkMatrix4x4;
+
+namespace innergs::ui {
+
+/// The middle axial, coronal and sagittal slice of an image, seen as radiologists do (patient's right on the
+/// left), at one scale in mm.
+class PreviewView : public QWidget {
+  Q_OBJECT
+public:
+  explicit PreviewView(QWidget* parent = nullptr);
+  /// Copies what it shows; ijkToRAS null: the identity.
+  void setImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  void clear();
+  bool isEmpty() const { return planes_[0].image.isNull(); }
+
+  QSize sizeHint() const override;
+  bool hasHeightForWidth() const override { return true; }
+  int heightForWidth(int width) const override;
+
+protected:
+  void paintEvent(QPaintEvent* event) override;
+
+private:
+  struct PlanePicture {
+    QImage image;
+    QSizeF size; // mm
+  };
+  /// Pixels per mm at which all planes stand side by side.
+  double scale(int width) const;
+
+  std::array<PlanePicture, 3> planes_;
+};
+
+} // namespace innergs::ui

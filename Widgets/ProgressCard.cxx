@@ -1,0 +1,160 @@
+#include "Widgets/ProgressCard.h"
+
+#include "Widgets/FitChart.h"
+#include "Widgets/PanelTools.h"
+#include "Widgets/PreviewView.h"
+#include "Widgets/Words.h"
+
+#include <QLabel>
+#include <QLocale>
+#include <QProgressBar>
+#include <QVBoxLayout>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::ui {
+namespace {
+
+constexpr int kRemainingInterval = 1000; // ms between changes of the remaining time
+constexpr int kBarSteps = 1000;
+
+QString phaseText(const Progress& progress) {
+  switch (progress.phase) {
+  case Phase::Preparing:
+    return ProgressCard::tr("Preparing the scans");
+  case Phase::Initialising:
+    return ProgressCard::tr("Placing Gaussians");
+  case Phase::Fitting:
+    if (progress.iterations > 0)
+      return ProgressCard::tr("Fitting: sweep %1 of %2").arg(progress.iteration).arg(progress.iterations);
+    return ProgressCard::tr("Fitting");
+  case Phase::Refining:
+    return ProgressCard::tr("Refining");
+  case Phase::Rendering:
+    return ProgressCard::tr("Computing the result's voxels");
+  case Phase::Done:
+    return ProgressCard::tr("Done");
+  }
+  return {};
+}
+
+/// The figures, with the lines that the chart draws them with.
+QString numbersText(const Progress& progress, const QPalette& palette) {
+  const QString main = palette.color(QPalette::Highlight).name();
+  const auto entry = [](const QString& sign, const QString& colour, const QString& text) {
+    return QString("<span style='white-space:nowrap'><b><font color='%1'>%2</font></b> %3</span>")
+        .arg(colour, sign, text.toHtmlEscaped());
+  };
+  const QLocale locale;
+  QStringList parts;
+  if (progress.trainingPsnr > 0)
+    parts << entry(QString::fromUtf8("━"), main,
+                   ProgressCard::tr("%1 dB on the fitted samples, not held out")
+                       .arg(locale.toString(progress.trainingPsnr, 'f', 1)));
+  if (progress.heldOutPsnr > 0)
+    parts << entry(
+        QString::fromUtf8("╍"), main,
+        ProgressCard::tr("%1 dB on held-out slices").arg(locale.toString(progress.heldOutPsnr, 'f', 1)));
+  if (progress.loss > 0)
+    parts << entry(QString::fromUtf8("─"), palette.color(QPalette::Text).name(),
+                   ProgressCard::tr("loss %1").arg(locale.toString(progress.loss, 'g', 2)));
+  if (progress.gaussians > 0)
+    parts << ProgressCard::tr("%1 Gaussians").arg(countText(progress.gaussians)).toHtmlEscaped();
+  return parts.join(QString::fromUtf8(" &nbsp; "));
+}
+
+} // namespace
+
+ProgressCard::ProgressCard(QWidget* parent)
+    : QWidget(parent), phase_(makeWrappedLabel("phaseText", this)), remaining_(new QLabel(this)),
+      numbers_(makeWrappedLabel("fitNumbers", this)), note_(makeWrappedLabel("fitNote", this)),
+      bar_(new QProgressBar(this)), chart_(new FitChart(this)), preview_(new PreviewView(this)) {
+  remaining_->setObjectName("remainingText");
+  numbers_->setTextFormat(Qt::RichText);
+  bar_->setObjectName("progressBar");
+  bar_->setRange(0, kBarSteps);
+  bar_->setFormat(tr("%p %"));
+  chart_->setObjectName("fitChart");
+  preview_->setObjectName("preview");
+  auto* head = new QHBoxLayout;
+  head->addWidget(phase_, 1);
+  head->addWidget(remaining_);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addLayout(head);
+  layout->addWidget(bar_);
+  layout->addWidget(note_);
+  layout->addWidget(preview_);
+  layout->addWidget(numbers_);
+  layout->addWidget(chart_);
+  hide();
+}
+
+void ProgressCard::begin() {
+  cancelling_ = false;
+  phase_->setText(tr("Starting"));
+  remaining_->clear();
+  numbers_->clear();
+  note_->clear();
+  bar_->setRange(0, kBarSteps);
+  bar_->setValue(0);
+  chart_->clear();
+  preview_->clear();
+  for (QWidget* part :
+       {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_), static_cast<QWidget*>(bar_)})
+    part->show();
+  for (QWidget* part : {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_),
+                        static_cast<QWidget*>(numbers_), static_cast<QWidget*>(chart_)})
+    part->hide();
+  show();
+}
+
+void ProgressCard::setProgress(const Progress& progress) {
+  bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(progress.fraction, 0.0, 1.0))));
+  if (!progress.note.empty()) {
+    note_->setText(QString::fromStdString(progress.note));
+    note_->show();
+  }
+  chart_->add(progress);
+  chart_->setVisible(chart_->points() > 1);
+  if (const QString text = numbersText(progress, palette()); !text.isEmpty()) {
+    numbers_->setText(text);
+    numbers_->show();
+  }
+  if (cancelling_) return;
+  phase_->setText(phaseText(progress));
+  showRemaining(progress.remaining);
+}
+
+void ProgressCard::showRemaining(double seconds) {
+  if (!(seconds > 0) || seconds > 1e7) return remaining_->clear();
+  if (!remaining_->text().isEmpty() && sinceRemaining_.isValid() &&
+      sinceRemaining_.elapsed() < kRemainingInterval)
+    return;
+  remaining_->setText(tr("%1 left").arg(roughDuration(seconds)));
+  sinceRemaining_.start();
+}
+
+void ProgressCard::setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+  preview_->setImage(image, ijkToRAS);
+  preview_->setVisible(!preview_->isEmpty());
+}
+
+void ProgressCard::setCancelling() {
+  cancelling_ = true;
+  phase_->setText(tr("Cancelling…"));
+  remaining_->clear();
+  bar_->setRange(0, 0);
+}
+
+void ProgressCard::finish() {
+  for (QWidget* part :
+       {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_), static_cast<QWidget*>(bar_),
+        static_cast<QWidget*>(preview_), static_cast<QWidget*>(note_)})
+    part->hide();
+  preview_->clear();
+  setVisible(chart_->points() > 1);
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,41 @@
+#pragma once
+#include "Core/Progress.h"
+
+#include <QElapsedTimer>
+#include <QWidget>
+
+class QLabel;
+class QProgressBar;
+class vtkImageData;
+class vtkMatrix4x4;
+
+namespace innergs::ui {
+
+class FitChart;
+class PreviewView;
+
+/// A running reconstruction: phase, percent, remaining time, the chart of the fit and a preview.
+class ProgressCard : public QWidget {
+  Q_OBJECT
+public:
+  explicit ProgressCard(QWidget* parent = nullptr);
+  /// Before the first report.
+  void begin();
+  void setProgress(const Progress& progress);
+  void setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  void setCancelling();
+  /// What is worth keeping after the end: the chart.
+  void finish();
+
+private:
+  void showRemaining(double seconds);
+
+  QLabel *phase_, *remaining_, *numbers_, *note_;
+  QProgressBar* bar_;
+  FitChart* chart_;
+  PreviewView* preview_;
+  QElapsedTimer sinceRemaining_;
+  bool cancelling_ = false;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,30 @@
+#pragma once
+#include "Widgets/Request.h"
+
+#include <QWidget>
+
+class QGridLayout;
+class QLabel;
+
+namespace innergs::ui {
+
+class MessageLine;
+
+/// What a reconstruction reached. Every figure says which samples it was computed on.
+class QualityCard : public QWidget {
+  Q_OBJECT
+public:
+  explicit QualityCard(QWidget* parent = nullptr);
+  void setReport(const Report& report);
+  void clear();
+
+private:
+  void setTable(const QVector<QualityRow>& rows);
+
+  QLabel *summary_, *verdict_, *heldOut_, *samples_, *training_;
+  MessageLine* warnings_;
+  QWidget* table_;
+  QGridLayout* grid_;
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,396 @@
+#include "Widgets/ReconstructionPanel.h"
+
+#include "Core/Error.h"
+#include "Widgets/DeviceBox.h"
+#include "Widgets/InputsTable.h"
+#include "Widgets/MessageLine.h"
+#include "Widgets/OutputBox.h"
+#include "Widgets/PanelTools.h"
+#include "Widgets/ProgressCard.h"
+#include "Widgets/QualityCard.h"
+#include "Widgets/Section.h"
+#include "Widgets/SettingsPanel.h"
+#include "Widgets/Words.h"
+
+#include <QAbstractSpinBox>
+#include <QApplication>
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QFormLayout>
+#include <QGroupBox>
+#include <QLabel>
+#include <QPushButton>
+#include <QSet>
+#include <QSpinBox>
+#include <QVBoxLayout>
+
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace innergs::ui {
+namespace {
+
+constexpr int kEstimateDelay = 250; // ms after the last change
+
+QFormLayout* makeForm(QWidget* parent) {
+  auto* form = parent ? new QFormLayout(parent) : new QFormLayout;
+  form->setFieldGrowthPolicy(QFormLayout::ExpandingFieldsGrow);
+  form->setRowWrapPolicy(QFormLayout::WrapLongRows);
+  return form;
+}
+
+QString presetText(Preset preset) {
+  switch (preset) {
+  case Preset::Fast:
+    return ReconstructionPanel::tr("The least work, for a first look.");
+  case Preset::Balanced:
+    return ReconstructionPanel::tr("The usual choice: good quality without a long wait.");
+  case Preset::Best:
+    return ReconstructionPanel::tr("The most work: somewhat better, several times slower.");
+  case Preset::Paper:
+    return ReconstructionPanel::tr("The published method, to compare: slow, and poor between slices.");
+  }
+  return {};
+}
+
+QString estimateText(const Estimate& estimate) {
+  const QString memory = estimate.memory <= 0 ? QString()
+                         : estimate.available > 0
+                             ? ReconstructionPanel::tr("%1 of memory (%2 are free)")
+                                   .arg(memorySize(estimate.memory), memorySize(estimate.available))
+                             : ReconstructionPanel::tr("%1 of memory").arg(memorySize(estimate.memory));
+  const QString time = estimate.seconds > 0 ? roughDuration(estimate.seconds) : QString();
+  if (time.isEmpty() && memory.isEmpty()) return {};
+  if (time.isEmpty()) return ReconstructionPanel::tr("Takes %1.").arg(memory);
+  if (memory.isEmpty()) return ReconstructionPanel::tr("Takes %1.").arg(time);
+  return ReconstructionPanel::tr("Takes %1 and %2.").arg(time, memory);
+}
+
+} // namespace
+
+ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
+    : QWidget(parent), host_(host), choices_(new QWidget(this)) {
+  setObjectName("ReconstructionPanel");
+  auto* choices = new QVBoxLayout(choices_);
+  choices->setContentsMargins(0, 0, 0, 0);
+  for (QWidget* part : {makeInputs(), makeOutput(), makeFit(), makeAdvanced()})
+    choices->addWidget(part);
+
+  estimate_ = makeWrappedLabel("estimateText", this);
+  refusalLine_ = new MessageLine(this);
+  refusalLine_->setObjectName("refusal");
+  message_ = new MessageLine(this);
+  message_->setObjectName("message");
+  button_ = new QPushButton(this);
+  button_->setObjectName("reconstruct");
+  button_->setMinimumHeight(2 * fontMetrics().lineSpacing());
+  progress_ = new ProgressCard(this);
+  progress_->setObjectName("progressCard");
+  quality_ = new QualityCard(this);
+  quality_->setObjectName("qualityCard");
+  auto* layout = new QVBoxLayout(this);
+  for (QWidget* part : {choices_, static_cast<QWidget*>(estimate_), static_cast<QWidget*>(refusalLine_),
+                        static_cast<QWidget*>(button_), static_cast<QWidget*>(message_),
+                        static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
+    layout->addWidget(part);
+  layout->addStretch(1);
+
+  estimateTimer_.setSingleShot(true);
+  estimateTimer_.setInterval(kEstimateDelay);
+  connect(&estimateTimer_, &QTimer::timeout, this, &ReconstructionPanel::estimate);
+  connect(button_, &QPushButton::clicked, this, &ReconstructionPanel::startOrCancel);
+  connectHost();
+  guardWheel(this);
+  explain();
+  setState(host->isRunning() ? State::Running : State::Idle);
+  if (host->isRunning()) progress_->begin();
+}
+
+ReconstructionPanel::~ReconstructionPanel() = default;
+
+QWidget* ReconstructionPanel::makeInputs() {
+  auto* group = new QGroupBox(tr("Scans"), this);
+  auto* layout = new QVBoxLayout(group);
+  inputs_ = new InputsTable(host_, group);
+  inputs_->setObjectName("inputs");
+  layout->addWidget(inputs_);
+  connect(inputs_, &InputsTable::changed, this, &ReconstructionPanel::edited);
+  QFormLayout* form = nullptr;
+  const auto add = [&](Host::Role role, const char* name, const QString& label, const QString& tip) {
+    if (!host_->offers(role)) return static_cast<Selector*>(nullptr);
+    if (!form) {
+      form = makeForm(nullptr);
+      layout->addLayout(form);
+    }
+    Selector* selector = host_->createSelector(role, group);
+    selector->setObjectName(name);
+    selector->setToolTip(tip);
+    form->addRow(label, selector);
+    connect(selector, &Selector::currentIdChanged, this, &ReconstructionPanel::edited);
+    return selector;
+  };
+  mask_ = add(Host::Role::Mask, "maskSelector", tr("Mas&k:"),
+              tr("Only what is inside this segmentation is reconstructed. None: everything."));
+  region_ = add(Host::Role::Region, "regionSelector", tr("R&egion:"),
+                tr("Only what is inside this box is reconstructed. None: everything."));
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeOutput() {
+  auto* group = new QGroupBox(tr("Result"), this);
+  auto* layout = new QVBoxLayout(group);
+  output_ = new OutputBox(host_, group);
+  output_->setObjectName("output");
+  layout->addWidget(output_);
+  connect(output_, &OutputBox::changed, this, &ReconstructionPanel::edited);
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeFit() {
+  auto* group = new QGroupBox(tr("Quality and time"), this);
+  auto* form = makeForm(group);
+  preset_ = new QComboBox(group);
+  preset_->setObjectName("preset");
+  preset_->addItem(tr("Fast"), static_cast<int>(Preset::Fast));
+  preset_->addItem(tr("Balanced"), static_cast<int>(Preset::Balanced));
+  preset_->addItem(tr("Best"), static_cast<int>(Preset::Best));
+  preset_->addItem(tr("Paper"), static_cast<int>(Preset::Paper));
+  preset_->setCurrentIndex(1);
+  preset_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  preset_->setToolTip(tr("How much work to put in."));
+  presetLine_ = makeWrappedLabel("presetLine", group);
+  device_ = new DeviceBox(group);
+  device_->setObjectName("deviceBox");
+  evaluate_ = new QCheckBox(tr("&Measure the quality (a second fit)"), group);
+  evaluate_->setObjectName("evaluateQuality");
+  evaluate_->setChecked(true);
+  evaluate_->setToolTip(tr("Fits the first scan again with slices left out, and compares the result with\n"
+                           "interpolation on those slices. The result itself uses all slices."));
+  form->addRow(tr("&Preset:"), preset_);
+  form->addRow(presetLine_);
+  form->addRow(tr("De&vice:"), device_);
+  form->addRow(evaluate_);
+  connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &ReconstructionPanel::edited);
+  connect(device_, &DeviceBox::changed, this, &ReconstructionPanel::edited);
+  connect(evaluate_, &QCheckBox::toggled, this, &ReconstructionPanel::edited);
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeAdvanced() {
+  auto* section = new Section(tr("Ad&vanced settings"), this);
+  section->setObjectName("advanced");
+  auto* content = new QWidget(section);
+  auto* layout = new QVBoxLayout(content);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addWidget(makeQualityOptions());
+  settings_ = new SettingsPanel(content);
+  settings_->setObjectName("settings");
+  layout->addWidget(settings_);
+  section->setContent(content);
+  connect(settings_, &SettingsPanel::settingsChanged, this, &ReconstructionPanel::edited);
+  return section;
+}
+
+QWidget* ReconstructionPanel::makeQualityOptions() {
+  auto* group = new QGroupBox(tr("How the quality is measured"), this);
+  auto* form = makeForm(group);
+  gap_ = new QSpinBox(group);
+  gap_->setObjectName("qualityGap");
+  gap_->setRange(2, 64);
+  gap_->setValue(4);
+  gap_->setToolTip(tr("The second fit keeps every so many-th slice of the first scan and is scored on the\n"
+                      "others."));
+  heldOut_ = new QDoubleSpinBox(group);
+  heldOut_->setObjectName("heldOutFraction");
+  heldOut_->setRange(0, 50);
+  heldOut_->setDecimals(1);
+  heldOut_->setSuffix(tr(" %"));
+  heldOut_->setSpecialValueText(tr("none"));
+  heldOut_->setToolTip(
+      tr("Share of each scan's slices withheld from the result's own fit, to measure on them\n"
+         "(0 to 50 %). What is withheld is missing from the result."));
+  for (QAbstractSpinBox* spin :
+       {static_cast<QAbstractSpinBox*>(gap_), static_cast<QAbstractSpinBox*>(heldOut_)}) {
+    spin->setKeyboardTracking(false);
+    spin->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  }
+  form->addRow(tr("Keep one slice in:"), gap_);
+  form->addRow(tr("Withhold slices:"), heldOut_);
+  connect(gap_, QOverload<int>::of(&QSpinBox::valueChanged), this, &ReconstructionPanel::edited);
+  connect(heldOut_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
+  return group;
+}
+
+void ReconstructionPanel::connectHost() {
+  connect(host_, &Host::started, this, [this] {
+    message_->clear();
+    quality_->clear();
+    progress_->begin();
+    setState(State::Running);
+  });
+  connect(host_, &Host::progressed, this, [this](const Progress& progress) {
+    progress_->setProgress(progress);
+    if (!progress.note.empty()) device_->setReason(QString::fromStdString(progress.note));
+  });
+  connect(host_, &Host::previewed, progress_, &ProgressCard::setPreview);
+  connect(host_, &Host::finished, this, [this](const Report& report) {
+    progress_->finish();
+    quality_->setReport(report);
+    setState(State::Idle);
+  });
+  connect(host_, &Host::failed, this, [this](const QString& text) {
+    progress_->hide();
+    message_->setMessage(MessageLine::Kind::Error, sentence(text));
+    setState(State::Idle);
+  });
+  connect(host_, &Host::cancelled, this, [this] {
+    progress_->hide();
+    message_->setMessage(MessageLine::Kind::Information, tr("Cancelled: nothing was made."));
+    setState(State::Idle);
+  });
+}
+
+Request ReconstructionPanel::request() const {
+  Request request;
+  request.inputs = inputs_->inputs();
+  if (mask_) request.maskId = mask_->currentId();
+  if (region_) request.regionId = region_->currentId();
+  output_->fill(request);
+  request.settings = settings_->settings();
+  request.settings.preset = static_cast<Preset>(preset_->currentData().toInt());
+  request.settings.device = device_->device().toStdString();
+  request.heldOutFraction = heldOut_->value() / 100;
+  request.evaluateQuality = evaluate_->isChecked();
+  request.qualityGap = gap_->value();
+  return request;
+}
+
+void ReconstructionPanel::setRequest(const Request& request) {
+  quiet_ = true;
+  inputs_->setInputs(request.inputs);
+  if (mask_) mask_->setCurrentId(request.maskId);
+  if (region_) region_->setCurrentId(request.regionId);
+  output_->set(request);
+  preset_->setCurrentIndex(std::max(0, preset_->findData(static_cast<int>(request.settings.preset))));
+  device_->setDevice(QString::fromStdString(request.settings.device));
+  settings_->setSettings(request.settings);
+  heldOut_->setValue(100 * request.heldOutFraction);
+  evaluate_->setChecked(request.evaluateQuality);
+  gap_->setValue(request.qualityGap);
+  quiet_ = false;
+  explain();
+  estimateTimer_.start();
+}
+
+void ReconstructionPanel::edited() {
+  if (quiet_) return;
+  explain();
+  estimateTimer_.start();
+  Q_EMIT requestChanged();
+}
+
+void ReconstructionPanel::explain() {
+  const Request request = this->request();
+  presetLine_->setText(presetText(request.settings.preset));
+  output_->explain(request.inputs);
+  gap_->setEnabled(request.evaluateQuality);
+  if (settings_->settings().preset != request.settings.preset) {
+    const bool before = std::exchange(quiet_, true);
+    settings_->setSettings(request.settings); // what "automatic" leads to
+    quiet_ = before;
+  }
+}
+
+QString ReconstructionPanel::ownRefusal(const Request& request) const {
+  if (request.inputs.isEmpty()) return tr("Choose a scan to reconstruct.");
+  QSet<QString> seen;
+  for (const InputChoice& input : request.inputs) {
+    if (seen.contains(input.id))
+      return tr("\"%1\" is in the list of scans twice: remove one.").arg(host_->volumeInfo(input.id).name);
+    seen.insert(input.id);
+  }
+  if (request.grid == OutputGrid::Reference && request.referenceId.isEmpty())
+    return tr("Choose the reference volume whose voxels the result gets, or another result grid.");
+  try {
+    checkSettings(request.settings);
+  } catch (const Error& error) {
+    return QString::fromStdString(error.what());
+  }
+  return {};
+}
+
+void ReconstructionPanel::estimate() {
+  if (state_ != State::Idle) return;
+  const Request request = this->request();
+  QString refusal = ownRefusal(request);
+  const bool nothingChosen = request.inputs.isEmpty();
+  Estimate found;
+  if (refusal.isEmpty()) {
+    found = host_->estimate(request);
+    refusal = found.refusal;
+  }
+  refusal_ = refusal;
+  const auto kind = nothingChosen ? MessageLine::Kind::Information : MessageLine::Kind::Warning;
+  refusalLine_->setMessage(kind, sentence(refusal));
+  estimate_->setText(estimateText(found));
+  estimate_->setVisible(!estimate_->text().isEmpty());
+  device_->setReason(found.reason);
+  setState(state_);
+}
+
+void ReconstructionPanel::setState(State state) {
+  const bool ended = state_ != State::Idle && state == State::Idle;
+  const bool hadFocus = button_->hasFocus() || (ended && !focusWidget());
+  state_ = state;
+  choices_->setEnabled(state == State::Idle);
+  switch (state) {
+  case State::Idle:
+    button_->setText(tr("&Reconstruct"));
+    button_->setToolTip(refusal_.isEmpty() ? tr("Starts the reconstruction.") : refusal_);
+    break;
+  case State::Running:
+    button_->setText(tr("&Cancel"));
+    button_->setToolTip(tr("Stops the reconstruction within a moment. Nothing is changed."));
+    break;
+  case State::Cancelling:
+    button_->setText(tr("Cancelling…"));
+    button_->setToolTip({});
+    break;
+  }
+  button_->setEnabled(state == State::Running || (state == State::Idle && refusal_.isEmpty()));
+  if (state != State::Idle) {
+    estimate_->hide();
+    refusalLine_->hide();
+  }
+  if (hadFocus || ended) button_->setFocus();
+  if (ended) estimateTimer_.start(0);
+}
+
+void ReconstructionPanel::startOrCancel() {
+  if (state_ == State::Running) {
+    setState(State::Cancelling);
+    progress_->setCancelling();
+    host_->cancel();
+    return;
+  }
+  if (state_ != State::Idle) return;
+  if (auto* spin = qobject_cast<QAbstractSpinBox*>(QApplication::focusWidget())) spin->interpretText();
+  estimateTimer_.stop();
+  estimate();
+  if (!refusal_.isEmpty()) return;
+  message_->clear();
+  quality_->clear();
+  progress_->hide();
+  host_->start(request());
+}
+
+void ReconstructionPanel::showEvent(QShowEvent* event) {
+  QWidget::showEvent(event);
+  if (state_ == State::Idle) estimateTimer_.start(0);
+}
+
+} // namespace innergs::ui

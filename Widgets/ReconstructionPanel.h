@@ -1,0 +1,86 @@
+#pragma once
+#include "Widgets/Host.h"
+
+#include <QTimer>
+#include <QWidget>
+
+class QCheckBox;
+class QComboBox;
+class QDoubleSpinBox;
+class QLabel;
+class QPushButton;
+class QSpinBox;
+
+namespace innergs::ui {
+
+class DeviceBox;
+class InputsTable;
+class MessageLine;
+class OutputBox;
+class ProgressCard;
+class QualityCard;
+class SettingsPanel;
+
+/// From scans to a result: what to reconstruct and how, what it will take, one button that starts and
+/// cancels, progress, and what came out. Grows downwards: to be shown in a scroll area.
+class ReconstructionPanel : public QWidget {
+  Q_OBJECT
+public:
+  explicit ReconstructionPanel(Host* host, QWidget* parent = nullptr);
+  ~ReconstructionPanel() override;
+  Request request() const;
+  /// Does not emit requestChanged.
+  void setRequest(const Request& request);
+
+public Q_SLOTS:
+  /// What the button does.
+  void startOrCancel();
+
+Q_SIGNALS:
+  /// By the user, or because the host's volumes changed.
+  void requestChanged();
+
+protected:
+  void showEvent(QShowEvent* event) override;
+
+private:
+  enum class State { Idle, Running, Cancelling };
+
+  QWidget* makeInputs();
+  QWidget* makeOutput();
+  QWidget* makeFit();
+  QWidget* makeAdvanced();
+  QWidget* makeQualityOptions();
+  void connectHost();
+  void edited();
+  void explain();
+  /// The sentence that speaks against a start, without asking the host.
+  QString ownRefusal(const Request& request) const;
+  void estimate();
+  void setState(State state);
+
+  Host* host_;
+  State state_ = State::Idle;
+  QTimer estimateTimer_;
+  bool quiet_ = false;
+  QString refusal_;
+
+  QWidget* choices_; // everything that is greyed while it runs
+  InputsTable* inputs_;
+  Selector *mask_ = nullptr, *region_ = nullptr;
+  OutputBox* output_;
+  QComboBox* preset_;
+  QLabel* presetLine_;
+  DeviceBox* device_;
+  QCheckBox* evaluate_;
+  QSpinBox* gap_;
+  QDoubleSpinBox* heldOut_;
+  SettingsPanel* settings_;
+  QLabel* estimate_;
+  MessageLine *refusalLine_, *message_;
+  QPushButton* button_;
+  ProgressCard* progress_;
+  QualityCard* quality_;
+};
+
+} // namespace innergs::ui

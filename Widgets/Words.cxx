@@ -1,0 +1,62 @@
+#include "Widgets/Words.h"
+
+#include <QCoreApplication>
+#include <QLocale>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::ui {
+namespace {
+
+struct Words {
+  Q_DECLARE_TR_FUNCTIONS(innergs::ui::Words)
+};
+
+} // namespace
+
+QString roughDuration(double seconds) {
+  if (!(seconds >= 5)) return Words::tr("a few seconds");
+  if (seconds < 20) return Words::tr("about %1 seconds").arg(5 * std::lround(seconds / 5));
+  if (seconds < 55) return Words::tr("about %1 seconds").arg(10 * std::lround(seconds / 10));
+  if (seconds < 90) return Words::tr("about a minute");
+  const auto minutes = static_cast<long long>(std::ceil(std::min(seconds, 1e9) / 60 - 0.25));
+  if (minutes < 55) return Words::tr("about %1 minutes").arg(minutes);
+  const auto tens = (minutes + 5) / 10;
+  const auto hours = tens / 6, rest = tens % 6 * 10;
+  if (hours >= 48) return Words::tr("about %1 days").arg((hours + 12) / 24);
+  const QString text = hours == 1 ? Words::tr("about 1 hour") : Words::tr("about %1 hours").arg(hours);
+  return rest == 0 || hours >= 6 ? text : Words::tr("%1 %2 minutes").arg(text).arg(rest);
+}
+
+QString exactDuration(double seconds) {
+  if (!(seconds > 0)) seconds = 0;
+  if (seconds < 59.95) return Words::tr("%1 s").arg(QLocale().toString(seconds, 'f', seconds < 9.95 ? 1 : 0));
+  const auto total = static_cast<long long>(std::llround(std::min(seconds, 1e12)));
+  const auto padded = [](long long n) { return QString("%1").arg(n, 2, 10, QChar('0')); };
+  if (total < 3600) return Words::tr("%1 min %2 s").arg(total / 60).arg(padded(total % 60));
+  return Words::tr("%1 h %2 min").arg(total / 3600).arg(padded(total % 3600 / 60));
+}
+
+QString memorySize(std::int64_t bytes) {
+  const double mega = static_cast<double>(bytes) * 1e-6;
+  if (mega < 999.5) return Words::tr("%1 MB").arg(QLocale().toString(std::max(1.0, mega), 'f', 0));
+  const double giga = mega * 1e-3;
+  return Words::tr("%1 GB").arg(QLocale().toString(giga, 'f', giga < 99.95 ? 1 : 0));
+}
+
+QString countText(std::int64_t count) {
+  return QLocale().toString(static_cast<qlonglong>(count));
+}
+
+QString lengthText(double mm) {
+  return QLocale().toString(mm, 'g', 3);
+}
+
+QString sentence(const QString& text) {
+  QString line = text.simplified();
+  if (line.isEmpty() || line.endsWith('.') || line.endsWith('!') || line.endsWith('?')) return line;
+  return line + '.';
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,22 @@
+#pragma once
+#include <QString>
+
+#include <cstdint>
+
+/// Numbers in words that people use.
+namespace innergs::ui {
+
+/// "a few seconds", "about 40 seconds", "about a minute", "about 5 minutes", "about 1 hour 20 minutes".
+QString roughDuration(double seconds);
+/// "8.3 s", "1 min 23 s", "1 h 05 min".
+QString exactDuration(double seconds);
+/// "850 MB", "1.6 GB".
+QString memorySize(std::int64_t bytes);
+/// With the locale's group separators.
+QString countText(std::int64_t count);
+/// At most three significant digits: "0.9", "4", "1.25".
+QString lengthText(double mm);
+/// A sentence that ends in a full stop.
+QString sentence(const QString& text);
+
+} // namespace innergs::ui
