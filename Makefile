@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml bench-mrml test-cuda bench-cuda install clean dependencies
+.PHONY: build demo test bench asan tsan mrml bench-mrml slicer test-cuda bench-cuda install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -49,6 +49,13 @@ bench-mrml: dependencies
 	cmake --preset mrml --log-level=WARNING
 	cmake --build --preset mrml --target bench_mrml
 
+# The loadable module in a real Slicer (Slicer_DIR: its build tree); says so and goes on where there is none.
+slicer: dependencies
+	@mkdir -p build-slicer && rm -f build-slicer/skipped
+	@Utilities/test-extension.sh build-slicer || { [ $$? = 3 ] && touch build-slicer/skipped; }
+	@if [ -e build-slicer/skipped ]; then \
+	  echo '**** SKIPPED: the Slicer module was not built and not tested, for the reason above. ****' >&2; fi
+
 install: build
 	cmake --install build --prefix $(PREFIX)
 
@@ -56,4 +63,4 @@ dependencies:
 	@Utilities/install-dependencies.sh
 
 clean:
-	rm -rf build build-asan build-tsan build-mrml build-cuda demo
+	rm -rf build build-asan build-tsan build-mrml build-slicer build-cuda demo

@@ -217,9 +217,13 @@ bool vtkSlicerInnerGSLogic::Reconstruct(vtkMRMLInnerGSParameterNode* parameters)
 }
 
 void vtkSlicerInnerGSLogic::Cancel(vtkSlicerInnerGSJob* job) {
+  this->RequestCancel(job);
+  this->WaitForJob(job);
+}
+
+void vtkSlicerInnerGSLogic::RequestCancel(vtkSlicerInnerGSJob* job) {
   for (const auto& task : this->Work->queue.tasks())
     if (!job || task->job == job) this->Work->queue.cancel(task);
-  this->WaitForJob(job);
 }
 
 bool vtkSlicerInnerGSLogic::IsRunning() {

@@ -56,6 +56,8 @@ public:
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
   /// Finished when it had been before.
   void Cancel(vtkSlicerInnerGSJob* job = nullptr);
+  /// The same without waiting, for programs whose event loop delivers events.
+  void RequestCancel(vtkSlicerInnerGSJob* job = nullptr);
   /// Whether a job is queued or running. Delivers pending events on the main thread, so that a loop that asks
   /// comes to an end.
   bool IsRunning();

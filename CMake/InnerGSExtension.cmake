@@ -1,0 +1,19 @@
+# What an extension of 3D Slicer consists of: the layers that its module needs, with Slicer's own VTK, ITK and Qt. Neither
+# the command line nor the desktop app nor nvcc.
+set(INNERGS_BUILD_IO OFF) # model files only; volumes are Slicer's business
+set(INNERGS_BUILD_VTK ON)
+set(INNERGS_BUILD_WIDGETS ON)
+set(Slicer_VTK_WRAP_HIERARCHY_DIR "${CMAKE_BINARY_DIR}") # not in Slicer's own build tree
+include(CMake/InnerGSDependencies.cmake)
+add_subdirectory(Logic/Core)
+add_subdirectory(Logic/IO)
+add_subdirectory(Logic/Evaluation)
+find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMath)
+add_subdirectory(Logic/VTK)
+add_subdirectory(Logic/MRML)
+include(CMake/InnerGSFindQt.cmake)
+if(NOT INNERGS_BUILD_WIDGETS)
+  message(FATAL_ERROR "Slicer's VTK has no Qt support.")
+endif()
+add_subdirectory(Widgets)
+add_subdirectory(InnerGSModule)

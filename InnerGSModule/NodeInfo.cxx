@@ -1,0 +1,174 @@
+#include "NodeInfo.h"
+
+#include "Core/Error.h"
+#include "NodeGeometry.h"
+#include "vtkInnerGSModel.h"
+#include "vtkInnerGSResample.h"
+
+#include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLModelNode.h>
+#include <vtkMRMLScalarVolumeDisplayNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLStorageNode.h>
+#include <vtkMRMLTableNode.h>
+#include <vtkSlicerInnerGSJob.h>
+
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkTable.h>
+
+#include <QCoreApplication>
+
+#include <algorithm>
+
+namespace innergs::ui {
+namespace {
+
+double lengthOfColumn(vtkMatrix4x4* matrix, int column) {
+  return std::hypot(matrix->GetElement(0, column), matrix->GetElement(1, column),
+                    matrix->GetElement(2, column));
+}
+
+QString orientationOf(vtkMatrix4x4* ijkToRAS, int sliceAxis) {
+  const double length = lengthOfColumn(ijkToRAS, sliceAxis);
+  const char* names[] = {QT_TRANSLATE_NOOP("innergs", "sagittal"), QT_TRANSLATE_NOOP("innergs", "coronal"),
+                         QT_TRANSLATE_NOOP("innergs", "axial")};
+  for (int a = 0; a < 3; ++a)
+    if (std::abs(ijkToRAS->GetElement(a, sliceAxis)) > 0.9 * length)
+      return QCoreApplication::translate("innergs", names[a]);
+  return QCoreApplication::translate("innergs", "oblique");
+}
+
+/// A node that refers to the model as what it was made from.
+template <class Node>
+Node* madeFrom(vtkMRMLInnerGSModelNode* model, const char* className) {
+  vtkMRMLScene* scene = model->GetScene();
+  const int count = scene ? scene->GetNumberOfNodesByClass(className) : 0;
+  for (int i = 0; i < count; ++i) {
+    auto* node = Node::SafeDownCast(scene->GetNthNodeByClass(i, className));
+    if (node && node->GetNodeReference("InnerGSModel") == model) return node;
+  }
+  return nullptr;
+}
+
+/// 1 % to 99 % of the values on a coarse grid.
+std::array<double, 2> valuesOf(vtkInnerGSModel* model) {
+  double bounds[6];
+  model->GetBounds(bounds);
+  constexpr int n = 24;
+  vtkNew<vtkMatrix4x4> grid;
+  for (int a = 0; a < 3; ++a) {
+    grid->SetElement(a, a, std::max(1e-3, bounds[2 * a + 1] - bounds[2 * a]) / n);
+    grid->SetElement(a, 3, bounds[2 * a] + grid->GetElement(a, a) / 2);
+  }
+  vtkNew<vtkInnerGSResample> sample;
+  sample->SetModel(model);
+  sample->SetReferenceGrid(grid, n, n, n);
+  sample->Update();
+  vtkImageData* image = sample->GetOutput();
+  const auto* values = image ? static_cast<const float*>(image->GetScalarPointer()) : nullptr;
+  if (!values || image->GetScalarType() != VTK_FLOAT) return {0, 1};
+  std::vector<float> sorted(values, values + image->GetNumberOfPoints());
+  std::sort(sorted.begin(), sorted.end());
+  return {sorted[sorted.size() / 100], sorted[sorted.size() * 99 / 100]};
+}
+
+} // namespace
+
+QString idOf(vtkMRMLNode* node) {
+  return node && node->GetID() ? QString::fromUtf8(node->GetID()) : QString();
+}
+
+VolumeInfo infoOf(vtkMRMLVolumeNode* node) {
+  VolumeInfo info;
+  if (!node) return info;
+  info.name = QString::fromUtf8(node->GetName());
+  vtkImageData* image = node->GetImageData();
+  if (!image) return info;
+  image->GetDimensions(info.dimensions.data());
+  vtkNew<vtkMatrix4x4> ijkToRAS;
+  try {
+    mrml::ijkToWorld(node, ijkToRAS);
+  } catch (const Error&) { // under a transform that will be refused
+    node->GetIJKToRASMatrix(ijkToRAS);
+  }
+  for (int a = 0; a < 3; ++a)
+    info.spacing[a] = lengthOfColumn(ijkToRAS, a);
+  info.sliceAxis = mrml::sliceAxis(ijkToRAS);
+  info.orientation = orientationOf(ijkToRAS, info.sliceAxis);
+  image->GetScalarRange(info.range.data());
+  return info;
+}
+
+vtkMRMLModelNode* ellipsoidsOf(vtkMRMLInnerGSModelNode* node) {
+  return madeFrom<vtkMRMLModelNode>(node, "vtkMRMLModelNode");
+}
+
+vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node) {
+  return madeFrom<vtkMRMLScalarVolumeNode>(node, "vtkMRMLScalarVolumeNode");
+}
+
+ModelInfo infoOf(vtkMRMLInnerGSModelNode* node) {
+  ModelInfo info;
+  if (!node) return info;
+  info.name = QString::fromUtf8(node->GetName());
+  if (node->IsEmpty()) return info;
+  vtkInnerGSModel* model = node->GetModel();
+  info.gaussians = model->GetNumberOfGaussians();
+  info.bytes = static_cast<std::int64_t>(model->GetActualMemorySize()) * 1024;
+  info.description = QString::fromStdString(model->GetDescription());
+  node->GetRASBounds(info.bounds.data());
+
+  vtkMRMLScalarVolumeNode* volume = volumeOf(node);
+  if (vtkMRMLScalarVolumeDisplayNode* display = volume ? volume->GetScalarVolumeDisplayNode() : nullptr)
+    info.window = {display->GetLevel() - display->GetWindow() / 2,
+                   display->GetLevel() + display->GetWindow() / 2};
+  else
+    info.window = valuesOf(model);
+
+  vtkNew<vtkMatrix4x4> domain;
+  int dimensions[3];
+  info.finestSpacing = std::max({info.bounds[1] - info.bounds[0], info.bounds[3] - info.bounds[2],
+                                 info.bounds[5] - info.bounds[4]}) /
+                       256;
+  if (model->GetDomain(domain, dimensions))
+    info.finestSpacing =
+        std::min({lengthOfColumn(domain, 0), lengthOfColumn(domain, 1), lengthOfColumn(domain, 2)});
+
+  vtkMRMLStorageNode* storage = node->GetStorageNode();
+  if (storage && storage->GetFileName()) info.file = QString::fromUtf8(storage->GetFileName());
+  info.saved = !info.file.isEmpty() && !node->GetModifiedSinceRead();
+  const char* inputs = node->GetAttribute("InnerGS.Inputs");
+  info.origin = inputs ? QString::fromUtf8(inputs) : info.file;
+  vtkMRMLModelNode* ellipsoids = ellipsoidsOf(node);
+  info.ellipsoidsShown = ellipsoids && ellipsoids->GetDisplayVisibility();
+  return info;
+}
+
+Report reportOf(vtkSlicerInnerGSJob* job) {
+  Report report;
+  report.volumeId = idOf(job->GetVolumeNode());
+  report.modelId = idOf(job->GetModelNode());
+  report.tableId = idOf(job->GetTableNode());
+  for (int i = 0; i < job->GetNumberOfWarnings(); ++i)
+    report.warnings << QString::fromStdString(job->GetWarning(i));
+  report.trainingPsnr = job->GetTrainingPSNR();
+  report.heldOutPsnr = job->GetHeldOutPSNR();
+  report.seconds = job->GetElapsedSeconds();
+  report.gaussians = job->GetNumberOfGaussians();
+  report.device = QString::fromStdString(job->GetDeviceNote());
+  report.settings = QString::fromStdString(job->GetUsedSettings());
+  vtkMRMLTableNode* node = job->GetTableNode();
+  vtkTable* table = node ? node->GetTable() : nullptr;
+  for (vtkIdType row = 0; table && row < table->GetNumberOfRows(); ++row)
+    report.quality.append({QString::fromStdString(table->GetValueByName(row, "Method").ToString()),
+                           table->GetValueByName(row, "PSNR (dB)").ToDouble(),
+                           table->GetValueByName(row, "SSIM").ToDouble()});
+  if (node && node->GetAttribute("InnerGS.Samples"))
+    report.qualitySamples = QString::fromUtf8(node->GetAttribute("InnerGS.Samples"));
+  return report;
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,25 @@
+#pragma once
+#include "Widgets/Request.h"
+
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLInnerGSParameterNode;
+class vtkMRMLModelNode;
+class vtkMRMLNode;
+class vtkMRMLScalarVolumeNode;
+class vtkMRMLVolumeNode;
+class vtkSlicerInnerGSJob;
+
+/// Nodes and jobs as the panels see them.
+namespace innergs::ui {
+
+QString idOf(vtkMRMLNode* node); // "" for null
+
+VolumeInfo infoOf(vtkMRMLVolumeNode* node);
+ModelInfo infoOf(vtkMRMLInnerGSModelNode* node);
+Report reportOf(vtkSlicerInnerGSJob* job);
+
+/// The ellipsoids of a model in the scene, and the first volume made from it; null when there is none.
+vtkMRMLModelNode* ellipsoidsOf(vtkMRMLInnerGSModelNode* node);
+vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node);
+
+} // namespace innergs::ui

@@ -1,0 +1,79 @@
+#include "qSlicerInnerGSModule.h"
+
+#include "qSlicerInnerGSModelPlugin.h"
+#include "qSlicerInnerGSModuleWidget.h"
+#include "qSlicerInnerGSReader.h"
+
+#include <qSlicerCoreApplication.h>
+#include <qSlicerCoreIOManager.h>
+#include <qSlicerNodeWriter.h>
+#include <qSlicerSubjectHierarchyPluginHandler.h>
+
+#ifdef Slicer_USE_PYTHONQT
+#include <qSlicerCorePythonManager.h>
+#endif
+
+#include <vtkSlicerInnerGSLogic.h>
+
+#include <QFileInfo>
+
+qSlicerInnerGSModule::qSlicerInnerGSModule(QObject* parent) : Superclass(parent) {}
+
+qSlicerInnerGSModule::~qSlicerInnerGSModule() = default;
+
+QString qSlicerInnerGSModule::helpText() const {
+  return tr("Turns medical image slices into a continuous volume made of 3D Gaussians. Choose one scan, or "
+            "several scans of the same anatomy in any orientation, press <b>Reconstruct</b>, and get a "
+            "volume "
+            "at any spacing and a model that can be cut at any plane. The "
+            "<a href=\"%1/blob/main/Docs/tutorial.md\">tutorial</a> takes ten minutes; "
+            "<a href=\"%1\">the project's page</a> has the method and its measurements.<br>"
+            "<b>Research software: not a medical device, not for diagnosis or treatment.</b>")
+      .arg("https://github.com/InnerGS/SlicerInnerGS");
+}
+
+QString qSlicerInnerGSModule::acknowledgementText() const {
+  return tr("InnerGS stands on 3D Slicer, ITK, VTK, Qt, Highway and nlohmann-json.");
+}
+
+QStringList qSlicerInnerGSModule::contributors() const {
+  return {tr("The InnerGS contributors")};
+}
+
+QIcon qSlicerInnerGSModule::icon() const {
+  return QIcon(":/Icons/InnerGS.png");
+}
+
+QStringList qSlicerInnerGSModule::categories() const {
+  return {"Tomographic Reconstruction"};
+}
+
+QStringList qSlicerInnerGSModule::dependencies() const {
+  return {"Volumes", "VolumeRendering", "Markups", "Segmentations", "SubjectHierarchy"};
+}
+
+QStringList qSlicerInnerGSModule::associatedNodeTypes() const {
+  return {"vtkMRMLInnerGSParameterNode", "vtkMRMLInnerGSModelNode"};
+}
+
+void qSlicerInnerGSModule::setup() {
+  this->Superclass::setup();
+#ifdef Slicer_USE_PYTHONQT // `import innergs`, also where no launcher has set the path
+  if (qSlicerCorePythonManager* python = qSlicerCoreApplication::application()->corePythonManager())
+    python->appendPythonPath(QFileInfo(this->path()).absolutePath() + "/Python");
+#endif
+  auto* logic = vtkSlicerInnerGSLogic::SafeDownCast(this->logic());
+  qSlicerCoreIOManager* files = qSlicerCoreApplication::application()->coreIOManager();
+  files->registerIO(new qSlicerInnerGSReader(logic, this));
+  files->registerIO(new qSlicerNodeWriter("InnerGS model", QString("InnerGSModelFile"),
+                                          QStringList() << "vtkMRMLInnerGSModelNode", false, this));
+  qSlicerSubjectHierarchyPluginHandler::instance()->registerPlugin(new qSlicerInnerGSModelPlugin);
+}
+
+qSlicerAbstractModuleRepresentation* qSlicerInnerGSModule::createWidgetRepresentation() {
+  return new qSlicerInnerGSModuleWidget;
+}
+
+vtkMRMLAbstractLogic* qSlicerInnerGSModule::createLogic() {
+  return vtkSlicerInnerGSLogic::New();
+}

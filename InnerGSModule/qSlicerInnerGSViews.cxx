@@ -1,0 +1,120 @@
+#include "qSlicerInnerGSViews.h"
+
+#include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLScalarVolumeDisplayNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSelectionNode.h>
+#include <vtkMRMLSliceCompositeNode.h>
+#include <vtkMRMLSliceLogic.h>
+#include <vtkMRMLSliceNode.h>
+#include <vtkMRMLVolumePropertyNode.h>
+#include <vtkMRMLVolumeRenderingDisplayNode.h>
+#include <vtkSlicerApplicationLogic.h>
+#include <vtkSlicerInnerGSLogic.h>
+#include <vtkSlicerVolumeRenderingLogic.h>
+
+#include <vtkMatrix4x4.h>
+
+#include <cmath>
+#include <cstring>
+
+qSlicerInnerGSViews::qSlicerInnerGSViews(vtkSlicerInnerGSLogic* logic, vtkSlicerApplicationLogic* application,
+                                         QObject* parent)
+    : QObject(parent), logic_(logic), application_(application) {}
+
+qSlicerInnerGSViews::~qSlicerInnerGSViews() {
+  link(nullptr);
+}
+
+void qSlicerInnerGSViews::showInSlices(vtkMRMLScalarVolumeNode* volume) {
+  vtkMRMLSelectionNode* selection = application_ ? application_->GetSelectionNode() : nullptr;
+  if (!volume || !selection) return;
+  selection->SetActiveVolumeID(volume->GetID());
+  application_->PropagateVolumeSelection(0);
+}
+
+bool qSlicerInnerGSViews::isShownIn3D(vtkMRMLScalarVolumeNode* volume) {
+  for (int i = 0; volume && i < volume->GetNumberOfDisplayNodes(); ++i) {
+    auto* display = vtkMRMLVolumeRenderingDisplayNode::SafeDownCast(volume->GetNthDisplayNode(i));
+    if (display && display->GetVisibility()) return true;
+  }
+  return false;
+}
+
+QString qSlicerInnerGSViews::showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown) {
+  auto* rendering = vtkSlicerVolumeRenderingLogic::SafeDownCast(
+      application_ ? application_->GetModuleLogic("VolumeRendering") : nullptr);
+  if (!rendering) return tr("The module Volume Rendering is not loaded: enable it in Slicer's settings.");
+  if (!volume) return tr("There is no result yet: reconstruct first.");
+  vtkMRMLVolumeRenderingDisplayNode* display = rendering->GetFirstVolumeRenderingDisplayNode(volume);
+  if (!display && shown) {
+    display = rendering->CreateDefaultVolumeRenderingNodes(volume);
+    if (!display) return tr("The volume cannot be rendered: show it with the module Volume Rendering.");
+    // A preset for a known kind of scan, else the slice views' window.
+    if (!rendering->SetRecommendedVolumeRenderingProperties(display))
+      rendering->CopyDisplayToVolumeRenderingDisplayNode(display);
+  }
+  if (display) display->SetVisibility(shown);
+  return {};
+}
+
+//------------------------------------------------------------------------------ the linked view
+
+vtkMRMLSliceNode* qSlicerInnerGSViews::linked() const {
+  return slice_;
+}
+
+void qSlicerInnerGSViews::link(vtkMRMLSliceNode* slice) {
+  if (slice == slice_) return;
+  showModel(nullptr);
+  if (slice_) slice_->RemoveObserver(tag_);
+  slice_ = slice;
+  if (!slice) return;
+  tag_ = slice->AddObserver(vtkCommand::ModifiedEvent, this, &qSlicerInnerGSViews::onSlice);
+  Q_EMIT planeChanged(slice->GetSliceToRAS());
+}
+
+void qSlicerInnerGSViews::onSlice(vtkObject*, unsigned long, void*) {
+  if (!moving_ && slice_) Q_EMIT planeChanged(slice_->GetSliceToRAS());
+}
+
+void qSlicerInnerGSViews::setPlane(vtkMatrix4x4* planeToRAS) {
+  if (!slice_ || moving_) return;
+  bool same = true;
+  for (int i = 0; i < 16; ++i)
+    same = same && std::abs(slice_->GetSliceToRAS()->GetData()[i] - planeToRAS->GetData()[i]) < 1e-6;
+  if (same) return;
+  moving_ = true;
+  slice_->GetSliceToRAS()->DeepCopy(planeToRAS);
+  slice_->UpdateMatrices();
+  moving_ = false;
+}
+
+QString qSlicerInnerGSViews::showModel(vtkMRMLInnerGSModelNode* model) {
+  vtkMRMLSliceLogic* view = application_ && slice_ ? application_->GetSliceLogic(slice_) : nullptr;
+  vtkMRMLSliceCompositeNode* layers = view ? view->GetSliceCompositeNode() : nullptr;
+  if (followed_) {
+    if (logic_) logic_->StopFollowing(followed_);
+    if (layers && followed_->GetID() && layers->GetBackgroundVolumeID() &&
+        !strcmp(layers->GetBackgroundVolumeID(), followed_->GetID()))
+      layers->SetBackgroundVolumeID(background_.isEmpty() ? nullptr : background_.toUtf8().constData());
+    if (followed_->GetScene()) followed_->GetScene()->RemoveNode(followed_);
+    followed_ = nullptr;
+  }
+  if (!model || !logic_) return {};
+  if (!layers) return tr("Choose a slice view first.");
+  followed_ = logic_->FollowSlice(model, slice_);
+  if (!followed_) return QString::fromStdString(logic_->GetLastError());
+  background_ = QString::fromUtf8(layers->GetBackgroundVolumeID());
+  auto* before = vtkMRMLScalarVolumeNode::SafeDownCast(
+      slice_->GetScene()->GetNodeByID(background_.toUtf8().constData()));
+  vtkMRMLScalarVolumeDisplayNode* from = before ? before->GetScalarVolumeDisplayNode() : nullptr;
+  vtkMRMLScalarVolumeDisplayNode* to = followed_->GetScalarVolumeDisplayNode();
+  if (from && to) {
+    to->SetAutoWindowLevel(0);
+    to->SetWindowLevel(from->GetWindow(), from->GetLevel());
+  }
+  layers->SetBackgroundVolumeID(followed_->GetID());
+  return {};
+}
