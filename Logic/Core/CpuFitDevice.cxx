@@ -48,11 +48,8 @@ LossSum CpuFitDevice::sweep(const SweepOrder& order) {
   }
   if (order.pulls) state_.pulls.add(gradient_, rules_.densify, pool_);
   state_.adam.apply(state_.field, gradient_, order.rates, rules_.bounds, order.step, pool_);
+  if (order.relocate) relocateGaussians(state_.field, state_.adam, *order.relocate);
   return total;
-}
-
-void CpuFitDevice::relocate(const RelocationPlan& plan) {
-  relocateGaussians(state_.field, state_.adam, plan);
 }
 
 DensifyCounts CpuFitDevice::densify() {

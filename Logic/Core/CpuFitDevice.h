@@ -16,7 +16,6 @@ public:
   const FitState* resident() const override { return &state_; }
 
   LossSum sweep(const SweepOrder& order) override;
-  void relocate(const RelocationPlan& plan) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
 

@@ -51,7 +51,7 @@ public:
 };
 
 /// Raised with every change of meaning in what crosses the boundary.
-constexpr std::uint32_t kPluginAbi = 1;
+constexpr std::uint32_t kPluginAbi = 2;
 
 /// Plain data that any two builds can exchange.
 struct PluginStamp {

@@ -5,16 +5,19 @@
 #include "Core/Relocate.h"
 
 #include <memory>
+#include <optional>
+#include <span>
 #include <stop_token>
 
 namespace innergs {
 
 /// The numbers of one sweep.
 struct SweepOrder {
-  bool coarse = false; // see the data at half resolution
-  bool pulls = false;  // add every Gaussian's pull to the sums that densify() looks at
-  LearningRates rates; // of this sweep
-  int step = 1;        // of Adam, from 1
+  bool coarse = false;                    // see the data at half resolution
+  bool pulls = false;                     // add every Gaussian's pull to the sums that densify() looks at
+  LearningRates rates;                    // of this sweep
+  int step = 1;                           // of Adam, from 1
+  std::optional<RelocationPlan> relocate; // once the parameters are updated
 };
 
 /// What stays the same over the sweeps of a fit.
@@ -63,10 +66,12 @@ public:
   /// The state where it lies in host memory anyway: the same as download(), without the copy. Else null.
   virtual const FitState* resident() const { return nullptr; }
 
-  /// Forward, loss, gradient, Adam. Stopped in between: throws Error(Cancelled) and leaves field and moments
-  /// as they were. Out of device memory: Error(Memory), likewise.
+  /// Forward, loss, gradient, Adam, relocation. Stopped in between: throws Error(Cancelled) and leaves field
+  /// and moments as they were. Out of device memory: Error(Memory), likewise.
   virtual LossSum sweep(const SweepOrder& order) = 0;
-  virtual void relocate(const RelocationPlan& plan) = 0;
+  /// Several sweeps that nobody needs to look at in between, at least the first: a device waits for their
+  /// sums together. Stopped or failing after the first: the sums of those that were done.
+  virtual std::vector<LossSum> sweeps(std::span<const SweepOrder> orders) { return {sweep(orders.front())}; }
   virtual DensifyCounts densify() = 0;
 
   /// Loss of any field on the observations at full resolution, nothing changed.

@@ -25,6 +25,7 @@ double since(Clock::time_point start) {
 }
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kReportEvery = 0.05; // seconds, at least, while a device sweeps
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kDetailEnds = 0.97; // of the progress bar
 
 std::string gigabytes(std::int64_t bytes) {
@@ -329,7 +330,15 @@ void ReconstructionJob::Impl::noticeFailure(const Trainer& trainer, int before,
 
 void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
                                     ReconstructionResult& result) {
-  while (trainer.step()) {
+  int most = 1; // sweeps of a device from one report to the next
+  for (;;) {
+    const auto asked = Clock::now();
+    const int from = trainer.iteration();
+    if (!trainer.step(most)) break;
+    const int done = trainer.iteration() - from;
+    if (done > 0)
+      most = std::clamp(static_cast<int>(std::min(kReportEvery * done / std::max(since(asked), 1e-6), 1e6)),
+                        1, 2 * done);
     noticeFailure(trainer, before, result);
     state.gaussians = checkpoint.field.size() + trainer.gaussians();
     state.iteration = before + trainer.iteration();

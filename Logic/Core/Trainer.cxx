@@ -175,59 +175,75 @@ void PlateauSchedule::add(double loss, const PlateauRule& rule) {
   }
 }
 
-double Trainer::rateShare() const {
+double Trainer::rateShare(int iteration) const {
   if (plan_.schedule == Schedule::Plateau) return plateau_.share();
-  const double progress = static_cast<double>(iteration_) / std::max(1, plan_.iterations - 1);
+  const double progress = static_cast<double>(iteration) / std::max(1, plan_.iterations - 1);
   return std::pow(plan_.finalRate, progress);
 }
 
-bool Trainer::step() {
+bool Trainer::step(int most) {
   if (finished()) {
     state(); // what a device lost is to be done again
     if (finished()) return false;
   }
-  if (guarded([&] { sweep(); })) reshape();
+  if (guarded([&] { sweep(most); }) && densifies(iteration_)) densify();
   return true;
 }
 
-void Trainer::sweep() {
-  upload();
+/// What the sweep after so many is to do.
+SweepOrder Trainer::order(int iteration) const {
   SweepOrder order;
-  order.coarse = iteration_ < plan_.coarseIterations;
-  order.pulls = densifying();
+  order.coarse = iteration < plan_.coarseIterations;
+  order.pulls = densifying(iteration);
   order.rates = plan_.rates;
-  order.step = iteration_ + 1;
-  const double rate = rateShare();
+  order.step = iteration + 1;
+  const double rate = rateShare(iteration);
   for (double* r : {&order.rates.mean, &order.rates.logScale, &order.rates.quaternion, &order.rates.logWeight,
                     &order.rates.intensity, &order.rates.slope})
     *r *= rate;
-  const LossSum total = device_->sweep(order);
+  if (!order.coarse && plan_.relocateEvery > 0 && order.step % plan_.relocateEvery == 0 &&
+      order.step <= plan_.relocateUntil * plan_.iterations)
+    order.relocate = {plan_.relocateShare, plan_.bounds.minLogScale};
+  return order;
+}
+
+void Trainer::sweep(int most) {
+  upload();
+  // The plateau schedule and the stop rule look at every loss.
+  if (plan_.schedule == Schedule::Plateau || plan_.paperStopRule) most = 1;
+  std::vector<SweepOrder> orders{order(iteration_)};
+  for (int next = iteration_ + 1; next < std::min(iteration_ + most, plan_.iterations); ++next) {
+    if (densifies(next)) break;
+    orders.push_back(order(next));
+  }
+  const std::vector<LossSum> sums = device_->sweeps(orders);
+  if (sums.empty() || sums.size() > orders.size())
+    throw Error(ErrorCode::Internal, "The device did another number of sweeps than it was asked for.");
   fresh_ = false;
-  ++iteration_;
-  const double samples = static_cast<double>(std::max<std::int64_t>(1, total.samples));
-  loss_ = total.loss / samples;
-  mse_ = total.squared / samples;
-  record(static_cast<float>(loss_));
+  for (const LossSum& sum : sums) {
+    ++iteration_;
+    const double samples = static_cast<double>(std::max<std::int64_t>(1, sum.samples));
+    loss_ = sum.loss / samples;
+    mse_ = sum.squared / samples;
+    record(static_cast<float>(loss_));
+  }
 }
 
-/// Whether the next sweep is one of those that lead up to a densification.
-bool Trainer::densifying() const {
+/// Whether the sweep after so many is one of those that lead up to a densification.
+bool Trainer::densifying(int iteration) const {
   const DensifyPlan& d = plan_.densify;
-  return d.every > 0 && iteration_ >= plan_.coarseIterations &&
-         iteration_ - iteration_ % d.every + d.every <= d.until * plan_.iterations;
+  return d.every > 0 && iteration >= plan_.coarseIterations &&
+         iteration - iteration % d.every + d.every <= d.until * plan_.iterations;
 }
 
-void Trainer::reshape() {
-  if (iteration_ <= plan_.coarseIterations) return;
-  if (plan_.relocateEvery > 0 && iteration_ % plan_.relocateEvery == 0 &&
-      iteration_ <= plan_.relocateUntil * plan_.iterations && !guarded([&] {
-        upload();
-        device_->relocate({plan_.relocateShare, plan_.bounds.minLogScale});
-        fresh_ = false;
-      }))
-    return;
+/// Whether a densification comes after so many sweeps.
+bool Trainer::densifies(int iterations) const {
   const DensifyPlan& d = plan_.densify;
-  if (d.every <= 0 || iteration_ % d.every != 0 || iteration_ > d.until * plan_.iterations) return;
+  return d.every > 0 && iterations > plan_.coarseIterations && iterations % d.every == 0 &&
+         iterations <= d.until * plan_.iterations;
+}
+
+void Trainer::densify() {
   DensifyCounts counts;
   if (!guarded([&] {
         upload();

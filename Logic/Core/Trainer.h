@@ -67,8 +67,9 @@ public:
                std::span<const float> losses = {}, std::vector<float> pulls = {});
 
   /// One sweep: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in between,
-  /// throws Error(Cancelled) and leaves the state as it was.
-  bool step();
+  /// throws Error(Cancelled) and leaves the state as it was. `most`: a device that keeps its own state may do
+  /// that many before it waits, unless a loss decides how the fit goes on; the state is the same.
+  bool step(int most = 1);
 
   bool finished() const;
   int iteration() const { return iteration_; }
@@ -90,10 +91,13 @@ public:
 
 private:
   void record(float loss);
-  double rateShare() const;
-  bool densifying() const;
-  void sweep();
-  void reshape();
+  double rateShare(int iteration) const;
+  bool densifying() const { return densifying(iteration_); }
+  bool densifying(int iteration) const;
+  bool densifies(int iterations) const;
+  SweepOrder order(int iteration) const;
+  void sweep(int most);
+  void densify();
   const FitState& state();
   void upload();
   void mark();

@@ -119,6 +119,15 @@ public:
     void* temporary = temporaryOf(bytes);
     check(scanOnDevice(temporary, bytes, in, out, count, stream_));
   }
+  void prepareSort(std::int64_t count, int bits) override {
+    select();
+    std::size_t scanning = 0, sorting = 0;
+    std::uint64_t *keys = nullptr, *otherKeys = nullptr;
+    std::uint32_t *ids = nullptr, *otherIds = nullptr;
+    check(scanOnDevice(nullptr, scanning, nullptr, nullptr, count, stream_));
+    check(sortOnDevice(nullptr, sorting, keys, otherKeys, ids, otherIds, count, bits, stream_));
+    temporaryOf(std::max(scanning, sorting));
+  }
   void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids, std::uint32_t*& otherIds,
             std::int64_t count, int bits) override {
     select();

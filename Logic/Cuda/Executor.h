@@ -45,6 +45,8 @@ public:
 
   /// out[i] = Σ_{j<i} in[j].
   virtual void scan(const std::int64_t* in, std::int64_t* out, std::int64_t count) = 0;
+  /// What scan() and sort() of so many need is there from now on: they cannot run out of memory.
+  virtual void prepareSort(std::int64_t count, int bits) = 0;
   /// Stable sort by the lowest `bits` bits of the keys. The sorted pairs are in `keys` and `ids` afterwards,
   /// which may have been exchanged with the other ones.
   virtual void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids,
@@ -68,6 +70,8 @@ std::unique_ptr<Executor> makeHostExecutor(std::size_t memory = std::size_t{1} <
 void failAllocations(Executor& host, int nth, int count);
 /// How many allocations are left until then; 0: it has happened.
 int allocationsToFailure(const Executor& host);
+/// How often something was copied back: what a device would have waited for.
+int downloads(const Executor& host);
 
 /// What an executor allocated, of a plain type; grows, never shrinks by itself.
 template <class T>

@@ -4,7 +4,7 @@
 #include "Core/FieldGradient.h"
 
 #include <algorithm>
-#include <limits>
+#include <exception>
 
 namespace innergs::cuda {
 /// Slices [first, first + count) of a view with the planes that they are seen through.
@@ -41,7 +41,8 @@ struct Fit::View {
 
 Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
     : executor_(std::move(executor)), rules_(request.rules), stop_(request.stop), slabPoints_(kSlabPoints),
-      passes_(*executor_), state_(*executor_), others_(*executor_), gradient_(*executor_) {
+      passes_(*executor_), state_(*executor_), relocation_(*executor_), others_(*executor_),
+      gradient_(*executor_) {
   const FitMemory needed = fitMemory(request);
   const std::int64_t free = static_cast<std::int64_t>(executor_->freeBytes());
   if (needed.least > free)
@@ -120,7 +121,7 @@ void Fit::cut(std::vector<View>& views) {
   }
 }
 
-/// Halves the slabs. False when they are single slices already.
+/// Halves the slabs. False when they are single slices already, or when not even that can be had.
 bool Fit::smaller() {
   std::int64_t largest = 0;
   bool several = false;
@@ -134,8 +135,13 @@ bool Fit::smaller() {
   slabPoints_ = std::max<std::int64_t>(1, std::min(slabPoints_, largest) / 2);
   passes_.shrink();
   passes_.setLimit(passes_.limit() / 2 + 1024);
-  cut(fine_);
-  cut(coarse_);
+  try {
+    cut(fine_);
+    cut(coarse_);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::Memory) throw;
+    return false;
+  }
   return true;
 }
 
@@ -195,7 +201,7 @@ void Fit::download(GaussianField* field, Adam* adam, PullSum* pulls) {
 }
 
 void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
-                  std::int64_t count, bool backward) {
+                  std::int64_t count, bool backward, int sweep) {
   bool first = true;
   for (View& view : views) {
     throwIfStopped();
@@ -205,7 +211,7 @@ void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const 
     for (const Slab& slab : view.slabs) {
       throwIfStopped();
       passes_.forward(slab.planes, numbers.blending);
-      passes_.loss(view.slicesOf(slab, numbers), rules_.loss);
+      passes_.loss(view.slicesOf(slab, numbers), rules_.loss, sweep);
       if (backward) passes_.backward(slab.planes, numbers.blending, &slab != view.slabs.data());
     }
     if (!backward || view.slabs.empty()) continue;
@@ -218,45 +224,73 @@ void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const 
   if (backward && first) gradient_.fill(0, 16 * count); // nothing to see
 }
 
-/// Runs `queue` until there was room for all pairs, in smaller slabs where memory is short, and reads the
-/// sums.
-LossSum Fit::measured(std::vector<View>& views, const std::function<void()>& queue) {
-  for (;;) {
-    try {
-      throwIfStopped();
-      passes_.clearStatus();
-      queue();
-      const SweepStatus status = passes_.status();
-      const std::int64_t limit = passes_.limit();
-      // Unused room is sorted too, so it follows the need.
-      if (status.pairs > limit || limit > 2 * status.pairs + 4096)
-        passes_.setLimit(status.pairs + status.pairs / 5 + 1024);
-      if (status.pairs <= limit) return {status.loss, status.squared, status.samples};
-    } catch (const Error& error) {
-      if (error.code() != ErrorCode::Memory || views.empty() || !smaller()) throw;
-    }
-  }
+/// Waits for what was queued since the status was cleared: the sums of the sweeps, without those that found
+/// no room for all pairs. There will be room for them next time; unused room is sorted too, so it follows the
+/// need.
+std::vector<LossSum> Fit::settled(int queued, bool updating) {
+  std::vector<LossSum> sums;
+  if (queued == 0) return sums;
+  const SweepStatus status = passes_.status();
+  const std::int64_t limit = passes_.limit(), pairs = status.pairs;
+  if (pairs > limit || limit > 2 * pairs + 4096) passes_.setLimit(pairs + pairs / 5 + 1024);
+  const int done = pairs <= limit ? queued : updating ? static_cast<int>(status.done) : 0;
+  for (int k = 0; k < done; ++k)
+    sums.push_back({status.sums[k].loss, status.sums[k].squared, status.sums[k].samples});
+  return sums;
 }
 
-LossSum Fit::sweep(const SweepOrder& order) {
+/// A sweep as number `slot` of those that are waited for together. A throw has changed no parameter.
+void Fit::queue(const SweepOrder& order, int slot) {
   std::vector<View>& views = order.coarse && !coarse_.empty() ? coarse_ : fine_;
   const AdamStep step =
       adamStep(order.rates, rules_.bounds, beta1_, beta2_, order.step, numbers_.linearIntensity);
-  const float pullUnit = static_cast<float>(rules_.densify.voxel / rules_.densify.coverage);
-  const LossSum sum = measured(views, [&] {
-    gradient_.reserve(16 * state_.count);
-    enqueue(views, numbers_, state_.field(), state_.count, true);
-    throwIfStopped();
-    executor_->runOver(Update{gradient_.data(), state_.count, step, state_.field(), state_.moment1.data(),
-                              state_.moment2.data(), order.pulls ? state_.pulls.data() : nullptr, pullUnit,
-                              passes_.deviceStatus(), passes_.limit()},
-                       state_.count);
-  });
-  if (order.pulls) {
-    pulled_ = true;
-    ++pullSweeps_;
+  throwIfStopped();
+  gradient_.reserve(16 * state_.count);
+  if (order.relocate) relocation_.reserve(state_.count);
+  enqueue(views, numbers_, state_.field(), state_.count, true, slot);
+  throwIfStopped();
+  executor_->runOver(Update{gradient_.data(), state_.count, step, state_.field(), state_.moment1.data(),
+                            state_.moment2.data(), order.pulls ? state_.pulls.data() : nullptr,
+                            static_cast<float>(rules_.densify.voxel / rules_.densify.coverage),
+                            passes_.deviceStatus(), passes_.guard()},
+                     state_.count);
+  if (order.relocate) relocation_.run(state_, gradient_, *order.relocate, passes_.guard());
+}
+
+std::vector<LossSum> Fit::sweeps(std::span<const SweepOrder> orders) {
+  std::vector<LossSum> sums;
+  std::exception_ptr failure;
+  while (sums.size() < orders.size() && !failure) {
+    bool full = false;
+    int queued = 0;
+    passes_.clearStatus();
+    try {
+      for (const SweepOrder& order : orders.subspan(sums.size())) {
+        if (queued == SweepStatus::kMost) break;
+        queue(order, queued);
+        ++queued;
+      }
+    } catch (const Error& error) {
+      failure = std::current_exception();
+      full = error.code() == ErrorCode::Memory;
+    } catch (...) {
+      failure = std::current_exception();
+    }
+    for (const LossSum& sum : settled(queued, true)) {
+      if (orders[sums.size()].pulls) {
+        pulled_ = true;
+        ++pullSweeps_;
+      }
+      sums.push_back(sum);
+    }
+    if (full && smaller()) failure = nullptr;
   }
-  return sum;
+  if (sums.empty()) std::rethrow_exception(failure);
+  return sums;
+}
+
+LossSum Fit::sweep(const SweepOrder& order) {
+  return sweeps({&order, 1}).front();
 }
 
 /// Work that throws Error(Memory) before it has changed anything: once more without what sweeps keep.
@@ -267,12 +301,9 @@ void Fit::withMemory(const Work& work) {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Memory) throw;
     passes_.shrink();
+    relocation_.clear();
     work();
   }
-}
-
-void Fit::relocate(const RelocationPlan& plan) {
-  withMemory([&] { cuda::relocate(*executor_, state_, gradient_, plan); });
 }
 
 DensifyCounts Fit::densify() {
@@ -286,10 +317,17 @@ DensifyCounts Fit::densify() {
 }
 
 LossSum Fit::evaluate(const GaussianField& field) {
-  return measured(fine_, [&] {
-    others_.upload(field.gaussians.data(), field.size());
-    enqueue(fine_, field, others_.data(), field.size(), false);
-  });
+  for (;;) {
+    try {
+      passes_.clearStatus();
+      others_.upload(field.gaussians.data(), field.size());
+      enqueue(fine_, field, others_.data(), field.size(), false, 0);
+      const std::vector<LossSum> sums = settled(1, false);
+      if (!sums.empty()) return sums.front();
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Memory || !smaller()) throw;
+    }
+  }
 }
 
 } // namespace innergs::cuda

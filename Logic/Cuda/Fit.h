@@ -3,8 +3,6 @@
 #include "Cuda/Passes.h"
 #include "Cuda/Reshape.h"
 
-#include <functional>
-
 namespace innergs::cuda {
 
 constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27; // of a slab, at most
@@ -15,8 +13,8 @@ struct FitMemory {
 };
 FitMemory fitMemory(const FitRequest& request);
 
-/// The sweeps of a fit where an executor runs. Field, moments and pulls stay there; a sweep waits once, for
-/// its sums. What does not fit is cut into smaller slabs of slices.
+/// The sweeps of a fit where an executor runs. Field, moments and pulls stay there; sweeps are waited
+/// for together, for their sums. What does not fit is cut into smaller slabs of slices.
 class Fit final : public FitDevice {
 public:
   /// Throws Error(Memory) when not even the smallest slabs fit.
@@ -26,7 +24,7 @@ public:
   void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) override;
   void download(GaussianField* field, Adam* adam, PullSum* pulls) override;
   LossSum sweep(const SweepOrder& order) override;
-  void relocate(const RelocationPlan& plan) override;
+  std::vector<LossSum> sweeps(std::span<const SweepOrder> orders) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
 
@@ -42,10 +40,11 @@ private:
   bool smaller();
   void throwIfStopped() const;
   void enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
-               std::int64_t count, bool backward);
+               std::int64_t count, bool backward, int sweep);
+  void queue(const SweepOrder& order, int slot);
+  std::vector<LossSum> settled(int queued, bool updating);
   template <class Work>
   void withMemory(const Work& work);
-  LossSum measured(std::vector<View>& views, const std::function<void()>& queue);
 
   std::unique_ptr<Executor> executor_;
   SweepRules rules_;
@@ -58,6 +57,7 @@ private:
   bool pulled_ = false;
   int pullSweeps_ = 0;
   FitBuffers state_;
+  Relocation relocation_;
   Buffer<Gaussian> others_;
   Buffer<float> gradient_;
 };

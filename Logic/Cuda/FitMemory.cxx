@@ -13,8 +13,8 @@ FitMemory fitMemory(const FitRequest& request) {
     planes = std::max(planes, static_cast<double>(o.lattice.planes()));
   }
   const double n = static_cast<double>(request.gaussians);
-  // Field twice (evaluate), gradient, Adam, pulls, projected, moments, counts and their sums.
-  const double perGaussian = 2 * 64 + 64 + 128 + 4 + sizeof(Projected) + 56 + 16;
+  // Field twice (evaluate), gradient, Adam, pulls, projected, moments, counts and their sums, relocation.
+  const double perGaussian = 2 * 64 + 64 + 128 + 4 + sizeof(Projected) + 56 + 16 + 70;
   // A Gaussian's pairs, 20 % to spare: sorted keys and numbers, twice; alpha: owners and slots as well.
   const double pairs = alpha ? std::min(64.0, 4 * planes) : 24, perPair = 24 + (alpha ? 36 : 0);
   const double perPoint = 8 + 0.2 + (ssim ? 20 : 0);

@@ -32,4 +32,8 @@ int allocationsToFailure(const Executor& host) {
   return dynamic_cast<const HostMemory&>(host).toFailure_;
 }
 
+int downloads(const Executor& host) {
+  return dynamic_cast<const HostMemory&>(host).downloads_;
+}
+
 } // namespace innergs::cuda

@@ -38,12 +38,16 @@ public:
     blocks_.erase(at);
   }
   void upload(void* to, const void* from, std::size_t bytes) override { std::memcpy(to, from, bytes); }
-  void download(void* to, const void* from, std::size_t bytes) override { std::memcpy(to, from, bytes); }
+  void download(void* to, const void* from, std::size_t bytes) override {
+    ++downloads_;
+    std::memcpy(to, from, bytes);
+  }
   void fill(void* memory, int byte, std::size_t bytes) override { std::memset(memory, byte, bytes); }
 
   void scan(const std::int64_t* in, std::int64_t* out, std::int64_t count) override {
     std::exclusive_scan(in, in + count, out, std::int64_t{0});
   }
+  void prepareSort(std::int64_t, int) override {}
   void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids, std::uint32_t*& otherIds,
             std::int64_t count, int bits) override {
     const std::uint64_t mask = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
@@ -59,7 +63,7 @@ public:
     std::swap(ids, otherIds);
   }
 
-  int toFailure_ = 0, failing_ = 0;
+  int toFailure_ = 0, failing_ = 0, downloads_ = 0;
 
 private:
   struct Memory {

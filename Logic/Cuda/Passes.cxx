@@ -121,7 +121,7 @@ void Passes::forward(const DevicePlanes& lattice, Blending blending) {
                 bricks.count());
 }
 
-void Passes::loss(const SliceView& slices, const LossKinds& kinds) {
+void Passes::loss(const SliceView& slices, const LossKinds& kinds, int sweep) {
   const std::int64_t points = slices.slices * slices.planeSize;
   const bool ssim = kinds.ssimWeight > 0;
   const SsimTile tile = ssimTile(slices);
@@ -143,7 +143,7 @@ void Passes::loss(const SliceView& slices, const LossKinds& kinds) {
                                dMean_.data(), dSquare_.data(), dProduct_.data(), planes_.data()},
                   tiles);
   }
-  executor_.run(SumLosses{partial_.data(), blocks + tiles, status_.data()}, 1);
+  executor_.run(SumLosses{partial_.data(), blocks + tiles, status_.data()->sums + sweep}, 1);
 }
 
 void Passes::backward(const DevicePlanes& lattice, Blending blending, bool add) {

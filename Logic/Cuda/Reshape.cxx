@@ -7,32 +7,14 @@ namespace {
 
 constexpr int kScoreBits = 32; // of orderedBits()
 
-/// Numbers of Gaussians with their keys, to be sorted.
-struct Ranking {
-  Ranking(Executor& executor, std::int64_t count)
-      : keys(executor), otherKeys(executor), ids(executor), otherIds(executor) {
-    keys.reserve(count);
-    otherKeys.reserve(count);
-    ids.reserve(count);
-    otherIds.reserve(count);
-  }
-  void sort(Executor& executor, std::int64_t count, int bits) {
-    sortPairs(executor, keys, otherKeys, ids, otherIds, count, bits);
-  }
-
-  Buffer<std::uint64_t> keys, otherKeys;
-  Buffer<std::uint32_t> ids, otherIds;
-};
-
-/// mortonOrder() into ranking.ids; boxes: one entry a block of BoxMeans and one more.
+/// mortonOrder() into ranking.ids(); boxes: one entry a block of BoxMeans and one more.
 void sortAlongCurve(Executor& executor, const Gaussian* gaussians, std::int64_t count, Buffer<MeanBox>& boxes,
                     Ranking& ranking) {
   const std::int64_t blocks = blocksFor(count, BoxMeans::kEach);
   executor.run(BoxMeans{gaussians, count, boxes.data()}, blocks);
   executor.run(BoxBoxes{boxes.data(), blocks, boxes.data() + blocks}, 1);
-  executor.runOver(
-      MortonKeys{gaussians, count, boxes.data() + blocks, ranking.keys.data(), ranking.ids.data()}, count);
-  ranking.sort(executor, count, kMortonBits);
+  executor.runOver(MortonKeys{gaussians, count, boxes.data() + blocks, ranking.keys(), ranking.ids()}, count);
+  ranking.sort(count, kMortonBits);
 }
 
 void reserveBoxes(Buffer<MeanBox>& boxes, std::int64_t count) {
@@ -40,8 +22,8 @@ void reserveBoxes(Buffer<MeanBox>& boxes, std::int64_t count) {
 }
 
 void take(Executor& executor, const float* in, const std::uint32_t* ids, std::int64_t count,
-          std::int64_t limit, float* out) {
-  executor.runOver(TakeRecords{in, ids, count, limit, out}, TakeRecords::kFloats * count);
+          std::int64_t limit, float* out, const Guard& guard = {}) {
+  executor.runOver(TakeRecords{in, ids, count, limit, out, guard}, TakeRecords::kFloats * count);
 }
 
 } // namespace
@@ -57,39 +39,60 @@ void FitBuffers::reserve(Executor& executor, std::int64_t size) {
   *this = std::move(larger);
 }
 
-void relocate(Executor& executor, FitBuffers& fit, Buffer<float>& spare, const RelocationPlan& plan) {
+void Ranking::reserve(std::int64_t count) {
+  keys_.reserve(count);
+  otherKeys_.reserve(count);
+  ids_.reserve(count);
+  otherIds_.reserve(count);
+  executor_.prepareSort(count, kScoreBits);
+}
+
+void Ranking::clear() {
+  keys_.clear();
+  otherKeys_.clear();
+  ids_.clear();
+  otherIds_.clear();
+}
+
+void Relocation::reserve(std::int64_t count) {
+  need_.reserve(count);
+  use_.reserve(count);
+  marks_.reserve(count);
+  counts_.reserve(count + 1);
+  place_.reserve(count + 1);
+  victims_.reserve(count);
+  reserveBoxes(boxes_, count);
+}
+
+void Relocation::clear() {
+  need_.clear();
+  use_.clear();
+  marks_.clear();
+  counts_.clear();
+  place_.clear();
+  victims_.clear();
+}
+
+void Relocation::run(FitBuffers& fit, Buffer<float>& spare, const RelocationPlan& plan, const Guard& guard) {
   const std::int64_t n = fit.count, moved = static_cast<std::int64_t>(plan.share * static_cast<double>(n)),
                      pairs = std::min(moved, n - moved);
   if (pairs < 1) return;
-  // All memory first: what comes then cannot fail half way.
-  Ranking need(executor, n), use(executor, n);
-  Buffer<std::uint8_t> marks(executor);
-  Buffer<std::int64_t> counts(executor), place(executor);
-  Buffer<std::uint32_t> victims(executor);
-  Buffer<MeanBox> boxes(executor);
-  marks.reserve(n);
-  counts.reserve(n + 1);
-  place.reserve(n + 1);
-  victims.reserve(pairs);
-  reserveBoxes(boxes, n);
-  spare.reserve(16 * n);
-
-  executor.runOver(RelocationKeys{fit.field(), fit.moment2.data(), n, need.keys.data(), use.keys.data(),
-                                  need.ids.data(), use.ids.data()},
-                   n);
-  need.sort(executor, n, kScoreBits);
-  use.sort(executor, n, kScoreBits);
-  marks.fill(0, n);
-  executor.runOver(MarkParents{need.ids.data(), moved, marks.data()}, moved);
-  executor.runOver(CountVictims{use.ids.data(), marks.data(), n, counts.data()}, n + 1);
-  executor.scan(counts.data(), place.data(), n + 1);
-  executor.runOver(TakeVictims{use.ids.data(), marks.data(), place.data(), n, pairs, victims.data()}, n);
-  executor.runOver(Relocate{need.ids.data(), victims.data(), pairs, static_cast<float>(plan.minLogScale),
-                            fit.field(), fit.moment1.data(), fit.moment2.data()},
-                   pairs);
-  sortAlongCurve(executor, fit.field(), n, boxes, need);
+  executor_.runOver(
+      RelocationKeys{fit.field(), fit.moment2.data(), n, need_.keys(), use_.keys(), need_.ids(), use_.ids()},
+      n);
+  need_.sort(n, kScoreBits);
+  use_.sort(n, kScoreBits);
+  marks_.fill(0, n);
+  executor_.runOver(MarkParents{need_.ids(), moved, marks_.data()}, moved);
+  executor_.runOver(CountVictims{use_.ids(), marks_.data(), n, counts_.data()}, n + 1);
+  executor_.scan(counts_.data(), place_.data(), n + 1);
+  executor_.runOver(TakeVictims{use_.ids(), marks_.data(), place_.data(), n, pairs, victims_.data()}, n);
+  executor_.runOver(Relocate{need_.ids(), victims_.data(), pairs, static_cast<float>(plan.minLogScale),
+                             fit.field(), fit.moment1.data(), fit.moment2.data(), guard},
+                    pairs);
+  sortAlongCurve(executor_, fit.field(), n, boxes_, need_);
   for (Buffer<float>* records : {&fit.gaussians, &fit.moment1, &fit.moment2}) {
-    take(executor, records->data(), need.ids.data(), n, n, spare.data());
+    take(executor_, records->data(), need_.ids(), n, n, spare.data(), guard);
     std::swap(*records, spare);
   }
 }
@@ -99,13 +102,14 @@ DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, in
   const std::int64_t n = fit.count;
   const reshape::Rules rules = densifyRules(plan, blending, sweeps);
   DensifyCounts counts;
-  Ranking pulled(executor, n);
+  Ranking pulled(executor), curve(executor);
   Buffer<std::int64_t> marks(executor), place(executor);
+  pulled.reserve(n);
   marks.reserve(n + 1);
   place.reserve(n + 1);
-  executor.runOver(DensifyMarks{fit.field(), fit.pulls.data(), n, rules, marks.data(), pulled.keys.data(),
-                                pulled.ids.data()},
-                   n + 1);
+  executor.runOver(
+      DensifyMarks{fit.field(), fit.pulls.data(), n, rules, marks.data(), pulled.keys(), pulled.ids()},
+      n + 1);
   executor.scan(marks.data(), place.data(), n + 1);
   std::int64_t totals = 0;
   executor.download(&totals, place.data() + n, sizeof totals);
@@ -117,11 +121,11 @@ DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, in
 
   FitBuffers next(executor);
   Buffer<float> unsorted(executor);
-  Ranking curve(executor, size);
   Buffer<std::int64_t> splits(executor), splitsBefore(executor);
   Buffer<std::uint32_t> order(executor), source(executor);
   Buffer<MeanBox> boxes(executor);
   next.reserve(executor, size);
+  curve.reserve(size);
   unsorted.reserve(16 * size);
   splits.reserve(chosen + 1);
   splitsBefore.reserve(chosen + 1);
@@ -129,17 +133,17 @@ DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, in
   source.reserve(size);
   reserveBoxes(boxes, size);
 
-  pulled.sort(executor, n, kScoreBits);
+  pulled.sort(n, kScoreBits);
   Gaussian* merged = reinterpret_cast<Gaussian*>(unsorted.data());
-  executor.runOver(Densify{pulled.ids.data(), chosen, n, rules, fit.field(), merged + kept,
-                           fit.moment1.data(), fit.moment2.data(), order.data() + kept, splits.data()},
+  executor.runOver(Densify{pulled.ids(), chosen, n, rules, fit.field(), merged + kept, fit.moment1.data(),
+                           fit.moment2.data(), order.data() + kept, splits.data()},
                    chosen + 1);
   executor.scan(splits.data(), splitsBefore.data(), chosen + 1);
   executor.runOver(TakeKept{marks.data(), place.data(), n, order.data()}, n);
   take(executor, fit.gaussians.data(), order.data(), kept, n, unsorted.data());
   sortAlongCurve(executor, merged, size, boxes, curve);
-  executor.runOver(TakeIds{order.data(), curve.ids.data(), size, source.data()}, size);
-  take(executor, unsorted.data(), curve.ids.data(), size, size, next.gaussians.data());
+  executor.runOver(TakeIds{order.data(), curve.ids(), size, source.data()}, size);
+  take(executor, unsorted.data(), curve.ids(), size, size, next.gaussians.data());
   take(executor, fit.moment1.data(), source.data(), size, n, next.moment1.data());
   take(executor, fit.moment2.data(), source.data(), size, n, next.moment2.data());
   next.count = size;

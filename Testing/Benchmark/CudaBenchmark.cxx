@@ -58,7 +58,9 @@ Scene brain(Blending blending) {
   return {145, 174, 145, 42, blending, blending == Blending::Normalised};
 }
 
-void sweeps(benchmark::State& state, const Scene& scene) {
+/// Runs of sweeps with one wait, as jobs do them; relocation after every `relocateEvery` (0: never).
+void sweeps(benchmark::State& state, const Scene& scene, int relocateEvery = 0) {
+  constexpr int kRun = 20;
   FitRequest request;
   request.observations = std::make_shared<const std::vector<Observation>>(scene.observations());
   request.blending = scene.field.blending;
@@ -68,19 +70,33 @@ void sweeps(benchmark::State& state, const Scene& scene) {
   cuda::Fit fit(cuda::makeCudaExecutor(0), request);
   const std::size_t before = fit.executor().freeBytes();
   fit.upload(scene.field, Adam(scene.field.size()), {});
-  SweepOrder order;
-  order.rates = {0.02, 0.009, 0.009, 0.015, 0.003, 0.001};
-  for (int warm = 0; warm < 5; ++warm, ++order.step)
-    fit.sweep(order);
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(fit.sweep(order));
-    ++order.step;
-  }
+  std::vector<SweepOrder> orders(kRun);
+  int step = 0;
+  const auto run = [&] {
+    for (SweepOrder& order : orders) {
+      order.rates = {0.02, 0.009, 0.009, 0.015, 0.003, 0.001};
+      order.step = ++step;
+      if (relocateEvery > 0 && step % relocateEvery == 0)
+        order.relocate = RelocationPlan{0.02, request.rules.bounds.minLogScale};
+      else
+        order.relocate.reset();
+    }
+    for (std::size_t done = 0; done < orders.size();)
+      done += fit.sweeps(std::span(orders).subspan(done)).size();
+  };
+  run();
+  for (auto _ : state)
+    run();
+  using benchmark::Counter;
+  state.counters["seconds_a_sweep"] = Counter(kRun, Counter::kIsIterationInvariantRate | Counter::kInvert);
   state.counters["MiB_of_sweep"] = static_cast<double>(before - fit.executor().freeBytes()) / (1 << 20);
 }
 
 void sweepNormalised(benchmark::State& state) {
   sweeps(state, brain(Blending::Normalised));
+}
+void sweepRelocating(benchmark::State& state) {
+  sweeps(state, brain(Blending::Normalised), 5);
 }
 void sweepAdditive(benchmark::State& state) {
   sweeps(state, brain(Blending::Additive));
@@ -153,8 +169,8 @@ struct Bench {
     executor->runOver(cuda::EmitPairs<cuda::BrickReach>{projected.data(), count, bricks, first.data(), pairs,
                                                         keys.data(), ids.data(), nullptr, status.data()},
                       count + 1);
-    executor->sort(keys.pointer(), otherKeys.pointer(), ids.pointer(), otherIds.pointer(), pairs,
-                   std::bit_width(static_cast<std::uint64_t>(bricks.count())));
+    cuda::sortPairs(*executor, keys, otherKeys, ids, otherIds, pairs,
+                    std::bit_width(static_cast<std::uint64_t>(bricks.count())));
     executor->runOver(cuda::FindStarts{keys.data(), pairs, bricks.count(), 0, start.data()},
                       bricks.count() + 1);
     out.reserve(static_cast<std::int64_t>(observation.lattice.bufferSize()));
@@ -240,6 +256,7 @@ void gatherKernel(benchmark::State& state) {
 }
 
 BENCHMARK(sweepNormalised)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK(sweepRelocating)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(sweepAdditive)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(sweepAlpha)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK(sweepLarge)->Unit(benchmark::kMillisecond)->UseRealTime();

@@ -4,11 +4,26 @@
 
 namespace innergs::cuda {
 
-/// What a sweep finds out on the device, read once at its end.
-struct SweepStatus {
+/// The sums of one sweep.
+struct SweepSums {
   double loss, squared;
   std::int64_t samples;
+};
+
+/// What several sweeps find out on the device, read once at their end.
+struct SweepStatus {
+  static constexpr int kMost = 64;
   std::int64_t pairs; // the most (Gaussian, bin) pairs of any slab
+  std::int64_t done;  // sweeps that changed the parameters
+  SweepSums sums[kMost];
+};
+
+/// Nothing may change any more once there were more pairs than room for them.
+struct Guard {
+  const SweepStatus* status = nullptr;
+  std::int64_t limit = 0;
+
+  INNERGS_HD bool closed() const { return status && status->pairs > limit; }
 };
 
 template <class Reach>

@@ -112,7 +112,7 @@ struct PointLosses {
   }
 };
 
-/// Adds the partial sums to the status; one block.
+/// Adds the partial sums to those of the sweep; one block.
 struct SumLosses {
   static constexpr int kThreads = 256;
   struct Shared {
@@ -121,11 +121,11 @@ struct SumLosses {
   };
   const PartialLoss* partial;
   std::int64_t count;
-  SweepStatus* status;
+  SweepSums* sums;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
-    typename Block::template PerThread<Lanes<double, 3>> sums;
+    typename Block::template PerThread<Lanes<double, 3>> own;
     block.forEachThread([&](int t) {
       Lanes<double, 3> sum = {};
       for (std::int64_t i = t; i < count; i += kThreads) {
@@ -133,14 +133,14 @@ struct SumLosses {
         sum.v[1] += partial[i].squared;
         sum.v[2] += static_cast<double>(partial[i].samples);
       }
-      sums[t] = sum;
+      own[t] = sum;
     });
-    writePartial<kThreads>(block, sums, block.shared().warps, &block.shared().total);
+    writePartial<kThreads>(block, own, block.shared().warps, &block.shared().total);
     block.forEachThread([&](int t) {
       if (t != 0) return;
-      status->loss += block.shared().total.loss;
-      status->squared += block.shared().total.squared;
-      status->samples += block.shared().total.samples;
+      sums->loss += block.shared().total.loss;
+      sums->squared += block.shared().total.squared;
+      sums->samples += block.shared().total.samples;
     });
   }
 };

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Morton.h"
 #include "Cuda/Block.h"
+#include "Cuda/Kernels/Bin.h"
 
 namespace innergs::cuda {
 
@@ -95,7 +96,8 @@ struct TakeIds {
   }
 };
 
-/// The same for records of 16 floats, a thread a float; 0 for those at or past `limit`.
+/// The same for records of 16 floats, a thread a float; 0 for those at or past `limit`. Behind a closed guard
+/// they keep their places.
 struct TakeRecords {
   static constexpr int kThreads = 256, kFloats = 16;
   using Shared = Nothing;
@@ -103,11 +105,12 @@ struct TakeRecords {
   const std::uint32_t* ids;
   std::int64_t count, limit;
   float* out;
+  Guard guard;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, kFloats * count, [&](std::int64_t i) {
-      const std::int64_t from = ids[i / kFloats];
+      const std::int64_t from = guard.closed() ? i / kFloats : ids[i / kFloats];
       out[i] = from < limit ? in[kFloats * from + i % kFloats] : 0.f;
     });
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Reshape.h"
 #include "Cuda/Block.h"
+#include "Cuda/Kernels/Bin.h"
 
 #include <cstring>
 
@@ -89,10 +90,12 @@ struct Relocate {
   float minLogScale;
   Gaussian* gaussians;
   float *moment1, *moment2;
+  Guard guard;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t k) {
+      if (guard.closed()) return;
       const std::int64_t both[2] = {parents[k], victims[k]};
       const Gaussian parent = gaussians[both[0]];
       reshape::split(parent, minLogScale, gaussians[both[0]], gaussians[both[1]]);

@@ -30,7 +30,7 @@ struct Chain {
   }
 };
 
-/// Adam and the pulls of Densify.h; nothing when the sweep needed more pairs than it had room for.
+/// Adam and the pulls of Densify.h, and a sweep more is done.
 struct Update {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -41,13 +41,14 @@ struct Update {
   float *moment1, *moment2;
   float* pulls; // null: not asked for
   float pullUnit;
-  const SweepStatus* status;
-  std::int64_t limit;
+  SweepStatus* status;
+  Guard guard;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t i) {
-      if (status->pairs > limit) return;
+      if (guard.closed()) return;
+      if (i == 0) ++status->done;
       const float* g = gradient + 16 * i;
       if (pulls) pulls[i] += pullUnit * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
       applyAdam(step, g, gaussians[i], moment1 + 16 * i, moment2 + 16 * i);

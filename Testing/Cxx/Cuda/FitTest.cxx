@@ -1,111 +1,13 @@
-#include "Executors.h"
-#include "TestVolumes.h"
+#include "FitScene.h"
 
 #include "Core/CpuFitDevice.h"
-#include "Core/Trainer.h"
-#include "Cuda/Fit.h"
-
-#include <cstring>
 
 using namespace innergs;
 using namespace innergs::testing;
 
 namespace {
 
-struct Case {
-  const char* name;
-  Blending blending;
-  bool linear;
-  SliceProfile profile;
-  double ssimWeight;
-  bool relocate, densify;
-};
-void PrintTo(const Case& c, std::ostream* out) {
-  *out << c.name;
-}
-const Case kCases[] = {
-    {"Normalised", Blending::Normalised, true, SliceProfile::Point, 0, true, false},
-    {"NormalisedBox", Blending::Normalised, false, SliceProfile::Box, 0.1, false, false},
-    {"AdditiveClosedForm", Blending::Additive, false, SliceProfile::Gaussian, 0, false, true},
-    {"Alpha", Blending::Alpha, false, SliceProfile::Point, 0.1, false, true}};
-
-/// The fit of a phantom whose Gaussians start on a grid of every third voxel.
-struct Scene {
-  GaussianField field;
-  std::vector<Observation> observations;
-  FitPlan plan;
-
-  explicit Scene(const Case& c, int n = 17) {
-    Stack stack;
-    stack.image = phantom(grid(n, n, n));
-    stack.profile = c.profile;
-    stack.thickness = c.profile == SliceProfile::Point ? 0 : 2;
-    field.blending = c.blending;
-    field.linearIntensity = c.linear;
-    for (int k = 1; k < n; k += 3)
-      for (int j = 1; j < n; j += 3)
-        for (int i = 1; i < n; i += 3) {
-          Gaussian g{};
-          const int at[3] = {i, j, k};
-          for (int a = 0; a < 3; ++a) {
-            g.mean[a] = static_cast<float>(at[a]);
-            g.logScale[a] = static_cast<float>(std::log(1.3 + 0.05 * a));
-          }
-          g.quaternion[0] = 1;
-          g.intensity = stack.image.voxels[i + n * (j + n * k)] / 200;
-          field.gaussians.push_back(g);
-        }
-    field.cutoff = 2.2;
-    plan.linearIntensity = c.linear;
-    plan.iterations = 40;
-    plan.coarseIterations = 4;
-    plan.rates = {0.2, 0.09, 0.09, 0.15, 0.03, c.linear ? 0.01 : 0.0};
-    plan.bounds = {std::log(0.3), std::log(30)};
-    plan.cutoff = 2.2;
-    plan.loss.ssimWeight = c.ssimWeight;
-    if (c.relocate) plan.relocateEvery = 10;
-    if (c.densify) {
-      plan.densify.every = 10;
-      plan.densify.limit = field.size() * 3 / 2;
-      plan.densify.thresholds.gradient = 1e-4;
-      plan.densify.thresholds.opacity = 0.001;
-    }
-    observations = observe(stack, {}, {200, 0}, c.blending == Blending::Additive && !c.linear);
-  }
-
-  FitRequest request(std::stop_token stop = {}) const {
-    return fitRequest(observations, plan, field, std::move(stop));
-  }
-
-  /// PSNR of the fit at its end.
-  double quality(std::unique_ptr<FitDevice> device, std::vector<float>* losses = nullptr,
-                 std::int64_t* gaussians = nullptr) const {
-    ThreadPool pool(1);
-    Trainer trainer(field, request(), plan, kernelSet("scalar"), pool, std::move(device));
-    while (trainer.step()) {
-    }
-    EXPECT_EQ(trainer.failure(), "");
-    const LossSum sum = trainer.evaluate(trainer.field());
-    if (losses) *losses = trainer.losses();
-    if (gaussians) *gaussians = trainer.gaussians();
-    return -10 * std::log10(sum.squared / static_cast<double>(sum.samples));
-  }
-};
-
-SweepOrder orderOf(const Scene& scene, int step) {
-  SweepOrder order;
-  order.rates = scene.plan.rates;
-  order.step = step;
-  order.pulls = true;
-  return order;
-}
-
-bool same(const GaussianField& a, const GaussianField& b) {
-  return a.size() == b.size() &&
-         std::memcmp(a.gaussians.data(), b.gaussians.data(), 64 * a.gaussians.size()) == 0;
-}
-
-class Fits : public ::testing::TestWithParam<std::tuple<Where, Case>> {};
+class Fits : public ::testing::TestWithParam<std::tuple<Where, FitCase>> {};
 
 TEST_P(Fits, SweepAsTheCpu) {
   const auto& [where, c] = GetParam();
@@ -179,13 +81,13 @@ TEST_P(Fits, StopAndLeaveTheStateAsItWas) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Everywhere, Fits,
-                         ::testing::Combine(::testing::ValuesIn(kEverywhere), ::testing::ValuesIn(kCases)),
+                         ::testing::Combine(::testing::ValuesIn(kEverywhere), ::testing::ValuesIn(kFitCases)),
                          [](const auto& info) {
                            return whereName(std::get<0>(info.param)) + std::get<1>(info.param).name;
                          });
 
 TEST(FitOnTheHostExecutor, ComputesTheSameInSmallerSlabs) {
-  for (const Case& c : kCases) {
+  for (const FitCase& c : kFitCases) {
     SCOPED_TRACE(c.name);
     const Scene scene(c);
     const cuda::FitMemory memory = cuda::fitMemory(scene.request());
@@ -205,7 +107,7 @@ TEST(FitOnTheHostExecutor, ComputesTheSameInSmallerSlabs) {
 }
 
 TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
-  const Scene scene(kCases[0]);
+  const Scene scene(kFitCases[0]);
   const cuda::FitMemory memory = cuda::fitMemory(scene.request());
   try {
     cuda::Fit fit(cuda::makeHostExecutor(memory.least / 2), scene.request());
@@ -219,7 +121,7 @@ TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
 // An allocation that fails at any moment of a sweep: the sweep succeeds in smaller slabs, or says Memory and
 // leaves the state as it was.
 TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
-  for (const Case& c : kCases) {
+  for (const FitCase& c : kFitCases) {
     SCOPED_TRACE(c.name);
     const Scene scene(c, 11);
     std::int64_t samples = 0;

@@ -221,8 +221,8 @@ Computed onExecutor(cuda::Executor& executor, const Observation& o, const Gaussi
                    field.size());
   c.gradient.resize(16 * field.gaussians.size());
   gradient.download(c.gradient.data(), static_cast<std::int64_t>(c.gradient.size()));
-  const cuda::SweepStatus status = passes.status();
-  c.loss = {status.loss, status.squared, status.samples};
+  const cuda::SweepSums sums = passes.status().sums[0];
+  c.loss = {sums.loss, sums.squared, sums.samples};
   return c;
 }
 
@@ -348,10 +348,16 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
     pulls.add(g, densify, pool);
     adam.apply(field, g, rates, bounds, step, pool);
     executor->runOver(
-        cuda::Update{gradient.data(), n,
+        cuda::Update{gradient.data(),
+                     n,
                      adamStep(rates, bounds, adam.beta1, adam.beta2, step, field.linearIntensity),
-                     gaussians.data(), m1.data(), m2.data(), sums.data(),
-                     static_cast<float>(densify.voxel / densify.coverage), status.data(), 0},
+                     gaussians.data(),
+                     m1.data(),
+                     m2.data(),
+                     sums.data(),
+                     static_cast<float>(densify.voxel / densify.coverage),
+                     status.data(),
+                     {}},
         n);
   }
   std::vector<Gaussian> found(n);

@@ -33,8 +33,7 @@ FitState stateOf(int gaussians, Blending blending, int seed) {
 /// A state where an executor runs, and back.
 class OnExecutor {
 public:
-  OnExecutor(cuda::Executor& executor, const FitState& state)
-      : executor_(executor), fit(executor), spare(executor) {
+  OnExecutor(cuda::Executor& executor, const FitState& state) : executor_(executor), fit(executor) {
     const std::int64_t n = state.field.size();
     fit.reserve(executor, n);
     fit.count = n;
@@ -59,12 +58,19 @@ public:
     EXPECT_EQ(m2, expected.adam.moment2);
   }
 
+  void relocate(const RelocationPlan& plan, const cuda::Guard& guard = {}) {
+    cuda::Relocation relocation(executor_);
+    cuda::Buffer<float> spare(executor_);
+    relocation.reserve(fit.count);
+    spare.reserve(16 * fit.count);
+    relocation.run(fit, spare, plan, guard);
+  }
+
 private:
   cuda::Executor& executor_;
 
 public:
   cuda::FitBuffers fit;
-  cuda::Buffer<float> spare;
 };
 
 class Reshaping : public ::testing::TestWithParam<std::tuple<Where, Blending>> {};
@@ -78,7 +84,7 @@ TEST_P(Reshaping, RelocatesAsTheCpu) {
       FitState expected = stateOf(n, blending, 5);
       OnExecutor found(*executor, expected);
       const RelocationPlan plan{share, -0.5};
-      cuda::relocate(*executor, found.fit, found.spare, plan);
+      found.relocate(plan);
       relocateGaussians(expected.field, expected.adam, plan);
       found.expectAs(expected);
     }
@@ -130,9 +136,19 @@ TEST(ReshapingWithRealThreads, GivesTheSame) {
   const auto executor = makeThreadExecutor();
   FitState expected = stateOf(200, Blending::Normalised, 5);
   OnExecutor found(*executor, expected);
-  cuda::relocate(*executor, found.fit, found.spare, {0.1, -0.5});
+  found.relocate({0.1, -0.5});
   relocateGaussians(expected.field, expected.adam, {0.1, -0.5});
   found.expectAs(expected);
+}
+
+TEST(ReshapingOnTheHostExecutor, ChangesNothingAfterASweepWithoutRoom) {
+  const auto executor = cuda::makeHostExecutor();
+  const FitState start = stateOf(300, Blending::Normalised, 5);
+  OnExecutor found(*executor, start);
+  cuda::SweepStatus status{};
+  status.pairs = 11;
+  found.relocate({0.1, -0.5}, {&status, 10});
+  found.expectAs(start);
 }
 
 TEST(ReshapingOnTheHostExecutor, IsAllOrNothing) {
@@ -153,7 +169,7 @@ TEST(ReshapingOnTheHostExecutor, IsAllOrNothing) {
       cuda::failAllocations(*executor, allocation, 1);
       try {
         if (relocating)
-          cuda::relocate(*executor, found.fit, found.spare, {0.1, -0.5});
+          found.relocate({0.1, -0.5});
         else
           cuda::densify(*executor, found.fit, Blending::Normalised, 3, plan);
         all = true;

@@ -49,10 +49,6 @@ public:
     }
     return inner_.sweep(order);
   }
-  void relocate(const RelocationPlan& plan) override {
-    if (fault("reshape")) outOfMemory();
-    inner_.relocate(plan);
-  }
   DensifyCounts densify() override {
     if (fault("reshape")) outOfMemory();
     return inner_.densify();

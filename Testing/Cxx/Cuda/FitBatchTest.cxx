@@ -1,0 +1,169 @@
+#include "FitScene.h"
+
+#include <chrono>
+#include <thread>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+/// Sweeps of which some see half the resolution, some relocate, and Gaussians grow fast.
+std::vector<SweepOrder> ordersOf(const Scene& scene, int count, double growth = 0.09) {
+  std::vector<SweepOrder> orders;
+  for (int step = 1; step <= count; ++step) {
+    SweepOrder order = orderOf(scene, step);
+    order.coarse = step <= 3;
+    order.pulls = step > 6;
+    order.rates.logScale = growth;
+    if (step % 5 == 0) order.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
+    orders.push_back(order);
+  }
+  return orders;
+}
+
+struct Reached {
+  std::vector<double> losses;
+  GaussianField field;
+  Adam adam{0};
+  PullSum pulls;
+
+  void add(const LossSum& sum) { losses.push_back(sum.loss); }
+  void fetch(FitDevice& fit) { fit.download(&field, &adam, &pulls); }
+};
+
+void expectSame(const Reached& a, const Reached& b) {
+  EXPECT_EQ(a.losses, b.losses);
+  EXPECT_TRUE(same(a.field, b.field));
+  EXPECT_EQ(a.adam.moment1, b.adam.moment1);
+  EXPECT_EQ(a.adam.moment2, b.adam.moment2);
+  EXPECT_EQ(a.pulls.sum, b.pulls.sum);
+  EXPECT_EQ(a.pulls.sweeps, b.pulls.sweeps);
+}
+
+Reached oneByOne(const Scene& scene, std::span<const SweepOrder> orders) {
+  cuda::Fit fit(cuda::makeHostExecutor(), scene.request());
+  fit.upload(scene.field, Adam(scene.field.size()), {});
+  Reached reached;
+  for (const SweepOrder& order : orders)
+    reached.add(fit.sweep(order));
+  reached.fetch(fit);
+  return reached;
+}
+
+} // namespace
+
+TEST(SweepsOfOneWait, GiveTheSameBitsAsOneByOne) {
+  for (const FitCase& c : kFitCases)
+    for (const double growth : {0.09, 0.9}) { // the latter needs more and more room for pairs
+      SCOPED_TRACE(std::string(c.name) + (growth > 0.5 ? ", growing" : ""));
+      const Scene scene(c, 13);
+      const auto orders = ordersOf(scene, 12, growth);
+      const Reached expected = oneByOne(scene, orders);
+      auto executor = cuda::makeHostExecutor();
+      cuda::Executor& host = *executor;
+      FitRequest request = scene.request();
+      if (growth > 0.5) request.gaussians = 1; // room for hardly any pair at first
+      cuda::Fit fit(std::move(executor), request);
+      fit.upload(scene.field, Adam(scene.field.size()), {});
+      Reached found;
+      const int before = cuda::downloads(host);
+      for (const LossSum& sum : fit.sweeps(orders))
+        found.add(sum);
+      const int waits = cuda::downloads(host) - before;
+      if (growth < 0.5)
+        EXPECT_EQ(waits, 1);
+      else
+        EXPECT_GT(waits, 1) << "the test needs a fit that runs out of room";
+      found.fetch(fit);
+      expectSame(found, expected);
+    }
+}
+
+TEST(SweepsOfOneWait, AreAsManyAsTheTrainerAllows) {
+  for (const FitCase& c : kFitCases) {
+    SCOPED_TRACE(c.name);
+    Scene scene(c, 13);
+    scene.plan.iterations = 30;
+    for (const bool comparing : {false, true}) {
+      scene.plan.schedule = comparing ? Schedule::Plateau : Schedule::Exponential;
+      ThreadPool pool(1);
+      auto executor = cuda::makeHostExecutor();
+      cuda::Executor& host = *executor;
+      Trainer one(scene.field, scene.request(), scene.plan, kernelSet("scalar"), pool,
+                  std::make_unique<cuda::Fit>(cuda::makeHostExecutor(), scene.request()));
+      Trainer many(scene.field, scene.request(), scene.plan, kernelSet("scalar"), pool,
+                   std::make_unique<cuda::Fit>(std::move(executor), scene.request()));
+      int steps = 0;
+      while (one.step()) {
+      }
+      while (many.step(16)) {
+        ++steps;
+        EXPECT_EQ(static_cast<int>(many.losses().size()), many.iteration());
+      }
+      // Every densification ends a run of sweeps, every loss does where it decides how the fit goes on.
+      const int waits = comparing ? 30 : c.densify ? 3 : 2;
+      EXPECT_EQ(steps, waits);
+      const int state = 3; // field and moments, at the end
+      EXPECT_EQ(cuda::downloads(host), waits + (c.densify ? 2 : 0) + state);
+      EXPECT_EQ(one.losses(), many.losses());
+      EXPECT_EQ(one.gaussians(), many.gaussians());
+      EXPECT_TRUE(same(one.field(), many.field()));
+    }
+  }
+}
+
+TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenStopped) {
+  const Scene scene(kFitCases[0], 13);
+  const auto orders = ordersOf(scene, 60);
+  for (const int wait : {0, 2, 5, 10}) { // ms
+    std::stop_source stop;
+    cuda::Fit fit(cuda::makeHostExecutor(), scene.request(stop.get_token()));
+    fit.upload(scene.field, Adam(scene.field.size()), {});
+    std::jthread stopper([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(wait));
+      stop.request_stop();
+    });
+    Reached found;
+    try {
+      for (const LossSum& sum : fit.sweeps(orders))
+        found.add(sum);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::Cancelled);
+    }
+    found.fetch(fit);
+    expectSame(found, oneByOne(scene, {orders.data(), found.losses.size()}));
+    stopper.join();
+    EXPECT_THROW(fit.sweeps(orders), Error);
+  }
+}
+
+TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
+  const Scene scene(kFitCases[0], 11);
+  const auto orders = ordersOf(scene, 8);
+  bool some = false, none = false;
+  for (int allocation = 1; allocation < 60; ++allocation) {
+    SCOPED_TRACE(allocation);
+    auto executor = cuda::makeHostExecutor();
+    cuda::Executor& memory = *executor;
+    cuda::Fit fit(std::move(executor), scene.request());
+    fit.upload(scene.field, Adam(scene.field.size()), {});
+    cuda::failAllocations(memory, allocation, 1 << 30);
+    Reached found;
+    try {
+      for (const LossSum& sum : fit.sweeps(orders))
+        found.add(sum);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::Memory);
+    }
+    const bool failed = cuda::allocationsToFailure(memory) == 0;
+    cuda::failAllocations(memory, 0, 0);
+    found.fetch(fit);
+    expectSame(found, oneByOne(scene, {orders.data(), found.losses.size()}));
+    if (!failed) break;
+    some = some || (!found.losses.empty() && found.losses.size() < orders.size());
+    none = none || found.losses.empty();
+  }
+  EXPECT_TRUE(some);
+  EXPECT_TRUE(none);
+}
