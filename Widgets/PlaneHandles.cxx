@@ -38,7 +38,8 @@ void stroke(QPainter& painter, const QPainterPath& path, const QColor& colour, d
 
 PlaneHandles::PlaneHandles(const QSizeF& view, double fontHeight)
     : centre_(0.5 * view.width(), 0.5 * view.height()),
-      radius_(0.5 * std::min(view.width(), view.height()) - 2.6 * fontHeight), unit_(fontHeight) {}
+      radius_(std::min(0.5 * view.width() - 3.6 * fontHeight, 0.5 * view.height() - 2.9 * fontHeight)),
+      unit_(fontHeight) {}
 
 PlaneHandle PlaneHandles::at(const QPointF& point) const {
   if (!fit()) return PlaneHandle::None;

@@ -93,7 +93,9 @@ protected:
       painter.setFont(font());
       if (view_->handlesShown_) {
         view_->handles().paint(painter, palette(), view_->hot_, view_->turned_);
-        text(painter, inner, Qt::AlignLeft | Qt::AlignTop, hintOf(view_->hot_));
+        QRectF corner = inner; // beside the letter and the handle
+        corner.setWidth(0.5 * inner.width() - 2.5 * fontMetrics().height());
+        text(painter, corner, Qt::AlignLeft | Qt::AlignBottom | Qt::TextWordWrap, hintOf(view_->hot_));
       }
     }
     if (view_->hasFocus()) {

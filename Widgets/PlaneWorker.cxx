@@ -103,8 +103,12 @@ struct PlaneWorker::Work {
         }
       }
       QMetaObject::invokeMethod(
-          owner, [owner, signal, result] { Q_EMIT(owner->*signal)
-                                           (result); }, Qt::QueuedConnection);
+          owner,
+          [owner, signal, result] {
+            Q_EMIT(owner->*signal)
+            (result);
+          },
+          Qt::QueuedConnection);
     }
   }
 };

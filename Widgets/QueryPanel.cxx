@@ -316,9 +316,9 @@ void QueryPanel::showProbe(const PlaneImage& point) {
   else if (!data->IsInside(ras[0], ras[1], ras[2]))
     readout_->setText(tr("%1: outside the model").arg(place));
   else
-    readout_->setText(
-        tr("%1: %2 scanner units")
-            .arg(place, QLocale().toString(point.image->GetScalarComponentAsDouble(0, 0, 0, 0), 'g', 5)));
+    readout_->setText(tr("%1: %2 scanner units")
+                          .arg(place, QLocale().toString(point.image->GetScalarComponentAsDouble(0, 0, 0, 0),
+                                                         'f', window_->decimals())));
 }
 
 QString QueryPanel::planeName() const {

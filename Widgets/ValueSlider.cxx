@@ -38,6 +38,8 @@ ValueSlider::ValueSlider(const QString& suffix, int decimals, QWidget* parent)
   box_->setDecimals(decimals);
   box_->setAlignment(Qt::AlignRight);
   box_->setKeyboardTracking(false);
+  box_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-9999.9 mm")) +
+                        2 * fontMetrics().height());
   auto* filter = new WheelNeedsFocus(this);
   for (QWidget* part : {static_cast<QWidget*>(slider_), static_cast<QWidget*>(box_)}) {
     part->setFocusPolicy(Qt::StrongFocus);

@@ -1,0 +1,232 @@
+#include "Widgets/ModelPanel.h"
+#include "FakeHost.h"
+#include "Widgets/EllipsoidActor.h"
+
+#include "Core/ReconstructionJob.h"
+#include "vtkInnerGSModel.h"
+
+#include <vtkActor.h>
+#include <vtkDataArray.h>
+#include <vtkGlyph3DMapper.h>
+#include <vtkNew.h>
+#include <vtkPointData.h>
+#include <vtkPolyData.h>
+
+#include <QApplication>
+#include <QCheckBox>
+#include <QDir>
+#include <QFile>
+#include <QFileDialog>
+#include <QLabel>
+#include <QLocale>
+#include <QPushButton>
+#include <QSignalSpy>
+#include <QTemporaryDir>
+#include <QtTest>
+
+#include <cmath>
+
+using namespace innergs;
+using namespace innergs::ui;
+
+namespace {
+
+struct Shown {
+  FakeHost host;
+  QString id;
+  ModelPanel panel;
+
+  Shown() : id(host.addBallModel("Head / T1", 400)), panel(&host) {
+    host.models[id].origin = "head, side";
+    panel.resize(400, 400);
+    panel.show();
+    if (!QTest::qWaitForWindowExposed(&panel)) qWarning("not exposed");
+    panel.setModelId(id);
+  }
+  QString text(const char* name) { return panel.findChild<QLabel*>(name)->text(); }
+  QPushButton* button(const char* name) { return panel.findChild<QPushButton*>(name); }
+  QString message() {
+    auto* label = panel.findChild<QLabel*>("modelMessage");
+    return label->isVisible() ? label->text() : QString();
+  }
+  /// Opens a file dialog with a button and answers it.
+  void answer(const char* name, const char* dialogName, const QString& file) {
+    QTest::mouseClick(button(name), Qt::LeftButton);
+    QFileDialog* dialog = nullptr;
+    QTRY_VERIFY((dialog = panel.findChild<QFileDialog*>(dialogName)));
+    Q_EMIT dialog->fileSelected(file);
+    dialog->reject();
+    QTRY_VERIFY(!panel.findChild<QFileDialog*>(dialogName));
+  }
+};
+
+/// Three Gaussians: a heavy one of the background, a heavy long one, a light round one.
+vtkSmartPointer<vtkInnerGSModel> threeGaussians() {
+  auto checkpoint = std::make_shared<Checkpoint>();
+  auto& field = checkpoint->field;
+  field.intensityScale = 100;
+  const float weights[3] = {2, 1, 0}, intensities[3] = {0, 0.8f, 0.9f};
+  for (int i = 0; i < 3; ++i) {
+    Gaussian g{};
+    g.mean[0] = static_cast<float>(10 * i); // LPS: to the left
+    g.quaternion[0] = 1;
+    g.logScale[0] = i == 1 ? std::log(4.f) : 0;
+    g.logWeight = weights[i];
+    g.intensity = intensities[i];
+    field.gaussians.push_back(g);
+  }
+  auto model = vtkSmartPointer<vtkInnerGSModel>::New();
+  model->SetCheckpoint(checkpoint);
+  return model;
+}
+
+} // namespace
+
+class ModelPanelTest : public QObject {
+  Q_OBJECT
+private Q_SLOTS:
+  void saysWhatTheModelIs() {
+    Shown shown;
+    QCOMPARE(shown.panel.modelId(), shown.id);
+    QCOMPARE(shown.text("modelGaussians"), QString("400"));
+    QCOMPARE(shown.text("modelMemory"), QLocale().formattedDataSize(400 * 64));
+    QCOMPARE(shown.text("modelSize"), QString("80.0 × 80.0 × 80.0 mm"));
+    QCOMPARE(shown.text("modelOrigin"), QString("head, side"));
+    QCOMPARE(shown.text("modelState"), QString("Not saved yet"));
+    QVERIFY(shown.panel.findChild<QLabel*>("modelState")->font().bold());
+    QCOMPARE(shown.text("modelDescription"), shown.host.models[shown.id].description);
+  }
+
+  void nothingChosenNothingToDo() {
+    FakeHost host;
+    ModelPanel panel(&host);
+    QVERIFY(!panel.findChild<QPushButton*>("modelSave")->isEnabled());
+    QVERIFY(!panel.findChild<QCheckBox*>("modelEllipsoids")->isEnabled());
+    QVERIFY(panel.findChild<QPushButton*>("modelLoad")->isEnabled());
+    QCOMPARE(panel.findChild<QLabel*>("modelState")->text(), QString("No model chosen"));
+  }
+
+  void savesAndTakesTheMarkAway() {
+    QTemporaryDir folder;
+    Shown shown;
+    shown.host.setFolder(folder.path());
+    shown.answer("modelSave", "modelSaveDialog", folder.filePath("sub/head"));
+    QCOMPARE(shown.host.savedFiles, QStringList{folder.filePath("sub/head.innergs")});
+    QCOMPARE(shown.host.folder(), folder.filePath("sub"));
+    QCOMPARE(shown.text("modelState"), QString("Saved"));
+    QVERIFY(!shown.panel.findChild<QLabel*>("modelState")->font().bold());
+    QVERIFY(shown.message().contains("head.innergs"));
+    shown.answer("modelSave", "modelSaveDialog", folder.filePath("head.PLY"));
+    QCOMPARE(shown.host.savedFiles.last(), folder.filePath("head.PLY"));
+  }
+
+  void namesTheFileAndItsSize() {
+    QTemporaryDir folder;
+    Shown shown;
+    QFile file(folder.filePath("x.innergs"));
+    QVERIFY(file.open(QIODevice::WriteOnly));
+    file.write(QByteArray(3000, 'x'));
+    file.close();
+    shown.host.models[shown.id].file = file.fileName();
+    Q_EMIT shown.host.modelsChanged();
+    QCOMPARE(shown.text("modelFile"), QString("%1 (%2)").arg(QDir::toNativeSeparators(file.fileName()),
+                                                             QLocale().formattedDataSize(3000)));
+    QVERIFY(file.remove());
+    Q_EMIT shown.host.modelsChanged();
+    QVERIFY(shown.text("modelFile").endsWith("(no longer there)"));
+  }
+
+  void loadsAndShowsWhatWasLoaded() {
+    QTemporaryDir folder;
+    Shown shown;
+    QSignalSpy changed(&shown.panel, &ModelPanel::modelIdChanged);
+    shown.answer("modelLoad", "modelLoadDialog", folder.filePath("other.innergs"));
+    QCOMPARE(shown.host.loadedFiles, QStringList{folder.filePath("other.innergs")});
+    QCOMPARE(shown.host.folder(), folder.path());
+    QCOMPARE(changed.size(), 1);
+    QVERIFY(shown.panel.modelId() != shown.id);
+    QVERIFY(shown.message().contains("other.innergs"));
+  }
+
+  void errorsAreTheHostsSentences() {
+    Shown shown;
+    shown.host.modelError = "The file is <damaged>: choose another one.";
+    shown.answer("modelLoad", "modelLoadDialog", "/nowhere/x.innergs");
+    QVERIFY(shown.message().contains("The file is &lt;damaged&gt;: choose another one."));
+    QCOMPARE(shown.panel.modelId(), shown.id);
+    shown.host.modelError = "The disk is full: free some space.";
+    shown.answer("modelSave", "modelSaveDialog", "/nowhere/x.innergs");
+    QVERIFY(shown.message().contains("The disk is full: free some space."));
+    QCOMPARE(shown.text("modelState"), QString("Not saved yet"));
+    auto* box = shown.panel.findChild<QCheckBox*>("modelEllipsoids");
+    box->click();
+    QVERIFY(!box->isChecked()); // they are not shown
+    shown.host.modelError.clear();
+    box->click();
+    QVERIFY(box->isChecked());
+    QVERIFY(shown.host.models[shown.id].ellipsoidsShown);
+    QCOMPARE(shown.message(), QString());
+    box->click();
+    QVERIFY(!shown.host.models[shown.id].ellipsoidsShown);
+  }
+
+  void modelThatGoesAway() {
+    Shown shown;
+    shown.host.models.remove(shown.id);
+    shown.host.modelData.remove(shown.id);
+    Q_EMIT shown.host.modelsChanged();
+    QCOMPARE(shown.text("modelState"), QString("No model chosen"));
+    QVERIFY(!shown.button("modelSave")->isEnabled());
+  }
+
+  void ellipsoidsAreTheHeaviestOfWhatIsThere() {
+    EllipsoidOptions options;
+    options.window = {0, 100};
+    QString error;
+    auto centres = ellipsoidCentres(threeGaussians(), options, &error);
+    QVERIFY2(centres, qPrintable(error));
+    QCOMPARE(centres->GetNumberOfPoints(), 2); // not the background's
+    options.most = 1;
+    centres = ellipsoidCentres(threeGaussians(), options, &error);
+    QCOMPARE(centres->GetNumberOfPoints(), 1);
+    QCOMPARE(centres->GetPoint(0)[0], -10.); // RAS
+    QVERIFY(std::abs(centres->GetPointData()->GetArray("Intensity")->GetComponent(0, 0) - 80) < 1e-3);
+
+    options.radius = 2;
+    const auto surface = ellipsoidSurfaces(threeGaussians(), options, &error);
+    QVERIFY(surface && surface->GetNumberOfPolys() > 20);
+    double bounds[6];
+    surface->GetBounds(bounds);
+    QVERIFY(std::abs(bounds[1] - bounds[0] - 16) < 0.6); // twice two standard deviations of 4 mm
+    QVERIFY(std::abs(bounds[5] - bounds[4] - 4) < 0.3);
+    QVERIFY(std::abs(0.5 * (bounds[0] + bounds[1]) + 10) < 0.3);
+    QVERIFY(surface->GetPointData()->GetArray("Intensity"));
+
+    const auto actor = ellipsoidActor(centres, options);
+    auto* mapper = vtkGlyph3DMapper::SafeDownCast(actor->GetMapper());
+    QVERIFY(mapper);
+    mapper->GetBounds(bounds);
+    QVERIFY(bounds[0] < -10 && bounds[1] > -10);
+  }
+
+  void ellipsoidsOfNothingAreASentence() {
+    QString error;
+    vtkNew<vtkInnerGSModel> empty;
+    QVERIFY(!ellipsoidCentres(empty, {}, &error));
+    QVERIFY2(error.endsWith("."), qPrintable(error));
+    QVERIFY(!ellipsoidCentres(nullptr, {}, &error));
+    QVERIFY2(error.endsWith("."), qPrintable(error));
+    EllipsoidOptions options;
+    options.window = {0, 1e6};
+    QVERIFY(!ellipsoidSurfaces(threeGaussians(), options, &error));
+    QVERIFY2(error.contains("background"), qPrintable(error));
+  }
+};
+
+int main(int argc, char** argv) {
+  QLocale::setDefault(QLocale::c());
+  QApplication app(argc, argv);
+  ModelPanelTest test;
+  return QTest::qExec(&test, argc, argv);
+}
+#include "ModelPanelTest.moc"

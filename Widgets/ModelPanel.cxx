@@ -1,0 +1,204 @@
+#include "Widgets/ModelPanel.h"
+
+#include <QCheckBox>
+#include <QDir>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QFormLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLocale>
+#include <QPushButton>
+#include <QSignalBlocker>
+
+namespace innergs::ui {
+
+namespace {
+
+QString filters(bool both) {
+  const QString model = ModelPanel::tr("InnerGS model (*.innergs)"),
+                ply = ModelPanel::tr("Gaussians as PLY (*.ply)");
+  const QString each = model + QStringLiteral(";;") + ply;
+  return both ? ModelPanel::tr("Models (*.innergs *.ply)") + QStringLiteral(";;") + each : each;
+}
+
+/// Files go by their names' ends.
+bool hasKnownEnd(const QString& file) {
+  return file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive) ||
+         file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive);
+}
+
+} // namespace
+
+ModelPanel::ModelPanel(Host* host, QWidget* parent) : QWidget(parent), host_(host) {
+  build();
+  connect(selector_, &Selector::currentIdChanged, this, &ModelPanel::refresh);
+  connect(host_, &Host::modelsChanged, this, &ModelPanel::refresh);
+  connect(load_, &QPushButton::clicked, this, &ModelPanel::load);
+  connect(save_, &QPushButton::clicked, this, &ModelPanel::save);
+  connect(ellipsoids_, &QCheckBox::clicked, this, [this](bool shown) {
+    say(host_->showEllipsoids(modelId_, shown), true);
+    refresh(); // as it is, not as it was asked for
+  });
+  refresh();
+}
+
+void ModelPanel::build() {
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(0, 0, 0, 0);
+  selector_ = host_->createSelector(Host::Role::Model, this);
+  selector_->setObjectName(QStringLiteral("modelSelector"));
+  selector_->setToolTip(tr("The model that this panel is about"));
+  auto* choice = new QHBoxLayout;
+  auto* label = new QLabel(tr("&Model"));
+  label->setBuddy(selector_);
+  choice->addWidget(label);
+  choice->addWidget(selector_, 1);
+  all->addLayout(choice);
+
+  auto* form = new QFormLayout;
+  form->setLabelAlignment(Qt::AlignLeft);
+  form->setRowWrapPolicy(QFormLayout::DontWrapRows);
+  const auto row = [&](QLabel*& value, const char* name, const QString& text, const QString& toolTip) {
+    value = new QLabel;
+    value->setObjectName(QString::fromLatin1(name));
+    value->setWordWrap(true);
+    value->setTextFormat(Qt::PlainText);
+    value->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
+    value->setToolTip(toolTip);
+    auto* title = new QLabel(text);
+    title->setToolTip(toolTip);
+    form->addRow(title, value);
+  };
+  row(state_, "modelState", tr("State"), tr("Whether a file holds the model as it is"));
+  row(gaussians_, "modelGaussians", tr("Gaussians"), tr("How many Gaussians the model is made of"));
+  row(memory_, "modelMemory", tr("Memory"), tr("What the model takes in memory"));
+  row(size_, "modelSize", tr("Extent"),
+      tr("Size (mm) of the region that was fitted, along right–left, anterior–posterior "
+         "and superior–inferior"));
+  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file that it came from"));
+  row(file_, "modelFile", tr("File"), tr("Where it was last read from or saved to, and its size there"));
+  row(description_, "modelDescription", tr("Kind"),
+      tr("How its Gaussians are blended, and their number and memory"));
+  all->addLayout(form);
+
+  ellipsoids_ = new QCheckBox(tr("Show &ellipsoids"));
+  ellipsoids_->setObjectName(QStringLiteral("modelEllipsoids"));
+  ellipsoids_->setToolTip(
+      tr("Show the heaviest Gaussians as ellipsoids (one standard deviation) in the 3D view"));
+  load_ = new QPushButton(tr("&Load…"));
+  load_->setObjectName(QStringLiteral("modelLoad"));
+  load_->setToolTip(tr("Read a model (.innergs) or Gaussians (.ply) from a file"));
+  save_ = new QPushButton(tr("Sa&ve…"));
+  save_->setObjectName(QStringLiteral("modelSave"));
+  save_->setToolTip(tr("Save the model (.innergs: all of it; .ply: its Gaussians for other programs)"));
+  auto* buttons = new QHBoxLayout;
+  buttons->addWidget(ellipsoids_);
+  buttons->addStretch(1);
+  buttons->addWidget(load_);
+  buttons->addWidget(save_);
+  all->addLayout(buttons);
+
+  message_ = new QLabel;
+  message_->setObjectName(QStringLiteral("modelMessage"));
+  message_->setWordWrap(true);
+  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  message_->hide();
+  all->addWidget(message_);
+}
+
+void ModelPanel::setModelId(const QString& id) {
+  selector_->setCurrentId(id);
+  refresh();
+}
+
+void ModelPanel::refresh() {
+  const QString id = selector_->currentId();
+  const bool known = !id.isEmpty() && host_->model(id);
+  const ModelInfo info = known ? host_->modelInfo(id) : ModelInfo();
+  const QLocale locale;
+  const QString none = QStringLiteral("–");
+  QFont font = state_->font();
+  font.setBold(known && !info.saved);
+  state_->setFont(font);
+  state_->setText(!known ? tr("No model chosen") : info.saved ? tr("Saved") : tr("Not saved yet"));
+  gaussians_->setText(known ? locale.toString(static_cast<qlonglong>(info.gaussians)) : none);
+  memory_->setText(known ? locale.formattedDataSize(info.bytes) : none);
+  const auto length = [&](int axis) {
+    return locale.toString(info.bounds[2 * axis + 1] - info.bounds[2 * axis], 'f', 1);
+  };
+  size_->setText(known && info.bounds[1] >= info.bounds[0]
+                     ? tr("%1 × %2 × %3 mm").arg(length(0), length(1), length(2))
+                     : none);
+  origin_->setText(info.origin.isEmpty() ? none : info.origin);
+  const QFileInfo file(info.file);
+  file_->setText(info.file.isEmpty() ? none
+                 : file.exists()     ? tr("%1 (%2)").arg(QDir::toNativeSeparators(info.file),
+                                                         locale.formattedDataSize(file.size()))
+                                     : tr("%1 (no longer there)").arg(QDir::toNativeSeparators(info.file)));
+  description_->setText(info.description.isEmpty() ? none : info.description);
+  ellipsoids_->setChecked(info.ellipsoidsShown);
+  ellipsoids_->setEnabled(known);
+  save_->setEnabled(known);
+  if (id == modelId_) return;
+  modelId_ = id;
+  say({});
+  Q_EMIT modelIdChanged(id);
+}
+
+void ModelPanel::load() {
+  auto* dialog = new QFileDialog(this, tr("Load a model"), host_->folder(), filters(true));
+  dialog->setObjectName(QStringLiteral("modelLoadDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setFileMode(QFileDialog::ExistingFile);
+  connect(dialog, &QFileDialog::fileSelected, this, &ModelPanel::loadFile);
+  dialog->open();
+}
+
+void ModelPanel::save() {
+  const ModelInfo info = host_->modelInfo(modelId_);
+  auto* dialog = new QFileDialog(this, tr("Save the model"), host_->folder(), filters(false));
+  dialog->setObjectName(QStringLiteral("modelSaveDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setAcceptMode(QFileDialog::AcceptSave);
+  dialog->setDefaultSuffix(QStringLiteral("innergs"));
+  connect(dialog, &QFileDialog::filterSelected, dialog, [dialog](const QString& filter) {
+    dialog->setDefaultSuffix(filter.contains(QLatin1String("*.ply")) ? QStringLiteral("ply")
+                                                                     : QStringLiteral("innergs"));
+  });
+  QString name = info.name;
+  name.replace(QLatin1Char('/'), QLatin1Char('-'));
+  dialog->selectFile(name + QStringLiteral(".innergs"));
+  connect(dialog, &QFileDialog::fileSelected, this, &ModelPanel::saveFile);
+  dialog->open();
+}
+
+void ModelPanel::loadFile(const QString& file) {
+  host_->setFolder(QFileInfo(file).absolutePath());
+  QString error;
+  const QString id = host_->loadModel(file, &error);
+  if (id.isEmpty()) {
+    say(error.isEmpty() ? tr("“%1” could not be read.").arg(QDir::toNativeSeparators(file)) : error, true);
+    return;
+  }
+  setModelId(id);
+  say(tr("Loaded “%1”.").arg(QDir::toNativeSeparators(file)));
+}
+
+void ModelPanel::saveFile(const QString& file) {
+  const QString target = hasKnownEnd(file) ? file : file + QStringLiteral(".innergs");
+  host_->setFolder(QFileInfo(target).absolutePath());
+  const QString error = host_->saveModel(modelId_, target);
+  refresh();
+  if (error.isEmpty())
+    say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(target)));
+  else
+    say(error, true);
+}
+
+void ModelPanel::say(const QString& message, bool error) {
+  message_->setText(error ? tr("<b>Problem:</b> %1").arg(message.toHtmlEscaped()) : message.toHtmlEscaped());
+  message_->setVisible(!message.isEmpty());
+}
+
+} // namespace innergs::ui
