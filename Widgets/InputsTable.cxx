@@ -50,7 +50,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
   thickness_->setSuffix(tr(" mm"));
   thickness_->setKeyboardTracking(false);
   thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
-                            "Automatic (0): the distance between slices."));
+                            "auto (0): the distance between slices."));
 
   profile_->setObjectName("sliceProfile");
   profile_->addItem(tr("point"), 0);
@@ -62,11 +62,11 @@ InputRow::InputRow(Host* host, QWidget* parent)
          "box: evenly (the usual choice); Gaussian: most in the middle; point: not at all."));
 
   axis_->setObjectName("sliceAxis");
-  axis_->addItem(tr("automatic"), -1);
+  axis_->addItem(tr("auto"), -1);
   for (int a = 0; a < 3; ++a)
     axis_->addItem(kAxisNames[a], a);
   axis_->setToolTip(tr("The voxel axis that counts the slices.\n"
-                       "Automatic: the one with clearly the coarsest spacing, else K."));
+                       "auto: the one with clearly the coarsest spacing, else K."));
 
   remove_->setObjectName("removeInput");
   remove_->setText(QString::fromUtf8("−"));
@@ -101,13 +101,10 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->addWidget(thickness_, 3, 0);
   grid->addWidget(profile_, 3, 1);
   grid->addWidget(axis_, 3, 2);
-  grid->setColumnStretch(0, 3);
-  grid->setColumnStretch(1, 2);
-  grid->setColumnStretch(2, 2);
-  setTabOrder(selector_, remove_);
-  setTabOrder(remove_, thickness_);
-  setTabOrder(thickness_, profile_);
-  setTabOrder(profile_, axis_);
+  grid->setColumnStretch(0, 4);
+  grid->setColumnStretch(1, 3);
+  grid->setColumnStretch(2, 3);
+  chainTabs();
   setFocusProxy(selector_);
   guardWheel(this);
 
@@ -151,7 +148,19 @@ void InputRow::setPlace(int number, bool alone) {
 }
 
 void InputRow::setTabAfter(InputRow* other) {
-  setTabOrder(other->lastField(), selector_);
+  setTabOrder(other->lastField(), firstField());
+  chainTabs();
+}
+
+void InputRow::chainTabs() {
+  setTabOrder(firstField(), remove_);
+  setTabOrder(remove_, thickness_);
+  setTabOrder(thickness_, profile_);
+  setTabOrder(profile_, axis_);
+}
+
+QWidget* InputRow::firstField() const {
+  return selector_->focusProxy() ? selector_->focusProxy() : selector_;
 }
 
 QWidget* InputRow::lastField() const {
@@ -163,10 +172,10 @@ void InputRow::refresh() {
   const bool known = !info.name.isEmpty();
   const int chosen = axis_->currentData().toInt();
   const int axis = std::clamp(chosen < 0 ? info.sliceAxis : chosen, 0, 2);
-  thickness_->setSpecialValueText(known ? tr("automatic (%1 mm)").arg(lengthText(info.spacing[axis]))
-                                        : tr("automatic"));
-  axis_->setItemText(0, known ? tr("automatic (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)])
-                              : tr("automatic"));
+  thickness_->setSpecialValueText(known ? tr("auto (%1 mm)").arg(lengthText(info.spacing[axis]))
+                                        : tr("auto"));
+  axis_->setItemText(0,
+                     known ? tr("auto (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)]) : tr("auto"));
   if (!known) {
     description_->setText(tr("Choose a scan."));
     return;
@@ -231,6 +240,7 @@ InputRow* InputsTable::addRow() {
   setTabOrder(row->lastField(), add_);
   rows_ << row;
   rowsLayout_->addWidget(row);
+  row->setVisible(true);
   connect(row, &InputRow::changed, this, &InputsTable::changed);
   connect(row, &InputRow::removeRequested, this, [this, row] {
     const int place = rows_.indexOf(row);

@@ -25,6 +25,7 @@ public:
   void refresh();
   /// The Tab key comes here from the last field of another row.
   void setTabAfter(InputRow* other);
+  QWidget* firstField() const;
   QWidget* lastField() const;
 
 Q_SIGNALS:
@@ -32,6 +33,8 @@ Q_SIGNALS:
   void removeRequested();
 
 private:
+  void chainTabs();
+
   Host* host_;
   Selector* selector_;
   QLabel *title_, *description_;

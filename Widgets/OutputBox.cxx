@@ -34,7 +34,7 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
   spacing_->setToolTip(tr("Edge of the result's voxels in mm."));
 
   form_->setContentsMargins(0, 0, 0, 0);
-  form_->setFieldGrowthPolicy(QFormLayout::ExpandingFieldsGrow);
+  form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
   form_->setRowWrapPolicy(QFormLayout::WrapLongRows);
   grid_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   spacing_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);

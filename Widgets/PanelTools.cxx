@@ -7,15 +7,29 @@
 
 namespace innergs::ui {
 
+namespace {
+
+/// Takes whatever width there is, and the height that its text then needs: no more, so that a panel of
+/// them is not taller than it must be.
+class WrappedLabel : public QLabel {
+public:
+  explicit WrappedLabel(QWidget* parent) : QLabel(parent) {
+    setWordWrap(true);
+    QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+    policy.setHeightForWidth(true);
+    setSizePolicy(policy);
+  }
+  QSize sizeHint() const override { return minimumSizeHint(); }
+  QSize minimumSizeHint() const override { return {0, fontMetrics().height()}; }
+};
+
+} // namespace
+
 QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent) {
-  auto* label = new QLabel(parent);
+  auto* label = new WrappedLabel(parent);
   label->setObjectName(objectName);
   label->setTextFormat(Qt::PlainText);
-  label->setWordWrap(true);
   label->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Minimum);
-  policy.setHeightForWidth(true);
-  label->setSizePolicy(policy);
   return label;
 }
 

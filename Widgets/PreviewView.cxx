@@ -45,7 +45,7 @@ std::array<AxisMap, 3> anatomicalAxes(vtkMatrix4x4* m) {
 } // namespace
 
 PreviewView::PreviewView(QWidget* parent) : QWidget(parent) {
-  QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Fixed);
+  QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Preferred);
   policy.setHeightForWidth(true);
   setSizePolicy(policy);
   setAccessibleName(tr("Preview of the result: axial, coronal and sagittal slice"));

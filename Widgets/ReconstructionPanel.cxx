@@ -38,7 +38,7 @@ constexpr int kEstimateDelay = 250; // ms after the last change
 
 QFormLayout* makeForm(QWidget* parent) {
   auto* form = parent ? new QFormLayout(parent) : new QFormLayout;
-  form->setFieldGrowthPolicy(QFormLayout::ExpandingFieldsGrow);
+  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
   form->setRowWrapPolicy(QFormLayout::WrapLongRows);
   return form;
 }

@@ -59,7 +59,7 @@ void SettingsPanel::restoreDefaults() {
 QWidget* SettingsPanel::makeGroup(const QString& title) {
   auto* group = new QGroupBox(title, this);
   auto* form = new QFormLayout(group);
-  form->setFieldGrowthPolicy(QFormLayout::ExpandingFieldsGrow);
+  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
   form->setRowWrapPolicy(QFormLayout::WrapLongRows);
   form_->setLayout(form);
   layout()->addWidget(group);

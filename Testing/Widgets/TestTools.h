@@ -1,4 +1,13 @@
 #pragma once
+#include <QAbstractButton>
+#include <QAbstractSpinBox>
+#include <QComboBox>
+#include <QDir>
+#include <QLabel>
+#include <QLineEdit>
+#include <QPixmap>
+#include <QStyle>
+#include <QStyleOptionComboBox>
 #include <QTest>
 #include <QWidget>
 
@@ -8,4 +17,50 @@ inline bool showActive(QWidget& window) {
   if (!QTest::qWaitForWindowExposed(&window)) return false;
   window.activateWindow();
   return QTest::qWaitForWindowActive(&window);
+}
+
+/// The first visible widget whose text does not fit into it, or that sticks out of its parent; "" when all
+/// do.
+inline QString clippedWidget(const QWidget& root) {
+  const auto name = [](const QWidget* widget, const QString& text) {
+    return QString("%1 '%2': \"%3\"").arg(widget->metaObject()->className(), widget->objectName(), text);
+  };
+  for (const auto* widget : root.findChildren<QWidget*>()) {
+    if (!widget->isVisible() || widget->isWindow()) continue;
+    const QRect rect = widget->geometry();
+    if (widget->parentWidget()->objectName() != "qt_scrollarea_viewport" &&
+        !widget->parentWidget()->rect().contains(rect) && !rect.isEmpty())
+      return name(widget, QString("sticks out of its parent"));
+    if (const auto* label = qobject_cast<const QLabel*>(widget); label && !label->text().isEmpty()) {
+      const bool fits = label->wordWrap() ? label->height() >= label->heightForWidth(label->width())
+                                          : label->width() >= label->sizeHint().width();
+      if (!fits) return name(label, label->text());
+    }
+    if (const auto* button = qobject_cast<const QAbstractButton*>(widget))
+      if (button->width() < button->minimumSizeHint().width() ||
+          button->height() < button->minimumSizeHint().height())
+        return name(button, button->text());
+    if (const auto* combo = qobject_cast<const QComboBox*>(widget)) {
+      QStyleOptionComboBox option;
+      option.initFrom(combo);
+      const QRect field =
+          combo->style()->subControlRect(QStyle::CC_ComboBox, &option, QStyle::SC_ComboBoxEditField, combo);
+      if (combo->fontMetrics().horizontalAdvance(combo->currentText()) > field.width())
+        return name(combo, combo->currentText());
+    }
+    if (const auto* spin = qobject_cast<const QAbstractSpinBox*>(widget)) {
+      const auto* edit = spin->findChild<QLineEdit*>();
+      if (edit && edit->fontMetrics().horizontalAdvance(edit->text()) > edit->width())
+        return name(spin, edit->text());
+    }
+  }
+  return {};
+}
+
+/// A picture for people to look at, where the environment variable INNERGS_SCREENSHOTS names a folder.
+inline void snapshot(QWidget& widget, const QString& name) {
+  const QString folder = qEnvironmentVariable("INNERGS_SCREENSHOTS");
+  if (folder.isEmpty()) return;
+  QTest::qWait(50); // the layout catches up
+  widget.grab().save(QDir(folder).filePath(name + ".png"));
 }
