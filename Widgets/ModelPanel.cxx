@@ -1,5 +1,7 @@
 #include "Widgets/ModelPanel.h"
 
+#include "Widgets/MessageLine.h"
+
 #include <QCheckBox>
 #include <QDir>
 #include <QFileDialog>
@@ -68,6 +70,8 @@ void ModelPanel::build() {
     value->setToolTip(toolTip);
     auto* title = new QLabel(text);
     title->setToolTip(toolTip);
+    title->setAlignment(Qt::AlignLeft | Qt::AlignTop);
+    title->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Expanding);
     form->addRow(title, value);
   };
   row(state_, "modelState", tr("State"), tr("Whether a file holds the model as it is"));
@@ -78,8 +82,8 @@ void ModelPanel::build() {
          "and superior–inferior"));
   row(origin_, "modelOrigin", tr("From"), tr("The scans or the file that it came from"));
   row(file_, "modelFile", tr("File"), tr("Where it was last read from or saved to, and its size there"));
-  row(description_, "modelDescription", tr("Kind"),
-      tr("How its Gaussians are blended, and their number and memory"));
+  row(description_, "modelDescription", tr("Summary"),
+      tr("Its Gaussians, how they are blended, its extent and memory"));
   all->addLayout(form);
 
   ellipsoids_ = new QCheckBox(tr("Show &ellipsoids"));
@@ -99,11 +103,8 @@ void ModelPanel::build() {
   buttons->addWidget(save_);
   all->addLayout(buttons);
 
-  message_ = new QLabel;
+  message_ = new MessageLine;
   message_->setObjectName(QStringLiteral("modelMessage"));
-  message_->setWordWrap(true);
-  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  message_->hide();
   all->addWidget(message_);
 }
 
@@ -197,8 +198,7 @@ void ModelPanel::saveFile(const QString& file) {
 }
 
 void ModelPanel::say(const QString& message, bool error) {
-  message_->setText(error ? tr("<b>Problem:</b> %1").arg(message.toHtmlEscaped()) : message.toHtmlEscaped());
-  message_->setVisible(!message.isEmpty());
+  message_->setMessage(error ? MessageLine::Kind::Error : MessageLine::Kind::Information, message);
 }
 
 } // namespace innergs::ui

@@ -7,6 +7,8 @@ class QPushButton;
 
 namespace innergs::ui {
 
+class MessageLine;
+
 /// What a model is, where it came from and whether it is saved; loads and saves models and shows their
 /// Gaussians.
 class ModelPanel : public QWidget {
@@ -33,7 +35,8 @@ private:
   QString modelId_;
   Selector* selector_ = nullptr;
   QLabel *state_ = nullptr, *gaussians_ = nullptr, *memory_ = nullptr, *size_ = nullptr, *origin_ = nullptr,
-         *file_ = nullptr, *description_ = nullptr, *message_ = nullptr;
+         *file_ = nullptr, *description_ = nullptr;
+  MessageLine* message_ = nullptr;
   QCheckBox* ellipsoids_ = nullptr;
   QPushButton *load_ = nullptr, *save_ = nullptr;
 };

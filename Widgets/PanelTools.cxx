@@ -4,6 +4,7 @@
 #include <QComboBox>
 #include <QEvent>
 #include <QLabel>
+#include <QSlider>
 
 namespace innergs::ui {
 
@@ -57,6 +58,8 @@ void guardWheel(QWidget* parent) {
     add(spin);
   for (auto* combo : parent->findChildren<QComboBox*>())
     add(combo);
+  for (auto* slider : parent->findChildren<QSlider*>())
+    add(slider);
 }
 
 } // namespace innergs::ui

@@ -21,8 +21,10 @@ double lengthOf(const QPointF& p) {
 /// A triangle that points along `direction`, with its middle at `at`.
 QPolygonF arrowHead(const QPointF& at, const QPointF& direction, double size) {
   const QPointF across(-direction.y(), direction.x());
-  return {{at + size * direction, at - 0.6 * size * direction + 0.8 * size * across,
-           at - 0.6 * size * direction - 0.8 * size * across}};
+  QPolygonF triangle;
+  triangle << at + size * direction << at - 0.6 * size * direction + 0.8 * size * across
+           << at - 0.6 * size * direction - 0.8 * size * across;
+  return triangle;
 }
 
 void stroke(QPainter& painter, const QPainterPath& path, const QColor& colour, double width, bool filled) {

@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace innergs::ui {
 
@@ -91,6 +92,8 @@ protected:
       text(painter, inner, Qt::AlignHCenter | Qt::AlignTop, letters[2]);
       text(painter, inner, Qt::AlignHCenter | Qt::AlignBottom, letters[3]);
       painter.setFont(font());
+      text(painter, inner.adjusted(0, 2 * fontMetrics().height(), 0, 0), Qt::AlignHCenter | Qt::AlignTop,
+           view_->note_);
       if (view_->handlesShown_) {
         view_->handles().paint(painter, palette(), view_->hot_, view_->turned_);
         QRectF corner = inner; // beside the letter and the handle
@@ -142,7 +145,7 @@ PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_
   redraw_.setSingleShot(true);
   redraw_.setInterval(0);
   connect(&redraw_, &QTimer::timeout, this, [this] {
-    if (isValid() && isVisible()) renderWindow()->Render();
+if (isValid() && isVisible()) renderWindow()->Render();
   });
 }
 
@@ -205,6 +208,12 @@ void PlaneView::placeImage() {
 void PlaneView::setMessage(const QString& message) {
   if (message == message_) return;
   message_ = message;
+  overlay_->update();
+}
+
+void PlaneView::setNote(const QString& note) {
+  if (note == note_) return;
+  note_ = note;
   overlay_->update();
 }
 

@@ -30,8 +30,11 @@ public:
   /// image: null hides it. It stays where it is in the patient while only the plane's own axes move.
   void setImage(const PlaneImage& image);
   void clearImage();
+  const PlaneImage& image() const { return image_; }
   /// A line in the middle instead of the letters; "" none.
   void setMessage(const QString& message);
+  /// A line on top of the image; "" none.
+  void setNote(const QString& note);
   void setWindow(double lower, double upper);
   double lower() const { return lower_; }
   double upper() const { return upper_; }
@@ -87,7 +90,7 @@ private:
 
   PlanePose pose_, dragPose_;
   PlaneImage image_;
-  QString message_;
+  QString message_, note_;
   bool handlesShown_ = true;
   double lower_ = 0, upper_ = 1, dragLower_ = 0, dragUpper_ = 1;
   double halfHeight_ = 100, dragHalfHeight_ = 100; // mm

@@ -1,6 +1,7 @@
 #include "Widgets/QueryPanel.h"
 
 #include "Core/ReconstructionJob.h"
+#include "Widgets/MessageLine.h"
 #include "Widgets/PlanePicture.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/ValueSlider.h"
@@ -11,6 +12,7 @@
 #include <QDir>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
+#include <QFileInfo>
 #include <QLabel>
 #include <QLocale>
 #include <QPushButton>
@@ -152,7 +154,7 @@ void QueryPanel::updateModel() {
       if (!(info_.window[1] > info_.window[0])) info_.window[1] = info_.window[0] + 1;
       if (otherId) {
         const QSignalBlocker block(pixelSize_);
-        pixelSize_->setValue(info_.finestSpacing);
+        pixelSize_->setValue(info_.finestSpacing > 0 ? info_.finestSpacing : 1);
         view_->setWindow(info_.window[0], info_.window[1]);
         showWindow();
       }
@@ -223,6 +225,7 @@ void QueryPanel::showPose() {
   position_->setValue(position);
   const PlaneTask task = taskFor(pixelSize_->value());
   size_->setText(tr("%1 × %2 pixels").arg(task.columns).arg(task.rows));
+  view_->setNote(extent[4] > 1e-6 || extent[5] < -1e-6 ? tr("The plane lies beside the model.") : QString());
 }
 
 void QueryPanel::home() {
@@ -371,8 +374,7 @@ void QueryPanel::choosePictureFile() {
 }
 
 void QueryPanel::say(const QString& message, bool error) {
-  message_->setText(error ? tr("<b>Problem:</b> %1").arg(message.toHtmlEscaped()) : message.toHtmlEscaped());
-  message_->setVisible(!message.isEmpty());
+  message_->setMessage(error ? MessageLine::Kind::Error : MessageLine::Kind::Information, message);
 }
 
 void QueryPanel::showEvent(QShowEvent* event) {

@@ -15,6 +15,7 @@ class QToolButton;
 
 namespace innergs::ui {
 
+class MessageLine;
 class PlaneView;
 class ValueSlider;
 
@@ -90,7 +91,8 @@ private:
   ValueSlider *position_ = nullptr, *tiltUp_ = nullptr, *tiltSide_ = nullptr, *inPlane_ = nullptr;
   QDoubleSpinBox *pixelSize_ = nullptr, *window_ = nullptr, *level_ = nullptr;
   QCheckBox* handles_ = nullptr;
-  QLabel *size_ = nullptr, *readout_ = nullptr, *message_ = nullptr;
+  QLabel *size_ = nullptr, *readout_ = nullptr;
+  MessageLine* message_ = nullptr;
   PlaneView* view_ = nullptr;
   PlaneWorker* worker_ = nullptr;
 };

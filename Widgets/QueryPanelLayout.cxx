@@ -1,4 +1,6 @@
 // What the panel looks like; QueryPanel.cxx says what it does.
+#include "Widgets/MessageLine.h"
+#include "Widgets/PanelTools.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ValueSlider.h"
@@ -22,7 +24,6 @@ QDoubleSpinBox* numberBox(const QString& name, const QString& suffix, int decima
   box->setDecimals(decimals);
   box->setAlignment(Qt::AlignRight);
   box->setKeyboardTracking(false);
-  box->setFocusPolicy(Qt::StrongFocus);
   box->setToolTip(toolTip);
   return box;
 }
@@ -106,7 +107,7 @@ void QueryPanel::build() {
     grid->addWidget(labelFor(slider->spinBox(), text), row, 0);
     grid->addWidget(slider, row++, 1);
   }
-  pixelSize_ = numberBox(QStringLiteral("queryPixelSize"), tr(" mm"), 2,
+  pixelSize_ = numberBox(QStringLiteral("queryPixelSize"), tr(" mm"), 3,
                          tr("Distance (mm) between the plane's pixels: as shown and as exported"));
   pixelSize_->setRange(0.01, 100);
   pixelSize_->setSingleStep(0.1);
@@ -183,12 +184,10 @@ void QueryPanel::build() {
   rows->addLayout(exports);
   all->addWidget(controls_, 1);
 
-  message_ = new QLabel;
+  message_ = new MessageLine;
   message_->setObjectName(QStringLiteral("queryMessage"));
-  message_->setWordWrap(true);
-  message_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  message_->hide();
   all->addWidget(message_);
+  guardWheel(this);
 }
 
 } // namespace innergs::ui

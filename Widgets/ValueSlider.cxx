@@ -1,7 +1,6 @@
 #include "Widgets/ValueSlider.h"
 
 #include <QDoubleSpinBox>
-#include <QEvent>
 #include <QHBoxLayout>
 #include <QSignalBlocker>
 #include <QSlider>
@@ -10,22 +9,6 @@
 #include <cmath>
 
 namespace innergs::ui {
-
-namespace {
-
-/// In a scrolled panel the wheel must not change what it happens to pass.
-class WheelNeedsFocus : public QObject {
-public:
-  using QObject::QObject;
-  bool eventFilter(QObject* object, QEvent* event) override {
-    auto* widget = qobject_cast<QWidget*>(object);
-    if (event->type() != QEvent::Wheel || !widget || widget->hasFocus()) return false;
-    event->ignore();
-    return true;
-  }
-};
-
-} // namespace
 
 ValueSlider::ValueSlider(const QString& suffix, int decimals, QWidget* parent)
     : QWidget(parent), slider_(new QSlider(Qt::Horizontal, this)), box_(new QDoubleSpinBox(this)),
@@ -40,11 +23,6 @@ ValueSlider::ValueSlider(const QString& suffix, int decimals, QWidget* parent)
   box_->setKeyboardTracking(false);
   box_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-9999.9 mm")) +
                         2 * fontMetrics().height());
-  auto* filter = new WheelNeedsFocus(this);
-  for (QWidget* part : {static_cast<QWidget*>(slider_), static_cast<QWidget*>(box_)}) {
-    part->setFocusPolicy(Qt::StrongFocus);
-    part->installEventFilter(filter);
-  }
   setFocusProxy(box_);
   connect(slider_, &QSlider::valueChanged, this, [this](int step) {
     const QSignalBlocker block(box_);

@@ -1,6 +1,7 @@
 #include "Widgets/ModelPanel.h"
 #include "FakeHost.h"
 #include "Widgets/EllipsoidActor.h"
+#include "Widgets/MessageLine.h"
 
 #include "Core/ReconstructionJob.h"
 #include "vtkInnerGSModel.h"
@@ -46,8 +47,8 @@ struct Shown {
   QString text(const char* name) { return panel.findChild<QLabel*>(name)->text(); }
   QPushButton* button(const char* name) { return panel.findChild<QPushButton*>(name); }
   QString message() {
-    auto* label = panel.findChild<QLabel*>("modelMessage");
-    return label->isVisible() ? label->text() : QString();
+    auto* line = panel.findChild<MessageLine*>("modelMessage");
+    return line->isVisible() ? line->text() : QString();
   }
   /// Opens a file dialog with a button and answers it.
   void answer(const char* name, const char* dialogName, const QString& file) {
@@ -152,7 +153,7 @@ private Q_SLOTS:
     Shown shown;
     shown.host.modelError = "The file is <damaged>: choose another one.";
     shown.answer("modelLoad", "modelLoadDialog", "/nowhere/x.innergs");
-    QVERIFY(shown.message().contains("The file is &lt;damaged&gt;: choose another one."));
+    QVERIFY(shown.message().contains("The file is <damaged>: choose another one."));
     QCOMPARE(shown.panel.modelId(), shown.id);
     shown.host.modelError = "The disk is full: free some space.";
     shown.answer("modelSave", "modelSaveDialog", "/nowhere/x.innergs");
