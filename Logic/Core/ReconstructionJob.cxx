@@ -15,6 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <utility>
 
 namespace innergs {
 namespace {
@@ -142,6 +143,9 @@ void ReconstructionJob::onProgress(ProgressCallback callback) {
 }
 void ReconstructionJob::onPreview(std::function<void(const Volume&)> callback) {
   impl_->preview = std::move(callback);
+}
+ReconstructionInput ReconstructionJob::takeInput() {
+  return std::exchange(impl_->input, {});
 }
 ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhenCancelled) {
   return impl_->run(std::move(stop), renderWhenCancelled);

@@ -72,6 +72,9 @@ public:
   /// Error. renderWhenCancelled: also render the volume of a stopped fit.
   ReconstructionResult run(std::stop_token stop = {}, bool renderWhenCancelled = false);
 
+  /// What it worked on, given away: it cannot run again.
+  ReconstructionInput takeInput();
+
 private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -21,16 +21,32 @@ void checkRegion(const Region& region) {
                   "each minimum below its maximum.");
 }
 
-// Voxels whose cells touch the region, on a lattice placed by indexToWorld.
-IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>& size, const Region& region,
-                  double margin) {
+using Corners = std::array<Vec3, 8>;
+
+Corners cornersOf(const Region& region, double margin) {
+  Corners corners;
+  for (int corner = 0; corner < 8; ++corner)
+    for (int a = 0; a < 3; ++a)
+      corners[corner][a] = corner >> a & 1 ? region.max[a] + margin : region.min[a] - margin;
+  return corners;
+}
+
+Corners cornersOf(const GridGeometry& box, double margin) {
+  const Affine3 map = grown(box, margin).indexToWorld();
+  Corners corners;
+  for (int corner = 0; corner < 8; ++corner)
+    corners[corner] = map({corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5});
+  return corners;
+}
+
+// Voxels whose cells touch the box, on a lattice placed by indexToWorld.
+IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>& size,
+                  const Corners& corners) {
+  constexpr double rounding = 1e-6; // voxels: a face between two voxels takes neither in by chance
   const Affine3 worldToIndex = inverse(indexToWorld);
   Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 p;
-    for (int a = 0; a < 3; ++a)
-      p[a] = corner >> a & 1 ? region.max[a] + margin : region.min[a] - margin;
-    const Vec3 index = worldToIndex(p);
+  for (const Vec3& corner : corners) {
+    const Vec3 index = worldToIndex(corner);
     for (int a = 0; a < 3; ++a) {
       low[a] = std::min(low[a], index[a]);
       high[a] = std::max(high[a], index[a]);
@@ -39,8 +55,8 @@ IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>
   IndexBox box;
   for (int a = 0; a < 3; ++a) {
     const double n = static_cast<double>(size[a]);
-    box.first[a] = static_cast<std::int64_t>(std::clamp(std::floor(low[a] + 0.5), 0.0, n));
-    box.last[a] = static_cast<std::int64_t>(std::clamp(std::ceil(high[a] - 0.5), -1.0, n - 1));
+    box.first[a] = static_cast<std::int64_t>(std::clamp(std::floor(low[a] + 0.5 + rounding), 0.0, n));
+    box.last[a] = static_cast<std::int64_t>(std::clamp(std::ceil(high[a] - 0.5 - rounding), -1.0, n - 1));
   }
   return box;
 }
@@ -51,16 +67,49 @@ IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>
                   ": give it in mm in patient space (LPS: x to the left, y to the back, z to the head).");
 }
 
-} // namespace
-
-GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin) {
-  checkRegion(region);
-  const IndexBox box = covering(geometry.indexToWorld(), geometry.size, region, margin);
+GridGeometry blockOf(const GridGeometry& geometry, const Corners& corners) {
+  const IndexBox box = covering(geometry.indexToWorld(), geometry.size, corners);
   if (box.empty()) doNotMeet("the image");
   std::array<std::int64_t, 3> size;
   for (int a = 0; a < 3; ++a)
     size[a] = box.last[a] - box.first[a] + 1;
   return cropped(geometry, box.first, size);
+}
+
+} // namespace
+
+GridGeometry boxOf(const Region& region) {
+  checkRegion(region);
+  GridGeometry box;
+  box.size = {1, 1, 1};
+  box.origin = 0.5 * (region.min + region.max);
+  box.spacing = region.max - region.min;
+  return box;
+}
+
+GridGeometry grown(const GridGeometry& box, double margin) {
+  GridGeometry result = box;
+  for (double& side : result.spacing)
+    side += 2 * margin;
+  return result;
+}
+
+bool parallel(const GridGeometry& geometry, const GridGeometry& box) {
+  const Mat3 cosines = transpose(geometry.direction) * box.direction;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      if (const double x = std::abs(cosines[r][c]); x > 1e-4 && x < 1 - 1e-4) return false;
+  return true;
+}
+
+GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin) {
+  checkRegion(region);
+  return blockOf(geometry, cornersOf(region, margin));
+}
+
+GridGeometry cropped(const GridGeometry& geometry, const GridGeometry& box, double margin) {
+  checkGeometry(box, "The region of interest");
+  return blockOf(geometry, cornersOf(box, margin));
 }
 
 Stack cropped(const Stack& stack, const Region& region, double margin) {
@@ -69,7 +118,7 @@ Stack cropped(const Stack& stack, const Region& region, double margin) {
   IndexBox box{from.size, {-1, -1, -1}};
   for (std::int64_t k = 0; k < from.size[2]; ++k) {
     const Affine3 placed = stack.poses.empty() ? from.indexToWorld() : stack.poses[k] * from.indexToWorld();
-    const IndexBox slice = covering(placed, from.size, region, margin);
+    const IndexBox slice = covering(placed, from.size, cornersOf(region, margin));
     if (slice.empty() || k < slice.first[2] || k > slice.last[2]) continue;
     for (int a = 0; a < 2; ++a) {
       box.first[a] = std::min(box.first[a], slice.first[a]);

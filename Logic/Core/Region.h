@@ -13,6 +13,16 @@ struct Region {
 /// when they do not meet.
 GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin = 0);
 
+/// A box turned in space, as a lattice of one voxel (LPS): the box is its cell. The same for an axis-aligned
+/// one.
+GridGeometry boxOf(const Region& region);
+/// The box with every face `margin` mm further out.
+GridGeometry grown(const GridGeometry& box, double margin);
+/// The smallest block of the lattice that covers a turned box, grown by `margin` mm. Throws as above.
+GridGeometry cropped(const GridGeometry& geometry, const GridGeometry& box, double margin = 0);
+/// Whether the box's faces are parallel to the lattice's: then the block holds nothing but the box.
+bool parallel(const GridGeometry& geometry, const GridGeometry& box);
+
 /// The part of a stack that covers the region, grown by `margin` mm; slice poses are respected.
 Stack cropped(const Stack& stack, const Region& region, double margin = 0);
 

@@ -50,18 +50,16 @@ bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3&
   return true;
 }
 
-namespace {
-
-/// Lattice axes in their new order.
-std::array<int, 3> axesWith(int sliceAxis) {
-  if (sliceAxis < 0 || sliceAxis > 2)
-    throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
-  return sliceAxis == 0 ? std::array{1, 2, 0} : sliceAxis == 1 ? std::array{0, 2, 1} : std::array{0, 1, 2};
+std::array<int, 3> axesWithSliceAxis(int axis) {
+  if (axis < 0 || axis > 2) throw Error(ErrorCode::InvalidArgument, "A slice axis must be 0, 1 or 2.");
+  return axis == 0 ? std::array{1, 2, 0} : axis == 1 ? std::array{0, 2, 1} : std::array{0, 1, 2};
 }
+
+namespace {
 
 template <class Image>
 Image sliceAxisMoved(const Image& image, int axis) {
-  const std::array<int, 3> from = axesWith(axis);
+  const std::array<int, 3> from = axesWithSliceAxis(axis);
   if (axis == 2) return image;
   const GridGeometry& g = image.geometry;
   const std::array<std::int64_t, 3> stride{1, g.size[0], g.size[0] * g.size[1]};
@@ -82,7 +80,7 @@ Image sliceAxisMoved(const Image& image, int axis) {
 } // namespace
 
 GridGeometry withSliceAxis(const GridGeometry& g, int axis) {
-  const std::array<int, 3> from = axesWith(axis);
+  const std::array<int, 3> from = axesWithSliceAxis(axis);
   GridGeometry result;
   result.origin = g.origin;
   for (int a = 0; a < 3; ++a) {

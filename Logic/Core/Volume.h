@@ -26,6 +26,8 @@ float sampleLinear(const Volume& volume, const Vec3& index);
 Volume withSliceAxis(const Volume& volume, int axis);
 Mask withSliceAxis(const Mask& mask, int axis);
 GridGeometry withSliceAxis(const GridGeometry& geometry, int axis);
+/// The former lattice axes in their new order. Throws Error(InvalidArgument) for an axis other than 0, 1, 2.
+std::array<int, 3> axesWithSliceAxis(int axis);
 
 /// The same where the index lies within the lattice's box of voxel edges; false and untouched outside.
 /// `voxels`: in memory order of the lattice.

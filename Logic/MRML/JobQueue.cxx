@@ -158,6 +158,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   JobFilter* filter = task->filter;
   const double share = task->quality ? kFitShare : 1;
   double elapsed = 0;
+  Volume judged; // by protocol H
   {
     const Observation progress(filter, vtkCommand::ProgressEvent, [&](void*) {
       Mail::Progress p;
@@ -183,14 +184,17 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
         mail.previewToRAS = matrix;
       });
     });
+    if (task->quality)
+      filter->takeBack = [&](ReconstructionInput&& input) { judged = std::move(input.stacks.front().image); };
     filter->Update();
+    filter->takeBack = nullptr;
   }
   task->error = filter->GetErrorMessage();
   task->cancelled = filter->GetAborted() || task->stop.stop_requested();
   if (!task->quality || task->cancelled || !task->error.empty()) return;
 
-  Mail::Progress judged;
-  judged.deviceNote = filter->GetDeviceNote();
+  Mail::Progress last;
+  last.deviceNote = filter->GetDeviceNote();
   int methods = 0;
   EvaluationOptions options;
   options.settings = task->quality->settings;
@@ -198,7 +202,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   options.progress = [&](const innergs::Progress& fit) {
     Mail::Progress p;
     p.phase = std::string("Judging quality, ") + phaseName(fit.phase);
-    p.deviceNote = fit.note.empty() ? judged.deviceNote : fit.note;
+    p.deviceNote = fit.note.empty() ? last.deviceNote : fit.note;
     p.fraction = kFitShare + (kJudgedFitShare - kFitShare) * fit.fraction;
     p.loss = fit.loss;
     p.trainingPsnr = fit.trainingPsnr;
@@ -208,19 +212,19 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
     p.iteration = fit.iteration;
     p.iterations = fit.iterations;
     p.gaussians = fit.gaussians;
-    judged = p;
+    last = p;
     post(task, [&](Mail& mail) { mail.progress = p; });
   };
   options.onMethod = [&](const std::string& name) {
     if (name == "gaussians") return; // tells of itself
-    judged.phase = "Judging quality, " + name;
-    judged.fraction =
+    last.phase = "Judging quality, " + name;
+    last.fraction =
         kJudgedFitShare + (1 - kJudgedFitShare) * std::min(1.0, double(methods++) / kInterpolations);
-    judged.remaining = 0;
-    post(task, [&](Mail& mail) { mail.progress = judged; });
+    last.remaining = 0;
+    post(task, [&](Mail& mail) { mail.progress = last; });
   };
   try {
-    task->report = evaluateHonest(task->quality->volume, task->quality->honestCase, options);
+    task->report = evaluateHonest(judged, task->quality->honestCase, options);
   } catch (const Error& error) {
     task->cancelled = error.code() == ErrorCode::Cancelled;
     if (!task->cancelled) task->qualityError = error.what();

@@ -1,9 +1,9 @@
 #include "JobSetup.h"
 
 #include "Core/Error.h"
+#include "Core/Region.h"
 #include "Core/TimeEstimate.h"
 #include "Geometry.h"
-#include "ImageVoxels.h"
 #include "NodeGeometry.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -27,6 +27,10 @@
 namespace innergs::mrml {
 
 vtkStandardNewMacro(JobFilter);
+
+void JobFilter::GiveBack(ReconstructionInput&& input) {
+  if (takeBack) takeBack(std::move(input));
+}
 
 namespace {
 
@@ -118,9 +122,10 @@ void setGrid(vtkInnerGSReconstruct* filter, Parameters* parameters,
   std::optional<GridGeometry> box;
   if (roi) {
     box = boxOf(roi);
-    const Region region = around(*box);
-    filter->SetRegion(-region.max[0], -region.min[0], -region.max[1], -region.min[1], region.min[2],
-                      region.max[2]);
+    double size[3];
+    roi->GetSize(size);
+    filter->SetRegion(-size[0] / 2, size[0] / 2, -size[1] / 2, size[1] / 2, -size[2] / 2, size[2] / 2);
+    filter->SetRegionToRASMatrix(roi->GetObjectToWorldMatrix());
     filter->UseRegionOn();
   }
   double spacing = 0; // mm, 0: chosen
@@ -136,7 +141,7 @@ void setGrid(vtkInnerGSReconstruct* filter, Parameters* parameters,
   }
   case Parameters::InputGrid: {
     const GridGeometry grid = gridOf(inputs.front());
-    setReference(filter, box ? cropped(grid, around(*box)) : grid);
+    setReference(filter, box ? cropped(grid, *box) : grid);
     return;
   }
   case Parameters::SpacingGrid:
@@ -296,11 +301,9 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene) {
   task->filter = filterFor(parameters, scene, *task, true);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   if (parameters->GetEvaluateQuality()) {
-    vtkMRMLVolumeNode* input = inputs.front();
-    QualityRequest request{{gridOf(input), vtk::voxelsOf(input->GetImageData(), quoted(input))}, {}, {}, {}};
+    QualityRequest request;
     request.honestCase.factor = parameters->GetQualityGap();
     request.settings = task->filter->MakeSettings();
-    request.inputName = input->GetName() ? input->GetName() : "";
     task->quality = std::move(request);
   }
   if (!task->filter->TakeSnapshot()) refuse(ErrorCode::InvalidArgument, task->filter->GetErrorMessage());

@@ -5,6 +5,7 @@
 #include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
 
+#include <functional>
 #include <optional>
 
 class vtkMRMLInnerGSModelNode;
@@ -24,14 +25,17 @@ public:
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
   using vtkInnerGSReconstruct::MakeSettings;
   using vtkInnerGSReconstruct::WithOutline;
+  /// Called on the worker after a fit, with its input.
+  std::function<void(ReconstructionInput&&)> takeBack;
+
+protected:
+  void GiveBack(ReconstructionInput&& input) override;
 };
 
-/// Protocol H on the first input, with its own copy of the voxels.
+/// Protocol H on the first input, cut to the region: on the voxels that the fit worked on.
 struct QualityRequest {
-  Volume volume;
   HonestCase honestCase;
   Settings settings;
-  std::string inputName;
 };
 
 /// A reconstruction that the worker can do without looking at a node.

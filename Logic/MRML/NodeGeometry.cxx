@@ -9,8 +9,6 @@
 
 #include <vtkImageData.h>
 
-#include <limits>
-
 namespace innergs::mrml {
 
 std::string quoted(vtkMRMLNode* node) {
@@ -62,22 +60,6 @@ GridGeometry boxOf(vtkMRMLMarkupsROINode* roi) {
   }
   const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
   return vtk::gridOf(matrix, one, first, "The region " + quoted(roi));
-}
-
-Region around(const GridGeometry& box) {
-  constexpr double inf = std::numeric_limits<double>::infinity();
-  Region region{{inf, inf, inf}, {-inf, -inf, -inf}};
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int a = 0; a < 3; ++a)
-      index[a] = corner >> a & 1 ? static_cast<double>(box.size[a]) - 0.5 : -0.5;
-    const Vec3 x = box.indexToWorld()(index);
-    for (int a = 0; a < 3; ++a) {
-      region.min[a] = std::min(region.min[a], x[a]);
-      region.max[a] = std::max(region.max[a], x[a]);
-    }
-  }
-  return region;
 }
 
 int sliceAxis(vtkMatrix4x4* ijkToRAS) {

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Region.h"
+#include "Core/GridGeometry.h"
 
 #include <string>
 
@@ -28,8 +28,6 @@ GridGeometry gridOf(vtkMRMLVolumeNode* node);
 /// An ROI as a lattice of one voxel (LPS): its box, turned as it is. Throws Error(Geometry) for an empty or
 /// sheared one.
 GridGeometry boxOf(vtkMRMLMarkupsROINode* roi);
-/// The LPS axis-aligned region around a lattice's box.
-Region around(const GridGeometry& box);
 
 /// The axis with clearly the coarsest spacing (thick slices), else 2 (K).
 int sliceAxis(vtkMatrix4x4* ijkToRAS);

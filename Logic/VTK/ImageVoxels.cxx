@@ -36,37 +36,72 @@ vtkDataArray* scalarsOf(vtkImageData* image, const std::string& what) {
   return scalars;
 }
 
-template <class Out, class Convert>
-std::vector<Out> converted(vtkImageData* image, const std::string& what, const std::stop_token& stop,
-                           Convert convert) {
-  vtkDataArray* scalars = scalarsOf(image, what);
-  const vtkIdType count = scalars->GetNumberOfTuples();
-  std::vector<Out> result(static_cast<std::size_t>(count));
-  const auto copy = [&](const auto* source) {
-    for (vtkIdType first = 0; first < count; first += kBlock) {
-      if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-      const vtkIdType last = std::min(count, first + kBlock);
-      for (vtkIdType v = first; v < last; ++v)
-        result[v] = convert(source[v]);
-    }
-  };
+/// Calls `use` with the scalars in memory order as what they are.
+template <class Use>
+void withScalars(vtkDataArray* scalars, const std::string& what, Use use) {
   switch (scalars->GetDataType()) {
-    vtkTemplateMacro(copy(static_cast<const VTK_TT*>(scalars->GetVoidPointer(0))));
+    vtkTemplateMacro(use(static_cast<const VTK_TT*>(scalars->GetVoidPointer(0))));
   default:
     throw Error(ErrorCode::UnsupportedImage,
                 what + " has voxels of a type that is not a number: convert it to a numeric type.");
   }
-  return result;
+}
+
+void throwIf(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 }
 
 } // namespace
 
-std::vector<float> voxelsOf(vtkImageData* image, const std::string& what, const std::stop_token& stop) {
-  return converted<float>(image, what, stop, [](auto x) { return static_cast<float>(x); });
+void checkVoxels(vtkImageData* image, const std::string& what) {
+  scalarsOf(image, what);
+}
+
+std::vector<float> voxelsOf(vtkImageData* image, const VoxelBlock& block, const std::string& what,
+                            const std::stop_token& stop) {
+  vtkDataArray* scalars = scalarsOf(image, what);
+  int dimensions[3];
+  image->GetDimensions(dimensions);
+  const std::array<std::int64_t, 3> strides{1, dimensions[0], std::int64_t{dimensions[0]} * dimensions[1]};
+  const std::array<int, 3> from = axesWithSliceAxis(block.sliceAxis);
+  std::array<std::int64_t, 3> n, step;
+  std::int64_t start = 0, count = 1;
+  for (int a = 0; a < 3; ++a) {
+    n[a] = block.size[from[a]];
+    step[a] = strides[from[a]];
+    start += block.first[a] * strides[a];
+    count *= n[a];
+    if (block.first[a] < 0 || block.size[a] < 0 || block.first[a] + block.size[a] > dimensions[a])
+      throw Error(ErrorCode::Internal, what + " was to be read beyond its voxels: report this.");
+  }
+  std::vector<float> result(static_cast<std::size_t>(count));
+  withScalars(scalars, what, [&](const auto* source) {
+    float* out = result.data();
+    for (std::int64_t k = 0; k < n[2]; ++k) {
+      throwIf(stop);
+      for (std::int64_t j = 0; j < n[1]; ++j) {
+        const auto* in = source + start + j * step[1] + k * step[2];
+        for (std::int64_t i = 0; i < n[0]; ++i)
+          *out++ = static_cast<float>(in[i * step[0]]);
+      }
+    }
+  });
+  return result;
 }
 
 std::vector<std::uint8_t> maskOf(vtkImageData* image, const std::string& what, const std::stop_token& stop) {
-  return converted<std::uint8_t>(image, what, stop, [](auto x) { return static_cast<std::uint8_t>(x != 0); });
+  vtkDataArray* scalars = scalarsOf(image, what);
+  const vtkIdType count = scalars->GetNumberOfTuples();
+  std::vector<std::uint8_t> result(static_cast<std::size_t>(count));
+  withScalars(scalars, what, [&](const auto* source) {
+    for (vtkIdType first = 0; first < count; first += kBlock) {
+      throwIf(stop);
+      const vtkIdType last = std::min(count, first + kBlock);
+      for (vtkIdType v = first; v < last; ++v)
+        result[v] = source[v] != 0;
+    }
+  });
+  return result;
 }
 
 float* allocateFloats(vtkImageData* image, const GridGeometry& geometry, bool withGeometry) {

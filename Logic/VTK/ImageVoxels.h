@@ -9,11 +9,22 @@ class vtkInformation;
 
 namespace innergs::vtk {
 
-/// The scalars of an image of any numeric type, copied in memory order. `what` names it in the sentence.
-/// Throws Error(NoData) without voxels, Error(UnsupportedImage) for several components or a type that is no
-/// number, Error(Cancelled).
-std::vector<float> voxelsOf(vtkImageData* image, const std::string& what, const std::stop_token& stop = {});
-/// The same, 1 where not 0.
+/// A part of an image's voxels: `size` of them from `first` on (counted from the image's first voxel along I,
+/// J, K), with the axis `sliceAxis` moved to K as withSliceAxis() does.
+struct VoxelBlock {
+  std::array<std::int64_t, 3> first, size;
+  int sliceAxis = 2;
+};
+
+/// Throws Error(NoData) without voxels, Error(UnsupportedImage) for several components. `what` names the
+/// image in the sentence.
+void checkVoxels(vtkImageData* image, const std::string& what);
+
+/// The block's scalars, of any numeric type: the one copy that is made of them. Throws as checkVoxels(),
+/// Error(UnsupportedImage) for a type that is no number, Error(Cancelled).
+std::vector<float> voxelsOf(vtkImageData* image, const VoxelBlock& block, const std::string& what,
+                            const std::stop_token& stop = {});
+/// All scalars in memory order, 1 where not 0.
 std::vector<std::uint8_t> maskOf(vtkImageData* image, const std::string& what,
                                  const std::stop_token& stop = {});
 

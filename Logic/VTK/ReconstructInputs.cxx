@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "Core/JobInput.h"
+#include "Core/Region.h"
 #include "ImageVoxels.h"
 
 #include "vtkDataObject.h"
@@ -14,21 +15,6 @@
 
 namespace innergs::vtk {
 namespace {
-
-/// withSliceAxis() of a lattice alone.
-GridGeometry slicedAlong(const GridGeometry& g, int axis) {
-  if (axis == 2) return g;
-  const std::array<int, 3> from = axis == 0 ? std::array{1, 2, 0} : std::array{0, 2, 1};
-  GridGeometry result;
-  result.origin = g.origin;
-  for (int a = 0; a < 3; ++a) {
-    result.size[a] = g.size[from[a]];
-    result.spacing[a] = g.spacing[from[a]];
-    for (int r = 0; r < 3; ++r)
-      result.direction[r][a] = g.direction[r][from[a]];
-  }
-  return result;
-}
 
 GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoice& choice) {
   GridGeometry grid;
@@ -52,19 +38,47 @@ GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoi
       stacks[i].image.geometry = grids[i];
     grid = defaultOutputGrid(stacks);
   }
-  return choice.region && !(choice.reference && choice.reference->given()) ? cropped(grid, *choice.region)
-                                                                           : grid;
+  return choice.box && !(choice.reference && choice.reference->given()) ? cropped(grid, *choice.box) : grid;
+}
+
+/// The block of a lattice that `part`, cropped from it, is.
+VoxelBlock blockOf(const GridGeometry& whole, const GridGeometry& part, int sliceAxis) {
+  const Vec3 first = inverse(whole.indexToWorld())(part.origin);
+  VoxelBlock block{{}, {}, sliceAxis};
+  const std::array<int, 3> from = axesWithSliceAxis(sliceAxis);
+  for (int a = 0; a < 3; ++a) {
+    block.first[from[a]] = std::llround(first[a]);
+    block.size[from[a]] = part.size[a];
+  }
+  return block;
+}
+
+/// What lies in the corners between a turned box and its block is not fitted.
+void observeWithin(Stack& stack, const GridGeometry& box) {
+  stack.observed = resampleMask({box, {1}}, stack.image.geometry);
+  if (std::find(stack.observed.begin(), stack.observed.end(), 1) == stack.observed.end())
+    throw Error(ErrorCode::Geometry,
+                stack.name + " has no voxel inside the region: place the region over the images.");
 }
 
 } // namespace
 
-Region regionOf(const double bounds[6]) {
-  for (int a = 0; a < 3; ++a)
-    if (!std::isfinite(bounds[2 * a]) || !std::isfinite(bounds[2 * a + 1]) ||
-        bounds[2 * a] >= bounds[2 * a + 1])
+GridGeometry boxOf(const double bounds[6], vtkMatrix4x4* toRAS) {
+  vtkNew<vtkMatrix4x4> placed, frame;
+  for (int a = 0; a < 3; ++a) {
+    const double low = bounds[2 * a], high = bounds[2 * a + 1];
+    if (!std::isfinite(low) || !std::isfinite(high) || low >= high)
       throw Error(ErrorCode::InvalidArgument,
                   "The region must have finite bounds, the lower below the upper along every axis.");
-  return {{-bounds[1], -bounds[3], bounds[4]}, {-bounds[0], -bounds[2], bounds[5]}};
+    frame->SetElement(a, a, high - low);
+    frame->SetElement(a, 3, 0.5 * (low + high));
+  }
+  if (toRAS)
+    vtkMatrix4x4::Multiply4x4(toRAS, frame, placed);
+  else
+    placed->DeepCopy(frame);
+  const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
+  return gridOf(placed, one, first, "the region");
 }
 
 ReconstructInputs::Input* ReconstructInputs::at(int index) {
@@ -84,6 +98,18 @@ std::string ReconstructInputs::what(std::size_t index) const {
   return name.empty() ? "Input " + std::to_string(index + 1) : name;
 }
 
+void ReconstructInputs::check(const Input& options, const std::string& name) {
+  if (!std::isfinite(options.thickness) || options.thickness < 0)
+    throw Error(ErrorCode::InvalidArgument,
+                name + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
+                       "distance between slices.");
+  if (options.profile < 0 || options.profile > 2)
+    throw Error(ErrorCode::InvalidArgument, name + " has an unknown slice profile: give 0, 1 or 2.");
+  if (options.axis < 0 || options.axis > 2)
+    throw Error(ErrorCode::InvalidArgument,
+                name + " has an unknown slice axis: give 0, 1 or 2 for I, J or K.");
+}
+
 ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& images,
                                             const OutputChoice& choice, bool voxels,
                                             const std::stop_token& stop) const {
@@ -91,42 +117,31 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   ReconstructionInput input;
   std::vector<GridGeometry> grids;
-  double margin = 0;
+  double margin = 0; // mm around the box, for a fit that is as good at its faces
   for (std::size_t i = 0; i < images.size(); ++i) {
     const Input options = get(static_cast<int>(i));
     const std::string name = what(i);
-    if (!std::isfinite(options.thickness) || options.thickness < 0)
-      throw Error(ErrorCode::InvalidArgument,
-                  name + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
-                         "distance between slices.");
-    if (options.profile < 0 || options.profile > 2)
-      throw Error(ErrorCode::InvalidArgument, name + " has an unknown slice profile: give 0, 1 or 2.");
-    if (options.axis < 0 || options.axis > 2)
-      throw Error(ErrorCode::InvalidArgument,
-                  name + " has an unknown slice axis: give 0, 1 or 2 for I, J or K.");
+    check(options, name);
+    if (voxels) checkVoxels(images[i], name); // first: an image without voxels has no grid either
+    grids.push_back(gridOf(images[i], options.ijkToRAS, name));
     Stack stack;
     stack.name = name;
     stack.thickness = options.thickness;
     stack.profile = static_cast<SliceProfile>(options.profile);
-    std::vector<float> values; // first: an image without voxels has no grid either
-    if (voxels) values = voxelsOf(images[i], name, stop);
-    grids.push_back(gridOf(images[i], options.ijkToRAS, name));
-    stack.image = {grids.back(), std::move(values)};
-    if (voxels && options.axis != 2)
-      stack.image = withSliceAxis(stack.image, options.axis);
-    else
-      stack.image.geometry = slicedAlong(grids.back(), options.axis);
+    stack.image.geometry = withSliceAxis(grids.back(), options.axis);
     margin = std::max({margin, 2 * stack.thickness, 2 * stack.image.geometry.spacing[2]});
     input.stacks.push_back(std::move(stack));
   }
   input.outputGrid = outputGrid(grids, choice);
-  if (choice.region)
-    for (Stack& stack : input.stacks) {
-      if (voxels)
-        stack = cropped(stack, *choice.region, margin);
-      else
-        stack.image.geometry = cropped(stack.image.geometry, *choice.region, margin);
-    }
+  for (std::size_t i = 0; i < images.size(); ++i) {
+    Stack& stack = input.stacks[i];
+    const GridGeometry whole = stack.image.geometry;
+    if (choice.box) stack.image.geometry = cropped(whole, *choice.box, margin);
+    if (!voxels) continue;
+    const VoxelBlock block = blockOf(whole, stack.image.geometry, get(static_cast<int>(i)).axis);
+    stack.image.voxels = voxelsOf(images[i], block, stack.name, stop);
+    if (choice.box && !parallel(whole, *choice.box)) observeWithin(stack, grown(*choice.box, margin));
+  }
   return input;
 }
 

@@ -1,6 +1,5 @@
 #pragma once
 #include "Core/ReconstructionJob.h"
-#include "Core/Region.h"
 #include "Geometry.h"
 
 #include "vtkSmartPointer.h"
@@ -15,12 +14,13 @@ namespace innergs::vtk {
 /// The grid to put the result on, and the part of space that counts.
 struct OutputChoice {
   const ReferenceGrid* reference = nullptr;
-  Vec3 spacing{0, 0, 0}; // mm; 0 = the engine's choice
-  std::optional<Region> region;
+  Vec3 spacing{0, 0, 0};           // mm; 0 = the engine's choice
+  std::optional<GridGeometry> box; // a lattice of one voxel (LPS): only its cell counts
 };
 
-/// LPS of RAS bounds (xmin, xmax, ...). Throws Error(InvalidArgument) when they are not finite or inverted.
-Region regionOf(const double bounds[6]);
+/// The box of bounds (xmin, xmax, ...) in a frame that the matrix maps to RAS (null: RAS itself). Throws
+/// Error(InvalidArgument) when they are not finite or inverted, Error(Geometry) for a matrix that shears.
+GridGeometry boxOf(const double bounds[6], vtkMatrix4x4* toRAS);
 
 class ReconstructInputs {
 public:
@@ -44,6 +44,7 @@ public:
 
 private:
   std::string what(std::size_t index) const;
+  static void check(const Input& options, const std::string& name);
   ReconstructionInput make(const std::vector<vtkImageData*>& images, const OutputChoice& choice, bool voxels,
                            const std::stop_token& stop) const;
   std::vector<Input> inputs_;

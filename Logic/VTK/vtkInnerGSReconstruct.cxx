@@ -49,6 +49,7 @@ std::string progressText(const innergs::Progress& p) {
 struct vtkInnerGSReconstruct::Internals {
   ReconstructInputs inputs;
   innergs::vtk::ReferenceGrid reference;
+  vtkSmartPointer<vtkMatrix4x4> regionToRAS;
   vtkSmartPointer<vtkInnerGSModel> resume;
   std::optional<innergs::ReconstructionInput> snapshot;
   vtkNew<vtkMatrix4x4> outputToRAS, previewToRAS;
@@ -159,6 +160,14 @@ void vtkInnerGSReconstruct::SetMaskIJKToRASMatrix(vtkMatrix4x4* ijkToRAS) {
   if (innergs::vtk::assignCopy(this->Work->inputs.maskToRAS, ijkToRAS)) this->Modified();
 }
 
+void vtkInnerGSReconstruct::SetRegionToRASMatrix(vtkMatrix4x4* regionToRAS) {
+  if (innergs::vtk::assignCopy(this->Work->regionToRAS, regionToRAS)) this->Modified();
+}
+
+vtkMatrix4x4* vtkInnerGSReconstruct::GetRegionToRASMatrix() {
+  return this->Work->regionToRAS;
+}
+
 void vtkInnerGSReconstruct::SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ,
                                              int dimensionK) {
   const int dimensions[3] = {dimensionI, dimensionJ, dimensionK}, first[3] = {0, 0, 0};
@@ -230,7 +239,7 @@ innergs::vtk::OutputChoice vtkInnerGSReconstruct::MakeOutputChoice() {
   innergs::vtk::OutputChoice choice;
   choice.reference = &this->Work->reference;
   std::copy_n(this->OutputSpacing, 3, choice.spacing.begin());
-  if (this->UseRegion) choice.region = innergs::vtk::regionOf(this->Region);
+  if (this->UseRegion) choice.box = innergs::vtk::boxOf(this->Region, this->Work->regionToRAS);
   return choice;
 }
 
@@ -340,6 +349,8 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->UpdateProgress(p.fraction);
 }
 
+void vtkInnerGSReconstruct::GiveBack(innergs::ReconstructionInput&&) {}
+
 void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
   // A new image each time: an observer may keep the last one.
   vtkNew<vtkImageData> image;
@@ -401,4 +412,5 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   std::copy(result.volume.voxels.begin(), result.volume.voxels.end(),
             innergs::vtk::allocateFloats(image, result.volume.geometry, this->GeometryInImage));
   innergs::vtk::toMatrix(result.volume.geometry, work.outputToRAS);
+  this->GiveBack(job.takeInput());
 }

@@ -24,7 +24,7 @@ struct OutputChoice;
 ///
 /// Inputs: port 0, one or several scalar vtkImageData (any numeric type; AddInputData), each with an IJK→RAS
 /// matrix; port 1, an optional mask image. Outputs: port 0 vtkInnerGSModel, port 1 vtkImageData (float,
-/// scanner units). Inputs are never modified, and their voxels copied once.
+/// scanner units). Inputs are never modified, and of their voxels those that count are copied once.
 ///
 /// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit". PreviewEvent: a
 /// coarse rendering (vtkImageData as call data) from time to time, made only when someone observes it. Events
@@ -75,13 +75,17 @@ public:
   ///@}
 
   ///@{
-  /// Fit only inside this RAS box (xmin, xmax, ymin, ymax, zmin, zmax; mm) and, where no grid is given, put
-  /// out only that part. Off by default.
+  /// Fit only inside this RAS box (xmin, xmax, ymin, ymax, zmin, zmax; mm), a margin of two slices included,
+  /// and, where no grid is given, put out only that part. Off by default.
   vtkSetVector6Macro(Region, double);
   vtkGetVector6Macro(Region, double);
   vtkSetMacro(UseRegion, bool);
   vtkGetMacro(UseRegion, bool);
   vtkBooleanMacro(UseRegion, bool);
+  /// Turns the box: its bounds are in a frame that this matrix, copied, maps to RAS. Null (default): RAS. The
+  /// output then covers the box, along the first input's axes.
+  void SetRegionToRASMatrix(vtkMatrix4x4* regionToRAS);
+  vtkMatrix4x4* GetRegionToRASMatrix();
   ///@}
 
   ///@{
@@ -245,6 +249,8 @@ protected:
                                          std::stop_token stop);
   /// The snapshot, or what is known of the inputs without their voxels; false without any. May throw.
   bool WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use);
+  /// After a fit that ran to its end: what it worked on, for whoever has a use for it.
+  virtual void GiveBack(innergs::ReconstructionInput&& input);
   void ReportProgress(const innergs::Progress& progress);
   void ReportPreview(const innergs::Volume& volume);
 #endif

@@ -75,6 +75,13 @@ const Wrong kWrong[] = {
      R::InvalidArgumentError},
     {"RegionElsewhere", [](R* f) { f->SetRegion(900, 940, 0, 9, 0, 9), f->UseRegionOn(); }, "region",
      R::GeometryError},
+    {"RegionSheared",
+     [](R* f) {
+       vtkNew<vtkMatrix4x4> sheared;
+       sheared->SetElement(0, 1, 0.7);
+       f->SetRegion(-9, 9, -9, 9, -9, 9), f->SetRegionToRASMatrix(sheared), f->UseRegionOn();
+     },
+     "region", R::GeometryError},
     {"Reference",
      [](R* f) {
        vtkNew<vtkMatrix4x4> identity;

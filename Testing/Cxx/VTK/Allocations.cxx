@@ -1,0 +1,35 @@
+#include "Allocations.h"
+
+#include <cstdlib>
+#include <new>
+
+namespace {
+
+thread_local std::size_t allocated = 0;
+
+} // namespace
+
+namespace innergs::testing {
+
+void resetLargeAllocations() {
+  allocated = 0;
+}
+
+std::size_t largeAllocations() {
+  return allocated;
+}
+
+} // namespace innergs::testing
+
+// In the whole program, shared libraries included.
+void* operator new(std::size_t size) {
+  if (size >= std::size_t{1} << 16) allocated += size;
+  if (void* memory = std::malloc(size ? size : 1)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept {
+  std::free(memory);
+}
+void operator delete(void* memory, std::size_t) noexcept {
+  std::free(memory);
+}

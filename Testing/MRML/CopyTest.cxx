@@ -1,0 +1,61 @@
+#include "../Cxx/VTK/Allocations.h"
+#include "MrmlFixture.h"
+
+#include <vtkMRMLMarkupsROINode.h>
+#include <vtkMRMLTableNode.h>
+
+namespace {
+
+using CopyTest = MrmlFixture;
+using innergs::testing::largeAllocations;
+using innergs::testing::resetLargeAllocations;
+
+/// Voxels (as float) that StartReconstruction() copied on this thread.
+double copied(vtkSlicerInnerGSLogic* logic, vtkMRMLInnerGSParameterNode* parameters) {
+  resetLargeAllocations();
+  EXPECT_NE(logic->StartReconstruction(parameters), nullptr) << logic->GetLastError();
+  const double bytes = static_cast<double>(largeAllocations());
+  logic->Cancel();
+  return bytes / sizeof(float);
+}
+
+TEST_F(CopyTest, VoxelsAreCopiedOnceWithQualitySliceAxisAndRegion) {
+  const int size[3] = {60, 64, 56};
+  const double voxels = 60 * 64 * 56;
+  vtkNew<vtkMatrix4x4> matrix; // 1 mm, the first voxel in the origin
+  auto* input = addVolume("Large", size, matrix);
+  auto* parameters = addParameters(input);
+  parameters->SetNumberOfIterations(100000);
+  EXPECT_EQ(copied(logic, parameters), voxels);
+  parameters->EvaluateQualityOn();
+  EXPECT_EQ(copied(logic, parameters), voxels);
+  parameters->SetInputSliceAxis(input, 0);
+  EXPECT_EQ(copied(logic, parameters), voxels);
+  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  roi->SetCenter(29.5, 31.5, 27.5);
+  roi->SetSize(40, 32, 24);
+  parameters->SetROINode(roi);
+  EXPECT_EQ(copied(logic, parameters), 44 * 36 * 28); // a margin of two slices around it
+}
+
+TEST_F(CopyTest, QualityIsJudgedInTheRegion) {
+  auto* parameters = addParameters(addVolume());
+  auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
+  roi->SetCenter(1, 1, 1);
+  roi->SetSize(28, 28, 28);
+  parameters->SetNumberOfIterations(10);
+  parameters->EvaluateQualityOn();
+  parameters->SetQualityGap(2);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  const auto samples = [&] {
+    auto* table = logic->GetLastJob()->GetTableNode();
+    return table ? std::atol(table->GetAttribute("InnerGS.Samples")) : -1;
+  };
+  const long whole = samples();
+  parameters->SetROINode(roi);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_GT(samples(), 1000);
+  EXPECT_LT(samples(), whole);
+}
+
+} // namespace
