@@ -1,4 +1,5 @@
 #include "NodeInfo.h"
+#include "Widgets/EllipsoidActor.h"
 #include "qSlicerInnerGSHost.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
@@ -6,40 +7,28 @@
 #include <vtkMRMLModelNode.h>
 #include <vtkSlicerInnerGSLogic.h>
 
-#include <vtkNew.h>
-#include <vtkPointData.h>
 #include <vtkPolyData.h>
-#include <vtkSphereSource.h>
-#include <vtkTensorGlyph.h>
 
-/// The Gaussians as a model node of ellipsoids; a few thousand, evenly picked, or 3D views would stall.
+/// The Gaussians as surfaces in a model node beside the model: a few thousand, or 3D views would stall.
 QString qSlicerInnerGSHost::showEllipsoids(const QString& id, bool shown) {
-  constexpr int kMaximum = 4000;
   vtkMRMLInnerGSModelNode* node = modelNode(id);
   if (!node || !logic_) return tr("There is no model: choose one.");
   vtkMRMLModelNode* ellipsoids = innergs::ui::ellipsoidsOf(node);
   if (shown) {
-    ellipsoids = logic_->CreateGaussianModel(node, kMaximum, ellipsoids);
+    innergs::ui::EllipsoidOptions options;
+    options.most = 5000;
+    options.window = innergs::ui::infoOf(node).window;
+    QString problem;
+    const auto surfaces = innergs::ui::ellipsoidSurfaces(node->GetModel(), options, &problem);
+    if (!surfaces) return problem;
+    ellipsoids = logic_->CreateGaussianModel(node, 1, ellipsoids); // the node and its place
     if (!ellipsoids) return lastError();
-    vtkNew<vtkSphereSource> sphere;
-    sphere->SetRadius(1);
-    sphere->SetThetaResolution(10);
-    sphere->SetPhiResolution(8);
-    vtkNew<vtkTensorGlyph> glyph;
-    glyph->SetInputData(ellipsoids->GetPolyData());
-    glyph->SetSourceConnection(sphere->GetOutputPort());
-    glyph->ColorGlyphsOn();
-    glyph->SetColorModeToScalars();
-    glyph->Update();
-    ellipsoids->SetAndObservePolyData(glyph->GetOutput());
+    ellipsoids->SetAndObservePolyData(surfaces);
     if (vtkMRMLModelDisplayNode* display = ellipsoids->GetModelDisplayNode()) {
-      const auto window = innergs::ui::infoOf(node).window;
-      vtkPolyData* mesh = ellipsoids->GetPolyData();
-      if (mesh->GetPointData()->GetScalars() && mesh->GetPointData()->GetScalars()->GetName())
-        display->SetActiveScalarName(mesh->GetPointData()->GetScalars()->GetName());
+      display->SetActiveScalarName("Intensity");
       display->SetAndObserveColorNodeID("vtkMRMLColorTableNodeGrey");
       display->SetScalarRangeFlag(vtkMRMLDisplayNode::UseManualScalarRange);
-      display->SetScalarRange(window[0], window[1]);
+      display->SetScalarRange(options.window[0], options.window[1]);
       display->ScalarVisibilityOn();
     }
   }

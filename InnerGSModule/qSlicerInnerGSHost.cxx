@@ -85,9 +85,9 @@ void qSlicerInnerGSHost::setLogic(vtkSlicerInnerGSLogic* logic) {
   logic_ = logic;
   if (!logic) return;
   for (const unsigned long event :
-       {vtkSlicerInnerGSLogic::JobStartedEvent, vtkSlicerInnerGSLogic::JobProgressEvent,
-        vtkSlicerInnerGSLogic::JobPreviewEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
-        vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent})
+       {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobPreviewEvent,
+        vtkSlicerInnerGSLogic::JobFinishedEvent, vtkSlicerInnerGSLogic::JobFailedEvent,
+        vtkSlicerInnerGSLogic::JobCancelledEvent})
     watch(logicWatches_, logic, event, &qSlicerInnerGSHost::onJob);
 }
 
@@ -217,7 +217,9 @@ bool qSlicerInnerGSHost::start(const Request& request) {
     return false;
   }
   phase_.clear();
-  Q_EMIT logged(tr("Reconstruction requested."));
+  deviceNote_.clear();
+  Q_EMIT logged(tr("Reconstruction started."));
+  Q_EMIT started();
   return true;
 }
 
@@ -233,14 +235,14 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
   if (!job_ || data != job_.Get()) return; // a script's
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = job_;
   switch (event) {
-  case vtkSlicerInnerGSLogic::JobStartedEvent:
-    Q_EMIT started();
-    return;
   case vtkSlicerInnerGSLogic::JobProgressEvent: {
     const QString phase = QString::fromStdString(job->GetPhase());
     if (phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
     phase_ = phase;
-    Q_EMIT progressed(progressOf(job));
+    Progress progress = progressOf(job);
+    if (const std::string note = job->GetDeviceNote(); note != deviceNote_)
+      progress.note = deviceNote_ = note; // once
+    Q_EMIT progressed(progress);
     return;
   }
   case vtkSlicerInnerGSLogic::JobPreviewEvent:

@@ -77,6 +77,7 @@ private:
   std::vector<Watch> logicWatches_, sceneWatches_, modelWatches_;
   QTimer changed_; // one signal for many changes of the scene
   QString phase_;  // of the log's last line
+  std::string deviceNote_;
   /// Models under a transform, moved to the world: what model() shows.
   struct Moved {
     vtkSmartPointer<vtkMRMLInnerGSModelNode> node;

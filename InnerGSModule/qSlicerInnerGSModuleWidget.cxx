@@ -26,6 +26,7 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
+#include <QTimer>
 #include <QVBoxLayout>
 
 using namespace innergs::ui;
@@ -211,6 +212,7 @@ void qSlicerInnerGSModuleWidgetPrivate::setParameters(vtkMRMLNode* node) {
   q->qvtkReconnect(parameters(), next, vtkCommand::ModifiedEvent, q, SLOT(updateFromParameterNode()));
   host->setParameterNode(next);
   fromNode();
+  if (!next && q->isEntered()) QTimer::singleShot(0, q, [this] { ensureParameters(); }); // it was deleted
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
@@ -225,6 +227,7 @@ void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
     vtkMRMLSelectionNode* selection = application ? application->GetSelectionNode() : nullptr;
     const char* active = selection ? selection->GetActiveVolumeID() : nullptr;
     auto* shown = vtkMRMLScalarVolumeNode::SafeDownCast(active ? in->GetNodeByID(active) : nullptr);
+    if (made) made->EvaluateQualityOn(); // as the panel proposes
     if (made && shown && !shown->IsA("vtkMRMLLabelMapVolumeNode")) made->SetInputVolumeNode(shown);
   }
   parameterSets->setCurrentNode(node);

@@ -1,0 +1,275 @@
+"""Drives the module's panel in the application as a person does: chooses a volume, reconstructs, cancels, looks at
+what was made, saves and reopens the scene, and closes the scene while a reconstruction runs."""
+
+import os
+import tempfile
+import time
+import unittest
+
+import numpy as np
+import qt
+import slicer
+import vtk
+
+
+def until(condition, seconds=120.0):
+    """Lets the application's events be handled until the condition holds; whether it does."""
+    end = time.time() + seconds
+    while time.time() < end:
+        slicer.app.processEvents()
+        if condition():
+            return True
+        time.sleep(0.01)
+    return bool(condition())
+
+
+def ball(name="Ball", spacing=(1.5, 1.5, 4.0), size=(40, 40, 14)):
+    """An oblique scan of a bright ball with a dark core, in thick slices; a window of its own."""
+    matrix = vtk.vtkMatrix4x4()
+    turn = vtk.vtkTransform()
+    turn.RotateX(12)
+    turn.RotateZ(7)
+    turn.Scale(*spacing)
+    turn.Translate(-0.5 * (size[0] - 1), -0.5 * (size[1] - 1), -0.5 * (size[2] - 1))
+    turn.GetMatrix(matrix)
+    k, j, i = np.meshgrid(*(np.arange(n) for n in reversed(size)), indexing="ij")
+    distance = np.sqrt(sum(((index - 0.5 * (n - 1)) * s) ** 2 for index, n, s in zip((i, j, k), size, spacing)))
+    voxels = 1000 / (1 + np.exp((distance - 22) / 1.5)) - 600 / (1 + np.exp((distance - 9) / 1.5))
+    node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", name)
+    node.SetIJKToRASMatrix(matrix)
+    slicer.util.updateVolumeFromArray(node, voxels.astype(np.int16))
+    node.CreateDefaultDisplayNodes()
+    node.GetDisplayNode().SetAutoWindowLevel(False)
+    node.GetDisplayNode().SetWindowLevel(870, 430)
+    return node
+
+
+class InnerGSModuleTest(unittest.TestCase):
+    def setUp(self):
+        slicer.mrmlScene.Clear(0)
+        slicer.util.selectModule("Data")  # enters the module anew below
+        self.volume = ball()
+        slicer.util.setSliceViewerLayers(background=self.volume, fit=True)
+        slicer.util.selectModule("InnerGS")
+        slicer.app.processEvents()
+        self.panel = slicer.modules.innergs.widgetRepresentation()
+        self.logic = slicer.modules.innergs.logic()
+
+    def tearDown(self):
+        self.logic.Cancel()
+        slicer.mrmlScene.Clear(0)
+
+    def find(self, name):
+        found = slicer.util.findChildren(self.panel, name=name)
+        self.assertTrue(found, "The panel has no widget '%s'" % name)
+        return found[0]
+
+    @property
+    def parameters(self):
+        return self.find("ParameterNodeComboBox").currentNode()
+
+    def quick(self):
+        """Settings for a fit of a second or two, as a person would choose them in the panel."""
+        self.find("preset").setCurrentIndex(0)
+        self.find("evaluateQuality").setChecked(False)
+        slicer.app.processEvents()
+
+    def start(self):
+        button = self.find("reconstruct")
+        self.assertTrue(until(lambda: button.enabled, 10), self.find("refusal").toolTip)
+        button.click()
+        self.assertTrue(until(lambda: "ancel" in button.text, 10), "The button did not become Cancel")
+
+    def ended(self):
+        return "econstruct" in self.find("reconstruct").text
+
+    def background(self, view="Red"):
+        layers = slicer.app.layoutManager().sliceWidget(view).sliceLogic().GetSliceCompositeNode()
+        return layers.GetBackgroundVolumeID()
+
+    def test_module(self):
+        module = slicer.modules.innergs
+        self.assertEqual(module.title, "InnerGS")
+        self.assertEqual(list(module.categories), ["Tomographic Reconstruction"])
+        self.assertIn("not a medical device", module.helpText)
+        self.assertEqual(self.logic.GetClassName(), "vtkSlicerInnerGSLogic")
+
+    def test_the_volume_in_the_views_is_the_first_input(self):
+        self.assertEqual(self.parameters.GetInputVolumeNode(0), self.volume)
+
+    def test_reconstruct_shows_and_keeps(self):
+        self.quick()
+        before = slicer.app.layoutManager().sliceWidget("Red").sliceLogic().GetSliceNode().GetFieldOfView()
+        self.start()
+        self.assertTrue(until(self.ended), "The reconstruction did not end")
+        result, model = self.parameters.GetResultVolumeNode(), self.parameters.GetResultModelNode()
+        self.assertIsNotNone(result)
+        self.assertGreater(model.GetModel().GetNumberOfGaussians(), 0)
+        # Where and what it was: isotropic at the finest spacing, the ball's value at its shell and core.
+        np.testing.assert_allclose(result.GetSpacing(), (1.5, 1.5, 1.5), atol=1e-6)
+        self.assertAlmostEqual(self.logic.GetValueAtRAS(model, 0, 0, 0), 400, delta=80)
+        self.assertAlmostEqual(self.logic.GetValueAtRAS(model, 15, 0, 0), 1000, delta=120)
+        # At once in all slice views, with the scan's window, and the views where they were.
+        for view in ("Red", "Yellow", "Green"):
+            self.assertEqual(self.background(view), result.GetID())
+        self.assertEqual((result.GetDisplayNode().GetWindow(), result.GetDisplayNode().GetLevel()), (870, 430))
+        after = slicer.app.layoutManager().sliceWidget("Red").sliceLogic().GetSliceNode().GetFieldOfView()
+        self.assertEqual(before, after)
+        # Beside the scan in the Data module's tree, under an item of its own kind.
+        tree = slicer.mrmlScene.GetSubjectHierarchyNode()
+        item = tree.GetItemByDataNode(model)
+        self.assertEqual(tree.GetItemOwnerPluginName(item), "InnerGSModel")
+        # 3D on a button.
+        button = self.find("VolumeRenderingButton")
+        self.assertTrue(button.enabled)
+        button.click()
+        rendering = slicer.modules.volumerendering.logic().GetFirstVolumeRenderingDisplayNode(result)
+        self.assertTrue(rendering.GetVisibility())
+        button.click()
+        self.assertFalse(rendering.GetVisibility())
+
+    def test_cancel_and_again(self):
+        self.find("preset").setCurrentIndex(2)
+        self.start()
+        began = time.time()
+        self.find("reconstruct").click()
+        self.assertLess(time.time() - began, 0.2, "The button waits")
+        self.assertTrue(until(self.ended, 10))
+        self.assertIsNone(self.parameters.GetResultVolumeNode())
+        self.quick()
+        self.start()
+        self.assertTrue(until(self.ended))
+        self.assertIsNotNone(self.parameters.GetResultVolumeNode())
+
+    def test_several_sets_and_their_restoring(self):
+        sets = self.find("ParameterNodeComboBox")
+        first = self.parameters
+        self.quick()
+        self.assertEqual(first.GetPreset(), first.Fast)  # the panel writes the node
+        second = sets.addNode()
+        self.assertEqual(self.find("preset").currentIndex, 1)  # and shows the other one
+        second.SetPreset(second.Best)
+        second.SetInputVolumeNode(self.volume)
+        second.SetInputSliceThickness(self.volume, 3.5)
+        slicer.app.processEvents()
+        self.assertEqual(self.find("preset").currentIndex, 2)  # follows a script
+        self.assertAlmostEqual(self.find("sliceThickness").value, 3.5)
+        sets.setCurrentNode(first)
+        self.assertEqual(self.find("preset").currentIndex, 0)
+        sets.setCurrentNode(second)
+        with tempfile.TemporaryDirectory() as folder:
+            scene = os.path.join(folder, "scene.mrb")
+            self.assertTrue(slicer.util.saveScene(scene))
+            slicer.mrmlScene.Clear(0)
+            slicer.app.processEvents()
+            self.assertTrue(slicer.util.loadScene(scene))
+            slicer.app.processEvents()
+        names = sorted(node.GetPreset() for node in slicer.util.getNodesByClass("vtkMRMLInnerGSParameterNode"))
+        self.assertEqual(names, [first.Fast, first.Best])
+        best = [n for n in slicer.util.getNodesByClass("vtkMRMLInnerGSParameterNode") if n.GetPreset() == n.Best][0]
+        sets.setCurrentNode(best)
+        slicer.app.processEvents()
+        self.assertEqual(self.find("preset").currentIndex, 2)
+        self.assertAlmostEqual(self.find("sliceThickness").value, 3.5)
+        self.assertEqual(best.GetInputVolumeNode(0).GetName(), "Ball")
+
+    def test_scene_closed_while_running(self):
+        self.find("preset").setCurrentIndex(2)
+        self.start()
+        until(lambda: self.logic.GetLastJob().GetState() == 1, 20)
+        slicer.mrmlScene.Clear(0)
+        self.assertTrue(until(self.ended, 10), "The panel still waits")
+        self.assertFalse(self.logic.IsRunning())
+        self.assertIsNotNone(self.parameters)  # a new set, for the next volume
+        self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 0)
+        self.assertFalse(self.find("reconstruct").enabled)
+
+    def test_input_removed_while_running(self):
+        self.quick()
+        self.start()
+        slicer.mrmlScene.RemoveNode(self.volume)
+        self.assertTrue(until(self.ended))
+        self.assertIsNotNone(self.parameters.GetResultVolumeNode())
+
+    def test_parameter_set_removed_while_running(self):
+        self.find("preset").setCurrentIndex(2)
+        self.start()
+        slicer.mrmlScene.RemoveNode(self.parameters)
+        self.assertTrue(until(self.ended, 10))
+        self.assertFalse(self.logic.IsRunning())
+
+    def test_leave_the_module_while_running(self):
+        self.quick()
+        self.start()
+        slicer.util.selectModule("Data")
+        self.assertTrue(until(self.ended))
+        slicer.util.selectModule("InnerGS")
+        self.assertIsNotNone(self.parameters.GetResultVolumeNode())
+
+    def test_slice_view_and_plane_follow_each_other(self):
+        self.quick()
+        self.start()
+        self.assertTrue(until(self.ended))
+        red = slicer.mrmlScene.GetNodeByID("vtkMRMLSliceNodeRed")
+        self.find("QuerySection").collapsed = False
+        self.find("SliceViewComboBox").setCurrentNode(red)
+        shown = self.find("ModelInViewCheckBox")
+        shown.setChecked(True)
+        followed = slicer.mrmlScene.GetNodeByID(self.background())
+        self.assertTrue(self.logic.IsFollowing(followed))
+        red.SetOrientationToCoronal()
+        red.JumpSliceByOffsetting(0, 15, 0)
+        until(lambda: False, 0.5)
+        matrix = vtk.vtkMatrix4x4()
+        followed.GetIJKToRASMatrix(matrix)
+        normal = np.array([matrix.GetElement(a, 2) for a in range(3)])
+        self.assertAlmostEqual(abs(normal[1]) / np.linalg.norm(normal), 1, places=5)
+        shown.setChecked(False)
+        self.assertNotEqual(self.background(), followed.GetID())
+        self.find("SliceViewComboBox").setCurrentNode(None)
+
+    def test_model_files(self):
+        self.quick()
+        self.start()
+        self.assertTrue(until(self.ended))
+        model = self.parameters.GetResultModelNode()
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("ball.innergs", "ball.ply"):
+                file = os.path.join(folder, name)
+                self.assertTrue(slicer.util.saveNode(model, file), name)
+                self.assertIn("InnerGSModelFile", list(slicer.app.coreIOManager().fileTypes(file)))
+                loaded = slicer.util.loadNodeFromFile(file, "InnerGSModelFile")
+                self.assertEqual(loaded.GetModel().GetNumberOfGaussians(), model.GetModel().GetNumberOfGaussians())
+            bad = os.path.join(folder, "bad.innergs")
+            with open(bad, "w") as file:
+                file.write("nothing")
+            count = slicer.mrmlScene.GetNumberOfNodesByClass("vtkMRMLInnerGSModelNode")
+            self.assertFalse(slicer.app.coreIOManager().loadNodes("InnerGSModelFile", {"fileName": bad}))
+            self.assertEqual(count, slicer.mrmlScene.GetNumberOfNodesByClass("vtkMRMLInnerGSModelNode"))
+
+    def test_python_package(self):
+        import innergs
+
+        self.assertEqual(innergs.logic(), self.logic)
+        result = innergs.reconstruct(self.volume, spacing=2.0, preset="fast")
+        np.testing.assert_allclose(result.volume.GetSpacing(), (2, 2, 2), atol=1e-6)
+        values = innergs.query(result.model, [[0, 0, 0], [15, 0, 0]])
+        np.testing.assert_allclose(values, [400, 1000], atol=120)
+        import vtkInnerGSPython
+
+        self.assertTrue(isinstance(result.model.GetModel(), vtkInnerGSPython.vtkInnerGSModel))
+
+    def test_ellipsoids(self):
+        self.quick()
+        self.start()
+        self.assertTrue(until(self.ended))
+        self.find("ModelSection").collapsed = False
+        self.find("modelEllipsoids").click()
+        meshes = [n for n in slicer.util.getNodesByClass("vtkMRMLModelNode") if n.GetNodeReference("InnerGSModel")]
+        self.assertEqual(len(meshes), 1)
+        self.assertTrue(meshes[0].GetDisplayVisibility())
+        self.assertGreater(meshes[0].GetPolyData().GetNumberOfPolys(), 1000)
+
+
+if __name__ == "__main__":
+    unittest.main()
