@@ -46,6 +46,7 @@ Json programInfo() {
                                                     {"compute_capability", device.computeCapability},
                                                     {"memory_bytes", device.totalMemory},
                                                     {"free_memory_bytes", device.freeMemory}};
+    if (!device.refused.empty()) info["devices"]["cuda:" + std::to_string(n)]["refused"] = device.refused;
   }
   info["threads"] = std::thread::hardware_concurrency();
   info["available_memory_bytes"] = availableMemory() > 0 ? Json(availableMemory()) : Json();

@@ -14,6 +14,7 @@ struct DeviceInfo {
   std::string name;                             // as its maker calls it
   std::string computeCapability;                // e.g. "9.0"
   std::int64_t totalMemory = 0, freeMemory = 0; // bytes, now
+  std::string refused;                          // one sentence: computes otherwise than the CPU; empty: not
 };
 
 struct DeviceList {

@@ -1,5 +1,6 @@
 #include "Core/Devices.h"
 
+#include "Core/DeviceCheck.h"
 #include "Core/DevicePlugin.h"
 #include "Core/Error.h"
 #include "Core/SharedLibrary.h"
@@ -7,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <mutex>
 
 namespace innergs {
@@ -111,13 +113,8 @@ Wish parse(const std::string& asked) {
               "There is no device '" + asked + "': choose auto, cpu, cuda or cuda:N.");
 }
 
-} // namespace
-
-void checkDeviceName(const std::string& asked) {
-  parse(asked);
-}
-
-DeviceList otherDevices() {
+/// Devices as the plugin lists them; none: why.
+DeviceList listed() {
   DeviceList list;
   try {
     const Backend& found = backend();
@@ -130,6 +127,47 @@ DeviceList otherDevices() {
     list.problem = sentence(std::string("The devices cannot be listed: ") + error.what());
   }
   if (list.devices.empty() && list.problem.empty()) list.problem = "The CUDA backend finds no device.";
+  return list;
+}
+
+constexpr std::int64_t kCheckMemory = 256'000'000; // more than a check needs, bytes
+
+/// Why a device is not to be trusted, found out once per process; empty: it agrees with the CPU.
+std::string refusal(int device, const DeviceInfo& info) {
+  static std::mutex mutex;
+  static std::map<int, std::string> known;
+  const std::lock_guard lock(mutex);
+  const auto at = known.find(device);
+  if (at != known.end()) return at->second;
+  std::string why;
+  try {
+    why = deviceDisagreement(*backend().plugin, device);
+  } catch (const Error& error) {
+    if (info.freeMemory < kCheckMemory) return {}; // not now: a fit will not find any either, and says so
+    why = std::string("it failed: ") + error.what();
+  }
+  if (!why.empty()) {
+    while (why.back() == '.')
+      why.pop_back();
+    why = info.name + " (cuda:" + std::to_string(device) + ") is not used: in its self-check, " + why + ".";
+  }
+  return known[device] = why;
+}
+
+/// Milliseconds of a sweep over a million samples on two cores (Docs/benchmarks.md), and seconds of a fit up
+/// to which "auto" stays on the CPU.
+constexpr double kSweepOfAMillion = 14, kSmall = 0.5;
+
+} // namespace
+
+void checkDeviceName(const std::string& asked) {
+  parse(asked);
+}
+
+DeviceList otherDevices() {
+  DeviceList list = listed();
+  for (std::size_t n = 0; n < list.devices.size(); ++n)
+    list.devices[n].refused = refusal(static_cast<int>(n), list.devices[n]);
   return list;
 }
 
@@ -151,28 +189,39 @@ DeviceChoice::DeviceChoice(const std::string& asked, const std::string& instruct
     use.reason = "On the CPU, which alone has " + only + ".";
     return;
   }
-  const DeviceList list = otherDevices();
+  const bool insists = wish.kind == Wish::Cuda;
+  const DeviceList list = listed();
   const int count = static_cast<int>(list.devices.size());
   if (count == 0) {
-    if (wish.kind == Wish::Cuda)
-      throw Error(ErrorCode::InvalidArgument, "There is no CUDA device. " + list.problem);
+    if (insists) throw Error(ErrorCode::InvalidArgument, "There is no CUDA device. " + list.problem);
     use.reason = "On the CPU. " + list.problem;
     return;
   }
   if (wish.index >= count)
     throw Error(ErrorCode::InvalidArgument, "There is no device '" + asked +
                                                 "': the last one is cuda:" + std::to_string(count - 1) + ".");
-  index_ = wish.index;
-  if (index_ < 0)
-    index_ = static_cast<int>(std::max_element(list.devices.begin(), list.devices.end(),
-                                               [](const DeviceInfo& a, const DeviceInfo& b) {
-                                                 return a.freeMemory < b.freeMemory;
-                                               }) -
-                              list.devices.begin());
+  std::vector<int> order; // most free memory first
+  for (int n = 0; n < count; ++n)
+    if (wish.index < 0 || wish.index == n) order.push_back(n);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return list.devices[a].freeMemory > list.devices[b].freeMemory; });
+  std::string refused;
+  const auto trusted = std::find_if(order.begin(), order.end(), [&](int n) {
+    const std::string why = refusal(n, list.devices[n]);
+    if (!why.empty()) refused += (refused.empty() ? "" : " ") + why;
+    return why.empty();
+  });
+  if (trusted == order.end()) {
+    if (insists) throw Error(ErrorCode::InvalidArgument, refused + " Use the CPU.");
+    use.reason = "On the CPU. " + refused;
+    return;
+  }
+  index_ = *trusted;
   plugin_ = backend().plugin;
   use.id = "cuda:" + std::to_string(index_);
   use.name = list.devices[index_].name;
-  use.reason = "On " + label() + (wish.kind == Wish::Cuda ? ", as asked." : ", the GPU found.");
+  use.reason = "On " + label() + (insists ? ", as asked." : ", the GPU found.");
+  if (!refused.empty()) use.reason += " " + refused;
 }
 
 std::string DeviceChoice::label() const {
@@ -184,6 +233,24 @@ void DeviceChoice::leave(const std::string& why) {
   use.name = "CPU";
   use.reason = "On the CPU. " + why;
   plugin_ = nullptr;
+}
+
+void DeviceChoice::weigh(const FitRequest& request) {
+  if (onCpu() || use.asked != "auto" || request.sweeps <= 0) return;
+  double samples = 0;
+  for (const Observation& o : *request.observations)
+    samples += static_cast<double>(o.samples);
+  const double seconds = 1e-9 * kSweepOfAMillion * samples * request.sweeps;
+  if (seconds > kSmall) return;
+  char text[32];
+  std::snprintf(text, sizeof text, "%.1g", std::max(seconds, 0.001));
+  leave("The fit is small: about " + std::string(text) + " s of work, not worth the start of a GPU.");
+}
+
+bool DeviceChoice::note(const std::string& remark) {
+  if (remark.empty() || onCpu() || use.reason.find(remark) != std::string::npos) return false;
+  use.reason += " " + remark;
+  return true;
 }
 
 std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
@@ -203,6 +270,7 @@ std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
     if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
     use.reason +=
         " The fit needs about " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
+    note(fit->remark());
     return fit;
   } catch (const Error& error) {
     if (error.code() == ErrorCode::Cancelled) throw;

@@ -23,7 +23,8 @@ struct DeviceUse {
 
 /// The devices besides the CPU, or one sentence why there is none: no plugin (beside the program or in a
 /// folder of INNERGS_PLUGIN_PATH), one that cannot be loaded or belongs to another build, no driver, no
-/// device. Asked anew at every call; a plugin is loaded once. Never throws.
+/// device. Asked anew at every call; a plugin is loaded once, and each device is compared with the CPU once
+/// (DeviceCheck.h). Never throws.
 DeviceList otherDevices();
 
 /// One of otherDevices(), or the CPU.
@@ -33,12 +34,14 @@ public:
 
   /// What `asked` ("auto", "cpu", "cuda", "cuda:N") leads to, without regard to memory. "auto": the device
   /// with the most free memory, or the CPU when there is none or when the settings name something that only
-  /// the CPU has (instruction set, candidate selection). Throws Error(InvalidArgument) for "cuda" where it
-  /// cannot be had.
+  /// the CPU has (instruction set, candidate selection). A device that computes otherwise than the CPU is
+  /// never taken. Throws Error(InvalidArgument) for "cuda" where it cannot be had.
   DeviceChoice(const std::string& asked, const std::string& instructionSet = {},
                Selection selection = Selection::Exact);
 
   bool onCpu() const { return !plugin_; }
+  /// "auto" stays on the CPU with a fit so small that a device would not be worth its start.
+  void weigh(const FitRequest& request);
   /// The fit on the device; null on the CPU. When it does not fit into the device's memory or cannot be made,
   /// the choice becomes the CPU and the reason says why.
   std::unique_ptr<FitDevice> makeFit(const FitRequest& request);
@@ -46,6 +49,8 @@ public:
   std::shared_ptr<FieldDevice> makeField(const GaussianField& field) const;
   /// The CPU from now on.
   void leave(const std::string& why);
+  /// FitDevice::remark() into the reason. False when it is there already, or empty.
+  bool note(const std::string& remark);
 
 private:
   std::string label() const;

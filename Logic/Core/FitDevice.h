@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <stop_token>
+#include <string>
 
 namespace innergs {
 
@@ -35,6 +36,7 @@ struct FitRequest {
   SweepRules rules;
   Blending blending = Blending::Normalised;
   bool linearIntensity = false;
+  int sweeps = 0;             // planned, in all; 0: not known
   std::int64_t gaussians = 0; // the most that upload(), densify() or evaluate() will see
   std::stop_token stop;       // what makes sweep() throw Error(Cancelled)
 };
@@ -76,6 +78,9 @@ public:
 
   /// Loss of any field on the observations at full resolution, nothing changed.
   virtual LossSum evaluate(const GaussianField& field) = 0;
+
+  /// One sentence on how it runs that a person should know; empty: nothing special.
+  virtual std::string remark() const { return {}; }
 };
 
 } // namespace innergs

@@ -245,6 +245,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       std::max(checkpoint.field.size(),
                members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
   FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
+  request.sweeps *= members;
   std::unique_ptr<FitDevice> placed = place(request, result);
   Trainer trainer(std::move(field), std::move(request), plan, kernels, pool, std::move(placed));
   if (complete) {
@@ -309,6 +310,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
 /// The fit on the chosen device; null: on the CPU.
 std::unique_ptr<FitDevice> ReconstructionJob::Impl::place(const FitRequest& request,
                                                           ReconstructionResult& result) {
+  device->weigh(request);
   const bool hoped = !device->onCpu();
   std::unique_ptr<FitDevice> placed = device->makeFit(request);
   if (hoped && !placed) result.warnings.push_back(device->use.reason);
@@ -344,6 +346,10 @@ void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, 
       most = std::clamp(static_cast<int>(std::min(kReportEvery * done / std::max(since(asked), 1e-6), 1e6)),
                         1, 2 * done);
     noticeFailure(trainer, before, result);
+    if (device->note(trainer.remark())) {
+      result.device = device->use;
+      reportDevice(state.phase);
+    }
     state.gaussians = checkpoint.field.size() + trainer.gaussians();
     state.iteration = before + trainer.iteration();
     state.loss = trainer.loss();

@@ -16,6 +16,7 @@ FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan
   request.rules = {plan.loss, plan.bounds, plan.beta1, plan.beta2, plan.densify};
   request.blending = field.blending;
   request.linearIntensity = field.linearIntensity;
+  request.sweeps = plan.iterations;
   request.gaussians = std::max(gaussians, field.size());
   if (plan.densify.every > 0) request.gaussians = std::max(request.gaussians, plan.densify.limit);
   request.stop = std::move(stop);

@@ -88,6 +88,8 @@ public:
 
   /// Why the fit left its device for the CPU: the device's own sentence; empty: it did not.
   const std::string& failure() const { return failure_; }
+  /// FitDevice's.
+  std::string remark() const { return device_->remark(); }
 
 private:
   void record(float loss);

@@ -152,6 +152,16 @@ int Fit::slabs() const {
   return n;
 }
 
+std::string Fit::remark() const {
+  int fewest = 0;
+  for (const View& view : fine_) {
+    const std::int64_t points = static_cast<std::int64_t>(view.lattice.bufferSize());
+    fewest += static_cast<int>(points / kSlabPoints + 1);
+  }
+  if (slabs() <= 2 * fewest) return {}; // a slice more or less in a slab is no news
+  return "Its memory is short: the slices go through it in " + std::to_string(slabs()) + " parts.";
+}
+
 void Fit::throwIfStopped() const {
   if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 }

@@ -27,6 +27,7 @@ public:
   std::vector<LossSum> sweeps(std::span<const SweepOrder> orders) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
+  std::string remark() const override;
 
   int slabs() const; // of the finest observations, all in all
   Executor& executor() { return *executor_; }

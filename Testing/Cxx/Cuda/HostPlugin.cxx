@@ -9,7 +9,7 @@ class HostPlugin final : public cuda::ExecutorPlugin {
 public:
   DeviceList devices() override {
     constexpr std::int64_t memory = std::int64_t{1} << 36;
-    return {{{"Host executor", "0.0", memory, memory}}, ""};
+    return {{{"Host executor", "0.0", memory, memory, {}}}, ""};
   }
 
 protected:

@@ -75,3 +75,22 @@ TEST_F(Choice, OfWhatIsNotThereIsRefused) {
   EXPECT_TRUE(has(refusal("cuda"), "No NVIDIA driver is installed."));
   EXPECT_TRUE(has(refusal("cuda:0"), "No NVIDIA driver is installed."));
 }
+
+TEST_F(Choice, AutoLeavesSmallFitsToTheCpu) {
+  FitRequest request;
+  Observation observation;
+  observation.samples = 1'000'000;
+  request.observations = std::make_shared<const std::vector<Observation>>(1, observation);
+  const auto chosen = [&](const char* asked, int sweeps) {
+    DeviceChoice choice(asked);
+    request.sweeps = sweeps;
+    choice.weigh(request);
+    return choice.use;
+  };
+  EXPECT_EQ(chosen("auto", 100).id, "cuda:1");
+  EXPECT_EQ(chosen("auto", 0).id, "cuda:1") << "of unknown length";
+  EXPECT_EQ(chosen("cuda", 10).id, "cuda:1") << "as asked";
+  EXPECT_EQ(chosen("auto", 20).id, "cpu");
+  EXPECT_EQ(chosen("auto", 20).reason,
+            "On the CPU. The fit is small: about 0.3 s of work, not worth the start of a GPU.");
+}

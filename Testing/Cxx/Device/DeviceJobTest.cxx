@@ -42,10 +42,10 @@ TEST_F(DeviceJob, RunsOnTheDeviceAndSaysSo) {
     const auto cpu = runUntil(-1, input, reference());
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_EQ(notes[0], "On the CPU, as asked.");
-    const auto device = runUntil(-1, input, on("auto"));
+    const auto device = runUntil(-1, input, on("cuda"));
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_TRUE(has(notes[0], "On Fake Two (cuda:1)")) << notes[0];
-    EXPECT_EQ(device.device.asked, "auto");
+    EXPECT_EQ(device.device.asked, "cuda");
     EXPECT_EQ(device.device.id, "cuda:1");
     EXPECT_EQ(device.device.name, "Fake Two");
     EXPECT_EQ(device.device.reason, notes[0]);
@@ -92,7 +92,7 @@ TEST_F(DeviceJob, FallsBackToTheCpuAtTheStart) {
     const char *fault, *device, *says;
   };
   for (const auto& [how, device, says] :
-       {Case{"small", "auto", "needs about"}, Case{"small", "cuda:1", "needs about"},
+       {Case{"small", "cuda", "needs about"}, Case{"small", "cuda:1", "needs about"},
         Case{"make", "cuda", "The device has no memory left."}}) {
     SCOPED_TRACE(how);
     fails(how);
@@ -116,7 +116,7 @@ TEST_F(DeviceJob, GoesOnOnTheCpuMidway) {
   for (const char* how : {"upload", "sweep:1", "sweep:7", "sweep:20", "lost:7", "lost:20", "download"}) {
     SCOPED_TRACE(how);
     fails(how);
-    const auto result = runUntil(-1, anisotropicInput(), on("auto", settings));
+    const auto result = runUntil(-1, anisotropicInput(), on("cuda", settings));
     EXPECT_FALSE(result.cancelled);
     EXPECT_EQ(result.device.id, "cpu");
     EXPECT_TRUE(has(result.device.reason, "Fake Two (cuda:1) failed after sweep")) << result.device.reason;
@@ -151,8 +151,8 @@ TEST_F(DeviceJob, StopsAndGoesOnOnTheOtherDevice) {
   Settings settings = quickSettings(12);
   const auto whole = runUntil(-1, isotropicInput(), reference(settings));
   for (const bool deviceFirst : {true, false}) {
-    const Settings first = deviceFirst ? on("auto", settings) : reference(settings);
-    const Settings second = deviceFirst ? reference(settings) : on("auto", settings);
+    const Settings first = deviceFirst ? on("cuda", settings) : reference(settings);
+    const Settings second = deviceFirst ? reference(settings) : on("cuda", settings);
     const auto stopped = runUntil(5, isotropicInput(), first);
     EXPECT_TRUE(stopped.cancelled);
     EXPECT_EQ(stopped.iterations, 5);
@@ -169,14 +169,14 @@ TEST_F(DeviceJob, StopsAndGoesOnOnTheOtherDevice) {
 TEST_F(DeviceJob, StoppedWithALostDeviceKeepsWhatItHas) {
   fails("download");
   Settings settings = quickSettings(12);
-  const auto stopped = runUntil(5, isotropicInput(), on("auto", settings));
+  const auto stopped = runUntil(5, isotropicInput(), on("cuda", settings));
   EXPECT_TRUE(stopped.cancelled);
   EXPECT_EQ(stopped.iterations, 0) << "the sweeps went with the device";
   ASSERT_FALSE(stopped.checkpoint->field.gaussians.empty());
   fails("");
   ReconstructionInput rest = isotropicInput();
   rest.resume = stopped.checkpoint;
-  const auto result = runUntil(-1, rest, on("auto", settings));
+  const auto result = runUntil(-1, rest, on("cuda", settings));
   const auto whole = runUntil(-1, isotropicInput(), reference(settings));
   EXPECT_TRUE(sameField(result.checkpoint->field, whole.checkpoint->field));
 }
@@ -185,7 +185,8 @@ TEST_F(DeviceJob, ShowsPreviewsWhileItRunsOnTheDevice) {
   Settings settings = quickSettings(100000);
   settings.gaussians = 100;
   std::stop_source stop;
-  ReconstructionJob job(isotropicInput(), on("auto", settings));
+  ReconstructionJob job(isotropicInput(), on("auto", settings)); // long enough for a device
+
   Volume seen;
   job.onPreview([&](const Volume& volume) {
     seen = volume;
@@ -193,8 +194,30 @@ TEST_F(DeviceJob, ShowsPreviewsWhileItRunsOnTheDevice) {
   });
   const auto result = job.run(stop.get_token());
   EXPECT_TRUE(result.cancelled);
+  EXPECT_EQ(result.device.id, "cuda:1");
   EXPECT_GT(result.iterations, 0);
   ASSERT_FALSE(seen.voxels.empty());
   const auto [low, high] = std::minmax_element(seen.voxels.begin(), seen.voxels.end());
   EXPECT_GT(*high - *low, 50);
+}
+
+TEST_F(DeviceJob, AutoKeepsASmallFitOnTheCpu) {
+  const auto cpu = runUntil(-1, isotropicInput(), on("cpu"));
+  const auto result = runUntil(-1, isotropicInput(), on("auto"));
+  EXPECT_EQ(result.device.id, "cpu");
+  EXPECT_TRUE(has(result.device.reason, "On the CPU. The fit is small: about 0.00")) << result.device.reason;
+  ASSERT_EQ(notes.size(), 1u);
+  EXPECT_EQ(notes[0], result.device.reason);
+  EXPECT_TRUE(result.warnings.empty()) << "nothing went wrong";
+  EXPECT_TRUE(sameField(result.checkpoint->field, cpu.checkpoint->field));
+}
+
+TEST_F(DeviceJob, SaysThatItGoesOnInSmallerParts) {
+  fails("short");
+  const auto result = runUntil(-1, isotropicInput(), on("cuda"));
+  EXPECT_EQ(result.device.id, "cuda:1");
+  ASSERT_EQ(notes.size(), 2u);
+  EXPECT_TRUE(has(notes[1], "in 7 parts.")) << notes[1];
+  EXPECT_EQ(notes[1], result.device.reason);
+  EXPECT_TRUE(result.warnings.empty());
 }

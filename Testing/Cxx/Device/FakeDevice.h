@@ -18,7 +18,11 @@ inline void setVariable(const char* name, const std::string& value) {
 /// Tests with the fake plugin (FakePlugin.cxx): fails(...) says what goes wrong from now on.
 class FakeDevice : public ::testing::Test {
 protected:
-  static void SetUpTestSuite() { setVariable("INNERGS_PLUGIN_PATH", INNERGS_FAKE_PLUGINS "/good"); }
+  static void SetUpTestSuite() {
+    setVariable("INNERGS_PLUGIN_PATH", INNERGS_FAKE_PLUGINS "/good");
+    fails("");
+    otherDevices(); // checks them before anything goes wrong
+  }
   void SetUp() override { fails(""); }
   void TearDown() override { fails(""); }
   static void fails(const std::string& how) { setVariable("INNERGS_FAKE", how); }

@@ -1,6 +1,6 @@
 // A device plugin whose devices are the CPU in disguise. The environment variable INNERGS_FAKE says what goes
-// wrong: none, small, throws, make, upload, sweep:N, lost:N, reshape, evaluate, download, render, mark
-// (renders values that are 1 too high).
+// wrong: none, small, short (after three sweeps), throws, make, upload, sweep:N, lost:N, reshape, evaluate,
+// download, render, mark (renders values that are 1 too high).
 #include "Core/CpuFitDevice.h"
 #include "Core/DevicePlugin.h"
 #include "Core/Error.h"
@@ -56,6 +56,10 @@ public:
   LossSum evaluate(const GaussianField& field) override {
     if (fault("evaluate")) outOfMemory();
     return inner_.evaluate(field);
+  }
+
+  std::string remark() const override {
+    return fault("short") && sweeps_ > 3 ? "Its memory is short: the slices go through it in 7 parts." : "";
   }
 
 private:
@@ -120,8 +124,8 @@ public:
       return list;
     }
     const std::int64_t free = fault("small") ? 1000 : 4'000'000'000;
-    list.devices.push_back({"Fake One", "7.5", 8'000'000'000, free / 2});
-    list.devices.push_back({"Fake Two", "9.0", 8'000'000'000, free});
+    list.devices.push_back({"Fake One", "7.5", 8'000'000'000, free / 2, {}});
+    list.devices.push_back({"Fake Two", "9.0", 8'000'000'000, free, {}});
     return list;
   }
   std::int64_t fitMemory(const FitRequest& request) override {

@@ -1,0 +1,181 @@
+#include "Core/DeviceCheck.h"
+
+#include "Core/CpuFitDevice.h"
+#include "Core/DevicePlugin.h"
+#include "Core/Error.h"
+#include "Core/Render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+namespace innergs {
+namespace {
+
+constexpr double kTolerance = 1e-3; // devices are tested to 1e-4
+constexpr int kSize[3] = {36, 21, 5};
+
+/// Gaussians of many directions and sizes in an image of waves, seen through thick slices.
+struct Probe {
+  GaussianField field;
+  FitRequest request;
+
+  explicit Probe(Blending blending) {
+    Stack stack;
+    stack.image.geometry.size = {kSize[0], kSize[1], kSize[2]};
+    for (int k = 0; k < kSize[2]; ++k)
+      for (int j = 0; j < kSize[1]; ++j)
+        for (int i = 0; i < kSize[0]; ++i)
+          stack.image.voxels.push_back(
+              static_cast<float>(0.5 + 0.3 * std::sin(0.4 * i + 0.2 * k) * std::cos(0.5 * j)));
+    const bool thick = blending == Blending::Normalised;
+    stack.profile = thick ? SliceProfile::Box : SliceProfile::Point;
+    field.blending = blending;
+    field.linearIntensity = thick;
+    field.cutoff = 2.2;
+    for (int n = 0; n < 150; ++n) {
+      const auto wave = [&](double rate) { return static_cast<float>(std::sin(rate * (n + 1))); };
+      Gaussian g{};
+      for (int a = 0; a < 3; ++a) {
+        g.mean[a] = (0.5f + 0.55f * wave(1.3 + 0.9 * a)) * static_cast<float>(kSize[a] - 1);
+        g.logScale[a] = 0.4f + 0.5f * wave(2.1 + 0.7 * a);
+        g.slope[a] = thick ? 0.02f * wave(0.7 + 0.6 * a) : 0.f;
+      }
+      for (int a = 0; a < 4; ++a)
+        g.quaternion[a] = 0.3f + wave(0.37 + 0.41 * a);
+      g.logWeight = blending == Blending::Alpha ? wave(0.9) : 0.3f * wave(0.9);
+      g.intensity = 0.5f + 0.4f * wave(1.7);
+      field.gaussians.push_back(g);
+    }
+    request.observations = std::make_shared<const std::vector<Observation>>(observe(stack, {}, {}, false));
+    request.rules.loss = {LossKind::L2, 0.02, 0.2, 0.8};
+    request.rules.bounds = {-2, 4};
+    request.rules.densify.limit = 200;
+    request.rules.densify.thresholds.gradient = 1e-3;
+    request.blending = blending;
+    request.linearIntensity = field.linearIntensity;
+    request.gaussians = 200;
+  }
+};
+
+/// The first disagreement that is told of.
+class Judge {
+public:
+  const std::string& verdict() const { return verdict_; }
+
+  void compare(const char* what, std::span<const float> found, std::span<const float> expected) {
+    if (!verdict_.empty()) return;
+    double largest = 0, off = found.size() == expected.size() ? 0 : HUGE_VAL;
+    for (std::size_t i = 0; i < expected.size() && off < HUGE_VAL; ++i) {
+      const double difference = std::fabs(static_cast<double>(found[i]) - expected[i]);
+      off = std::isfinite(difference) ? std::max(off, difference) : HUGE_VAL;
+      largest = std::max(largest, std::fabs(static_cast<double>(expected[i])));
+    }
+    const double share = off / std::max(largest, 1e-30);
+    if (share <= kTolerance) return;
+    char text[120];
+    if (share < 100)
+      std::snprintf(text, sizeof text, "its %s is %.2g %% off the CPU's", what, 100 * share);
+    else
+      std::snprintf(text, sizeof text, "its %s is nothing like the CPU's", what);
+    verdict_ = text;
+  }
+  void compare(const char* what, double found, double expected) {
+    const float a[] = {static_cast<float>(found)}, b[] = {static_cast<float>(expected)};
+    compare(what, a, b);
+  }
+
+private:
+  std::string verdict_;
+};
+
+void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge) {
+  ThreadPool pool(1);
+  CpuFitDevice cpu(probe.request, kernelSet("scalar"), pool);
+  const std::unique_ptr<FitDevice> fit = plugin.makeFit(device, probe.request);
+  if (!fit) throw Error(ErrorCode::Internal, "it offers no fit");
+  const Adam adam(probe.field.size());
+  SweepOrder order;
+  order.pulls = true;
+  order.rates = {0.02, 0.01, 0.01, 0.02, 0.01, 0.001};
+  FitState found, expected;
+  const auto fetch = [&] {
+    fit->download(&found.field, &found.adam, &found.pulls);
+    cpu.download(&expected.field, &expected.adam, &expected.pulls);
+    judge.compare("gradient", found.adam.moment1, expected.adam.moment1);
+    const auto floats = [](const GaussianField& f) {
+      return std::span(reinterpret_cast<const float*>(f.gaussians.data()), 16 * f.gaussians.size());
+    };
+    judge.compare("field", floats(found.field), floats(expected.field));
+  };
+  fit->upload(probe.field, adam, {});
+  cpu.upload(probe.field, adam, {});
+  const LossSum a = fit->sweep(order), b = cpu.sweep(order);
+  judge.compare("loss", a.loss, b.loss);
+  judge.compare("error", a.squared, b.squared);
+  judge.compare("number of samples", static_cast<double>(a.samples), static_cast<double>(b.samples));
+  fetch();
+  judge.compare("pull", found.pulls.sum, expected.pulls.sum);
+  // From the same state on: rounding must not decide who is chosen.
+  fit->upload(expected.field, expected.adam, expected.pulls);
+  const DensifyCounts grown = fit->densify(), cpuGrown = cpu.densify();
+  judge.compare("number of Gaussians", static_cast<double>(grown.split + grown.cloned - grown.pruned),
+                static_cast<double>(cpuGrown.split + cpuGrown.cloned - cpuGrown.pruned));
+  fetch();
+}
+
+void judgeRendering(DevicePlugin& plugin, int device, const GaussianField& field, Judge& judge) {
+  const std::shared_ptr<FieldDevice> rendering = plugin.makeField(device, field);
+  if (!rendering) throw Error(ErrorCode::Internal, "it offers no rendering");
+  Lattice lattice;
+  lattice.indexToModel = {{{{{0.8, 0.3, 0.1}, {-0.3, 0.7, 0.2}, {0.1, -0.3, 0.9}}}}, {4, 6, 0}};
+  lattice.nx = 30;
+  lattice.ny = 17;
+  lattice.z = {0.5, 2};
+  ThreadPool pool(1);
+  LatticeRenderer renderer(lattice, kernelSet("scalar"), pool);
+  std::vector<float> w(lattice.bufferSize()), n(w.size()), expected;
+  renderer.forward(field, {}, w.data(), n.data());
+  for (int row = 0; row < lattice.ny * lattice.planes(); ++row)
+    for (int x = 0; x < lattice.nx; ++x) {
+      const std::size_t at = static_cast<std::size_t>(row) * lattice.stride() + x;
+      expected.push_back(field.blending == Blending::Normalised
+                             ? n[at] / (w[at] + static_cast<float>(field.epsilon))
+                             : n[at]);
+    }
+  std::vector<float> found(expected.size());
+  rendering->renderLattice(lattice, {}, {}, found.data(), {});
+  judge.compare("rendering", found, expected);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 60; ++i)
+    points.push_back({1.0 + 0.55 * i, 10 + 9 * std::sin(0.7 * i), 2 + 2 * std::cos(1.1 * i)});
+  RenderOptions options;
+  options.threads = 1;
+  options.instructionSet = "scalar";
+  options.scannerUnits = false;
+  std::vector<float> values(points.size());
+  rendering->renderPoints(points, {}, values.data(), {});
+  judge.compare("rendering of points", values, renderPoints(field, points, options));
+}
+
+} // namespace
+
+std::string deviceDisagreement(DevicePlugin& plugin, int device) {
+  Judge judge;
+  try {
+    for (const Blending blending : {Blending::Normalised, Blending::Alpha, Blending::Additive}) {
+      const Probe probe(blending);
+      if (blending != Blending::Additive) judgeFit(plugin, device, probe, judge);
+      judgeRendering(plugin, device, probe.field, judge);
+      if (!judge.verdict().empty()) return judge.verdict() + " (" + blendingName(blending) + " blending)";
+    }
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Memory) throw;
+    return std::string("it failed: ") + error.what();
+  } catch (const std::exception& error) {
+    return std::string("it failed: ") + error.what();
+  }
+  return {};
+}
+
+} // namespace innergs
