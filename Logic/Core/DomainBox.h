@@ -23,7 +23,7 @@ public:
     for (int a = 0; a < 3; ++a) {
       const double below = -kEdge, above = static_cast<double>(size_[a] - 1) + kEdge;
       if (std::abs(step[a]) < 1e-12) {
-        if (start[a] < below || start[a] > above) high = low - 1;
+        if (start[a] < below || start[a] > above) high = first - 1; // low may be far beyond the row
         continue;
       }
       const double p = (below - start[a]) / step[a], q = (above - start[a]) / step[a];

@@ -1,5 +1,6 @@
 #include "Core/PlaneSampler.h"
 
+#include "Core/DomainBox.h"
 #include "Core/Error.h"
 #include "Core/Render.h"
 #include "RandomFields.h"
@@ -55,6 +56,33 @@ TEST(PlaneSampler, FarFromEverythingIsBackground) {
   std::vector<float> out(12, -1.f);
   sampler.sample({Mat3{}, {5000, 0, 0}}, 4, 3, out);
   EXPECT_EQ(out, std::vector<float>(12, 3.f));
+}
+
+TEST(PlaneSampler, BesideTheDomainAlongItsAxesIsBackground) {
+  auto field = std::make_shared<GaussianField>(*fieldOf(Blending::Normalised));
+  field->modelToWorld = {};
+  field->domain = grid(20, 20, 20, {1, 1, 1}, {0, 0, 0}, Mat3{});
+  PlaneSampler sampler(field, 2);
+  for (const double right :
+       {-400.0, 400.0, 5.0}) // the row meets the domain far from its own pixels, or never
+    for (const double up : {-30.0, 5.0, 60.0})
+      for (const double along : {-30.0, 5.0, 60.0}) {
+        if (right == 5 && up == 5 && along == 5) continue;
+        std::vector<float> out(12, -1.f);
+        sampler.sample({Mat3{}, {right, up, along}}, 4, 3, out);
+        EXPECT_EQ(out, std::vector<float>(12, 3.f));
+        const GridGeometry beside = grid(4, 3, 2, {1, 1, 1}, {right, up, along}, Mat3{});
+        EXPECT_EQ(render(*field, beside).voxels, std::vector<float>(24, 3.f));
+      }
+}
+
+TEST(DomainBox, NeverCutsARowLonger) {
+  const DomainBox box(grid(20, 20, 20, {1, 1, 1}, {0, 0, 0}, Mat3{}), Affine3{Mat3{}, {-400, -30, 0}});
+  int first = 0, last = 4;
+  box.clipRow(0, 0, first, last);
+  EXPECT_GE(first, 0);
+  EXPECT_EQ(first, last);
+  EXPECT_LE(last, 4);
 }
 
 TEST(PlaneSampler, RefusesWhatIsNoPlane) {
