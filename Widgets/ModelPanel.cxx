@@ -164,8 +164,11 @@ void ModelPanel::save() {
   dialog->setAcceptMode(QFileDialog::AcceptSave);
   dialog->setDefaultSuffix(QStringLiteral("innergs"));
   connect(dialog, &QFileDialog::filterSelected, dialog, [dialog](const QString& filter) {
-    dialog->setDefaultSuffix(filter.contains(QLatin1String("*.ply")) ? QStringLiteral("ply")
-                                                                     : QStringLiteral("innergs"));
+    const QString end =
+        filter.contains(QLatin1String("*.ply")) ? QStringLiteral("ply") : QStringLiteral("innergs");
+    dialog->setDefaultSuffix(end);
+    const QFileInfo file(dialog->selectedFiles().value(0));
+    if (hasKnownEnd(file.fileName())) dialog->selectFile(file.completeBaseName() + QLatin1Char('.') + end);
   });
   QString name = info.name;
   name.replace(QLatin1Char('/'), QLatin1Char('-'));

@@ -145,7 +145,7 @@ PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_
   redraw_.setSingleShot(true);
   redraw_.setInterval(0);
   connect(&redraw_, &QTimer::timeout, this, [this] {
-if (isValid() && isVisible()) renderWindow()->Render();
+    if (isValid() && isVisible()) renderWindow()->Render();
   });
 }
 

@@ -9,6 +9,7 @@
 #include "vtkInnerGSModel.h"
 
 #include <QCheckBox>
+#include <QCursor>
 #include <QDir>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
@@ -109,7 +110,7 @@ void QueryPanel::connectAll() {
   connect(view_, &PlaneView::homeAsked, home_, &QPushButton::click);
   connect(view_, &PlaneView::windowEdited, this, &QueryPanel::showWindow);
   connect(view_, &PlaneView::hovered, this, &QueryPanel::probe);
-  connect(view_, &PlaneView::left, readout_, &QLabel::clear);
+  connect(view_, &PlaneView::left, this, &QueryPanel::clearReadout);
   for (QDoubleSpinBox* box : {window_, level_})
     connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this] {
       view_->setWindow(level_->value() - 0.5 * window_->value(), level_->value() + 0.5 * window_->value());
@@ -146,7 +147,7 @@ void QueryPanel::updateModel() {
   if (otherModel) {
     worker_->clear();
     msPerPixel_ = 0;
-    readout_->clear();
+    clearReadout();
     if (!model) {
       view_->clearImage();
       size_->clear();
@@ -201,6 +202,7 @@ void QueryPanel::setPose(const PlanePose& pose, bool settled) {
   view_->setPose(pose);
   showPose();
   query(!settled);
+  if (view_->underMouse()) probe(view_->planeAt(view_->mapFromGlobal(QCursor::pos())));
   Q_EMIT planeChanged(matrix_);
 }
 
@@ -322,6 +324,10 @@ void QueryPanel::showProbe(const PlaneImage& point) {
     readout_->setText(tr("%1: %2 scanner units")
                           .arg(place, QLocale().toString(point.image->GetScalarComponentAsDouble(0, 0, 0, 0),
                                                          'f', window_->decimals())));
+}
+
+void QueryPanel::clearReadout() {
+  readout_->setText(model_ ? tr("Wheel: move. Middle drag: pan. Right drag: zoom.") : QString());
 }
 
 QString QueryPanel::planeName() const {

@@ -63,6 +63,7 @@ private:
   void settle();
   void probe(const QPointF& planePoint);
   void showProbe(const PlaneImage& point);
+  void clearReadout();
   void showImage(const PlaneImage& image);
   void keep(const QString& file);
   void kept(const PlaneImage& image);

@@ -7,11 +7,16 @@
 #include "vtkInnerGSModel.h"
 
 #include <vtkActor.h>
+#include <vtkCamera.h>
 #include <vtkDataArray.h>
 #include <vtkGlyph3DMapper.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <QApplication>
 #include <QCheckBox>
@@ -26,6 +31,7 @@
 #include <QtTest>
 
 #include <cmath>
+#include <vector>
 
 using namespace innergs;
 using namespace innergs::ui;
@@ -208,6 +214,54 @@ private Q_SLOTS:
     QVERIFY(mapper);
     mapper->GetBounds(bounds);
     QVERIFY(bounds[0] < -10 && bounds[1] > -10);
+  }
+
+  void instancesLieAsTheSurfacesDo() {
+    auto checkpoint = std::make_shared<Checkpoint>();
+    Gaussian g{}; // long along (1, 1, 0) in LPS, which is (−1, −1, 0) in RAS, and raised a little
+    g.quaternion[0] = std::cos(3.14159265f / 8), g.quaternion[3] = std::sin(3.14159265f / 8);
+    g.logScale[0] = std::log(8.f);
+    g.intensity = 1;
+    checkpoint->field.gaussians = {g};
+    checkpoint->field.gaussians.push_back(g); // and one across, smaller and to the left
+    checkpoint->field.gaussians[1].quaternion[3] *= -1;
+    checkpoint->field.gaussians[1].logScale[0] = std::log(4.f);
+    checkpoint->field.gaussians[1].mean[0] = 12;
+    vtkNew<vtkInnerGSModel> model;
+    model->SetCheckpoint(checkpoint);
+    const EllipsoidOptions options;
+    const auto actor = ellipsoidActor(ellipsoidCentres(model, options, nullptr), options);
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputData(ellipsoidSurfaces(model, options, nullptr));
+    vtkNew<vtkActor> surfaces;
+    mapper->ScalarVisibilityOff();
+    surfaces->SetMapper(mapper);
+    const auto seen = [](vtkActor* one) {
+      vtkNew<vtkRenderer> renderer;
+      renderer->AddActor(one);
+      renderer->GetActiveCamera()->ParallelProjectionOn();
+      renderer->ResetCamera(-16, 16, -16, 16, -16, 16);
+      vtkNew<vtkRenderWindow> window;
+      window->SetOffScreenRendering(1);
+      window->SetMultiSamples(0);
+      window->SetSize(100, 100);
+      window->AddRenderer(renderer);
+      window->Render();
+      vtkNew<vtkUnsignedCharArray> pixels;
+      window->GetPixelData(0, 0, 99, 99, 1, pixels);
+      std::vector<bool> lit(10000);
+      for (int i = 0; i < 10000; ++i)
+        lit[i] = pixels->GetComponent(i, 0) > 0;
+      return lit;
+    };
+    const auto instances = seen(actor), whole = seen(surfaces);
+    int both = 0, either = 0;
+    for (int i = 0; i < 10000; ++i) {
+      both += instances[i] && whole[i];
+      either += instances[i] || whole[i];
+    }
+    QVERIFY2(both > 100 && both > 0.9 * either, qPrintable(QString("%1 of %2").arg(both).arg(either)));
+    QVERIFY(whole[100 * 56 + 56] && !whole[100 * 56 + 44]); // R and A are right and up
   }
 
   void ellipsoidsOfNothingAreASentence() {

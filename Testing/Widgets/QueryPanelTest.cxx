@@ -82,6 +82,7 @@ struct Shown { // a panel with the ramp in it
     panel.show();
     if (!QTest::qWaitForWindowExposed(&panel)) qWarning("not exposed");
     if (model) panel.setModelId("ramp");
+    QTest::qWait(50); // the layout settles
   }
   template <typename T>
   T* find(const char* name) {
@@ -263,6 +264,8 @@ private Q_SLOTS:
     QVERIFY(std::abs(value - truth->EvaluatePoint(r, a, 20)) < 0.06);
     QVERIFY(std::abs(value - rampAt(r, a, 20)) < 4);
 
+    QTest::keyClick(shown.view, Qt::Key_PageUp); // the plane moves below the cursor
+    QTRY_VERIFY2(readout->text().contains("S 22.0 mm"), qPrintable(readout->text()));
     QTest::mouseMove(shown.view, QPoint(2, 2));
     QTRY_VERIFY2(readout->text().endsWith("outside the model"), qPrintable(readout->text()));
   }

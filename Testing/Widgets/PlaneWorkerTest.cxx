@@ -1,0 +1,111 @@
+#include "Widgets/PlaneWorker.h"
+#include "FittedModel.h"
+
+#include "Core/ReconstructionJob.h"
+
+#include <vtkImageData.h>
+
+#include <QCoreApplication>
+#include <QThread>
+#include <QtTest>
+
+using namespace innergs;
+using namespace innergs::ui;
+
+class PlaneWorkerTest : public QObject {
+  Q_OBJECT
+  FakeHost host_;
+  std::shared_ptr<const Checkpoint> model_;
+
+  PlaneTask task(double position, int side = 64) {
+    PlaneTask task;
+    task.model = model_;
+    task.pose.origin[2] = position;
+    task.left = task.bottom = -0.5 * side;
+    task.columns = task.rows = side;
+    return task;
+  }
+
+private Q_SLOTS:
+  void initTestCase() { model_ = host_.model(host_.addBallModel())->GetCheckpoint(); }
+
+  void theLatestIsShownAndOthersSkipped() {
+    PlaneWorker worker;
+    QVector<PlaneImage> seen;
+    connect(&worker, &PlaneWorker::shown, this, [&](const PlaneImage& image) {
+      QCOMPARE(QThread::currentThread(), qApp->thread());
+      seen.append(image);
+    });
+    for (int i = 0; i < 300; ++i)
+      worker.show(task(0.1 * i, 256), i % 3 == 0);
+    QTRY_VERIFY(!seen.isEmpty() && seen.last().task.pose.origin[2] == 0.1 * 299);
+    QVERIFY2(seen.size() < 100, qPrintable(QString::number(seen.size())));
+    for (const PlaneImage& image : seen) {
+      QVERIFY(image.image);
+      QCOMPARE(image.image->GetNumberOfPoints(), vtkIdType{256 * 256});
+    }
+  }
+
+  void whatIsToKeepIsAllDone() {
+    PlaneWorker worker;
+    QVector<double> kept;
+    connect(&worker, &PlaneWorker::kept, this, [&](const PlaneImage& image) {
+      QVERIFY(image.image);
+      kept.append(image.task.pose.origin[2]);
+    });
+    for (int i = 0; i < 5; ++i) {
+      worker.keep(task(i));
+      worker.show(task(10 * i, 512), true);
+      worker.probe(task(i));
+    }
+    worker.clear();
+    QTRY_COMPARE(kept.size(), 5);
+    QCOMPARE(kept, (QVector<double>{0, 1, 2, 3, 4}));
+  }
+
+  void aKeptImageIsNotOverwritten() {
+    PlaneWorker worker;
+    QVector<PlaneImage> kept;
+    connect(&worker, &PlaneWorker::kept, this, [&](const PlaneImage& image) { kept.append(image); });
+    worker.keep(task(0));
+    worker.keep(task(39));
+    QTRY_COMPARE(kept.size(), 2);
+    QVERIFY(kept[0].image->GetScalarComponentAsDouble(32, 32, 0, 0) >
+            5 + kept[1].image->GetScalarComponentAsDouble(32, 32, 0, 0));
+  }
+
+  void errorsAreSentences() {
+    PlaneWorker worker;
+    QVector<PlaneImage> seen;
+    connect(&worker, &PlaneWorker::shown, this, [&](const PlaneImage& image) { seen.append(image); });
+    PlaneTask bad = task(0);
+    bad.pixelSize = -1;
+    worker.show(bad);
+    QTRY_COMPARE(seen.size(), 1);
+    QVERIFY(!seen[0].image);
+    QVERIFY2(seen[0].error.contains("spacing must be finite and above zero"), qPrintable(seen[0].error));
+    worker.show(task(0)); // and on it goes
+    QTRY_COMPARE(seen.size(), 2);
+    QVERIFY(seen[1].image && seen[1].error.isEmpty());
+    bad = task(0);
+    bad.model = std::make_shared<Checkpoint>();
+    worker.show(bad);
+    QTRY_COMPARE(seen.size(), 3);
+    QVERIFY2(seen[2].error.endsWith("."), qPrintable(seen[2].error));
+  }
+
+  void endsAtOnceWithWorkInHand() {
+    QElapsedTimer clock;
+    clock.start();
+    for (int i = 0; i < 20; ++i) {
+      PlaneWorker worker;
+      worker.show(task(0, 2000));
+      worker.keep(task(0, 2000));
+      QThread::msleep(static_cast<unsigned long>(i % 4));
+    }
+    QVERIFY2(clock.elapsed() < 20 * 250, qPrintable(QString::number(clock.elapsed())));
+  }
+};
+
+QTEST_GUILESS_MAIN(PlaneWorkerTest)
+#include "PlaneWorkerTest.moc"
