@@ -39,8 +39,8 @@ public:
   template <class T, class Access>
   QComboBox* addChoice(const Text& text, const Choices<T>& choices, Access access) {
     auto* combo = new QComboBox;
-    constexpr bool optional = isOptional<decltype(access(settings))>;
-    if (optional) combo->addItem(tr("automatic"));
+    using Member = std::remove_reference_t<decltype(access(settings))>;
+    if (isOptional<Member>) combo->addItem(tr("automatic"));
     for (const auto& choice : choices)
       combo->addItem(choice.first);
     combo->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
@@ -51,11 +51,11 @@ public:
       int index = -1;
       for (std::size_t i = 0; i < choices.size(); ++i)
         if (access(std::as_const(settings)) == choices[i].second) index = static_cast<int>(i);
-      combo->setCurrentIndex(index + (optional ? 1 : 0));
+      combo->setCurrentIndex(index + (isOptional<Member> ? 1 : 0));
     });
     connect(combo, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [=, this](int index) {
       auto& member = access(settings);
-      if constexpr (optional) {
+      if constexpr (isOptional<Member>) {
         if (index == 0)
           member.reset();
         else

@@ -106,7 +106,9 @@ void FitChart::make() {
   }
   chart_->GetAxis(vtkAxis::LEFT)->SetTitle("dB");
   chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle(tr("Sweep").toStdString());
-  chart_->GetAxis(vtkAxis::RIGHT)->SetTitle(tr("Loss").toStdString());
+  chart_->GetAxis(vtkAxis::RIGHT)->SetTitle(tr("Loss").toStdString()); // its number stands beside the chart
+  chart_->GetAxis(vtkAxis::RIGHT)->SetLabelsVisible(false);
+  chart_->GetAxis(vtkAxis::RIGHT)->SetTicksVisible(false);
   chart_->GetAxis(vtkAxis::RIGHT)->SetLogScale(true);
   chart_->GetAxis(vtkAxis::RIGHT)->SetGridVisible(false);
   colour();

@@ -19,16 +19,19 @@ namespace {
 
 constexpr const char* kAxisNames[3] = {"I", "J", "K"};
 
-/// The spacing and size of a volume, e.g. "256 × 256 × 30 voxels of 0.9 × 0.9 × 4 mm".
-QString latticeText(const VolumeInfo& info) {
-  const auto joined = [](const QString& a, const QString& b, const QString& c) {
-    return QString::fromUtf8("%1 × %2 × %3").arg(a, b, c);
-  };
+/// "30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm", in the order slices, pixels; thickness last.
+QString slicesText(const VolumeInfo& info, int axis) {
+  const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
   const auto& n = info.dimensions;
   const auto& d = info.spacing;
-  return InputRow::tr("%1 voxels of %2 mm")
-      .arg(joined(QString::number(n[0]), QString::number(n[1]), QString::number(n[2])),
-           joined(lengthText(d[0]), lengthText(d[1]), lengthText(d[2])));
+  const QString slices = axis == info.sliceAxis && !info.orientation.isEmpty()
+                             ? InputRow::tr("%1 %2 slices").arg(n[axis]).arg(info.orientation)
+                             : InputRow::tr("%1 slices along %2").arg(n[axis]).arg(kAxisNames[axis]);
+  return InputRow::tr("%1 of %2 × %3; %4 × %5 × %6 mm")
+      .arg(slices)
+      .arg(n[u])
+      .arg(n[v])
+      .arg(lengthText(d[u]), lengthText(d[v]), lengthText(d[axis]));
 }
 
 } // namespace
@@ -87,6 +90,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
     return made;
   };
   auto* head = new QHBoxLayout;
+  head->setSpacing(fontMetrics().averageCharWidth());
   head->addWidget(title_);
   head->addWidget(selector_, 1);
   head->addWidget(remove_);
@@ -180,10 +184,7 @@ void InputRow::refresh() {
     description_->setText(tr("Choose a scan."));
     return;
   }
-  const QString slices = axis == info.sliceAxis && !info.orientation.isEmpty()
-                             ? tr("%1 %2 slices").arg(info.dimensions[axis]).arg(info.orientation)
-                             : tr("%1 slices along %2").arg(info.dimensions[axis]).arg(kAxisNames[axis]);
-  description_->setText(tr("%1; %2", "slices; voxels").arg(slices, latticeText(info)));
+  description_->setText(slicesText(info, axis));
 }
 
 InputsTable::InputsTable(Host* host, QWidget* parent)

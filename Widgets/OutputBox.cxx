@@ -8,13 +8,14 @@
 #include <QFormLayout>
 #include <QLabel>
 #include <QSignalBlocker>
+#include <QVBoxLayout>
 
 #include <algorithm>
 
 namespace innergs::ui {
 
 OutputBox::OutputBox(Host* host, QWidget* parent)
-    : QWidget(parent), host_(host), form_(new QFormLayout(this)), grid_(new QComboBox(this)),
+    : QWidget(parent), host_(host), grid_(new QComboBox(this)),
       explanation_(makeWrappedLabel("gridExplanation", this)), spacing_(new QDoubleSpinBox(this)) {
   grid_->setObjectName("outputGrid");
   grid_->addItem(tr("Automatic"), static_cast<int>(OutputGrid::Automatic));
@@ -33,29 +34,46 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
   spacing_->setKeyboardTracking(false);
   spacing_->setToolTip(tr("Edge of the result's voxels in mm."));
 
-  form_->setContentsMargins(0, 0, 0, 0);
-  form_->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
-  form_->setRowWrapPolicy(QFormLayout::WrapLongRows);
-  grid_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  spacing_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  form_->addRow(tr("Result &grid:"), grid_);
-  form_->addRow(tr("Voxel s&ize:"), spacing_);
-  const auto addSelector = [&](Host::Role role, const char* name, const QString& label, const QString& tip) {
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  const auto addForm = [&](QWidget* parent) {
+    auto* form = parent ? new QFormLayout(parent) : new QFormLayout;
+    form->setContentsMargins(0, 0, 0, 0);
+    form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+    form->setRowWrapPolicy(QFormLayout::WrapLongRows);
+    return form;
+  };
+  const auto addSelector = [&](QFormLayout* form, Host::Role role, const char* name, const QString& label,
+                               const QString& tip) {
     if (!host->offers(role)) return static_cast<Selector*>(nullptr);
     Selector* selector = host->createSelector(role, this);
     selector->setObjectName(name);
     selector->setToolTip(tip);
-    form_->addRow(label, selector);
+    form->addRow(label, selector);
     connect(selector, &Selector::currentIdChanged, this, &OutputBox::changed);
     return selector;
   };
-  reference_ = addSelector(Host::Role::Reference, "referenceSelector", tr("Re&ference volume:"),
-                           tr("The result gets the voxels of this volume."));
-  form_->addRow(explanation_);
-  volume_ = addSelector(Host::Role::OutputVolume, "outputVolumeSelector", tr("Result &volume:"),
+  QFormLayout* gridForm = addForm(nullptr);
+  gridForm->addRow(tr("Result &grid:"), grid_);
+  layout->addLayout(gridForm);
+  layout->addWidget(explanation_);
+  // A hidden row of a form leaves a gap, so what comes and goes is a widget of its own.
+  spacingRow_ = new QWidget(this);
+  addForm(spacingRow_)->addRow(tr("Voxel s&ize:"), spacing_);
+  layout->addWidget(spacingRow_);
+  referenceRow_ = new QWidget(this);
+  reference_ = addSelector(addForm(referenceRow_), Host::Role::Reference, "referenceSelector",
+                           tr("Re&ference volume:"), tr("The result gets the voxels of this volume."));
+  layout->addWidget(referenceRow_);
+  QFormLayout* outputs = addForm(nullptr);
+  volume_ = addSelector(outputs, Host::Role::OutputVolume, "outputVolumeSelector", tr("Result &volume:"),
                         tr("The volume that the result is written to, or a new one."));
-  model_ = addSelector(Host::Role::OutputModel, "outputModelSelector", tr("Result m&odel:"),
+  model_ = addSelector(outputs, Host::Role::OutputModel, "outputModelSelector", tr("Result m&odel:"),
                        tr("The Gaussian model that the result is written to, or a new one."));
+  if (volume_ || model_)
+    layout->addLayout(outputs);
+  else
+    delete outputs;
   guardWheel(this);
   showFields();
 
@@ -102,16 +120,10 @@ void OutputBox::explain(const QVector<InputChoice>& inputs) {
   explanation_->setVisible(!text.isEmpty());
 }
 
-void OutputBox::setRowVisible(QWidget* field, bool visible) {
-  if (!field) return;
-  field->setVisible(visible);
-  if (QWidget* label = form_->labelForField(field)) label->setVisible(visible);
-}
-
 void OutputBox::showFields() {
   const auto grid = static_cast<OutputGrid>(grid_->currentData().toInt());
-  setRowVisible(spacing_, grid == OutputGrid::Spacing);
-  setRowVisible(reference_, grid == OutputGrid::Reference);
+  spacingRow_->setVisible(grid == OutputGrid::Spacing);
+  referenceRow_->setVisible(grid == OutputGrid::Reference);
 }
 
 } // namespace innergs::ui

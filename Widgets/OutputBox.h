@@ -5,7 +5,6 @@
 
 class QComboBox;
 class QDoubleSpinBox;
-class QFormLayout;
 class QLabel;
 
 namespace innergs::ui {
@@ -25,14 +24,13 @@ Q_SIGNALS:
   void changed();
 
 private:
-  void setRowVisible(QWidget* field, bool visible);
   void showFields();
 
   Host* host_;
-  QFormLayout* form_;
   QComboBox* grid_;
   QLabel* explanation_;
   QDoubleSpinBox* spacing_;
+  QWidget *spacingRow_, *referenceRow_;
   Selector *reference_ = nullptr, *volume_ = nullptr, *model_ = nullptr;
 };
 

@@ -4,11 +4,15 @@
 #include <QComboBox>
 #include <QEvent>
 #include <QLabel>
+#include <QScrollArea>
 #include <QSlider>
+#include <QTimer>
 
 namespace innergs::ui {
 
 namespace {
+
+constexpr int kLayoutDelay = 50; // ms
 
 /// Takes whatever width there is, and the height that its text then needs: no more, so that a panel of
 /// them is not taller than it must be.
@@ -60,6 +64,13 @@ void guardWheel(QWidget* parent) {
     add(combo);
   for (auto* slider : parent->findChildren<QSlider*>())
     add(slider);
+}
+
+void reveal(QWidget* widget) {
+  QTimer::singleShot(kLayoutDelay, widget, [widget] {
+    for (QWidget* parent = widget->parentWidget(); parent; parent = parent->parentWidget())
+      if (auto* area = qobject_cast<QScrollArea*>(parent)) return area->ensureWidgetVisible(widget, 0, 0);
+  });
 }
 
 } // namespace innergs::ui

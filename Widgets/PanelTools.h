@@ -9,5 +9,7 @@ namespace innergs::ui {
 QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent);
 /// The wheel changes no value unless the widget has the keyboard: what scrolls a panel must not edit it.
 void guardWheel(QWidget* parent);
+/// Scrolls the area around a widget, if there is one, so that the widget is seen once it is laid out.
+void reveal(QWidget* widget);
 
 } // namespace innergs::ui

@@ -101,11 +101,11 @@ void ProgressCard::begin() {
   bar_->setValue(0);
   chart_->clear();
   preview_->clear();
+  for (QWidget* part : {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_),
+                        static_cast<QWidget*>(bar_), static_cast<QWidget*>(chart_)})
+    part->show(); // the chart too, while it is empty: its first drawing is the slow one
   for (QWidget* part :
-       {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_), static_cast<QWidget*>(bar_)})
-    part->show();
-  for (QWidget* part : {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_),
-                        static_cast<QWidget*>(numbers_), static_cast<QWidget*>(chart_)})
+       {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_), static_cast<QWidget*>(numbers_)})
     part->hide();
   show();
 }
@@ -117,7 +117,6 @@ void ProgressCard::setProgress(const Progress& progress) {
     note_->show();
   }
   chart_->add(progress);
-  chart_->setVisible(chart_->points() > 1);
   if (const QString text = numbersText(progress, palette()); !text.isEmpty()) {
     numbers_->setText(text);
     numbers_->show();

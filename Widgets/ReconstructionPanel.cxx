@@ -231,21 +231,26 @@ void ReconstructionPanel::connectHost() {
     quality_->clear();
     progress_->begin();
     setState(State::Running);
+    reveal(progress_);
   });
   connect(host_, &Host::progressed, this, [this](const Progress& progress) {
     progress_->setProgress(progress);
     if (!progress.note.empty()) device_->setReason(QString::fromStdString(progress.note));
   });
-  connect(host_, &Host::previewed, progress_, &ProgressCard::setPreview);
+  connect(host_, &Host::previewed, this,
+          [this](vtkImageData* image, vtkMatrix4x4* ijkToRAS) { progress_->setPreview(image, ijkToRAS); });
   connect(host_, &Host::finished, this, [this](const Report& report) {
     progress_->finish();
     quality_->setReport(report);
     setState(State::Idle);
+    reveal(quality_);
   });
   connect(host_, &Host::failed, this, [this](const QString& text) {
     progress_->hide();
-    message_->setMessage(MessageLine::Kind::Error, sentence(text));
+    message_->setMessage(MessageLine::Kind::Error,
+                         sentence(text) + '\n' + tr("No result was made. Start again after a change."));
     setState(State::Idle);
+    reveal(message_);
   });
   connect(host_, &Host::cancelled, this, [this] {
     progress_->hide();
@@ -344,7 +349,7 @@ void ReconstructionPanel::estimate() {
 
 void ReconstructionPanel::setState(State state) {
   const bool ended = state_ != State::Idle && state == State::Idle;
-  const bool hadFocus = button_->hasFocus() || (ended && !focusWidget());
+  const bool hadFocus = button_->hasFocus();
   state_ = state;
   choices_->setEnabled(state == State::Idle);
   switch (state) {
@@ -366,7 +371,12 @@ void ReconstructionPanel::setState(State state) {
     estimate_->hide();
     refusalLine_->hide();
   }
-  if (hadFocus || ended) button_->setFocus();
+  if (state == State::Cancelling && hadFocus) {
+    focusMoved_ = true;
+    movedTo_ = QApplication::focusWidget();
+  }
+  if (ended && std::exchange(focusMoved_, false) && QApplication::focusWidget() == movedTo_)
+    button_->setFocus();
   if (ended) estimateTimer_.start(0);
 }
 

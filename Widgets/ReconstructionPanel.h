@@ -1,6 +1,7 @@
 #pragma once
 #include "Widgets/Host.h"
 
+#include <QPointer>
 #include <QTimer>
 #include <QWidget>
 
@@ -64,6 +65,8 @@ private:
   QTimer estimateTimer_;
   bool quiet_ = false;
   QString refusal_;
+  bool focusMoved_ = false; // off the button, because it was disabled
+  QPointer<QWidget> movedTo_;
 
   QWidget* choices_; // everything that is greyed while it runs
   InputsTable* inputs_;

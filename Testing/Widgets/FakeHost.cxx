@@ -169,7 +169,7 @@ Report FakeHost::exampleReport() {
   report.qualitySamples = "Every 4th slice of Head axial was kept; the others, inside the body, are scored.";
   report.seconds = 83;
   report.gaussians = 74088;
-  report.device = "CPU: On the CPU. The CUDA backend is not installed.";
+  report.device = "On the CPU. The CUDA backend is not installed.";
   report.settings = "preset=balanced; seed=1";
   return report;
 }

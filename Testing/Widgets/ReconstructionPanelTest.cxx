@@ -51,8 +51,7 @@ private Q_SLOTS:
 
   void saysHowTheSlicesLieAndWhatItTakes() {
     choose("head");
-    QCOMPARE(label("inputDescription"),
-             QString::fromUtf8("30 axial slices; 256 × 256 × 30 voxels of 0.9 × 0.9 × 4 mm"));
+    QCOMPARE(label("inputDescription"), QString::fromUtf8("30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm"));
     QCOMPARE(child<QDoubleSpinBox>("sliceThickness")->text(), QString("auto (4 mm)"));
     QCOMPARE(child<QComboBox>("sliceAxis")->currentText(), QString("auto (K)"));
     QCOMPARE(label("gridExplanation"), QString("Cubes of 0.9 mm, the finest spacing of all scans."));
@@ -166,8 +165,7 @@ private Q_SLOTS:
   void everyFigureSaysItsSamples() {
     finish(FakeHost::exampleReport());
     QCOMPARE(label("resultSummary"),
-             QString("Done in 1 min 23 s. 74,088 Gaussians. CPU: On the CPU. The CUDA "
-                     "backend is not installed."));
+             QString("Done in 1 min 23 s. 74,088 Gaussians. On the CPU. The CUDA backend is not installed."));
     QVERIFY(label("qualityVerdict").startsWith("On slices that no method saw, InnerGS is 1.5 dB closer"));
     QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices: Every 4th slice"));
     QCOMPARE(label("quality-1-0"), QString("InnerGS"));
@@ -204,7 +202,7 @@ private Q_SLOTS:
     QTest::mouseClick(button(), Qt::LeftButton);
     host_->sendProgress(Phase::Fitting, 0.1, 5, 0.02, 20);
     host_->sendFailed("The memory ran out: choose a smaller region");
-    QCOMPARE(line("message"), QString("The memory ran out: choose a smaller region."));
+    QVERIFY(line("message").startsWith("The memory ran out: choose a smaller region.\n"));
     QVERIFY(!isShown("progressCard"));
     child<QComboBox>("preset")->setCurrentIndex(0);
     QTest::qWait(400);
@@ -220,7 +218,7 @@ private Q_SLOTS:
     QTRY_VERIFY(button()->isEnabled());
     host_->refusal = "The scan was removed: choose another.";
     QTest::mouseClick(button(), Qt::LeftButton);
-    QCOMPARE(line("message"), host_->refusal);
+    QVERIFY(line("message").startsWith(host_->refusal));
     QCOMPARE(button()->text(), QString("&Reconstruct"));
     QVERIFY(button()->isEnabled());
   }
@@ -528,7 +526,7 @@ private:
   }
   void checkFit(const QString& name) {
     snapshot(*panel_, name);
-    QTest::qWait(50);
+    QTest::qWait(150); // the layout catches up
     const int least = panel_->minimumSizeHint().width(), width = area_->viewport()->width();
     QVERIFY2(least <= width, qPrintable(QString("%1 needs %2 pixels of %3").arg(name).arg(least).arg(width)));
     const QString clipped = clippedWidget(*panel_);

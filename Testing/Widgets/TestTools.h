@@ -40,6 +40,9 @@ inline QString clippedWidget(const QWidget& root) {
       if (button->width() < button->minimumSizeHint().width() ||
           button->height() < button->minimumSizeHint().height())
         return name(button, button->text());
+    if ((qobject_cast<const QComboBox*>(widget) || qobject_cast<const QAbstractSpinBox*>(widget)) &&
+        widget->height() < widget->minimumSizeHint().height())
+      return name(widget, "too low");
     if (const auto* combo = qobject_cast<const QComboBox*>(widget)) {
       QStyleOptionComboBox option;
       option.initFrom(combo);
@@ -61,6 +64,6 @@ inline QString clippedWidget(const QWidget& root) {
 inline void snapshot(QWidget& widget, const QString& name) {
   const QString folder = qEnvironmentVariable("INNERGS_SCREENSHOTS");
   if (folder.isEmpty()) return;
-  QTest::qWait(50); // the layout catches up
+  QTest::qWait(150); // the layout catches up
   widget.grab().save(QDir(folder).filePath(name + ".png"));
 }
