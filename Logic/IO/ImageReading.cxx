@@ -164,6 +164,7 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
       throw Error(ErrorCode::FileFormat, damaged);
     LoadedImage loaded;
     loaded.volume.geometry = header.geometry;
+    loaded.frames = header.frames;
     if (format == Format::Dicom) {
       checkDicomPixels(*io, what);
       std::string thickness;

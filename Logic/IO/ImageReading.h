@@ -8,6 +8,7 @@ struct LoadedImage {
   Volume volume;
   double sliceThickness = 0;    // mm, 0 when the file does not say
   bool slicesAreAlongK = false; // known from the file (DICOM)
+  std::int64_t frames = 1;      // that the file holds
 };
 
 /// See readVolume.

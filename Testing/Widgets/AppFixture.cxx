@@ -1,0 +1,164 @@
+#include "AppFixture.h"
+
+#include "IO/VolumeIO.h"
+
+#include <QAbstractButton>
+#include <QApplication>
+#include <QElapsedTimer>
+#include <QFile>
+#include <QFileInfo>
+#include <QMessageBox>
+#include <QTest>
+#include <QTimer>
+
+#include <cmath>
+#include <ctime>
+
+using namespace innergs;
+
+namespace apptest {
+
+Sandbox::Sandbox() {
+  qputenv("INNERGS_SETTINGS", folder_.filePath(QStringLiteral("settings.ini")).toUtf8());
+}
+
+Sandbox::~Sandbox() {
+  qunsetenv("INNERGS_SETTINGS");
+}
+
+Volume ball(std::array<std::int64_t, 3> size, const Vec3& spacing, bool oblique) {
+  Volume volume;
+  GridGeometry& g = volume.geometry;
+  g.size = size;
+  g.spacing = spacing;
+  if (oblique) {
+    const double c = std::cos(0.4), s = std::sin(0.4);
+    g.direction = {};
+    g.direction[0] = {c, 0, s};
+    g.direction[1] = {0, 1, 0};
+    g.direction[2] = {-s, 0, c};
+  }
+  const Vec3 middle{0.5 * double(size[0] - 1), 0.5 * double(size[1] - 1), 0.5 * double(size[2] - 1)};
+  const Vec3 to = g.indexToWorld()(middle);
+  g.origin = {-to[0], -to[1], -to[2]};
+  const Affine3 map = g.indexToWorld();
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (std::int64_t j = 0; j < size[1]; ++j)
+      for (std::int64_t i = 0; i < size[0]; ++i) {
+        const Vec3 x = map({double(i), double(j), double(k)});
+        const double r = norm(x), wave = 1 + 0.3 * std::sin(0.5 * x[0]) * std::cos(0.4 * x[1]);
+        volume.voxels.push_back(static_cast<float>(80 * wave / (1 + std::exp(r - 12))));
+      }
+  return volume;
+}
+
+QString writeBall(const Sandbox& sandbox, const QString& name, std::array<std::int64_t, 3> size,
+                  const Vec3& spacing, bool oblique) {
+  const QString path = sandbox.path(name);
+  writeVolume(ball(size, spacing, oblique), path.toStdString());
+  return path;
+}
+
+QString writeRgb(const Sandbox& sandbox, const QString& name) {
+  const QString path = writeBall(sandbox, name, {8, 8, 8});
+  QFile file(path);
+  if (!file.open(QIODevice::ReadWrite)) return {};
+  const char type[] = {char(128), 0, 24, 0}; // datatype RGB24 and bits per voxel, where NIfTI has them
+  file.seek(70);
+  file.write(type, sizeof type);
+  return path;
+}
+
+QString testData(const QString& name) {
+  const QString path = QStringLiteral(INNERGS_TEST_DATA) + QLatin1Char('/') + name;
+  return QFileInfo::exists(path) ? path : QString();
+}
+
+QString openAndWait(app::AppHost& host, const QString& path, QString* error) {
+  QString id, sentence;
+  bool done = false;
+  QObject context;
+  QObject::connect(&host, &app::AppHost::opened, &context, [&](const QString& opened) {
+    id = opened;
+    done = true;
+  });
+  QObject::connect(&host, &app::AppHost::openFailed, &context, [&](const QString&, const QString& text) {
+    sentence = text;
+    done = true;
+  });
+  host.open({path});
+  if (!QTest::qWaitFor([&] { return done; }, 60000)) sentence = "nothing happened";
+  if (error) *error = sentence;
+  return id;
+}
+
+ui::Request request(const QString& id, bool longFit) {
+  ui::Request request;
+  request.inputs.push_back({id});
+  request.evaluateQuality = false;
+  request.settings.preset = Preset::Fast;
+  request.settings.gaussians = 300;
+  request.settings.iterations = longFit ? 200000 : 15;
+  request.settings.members = 1;
+  request.settings.device = "cpu";
+  return request;
+}
+
+namespace {
+
+double threadCpu() { // ms of the calling thread; 0 where it cannot be told
+#ifdef CLOCK_THREAD_CPUTIME_ID
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
+#else
+  return 0;
+#endif
+}
+
+} // namespace
+
+Gap measureGap(const std::function<bool()>& until, int limit) {
+  Gap gap;
+  QElapsedTimer total, since;
+  QTimer tick;
+  tick.setTimerType(Qt::PreciseTimer);
+  total.start();
+  since.start();
+  double cpu = threadCpu();
+  constexpr int interval = 5;
+  QObject::connect(&tick, &QTimer::timeout, [&] {
+    const double now = threadCpu();
+    gap.wall = std::max(gap.wall, double(since.nsecsElapsed()) * 1e-6 - interval);
+    gap.cpu = std::max(gap.cpu, now - cpu);
+    since.start();
+    cpu = now;
+  });
+  tick.start(interval);
+  while (!(gap.done = until()) && total.elapsed() < limit)
+    QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents);
+  return gap;
+}
+
+void answerBox(const char* name, const QString& button, QString* text) {
+  auto* timer = new QTimer(qApp);
+  auto clock = std::make_shared<QElapsedTimer>();
+  clock->start();
+  QObject::connect(timer, &QTimer::timeout, timer, [=] {
+    if (clock->elapsed() > 20000) timer->deleteLater();
+    for (QWidget* widget : QApplication::topLevelWidgets()) {
+      auto* box = qobject_cast<QMessageBox*>(widget);
+      if (!box || !box->isVisible() || box->objectName() != QLatin1String(name)) continue;
+      for (QAbstractButton* candidate : box->buttons())
+        if (candidate->text().remove(QLatin1Char('&')) == button) {
+          if (text) *text = box->text();
+          timer->deleteLater();
+          QTest::mouseClick(candidate, Qt::LeftButton);
+          return;
+        }
+    }
+  });
+  timer->start(10);
+}
+
+} // namespace apptest

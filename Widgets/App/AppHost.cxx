@@ -1,0 +1,165 @@
+#include "Widgets/App/AppHost.h"
+
+#include "Widgets/App/AppSettings.h"
+#include "Widgets/App/Background.h"
+#include "Widgets/App/Files.h"
+#include "Widgets/App/VolumeSelector.h"
+
+#include <QDir>
+#include <QFileInfo>
+
+#include <algorithm>
+
+namespace innergs::app {
+
+AppHost::AppHost(QObject* parent)
+    : Host(parent), background_(new Background(this)), runner_(new Runner(this)),
+      estimates_(new Background(this)) {
+  qRegisterMetaType<innergs::Progress>();
+  qRegisterMetaType<innergs::ui::Report>();
+  connect(&document_, &Document::volumesChanged, this, &AppHost::volumesChanged);
+  connect(&document_, &Document::modelsChanged, this, &AppHost::modelsChanged);
+  connect(runner_, &Runner::progressed, this, &AppHost::progressed);
+  connect(runner_, &Runner::previewed, this, &AppHost::previewed);
+  connect(runner_, &Runner::finished, this,
+          [this](const std::shared_ptr<Outcome>& outcome) { deliver(std::move(*outcome)); });
+  connect(runner_, &Runner::failed, this, &AppHost::failed);
+  connect(runner_, &Runner::cancelled, this, &AppHost::cancelled);
+}
+
+AppHost::~AppHost() {
+  disconnect(&document_, nullptr, this, nullptr);
+}
+
+bool AppHost::offers(Role role) const {
+  return role != Role::Region;
+}
+
+ui::Selector* AppHost::createSelector(Role role, QWidget* parent) {
+  return offers(role) ? new VolumeSelector(&document_, role, parent) : nullptr;
+}
+
+ui::VolumeInfo AppHost::volumeInfo(const QString& id) const {
+  ui::VolumeInfo info;
+  const auto item = document_.volume(id);
+  if (!item) return info;
+  info.name = item->name;
+  const GridGeometry& geometry = item->volume->geometry;
+  for (int a = 0; a < 3; ++a) {
+    info.dimensions[a] = static_cast<int>(geometry.size[a]);
+    info.spacing[a] = geometry.spacing[a];
+  }
+  info.sliceAxis = item->sliceAxis;
+  info.orientation = orientationOf(geometry, item->sliceAxis);
+  info.range = item->range;
+  return info;
+}
+
+//------------------------------------------------------------------------------
+// Models.
+
+ui::ModelInfo AppHost::modelInfo(const QString& id) const {
+  ui::ModelInfo info;
+  const auto item = document_.model(id);
+  if (!item) return info;
+  info.name = item->name;
+  info.gaussians = item->model->GetNumberOfGaussians();
+  info.bytes = static_cast<std::int64_t>(item->model->GetActualMemorySize()) * 1024;
+  info.description = QString::fromStdString(item->model->GetDescription());
+  item->model->GetBounds(info.bounds.data());
+  info.window = item->window;
+  const GridGeometry& domain = item->model->GetField()->domain;
+  if (domain.voxelCount() > 0)
+    info.finestSpacing = std::min({domain.spacing[0], domain.spacing[1], domain.spacing[2]});
+  info.saved = item->saved;
+  info.origin = item->origin;
+  info.file = item->file;
+  info.ellipsoidsShown = item->ellipsoidsShown;
+  return info;
+}
+
+vtkInnerGSModel* AppHost::model(const QString& id) const {
+  const auto item = document_.model(id);
+  return item ? item->model.Get() : nullptr;
+}
+
+QString AppHost::loadModel(const QString& file, QString* error) {
+  Loaded loaded;
+  QString sentence;
+  if (!isModelFile(file))
+    sentence = tr("'%1' is not a model: choose a file that ends in .innergs or .ply.").arg(file);
+  else
+    background_->runAndWait(tr("Opening %1").arg(QFileInfo(file).fileName()),
+                            [&] { sentence = sentenceOf([&] { loaded = readItem(file); }); });
+  if (error) *error = sentence;
+  if (!sentence.isEmpty()) {
+    Q_EMIT logged(sentence);
+    return {};
+  }
+  const QString id = document_.add(std::move(*loaded.model));
+  Q_EMIT opened(id, file);
+  return id;
+}
+
+QString AppHost::saveModel(const QString& id, const QString& file) {
+  return save(id, file);
+}
+
+QString AppHost::save(const QString& id, const QString& file) {
+  const auto volume = document_.volume(id);
+  const auto model = document_.model(id);
+  QString sentence;
+  if (!volume && !model)
+    sentence = tr("What was to be saved is no longer open.");
+  else
+    background_->runAndWait(tr("Saving %1").arg(QFileInfo(file).fileName()), [&] {
+      sentence = sentenceOf([&] {
+        if (volume) saveItem(VolumeItem(*volume), file);
+        if (model) saveItem(ModelItem(*model), file);
+      });
+    });
+  Q_EMIT logged(sentence.isEmpty() ? tr("Wrote %1.").arg(file) : sentence);
+  if (sentence.isEmpty()) document_.setSaved(id, file);
+  return sentence;
+}
+
+QString AppHost::showEllipsoids(const QString& id, bool shown) {
+  if (!document_.model(id)) return tr("The model is no longer open: choose another.");
+  document_.setEllipsoidsShown(id, shown);
+  return {};
+}
+
+//------------------------------------------------------------------------------
+// Files.
+
+void AppHost::open(const QStringList& paths) {
+  for (const QString& path : paths) {
+    if (path.isEmpty()) continue;
+    background_->run(tr("Opening %1").arg(QFileInfo(QDir::cleanPath(path)).fileName()), [this, path] {
+      auto loaded = std::make_shared<Loaded>();
+      const QString sentence = sentenceOf([&] { *loaded = readItem(path); });
+      return [this, path, loaded, sentence] {
+        if (!sentence.isEmpty()) {
+          Q_EMIT logged(sentence);
+          Q_EMIT openFailed(path, sentence);
+          return;
+        }
+        const QString id = loaded->volume ? document_.add(std::move(*loaded->volume))
+                                          : document_.add(std::move(*loaded->model));
+        Q_EMIT logged(tr("Opened %1.").arg(path));
+        if (!loaded->note.isEmpty()) Q_EMIT logged(loaded->note);
+        Q_EMIT opened(id, path);
+      };
+    });
+  }
+}
+
+QString AppHost::folder() const {
+  return appSettings()->value(QStringLiteral("folder"), QDir::homePath()).toString();
+}
+
+void AppHost::setFolder(const QString& folder) {
+  appSettings()->setValue(QStringLiteral("folder"), folder);
+}
+
+} // namespace innergs::app

@@ -1,0 +1,71 @@
+#pragma once
+#include "Widgets/App/Runner.h"
+#include "Widgets/Host.h"
+
+#include <QHash>
+
+namespace innergs::app {
+
+class Background;
+
+/// The desktop app as the panels see it: a document of volumes and models, and one reconstruction at a time.
+/// Cancel while the quality of a finished fit is judged ends in finished(), with a warning, not in
+/// cancelled(): the result is complete.
+class AppHost : public ui::Host {
+  Q_OBJECT
+public:
+  explicit AppHost(QObject* parent = nullptr);
+  ~AppHost() override;
+
+  Document& document() { return document_; }
+  Background& background() { return *background_; }
+
+  bool offers(Role role) const override;
+  ui::Selector* createSelector(Role role, QWidget* parent) override;
+  ui::VolumeInfo volumeInfo(const QString& id) const override;
+
+  ui::Estimate estimate(const ui::Request& request) override;
+  bool start(const ui::Request& request) override;
+  void cancel() override;
+  bool isRunning() const override;
+
+  ui::ModelInfo modelInfo(const QString& id) const override;
+  vtkInnerGSModel* model(const QString& id) const override;
+  QString loadModel(const QString& file, QString* error) override;
+  QString saveModel(const QString& id, const QString& file) override;
+  QString showEllipsoids(const QString& id, bool shown) override;
+  QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                    QString* error) override;
+
+  QString folder() const override;
+  void setFolder(const QString& folder) override;
+
+  /// Reads files and DICOM folders one after another on a thread; each ends with opened() or openFailed().
+  void open(const QStringList& paths);
+  /// Files of any kind by their extension; "" or a sentence. Keeps the windows painting meanwhile.
+  QString save(const QString& id, const QString& file);
+
+Q_SIGNALS:
+  void opened(const QString& id, const QString& path);
+  void openFailed(const QString& path, const QString& sentence);
+
+private:
+  /// The snapshot; throws Error for what is wrong with the request.
+  Order orderFor(const ui::Request& request) const;
+  void deliver(Outcome outcome);
+  /// What takes its time, found out on a thread: asking a driver, timing a small fit.
+  void fillSlowly(const Order& order, const ReconstructionInput& input, ui::Estimate& estimate);
+
+  Document document_;
+  Background* background_; // files
+  Runner* runner_;
+  ui::Request request_; // of the reconstruction that runs
+  Background* estimates_;
+  struct Slow {
+    QString refusal, device, reason;
+    double seconds = 0;
+  };
+  QHash<QString, Slow> slow_; // by what was asked for
+};
+
+} // namespace innergs::app

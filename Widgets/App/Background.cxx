@@ -1,0 +1,76 @@
+#include "Widgets/App/Background.h"
+
+#include <QEventLoop>
+#include <QMetaObject>
+#include <QString>
+
+#include <exception>
+#include <new>
+
+namespace innergs::app {
+
+Background::Background(QObject* parent)
+    : QObject(parent), thread_([this](const std::stop_token& stop) { loop(stop); }) {}
+
+Background::~Background() {
+  thread_.request_stop();
+  thread_.join();
+}
+
+void Background::run(const QString& text, Work work) {
+  ++open_;
+  {
+    const std::lock_guard lock(mutex_);
+    items_.push_back({text, std::move(work)});
+  }
+  toDo_.notify_one();
+  if (open_ == 1) Q_EMIT busyChanged(text);
+}
+
+void Background::runAndWait(const QString& text, const std::function<void()>& work) {
+  QEventLoop loop;
+  run(text, [&] {
+    work();
+    return [&] { loop.quit(); };
+  });
+  loop.exec(QEventLoop::ExcludeUserInputEvents);
+}
+
+void Background::loop(const std::stop_token& stop) {
+  for (;;) {
+    Item item;
+    {
+      std::unique_lock lock(mutex_);
+      if (!toDo_.wait(lock, stop, [&] { return !items_.empty(); }) || stop.stop_requested()) return;
+      item = std::move(items_.front());
+      items_.pop_front();
+    }
+    std::function<void()> after = item.work();
+    QMetaObject::invokeMethod(
+        this,
+        [this, after = std::move(after)] {
+          --open_;
+          QString next;
+          {
+            const std::lock_guard lock(mutex_);
+            if (!items_.empty()) next = items_.front().text;
+          }
+          if (open_ == 0 || !next.isEmpty()) Q_EMIT busyChanged(open_ == 0 ? QString() : next);
+          if (after) after();
+        },
+        Qt::QueuedConnection);
+  }
+}
+
+QString sentenceOf(const std::function<void()>& task) {
+  try {
+    task();
+    return {};
+  } catch (const std::bad_alloc&) {
+    return QObject::tr("There is not enough memory: close other programs or volumes and try again.");
+  } catch (const std::exception& error) {
+    return QString::fromUtf8(error.what());
+  }
+}
+
+} // namespace innergs::app

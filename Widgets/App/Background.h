@@ -1,0 +1,50 @@
+#pragma once
+#include <QObject>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+namespace innergs::app {
+
+/// A thread that does one piece of work after another: reading and writing files.
+class Background : public QObject {
+  Q_OBJECT
+public:
+  explicit Background(QObject* parent = nullptr);
+  /// Waits for the piece of work in progress; what waits is dropped.
+  ~Background() override;
+
+  /// `work` runs on the thread; what it returns is called on the main thread afterwards. `text`: for the busy
+  /// bar. `work` must not throw.
+  using Work = std::function<std::function<void()>()>;
+  void run(const QString& text, Work work);
+  bool isBusy() const { return open_ > 0; }
+
+  /// Runs `work` on the thread and keeps the main thread's windows painting until it is done.
+  void runAndWait(const QString& text, const std::function<void()>& work);
+
+Q_SIGNALS:
+  /// Text of the piece of work in progress, or "" when there is none left.
+  void busyChanged(const QString& text);
+
+private:
+  struct Item {
+    QString text;
+    Work work;
+  };
+  void loop(const std::stop_token& stop);
+
+  int open_ = 0; // main thread
+  std::mutex mutex_;
+  std::condition_variable_any toDo_;
+  std::deque<Item> items_;
+  std::jthread thread_;
+};
+
+/// What `task` throws, as one sentence; "" when it went well.
+QString sentenceOf(const std::function<void()>& task);
+
+} // namespace innergs::app

@@ -1,0 +1,155 @@
+#include "Widgets/App/DataList.h"
+
+#include <QHBoxLayout>
+#include <QHeaderView>
+#include <QMenu>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QStyle>
+#include <QTreeWidget>
+#include <QVBoxLayout>
+
+namespace innergs::app {
+namespace {
+
+constexpr int kIdRole = Qt::UserRole;
+
+QString sizeOf(const VolumeItem& item) {
+  const GridGeometry& g = item.volume->geometry;
+  return QStringLiteral("%1×%2×%3").arg(g.size[0]).arg(g.size[1]).arg(g.size[2]);
+}
+
+QString tipOf(const VolumeItem& item) {
+  const GridGeometry& g = item.volume->geometry;
+  return DataList::tr("%1 voxels of %2 × %3 × %4 mm, %5 slices\n%6")
+      .arg(sizeOf(item))
+      .arg(g.spacing[0], 0, 'g', 4)
+      .arg(g.spacing[1], 0, 'g', 4)
+      .arg(g.spacing[2], 0, 'g', 4)
+      .arg(orientationOf(g, item.sliceAxis), item.saved ? item.file : DataList::tr("Not saved yet"));
+}
+
+} // namespace
+
+DataList::DataList(ViewState* state, QWidget* parent)
+    : QWidget(parent), state_(state), tree_(new QTreeWidget(this)),
+      save_(new QPushButton(tr("&Save…"), this)), rename_(new QPushButton(tr("Rena&me"), this)),
+      close_(new QPushButton(tr("C&lose"), this)) {
+  tree_->setObjectName(QStringLiteral("dataTree"));
+  tree_->setAccessibleName(tr("Volumes and models"));
+  tree_->setToolTip(tr("Select a volume to show it in the views; F2 renames"));
+  tree_->setColumnCount(2);
+  tree_->setHeaderLabels({tr("Name"), tr("Size")});
+  tree_->header()->setStretchLastSection(false);
+  tree_->header()->setSectionResizeMode(0, QHeaderView::Stretch);
+  tree_->header()->setSectionResizeMode(1, QHeaderView::ResizeToContents);
+  tree_->setRootIsDecorated(false);
+  tree_->setEditTriggers(QAbstractItemView::EditKeyPressed);
+  tree_->setContextMenuPolicy(Qt::CustomContextMenu);
+  tree_->setMinimumHeight(5 * fontMetrics().height());
+  save_->setObjectName(QStringLiteral("saveItem"));
+  save_->setToolTip(tr("Write the selected volume or model to a file"));
+  rename_->setObjectName(QStringLiteral("renameItem"));
+  rename_->setToolTip(tr("Give the selected volume or model another name (F2)"));
+  close_->setObjectName(QStringLiteral("closeItem"));
+  close_->setToolTip(tr("Remove the selected volume or model from the list; its file stays"));
+  auto* buttons = new QHBoxLayout;
+  for (QPushButton* button : {save_, rename_, close_})
+    buttons->addWidget(button);
+  auto* layout = new QVBoxLayout(this);
+  layout->addWidget(tree_, 1);
+  layout->addLayout(buttons);
+
+  connect(save_, &QPushButton::clicked, this, [this] { Q_EMIT saveRequested(currentId()); });
+  connect(close_, &QPushButton::clicked, this, [this] { Q_EMIT closeRequested(currentId()); });
+  connect(rename_, &QPushButton::clicked, this, [this] { tree_->editItem(tree_->currentItem(), 0); });
+  connect(tree_, &QTreeWidget::itemSelectionChanged, this, &DataList::choose);
+  connect(tree_, &QTreeWidget::itemChanged, this, &DataList::changed);
+  connect(tree_, &QTreeWidget::customContextMenuRequested, this, [this](const QPoint& at) {
+    if (!tree_->itemAt(at)) return;
+    QMenu menu(this);
+    menu.addAction(tr("Save…"), save_, &QPushButton::click);
+    menu.addAction(tr("Rename"), rename_, &QPushButton::click);
+    menu.addAction(tr("Close"), close_, &QPushButton::click);
+    menu.exec(tree_->viewport()->mapToGlobal(at));
+  });
+  connect(state->document(), &Document::volumesChanged, this, &DataList::fill);
+  connect(state->document(), &Document::modelsChanged, this, &DataList::fill);
+  connect(state, &ViewState::volumeChanged, this, [this] {
+    if (!state_->document()->model(currentId())) setCurrentId(state_->volumeId());
+    showDetails();
+  });
+  fill();
+}
+
+QString DataList::currentId() const {
+  const QTreeWidgetItem* item = tree_->currentItem();
+  return item ? item->data(0, kIdRole).toString() : QString();
+}
+
+void DataList::setCurrentId(const QString& id) {
+  for (int n = 0; n < tree_->topLevelItemCount(); ++n)
+    if (tree_->topLevelItem(n)->data(0, kIdRole).toString() == id)
+      tree_->setCurrentItem(tree_->topLevelItem(n));
+}
+
+void DataList::fill() {
+  const QString before = currentId();
+  {
+    const QSignalBlocker blocker(tree_);
+    tree_->clear();
+    const auto add = [&](const QString& id, const QString& name, const QString& size, const QString& tip) {
+      auto* line = new QTreeWidgetItem(tree_, {name, size});
+      line->setData(0, kIdRole, id);
+      line->setFlags(line->flags() | Qt::ItemIsEditable);
+      line->setToolTip(0, tip);
+      line->setToolTip(1, tip);
+    };
+    for (const auto& item : state_->document()->volumes())
+      add(item->id, item->name, sizeOf(*item), tipOf(*item));
+    for (const auto& item : state_->document()->models())
+      add(item->id, item->name, tr("%L1 Gaussians").arg(item->model->GetNumberOfGaussians()),
+          item->saved ? item->file : tr("Not saved yet"));
+    setCurrentId(before.isEmpty() ? state_->volumeId() : before);
+    if (!tree_->currentItem()) setCurrentId(state_->volumeId());
+  }
+  showDetails();
+}
+
+void DataList::showDetails() {
+  const QSignalBlocker blocker(tree_);
+  for (int n = 0; n < tree_->topLevelItemCount(); ++n) {
+    QTreeWidgetItem* line = tree_->topLevelItem(n);
+    const QString id = line->data(0, kIdRole).toString();
+    const auto volume = state_->document()->volume(id);
+    const auto model = state_->document()->model(id);
+    QFont font = tree_->font();
+    font.setBold(id == state_->volumeId());                                 // what the views show
+    font.setItalic((volume && !volume->saved) || (model && !model->saved)); // not saved yet
+    line->setFont(0, font);
+  }
+  const bool any = tree_->currentItem() != nullptr;
+  for (QPushButton* button : {save_, rename_, close_})
+    button->setEnabled(any);
+}
+
+void DataList::choose() {
+  const QString id = currentId();
+  if (state_->document()->volume(id)) state_->setVolumeId(id);
+  showDetails();
+  Q_EMIT currentIdChanged(id);
+}
+
+void DataList::changed(QTreeWidgetItem* item) {
+  const QString id = item->data(0, kIdRole).toString(), name = item->text(0);
+  // Later: the list is made anew, and the editor is still at work on this line.
+  QMetaObject::invokeMethod(
+      this,
+      [this, id, name] {
+        state_->document()->rename(id, name);
+        fill();
+      },
+      Qt::QueuedConnection);
+}
+
+} // namespace innergs::app

@@ -1,0 +1,95 @@
+#pragma once
+#include "Widgets/App/AppHost.h"
+#include "Widgets/App/ViewGrid.h"
+#include "Widgets/Request.h"
+
+#include <QMainWindow>
+
+class QAction;
+class QActionGroup;
+class QDockWidget;
+class QLabel;
+class QMenu;
+class QProgressBar;
+
+namespace innergs::ui {
+class ModelPanel;
+class QueryPanel;
+class ReconstructionPanel;
+} // namespace innergs::ui
+
+namespace innergs::app {
+
+class DataList;
+
+/// The desktop app's window: views in the middle, the panels and the list of data in docks.
+class MainWindow : public QMainWindow {
+  Q_OBJECT
+public:
+  explicit MainWindow(QWidget* parent = nullptr);
+  ~MainWindow() override;
+
+  AppHost* host() { return host_; }
+  ViewState* state() { return state_; }
+  ViewGrid* views() { return views_; }
+  ui::ReconstructionPanel* reconstruction() { return reconstruction_; }
+  ui::QueryPanel* query() { return query_; }
+  /// Brings a panel to the front: "reconstructDock", "queryDock", "modelDock", "logDock", "dataDock".
+  void showPanel(const QString& name);
+
+  /// Opens files and DICOM folders on a thread; the views show the last volume.
+  void open(const QStringList& paths);
+  /// Reconstructs from all volumes that are open, with the panel's settings.
+  void reconstructAll();
+
+protected:
+  void closeEvent(QCloseEvent* event) override;
+  void dragEnterEvent(QDragEnterEvent* event) override;
+  void dropEvent(QDropEvent* event) override;
+
+private:
+  void makeDocks();
+  void makeFileMenu();
+  void makeViewMenu();
+  void makeHelpMenu();
+  void restoreLayout();
+  QAction* add(QMenu* menu, const char* name, const QString& text, const QString& tip,
+               const std::function<void()>& call, const QKeySequence& keys = {});
+  QDockWidget* addDock(QWidget* content, const char* name, const QString& title, bool scrolled);
+  void updateActions();
+  /// That panels and menus act on.
+  void setModel(const QString& id);
+  void fillRecent();
+
+  void openFiles();
+  void openFolder();
+  void openSample();
+  /// Asks where; false when it was not written.
+  bool saveAs(const QString& id);
+  /// Asks when the item is not saved.
+  void closeItem(const QString& id);
+  /// Whether what is not saved may go; asks.
+  bool mayDiscard();
+  void tell(const QString& sentence);
+  void showFinished(const ui::Report& report);
+  void reconstructionEnded();
+
+  AppHost* host_;
+  ViewState* state_;
+  ViewGrid* views_;
+  DataList* list_ = nullptr;
+  ui::ReconstructionPanel* reconstruction_ = nullptr;
+  ui::QueryPanel* query_ = nullptr;
+  ui::ModelPanel* model_ = nullptr;
+  QMenu *recent_ = nullptr, *panels_ = nullptr;
+  QActionGroup* layouts_ = nullptr;
+  QAction *saveVolume_ = nullptr, *saveModel_ = nullptr, *rendering_ = nullptr, *ellipsoids_ = nullptr;
+  QList<QAction*> needVolume_;
+  QLabel *pointed_ = nullptr, *busyText_ = nullptr;
+  QProgressBar* busy_ = nullptr;
+  QString modelId_; // that the menus act on
+  QStringList errors_;
+  bool closeWhenEnded_ = false;
+};
+
+} // namespace innergs::app

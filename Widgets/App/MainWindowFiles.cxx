@@ -1,0 +1,190 @@
+// Opening, saving, closing.
+#include "Widgets/App/MainWindow.h"
+
+#include "Widgets/App/AppSettings.h"
+#include "Widgets/App/Background.h"
+#include "Widgets/App/Files.h"
+
+#include <QCloseEvent>
+#include <QDir>
+#include <QDropEvent>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QMessageBox>
+#include <QMimeData>
+#include <QPushButton>
+#include <QSettings>
+#include <QUrl>
+
+namespace innergs::app {
+namespace {
+
+QStringList pathsOf(const QMimeData* data) {
+  QStringList paths;
+  for (const QUrl& url : data->urls())
+    if (url.isLocalFile()) paths << url.toLocalFile();
+  return paths;
+}
+
+/// A file name from an item's name.
+QString fileNameOf(QString name) {
+  for (QChar& c : name)
+    if (!c.isLetterOrNumber() && !QStringLiteral("-_. ()").contains(c)) c = QLatin1Char('_');
+  return name;
+}
+
+} // namespace
+
+void MainWindow::open(const QStringList& paths) {
+  host_->open(paths);
+}
+
+void MainWindow::openFiles() {
+  const QStringList files =
+      QFileDialog::getOpenFileNames(this, tr("Open volumes or models"), host_->folder(), openFilter());
+  if (files.isEmpty()) return;
+  host_->setFolder(QFileInfo(files.first()).absolutePath());
+  open(files);
+}
+
+void MainWindow::openFolder() {
+  const QString folder =
+      QFileDialog::getExistingDirectory(this, tr("Open the folder of a DICOM series"), host_->folder());
+  if (folder.isEmpty()) return;
+  host_->setFolder(QFileInfo(folder).absolutePath());
+  open({folder});
+}
+
+void MainWindow::openSample() {
+  const QString file = sampleBrain();
+  if (file.isEmpty())
+    tell(howToGetSampleBrain());
+  else
+    open({file});
+}
+
+bool MainWindow::saveAs(const QString& id) {
+  const auto volume = host_->document().volume(id);
+  const auto model = host_->document().model(id);
+  if (!volume && !model) return false;
+  const QString file = volume ? volume->file : model->file, name = volume ? volume->name : model->name;
+  const QString extension = volume ? QStringLiteral(".nii.gz") : QStringLiteral(".innergs");
+  QFileDialog dialog(this, volume ? tr("Save '%1'").arg(name) : tr("Save model '%1'").arg(name),
+                     host_->folder(), volume ? volumeFilter() : modelFilter());
+  dialog.setObjectName(QStringLiteral("saveDialog"));
+  dialog.setAcceptMode(QFileDialog::AcceptSave);
+  dialog.selectFile(file.isEmpty() || QFileInfo(file).isDir() ? fileNameOf(name) + extension
+                                                              : QFileInfo(file).fileName());
+  if (dialog.exec() != QDialog::Accepted || dialog.selectedFiles().isEmpty()) return false;
+  QString to = dialog.selectedFiles().first();
+  if (QFileInfo(to).suffix().isEmpty()) to += extension;
+  host_->setFolder(QFileInfo(to).absolutePath());
+  const QString sentence = host_->save(id, to);
+  if (!sentence.isEmpty()) {
+    tell(sentence);
+    return false;
+  }
+  addRecentFile(to);
+  fillRecent();
+  return true;
+}
+
+void MainWindow::tell(const QString& sentence) {
+  auto* box =
+      new QMessageBox(QMessageBox::Warning, QStringLiteral("InnerGS"), sentence, QMessageBox::Ok, this);
+  box->setObjectName(QStringLiteral("errorBox"));
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  box->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
+  box->open();
+}
+
+void MainWindow::closeItem(const QString& id) {
+  const auto volume = host_->document().volume(id);
+  const auto model = host_->document().model(id);
+  if (!volume && !model) return;
+  if (volume ? !volume->saved : !model->saved) {
+    QMessageBox box(
+        QMessageBox::Question, QStringLiteral("InnerGS"),
+        tr("'%1' is not saved. Save it before it is closed?").arg(volume ? volume->name : model->name),
+        QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
+    box.setObjectName(QStringLiteral("closeItemBox"));
+    box.setDefaultButton(QMessageBox::Save);
+    const int answer = box.exec();
+    if (answer == QMessageBox::Cancel || (answer == QMessageBox::Save && !saveAs(id))) return;
+  }
+  host_->document().remove(id);
+}
+
+bool MainWindow::mayDiscard() {
+  QStringList names;
+  for (const auto& item : host_->document().volumes())
+    if (!item->saved) names << item->name;
+  for (const auto& item : host_->document().models())
+    if (!item->saved) names << item->name;
+  if (names.isEmpty()) return true;
+  QMessageBox box(QMessageBox::Question, QStringLiteral("InnerGS"),
+                  tr("These results are not saved and will be lost:\n%1").arg(names.join(QLatin1Char('\n'))),
+                  QMessageBox::SaveAll | QMessageBox::Discard | QMessageBox::Cancel, this);
+  box.setObjectName(QStringLiteral("unsavedBox"));
+  box.setDefaultButton(QMessageBox::SaveAll);
+  const int answer = box.exec();
+  if (answer != QMessageBox::SaveAll) return answer == QMessageBox::Discard;
+  QStringList ids;
+  for (const auto& item : host_->document().volumes())
+    if (!item->saved) ids << item->id;
+  for (const auto& item : host_->document().models())
+    if (!item->saved) ids << item->id;
+  for (const QString& id : ids)
+    if (!saveAs(id)) return false;
+  return true;
+}
+
+void MainWindow::closeEvent(QCloseEvent* event) {
+  event->ignore();
+  if (closeWhenEnded_ || host_->background().isBusy()) return; // an answer is under way
+  if (host_->isRunning()) {
+    auto* box =
+        new QMessageBox(QMessageBox::Question, QStringLiteral("InnerGS"),
+                        tr("A reconstruction is running. Stop it and close?"), QMessageBox::NoButton, this);
+    box->setObjectName(QStringLiteral("runningBox"));
+    box->setAttribute(Qt::WA_DeleteOnClose);
+    QPushButton* stop = box->addButton(tr("&Stop and Close"), QMessageBox::DestructiveRole);
+    QPushButton* stay = box->addButton(tr("&Keep Running"), QMessageBox::RejectRole);
+    box->setDefaultButton(stay);
+    box->setEscapeButton(stay);
+    connect(stop, &QPushButton::clicked, this, [this] {
+      closeWhenEnded_ = true;
+      host_->cancel();
+      if (!host_->isRunning()) reconstructionEnded();
+    });
+    box->open();
+    return;
+  }
+  if (!mayDiscard()) return;
+  const auto settings = appSettings();
+  settings->setValue(QStringLiteral("window/geometry"), saveGeometry());
+  settings->setValue(QStringLiteral("window/state"), saveState());
+  settings->setValue(QStringLiteral("window/layout"), static_cast<int>(views_->layoutShown()));
+  event->accept();
+}
+
+void MainWindow::reconstructionEnded() {
+  if (!closeWhenEnded_) return;
+  closeWhenEnded_ = false;
+  // A result that was finished before the stop is asked about like any other.
+  QMetaObject::invokeMethod(
+      this, [this] { close(); }, Qt::QueuedConnection);
+}
+
+void MainWindow::dragEnterEvent(QDragEnterEvent* event) {
+  if (!pathsOf(event->mimeData()).isEmpty()) event->acceptProposedAction();
+}
+
+void MainWindow::dropEvent(QDropEvent* event) {
+  const QStringList paths = pathsOf(event->mimeData());
+  if (paths.isEmpty()) return;
+  event->acceptProposedAction();
+  open(paths);
+}
+
+} // namespace innergs::app

@@ -1,0 +1,260 @@
+#include "Widgets/App/Runner.h"
+
+#include "Core/Error.h"
+#include "Core/JobInput.h"
+#include "Geometry.h"
+#include "ImageVoxels.h"
+#include "ReconstructSettings.h"
+#include "Widgets/App/Background.h"
+
+#include <vtkNew.h>
+
+#include <QMetaObject>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace innergs::app {
+namespace {
+
+// Of the progress, when the quality is judged as well: the fit, and up to the interpolations.
+constexpr double kFitShare = 0.5, kJudgedFitShare = 0.95;
+constexpr int kInterpolations = 3; // that protocol H compares with
+
+Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels) {
+  Stack stack;
+  stack.name = item.name.toStdString();
+  stack.thickness = choice.sliceThickness > 0 ? choice.sliceThickness : item.thickness;
+  stack.profile = static_cast<SliceProfile>(std::clamp(choice.sliceProfile, 0, 2));
+  const int axis = choice.sliceAxis >= 0 && choice.sliceAxis <= 2 ? choice.sliceAxis : item.sliceAxis;
+  if (!voxels)
+    stack.image.geometry = withSliceAxis(item.volume->geometry, axis);
+  else if (axis == 2)
+    stack.image = *item.volume;
+  else
+    stack.image = withSliceAxis(*item.volume, axis);
+  if (stack.image.geometry.size[2] < 2)
+    throw Error(ErrorCode::UnsupportedImage,
+                "'" + stack.name + "' has a single slice along the chosen axis; at least two are needed.");
+  return stack;
+}
+
+GridGeometry outputGrid(const Order& order, std::span<const Stack> stacks) {
+  switch (order.request.grid) {
+  case ui::OutputGrid::Input:
+    return order.inputs.front().volume->geometry;
+  case ui::OutputGrid::Reference:
+    if (!order.reference)
+      throw Error(ErrorCode::InvalidArgument,
+                  "There is no reference volume to take the output grid from: choose one.");
+    return order.reference->volume->geometry;
+  case ui::OutputGrid::Spacing: {
+    const double s = order.request.spacing;
+    if (!(s > 0) || !std::isfinite(s))
+      throw Error(ErrorCode::InvalidArgument, "The output spacing must be above 0 mm.");
+    const GridGeometry& first = order.inputs.front().volume->geometry;
+    for (const double length : first.extent())
+      if (length / s > 1e5)
+        throw Error(ErrorCode::InvalidArgument,
+                    "The output spacing is far too fine for the size of the image: choose a coarser one.");
+    return withSpacing(first, {s, s, s});
+  }
+  default:
+    return defaultOutputGrid(stacks);
+  }
+}
+
+std::vector<std::uint8_t> insideOf(const Volume& volume) {
+  std::vector<std::uint8_t> inside(volume.voxels.size());
+  std::transform(volume.voxels.begin(), volume.voxels.end(), inside.begin(),
+                 [](float v) { return static_cast<std::uint8_t>(v != 0 && !std::isnan(v)); });
+  return inside;
+}
+
+} // namespace
+
+ReconstructionInput makeInput(const Order& order, bool voxels) {
+  if (order.inputs.empty())
+    throw Error(ErrorCode::InvalidArgument, "There is no input volume: choose at least one.");
+  ReconstructionInput input;
+  for (std::size_t n = 0; n < order.inputs.size(); ++n)
+    input.stacks.push_back(stackOf(order.inputs[n], order.request.inputs[static_cast<int>(n)], voxels));
+  input.outputGrid = outputGrid(order, input.stacks);
+  input.heldOutFraction = order.request.heldOutFraction;
+  if (voxels && order.mask) {
+    const Volume& mask = *order.mask->volume;
+    input.mask = Mask{mask.geometry, insideOf(mask)};
+  }
+  return input;
+}
+
+Runner::Runner(QObject* parent) : QObject(parent) {}
+
+Runner::~Runner() {
+  if (thread_.joinable()) {
+    thread_.request_stop();
+    thread_.join();
+  }
+}
+
+template <class Call>
+void Runner::deliver(Call call) {
+  QMetaObject::invokeMethod(this, std::move(call), Qt::QueuedConnection);
+}
+
+void Runner::start(Order order) {
+  running_ = true;
+  {
+    const std::lock_guard lock(mutex_);
+    latest_.reset();
+  }
+  thread_ =
+      std::jthread([this, order = std::move(order)](const std::stop_token& stop) { work(order, stop); });
+}
+
+void Runner::cancel() {
+  thread_.request_stop();
+}
+
+void Runner::post(const Progress& progress) {
+  bool first = false;
+  {
+    const std::lock_guard lock(mutex_);
+    first = !latest_;
+    const std::string note = first ? std::string() : latest_->note;
+    latest_ = progress;
+    if (latest_->note.empty()) latest_->note = note;
+  }
+  if (!first) return; // the one under way takes the newest
+  deliver([this] {
+    std::optional<Progress> progress;
+    {
+      const std::lock_guard lock(mutex_);
+      progress.swap(latest_);
+    }
+    if (progress && running_) Q_EMIT progressed(*progress);
+  });
+}
+
+void Runner::post(const Volume& preview) {
+  vtkNew<vtkImageData> made;
+  std::copy(preview.voxels.begin(), preview.voxels.end(), vtk::allocateFloats(made, preview.geometry, false));
+  made->GetScalarRange();
+  vtkNew<vtkMatrix4x4> matrix;
+  vtk::toMatrix(preview.geometry, matrix);
+  deliver([this, image = vtkSmartPointer<vtkImageData>(made), toRAS = vtkSmartPointer<vtkMatrix4x4>(matrix)] {
+    if (running_) Q_EMIT previewed(image, toRAS);
+  });
+}
+
+void Runner::work(const Order& order, const std::stop_token& stop) {
+  std::shared_ptr<Outcome> outcome;
+  bool stopped = false;
+  const QString error = sentenceOf([&] {
+    try {
+      outcome = reconstruct(order, stop);
+    } catch (const Error& caught) {
+      if (caught.code() != ErrorCode::Cancelled) throw;
+      stopped = true;
+    }
+  });
+  deliver([this, outcome, stopped, error] {
+    thread_.join(); // at its end
+    running_ = false;
+    if (stopped)
+      Q_EMIT cancelled();
+    else if (!error.isEmpty())
+      Q_EMIT failed(error);
+    else
+      Q_EMIT finished(outcome);
+  });
+}
+
+std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop_token& stop) {
+  const bool judged = order.request.evaluateQuality;
+  const double share = judged ? kFitShare : 1;
+  ReconstructionJob job(makeInput(order, true), order.request.settings);
+  job.onProgress([&](Progress progress) {
+    progress.fraction *= share;
+    progress.remaining /= share;
+    if (judged && progress.phase == Phase::Done) progress.phase = Phase::Rendering;
+    post(progress);
+  });
+  job.onPreview([&](const Volume& volume) { post(volume); });
+  ReconstructionResult result = job.run(stop);
+  if (result.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+
+  const VolumeItem& first = order.inputs.front();
+  auto outcome = std::make_shared<Outcome>();
+  ui::Report& report = outcome->report;
+  for (const std::string& warning : result.warnings)
+    report.warnings << QString::fromStdString(warning);
+  report.trainingPsnr = result.trainingPsnr;
+  report.heldOutPsnr = result.heldOutPsnr;
+  report.gaussians = result.checkpoint->field.size();
+  report.device = QString::fromStdString(result.device.name);
+  if (!result.device.reason.empty()) report.device += ": " + QString::fromStdString(result.device.reason);
+  report.settings = QString::fromStdString(vtk::settingsText(result.settings, order.request.heldOutFraction));
+  outcome->model = makeItem(result.checkpoint, tr("%1 model").arg(first.name));
+  outcome->model.window = {first.window->lower, first.window->upper};
+  QStringList names;
+  for (const VolumeItem& input : order.inputs)
+    names << input.name;
+  outcome->model.origin = names.join(QStringLiteral(", "));
+  outcome->model.saved = false;
+  outcome->volume = makeItem(std::move(result.volume), tr("%1 reconstructed").arg(first.name));
+  outcome->volume.window = first.window;
+  outcome->volume.saved = false;
+  report.seconds = result.seconds;
+  if (judged) judge(order, *outcome, result.seconds, stop);
+  return outcome;
+}
+
+void Runner::judge(const Order& order, Outcome& outcome, double elapsed, const std::stop_token& stop) {
+  ui::Report& report = outcome.report;
+  Progress last;
+  last.phase = Phase::Fitting;
+  EvaluationOptions options;
+  options.settings = order.request.settings;
+  options.stop = stop;
+  bool first = true;
+  options.progress = [&](Progress progress) {
+    progress.fraction = kFitShare + (kJudgedFitShare - kFitShare) * progress.fraction;
+    progress.elapsed += elapsed;
+    progress.heldOutPsnr = report.heldOutPsnr;
+    progress.note.clear();
+    if (std::exchange(first, false))
+      progress.note = tr("Judging the quality by a second fit that sees every slice number %1 only.")
+                          .arg(order.request.qualityGap)
+                          .toStdString();
+    if (progress.phase == Phase::Done) progress.phase = Phase::Rendering;
+    last = progress;
+    post(progress);
+  };
+  int methods = 0;
+  options.onMethod = [&](const std::string& name) {
+    if (name == "gaussians") return; // tells of itself
+    last.fraction =
+        kJudgedFitShare + (1 - kJudgedFitShare) * std::min(1.0, double(methods++) / kInterpolations);
+    last.remaining = 0;
+    last.note.clear();
+    post(last);
+  };
+  HonestCase honest;
+  honest.factor = order.request.qualityGap;
+  const QString error = sentenceOf([&] {
+    try {
+      const EvaluationReport scores = evaluateHonest(*order.inputs.front().volume, honest, options);
+      for (const MethodScore& score : scores.methods)
+        report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
+      report.qualitySamples = QString::fromStdString(scores.samples);
+    } catch (const Error& caught) {
+      if (caught.code() != ErrorCode::Cancelled) throw; // a complete fit is kept
+      report.warnings << tr("The judgement of the quality was stopped: the result itself is complete.");
+    }
+  });
+  if (!error.isEmpty()) report.warnings << tr("The quality could not be judged. %1").arg(error);
+}
+
+} // namespace innergs::app

@@ -1,0 +1,68 @@
+#pragma once
+#include "Core/ReconstructionJob.h"
+#include "Evaluation/Protocols.h"
+#include "Widgets/App/Document.h"
+#include "Widgets/Request.h"
+
+#include <QObject>
+
+#include <mutex>
+#include <optional>
+#include <thread>
+
+namespace innergs::app {
+
+/// What a reconstruction works on, apart from the document: volumes that never change, and the request.
+struct Order {
+  ui::Request request;
+  std::vector<VolumeItem> inputs; // in the request's order
+  std::optional<VolumeItem> mask, reference;
+};
+
+/// The engine's input; without voxels (to estimate) nothing large is copied. Throws Error.
+ReconstructionInput makeInput(const Order& order, bool voxels);
+
+/// What came out, on its way to the document.
+struct Outcome {
+  VolumeItem volume;
+  ModelItem model;
+  ui::Report report; // without IDs
+};
+
+/// Runs reconstructions, one at a time, on a thread of its own.
+class Runner : public QObject {
+  Q_OBJECT
+public:
+  explicit Runner(QObject* parent = nullptr);
+  /// Stops what runs, waits for it (≤ 200 ms) and drops it.
+  ~Runner() override;
+
+  void start(Order order);
+  /// Returns at once. What is finished already, or at its very end, still comes out as finished.
+  void cancel();
+  bool isRunning() const { return running_; }
+
+Q_SIGNALS:
+  // On the main thread. Every start ends with one of the last three.
+  void progressed(const innergs::Progress& progress);
+  void previewed(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  void finished(const std::shared_ptr<innergs::app::Outcome>& outcome);
+  void failed(const QString& sentence);
+  void cancelled();
+
+private:
+  void work(const Order& order, const std::stop_token& stop);
+  std::shared_ptr<Outcome> reconstruct(const Order& order, const std::stop_token& stop);
+  void judge(const Order& order, Outcome& outcome, double elapsed, const std::stop_token& stop);
+  void post(const Progress& progress);
+  void post(const Volume& preview);
+  template <class Call>
+  void deliver(Call call);
+
+  bool running_ = false; // main thread
+  std::mutex mutex_;
+  std::optional<Progress> latest_; // the newest that the main thread has not seen
+  std::jthread thread_;
+};
+
+} // namespace innergs::app

@@ -1,0 +1,384 @@
+#include "Widgets/App/SliceView.h"
+
+#include <vtkActor2D.h>
+#include <vtkCamera.h>
+#include <vtkCoordinate.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkImageProperty.h>
+#include <vtkImageResliceMapper.h>
+#include <vtkImageSlice.h>
+#include <vtkLineSource.h>
+#include <vtkNew.h>
+#include <vtkPolyDataMapper2D.h>
+#include <vtkProperty2D.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
+
+#include <QApplication>
+#include <QFontMetrics>
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QTimer>
+#include <QWheelEvent>
+
+#include <cmath>
+
+namespace innergs::app {
+namespace {
+
+// To the right and to the top of the widget, RAS; Slicer's and radiologists' convention.
+constexpr Vec3 kRight[] = {{0, -1, 0}, {-1, 0, 0}, {-1, 0, 0}};
+constexpr Vec3 kUp[] = {{0, 0, 1}, {0, 0, 1}, {0, 1, 0}};
+// Red, yellow, green as in Slicer: sagittal, coronal, axial.
+constexpr double kColour[][3] = {{0.93, 0.84, 0.30}, {0.43, 0.69, 0.29}, {0.95, 0.29, 0.20}};
+
+QChar letterOf(const Vec3& direction) {
+  static const char* const letters[] = {"RL", "AP", "SI"};
+  for (int a = 0; a < 3; ++a)
+    if (std::abs(direction[a]) > 0.5) return QLatin1Char(letters[a][direction[a] < 0]);
+  return {};
+}
+
+QPointF positionOf(const QMouseEvent* event) {
+#if QT_VERSION >= QT_VERSION_CHECK(6, 0, 0)
+  return event->position();
+#else
+  return event->localPos();
+#endif
+}
+
+} // namespace
+
+struct SliceView::Scene {
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  vtkNew<vtkRenderer> renderer;
+  vtkNew<vtkImageResliceMapper> mapper;
+  vtkNew<vtkImageSlice> slice;
+  vtkNew<vtkLineSource> lines[2];
+  vtkNew<vtkActor2D> cross[2];
+  vtkNew<vtkTextActor> letters[4], place;
+};
+
+SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
+    : QVTKOpenGLNativeWidget(parent), state_(state), axis_(axis), scene_(std::make_unique<Scene>()) {
+  setObjectName(QStringLiteral("%1View").arg(nameOf(axis).toLower()));
+  setAccessibleName(nameOf(axis));
+  setMouseTracking(true);
+  setFocusPolicy(Qt::StrongFocus);
+  setToolTip(tr("Click: crosshair in all views. Drag: window and level. Wheel: slices.\n"
+                "Right drag or Ctrl+wheel: zoom. Middle drag: move. Double click: this view alone."));
+  Scene& s = *scene_;
+  s.window->SetMultiSamples(0);
+  setRenderWindow(s.window.Get());
+  s.window->GetInteractor()->SetInteractorStyle(nullptr); // the widget's own
+  s.window->AddRenderer(s.renderer);
+  s.renderer->SetBackground(0, 0, 0);
+  s.mapper->SliceFacesCameraOn();
+  s.mapper->SliceAtFocalPointOn();
+  s.mapper->SeparateWindowLevelOperationOn();
+  s.slice->SetMapper(s.mapper);
+  s.slice->GetProperty()->SetInterpolationTypeToLinear();
+  s.slice->VisibilityOff();
+  s.renderer->AddViewProp(s.slice);
+  for (int n = 0; n < 2; ++n) {
+    vtkNew<vtkPolyDataMapper2D> mapper;
+    mapper->SetInputConnection(s.lines[n]->GetOutputPort());
+    vtkNew<vtkCoordinate> world;
+    world->SetCoordinateSystemToWorld();
+    mapper->SetTransformCoordinate(world);
+    s.cross[n]->SetMapper(mapper);
+    const int across = kRight[axis][0] != 0 ? 0 : 1; // the RAS axis that the line n stands for
+    const int other = n == 0 ? across : 3 - across - axis;
+    s.cross[n]->GetProperty()->SetColor(kColour[other][0], kColour[other][1], kColour[other][2]);
+    s.cross[n]->GetProperty()->SetOpacity(0.7);
+    s.cross[n]->VisibilityOff();
+    s.renderer->AddActor2D(s.cross[n]);
+  }
+  for (vtkTextActor* text :
+       {s.letters[0].Get(), s.letters[1].Get(), s.letters[2].Get(), s.letters[3].Get(), s.place.Get()}) {
+    text->GetTextProperty()->SetColor(0.85, 0.85, 0.85);
+    text->GetTextProperty()->ShadowOn();
+    text->VisibilityOff();
+    s.renderer->AddActor2D(text);
+  }
+  const std::array<QChar, 4> edge = letters();
+  for (int n = 0; n < 4; ++n)
+    s.letters[n]->SetInput(QString(edge[n]).toUtf8().constData());
+  s.renderer->GetActiveCamera()->ParallelProjectionOn();
+  connect(state, &ViewState::volumeChanged, this, &SliceView::showVolume);
+  connect(state, &ViewState::windowChanged, this, &SliceView::showWindow);
+  connect(state, &ViewState::crosshairChanged, this, &SliceView::showPlane);
+  showVolume();
+}
+
+SliceView::~SliceView() = default;
+
+QString SliceView::nameOf(int axis) {
+  return axis == 0 ? tr("Sagittal") : axis == 1 ? tr("Coronal") : tr("Axial");
+}
+
+std::array<QChar, 4> SliceView::letters() const {
+  const Vec3 right = kRight[axis_], up = kUp[axis_];
+  const auto opposite = [](const Vec3& x) { return Vec3{-x[0], -x[1], -x[2]}; };
+  return {letterOf(opposite(right)), letterOf(right), letterOf(up), letterOf(opposite(up))};
+}
+
+double SliceView::position() const {
+  return state_->crosshair()[axis_];
+}
+
+//------------------------------------------------------------------------------
+// What is shown.
+
+void SliceView::showVolume() {
+  Scene& s = *scene_;
+  const auto item = state_->volume();
+  for (vtkProp* prop : {static_cast<vtkProp*>(s.slice), static_cast<vtkProp*>(s.cross[0]),
+                        static_cast<vtkProp*>(s.cross[1]), static_cast<vtkProp*>(s.place),
+                        static_cast<vtkProp*>(s.letters[0]), static_cast<vtkProp*>(s.letters[1]),
+                        static_cast<vtkProp*>(s.letters[2]), static_cast<vtkProp*>(s.letters[3])})
+    prop->SetVisibility(item != nullptr);
+  if (!item) {
+    s.mapper->RemoveAllInputs();
+    fitted_ = false;
+    render();
+    return;
+  }
+  s.mapper->SetInputData(item->image);
+  s.slice->SetUserMatrix(item->ijkToRAS);
+  showWindow();
+  if (!fitted_) fit();
+  showPlane();
+}
+
+void SliceView::showWindow() {
+  if (const auto item = state_->volume()) {
+    vtkImageProperty* property = scene_->slice->GetProperty();
+    property->SetColorWindow(item->window->upper - item->window->lower);
+    property->SetColorLevel(0.5 * (item->window->upper + item->window->lower));
+  }
+  render();
+}
+
+void SliceView::fit() {
+  const auto item = state_->volume();
+  if (!item || width() < 2 || height() < 2) return;
+  fitted_ = true;
+  const std::array<double, 6> box = state_->bounds();
+  Vec3 extent, centre;
+  for (int a = 0; a < 3; ++a) {
+    extent[a] = box[2 * a + 1] - box[2 * a];
+    centre[a] = 0.5 * (box[2 * a + 1] + box[2 * a]);
+  }
+  const double wide = std::abs(dot(extent, kRight[axis_])), high = std::abs(dot(extent, kUp[axis_]));
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  camera->SetParallelScale(0.52 * std::max(high, wide * height() / width()));
+  centre[axis_] = position();
+  camera->SetFocalPoint(centre.data());
+  showPlane();
+}
+
+void SliceView::showPlane() {
+  Scene& s = *scene_;
+  const Vec3 cross = state_->crosshair();
+  vtkCamera* camera = s.renderer->GetActiveCamera();
+  Vec3 focus;
+  camera->GetFocalPoint(focus.data());
+  focus[axis_] = cross[axis_];
+  // Towards the eye: right × up.
+  const Vec3 &r = kRight[axis_], &u = kUp[axis_];
+  const Vec3 normal{r[1] * u[2] - r[2] * u[1], r[2] * u[0] - r[0] * u[2], r[0] * u[1] - r[1] * u[0]};
+  constexpr double distance = 1000; // mm
+  camera->SetFocalPoint(focus.data());
+  camera->SetPosition(focus[0] + distance * normal[0], focus[1] + distance * normal[1],
+                      focus[2] + distance * normal[2]);
+  camera->SetViewUp(u.data());
+  camera->SetClippingRange(distance - 500, distance + 500);
+  constexpr double reach = 5000;
+  for (int n = 0; n < 2; ++n) {
+    const Vec3& along = n == 0 ? u : r;
+    s.lines[n]->SetPoint1(cross[0] - reach * along[0], cross[1] - reach * along[1],
+                          cross[2] - reach * along[2]);
+    s.lines[n]->SetPoint2(cross[0] + reach * along[0], cross[1] + reach * along[1],
+                          cross[2] + reach * along[2]);
+  }
+  static const char* const ends[] = {"RL", "AP", "SI"};
+  s.place->SetInput(QStringLiteral("%1 %2 mm")
+                        .arg(QLatin1Char(ends[axis_][cross[axis_] < 0]))
+                        .arg(std::abs(cross[axis_]), 0, 'f', 1)
+                        .toUtf8()
+                        .constData());
+  render();
+}
+
+void SliceView::placeLetters() {
+  Scene& s = *scene_;
+  const double ratio = devicePixelRatioF();
+  const int size = static_cast<int>(ratio * QFontMetrics(font()).ascent() * 1.2);
+  const double w = ratio * width(), h = ratio * height(), margin = 0.4 * size;
+  const double x[] = {margin, w - margin, w / 2, w / 2}, y[] = {h / 2, h / 2, h - margin, margin};
+  for (int n = 0; n < 4; ++n) {
+    vtkTextProperty* text = s.letters[n]->GetTextProperty();
+    text->SetFontSize(size);
+    text->BoldOn();
+    n == 0   ? text->SetJustificationToLeft()
+    : n == 1 ? text->SetJustificationToRight()
+             : text->SetJustificationToCentered();
+    n == 2   ? text->SetVerticalJustificationToTop()
+    : n == 3 ? text->SetVerticalJustificationToBottom()
+             : text->SetVerticalJustificationToCentered();
+    s.letters[n]->SetDisplayPosition(static_cast<int>(x[n]), static_cast<int>(y[n]));
+  }
+  s.place->GetTextProperty()->SetFontSize(size);
+  s.place->GetTextProperty()->SetVerticalJustificationToBottom();
+  s.place->SetDisplayPosition(static_cast<int>(margin), static_cast<int>(margin));
+}
+
+void SliceView::render() {
+  if (std::exchange(renderDue_, true)) return; // many changes, one picture
+  QTimer::singleShot(0, this, [this] {
+    renderDue_ = false;
+    if (isVisible()) scene_->window->Render();
+  });
+}
+
+void SliceView::resizeEvent(QResizeEvent* event) {
+  QVTKOpenGLNativeWidget::resizeEvent(event);
+  placeLetters();
+  if (!fitted_) fit();
+  render();
+}
+
+//------------------------------------------------------------------------------
+// Where things are.
+
+double SliceView::millimetresPerPixel() const {
+  return 2 * scene_->renderer->GetActiveCamera()->GetParallelScale() / std::max(1, height());
+}
+
+Vec3 SliceView::toRAS(const QPointF& at) const {
+  const double scale = millimetresPerPixel();
+  const double right = (at.x() - 0.5 * width()) * scale, up = (0.5 * height() - at.y()) * scale;
+  Vec3 ras;
+  scene_->renderer->GetActiveCamera()->GetFocalPoint(ras.data());
+  for (int a = 0; a < 3; ++a)
+    ras[a] += right * kRight[axis_][a] + up * kUp[axis_][a];
+  ras[axis_] = position();
+  return ras;
+}
+
+QPointF SliceView::fromRAS(const Vec3& ras) const {
+  Vec3 from;
+  scene_->renderer->GetActiveCamera()->GetFocalPoint(from.data());
+  for (int a = 0; a < 3; ++a)
+    from[a] = ras[a] - from[a];
+  const double scale = millimetresPerPixel();
+  return {0.5 * width() + dot(from, kRight[axis_]) / scale, 0.5 * height() - dot(from, kUp[axis_]) / scale};
+}
+
+void SliceView::stepSlices(int count) {
+  Vec3 cross = state_->crosshair();
+  cross[axis_] += count * state_->stepAlong(axis_);
+  state_->setCrosshair(cross);
+}
+
+//------------------------------------------------------------------------------
+// The hand.
+
+void SliceView::mousePressEvent(QMouseEvent* event) {
+  if (button_ != Qt::NoButton || !state_->volume()) return;
+  button_ = event->button();
+  pressed_ = last_ = event->pos();
+  dragging_ = false;
+}
+
+void SliceView::mouseMoveEvent(QMouseEvent* event) {
+  Q_EMIT pointed(state_->volume() ? state_->describe(toRAS(positionOf(event))) : QString());
+  if (button_ == Qt::NoButton) return;
+  if (!dragging_ && (event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance()) return;
+  dragging_ = true;
+  const QPoint by = event->pos() - last_;
+  last_ = event->pos();
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  if (button_ == Qt::LeftButton && event->modifiers() & Qt::ShiftModifier) {
+    state_->setCrosshair(toRAS(positionOf(event)));
+  } else if (button_ == Qt::LeftButton) {
+    const auto item = state_->volume();
+    const double step = (item->range[1] - item->range[0]) / 400;
+    const Window& w = *item->window;
+    const double level = 0.5 * (w.lower + w.upper) - by.y() * step;
+    const double width = std::max(step / 10, w.upper - w.lower + 2 * by.x() * step);
+    state_->setWindow(level - 0.5 * width, level + 0.5 * width);
+  } else if (button_ == Qt::RightButton) {
+    camera->SetParallelScale(camera->GetParallelScale() * std::exp(0.008 * by.y()));
+    render();
+  } else {
+    Vec3 focus;
+    camera->GetFocalPoint(focus.data());
+    const double scale = millimetresPerPixel();
+    for (int a = 0; a < 3; ++a)
+      focus[a] += scale * (-by.x() * kRight[axis_][a] + by.y() * kUp[axis_][a]);
+    camera->SetFocalPoint(focus.data());
+    showPlane();
+  }
+}
+
+void SliceView::mouseReleaseEvent(QMouseEvent* event) {
+  if (event->button() != button_) return;
+  if (!dragging_ && button_ == Qt::LeftButton) state_->setCrosshair(toRAS(positionOf(event)));
+  button_ = Qt::NoButton;
+}
+
+void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (event->button() == Qt::LeftButton) Q_EMIT doubleClicked();
+}
+
+void SliceView::wheelEvent(QWheelEvent* event) {
+  event->accept();
+  if (event->modifiers() & Qt::ControlModifier) {
+    vtkCamera* camera = scene_->renderer->GetActiveCamera();
+    camera->SetParallelScale(camera->GetParallelScale() * std::exp(-0.001 * event->angleDelta().y()));
+    render();
+    return;
+  }
+  wheel_ += event->angleDelta().y(); // trackpads send small steps
+  const int steps = wheel_ / 120;
+  wheel_ -= 120 * steps;
+  if (steps) stepSlices(steps);
+}
+
+void SliceView::keyPressEvent(QKeyEvent* event) {
+  switch (event->key()) {
+  case Qt::Key_Up:
+  case Qt::Key_Right:
+    stepSlices(1);
+    break;
+  case Qt::Key_Down:
+  case Qt::Key_Left:
+    stepSlices(-1);
+    break;
+  case Qt::Key_PageUp:
+    stepSlices(10);
+    break;
+  case Qt::Key_PageDown:
+    stepSlices(-10);
+    break;
+  case Qt::Key_Plus:
+  case Qt::Key_Minus:
+    scene_->renderer->GetActiveCamera()->SetParallelScale(
+        scene_->renderer->GetActiveCamera()->GetParallelScale() *
+        (event->key() == Qt::Key_Plus ? 0.9 : 1 / 0.9));
+    render();
+    break;
+  default:
+    event->ignore();
+  }
+}
+
+void SliceView::leaveEvent(QEvent*) {
+  Q_EMIT pointed(QString());
+}
+
+} // namespace innergs::app

@@ -1,0 +1,70 @@
+#pragma once
+#include "Widgets/App/ViewState.h"
+
+#include <QVTKOpenGLNativeWidget.h>
+
+#include <QPoint>
+
+#include <memory>
+
+namespace innergs::app {
+
+/// One plane through the shown volume, as radiologists look at it: axial from the feet, coronal from the
+/// front, sagittal from the left. A click moves the crosshair of all views, the wheel goes through the
+/// slices, a drag with the left button changes window and level, with the right one the size, with the middle
+/// one the place.
+class SliceView : public QVTKOpenGLNativeWidget {
+  Q_OBJECT
+public:
+  /// axis: the RAS axis that the plane lies across: 0 sagittal, 1 coronal, 2 axial.
+  SliceView(ViewState* state, int axis, QWidget* parent = nullptr);
+  ~SliceView() override;
+
+  int axis() const { return axis_; }
+  static QString nameOf(int axis);
+  /// Position across the slices, RAS mm.
+  double position() const;
+  void stepSlices(int count);
+  /// The whole volume again.
+  void fit();
+  /// RAS of a point of the widget (in its own pixels).
+  Vec3 toRAS(const QPointF& at) const;
+  /// The inverse, for scripts and tests.
+  QPointF fromRAS(const Vec3& ras) const;
+  /// The letters at the left, right, top and bottom edge.
+  std::array<QChar, 4> letters() const;
+
+Q_SIGNALS:
+  /// The mouse is over this place; "" when it left.
+  void pointed(const QString& text);
+  void doubleClicked();
+
+protected:
+  void mousePressEvent(QMouseEvent* event) override;
+  void mouseMoveEvent(QMouseEvent* event) override;
+  void mouseReleaseEvent(QMouseEvent* event) override;
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void wheelEvent(QWheelEvent* event) override;
+  void keyPressEvent(QKeyEvent* event) override;
+  void leaveEvent(QEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+
+private:
+  void showVolume();
+  void showWindow();
+  void showPlane();
+  void placeLetters();
+  void render();
+  double millimetresPerPixel() const;
+
+  ViewState* state_;
+  const int axis_;
+  QPoint pressed_, last_;
+  Qt::MouseButton button_ = Qt::NoButton;
+  bool dragging_ = false, fitted_ = false, renderDue_ = false;
+  int wheel_ = 0;
+  struct Scene;
+  std::unique_ptr<Scene> scene_;
+};
+
+} // namespace innergs::app

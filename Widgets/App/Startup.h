@@ -1,0 +1,15 @@
+#pragma once
+#include "Widgets/App/CommandLine.h"
+
+namespace innergs::app {
+
+class MainWindow;
+
+/// Does what the command line asks for, once the event loop runs. With a screenshot the program ends after
+/// it: exit code 1 when something failed.
+void carryOut(MainWindow* window, const CommandLine& line);
+
+/// Dark colours for the whole program.
+void useDarkPalette();
+
+} // namespace innergs::app

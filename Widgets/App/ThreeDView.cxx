@@ -1,0 +1,261 @@
+#include "Widgets/App/ThreeDView.h"
+
+#include "Widgets/App/Background.h"
+
+#include <vtkActor.h>
+#include <vtkAnnotatedCubeActor.h>
+#include <vtkCamera.h>
+#include <vtkColorTransferFunction.h>
+#include <vtkCubeSource.h>
+#include <vtkGenericOpenGLRenderWindow.h>
+#include <vtkImageProperty.h>
+#include <vtkImageResliceMapper.h>
+#include <vtkImageSlice.h>
+#include <vtkInteractorStyleTrackballCamera.h>
+#include <vtkNew.h>
+#include <vtkOrientationMarkerWidget.h>
+#include <vtkPiecewiseFunction.h>
+#include <vtkPlane.h>
+#include <vtkPolyData.h>
+#include <vtkPolyDataMapper.h>
+#include <vtkProperty.h>
+#include <vtkRenderWindowInteractor.h>
+#include <vtkRenderer.h>
+#include <vtkSmartVolumeMapper.h>
+#include <vtkVolume.h>
+#include <vtkVolumeProperty.h>
+
+#include <QMouseEvent>
+#include <QTimer>
+
+#include <map>
+#include <utility>
+
+namespace innergs::app {
+namespace {
+
+struct Ellipsoids {
+  vtkSmartPointer<vtkInnerGSModel> model;
+  vtkSmartPointer<vtkActor> actor; // null until they are made
+};
+
+} // namespace
+
+struct ThreeDView::Scene {
+  vtkNew<vtkGenericOpenGLRenderWindow> window;
+  vtkNew<vtkRenderer> renderer;
+  vtkNew<vtkImageResliceMapper> mappers[3];
+  vtkNew<vtkPlane> planes[3];
+  vtkNew<vtkImageSlice> slices[3];
+  vtkNew<vtkCubeSource> box;
+  vtkNew<vtkActor> outline;
+  vtkNew<vtkSmartVolumeMapper> volumeMapper;
+  vtkNew<vtkVolume> volume;
+  vtkNew<vtkAnnotatedCubeActor> cube;
+  vtkNew<vtkOrientationMarkerWidget> marker;
+  std::map<QString, Ellipsoids> ellipsoids; // by model ID
+};
+
+ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
+    : QVTKOpenGLNativeWidget(parent), state_(state), scene_(std::make_unique<Scene>()),
+      background_(new Background(this)) {
+  setObjectName(QStringLiteral("threeDView"));
+  setAccessibleName(tr("3D view"));
+  setFocusPolicy(Qt::StrongFocus);
+  setToolTip(tr("Drag: turn. Right drag or wheel: zoom. Middle drag: move. Double click: this view alone."));
+  Scene& s = *scene_;
+  s.window->SetMultiSamples(0);
+  setRenderWindow(s.window.Get());
+  s.window->AddRenderer(s.renderer);
+  s.renderer->SetBackground(0.13, 0.14, 0.18);
+  s.renderer->SetBackground2(0.36, 0.38, 0.45);
+  s.renderer->GradientBackgroundOn();
+  vtkNew<vtkInteractorStyleTrackballCamera> style;
+  s.window->GetInteractor()->SetInteractorStyle(style);
+  s.window->GetInteractor()->SetDesiredUpdateRate(15);
+  for (int a = 0; a < 3; ++a) {
+    s.mappers[a]->SliceFacesCameraOff();
+    s.mappers[a]->SliceAtFocalPointOff();
+    s.mappers[a]->ResampleToScreenPixelsOff();
+    s.mappers[a]->SeparateWindowLevelOperationOn();
+    s.planes[a]->SetNormal(a == 0, a == 1, a == 2);
+    s.mappers[a]->SetSlicePlane(s.planes[a]);
+    s.slices[a]->SetMapper(s.mappers[a]);
+    s.slices[a]->VisibilityOff();
+    s.renderer->AddViewProp(s.slices[a]);
+  }
+  vtkNew<vtkPolyDataMapper> outline;
+  outline->SetInputConnection(s.box->GetOutputPort());
+  s.outline->SetMapper(outline);
+  s.outline->GetProperty()->SetRepresentationToWireframe();
+  s.outline->GetProperty()->LightingOff();
+  s.outline->GetProperty()->SetColor(0.8, 0.8, 0.85);
+  s.outline->VisibilityOff();
+  s.renderer->AddActor(s.outline);
+  s.volumeMapper->SetInteractiveUpdateRate(15);
+  s.volume->SetMapper(s.volumeMapper);
+  s.volume->GetProperty()->ShadeOn();
+  s.volume->GetProperty()->SetInterpolationTypeToLinear();
+  s.volume->VisibilityOff();
+  s.cube->SetXPlusFaceText("R");
+  s.cube->SetXMinusFaceText("L");
+  s.cube->SetYPlusFaceText("A");
+  s.cube->SetYMinusFaceText("P");
+  s.cube->SetZPlusFaceText("S");
+  s.cube->SetZMinusFaceText("I");
+  s.marker->SetOrientationMarker(s.cube);
+  s.marker->SetInteractor(s.window->GetInteractor());
+  s.marker->SetViewport(0.84, 0, 1, 0.2);
+  s.marker->EnabledOn();
+  s.marker->InteractiveOff();
+  connect(state, &ViewState::volumeChanged, this, &ThreeDView::showVolume);
+  connect(state, &ViewState::windowChanged, this, &ThreeDView::showWindow);
+  connect(state, &ViewState::crosshairChanged, this, &ThreeDView::showPlanes);
+  connect(state->document(), &Document::modelsChanged, this, &ThreeDView::showModels);
+  showVolume();
+}
+
+ThreeDView::~ThreeDView() {
+  scene_->marker->EnabledOff();
+}
+
+void ThreeDView::setVolumeRendered(bool on) {
+  rendered_ = on;
+  showVolume();
+}
+
+void ThreeDView::setPlanesShown(bool on) {
+  planes_ = on;
+  showVolume();
+}
+
+void ThreeDView::showVolume() {
+  Scene& s = *scene_;
+  const auto item = state_->volume();
+  for (const auto& slice : s.slices)
+    slice->SetVisibility(item && planes_);
+  s.outline->SetVisibility(item != nullptr);
+  s.volume->SetVisibility(item && rendered_);
+  if (!item) {
+    for (const auto& mapper : s.mappers)
+      mapper->RemoveAllInputs();
+    s.renderer->RemoveVolume(s.volume);
+    s.volumeMapper->RemoveAllInputs();
+    fitted_ = false;
+    render();
+    return;
+  }
+  for (int a = 0; a < 3; ++a) {
+    s.mappers[a]->SetInputData(item->image);
+    s.slices[a]->SetUserMatrix(item->ijkToRAS);
+  }
+  int size[3];
+  item->image->GetDimensions(size);
+  s.box->SetBounds(-0.5, size[0] - 0.5, -0.5, size[1] - 0.5, -0.5, size[2] - 0.5);
+  s.outline->SetUserMatrix(item->ijkToRAS);
+  if (rendered_) {
+    s.volumeMapper->SetInputData(item->image);
+    s.volume->SetUserMatrix(item->ijkToRAS);
+    if (!s.renderer->HasViewProp(s.volume)) s.renderer->AddVolume(s.volume);
+  }
+  showWindow();
+  showPlanes();
+  if (!std::exchange(fitted_, true)) fit();
+}
+
+void ThreeDView::showWindow() {
+  Scene& s = *scene_;
+  const auto item = state_->volume();
+  if (!item) return;
+  const double low = item->window->lower, high = item->window->upper, width = high - low;
+  for (const auto& slice : s.slices) {
+    slice->GetProperty()->SetColorWindow(width);
+    slice->GetProperty()->SetColorLevel(0.5 * (low + high));
+  }
+  if (rendered_) {
+    vtkNew<vtkPiecewiseFunction> opacity, edges;
+    opacity->AddPoint(low + 0.2 * width, 0);
+    opacity->AddPoint(low + 0.55 * width, 0.12);
+    opacity->AddPoint(high, 0.5);
+    edges->AddPoint(0, 0.2);
+    edges->AddPoint(0.15 * width, 1);
+    vtkNew<vtkColorTransferFunction> colour;
+    colour->AddRGBPoint(low, 0.1, 0.06, 0.05);
+    colour->AddRGBPoint(low + 0.4 * width, 0.65, 0.45, 0.35);
+    colour->AddRGBPoint(high, 1, 0.97, 0.93);
+    s.volume->GetProperty()->SetScalarOpacity(opacity);
+    s.volume->GetProperty()->SetGradientOpacity(edges);
+    s.volume->GetProperty()->SetColor(colour);
+    s.volume->GetProperty()->SetScalarOpacityUnitDistance(2 * state_->stepAlong(0));
+  }
+  render();
+}
+
+void ThreeDView::showPlanes() {
+  for (const auto& plane : scene_->planes)
+    plane->SetOrigin(state_->crosshair().data());
+  render();
+}
+
+void ThreeDView::showModels() {
+  Scene& s = *scene_;
+  for (auto at = s.ellipsoids.begin(); at != s.ellipsoids.end();) {
+    const auto item = state_->document()->model(at->first);
+    if (item && item->ellipsoidsShown && item->model == at->second.model) {
+      ++at;
+      continue;
+    }
+    if (at->second.actor) s.renderer->RemoveActor(at->second.actor);
+    at = s.ellipsoids.erase(at);
+  }
+  for (const auto& item : state_->document()->models()) {
+    if (!item->ellipsoidsShown || s.ellipsoids.contains(item->id)) continue;
+    s.ellipsoids[item->id].model = item->model;
+    ui::EllipsoidOptions options;
+    options.window = item->window;
+    background_->run({}, [this, id = item->id, model = item->model, options] {
+      const vtkSmartPointer<vtkPolyData> centres = ui::ellipsoidCentres(model, options, nullptr);
+      return [this, id, model, options, centres] { showEllipsoids(id, model, centres, options); };
+    });
+  }
+  render();
+}
+
+void ThreeDView::showEllipsoids(const QString& id, vtkInnerGSModel* model, vtkPolyData* centres,
+                                const ui::EllipsoidOptions& options) {
+  const auto at = scene_->ellipsoids.find(id);
+  if (at == scene_->ellipsoids.end() || at->second.model != model || !centres) return; // no longer wanted
+  at->second.actor = ui::ellipsoidActor(centres, options);
+  scene_->renderer->AddActor(at->second.actor);
+  render();
+}
+
+void ThreeDView::fit() {
+  const auto item = state_->volume();
+  if (!item) return;
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  const std::array<double, 6> box = state_->bounds();
+  const double x = (box[0] + box[1]) / 2, y = (box[2] + box[3]) / 2, z = (box[4] + box[5]) / 2;
+  camera->SetFocalPoint(x, y, z);
+  camera->SetPosition(x - 300, y + 600, z + 250);
+  camera->SetViewUp(0, 0, 1);
+  scene_->renderer->ResetCamera(box.data());
+  camera->Zoom(1.3);
+  render();
+}
+
+void ThreeDView::render() {
+  if (std::exchange(renderDue_, true)) return;
+  QTimer::singleShot(0, this, [this] {
+    renderDue_ = false;
+    if (!isVisible()) return;
+    scene_->renderer->ResetCameraClippingRange();
+    scene_->window->Render();
+  });
+}
+
+void ThreeDView::mouseDoubleClickEvent(QMouseEvent* event) {
+  if (event->button() == Qt::LeftButton) Q_EMIT doubleClicked();
+}
+
+} // namespace innergs::app

@@ -1,0 +1,49 @@
+#pragma once
+#include "Widgets/App/ViewState.h"
+#include "Widgets/EllipsoidActor.h"
+
+#include <QVTKOpenGLNativeWidget.h>
+
+#include <memory>
+
+namespace innergs::app {
+
+class Background;
+
+/// The shown volume in space: the three planes through the crosshair, on request the whole volume, and the
+/// ellipsoids of the models that ask for them.
+class ThreeDView : public QVTKOpenGLNativeWidget {
+  Q_OBJECT
+public:
+  explicit ThreeDView(ViewState* state, QWidget* parent = nullptr);
+  ~ThreeDView() override;
+
+  bool isVolumeRendered() const { return rendered_; }
+  void setVolumeRendered(bool on);
+  void setPlanesShown(bool on);
+  /// The whole volume from the front, patient's right on the left.
+  void fit();
+
+Q_SIGNALS:
+  void doubleClicked();
+
+protected:
+  void mouseDoubleClickEvent(QMouseEvent* event) override;
+
+private:
+  void showVolume();
+  void showWindow();
+  void showPlanes();
+  void showModels();
+  void showEllipsoids(const QString& id, vtkInnerGSModel* model, vtkPolyData* centres,
+                      const ui::EllipsoidOptions& options);
+  void render();
+
+  ViewState* state_;
+  bool rendered_ = false, planes_ = true, fitted_ = false, renderDue_ = false;
+  struct Scene;
+  std::unique_ptr<Scene> scene_;
+  Background* background_; // makes the ellipsoids
+};
+
+} // namespace innergs::app

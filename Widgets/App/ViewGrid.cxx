@@ -1,0 +1,132 @@
+#include "Widgets/App/ViewGrid.h"
+
+#include <QDoubleSpinBox>
+#include <QGridLayout>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QSignalBlocker>
+#include <QSlider>
+
+#include <cmath>
+
+namespace innergs::app {
+
+SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
+    : QWidget(parent), state_(state), view_(new SliceView(state, axis, this)),
+      slider_(new QSlider(Qt::Horizontal, this)), position_(new QDoubleSpinBox(this)) {
+  auto* name = new QLabel(SliceView::nameOf(axis), this);
+  name->setBuddy(slider_);
+  slider_->setObjectName(QStringLiteral("slider"));
+  slider_->setAccessibleName(tr("%1 slice").arg(name->text()));
+  slider_->setToolTip(tr("Slice"));
+  position_->setObjectName(QStringLiteral("position"));
+  position_->setAccessibleName(tr("%1 position").arg(name->text()));
+  position_->setDecimals(1);
+  position_->setSuffix(tr(" mm"));
+  static const char* const ends[] = {QT_TR_NOOP("Position in mm, to the right of the patient above 0"),
+                                     QT_TR_NOOP("Position in mm, to the front of the patient above 0"),
+                                     QT_TR_NOOP("Position in mm, to the head of the patient above 0")};
+  position_->setToolTip(tr(ends[axis]));
+  position_->setKeyboardTracking(false);
+  auto* top = new QHBoxLayout;
+  const int gap = fontMetrics().averageCharWidth() / 2;
+  top->setContentsMargins(2 * gap, gap / 2, gap, gap / 2);
+  top->addWidget(name);
+  top->addWidget(slider_, 1);
+  top->addWidget(position_);
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(0, 0, 0, 0);
+  all->setSpacing(0);
+  all->addLayout(top);
+  all->addWidget(view_, 1);
+  connect(state, &ViewState::volumeChanged, this, &SlicePane::showRange);
+  connect(state, &ViewState::crosshairChanged, this, &SlicePane::showPosition);
+  const auto move = [this](double to) {
+    Vec3 cross = state_->crosshair();
+    cross[view_->axis()] = to;
+    state_->setCrosshair(cross);
+  };
+  connect(slider_, &QSlider::valueChanged, this, [this, move](int value) {
+    const std::array<double, 6> box = state_->bounds();
+    const double step = state_->stepAlong(view_->axis());
+    move(box[2 * view_->axis()] + (value + 0.5) * step);
+  });
+  connect(position_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, move);
+  showRange();
+}
+
+void SlicePane::showRange() {
+  const int axis = view_->axis();
+  const std::array<double, 6> box = state_->bounds();
+  const double step = state_->stepAlong(axis), length = box[2 * axis + 1] - box[2 * axis];
+  const bool any = state_->volume() != nullptr;
+  slider_->setEnabled(any);
+  position_->setEnabled(any);
+  {
+    const QSignalBlocker one(slider_), two(position_);
+    slider_->setRange(0, std::max(0, static_cast<int>(std::lround(length / step)) - 1));
+    slider_->setPageStep(10);
+    position_->setRange(box[2 * axis], box[2 * axis + 1]);
+    position_->setSingleStep(step);
+  }
+  showPosition();
+}
+
+void SlicePane::showPosition() {
+  const int axis = view_->axis();
+  const double step = state_->stepAlong(axis), at = state_->crosshair()[axis];
+  const QSignalBlocker one(slider_), two(position_);
+  slider_->setValue(static_cast<int>(std::floor((at - state_->bounds()[2 * axis]) / step)));
+  position_->setValue(at);
+}
+
+ViewGrid::ViewGrid(ViewState* state, QWidget* parent)
+    : QWidget(parent), threeD_(new ThreeDView(state, this)) {
+  for (int axis = 0; axis < 3; ++axis) {
+    panes_[axis] = new SlicePane(state, axis, this);
+    connect(panes_[axis]->view(), &SliceView::pointed, this, &ViewGrid::pointed);
+    static constexpr Layout alone[] = {Layout::Sagittal, Layout::Coronal, Layout::Axial};
+    connect(panes_[axis]->view(), &SliceView::doubleClicked, this,
+            [this, axis] { setLayoutShown(layout_ == alone[axis] ? Layout::All : alone[axis]); });
+  }
+  connect(threeD_, &ThreeDView::doubleClicked, this,
+          [this] { setLayoutShown(layout_ == Layout::ThreeD ? Layout::All : Layout::ThreeD); });
+  auto* grid = new QGridLayout(this);
+  grid->setContentsMargins(0, 0, 0, 0);
+  grid->setSpacing(2);
+  grid->addWidget(panes_[2], 0, 0);
+  grid->addWidget(threeD_, 0, 1);
+  grid->addWidget(panes_[1], 1, 0);
+  grid->addWidget(panes_[0], 1, 1);
+  for (int n = 0; n < 2; ++n) {
+    grid->setRowStretch(n, 1);
+    grid->setColumnStretch(n, 1);
+  }
+  const int least = 12 * fontMetrics().height();
+  setMinimumSize(least, least);
+}
+
+void ViewGrid::setLayoutShown(Layout layout) {
+  layout_ = layout;
+  auto* grid = static_cast<QGridLayout*>(QWidget::layout());
+  const bool all = layout == Layout::All;
+  const bool shown[] = {all || layout == Layout::Sagittal, all || layout == Layout::Coronal,
+                        all || layout == Layout::Axial};
+  for (int axis = 0; axis < 3; ++axis)
+    panes_[axis]->setVisible(shown[axis]);
+  const bool space = all || layout == Layout::ThreeD;
+  threeD_->setVisible(space);
+  grid->setColumnStretch(0, shown[2] || shown[1]);
+  grid->setColumnStretch(1, shown[0] || space);
+  grid->setRowStretch(0, shown[2] || space);
+  grid->setRowStretch(1, shown[0] || shown[1]);
+  Q_EMIT layoutChanged();
+}
+
+void ViewGrid::fit() {
+  for (SlicePane* pane : panes_)
+    pane->view()->fit();
+  threeD_->fit();
+}
+
+} // namespace innergs::app

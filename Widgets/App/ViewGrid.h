@@ -1,0 +1,50 @@
+#pragma once
+#include "Widgets/App/SliceView.h"
+#include "Widgets/App/ThreeDView.h"
+
+class QDoubleSpinBox;
+class QSlider;
+
+namespace innergs::app {
+
+/// A slice view with its slider and position.
+class SlicePane : public QWidget {
+  Q_OBJECT
+public:
+  SlicePane(ViewState* state, int axis, QWidget* parent = nullptr);
+  SliceView* view() const { return view_; }
+
+private:
+  void showRange();
+  void showPosition();
+  ViewState* state_;
+  SliceView* view_;
+  QSlider* slider_;
+  QDoubleSpinBox* position_;
+};
+
+/// The three slice views and the 3D view, all at once or one alone.
+class ViewGrid : public QWidget {
+  Q_OBJECT
+public:
+  enum class Layout { All, Axial, Coronal, Sagittal, ThreeD };
+  explicit ViewGrid(ViewState* state, QWidget* parent = nullptr);
+
+  Layout layoutShown() const { return layout_; }
+  void setLayoutShown(Layout layout);
+  SliceView* slice(int axis) const { return panes_[axis]->view(); }
+  ThreeDView* threeD() const { return threeD_; }
+  /// Every view shows the whole volume again.
+  void fit();
+
+Q_SIGNALS:
+  void layoutChanged();
+  void pointed(const QString& text);
+
+private:
+  std::array<SlicePane*, 3> panes_{};
+  ThreeDView* threeD_;
+  Layout layout_ = Layout::All;
+};
+
+} // namespace innergs::app

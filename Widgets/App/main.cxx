@@ -1,0 +1,30 @@
+#include "Widgets/App/MainWindow.h"
+#include "Widgets/App/Startup.h"
+
+#include <QVTKOpenGLNativeWidget.h>
+
+#include <QApplication>
+#include <QIcon>
+#include <QSurfaceFormat>
+
+int main(int argc, char** argv) {
+  innergs::app::CommandLine line;
+  int exitCode = 0;
+  if (!innergs::app::parse(argc, argv, line, &exitCode)) return exitCode;
+  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
+  QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
+  QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
+#endif
+  int one = 1; // the options are ours, not Qt's
+  QApplication app(one, argv);
+  QApplication::setApplicationName(QStringLiteral("InnerGS"));
+  QApplication::setApplicationVersion(QStringLiteral(INNERGS_VERSION));
+  QApplication::setDesktopFileName(QStringLiteral("innergs-app"));
+  QApplication::setWindowIcon(QIcon(QStringLiteral(":/innergs/innergs.png")));
+  if (line.dark) innergs::app::useDarkPalette();
+  innergs::app::MainWindow window;
+  window.show();
+  innergs::app::carryOut(&window, line);
+  return QApplication::exec();
+}
