@@ -119,12 +119,15 @@ void ModelPanel::refresh() {
   const ModelInfo info = known ? host_->modelInfo(id) : ModelInfo();
   const QLocale locale;
   const QString none = QStringLiteral("–");
+  const auto bytes = [&](qint64 count) {
+    return locale.formattedDataSize(count, 1, QLocale::DataSizeSIFormat);
+  };
   QFont font = state_->font();
   font.setBold(known && !info.saved);
   state_->setFont(font);
   state_->setText(!known ? tr("No model chosen") : info.saved ? tr("Saved") : tr("Not saved yet"));
   gaussians_->setText(known ? locale.toString(static_cast<qlonglong>(info.gaussians)) : none);
-  memory_->setText(known ? locale.formattedDataSize(info.bytes) : none);
+  memory_->setText(known ? bytes(info.bytes) : none);
   const auto length = [&](int axis) {
     return locale.toString(info.bounds[2 * axis + 1] - info.bounds[2 * axis], 'f', 1);
   };
@@ -134,9 +137,8 @@ void ModelPanel::refresh() {
   origin_->setText(info.origin.isEmpty() ? none : info.origin);
   const QFileInfo file(info.file);
   file_->setText(info.file.isEmpty() ? none
-                 : file.exists()     ? tr("%1 (%2)").arg(QDir::toNativeSeparators(info.file),
-                                                         locale.formattedDataSize(file.size()))
-                                     : tr("%1 (no longer there)").arg(QDir::toNativeSeparators(info.file)));
+                 : file.exists() ? tr("%1 (%2)").arg(QDir::toNativeSeparators(info.file), bytes(file.size()))
+                                 : tr("%1 (no longer there)").arg(QDir::toNativeSeparators(info.file)));
   description_->setText(info.description.isEmpty() ? none : info.description);
   ellipsoids_->setChecked(info.ellipsoidsShown);
   ellipsoids_->setEnabled(known);

@@ -59,7 +59,11 @@ QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(hos
   updateModel();
 }
 
-QueryPanel::~QueryPanel() = default;
+// Its parts go after it: what they still say is for nobody.
+QueryPanel::~QueryPanel() {
+  for (QObject* part : findChildren<QObject*>())
+    part->disconnect(this);
+}
 
 void QueryPanel::connectAll() {
   connect(selector_, &Selector::currentIdChanged, this, &QueryPanel::updateModel);
@@ -316,14 +320,16 @@ void QueryPanel::showProbe(const PlaneImage& point) {
   vtkInnerGSModel* data = host_->model(modelId_);
   if (!data) return;
   const QString place = tr("%1 mm").arg(positionText(ras));
-  if (!point.image)
+  if (!point.image) {
     readout_->setText(place);
-  else if (!data->IsInside(ras[0], ras[1], ras[2]))
+  } else if (!data->IsInside(ras[0], ras[1], ras[2])) {
     readout_->setText(tr("%1: outside the model").arg(place));
-  else
-    readout_->setText(tr("%1: %2 scanner units")
-                          .arg(place, QLocale().toString(point.image->GetScalarComponentAsDouble(0, 0, 0, 0),
-                                                         'f', window_->decimals())));
+  } else {
+    const int decimals = window_->decimals();
+    double value = point.image->GetScalarComponentAsDouble(0, 0, 0, 0);
+    if (std::abs(value) < 0.5 * std::pow(10., -decimals)) value = 0; // not −0.0
+    readout_->setText(tr("%1: %2 scanner units").arg(place, QLocale().toString(value, 'f', decimals)));
+  }
 }
 
 void QueryPanel::clearReadout() {
