@@ -13,7 +13,8 @@ Q_DECLARE_METATYPE(innergs::Progress)
 
 namespace innergs::ui {
 
-/// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new".
+/// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new". What
+/// takes the keyboard in it is its focus proxy.
 class Selector : public QWidget {
   Q_OBJECT
 public:

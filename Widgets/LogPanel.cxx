@@ -32,7 +32,7 @@ LogPanel::LogPanel(Host* host, QWidget* parent) : QWidget(parent), edit_(new QPl
   auto* copyButton = new QPushButton(tr("Cop&y"), this);
   copyButton->setObjectName("copyLog");
   copyButton->setToolTip(tr("Copies the whole log, to be pasted into a message."));
-  auto* clearButton = new QPushButton(tr("Clea&r"), this);
+  auto* clearButton = new QPushButton(tr("C&lear"), this);
   clearButton->setObjectName("clearLog");
   clearButton->setToolTip(tr("Empties the log."));
   auto* buttons = new QHBoxLayout;

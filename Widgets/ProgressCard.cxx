@@ -12,11 +12,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace innergs::ui {
 namespace {
 
 constexpr int kRemainingInterval = 1000; // ms between changes of the remaining time
+constexpr int kShowInterval = 100;       // ms between changes of the figures
 constexpr int kBarSteps = 1000;
 
 QString phaseText(const Progress& progress) {
@@ -89,10 +91,14 @@ ProgressCard::ProgressCard(QWidget* parent)
   layout->addWidget(numbers_);
   layout->addWidget(chart_);
   hide();
+  timer_.setSingleShot(true);
+  timer_.setInterval(kShowInterval);
+  connect(&timer_, &QTimer::timeout, this, &ProgressCard::showLatest);
 }
 
 void ProgressCard::begin() {
-  cancelling_ = false;
+  cancelling_ = fresh_ = false;
+  timer_.stop();
   phase_->setText(tr("Starting"));
   remaining_->clear();
   numbers_->clear();
@@ -111,19 +117,28 @@ void ProgressCard::begin() {
 }
 
 void ProgressCard::setProgress(const Progress& progress) {
-  bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(progress.fraction, 0.0, 1.0))));
+  chart_->add(progress);
   if (!progress.note.empty()) {
     note_->setText(QString::fromStdString(progress.note));
     note_->show();
   }
-  chart_->add(progress);
-  if (const QString text = numbersText(progress, palette()); !text.isEmpty()) {
+  latest_ = progress;
+  fresh_ = true;
+  if (!timer_.isActive() || progress.phase != shown_.phase) showLatest();
+}
+
+void ProgressCard::showLatest() {
+  if (!std::exchange(fresh_, false)) return;
+  shown_ = latest_;
+  timer_.start();
+  bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(shown_.fraction, 0.0, 1.0))));
+  if (const QString text = numbersText(shown_, palette()); !text.isEmpty()) {
     numbers_->setText(text);
     numbers_->show();
   }
   if (cancelling_) return;
-  phase_->setText(phaseText(progress));
-  showRemaining(progress.remaining);
+  phase_->setText(phaseText(shown_));
+  showRemaining(shown_.remaining);
 }
 
 void ProgressCard::showRemaining(double seconds) {
@@ -148,6 +163,7 @@ void ProgressCard::setCancelling() {
 }
 
 void ProgressCard::finish() {
+  showLatest();
   for (QWidget* part :
        {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_), static_cast<QWidget*>(bar_),
         static_cast<QWidget*>(preview_), static_cast<QWidget*>(note_)})

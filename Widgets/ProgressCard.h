@@ -2,6 +2,7 @@
 #include "Core/Progress.h"
 
 #include <QElapsedTimer>
+#include <QTimer>
 #include <QWidget>
 
 class QLabel;
@@ -21,6 +22,7 @@ public:
   explicit ProgressCard(QWidget* parent = nullptr);
   /// Before the first report.
   void begin();
+  /// Shown at once when the phase changes, else a few times a second.
   void setProgress(const Progress& progress);
   void setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
   void setCancelling();
@@ -28,12 +30,16 @@ public:
   void finish();
 
 private:
+  void showLatest();
   void showRemaining(double seconds);
 
   QLabel *phase_, *remaining_, *numbers_, *note_;
   QProgressBar* bar_;
   FitChart* chart_;
   PreviewView* preview_;
+  Progress latest_, shown_;
+  bool fresh_ = false; // latest_ is not shown yet
+  QTimer timer_;
   QElapsedTimer sinceRemaining_;
   bool cancelling_ = false;
 };

@@ -172,7 +172,7 @@ QWidget* ReconstructionPanel::makeFit() {
                            "interpolation on those slices. The result itself uses all slices."));
   form->addRow(tr("&Preset:"), preset_);
   form->addRow(presetLine_);
-  form->addRow(tr("De&vice:"), device_);
+  form->addRow(tr("&Device:"), device_);
   form->addRow(evaluate_);
   connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &ReconstructionPanel::edited);
   connect(device_, &DeviceBox::changed, this, &ReconstructionPanel::edited);
@@ -181,7 +181,7 @@ QWidget* ReconstructionPanel::makeFit() {
 }
 
 QWidget* ReconstructionPanel::makeAdvanced() {
-  auto* section = new Section(tr("Ad&vanced settings"), this);
+  auto* section = new Section(tr("Advanced &settings"), this);
   section->setObjectName("advanced");
   auto* content = new QWidget(section);
   auto* layout = new QVBoxLayout(content);

@@ -24,7 +24,7 @@ SettingsPanel::SettingsPanel(QWidget* parent) : QWidget(parent), form_(new Field
   addSchedule();
   addDensification();
   addComputation();
-  auto* defaults = new QPushButton(tr("Restore &defaults"), this);
+  auto* defaults = new QPushButton(tr("Restore defaul&ts"), this);
   defaults->setObjectName("restoreDefaults");
   defaults->setToolTip(tr("All advanced settings as they were at first. Preset and device stay."));
   layout->addWidget(defaults, 0, Qt::AlignLeft);

@@ -13,6 +13,7 @@
 #include <QClipboard>
 #include <QDoubleSpinBox>
 #include <QGuiApplication>
+#include <QKeySequence>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QScrollArea>
@@ -124,7 +125,7 @@ private Q_SLOTS:
     host_->sendProgress(Phase::Fitting, 0.30, 30, 0.005, 28.25, 195);
     host_->sendProgress(Phase::Fitting, 0.34, 34, 0.002, 30.75, 190);
     host_->sendPreview();
-    QCOMPARE(label("phaseText"), QString("Fitting: sweep 34 of 100"));
+    QTRY_COMPARE(label("phaseText"), QString("Fitting: sweep 34 of 100"));
     QCOMPARE(child<QProgressBar>("progressBar")->text(), QString("34 %"));
     QCOMPARE(label("remainingText"), QString("about 4 minutes left"));
     QVERIFY(label("fitNumbers").contains("30.8 dB on the fitted samples, not held out"));
@@ -339,6 +340,28 @@ private Q_SLOTS:
     QCOMPARE(QApplication::focusWidget(), button());
     QTest::keyClick(QApplication::focusWidget(), Qt::Key_Space);
     QCOMPARE(host_->requests.size(), 2);
+  }
+
+  void everyAltKeyGoesToOnePlace() {
+    panel_->findChild<Section*>("advanced")->setOpen(true);
+    QMap<QString, QString> places;
+    for (const auto* widget : panel_->findChildren<QWidget*>()) {
+      const auto* text = qobject_cast<const QLabel*>(widget);
+      const auto* pressed = qobject_cast<const QAbstractButton*>(widget);
+      if (!(text && text->buddy()) && !pressed) continue;
+      const QString words = text ? text->text() : pressed->text();
+      const QString key = QKeySequence::mnemonic(words).toString();
+      if (key.isEmpty()) continue;
+      QVERIFY2(!places.contains(key), qPrintable(key + ": " + places[key] + ", " + words));
+      places[key] = words;
+    }
+    QVERIFY(places.size() >= 12);
+    for (auto* field : panel_->findChildren<QWidget*>()) // and every field says what it is
+      if (qobject_cast<QComboBox*>(field) || qobject_cast<QAbstractSpinBox*>(field) ||
+          qobject_cast<QCheckBox*>(field)) {
+        auto* parent = qobject_cast<Selector*>(field->parentWidget());
+        QVERIFY2(!(parent ? parent : field)->toolTip().isEmpty(), qPrintable(field->objectName()));
+      }
   }
 
   void tabVisitsTheScansInOrder() {
