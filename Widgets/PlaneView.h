@@ -102,7 +102,7 @@ private:
   QPointF from_;
   PlaneHandle hot_ = PlaneHandle::None;
   QTimer redraw_;
-  Overlay* overlay_;
+  QWidget* overlay_; // an Overlay
   vtkNew<vtkRenderer> renderer_;
   vtkNew<vtkImageSliceMapper> mapper_;
   vtkNew<vtkImageSlice> slice_;

@@ -1,7 +1,4 @@
-#include "Widgets/QueryPanel.h"
-#include "FittedModel.h"
-#include "Widgets/MessageLine.h"
-#include "Widgets/PlaneView.h"
+#include "ShownQueryPanel.h"
 
 #include "Core/ReconstructionJob.h"
 #include "vtkInnerGSPointQuery.h"
@@ -21,106 +18,9 @@
 #include <QtTest>
 
 #include <cmath>
-#include <cstdlib>
-#include <random>
 
 using namespace innergs;
 using namespace innergs::ui;
-
-namespace {
-
-/// The model of many Gaussians that a fit would take minutes for.
-vtkSmartPointer<vtkInnerGSModel> largeModel(int count, float sigma = 1.2f) {
-  auto checkpoint = std::make_shared<Checkpoint>();
-  auto& field = checkpoint->field;
-  field.intensityScale = 1000;
-  field.domain.size = {180, 216, 180};
-  field.domain.origin = {-89.5, -107.5, -89.5};
-  std::mt19937 random(1);
-  std::uniform_real_distribution<float> one(-1, 1);
-  for (int i = 0; i < count; ++i) {
-    Gaussian g{};
-    g.mean[0] = 90 * one(random), g.mean[1] = 108 * one(random), g.mean[2] = 90 * one(random);
-    for (int a = 0; a < 3; ++a) {
-      g.logScale[a] = std::log(sigma) + 0.3f * one(random);
-      g.quaternion[a] = one(random);
-    }
-    g.quaternion[3] = 1.1f;
-    g.intensity = 0.5f + 0.5f * one(random);
-    field.gaussians.push_back(g);
-  }
-  auto model = vtkSmartPointer<vtkInnerGSModel>::New();
-  model->SetCheckpoint(checkpoint);
-  return model;
-}
-
-/// Whether others want the processor as well: the loop then waits for them.
-bool crowded() {
-#ifdef Q_OS_UNIX
-  double load[1];
-  return getloadavg(load, 1) == 1 && load[0] > 1.5 * QThread::idealThreadCount();
-#else
-  return false;
-#endif
-}
-
-/// The longest time (ms) without a turn of the event loop while it lives.
-class Heartbeat : public QObject {
-public:
-  Heartbeat() {
-    timer_.setTimerType(Qt::PreciseTimer);
-    connect(&timer_, &QTimer::timeout, this,
-            [this] { longest = std::max<qint64>(longest, clock_.restart()); });
-    clock_.start();
-    timer_.start(1);
-  }
-  qint64 longest = 0;
-
-private:
-  QTimer timer_;
-  QElapsedTimer clock_;
-};
-
-struct Shown { // a panel with the ramp in it
-  FakeHost host;
-  QueryPanel panel;
-  PlaneView* view;
-
-  explicit Shown(vtkInnerGSModel* model = nullptr, std::array<double, 2> window = {50, 350})
-      : panel(&host), view(panel.findChild<PlaneView*>("queryView")) {
-    if (model) addModel(host, "ramp", model, window);
-    panel.resize(420, 800);
-    panel.show();
-    if (!QTest::qWaitForWindowExposed(&panel)) qWarning("not exposed");
-    if (model) panel.setModelId("ramp");
-    QTest::qWait(50); // the layout settles
-  }
-  template <typename T>
-  T* find(const char* name) {
-    return panel.findChild<T*>(name);
-  }
-  QString message() {
-    auto* line = find<MessageLine>("queryMessage");
-    return line->isVisible() ? line->text() : QString();
-  }
-};
-
-void drag(QWidget* widget, QPoint from, QPoint to, Qt::MouseButton button = Qt::LeftButton,
-          Qt::KeyboardModifiers keys = Qt::NoModifier) {
-  QTest::mousePress(widget, button, keys, from);
-  for (int step = 1; step <= 4; ++step) {
-    const QPoint at = from + (to - from) * step / 4;
-    QMouseEvent move(QEvent::MouseMove, at, widget->mapToGlobal(at), Qt::NoButton, button, keys);
-    QApplication::sendEvent(widget, &move);
-  }
-  QTest::mouseRelease(widget, button, keys, to);
-}
-
-Vec3 columnOf(vtkMatrix4x4* m, int c) {
-  return {m->GetElement(0, c), m->GetElement(1, c), m->GetElement(2, c)};
-}
-
-} // namespace
 
 class QueryPanelTest : public QObject {
   Q_OBJECT
@@ -281,118 +181,6 @@ private Q_SLOTS:
     QTRY_VERIFY2(readout->text().endsWith("outside the model"), qPrintable(readout->text()));
   }
 
-  void handlesTiltTurnAndMove() {
-    Shown shown(ramp_);
-    PlaneView* view = shown.view;
-    const QPoint middle = view->rect().center();
-    const int radius = static_cast<int>(view->handles().radius());
-    QVERIFY(view->handles().fit());
-    QSignalSpy changed(&shown.panel, &QueryPanel::planeChanged);
-
-    QTest::mouseMove(view, middle + QPoint(radius, 0));
-    QTRY_COMPARE(view->cursor().shape(), Qt::SizeHorCursor);
-    const Vec3 up = columnOf(shown.panel.planeToRAS(), 1);
-    drag(view, middle + QPoint(radius, 0), middle + QPoint(radius - 30, 0));
-    QVERIFY(changed.size() > 0);
-    const double angle = 30. / view->handles().radius() * 180 / std::acos(-1.);
-    const double tilted = std::acos(columnOf(shown.panel.planeToRAS(), 2)[2]) * 180 / std::acos(-1.);
-    QVERIFY2(std::abs(tilted - angle) < 0.1, qPrintable(QString("%1 %2").arg(tilted).arg(angle)));
-    QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 1) - up) < 1e-9); // about the vertical axis
-    QVERIFY(std::abs(std::abs(shown.find<QDoubleSpinBox>("queryTiltVerticalValue")->value()) - angle) < 0.1);
-    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 20})); // around the middle
-
-    QTest::mouseClick(shown.find<QToolButton>("queryAxial"), Qt::LeftButton);
-    const Vec3 right = columnOf(shown.panel.planeToRAS(), 0);
-    drag(view, middle + QPoint(0, -radius), middle + QPoint(0, -radius - 20));
-    QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 0) - right) < 1e-9);
-    QVERIFY(std::abs(std::abs(shown.find<QDoubleSpinBox>("queryTiltHorizontalValue")->value()) -
-                     angle * 2 / 3) < 0.1);
-
-    QTest::mouseClick(shown.find<QToolButton>("queryAxial"), Qt::LeftButton);
-    const Vec3 normal = columnOf(shown.panel.planeToRAS(), 2);
-    const int part = static_cast<int>(radius * std::sqrt(0.5));
-    drag(view, middle + QPoint(part, -part), middle + QPoint(-part, -part)); // a quarter, counter-clockwise
-    QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 2) - normal) < 1e-9);
-    // What was on the right (L) is now at the top.
-    QVERIFY(std::abs(shown.find<QDoubleSpinBox>("queryInPlaneValue")->value() + 90) < 2);
-    QCOMPARE(view->letters(), (QStringList{"A", "P", "L", "R"}));
-
-    drag(view, middle, middle - QPoint(0, 10));
-    QVERIFY(std::abs(columnOf(shown.panel.planeToRAS(), 3)[2] - 20 - 10 * view->scale()) < 1e-6);
-  }
-
-  void nearSideFollowsTheMouseWhateverTheHandedness() {
-    for (const bool reversed : {false, true}) {
-      Shown shown(ramp_);
-      PlaneView* view = shown.view;
-      PlanePose pose;
-      pose.reversed = reversed;
-      pose.origin = {5, -10, 20};
-      vtkNew<vtkMatrix4x4> matrix;
-      toMatrix(pose, matrix);
-      shown.panel.setPlane(matrix);
-      // Towards the viewer: across right and up as they are on the screen.
-      const Vec3 viewer = cross(columnOf(matrix, 0), columnOf(matrix, 1));
-      const QPoint grip = view->rect().center() + QPoint(static_cast<int>(view->handles().radius()), 0);
-      drag(view, grip, grip - QPoint(40, 0)); // to the left
-      // A point in front of the plane has moved to the left.
-      QVERIFY(dot(viewer, columnOf(shown.panel.planeToRAS(), 0)) < -0.05);
-    }
-  }
-
-  void wheelPanZoomAndKeys() {
-    Shown shown(ramp_);
-    PlaneView* view = shown.view;
-    const QPointF middle = view->rect().center();
-    const auto wheel = [&](int delta, Qt::KeyboardModifiers keys) {
-      QWheelEvent event(middle, view->mapToGlobal(middle.toPoint()), {}, {0, delta}, Qt::NoButton, keys,
-                        Qt::NoScrollPhase, false);
-      QApplication::sendEvent(view, &event);
-    };
-    wheel(120, Qt::NoModifier);
-    QVERIFY(std::abs(columnOf(shown.panel.planeToRAS(), 3)[2] - 22) < 1e-9); // by a pixel
-    const double scale = view->scale();
-    wheel(120, Qt::ControlModifier);
-    QVERIFY(view->scale() < 0.9 * scale);
-    const double nearer = view->scale();
-    drag(view, {60, 60}, {60, 100}, Qt::RightButton);
-    QVERIFY(view->scale() > 1.1 * nearer);
-    const Vec3 before = columnOf(shown.panel.planeToRAS(), 3);
-    drag(view, {60, 60}, {80, 60},
-         Qt::MiddleButton); // the picture to the right: the middle to the left, the patient's right
-    QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 3) - before - Vec3{20 * view->scale(), 0, 0}) < 1e-6);
-    QTest::keyClick(view, Qt::Key_PageDown);
-    QVERIFY(std::abs(columnOf(shown.panel.planeToRAS(), 3)[2] - 20) < 1e-9);
-    QTest::keyClick(view, Qt::Key_Right, Qt::ControlModifier);
-    QVERIFY(std::abs(shown.find<QDoubleSpinBox>("queryInPlaneValue")->value() - 1) < 1e-9);
-    QTest::keyClick(view, Qt::Key_Home);
-    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 20}));
-    QVERIFY(std::abs(view->scale() - scale) < 0.2 * scale);
-  }
-
-  void slowPlanesAreCoarserWhileTheyMove() {
-    Shown shown(largeModel(100000, 5), {0, 1000});
-    PlaneView* view = shown.view;
-    auto* pixelSize = shown.find<QDoubleSpinBox>("queryPixelSize");
-    pixelSize->setValue(0.25); // 720 × 864 pixels
-    QTRY_VERIFY(view->image().image && view->image().task.pixelSize == 0.25);
-    if (view->image().milliseconds < 20) QSKIP("This machine computes the plane in time.");
-    const QPoint middle = view->rect().center();
-    QTest::mousePress(view, Qt::LeftButton, {}, middle);
-    QMouseEvent move(QEvent::MouseMove, middle - QPoint(0, 9), view->mapToGlobal(middle - QPoint(0, 9)),
-                     Qt::NoButton, Qt::LeftButton, Qt::NoModifier);
-    QApplication::sendEvent(view, &move);
-    QTRY_VERIFY(view->image().task.pose == view->pose());
-    QVERIFY(view->image().task.pixelSize >= 0.5);
-    QTest::qWait(300);
-    QVERIFY(view->image().task.pixelSize >= 0.5); // as long as it is held
-    QTest::mouseRelease(view, Qt::LeftButton, {}, middle - QPoint(0, 9));
-    QTRY_COMPARE(view->image().task.pixelSize, 0.25);
-    QVERIFY(view->image().task.pose == view->pose());
-    QTest::keyClick(view, Qt::Key_PageUp); // without a release
-    QTRY_VERIFY(view->image().task.pose == view->pose() && view->image().task.pixelSize == 0.25);
-  }
-
   void everythingIsReachedByKeyboard() {
     Shown shown(ramp_);
     QStringList order;
@@ -421,33 +209,6 @@ private Q_SLOTS:
                              "queryExportVolume",
                              "querySavePicture"};
     QCOMPARE(order.mid(order.indexOf("queryAxial")), wanted);
-  }
-
-  void wheelPassesWhatHasNoFocus() {
-    Shown shown(ramp_);
-    auto* slider = shown.find<QSlider>("queryPositionSlider");
-    shown.view->setFocus();
-    const double before = columnOf(shown.panel.planeToRAS(), 3)[2];
-    const QPointF at = slider->rect().center();
-    QWheelEvent event(at, slider->mapToGlobal(at.toPoint()), {}, {0, 120}, Qt::NoButton, Qt::NoModifier,
-                      Qt::NoScrollPhase, false);
-    QApplication::sendEvent(slider, &event);
-    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3)[2], before);
-  }
-
-  void windowAndLevelByDrag() {
-    Shown shown(ramp_);
-    QCOMPARE(shown.find<QDoubleSpinBox>("queryWindow")->value(), 300.);
-    QCOMPARE(shown.find<QDoubleSpinBox>("queryLevel")->value(), 200.);
-    drag(shown.view, {40, 60}, {90, 60});
-    QVERIFY(shown.find<QDoubleSpinBox>("queryWindow")->value() > 330);
-    drag(shown.view, {40, 60}, {40, 40});
-    QVERIFY(shown.find<QDoubleSpinBox>("queryLevel")->value() > 210);
-    shown.find<QDoubleSpinBox>("queryWindow")->setValue(100);
-    QVERIFY(std::abs(shown.view->upper() - shown.view->lower() - 100) < 1e-9);
-    QTest::mouseClick(shown.find<QPushButton>("queryAutoWindow"), Qt::LeftButton);
-    QCOMPARE(shown.view->lower(), 50.);
-    QCOMPARE(shown.view->upper(), 350.);
   }
 
   void planeFromOutside() {
@@ -550,40 +311,6 @@ private Q_SLOTS:
       shown.find<QDoubleSpinBox>("queryPixelSize")->setValue(0.05);
       QTest::qWait(5 * i);
     }
-  }
-
-  void largeModelFollowsADragWithoutHoldingTheLoop() {
-    Shown shown(largeModel(300000), {0, 1000});
-    shown.find<QDoubleSpinBox>("queryPixelSize")->setValue(0.5);
-    PlaneView* view = shown.view;
-    QTest::qWait(1500); // the first plane
-    const QPoint middle = view->rect().center();
-    const int radius = static_cast<int>(view->handles().radius());
-    qint64 longest = 1000;
-    int seen = 0;
-    PlaneImage last;
-    for (int attempt = 0; attempt < 3 && longest > 100; ++attempt) { // other programs can hold it as well
-      Heartbeat heart;
-      QTest::mousePress(view, Qt::LeftButton, {}, middle + QPoint(radius, 0));
-      for (int step = 0; step < 60; ++step) {
-        const QPoint at = middle + QPoint(radius - 2 * step, 0);
-        QMouseEvent move(QEvent::MouseMove, at, view->mapToGlobal(at), Qt::NoButton, Qt::LeftButton,
-                         Qt::NoModifier);
-        QApplication::sendEvent(view, &move);
-        QTest::qWait(12);
-        if (view->image().image == last.image) continue;
-        last = view->image();
-        ++seen;
-      }
-      QTest::mouseRelease(view, Qt::LeftButton, {}, middle + QPoint(radius - 120, 0));
-      QTRY_VERIFY(view->image().task.pose == view->pose() &&
-                  view->image().task.pixelSize == 0.5); // in full again
-      longest = heart.longest;
-    }
-    QVERIFY2(seen >= 10, qPrintable(QString::number(seen)));
-    qInfo("longest gap %lld ms", static_cast<long long>(longest));
-    if (longest > 100 && crowded()) QSKIP("Other programs hold the processor: the longest gap says nothing.");
-    QVERIFY2(longest <= 100, qPrintable(QString("%1 ms").arg(longest)));
   }
 };
 
