@@ -44,8 +44,7 @@ public:
     for (const auto& choice : choices)
       combo->addItem(choice.first);
     combo->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-    combo->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-    combo->setMinimumContentsLength(9);
+    combo->setSizeAdjustPolicy(QComboBox::AdjustToContents);
     writers_.push_back([=, this] {
       const QSignalBlocker quiet(combo);
       int index = -1;

@@ -77,10 +77,8 @@ InputRow::InputRow(Host* host, QWidget* parent)
   remove_->setToolTip(tr("Remove this scan from the list."));
   remove_->setAccessibleName(tr("Remove scan"));
 
-  for (QComboBox* combo : {profile_, axis_}) {
-    combo->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
-    combo->setMinimumContentsLength(6);
-  }
+  for (QComboBox* combo : {profile_, axis_})
+    combo->setSizeAdjustPolicy(QComboBox::AdjustToContents);
   thickness_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   selector_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
 
@@ -178,8 +176,10 @@ void InputRow::refresh() {
   const int axis = std::clamp(chosen < 0 ? info.sliceAxis : chosen, 0, 2);
   thickness_->setSpecialValueText(known ? tr("auto (%1 mm)").arg(lengthText(info.spacing[axis]))
                                         : tr("auto"));
+  thickness_->setMinimumWidth(thickness_->sizeHint().width()); // the hint for the minimum leaves the unit out
   axis_->setItemText(0,
                      known ? tr("auto (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)]) : tr("auto"));
+  axis_->setMinimumWidth(axis_->sizeHint().width()); // Qt keeps the minimum of the old text
   if (!known) {
     description_->setText(tr("Choose a scan."));
     return;

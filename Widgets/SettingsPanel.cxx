@@ -237,8 +237,14 @@ void SettingsPanel::refresh() {
   const bool alpha = chosenBlending(s) == Blending::Alpha;
   const auto automatic = [this](const char* name, const QString& what) {
     const QString text = tr("automatic (%1)").arg(what);
-    if (auto* combo = findChild<QComboBox*>(name)) combo->setItemText(0, text);
-    if (auto* spin = findChild<NumberSpin*>(name)) spin->setSpecialValueText(text);
+    if (auto* combo = findChild<QComboBox*>(name)) {
+      combo->setItemText(0, text);
+      combo->setMinimumWidth(combo->sizeHint().width()); // Qt keeps the minimum of the old text
+    }
+    if (auto* spin = findChild<NumberSpin*>(name)) {
+      spin->setSpecialValueText(text);
+      spin->updateGeometry();
+    }
   };
   automatic("blending", paper ? tr("alpha") : tr("normalised"));
   automatic("initialisation", paper ? tr("even grid") : tr("adaptive"));

@@ -405,6 +405,10 @@ private Q_SLOTS:
     QTRY_VERIFY(button()->isEnabled());
     QTest::qWait(50);
     checkFit("panel-advanced");
+    const QSize usual = area_->size();
+    area_->resize(panel_->minimumSizeHint().width() + area_->width() - area_->viewport()->width(), 700);
+    checkFit("panel-narrow");
+    area_->resize(usual);
     QTest::mouseClick(button(), Qt::LeftButton);
     for (int i = 1; i < 30; ++i)
       host_->sendProgress(Phase::Fitting, i / 30.0, 3 * i, 0.02 * std::exp(-0.1 * i), 20 + 0.5 * i, 4000,
