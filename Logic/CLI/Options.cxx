@@ -85,12 +85,9 @@ CLI::Option* addThreads(CLI::App& app, int& threads) {
 
 std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
                                           std::int64_t samples, Selection selection) {
-  if (asked == "auto" && samples < 8'000'000) return nullptr;
-  const DeviceChoice choice(asked, "", selection);
-  auto device = choice.makeField(field);
-  if (!device && !choice.onCpu())
-    fmt::print(stderr, "innergs: warning: {} ({}) cannot hold the model: rendered on the CPU.\n",
-               choice.use.name, choice.use.id);
+  std::string problem;
+  auto device = renderingDevice(asked, field, samples, "", selection, &problem);
+  if (!problem.empty()) fmt::print(stderr, "innergs: warning: {}\n", problem);
   return device;
 }
 

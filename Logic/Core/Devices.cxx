@@ -130,6 +130,8 @@ DeviceList listed() {
   return list;
 }
 
+constexpr std::int64_t kManySamples = 8'000'000; // worth a device
+
 constexpr std::int64_t kCheckMemory = 256'000'000; // more than a check needs, bytes
 
 /// Why a device is not to be trusted, found out once per process; empty: it agrees with the CPU.
@@ -288,6 +290,17 @@ std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field)
   } catch (const std::exception&) {
     return nullptr; // the CPU renders the same
   }
+}
+
+std::shared_ptr<FieldDevice> renderingDevice(const std::string& asked, const GaussianField& field,
+                                             std::int64_t samples, const std::string& instructionSet,
+                                             Selection selection, std::string* problem) {
+  if (asked == "auto" && samples < kManySamples) return nullptr;
+  const DeviceChoice choice(asked, instructionSet, selection);
+  std::shared_ptr<FieldDevice> device = choice.makeField(field);
+  if (!device && !choice.onCpu() && problem)
+    *problem = choice.use.name + " (" + choice.use.id + ") cannot hold the model: rendered on the CPU.";
+  return device;
 }
 
 } // namespace innergs

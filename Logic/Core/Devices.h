@@ -59,6 +59,14 @@ private:
   int index_ = 0;
 };
 
+/// The field where `asked` leads for so many samples to render: "auto" takes a device from eight million on.
+/// Null on the CPU; a device that was asked for and cannot hold the field: null as well, and `problem` says
+/// so (one sentence). Throws as DeviceChoice does.
+std::shared_ptr<FieldDevice> renderingDevice(const std::string& asked, const GaussianField& field,
+                                             std::int64_t samples, const std::string& instructionSet = {},
+                                             Selection selection = Selection::Exact,
+                                             std::string* problem = nullptr);
+
 /// Throws Error(InvalidArgument) when `asked` is none of "auto", "cpu", "cuda", "cuda:N".
 void checkDeviceName(const std::string& asked);
 

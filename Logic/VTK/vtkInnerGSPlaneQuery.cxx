@@ -27,7 +27,7 @@ struct vtkInnerGSPlaneQuery::Internals {
   std::unique_ptr<innergs::PlaneSampler> sampler;
   std::shared_ptr<const innergs::GaussianField> field; // what the sampler was made for, and how
   int threads = 0;
-  std::string instructionSet;
+  std::string instructionSet, device;
 };
 
 vtkInnerGSPlaneQuery::vtkInnerGSPlaneQuery() : Work(std::make_unique<Internals>()) {}
@@ -37,6 +37,7 @@ void vtkInnerGSPlaneQuery::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Dimensions: " << this->Dimensions[0] << " " << this->Dimensions[1] << "\n";
   os << indent << "Spacing: " << this->Spacing[0] << " " << this->Spacing[1] << "\n";
+  os << indent << "Device: " << this->Device << "\n";
   os << indent << "Centred: " << this->Centred << "\n";
   os << indent << "QueryMilliseconds: " << this->QueryMilliseconds << "\n";
   os << indent << "PlaneToRASMatrix:\n";
@@ -106,13 +107,14 @@ void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInforma
   Internals& work = *this->Work;
   const auto field = this->RequireModel(inputs)->GetField();
   if (!work.sampler || work.field != field || work.threads != this->NumberOfThreads ||
-      work.instructionSet != this->InstructionSet) {
+      work.instructionSet != this->InstructionSet || work.device != this->Device) {
     work.sampler.reset();
-    work.sampler =
-        std::make_unique<innergs::PlaneSampler>(field, this->NumberOfThreads, this->InstructionSet);
+    work.sampler = std::make_unique<innergs::PlaneSampler>(field, this->NumberOfThreads, this->InstructionSet,
+                                                           this->Device);
     work.field = field;
     work.threads = this->NumberOfThreads;
     work.instructionSet = this->InstructionSet;
+    work.device = this->Device;
   }
   for (const double s : this->Spacing)
     if (!std::isfinite(s) || s <= 0)

@@ -31,6 +31,13 @@ public:
   vtkBooleanMacro(Centred, bool);
   ///@}
 
+  ///@{
+  /// Where to compute: "cpu" (default: a plane takes it some milliseconds), "auto" or "cuda:N", where the
+  /// model then stays. What a device cannot hold is computed on the CPU.
+  vtkSetMacro(Device, const std::string&);
+  vtkGetMacro(Device, std::string);
+  ///@}
+
   /// The model to query; the same as SetInputData.
   void SetModel(vtkInnerGSModel* model);
   vtkInnerGSModel* GetModel();
@@ -56,6 +63,7 @@ protected:
   int Dimensions[2] = {256, 256};
   double Spacing[2] = {1, 1};
   bool Centred = true;
+  std::string Device = "cpu";
   double QueryMilliseconds = 0;
 
 private:

@@ -1,5 +1,7 @@
 #include "vtkInnerGSPointQuery.h"
 
+#include "Core/DevicePlugin.h"
+#include "Core/Devices.h"
 #include "Core/Error.h"
 #include "Core/Render.h"
 #include "Geometry.h"
@@ -26,6 +28,7 @@ void vtkInnerGSPointQuery::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Model: " << this->Model << "\n";
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
+  os << indent << "Device: " << this->Device << "\n";
   os << indent << "ErrorMessage: " << this->ErrorMessage << "\n";
 }
 
@@ -57,6 +60,7 @@ bool vtkInnerGSPointQuery::Evaluate(vtkPoints* points, vtkFloatArray* values) {
     }
     innergs::RenderOptions options;
     options.threads = this->NumberOfThreads;
+    options.device = innergs::renderingDevice(this->Device, *field, count);
     const std::vector<float> result = renderPoints(*field, positions, options);
     values->SetName("Intensity");
     values->SetNumberOfComponents(1);

@@ -30,6 +30,9 @@ public:
   /// 0 (default): all cores.
   vtkSetClampMacro(NumberOfThreads, int, 0, 4096);
   vtkGetMacro(NumberOfThreads, int);
+  /// "auto" (default: a GPU from eight million points on), "cpu" or "cuda:N".
+  vtkSetMacro(Device, const std::string&);
+  vtkGetMacro(Device, std::string);
 
 protected:
   vtkInnerGSPointQuery();
@@ -37,6 +40,7 @@ protected:
 
   vtkInnerGSModel* Model = nullptr;
   int NumberOfThreads = 0;
+  std::string Device = "auto";
   std::string ErrorMessage;
 
 private:

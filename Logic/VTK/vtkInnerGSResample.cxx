@@ -1,5 +1,7 @@
 #include "vtkInnerGSResample.h"
 
+#include "Core/DevicePlugin.h"
+#include "Core/Devices.h"
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
 #include "Core/Render.h"
@@ -51,6 +53,7 @@ void vtkInnerGSResample::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
      << this->OutputSpacing[2] << "\n";
+  os << indent << "Device: " << this->Device << "\n";
   os << indent << "ReferenceGrid: " << (this->Work->reference.given() ? "given" : "none") << "\n";
 }
 
@@ -115,6 +118,7 @@ void vtkInnerGSResample::RequestData(vtkInformationVector** inputs, vtkInformati
   innergs::RenderOptions options;
   options.threads = this->NumberOfThreads;
   options.instructionSet = this->InstructionSet;
+  options.device = innergs::renderingDevice(this->Device, *field, grid.voxelCount(), this->InstructionSet);
   options.stop = this->GetStopToken();
   this->SetProgressText("Resampling");
   vtkImageData* image = vtkImageData::GetData(outputs);

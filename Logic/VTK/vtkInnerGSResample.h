@@ -25,6 +25,13 @@ public:
   bool HasReferenceGrid();
   ///@}
 
+  ///@{
+  /// Where to compute: "auto" (default: a GPU from eight million voxels on), "cpu" or "cuda:N". What a device
+  /// cannot hold is computed on the CPU.
+  vtkSetMacro(Device, const std::string&);
+  vtkGetMacro(Device, std::string);
+  ///@}
+
   /// The model to resample; the same as SetInputData.
   void SetModel(vtkInnerGSModel* model);
   vtkInnerGSModel* GetModel();
@@ -44,6 +51,7 @@ protected:
 #endif
 
   double OutputSpacing[3] = {0, 0, 0};
+  std::string Device = "auto";
 
 private:
   vtkInnerGSResample(const vtkInnerGSResample&) = delete;

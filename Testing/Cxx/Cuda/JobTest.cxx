@@ -1,5 +1,9 @@
 #include "JobInputs.h"
 
+#include "Core/Devices.h"
+#include "Core/PlaneSampler.h"
+#include "Core/Render.h"
+
 #include <cstdlib>
 
 using namespace innergs;
@@ -49,6 +53,40 @@ TEST_P(Jobs, GiveTheVolumeOfTheCpu) {
   EXPECT_NEAR(device.trainingPsnr, cpu.trainingPsnr, 0.05);
   ASSERT_EQ(device.volume.voxels.size(), cpu.volume.voxels.size());
   EXPECT_GT(psnr(device.volume, cpu.volume), cpu.trainingPsnr + 6);
+}
+
+/// Planes, volumes and points of a fitted model, to 1e-4 of its range.
+TEST_P(Jobs, AnswerQueriesAsTheCpu) {
+  Settings settings = quickSettings(6);
+  settings.blending = GetParam().blending;
+  const auto field =
+      std::make_shared<GaussianField>(reconstruct(GetParam().input(), settings).checkpoint->field);
+  const double tolerance = 1e-4 * std::abs(field->intensityScale);
+  const auto expectNear = [&](std::span<const float> found, std::span<const float> expected) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t i = 0; i < found.size(); ++i)
+      ASSERT_NEAR(found[i], expected[i], tolerance) << i;
+  };
+  PlaneSampler cpu(field, 1), device(field, 1, "", "cuda:0");
+  std::vector<float> a(50 * 44), b(a.size());
+  for (const double angle : {0.4, 1.1}) { // as a slice that is dragged
+    const Affine3 plane =
+        grid(50, 44, 1, {0.8, 0.8, 1}, {-38, 5, 12}, obliqueDirection(angle)).indexToWorld();
+    cpu.sample(plane, 50, 44, a);
+    device.sample(plane, 50, 44, b);
+    expectNear(b, a);
+  }
+  RenderOptions options;
+  options.threads = 1;
+  RenderOptions onDevice = options;
+  onDevice.device = DeviceChoice("cuda:0").makeField(*field);
+  ASSERT_TRUE(onDevice.device);
+  const GridGeometry volume = grid(20, 18, 9, {1.1, 1.2, 2}, {-36, 5, 3}, obliqueDirection(0.7, true));
+  expectNear(render(*field, volume, onDevice).voxels, render(*field, volume, options).voxels);
+  std::vector<Vec3> points;
+  for (int i = 0; i < 300; ++i)
+    points.push_back({-36 + i * 0.1, 8 + i * 0.08, 2 + i * 0.07});
+  expectNear(renderPoints(*field, points, onDevice), renderPoints(*field, points, options));
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTheHostExecutor, Jobs, ::testing::ValuesIn(kCases),
