@@ -44,15 +44,14 @@ JobQueue::JobQueue(std::function<void()> wake) : wake_(std::move(wake)) {}
 JobQueue::~JobQueue() {
   {
     std::lock_guard lock(mutex_);
+    quit_ = true;
     for (const auto& task : open_) {
       task->stop.request_stop();
       task->filter->Cancel();
     }
   }
-  if (worker_.joinable()) {
-    worker_.request_stop();
-    worker_.join();
-  }
+  toDo_.notify_all();
+  if (worker_.joinable()) worker_.join();
 }
 
 void JobQueue::submit(std::shared_ptr<Task> task) {
@@ -62,7 +61,7 @@ void JobQueue::submit(std::shared_ptr<Task> task) {
     waiting_.push_back(std::move(task));
   }
   toDo_.notify_one();
-  if (!worker_.joinable()) worker_ = std::jthread([this](const std::stop_token& quit) { work(quit); });
+  if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
 }
 
 void JobQueue::cancel(const std::shared_ptr<Task>& task) {
@@ -138,13 +137,13 @@ void JobQueue::post(std::shared_ptr<Task> task, const std::function<void(Mail&)>
   if (wake && wake_) wake_();
 }
 
-void JobQueue::work(const std::stop_token& quit) {
+void JobQueue::work() {
   for (;;) {
     std::shared_ptr<Task> task;
     {
       std::unique_lock lock(mutex_);
-      if (!toDo_.wait(lock, quit, [&] { return !waiting_.empty(); })) return;
-      if (quit.stop_requested()) return;
+      toDo_.wait(lock, [&] { return quit_ || !waiting_.empty(); });
+      if (quit_) return;
       task = std::move(waiting_.front());
       waiting_.pop_front();
     }

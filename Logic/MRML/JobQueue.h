@@ -54,18 +54,19 @@ public:
   bool wait(double seconds);
 
 private:
-  void work(const std::stop_token& quit);
+  void work();
   void execute(const std::shared_ptr<Task>& task);
   /// Gives the task away: with its last mail it belongs to the main thread alone, weak pointers included.
   void post(std::shared_ptr<Task> task, const std::function<void(Mail&)>& write);
 
   std::function<void()> wake_;
   mutable std::mutex mutex_;
-  std::condition_variable_any toDo_, arrived_;
+  std::condition_variable toDo_, arrived_;
   std::deque<std::shared_ptr<Task>> waiting_, open_; // to be worked on; with mail to come or to be fetched
   std::map<Task*, Mail> mail_;
   bool awake_ = false; // wake_ was called and nothing fetched since
-  std::jthread worker_;
+  bool quit_ = false;  // the worker is to end
+  std::thread worker_;
 };
 
 } // namespace innergs::mrml
