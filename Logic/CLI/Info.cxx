@@ -69,11 +69,13 @@ Json fieldInfo(const GaussianField& field) {
 
 Json modelInfo(const std::filesystem::path& path) {
   if (path.extension() == ".ply") return fieldInfo(readPly(path));
-  const Checkpoint checkpoint = readModel(path);
+  ModelNotes notes;
+  const Checkpoint checkpoint = readModel(path, &notes);
   Json info = fieldInfo(checkpoint.field);
   info["kind"] = "model";
   info["fit_complete"] = checkpoint.moment1.empty();
   info["iteration"] = checkpoint.iteration;
+  if (!notes.empty()) info["notes"] = notes;
   return info;
 }
 

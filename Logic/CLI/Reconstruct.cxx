@@ -2,17 +2,20 @@
 #include "CLI/Interrupt.h"
 #include "CLI/ProgressDisplay.h"
 #include "CLI/ReconstructReport.h"
+#include "CLI/Version.h"
 
 #include "Core/Error.h"
 #include "Core/JobInput.h"
 #include "Core/Region.h"
 #include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace innergs::cli {
@@ -71,10 +74,25 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
   return input;
 }
 
+ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult& result) {
+  std::string inputs;
+  for (const auto& path : options.inputs)
+    inputs += (inputs.empty() ? "" : "; ") + utf8(std::filesystem::path(path).filename());
+  const auto decibels = [](double psnr) { return fmt::format("{:.3f}", psnr); };
+  ModelNotes notes{{"Version", INNERGS_VERSION},
+                   {"Inputs", inputs},
+                   {"Settings", settingsText(result.settings, options.heldOut)},
+                   {"InstructionSet", result.instructionSet},
+                   {"Device", result.device.id},
+                   {"TrainingPSNR", decibels(result.trainingPsnr)}};
+  if (!std::isnan(result.heldOutPsnr)) notes["HeldOutPSNR"] = decibels(result.heldOutPsnr);
+  return notes;
+}
+
 // The report goes last: it exists only when everything it names exists.
 void writeResults(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,
                   const ReconstructionResult& result, const ProgressDisplay& display) {
-  if (!options.saveModel.empty()) writeModel(*result.checkpoint, options.saveModel);
+  if (!options.saveModel.empty()) writeModel(*result.checkpoint, options.saveModel, notesOf(options, result));
   if (!options.output.empty()) writeVolume(result.volume, options.output, options.type);
   if (!options.ply.empty()) writePly(result.checkpoint->field, options.ply);
   if (!options.report.empty())

@@ -79,4 +79,7 @@ Blending chosenBlending(const Settings& settings);
 /// Throws Error(InvalidArgument) with one sentence for a setting out of range.
 void checkSettings(const Settings& settings);
 
+/// "name=value; ...": every setting that had a part in a result.
+std::string settingsText(const Settings& settings, double heldOutFraction);
+
 } // namespace innergs

@@ -129,6 +129,17 @@ public:
     }
     return pose;
   }
+  ModelNotes notes() const {
+    ModelNotes notes;
+    if (values_.find("notes") == values_.end()) return notes; // of an older version
+    const json value = parsed("notes");
+    if (!value.is_object()) fail("notes");
+    for (const auto& [key, text] : value.items()) {
+      if (!text.is_string()) fail("notes");
+      notes[key] = text.get<std::string>();
+    }
+    return notes;
+  }
   GridGeometry grid(const std::string& key) const {
     const json value = parsed(key);
     if (!value.is_object()) fail(key);
@@ -169,7 +180,7 @@ void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path)
 
 } // namespace
 
-void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path) {
+void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path, const ModelNotes& notes) {
   const std::vector<Gaussian>& gaussians = checkpoint.field.gaussians;
   const std::int64_t count = checkpoint.field.size();
   std::vector<TensorToWrite> tensors;
@@ -203,10 +214,13 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path)
   const Volume& detail = checkpoint.field.detail;
   if (!detail.voxels.empty())
     tensors.push_back({"detail", detailShape(detail.geometry), [&detail] { return detail.voxels; }});
-  writeSafetensors(path, metadataOf(checkpoint), tensors);
+  auto metadata = metadataOf(checkpoint);
+  if (!notes.empty()) // names of nodes may be in any encoding
+    metadata["notes"] = json(notes).dump(-1, ' ', false, json::error_handler_t::replace);
+  writeSafetensors(path, metadata, tensors);
 }
 
-Checkpoint readModel(const std::filesystem::path& path) {
+Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
   const SafetensorsFile file(path);
   checkFormat(file, path);
   const Metadata metadata(file, path);
@@ -263,6 +277,7 @@ Checkpoint readModel(const std::filesystem::path& path) {
     field.detail.voxels = file.read("detail", detailShape(field.detail.geometry));
   }
   checkField(field);
+  if (notes) *notes = metadata.notes();
   return checkpoint;
 }
 

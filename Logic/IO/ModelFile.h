@@ -2,16 +2,23 @@
 #include "Core/ReconstructionJob.h"
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 namespace innergs {
+
+/// What a model was made from, for people: "Version", "Inputs", "Settings", "Device", "TrainingPSNR" and the
+/// like, text to text. Optional in a file.
+using ModelNotes = std::map<std::string, std::string>;
 
 /// Model files (.innergs): a safetensors container (8-byte little-endian header length, JSON header, raw
 /// little-endian tensors), so any safetensors reader opens them; format and version in Docs/model-format.md.
 /// Throws Error(Io).
-void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path);
+void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
+                const ModelNotes& notes = {});
 
 /// Every length, offset, shape and value is checked before use. Throws Error(FileNotFound | FileFormat |
-/// Memory).
-Checkpoint readModel(const std::filesystem::path& path);
+/// Memory). `notes`: receives those of the file, empty when it has none.
+Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes = nullptr);
 
 } // namespace innergs

@@ -16,6 +16,7 @@
 #include <vtkMRMLTableNode.h>
 #include <vtkOrientedImageData.h>
 #include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkImageData.h>
@@ -69,8 +70,33 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
   return inputs;
 }
 
+/// The segmentation, or where it has surfaces alone a copy with them as voxels, along those of the first
+/// input.
+vtkSmartPointer<vtkMRMLSegmentationNode> withLabelmap(vtkMRMLSegmentationNode* node, vtkMRMLVolumeNode* input,
+                                                      vtkMatrix4x4* nodeToWorld) {
+  const std::string labelmap = vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
+  if (node->GetSegmentation()->ContainsRepresentation(labelmap)) return node;
+  vtkNew<vtkMRMLSegmentationNode> copy;
+  vtkSegmentation* segments = copy->GetSegmentation();
+  segments->DeepCopy(node->GetSegmentation());
+  vtkNew<vtkMatrix4x4> worldToNode, inputToWorld, inputToNode;
+  vtkMatrix4x4::Invert(nodeToWorld, worldToNode);
+  ijkToWorld(input, inputToWorld);
+  vtkMatrix4x4::Multiply4x4(worldToNode, inputToWorld, inputToNode);
+  segments->SetConversionParameter(
+      vtkSegmentationConverter::GetReferenceImageGeometryParameterName(),
+      vtkSegmentationConverter::SerializeImageGeometry(inputToNode, input->GetImageData()));
+  if (!segments->CreateRepresentation(labelmap))
+    refuse(ErrorCode::UnsupportedImage,
+           "The mask " + quoted(node) +
+               " has no voxels, and none could be made of its surfaces: create its binary "
+               "labelmap in the Segmentations module first.");
+  return copy;
+}
+
 /// Merging segments takes long: not where voxels are not looked at.
-void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxels) {
+void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters,
+             const std::vector<vtkMRMLVolumeNode*>& inputs, bool voxels) {
   auto* node = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
                                                     "The mask", "a label map or segmentation");
   if (!node) return;
@@ -92,8 +118,9 @@ void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxels)
     vtkNew<vtkMatrix4x4> nodeToWorld, imageToNode;
     toWorld(node, nodeToWorld);
     if (!voxels) return;
-    const bool made = segment.empty() ? segmentation->GenerateMergedLabelmapForAllSegments(labels)
-                                      : segmentation->GetBinaryLabelmapRepresentation(segment, labels);
+    const auto voxelised = withLabelmap(segmentation, inputs.front(), nodeToWorld);
+    const bool made = segment.empty() ? voxelised->GenerateMergedLabelmapForAllSegments(labels)
+                                      : voxelised->GetBinaryLabelmapRepresentation(segment, labels);
     if (!made || labels->GetNumberOfPoints() == 0)
       refuse(ErrorCode::NoData, "The mask " + quoted(node) + " is empty: draw a segment or leave it out.");
     labels->GetImageToWorldMatrix(imageToNode);
@@ -245,7 +272,7 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxel
     const int axis = parameters->GetInputSliceAxis(input);
     filter->SetInputSliceAxis(index, axis == Parameters::Automatic ? sliceAxis(matrix) : axis);
   }
-  setMask(filter, parameters, voxels);
+  setMask(filter, parameters, inputs, voxels);
   setGrid(filter, parameters, inputs);
 }
 

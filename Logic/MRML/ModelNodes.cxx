@@ -55,6 +55,7 @@ void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
 
 vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     int maximum, vtkMRMLModelNode* output) {
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> kept = model; // an observer may remove it
   vtkNew<vtkInnerGSToPolyData> filter;
   filter->SetModel(modelOf(model));
   filter->SetMaximumNumberOfGaussians(maximum);

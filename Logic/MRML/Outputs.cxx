@@ -147,6 +147,10 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
         outputNode(task.table.Get(), task.newTable, scene, "vtkMRMLTableNode", base + " InnerGS quality");
   if (there(made.table)) setProvenance(made.table, task);
   if (there(made.table)) setQuality(made.table, quality, *task.report);
+  if (there(made.table) && there(made.model))
+    made.table->SetNodeReferenceID("InnerGSModel", made.model->GetID());
+  if (there(made.table) && there(made.volume))
+    made.table->SetNodeReferenceID("InnerGSVolume", made.volume->GetID());
   if (there(made.table)) placeBeside(made.table, input());
   // Removed since they were made.
   if (!there(made.model)) made.model = nullptr;

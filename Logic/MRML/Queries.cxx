@@ -1,6 +1,7 @@
 #include "Queries.h"
 
 #include "Core/Error.h"
+#include "Geometry.h"
 #include "NodeGeometry.h"
 #include "Outputs.h"
 #include "vtkInnerGSAlgorithm.h"
@@ -19,6 +20,8 @@
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkPoints.h>
+
+#include <cmath>
 
 namespace innergs::mrml {
 
@@ -89,6 +92,49 @@ void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* 
   if (!query->Evaluate(local, values)) throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
 }
 
+namespace {
+
+/// What observers of the nodes that are made may remove from the scene.
+struct Kept {
+  Kept(vtkMRMLInnerGSModelNode* model, vtkMRMLScalarVolumeNode* output,
+       vtkMRMLVolumeNode* reference = nullptr)
+      : model(model), output(output), reference(reference) {}
+  vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> output;
+  vtkSmartPointer<vtkMRMLVolumeNode> reference;
+};
+
+/// The same spacing (mm in the world) along every axis of the model's lattice, whatever its parent scales.
+void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4* modelToWorld,
+                double spacing) {
+  vtkNew<vtkMatrix4x4> ijkToModel, ijkToWorld;
+  int size[3];
+  if (spacing == 0 || !model->GetDomain(ijkToModel, size)) return; // the filter says what is missing
+  vtkMatrix4x4::Multiply4x4(modelToWorld, ijkToModel, ijkToWorld);
+  double local[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto length = [&](vtkMatrix4x4* m) {
+      return std::hypot(m->GetElement(0, axis), m->GetElement(1, axis), m->GetElement(2, axis));
+    };
+    local[axis] = spacing * length(ijkToModel) / length(ijkToWorld);
+  }
+  filter->SetOutputSpacing(local);
+}
+
+/// A lattice is asked for where the parent transform shears it. Throws Error(Geometry).
+void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* lattice) {
+  const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
+  try {
+    vtk::gridOf(lattice, one, first, quoted(model));
+  } catch (const Error&) {
+    throw Error(ErrorCode::Geometry, quoted(model) +
+                                         " is under a transform that shears voxels: query planes, or "
+                                         "correct or remove the transform.");
+  }
+}
+
+} // namespace
+
 vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     vtkMatrix4x4* planeToRAS, int columns, int rows,
                                                     double spacing, vtkMRMLScalarVolumeNode* output) {
@@ -97,6 +143,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
   if (columns < 1 || rows < 1 || !(spacing > 0))
     throw Error(ErrorCode::InvalidArgument,
                 "A plane needs at least one pixel a side and a spacing above 0 mm.");
+  const Kept kept(model, output);
   vtkNew<vtkInnerGSPlaneQuery> query;
   query->SetModel(modelOf(model));
   vtkNew<vtkMatrix4x4> toModel, plane, ijkToWorld;
@@ -118,12 +165,19 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
 vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                   double spacing, vtkMRMLScalarVolumeNode* output) {
   if (!(spacing >= 0)) throw Error(ErrorCode::InvalidArgument, "The spacing must be above 0 mm, or 0.");
+  const Kept kept(model, output);
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
-  filter->SetOutputSpacing(spacing, spacing, spacing);
   filter->GeometryInImageOff();
   vtkNew<vtkMatrix4x4> modelToWorld, ijkToWorld;
   toWorld(model, modelToWorld);
+  vtkNew<vtkMatrix4x4> domain;
+  int domainSize[3];
+  if (model->GetModel()->GetDomain(domain, domainSize)) {
+    vtkMatrix4x4::Multiply4x4(modelToWorld, domain, ijkToWorld);
+    refuseShear(model, ijkToWorld);
+  }
+  setSpacing(filter, model->GetModel(), modelToWorld, spacing);
   run(filter);
   vtkMatrix4x4::Multiply4x4(modelToWorld, filter->GetOutputIJKToRASMatrix(), ijkToWorld);
   const auto volume = volumeFor(scene, output, model, " resampled");
@@ -138,13 +192,15 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   if (!reference) throw Error(ErrorCode::InvalidArgument, "There is no reference volume: choose one.");
   if (output == reference)
     throw Error(ErrorCode::InvalidArgument, "The output is the reference as well: choose another.");
+  const Kept kept(model, output, reference);
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
-  gridOf(reference); // refuses what is no lattice
+  const GridGeometry grid = gridOf(reference); // refuses what is no lattice
   vtkNew<vtkMatrix4x4> toModel, referenceToWorld, ijkToModel;
   fromWorld(model, toModel);
-  ijkToWorld(reference, referenceToWorld);
+  vtk::toMatrix(grid, referenceToWorld); // from the first voxel on, whatever its index
   vtkMatrix4x4::Multiply4x4(toModel, referenceToWorld, ijkToModel);
+  refuseShear(model, ijkToModel);
   int size[3];
   reference->GetImageData()->GetDimensions(size);
   filter->SetReferenceGrid(ijkToModel, size[0], size[1], size[2]);

@@ -26,9 +26,11 @@ SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* s
   query_->CentredOff();
   query_->GeometryInImageOff();
   command_->SetClientData(this);
-  command_->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+  command_->SetCallback([](vtkObject*, unsigned long event, void* self, void*) {
     // Observers of the output and of errors may end it.
-    static_cast<SliceFollower*>(self)->shared_from_this()->update();
+    const auto follower = static_cast<SliceFollower*>(self)->shared_from_this();
+    if (event == vtkMRMLInnerGSModelNode::ModelModifiedEvent) follower->remade_ = true;
+    follower->update();
   });
   slice->AddObserver(vtkCommand::ModifiedEvent, command_);
   model->AddObserver(vtkMRMLInnerGSModelNode::ModelModifiedEvent, command_);
@@ -92,7 +94,10 @@ bool SliceFollower::query() {
 
 void SliceFollower::show() {
   const vtkSmartPointer<vtkMRMLScalarVolumeNode> output = output_.Get();
-  if (output && found_) setVolume(output, image_, toWorld_);
+  if (!output || !found_) return;
+  if (remade_) setProvenance(output, model_);
+  remade_ = false;
+  setVolume(output, image_, toWorld_);
 }
 
 } // namespace innergs::mrml

@@ -47,7 +47,8 @@ private:
   ErrorHandler onError_;
   std::string lastError_; // reported once, not with every drag
   bool updating_ = false;
-  bool found_ = false; // image_ and toWorld_ are the view's
+  bool remade_ = false; // the model is another than the output's attributes say
+  bool found_ = false;  // image_ and toWorld_ are the view's
   vtkSmartPointer<vtkImageData> image_;
   vtkNew<vtkMatrix4x4> toWorld_;
   vtkNew<vtkInnerGSPlaneQuery> query_;

@@ -31,6 +31,23 @@ bool isPly(const std::filesystem::path& path) {
   return extension == ".ply";
 }
 
+const std::string kPrefix = "InnerGS."; // of the attributes that say what a model was made from
+
+innergs::ModelNotes notesOf(vtkMRMLNode* node) {
+  innergs::ModelNotes notes;
+  for (const std::string& name : node->GetAttributeNames())
+    if (name.compare(0, kPrefix.size(), kPrefix) == 0)
+      notes[name.substr(kPrefix.size())] = node->GetAttribute(name.c_str());
+  return notes;
+}
+
+void setNotes(vtkMRMLNode* node, const innergs::ModelNotes& notes) {
+  for (const auto& [name, text] : notesOf(node)) // of an earlier model
+    if (notes.find(name) == notes.end()) node->RemoveAttribute((kPrefix + name).c_str());
+  for (const auto& [name, text] : notes)
+    node->SetAttribute((kPrefix + name).c_str(), text.c_str());
+}
+
 } // namespace
 
 vtkMRMLInnerGSModelStorageNode::vtkMRMLInnerGSModelStorageNode() {
@@ -62,12 +79,15 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
                            "There is no file name to read a model from: choose a file.");
     const std::filesystem::path path = pathOf(name);
     auto checkpoint = std::make_shared<innergs::Checkpoint>();
+    innergs::ModelNotes notes;
     if (isPly(path))
       checkpoint->field = innergs::readPly(path);
     else
-      *checkpoint = innergs::readModel(path);
+      *checkpoint = innergs::readModel(path, &notes);
     vtkNew<vtkInnerGSModel> model;
     model->SetCheckpoint(std::move(checkpoint));
+    MRMLNodeModifyBlocker blocker(modelNode);
+    if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
     return 1;
   } catch (const std::exception& error) {
@@ -98,7 +118,7 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
                                             "The PLY file holds the Gaussians alone; only a model file "
                                             "(.innergs) keeps their detail grid.");
     } else {
-      innergs::writeModel(*checkpoint, path);
+      innergs::writeModel(*checkpoint, path, notesOf(modelNode));
     }
     return 1;
   } catch (const std::exception& error) {

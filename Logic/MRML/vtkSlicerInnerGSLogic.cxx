@@ -33,11 +33,12 @@ namespace mrml = innergs::mrml;
 
 namespace {
 
-/// What a caller may hold as a plain pointer: null when an observer removed the new node from the scene
-/// again.
+/// What a caller may hold as a plain pointer: null when an observer removed the node from the scene and
+/// nobody else keeps it.
 template <class Node>
 Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
-  return made && (made == given || made->GetScene()) ? made.Get() : nullptr;
+  return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
+                                                                                        : nullptr;
 }
 
 } // namespace
@@ -112,6 +113,7 @@ struct vtkSlicerInnerGSLogic::Internals {
 };
 
 bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) {
+  const vtkSmartPointer<vtkObject> alive = logic; // an observer of what the task makes may let go of it
   lastError.clear();
   try {
     if (std::this_thread::get_id() != mainThread)
@@ -354,7 +356,10 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModel
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelNode* model,
                                                             vtkMRMLSliceNode* slice,
                                                             vtkMRMLScalarVolumeNode* output) {
-  const vtkSmartPointer<vtkSlicerInnerGSLogic> alive = this; // an observer may let go of it
+  const vtkSmartPointer<vtkSlicerInnerGSLogic> alive =
+      this; // an observer may let go of it, or remove the nodes
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model;
+  const vtkSmartPointer<vtkMRMLSliceNode> keptSlice = slice;
   vtkSmartPointer<vtkMRMLScalarVolumeNode> shown;
   const bool done = this->Work->guard([&] {
     mrml::modelOf(model);
@@ -364,7 +369,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
         [this](const std::string& sentence) { this->Work->fail(sentence); });
     follower->query(); // throws before anything is changed
     shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
-    if (!kept(shown, output)) return;
+    if (!kept(shown, output) || (this->GetMRMLScene() && !model->GetScene())) return;
     this->StopFollowing(shown);
     mrml::setProvenance(shown, model);
     follower->setOutput(shown);

@@ -5,7 +5,6 @@
 #include "Core/TimeEstimate.h"
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"
-#include "ReconstructSettings.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkDataObject.h"
@@ -402,7 +401,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->Noise = result.noise;
   this->NumberOfNonFiniteVoxels = static_cast<vtkIdType>(result.nonFiniteVoxels);
   work.warnings = std::move(result.warnings);
-  work.usedSettings = innergs::vtk::settingsText(result.settings, this->HeldOutFraction);
+  work.usedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
   work.usedInstructionSet = result.instructionSet;
   work.usedDevice = result.device.id;
   work.deviceNote = result.device.reason;

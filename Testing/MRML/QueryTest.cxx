@@ -8,6 +8,8 @@
 #include <vtkPolyData.h>
 #include <vtkTransform.h>
 
+#include <utility>
+
 namespace {
 
 class QueryTest : public MrmlFixture {
@@ -110,6 +112,20 @@ TEST_F(QueryTest, FollowsASliceView) {
   EXPECT_FALSE(logic->IsFollowing(volume));
 }
 
+TEST_F(QueryTest, FollowedSliceSaysWhatTheNewModelWasMadeFrom) {
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  slice->SetLayoutName("Red");
+  auto* volume = logic->FollowSlice(model, slice);
+  ASSERT_NE(volume, nullptr) << logic->GetLastError();
+  EXPECT_STREQ(volume->GetAttribute("InnerGS.Settings"), model->GetAttribute("InnerGS.Settings"));
+  auto* parameters = addParameters(addVolume("Other"));
+  parameters->SetSeed(77);
+  parameters->SetOutputModelNode(model);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_NE(std::string(volume->GetAttribute("InnerGS.Settings")).find("seed=77"), std::string::npos);
+  EXPECT_STREQ(volume->GetAttribute("InnerGS.Inputs"), "Other");
+}
+
 TEST_F(QueryTest, FollowingEndsWithAnyNode) {
   for (int which = 0; which < 3; ++which) {
     auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
@@ -181,6 +197,98 @@ TEST_F(QueryTest, NewNodeRemovedByAnObserver) {
   EXPECT_EQ(logic->Resample(model, 2), nullptr);
   EXPECT_EQ(logic->CreateGaussianModel(model, 5), nullptr);
   EXPECT_EQ(logic->FollowSlice(model, slice), nullptr);
+}
+
+// The scene's was the only reference to the model.
+TEST_F(QueryTest, ModelRemovedByAnObserverOfTheNewNode) {
+  const vtkSmartPointer<vtkInnerGSModel> content = model->GetModel();
+  auto* reference = addVolume("Reference");
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  slice->SetLayoutName("Red");
+  vtkNew<vtkMatrix4x4> pose;
+  for (int which = 0; which < 5; ++which) {
+    SCOPED_TRACE(which);
+    auto* shown = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    shown->SetModel(content);
+    Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* data) {
+      auto* node = static_cast<vtkMRMLNode*>(data);
+      if (shown && (node->IsA("vtkMRMLScalarVolumeNode") || node->IsA("vtkMRMLModelNode")))
+        scene->RemoveNode(std::exchange(shown, nullptr));
+    });
+    vtkMRMLNode* made = which == 0   ? logic->QueryPlane(shown, pose, 8, 8, 1)
+                        : which == 1 ? logic->Resample(shown, 4)
+                        : which == 2 ? logic->ResampleLike(shown, reference)
+                        : which == 3 ? logic->FollowSlice(shown, slice)
+                                     : static_cast<vtkMRMLNode*>(logic->CreateGaussianModel(shown, 5));
+    EXPECT_EQ(shown, nullptr);
+    EXPECT_EQ(made == nullptr, which == 3); // there is nothing to follow
+    if (made) {
+      EXPECT_EQ(made->GetNodeReference("InnerGSModel"), nullptr);
+    }
+  }
+}
+
+TEST_F(QueryTest, OutputRemovedByAnObserver) {
+  vtkNew<vtkMatrix4x4> pose;
+  for (const bool plane : {true, false}) {
+    auto* output = vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode"));
+    Observer watch(scene, {vtkMRMLScene::NodeAddedEvent}, [&](unsigned long, void* data) {
+      if (static_cast<vtkMRMLNode*>(data)->IsA("vtkMRMLDisplayNode")) scene->RemoveNode(output);
+    });
+    EXPECT_EQ(plane ? logic->QueryPlane(model, pose, 8, 8, 1, output) : logic->Resample(model, 4, output),
+              nullptr);
+  }
+}
+
+TEST_F(QueryTest, ResampledLikeAnImageWhoseExtentBeginsElsewhere) {
+  auto* reference = addVolume("Reference");
+  auto* plain = logic->ResampleLike(model, reference);
+  ASSERT_NE(plain, nullptr);
+  // The same voxels, counted from elsewhere.
+  vtkNew<vtkMatrix4x4> matrix;
+  reference->GetIJKToRASMatrix(matrix);
+  double first[4] = {-3, -5, -7, 1};
+  matrix->MultiplyPoint(first, first);
+  for (int row = 0; row < 3; ++row)
+    matrix->SetElement(row, 3, first[row]);
+  reference->GetImageData()->SetExtent(3, 26, 5, 26, 7, 26);
+  reference->SetIJKToRASMatrix(matrix);
+  auto* shifted = logic->ResampleLike(model, reference);
+  ASSERT_NE(shifted, nullptr) << logic->GetLastError();
+  vtkNew<vtkMatrix4x4> a, b;
+  plain->GetIJKToRASMatrix(a);
+  shifted->GetIJKToRASMatrix(b);
+  for (int n = 0; n < 16; ++n)
+    EXPECT_NEAR(a->GetElement(n / 4, n % 4), b->GetElement(n / 4, n % 4), 1e-9);
+  EXPECT_LT(error(shifted), 6);
+}
+
+TEST_F(QueryTest, UnderATransformThatScalesOrShears) {
+  vtkNew<vtkMatrix4x4> scale, shear;
+  scale->SetElement(0, 0, 2);
+  auto* parent = addTransform(scale);
+  model->SetAndObserveTransformNodeID(parent->GetID());
+  auto* scaled = logic->Resample(model, 3);
+  ASSERT_NE(scaled, nullptr) << logic->GetLastError();
+  for (int axis = 0; axis < 3; ++axis)
+    EXPECT_NEAR(scaled->GetSpacing()[axis], 3, 0.01); // mm in the world
+  shear->SetElement(0, 1, 0.4);
+  parent->SetMatrixTransformToParent(shear);
+  EXPECT_EQ(logic->Resample(model, 3), nullptr);
+  EXPECT_NE(logic->GetLastError().find("shears"), std::string::npos) << logic->GetLastError();
+  vtkNew<vtkMatrix4x4> pose;
+  auto* plane = logic->QueryPlane(model, pose, 9, 9, 2);
+  ASSERT_NE(plane, nullptr) << logic->GetLastError();
+  vtkNew<vtkMatrix4x4> toWorld;
+  plane->GetIJKToRASMatrix(toWorld);
+  for (const int i : {0, 3, 8}) {
+    double at[4] = {double(i), double(8 - i / 2), 0, 1}, world[4];
+    toWorld->MultiplyPoint(at, world);
+    EXPECT_NEAR(plane->GetImageData()->GetScalarComponentAsDouble(i, 8 - i / 2, 0, 0),
+                logic->GetValueAtRAS(model, world[0], world[1], world[2]), 0.1);
+  }
+  EXPECT_EQ(logic->ResampleLike(model, plane), nullptr);
+  EXPECT_NE(logic->GetLastError().find("shears"), std::string::npos) << logic->GetLastError();
 }
 
 TEST_F(QueryTest, GaussiansAsAModelNode) {

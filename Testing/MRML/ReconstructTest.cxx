@@ -7,10 +7,13 @@
 #include <vtkMRMLSubjectHierarchyNode.h>
 #include <vtkMRMLTableNode.h>
 
+#include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
 #include <vtkOrientedImageData.h>
 #include <vtkSegment.h>
 #include <vtkSegmentation.h>
 #include <vtkSegmentationConverter.h>
+#include <vtkSegmentationConverterFactory.h>
+#include <vtkSphereSource.h>
 #include <vtkTable.h>
 #include <vtkTransform.h>
 
@@ -263,6 +266,40 @@ TEST_F(ReconstructTest, SegmentationAsMask) {
   EXPECT_NE(logic->GetLastError().find("None such"), std::string::npos);
 }
 
+// Segments from a surface have no voxels before someone looks at them in a slice view.
+TEST_F(ReconstructTest, SegmentationOfSurfacesAsMask) {
+  auto* rules = vtkSegmentationConverterFactory::GetInstance(); // filled by the Segmentations module
+  if (rules->GetConverterRules().empty())
+    rules->RegisterConverterRule(vtkSmartPointer<vtkClosedSurfaceToBinaryLabelmapConversionRule>::New());
+  auto* parameters = addParameters(addVolume());
+  auto* node =
+      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Ball"));
+  vtkNew<vtkTransform> move;
+  move->Translate(4, 0, 0);
+  node->SetAndObserveTransformNodeID(addTransform(move->GetMatrix())->GetID());
+  vtkNew<vtkSphereSource> sphere;
+  sphere->SetCenter(-12, -6, -6);
+  sphere->SetRadius(9);
+  sphere->SetThetaResolution(24);
+  sphere->SetPhiResolution(24);
+  sphere->Update();
+  const std::string surface = vtkSegmentationConverter::GetSegmentationClosedSurfaceRepresentationName();
+  node->GetSegmentation()->SetSourceRepresentationName(surface);
+  vtkNew<vtkSegment> segment;
+  segment->AddRepresentation(surface, sphere->GetOutput());
+  ASSERT_TRUE(node->GetSegmentation()->AddSegment(segment, "Ball"));
+  parameters->SetMaskNode(node);
+  for (const char* which : {"", "Ball"}) {
+    parameters->SetMaskSegmentID(which);
+    ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    auto* model = logic->GetLastJob()->GetModelNode();
+    EXPECT_NEAR(logic->GetValueAtRAS(model, -8, -6, -6), truth(-8, -6, -6), 12);
+    EXPECT_GT(std::abs(logic->GetValueAtRAS(model, 15, 15, 15) - truth(15, 15, 15)), 30);
+    EXPECT_FALSE(node->GetSegmentation()->ContainsRepresentation(
+        vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName())); // it stays as it was
+  }
+}
+
 TEST_F(ReconstructTest, QualityTable) {
   auto* parameters = addParameters(addVolume());
   parameters->SetHeldOutFraction(0.2);
@@ -282,6 +319,8 @@ TEST_F(ReconstructTest, QualityTable) {
   EXPECT_EQ(table->GetTable()->GetValueByName(1, "Method").ToString(), "linear");
   EXPECT_GT(table->GetTable()->GetValueByName(0, "PSNR (dB)").ToDouble(), 20);
   EXPECT_STREQ(table->GetAttribute("InnerGS.Protocol"), "H, keep-every-2");
+  EXPECT_EQ(table->GetNodeReference("InnerGSModel"), logic->GetLastJob()->GetModelNode());
+  EXPECT_EQ(table->GetNodeReference("InnerGSVolume"), logic->GetLastJob()->GetVolumeNode());
   EXPECT_GT(logic->GetLastJob()->GetHeldOutPSNR(), 20);
   EXPECT_STRNE(table->GetAttribute("InnerGS.HeldOutPSNR"), nullptr);
 }

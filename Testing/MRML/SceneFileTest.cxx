@@ -66,6 +66,14 @@ TEST_F(SceneFileTest, ModelFiles) {
   EXPECT_STREQ(loaded->GetName(), "Kopf öäü");
   EXPECT_EQ(logic->GetValueAtRAS(loaded, 1, 2, 3), logic->GetValueAtRAS(model, 1, 2, 3));
   EXPECT_NE(loaded->GetStorageNode(), nullptr);
+  for (const char* attribute : {"InnerGS.Settings", "InnerGS.Inputs", "InnerGS.Version", "InnerGS.Device",
+                                "InnerGS.InstructionSet", "InnerGS.TrainingPSNR"}) {
+    ASSERT_NE(loaded->GetAttribute(attribute), nullptr) << attribute;
+    EXPECT_STREQ(loaded->GetAttribute(attribute), model->GetAttribute(attribute));
+  }
+  auto* resampled = logic->Resample(loaded, 4); // and on to what is made of it
+  ASSERT_NE(resampled, nullptr);
+  EXPECT_STREQ(resampled->GetAttribute("InnerGS.Settings"), model->GetAttribute("InnerGS.Settings"));
 
   const std::string ply = (folder / "gaussians.ply").string();
   ASSERT_TRUE(logic->SaveModel(model, ply)) << logic->GetLastError();

@@ -50,6 +50,23 @@ TEST(ModelFile, RoundTripIsExact) {
   EXPECT_EQ(folder.fileCount(), 1);
 }
 
+TEST(ModelFile, NotesAreKeptAndOptional) {
+  const TemporaryFolder folder;
+  const Checkpoint checkpoint = checkpointOf(5, false, false);
+  const ModelNotes written{
+      {"Settings", "preset=fast; seed=1"}, {"Inputs", "Kopf \xC3\xA4 \"1\""}, {"Empty", ""}};
+  writeModel(checkpoint, folder / "a.innergs", written);
+  ModelNotes read{{"Stale", "x"}};
+  expectSame(readModel(folder / "a.innergs", &read), checkpoint);
+  EXPECT_EQ(read, written);
+  writeModel(checkpoint, folder / "b.innergs"); // as versions before wrote them
+  readModel(folder / "b.innergs", &read);
+  EXPECT_TRUE(read.empty());
+  writeModel(checkpoint, folder / "c.innergs", {{"Inputs", "broken \xFF bytes"}});
+  readModel(folder / "c.innergs", &read);
+  EXPECT_NE(read["Inputs"].find("broken"), std::string::npos);
+}
+
 TEST(ModelFile, UnknownTensorsAndKeysAreIgnored) {
   const TemporaryFolder folder;
   const Checkpoint checkpoint = checkpointOf(5, true, false);
