@@ -144,7 +144,10 @@ private Q_SLOTS:
     shown.view->setHandlesShown(false);
     const QPoint left = shown.view->widgetAt({-12, 0}).toPoint(),
                  right = shown.view->widgetAt({12, 0}).toPoint();
-    const auto grey = [&](const QPoint& p) { return qGray(shown.view->grab().toImage().pixel(p)); };
+    const auto grey = [&](const QPoint& p) {
+      const QImage image = shown.view->grab().toImage();
+      return qGray(image.pixel((QPointF(p) * image.devicePixelRatio()).toPoint()));
+    };
     // Left on the screen is the patient's right, where the ramp is higher by 3 a millimetre; window 50 to
     // 350.
     const double expected = (rampAt(5 + 12, -10, 20) - 50) / 300 * 255;
