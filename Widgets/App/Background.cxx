@@ -49,6 +49,7 @@ void Background::loop(const std::stop_token& stop) {
     QMetaObject::invokeMethod(
         this,
         [this, after = std::move(after)] {
+          if (after) after();
           --open_;
           QString next;
           {
@@ -56,7 +57,6 @@ void Background::loop(const std::stop_token& stop) {
             if (!items_.empty()) next = items_.front().text;
           }
           if (open_ == 0 || !next.isEmpty()) Q_EMIT busyChanged(open_ == 0 ? QString() : next);
-          if (after) after();
         },
         Qt::QueuedConnection);
   }

@@ -175,11 +175,13 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   const bool judged = order.request.evaluateQuality;
   const double share = judged ? kFitShare : 1;
   ReconstructionJob job(makeInput(order, true), order.request.settings);
+  Progress fitted;
   job.onProgress([&](Progress progress) {
     progress.fraction *= share;
     progress.remaining /= share;
     if (judged && progress.phase == Phase::Done) progress.phase = Phase::Rendering;
     post(progress);
+    fitted = progress;
   });
   job.onPreview([&](const Volume& volume) { post(volume); });
   ReconstructionResult result = job.run(stop);
@@ -193,8 +195,8 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   report.trainingPsnr = result.trainingPsnr;
   report.heldOutPsnr = result.heldOutPsnr;
   report.gaussians = result.checkpoint->field.size();
-  report.device = QString::fromStdString(result.device.name);
-  if (!result.device.reason.empty()) report.device += ": " + QString::fromStdString(result.device.reason);
+  report.device =
+      QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
   report.settings = QString::fromStdString(vtk::settingsText(result.settings, order.request.heldOutFraction));
   outcome->model = makeItem(result.checkpoint, tr("%1 model").arg(first.name));
   outcome->model.window = {first.window->lower, first.window->upper};
@@ -207,30 +209,27 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   outcome->volume.window = first.window;
   outcome->volume.saved = false;
   report.seconds = result.seconds;
-  if (judged) judge(order, *outcome, result.seconds, stop);
+  if (judged) judge(order, *outcome, fitted, stop);
   return outcome;
 }
 
-void Runner::judge(const Order& order, Outcome& outcome, double elapsed, const std::stop_token& stop) {
+void Runner::judge(const Order& order, Outcome& outcome, Progress last, const std::stop_token& stop) {
   ui::Report& report = outcome.report;
-  Progress last;
-  last.phase = Phase::Fitting;
+  // Sweeps, loss and PSNR stay those of the fit that makes the result.
+  const double elapsed = last.elapsed;
+  last.note = tr("Judging the quality by a second fit that sees every slice number %1 only.")
+                  .arg(order.request.qualityGap)
+                  .toStdString();
   EvaluationOptions options;
   options.settings = order.request.settings;
   options.stop = stop;
-  bool first = true;
-  options.progress = [&](Progress progress) {
-    progress.fraction = kFitShare + (kJudgedFitShare - kFitShare) * progress.fraction;
-    progress.elapsed += elapsed;
-    progress.heldOutPsnr = report.heldOutPsnr;
-    progress.note.clear();
-    if (std::exchange(first, false))
-      progress.note = tr("Judging the quality by a second fit that sees every slice number %1 only.")
-                          .arg(order.request.qualityGap)
-                          .toStdString();
-    if (progress.phase == Phase::Done) progress.phase = Phase::Rendering;
-    last = progress;
-    post(progress);
+  options.progress = [&](const Progress& progress) {
+    last.phase = progress.phase == Phase::Done ? Phase::Rendering : progress.phase;
+    last.fraction = kFitShare + (kJudgedFitShare - kFitShare) * progress.fraction;
+    last.elapsed = elapsed + progress.elapsed;
+    last.remaining = progress.remaining;
+    post(last);
+    last.note.clear();
   };
   int methods = 0;
   options.onMethod = [&](const std::string& name) {

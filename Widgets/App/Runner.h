@@ -53,7 +53,8 @@ Q_SIGNALS:
 private:
   void work(const Order& order, const std::stop_token& stop);
   std::shared_ptr<Outcome> reconstruct(const Order& order, const std::stop_token& stop);
-  void judge(const Order& order, Outcome& outcome, double elapsed, const std::stop_token& stop);
+  /// By protocol H; last: what the fit told at its end.
+  void judge(const Order& order, Outcome& outcome, Progress last, const std::stop_token& stop);
   void post(const Progress& progress);
   void post(const Volume& preview);
   template <class Call>

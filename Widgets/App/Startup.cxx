@@ -58,6 +58,10 @@ void carryOut(MainWindow* window, const CommandLine& line) {
       end();
     });
     window->reconstructAll();
+    if (!host->isRunning()) { // the panel says why
+      complain(QObject::tr("The reconstruction cannot start: open a volume first."));
+      end();
+    }
   };
   if (files.isEmpty()) {
     QTimer::singleShot(0, window, afterOpening);
