@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml bench-mrml slicer test-cuda bench-cuda install clean dependencies
+.PHONY: build demo test bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -44,6 +44,12 @@ mrml: dependencies
 	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
 	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
 
+# The same under the sanitizers; after `make mrml`, and skipped where that was.
+mrml-asan: dependencies
+	@if [ -e build-mrml/skipped ] || [ ! -e build-mrml/slicer-core/complete ]; then \
+	  echo '**** SKIPPED: the MRML layer was not tested under sanitizers: make mrml has not built it. ****' >&2; else \
+	  cmake --preset mrml-asan --log-level=WARNING && cmake --build --preset mrml-asan && ctest --preset mrml-asan; fi
+
 bench-mrml: dependencies
 	Utilities/fetch-slicer-core.sh build-mrml/slicer-core
 	cmake --preset mrml --log-level=WARNING
@@ -63,4 +69,4 @@ dependencies:
 	@Utilities/install-dependencies.sh
 
 clean:
-	rm -rf build build-asan build-tsan build-mrml build-slicer build-cuda demo
+	rm -rf build build-asan build-tsan build-mrml build-mrml-asan build-slicer build-cuda demo

@@ -238,11 +238,15 @@ void DeviceChoice::leave(const std::string& why) {
 }
 
 void DeviceChoice::weigh(const FitRequest& request) {
-  if (onCpu() || use.asked != "auto" || request.sweeps <= 0) return;
   double samples = 0;
   for (const Observation& o : *request.observations)
     samples += static_cast<double>(o.samples);
-  const double seconds = 1e-9 * kSweepOfAMillion * samples * request.sweeps;
+  weigh(samples, request.sweeps);
+}
+
+void DeviceChoice::weigh(double samples, int sweeps) {
+  if (onCpu() || use.asked != "auto" || sweeps <= 0) return;
+  const double seconds = 1e-9 * kSweepOfAMillion * samples * sweeps;
   if (seconds > kSmall) return;
   char text[32];
   std::snprintf(text, sizeof text, "%.1g", std::max(seconds, 0.001));

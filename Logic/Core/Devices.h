@@ -42,6 +42,7 @@ public:
   bool onCpu() const { return !plugin_; }
   /// "auto" stays on the CPU with a fit so small that a device would not be worth its start.
   void weigh(const FitRequest& request);
+  void weigh(double samples, int sweeps);
   /// The fit on the device; null on the CPU. When it does not fit into the device's memory or cannot be made,
   /// the choice becomes the CPU and the reason says why.
   std::unique_ptr<FitDevice> makeFit(const FitRequest& request);

@@ -177,7 +177,8 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
   const FitPlan plan = makePlan(filled, traits);
   const double voxels = voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.members;
-  const DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
+  DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
+  device.weigh(voxels * (plan.allAxes ? 3 : 1), *filled.members * plan.iterations);
   if (!device.onCpu()) {
     const std::lock_guard lock(mutex);
     const auto speed = speeds.find(device.use.id);
