@@ -1,0 +1,87 @@
+#pragma once
+#include "Core/JobInput.h"
+#include "Core/Plan.h"
+#include "Core/Render.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+/// The steps of a reconstruction: for ReconstructionJob's own sources.
+namespace innergs {
+
+constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kDetailEnds = 0.97; // of the progress bar
+
+inline double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// dB, of a mean squared error in normalised intensity.
+inline double psnrOf(double mse) {
+  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
+
+struct ReconstructionJob::Impl {
+  ReconstructionInput input;
+  Settings settings;
+  ProgressCallback progress;
+  std::function<void(const Volume&)> preview;
+
+  std::chrono::steady_clock::time_point start;
+  Progress state;
+  double nextPreview = 1.0;
+
+  void report(Phase phase, double fraction) {
+    state.phase = phase;
+    state.fraction = std::max(state.fraction, fraction);
+    state.elapsed = secondsSince(start);
+    state.remaining = state.fraction > 0.02 ? state.elapsed * (1 - state.fraction) / state.fraction : 0;
+    if (progress) progress(state);
+  }
+
+  /// A report that says where the fit runs.
+  void reportDevice(Phase phase) {
+    state.note = device->use.reason;
+    report(phase, state.fraction);
+    state.note.clear();
+  }
+
+  RenderOptions renderOptions(const GaussianField& field, std::stop_token stop) const {
+    RenderOptions options;
+    options.threads = settings.threads;
+    options.instructionSet = settings.instructionSet;
+    options.selection = settings.selection;
+    options.stop = std::move(stop);
+    options.device = device->makeField(field);
+    return options;
+  }
+
+  ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
+  void choose(const PreparedInput& prepared, const ThreadPool& pool, ReconstructionResult& result);
+  GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
+  void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
+           ReconstructionResult& result);
+  std::unique_ptr<FitDevice> place(const FitRequest& request, ReconstructionResult& result);
+  void noticeFailure(const Trainer& trainer, int before, ReconstructionResult& result);
+  void sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
+             ReconstructionResult& result);
+  void addDetail(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
+  double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field,
+                     const RenderOptions& options) const;
+
+  /// A model to resume that was stopped after its first Gaussians and by another fit than this one.
+  bool refits() const {
+    return input.resume && !input.resume->field.gaussians.empty() && input.resume->settingsKey != key;
+  }
+
+  IntensityMap map;
+  DataTraits traits;
+  FitPlan plan;
+  std::optional<DeviceChoice> device;
+  std::string key;
+  bool refitting = false; // the model to resume is the start of another fit
+  Checkpoint checkpoint;  // of this run; its field holds the finished members
+};
+
+} // namespace innergs
