@@ -89,6 +89,8 @@ Q_SIGNALS:
   /// Volumes came, went or were renamed.
   void volumesChanged();
   void modelsChanged();
+  /// The same request may now be estimated otherwise: a slow part of an estimate is known.
+  void estimateChanged();
   /// For the log panel.
   void logged(const QString& line);
 };

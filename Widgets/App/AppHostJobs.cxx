@@ -119,7 +119,7 @@ void AppHost::fillSlowly(const Order& order, const ReconstructionInput& input, u
     });
     return [this, key, slow] {
       slow_.insert(key, *slow);
-      Q_EMIT volumesChanged(); // panels ask again
+      Q_EMIT estimateChanged();
     };
   });
 }
