@@ -44,7 +44,7 @@ void Ranking::reserve(std::int64_t count) {
   otherKeys_.reserve(count);
   ids_.reserve(count);
   otherIds_.reserve(count);
-  executor_.prepareSort(count, kScoreBits);
+  executor_.prepareSort(count + 1, kScoreBits); // scans end with the total
 }
 
 void Ranking::clear() {

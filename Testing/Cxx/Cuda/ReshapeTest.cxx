@@ -1,6 +1,7 @@
 #include "Executors.h"
 #include "RandomFields.h"
 
+#include "Core/FitDevice.h"
 #include "Cuda/Reshape.h"
 
 #include <functional>
