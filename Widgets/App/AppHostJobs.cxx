@@ -6,7 +6,6 @@
 #include "Core/TimeEstimate.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
-#include "ReconstructSettings.h"
 #include "Widgets/App/Background.h"
 
 #include <vtkImageData.h>
@@ -34,7 +33,7 @@ ReconstructionInput judgedInput(const Order& order) {
 /// Everything that the time and the device depend on.
 QString keyOf(const Order& order, const ReconstructionInput& input) {
   const Settings& s = order.request.settings;
-  QString key = QString::fromStdString(vtk::settingsText(s, input.heldOutFraction) + "|" + s.instructionSet);
+  QString key = QString::fromStdString(settingsText(s, input.heldOutFraction) + "|" + s.instructionSet);
   key += QStringLiteral("|%1|%2").arg(s.threads).arg(order.request.evaluateQuality ? order.request.qualityGap
                                                                                    : 0);
   const auto add = [&](const GridGeometry& grid) {

@@ -4,7 +4,6 @@
 #include "Core/JobInput.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
-#include "ReconstructSettings.h"
 #include "Widgets/App/Background.h"
 
 #include <vtkNew.h>
@@ -197,7 +196,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   report.gaussians = result.checkpoint->field.size();
   report.device =
       QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
-  report.settings = QString::fromStdString(vtk::settingsText(result.settings, order.request.heldOutFraction));
+  report.settings = QString::fromStdString(settingsText(result.settings, order.request.heldOutFraction));
   outcome->model = makeItem(result.checkpoint, tr("%1 model").arg(first.name));
   outcome->model.window = {first.window->lower, first.window->upper};
   QStringList names;
