@@ -44,7 +44,7 @@ mrml: dependencies
 	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
 	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
 
-# The same under the sanitizers; after `make mrml`, and skipped where that was.
+# The same under the address sanitizer; after `make mrml`, and skipped where that was.
 mrml-asan: dependencies
 	@if [ -e build-mrml/skipped ] || [ ! -e build-mrml/slicer-core/complete ]; then \
 	  echo '**** SKIPPED: the MRML layer was not tested under sanitizers: make mrml has not built it. ****' >&2; else \

@@ -286,6 +286,8 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
   configure(filter, parameters, voxels);
   checkSettings(filter->MakeSettings());
+  if (const double share = parameters->GetHeldOutFraction(); !(share >= 0 && share <= 0.5))
+    refuse(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
   return filter;
 }
 

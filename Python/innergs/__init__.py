@@ -9,7 +9,7 @@ In Slicer's Python console, in a notebook or a script with slicer-core:
     innergs.plane(result.model, matrix, size=512)              # any oblique plane as a volume node
 
     job = innergs.start([axial, sagittal], held_out=0.1)       # in the background
-    job.progress, job.description
+    job.progress, job.description, job.device
     job.cancel()
     job.result()                                               # waits
 
@@ -17,10 +17,10 @@ Everything here is a thin front of vtkSlicerInnerGSLogic (innergs.logic()). What
 sentence that says what to do; inputs are never changed.
 """
 
-from ._jobs import Job, Result, cancel, reconstruct, running, start
+from ._jobs import Estimate, Job, Result, cancel, estimate, reconstruct, running, start
 from ._parameters import parameters
 from ._queries import follow, gaussians, load, plane, query, resample, save, stop_following
 from ._scene import Cancelled, Error, logic
 
-__all__ = ["Cancelled", "Error", "Job", "Result", "cancel", "follow", "gaussians", "load", "logic", "parameters", "plane",
-           "query", "reconstruct", "resample", "running", "save", "start", "stop_following"]
+__all__ = ["Cancelled", "Error", "Estimate", "Job", "Result", "cancel", "estimate", "follow", "gaussians", "load", "logic",
+           "parameters", "plane", "query", "reconstruct", "resample", "running", "save", "start", "stop_following"]

@@ -67,6 +67,11 @@ class Job:
         return self._current().GetTrainingPSNR()
 
     @property
+    def device(self):
+        """Where the fit runs and why, a sentence; "" before that is known."""
+        return self._current().GetDeviceNote()
+
+    @property
     def preview(self):
         """The last preview as (vtkImageData, IJK to RAS vtkMatrix4x4), or None."""
         job = self._current()
@@ -146,6 +151,25 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
                  instruction_set, seed
     """
     return start(volumes, spacing, progress=progress, preview=preview, parameter_node=parameter_node, **choices).result()
+
+
+Estimate = collections.namedtuple("Estimate", "seconds bytes device")
+Estimate.__doc__ = """What a reconstruction will take: seconds, roughly (0: unknown), bytes of memory beyond its inputs, and where it
+will run and why, a sentence."""
+
+
+def estimate(volumes, spacing=None, *, parameter_node=None, **choices):
+    """What reconstruct() with these arguments would take, as an Estimate. Voxels are not looked at."""
+    node = parameter_node if parameter_node is not None else parameters(volumes, spacing, **choices)
+    owner = logic_of(node)
+    try:
+        refused = owner.CheckParameters(node)
+        if refused:
+            raise Error(refused)
+        return Estimate(owner.EstimateSeconds(node), owner.EstimateMemory(node), owner.DescribeDevice(node))
+    finally:
+        if node is not parameter_node:
+            node.GetScene().RemoveNode(node)
 
 
 def running(scene=None):

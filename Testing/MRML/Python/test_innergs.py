@@ -175,6 +175,23 @@ class InnerGSTest(unittest.TestCase):
                         "cutoff=2.5", "beta1=0.75", "beta2=0.875"):
             self.assertIn(setting, used)
 
+    def test_estimate(self):
+        volume = add_volume(self.scene)
+        nodes = self.scene.GetNumberOfNodes()
+        few = innergs.estimate(volume, preset="fast", iterations=10, device="cpu")
+        many = innergs.estimate(volume, preset="fast", iterations=1000, device="cpu")
+        self.assertGreater(few.seconds, 0)
+        self.assertGreater(many.seconds, 5 * few.seconds)
+        self.assertGreater(few.bytes, 100000)
+        self.assertEqual(few.device, "On the CPU, as asked.")
+        with self.assertRaises(innergs.Error) as caught:
+            innergs.estimate(volume, held_out=0.9)
+        self.assertEqual(self.scene.GetNumberOfNodes(), nodes)
+        self.assertEqual(innergs.reconstruct(volume, iterations=2, device="cpu").model.GetAttribute("InnerGS.Device"), "cpu")
+        job = innergs.start(volume, iterations=5, device="cpu")
+        job.result()
+        self.assertEqual(job.device, "On the CPU, as asked.")
+
     def test_scene_cleared_and_dropped_while_running(self):
         job = innergs.start(add_volume(self.scene), iterations=100000)
         self.scene.Clear(False)
