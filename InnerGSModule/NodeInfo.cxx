@@ -157,7 +157,8 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
   report.trainingPsnr = job->GetTrainingPSNR();
   report.heldOutPsnr = job->GetHeldOutPSNR();
   report.seconds = job->GetElapsedSeconds();
-  report.gaussians = job->GetNumberOfGaussians();
+  if (vtkMRMLInnerGSModelNode* model = job->GetModelNode())
+    report.gaussians = model->IsEmpty() ? 0 : model->GetModel()->GetNumberOfGaussians();
   report.device = QString::fromStdString(job->GetDeviceNote());
   report.settings = QString::fromStdString(job->GetUsedSettings());
   vtkMRMLTableNode* node = job->GetTableNode();

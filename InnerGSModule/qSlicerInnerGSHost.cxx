@@ -30,6 +30,13 @@ namespace {
 
 constexpr const char* kFolder = "InnerGS/Folder";
 
+Phase knownPhase(const std::string& name, Phase otherwise) {
+  for (const Phase known : {Phase::Preparing, Phase::Initialising, Phase::Fitting, Phase::Refining,
+                            Phase::Rendering, Phase::Done})
+    if (name == phaseName(known)) return known;
+  return otherwise;
+}
+
 Progress progressOf(vtkSlicerInnerGSJob* job) {
   Progress progress;
   const std::string phase = job->GetPhase();
@@ -218,6 +225,7 @@ bool qSlicerInnerGSHost::start(const Request& request) {
   }
   phase_.clear();
   deviceNote_.clear();
+  judging_ = false;
   Q_EMIT logged(tr("Reconstruction started."));
   Q_EMIT started();
   return true;
@@ -240,6 +248,18 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     if (phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
     phase_ = phase;
     Progress progress = progressOf(job);
+    if (phase.startsWith("Judging")) { // sweeps, loss and PSNR stay those of the fit that makes the result
+      std::swap(progress, fit_);
+      progress.phase = knownPhase(job->GetPhase().substr(job->GetPhase().find(", ") + 2), Phase::Rendering);
+      progress.fraction = fit_.fraction;
+      progress.elapsed = fit_.elapsed;
+      progress.remaining = fit_.remaining;
+    }
+    fit_ = progress;
+    if (phase.startsWith("Judging") && !judging_)
+      progress.note =
+          tr("Judging the quality by a second fit that sees only some of the slices.").toStdString();
+    judging_ = phase.startsWith("Judging");
     if (const std::string note = job->GetDeviceNote(); note != deviceNote_)
       progress.note = deviceNote_ = note; // once
     Q_EMIT progressed(progress);

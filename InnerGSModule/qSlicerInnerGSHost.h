@@ -78,6 +78,8 @@ private:
   QTimer changed_; // one signal for many changes of the scene
   QString phase_;  // of the log's last line
   std::string deviceNote_;
+  innergs::Progress fit_; // the last one shown
+  bool judging_ = false;
   /// Models under a transform, moved to the world: what model() shows.
   struct Moved {
     vtkSmartPointer<vtkMRMLInnerGSModelNode> node;

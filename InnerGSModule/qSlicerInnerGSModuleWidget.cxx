@@ -15,7 +15,7 @@
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
-#include <vtkMRMLSelectionNode.h>
+#include <vtkMRMLSliceCompositeNode.h>
 #include <vtkMRMLSliceNode.h>
 #include <vtkSlicerApplicationLogic.h>
 #include <vtkSlicerInnerGSLogic.h>
@@ -26,6 +26,7 @@
 #include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
+#include <QStyle>
 #include <QTimer>
 #include <QVBoxLayout>
 
@@ -44,7 +45,7 @@ public:
 
   vtkMRMLInnerGSParameterNode* parameters() const { return host->parameterNode(); }
   void setParameters(vtkMRMLNode* node);
-  /// Takes the first set of the scene, or makes one on the volume that is shown.
+  /// Takes the first set of the scene, or makes one; an empty one gets the volume that is shown.
   void ensureParameters();
   void fromNode();
   void toNode();
@@ -52,6 +53,7 @@ public:
   void showModelInView();
   void updateViewButtons();
   vtkMRMLScalarVolumeNode* shownVolume() const;
+  vtkMRMLScalarVolumeNode* viewedVolume() const; // in a slice view's background
   vtkMRMLScene* scene() const { return q_ptr->mrmlScene(); }
 
   qSlicerInnerGSModuleWidget* const q_ptr;
@@ -72,6 +74,7 @@ namespace {
 ctkCollapsibleButton* section(const QString& title, const char* name, bool open, QBoxLayout* into) {
   auto* button = new ctkCollapsibleButton(title);
   button->setObjectName(name);
+  button->setCollapsedHeight(0);
   button->setCollapsed(!open);
   new QVBoxLayout(button);
   into->addWidget(button);
@@ -86,7 +89,8 @@ QWidget* qSlicerInnerGSModuleWidgetPrivate::makeParameterRow() {
   const auto tr = [](const char* text) { return qSlicerInnerGSModuleWidget::tr(text); };
   auto* row = new QWidget;
   auto* layout = new QHBoxLayout(row);
-  layout->setContentsMargins(0, 0, 0, 0);
+  layout->setContentsMargins(row->style()->pixelMetric(QStyle::PM_LayoutLeftMargin), 0,
+                             row->style()->pixelMetric(QStyle::PM_LayoutRightMargin), 0);
   auto* label = new QLabel(tr("&Parameter set:"));
   parameterSets = new qMRMLNodeComboBox;
   parameterSets->setObjectName("ParameterNodeComboBox");
@@ -138,6 +142,7 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
 
   ctkCollapsibleButton* part = section(tr("Reconstruct"), "ReconstructSection", true, layout);
   reconstruction = new ReconstructionPanel(host);
+  reconstruction->layout()->setContentsMargins(0, 0, 0, 0);
   part->layout()->addWidget(reconstruction);
   rendering = new QPushButton(tr("Show the result in &3D"));
   rendering->setObjectName("VolumeRenderingButton");
@@ -218,19 +223,29 @@ void qSlicerInnerGSModuleWidgetPrivate::setParameters(vtkMRMLNode* node) {
 void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
   vtkMRMLScene* in = scene();
   if (!in || in->IsClosing() || in->IsImporting() || in->IsBatchProcessing()) return;
-  vtkMRMLNode* node = parameterSets->currentNode();
-  if (!node) node = in->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode");
+  auto* node = vtkMRMLInnerGSParameterNode::SafeDownCast(parameterSets->currentNode());
+  if (!node)
+    node = vtkMRMLInnerGSParameterNode::SafeDownCast(in->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode"));
   if (!node) {
-    node = in->AddNewNodeByClass("vtkMRMLInnerGSParameterNode", "InnerGS");
-    auto* made = vtkMRMLInnerGSParameterNode::SafeDownCast(node);
-    vtkSlicerApplicationLogic* application = q_ptr->appLogic();
-    vtkMRMLSelectionNode* selection = application ? application->GetSelectionNode() : nullptr;
-    const char* active = selection ? selection->GetActiveVolumeID() : nullptr;
-    auto* shown = vtkMRMLScalarVolumeNode::SafeDownCast(active ? in->GetNodeByID(active) : nullptr);
-    if (made) made->EvaluateQualityOn(); // as the panel proposes
-    if (made && shown && !shown->IsA("vtkMRMLLabelMapVolumeNode")) made->SetInputVolumeNode(shown);
+    node = vtkMRMLInnerGSParameterNode::SafeDownCast(
+        in->AddNewNodeByClass("vtkMRMLInnerGSParameterNode", "InnerGS"));
+    if (node) node->EvaluateQualityOn(); // as the panel proposes
   }
+  if (node && node->GetNumberOfInputVolumeNodes() == 0 && viewedVolume())
+    node->SetInputVolumeNode(viewedVolume());
   parameterSets->setCurrentNode(node);
+}
+
+vtkMRMLScalarVolumeNode* qSlicerInnerGSModuleWidgetPrivate::viewedVolume() const {
+  std::vector<vtkMRMLNode*> views;
+  scene()->GetNodesByClass("vtkMRMLSliceCompositeNode", views);
+  for (vtkMRMLNode* view : views) {
+    const char* id = vtkMRMLSliceCompositeNode::SafeDownCast(view)->GetBackgroundVolumeID();
+    auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(id ? scene()->GetNodeByID(id) : nullptr);
+    if (volume && !volume->IsA("vtkMRMLLabelMapVolumeNode") && !volume->IsA("vtkMRMLTensorVolumeNode"))
+      return volume;
+  }
+  return nullptr;
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::fromNode() {
@@ -305,8 +320,11 @@ void qSlicerInnerGSModuleWidget::setMRMLScene(vtkMRMLScene* scene) {
 }
 
 void qSlicerInnerGSModuleWidget::onSceneReady() {
-  Q_D(qSlicerInnerGSModuleWidget);
-  if (this->isEntered()) d->ensureParameters();
+  // Later: a scene that is opened is closed first, and brings its own parameter sets.
+  QTimer::singleShot(0, this, [this] {
+    Q_D(qSlicerInnerGSModuleWidget);
+    if (this->isEntered()) d->ensureParameters();
+  });
 }
 
 void qSlicerInnerGSModuleWidget::updateFromParameterNode() {

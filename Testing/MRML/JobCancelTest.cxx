@@ -34,6 +34,26 @@ TEST_F(JobTest, CancelAtEveryProgressEvent) {
   EXPECT_TRUE(errors.empty());
 }
 
+TEST_F(JobTest, RequestCancelDoesNotWait) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(100000);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+  ASSERT_NE(job, nullptr);
+  while (job->GetCurrentIteration() == 0)
+    logic->WaitForJob(job, 0.01);
+  int ends = 0;
+  Observer watch(logic, {Logic::JobCancelledEvent}, [&](unsigned long, void*) { ++ends; });
+  const auto start = Clock::now();
+  logic->RequestCancel(job);
+  EXPECT_LT(since(start), 0.05);
+  EXPECT_FALSE(job->IsDone()); // the main thread has not heard of the end
+  EXPECT_EQ(ends, 0);
+  EXPECT_TRUE(logic->WaitForJob(job, 1));
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_EQ(ends, 1);
+  EXPECT_TRUE(errors.empty());
+}
+
 // The worker is through before the main thread hears of anything: whatever an observer does then still
 // counts.
 class LateObserverTest : public JobTest, public testing::WithParamInterface<unsigned long> {
