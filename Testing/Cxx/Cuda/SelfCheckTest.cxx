@@ -19,7 +19,7 @@ void setVariable(const char* name, const char* value) {
 #endif
 }
 
-/// With a plugin of which two devices compute wrongly and one does not.
+/// With a plugin of which three devices go wrong and one does not.
 class SelfCheck : public ::testing::Test {
 protected:
   static void SetUpTestSuite() { setVariable("INNERGS_PLUGIN_PATH", INNERGS_WRONG_PLUGIN); }
@@ -35,33 +35,33 @@ bool has(const std::string& text, const std::string& part) {
 TEST_F(SelfCheck, IsQuickAndMadeOnce) {
   const auto seconds = [] {
     const auto begun = std::chrono::steady_clock::now();
-    EXPECT_EQ(otherDevices().devices.size(), 3u);
+    EXPECT_EQ(otherDevices().devices.size(), 4u);
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
   };
   const double first = seconds(), again = seconds();
-  RecordProperty("seconds_for_three_devices", std::to_string(first));
+  RecordProperty("seconds_for_four_devices", std::to_string(first));
   EXPECT_LT(first, 3) << "50 ms each, where nothing else runs";
   EXPECT_LT(again, 0.1 * first + 1e-3);
 }
 
 TEST_F(SelfCheck, RefusesDevicesThatComputeWronglyAndSaysSo) {
   const DeviceList list = otherDevices();
-  ASSERT_EQ(list.devices.size(), 3u);
-  EXPECT_TRUE(
-      has(list.devices[0].refused, "Loses blocks (cuda:0) is not used: in its self-check, it failed: "))
-      << list.devices[0].refused; // what is never computed asks for all memory
-
-  EXPECT_TRUE(
-      has(list.devices[1].refused, "Loses lanes (cuda:1) is not used: in its self-check, its loss"))
+  ASSERT_EQ(list.devices.size(), 4u);
+  EXPECT_TRUE(has(list.devices[0].refused, "Loses blocks (cuda:0) is not used: in its self-check, its loss"))
+      << list.devices[0].refused;
+  EXPECT_TRUE(has(list.devices[1].refused, "Loses lanes (cuda:1) is not used: in its self-check, its loss"))
       << list.devices[1].refused;
-  EXPECT_EQ(list.devices[2].refused, "");
+  EXPECT_TRUE(
+      has(list.devices[2].refused, "Has no memory (cuda:2) is not used: in its self-check, it failed: "))
+      << list.devices[2].refused;
+  EXPECT_EQ(list.devices[3].refused, "");
 
   const DeviceChoice choice("auto");
-  EXPECT_EQ(choice.use.id, "cuda:2");
-  EXPECT_TRUE(has(choice.use.reason, "On Right (cuda:2), the GPU found. Loses blocks (cuda:0) is not used"))
+  EXPECT_EQ(choice.use.id, "cuda:3");
+  EXPECT_TRUE(has(choice.use.reason, "On Right (cuda:3), the GPU found. Loses blocks (cuda:0) is not used"))
       << choice.use.reason;
-  EXPECT_EQ(DeviceChoice("cuda").use.id, "cuda:2");
-  EXPECT_EQ(DeviceChoice("cuda:2").use.reason, "On Right (cuda:2), as asked.");
+  EXPECT_EQ(DeviceChoice("cuda").use.id, "cuda:3");
+  EXPECT_EQ(DeviceChoice("cuda:3").use.reason, "On Right (cuda:3), as asked.");
   try {
     DeviceChoice insists("cuda:1");
     FAIL() << "taken";
@@ -83,6 +83,7 @@ TEST_F(SelfCheck, LeavesTheJobOnTheCpuWhereNoDeviceIsRight) {
   EXPECT_EQ(result.device.id, "cpu");
   EXPECT_TRUE(has(result.device.reason, "On the CPU. Loses blocks (cuda:0) is not used: in its self-check"));
   EXPECT_TRUE(has(result.device.reason, "Loses lanes (cuda:1) is not used"));
+  EXPECT_TRUE(has(result.device.reason, "Has no memory (cuda:2) is not used"));
   EXPECT_EQ(note, result.device.reason);
   EXPECT_TRUE(sameField(result.checkpoint->field, cpu.checkpoint->field));
 }

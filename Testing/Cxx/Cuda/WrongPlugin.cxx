@@ -6,6 +6,7 @@
 
 #include <cstdlib>
 #include <string>
+#include <type_traits>
 
 namespace {
 
@@ -24,11 +25,12 @@ void runBlocks(const Kernel& kernel, std::int64_t blocks) {
 template <class Kernel>
 using PlainBlock = HostBlock<Kernel::kThreads, typename Kernel::Shared>;
 
-/// The last block of several is never started.
+/// The last brick or tile of an image is never rendered.
 struct LosesBlocks {
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
-    runBlocks<Kernel, PlainBlock<Kernel>>(kernel, blocks > 1 ? blocks - 1 : blocks);
+    constexpr bool renders = std::is_same_v<Kernel, Accumulate> || std::is_same_v<Kernel, Composite>;
+    runBlocks<Kernel, PlainBlock<Kernel>>(kernel, renders ? blocks - 1 : blocks);
   }
 };
 
@@ -64,7 +66,8 @@ public:
     const char* set = std::getenv("INNERGS_WRONG");
     constexpr std::int64_t memory = std::int64_t{1} << 36;
     DeviceList list;
-    list.devices = {{"Loses blocks", "0.0", memory, memory, {}}, {"Loses lanes", "0.0", memory, memory, {}}};
+    for (const char* name : {"Loses blocks", "Loses lanes", "Has no memory"})
+      list.devices.push_back({name, "0.0", memory, memory, {}});
     if (!set || std::string(set) != "alone") list.devices.push_back({"Right", "0.0", memory, memory / 2, {}});
     return list;
   }
@@ -74,7 +77,7 @@ protected:
     constexpr std::size_t memory = std::size_t{1} << 36;
     if (device == 0) return std::make_unique<HostExecutor<LosesBlocks>>(memory);
     if (device == 1) return std::make_unique<HostExecutor<LosesLanes>>(memory);
-    return std::make_unique<HostExecutor<Right>>(memory);
+    return std::make_unique<HostExecutor<Right>>(device == 2 ? std::size_t{1000} : memory);
   }
 };
 
