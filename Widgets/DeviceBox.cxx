@@ -11,10 +11,11 @@
 #include <QVBoxLayout>
 
 #include <algorithm>
+#include <utility>
 
 namespace innergs::ui {
 
-DeviceBox::DeviceBox(QWidget* parent)
+DeviceBox::DeviceBox(QWidget* parent, std::function<DeviceList()> find)
     : QWidget(parent), combo_(new QComboBox(this)), reason_(makeWrappedLabel("deviceReason", this)) {
   combo_->setObjectName("device");
   combo_->addItem(tr("Automatic"), "auto");
@@ -34,7 +35,8 @@ DeviceBox::DeviceBox(QWidget* parent)
   connect(combo_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &DeviceBox::changed);
 
   auto found = std::make_shared<DeviceList>();
-  listing_.reset(QThread::create([found] { *found = otherDevices(); }));
+  listing_.reset(
+      QThread::create([found, find = std::move(find)] { *found = find ? find() : otherDevices(); }));
   connect(listing_.get(), &QThread::finished, this, [this, found] {
     listing_->wait();
     listing_.reset();
@@ -66,14 +68,15 @@ void DeviceBox::setReason(const QString& reason) {
 
 void DeviceBox::list(const std::vector<DeviceInfo>& devices, const QString& problem) {
   for (std::size_t n = 0; n < devices.size(); ++n) {
-    const QString id = QString("cuda:%1").arg(n);
-    const QString text =
-        tr("%1 (%2, %3 free)")
-            .arg(QString::fromStdString(devices[n].name), id, memorySize(devices[n].freeMemory));
-    if (const int known = combo_->findData(id); known >= 0)
-      combo_->setItemText(known, text);
-    else
-      combo_->addItem(text, id);
+    const QString id = QString("cuda:%1").arg(n), name = QString::fromStdString(devices[n].name);
+    const QString refused = sentence(QString::fromStdString(devices[n].refused));
+    const QString text = refused.isEmpty()
+                             ? tr("%1 (%2, %3 free)").arg(name, id, memorySize(devices[n].freeMemory))
+                             : tr("%1 (%2, not used)").arg(name, id);
+    if (combo_->findData(id) < 0) combo_->addItem(text, id);
+    const int item = combo_->findData(id);
+    combo_->setItemText(item, text);
+    combo_->setItemData(item, refused, Qt::ToolTipRole);
   }
   markMissing();
   if (!problem.isEmpty()) combo_->setItemData(0, sentence(problem), Qt::ToolTipRole);

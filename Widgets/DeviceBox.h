@@ -2,6 +2,7 @@
 #include <QThread>
 #include <QWidget>
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -10,7 +11,8 @@ class QLabel;
 
 namespace innergs {
 struct DeviceInfo;
-}
+struct DeviceList;
+} // namespace innergs
 
 namespace innergs::ui {
 
@@ -18,7 +20,8 @@ namespace innergs::ui {
 class DeviceBox : public QWidget {
   Q_OBJECT
 public:
-  explicit DeviceBox(QWidget* parent = nullptr);
+  /// find: what looks for devices, on a thread of its own; empty: innergs::otherDevices.
+  explicit DeviceBox(QWidget* parent = nullptr, std::function<DeviceList()> find = {});
   ~DeviceBox() override;
   /// As in Settings: "auto", "cpu", "cuda:N".
   QString device() const;

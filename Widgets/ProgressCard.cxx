@@ -150,9 +150,11 @@ void ProgressCard::showRemaining(double seconds) {
   sinceRemaining_.start();
 }
 
-void ProgressCard::setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+bool ProgressCard::setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+  const bool before = !preview_->isEmpty();
   preview_->setImage(image, ijkToRAS);
   preview_->setVisible(!preview_->isEmpty());
+  return !before && !preview_->isEmpty();
 }
 
 void ProgressCard::setCancelling() {

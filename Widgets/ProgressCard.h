@@ -24,7 +24,8 @@ public:
   void begin();
   /// Shown at once when the phase changes, else a few times a second.
   void setProgress(const Progress& progress);
-  void setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  /// Whether it is the first one.
+  bool setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
   void setCancelling();
   /// What is worth keeping after the end: the chart.
   void finish();
