@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda install clean dependencies
+.PHONY: build demo test bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda app screenshots install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -14,6 +14,17 @@ test: dependencies
 	cmake --preset default --log-level=WARNING
 	cmake --build --preset default
 	ctest --preset default
+
+# The desktop app: built and started. Files: build/bin/innergs-app FILES...
+app: dependencies
+	cmake --preset default --log-level=WARNING
+	cmake --build --preset default --target innergs_app innergs_plugins
+	build/bin/innergs-app
+
+screenshots: dependencies
+	cmake --preset default --log-level=WARNING
+	cmake --build --preset default --target innergs_screenshots
+	Utilities/screenshots.sh build/bin/innergs_screenshots Docs/screenshots
 
 bench: dependencies
 	cmake --preset default -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING

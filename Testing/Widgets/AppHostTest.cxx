@@ -4,6 +4,7 @@
 #include "IO/ModelFile.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
+#include "Widgets/App/Files.h"
 
 #include <QElapsedTimer>
 #include <QSignalSpy>
@@ -328,6 +329,22 @@ private Q_SLOTS:
     QCOMPARE(app::recentFiles().size(), 10);
     QCOMPARE(app::recentFiles().first(), QString("/a/8.nii"));
     QVERIFY(QFile::exists(sandbox_->path("settings.ini"))); // not among the user's
+  }
+
+  void opensTheSampleBrainOrSaysHowToGetIt() {
+    QSignalSpy opened(host_.get(), &AppHost::opened), failed(host_.get(), &AppHost::openFailed);
+    host_->openSample();
+    QTRY_VERIFY_WITH_TIMEOUT(opened.size() + failed.size() == 1, 60000);
+    if (app::sampleBrain().isEmpty()) {
+      QVERIFY(failed.first().at(1).toString().contains("mricron-data"));
+      return;
+    }
+    const auto& volumes = host_->document().volumes();
+    QCOMPARE(int(volumes.size()), 2);
+    QCOMPARE(opened.first().first().toString(), volumes[0]->id);
+    QVERIFY(std::abs(volumes[0]->volume->geometry.spacing[2] - 5 * volumes[1]->volume->geometry.spacing[2]) <
+            1e-6);
+    QVERIFY(!host_->document().hasUnsaved());
   }
 
   void opensRealFiles() {

@@ -154,6 +154,30 @@ void AppHost::open(const QStringList& paths) {
   }
 }
 
+void AppHost::openSample() {
+  const QString brain = sampleBrain();
+  background_->run(tr("Opening the sample brain"), [this, brain] {
+    auto items = std::make_shared<std::vector<VolumeItem>>();
+    const QString sentence =
+        brain.isEmpty() ? howToGetSampleBrain() : sentenceOf([&] { *items = makeSample(brain); });
+    return [this, items, sentence] {
+      if (!sentence.isEmpty()) {
+        Q_EMIT logged(sentence);
+        Q_EMIT openFailed({}, sentence);
+        return;
+      }
+      QString first;
+      for (VolumeItem& item : *items) {
+        const QString id = document_.add(std::move(item));
+        if (first.isEmpty()) first = id;
+      }
+      Q_EMIT logged(
+          tr("Opened the sample: a scan with 5 mm slices made from the Colin 27 head, and the head."));
+      Q_EMIT opened(first, {});
+    };
+  });
+}
+
 QString AppHost::folder() const {
   return appSettings()->value(QStringLiteral("folder"), QDir::homePath()).toString();
 }

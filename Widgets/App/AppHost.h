@@ -42,6 +42,8 @@ public:
 
   /// Reads files and DICOM folders one after another on a thread; each ends with opened() or openFailed().
   void open(const QStringList& paths);
+  /// The sample brain; the same way.
+  void openSample();
   /// Files of any kind by their extension; "" or a sentence. Keeps the windows painting meanwhile.
   QString save(const QString& id, const QString& file);
 

@@ -9,11 +9,14 @@
 
 namespace innergs::app {
 
-Background::Background(QObject* parent)
-    : QObject(parent), thread_([this](const std::stop_token& stop) { loop(stop); }) {}
+Background::Background(QObject* parent) : QObject(parent), thread_([this] { loop(); }) {}
 
 Background::~Background() {
-  thread_.request_stop();
+  {
+    const std::lock_guard lock(mutex_);
+    quit_ = true;
+  }
+  toDo_.notify_one();
   thread_.join();
 }
 
@@ -36,12 +39,13 @@ void Background::runAndWait(const QString& text, const std::function<void()>& wo
   loop.exec(QEventLoop::ExcludeUserInputEvents);
 }
 
-void Background::loop(const std::stop_token& stop) {
+void Background::loop() {
   for (;;) {
     Item item;
     {
       std::unique_lock lock(mutex_);
-      if (!toDo_.wait(lock, stop, [&] { return !items_.empty(); }) || stop.stop_requested()) return;
+      toDo_.wait(lock, [&] { return quit_ || !items_.empty(); });
+      if (quit_) return;
       item = std::move(items_.front());
       items_.pop_front();
     }

@@ -35,13 +35,14 @@ private:
     QString text;
     Work work;
   };
-  void loop(const std::stop_token& stop);
+  void loop();
 
   int open_ = 0; // main thread
   std::mutex mutex_;
-  std::condition_variable_any toDo_;
+  std::condition_variable toDo_;
+  bool quit_ = false;
   std::deque<Item> items_;
-  std::jthread thread_;
+  std::thread thread_;
 };
 
 /// What `task` throws, as one sentence; "" when it went well.

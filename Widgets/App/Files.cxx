@@ -1,6 +1,7 @@
 #include "Widgets/App/Files.h"
 
 #include "Core/Error.h"
+#include "Core/Simulate.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -111,6 +112,16 @@ QString sampleBrain() {
     if (QFileInfo(file).isReadable()) return file;
   }
   return {};
+}
+
+std::vector<VolumeItem> makeSample(const QString& brain) {
+  constexpr int thickness = 5; // voxels of 1 mm
+  Volume head = readVolume(pathOf(brain));
+  Stack scan = simulateThickStack(head, 2, thickness);
+  std::vector<VolumeItem> items;
+  items.push_back(makeItem(std::move(scan.image), tr("Brain, 5 mm slices"), {}, scan.thickness, 2));
+  items.push_back(makeItem(std::move(head), tr("Brain, 1 mm"), brain));
+  return items;
 }
 
 QString howToGetSampleBrain() {

@@ -29,6 +29,8 @@ QString modelFilter();
 
 /// The packaged brain of the demo; "" where it is not installed.
 QString sampleBrain();
+/// A scan with 5 mm axial slices, simulated from that brain, and the brain itself to compare with.
+std::vector<VolumeItem> makeSample(const QString& brain);
 /// How to get it, a sentence.
 QString howToGetSampleBrain();
 

@@ -18,6 +18,7 @@
 #include <QSettings>
 #include <QStatusBar>
 #include <QStyle>
+#include <QVBoxLayout>
 
 namespace innergs::app {
 namespace {
@@ -77,8 +78,10 @@ MainWindow::MainWindow(QWidget* parent)
     }
   });
   connect(host_, &AppHost::opened, this, [this](const QString& id, const QString& path) {
-    addRecentFile(path);
-    fillRecent();
+    if (!path.isEmpty()) {
+      addRecentFile(path);
+      fillRecent();
+    }
     if (host_->document().volume(id)) state_->setVolumeId(id);
     list_->setCurrentId(id);
   });
@@ -116,6 +119,10 @@ QDockWidget* MainWindow::addDock(QWidget* content, const char* name, const QStri
   auto* dock = new QDockWidget(title, this);
   dock->setObjectName(QString::fromLatin1(name));
   if (scrolled) {
+    if (QLayout* inner = content->layout(); inner && inner->contentsMargins().left() == 0) {
+      const int gap = fontMetrics().averageCharWidth();
+      inner->setContentsMargins(gap, gap, gap, gap);
+    }
     auto* area = new PanelArea(dock);
     area->setWidgetResizable(true);
     area->setFrameShape(QFrame::NoFrame);
@@ -134,10 +141,15 @@ void MainWindow::makeDocks() {
   reconstruction_ = new ui::ReconstructionPanel(host_, this);
   query_ = new ui::QueryPanel(host_, this);
   model_ = new ui::ModelPanel(host_, this);
+  auto* modelTop = new QWidget(this); // at the top: its lines are not spread
+  auto* modelLayout = new QVBoxLayout(modelTop);
+  modelLayout->setContentsMargins(0, 0, 0, 0);
+  modelLayout->addWidget(model_);
+  modelLayout->addStretch(1);
   QDockWidget* data = addDock(list_, "dataDock", tr("Data"), false);
   QDockWidget* panels[] = {addDock(reconstruction_, "reconstructDock", tr("Reconstruct"), true),
                            addDock(query_, "queryDock", tr("Slice query"), true),
-                           addDock(model_, "modelDock", tr("Model"), true),
+                           addDock(modelTop, "modelDock", tr("Model"), true),
                            addDock(new ui::LogPanel(host_, this), "logDock", tr("Log"), false)};
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
   addDockWidget(Qt::LeftDockWidgetArea, data);
@@ -147,7 +159,7 @@ void MainWindow::makeDocks() {
   }
   panels[0]->raise();
   const int line = fontMetrics().height();
-  resizeDocks({data, panels[0]}, {9 * line, 40 * line}, Qt::Vertical);
+  resizeDocks({data, panels[0]}, {11 * line, 40 * line}, Qt::Vertical);
   resizeDocks({panels[0]}, {50 * fontMetrics().averageCharWidth()}, Qt::Horizontal);
 }
 
@@ -179,12 +191,14 @@ void MainWindow::updateActions() {
   setWindowTitle(shown ? QStringLiteral("%1[*] — InnerGS").arg(shown->name) : QStringLiteral("InnerGS[*]"));
 }
 
-void MainWindow::reconstructAll() {
+void MainWindow::reconstruct(bool all) {
   ui::Request request = reconstruction_->request();
-  request.inputs.clear();
-  for (const auto& item : host_->document().volumes())
-    request.inputs.push_back({item->id});
-  reconstruction_->setRequest(request);
+  if (all) {
+    request.inputs.clear();
+    for (const auto& item : host_->document().volumes())
+      request.inputs.push_back({item->id});
+    reconstruction_->setRequest(request);
+  }
   showPanel(QStringLiteral("reconstructDock"));
   reconstruction_->startOrCancel();
 }

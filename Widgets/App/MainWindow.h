@@ -39,8 +39,9 @@ public:
 
   /// Opens files and DICOM folders on a thread; the views show the last volume.
   void open(const QStringList& paths);
-  /// Reconstructs from all volumes that are open, with the panel's settings.
-  void reconstructAll();
+  void openSample();
+  /// Presses Reconstruct; with `all`, from all volumes that are open.
+  void reconstruct(bool all);
 
 protected:
   void closeEvent(QCloseEvent* event) override;
@@ -63,7 +64,6 @@ private:
 
   void openFiles();
   void openFolder();
-  void openSample();
   /// Asks where; false when it was not written.
   bool saveAs(const QString& id);
   /// Asks when the item is not saved.

@@ -56,11 +56,7 @@ void MainWindow::openFolder() {
 }
 
 void MainWindow::openSample() {
-  const QString file = sampleBrain();
-  if (file.isEmpty())
-    tell(howToGetSampleBrain());
-  else
-    open({file});
+  host_->openSample();
 }
 
 bool MainWindow::saveAs(const QString& id) {

@@ -1,7 +1,6 @@
 #include "Widgets/App/MainWindow.h"
 
 #include "Widgets/App/AppSettings.h"
-#include "Widgets/App/Files.h"
 
 #include <QAction>
 #include <QActionGroup>
@@ -45,7 +44,9 @@ void MainWindow::makeFileMenu() {
   recent_->setObjectName(QStringLiteral("recentMenu"));
   fillRecent();
   add(menu, "openSample", tr("Open Sample &Brain"),
-      tr("A T1 head (Colin 27) that comes with the package mricron-data"), [this] { openSample(); });
+      tr("A scan with 5 mm slices made from a T1 head (Colin 27, package mricron-data), and the head to "
+         "compare with"),
+      [this] { openSample(); });
   menu->addSeparator();
   saveVolume_ = add(
       menu, "saveVolume", tr("&Save Volume As…"), tr("The volume that the views show"),

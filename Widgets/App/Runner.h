@@ -8,6 +8,7 @@
 
 #include <mutex>
 #include <optional>
+#include <stop_token>
 #include <thread>
 
 namespace innergs::app {

@@ -216,8 +216,8 @@ void SliceView::showPlane() {
 void SliceView::placeLetters() {
   Scene& s = *scene_;
   const double ratio = devicePixelRatioF();
-  const int size = static_cast<int>(ratio * QFontMetrics(font()).ascent() * 1.2);
-  const double w = ratio * width(), h = ratio * height(), margin = 0.4 * size;
+  const int size = static_cast<int>(QFontMetrics(font()).ascent() * 1.2); // VTK scales it as the screen is
+  const double w = ratio * width(), h = ratio * height(), margin = 0.4 * ratio * size;
   const double x[] = {margin, w - margin, w / 2, w / 2}, y[] = {h / 2, h / 2, h - margin, margin};
   for (int n = 0; n < 4; ++n) {
     vtkTextProperty* text = s.letters[n]->GetTextProperty();

@@ -1,11 +1,9 @@
 #include "Widgets/App/Startup.h"
 
 #include "Widgets/App/Background.h"
-#include "Widgets/App/Files.h"
 #include "Widgets/App/MainWindow.h"
 
 #include <QApplication>
-#include <QMessageBox>
 #include <QPalette>
 #include <QPixmap>
 #include <QStyleFactory>
@@ -33,14 +31,12 @@ void takePicture(MainWindow* window, const QString& file, bool failed) {
 void carryOut(MainWindow* window, const CommandLine& line) {
   AppHost* host = window->host();
   QStringList files = line.files;
-  if (line.sample) files << sampleBrain();
   files.removeAll(QString());
-  auto failed = std::make_shared<bool>(line.sample && sampleBrain().isEmpty());
+  auto failed = std::make_shared<bool>(false);
   const auto complain = [failed](const QString& sentence) {
     *failed = true;
     QTextStream(stderr) << "innergs-app: " << sentence << "\n";
   };
-  if (*failed) complain(howToGetSampleBrain());
   QObject::connect(host, &AppHost::openFailed, window,
                    [complain](const QString&, const QString& sentence) { complain(sentence); });
   const auto end = [window, line, failed] {
@@ -57,13 +53,13 @@ void carryOut(MainWindow* window, const CommandLine& line) {
       complain(sentence);
       end();
     });
-    window->reconstructAll();
+    window->reconstruct(!line.sample);
     if (!host->isRunning()) { // the panel says why
       complain(QObject::tr("The reconstruction cannot start: open a volume first."));
       end();
     }
   };
-  if (files.isEmpty()) {
+  if (files.isEmpty() && !line.sample) {
     QTimer::singleShot(0, window, afterOpening);
     return;
   }
@@ -73,6 +69,7 @@ void carryOut(MainWindow* window, const CommandLine& line) {
     once->deleteLater();
     afterOpening();
   });
+  if (line.sample) window->openSample();
   window->open(files);
 }
 

@@ -1,0 +1,117 @@
+// Writes the pictures of Docs/screenshots: drives the app as a person would, from the sample brain.
+// Usage: innergs_screenshots FOLDER [all|scaled]
+#include "Widgets/App/Background.h"
+#include "Widgets/App/MainWindow.h"
+#include "Widgets/App/Startup.h"
+#include "Widgets/QueryPanel.h"
+#include "Widgets/ReconstructionPanel.h"
+
+#include <QVTKOpenGLNativeWidget.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+
+#include <QApplication>
+#include <QElapsedTimer>
+#include <QPixmap>
+#include <QScrollArea>
+#include <QSurfaceFormat>
+#include <QTextStream>
+
+#include <cmath>
+#include <functional>
+
+namespace {
+
+using innergs::app::MainWindow;
+
+bool waitFor(const std::function<bool()>& condition, int limit) {
+  QElapsedTimer timer;
+  timer.start();
+  while (!condition() && timer.elapsed() < limit)
+    QCoreApplication::processEvents(QEventLoop::AllEvents, 50);
+  return condition();
+}
+
+void settle() {
+  waitFor([] { return false; }, 1200); // estimates, previews and views are drawn a moment later
+}
+
+bool save(QWidget* widget, const QString& file) {
+  settle();
+  const bool written = widget->grab().save(file, "PNG");
+  QTextStream(written ? stdout : stderr) << (written ? "" : "cannot write ") << file << "\n";
+  return written;
+}
+
+/// The part of a panel, brought into view.
+QWidget* shown(MainWindow& window, const char* name) {
+  auto* part = window.findChild<QWidget*>(QString::fromLatin1(name));
+  for (QWidget* above = part; above; above = above->parentWidget())
+    if (auto* area = qobject_cast<QScrollArea*>(above)) area->ensureWidgetVisible(part, 0, 0);
+  return part;
+}
+
+void showObliquePlane(MainWindow& window) {
+  window.showPanel(QStringLiteral("queryDock"));
+  const double c = std::cos(0.5), s = std::sin(0.5);
+  const double plane[16] = {-c, 0, s, 0, 0, 1, 0, -18, -s, 0, -c, 12, 0, 0, 0, 1};
+  vtkNew<vtkMatrix4x4> matrix;
+  matrix->DeepCopy(plane);
+  window.query()->setPlane(matrix);
+}
+
+} // namespace
+
+int main(int argc, char** argv) {
+  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
+  QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
+  QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
+#endif
+  QApplication app(argc, argv);
+  if (argc < 2) return 2;
+  const QString folder = QString::fromLocal8Bit(argv[1]) + QLatin1Char('/');
+  const bool scaled = argc > 2 && QString::fromLocal8Bit(argv[2]) == QLatin1String("scaled");
+  MainWindow window;
+  window.resize(1440, 900);
+  window.show();
+  auto* host = window.host();
+  QObject::connect(host, &innergs::app::AppHost::failed,
+                   [](const QString& sentence) { QTextStream(stderr) << sentence << "\n"; });
+  window.openSample();
+  if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().volumes().empty())
+    return 1;
+  innergs::ui::Request request = window.reconstruction()->request();
+  request.settings.preset = innergs::Preset::Fast;
+  request.evaluateQuality = !scaled;
+  request.qualityGap = 2;
+  window.reconstruction()->setRequest(request);
+  bool good = scaled || save(&window, folder + QStringLiteral("app-start.png"));
+  bool ended = false;
+  QObject::connect(host, &innergs::ui::Host::failed, [&] { ended = true; });
+  QObject::connect(host, &innergs::ui::Host::finished, [&] { ended = true; });
+  window.reconstruct(false);
+  if (!scaled) {
+    waitFor([&] { return ended; }, 6000);
+    good = save(&window, folder + QStringLiteral("app-running.png")) && good;
+  }
+  if (!waitFor([&] { return ended; }, 1200000) || host->document().models().empty()) return 1;
+  shown(window, "qualityCard");
+  good = save(&window, folder + QString::fromLatin1(scaled ? "app-150.png" : "app-result.png")) && good;
+  if (!scaled) good = save(shown(window, "qualityCard"), folder + QStringLiteral("quality-card.png")) && good;
+  if (scaled) return good ? 0 : 1;
+  showObliquePlane(window);
+  good = save(&window, folder + QStringLiteral("app-query.png")) && good;
+  window.showPanel(QStringLiteral("modelDock"));
+  host->showEllipsoids(host->document().models().front()->id, true);
+  window.views()->threeD()->setPlanesShown(false);
+  good = save(&window, folder + QStringLiteral("app-model.png")) && good;
+  host->showEllipsoids(host->document().models().front()->id, false);
+  window.views()->threeD()->setPlanesShown(true);
+  window.views()->threeD()->setVolumeRendered(true);
+  innergs::app::useDarkPalette();
+  window.showPanel(QStringLiteral("reconstructDock"));
+  shown(window, "qualityCard");
+  good = save(&window, folder + QStringLiteral("app-dark.png")) && good;
+  return good ? 0 : 1;
+}
