@@ -12,7 +12,7 @@ namespace innergs::ui {
 
 namespace {
 
-constexpr int kLayoutDelay = 50; // ms
+constexpr int kLayoutDelays[] = {50, 400}; // ms: the layout takes longer on a busy machine
 
 /// Takes whatever width there is, and the height that its text then needs: no more, so that a panel of
 /// them is not taller than it must be.
@@ -67,10 +67,11 @@ void guardWheel(QWidget* parent) {
 }
 
 void reveal(QWidget* widget) {
-  QTimer::singleShot(kLayoutDelay, widget, [widget] {
-    for (QWidget* parent = widget->parentWidget(); parent; parent = parent->parentWidget())
-      if (auto* area = qobject_cast<QScrollArea*>(parent)) return area->ensureWidgetVisible(widget, 0, 0);
-  });
+  for (const int delay : kLayoutDelays)
+    QTimer::singleShot(delay, widget, [widget] {
+      for (QWidget* parent = widget->parentWidget(); parent; parent = parent->parentWidget())
+        if (auto* area = qobject_cast<QScrollArea*>(parent)) return area->ensureWidgetVisible(widget, 0, 0);
+    });
 }
 
 } // namespace innergs::ui

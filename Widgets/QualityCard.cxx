@@ -15,7 +15,8 @@
 namespace innergs::ui {
 namespace {
 
-constexpr double kSameQuality = 0.1; // dB that nobody sees
+constexpr double kSameQuality = 0.1;     // dB that nobody sees
+constexpr double kSameStructure = 0.005; // SSIM
 
 bool isOurs(const QualityRow& row) {
   return row.method.compare("gaussians", Qt::CaseInsensitive) == 0 ||
@@ -37,6 +38,15 @@ QString decibel(double psnr) {
   return std::isfinite(psnr) ? QLocale().toString(psnr, 'f', 2) : QString::fromUtf8("–");
 }
 
+/// Where SSIM tells another story than PSNR.
+QString structureText(const QVector<QualityRow>& rows, const QualityRow& ours) {
+  const QualityRow* best = nullptr;
+  for (const QualityRow& row : rows)
+    if (!isOurs(row) && std::isfinite(row.ssim) && (!best || row.ssim > best->ssim)) best = &row;
+  if (!best || !(best->ssim - ours.ssim >= kSameStructure)) return {};
+  return QualityCard::tr(" By SSIM, which judges structure, %1 is better.").arg(methodText(*best).toLower());
+}
+
 /// How InnerGS stands against the best of the others, in words.
 QString verdictText(const QVector<QualityRow>& rows) {
   const auto ours = std::find_if(rows.begin(), rows.end(), isOurs);
@@ -49,13 +59,15 @@ QString verdictText(const QVector<QualityRow>& rows) {
   if (gain >= kSameQuality)
     return QualityCard::tr("On slices that no method saw, InnerGS is %1 dB closer to the truth than the best "
                            "of the others (%2).")
-        .arg(by, other);
+               .arg(by, other) +
+           structureText(rows, *ours);
   if (gain <= -kSameQuality)
     return QualityCard::tr("On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS: use "
                            "it for this scan, or try the preset \"best\".")
         .arg(by, other);
   return QualityCard::tr("On slices that no method saw, InnerGS is as good as the best of the others (%1).")
-      .arg(other);
+             .arg(other) +
+         structureText(rows, *ours);
 }
 
 } // namespace
@@ -101,7 +113,7 @@ void QualityCard::setReport(const Report& report) {
   set(verdict_, verdictText(report.quality));
   setTable(report.quality);
   set(samples_,
-      report.quality.isEmpty() ? QString() : tr("Scored on held-out slices: %1").arg(report.qualitySamples));
+      report.quality.isEmpty() ? QString() : tr("Scored on held-out slices. %1").arg(report.qualitySamples));
   if (std::isfinite(report.heldOutPsnr))
     set(heldOut_,
         tr("%1 dB PSNR on held-out slices, withheld from this fit.").arg(decibel(report.heldOutPsnr)));

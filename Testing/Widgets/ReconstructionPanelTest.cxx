@@ -158,7 +158,8 @@ private Q_SLOTS:
     QCOMPARE(label("resultSummary"),
              QString("Done in 1 min 23 s. 74,088 Gaussians. On the CPU. The CUDA backend is not installed."));
     QVERIFY(label("qualityVerdict").startsWith("On slices that no method saw, InnerGS is 1.5 dB closer"));
-    QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices: Every 4th slice"));
+    QVERIFY(!label("qualityVerdict").contains("SSIM")); // it tells the same
+    QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices. Every 4th slice"));
     QCOMPARE(label("quality-1-0"), QString("InnerGS"));
     QCOMPARE(label("quality-1-1"), QString("31.62"));
     QCOMPARE(label("quality-2-0"), QString("Linear interpolation"));
@@ -175,6 +176,15 @@ private Q_SLOTS:
     finish(report);
     QVERIFY(
         label("qualityVerdict").contains("linear interpolation is 1.2 dB closer to the truth than InnerGS"));
+  }
+
+  void worseStructureIsSaid() {
+    Report report = FakeHost::exampleReport();
+    report.quality = {{"gaussians", 27.4, 0.838}, {"linear", 27.02, 0.848}, {"cubic", 27.0, 0.852}};
+    finish(report);
+    QVERIFY(label("qualityVerdict").contains("InnerGS is 0.4 dB closer to the truth"));
+    QVERIFY(
+        label("qualityVerdict").endsWith("By SSIM, which judges structure, cubic interpolation is better."));
   }
 
   void withoutHeldOutSamplesItSaysSo() {
