@@ -56,6 +56,8 @@ def main():
     slicer.util.selectModule("InnerGS")
     for scan in scans[1:]:
         find("ParameterNodeComboBox").currentNode().AddInputVolumeNode(scan)
+    if len(scans) > 1:  # what is measured is the first scan alone
+        find("evaluateQuality").setChecked(False)
     find("preset").setCurrentIndex(0)
     rest(2)
     picture("panel")
