@@ -53,7 +53,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
   thickness_->setSuffix(tr(" mm"));
   thickness_->setKeyboardTracking(false);
   thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
-                            "auto (0): the distance between slices."));
+                            "auto (0): as the file says, else the distance between slices."));
 
   profile_->setObjectName("sliceProfile");
   profile_->addItem(tr("point"), 0);
@@ -174,8 +174,10 @@ void InputRow::refresh() {
   const bool known = !info.name.isEmpty();
   const int chosen = axis_->currentData().toInt();
   const int axis = std::clamp(chosen < 0 ? info.sliceAxis : chosen, 0, 2);
-  thickness_->setSpecialValueText(known ? tr("auto (%1 mm)").arg(lengthText(info.spacing[axis]))
-                                        : tr("auto"));
+  const bool said = info.sliceThickness > 0 && axis == info.sliceAxis;
+  thickness_->setSpecialValueText(
+      known ? tr("auto (%1 mm)").arg(lengthText(said ? info.sliceThickness : info.spacing[axis]))
+            : tr("auto"));
   thickness_->setMinimumWidth(thickness_->sizeHint().width()); // the hint for the minimum leaves the unit out
   axis_->setItemText(0,
                      known ? tr("auto (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)]) : tr("auto"));

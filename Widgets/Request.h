@@ -52,6 +52,7 @@ struct VolumeInfo {
   int sliceAxis = 2;                 // what −1 in InputChoice leads to
   QString orientation;               // of its slices: "axial", "coronal", "sagittal", "oblique"
   std::array<double, 2> range{0, 0}; // of its intensities
+  double sliceThickness = 0;         // mm, as the file says: what 0 in InputChoice leads to; 0: it does not
 };
 
 /// What a reconstruction will take, before the start.

@@ -352,7 +352,7 @@ private Q_SLOTS:
     if (dicom.isEmpty() || minc.isEmpty()) QSKIP("no test data: INNERGS_TEST_DATA is not set or incomplete");
     const QString id = openAndWait(*host_, dicom);
     QVERIFY(!id.isEmpty());
-    QVERIFY(host_->document().volume(id)->thickness > 0);
+    QVERIFY(host_->volumeInfo(id).sliceThickness > 0);
     QSignalSpy logged(host_.get(), &AppHost::logged);
     QVERIFY(!openAndWait(*host_, minc).isEmpty());
     QVERIFY(logged.last().first().toString().contains("frames"));

@@ -343,6 +343,14 @@ private Q_SLOTS:
     QVERIFY(window_->isVisible());
   }
 
+  void closedWhileAFileIsRead() {
+    window_->open({writeBall(*sandbox_, "large.nii.gz", {128, 128, 60}, {1, 1, 1})});
+    QVERIFY(host().background().isBusy());
+    QVERIFY(!window_->close());
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 20000);
+    QVERIFY(!host().background().isBusy());
+  }
+
   void windowDeletedWhileRunning() {
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     setQuick(true);

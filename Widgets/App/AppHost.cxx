@@ -52,6 +52,7 @@ ui::VolumeInfo AppHost::volumeInfo(const QString& id) const {
   info.sliceAxis = item->sliceAxis;
   info.orientation = orientationOf(geometry, item->sliceAxis);
   info.range = item->range;
+  info.sliceThickness = item->thickness;
   return info;
 }
 

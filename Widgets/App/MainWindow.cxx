@@ -20,6 +20,8 @@
 #include <QStyle>
 #include <QVBoxLayout>
 
+#include <utility>
+
 namespace innergs::app {
 namespace {
 
@@ -71,6 +73,11 @@ MainWindow::MainWindow(QWidget* parent)
     busyText_->setText(text);
     busyText_->setVisible(!text.isEmpty());
     busy_->setVisible(!text.isEmpty());
+    if (text.isEmpty() && std::exchange(closeWhenIdle_, false)) {
+      QMetaObject::invokeMethod(
+          this, [this] { close(); }, Qt::QueuedConnection);
+      errors_.clear();
+    }
     if (text.isEmpty() && !errors_.isEmpty()) {
       const QStringList sentences = errors_;
       errors_.clear();
@@ -87,6 +94,10 @@ MainWindow::MainWindow(QWidget* parent)
   });
   connect(host_, &AppHost::openFailed, this,
           [this](const QString&, const QString& sentence) { errors_ << sentence; });
+  connect(host_, &AppHost::logged, this, [this](const QString& line) {
+    constexpr int shown = 8000; // ms
+    statusBar()->showMessage(line, shown);
+  });
   connect(host_, &AppHost::finished, this, &MainWindow::showFinished);
   connect(host_, &AppHost::failed, this, &MainWindow::reconstructionEnded);
   connect(host_, &AppHost::cancelled, this, &MainWindow::reconstructionEnded);

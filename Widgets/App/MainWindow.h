@@ -89,7 +89,7 @@ private:
   QProgressBar* busy_ = nullptr;
   QString modelId_; // that the menus act on
   QStringList errors_;
-  bool closeWhenEnded_ = false;
+  bool closeWhenEnded_ = false, closeWhenIdle_ = false;
 };
 
 } // namespace innergs::app

@@ -137,7 +137,11 @@ bool MainWindow::mayDiscard() {
 
 void MainWindow::closeEvent(QCloseEvent* event) {
   event->ignore();
-  if (closeWhenEnded_ || host_->background().isBusy()) return; // an answer is under way
+  if (closeWhenEnded_) return;
+  if (host_->background().isBusy()) { // a file is read or written: closed when that is done
+    closeWhenIdle_ = true;
+    return;
+  }
   if (host_->isRunning()) {
     auto* box =
         new QMessageBox(QMessageBox::Question, QStringLiteral("InnerGS"),

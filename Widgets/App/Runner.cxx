@@ -24,9 +24,10 @@ constexpr int kInterpolations = 3; // that protocol H compares with
 Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels) {
   Stack stack;
   stack.name = item.name.toStdString();
-  stack.thickness = choice.sliceThickness > 0 ? choice.sliceThickness : item.thickness;
   stack.profile = static_cast<SliceProfile>(std::clamp(choice.sliceProfile, 0, 2));
   const int axis = choice.sliceAxis >= 0 && choice.sliceAxis <= 2 ? choice.sliceAxis : item.sliceAxis;
+  stack.thickness = choice.sliceThickness;
+  if (stack.thickness == 0 && axis == item.sliceAxis) stack.thickness = item.thickness;
   if (!voxels)
     stack.image.geometry = withSliceAxis(item.volume->geometry, axis);
   else if (axis == 2)
