@@ -62,8 +62,9 @@ QString verdictText(const QVector<QualityRow>& rows) {
                .arg(by, other) +
            structureText(rows, *ours);
   if (gain <= -kSameQuality)
-    return QualityCard::tr("On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS: use "
-                           "it for this scan, or try the preset \"best\".")
+    return QualityCard::tr(
+               "On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS: try the "
+               "preset \"best\", or keep to interpolation for this scan.")
         .arg(by, other);
   return QualityCard::tr("On slices that no method saw, InnerGS is as good as the best of the others (%1).")
              .arg(other) +

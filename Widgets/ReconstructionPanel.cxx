@@ -151,7 +151,7 @@ Request ReconstructionPanel::request() const {
   request.settings.device = device_->device().toStdString();
   request.heldOutFraction = heldOut_->value() / 100;
   request.evaluateQuality = evaluate_->isChecked();
-  request.qualityGap = gap_->value();
+  request.qualityGap = gap_->value() > 1 ? gap_->value() : 0;
   return request;
 }
 
@@ -166,7 +166,7 @@ void ReconstructionPanel::setRequest(const Request& request) {
   settings_->setSettings(request.settings);
   heldOut_->setValue(100 * request.heldOutFraction);
   evaluate_->setChecked(request.evaluateQuality);
-  gap_->setValue(request.qualityGap);
+  gap_->setValue(std::max(1, request.qualityGap));
   quiet_ = false;
   explain();
   estimateTimer_.start();

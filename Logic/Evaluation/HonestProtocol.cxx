@@ -39,6 +39,11 @@ void checkCase(const HonestCase& c) {
     throw Error(ErrorCode::InvalidArgument, "The noise must be finite and at least zero.");
 }
 
+HonestCase resolved(HonestCase c, const GridGeometry& geometry) {
+  if (c.kind == HonestCase::Kind::KeepEvery && c.factor == 0) c.factor = usualGap(geometry);
+  return c;
+}
+
 std::string caseName(const HonestCase& c) {
   std::string name = c.kind == HonestCase::Kind::KeepEvery ? format("keep-every-%d", c.factor)
                      : c.kind == HonestCase::Kind::Thick
@@ -62,9 +67,27 @@ const char* const stackNames[3] = {"axial", "coronal", "sagittal"};
 
 } // namespace
 
-EvaluationInput honestInput(const Volume& volume, const HonestCase& c, std::uint64_t seed) {
-  checkCase(c);
+int usualGap(const GridGeometry& scan) {
+  const GridGeometry axial = withSliceAxis(scan, sliceAxis(scan, Plane::Axial));
+  return axial.spacing[2] > 1.4 * std::min(axial.spacing[0], axial.spacing[1]) ? 2 : 4;
+}
+
+ReconstructionInput keptOutline(const GridGeometry& scan, int factor) {
+  if (factor == 0) factor = usualGap(scan);
+  ReconstructionInput kept;
+  Stack& stack = kept.stacks.emplace_back();
+  GridGeometry& grid = stack.image.geometry;
+  kept.outputGrid = grid = withSliceAxis(scan, sliceAxis(scan, Plane::Axial));
+  grid.size[2] = std::max<std::int64_t>(2, (grid.size[2] - 1) / factor + 1);
+  grid.spacing[2] *= factor;
+  stack.thickness = kept.outputGrid->spacing[2];
+  return kept;
+}
+
+EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed) {
   checkGeometry(volume.geometry, "The volume");
+  const HonestCase c = resolved(honestCase, volume.geometry);
+  checkCase(c);
   EvaluationInput input;
   input.truth = withSliceAxis(volume, sliceAxis(volume.geometry, Plane::Axial));
   const std::vector<int> axes = stackAxes(input.truth.geometry, c);
@@ -96,7 +119,10 @@ EvaluationInput honestInput(const Volume& volume, const HonestCase& c, std::uint
   return input;
 }
 
-EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const EvaluationOptions& options) {
+EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCase,
+                                const EvaluationOptions& options) {
+  checkGeometry(volume.geometry, "The volume");
+  const HonestCase c = resolved(honestCase, volume.geometry);
   EvaluationInput input = honestInput(volume, c, options.settings.seed);
   const GridGeometry grid = input.truth.geometry;
   const bool several = input.stacks.size() > 1;
@@ -146,14 +172,19 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& c, const
       return backProject(input.stacks, grid, settings);
     });
 
-  const char* where =
+  const std::string where =
       c.kind == HonestCase::Kind::KeepEvery
-          ? "the withheld axial slices (those between the kept ones; no method saw them in any plane)"
+          ? format("the axial slices between the kept ones, every %s, %g mm apart (no method saw them in any "
+                   "plane)",
+                   c.factor == 2   ? "2nd"
+                   : c.factor == 3 ? "3rd"
+                                   : (std::to_string(c.factor) + "th").c_str(),
+                   c.factor * grid.spacing[2])
           : "the whole volume that the thick slices cover (no method saw the thin slices)";
   report.samples =
       format("%lld voxels: %s, inside the body mask of the truth (Otsu's threshold, largest component, "
              "holes filled).",
-             static_cast<long long>(report.voxels), where);
+             static_cast<long long>(report.voxels), where.c_str());
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

@@ -22,7 +22,7 @@ struct HonestCase {
     Orthogonal // `stacks` thick stacks (axial, coronal, sagittal), slices of `factor` voxels
   };
   Kind kind = Kind::KeepEvery;
-  int factor = 4;   // keep-every: 2…64; thickness in voxels: 2…64
+  int factor = 4;   // keep-every: 2…64, or 0: chosen by usualGap(); thickness in voxels: 2…64
   int stacks = 2;   // orthogonal: 2 or 3
   double noise = 0; // standard deviation added to the input, image units
 };
@@ -78,6 +78,13 @@ struct EvaluationInput {
   std::array<std::vector<std::int64_t>, 3> withheld; // slices withheld per lattice axis of truth (protocol P)
   std::array<std::vector<std::int64_t>, 3> scored;   // those of them that are not constant
 };
+
+/// What keep-every-n judges a scan as it was acquired with: 4, or 2 where its axial slices lie clearly
+/// farther apart than its pixels, so that what is scored stays near the task at hand.
+int usualGap(const GridGeometry& scan);
+/// The lattices of that case without voxels, for estimates: the kept slices and, as output, the scan's own.
+/// factor as in HonestCase.
+ReconstructionInput keptOutline(const GridGeometry& scan, int factor);
 
 EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed = 1);
 /// The three planes' stacks of one lattice are one stack for a method with one value per point: a voxel is

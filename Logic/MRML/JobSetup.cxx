@@ -311,16 +311,8 @@ double estimateSeconds(Parameters* parameters, vtkMRMLScene* scene) {
     const Settings settings = filter->MakeSettings();
     seconds = innergs::estimateSeconds(input, settings);
     if (seconds == 0 || !parameters->GetEvaluateQuality()) return;
-    // Protocol H: the first input with every n-th axial slice, on its own grid.
-    ReconstructionInput judged;
-    Stack& stack = judged.stacks.emplace_back();
-    GridGeometry& grid = stack.image.geometry;
-    const GridGeometry whole = input.stacks.front().image.geometry;
-    judged.outputGrid = grid = withSliceAxis(whole, innergs::sliceAxis(whole, Plane::Axial));
-    grid.size[2] = std::max<std::int64_t>(2, (grid.size[2] - 1) / parameters->GetQualityGap() + 1);
-    grid.spacing[2] *= parameters->GetQualityGap();
-    stack.thickness = judged.outputGrid->spacing[2];
-    seconds += innergs::estimateSeconds(judged, settings);
+    seconds += innergs::estimateSeconds(
+        keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap()), settings);
   });
   return seconds;
 }

@@ -180,12 +180,13 @@ public:
   /// Share of each input's slices withheld from the fit to report the quality on them; 0 (default) to 0.5.
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);
-  /// Also judge the settings on the first input by protocol H: keep every QualityGap-th axial slice, score
-  /// the others beside linear, cubic and Lanczos interpolation, in a table node. Off by default.
+  /// Also judge the settings on the first input by protocol H: keep every QualityGap-th axial slice (0,
+  /// default: 2nd or 4th by its spacing), score the others beside linear, cubic and Lanczos interpolation, in
+  /// a table node. Off by default.
   vtkSetMacro(EvaluateQuality, bool);
   vtkGetMacro(EvaluateQuality, bool);
   vtkBooleanMacro(EvaluateQuality, bool);
-  vtkSetClampMacro(QualityGap, int, 2, 64);
+  vtkSetClampMacro(QualityGap, int, 0, 64);
   vtkGetMacro(QualityGap, int);
   ///@}
 
@@ -234,7 +235,7 @@ protected:
   int Seed = 1;
   double HeldOutFraction = 0;
   bool EvaluateQuality = false;
-  int QualityGap = 4;
+  int QualityGap = 0;
 
 private:
 #ifndef __VTK_WRAP__

@@ -140,7 +140,8 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default the one with clearly the
                  coarsest spacing, else 2
     held_out     share of slices (0 to 0.5) withheld to report held_out_psnr
-    quality      also judge the settings by protocol H (keep every quality_gap-th slice) in a table node
+    quality      also judge the settings by protocol H (keep every quality_gap-th axial slice; 0: the 2nd of thick
+                 slices, the 4th of thin ones) in a table node
     output, output_model  nodes to write to instead of new ones
     progress, preview     called with the Job from time to time
     preset       "fast", "balanced" (default), "best" or "paper"; further settings: blending, loss, initialisation,

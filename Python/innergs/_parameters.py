@@ -52,7 +52,7 @@ def _of_volume(node, name, value):
 
 
 def parameters(volumes, spacing=None, *, reference=None, input_grid=False, mask=None, segment=None, roi=None,
-               thickness=None, profile=None, axis=None, held_out=0.0, quality=False, quality_gap=4, output=None,
+               thickness=None, profile=None, axis=None, held_out=0.0, quality=False, quality_gap=0, output=None,
                output_model=None, **settings):
     """A parameter node with these choices, added to the volumes' scene. Arguments as in reconstruct()."""
     volumes = list(volumes) if isinstance(volumes, (list, tuple)) else [volumes]

@@ -16,26 +16,12 @@
 namespace innergs::app {
 namespace {
 
-/// Protocol H's fit: the first input with every n-th axial slice, on its own grid.
-ReconstructionInput judgedInput(const Order& order) {
-  ReconstructionInput judged;
-  const GridGeometry& whole = order.inputs.front().volume->geometry;
-  const int gap = order.request.qualityGap;
-  Stack& stack = judged.stacks.emplace_back();
-  GridGeometry& grid = stack.image.geometry;
-  judged.outputGrid = grid = withSliceAxis(whole, sliceAxis(whole, Plane::Axial));
-  grid.size[2] = std::max<std::int64_t>(2, (grid.size[2] - 1) / gap + 1);
-  grid.spacing[2] *= gap;
-  stack.thickness = judged.outputGrid->spacing[2];
-  return judged;
-}
-
 /// Everything that the time and the device depend on.
 QString keyOf(const Order& order, const ReconstructionInput& input) {
   const Settings& s = order.request.settings;
   QString key = QString::fromStdString(settingsText(s, input.heldOutFraction) + "|" + s.instructionSet);
   key += QStringLiteral("|%1|%2").arg(s.threads).arg(order.request.evaluateQuality ? order.request.qualityGap
-                                                                                   : 0);
+                                                                                   : -1);
   const auto add = [&](const GridGeometry& grid) {
     for (int a = 0; a < 3; ++a)
       key += QStringLiteral("|%1x%2").arg(grid.size[a]).arg(grid.spacing[a]);
@@ -71,8 +57,10 @@ Order AppHost::orderFor(const ui::Request& request) const {
       refuse(tr("There is no reference volume to take the output grid from: choose one."));
     order.reference = find(request.referenceId, tr("The reference volume"));
   }
-  if (request.evaluateQuality && (request.qualityGap < 2 || request.qualityGap > 64))
-    refuse(tr("The quality is judged on every 2nd to 64th slice: choose a number from 2 to 64."));
+  if (request.evaluateQuality && request.qualityGap != 0 &&
+      (request.qualityGap < 2 || request.qualityGap > 64))
+    refuse(tr("The quality is judged on every 2nd to 64th slice: choose a number from 2 to 64, or 0 for the "
+              "usual one."));
   if (!request.outputVolumeId.isEmpty()) {
     const VolumeItem output = find(request.outputVolumeId, tr("The output volume"));
     for (const ui::InputChoice& choice : request.inputs)
@@ -104,7 +92,8 @@ void AppHost::fillSlowly(const Order& order, const ReconstructionInput& input, u
   if (isRunning()) return; // all processors are at work: a time measured now says nothing
   slow_.insert(key, {});   // asked for
   std::optional<ReconstructionInput> judged;
-  if (order.request.evaluateQuality) judged = judgedInput(order);
+  if (order.request.evaluateQuality)
+    judged = keptOutline(order.inputs.front().volume->geometry, request.qualityGap);
   estimates_->run({}, [this, key, settings = order.request.settings, input, judged] {
     auto slow = std::make_shared<Slow>();
     slow->refusal = sentenceOf([&] {

@@ -217,9 +217,7 @@ void Runner::judge(const Order& order, Outcome& outcome, Progress last, const st
   ui::Report& report = outcome.report;
   // Sweeps, loss and PSNR stay those of the fit that makes the result.
   const double elapsed = last.elapsed;
-  last.note = tr("Judging the quality by a second fit that sees every slice number %1 only.")
-                  .arg(order.request.qualityGap)
-                  .toStdString();
+  last.note = tr("Judging the quality by a second fit that sees a part of the slices only.").toStdString();
   EvaluationOptions options;
   options.settings = order.request.settings;
   options.stop = stop;

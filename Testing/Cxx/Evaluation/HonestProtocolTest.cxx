@@ -100,6 +100,21 @@ TEST(HonestProtocol, AxialSlicesAreFoundInAnyLattice) {
   EXPECT_NEAR(method(a, "cubic").psnr, method(b, "cubic").psnr, 1e-3);
 }
 
+TEST(HonestProtocol, TheUsualGapFollowsTheSlicesDistance) {
+  Volume truth = phantom(grid(24, 26, 29));
+  truth.geometry.spacing = {1, 1, 1};
+  EXPECT_EQ(usualGap(truth.geometry), 4);
+  truth.geometry.spacing[sliceAxis(truth.geometry, Plane::Axial)] = 5;
+  EXPECT_EQ(usualGap(truth.geometry), 2);
+  const EvaluationReport report = evaluateHonest(truth, {HonestCase::Kind::KeepEvery, 0}, baselinesOnly());
+  EXPECT_EQ(report.caseName, "keep-every-2");
+  EXPECT_NE(report.samples.find("every 2nd, 10 mm apart"), std::string::npos) << report.samples;
+  const ReconstructionInput kept = keptOutline(truth.geometry, 0);
+  const EvaluationInput input = honestInput(truth, {HonestCase::Kind::KeepEvery, 0});
+  EXPECT_EQ(kept.stacks[0].image.geometry.size, input.stacks[0].image.geometry.size);
+  EXPECT_EQ(kept.stacks[0].image.geometry.spacing, input.stacks[0].image.geometry.spacing);
+}
+
 TEST(HonestProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
   const Volume truth = phantom(grid(24, 26, 29));
   HonestCase c; // keep every 4th
