@@ -56,11 +56,15 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     job->Warnings.push_back(task.filter->GetWarning(n));
   if (!task.qualityError.empty())
     job->Warnings.push_back("The quality could not be judged. " + task.qualityError);
-  const auto [volume, model, table] = makeOutputs(task, scene);
+  if (task.judging && !task.report && task.qualityError.empty())
+    job->Warnings.push_back("The judgement of the quality was stopped: the result itself is complete.");
+  const auto [volume, model, table, replaced] = makeOutputs(task, scene);
   if (task.discard) return;
-  if (!volume || !model)
+  if (replaced)
     job->Warnings.push_back(
-        "An output node was deleted during the reconstruction: what was meant for it is lost.");
+        "A chosen output was deleted during the reconstruction: what was meant for it is in a new node.");
+  if (!volume || !model)
+    job->Warnings.push_back("An output node was deleted as it was made: what was meant for it is lost.");
   job->VolumeNode = volume;
   job->ModelNode = model;
   job->TableNode = table;
@@ -81,8 +85,8 @@ void JobDelivery::finish(Task& task) {
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = task.job;
   job->RemainingSeconds = 0;
   const vtkSmartPointer<vtkMRMLScene> scene = logic_->GetMRMLScene();
-  if (task.discard || task.cancelled || task.stop.stop_requested() || !scene || scene != task.scene.Get() ||
-      scene->IsClosing()) {
+  if (task.discard || task.cancelled || (task.stop.stop_requested() && !task.judging) || !scene ||
+      scene != task.scene.Get() || scene->IsClosing()) {
     abandon(job);
     return;
   }

@@ -191,6 +191,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   task->error = filter->GetErrorMessage();
   task->cancelled = filter->GetAborted() || task->stop.stop_requested();
   if (!task->quality || task->cancelled || !task->error.empty()) return;
+  task->judging = true;
 
   Mail::Progress last;
   last.deviceNote = filter->GetDeviceNote();
@@ -225,8 +226,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   try {
     task->report = evaluateHonest(judged, task->quality->honestCase, options);
   } catch (const Error& error) {
-    task->cancelled = error.code() == ErrorCode::Cancelled;
-    if (!task->cancelled) task->qualityError = error.what();
+    if (error.code() != ErrorCode::Cancelled) task->qualityError = error.what();
   } catch (const std::exception& error) {
     task->qualityError = error.what();
   }

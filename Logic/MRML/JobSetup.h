@@ -48,6 +48,7 @@ struct Task {
   // What the worker found.
   std::string error;
   bool cancelled = false;
+  bool judging = false; // the fit is complete: who cancels now only ends the judging of its quality
   std::optional<EvaluationReport> report;
   std::string qualityError;
 

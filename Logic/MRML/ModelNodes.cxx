@@ -1,6 +1,7 @@
 #include "ModelNodes.h"
 
 #include "Core/Error.h"
+#include "IO/FilePath.h"
 #include "Outputs.h"
 #include "Queries.h"
 #include "vtkInnerGSToPolyData.h"
@@ -41,11 +42,26 @@ vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileN
 
 void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
   modelOf(model);
-  vtkNew<vtkMRMLInnerGSModelStorageNode> storage;
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> kept = model; // an observer may remove it
+  // Only a model file keeps everything: a PLY file does not make the model a saved one.
+  vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage;
+  const std::u8string utf8(fileName.begin(), fileName.end());
+  const bool own = fullExtension(utf8) == ".innergs" && model->GetScene();
+  const bool first = own && !model->GetStorageNode();
+  if (first) model->AddDefaultStorageNode();
+  if (own) storage = vtkMRMLInnerGSModelStorageNode::SafeDownCast(model->GetStorageNode());
+  if (!storage) storage = vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New();
+  const std::string before = storage->GetFileName() ? storage->GetFileName() : "";
   vtkNew<vtkCallbackCommand> quiet;
-  storage->AddObserver(vtkCommand::ErrorEvent, quiet);
+  const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
   storage->SetFileName(fileName.c_str());
-  if (!storage->WriteData(model))
+  const int written = storage->WriteData(model);
+  storage->RemoveObserver(tag);
+  if (!written) {
+    storage->SetFileName(before.empty() ? nullptr : before.c_str());
+    if (first && storage->GetScene()) storage->GetScene()->RemoveNode(storage);
+  }
+  if (!written)
     throw Error(ErrorCode::Io,
                 storage->GetErrorMessage().empty()
                     ? "'" + fileName +

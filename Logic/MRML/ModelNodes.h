@@ -13,7 +13,7 @@ namespace innergs::mrml {
 
 /// A new node with its storage node from an .innergs or .ply file.
 vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileName);
-/// The node keeps its own storage node.
+/// A model file (.innergs) becomes the node's own, in its storage node; a PLY file is an export.
 void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName);
 
 /// At most so many Gaussians (0: all) as points with tensors, in `output` or a new node beside the model.

@@ -23,13 +23,13 @@
 namespace innergs::mrml {
 namespace {
 
-/// A chosen node that is still in the scene, or a new one where none was chosen; null when the chosen one is
-/// gone.
+/// A chosen node that is still in the scene, else a new one.
 template <class Node>
-vtkSmartPointer<Node> outputNode(Node* chosen, bool isNew, vtkMRMLScene* scene, const char* className,
-                                 const std::string& name) {
-  if (isNew) return Node::SafeDownCast(addNode(scene, className, name));
-  return chosen && chosen->GetScene() == scene ? chosen : nullptr;
+vtkSmartPointer<Node> outputNode(Node* chosen, bool wasChosen, vtkMRMLScene* scene, const char* className,
+                                 const std::string& name, bool& replaced) {
+  if (chosen && chosen->GetScene() == scene) return chosen;
+  replaced = replaced || wasChosen;
+  return Node::SafeDownCast(addNode(scene, className, name));
 }
 
 std::string decibels(double psnr) {
@@ -126,8 +126,8 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
     return there(task.firstInput) ? task.firstInput.Get() : nullptr;
   };
   Outputs made;
-  made.model =
-      outputNode(task.model.Get(), task.newModel, scene, "vtkMRMLInnerGSModelNode", base + " InnerGS model");
+  made.model = outputNode(task.model.Get(), !task.newModel, scene, "vtkMRMLInnerGSModelNode",
+                          base + " InnerGS model", made.replaced);
   if (there(made.model) && made.model->GetParentTransformNode())
     made.model->SetAndObserveTransformNodeID(nullptr);
   if (there(made.model)) setProvenance(made.model, task);
@@ -135,16 +135,16 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (there(made.model)) placeBeside(made.model, input());
   if (task.discard) return made;
 
-  made.volume =
-      outputNode(task.volume.Get(), task.newVolume, scene, "vtkMRMLScalarVolumeNode", base + " InnerGS");
+  made.volume = outputNode(task.volume.Get(), !task.newVolume, scene, "vtkMRMLScalarVolumeNode",
+                           base + " InnerGS", made.replaced);
   if (there(made.volume)) setProvenance(made.volume, task);
   if (there(made.volume)) setVolume(made.volume, image, task.filter->GetOutputIJKToRASMatrix(), input());
   if (there(made.volume) && there(made.model))
     made.volume->SetNodeReferenceID("InnerGSModel", made.model->GetID());
   if (there(made.volume)) placeBeside(made.volume, input());
   if (quality && !task.discard)
-    made.table =
-        outputNode(task.table.Get(), task.newTable, scene, "vtkMRMLTableNode", base + " InnerGS quality");
+    made.table = outputNode(task.table.Get(), !task.newTable, scene, "vtkMRMLTableNode",
+                            base + " InnerGS quality", made.replaced);
   if (there(made.table)) setProvenance(made.table, task);
   if (there(made.table)) setQuality(made.table, quality, *task.report);
   if (there(made.table) && there(made.model))

@@ -8,12 +8,14 @@ class vtkMRMLNode;
 namespace innergs::mrml {
 
 /// Turns a finished task into nodes: the chosen outputs or new ones, placed in the world (no parent
-/// transform), with what they were made from as attributes. Nodes deleted in the meantime are left out.
+/// transform), with what they were made from as attributes. A chosen node deleted in the meantime is replaced
+/// by a new one; what an observer removes as it is made is left out.
 /// Ends early when an observer discards the task.
 struct Outputs {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> volume;
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLTableNode> table;
+  bool replaced = false; // a chosen node was gone
 };
 Outputs makeOutputs(const Task& task, vtkMRMLScene* scene);
 

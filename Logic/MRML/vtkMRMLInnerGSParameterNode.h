@@ -182,7 +182,7 @@ public:
   vtkGetMacro(HeldOutFraction, double);
   /// Also judge the settings on the first input by protocol H: keep every QualityGap-th axial slice (0,
   /// default: 2nd or 4th by its spacing), score the others beside linear, cubic and Lanczos interpolation, in
-  /// a table node. Off by default.
+  /// a table node. On by default.
   vtkSetMacro(EvaluateQuality, bool);
   vtkGetMacro(EvaluateQuality, bool);
   vtkBooleanMacro(EvaluateQuality, bool);
@@ -234,7 +234,7 @@ protected:
   std::string InstructionSet;
   int Seed = 1;
   double HeldOutFraction = 0;
-  bool EvaluateQuality = false;
+  bool EvaluateQuality = true;
   int QualityGap = 0;
 
 private:

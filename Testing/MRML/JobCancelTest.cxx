@@ -102,6 +102,23 @@ TEST_P(LateObserverTest, RemoveParameterNode) {
 INSTANTIATE_TEST_SUITE_P(Events, LateObserverTest,
                          testing::Values(Logic::JobStartedEvent, Logic::JobProgressEvent));
 
+// Unless nobody wants the result any more.
+TEST_F(JobTest, SceneClearedWhileQualityIsJudged) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(1);
+  parameters->SetEvaluateQuality(true);
+  bool cleared = false;
+  Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+    if (cleared || jobOf(data)->GetPhase().find("Judging") != 0) return;
+    cleared = true;
+    scene->Clear(false);
+  });
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_TRUE(cleared);
+  EXPECT_EQ(logic->GetLastJob()->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+}
+
 // The interpolations that the Gaussians are compared with and the scoring end as quickly as a fit.
 TEST_F(JobTest, CancelWhileQualityIsJudged) {
   const int size[3] = {160, 160, 120};
@@ -123,8 +140,15 @@ TEST_F(JobTest, CancelWhileQualityIsJudged) {
       logic->Cancel(job);
       took = since(start);
     });
-    EXPECT_FALSE(logic->Reconstruct(parameters));
-    EXPECT_EQ(logic->GetLastJob()->GetState(), vtkSlicerInnerGSJob::Cancelled) << method;
+    EXPECT_TRUE(logic->Reconstruct(parameters)); // the complete fit is kept
+    auto* job = logic->GetLastJob();
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished) << method;
+    EXPECT_NE(job->GetVolumeNode(), nullptr);
+    ASSERT_NE(job->GetModelNode(), nullptr);
+    EXPECT_FALSE(job->GetModelNode()->IsEmpty());
+    EXPECT_EQ(job->GetTableNode(), nullptr);
+    ASSERT_GT(job->GetNumberOfWarnings(), 0);
+    EXPECT_NE(job->GetWarning(job->GetNumberOfWarnings() - 1).find("stopped"), std::string::npos);
     EXPECT_GE(took, 0) << method;
     EXPECT_LT(took, 0.3) << method;
   }

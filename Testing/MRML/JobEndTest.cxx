@@ -53,7 +53,10 @@ TEST_F(JobTest, NodesRemovedOrEditedWhileRunning) {
   parameters->SetPreset(vtkMRMLInnerGSParameterNode::Best);
   ASSERT_TRUE(logic->WaitForJob(job));
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
-  EXPECT_EQ(job->GetVolumeNode(), nullptr);
+  ASSERT_NE(job->GetVolumeNode(), nullptr); // a new one: the result is not lost
+  EXPECT_EQ(job->GetVolumeNode()->GetScene(), scene.Get());
+  EXPECT_STRNE(job->GetVolumeNode()->GetName(), "Output");
+  EXPECT_LT(error(job->GetVolumeNode()), 10);
   ASSERT_NE(job->GetModelNode(), nullptr);
   EXPECT_EQ(job->GetNumberOfWarnings(), 1);
   EXPECT_NEAR(logic->GetValueAtRAS(job->GetModelNode(), 0, 0, 0), truth(0, 0, 0), 10);

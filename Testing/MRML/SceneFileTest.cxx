@@ -60,7 +60,12 @@ TEST_F(SceneFileTest, ModelFiles) {
   ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
   auto* model = logic->GetLastJob()->GetModelNode();
   const std::string name = (folder / "Kopf öäü.innergs").string();
+  EXPECT_FALSE(logic->SaveModel(model, (folder / "no such folder" / "x.innergs").string()));
+  EXPECT_EQ(model->GetStorageNode(), nullptr);
   ASSERT_TRUE(logic->SaveModel(model, name)) << logic->GetLastError();
+  ASSERT_NE(model->GetStorageNode(), nullptr); // it is saved now, and Slicer knows where
+  EXPECT_EQ(model->GetStorageNode()->GetFileName(), name);
+  EXPECT_FALSE(model->GetModifiedSinceRead());
   auto* loaded = logic->LoadModel(name);
   ASSERT_NE(loaded, nullptr) << logic->GetLastError();
   EXPECT_STREQ(loaded->GetName(), "Kopf öäü");
@@ -79,6 +84,7 @@ TEST_F(SceneFileTest, ModelFiles) {
   ASSERT_TRUE(logic->SaveModel(model, ply)) << logic->GetLastError();
   auto* fromPly = logic->LoadModel(ply);
   ASSERT_NE(fromPly, nullptr) << logic->GetLastError();
+  EXPECT_EQ(model->GetStorageNode()->GetFileName(), name); // an export
   EXPECT_NEAR(logic->GetValueAtRAS(fromPly, 1, 2, 3), logic->GetValueAtRAS(model, 1, 2, 3), 1e-2);
 
   std::ofstream(folder / "broken.innergs") << "not a model";
@@ -87,6 +93,7 @@ TEST_F(SceneFileTest, ModelFiles) {
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_NE(logic->GetLastError().find("broken.innergs"), std::string::npos) << logic->GetLastError();
   EXPECT_FALSE(logic->SaveModel(model, (folder / "no such folder" / "x.innergs").string()));
+  EXPECT_EQ(model->GetStorageNode()->GetFileName(), name);
   EXPECT_FALSE(logic->SaveModel(model, (folder / "x.txt").string()));
 }
 
