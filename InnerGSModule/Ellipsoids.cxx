@@ -1,38 +1,89 @@
 #include "NodeInfo.h"
 #include "Widgets/EllipsoidActor.h"
 #include "qSlicerInnerGSHost.h"
+#include "vtkInnerGSModel.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLModelDisplayNode.h>
 #include <vtkMRMLModelNode.h>
-#include <vtkSlicerInnerGSLogic.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSubjectHierarchyNode.h>
 
+#include <vtkNew.h>
 #include <vtkPolyData.h>
+
+namespace {
+
+/// A model node beside the model that refers to it.
+vtkMRMLModelNode* addEllipsoids(vtkMRMLInnerGSModelNode* model) {
+  vtkMRMLScene* scene = model->GetScene();
+  const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " Gaussians";
+  auto* node = vtkMRMLModelNode::SafeDownCast(
+      scene->AddNewNodeByClass("vtkMRMLModelNode", scene->GenerateUniqueName(name).c_str()));
+  node->CreateDefaultDisplayNodes();
+  auto* tree = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene);
+  const vtkIdType beside = tree->GetItemByDataNode(model), item = tree->GetItemByDataNode(node);
+  if (beside && item) tree->SetItemParent(item, tree->GetItemParent(beside));
+  return node;
+}
+
+} // namespace
 
 /// The Gaussians as surfaces in a model node beside the model: a few thousand, or 3D views would stall.
 QString qSlicerInnerGSHost::showEllipsoids(const QString& id, bool shown) {
   vtkMRMLInnerGSModelNode* node = modelNode(id);
-  if (!node || !logic_) return tr("There is no model: choose one.");
-  vtkMRMLModelNode* ellipsoids = innergs::ui::ellipsoidsOf(node);
+  if (!node || node->IsEmpty()) return tr("There is no model: choose one.");
   if (shown) {
-    innergs::ui::EllipsoidOptions options;
-    options.most = 5000;
-    options.window = innergs::ui::infoOf(node).window;
-    QString problem;
-    const auto surfaces = innergs::ui::ellipsoidSurfaces(node->GetModel(), options, &problem);
-    if (!surfaces) return problem;
-    ellipsoids = logic_->CreateGaussianModel(node, 1, ellipsoids); // the node and its place
-    if (!ellipsoids) return lastError();
-    ellipsoids->SetAndObservePolyData(surfaces);
-    if (vtkMRMLModelDisplayNode* display = ellipsoids->GetModelDisplayNode()) {
-      display->SetActiveScalarName("Intensity");
-      display->SetAndObserveColorNodeID("vtkMRMLColorTableNodeGrey");
-      display->SetScalarRangeFlag(vtkMRMLDisplayNode::UseManualScalarRange);
-      display->SetScalarRange(options.window[0], options.window[1]);
-      display->ScalarVisibilityOn();
-    }
+    findEllipsoids(node);
+  } else {
+    ellipsoidsWanted_.remove(id);
+    if (vtkMRMLModelNode* ellipsoids = innergs::ui::ellipsoidsOf(node)) ellipsoids->SetDisplayVisibility(0);
   }
-  if (ellipsoids) ellipsoids->SetDisplayVisibility(shown);
   Q_EMIT modelsChanged();
   return {};
+}
+
+void qSlicerInnerGSHost::findEllipsoids(vtkMRMLInnerGSModelNode* node) {
+  const QString id = innergs::ui::idOf(node);
+  ellipsoidsWanted_.insert(id);
+  innergs::ui::EllipsoidOptions options;
+  options.most = 5000;
+  options.window = innergs::ui::infoOf(node).window;
+  const auto checkpoint = node->GetModel()->GetCheckpoint();
+  run([this, id, options, checkpoint]() -> std::function<void()> {
+    QString problem;
+    vtkNew<vtkInnerGSModel> model; // the node's may become another
+    model->SetCheckpoint(checkpoint);
+    const vtkSmartPointer<vtkPolyData> surfaces = innergs::ui::ellipsoidSurfaces(model, options, &problem);
+    return [this, id, options, checkpoint, problem, surfaces] {
+      vtkMRMLInnerGSModelNode* now = modelNode(id);
+      if (!ellipsoidsWanted_.contains(id)) return;                                          // hidden again
+      if (now && now->GetModel() && now->GetModel()->GetCheckpoint() != checkpoint) return; // others follow
+      ellipsoidsWanted_.remove(id);
+      if (!surfaces) Q_EMIT logged(problem);
+      if (now && surfaces) showSurfaces(id, surfaces, options.window);
+      Q_EMIT modelsChanged();
+    };
+  });
+}
+
+void qSlicerInnerGSHost::showSurfaces(const QString& id, vtkPolyData* surfaces,
+                                      const std::array<double, 2>& window) {
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  vtkMRMLModelNode* ellipsoids = innergs::ui::ellipsoidsOf(node);
+  if (!ellipsoids) ellipsoids = addEllipsoids(node);
+  ellipsoids->SetAndObserveTransformNodeID(node->GetTransformNodeID());
+  for (const std::string& name : node->GetAttributeNames()) // what the model was made from
+    if (name.rfind("InnerGS.", 0) == 0)
+      ellipsoids->SetAttribute(name.c_str(), node->GetAttribute(name.c_str()));
+  ellipsoids->SetNodeReferenceID("InnerGSModel", node->GetID());
+  ellipsoids->SetAndObservePolyData(surfaces);
+  if (vtkMRMLModelDisplayNode* display = ellipsoids->GetModelDisplayNode()) {
+    display->SetActiveScalarName("Intensity");
+    display->SetAndObserveColorNodeID("vtkMRMLColorTableNodeGrey");
+    display->SetScalarRangeFlag(vtkMRMLDisplayNode::UseManualScalarRange);
+    display->SetScalarRange(window[0], window[1]);
+    display->ScalarVisibilityOn();
+  }
+  ellipsoids->SetDisplayVisibility(1);
 }

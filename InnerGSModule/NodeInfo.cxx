@@ -22,6 +22,8 @@
 #include <QCoreApplication>
 
 #include <algorithm>
+#include <deque>
+#include <memory>
 
 namespace innergs::ui {
 namespace {
@@ -54,7 +56,7 @@ Node* madeFrom(vtkMRMLInnerGSModelNode* model, const char* className) {
 }
 
 /// 1 % to 99 % of the values on a coarse grid.
-std::array<double, 2> valuesOf(vtkInnerGSModel* model) {
+std::array<double, 2> sampledValuesOf(vtkInnerGSModel* model) {
   double bounds[6];
   model->GetBounds(bounds);
   constexpr int n = 24;
@@ -73,6 +75,21 @@ std::array<double, 2> valuesOf(vtkInnerGSModel* model) {
   std::vector<float> sorted(values, values + image->GetNumberOfPoints());
   std::sort(sorted.begin(), sorted.end());
   return {sorted[sorted.size() / 100], sorted[sorted.size() * 99 / 100]};
+}
+
+/// The same, found once for the last few models.
+std::array<double, 2> valuesOf(vtkInnerGSModel* model) {
+  struct Known {
+    std::weak_ptr<const Checkpoint> of;
+    std::array<double, 2> values;
+  };
+  static std::deque<Known> known;
+  const auto checkpoint = model->GetCheckpoint();
+  for (const Known& one : known)
+    if (one.of.lock() == checkpoint) return one.values;
+  known.push_front({checkpoint, sampledValuesOf(model)});
+  if (known.size() > 16) known.pop_back();
+  return known.front().values;
 }
 
 } // namespace

@@ -7,6 +7,9 @@
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 
+#include <algorithm>
+#include <limits>
+
 namespace innergs::ui {
 namespace {
 
@@ -107,7 +110,7 @@ void setSettings(vtkMRMLInnerGSParameterNode* node, const Settings& s) {
   node->SetNumberOfThreads(s.threads);
   node->SetInstructionSet(s.instructionSet);
   node->SetDevice(s.device);
-  node->SetSeed(static_cast<int>(s.seed));
+  node->SetSeed(static_cast<int>(std::min<std::uint64_t>(s.seed, std::numeric_limits<int>::max())));
 }
 
 } // namespace

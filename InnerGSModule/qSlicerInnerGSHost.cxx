@@ -4,11 +4,11 @@
 #include "NodeInfo.h"
 #include "ParameterRequest.h"
 #include "qSlicerInnerGSSelector.h"
-#include "vtkInnerGSModel.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLMarkupsROINode.h>
+#include <vtkMRMLModelNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLTransformNode.h>
@@ -16,12 +16,14 @@
 #include <vtkSlicerInnerGSLogic.h>
 
 #include <vtkImageData.h>
-#include <vtkMatrix3x3.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 
 #include <QDir>
+#include <QRunnable>
 #include <QSettings>
+
+#include <utility>
 
 using namespace innergs;
 using namespace innergs::ui;
@@ -66,13 +68,35 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
   connect(&changed_, &QTimer::timeout, this, [this] {
     if (scene_ && (scene_->IsClosing() || scene_->IsImporting() || scene_->IsBatchProcessing())) return;
     watchModels();
+    watchVolumes();
+    volumesBefore_ = volumesNow();
     Q_EMIT volumesChanged();
     Q_EMIT modelsChanged();
+    for (const QString& id : std::exchange(remade_, {})) {
+      vtkMRMLInnerGSModelNode* node = modelNode(id);
+      vtkMRMLModelNode* ellipsoids = node ? ellipsoidsOf(node) : nullptr;
+      if (ellipsoidsWanted_.contains(id) || (ellipsoids && ellipsoids->GetDisplayVisibility()))
+        showEllipsoids(id, true); // of the new model
+    }
   });
+  modelsMoved_.setSingleShot(true);
+  modelsMoved_.setInterval(150);
+  connect(&modelsMoved_, &QTimer::timeout, this, &Host::modelsChanged);
+  volumesEdited_.setSingleShot(true);
+  volumesEdited_.setInterval(150);
+  connect(&volumesEdited_, &QTimer::timeout, this, [this] {
+    const QString now = volumesNow();
+    if (now == std::exchange(volumesBefore_, now)) return;
+    Q_EMIT volumesChanged();
+    Q_EMIT estimateChanged();
+  });
+  threads_.setMaxThreadCount(1);
 }
 
 qSlicerInnerGSHost::~qSlicerInnerGSHost() {
-  for (auto* list : {&logicWatches_, &sceneWatches_, &modelWatches_})
+  threads_.clear();
+  threads_.waitForDone();
+  for (auto* list : {&logicWatches_, &sceneWatches_, &modelWatches_, &volumeWatches_})
     unwatch(*list);
 }
 
@@ -102,6 +126,7 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   if (scene == scene_) return;
   unwatch(sceneWatches_);
   unwatch(modelWatches_);
+  unwatch(volumeWatches_);
   moved_.clear();
   scene_ = scene;
   if (scene)
@@ -121,8 +146,12 @@ vtkMRMLInnerGSParameterNode* qSlicerInnerGSHost::parameterNode() const {
   return parameters_;
 }
 
+void qSlicerInnerGSHost::setActive(bool active) {
+  active_ = active;
+}
+
 void qSlicerInnerGSHost::store(const Request& request) {
-  if (!parameters_ || !scene_ || scene_->IsClosing() || scene_->IsImporting()) return;
+  if (!active_ || !parameters_ || !scene_ || scene_->IsClosing() || scene_->IsImporting()) return;
   setRequest(parameters_, request);
 }
 
@@ -143,8 +172,67 @@ void qSlicerInnerGSHost::onScene(vtkObject*, unsigned long, void*) {
   changed_.start();
 }
 
-void qSlicerInnerGSHost::onModel(vtkObject*, unsigned long, void*) {
+void qSlicerInnerGSHost::onModel(vtkObject* caller, unsigned long event, void*) {
+  if (event == vtkMRMLTransformableNode::TransformModifiedEvent) {
+    modelsMoved_.start();
+    return;
+  }
+  if (event == vtkMRMLInnerGSModelNode::ModelModifiedEvent)
+    remade_.insert(idOf(vtkMRMLNode::SafeDownCast(caller)));
   if (!changed_.isActive()) changed_.start();
+}
+
+void qSlicerInnerGSHost::onVolume(vtkObject*, unsigned long, void*) {
+  if (!volumesEdited_.isActive()) volumesEdited_.start();
+}
+
+void qSlicerInnerGSHost::watchVolumes() {
+  unwatch(volumeWatches_);
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
+  for (vtkMRMLNode* node : nodes)
+    for (const unsigned long event :
+         {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
+          static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent),
+          static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
+      watch(volumeWatches_, node, event, &qSlicerInnerGSHost::onVolume);
+}
+
+/// What the panels know of the volumes, without their voxels.
+QString qSlicerInnerGSHost::volumesNow() const {
+  QString text;
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
+  for (vtkMRMLNode* node : nodes) {
+    auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
+    if (volume->GetNodeReferenceID("InnerGSModel")) continue; // made here, some at each move of a view
+    text += idOf(node) + QChar('\n') + QString::fromUtf8(node->GetName()) + QChar('\n') +
+            QString::fromUtf8(volume->GetTransformNodeID());
+    vtkNew<vtkMatrix4x4> matrix;
+    volume->GetIJKToRASMatrix(matrix);
+    vtkNew<vtkMatrix4x4> toWorld;
+    if (vtkMRMLTransformNode* parent = volume->GetParentTransformNode())
+      text += QString::number(parent->GetMatrixTransformToWorld(toWorld));
+    vtkMatrix4x4::Multiply4x4(toWorld, matrix, matrix);
+    for (int i = 0; i < 16; ++i)
+      text += QStringLiteral(" %1").arg(matrix->GetData()[i]);
+    int size[3] = {0, 0, 0};
+    if (volume->GetImageData()) volume->GetImageData()->GetDimensions(size);
+    for (const int n : size)
+      text += QStringLiteral(" %1").arg(n);
+  }
+  return text;
+}
+
+/// `work` on a thread, and then what it returns here, while this lives.
+void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work) {
+  struct Runnable : QRunnable {
+    std::function<void()> call;
+    void run() override { call(); }
+  };
+  auto* runnable = new Runnable;
+  runnable->call = [this, work] { QMetaObject::invokeMethod(this, work(), Qt::QueuedConnection); };
+  threads_.start(runnable);
 }
 
 void qSlicerInnerGSHost::watchModels() {
@@ -194,6 +282,7 @@ VolumeInfo qSlicerInnerGSHost::volumeInfo(const QString& id) const {
 
 Estimate qSlicerInnerGSHost::estimate(const Request& request) {
   Estimate estimate;
+  if (!active_) return estimate;
   if (!logic_ || !parameters_) {
     estimate.refusal = tr("There is no parameter set: choose or create one above.");
     return estimate;
@@ -203,9 +292,30 @@ Estimate qSlicerInnerGSHost::estimate(const Request& request) {
   if (!estimate.refusal.isEmpty()) return estimate;
   estimate.memory = logic_->EstimateMemory(parameters_);
   estimate.available = availableMemory();
-  estimate.seconds = logic_->EstimateSeconds(parameters_);
-  estimate.reason = QString::fromStdString(logic_->DescribeDevice(parameters_));
+  fillSlowly(estimate);
   return estimate;
+}
+
+/// A small fit is timed, and a device loaded, on a thread; estimateChanged() follows.
+void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
+  std::string key;
+  const auto later = logic_->EstimateLater(parameters_, &key);
+  const QString known = QString::fromStdString(key);
+  if (const auto found = slow_.constFind(known); found != slow_.constEnd()) {
+    estimate.seconds = found->seconds;
+    estimate.reason = QString::fromStdString(found->device);
+    return;
+  }
+  if (!later || estimating_ || isRunning()) return; // then, a time measured says nothing
+  estimating_ = true;
+  run([this, later, known]() -> std::function<void()> {
+    const auto found = later();
+    return [this, found, known] {
+      estimating_ = false;
+      slow_.insert(known, found);
+      Q_EMIT estimateChanged();
+    };
+  });
 }
 
 bool qSlicerInnerGSHost::start(const Request& request) {
@@ -226,7 +336,6 @@ bool qSlicerInnerGSHost::start(const Request& request) {
   phase_.clear();
   deviceNote_.clear();
   judging_ = false;
-  Q_EMIT logged(tr("Reconstruction started."));
   Q_EMIT started();
   return true;
 }
@@ -272,79 +381,18 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     break;
   }
   job_ = nullptr;
+  slow_.clear(); // a fit on a device tells how long others take there
   if (event == vtkSlicerInnerGSLogic::JobFinishedEvent) {
     const Report report = reportOf(job);
-    Q_EMIT logged(tr("Finished in %1 s. %2").arg(report.seconds, 0, 'f', 1).arg(report.settings));
     watchModels();
     Q_EMIT volumesChanged();
     Q_EMIT modelsChanged();
     Q_EMIT finished(report);
   } else if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
-    const QString sentence = QString::fromStdString(job->GetErrorMessage());
-    Q_EMIT logged(sentence);
-    Q_EMIT failed(sentence);
+    Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
   } else {
-    Q_EMIT logged(tr("Cancelled."));
     Q_EMIT cancelled();
   }
-}
-
-//------------------------------------------------------------------------------ models
-
-ModelInfo qSlicerInnerGSHost::modelInfo(const QString& id) const {
-  return infoOf(modelNode(id));
-}
-
-vtkInnerGSModel* qSlicerInnerGSHost::model(const QString& id) const {
-  vtkMRMLInnerGSModelNode* node = modelNode(id);
-  if (!node || node->IsEmpty()) return nullptr;
-  vtkNew<vtkMatrix4x4> toWorld;
-  if (!node->GetParentTransformNode() ||
-      !node->GetParentTransformNode()->GetMatrixTransformToWorld(toWorld) || toWorld->IsIdentity())
-    return node->GetModel();
-  std::array<double, 16> matrix;
-  std::copy_n(toWorld->GetData(), 16, matrix.begin());
-  Moved& moved = moved_[id];
-  if (!moved.node || moved.from != node->GetModel() || moved.matrix != matrix) {
-    moved = {vtkSmartPointer<vtkMRMLInnerGSModelNode>::New(), node->GetModel(), matrix};
-    moved.node->SetModel(node->GetModel());
-    moved.node->ApplyTransformMatrix(toWorld);
-  }
-  return moved.node->GetModel();
-}
-
-QString qSlicerInnerGSHost::loadModel(const QString& file, QString* error) {
-  vtkMRMLNode* node = logic_ ? logic_->LoadModel(QDir::toNativeSeparators(file).toStdString()) : nullptr;
-  if (!node && error) *error = lastError();
-  if (node) Q_EMIT logged(tr("Loaded %1").arg(file));
-  return idOf(node);
-}
-
-QString qSlicerInnerGSHost::saveModel(const QString& id, const QString& file) {
-  if (!logic_ || !logic_->SaveModel(modelNode(id), QDir::toNativeSeparators(file).toStdString()))
-    return lastError();
-  Q_EMIT logged(tr("Saved %1").arg(file));
-  Q_EMIT modelsChanged();
-  return {};
-}
-
-QString qSlicerInnerGSHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
-                                      QString* error) {
-  if (!scene_ || !image) {
-    if (error) *error = tr("There is no scene to add a volume to.");
-    return {};
-  }
-  auto* node = vtkMRMLScalarVolumeNode::SafeDownCast(scene_->AddNewNodeByClass(
-      "vtkMRMLScalarVolumeNode", scene_->GenerateUniqueName(name.toStdString()).c_str()));
-  vtkNew<vtkImageData> own; // a volume node's geometry is in its matrix alone
-  own->DeepCopy(image);
-  own->SetOrigin(0, 0, 0);
-  own->SetSpacing(1, 1, 1);
-  own->GetDirectionMatrix()->Identity();
-  node->SetAndObserveImageData(own);
-  node->SetIJKToRASMatrix(ijkToRAS);
-  node->CreateDefaultDisplayNodes();
-  return idOf(node);
 }
 
 QString qSlicerInnerGSHost::folder() const {

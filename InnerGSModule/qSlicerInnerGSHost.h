@@ -1,12 +1,18 @@
 #pragma once
 #include "Widgets/Host.h"
 
+#include <vtkSlicerInnerGSLogic.h>
+
 #include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
 
 #include <QMap>
+#include <QSet>
+#include <QThreadPool>
 #include <QTimer>
 
+#include <array>
+#include <functional>
 #include <vector>
 
 class vtkMRMLInnerGSModelNode;
@@ -14,8 +20,8 @@ class vtkMRMLInnerGSParameterNode;
 class vtkMRMLNode;
 class vtkMRMLScene;
 class vtkObject;
+class vtkPolyData;
 class vtkSlicerInnerGSJob;
-class vtkSlicerInnerGSLogic;
 
 /// Shows the scene and the module's logic to the panels. What they ask for goes into the parameter node
 /// first.
@@ -30,9 +36,13 @@ public:
   /// The set of parameters that requests are written to.
   void setParameterNode(vtkMRMLInnerGSParameterNode* node);
   vtkMRMLInnerGSParameterNode* parameterNode() const;
+  /// While the panels are not looked at nothing is written to the parameter node, and nothing estimated.
+  void setActive(bool active);
   /// Writes it, unless the scene is being closed or loaded.
   void store(const innergs::ui::Request& request);
   vtkMRMLInnerGSModelNode* modelNode(const QString& id) const;
+  /// Why model() is null for a model that is there (a transform it cannot follow), a sentence; "" else.
+  QString modelProblem(const QString& id) const;
 
   bool offers(Role role) const override;
   innergs::ui::Selector* createSelector(Role role, QWidget* parent) override;
@@ -58,7 +68,14 @@ private:
   void onJob(vtkObject* caller, unsigned long event, void* job);
   void onScene(vtkObject* caller, unsigned long event, void* node);
   void onModel(vtkObject* caller, unsigned long event, void* data);
+  void onVolume(vtkObject* caller, unsigned long event, void* data);
   void watchModels();
+  void watchVolumes();
+  QString volumesNow() const;
+  void fillSlowly(innergs::ui::Estimate& estimate);
+  void findEllipsoids(vtkMRMLInnerGSModelNode* node);
+  void showSurfaces(const QString& id, vtkPolyData* surfaces, const std::array<double, 2>& window);
+  void run(const std::function<std::function<void()>()>& work);
   void fitRegion(vtkMRMLNode* region);
   QString lastError() const;
 
@@ -74,9 +91,18 @@ private:
   vtkWeakPointer<vtkMRMLScene> scene_;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
-  std::vector<Watch> logicWatches_, sceneWatches_, modelWatches_;
-  QTimer changed_; // one signal for many changes of the scene
-  QString phase_;  // of the log's last line
+  std::vector<Watch> logicWatches_, sceneWatches_, modelWatches_, volumeWatches_;
+  QTimer changed_;        // one signal for many changes of the scene
+  QTimer modelsMoved_;    // models follow a transform when it rests
+  QTimer volumesEdited_;  // names and geometry of volumes
+  QString volumesBefore_; // as they were told of
+  bool active_ = false;
+  QMap<QString, vtkSlicerInnerGSLogic::SlowEstimate> slow_; // by the outline's key
+  bool estimating_ = false;
+  QSet<QString> ellipsoidsWanted_; // IDs of models whose surfaces are being made
+  QSet<QString> remade_;           // and of those whose model is another now
+  QThreadPool threads_;            // ends before the rest goes
+  QString phase_;                  // of the log's last line
   std::string deviceNote_;
   innergs::Progress fit_; // the last one shown
   bool judging_ = false;
@@ -85,6 +111,7 @@ private:
     vtkSmartPointer<vtkMRMLInnerGSModelNode> node;
     vtkWeakPointer<vtkInnerGSModel> from;
     std::array<double, 16> matrix;
+    QString problem;
   };
   mutable QMap<QString, Moved> moved_;
 };

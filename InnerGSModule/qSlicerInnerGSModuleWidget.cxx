@@ -51,6 +51,7 @@ public:
   void toNode();
   void onFinished(const Report& report);
   void showModelInView();
+  void explainTransform(); // where a model's planes cannot be shown
   void updateViewButtons();
   vtkMRMLScalarVolumeNode* shownVolume() const;
   vtkMRMLScalarVolumeNode* viewedVolume() const; // in a slice view's background
@@ -65,7 +66,7 @@ public:
   ModelPanel* model = nullptr;
   QCheckBox* modelInView = nullptr;
   QPushButton* rendering = nullptr;
-  QLabel* message = nullptr;
+  QLabel *message = nullptr, *transformMessage = nullptr;
   bool updating = false;
 };
 
@@ -158,6 +159,11 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
 
   part = section(tr("Look at any plane"), "QuerySection", false, layout);
   part->layout()->addWidget(makeViewRow());
+  transformMessage = new QLabel;
+  transformMessage->setObjectName("TransformMessageLabel");
+  transformMessage->setWordWrap(true);
+  transformMessage->hide();
+  part->layout()->addWidget(transformMessage);
   query = new QueryPanel(host);
   part->layout()->addWidget(query);
   part = section(tr("Model"), "ModelSection", false, layout);
@@ -190,6 +196,8 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] {
     if (modelInView->isChecked()) showModelInView();
   });
+  QObject::connect(host, &Host::modelsChanged, q, [this] { explainTransform(); });
+  QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] { explainTransform(); });
   QObject::connect(query, &QueryPanel::planeChanged, views, &qSlicerInnerGSViews::setPlane);
   QObject::connect(views, &qSlicerInnerGSViews::planeChanged, query, &QueryPanel::setPlane);
   QObject::connect(
@@ -201,6 +209,12 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
         views->link(vtkMRMLSliceNode::SafeDownCast(node));
       });
   QObject::connect(modelInView, &QCheckBox::toggled, q, [this] { showModelInView(); });
+}
+
+void qSlicerInnerGSModuleWidgetPrivate::explainTransform() {
+  const QString problem = host->modelProblem(query->modelId());
+  transformMessage->setText(problem);
+  transformMessage->setVisible(!problem.isEmpty());
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::showModelInView() {
@@ -229,7 +243,6 @@ void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
   if (!node) {
     node = vtkMRMLInnerGSParameterNode::SafeDownCast(
         in->AddNewNodeByClass("vtkMRMLInnerGSParameterNode", "InnerGS"));
-    if (node) node->EvaluateQualityOn(); // as the panel proposes
   }
   if (node && node->GetNumberOfInputVolumeNodes() == 0 && viewedVolume())
     node->SetInputVolumeNode(viewedVolume());
@@ -335,6 +348,7 @@ void qSlicerInnerGSModuleWidget::updateFromParameterNode() {
 void qSlicerInnerGSModuleWidget::enter() {
   Q_D(qSlicerInnerGSModuleWidget);
   this->Superclass::enter();
+  d->host->setActive(true);
   d->ensureParameters();
   d->setParameters(d->parameterSets->currentNode());
   d->views->link(vtkMRMLSliceNode::SafeDownCast(d->sliceView->currentNode()));
@@ -343,6 +357,7 @@ void qSlicerInnerGSModuleWidget::enter() {
 void qSlicerInnerGSModuleWidget::exit() {
   Q_D(qSlicerInnerGSModuleWidget);
   this->Superclass::exit();
+  d->host->setActive(false); // a script may have the parameters now
   qvtkDisconnect(d->parameters(), vtkCommand::ModifiedEvent, this, SLOT(updateFromParameterNode()));
   d->modelInView->setChecked(false);
   d->views->link(nullptr);

@@ -31,7 +31,7 @@ void qSlicerInnerGSViews::showInSlices(vtkMRMLScalarVolumeNode* volume) {
   vtkMRMLSelectionNode* selection = application_ ? application_->GetSelectionNode() : nullptr;
   if (!volume || !selection) return;
   selection->SetActiveVolumeID(volume->GetID());
-  application_->PropagateVolumeSelection(0);
+  application_->PropagateBackgroundVolumeSelection(0);
 }
 
 bool qSlicerInnerGSViews::isShownIn3D(vtkMRMLScalarVolumeNode* volume) {

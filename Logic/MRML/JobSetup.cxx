@@ -1,5 +1,6 @@
 #include "JobSetup.h"
 
+#include "Core/Devices.h"
 #include "Core/Error.h"
 #include "Core/Region.h"
 #include "Core/TimeEstimate.h"
@@ -24,6 +25,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace innergs::mrml {
 
@@ -304,17 +306,53 @@ std::string describeDevice(Parameters* parameters) {
   return filter->DescribeDevice();
 }
 
-double estimateSeconds(Parameters* parameters, vtkMRMLScene* scene) {
+double Outline::seconds() const {
+  double sum = 0;
+  for (const ReconstructionInput& fit : fits) {
+    const double seconds = innergs::estimateSeconds(fit, settings);
+    if (seconds == 0) return 0;
+    sum += seconds;
+  }
+  return sum;
+}
+
+std::string Outline::device() const {
+  try {
+    return DeviceChoice(settings.device, settings.instructionSet, settings.selection).use.reason;
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+}
+
+std::string Outline::key() const {
+  std::ostringstream key;
+  key.precision(17);
+  key << settingsText(settings, 0) << '|' << settings.instructionSet << '|' << settings.threads;
+  const auto add = [&](const GridGeometry& grid) {
+    for (int a = 0; a < 3; ++a)
+      key << '|' << grid.size[a] << 'x' << grid.spacing[a];
+  };
+  for (const ReconstructionInput& fit : fits) {
+    key << "|fit " << fit.heldOutFraction;
+    for (const Stack& stack : fit.stacks) {
+      add(stack.image.geometry);
+      key << '/' << stack.thickness << '/' << static_cast<int>(stack.profile);
+    }
+    if (fit.outputGrid) add(*fit.outputGrid);
+  }
+  return key.str();
+}
+
+Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
   const auto filter = check(parameters, scene);
-  double seconds = 0;
+  Outline outline;
+  outline.settings = filter->MakeSettings();
   filter->WithOutline([&](const ReconstructionInput& input) {
-    const Settings settings = filter->MakeSettings();
-    seconds = innergs::estimateSeconds(input, settings);
-    if (seconds == 0 || !parameters->GetEvaluateQuality()) return;
-    seconds += innergs::estimateSeconds(
-        keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap()), settings);
+    outline.fits.push_back(input);
+    if (parameters->GetEvaluateQuality())
+      outline.fits.push_back(keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap()));
   });
-  return seconds;
+  return outline;
 }
 
 std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene) {

@@ -70,9 +70,17 @@ vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRM
 /// Where a job with these settings will run, and why.
 std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 
-/// Roughly the seconds of the job and of its quality table; 0: unknown. Voxels are not looked at. Throws
-/// Error.
-double estimateSeconds(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+/// What a job will fit, without voxels: the job itself, and for its quality table. Knows no nodes: for any
+/// thread.
+struct Outline {
+  Settings settings;
+  std::vector<ReconstructionInput> fits;
+  double seconds() const;     // roughly; 0: unknown. May throw Error
+  std::string device() const; // where it will run, and why
+  std::string key() const;    // the same for what is estimated alike
+};
+/// Throws Error.
+Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
 
 /// check() and the one copy of the voxels. Throws Error.
 std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);

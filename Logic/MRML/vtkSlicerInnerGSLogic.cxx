@@ -298,9 +298,28 @@ vtkTypeInt64 vtkSlicerInnerGSLogic::EstimateMemory(vtkMRMLInnerGSParameterNode* 
 
 double vtkSlicerInnerGSLogic::EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters) {
   try {
-    return mrml::estimateSeconds(parameters, this->GetMRMLScene());
+    return mrml::outlineOf(parameters, this->GetMRMLScene()).seconds();
   } catch (const std::exception&) {
     return 0;
+  }
+}
+
+std::function<vtkSlicerInnerGSLogic::SlowEstimate()>
+vtkSlicerInnerGSLogic::EstimateLater(vtkMRMLInnerGSParameterNode* parameters, std::string* key) {
+  try {
+    const auto outline = std::make_shared<mrml::Outline>(mrml::outlineOf(parameters, this->GetMRMLScene()));
+    if (key) *key = outline->key();
+    return [outline] {
+      SlowEstimate estimate;
+      estimate.device = outline->device();
+      try {
+        estimate.seconds = outline->seconds();
+      } catch (const std::exception&) { // unknown
+      }
+      return estimate;
+    };
+  } catch (const std::exception&) {
+    return {};
   }
 }
 

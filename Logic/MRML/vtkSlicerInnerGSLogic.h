@@ -6,8 +6,9 @@
 
 #include <vtkCommand.h> // vtkCommand::UserEvent
 
-#include <memory> // std::unique_ptr
-#include <string> // returned
+#include <functional> // std::function
+#include <memory>     // std::unique_ptr
+#include <string>     // returned
 
 class vtkFloatArray;
 class vtkMatrix4x4;
@@ -89,6 +90,15 @@ public:
   double EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters);
   /// Where it will run, memory aside, and why, as a sentence; "" without parameters.
   std::string DescribeDevice(vtkMRMLInnerGSParameterNode* parameters);
+#ifndef __VTK_WRAP__
+  /// The seconds and the device of what the parameters say now, to be found on any thread; empty for
+  /// parameters that are refused. key: the same for what leads to the same answer.
+  struct SlowEstimate {
+    double seconds = 0;
+    std::string device;
+  };
+  std::function<SlowEstimate()> EstimateLater(vtkMRMLInnerGSParameterNode* parameters, std::string* key);
+#endif
   ///@}
 
   ///@{

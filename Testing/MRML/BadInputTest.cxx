@@ -17,6 +17,7 @@
 #include <vtkSegmentationConverter.h>
 
 #include <limits>
+#include <thread>
 
 namespace {
 
@@ -112,6 +113,36 @@ TEST_F(BadInputTest, EstimatesAndChecksLookAtNoVoxels) {
   EXPECT_GT(logic->EstimateSeconds(parameters), 0);
   expectError(parameters, "'Nothing' is empty");
   EXPECT_EQ(logic->EstimateSeconds(nullptr), 0);
+}
+
+// For panels, which must not wait.
+TEST_F(BadInputTest, EstimateOnAnotherThread) {
+  auto* parameters = addParameters(addThickVolume());
+  parameters->SetDevice("cpu");
+  parameters->SetNumberOfIterations(20);
+  const auto keyNow = [&] {
+    std::string key;
+    EXPECT_TRUE(logic->EstimateLater(parameters, &key));
+    return key;
+  };
+  std::string key;
+  const auto later = logic->EstimateLater(parameters, &key);
+  ASSERT_TRUE(later);
+  scene->RemoveNode(parameters->GetInputVolumeNode(0)); // it knows no nodes
+  vtkSlicerInnerGSLogic::SlowEstimate estimate;
+  std::thread([&] { estimate = later(); }).join();
+  EXPECT_GT(estimate.seconds, 0);
+  EXPECT_LT(estimate.seconds, 600);
+  EXPECT_EQ(estimate.device, "On the CPU, as asked.");
+  EXPECT_FALSE(logic->EstimateLater(parameters, nullptr)); // nothing is left to estimate
+
+  parameters->SetInputVolumeNode(addThickVolume("The same again"));
+  EXPECT_EQ(keyNow(), key);
+  parameters->SetEvaluateQuality(true);
+  EXPECT_NE(keyNow(), key);
+  parameters->SetEvaluateQuality(false);
+  parameters->SetNumberOfMembers(5);
+  EXPECT_NE(keyNow(), key);
 }
 
 TEST_F(BadInputTest, Images) {

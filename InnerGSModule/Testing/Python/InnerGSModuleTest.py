@@ -266,10 +266,95 @@ class InnerGSModuleTest(unittest.TestCase):
         self.assertTrue(until(self.ended))
         self.find("ModelSection").collapsed = False
         self.find("modelEllipsoids").click()
-        meshes = [n for n in slicer.util.getNodesByClass("vtkMRMLModelNode") if n.GetNodeReference("InnerGSModel")]
-        self.assertEqual(len(meshes), 1)
-        self.assertTrue(meshes[0].GetDisplayVisibility())
-        self.assertGreater(meshes[0].GetPolyData().GetNumberOfPolys(), 1000)
+        self.assertTrue(until(lambda: self.meshes()))
+        mesh = self.meshes()[0]
+        self.assertTrue(mesh.GetDisplayVisibility())
+        self.assertTrue(self.find("modelEllipsoids").checked)
+        self.assertGreater(mesh.GetPolyData().GetNumberOfPolys(), 1000)
+        # Those of a model that is made again follow.
+        before = mesh.GetPolyData()
+        self.parameters.SetOutputModelNode(mesh.GetNodeReference("InnerGSModel"))
+        self.parameters.SetNumberOfGaussians(300)
+        self.start()
+        self.assertTrue(until(self.ended))
+        self.assertTrue(until(lambda: mesh.GetPolyData() != before))
+        self.assertEqual(self.meshes(), [mesh])
+        self.find("modelEllipsoids").click()
+        self.assertFalse(mesh.GetDisplayVisibility())
+
+    def meshes(self):
+        nodes = slicer.util.getNodesByClass("vtkMRMLModelNode")
+        return [n for n in nodes if n.GetNodeReference("InnerGSModel") and n.GetPolyData()]
+
+    def test_a_script_keeps_its_parameters_once_the_module_is_left(self):
+        slicer.util.selectModule("Data")
+        node = self.parameters
+        node.SetOutputGrid(node.SpacingGrid)
+        node.SetOutputSpacing(0.9375)
+        node.SetPreset(node.Best)
+        node.SetSeed(7)
+        ball("Another")
+        until(lambda: False, 0.8)
+        self.assertEqual((node.GetOutputSpacing(), node.GetPreset(), node.GetSeed()), (0.9375, node.Best, 7))
+        self.assertEqual(node.GetOutputGrid(), node.SpacingGrid)
+        slicer.util.selectModule("InnerGS")
+        self.assertEqual(self.find("preset").currentIndex, 2)
+
+    def test_a_volume_that_is_put_right_can_be_reconstructed(self):
+        button = self.find("reconstruct")
+        self.assertTrue(until(lambda: button.enabled, 10))
+        bend = self.bend()
+        self.volume.SetAndObserveTransformNodeID(bend.GetID())
+        self.assertTrue(until(lambda: not button.enabled, 10))
+        self.assertIn("bends", button.toolTip)
+        self.volume.SetAndObserveTransformNodeID(None)
+        self.assertTrue(until(lambda: button.enabled, 10))
+        # The slow parts of the estimate come by themselves.
+        self.assertTrue(until(lambda: self.find("deviceReason").text, 30))
+
+    def bend(self):
+        grid = vtk.vtkGridTransform() if not hasattr(slicer, "vtkOrientedGridTransform") else None
+        grid = grid or slicer.vtkOrientedGridTransform()
+        field = vtk.vtkImageData()
+        field.SetDimensions(3, 3, 3)
+        field.SetOrigin(-60, -60, -60)
+        field.SetSpacing(60, 60, 60)
+        field.AllocateScalars(vtk.VTK_DOUBLE, 3)
+        field.GetPointData().GetScalars().Fill(0)
+        field.SetScalarComponentFromDouble(1, 1, 1, 0, 5)
+        grid.SetDisplacementGridData(field)
+        node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLGridTransformNode", "Bend")
+        node.SetAndObserveTransformFromParent(grid)
+        return node
+
+    def test_models_under_transforms(self):
+        self.quick()
+        self.start()
+        self.assertTrue(until(self.ended))
+        self.find("QuerySection").collapsed = False
+        model, message = self.parameters.GetResultModelNode(), self.find("TransformMessageLabel")
+        self.assertFalse(message.visible)
+        shear = vtk.vtkMatrix4x4()
+        shear.SetElement(0, 1, 0.4)
+        linear = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", "Shear")
+        linear.SetMatrixTransformToParent(shear)
+        for transform, word in ((linear, "shears"), (self.bend(), "bends")):
+            model.SetAndObserveTransformNodeID(transform.GetID())
+            self.assertTrue(until(lambda: message.visible, 10))
+            self.assertTrue(until(lambda: word in message.text, 10), message.text)
+            model.SetAndObserveTransformNodeID(None)
+            self.assertTrue(until(lambda: not message.visible, 10))
+
+    def test_other_layers_stay_and_the_log_says_all_once(self):
+        self.find("clearLog").click()
+        other = ball("Other")
+        slicer.util.setSliceViewerLayers(foreground=other, foregroundOpacity=0.5)
+        self.quick()
+        self.start()
+        self.assertTrue(until(self.ended))
+        layers = slicer.app.layoutManager().sliceWidget("Red").sliceLogic().GetSliceCompositeNode()
+        self.assertEqual(layers.GetForegroundVolumeID(), other.GetID())
+        self.assertEqual(self.find("logText").plainText.count("Reconstruction started"), 1)
 
 
 if __name__ == "__main__":
