@@ -103,6 +103,9 @@ QWidget* qSlicerInnerGSModuleWidgetPrivate::makeParameterRow() {
   parameterSets->setRemoveEnabled(true);
   parameterSets->setBaseName("InnerGS");
   parameterSets->setToolTip(tr("All choices below, saved with the scene. A scene can have several sets."));
+  QObject::connect(parameterSets, &qMRMLNodeComboBox::nodeAddedByUser, parameterSets, [](vtkMRMLNode* node) {
+    if (auto* set = vtkMRMLInnerGSParameterNode::SafeDownCast(node)) set->EvaluateQualityOn(); // as proposed
+  });
   label->setBuddy(parameterSets);
   layout->addWidget(label);
   layout->addWidget(parameterSets, 1);

@@ -290,6 +290,9 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   checkSettings(filter->MakeSettings());
   if (const double share = parameters->GetHeldOutFraction(); !(share >= 0 && share <= 0.5))
     refuse(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
+  if (parameters->GetEvaluateQuality() && parameters->GetQualityGap() == 1)
+    refuse(ErrorCode::InvalidArgument, "Judging the quality keeps every 2nd to 64th slice: choose a gap from "
+                                       "2 to 64, or 0 for the usual one.");
   return filter;
 }
 

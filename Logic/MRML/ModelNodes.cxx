@@ -11,6 +11,7 @@
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScene.h>
 
+#include <filesystem>
 #include <vtkCallbackCommand.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
@@ -54,7 +55,9 @@ void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
   const std::string before = storage->GetFileName() ? storage->GetFileName() : "";
   vtkNew<vtkCallbackCommand> quiet;
   const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
-  storage->SetFileName(fileName.c_str());
+  // A relative name means the working folder, not, as for a storage node in a scene, the scene's.
+  const std::u8string absolute = std::filesystem::absolute(std::filesystem::path(utf8)).u8string();
+  storage->SetFileName(std::string(absolute.begin(), absolute.end()).c_str());
   const int written = storage->WriteData(model);
   storage->RemoveObserver(tag);
   if (!written) {

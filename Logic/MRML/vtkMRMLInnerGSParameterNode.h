@@ -234,7 +234,7 @@ protected:
   std::string InstructionSet;
   int Seed = 1;
   double HeldOutFraction = 0;
-  bool EvaluateQuality = true;
+  bool EvaluateQuality = false;
   int QualityGap = 0;
 
 private:

@@ -105,18 +105,22 @@ class Job:
                       job.GetHeldOutPSNR(), warnings)
 
 
+def _node_of(volumes, spacing, parameter_node, choices):
+    if parameter_node is None:
+        return parameters(volumes, spacing, **choices)
+    if volumes is not None or spacing is not None or choices:
+        raise Error("Give a parameter node or volumes with choices, not both.")
+    return parameter_node
+
+
 def start(volumes, spacing=None, *, progress=None, preview=None, parameter_node=None, **choices):
     """Starts a reconstruction in the background and returns a Job; jobs run one after the other.
 
     progress, preview: called on the main thread with the Job. parameter_node: a vtkMRMLInnerGSParameterNode with all
     choices, instead of them. Other arguments as in reconstruct().
     """
-    if parameter_node is not None:
-        if volumes is not None or spacing is not None or choices:
-            raise Error("Give a parameter node or volumes with choices, not both.")
-        node, temporary = parameter_node, None
-    else:
-        node = temporary = parameters(volumes, spacing, **choices)
+    node = _node_of(volumes, spacing, parameter_node, choices)
+    temporary = None if node is parameter_node else node
     owner = logic_of(node)
     with quiet(owner):
         job = owner.StartReconstruction(node)
@@ -161,7 +165,7 @@ will run and why, a sentence."""
 
 def estimate(volumes, spacing=None, *, parameter_node=None, **choices):
     """What reconstruct() with these arguments would take, as an Estimate. Voxels are not looked at."""
-    node = parameter_node if parameter_node is not None else parameters(volumes, spacing, **choices)
+    node = _node_of(volumes, spacing, parameter_node, choices)
     owner = logic_of(node)
     try:
         refused = owner.CheckParameters(node)

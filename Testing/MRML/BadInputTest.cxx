@@ -237,6 +237,10 @@ TEST_F(BadInputTest, Settings) {
   parameters->SetHeldOutFraction(0.9);
   expectError(parameters, "held-out");
   parameters->SetHeldOutFraction(0);
+  parameters->EvaluateQualityOn();
+  parameters->SetQualityGap(1);
+  expectError(parameters, "2nd to 64th");
+  parameters->EvaluateQualityOff();
   parameters->SetHuberDelta(-1);
   expectError(parameters, "Huber");
   parameters->SetHuberDelta(0.1);

@@ -89,7 +89,6 @@ vtkMRMLInnerGSParameterNode* MrmlFixture::addParameters(vtkMRMLVolumeNode* input
       vtkMRMLInnerGSParameterNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSParameterNode"));
   node->SetInputVolumeNode(input);
   node->SetPreset(vtkMRMLInnerGSParameterNode::Fast);
-  node->EvaluateQualityOff(); // for the tests that are not about it
   return node;
 }
 

@@ -43,7 +43,7 @@ void fill(Parameters* p) {
   p->SetInstructionSet("scalar");
   p->SetSeed(42);
   p->SetHeldOutFraction(0.1);
-  p->EvaluateQualityOff(); // on by default
+  p->EvaluateQualityOn();
   p->SetQualityGap(6);
   p->SetOutputGrid(Parameters::SpacingGrid);
   p->SetOutputSpacing(0.7);
@@ -86,7 +86,7 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetInstructionSet(), "scalar");
   EXPECT_EQ(p->GetSeed(), 42);
   EXPECT_EQ(p->GetHeldOutFraction(), 0.1);
-  EXPECT_FALSE(p->GetEvaluateQuality());
+  EXPECT_TRUE(p->GetEvaluateQuality());
   EXPECT_EQ(p->GetQualityGap(), 6);
   EXPECT_EQ(p->GetOutputGrid(), Parameters::SpacingGrid);
   EXPECT_EQ(p->GetOutputSpacing(), 0.7);

@@ -31,6 +31,14 @@ TEST_F(SceneFileTest, SavedToAFolderAndReopened) {
     ASSERT_TRUE(storage->WriteData(node)) << node->GetName();
   }
   EXPECT_FALSE(model->GetModifiedSinceRead());
+  // A relative name means the working folder, wherever the scene lies.
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::create_directories(folder / "working");
+  std::filesystem::current_path(folder / "working");
+  scene->SetRootDirectory(folder.string().c_str());
+  EXPECT_TRUE(logic->SaveModel(model, "relative.innergs")) << logic->GetLastError();
+  std::filesystem::current_path(before);
+  EXPECT_TRUE(std::filesystem::exists(folder / "working" / "relative.innergs"));
   EXPECT_TRUE(std::filesystem::exists(folder / "Thick-InnerGS-model.innergs"));
   scene->SetURL((folder / "scene.mrml").string().c_str());
   ASSERT_TRUE(scene->Commit());

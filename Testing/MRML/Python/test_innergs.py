@@ -187,6 +187,8 @@ class InnerGSTest(unittest.TestCase):
         with self.assertRaises(innergs.Error) as caught:
             innergs.estimate(volume, held_out=0.9)
         self.assertEqual(self.scene.GetNumberOfNodes(), nodes)
+        with self.assertRaisesRegex(innergs.Error, "not both"):
+            innergs.estimate(volume, parameter_node=innergs.parameters(volume))
         self.assertEqual(innergs.reconstruct(volume, iterations=2, device="cpu").model.GetAttribute("InnerGS.Device"), "cpu")
         job = innergs.start(volume, iterations=5, device="cpu")
         job.result()
