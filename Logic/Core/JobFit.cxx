@@ -219,6 +219,7 @@ void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, 
       most = std::clamp(
           static_cast<int>(std::min(kReportEvery * done / std::max(secondsSince(asked), 1e-6), 1e6)), 1,
           2 * done);
+    if (trainer.iteration() == plan.coarseIterations) most = 1; // what follows takes several times as long
     noticeFailure(trainer, before, result);
     if (device->note(trainer.remark())) {
       result.device = device->use;

@@ -214,7 +214,7 @@ void Trainer::sweep(int most) {
   if (plan_.schedule == Schedule::Plateau || plan_.paperStopRule) most = 1;
   std::vector<SweepOrder> orders{order(iteration_)};
   for (int next = iteration_ + 1; next < std::min(iteration_ + most, plan_.iterations); ++next) {
-    if (densifies(next)) break;
+    if (densifies(next) || next == plan_.coarseIterations) break; // what follows takes another time
     orders.push_back(order(next));
   }
   const std::vector<LossSum> sums = device_->sweeps(orders);

@@ -94,15 +94,19 @@ TEST(SweepsOfOneWait, AreAsManyAsTheTrainerAllows) {
                   std::make_unique<cuda::Fit>(cuda::makeHostExecutor(), scene.request()));
       Trainer many(scene.field, scene.request(), scene.plan, kernelSet("scalar"), pool,
                    std::make_unique<cuda::Fit>(std::move(executor), scene.request()));
+      const int coarse = scene.plan.coarseIterations;
+      ASSERT_GT(coarse, 0);
       int steps = 0;
       while (one.step()) {
       }
-      while (many.step(16)) {
+      for (int before = 0; many.step(16); before = many.iteration()) {
         ++steps;
+        EXPECT_TRUE(before >= coarse || many.iteration() <= coarse) << "half resolution tells no time";
         EXPECT_EQ(static_cast<int>(many.losses().size()), many.iteration());
       }
-      // Every densification ends a run of sweeps, every loss does where it decides how the fit goes on.
-      const int waits = comparing ? 30 : c.densify ? 3 : 2;
+      // Full resolution and every densification end a run of sweeps, every loss does where it decides how the
+      // fit goes on.
+      const int waits = comparing ? 30 : c.densify ? 4 : 3;
       EXPECT_EQ(steps, waits);
       const int state = 3; // field and moments, at the end
       EXPECT_EQ(cuda::downloads(host), waits + (c.densify ? 2 : 0) + state);
