@@ -17,6 +17,9 @@ inline double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
+/// Reconstructions that run in this process now.
+int runningJobs();
+
 /// dB, of a mean squared error in normalised intensity.
 inline double psnrOf(double mse) {
   return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();

@@ -7,6 +7,7 @@
 #include "Core/Metrics.h"
 #include "Core/TimeEstimate.h"
 
+#include <atomic>
 #include <cstdio>
 #include <utility>
 
@@ -21,7 +22,18 @@ std::string gigabytes(std::int64_t bytes) {
   return text;
 }
 
+std::atomic<int> running{0};
+
+struct Running {
+  Running() { ++running; }
+  ~Running() { --running; }
+};
+
 } // namespace
+
+int runningJobs() {
+  return running;
+}
 
 const char* phaseName(Phase phase) {
   switch (phase) {
@@ -105,6 +117,7 @@ double ReconstructionJob::Impl::heldOutPsnr(const PreparedInput& prepared, const
 }
 
 ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool renderWhenCancelled) {
+  const Running counted;
   start = std::chrono::steady_clock::now();
   state = {};
   state.heldOutPsnr = kNaN;
@@ -181,6 +194,8 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   if (result.cancelled && renderWhenCancelled && !field.gaussians.empty()) finish({});
   result.checkpoint = std::make_shared<const Checkpoint>(std::move(checkpoint));
   result.seconds = secondsSince(start);
+  const bool goesOn = input.resume && !refitting && !input.resume->field.gaussians.empty();
+  result.sweeps = std::max(0, result.iterations - (goesOn ? input.resume->iteration : 0));
   rememberSpeed(input, result);
   if (!result.cancelled) report(Phase::Done, 1);
   return result;

@@ -41,8 +41,9 @@ struct ReconstructionResult {
   double heldOutPsnr = 0;                       // dB, NaN when nothing was held out
   double noise = 0;                             // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;             // left out of the fit
-  int iterations = 0;
-  DensifyCounts densified; // by this run, all members
+  int iterations = 0;                           // of the model, those of earlier runs included
+  int sweeps = 0;                               // of them in this run
+  DensifyCounts densified;                      // by this run, all members
   double seconds = 0, fitSeconds = 0;
   Settings settings;                 // with every optional filled in
   DeviceUse device;                  // where the fit ended

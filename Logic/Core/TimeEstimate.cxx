@@ -2,10 +2,12 @@
 
 #include "Core/Error.h"
 #include "Core/JobInput.h"
+#include "Core/JobSteps.h"
 #include "Core/Plan.h"
 #include "Core/Resume.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -16,6 +18,9 @@ namespace {
 
 constexpr double kFewVoxels = 12e3, kMoreVoxels = 96e3; // of the job that is timed
 constexpr double kTooShort = 0.006;                     // seconds: timed again with more voxels
+constexpr std::int64_t kMostOutput = 200'000;           // voxels that the small job renders
+constexpr double kOld = 60;                             // seconds: timed again, other programs come and go
+constexpr int kFewSweeps = 20;                          // too few to tell a device's speed
 constexpr int kSweeps = 4;                              // at most half of them coarse
 
 /// Seconds of the parts of a small job; those of the sweeps for one each.
@@ -75,13 +80,26 @@ std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
   return piece;
 }
 
+/// The lattice at this spacing, or at a wider one where that would be too much to render.
+GridGeometry smallOutput(const GridGeometry& part, Vec3 spacing) {
+  const Vec3 extent = part.extent();
+  double voxels = 1;
+  for (int a = 0; a < 3; ++a)
+    voxels *= std::max(1.0, extent[a] / spacing[a]);
+  spacing = std::max(1.0, std::cbrt(voxels / kMostOutput)) * spacing;
+  GridGeometry grid = withSpacing(part, spacing);
+  while (grid.voxelCount() > kMostOutput)
+    grid = withSpacing(part, spacing = 1.1 * spacing);
+  return grid;
+}
+
 Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
              double voxels) {
   ReconstructionInput small;
   small.stacks = pieceOf(input.stacks, voxels);
   const GridGeometry &whole = input.stacks.front().image.geometry,
                      &part = small.stacks.front().image.geometry;
-  small.outputGrid = withSpacing(part, output.spacing);
+  small.outputGrid = smallOutput(part, output.spacing);
   Settings settings = filled;
   settings.device = "cpu";
   settings.iterations = kSweeps;
@@ -124,8 +142,19 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
 }
 
 std::mutex mutex;
-std::map<std::string, Timing> timings; // by what they depend on
-std::map<std::string, double> speeds;  // seconds per voxel and sweep, by device
+
+struct Remembered {
+  Timing timing; // the quickest so far
+  std::chrono::steady_clock::time_point when;
+  bool disturbed = false; // by another job of this process
+};
+std::map<std::string, Remembered> timings; // by what they depend on
+
+struct Speed {
+  double sweep = 0; // seconds per voxel
+  double rest = 0;  // seconds per voxel read or written
+};
+std::map<std::string, Speed> speeds; // by device
 
 /// What a timing depends on, machine aside.
 std::string keyOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
@@ -153,12 +182,20 @@ Timing timingOf(const ReconstructionInput& input, const Settings& filled, const 
   const std::string key = keyOf(input, filled, output);
   const std::lock_guard lock(mutex);
   const auto known = timings.find(key);
-  if (known != timings.end()) return known->second;
+  if (known != timings.end() && secondsSince(known->second.when) < kOld &&
+      (!known->second.disturbed || runningJobs() > 0))
+    return known->second.timing;
+  bool disturbed = runningJobs() > 0;
   Timing timing = timed(input, filled, output, kFewVoxels);
   if (timing.total < kTooShort && voxelsOf(input.stacks) > 2 * kFewVoxels)
     timing = timed(input, filled, output, kMoreVoxels);
-  if (timings.size() >= 64) timings.clear();
-  return timings[key] = timing;
+  disturbed = disturbed || runningJobs() > 0;
+  if (known != timings.end() &&
+      known->second.timing.total * timing.voxels < timing.total * known->second.timing.voxels)
+    timing = known->second.timing;
+  if (known == timings.end() && timings.size() >= 64) timings.clear();
+  timings[key] = {timing, std::chrono::steady_clock::now(), disturbed};
+  return timing;
 }
 
 } // namespace
@@ -182,7 +219,9 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
   if (!device.onCpu()) {
     const std::lock_guard lock(mutex);
     const auto speed = speeds.find(device.use.id);
-    return speed == speeds.end() ? 0 : speed->second * voxels * members * plan.iterations;
+    if (speed == speeds.end()) return 0;
+    return speed->second.sweep * voxels * members * plan.iterations +
+           speed->second.rest * (voxels + outputVoxels);
   }
   const Timing t = timingOf(input, filled, output);
   const double sweeps = plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
@@ -191,10 +230,13 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
 }
 
 void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result) {
-  if (result.cancelled || result.device.id == "cpu" || result.iterations < 1) return;
-  const double work = voxelsOf(input.stacks) * result.iterations;
+  if (result.cancelled || result.device.id == "cpu" || result.sweeps < kFewSweeps) return;
+  const double voxels = voxelsOf(input.stacks),
+               output = static_cast<double>(result.volume.geometry.voxelCount());
+  if (voxels <= 0) return;
   const std::lock_guard lock(mutex);
-  if (work > 0) speeds[result.device.id] = result.seconds / work;
+  speeds[result.device.id] = {result.fitSeconds / (voxels * result.sweeps),
+                              std::max(0.0, result.seconds - result.fitSeconds) / (voxels + output)};
 }
 
 } // namespace innergs

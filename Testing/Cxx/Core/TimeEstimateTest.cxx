@@ -76,6 +76,36 @@ TEST(TimeEstimate, IsQuickAndRemembered) {
   EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(), 0.05);
 }
 
+TEST(TimeEstimate, IsQuickForAFineOutput) {
+  ReconstructionInput input = outline(40);
+  const double coarse = estimateSeconds(input, threaded());
+  input.outputGrid = withSpacing(input.stacks[0].image.geometry, {0.05, 0.05, 0.05});
+  const auto begun = std::chrono::steady_clock::now();
+  const double fine = estimateSeconds(input, threaded());
+  EXPECT_LT(std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count(), 2);
+  EXPECT_GT(fine, 20 * coarse) << "8000 times the voxels to render";
+}
+
+TEST(TimeEstimate, IsMadeAgainWhenAJobRanBeside) {
+  const ReconstructionInput input = outline(44);
+  const Settings settings = threaded();
+  double beside = 0;
+  ReconstructionJob job(isotropicInput(), quickSettings(4));
+  job.onProgress([&](const Progress& p) {
+    if (p.phase != Phase::Fitting || beside > 0) return;
+    beside = estimateSeconds(input, settings);
+    EXPECT_EQ(estimateSeconds(input, settings), beside) << "as good as it gets";
+  });
+  job.run();
+  ASSERT_GT(beside, 0);
+  const auto begun = std::chrono::steady_clock::now();
+  const double alone = estimateSeconds(input, settings);
+  const double timing = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
+  EXPECT_GT(timing, 5e-4) << "timed again";
+  EXPECT_GT(alone, 0);
+  EXPECT_EQ(estimateSeconds(input, settings), alone);
+}
+
 TEST(TimeEstimate, RefusesWhatTheJobWouldRefuse) {
   Settings settings = threaded();
   EXPECT_THROW(estimateSeconds({}, settings), Error);

@@ -58,13 +58,26 @@ TEST_F(DeviceJob, RunsOnTheDeviceAndSaysSo) {
 
 TEST_F(DeviceJob, IsEstimatedByTheLastFitOnTheDevice) {
   const ReconstructionInput input = isotropicInput();
-  EXPECT_EQ(estimateSeconds(input, on("cuda:0")), 0) << "nothing has run there yet";
-  const auto result = runUntil(-1, input, on("cuda:0"));
+  const Settings fit = on("cuda:0", quickSettings(30));
+  EXPECT_EQ(estimateSeconds(input, fit), 0) << "nothing has run there yet";
+  const auto result = runUntil(-1, input, fit);
   ASSERT_EQ(result.device.id, "cuda:0");
-  EXPECT_NEAR(estimateSeconds(input, on("cuda:0")), result.seconds, 1e-6 + 0.5 * result.seconds);
-  Settings longer = on("cuda:0");
+  EXPECT_NEAR(estimateSeconds(input, fit), result.seconds, 1e-6 + 0.5 * result.seconds);
+  Settings longer = fit;
   longer.iterations = 3 * *longer.iterations;
-  EXPECT_NEAR(estimateSeconds(input, longer), 3 * estimateSeconds(input, on("cuda:0")), 1e-9);
+  const double once = estimateSeconds(input, fit), thrice = estimateSeconds(input, longer);
+  EXPECT_NEAR(thrice - once, 2 * result.fitSeconds, 1e-6 + 0.01 * result.fitSeconds);
+  EXPECT_EQ(result.sweeps, result.iterations);
+
+  // A model that is gone on with: only the sweeps of the run count, and a few tell nothing.
+  const auto stopped = runUntil(*result.settings.iterations - 5, input, fit);
+  ASSERT_TRUE(stopped.cancelled);
+  ReconstructionInput goingOn = input;
+  goingOn.resume = stopped.checkpoint;
+  const auto resumed = runUntil(-1, goingOn, fit);
+  EXPECT_EQ(resumed.iterations, result.iterations);
+  EXPECT_EQ(resumed.sweeps, resumed.iterations - stopped.iterations);
+  EXPECT_EQ(estimateSeconds(input, fit), once);
 }
 
 TEST_F(DeviceJob, RendersResultHeldOutSlicesAndPreviewsOnTheDevice) {
