@@ -328,7 +328,7 @@ bool qSlicerInnerGSHost::start(const Request& request) {
     return false;
   }
   store(request);
-  job_ = logic_->StartReconstruction(parameters_);
+  job_ = logic_->StartReconstruction(parameters_, false);
   if (!job_) {
     Q_EMIT failed(lastError());
     return false;

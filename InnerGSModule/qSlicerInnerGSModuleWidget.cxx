@@ -246,6 +246,7 @@ void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
   if (!node) {
     node = vtkMRMLInnerGSParameterNode::SafeDownCast(
         in->AddNewNodeByClass("vtkMRMLInnerGSParameterNode", "InnerGS"));
+    if (node) node->EvaluateQualityOn(); // as the panel proposes
   }
   if (node && node->GetNumberOfInputVolumeNodes() == 0 && viewedVolume())
     node->SetInputVolumeNode(viewedVolume());

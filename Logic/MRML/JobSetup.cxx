@@ -39,6 +39,13 @@ namespace {
 
 using Parameters = vtkMRMLInnerGSParameterNode;
 
+/// Of its own, so that a worker touches no node's image, with the same voxels.
+vtkSmartPointer<vtkImageData> sharing(vtkImageData* image) {
+  const auto own = vtkSmartPointer<vtkImageData>::New();
+  own->ShallowCopy(image);
+  return own;
+}
+
 [[noreturn]] void refuse(ErrorCode code, const std::string& sentence) {
   throw Error(code, sentence);
 }
@@ -107,7 +114,7 @@ void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters,
     if (!volume->GetImageData())
       refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
     ijkToWorld(volume, ijkToWorldMatrix);
-    filter->SetMaskData(volume->GetImageData());
+    filter->SetMaskData(sharing(volume->GetImageData()));
   } else if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
     vtkNew<vtkOrientedImageData> labels;
     const std::string segment = parameters->GetMaskSegmentID();
@@ -266,7 +273,7 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxel
              "The input " + quoted(input) + " has no voxels: load or choose another volume.");
     vtkNew<vtkMatrix4x4> matrix;
     ijkToWorld(input, matrix);
-    filter->AddInputData(input->GetImageData());
+    filter->AddInputData(sharing(input->GetImageData()));
     filter->SetInputIJKToRASMatrix(index, matrix);
     filter->SetInputName(index, input->GetName() ? input->GetName() : "");
     filter->SetInputSliceThickness(index, parameters->GetInputSliceThickness(input));
@@ -358,7 +365,7 @@ Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
   return outline;
 }
 
-std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene) {
+std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, bool copy) {
   auto task = std::make_shared<Task>();
   task->filter = filterFor(parameters, scene, *task, true);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
@@ -368,7 +375,8 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene) {
     request.settings = task->filter->MakeSettings();
     task->quality = std::move(request);
   }
-  if (!task->filter->TakeSnapshot()) refuse(ErrorCode::InvalidArgument, task->filter->GetErrorMessage());
+  if (copy && !task->filter->TakeSnapshot())
+    refuse(ErrorCode::InvalidArgument, task->filter->GetErrorMessage());
   for (vtkMRMLVolumeNode* input : inputs)
     task->inputNames +=
         (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");

@@ -82,7 +82,8 @@ struct Outline {
 /// Throws Error.
 Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
 
-/// check() and the one copy of the voxels. Throws Error.
-std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+/// check() and the one copy of the voxels; without it the worker makes it, from voxels shared with the nodes.
+/// Throws Error.
+std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene, bool copy);
 
 } // namespace innergs::mrml

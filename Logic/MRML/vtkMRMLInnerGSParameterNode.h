@@ -182,7 +182,7 @@ public:
   vtkGetMacro(HeldOutFraction, double);
   /// Also judge the settings on the first input by protocol H: keep every QualityGap-th axial slice (0,
   /// default: 2nd or 4th by its spacing), score the others beside linear, cubic and Lanczos interpolation, in
-  /// a table node. On by default.
+  /// a table node. Off by default.
   vtkSetMacro(EvaluateQuality, bool);
   vtkGetMacro(EvaluateQuality, bool);
   vtkBooleanMacro(EvaluateQuality, bool);

@@ -199,10 +199,12 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
 
 //------------------------------------------------------------------------------
 
-vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSParameterNode* parameters) {
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSParameterNode* parameters,
+                                                                bool copyVoxels) {
   Internals& work = *this->Work;
   const bool started = work.guard([&] {
-    std::shared_ptr<mrml::Task> task = mrml::prepare(parameters, this->GetMRMLScene());
+    std::shared_ptr<mrml::Task> task =
+        mrml::prepare(parameters, this->GetMRMLScene(), copyVoxels || this->GetNumberOfJobs() > 0);
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->ParameterNode = parameters;
     work.lastJob = task->job;

@@ -53,7 +53,10 @@ public:
   bool Reconstruct(vtkMRMLInnerGSParameterNode* parameters);
   /// Non-blocking: checks everything, copies the inputs' voxels and returns; the job runs after those before
   /// it. Null when it was refused.
-  vtkSlicerInnerGSJob* StartReconstruction(vtkMRMLInnerGSParameterNode* parameters);
+  /// copyVoxels off: returns at once, and the worker makes the copy as the first thing it does (phase
+  /// "Preparing"): until then voxels must not be changed in place; nodes may go. A job that has to wait for
+  /// others copies now.
+  vtkSlicerInnerGSJob* StartReconstruction(vtkMRMLInnerGSParameterNode* parameters, bool copyVoxels = true);
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
   /// Finished when it had been before.
   void Cancel(vtkSlicerInnerGSJob* job = nullptr);

@@ -71,6 +71,41 @@ TEST_F(JobTest, NodesRemovedOrEditedWhileRunning) {
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
 }
 
+// The same result when the worker makes the copy, and what it refuses is told like every failure.
+TEST_F(JobTest, VoxelsCopiedByTheWorker) {
+  auto* input = addVolume();
+  auto* parameters = addParameters(input);
+  parameters->SetNumberOfIterations(20);
+  parameters->SetMaskNode(addVolume("Mask"));
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  const vtkSmartPointer<vtkImageData> copied = logic->GetLastJob()->GetVolumeNode()->GetImageData();
+  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters, false);
+  ASSERT_NE(job, nullptr) << logic->GetLastError();
+  vtkSmartPointer<vtkSlicerInnerGSJob> next = logic->StartReconstruction(parameters, false);
+  ASSERT_NE(next, nullptr);
+  scene->RemoveNode(input);
+  ASSERT_TRUE(logic->WaitForJob(job));
+  ASSERT_TRUE(logic->WaitForJob(next));
+  for (const auto& ended : {job, next}) {
+    ASSERT_EQ(ended->GetState(), vtkSlicerInnerGSJob::Finished) << ended->GetErrorMessage();
+    vtkImageData* shared = ended->GetVolumeNode()->GetImageData();
+    ASSERT_EQ(shared->GetNumberOfPoints(), copied->GetNumberOfPoints());
+    EXPECT_EQ(std::memcmp(shared->GetScalarPointer(), copied->GetScalarPointer(),
+                          sizeof(float) * static_cast<std::size_t>(copied->GetNumberOfPoints())),
+              0);
+  }
+  auto* empty = addVolume("Empty");
+  empty->GetImageData()->GetPointData()->GetScalars()->Fill(0);
+  auto* other = addVolume("Other");
+  parameters->SetInputVolumeNode(other);
+  parameters->SetMaskNode(empty); // nothing to fit
+  job = logic->StartReconstruction(parameters, false);
+  ASSERT_NE(job, nullptr) << logic->GetLastError();
+  ASSERT_TRUE(logic->WaitForJob(job));
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Failed);
+  EXPECT_NE(job->GetErrorMessage(), "");
+}
+
 TEST_F(JobTest, LogicAndSceneGoWhileRunning) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);

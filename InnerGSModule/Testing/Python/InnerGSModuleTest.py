@@ -144,9 +144,11 @@ class InnerGSModuleTest(unittest.TestCase):
     def test_several_sets_and_their_restoring(self):
         sets = self.find("ParameterNodeComboBox")
         first = self.parameters
+        self.assertTrue(first.GetEvaluateQuality())  # as the panel proposes
         self.quick()
         self.assertEqual(first.GetPreset(), first.Fast)  # the panel writes the node
         second = sets.addNode()
+        self.assertTrue(second.GetEvaluateQuality())
         self.assertEqual(self.find("preset").currentIndex, 1)  # and shows the other one
         second.SetPreset(second.Best)
         second.SetInputVolumeNode(self.volume)
