@@ -6,6 +6,7 @@
 #include "vtkInnerGSResample.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScalarVolumeDisplayNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
@@ -178,6 +179,8 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
     report.gaussians = model->IsEmpty() ? 0 : model->GetModel()->GetNumberOfGaussians();
   report.device = QString::fromStdString(job->GetDeviceNote());
   report.settings = QString::fromStdString(job->GetUsedSettings());
+  if (vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode())
+    report.scans = parameters->GetNumberOfInputVolumeNodes();
   vtkMRMLTableNode* node = job->GetTableNode();
   vtkTable* table = node ? node->GetTable() : nullptr;
   for (vtkIdType row = 0; table && row < table->GetNumberOfRows(); ++row)

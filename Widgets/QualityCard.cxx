@@ -47,8 +47,16 @@ QString structureText(const QVector<QualityRow>& rows, const QualityRow& ours) {
   return QualityCard::tr(" By SSIM, which judges structure, %1 is better.").arg(methodText(*best).toLower());
 }
 
+/// What the scores do not speak of.
+QString scopeText(const Report& report) {
+  if (report.quality.isEmpty() || report.scans < 2) return {};
+  return QualityCard::tr("Judged on the first scan alone, which says little about the %1 scans together. ")
+      .arg(report.scans);
+}
+
 /// How InnerGS stands against the best of the others, in words.
-QString verdictText(const QVector<QualityRow>& rows) {
+QString verdictText(const Report& report) {
+  const QVector<QualityRow>& rows = report.quality;
   const auto ours = std::find_if(rows.begin(), rows.end(), isOurs);
   const QualityRow* best = nullptr;
   for (const QualityRow& row : rows)
@@ -61,6 +69,9 @@ QString verdictText(const QVector<QualityRow>& rows) {
                            "of the others (%2).")
                .arg(by, other) +
            structureText(rows, *ours);
+  if (gain <= -kSameQuality && report.scans > 1)
+    return QualityCard::tr("On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS.")
+        .arg(by, other);
   if (gain <= -kSameQuality)
     return QualityCard::tr(
                "On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS: try the "
@@ -111,7 +122,7 @@ void QualityCard::setReport(const Report& report) {
     label->setText(text);
     label->setVisible(!text.isEmpty());
   };
-  set(verdict_, verdictText(report.quality));
+  set(verdict_, scopeText(report) + verdictText(report));
   setTable(report.quality);
   set(samples_,
       report.quality.isEmpty() ? QString() : tr("Scored on held-out slices. %1").arg(report.qualitySamples));

@@ -76,8 +76,10 @@ struct Report {
   QStringList warnings;               // sentences
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out
   double heldOutPsnr = NAN;           // dB on withheld slices; NaN: nothing was withheld
-  QVector<QualityRow> quality;        // protocol H, on slices that no method saw; empty: not asked for
-  QString qualitySamples;             // which samples these are, a sentence
+  int scans = 1;                      // that were reconstructed together
+  QVector<QualityRow>
+      quality;            // protocol H on the first scan alone, on slices no method saw; empty: not asked for
+  QString qualitySamples; // which samples these are, a sentence
   double seconds = 0;
   std::int64_t gaussians = 0;
   QString device, settings; // where it ran and why; "name=value; ..."

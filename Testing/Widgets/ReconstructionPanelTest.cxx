@@ -176,6 +176,11 @@ private Q_SLOTS:
     finish(report);
     QVERIFY(
         label("qualityVerdict").contains("linear interpolation is 1.2 dB closer to the truth than InnerGS"));
+    QVERIFY(label("qualityVerdict").endsWith("keep to interpolation for this scan."));
+    report.scans = 3; // protocol H says nothing about their combination
+    finish(report);
+    QVERIFY(label("qualityVerdict").startsWith("Judged on the first scan alone"));
+    QVERIFY(!label("qualityVerdict").contains("keep to interpolation"));
   }
 
   void worseStructureIsSaid() {

@@ -246,6 +246,7 @@ void Runner::judge(const Order& order, Outcome& outcome, Progress last, const st
       for (const MethodScore& score : scores.methods)
         report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
       report.qualitySamples = QString::fromStdString(scores.samples);
+      report.scans = static_cast<int>(order.inputs.size());
     } catch (const Error& caught) {
       if (caught.code() != ErrorCode::Cancelled) throw; // a complete fit is kept
       report.warnings << tr("The judgement of the quality was stopped: the result itself is complete.");
