@@ -366,8 +366,7 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     }
     fit_ = progress;
     if (phase.startsWith("Judging") && !judging_)
-      progress.note =
-          tr("Judging the quality by a second fit that sees only some of the slices.").toStdString();
+      Q_EMIT logged(tr("Judging the quality by a second fit that sees only some of the slices."));
     judging_ = phase.startsWith("Judging");
     if (const std::string note = job->GetDeviceNote(); note != deviceNote_)
       progress.note = deviceNote_ = note; // once
