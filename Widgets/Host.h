@@ -66,7 +66,7 @@ public:
   virtual vtkInnerGSModel* model(const QString& id) const = 0;
   /// The ID of what was read, or "" with a sentence in *error. Files: .innergs, .ply.
   virtual QString loadModel(const QString& file, QString* error) = 0;
-  /// "" or a sentence.
+  /// "" or a sentence. A .ply file holds the Gaussians alone: the model is not saved by it.
   virtual QString saveModel(const QString& id, const QString& file) = 0;
   virtual QString showEllipsoids(const QString& id, bool shown) = 0;
   /// Puts a volume among the host's; its ID, or "" with a sentence in *error.

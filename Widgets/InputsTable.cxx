@@ -1,10 +1,10 @@
 #include "Widgets/InputsTable.h"
 
+#include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/Words.h"
 
 #include <QComboBox>
-#include <QDoubleSpinBox>
 #include <QGridLayout>
 #include <QLabel>
 #include <QSignalBlocker>
@@ -39,7 +39,7 @@ QString slicesText(const VolumeInfo& info, int axis) {
 InputRow::InputRow(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), selector_(host->createSelector(Host::Role::Input, this)),
       title_(new QLabel(this)), description_(makeWrappedLabel("inputDescription", this)),
-      thickness_(new QDoubleSpinBox(this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
+      thickness_(new NumberSpin({0, 1000}, this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
       remove_(new QToolButton(this)) {
   setObjectName("inputRow");
   selector_->setObjectName("inputSelector");
@@ -47,11 +47,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
   title_->setBuddy(selector_);
 
   thickness_->setObjectName("sliceThickness");
-  thickness_->setRange(0, 100);
-  thickness_->setDecimals(2);
-  thickness_->setSingleStep(0.5);
   thickness_->setSuffix(tr(" mm"));
-  thickness_->setKeyboardTracking(false);
   thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
                             "auto (0): as the file says, else the distance between slices."));
 
@@ -115,19 +111,25 @@ InputRow::InputRow(Host* host, QWidget* parent)
     Q_EMIT changed();
   };
   connect(selector_, &Selector::currentIdChanged, this, edited);
-  connect(thickness_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, edited);
-  connect(profile_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, edited);
-  connect(axis_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, edited);
+  connect(thickness_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, edited](double mm) {
+    choice_.sliceThickness = mm;
+    edited();
+  });
+  connect(profile_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, edited] {
+    choice_.sliceProfile = profile_->currentData().toInt();
+    edited();
+  });
+  connect(axis_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this, edited] {
+    choice_.sliceAxis = axis_->currentData().toInt();
+    edited();
+  });
   connect(remove_, &QToolButton::clicked, this, &InputRow::removeRequested);
   refresh();
 }
 
 InputChoice InputRow::choice() const {
-  InputChoice choice;
+  InputChoice choice = choice_;
   choice.id = selector_->currentId();
-  choice.sliceThickness = thickness_->value();
-  choice.sliceProfile = profile_->currentData().toInt();
-  choice.sliceAxis = axis_->currentData().toInt();
   return choice;
 }
 
@@ -139,6 +141,7 @@ void InputRow::setChoice(const InputChoice& choice) {
     thickness_->setValue(choice.sliceThickness);
     profile_->setCurrentIndex(std::max(0, profile_->findData(choice.sliceProfile)));
     axis_->setCurrentIndex(std::max(0, axis_->findData(choice.sliceAxis)));
+    choice_ = choice;
     refresh();
   }
   Q_EMIT changed();
@@ -204,15 +207,35 @@ InputsTable::InputsTable(Host* host, QWidget* parent)
   number();
   connect(add_, &QToolButton::clicked, this, [this] {
     InputRow* row = addRow();
+    row->setChoice({}); // not the first scan once more
     number();
     row->setFocus();
-    Q_EMIT changed();
+    tell();
   });
   connect(host, &Host::volumesChanged, this, [this] {
     for (InputRow* row : std::as_const(rows_))
       row->refresh();
-    Q_EMIT changed();
+    if (inputs() != told_)
+      tell();
+    else
+      Q_EMIT refreshed();
   });
+  told_ = inputs();
+}
+
+void InputsTable::tell() {
+  told_ = inputs();
+  Q_EMIT changed();
+}
+
+void InputsTable::suggest(const QString& id) {
+  if (rows_.size() != 1) return;
+  InputChoice now = rows_.first()->choice();
+  const bool free = now.id.isEmpty() || now.id == suggested_;
+  now.id.clear();
+  if (!free || now != InputChoice{}) return;
+  suggested_ = id;
+  rows_.first()->setChoice({id});
 }
 
 QVector<InputChoice> InputsTable::inputs() const {
@@ -234,7 +257,7 @@ void InputsTable::setInputs(const QVector<InputChoice>& inputs) {
       rows_[i]->setChoice(inputs.value(i));
     number();
   }
-  Q_EMIT changed();
+  tell();
 }
 
 InputRow* InputsTable::addRow() {
@@ -244,13 +267,13 @@ InputRow* InputsTable::addRow() {
   rows_ << row;
   rowsLayout_->addWidget(row);
   row->setVisible(true);
-  connect(row, &InputRow::changed, this, &InputsTable::changed);
+  connect(row, &InputRow::changed, this, &InputsTable::tell);
   connect(row, &InputRow::removeRequested, this, [this, row] {
     const int place = rows_.indexOf(row);
     removeRow(row);
     number();
     rows_[std::min<int>(place, rows_.size() - 1)]->setFocus();
-    Q_EMIT changed();
+    tell();
   });
   return row;
 }

@@ -4,12 +4,13 @@
 #include <QWidget>
 
 class QComboBox;
-class QDoubleSpinBox;
 class QLabel;
 class QToolButton;
 class QVBoxLayout;
 
 namespace innergs::ui {
+
+class NumberSpin;
 
 /// One scan: which, how its slices lie, their thickness (mm), profile and axis.
 class InputRow : public QWidget {
@@ -38,9 +39,10 @@ private:
   Host* host_;
   Selector* selector_;
   QLabel *title_, *description_;
-  QDoubleSpinBox* thickness_;
+  NumberSpin* thickness_;
   QComboBox *profile_, *axis_;
   QToolButton* remove_;
+  InputChoice choice_; // but for the ID; what was set stays as it was until it is edited
 };
 
 /// The scans of a reconstruction. At least one row, which may be without a choice.
@@ -51,19 +53,26 @@ public:
   /// Rows without a choice are left out.
   QVector<InputChoice> inputs() const;
   void setInputs(const QVector<InputChoice>& inputs);
+  /// Chooses a scan for the only row, unless the user chose another one or changed how it is read.
+  void suggest(const QString& id);
 
 Q_SIGNALS:
   void changed();
+  /// The same choice, but the host's volumes changed.
+  void refreshed();
 
 private:
   InputRow* addRow();
   void removeRow(InputRow* row);
   void number();
+  void tell();
 
   Host* host_;
   QVBoxLayout* rowsLayout_;
   QVector<InputRow*> rows_;
   QToolButton* add_;
+  QVector<InputChoice> told_;
+  QString suggested_;
 };
 
 } // namespace innergs::ui

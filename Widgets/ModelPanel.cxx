@@ -1,6 +1,7 @@
 #include "Widgets/ModelPanel.h"
 
 #include "Widgets/MessageLine.h"
+#include "Widgets/SaveDialog.h"
 
 #include <QCheckBox>
 #include <QDir>
@@ -22,12 +23,6 @@ QString filters(bool both) {
                 ply = ModelPanel::tr("Gaussians as PLY (*.ply)");
   const QString each = model + QStringLiteral(";;") + ply;
   return both ? ModelPanel::tr("Models (*.innergs *.ply)") + QStringLiteral(";;") + each : each;
-}
-
-/// Files go by their names' ends.
-bool hasKnownEnd(const QString& file) {
-  return file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive) ||
-         file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive);
 }
 
 } // namespace
@@ -93,7 +88,7 @@ void ModelPanel::build() {
   load_ = new QPushButton(tr("&Load…"));
   load_->setObjectName(QStringLiteral("modelLoad"));
   load_->setToolTip(tr("Read a model (.innergs) or Gaussians (.ply) from a file"));
-  save_ = new QPushButton(tr("Sa&ve…"));
+  save_ = new QPushButton(tr("&Save…"));
   save_->setObjectName(QStringLiteral("modelSave"));
   save_->setToolTip(tr("Save the model (.innergs: all of it; .ply: its Gaussians for other programs)"));
   auto* buttons = new QHBoxLayout;
@@ -160,22 +155,15 @@ void ModelPanel::load() {
 
 void ModelPanel::save() {
   const ModelInfo info = host_->modelInfo(modelId_);
-  auto* dialog = new QFileDialog(this, tr("Save the model"), host_->folder(), filters(false));
-  dialog->setObjectName(QStringLiteral("modelSaveDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setAcceptMode(QFileDialog::AcceptSave);
-  dialog->setDefaultSuffix(QStringLiteral("innergs"));
-  connect(dialog, &QFileDialog::filterSelected, dialog, [dialog](const QString& filter) {
-    const QString end =
-        filter.contains(QLatin1String("*.ply")) ? QStringLiteral("ply") : QStringLiteral("innergs");
-    dialog->setDefaultSuffix(end);
-    const QFileInfo file(dialog->selectedFiles().value(0));
-    if (hasKnownEnd(file.fileName())) dialog->selectFile(file.completeBaseName() + QLatin1Char('.') + end);
-  });
   QString name = info.name;
   name.replace(QLatin1Char('/'), QLatin1Char('-'));
-  dialog->selectFile(name + QStringLiteral(".innergs"));
-  connect(dialog, &QFileDialog::fileSelected, this, &ModelPanel::saveFile);
+  auto* dialog = new SaveDialog(this, tr("Save the model"), host_->folder(), filters(false),
+                                name + QStringLiteral(".innergs"));
+  dialog->setObjectName(QStringLiteral("modelSaveDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& file) {
+    if (const QString to = dialog->complete(file); !to.isEmpty()) saveFile(to);
+  });
   dialog->open();
 }
 
@@ -192,14 +180,14 @@ void ModelPanel::loadFile(const QString& file) {
 }
 
 void ModelPanel::saveFile(const QString& file) {
-  const QString target = hasKnownEnd(file) ? file : file + QStringLiteral(".innergs");
-  host_->setFolder(QFileInfo(target).absolutePath());
-  const QString error = host_->saveModel(modelId_, target);
+  host_->setFolder(QFileInfo(file).absolutePath());
+  const QString error = host_->saveModel(modelId_, file);
   refresh();
-  if (error.isEmpty())
-    say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(target)));
-  else
-    say(error, true);
+  if (!error.isEmpty()) return say(error, true);
+  QString done = tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file));
+  if (file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
+    done += QLatin1Char(' ') + tr("A PLY file holds the Gaussians alone: save as .innergs to keep all.");
+  say(done);
 }
 
 void ModelPanel::say(const QString& message, bool error) {

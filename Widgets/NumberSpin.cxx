@@ -48,10 +48,17 @@ QString NumberSpin::textFromValue(double value) const {
 
 double NumberSpin::valueFromText(const QString& text) const {
   if (text == specialValueText()) return minimum();
-  return locale().toDouble(text);
+  const QString number = bare(text);
+  return number == textFromValue(value()) ? value() : locale().toDouble(number);
 }
 
-QValidator::State NumberSpin::validate(QString& text, int&) const {
+QString NumberSpin::bare(QString text) const {
+  if (!suffix().isEmpty() && text.endsWith(suffix())) text.chop(suffix().size());
+  return text.trimmed();
+}
+
+QValidator::State NumberSpin::validate(QString& whole, int&) const {
+  const QString text = whole == specialValueText() ? whole : bare(whole);
   const bool special = !specialValueText().isEmpty();
   if (special && (text == specialValueText() || text == textFromValue(minimum())))
     return QValidator::Acceptable;
@@ -67,12 +74,12 @@ QValidator::State NumberSpin::validate(QString& text, int&) const {
 }
 
 void NumberSpin::fixup(QString& text) const {
-  if (text.trimmed().isEmpty() && !specialValueText().isEmpty()) {
+  if (bare(text).isEmpty() && !specialValueText().isEmpty()) {
     text = textFromValue(minimum());
     return;
   }
   bool ok = false;
-  const double value = locale().toDouble(text, &ok);
+  const double value = locale().toDouble(bare(text), &ok);
   if (ok) text = textFromValue(std::clamp(value, range_.lowest, range_.highest));
 }
 
@@ -90,8 +97,12 @@ void NumberSpin::stepBy(int steps) {
 QSize NumberSpin::sizeHint() const {
   QStyleOptionSpinBox option;
   initStyleOption(&option);
-  const QString longest = range_.automatic ? specialValueText() : QStringLiteral("100000");
-  const QSize text(fontMetrics().horizontalAdvance(longest + "  "), lineEdit()->sizeHint().height());
+  const QString number =
+      (suffix().isEmpty() ? QStringLiteral("100000") : QStringLiteral("0.9375")) + suffix();
+  int width = range_.automatic ? 0 : fontMetrics().horizontalAdvance(number + "  ");
+  if (!specialValueText().isEmpty())
+    width = std::max(width, fontMetrics().horizontalAdvance(specialValueText() + "  "));
+  const QSize text(width, lineEdit()->sizeHint().height());
   return style()->sizeFromContents(QStyle::CT_SpinBox, &option, text, this);
 }
 

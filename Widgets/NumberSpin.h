@@ -6,7 +6,8 @@
 namespace innergs::ui {
 
 /// A number without padding zeros, over many orders of magnitude; where `automatic` is allowed, an emptied
-/// field or a step below the lowest value means that no number is given.
+/// field or a step below the lowest value means that no number is given. A text that was not edited keeps the
+/// number with all its digits.
 class NumberSpin : public QDoubleSpinBox {
   Q_OBJECT
 public:
@@ -31,6 +32,8 @@ public:
   QSize minimumSizeHint() const override { return sizeHint(); }
 
 private:
+  /// Without the suffix.
+  QString bare(QString text) const;
   Range range_;
 };
 

@@ -1,10 +1,10 @@
 #include "Widgets/OutputBox.h"
 
+#include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/Words.h"
 
 #include <QComboBox>
-#include <QDoubleSpinBox>
 #include <QFormLayout>
 #include <QLabel>
 #include <QSignalBlocker>
@@ -16,7 +16,7 @@ namespace innergs::ui {
 
 OutputBox::OutputBox(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), grid_(new QComboBox(this)),
-      explanation_(makeWrappedLabel("gridExplanation", this)), spacing_(new QDoubleSpinBox(this)) {
+      explanation_(makeWrappedLabel("gridExplanation", this)), spacing_(new NumberSpin({1e-3, 1000}, this)) {
   grid_->setObjectName("outputGrid");
   grid_->addItem(tr("Automatic"), static_cast<int>(OutputGrid::Automatic));
   grid_->addItem(tr("Voxels of the first scan"), static_cast<int>(OutputGrid::Input));
@@ -26,12 +26,8 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
   grid_->setToolTip(tr("The voxels that the result is computed on."));
 
   spacing_->setObjectName("outputSpacing");
-  spacing_->setRange(0.05, 50);
-  spacing_->setDecimals(2);
-  spacing_->setSingleStep(0.1);
-  spacing_->setValue(1);
   spacing_->setSuffix(tr(" mm"));
-  spacing_->setKeyboardTracking(false);
+  spacing_->setValue(asked_);
   spacing_->setToolTip(tr("Edge of the result's voxels in mm."));
 
   auto* layout = new QVBoxLayout(this);
@@ -63,10 +59,10 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
   layout->addWidget(spacingRow_);
   referenceRow_ = new QWidget(this);
   reference_ = addSelector(addForm(referenceRow_), Host::Role::Reference, "referenceSelector",
-                           tr("Re&ference volume:"), tr("The result gets the voxels of this volume."));
+                           tr("Reference vo&lume:"), tr("The result gets the voxels of this volume."));
   layout->addWidget(referenceRow_);
   QFormLayout* outputs = addForm(nullptr);
-  volume_ = addSelector(outputs, Host::Role::OutputVolume, "outputVolumeSelector", tr("Result &volume:"),
+  volume_ = addSelector(outputs, Host::Role::OutputVolume, "outputVolumeSelector", tr("Result vol&ume:"),
                         tr("The volume that the result is written to, or a new one."));
   model_ = addSelector(outputs, Host::Role::OutputModel, "outputModelSelector", tr("Result m&odel:"),
                        tr("The Gaussian model that the result is written to, or a new one."));
@@ -81,21 +77,24 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
     showFields();
     Q_EMIT changed();
   });
-  connect(spacing_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &OutputBox::changed);
+  connect(spacing_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double mm) {
+    asked_ = mm;
+    Q_EMIT changed();
+  });
 }
 
 void OutputBox::fill(Request& request) const {
   request.grid = static_cast<OutputGrid>(grid_->currentData().toInt());
-  request.spacing = spacing_->value();
+  request.spacing = asked_;
   request.referenceId = reference_ ? reference_->currentId() : QString();
   request.outputVolumeId = volume_ ? volume_->currentId() : QString();
   request.outputModelId = model_ ? model_->currentId() : QString();
 }
 
 void OutputBox::set(const Request& request) {
-  const QSignalBlocker quiet(this);
+  const QSignalBlocker quiet(this), quietSpacing(spacing_);
   grid_->setCurrentIndex(std::max(0, grid_->findData(static_cast<int>(request.grid))));
-  spacing_->setValue(request.spacing);
+  spacing_->setValue(asked_ = request.spacing);
   if (reference_) reference_->setCurrentId(request.referenceId);
   if (volume_) volume_->setCurrentId(request.outputVolumeId);
   if (model_) model_->setCurrentId(request.outputModelId);

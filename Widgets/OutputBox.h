@@ -4,10 +4,11 @@
 #include <QWidget>
 
 class QComboBox;
-class QDoubleSpinBox;
 class QLabel;
 
 namespace innergs::ui {
+
+class NumberSpin;
 
 /// Where a reconstruction's result goes: its grid, and the volume and model to write to.
 class OutputBox : public QWidget {
@@ -29,7 +30,8 @@ private:
   Host* host_;
   QComboBox* grid_;
   QLabel* explanation_;
-  QDoubleSpinBox* spacing_;
+  NumberSpin* spacing_;
+  double asked_ = 1; // mm; what was set stays as it was until it is edited
   QWidget *spacingRow_, *referenceRow_;
   Selector *reference_ = nullptr, *volume_ = nullptr, *model_ = nullptr;
 };

@@ -1,6 +1,7 @@
 #include "Widgets/PlaneWorker.h"
 
 #include "Core/ReconstructionJob.h"
+#include "Widgets/PlanePicture.h"
 
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSPlaneQuery.h"
@@ -79,6 +80,7 @@ struct PlaneWorker::Work {
       query->GetOutput()->Initialize();
       result.ijkToRAS->DeepCopy(query->GetOutputIJKToRASMatrix());
       result.milliseconds = query->GetQueryMilliseconds();
+      if (!task.picture.isEmpty()) result.error = savePicture(result, task.lower, task.upper, task.picture);
     } catch (const std::exception& error) {
       result.image = nullptr;
       result.error =

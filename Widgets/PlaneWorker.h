@@ -3,6 +3,7 @@
 
 #include <QMetaType>
 #include <QObject>
+#include <QString>
 
 #include <vtkSmartPointer.h>
 
@@ -24,13 +25,15 @@ struct PlaneTask {
   double left = 0, bottom = 0; // centre of pixel (0, 0) in plane coordinates, mm
   double pixelSize = 1;        // mm
   int columns = 1, rows = 1;
+  QString picture;             // a PNG file to write as well; "" none
+  double lower = 0, upper = 1; // black and white in it
 };
 
 struct PlaneImage {
   PlaneTask task;
   vtkSmartPointer<vtkImageData> image;    // float, scanner units; origin 0, spacing 1; null after an error
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // of the image
-  QString error;                          // a sentence
+  QString error;                          // a sentence; also when the picture was not written
   double milliseconds = 0;                // that the query took
 };
 

@@ -2,7 +2,6 @@
 
 #include "Core/ReconstructionJob.h"
 #include "Widgets/MessageLine.h"
-#include "Widgets/PlanePicture.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/ValueSlider.h"
 
@@ -345,7 +344,7 @@ QString QueryPanel::planeName() const {
 
 void QueryPanel::keep(const QString& file) {
   if (!model_) return;
-  const PlaneTask task = taskFor(pixelSize_->value());
+  PlaneTask task = taskFor(pixelSize_->value());
   if (static_cast<double>(task.columns) * task.rows > mostKept) {
     say(tr("The plane would have %1 × %2 pixels: choose a larger pixel size.")
             .arg(task.columns)
@@ -353,19 +352,21 @@ void QueryPanel::keep(const QString& file) {
         true);
     return;
   }
-  keeps_.append({planeName(), file, view_->lower(), view_->upper()});
+  keptNames_ << planeName();
+  task.picture = file;
+  task.lower = view_->lower();
+  task.upper = view_->upper();
   worker_->keep(task);
 }
 
 void QueryPanel::kept(const PlaneImage& image) {
-  const Keep keep = keeps_.takeFirst();
+  const QString name = keptNames_.takeFirst(), file = image.task.picture;
   QString error = image.error;
-  if (error.isEmpty() && keep.file.isEmpty()) {
-    host_->addVolume(image.image, image.ijkToRAS, keep.name, &error);
-    if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(keep.name));
+  if (error.isEmpty() && file.isEmpty()) {
+    host_->addVolume(image.image, image.ijkToRAS, name, &error);
+    if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(name));
   } else if (error.isEmpty()) {
-    error = ui::savePicture(image, keep.lower, keep.upper, keep.file);
-    if (error.isEmpty()) say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(keep.file)));
+    say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));
   }
   if (!error.isEmpty()) say(error, true);
 }

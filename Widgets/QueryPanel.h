@@ -2,6 +2,7 @@
 #include "Widgets/Host.h"
 #include "Widgets/PlaneWorker.h"
 
+#include <QStringList>
 #include <QTimer>
 
 #include <vtkNew.h>
@@ -45,11 +46,6 @@ protected:
   void showEvent(QShowEvent* event) override;
 
 private:
-  struct Keep { // what is to be done with a plane that is computed in full
-    QString name, file;
-    double lower = 0, upper = 1;
-  };
-
   void build();
   void connectAll();
   void updateModel();
@@ -83,7 +79,7 @@ private:
   bool waiting_ = false;  // for the panel to be seen
   double msPerPixel_ = 0; // of the last query
   QTimer settle_;
-  QVector<Keep> keeps_; // in the order of the worker's
+  QStringList keptNames_; // in the order of the worker's
 
   Selector* selector_ = nullptr;
   QWidget* controls_ = nullptr;

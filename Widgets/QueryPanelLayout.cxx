@@ -100,7 +100,7 @@ void QueryPanel::build() {
   auto* grid = new QGridLayout;
   const std::pair<ValueSlider*, QString> sliders[] = {{position_, tr("&Position")},
                                                       {tiltUp_, tr("Tilt up and &down")},
-                                                      {tiltSide_, tr("Tilt &left and right")},
+                                                      {tiltSide_, tr("T&ilt left and right")},
                                                       {inPlane_, tr("&Turn in plane")}};
   int row = 0;
   for (const auto& [slider, text] : sliders) {
@@ -157,14 +157,14 @@ void QueryPanel::build() {
   autoWindow_ = new QPushButton(tr("A&uto"));
   autoWindow_->setObjectName(QStringLiteral("queryAutoWindow"));
   autoWindow_->setToolTip(tr("Window and level that suit the model"));
-  handles_ = new QCheckBox(tr("&Handles"));
+  handles_ = new QCheckBox(tr("Ha&ndles"));
   handles_->setObjectName(QStringLiteral("queryHandles"));
   handles_->setToolTip(tr("Show the handles that tilt, turn and move the plane"));
   handles_->setChecked(true);
   auto* shades = new QHBoxLayout;
   shades->addWidget(labelFor(window_, tr("&Window")));
   shades->addWidget(window_, 1);
-  shades->addWidget(labelFor(level_, tr("Le&vel")));
+  shades->addWidget(labelFor(level_, tr("&Level")));
   shades->addWidget(level_, 1);
   shades->addWidget(autoWindow_);
   rows->addLayout(shades);

@@ -94,7 +94,9 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
 
   estimateTimer_.setSingleShot(true);
   estimateTimer_.setInterval(kEstimateDelay);
-  connect(&estimateTimer_, &QTimer::timeout, this, &ReconstructionPanel::estimate);
+  connect(&estimateTimer_, &QTimer::timeout, this, [this] {
+    if (isVisible()) estimate(); // else when it is shown
+  });
   connect(button_, &QPushButton::clicked, this, &ReconstructionPanel::startOrCancel);
   connectHost();
   guardWheel(this);
@@ -114,10 +116,8 @@ void ReconstructionPanel::connectHost() {
     reveal(progress_);
   });
   connect(host_, &Host::estimateChanged, this, [this] { estimateTimer_.start(); });
-  connect(host_, &Host::progressed, this, [this](const Progress& progress) {
-    progress_->setProgress(progress);
-    if (!progress.note.empty()) device_->setReason(QString::fromStdString(progress.note));
-  });
+  connect(host_, &Host::progressed, this,
+          [this](const Progress& progress) { progress_->setProgress(progress); });
   connect(host_, &Host::previewed, this,
           [this](vtkImageData* image, vtkMatrix4x4* ijkToRAS) { progress_->setPreview(image, ijkToRAS); });
   connect(host_, &Host::finished, this, [this](const Report& report) {
@@ -149,9 +149,9 @@ Request ReconstructionPanel::request() const {
   request.settings = settings_->settings();
   request.settings.preset = static_cast<Preset>(preset_->currentData().toInt());
   request.settings.device = device_->device().toStdString();
-  request.heldOutFraction = heldOut_->value() / 100;
+  request.heldOutFraction = heldOutFraction_;
   request.evaluateQuality = evaluate_->isChecked();
-  request.qualityGap = gap_->value() > 1 ? gap_->value() : 0;
+  request.qualityGap = qualityGap_;
   return request;
 }
 
@@ -167,9 +167,15 @@ void ReconstructionPanel::setRequest(const Request& request) {
   heldOut_->setValue(100 * request.heldOutFraction);
   evaluate_->setChecked(request.evaluateQuality);
   gap_->setValue(std::max(1, request.qualityGap));
+  heldOutFraction_ = request.heldOutFraction;
+  qualityGap_ = request.qualityGap;
   quiet_ = false;
   explain();
   estimateTimer_.start();
+}
+
+void ReconstructionPanel::suggestInput(const QString& id) {
+  inputs_->suggest(id);
 }
 
 void ReconstructionPanel::edited() {

@@ -32,13 +32,15 @@ public:
   Request request() const;
   /// Does not emit requestChanged.
   void setRequest(const Request& request);
+  /// The scan that the program shows: chosen while the user has chosen no other. Emits requestChanged.
+  void suggestInput(const QString& id);
 
 public Q_SLOTS:
   /// What the button does.
   void startOrCancel();
 
 Q_SIGNALS:
-  /// By the user, or because the host's volumes changed.
+  /// By the user, or because a chosen volume went from the host.
   void requestChanged();
 
 protected:
@@ -65,6 +67,8 @@ private:
   QTimer estimateTimer_;
   bool quiet_ = false;
   QString refusal_;
+  double heldOutFraction_ = 0; // what was set stays as it was until it is edited
+  int qualityGap_ = 0;
   bool focusMoved_ = false; // off the button, because it was disabled
   QPointer<QWidget> movedTo_;
 

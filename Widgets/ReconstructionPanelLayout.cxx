@@ -35,6 +35,11 @@ QWidget* ReconstructionPanel::makeInputs() {
   inputs_->setObjectName("inputs");
   layout->addWidget(inputs_);
   connect(inputs_, &InputsTable::changed, this, &ReconstructionPanel::edited);
+  connect(inputs_, &InputsTable::refreshed, this, [this] {
+    if (quiet_) return;
+    explain();
+    estimateTimer_.start();
+  });
   QFormLayout* form = nullptr;
   const auto add = [&](Host::Role role, const char* name, const QString& label, const QString& tip) {
     if (!host_->offers(role)) return static_cast<Selector*>(nullptr);
@@ -137,8 +142,14 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
   }
   form->addRow(tr("Keep one slice in:"), gap_);
   form->addRow(tr("Withhold slices:"), heldOut_);
-  connect(gap_, QOverload<int>::of(&QSpinBox::valueChanged), this, &ReconstructionPanel::edited);
-  connect(heldOut_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
+  connect(gap_, QOverload<int>::of(&QSpinBox::valueChanged), this, [this](int gap) {
+    qualityGap_ = gap > 1 ? gap : 0;
+    edited();
+  });
+  connect(heldOut_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double percent) {
+    heldOutFraction_ = percent / 100;
+    edited();
+  });
   return group;
 }
 

@@ -9,6 +9,7 @@
 #include <QElapsedTimer>
 #include <QSignalSpy>
 #include <QTest>
+#include <QTimer>
 
 #include <vtkImageData.h>
 #include <vtkNew.h>
@@ -280,6 +281,9 @@ private Q_SLOTS:
     const ui::Report report = reconstruct(apptest::request(id));
     const QString volumeFile = sandbox_->path("result.nii.gz"), modelFile = sandbox_->path("result.innergs");
     QCOMPARE(host_->save(report.volumeId, volumeFile), QString());
+    QCOMPARE(host_->saveModel(report.modelId, sandbox_->path("alone.ply")), QString());
+    QVERIFY(!host_->modelInfo(report.modelId).saved); // Gaussians alone
+    QCOMPARE(host_->modelInfo(report.modelId).file, QString());
     QCOMPARE(host_->saveModel(report.modelId, modelFile), QString());
     QVERIFY(!host_->document().hasUnsaved());
     QCOMPARE(host_->modelInfo(report.modelId).file, modelFile);
@@ -299,6 +303,23 @@ private Q_SLOTS:
     QVERIFY(!host_->saveModel(report.modelId, sandbox_->path("x.txt")).isEmpty());
     QVERIFY(host_->loadModel(sandbox_->path("absent.innergs"), &error).isEmpty());
     QVERIFY(error.contains("does not exist"));
+  }
+
+  void replacedWhileItIsSaved() {
+    app::VolumeItem item = app::makeItem(ball({64, 64, 64}, {1, 1, 1}), "result");
+    item.saved = false;
+    const auto first = item.volume;
+    const QString id = host_->document().add(std::move(item));
+    QTimer::singleShot(0, this, [&] { // while the thread writes
+      app::VolumeItem other = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), "other");
+      other.saved = false;
+      QVERIFY(host_->document().replace(id, std::move(other)));
+    });
+    const QString file = sandbox_->path("result.nii.gz");
+    QCOMPARE(host_->save(id, file), QString());
+    QCOMPARE(host_->volumeInfo(id).dimensions[0], 8);
+    QVERIFY(!host_->document().volume(id)->saved); // the new one is in no file
+    QVERIFY(readVolume(file.toStdString()).voxels == first->voxels);
   }
 
   void takesVolumesFromPanels() {

@@ -7,16 +7,22 @@
 #include "Widgets/App/Background.h"
 #include "Widgets/App/DataList.h"
 #include "Widgets/App/MainWindow.h"
+#include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 
 #include <QAction>
 #include <QApplication>
+#include <QComboBox>
+#include <QDir>
+#include <QDockWidget>
 #include <QDropEvent>
 #include <QElapsedTimer>
 #include <QFileDialog>
+#include <QLabel>
 #include <QLineEdit>
 #include <QMenu>
+#include <QMenuBar>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QPushButton>
@@ -65,15 +71,18 @@ private:
     request.evaluateQuality = false;
     window_->reconstruction()->setRequest(request);
   }
-  /// Types a path into the file dialog that opens next and accepts it.
-  void answerFileDialog(const QString& path) {
+  /// Types a path into the file dialog that opens next, chooses the filter with this word and accepts it.
+  void answerFileDialog(const QString& path, const QString& word = {}) {
     auto* timer = new QTimer(qApp);
-    connect(timer, &QTimer::timeout, timer, [timer, path] {
+    connect(timer, &QTimer::timeout, timer, [timer, path, word] {
       for (QWidget* widget : QApplication::topLevelWidgets())
         if (auto* dialog = qobject_cast<QFileDialog*>(widget); dialog && dialog->isVisible()) {
           auto* edit = dialog->findChild<QLineEdit*>("fileNameEdit");
           if (!edit) continue;
           timer->deleteLater();
+          auto* filters = dialog->findChild<QComboBox*>("fileTypeCombo");
+          for (int n = 0; n < filters->count() && !filters->currentText().contains(word); ++n)
+            QTest::keyClick(filters, Qt::Key_Down);
           edit->setText(path);
           QTest::keyClick(edit, Qt::Key_Return);
           return;
@@ -288,6 +297,138 @@ private Q_SLOTS:
     other.setAccepted(false);
     QCoreApplication::sendEvent(window_.get(), &other);
     QVERIFY(!other.isAccepted());
+  }
+
+  void savesAsChosenAndReplacesNothingUnasked() {
+    QVERIFY(QDir().mkpath(sandbox_->path("scans")));
+    open({writeBall(*sandbox_, "scans/ball.nii.gz")});
+    answerFileDialog(sandbox_->path("t1 1.5mm"));
+    trigger("saveVolume");
+    const QString whole = sandbox_->path("t1 1.5mm.nii.gz");
+    QVERIFY(QFile::exists(whole));
+    QFile kept(whole);
+    QVERIFY(kept.open(QIODevice::WriteOnly));
+    kept.write("precious");
+    kept.close();
+    QString text;
+    answerBox("replaceBox", "No", &text);
+    answerFileDialog(sandbox_->path("t1 1.5mm"));
+    trigger("saveVolume");
+    QVERIFY(text.contains("t1 1.5mm.nii.gz"));
+    QCOMPARE(QFileInfo(whole).size(), qint64(8));
+    answerFileDialog(sandbox_->path("plain"), "NRRD");
+    trigger("saveVolume");
+    QVERIFY(QFile::exists(sandbox_->path("plain.nrrd")) && !QFile::exists(sandbox_->path("plain.nii.gz")));
+    answerFileDialog(sandbox_->path("v2.5"), "NRRD");
+    trigger("saveVolume");
+    QVERIFY(QFile::exists(sandbox_->path("v2.5.nrrd")));
+  }
+
+  void reconstructsWhatIsShown() {
+    open({writeBall(*sandbox_, "one.nii"), writeBall(*sandbox_, "two.nii")});
+    const auto input = [&] { return window_->reconstruction()->request().inputs.value(0).id; };
+    const auto& volumes = host().document().volumes();
+    QCOMPARE(input(), volumes[1]->id);
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    tree->setCurrentItem(tree->topLevelItem(0));
+    QCOMPARE(input(), volumes[0]->id);
+    // Another one begins without a choice, not as the same scan once more.
+    QTest::mouseClick(window_->findChild<QAbstractButton*>("addInput"), Qt::LeftButton);
+    QCOMPARE(window_->reconstruction()->request().inputs.size(), 1);
+    QTest::qWait(300);
+    QVERIFY(button()->isEnabled());
+    QTest::mouseClick(window_->findChild<QAbstractButton*>("removeInput"), Qt::LeftButton);
+    // A result is no scan to begin with.
+    window_->reconstruction()->suggestInput(volumes[0]->id);
+    setQuick();
+    reconstruct();
+    QCOMPARE(window_->state()->volume()->name, QString("one reconstructed"));
+    QCOMPARE(input(), volumes[0]->id);
+  }
+
+  void menusAndPanelsShareTheModel() {
+    open({writeBall(*sandbox_, "ball.nii")});
+    setQuick();
+    reconstruct();
+    const QString file = sandbox_->path("ball.innergs");
+    QCOMPARE(host().saveModel(host().document().models()[0]->id, file), QString());
+    open({file});
+    const auto& models = host().document().models();
+    QCOMPARE(int(models.size()), 2);
+    auto* panel = window_->findChild<ui::ModelPanel*>();
+    for (const int n : {1, 0}) {
+      window_->query()->setModelId(models[n]->id);
+      QCOMPARE(panel->modelId(), models[n]->id);
+      trigger("ellipsoids");
+      QVERIFY(models[n]->ellipsoidsShown && !models[1 - n]->ellipsoidsShown);
+      trigger("ellipsoids");
+    }
+    panel->setModelId(models[1]->id);
+    QCOMPARE(window_->query()->modelId(), models[1]->id);
+    host().document().remove(QString(models[1]->id));
+    QCOMPARE(panel->modelId(), models[0]->id);
+    QCOMPARE(window_->query()->modelId(), models[0]->id);
+  }
+
+  void volumesElsewhereAreSeen() {
+    Volume far = ball({24, 24, 24}, {1, 1, 1});
+    far.geometry.origin[0] += 500;
+    const QString file = sandbox_->path("far.nii");
+    writeVolume(far, file.toStdString());
+    open({writeBall(*sandbox_, "near.nii")});
+    SliceView* axial = window_->views()->slice(2);
+    axial->stepSlices(1);
+    open({file});
+    for (int axis = 0; axis < 3; ++axis) {
+      SliceView* view = window_->views()->slice(axis);
+      const QPointF at = view->fromRAS(window_->state()->crosshair());
+      QVERIFY2(view->rect().contains(at.toPoint()),
+               qPrintable(QString("%1: %2, %3").arg(axis).arg(at.x()).arg(at.y())));
+    }
+    QTest::qWait(100);
+    const QImage seen = axial->grab().toImage();
+    QVERIFY(qGray(seen.pixel(seen.width() / 2 + seen.width() / 20, seen.height() / 2 + seen.height() / 20)) >
+            40);
+  }
+
+  /// In each panel, the list of data and the menu bar, which are seen at the same time.
+  void everyAltKeyGoesToOnePlace() {
+    for (const char* dock : {"reconstructDock", "queryDock", "modelDock", "logDock"}) {
+      window_->showPanel(dock);
+      QTRY_VERIFY(window_->findChild<QDockWidget*>(dock)->widget()->isVisible());
+      QMap<QString, QString> places;
+      const auto add = [&](const QString& words) {
+        const QString key = QKeySequence::mnemonic(words).toString();
+        if (key.isEmpty()) return QString();
+        const QString before = places.value(key);
+        places[key] = words;
+        return before.isEmpty() ? QString() : QString("%1: %2 | %3 | %4").arg(dock, key, before, words);
+      };
+      for (const QAction* menu : window_->menuBar()->actions())
+        QCOMPARE(add(menu->text()), QString());
+      for (const auto* widget : window_->findChildren<QWidget*>()) {
+        const auto* text = qobject_cast<const QLabel*>(widget);
+        const auto* pressed = qobject_cast<const QAbstractButton*>(widget);
+        const QWidget* home = widget;
+        while (home && !qobject_cast<const QDockWidget*>(home))
+          home = home->parentWidget();
+        if (!home || (home->objectName() != dock && home->objectName() != "dataDock")) continue;
+        if (!widget->isVisibleTo(home)) continue;
+        if (text && text->buddy()) QCOMPARE(add(text->text()), QString());
+        if (pressed) QCOMPARE(add(pressed->text()), QString());
+      }
+      QVERIFY(places.size() >= 4);
+    }
+  }
+
+  void deleteClosesAnItem() {
+    open({writeBall(*sandbox_, "one.nii"), writeBall(*sandbox_, "two.nii")});
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    window_->activateWindow();
+    QVERIFY(QTest::qWaitForWindowActive(window_.get()));
+    tree->setFocus();
+    QTest::keyClick(tree, Qt::Key_Delete);
+    QCOMPARE(lines(), QStringList{"one"});
   }
 
   void asksAboutUnsavedResults() {

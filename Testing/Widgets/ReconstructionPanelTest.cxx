@@ -272,6 +272,80 @@ private Q_SLOTS:
     QCOMPARE(changed.count(), 1);
   }
 
+  /// What a script asked for is not changed by being shown.
+  void numbersStayAsTheyWereSet() {
+    choose("head");
+    Request request = panel_->request();
+    request.inputs[0].sliceThickness = 0.8765432109;
+    request.grid = OutputGrid::Spacing;
+    request.spacing = 0.01234567891;
+    request.heldOutFraction = 0.12345678;
+    request.qualityGap = 100;
+    panel_->setRequest(request);
+    for (const char* name : {"outputSpacing", "sliceThickness"}) {
+      child<QDoubleSpinBox>(name)->setFocus();
+      child<QDoubleSpinBox>(name)->interpretText();
+    }
+    child<QComboBox>("preset")->setCurrentIndex(0);
+    const Request back = panel_->request();
+    QCOMPARE(back.inputs, request.inputs);
+    QCOMPARE(back.spacing, request.spacing);
+    QCOMPARE(back.heldOutFraction, request.heldOutFraction);
+    QCOMPARE(back.qualityGap, request.qualityGap);
+    auto* spacing = child<QDoubleSpinBox>("outputSpacing");
+    spacing->setFocus();
+    spacing->selectAll();
+    QTest::keyClicks(spacing, "0.9375");
+    QTest::keyClick(spacing, Qt::Key_Tab);
+    QCOMPARE(panel_->request().spacing, 0.9375);
+    QCOMPARE(spacing->text(), QString("0.9375 mm"));
+    QCOMPARE(panel_->request().inputs, request.inputs);
+  }
+
+  void aVolumeThatComesIsNoEdit() {
+    choose("head");
+    QTRY_COMPARE(host_->estimated.size(), 1);
+    QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
+    host_->addVolume("new", {"New", {9, 9, 9}, {1, 1, 1}, 2, "axial", {0, 1}});
+    QTRY_COMPARE(host_->estimated.size(), 2);
+    QCOMPARE(changed.count(), 0);
+  }
+
+  void hiddenItEstimatesNothing() {
+    choose("head");
+    QTRY_COMPARE(host_->estimated.size(), 1);
+    area_->hide();
+    Q_EMIT host_->estimateChanged();
+    Q_EMIT host_->volumesChanged();
+    QTest::qWait(400);
+    QCOMPARE(host_->estimated.size(), 1);
+    area_->show();
+    QTRY_COMPARE(host_->estimated.size(), 2);
+  }
+
+  void notesOfTheFitLeaveTheDeviceAsItIs() {
+    choose("head");
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    host_->sendProgress(Phase::Fitting, 0.6, 40, 0.01, 30, 9, "Judging the quality by a second fit.");
+    QCOMPARE(label("deviceReason"), QString("On the CPU. The CUDA backend is not installed."));
+    QTRY_COMPARE(label("fitNote"), QString("Judging the quality by a second fit."));
+  }
+
+  void theShownScanIsSuggested() {
+    panel_->suggestInput("side");
+    QCOMPARE(panel_->request().inputs[0].id, QString("side"));
+    panel_->suggestInput("thin");
+    QCOMPARE(panel_->request().inputs[0].id, QString("thin"));
+    child<QDoubleSpinBox>("sliceThickness")->setValue(2); // the user's
+    panel_->suggestInput("side");
+    QCOMPARE(panel_->request().inputs[0].id, QString("thin"));
+    panel_->setRequest({});
+    choose("head");
+    panel_->suggestInput("side");
+    QCOMPARE(panel_->request().inputs[0].id, QString("head"));
+  }
+
   void aRemovedVolumeLeavesTheList() {
     choose("head");
     QTRY_VERIFY(button()->isEnabled());

@@ -107,21 +107,29 @@ QString AppHost::saveModel(const QString& id, const QString& file) {
 }
 
 QString AppHost::save(const QString& id, const QString& file) {
-  const auto volume = document_.volume(id);
-  const auto model = document_.model(id);
+  // Copies, which share the content: the document's items may be replaced while the thread writes.
+  std::optional<VolumeItem> volume;
+  std::optional<ModelItem> model;
+  if (const auto item = document_.volume(id)) volume = *item;
+  if (const auto item = document_.model(id)) model = *item;
   QString sentence;
   if (!volume && !model)
     sentence = tr("What was to be saved is no longer open.");
   else
     background_->runAndWait(tr("Saving %1").arg(QFileInfo(file).fileName()), [&] {
       sentence = sentenceOf([&] {
-        if (volume) saveItem(VolumeItem(*volume), file);
-        if (model) saveItem(ModelItem(*model), file);
+        if (volume) saveItem(*volume, file);
+        if (model) saveItem(*model, file);
       });
     });
   Q_EMIT logged(sentence.isEmpty() ? tr("Wrote %1.").arg(file) : sentence);
-  if (sentence.isEmpty()) document_.setSaved(id, file);
-  return sentence;
+  if (!sentence.isEmpty()) return sentence;
+  const auto volumeNow = document_.volume(id);
+  const auto modelNow = document_.model(id);
+  const bool same = (volume && volumeNow && volumeNow->volume == volume->volume) ||
+                    (model && modelNow && modelNow->model == model->model);
+  if (same && !(model && isPly(file))) document_.setSaved(id, file);
+  return {};
 }
 
 QString AppHost::showEllipsoids(const QString& id, bool shown) {

@@ -44,7 +44,8 @@ public:
   void open(const QStringList& paths);
   /// The sample brain; the same way.
   void openSample();
-  /// Files of any kind by their extension; "" or a sentence. Keeps the windows painting meanwhile.
+  /// Files of any kind by their extension; "" or a sentence. Keeps the windows painting meanwhile. An item
+  /// that was replaced meanwhile, or went to a .ply file, stays unsaved.
   QString save(const QString& id, const QString& file);
 
 Q_SIGNALS:

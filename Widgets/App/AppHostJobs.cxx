@@ -172,14 +172,16 @@ bool AppHost::isRunning() const {
 
 QString AppHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name, QString* error) {
   std::optional<VolumeItem> item;
-  const QString sentence = sentenceOf([&] {
+  QString sentence;
+  const auto copy = [&] {
     const std::string what = "'" + name.toStdString() + "'";
     vtk::checkVoxels(image, what);
     Volume volume{vtk::gridOf(image, ijkToRAS, what), {}};
     volume.voxels = vtk::voxelsOf(image, {{0, 0, 0}, volume.geometry.size}, what);
     item = makeItem(std::move(volume), name);
     item->saved = false;
-  });
+  };
+  background_->runAndWait(tr("Copying %1").arg(name), [&] { sentence = sentenceOf(copy); });
   if (error) *error = sentence;
   if (!sentence.isEmpty()) {
     Q_EMIT logged(sentence);

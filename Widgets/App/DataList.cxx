@@ -4,6 +4,7 @@
 #include <QHeaderView>
 #include <QMenu>
 #include <QPushButton>
+#include <QShortcut>
 #include <QSignalBlocker>
 #include <QStyle>
 #include <QTreeWidget>
@@ -32,12 +33,11 @@ QString tipOf(const VolumeItem& item) {
 } // namespace
 
 DataList::DataList(ViewState* state, QWidget* parent)
-    : QWidget(parent), state_(state), tree_(new QTreeWidget(this)),
-      save_(new QPushButton(tr("&Save…"), this)), rename_(new QPushButton(tr("Rena&me"), this)),
-      close_(new QPushButton(tr("C&lose"), this)) {
+    : QWidget(parent), state_(state), tree_(new QTreeWidget(this)), save_(new QPushButton(tr("Save…"), this)),
+      rename_(new QPushButton(tr("Rename"), this)), close_(new QPushButton(tr("Close"), this)) {
   tree_->setObjectName(QStringLiteral("dataTree"));
   tree_->setAccessibleName(tr("Volumes and models"));
-  tree_->setToolTip(tr("Select a volume to show it in the views; F2 renames"));
+  tree_->setToolTip(tr("Select a volume to show it in the views; F2 renames, Del closes"));
   tree_->setColumnCount(2);
   tree_->setHeaderLabels({tr("Name"), tr("Size")});
   tree_->header()->setStretchLastSection(false);
@@ -52,7 +52,7 @@ DataList::DataList(ViewState* state, QWidget* parent)
   rename_->setObjectName(QStringLiteral("renameItem"));
   rename_->setToolTip(tr("Give the selected volume or model another name (F2)"));
   close_->setObjectName(QStringLiteral("closeItem"));
-  close_->setToolTip(tr("Remove the selected volume or model from the list; its file stays"));
+  close_->setToolTip(tr("Remove the selected volume or model from the list (Del); its file stays"));
   auto* buttons = new QHBoxLayout;
   for (QPushButton* button : {save_, rename_, close_})
     buttons->addWidget(button);
@@ -62,6 +62,9 @@ DataList::DataList(ViewState* state, QWidget* parent)
 
   connect(save_, &QPushButton::clicked, this, [this] { Q_EMIT saveRequested(currentId()); });
   connect(close_, &QPushButton::clicked, this, [this] { Q_EMIT closeRequested(currentId()); });
+  // Without mnemonics: the list is seen beside every panel.
+  auto* del = new QShortcut(QKeySequence::Delete, tree_, nullptr, nullptr, Qt::WidgetShortcut);
+  connect(del, &QShortcut::activated, close_, &QPushButton::click);
   connect(rename_, &QPushButton::clicked, this, [this] { tree_->editItem(tree_->currentItem(), 0); });
   connect(tree_, &QTreeWidget::itemSelectionChanged, this, &DataList::choose);
   connect(tree_, &QTreeWidget::itemChanged, this, &DataList::changed);

@@ -36,7 +36,7 @@ QString nameOf(const QString& path) {
 
 ModelItem readModelItem(const QString& path) {
   std::shared_ptr<const Checkpoint> model;
-  if (path.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive)) {
+  if (isPly(path)) {
     Checkpoint checkpoint;
     checkpoint.field = readPly(pathOf(path));
     checkpoint.finished = checkpoint.field.size();
@@ -53,8 +53,11 @@ ModelItem readModelItem(const QString& path) {
 } // namespace
 
 bool isModelFile(const QString& path) {
-  return path.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive) ||
-         path.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive);
+  return path.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive) || isPly(path);
+}
+
+bool isPly(const QString& path) {
+  return path.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive);
 }
 
 Loaded readItem(const QString& path) {
@@ -82,7 +85,7 @@ void saveItem(const VolumeItem& item, const QString& file) {
 }
 
 void saveItem(const ModelItem& item, const QString& file) {
-  if (file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
+  if (isPly(file))
     writePly(item.model->GetCheckpoint()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
     writeModel(*item.model->GetCheckpoint(), pathOf(file));
@@ -125,9 +128,11 @@ std::vector<VolumeItem> makeSample(const QString& brain) {
 }
 
 QString howToGetSampleBrain() {
-  return tr(
-      "The sample brain is not on this computer: install the package mricron-data (Debian, Ubuntu: sudo "
-      "apt install mricron-data), or open a scan of your own.");
+  return tr("The sample brain (Colin 27) is not on this computer. On Debian or Ubuntu install the package "
+            "mricron-data; "
+            "elsewhere get MRIcron (www.nitrc.org/projects/mricron) and open ch2.nii.gz from its folder of "
+            "templates. Or "
+            "open a scan of your own.");
 }
 
 } // namespace innergs::app

@@ -19,6 +19,8 @@ void saveItem(const ModelItem& item, const QString& file);
 
 /// Whether a file is read as a model.
 bool isModelFile(const QString& path);
+/// Gaussians alone: without the detail grid and the training state of a model.
+bool isPly(const QString& path);
 
 ///@{
 /// Filters of file dialogs.

@@ -89,7 +89,10 @@ MainWindow::MainWindow(QWidget* parent)
       addRecentFile(path);
       fillRecent();
     }
-    if (host_->document().volume(id)) state_->setVolumeId(id);
+    if (host_->document().volume(id)) {
+      state_->setVolumeId(id);
+      reconstruction_->suggestInput(id);
+    }
     list_->setCurrentId(id);
   });
   connect(host_, &AppHost::openFailed, this,
@@ -104,6 +107,17 @@ MainWindow::MainWindow(QWidget* parent)
   connect(&host_->document(), &Document::volumesChanged, this, &MainWindow::updateActions);
   connect(&host_->document(), &Document::modelsChanged, this, &MainWindow::updateActions);
   connect(state_, &ViewState::volumeChanged, this, &MainWindow::updateActions);
+  connect(state_, &ViewState::volumeChanged, this, [this] { // an opened one: results are no scans
+    if (const auto item = state_->volume(); item && !item->file.isEmpty())
+      reconstruction_->suggestInput(item->id);
+  });
+  connect(model_, &ui::ModelPanel::modelIdChanged, this, &MainWindow::setModel);
+  connect(query_, &ui::QueryPanel::modelIdChanged, this, &MainWindow::setModel);
+  connect(views_->threeD(), &ThreeDView::failed, this, [this](const QString& id, const QString& sentence) {
+    host_->showEllipsoids(id, false);
+    Q_EMIT host_->logged(sentence);
+    tell(sentence);
+  });
   connect(list_, &DataList::saveRequested, this, &MainWindow::saveAs);
   connect(list_, &DataList::closeRequested, this, &MainWindow::closeItem);
   connect(list_, &DataList::currentIdChanged, this, [this](const QString& id) {
@@ -222,7 +236,8 @@ void MainWindow::showPanel(const QString& name) {
 }
 
 void MainWindow::setModel(const QString& id) {
-  modelId_ = id;
+  if (id == modelId_) return updateActions();
+  modelId_ = id; // first: the panels tell of it
   query_->setModelId(id);
   model_->setModelId(id);
   updateActions();

@@ -4,12 +4,14 @@
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/SaveDialog.h"
 
 #include <QCloseEvent>
 #include <QDir>
 #include <QDropEvent>
 #include <QFileDialog>
 #include <QFileInfo>
+#include <QLabel>
 #include <QMessageBox>
 #include <QMimeData>
 #include <QPushButton>
@@ -64,16 +66,15 @@ bool MainWindow::saveAs(const QString& id) {
   const auto model = host_->document().model(id);
   if (!volume && !model) return false;
   const QString file = volume ? volume->file : model->file, name = volume ? volume->name : model->name;
-  const QString extension = volume ? QStringLiteral(".nii.gz") : QStringLiteral(".innergs");
-  QFileDialog dialog(this, volume ? tr("Save '%1'").arg(name) : tr("Save model '%1'").arg(name),
-                     host_->folder(), volume ? volumeFilter() : modelFilter());
+  QString end = volume ? QStringLiteral(".nii.gz") : QStringLiteral(".innergs");
+  for (const char* known : {".nii", ".nrrd", ".mha"})
+    if (volume && file.endsWith(QLatin1String(known), Qt::CaseInsensitive)) end = QString::fromLatin1(known);
+  ui::SaveDialog dialog(this, volume ? tr("Save '%1'").arg(name) : tr("Save model '%1'").arg(name),
+                        host_->folder(), volume ? volumeFilter() : modelFilter(), fileNameOf(name) + end);
   dialog.setObjectName(QStringLiteral("saveDialog"));
-  dialog.setAcceptMode(QFileDialog::AcceptSave);
-  dialog.selectFile(file.isEmpty() || QFileInfo(file).isDir() ? fileNameOf(name) + extension
-                                                              : QFileInfo(file).fileName());
   if (dialog.exec() != QDialog::Accepted || dialog.selectedFiles().isEmpty()) return false;
-  QString to = dialog.selectedFiles().first();
-  if (QFileInfo(to).suffix().isEmpty()) to += extension;
+  const QString to = dialog.complete(dialog.selectedFiles().first());
+  if (to.isEmpty()) return false;
   host_->setFolder(QFileInfo(to).absolutePath());
   const QString sentence = host_->save(id, to);
   if (!sentence.isEmpty()) {
@@ -82,7 +83,13 @@ bool MainWindow::saveAs(const QString& id) {
   }
   addRecentFile(to);
   fillRecent();
-  return true;
+  const auto after = host_->document().model(id);
+  if (!after || after->saved || !isPly(to)) return true;
+  tell(tr("'%1' holds the Gaussians alone, without the detail grid and the state of the fit: save the model "
+          "as "
+          ".innergs as well to keep all of it.")
+           .arg(QFileInfo(to).fileName()));
+  return false;
 }
 
 void MainWindow::tell(const QString& sentence) {
@@ -140,6 +147,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   if (closeWhenEnded_) return;
   if (host_->background().isBusy()) { // a file is read or written: closed when that is done
     closeWhenIdle_ = true;
+    busyText_->setText(tr("%1, then the window closes").arg(busyText_->text()));
     return;
   }
   if (host_->isRunning()) {

@@ -110,6 +110,10 @@ SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
   connect(state, &ViewState::volumeChanged, this, &SliceView::showVolume);
   connect(state, &ViewState::windowChanged, this, &SliceView::showWindow);
   connect(state, &ViewState::crosshairChanged, this, &SliceView::showPlane);
+  connect(state, &ViewState::placeChanged, this, [this] {
+    fitted_ = false; // or when it has a size
+    fit();
+  });
   showVolume();
 }
 

@@ -111,6 +111,7 @@ ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
   connect(state, &ViewState::volumeChanged, this, &ThreeDView::showVolume);
   connect(state, &ViewState::windowChanged, this, &ThreeDView::showWindow);
   connect(state, &ViewState::crosshairChanged, this, &ThreeDView::showPlanes);
+  connect(state, &ViewState::placeChanged, this, &ThreeDView::fit);
   connect(state->document(), &Document::modelsChanged, this, &ThreeDView::showModels);
   showVolume();
 }
@@ -214,8 +215,14 @@ void ThreeDView::showModels() {
     ui::EllipsoidOptions options;
     options.window = item->window;
     background_->run({}, [this, id = item->id, model = item->model, options] {
-      const vtkSmartPointer<vtkPolyData> centres = ui::ellipsoidCentres(model, options, nullptr);
-      return [this, id, model, options, centres] { showEllipsoids(id, model, centres, options); };
+      QString error;
+      const vtkSmartPointer<vtkPolyData> centres = ui::ellipsoidCentres(model, options, &error);
+      return [this, id, model, options, centres, error] {
+        if (!centres)
+          Q_EMIT failed(id, error);
+        else
+          showEllipsoids(id, model, centres, options);
+      };
     });
   }
   render();
@@ -224,7 +231,7 @@ void ThreeDView::showModels() {
 void ThreeDView::showEllipsoids(const QString& id, vtkInnerGSModel* model, vtkPolyData* centres,
                                 const ui::EllipsoidOptions& options) {
   const auto at = scene_->ellipsoids.find(id);
-  if (at == scene_->ellipsoids.end() || at->second.model != model || !centres) return; // no longer wanted
+  if (at == scene_->ellipsoids.end() || at->second.model != model) return; // no longer wanted
   at->second.actor = ui::ellipsoidActor(centres, options);
   scene_->renderer->AddActor(at->second.actor);
   render();

@@ -26,6 +26,8 @@ public:
 
 Q_SIGNALS:
   void doubleClicked();
+  /// A model's ellipsoids could not be made.
+  void failed(const QString& modelId, const QString& sentence);
 
 protected:
   void mouseDoubleClickEvent(QMouseEvent* event) override;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace innergs::app {
 namespace {
@@ -29,18 +30,24 @@ void ViewState::refresh() {
     setVolumeId(document_->volumes().back()->id);
     return;
   }
-  if (!item) volumeId_.clear();
-  const auto now = item ? item->volume : nullptr;
-  if (now == shown_) return;
-  shown_ = now;
+  if (item) {
+    if (item->volume != shown_) show(item);
+    return;
+  }
+  volumeId_.clear();
+  if (!std::exchange(shown_, nullptr)) return;
   Q_EMIT volumeChanged();
 }
 
 void ViewState::setVolumeId(const QString& id) {
   const auto item = document_->volume(id);
   if (!item || (id == volumeId_ && shown_ == item->volume)) return;
-  const bool first = !shown_;
   volumeId_ = id;
+  show(item);
+}
+
+void ViewState::show(const std::shared_ptr<VolumeItem>& item) {
+  const bool first = !shown_;
   shown_ = item->volume;
   const std::array<double, 6> box = bounds();
   bool inside = !first;
@@ -48,7 +55,9 @@ void ViewState::setVolumeId(const QString& id) {
     inside = inside && crosshair_[a] >= box[2 * a] && crosshair_[a] <= box[2 * a + 1];
   if (!inside) crosshair_ = middleVoxel(item->volume->geometry);
   Q_EMIT volumeChanged();
-  if (!inside) Q_EMIT crosshairChanged();
+  if (inside) return;
+  Q_EMIT crosshairChanged();
+  Q_EMIT placeChanged();
 }
 
 void ViewState::step(int by) {

@@ -39,10 +39,12 @@ public:
 Q_SIGNALS:
   void volumeChanged(); // another one, or its content
   void crosshairChanged();
+  void placeChanged(); // the volume lies elsewhere: the crosshair was moved into it, views go there
   void windowChanged();
 
 private:
   void refresh();
+  void show(const std::shared_ptr<VolumeItem>& item);
   Document* document_;
   QString volumeId_;
   std::shared_ptr<const Volume> shown_; // that the views were told of

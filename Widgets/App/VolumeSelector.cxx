@@ -31,7 +31,9 @@ void VolumeSelector::fill() {
   {
     const QSignalBlocker blocker(box_);
     box_->clear();
-    if (role_ == Role::Mask)
+    if (role_ == Role::Input)
+      box_->addItem(document_->volumes().empty() ? tr("No volume yet") : tr("Choose a scan"), QString());
+    else if (role_ == Role::Mask)
       box_->addItem(tr("None"), QString());
     else if (role_ == Role::OutputVolume)
       box_->addItem(tr("New volume"), QString());

@@ -1,0 +1,22 @@
+#pragma once
+#include <QFileDialog>
+
+namespace innergs::ui {
+
+/// Asks for a file to write. The chosen filter's extension (its first one) is the file's: it follows when
+/// another filter is chosen, and is added to a name that ends in none of the filters' extensions.
+class SaveDialog : public QFileDialog {
+  Q_OBJECT
+public:
+  /// filters: separated by ";;"; name: proposed, with or without an extension.
+  SaveDialog(QWidget* parent, const QString& title, const QString& folder, const QString& filters,
+             const QString& name);
+  /// With an extension. Asks when that makes it the name of an existing file, which the dialog itself cannot
+  /// have asked about; "" when that is to stay.
+  QString complete(const QString& file);
+
+private:
+  QString withoutEnd(const QString& file) const;
+};
+
+} // namespace innergs::ui
