@@ -7,7 +7,7 @@ class DevicePlugin;
 
 /// A tiny fit of each blending and tiny renderings on a device beside the scalar CPU's (some 10 ms of
 /// computing). Empty where they agree to 1e-3 of the largest value; else what does not, in a few words.
-/// Throws Error(Memory) where the device has too little for even that.
+/// Whatever fails is thrown: memory, the driver.
 std::string deviceDisagreement(DevicePlugin& plugin, int device);
 
 } // namespace innergs

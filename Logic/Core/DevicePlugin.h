@@ -11,10 +11,11 @@
 namespace innergs {
 
 struct DeviceInfo {
-  std::string name;                             // as its maker calls it
-  std::string computeCapability;                // e.g. "9.0"
-  std::int64_t totalMemory = 0, freeMemory = 0; // bytes, now
-  std::string refused;                          // one sentence: computes otherwise than the CPU; empty: not
+  std::string name;              // as its maker calls it
+  std::string computeCapability; // e.g. "9.0"
+  std::int64_t totalMemory = 0;  // bytes
+  std::int64_t freeMemory = 0;   // bytes, now; from plugins 0: that takes a start of the device
+  std::string refused;           // one sentence: computes otherwise than the CPU; empty: not
 };
 
 struct DeviceList {
@@ -42,8 +43,10 @@ public:
 class DevicePlugin {
 public:
   virtual ~DevicePlugin() = default;
-  /// Never throws; asks the driver anew.
+  /// Never throws; asks the driver anew, and starts no device.
   virtual DeviceList devices() = 0;
+  /// Bytes now. Starts the device.
+  virtual std::int64_t freeMemory(int device) = 0;
   /// Bytes of device memory without which the fit cannot run to its end.
   virtual std::int64_t fitMemory(const FitRequest& request) = 0;
   virtual std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) = 0;
@@ -52,7 +55,7 @@ public:
 };
 
 /// Raised with every change of meaning in what crosses the boundary.
-constexpr std::uint32_t kPluginAbi = 2;
+constexpr std::uint32_t kPluginAbi = 3;
 
 /// Plain data that any two builds can exchange.
 struct PluginStamp {

@@ -1,15 +1,14 @@
 #include "Core/Devices.h"
 
-#include "Core/DeviceCheck.h"
 #include "Core/DevicePlugin.h"
+#include "Core/DeviceTrust.h"
 #include "Core/Error.h"
 #include "Core/SharedLibrary.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <map>
-#include <mutex>
+#include <utility>
 
 namespace innergs {
 namespace {
@@ -132,30 +131,6 @@ DeviceList listed() {
 
 constexpr std::int64_t kManySamples = 8'000'000; // worth a device
 
-constexpr std::int64_t kCheckMemory = 256'000'000; // more than a check needs, bytes
-
-/// Why a device is not to be trusted, found out once per process; empty: it agrees with the CPU.
-std::string refusal(int device, const DeviceInfo& info) {
-  static std::mutex mutex;
-  static std::map<int, std::string> known;
-  const std::lock_guard lock(mutex);
-  const auto at = known.find(device);
-  if (at != known.end()) return at->second;
-  std::string why;
-  try {
-    why = deviceDisagreement(*backend().plugin, device);
-  } catch (const Error& error) {
-    if (info.freeMemory < kCheckMemory) return {}; // not now: a fit will not find any either, and says so
-    why = std::string("it failed: ") + error.what();
-  }
-  if (!why.empty()) {
-    while (why.back() == '.')
-      why.pop_back();
-    why = info.name + " (cuda:" + std::to_string(device) + ") is not used: in its self-check, " + why + ".";
-  }
-  return known[device] = why;
-}
-
 /// Milliseconds of a sweep over a million samples on two cores (Docs/benchmarks.md), and seconds of a fit up
 /// to which "auto" stays on the CPU.
 constexpr double kSweepOfAMillion = 14, kSmall = 0.5;
@@ -168,8 +143,16 @@ void checkDeviceName(const std::string& asked) {
 
 DeviceList otherDevices() {
   DeviceList list = listed();
-  for (std::size_t n = 0; n < list.devices.size(); ++n)
-    list.devices[n].refused = refusal(static_cast<int>(n), list.devices[n]);
+  for (std::size_t n = 0; n < list.devices.size(); ++n) {
+    DeviceInfo& info = list.devices[n];
+    try {
+      DevicePlugin& plugin = *backend().plugin;
+      info.refused = trustIn(plugin, static_cast<int>(n), info.name, {}).refused;
+      info.freeMemory = plugin.freeMemory(static_cast<int>(n));
+    } catch (const std::exception& error) {
+      if (info.refused.empty()) info.refused = sentence(info.name + " cannot be used: " + error.what());
+    }
+  }
   return list;
 }
 
@@ -191,39 +174,58 @@ DeviceChoice::DeviceChoice(const std::string& asked, const std::string& instruct
     use.reason = "On the CPU, which alone has " + only + ".";
     return;
   }
-  const bool insists = wish.kind == Wish::Cuda;
+  insists_ = wish.kind == Wish::Cuda;
   const DeviceList list = listed();
   const int count = static_cast<int>(list.devices.size());
   if (count == 0) {
-    if (insists) throw Error(ErrorCode::InvalidArgument, "There is no CUDA device. " + list.problem);
+    if (insists_) throw Error(ErrorCode::InvalidArgument, "There is no CUDA device. " + list.problem);
     use.reason = "On the CPU. " + list.problem;
     return;
   }
   if (wish.index >= count)
     throw Error(ErrorCode::InvalidArgument, "There is no device '" + asked +
                                                 "': the last one is cuda:" + std::to_string(count - 1) + ".");
-  std::vector<int> order; // most free memory first
+  std::vector<int> order; // most memory first
   for (int n = 0; n < count; ++n)
     if (wish.index < 0 || wish.index == n) order.push_back(n);
   std::stable_sort(order.begin(), order.end(),
-                   [&](int a, int b) { return list.devices[a].freeMemory > list.devices[b].freeMemory; });
+                   [&](int a, int b) { return list.devices[a].totalMemory > list.devices[b].totalMemory; });
+  plugin_ = backend().plugin;
   std::string refused;
-  const auto trusted = std::find_if(order.begin(), order.end(), [&](int n) {
-    const std::string why = refusal(n, list.devices[n]);
-    if (!why.empty()) refused += (refused.empty() ? "" : " ") + why;
-    return why.empty();
-  });
-  if (trusted == order.end()) {
-    if (insists) throw Error(ErrorCode::InvalidArgument, refused + " Use the CPU.");
-    use.reason = "On the CPU. " + refused;
+  for (int n : order) {
+    const std::string why = knownRefusal(n);
+    if (why.empty())
+      candidates_.push_back({n, list.devices[n].name});
+    else
+      refused += (refused.empty() ? "" : " ") + why;
+  }
+  pass(refused, true);
+}
+
+/// The next candidate, after what spoke against the last one. `disagrees`: the device computes otherwise.
+void DeviceChoice::pass(const std::string& why, bool disagrees) {
+  if (!why.empty()) passed_ += (passed_.empty() ? "" : " ") + why;
+  onlyDisagree_ = onlyDisagree_ && disagrees;
+  if (candidates_.empty()) {
+    if (insists_ && onlyDisagree_) throw Error(ErrorCode::InvalidArgument, passed_ + " Use the CPU.");
+    leave(passed_);
     return;
   }
-  index_ = *trusted;
-  plugin_ = backend().plugin;
+  index_ = candidates_.front().index;
   use.id = "cuda:" + std::to_string(index_);
-  use.name = list.devices[index_].name;
-  use.reason = "On " + label() + (insists ? ", as asked." : ", the GPU found.");
-  if (!refused.empty()) use.reason += " " + refused;
+  use.name = candidates_.front().name;
+  candidates_.erase(candidates_.begin());
+  use.reason = "On " + label() + (insists_ ? ", as asked." : ", the GPU found.");
+  if (!passed_.empty()) use.reason += " " + passed_;
+}
+
+/// Starts the device; one that is not to be trusted makes way for the next.
+void DeviceChoice::admit(const std::stop_token& stop) {
+  while (!onCpu()) {
+    const DeviceTrust trust = trustIn(*plugin_, index_, use.name, stop);
+    if (trust.refused.empty()) return;
+    pass(trust.refused, trust.lasting);
+  }
 }
 
 std::string DeviceChoice::label() const {
@@ -260,34 +262,41 @@ bool DeviceChoice::note(const std::string& remark) {
 }
 
 std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
-  if (onCpu()) return nullptr;
-  try {
-    const std::int64_t needed = plugin_->fitMemory(request);
-    const DeviceList list = plugin_->devices();
-    if (index_ >= static_cast<int>(list.devices.size()))
-      throw Error(ErrorCode::Internal, list.problem.empty() ? "it is gone." : list.problem);
-    const std::int64_t free = list.devices[index_].freeMemory;
-    if (needed > free) {
-      leave("The fit needs about " + gigabytes(needed) + " on " + label() + ", which has " + gigabytes(free) +
-            " free.");
-      return nullptr;
+  while (!onCpu()) {
+    try {
+      admit(request.stop);
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::Cancelled) leave("Stopped before " + label() + " was ready.");
+      throw;
     }
-    std::unique_ptr<FitDevice> fit = plugin_->makeFit(index_, request);
-    if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
-    use.reason +=
-        " The fit needs about " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
-    note(fit->remark());
-    return fit;
-  } catch (const Error& error) {
-    if (error.code() == ErrorCode::Cancelled) throw;
-    leave(sentence(label() + " cannot be used: " + error.what()));
-  } catch (const std::exception& error) {
-    leave(sentence(label() + " cannot be used: " + error.what()));
+    if (onCpu()) break;
+    std::string why;
+    try {
+      const std::int64_t needed = plugin_->fitMemory(request), free = plugin_->freeMemory(index_);
+      if (needed <= free) {
+        std::unique_ptr<FitDevice> fit = plugin_->makeFit(index_, request);
+        if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
+        use.reason +=
+            " The fit needs about " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
+        note(fit->remark());
+        return fit;
+      }
+      why = "The fit needs about " + gigabytes(needed) + " on " + label() + ", which has " + gigabytes(free) +
+            " free.";
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::Cancelled) throw;
+      why = sentence(label() + " cannot be used: " + error.what());
+    } catch (const std::exception& error) {
+      why = sentence(label() + " cannot be used: " + error.what());
+    }
+    pass(why, false);
   }
   return nullptr;
 }
 
-std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field) const {
+std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field,
+                                                     const std::stop_token& stop) {
+  admit(stop);
   if (onCpu()) return nullptr;
   try {
     return plugin_->makeField(index_, field);
@@ -300,7 +309,7 @@ std::shared_ptr<FieldDevice> renderingDevice(const std::string& asked, const Gau
                                              std::int64_t samples, const std::string& instructionSet,
                                              Selection selection, std::string* problem) {
   if (asked == "auto" && samples < kManySamples) return nullptr;
-  const DeviceChoice choice(asked, instructionSet, selection);
+  DeviceChoice choice(asked, instructionSet, selection);
   std::shared_ptr<FieldDevice> device = choice.makeField(field);
   if (!device && !choice.onCpu() && problem)
     *problem = choice.use.name + " (" + choice.use.id + ") cannot hold the model: rendered on the CPU.";

@@ -50,13 +50,13 @@ struct ReconstructionJob::Impl {
     state.note.clear();
   }
 
-  RenderOptions renderOptions(const GaussianField& field, std::stop_token stop) const {
+  RenderOptions renderOptions(const GaussianField& field, std::stop_token stop) {
     RenderOptions options;
     options.threads = settings.threads;
     options.instructionSet = settings.instructionSet;
     options.selection = settings.selection;
+    options.device = device->makeField(field, stop);
     options.stop = std::move(stop);
-    options.device = device->makeField(field);
     return options;
   }
 

@@ -189,8 +189,6 @@ DeviceList cudaDevices() {
                          : std::string("The NVIDIA driver failed: ") + cudaGetErrorString(error) + ".";
       return list;
     }
-    int before = 0;
-    cudaGetDevice(&before);
     for (int d = 0; d < count; ++d) {
       DeviceInfo info;
       cudaDeviceProp properties;
@@ -198,20 +196,28 @@ DeviceList cudaDevices() {
         info.name = properties.name;
         info.computeCapability = std::to_string(properties.major) + "." + std::to_string(properties.minor);
         info.totalMemory = static_cast<std::int64_t>(properties.totalGlobalMem);
-        std::size_t free = 0, total = 0;
-        if (cudaSetDevice(d) == cudaSuccess && cudaMemGetInfo(&free, &total) == cudaSuccess)
-          info.freeMemory = static_cast<std::int64_t>(free);
       }
       cudaGetLastError();
       list.devices.push_back(std::move(info));
     }
-    cudaSetDevice(before);
     if (list.devices.empty()) list.problem = "No CUDA device is present.";
   } catch (const std::exception& error) {
     list.devices.clear();
     list.problem = error.what();
   }
   return list;
+}
+
+std::int64_t cudaFreeMemory(int device) {
+  std::size_t free = 0, total = 0;
+  cudaError_t error = cudaSetDevice(device);
+  if (error == cudaSuccess) error = cudaMemGetInfo(&free, &total);
+  if (error != cudaSuccess) {
+    cudaGetLastError();
+    throw Error(ErrorCode::Internal, "CUDA device " + std::to_string(device) + " failed (" +
+                                         cudaGetErrorString(error) + "): update the driver or use the CPU.");
+  }
+  return static_cast<std::int64_t>(free);
 }
 
 std::unique_ptr<Executor> makeCudaExecutor(int device) {

@@ -8,6 +8,7 @@ namespace {
 class Plugin final : public ExecutorPlugin {
 public:
   DeviceList devices() override { return cudaDevices(); }
+  std::int64_t freeMemory(int device) override { return cudaFreeMemory(device); }
 
 protected:
   std::unique_ptr<Executor> executor(int device) override { return makeCudaExecutor(device); }

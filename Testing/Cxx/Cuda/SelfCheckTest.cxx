@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <thread>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -30,7 +31,76 @@ bool has(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
+GaussianField somethingToRender() {
+  GaussianField field;
+  field.gaussians.resize(1);
+  field.gaussians[0].quaternion[0] = 1;
+  return field;
+}
+
 } // namespace
+
+// In this order where all run in one process: nothing is known of a device at first.
+
+TEST_F(SelfCheck, IsNotMadeForASmallFitThatMayRunAnywhere) {
+  setVariable("INNERGS_WRONG", "asleep");
+  Settings settings = quickSettings(4);
+  settings.device = "auto";
+  const auto result = reconstruct(isotropicInput(), settings);
+  EXPECT_EQ(result.device.id, "cpu");
+  EXPECT_TRUE(has(result.device.reason, "The fit is small")) << result.device.reason;
+}
+
+TEST_F(SelfCheck, ThatCannotBeMadeNowIsMadeLater) {
+  setVariable("INNERGS_WRONG", "busy");
+  for (const DeviceInfo& device : otherDevices().devices)
+    EXPECT_TRUE(has(device.refused, "in its self-check, it failed: The device is busy.")) << device.refused;
+  Settings settings = quickSettings(4);
+  settings.device = "cuda:3";
+  const auto busy = reconstruct(isotropicInput(), settings);
+  EXPECT_EQ(busy.device.id, "cpu");
+  ASSERT_EQ(busy.warnings.size(), 1u);
+  EXPECT_TRUE(has(busy.warnings[0], "On the CPU. Right (cuda:3) is not used: in its self-check, it failed"));
+  setVariable("INNERGS_WRONG", "");
+  EXPECT_EQ(DeviceChoice("cuda:0").use.id, "cuda:0") << "nothing is known against it";
+}
+
+TEST_F(SelfCheck, CanBeStopped) {
+  setVariable("INNERGS_WRONG", "slow");
+  Settings settings = quickSettings(4);
+  settings.device = "cuda:3";
+  std::stop_source stop;
+  std::chrono::steady_clock::time_point asked;
+  std::jthread stopper([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    asked = std::chrono::steady_clock::now();
+    stop.request_stop();
+  });
+  ReconstructionJob job(isotropicInput(), settings);
+  const auto stopped = job.run(stop.get_token());
+  const auto ended = std::chrono::steady_clock::now();
+  stopper.join();
+  EXPECT_TRUE(stopped.cancelled);
+  EXPECT_EQ(stopped.iterations, 0);
+  EXPECT_LT(std::chrono::duration<double>(ended - asked).count(), 0.2);
+  setVariable("INNERGS_WRONG", "");
+  const auto result = reconstruct(isotropicInput(), settings); // waits for the check that still runs
+  EXPECT_EQ(result.device.id, "cuda:3") << result.device.reason;
+  EXPECT_TRUE(result.warnings.empty());
+}
+
+TEST_F(SelfCheck, RefusesADeviceThatWasAskedForWhenItIsUsed) {
+  Settings settings = quickSettings(4);
+  settings.device = "cuda:1";
+  try {
+    reconstruct(isotropicInput(), settings);
+    FAIL() << "taken";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+    EXPECT_TRUE(has(error.what(), "Loses lanes (cuda:1) is not used: in its self-check, its loss"))
+        << error.what();
+  }
+}
 
 TEST_F(SelfCheck, IsQuickAndMadeOnce) {
   const auto seconds = [] {
@@ -56,11 +126,14 @@ TEST_F(SelfCheck, RefusesDevicesThatComputeWronglyAndSaysSo) {
       << list.devices[2].refused;
   EXPECT_EQ(list.devices[3].refused, "");
 
-  const DeviceChoice choice("auto");
+  const GaussianField field = somethingToRender();
+  DeviceChoice choice("auto"), any("cuda");
+  EXPECT_TRUE(choice.makeField(field));
   EXPECT_EQ(choice.use.id, "cuda:3");
   EXPECT_TRUE(has(choice.use.reason, "On Right (cuda:3), the GPU found. Loses blocks (cuda:0) is not used"))
       << choice.use.reason;
-  EXPECT_EQ(DeviceChoice("cuda").use.id, "cuda:3");
+  EXPECT_TRUE(any.makeField(field));
+  EXPECT_EQ(any.use.id, "cuda:3");
   EXPECT_EQ(DeviceChoice("cuda:3").use.reason, "On Right (cuda:3), as asked.");
   try {
     DeviceChoice insists("cuda:1");
@@ -71,19 +144,23 @@ TEST_F(SelfCheck, RefusesDevicesThatComputeWronglyAndSaysSo) {
   }
 }
 
-TEST_F(SelfCheck, LeavesTheJobOnTheCpuWhereNoDeviceIsRight) {
+TEST_F(SelfCheck, LeadsToTheCpuWhereNoDeviceIsRight) {
   setVariable("INNERGS_WRONG", "alone");
+  DeviceChoice choice("auto");
+  EXPECT_FALSE(choice.makeField(somethingToRender()));
+  EXPECT_TRUE(choice.onCpu());
+  EXPECT_TRUE(has(choice.use.reason, "On the CPU. Loses blocks (cuda:0) is not used: in its self-check"));
+  EXPECT_TRUE(has(choice.use.reason, "Loses lanes (cuda:1) is not used"));
+  EXPECT_TRUE(has(choice.use.reason, "Has no memory (cuda:2) is not used"));
   Settings settings = quickSettings(4);
   const auto cpu = reconstruct(isotropicInput(), settings);
-  settings.device = "auto";
+  settings.device = "cuda:2"; // too little memory is no reason to fail
   std::string note;
   ReconstructionJob job(isotropicInput(), settings);
   job.onProgress([&](const Progress& p) { note += p.note; });
   const auto result = job.run();
   EXPECT_EQ(result.device.id, "cpu");
-  EXPECT_TRUE(has(result.device.reason, "On the CPU. Loses blocks (cuda:0) is not used: in its self-check"));
-  EXPECT_TRUE(has(result.device.reason, "Loses lanes (cuda:1) is not used"));
-  EXPECT_TRUE(has(result.device.reason, "Has no memory (cuda:2) is not used"));
+  EXPECT_TRUE(has(result.device.reason, "On the CPU. Has no memory (cuda:2) is not used"));
   EXPECT_EQ(note, result.device.reason);
   EXPECT_TRUE(sameField(result.checkpoint->field, cpu.checkpoint->field));
 }

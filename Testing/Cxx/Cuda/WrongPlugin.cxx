@@ -1,11 +1,15 @@
 // A device plugin whose devices run the kernels on the host, all but the last one wrongly.
-// INNERGS_WRONG=alone leaves the right one out.
+// INNERGS_WRONG: alone leaves the right one out, busy lets none be started, slow takes seconds to start one,
+// asleep ends the program when one is.
+#include "Core/Error.h"
 #include "Cuda/HostBlock.h"
 #include "Cuda/HostExecutor.h"
 #include "Cuda/Plugin.h"
 
+#include <chrono>
 #include <cstdlib>
 #include <string>
+#include <thread>
 #include <type_traits>
 
 namespace {
@@ -60,21 +64,37 @@ struct Right {
   }
 };
 
+constexpr std::int64_t kMemory = std::int64_t{1} << 36;
+
+bool wrong(const char* how) {
+  const char* set = std::getenv("INNERGS_WRONG");
+  return set && std::string(set) == how;
+}
+
+void start() {
+  if (wrong("asleep")) std::abort();
+  if (wrong("slow")) std::this_thread::sleep_for(std::chrono::seconds(2));
+  if (wrong("busy")) throw Error(ErrorCode::Internal, "The device is busy.");
+}
+
 class WrongPlugin final : public ExecutorPlugin {
 public:
   DeviceList devices() override {
-    const char* set = std::getenv("INNERGS_WRONG");
-    constexpr std::int64_t memory = std::int64_t{1} << 36;
     DeviceList list;
     for (const char* name : {"Loses blocks", "Loses lanes", "Has no memory"})
-      list.devices.push_back({name, "0.0", memory, memory, {}});
-    if (!set || std::string(set) != "alone") list.devices.push_back({"Right", "0.0", memory, memory / 2, {}});
+      list.devices.push_back({name, "0.0", kMemory, 0, {}});
+    if (!wrong("alone")) list.devices.push_back({"Right", "0.0", kMemory, 0, {}});
     return list;
+  }
+  std::int64_t freeMemory(int) override {
+    start();
+    return kMemory;
   }
 
 protected:
   std::unique_ptr<Executor> executor(int device) override {
-    constexpr std::size_t memory = std::size_t{1} << 36;
+    start();
+    constexpr std::size_t memory = kMemory;
     if (device == 0) return std::make_unique<HostExecutor<LosesBlocks>>(memory);
     if (device == 1) return std::make_unique<HostExecutor<LosesLanes>>(memory);
     return std::make_unique<HostExecutor<Right>>(device == 2 ? std::size_t{1000} : memory);

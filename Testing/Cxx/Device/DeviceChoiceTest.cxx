@@ -36,7 +36,7 @@ TEST_F(Choice, ListsWhatThePluginOffers) {
   EXPECT_TRUE(has(otherDevices().problem, "nothing answers"));
 }
 
-TEST_F(Choice, AutoTakesTheDeviceWithTheMostFreeMemory) {
+TEST_F(Choice, AutoTakesTheDeviceWithTheMostMemory) {
   const DeviceChoice choice("auto");
   EXPECT_EQ(choice.use.asked, "auto");
   EXPECT_EQ(choice.use.id, "cuda:1");

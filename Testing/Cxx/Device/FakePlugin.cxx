@@ -123,10 +123,12 @@ public:
       list.problem = "No NVIDIA driver is installed.";
       return list;
     }
-    const std::int64_t free = fault("small") ? 1000 : 4'000'000'000;
-    list.devices.push_back({"Fake One", "7.5", 8'000'000'000, free / 2, {}});
-    list.devices.push_back({"Fake Two", "9.0", 8'000'000'000, free, {}});
+    list.devices.push_back({"Fake One", "7.5", 8'000'000'000, 0, {}});
+    list.devices.push_back({"Fake Two", "9.0", 16'000'000'000, 0, {}});
     return list;
+  }
+  std::int64_t freeMemory(int device) override {
+    return (fault("small") ? 1000 : 4'000'000'000) / (device == 0 ? 2 : 1);
   }
   std::int64_t fitMemory(const FitRequest& request) override {
     std::int64_t bytes = request.gaussians * 512;
