@@ -312,6 +312,8 @@ void Fit::withMemory(const Work& work) {
     if (error.code() != ErrorCode::Memory) throw;
     passes_.shrink();
     relocation_.clear();
+    gradient_.clear();
+    others_.clear();
     work();
   }
 }

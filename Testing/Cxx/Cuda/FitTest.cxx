@@ -106,6 +106,21 @@ TEST(FitOnTheHostExecutor, ComputesTheSameInSmallerSlabs) {
   }
 }
 
+TEST(FitOnTheHostExecutor, CountsTheMemoryThatDensificationTakes) {
+  for (const FitCase& c : kFitCases) {
+    SCOPED_TRACE(c.name);
+    const Scene scene(c);
+    FitRequest request = scene.request();
+    request.gaussians = 100'000;
+    request.rules.densify.every = 0;
+    const cuda::FitMemory fixed = cuda::fitMemory(request);
+    request.rules.densify.every = 10;
+    const cuda::FitMemory growing = cuda::fitMemory(request);
+    EXPECT_GE(growing.most, fixed.most + 300 * request.gaussians);
+    EXPECT_GE(growing.least, fixed.least);
+  }
+}
+
 TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
   const Scene scene(kFitCases[0]);
   const cuda::FitMemory memory = cuda::fitMemory(scene.request());
