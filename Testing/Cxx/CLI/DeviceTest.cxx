@@ -106,11 +106,13 @@ TEST_F(DeviceTest, IsFoundBesideTheProgramAndWhereItIsInstalled) {
 
 TEST_F(DeviceTest, IsChosenReportedAndLeftWhenItFails) {
   writeVolume(phantom(), path("scan.nii"));
-  const Outcome good = reconstruct("auto", fake("good"));
+  const Outcome small = reconstruct("auto", fake("good"));
+  EXPECT_TRUE(has(small.err, "The fit is small")) << small.err;
+  const Outcome good = reconstruct("cuda", fake("good"));
   ASSERT_EQ(good.exitCode, 0) << good.err;
   EXPECT_TRUE(has(good.err, "On Fake Two (cuda:1)")) << good.err;
   auto report = reportOf(contents("out/r.json"));
-  EXPECT_EQ(report["device"]["asked"], "auto");
+  EXPECT_EQ(report["device"]["asked"], "cuda");
   EXPECT_EQ(report["device"]["used"], "cuda:1");
   EXPECT_EQ(report["device"]["name"], "Fake Two");
   EXPECT_TRUE(report["warnings"].empty());
@@ -166,7 +168,8 @@ TEST_F(DeviceTest, RendersModelsWhereAsked) {
     const auto cpu = rendered(command, "cpu", "mark");
     EXPECT_EQ(rendered(command, "auto", "mark"), cpu) << "too small to pay";
     EXPECT_EQ(rendered(command, "cuda", "render"), cpu);
-    EXPECT_NE(rendered(command, "cuda", "mark"), cpu);
+    EXPECT_NE(rendered(command, "cuda", "later"), cpu);
+    expectOneSentence(render(command, "cuda", "mark"), 1, "in its self-check, its rendering is");
     expectOneSentence(render(command, "cuda", "none"), 1, "No NVIDIA driver is installed.");
   }
 }

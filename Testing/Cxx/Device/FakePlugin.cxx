@@ -1,6 +1,7 @@
 // A device plugin whose devices are the CPU in disguise. The environment variable INNERGS_FAKE says what goes
 // wrong: none, small, short (after three sweeps), throws, make, upload, sweep:N, lost:N, reshape, evaluate,
-// download, render, mark (renders values that are 1 too high).
+// download, render, mark (renders values that are 1 too high), later (likewise, but not in a
+// self-check that comes first).
 #include "Core/CpuFitDevice.h"
 #include "Core/DevicePlugin.h"
 #include "Core/Error.h"
@@ -105,7 +106,9 @@ public:
   }
 
 private:
-  static float shift() { return fault("mark") ? 1.f : 0.f; }
+  float shift() const { return fault("mark") || (fault("later") && number_ > 3) ? 1.f : 0.f; }
+  static inline int fields_ = 0; // a self-check makes three
+  const int number_ = ++fields_;
   GaussianField field_;
 };
 
