@@ -111,7 +111,7 @@ TEST_F(SelfCheck, IsQuickAndMadeOnce) {
   const double first = seconds(), again = seconds();
   RecordProperty("seconds_for_four_devices", std::to_string(first));
   EXPECT_LT(first, 3) << "50 ms each, where nothing else runs";
-  EXPECT_LT(again, 0.1 * first + 1e-3);
+  EXPECT_LT(again, 0.5 * first + 0.01) << "only the device without memory is tried again";
 }
 
 TEST_F(SelfCheck, RefusesDevicesThatComputeWronglyAndSaysSo) {
