@@ -246,7 +246,7 @@ void ReconstructionPanel::setState(State state) {
     break;
   case State::Running:
     button_->setText(tr("&Cancel"));
-    button_->setToolTip(tr("Stops the reconstruction within a moment. Nothing is changed."));
+    button_->setToolTip(tr("Stops the reconstruction within a moment. What is complete is kept."));
     break;
   case State::Cancelling:
     button_->setText(tr("Cancelling…"));
