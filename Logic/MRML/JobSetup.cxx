@@ -6,6 +6,7 @@
 #include "Core/TimeEstimate.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
+#include "SegmentationMask.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 #include "vtkSlicerInnerGSJob.h"
@@ -15,9 +16,6 @@
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLTableNode.h>
-#include <vtkOrientedImageData.h>
-#include <vtkSegmentation.h>
-#include <vtkSegmentationConverter.h>
 
 #include <vtkCallbackCommand.h>
 #include <vtkImageData.h>
@@ -30,6 +28,13 @@
 namespace innergs::mrml {
 
 vtkStandardNewMacro(JobFilter);
+
+JobFilter::JobFilter() = default;
+JobFilter::~JobFilter() = default;
+
+void JobFilter::CompleteInput(ReconstructionInput& input, const std::stop_token& stop) {
+  if (mask) input.mask = std::exchange(mask, nullptr)->make(stop);
+}
 
 void JobFilter::GiveBack(ReconstructionInput&& input) {
   if (takeBack) takeBack(std::move(input));
@@ -79,69 +84,37 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
   return inputs;
 }
 
-/// The segmentation, or where it has surfaces alone a copy with them as voxels, along those of the first
-/// input.
-vtkSmartPointer<vtkMRMLSegmentationNode> withLabelmap(vtkMRMLSegmentationNode* node, vtkMRMLVolumeNode* input,
-                                                      vtkMatrix4x4* nodeToWorld) {
-  const std::string labelmap = vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
-  if (node->GetSegmentation()->ContainsRepresentation(labelmap)) return node;
-  vtkNew<vtkMRMLSegmentationNode> copy;
-  vtkSegmentation* segments = copy->GetSegmentation();
-  segments->DeepCopy(node->GetSegmentation());
-  vtkNew<vtkMatrix4x4> worldToNode, inputToWorld, inputToNode;
-  vtkMatrix4x4::Invert(nodeToWorld, worldToNode);
-  ijkToWorld(input, inputToWorld);
-  vtkMatrix4x4::Multiply4x4(worldToNode, inputToWorld, inputToNode);
-  segments->SetConversionParameter(
-      vtkSegmentationConverter::GetReferenceImageGeometryParameterName(),
-      vtkSegmentationConverter::SerializeImageGeometry(inputToNode, input->GetImageData()));
-  if (!segments->CreateRepresentation(labelmap))
-    refuse(ErrorCode::UnsupportedImage,
-           "The mask " + quoted(node) +
-               " has no voxels, and none could be made of its surfaces: create its binary "
-               "labelmap in the Segmentations module first.");
-  return copy;
-}
-
-/// Merging segments takes long: not where voxels are not looked at.
-void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters,
-             const std::vector<vtkMRMLVolumeNode*>& inputs, bool voxels) {
+/// Of a segmentation only that it can be one: taking it is for the start.
+void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   auto* node = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
                                                     "The mask", "a label map or segmentation");
   if (!node) return;
-  vtkNew<vtkMatrix4x4> ijkToWorldMatrix;
-  if (auto* volume = vtkMRMLVolumeNode::SafeDownCast(node)) {
-    if (!volume->GetImageData())
-      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
-    ijkToWorld(volume, ijkToWorldMatrix);
-    filter->SetMaskData(sharing(volume->GetImageData()));
-  } else if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
-    vtkNew<vtkOrientedImageData> labels;
-    const std::string segment = parameters->GetMaskSegmentID();
-    vtkSegmentation* segments = segmentation->GetSegmentation();
-    if (!segments || segments->GetNumberOfSegments() == 0)
-      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " is empty: draw a segment or leave it out.");
-    if (!segment.empty() && !segments->GetSegment(segment))
-      refuse(ErrorCode::InvalidArgument,
-             "The mask " + quoted(node) + " has no segment with the ID '" + segment + "': choose another.");
-    vtkNew<vtkMatrix4x4> nodeToWorld, imageToNode;
-    toWorld(node, nodeToWorld);
-    if (!voxels) return;
-    const auto voxelised = withLabelmap(segmentation, inputs.front(), nodeToWorld);
-    const bool made = segment.empty() ? voxelised->GenerateMergedLabelmapForAllSegments(labels)
-                                      : voxelised->GetBinaryLabelmapRepresentation(segment, labels);
-    if (!made || labels->GetNumberOfPoints() == 0)
-      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " is empty: draw a segment or leave it out.");
-    labels->GetImageToWorldMatrix(imageToNode);
-    vtkMatrix4x4::Multiply4x4(nodeToWorld, imageToNode, ijkToWorldMatrix);
-    vtkNew<vtkImageData> image;
-    image->ShallowCopy(labels);
-    filter->SetMaskData(image);
-  } else {
+  if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
+    SegmentationMask::check(segmentation, parameters->GetMaskSegmentID());
+    return;
+  }
+  auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
+  if (!volume)
     refuse(ErrorCode::InvalidArgument,
            "The mask " + quoted(node) + " is neither a label map nor a segmentation: choose one.");
-  }
-  filter->SetMaskIJKToRASMatrix(ijkToWorldMatrix);
+  if (!volume->GetImageData())
+    refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
+  vtkNew<vtkMatrix4x4> matrix;
+  ijkToWorld(volume, matrix);
+  filter->SetMaskData(sharing(volume->GetImageData()));
+  filter->SetMaskIJKToRASMatrix(matrix);
+}
+
+/// What only this thread can have of a segmentation that is the mask.
+void takeMask(JobFilter* filter, Parameters* parameters, vtkMRMLVolumeNode* like) {
+  auto* node = vtkMRMLSegmentationNode::SafeDownCast(parameters->GetMaskNode());
+  if (!node) return;
+  std::vector<GridGeometry> grids;
+  filter->WithOutline([&](const ReconstructionInput& input) {
+    for (const Stack& stack : input.stacks)
+      grids.push_back(stack.image.geometry);
+  });
+  filter->mask = std::make_unique<SegmentationMask>(node, parameters->GetMaskSegmentID(), like, grids);
 }
 
 void setReference(vtkInnerGSReconstruct* filter, const GridGeometry& grid) {
@@ -262,7 +235,7 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
            "The output " + quoted(output) + " is a label map: choose a scalar volume.");
 }
 
-void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxels) {
+void configure(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   setSettings(filter, parameters);
   for (std::size_t n = 0; n < inputs.size(); ++n) {
@@ -281,11 +254,11 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, bool voxel
     const int axis = parameters->GetInputSliceAxis(input);
     filter->SetInputSliceAxis(index, axis == Parameters::Automatic ? sliceAxis(matrix) : axis);
   }
-  setMask(filter, parameters, inputs, voxels);
+  setMask(filter, parameters);
   setGrid(filter, parameters, inputs);
 }
 
-vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene, Task& task, bool voxels) {
+vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene, Task& task) {
   if (!parameters) refuse(ErrorCode::InvalidArgument, "There is no parameter node: create one first.");
   if (!scene || parameters->GetScene() != scene)
     refuse(ErrorCode::InvalidArgument, "The parameter node is not in the scene: add it first.");
@@ -293,7 +266,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   auto filter = vtkSmartPointer<JobFilter>::New();
   vtkNew<vtkCallbackCommand> quiet; // the sentence is taken from the filter: no second message
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
-  configure(filter, parameters, voxels);
+  configure(filter, parameters);
   checkSettings(filter->MakeSettings());
   if (const double share = parameters->GetHeldOutFraction(); !(share >= 0 && share <= 0.5))
     refuse(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
@@ -307,7 +280,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
 
 vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene) {
   Task ignored;
-  return filterFor(parameters, scene, ignored, false);
+  return filterFor(parameters, scene, ignored);
 }
 
 std::string describeDevice(Parameters* parameters) {
@@ -367,7 +340,7 @@ Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
 
 std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, bool copy) {
   auto task = std::make_shared<Task>();
-  task->filter = filterFor(parameters, scene, *task, true);
+  task->filter = filterFor(parameters, scene, *task);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   if (parameters->GetEvaluateQuality()) {
     QualityRequest request;
@@ -375,6 +348,7 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, bool 
     request.settings = task->filter->MakeSettings();
     task->quality = std::move(request);
   }
+  takeMask(task->filter, parameters, inputs.front());
   if (copy && !task->filter->TakeSnapshot())
     refuse(ErrorCode::InvalidArgument, task->filter->GetErrorMessage());
   for (vtkMRMLVolumeNode* input : inputs)

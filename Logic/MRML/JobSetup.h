@@ -6,6 +6,7 @@
 #include <vtkWeakPointer.h>
 
 #include <functional>
+#include <memory>
 #include <optional>
 
 class vtkMRMLInnerGSModelNode;
@@ -18,6 +19,8 @@ class vtkSlicerInnerGSJob;
 
 namespace innergs::mrml {
 
+class SegmentationMask;
+
 /// The filter with its settings open to the layer that evaluates them.
 class JobFilter : public vtkInnerGSReconstruct {
 public:
@@ -27,8 +30,13 @@ public:
   using vtkInnerGSReconstruct::WithOutline;
   /// Called on the worker after a fit, with its input.
   std::function<void(ReconstructionInput&&)> takeBack;
+  /// Merged on the worker, before the fit.
+  std::unique_ptr<SegmentationMask> mask;
 
 protected:
+  JobFilter();
+  ~JobFilter() override;
+  void CompleteInput(ReconstructionInput& input, const std::stop_token& stop) override;
   void GiveBack(ReconstructionInput&& input) override;
 };
 

@@ -20,5 +20,6 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   Outputs.cxx
   QualityTable.cxx
   Queries.cxx
+  SegmentationMask.cxx
   SliceFollower.cxx
 )

@@ -52,7 +52,8 @@ public:
   /// delivered while it waits. GetLastJob() has the details.
   bool Reconstruct(vtkMRMLInnerGSParameterNode* parameters);
   /// Non-blocking: checks everything, copies the inputs' voxels and returns; the job runs after those before
-  /// it. Null when it was refused.
+  /// it. Null when it was refused. Of a segmentation as the mask labelmaps are copied here and merged, or made
+  /// of its surfaces, by the worker.
   /// copyVoxels off: returns at once, and the worker makes the copy as the first thing it does (phase
   /// "Preparing"): until then voxels must not be changed in place; nodes may go. A job that has to wait for
   /// others copies now.

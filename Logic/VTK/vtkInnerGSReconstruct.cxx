@@ -348,6 +348,7 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->UpdateProgress(p.fraction);
 }
 
+void vtkInnerGSReconstruct::CompleteInput(innergs::ReconstructionInput&, const std::stop_token&) {}
 void vtkInnerGSReconstruct::GiveBack(innergs::ReconstructionInput&&) {}
 
 void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
@@ -381,6 +382,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
       images.push_back(vtkImageData::GetData(inputs[0], i));
     input = this->MakeInput(images, vtkImageData::GetData(inputs[1]), stop);
   }
+  this->CompleteInput(input, stop);
   innergs::ReconstructionJob job(std::move(input), settings);
   job.onProgress([this](const innergs::Progress& p) { this->ReportProgress(p); });
   if (this->HasObserver(PreviewEvent))

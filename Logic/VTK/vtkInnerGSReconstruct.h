@@ -249,6 +249,8 @@ protected:
                                          std::stop_token stop);
   /// The snapshot, or what is known of the inputs without their voxels; false without any. May throw.
   bool WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use);
+  /// On the thread that fits, before it does: what has to be made first. May throw.
+  virtual void CompleteInput(innergs::ReconstructionInput& input, const std::stop_token& stop);
   /// After a fit that ran to its end: what it worked on, for whoever has a use for it.
   virtual void GiveBack(innergs::ReconstructionInput&& input);
   void ReportProgress(const innergs::Progress& progress);

@@ -1,0 +1,326 @@
+#include "SegmentationMask.h"
+
+#include "Core/Error.h"
+#include "Geometry.h"
+#include "NodeGeometry.h"
+
+#include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
+#include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLVolumeNode.h>
+#include <vtkOrientedImageData.h>
+#include <vtkOrientedImageDataResample.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
+#include <vtkSegmentationConverterFactory.h>
+
+#include <vtkCallbackCommand.h>
+#include <vtkImageReslice.h>
+#include <vtkPointData.h>
+#include <vtkTransform.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace innergs::mrml {
+namespace {
+
+constexpr std::int64_t kBlock = std::int64_t{1} << 21; // voxels between two looks at the stop token
+
+std::string labelmapName() {
+  return vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
+}
+
+[[noreturn]] void refuseEmpty(const std::string& name) {
+  throw Error(ErrorCode::NoData, "The mask " + name + " is empty: draw a segment or leave it out.");
+}
+
+std::string referenceName() {
+  return vtkSegmentationConverter::GetReferenceImageGeometryParameterName();
+}
+
+void throwIf(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+}
+
+bool hasVoxels(vtkOrientedImageData* image) {
+  return image && !image->IsEmpty() && image->GetPointData()->GetScalars();
+}
+
+/// The largest step (mm) of the lattices that voxels may be looked up on before the fit's.
+double largestStep(vtkSegmentation* segments, const std::vector<std::string>& ids) {
+  double step = 0;
+  const auto consider = [&](vtkOrientedImageData* image) {
+    if (image) step = std::max(step, *std::max_element(image->GetSpacing(), image->GetSpacing() + 3));
+  };
+  for (const std::string& id : ids)
+    consider(vtkOrientedImageData::SafeDownCast(segments->GetSegment(id)->GetRepresentation(labelmapName())));
+  if (vtkSegmentationConverterFactory::GetInstance()->GetConverterRules().empty())
+    return step; // no parameters
+  vtkNew<vtkOrientedImageData> reference;
+  const std::string text = segments->GetConversionParameter(referenceName());
+  if (!text.empty() && vtkSegmentationConverter::DeserializeImageGeometry(text, reference, false))
+    consider(reference);
+  return step;
+}
+
+/// The image's lattice (LPS), and its index → world (RAS).
+GridGeometry latticeOf(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, vtkMatrix4x4* imageToWorld) {
+  vtkNew<vtkMatrix4x4> imageToNode;
+  image->GetImageToWorldMatrix(imageToNode);
+  vtkMatrix4x4::Multiply4x4(nodeToWorld, imageToNode, imageToWorld);
+  const int* extent = image->GetExtent();
+  const int size[3] = {extent[1] - extent[0] + 1, extent[3] - extent[2] + 1, extent[5] - extent[4] + 1};
+  const int first[3] = {extent[0], extent[2], extent[4]};
+  return vtk::gridOf(imageToWorld, size, first, "The mask");
+}
+
+/// The part of an image's extent that reaches into the grids, a margin (mm) and two voxels around; at least a
+/// voxel.
+void within(vtkOrientedImageData* image, vtkMatrix4x4* nodeToWorld, const std::vector<GridGeometry>& grids,
+            double margin, int part[6]) {
+  vtkNew<vtkMatrix4x4> imageToWorld;
+  latticeOf(image, nodeToWorld, imageToWorld); // refuses what is sheared
+  const Affine3 toImage = inverse(vtk::affineOf(imageToWorld, "The mask"));
+  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (const GridGeometry& grid : grids) {
+    const Affine3 toLPS = grid.indexToWorld();
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3 at;
+      for (int a = 0; a < 3; ++a)
+        at[a] = (corner >> a & 1) != 0 ? double(grid.size[a]) - 0.5 : -0.5;
+      at = toImage(vtk::flipped(toLPS(at)));
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], at[a]);
+        high[a] = std::max(high[a], at[a]);
+      }
+    }
+  }
+  int extent[6];
+  image->GetExtent(extent);
+  for (int a = 0; a < 3; ++a) {
+    const double more = 2 + margin / image->GetSpacing()[a];
+    const double first = extent[2 * a], last = extent[2 * a + 1];
+    part[2 * a] = static_cast<int>(std::clamp(std::floor(low[a] - more), first, last));
+    part[2 * a + 1] = static_cast<int>(std::clamp(std::ceil(high[a] + more), first, last));
+  }
+}
+
+vtkSmartPointer<vtkOrientedImageData> copyOf(vtkOrientedImageData* image, int part[6]) {
+  auto copy = vtkSmartPointer<vtkOrientedImageData>::New();
+  if (std::equal(part, part + 6, image->GetExtent())) {
+    copy->DeepCopy(image);
+    return copy;
+  }
+  vtkNew<vtkMatrix4x4> toNode;
+  image->GetImageToWorldMatrix(toNode);
+  copy->SetExtent(part);
+  copy->SetImageToWorldMatrix(toNode);
+  copy->AllocateScalars(image->GetScalarType(), image->GetNumberOfScalarComponents());
+  copy->CopyAndCastFrom(image, part);
+  return copy;
+}
+
+/// Sets the voxels of the mask, which has the extent `whole`, where the image has one of the labels.
+template <class T>
+void mark(vtkImageData* image, const std::vector<double>& labels, const int whole[6],
+          std::vector<std::uint8_t>& mask) {
+  int part[6];
+  image->GetExtent(part);
+  const auto* value = static_cast<const T*>(image->GetScalarPointer());
+  const int components = image->GetNumberOfScalarComponents();
+  const std::int64_t row = whole[1] - whole[0] + 1, slice = row * (whole[3] - whole[2] + 1);
+  T last{};
+  bool isLabel = std::binary_search(labels.begin(), labels.end(), 0.0);
+  for (int k = part[4]; k <= part[5]; ++k)
+    for (int j = part[2]; j <= part[3]; ++j) {
+      std::uint8_t* out = mask.data() + (k - whole[4]) * slice + (j - whole[2]) * row + (part[0] - whole[0]);
+      for (int i = part[0]; i <= part[1]; ++i, ++out, value += components) {
+        if (*value != last) { // labels come in runs
+          last = *value;
+          isLabel = std::binary_search(labels.begin(), labels.end(), static_cast<double>(last));
+        }
+        if (isLabel) *out = 1;
+      }
+    }
+}
+
+/// A layer's voxels as 1 where it has one of the labels, looked up on the lattice (nearest neighbour).
+void merge(vtkOrientedImageData* layer, const std::vector<double>& labels, vtkOrientedImageData* lattice,
+           std::vector<std::uint8_t>& mask, const std::stop_token& stop) {
+  vtkNew<vtkTransform> toLayer, toLattice; // stay the identity where both have the same voxels
+  if (!vtkOrientedImageDataResample::DoGeometriesMatch(layer, lattice)) {
+    vtkNew<vtkMatrix4x4> layerToNode, nodeToLayer, latticeToNode, matrix;
+    layer->GetImageToWorldMatrix(layerToNode);
+    lattice->GetImageToWorldMatrix(latticeToNode);
+    vtkMatrix4x4::Invert(layerToNode, nodeToLayer);
+    vtkMatrix4x4::Multiply4x4(nodeToLayer, latticeToNode, matrix);
+    toLayer->SetMatrix(matrix);
+    matrix->Invert();
+    toLattice->SetMatrix(matrix);
+  }
+  int whole[6], part[6], layerExtent[6];
+  lattice->GetExtent(whole);
+  layer->GetExtent(layerExtent);
+  vtkOrientedImageDataResample::TransformExtent(layerExtent, toLattice, part);
+  for (int a = 0; a < 3; ++a) {
+    part[2 * a] = std::max(part[2 * a], whole[2 * a]);
+    part[2 * a + 1] = std::min(part[2 * a + 1], whole[2 * a + 1]);
+    if (part[2 * a] > part[2 * a + 1]) return;
+  }
+  vtkNew<vtkImageData> voxels; // in index space: the filter knows no directions
+  voxels->ShallowCopy(layer);
+  voxels->SetOrigin(0, 0, 0);
+  voxels->SetSpacing(1, 1, 1);
+  voxels->SetDirectionMatrix(1, 0, 0, 0, 1, 0, 0, 0, 1);
+  vtkNew<vtkImageReslice> lookUp;
+  lookUp->SetInputData(voxels);
+  lookUp->SetResliceTransform(toLayer);
+  lookUp->SetInterpolationModeToNearestNeighbor();
+  lookUp->SetOutputOrigin(0, 0, 0);
+  lookUp->SetOutputSpacing(1, 1, 1);
+  const std::int64_t slice = std::int64_t{part[1] - part[0] + 1} * (part[3] - part[2] + 1);
+  const int step = static_cast<int>(std::max<std::int64_t>(1, kBlock / slice));
+  for (int k = part[4]; k <= part[5]; k += step) {
+    throwIf(stop);
+    lookUp->SetOutputExtent(part[0], part[1], part[2], part[3], k, std::min(k + step - 1, part[5]));
+    lookUp->Update();
+    vtkImageData* found = lookUp->GetOutput();
+    switch (found->GetScalarType()) { vtkTemplateMacro(mark<VTK_TT>(found, labels, whole, mask)); }
+  }
+}
+
+} // namespace
+
+SegmentationMask::SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment,
+                                   vtkMRMLVolumeNode* like, const std::vector<GridGeometry>& grids)
+    : name_(quoted(node)), single_(!segment.empty()) {
+  check(node, segment);
+  vtkSegmentation* segments = node->GetSegmentation();
+  toWorld(node, nodeToWorld_);
+  merger_->CopyConversionParameters(segments);
+  converter_->CopyConversionParameters(segments);
+  std::vector<std::string> ids{segment};
+  if (!single_) segments->GetSegmentIDs(ids);
+  const double margin = largestStep(segments, ids);
+  for (const std::string& id : ids) {
+    vtkSegment* taken = segments->GetSegment(id);
+    if (auto* image = vtkOrientedImageData::SafeDownCast(taken->GetRepresentation(labelmapName())))
+      takeLabelmap(image, taken->GetLabelValue(), grids, margin);
+    else
+      takeOthers(taken);
+  }
+  copies_.clear();
+  if (layers_.empty() && others_.empty()) refuseEmpty(name_);
+  if (others_.empty()) return;
+  vtkNew<vtkMatrix4x4> worldToNode, likeToWorld, likeToNode;
+  vtkMatrix4x4::Invert(nodeToWorld_, worldToNode);
+  ijkToWorld(like, likeToWorld);
+  vtkMatrix4x4::Multiply4x4(worldToNode, likeToWorld, likeToNode);
+  const std::string reference =
+      vtkSegmentationConverter::SerializeImageGeometry(likeToNode, like->GetImageData());
+  converter_->SetConversionParameter(referenceName(), reference);
+  converter_->SetConversionParameter(
+      vtkClosedSurfaceToBinaryLabelmapConversionRule::GetCollapseLabelmapsParameterName(), "0");
+  if (layers_.empty()) merger_->SetConversionParameter(referenceName(), reference);
+}
+
+SegmentationMask::~SegmentationMask() = default;
+
+void SegmentationMask::check(vtkMRMLSegmentationNode* node, const std::string& segment) {
+  vtkSegmentation* segments = node->GetSegmentation();
+  if (!segments || segments->GetNumberOfSegments() == 0) refuseEmpty(quoted(node));
+  if (!segment.empty() && !segments->GetSegment(segment))
+    throw Error(ErrorCode::InvalidArgument, "The mask " + quoted(node) + " has no segment with the ID '" +
+                                                segment + "': choose another.");
+  toWorld(node, vtkNew<vtkMatrix4x4>());
+}
+
+void SegmentationMask::takeLabelmap(vtkOrientedImageData* image, int label,
+                                    const std::vector<GridGeometry>& grids, double margin) {
+  if (!hasVoxels(image)) return;
+  vtkSmartPointer<vtkOrientedImageData>& copy = copies_[image];
+  if (!copy) {
+    int part[6];
+    within(image, nodeToWorld_, grids, margin, part);
+    cropped_ = cropped_ || !std::equal(part, part + 6, image->GetExtent());
+    copy = copyOf(image, part);
+  }
+  addLayer(copy, label);
+}
+
+void SegmentationMask::takeOthers(vtkSegment* segment) {
+  std::vector<std::string> names;
+  segment->GetContainedRepresentationNames(names);
+  if (names.empty()) return;
+  vtkNew<vtkSegment> own;
+  own->SetName(segment->GetName());
+  own->SetLabelValue(segment->GetLabelValue());
+  for (const std::string& name : names) {
+    vtkDataObject* data = segment->GetRepresentation(name);
+    const auto copy = vtkSmartPointer<vtkDataObject>::Take(data->NewInstance());
+    if (data->IsA("vtkImageData"))
+      copy->DeepCopy(data);
+    else
+      copy->ShallowCopy(data);
+    own->AddRepresentation(name, copy);
+  }
+  others_.push_back(own.Get());
+}
+
+void SegmentationMask::addLayer(vtkOrientedImageData* image, int label) {
+  auto layer = std::find_if(layers_.begin(), layers_.end(), [&](const Layer& l) { return l.image == image; });
+  if (layer == layers_.end()) layer = layers_.insert(layers_.end(), {image, {}});
+  layer->labels.push_back(label);
+  std::sort(layer->labels.begin(), layer->labels.end());
+}
+
+void SegmentationMask::makeVoxels(const std::stop_token& stop) {
+  vtkNew<vtkCallbackCommand> quiet; // the sentence is ours
+  converter_->AddObserver(vtkCommand::ErrorEvent, quiet);
+  for (const auto& segment : others_) {
+    throwIf(stop);
+    // A segmentation converts what is added to it.
+    if (!converter_->AddSegment(segment, std::to_string(converter_->GetNumberOfSegments())))
+      throw Error(ErrorCode::UnsupportedImage,
+                  "The mask " + name_ +
+                      " has no voxels, and none could be made of its surfaces: create its binary "
+                      "labelmap in the Segmentations module first.");
+    auto* image = vtkOrientedImageData::SafeDownCast(segment->GetRepresentation(labelmapName()));
+    if (hasVoxels(image)) addLayer(image, segment->GetLabelValue());
+  }
+  others_.clear();
+}
+
+void SegmentationMask::chooseLattice(vtkOrientedImageData* lattice) {
+  if (single_) {
+    lattice->ShallowCopy(layers_.front().image);
+    return;
+  }
+  for (std::size_t n = 0; n < layers_.size(); ++n) {
+    vtkNew<vtkSegment> segment;
+    segment->AddRepresentation(labelmapName(), layers_[n].image);
+    merger_->AddSegment(segment, std::to_string(n));
+  }
+  const std::string geometry =
+      merger_->DetermineCommonLabelmapGeometry(vtkSegmentation::EXTENT_UNION_OF_SEGMENTS);
+  vtkSegmentationConverter::DeserializeImageGeometry(geometry, lattice, false);
+}
+
+Mask SegmentationMask::make(const std::stop_token& stop) {
+  makeVoxels(stop);
+  if (layers_.empty()) refuseEmpty(name_);
+  vtkNew<vtkOrientedImageData> lattice;
+  chooseLattice(lattice);
+  Mask mask;
+  mask.geometry = latticeOf(lattice, nodeToWorld_, vtkNew<vtkMatrix4x4>());
+  mask.voxels.resize(static_cast<std::size_t>(mask.geometry.voxelCount()));
+  for (const Layer& layer : std::exchange(layers_, {}))
+    merge(layer.image, layer.labels, lattice, mask.voxels, stop);
+  if (!cropped_ && std::find(mask.voxels.begin(), mask.voxels.end(), 1) == mask.voxels.end())
+    refuseEmpty(name_);
+  return mask;
+}
+
+} // namespace innergs::mrml

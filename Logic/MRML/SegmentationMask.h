@@ -1,0 +1,62 @@
+#pragma once
+#include "Core/Volume.h"
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <map>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+class vtkMatrix4x4;
+class vtkMRMLSegmentationNode;
+class vtkMRMLVolumeNode;
+class vtkOrientedImageData;
+class vtkSegment;
+class vtkSegmentation;
+
+namespace innergs::mrml {
+
+/// A segmentation as a job's mask. The main thread takes what cannot be had later, the worker makes the mask
+/// of it: there, labelmaps are merged and surfaces made voxels.
+class SegmentationMask {
+public:
+  /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for; shares surfaces,
+  /// which are replaced and not edited. segment: an ID, or "" for all. `like`: whose voxels surfaces get.
+  /// Throws Error.
+  SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
+                   const std::vector<GridGeometry>& grids);
+  ~SegmentationMask();
+  /// Whether there is such a mask, without looking at voxels. Throws Error.
+  static void check(vtkMRMLSegmentationNode* node, const std::string& segment);
+  SegmentationMask(const SegmentationMask&) = delete;
+  SegmentationMask& operator=(const SegmentationMask&) = delete;
+
+  /// All segments in one (LPS), on any thread. Uses up what was taken. Throws Error, Error(Cancelled).
+  Mask make(const std::stop_token& stop);
+
+private:
+  struct Layer {
+    vtkSmartPointer<vtkOrientedImageData> image; // several segments may share one
+    std::vector<double> labels;                  // the segments' values, ascending
+  };
+  void takeLabelmap(vtkOrientedImageData* image, int label, const std::vector<GridGeometry>& grids,
+                    double margin);
+  void takeOthers(vtkSegment* segment);
+  void addLayer(vtkOrientedImageData* image, int label);
+  void makeVoxels(const std::stop_token& stop);
+  /// The lattice to merge on, as Slicer chooses it.
+  void chooseLattice(vtkOrientedImageData* lattice);
+
+  std::string name_; // of the node, for sentences
+  bool single_;      // one segment: its own lattice
+  bool cropped_ = false;
+  vtkNew<vtkMatrix4x4> nodeToWorld_;
+  std::map<vtkOrientedImageData*, vtkSmartPointer<vtkOrientedImageData>> copies_;
+  std::vector<Layer> layers_;
+  std::vector<vtkSmartPointer<vtkSegment>> others_; // without a labelmap
+  vtkNew<vtkSegmentation> converter_, merger_;      // Slicer's ways to do it, with the node's parameters
+};
+
+} // namespace innergs::mrml
