@@ -96,7 +96,6 @@ QWidget* qSlicerInnerGSModuleWidgetPrivate::makeParameterRow() {
   parameterSets = new qMRMLNodeComboBox;
   parameterSets->setObjectName("ParameterNodeComboBox");
   parameterSets->setNodeTypes({"vtkMRMLInnerGSParameterNode"});
-  parameterSets->setShowHidden(true);
   parameterSets->setNoneEnabled(false);
   parameterSets->setAddEnabled(true);
   parameterSets->setRenameEnabled(true);
@@ -241,8 +240,11 @@ void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
   vtkMRMLScene* in = scene();
   if (!in || in->IsClosing() || in->IsImporting() || in->IsBatchProcessing()) return;
   auto* node = vtkMRMLInnerGSParameterNode::SafeDownCast(parameterSets->currentNode());
-  if (!node)
-    node = vtkMRMLInnerGSParameterNode::SafeDownCast(in->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode"));
+  std::vector<vtkMRMLNode*> sets;
+  if (!node) in->GetNodesByClass("vtkMRMLInnerGSParameterNode", sets);
+  for (vtkMRMLNode* set : sets)
+    if (!node && !set->GetHideFromEditors()) // those of scripts' jobs are
+      node = vtkMRMLInnerGSParameterNode::SafeDownCast(set);
   if (!node) {
     node = vtkMRMLInnerGSParameterNode::SafeDownCast(
         in->AddNewNodeByClass("vtkMRMLInnerGSParameterNode", "InnerGS"));

@@ -63,7 +63,6 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(StdString, inputSettings, InputSettings)
 
 vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() {
-  this->HideFromEditors = true;
   for (const char* role :
        {GetInputVolumeReferenceRole(), GetMaskReferenceRole(), GetROIReferenceRole(),
         GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(), GetOutputModelReferenceRole(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import collections
 
-from ._parameters import parameters
+from ._parameters import temporary
 from ._scene import Cancelled, Error, logic, logic_of, quiet
 
 Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings")
@@ -44,6 +44,8 @@ class Job:
 
     def _current(self):
         self._logic.IsRunning()
+        if self._job.IsDone():
+            self._release()  # without an event, where the scene or the logic has gone
         return self._job
 
     @property
@@ -107,7 +109,7 @@ class Job:
 
 def _node_of(volumes, spacing, parameter_node, choices):
     if parameter_node is None:
-        return parameters(volumes, spacing, **choices)
+        return temporary(volumes, spacing, **choices)
     if volumes is not None or spacing is not None or choices:
         raise Error("Give a parameter node or volumes with choices, not both.")
     return parameter_node
@@ -120,16 +122,16 @@ def start(volumes, spacing=None, *, progress=None, preview=None, parameter_node=
     choices, instead of them. Other arguments as in reconstruct().
     """
     node = _node_of(volumes, spacing, parameter_node, choices)
-    temporary = None if node is parameter_node else node
+    own = None if node is parameter_node else node
     owner = logic_of(node)
     with quiet(owner):
         job = owner.StartReconstruction(node)
     if job is None:
         sentence = owner.GetLastError()
-        if temporary is not None:
-            temporary.GetScene().RemoveNode(temporary)
+        if own is not None:
+            own.GetScene().RemoveNode(own)
         raise Error(sentence)
-    return Job(owner, job, temporary, progress, preview)
+    return Job(owner, job, own, progress, preview)
 
 
 def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter_node=None, **choices):

@@ -51,17 +51,32 @@ def _of_volume(node, name, value):
     return value
 
 
-def parameters(volumes, spacing=None, *, reference=None, input_grid=False, mask=None, segment=None, roi=None,
-               thickness=None, profile=None, axis=None, held_out=0.0, quality=False, quality_gap=0, output=None,
-               output_model=None, **settings):
+def parameters(volumes, spacing=None, **choices):
     """A parameter node with these choices, added to the volumes' scene. Arguments as in reconstruct()."""
+    return _add(False, volumes, spacing, **choices)
+
+
+def temporary(volumes, spacing=None, **choices):
+    """The same for one job: not among the panel's parameter sets, not saved with the scene."""
+    return _add(True, volumes, spacing, **choices)
+
+
+def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mask=None, segment=None, roi=None,
+         thickness=None, profile=None, axis=None, held_out=0.0, quality=False, quality_gap=0, output=None,
+         output_model=None, **settings):
     volumes = list(volumes) if isinstance(volumes, (list, tuple)) else [volumes]
     if not volumes:
         raise Error("There is no input volume: give at least one.")
     owner = logic_of(volumes[0])
     if [spacing is not None, reference is not None, input_grid].count(True) > 1:
         raise Error("Give one of spacing, reference and input_grid: there is one output grid.")
-    node = owner.GetMRMLScene().AddNewNodeByClass("vtkMRMLInnerGSParameterNode")
+    scene = owner.GetMRMLScene()
+    node = scene.CreateNodeByClass("vtkMRMLInnerGSParameterNode")
+    node.UnRegister(None)  # Python holds it
+    node.SetHideFromEditors(hidden)
+    node.SetSaveWithScene(not hidden)
+    node.SetName(scene.GenerateUniqueName("InnerGS"))
+    scene.AddNode(node)
     try:
         for volume in volumes:
             if not hasattr(volume, "IsA") or not volume.IsA("vtkMRMLVolumeNode"):
@@ -95,7 +110,7 @@ def parameters(volumes, spacing=None, *, reference=None, input_grid=False, mask=
         node.SetOutputModelNode(output_model)
         _apply(node, settings)
     except Exception as error:
-        owner.GetMRMLScene().RemoveNode(node)
+        scene.RemoveNode(node)
         if isinstance(error, (TypeError, ValueError)):
             raise Error(str(error)) from error
         raise

@@ -175,6 +175,55 @@ class InnerGSTest(unittest.TestCase):
                         "cutoff=2.5", "beta1=0.75", "beta2=0.875"):
             self.assertIn(setting, used)
 
+    def test_temporary_parameter_node(self):
+        volume = add_volume(self.scene)
+
+        def nodes():
+            every = (self.scene.GetNthNodeByClass(n, "vtkMRMLInnerGSParameterNode")
+                     for n in range(self.scene.GetNumberOfNodesByClass("vtkMRMLInnerGSParameterNode")))
+            return [node for node in every if node is not own]
+
+        def saved():
+            with tempfile.TemporaryDirectory() as folder:
+                path = pathlib.Path(folder) / "scene.mrml"
+                self.scene.SetURL(str(path))
+                self.assertTrue(self.scene.Commit(str(path)))
+                return path.read_text().count("<InnerGSParameters")
+
+        own = None
+        job = innergs.start(volume, iterations=100000)
+        made, = nodes()
+        self.assertTrue(made.GetHideFromEditors())
+        self.assertFalse(made.GetSaveWithScene())
+        self.assertTrue(job.running)
+        self.assertEqual(saved(), 0)
+        job.cancel()
+        self.assertEqual(nodes(), [])
+        with self.assertRaises(innergs.Error):  # at once
+            innergs.reconstruct(volume, held_out=0.9)
+        self.assertEqual(nodes(), [])
+        self.assertIsNotNone(innergs.reconstruct(volume, iterations=2).model)
+        self.assertEqual(nodes(), [])
+        empty = add_volume(self.scene, "Nothing")
+        vtk_to_numpy(empty.GetImageData().GetPointData().GetScalars())[:] = 0
+        with self.assertRaises(innergs.Error):  # by the worker
+            innergs.reconstruct(volume, iterations=2, mask=empty)
+        self.assertEqual(nodes(), [])
+        # One's own is a set like the panel's, and stays.
+        own = innergs.parameters(volume, iterations=2)
+        self.assertFalse(own.GetHideFromEditors())
+        self.assertTrue(own.GetSaveWithScene())
+        self.assertIsNotNone(innergs.reconstruct(None, parameter_node=own).model)
+        self.assertIs(own.GetScene(), self.scene)
+        self.assertEqual(saved(), 1)
+        self.scene.Clear(False)
+
+    def test_temporary_parameter_node_of_a_cleared_scene(self):
+        job = innergs.start(add_volume(self.scene), iterations=100000)
+        self.scene.Clear(False)
+        self.assertFalse(job.running)
+        self.assertEqual(self.scene.GetNumberOfNodesByClass("vtkMRMLInnerGSParameterNode"), 0)
+
     def test_estimate(self):
         volume = add_volume(self.scene)
         nodes = self.scene.GetNumberOfNodes()
