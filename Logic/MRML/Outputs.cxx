@@ -92,6 +92,16 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
     node->SetAndObserveDisplayNodeID(display->GetID());
 }
 
+void leaveHierarchy(vtkMRMLNode* node, vtkMRMLScene* scene) {
+  const bool ours = node->GetAttribute("InnerGS.Version") || node->GetNodeReferenceID("InnerGSModel");
+  if (!ours || !scene || scene->IsClosing()) return;
+  const vtkSmartPointer<vtkMRMLSubjectHierarchyNode> hierarchy =
+      vtkMRMLSubjectHierarchyNode::SafeDownCast(scene->GetFirstNodeByClass("vtkMRMLSubjectHierarchyNode"));
+  if (!hierarchy) return;
+  const vtkIdType item = hierarchy->GetItemByDataNode(node);
+  if (item != vtkMRMLSubjectHierarchyNode::INVALID_ITEM_ID) hierarchy->RemoveItem(item, false, false);
+}
+
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
   if (!node || !sibling || !node->GetScene() || sibling->GetScene() != node->GetScene()) return;
   const vtkSmartPointer<vtkMRMLNode> alive[] = {node, sibling};

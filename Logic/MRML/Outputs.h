@@ -28,5 +28,8 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
 
 /// Beside another node in the subject hierarchy, if there is one.
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);
+/// Takes an output that was removed from the scene out of the subject hierarchy: only the application's
+/// plugins do that, and a dead item is mistaken for the next node with the same address.
+void leaveHierarchy(vtkMRMLNode* node, vtkMRMLScene* scene);
 
 } // namespace innergs::mrml

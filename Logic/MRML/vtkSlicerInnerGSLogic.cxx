@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 #include "JobDelivery.h"
 #include "ModelNodes.h"
+#include "Outputs.h"
 #include "Queries.h"
 #include "SliceFollower.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -195,6 +196,7 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
       task->discard = true;
       this->Work->queue.cancel(task);
     }
+  mrml::leaveHierarchy(node, this->GetMRMLScene());
 }
 
 //------------------------------------------------------------------------------

@@ -72,6 +72,25 @@ TEST_F(ReconstructTest, NewNodesBesideTheInput) {
   EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 3);
 }
 
+// Without Slicer's application nobody else takes them out; what stays is mistaken for later nodes.
+TEST_F(ReconstructTest, RemovedOutputsLeaveTheHierarchy) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(2);
+  auto* hierarchy = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene);
+  ASSERT_NE(hierarchy, nullptr);
+  int complaints = 0;
+  Observer listen(hierarchy, {vtkCommand::ErrorEvent}, [&](unsigned long, void*) { ++complaints; });
+  for (int n = 0; n < 8; ++n) {
+    const int before = hierarchy->GetNumberOfItems();
+    ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    EXPECT_EQ(hierarchy->GetNumberOfItems(), before + 2);
+    scene->RemoveNode(logic->GetLastJob()->GetVolumeNode());
+    scene->RemoveNode(logic->GetLastJob()->GetModelNode());
+    EXPECT_EQ(hierarchy->GetNumberOfItems(), before);
+  }
+  EXPECT_EQ(complaints, 0);
+}
+
 TEST_F(ReconstructTest, SettingsReachTheEngine) {
   auto* parameters = addParameters(addVolume());
   parameters->SetSelection(Parameters::Method2);
