@@ -1,6 +1,7 @@
 #include "IO/VolumeIO.h"
 
 #include "Core/Error.h"
+#include "Core/SliceAxis.h"
 #include "IO/FilePath.h"
 #include "IO/ImageReading.h"
 
@@ -8,19 +9,6 @@
 #include <cmath>
 
 namespace innergs {
-namespace {
-
-/// The axis whose spacing is clearly coarser than both others (thick slices), else K.
-int sliceAxis(const Vec3& spacing) {
-  constexpr double clearly = 1.2;
-  for (int axis = 0; axis < 2; ++axis)
-    if (spacing[axis] >= clearly * spacing[(axis + 1) % 3] &&
-        spacing[axis] >= clearly * spacing[(axis + 2) % 3])
-      return axis;
-  return 2;
-}
-
-} // namespace
 
 Volume readVolume(const std::filesystem::path& path, const ReadOptions& options) {
   return loadImage(path, options).volume;
@@ -28,7 +16,7 @@ Volume readVolume(const std::filesystem::path& path, const ReadOptions& options)
 
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
   LoadedImage loaded = loadImage(path, options);
-  const int axis = loaded.slicesAreAlongK ? 2 : sliceAxis(loaded.volume.geometry.spacing);
+  const int axis = loaded.slicesAreAlongK ? 2 : sliceAxisOf(loaded.volume.geometry.spacing);
   Stack stack;
   stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
   if (stack.image.geometry.size[2] < 2)

@@ -1,6 +1,7 @@
 #include "NodeGeometry.h"
 
 #include "Core/Error.h"
+#include "Core/SliceAxis.h"
 #include "Geometry.h"
 
 #include <vtkMRMLMarkupsROINode.h>
@@ -63,15 +64,11 @@ GridGeometry boxOf(vtkMRMLMarkupsROINode* roi) {
 }
 
 int sliceAxis(vtkMatrix4x4* ijkToRAS) {
-  constexpr double clearly = 1.2;
-  double spacing[3];
+  Vec3 spacing;
   for (int a = 0; a < 3; ++a)
     spacing[a] =
         std::hypot(ijkToRAS->GetElement(0, a), ijkToRAS->GetElement(1, a), ijkToRAS->GetElement(2, a));
-  for (int a = 0; a < 2; ++a)
-    if (spacing[a] >= clearly * spacing[(a + 1) % 3] && spacing[a] >= clearly * spacing[(a + 2) % 3])
-      return a;
-  return 2;
+  return sliceAxisOf(spacing);
 }
 
 } // namespace innergs::mrml

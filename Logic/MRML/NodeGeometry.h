@@ -29,7 +29,7 @@ GridGeometry gridOf(vtkMRMLVolumeNode* node);
 /// sheared one.
 GridGeometry boxOf(vtkMRMLMarkupsROINode* roi);
 
-/// The axis with clearly the coarsest spacing (thick slices), else 2 (K).
+/// sliceAxisOf() for a volume node's matrix.
 int sliceAxis(vtkMatrix4x4* ijkToRAS);
 
 } // namespace innergs::mrml

@@ -1,5 +1,6 @@
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
+#include "Core/SliceAxis.h"
 #include "Geometry.h"
 #include "Widgets/App/Document.h"
 
@@ -41,16 +42,6 @@ vtkSmartPointer<vtkImageData> imageOf(const std::shared_ptr<const Volume>& volum
   image->GetPointData()->SetScalars(voxels);
   image->GetScalarRange(); // found here, not by whoever first draws it
   return image;
-}
-
-/// The axis whose spacing is clearly coarser than both others (thick slices), else K: as readStack() has it.
-int coarsestAxis(const Vec3& spacing) {
-  constexpr double clearly = 1.2;
-  for (int axis = 0; axis < 2; ++axis)
-    if (spacing[axis] >= clearly * spacing[(axis + 1) % 3] &&
-        spacing[axis] >= clearly * spacing[(axis + 2) % 3])
-      return axis;
-  return 2;
 }
 
 std::array<double, 2> finiteRange(const std::vector<float>& voxels) {
@@ -103,7 +94,7 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file, dou
   item.name = name;
   item.file = file;
   item.thickness = thickness;
-  item.sliceAxis = sliceAxis >= 0 ? sliceAxis : coarsestAxis(volume.geometry.spacing);
+  item.sliceAxis = sliceAxis >= 0 ? sliceAxis : sliceAxisOf(volume.geometry.spacing);
   item.range = finiteRange(volume.voxels);
   item.window = std::make_shared<Window>(windowOf(volume.voxels, item.range));
   item.volume = std::make_shared<const Volume>(std::move(volume));
