@@ -165,6 +165,10 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
     LoadedImage loaded;
     loaded.volume.geometry = header.geometry;
     loaded.frames = header.frames;
+    if (nifti) loaded.frameSeconds = nifti->frameSeconds;
+    if (format == Format::Minc && header.frames > 1)
+      itk::ExposeMetaData<double>(io->GetMetaDataDictionary(), "tstep", loaded.frameSeconds);
+    loaded.tracked = meta && meta->tracked;
     if (format == Format::Dicom) {
       checkDicomPixels(*io, what);
       std::string thickness;

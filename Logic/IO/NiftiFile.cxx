@@ -171,6 +171,12 @@ int bytesOf(int datatype) {
   }
 }
 
+/// Of the fourth axis; 0 when that is no time.
+double secondsPerUnit(unsigned char units) {
+  const int time = units & 0x38;
+  return time == 8 ? 1 : time == 16 ? 1e-3 : time == 24 ? 1e-6 : 0;
+}
+
 } // namespace
 
 NiftiHeader readNiftiHeader(const fs::path& path) {
@@ -213,6 +219,8 @@ NiftiHeader readNiftiHeader(const fs::path& path) {
                   what +
                       " has a voxel spacing that is not finite and above zero; correct its header (pixdim).");
   }
+  const double second = secondsPerUnit(bytes[123]), between = fields.get<float>(92);
+  if (dimensions > 3 && std::isfinite(between) && between > 0) header.frameSeconds = second * between;
   header.datatype = fields.get<std::int16_t>(70);
   header.bytesPerVoxel = bytesOf(header.datatype);
   if (header.bytesPerVoxel == 0 && !isColourOrComplex(header.datatype))

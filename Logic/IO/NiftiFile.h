@@ -16,6 +16,7 @@ struct NiftiHeader {
   int datatype = 0, bytesPerVoxel = 0;
   std::array<std::int64_t, 7> size{1, 1, 1, 1, 1, 1, 1};
   Vec3 spacing{1, 1, 1};        // as stored (header units)
+  double frameSeconds = 0;      // from one frame to the next; 0: unknown
   double millimetres = 1;       // one header unit of length in mm
   std::int64_t voxelOffset = 0; // bytes
   double slope = 1, intercept = 0;

@@ -114,6 +114,8 @@ MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& wha
     return found == fields.end() ? otherwise
                                  : found->second.starts_with('T') || found->second.starts_with('t');
   };
+  for (const auto& [key, value] : fields)
+    tracked = tracked || (key.starts_with("Seq_Frame") && key.ends_with("Transform"));
   binary_ = isTrue("BinaryData", false);
   compressed_ = isTrue("CompressedData", false);
   const std::string& data = fields.at("ElementDataFile");

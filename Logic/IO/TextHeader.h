@@ -19,6 +19,7 @@ public:
   /// False when the voxels in the same or one other file are surely fewer than `bytes`: MetaIO then returns
   /// what there is.
   bool holds(std::uint64_t bytes) const;
+  bool tracked = false; // each slice has a transform of its own (PLUS sequence files)
 
 private:
   std::filesystem::path voxelFile_; // empty: several files

@@ -1,4 +1,4 @@
-#include "IO/VolumeIO.h"
+#include "IO/ImageReading.h"
 #include "TestFiles.h"
 
 #include <algorithm>
@@ -218,6 +218,42 @@ TEST(ImageReading, SingleSliceIsAVolumeButNoStack) {
   if (std::filesystem::exists(dataFile("G_single_slice.nii.gz"))) {
     EXPECT_EQ(errorOf([] { readStack(dataFile("G_single_slice.nii.gz")); }).code(),
               ErrorCode::UnsupportedImage);
+  }
+}
+
+TEST(ImageReading, TimeBetweenFrames) {
+  const TemporaryFolder folder;
+  const auto seconds = [&](int units, int dimensions) {
+    writeBytes(folder / "a.nii", NiftiBytes(2, 2, 2)
+                                     .set<std::int16_t>(40, static_cast<std::int16_t>(dimensions))
+                                     .set<std::int16_t>(48, 3)
+                                     .set<float>(92, 250.F)
+                                     .set<char>(123, static_cast<char>(units))
+                                     .with(std::string(24, '\1')));
+    return loadImage(folder / "a.nii", frame(0)).frameSeconds;
+  };
+  constexpr int mm = 2;
+  EXPECT_EQ(seconds(mm | 8, 4), 250);
+  EXPECT_DOUBLE_EQ(seconds(mm | 16, 4), 0.25);
+  EXPECT_DOUBLE_EQ(seconds(mm | 24, 4), 250e-6);
+  EXPECT_EQ(seconds(mm | 32, 4), 0); // Hz
+  EXPECT_EQ(seconds(mm, 4), 0);
+  EXPECT_EQ(seconds(mm | 8, 3), 0);
+  if (std::filesystem::exists(dataFile("G_4d_units_micron_msec.nii.gz"))) {
+    EXPECT_NEAR(loadImage(dataFile("G_4d_units_micron_msec.nii.gz"), frame(0)).frameSeconds, 2.2, 1e-6);
+  }
+}
+
+TEST(ImageReading, TrackedSweepIsTold) {
+  const TemporaryFolder folder;
+  for (const bool tracked : {false, true}) {
+    writeBytes(
+        folder / "a.mha",
+        "ObjectType = Image\nNDims = 3\nBinaryData = True\nDimSize = 2 2 2\nElementType = MET_UCHAR\n" +
+            std::string(tracked ? "Seq_Frame0000_ProbeToTrackerTransform = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\n"
+                                : "") +
+            "ElementDataFile = LOCAL\n" + std::string(8, '\1'));
+    EXPECT_EQ(loadImage(folder / "a.mha", {}).tracked, tracked);
   }
 }
 
