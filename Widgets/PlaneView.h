@@ -1,6 +1,7 @@
 #pragma once
 #include "Widgets/PlaneHandles.h"
 #include "Widgets/PlaneWorker.h"
+#include "Widgets/ViewGestures.h"
 
 #include <QVTKOpenGLNativeWidget.h>
 
@@ -94,7 +95,8 @@ private:
   bool handlesShown_ = true;
   double lower_ = 0, upper_ = 1, dragLower_ = 0, dragUpper_ = 1;
   double halfHeight_ = 100, dragHalfHeight_ = 100; // mm
-  double step_ = 1, wheel_ = 0, turned_ = 0;
+  double step_ = 1, turned_ = 0;
+  WheelSteps wheel_;
   double fitted_[4] = {-100, 100, -100, 100};
   bool zoomed_ = false; // by the user
   Drag drag_ = Drag::None;

@@ -1,25 +1,12 @@
 // What the mouse and the keys do in the view.
 #include "Widgets/PlaneView.h"
 
-#include <QKeyEvent>
-#include <QMouseEvent>
-#include <QWheelEvent>
-
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace innergs::ui {
 
 namespace {
-
-QPointF pointOf(const QMouseEvent* event) {
-#if QT_VERSION >= QT_VERSION_CHECK(6, 0, 0)
-  return event->position();
-#else
-  return event->localPos();
-#endif
-}
 
 double angleOf(const QPointF& p) { // degrees, counter-clockwise on the screen
   return std::atan2(-p.y(), p.x()) * 180 / 3.14159265358979323846;
@@ -96,7 +83,7 @@ void PlaneView::dragTo(const QPointF& point) {
   }
   case Drag::Zoom:
     halfHeight_ = dragHalfHeight_;
-    zoom(std::exp(by.y() / 150)); // up: nearer
+    zoom(zoomOfDrag(by.y())); // up: nearer
     break;
   }
 }
@@ -124,13 +111,11 @@ void PlaneView::turnTo(const QPointF& point) {
 void PlaneView::wheelEvent(QWheelEvent* event) {
   event->accept();
   if (!message_.isEmpty()) return;
-  wheel_ += (event->modifiers() & Qt::AltModifier ? event->angleDelta().x() : event->angleDelta().y()) / 120.;
   if (event->modifiers() & Qt::ControlModifier) {
-    zoom(std::pow(0.85, std::exchange(wheel_, 0)));
+    zoom(WheelSteps::zoomOf(event));
     return;
   }
-  const double steps = std::trunc(wheel_); // fine-grained wheels add up
-  wheel_ -= steps;
+  const int steps = wheel_.take(event);
   PlanePose pose = pose_;
   pose.move(0, 0, steps * step_);
   edit(pose);
@@ -158,10 +143,8 @@ void PlaneView::keyPressEvent(QKeyEvent* event) {
     break;
   case Qt::Key_Plus:
   case Qt::Key_Equal:
-    zoom(0.85);
-    break;
   case Qt::Key_Minus:
-    zoom(1 / 0.85);
+    zoom(zoomOfKey(event->key()));
     break;
   case Qt::Key_Home:
     event->accept();

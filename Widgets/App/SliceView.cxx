@@ -41,14 +41,6 @@ QChar letterOf(const Vec3& direction) {
   return {};
 }
 
-QPointF positionOf(const QMouseEvent* event) {
-#if QT_VERSION >= QT_VERSION_CHECK(6, 0, 0)
-  return event->position();
-#else
-  return event->localPos();
-#endif
-}
-
 } // namespace
 
 struct SliceView::Scene {
@@ -282,6 +274,12 @@ QPointF SliceView::fromRAS(const Vec3& ras) const {
   return {0.5 * width() + dot(from, kRight[axis_]) / scale, 0.5 * height() - dot(from, kUp[axis_]) / scale};
 }
 
+void SliceView::zoom(double factor) {
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  camera->SetParallelScale(camera->GetParallelScale() * factor);
+  render();
+}
+
 void SliceView::stepSlices(int count) {
   Vec3 cross = state_->crosshair();
   cross[axis_] += count * state_->stepAlong(axis_);
@@ -299,7 +297,7 @@ void SliceView::mousePressEvent(QMouseEvent* event) {
 }
 
 void SliceView::mouseMoveEvent(QMouseEvent* event) {
-  Q_EMIT pointed(state_->volume() ? state_->describe(toRAS(positionOf(event))) : QString());
+  Q_EMIT pointed(state_->volume() ? state_->describe(toRAS(ui::pointOf(event))) : QString());
   if (button_ == Qt::NoButton) return;
   if (!dragging_ && (event->pos() - pressed_).manhattanLength() < QApplication::startDragDistance()) return;
   dragging_ = true;
@@ -307,7 +305,7 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
   last_ = event->pos();
   vtkCamera* camera = scene_->renderer->GetActiveCamera();
   if (button_ == Qt::LeftButton && event->modifiers() & Qt::ShiftModifier) {
-    state_->setCrosshair(toRAS(positionOf(event)));
+    state_->setCrosshair(toRAS(ui::pointOf(event)));
   } else if (button_ == Qt::LeftButton) {
     const auto item = state_->volume();
     const double step = (item->range[1] - item->range[0]) / 400;
@@ -316,8 +314,7 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
     const double width = std::max(step / 10, w.upper - w.lower + 2 * by.x() * step);
     state_->setWindow(level - 0.5 * width, level + 0.5 * width);
   } else if (button_ == Qt::RightButton) {
-    camera->SetParallelScale(camera->GetParallelScale() * std::exp(0.008 * by.y()));
-    render();
+    zoom(ui::zoomOfDrag(by.y()));
   } else {
     Vec3 focus;
     camera->GetFocalPoint(focus.data());
@@ -331,7 +328,7 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
 
 void SliceView::mouseReleaseEvent(QMouseEvent* event) {
   if (event->button() != button_) return;
-  if (!dragging_ && button_ == Qt::LeftButton) state_->setCrosshair(toRAS(positionOf(event)));
+  if (!dragging_ && button_ == Qt::LeftButton) state_->setCrosshair(toRAS(ui::pointOf(event)));
   button_ = Qt::NoButton;
 }
 
@@ -341,16 +338,10 @@ void SliceView::mouseDoubleClickEvent(QMouseEvent* event) {
 
 void SliceView::wheelEvent(QWheelEvent* event) {
   event->accept();
-  if (event->modifiers() & Qt::ControlModifier) {
-    vtkCamera* camera = scene_->renderer->GetActiveCamera();
-    camera->SetParallelScale(camera->GetParallelScale() * std::exp(-0.001 * event->angleDelta().y()));
-    render();
-    return;
-  }
-  wheel_ += event->angleDelta().y(); // trackpads send small steps
-  const int steps = wheel_ / 120;
-  wheel_ -= 120 * steps;
-  if (steps) stepSlices(steps);
+  if (event->modifiers() & Qt::ControlModifier)
+    zoom(ui::WheelSteps::zoomOf(event));
+  else if (const int steps = wheel_.take(event))
+    stepSlices(steps);
 }
 
 void SliceView::keyPressEvent(QKeyEvent* event) {
@@ -370,11 +361,9 @@ void SliceView::keyPressEvent(QKeyEvent* event) {
     stepSlices(-10);
     break;
   case Qt::Key_Plus:
+  case Qt::Key_Equal:
   case Qt::Key_Minus:
-    scene_->renderer->GetActiveCamera()->SetParallelScale(
-        scene_->renderer->GetActiveCamera()->GetParallelScale() *
-        (event->key() == Qt::Key_Plus ? 0.9 : 1 / 0.9));
-    render();
+    zoom(ui::zoomOfKey(event->key()));
     break;
   default:
     event->ignore();

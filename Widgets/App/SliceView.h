@@ -1,5 +1,6 @@
 #pragma once
 #include "Widgets/App/ViewState.h"
+#include "Widgets/ViewGestures.h"
 
 #include <QVTKOpenGLNativeWidget.h>
 
@@ -56,13 +57,14 @@ private:
   void placeLetters();
   void render();
   double millimetresPerPixel() const;
+  void zoom(double factor);
 
   ViewState* state_;
   const int axis_;
   QPoint pressed_, last_;
   Qt::MouseButton button_ = Qt::NoButton;
   bool dragging_ = false, fitted_ = false, renderDue_ = false;
-  int wheel_ = 0;
+  ui::WheelSteps wheel_;
   struct Scene;
   std::unique_ptr<Scene> scene_;
 };

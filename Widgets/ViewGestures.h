@@ -1,0 +1,50 @@
+#pragma once
+#include <QKeyEvent>
+#include <QMouseEvent>
+#include <QPointF>
+#include <QWheelEvent>
+
+#include <cmath>
+
+/// What the hand does in every view of a plane.
+namespace innergs::ui {
+
+/// In the widget's own pixels.
+inline QPointF pointOf(const QMouseEvent* event) {
+#if QT_VERSION >= QT_VERSION_CHECK(6, 0, 0)
+  return event->position();
+#else
+  return event->localPos();
+#endif
+}
+
+/// The steps of a wheel; the small ones of fine wheels and trackpads add up.
+class WheelSteps {
+public:
+  /// The whole steps since the last ones; up is above 0.
+  int take(const QWheelEvent* event) {
+    // Qt turns the wheel sideways while Alt is held.
+    angle_ += event->modifiers() & Qt::AltModifier ? event->angleDelta().x() : event->angleDelta().y();
+    const int steps = angle_ / kStep;
+    angle_ -= kStep * steps;
+    return steps;
+  }
+  /// A factor on the length that the view shows.
+  static double zoomOf(const QWheelEvent* event) {
+    return std::pow(0.85, static_cast<double>(event->angleDelta().y()) / kStep);
+  }
+
+private:
+  static constexpr int kStep = 120; // eighths of a degree
+  int angle_ = 0;
+};
+
+/// The same for a drag by so many pixels downwards, and for a key; 1: not one that zooms.
+inline double zoomOfDrag(double down) {
+  return std::exp(down / 150);
+}
+inline double zoomOfKey(int key) {
+  return key == Qt::Key_Plus || key == Qt::Key_Equal ? 0.85 : key == Qt::Key_Minus ? 1 / 0.85 : 1;
+}
+
+} // namespace innergs::ui
