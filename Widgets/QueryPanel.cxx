@@ -117,6 +117,7 @@ void QueryPanel::connectAll() {
   for (QDoubleSpinBox* box : {window_, level_})
     connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this] {
       view_->setWindow(level_->value() - 0.5 * window_->value(), level_->value() + 0.5 * window_->value());
+      Q_EMIT windowChanged(view_->lower(), view_->upper());
     });
   connect(autoWindow_, &QPushButton::clicked, this, [this] {
     view_->setWindow(info_.window[0], info_.window[1]);
@@ -151,6 +152,7 @@ void QueryPanel::updateModel() {
     worker_->clear();
     msPerPixel_ = 0;
     clearReadout();
+    Q_EMIT pictureChanged({});
     if (!model) {
       view_->clearImage();
       size_->clear();
@@ -248,6 +250,7 @@ void QueryPanel::showWindow() {
   }
   window_->setValue(width);
   level_->setValue(0.5 * (view_->lower() + view_->upper()));
+  Q_EMIT windowChanged(view_->lower(), view_->upper());
 }
 
 // The pixels cover the model's whole box as it is seen along the normal, so that neighbouring planes have the
@@ -294,13 +297,14 @@ void QueryPanel::settle() {
 
 void QueryPanel::showImage(const PlaneImage& image) {
   if (image.task.model != model_) return;
-  if (!image.error.isEmpty()) {
+  if (image.error.isEmpty()) {
+    msPerPixel_ = image.milliseconds / (static_cast<double>(image.task.columns) * image.task.rows);
+    view_->setImage(image);
+  } else {
     view_->clearImage();
     say(image.error, true);
-    return;
   }
-  msPerPixel_ = image.milliseconds / (static_cast<double>(image.task.columns) * image.task.rows);
-  view_->setImage(image);
+  Q_EMIT pictureChanged(image); // none after an error
 }
 
 void QueryPanel::probe(const QPointF& planePoint) {

@@ -41,6 +41,10 @@ public:
 Q_SIGNALS:
   void planeChanged(vtkMatrix4x4* planeToRAS);
   void modelIdChanged(const QString& id);
+  /// What the panel shows now, where it lies; without an image: nothing.
+  void pictureChanged(const innergs::ui::PlaneImage& picture);
+  /// What is black and white in it, scanner units.
+  void windowChanged(double lower, double upper);
 
 protected:
   void showEvent(QShowEvent* event) override;

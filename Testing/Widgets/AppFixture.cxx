@@ -59,6 +59,30 @@ QString writeBall(const Sandbox& sandbox, const QString& name, std::array<std::i
   return path;
 }
 
+QString writeFrames(const Sandbox& sandbox, const QString& name, int frames, float seconds) {
+  constexpr std::int16_t slices = 8;
+  Volume all = ball({16, 16, slices}, {2, 2, 4});
+  const std::vector<float> one = all.voxels;
+  for (int frame = 1; frame < frames; ++frame)
+    for (const float value : one)
+      all.voxels.push_back(value * float(1 + frame));
+  all.geometry.size[2] *= frames;
+  const QString path = sandbox.path(name);
+  writeVolume(all, path.toStdString());
+  QFile file(path);
+  if (!file.open(QIODevice::ReadWrite)) return {};
+  const auto put = [&](qint64 at, const auto& value) {
+    file.seek(at);
+    file.write(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  put(40, std::int16_t(4)); // dimensions, where NIfTI has them
+  put(46, slices);
+  put(48, std::int16_t(frames));
+  put(92, seconds);
+  put(123, char(2 | 8)); // mm, s
+  return path;
+}
+
 QString writeRgb(const Sandbox& sandbox, const QString& name) {
   const QString path = writeBall(sandbox, name, {8, 8, 8});
   QFile file(path);

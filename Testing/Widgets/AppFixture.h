@@ -25,6 +25,9 @@ innergs::Volume ball(std::array<std::int64_t, 3> size, const innergs::Vec3& spac
 QString writeBall(const Sandbox& sandbox, const QString& name,
                   std::array<std::int64_t, 3> size = {24, 24, 10},
                   const innergs::Vec3& spacing = {1.5, 1.5, 4}, bool oblique = false);
+/// A NIfTI file of so many balls (8 slices each) one after another, each brighter than the last one,
+/// `seconds` apart; its path.
+QString writeFrames(const Sandbox& sandbox, const QString& name, int frames, float seconds);
 /// A NIfTI file with 24-bit colour voxels.
 QString writeRgb(const Sandbox& sandbox, const QString& name);
 
@@ -45,8 +48,8 @@ struct Gap {
 };
 Gap measureGap(const std::function<bool()>& until, int limit);
 
-/// Clicks the button with this text (without &) in the open message box with this object name, as soon as
-/// there is one; what the box said comes back through *text.
+/// Clicks the button with this text (without &) in the open message box with this object name ("": Qt's own),
+/// as soon as there is one; what the box said comes back through *text.
 void answerBox(const char* name, const QString& button, QString* text = nullptr);
 
 } // namespace apptest

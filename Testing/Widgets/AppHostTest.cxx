@@ -5,6 +5,7 @@
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/App/SampleBrain.h"
 
 #include <QElapsedTimer>
 #include <QSignalSpy>
@@ -377,6 +378,7 @@ private Q_SLOTS:
     QSignalSpy logged(host_.get(), &AppHost::logged);
     QVERIFY(!openAndWait(*host_, minc).isEmpty());
     QVERIFY(logged.last().first().toString().contains("frames"));
+    QCOMPARE(host_->document().volumes().back()->name, QString("G_minc2_4d frame 1"));
     QString error;
     QVERIFY(openAndWait(*host_, testData("G_rgb24_ct_perfusion.nii.gz"), &error).isEmpty());
     QVERIFY2(error.contains("colour") || error.contains("RGB"), qPrintable(error));

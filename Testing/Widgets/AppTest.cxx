@@ -1,43 +1,20 @@
 // A person's whole path through the desktop app, by mouse and keyboard.
-#include "AppFixture.h"
+#include "AppWindowTest.h"
 
 #include "IO/ModelFile.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
-#include "Widgets/App/Background.h"
-#include "Widgets/App/DataList.h"
-#include "Widgets/App/MainWindow.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
-#include "Widgets/ReconstructionPanel.h"
 
-#include <QAction>
-#include <QApplication>
-#include <QComboBox>
-#include <QDir>
 #include <QDockWidget>
-#include <QDropEvent>
 #include <QElapsedTimer>
-#include <QFileDialog>
 #include <QLabel>
-#include <QLineEdit>
-#include <QMenu>
 #include <QMenuBar>
-#include <QMessageBox>
-#include <QMimeData>
-#include <QPushButton>
-#include <QSignalSpy>
-#include <QSlider>
-#include <QSurfaceFormat>
-#include <QTest>
-#include <QTreeWidget>
-#include <QUrl>
-#include <QWheelEvent>
 
 #include <vtkMatrix4x4.h>
 
 #include <cmath>
-#include <memory>
 
 using namespace innergs;
 using namespace apptest;
@@ -45,84 +22,9 @@ using innergs::app::AppHost;
 using innergs::app::MainWindow;
 using innergs::app::SliceView;
 
-class AppTest : public QObject {
+class AppTest : public AppWindowTest {
   Q_OBJECT
-private:
-  std::unique_ptr<Sandbox> sandbox_;
-  std::unique_ptr<MainWindow> window_;
-
-  AppHost& host() { return *window_->host(); }
-  QPushButton* button() { return window_->findChild<QPushButton*>("reconstruct"); }
-  QStringList lines() const {
-    QStringList names;
-    const auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    for (int n = 0; n < tree->topLevelItemCount(); ++n)
-      names << tree->topLevelItem(n)->text(0);
-    return names;
-  }
-  void open(const QStringList& paths) {
-    window_->open(paths);
-    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), 60000);
-  }
-  void setQuick(bool longFit = false) {
-    ui::Request request = window_->reconstruction()->request();
-    const ui::Request quick = apptest::request({}, longFit);
-    request.settings = quick.settings;
-    request.evaluateQuality = false;
-    window_->reconstruction()->setRequest(request);
-  }
-  /// Types a path into the file dialog that opens next, chooses the filter with this word and accepts it.
-  void answerFileDialog(const QString& path, const QString& word = {}) {
-    auto* timer = new QTimer(qApp);
-    connect(timer, &QTimer::timeout, timer, [timer, path, word] {
-      for (QWidget* widget : QApplication::topLevelWidgets())
-        if (auto* dialog = qobject_cast<QFileDialog*>(widget); dialog && dialog->isVisible()) {
-          auto* edit = dialog->findChild<QLineEdit*>("fileNameEdit");
-          if (!edit) continue;
-          timer->deleteLater();
-          auto* filters = dialog->findChild<QComboBox*>("fileTypeCombo");
-          for (int n = 0; n < filters->count() && !filters->currentText().contains(word); ++n)
-            QTest::keyClick(filters, Qt::Key_Down);
-          edit->setText(path);
-          QTest::keyClick(edit, Qt::Key_Return);
-          return;
-        }
-    });
-    timer->start(20);
-  }
-  void trigger(const char* name) {
-    auto* action = window_->findChild<QAction*>(name);
-    QVERIFY2(action && action->isEnabled(), name);
-    action->trigger();
-  }
-  /// The text of the error box, which is closed.
-  QString errorText() {
-    QString text;
-    answerBox("errorBox", "OK", &text);
-    (void)QTest::qWaitFor([&] { return !text.isEmpty(); }, 20000);
-    return text;
-  }
-  void reconstruct() {
-    QSignalSpy finished(&host(), &AppHost::finished);
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
-    QVERIFY(finished.wait(60000));
-  }
-
 private Q_SLOTS:
-  void initTestCase() { QApplication::setAttribute(Qt::AA_DontUseNativeDialogs); }
-  void init() {
-    sandbox_ = std::make_unique<Sandbox>();
-    window_ = std::make_unique<MainWindow>();
-    window_->show();
-    QVERIFY(QTest::qWaitForWindowExposed(window_.get()));
-  }
-  void cleanup() {
-    window_.reset();
-    sandbox_.reset();
-  }
-
   void wholePath() {
     // Open.
     open({writeBall(*sandbox_, "ball.nii.gz", {32, 32, 10}, {1.2, 1.2, 4})});
@@ -180,150 +82,6 @@ private Q_SLOTS:
     QVERIFY(lines().contains("ball reconstructed (2)"));
   }
 
-  void viewsAreLinked() {
-    open({writeBall(*sandbox_, "ball.nii.gz", {40, 40, 20}, {1, 1, 2}, true)});
-    app::ViewState* state = window_->state();
-    SliceView* axial = window_->views()->slice(2);
-    const Vec3 before = state->crosshair();
-    const Vec3 target{before[0] + 6, before[1] - 4, before[2]};
-    // A click puts the crosshair there; the letters say where right and left are.
-    QTest::mouseClick(axial, Qt::LeftButton, {}, axial->fromRAS(target).toPoint());
-    QVERIFY(std::abs(state->crosshair()[0] - target[0]) < 0.5 &&
-            std::abs(state->crosshair()[1] - target[1]) < 0.5);
-    QVERIFY(std::abs(window_->views()->slice(0)->position() - target[0]) < 0.5);
-    QCOMPARE(axial->letters()[0], QChar('R'));
-    QCOMPARE(axial->letters()[2], QChar('A'));
-    QVERIFY(axial->toRAS(QPointF(0, axial->height() / 2))[0] > axial->toRAS(QPointF(axial->width(), 0))[0]);
-    QCOMPARE(window_->views()->slice(0)->letters()[0], QChar('A'));
-    // The wheel and the keys go through the slices by the distance between them.
-    const double step = state->stepAlong(2), z = state->crosshair()[2];
-    QWheelEvent wheel(QPointF(20, 20), axial->mapToGlobal(QPoint(20, 20)), {}, {0, 120}, Qt::NoButton,
-                      Qt::NoModifier, Qt::NoScrollPhase, false);
-    QCoreApplication::sendEvent(axial, &wheel);
-    QVERIFY(std::abs(state->crosshair()[2] - z - step) < 1e-6);
-    QTest::keyClick(axial, Qt::Key_Down);
-    QVERIFY(std::abs(state->crosshair()[2] - z) < 1e-6);
-    // A drag changes window and level; reset goes back.
-    const double lower = state->volume()->window->lower;
-    const QPoint at(axial->width() / 2, axial->height() / 2);
-    QTest::mousePress(axial, Qt::LeftButton, {}, at);
-    QMouseEvent move(QEvent::MouseMove, QPointF(at + QPoint(0, 60)), Qt::LeftButton, Qt::LeftButton, {});
-    QCoreApplication::sendEvent(axial, &move);
-    QTest::mouseRelease(axial, Qt::LeftButton, {}, at + QPoint(0, 60));
-    QVERIFY(state->volume()->window->lower < lower);
-    trigger("resetWindow");
-    QCOMPARE(state->volume()->window->lower, lower);
-    // The value under the mouse.
-    QSignalSpy pointed(window_->views(), &app::ViewGrid::pointed);
-    QMouseEvent hover(QEvent::MouseMove, axial->fromRAS({0, 0, 0}), Qt::NoButton, Qt::NoButton, {});
-    QCoreApplication::sendEvent(axial, &hover);
-    QVERIFY2(pointed.last().first().toString().contains(" mm: "),
-             qPrintable(pointed.last().first().toString()));
-    // A view alone by double click, and back.
-    QTest::mouseDClick(axial, Qt::LeftButton);
-    QVERIFY(!window_->views()->slice(0)->isVisible());
-    QTest::mouseDClick(axial, Qt::LeftButton);
-    QVERIFY(window_->views()->slice(0)->isVisible());
-    // The slider of the view.
-    auto* slider = axial->parentWidget()->findChild<QSlider*>("slider");
-    QTest::keyClick(slider, Qt::Key_Home);
-    QVERIFY(std::abs(axial->position() - state->bounds()[4]) < 1.01 * step);
-  }
-
-  void comparesVolumesAtTheSamePlace() {
-    open(
-        {writeBall(*sandbox_, "thick.nii.gz"), writeBall(*sandbox_, "thin.nii.gz", {40, 40, 40}, {1, 1, 1})});
-    app::ViewState* state = window_->state();
-    QCOMPARE(state->volume()->name, QString("thin"));
-    state->setCrosshair({3, -2, 4});
-    trigger("nextVolume");
-    QCOMPARE(state->volume()->name, QString("thick"));
-    QCOMPARE(state->crosshair()[0], 3.0);
-    trigger("previousVolume");
-    QCOMPARE(state->volume()->name, QString("thin"));
-    // By the list as well.
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    tree->setCurrentItem(tree->topLevelItem(0));
-    QCOMPARE(state->volume()->name, QString("thick"));
-  }
-
-  void rendersVolumesAndEllipsoids() {
-    open({writeBall(*sandbox_, "ball.nii.gz", {24, 24, 24}, {1.5, 1.5, 1.5})});
-    setQuick();
-    reconstruct();
-    const QImage planes = window_->views()->threeD()->grab().toImage();
-    trigger("volumeRendering");
-    QVERIFY(window_->views()->threeD()->isVolumeRendered());
-    QTest::qWait(300);
-    const QImage rendered = window_->views()->threeD()->grab().toImage();
-    QVERIFY(rendered != planes);
-    trigger("volumeRendering");
-    trigger("planes");
-    QTest::qWait(200);
-    const QImage empty = window_->views()->threeD()->grab().toImage();
-    trigger("ellipsoids");
-    QVERIFY(host().document().models().front()->ellipsoidsShown);
-    QTRY_VERIFY(window_->views()->threeD()->grab().toImage() != empty);
-    trigger("ellipsoids");
-    QTRY_VERIFY(window_->views()->threeD()->grab().toImage() == empty);
-  }
-
-  void saysWhatIsWrong() {
-    window_->open({sandbox_->path("absent.nii")});
-    QVERIFY(errorText().contains("does not exist; check the path."));
-    window_->open({writeRgb(*sandbox_, "rgb.nii")});
-    QVERIFY(errorText().contains("colour (RGB) pixels; convert it to grey values first."));
-    // Several at once in one box.
-    window_->open({writeBall(*sandbox_, "slice.nii", {16, 16, 1}), sandbox_->path("absent.innergs"),
-                   writeBall(*sandbox_, "fine.nii")});
-    const QString text = errorText();
-    QVERIFY(text.contains("single slice") && text.contains("absent.innergs"));
-    QCOMPARE(lines(), QStringList{"fine"});
-  }
-
-  void opensByDragAndDrop() {
-    QMimeData data;
-    data.setUrls({QUrl::fromLocalFile(writeBall(*sandbox_, "one.nii")),
-                  QUrl::fromLocalFile(writeBall(*sandbox_, "two words ü.nii.gz"))});
-    QDragEnterEvent enter({50, 50}, Qt::CopyAction, &data, Qt::LeftButton, {});
-    QCoreApplication::sendEvent(window_.get(), &enter);
-    QVERIFY(enter.isAccepted());
-    QDropEvent drop({50, 50}, Qt::CopyAction, &data, Qt::LeftButton, {});
-    QCoreApplication::sendEvent(window_.get(), &drop);
-    QTRY_COMPARE(lines(), (QStringList{"one", "two words ü"}));
-    QMimeData text;
-    text.setText("hello");
-    QDragEnterEvent other({50, 50}, Qt::CopyAction, &text, Qt::LeftButton, {});
-    other.setAccepted(false);
-    QCoreApplication::sendEvent(window_.get(), &other);
-    QVERIFY(!other.isAccepted());
-  }
-
-  void savesAsChosenAndReplacesNothingUnasked() {
-    QVERIFY(QDir().mkpath(sandbox_->path("scans")));
-    open({writeBall(*sandbox_, "scans/ball.nii.gz")});
-    answerFileDialog(sandbox_->path("t1 1.5mm"));
-    trigger("saveVolume");
-    const QString whole = sandbox_->path("t1 1.5mm.nii.gz");
-    QVERIFY(QFile::exists(whole));
-    QFile kept(whole);
-    QVERIFY(kept.open(QIODevice::WriteOnly));
-    kept.write("precious");
-    kept.close();
-    QString text;
-    answerBox("replaceBox", "No", &text);
-    answerFileDialog(sandbox_->path("t1 1.5mm"));
-    trigger("saveVolume");
-    QVERIFY(text.contains("t1 1.5mm.nii.gz"));
-    QCOMPARE(QFileInfo(whole).size(), qint64(8));
-    answerFileDialog(sandbox_->path("plain"), "NRRD");
-    trigger("saveVolume");
-    QVERIFY(QFile::exists(sandbox_->path("plain.nrrd")) && !QFile::exists(sandbox_->path("plain.nii.gz")));
-    answerFileDialog(sandbox_->path("v2.5"), "NRRD");
-    trigger("saveVolume");
-    QVERIFY(QFile::exists(sandbox_->path("v2.5.nrrd")));
-  }
-
   void reconstructsWhatIsShown() {
     open({writeBall(*sandbox_, "one.nii"), writeBall(*sandbox_, "two.nii")});
     const auto input = [&] { return window_->reconstruction()->request().inputs.value(0).id; };
@@ -370,27 +128,6 @@ private Q_SLOTS:
     QCOMPARE(window_->query()->modelId(), models[0]->id);
   }
 
-  void volumesElsewhereAreSeen() {
-    Volume far = ball({24, 24, 24}, {1, 1, 1});
-    far.geometry.origin[0] += 500;
-    const QString file = sandbox_->path("far.nii");
-    writeVolume(far, file.toStdString());
-    open({writeBall(*sandbox_, "near.nii")});
-    SliceView* axial = window_->views()->slice(2);
-    axial->stepSlices(1);
-    open({file});
-    for (int axis = 0; axis < 3; ++axis) {
-      SliceView* view = window_->views()->slice(axis);
-      const QPointF at = view->fromRAS(window_->state()->crosshair());
-      QVERIFY2(view->rect().contains(at.toPoint()),
-               qPrintable(QString("%1: %2, %3").arg(axis).arg(at.x()).arg(at.y())));
-    }
-    QTest::qWait(100);
-    const QImage seen = axial->grab().toImage();
-    QVERIFY(qGray(seen.pixel(seen.width() / 2 + seen.width() / 20, seen.height() / 2 + seen.height() / 20)) >
-            40);
-  }
-
   /// In each panel, the list of data and the menu bar, which are seen at the same time.
   void everyAltKeyGoesToOnePlace() {
     for (const char* dock : {"reconstructDock", "queryDock", "modelDock", "logDock"}) {
@@ -421,110 +158,6 @@ private Q_SLOTS:
     }
   }
 
-  void deleteClosesAnItem() {
-    open({writeBall(*sandbox_, "one.nii"), writeBall(*sandbox_, "two.nii")});
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    window_->activateWindow();
-    QVERIFY(QTest::qWaitForWindowActive(window_.get()));
-    tree->setFocus();
-    QTest::keyClick(tree, Qt::Key_Delete);
-    QCOMPARE(lines(), QStringList{"one"});
-  }
-
-  void asksAboutUnsavedResults() {
-    open({writeBall(*sandbox_, "ball.nii")});
-    setQuick();
-    reconstruct();
-    QString text;
-    answerBox("unsavedBox", "Cancel", &text);
-    QVERIFY(!window_->close());
-    QVERIFY(text.contains("ball reconstructed") && text.contains("ball model"));
-    QVERIFY(window_->isVisible());
-    // Closing one of them asks as well.
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    tree->setCurrentItem(tree->topLevelItem(2));
-    answerBox("closeItemBox", "Discard");
-    QTest::mouseClick(window_->findChild<QPushButton*>("closeItem"), Qt::LeftButton);
-    QCOMPARE(lines(), (QStringList{"ball", "ball reconstructed"}));
-    const QString file = sandbox_->path("saved.nrrd");
-    answerBox("unsavedBox", "Save All");
-    answerFileDialog(file);
-    QVERIFY(window_->close());
-    QVERIFY(QFile::exists(file));
-  }
-
-  void closedWhileRunning() {
-    open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
-    setQuick(true);
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
-    answerBox("runningBox", "Keep Running");
-    QVERIFY(!window_->close());
-    QTRY_VERIFY(!window_->findChild<QMessageBox*>("runningBox"));
-    QVERIFY(host().isRunning() && window_->isVisible());
-    answerBox("runningBox", "Stop and Close");
-    window_->close();
-    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
-    QVERIFY(!host().isRunning());
-  }
-
-  void resultFinishedWhileClosingIsNotLost() {
-    open({writeBall(*sandbox_, "ball.nii")});
-    setQuick();
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
-    window_->close(); // asks; the fit ends meanwhile
-    QTRY_VERIFY(window_->findChild<QMessageBox*>("runningBox"));
-    QTRY_COMPARE_WITH_TIMEOUT(lines().size(), 3, 60000);
-    QString text;
-    answerBox("unsavedBox", "Cancel", &text);
-    answerBox("runningBox", "Stop and Close");
-    QTRY_VERIFY(text.contains("ball reconstructed"));
-    QVERIFY(window_->isVisible());
-  }
-
-  void closedWhileAFileIsRead() {
-    window_->open({writeBall(*sandbox_, "large.nii.gz", {128, 128, 60}, {1, 1, 1})});
-    QVERIFY(host().background().isBusy());
-    QVERIFY(!window_->close());
-    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 20000);
-    QVERIFY(!host().background().isBusy());
-  }
-
-  void windowDeletedWhileRunning() {
-    open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
-    setQuick(true);
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(host().isRunning());
-    QTest::qWait(100);
-    window_.reset();
-    QVERIFY(true); // without a crash
-    window_ = std::make_unique<MainWindow>();
-  }
-
-  void renamesAndRemembers() {
-    const QString file = writeBall(*sandbox_, "ball.nii");
-    open({file});
-    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
-    QTest::mouseClick(window_->findChild<QPushButton*>("renameItem"), Qt::LeftButton);
-    auto* edit = tree->findChild<QLineEdit*>();
-    QVERIFY(edit);
-    edit->setText("Head of J.");
-    QTest::keyClick(edit, Qt::Key_Return);
-    QTRY_COMPARE(lines(), QStringList{"Head of J."});
-    window_->resize(1111, 777);
-    QVERIFY(window_->close()); // nothing to save
-    window_ = std::make_unique<MainWindow>();
-    window_->show();
-    QTRY_COMPARE(window_->size(), QSize(1111, 777));
-    auto* recent = window_->findChild<QMenu*>("recentMenu");
-    QVERIFY(recent->actions().first()->text().contains("ball.nii"));
-    recent->actions().first()->trigger();
-    QTRY_COMPARE(lines(), QStringList{"ball"});
-  }
-
   void staysResponsiveDuringAFit() {
     open({writeBall(*sandbox_, "big.nii", {96, 96, 48}, {0.8, 0.8, 1.6})});
     ui::Request request = window_->reconstruction()->request();
@@ -545,17 +178,6 @@ private Q_SLOTS:
     QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
   }
 
-  void opensLargeFilesWithoutHoldingTheWindow() {
-    const QString file = writeBall(*sandbox_, "large.nii.gz", {160, 160, 120}, {1, 1, 1});
-    window_->open({file});
-    const Gap gap = measureGap([&] { return !host().background().isBusy(); }, 60000);
-    qInfo("longest event-loop gap while opening: %.0f ms, of it %.0f ms of the main thread's own work",
-          gap.wall, gap.cpu);
-    QVERIFY(gap.done);
-    QCOMPARE(lines(), QStringList{"large"});
-    QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
-  }
-
   void helpSaysWhatItIs() {
     QString text;
     answerBox("aboutBox", "Close", &text);
@@ -566,22 +188,9 @@ private Q_SLOTS:
     trigger("citation");
     QTRY_VERIFY(text.contains("2508.13287"));
   }
-
-  void opensRealVolumes() {
-    const QString dicom = testData("G_dicom_mr_T1_oblique"),
-                  thick = testData("F_icbm152_thick5mm_cor.nii.gz");
-    if (dicom.isEmpty() || thick.isEmpty()) QSKIP("no test data: INNERGS_TEST_DATA is not set or incomplete");
-    open({dicom, thick});
-    QCOMPARE(lines().size(), 2);
-    QCOMPARE(host().volumeInfo(host().document().volumes()[1]->id).orientation, QString("coronal"));
-    QCOMPARE(lines().front(), QString("G_dicom_mr_T1_oblique"));
-  }
 };
 
 int main(int argc, char** argv) {
-  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
-  QApplication app(argc, argv);
-  AppTest test;
-  return QTest::qExec(&test, argc, argv);
+  return runAppTest<AppTest>(argc, argv);
 }
 #include "AppTest.moc"

@@ -3,6 +3,7 @@
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/App/SampleBrain.h"
 #include "Widgets/App/VolumeSelector.h"
 
 #include <QDir>
@@ -156,32 +157,73 @@ void AppHost::open(const QStringList& paths) {
         const QString id = loaded->volume ? document_.add(std::move(*loaded->volume))
                                           : document_.add(std::move(*loaded->model));
         Q_EMIT logged(tr("Opened %1.").arg(path));
-        if (!loaded->note.isEmpty()) Q_EMIT logged(loaded->note);
+        if (const auto item = document_.volume(id); item && !item->note.isEmpty()) Q_EMIT logged(item->note);
         Q_EMIT opened(id, path);
       };
     });
   }
 }
 
-void AppHost::openSample() {
-  const QString brain = sampleBrain();
-  background_->run(tr("Opening the sample brain"), [this, brain] {
+void AppHost::showFrame(const QString& id, int frame) {
+  const auto item = document_.volume(id);
+  if (!item || frame < 0 || frame >= item->frames.count) return;
+  const bool reading = wantedFrames_.contains(id);
+  if (!reading && frame == item->frames.shown) return;
+  wantedFrames_[id] = frame;
+  if (!reading) readWantedFrame(id);
+}
+
+void AppHost::readWantedFrame(const QString& id) {
+  const auto item = document_.volume(id);
+  const int frame = wantedFrames_.value(id);
+  if (!item || frame == item->frames.shown) {
+    wantedFrames_.remove(id);
+    return;
+  }
+  const QString file = item->frames.file;
+  background_->run(tr("Reading frame %1 of %2").arg(frame + 1).arg(QFileInfo(file).fileName()),
+                   [this, id, file, frame] {
+                     auto loaded = std::make_shared<Loaded>();
+                     const QString sentence = sentenceOf([&] { *loaded = readItem(file, frame); });
+                     return [this, id, file, frame, loaded, sentence] {
+                       const auto now = document_.volume(id);
+                       if (!sentence.isEmpty() || !now || now->frames.file != file) {
+                         wantedFrames_.remove(id);
+                         if (sentence.isEmpty()) return;
+                         Q_EMIT logged(sentence);
+                         Q_EMIT openFailed(file, sentence);
+                         return;
+                       }
+                       loaded->volume->window = now->window;
+                       const QString name = nameOfFrame(now->name, now->frames.shown, frame);
+                       document_.replace(id, std::move(*loaded->volume));
+                       document_.rename(id, name);
+                       Q_EMIT frameShown(id);
+                       readWantedFrame(id);
+                     };
+                   });
+}
+
+void AppHost::openSample(const QString& head) {
+  const QString brain = head.isEmpty() ? sampleBrain() : head;
+  background_->run(tr("Opening the sample brain"), [this, brain, head] {
     auto items = std::make_shared<std::vector<VolumeItem>>();
     const QString sentence =
-        brain.isEmpty() ? howToGetSampleBrain() : sentenceOf([&] { *items = makeSample(brain); });
-    return [this, items, sentence] {
+        brain.isEmpty() ? whatIsTheSampleBrain() : sentenceOf([&] { *items = makeSample(brain); });
+    return [this, items, sentence, head, brain] {
       if (!sentence.isEmpty()) {
         Q_EMIT logged(sentence);
-        Q_EMIT openFailed({}, sentence);
+        Q_EMIT openFailed(brain, sentence);
         return;
       }
+      if (!head.isEmpty()) rememberSampleBrain(head);
       QString first;
       for (VolumeItem& item : *items) {
         const QString id = document_.add(std::move(item));
         if (first.isEmpty()) first = id;
       }
-      Q_EMIT logged(
-          tr("Opened the sample: a scan with 5 mm slices made from the Colin 27 head, and the head."));
+      Q_EMIT logged(tr("Opened the sample: a scan with thick slices made from %1, and that head itself.")
+                        .arg(QDir::toNativeSeparators(brain)));
       Q_EMIT opened(first, {});
     };
   });

@@ -42,8 +42,12 @@ public:
 
   /// Reads files and DICOM folders one after another on a thread; each ends with opened() or openFailed().
   void open(const QStringList& paths);
-  /// The sample brain; the same way.
-  void openSample();
+  /// Makes an item another frame (from 0) of its 4D file; keeps its ID and window. On the thread: ends with
+  /// frameShown() or openFailed(); of several that wait the last one is read.
+  void showFrame(const QString& id, int frame);
+  /// The sample, made of a head (SampleBrain.h); the same way. A head given here that can be used is
+  /// remembered.
+  void openSample(const QString& head = {});
   /// Files of any kind by their extension; "" or a sentence. Keeps the windows painting meanwhile. An item
   /// that was replaced meanwhile, or went to a .ply file, stays unsaved.
   QString save(const QString& id, const QString& file);
@@ -51,18 +55,21 @@ public:
 Q_SIGNALS:
   void opened(const QString& id, const QString& path);
   void openFailed(const QString& path, const QString& sentence);
+  void frameShown(const QString& id);
 
 private:
   /// The snapshot; throws Error for what is wrong with the request.
   Order orderFor(const ui::Request& request) const;
   void deliver(Outcome outcome);
+  void readWantedFrame(const QString& id);
   /// What takes its time, found out on a thread: asking a driver, timing a small fit.
   void fillSlowly(const Order& order, const ReconstructionInput& input, ui::Estimate& estimate);
 
   Document document_;
   Background* background_; // files
   Runner* runner_;
-  ui::Request request_; // of the reconstruction that runs
+  ui::Request request_;              // of the reconstruction that runs
+  QHash<QString, int> wantedFrames_; // by item, while one is read
   Background* estimates_;
   struct Slow {
     QString refusal, device, reason;

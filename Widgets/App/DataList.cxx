@@ -2,10 +2,13 @@
 
 #include <QHBoxLayout>
 #include <QHeaderView>
+#include <QLabel>
+#include <QLocale>
 #include <QMenu>
 #include <QPushButton>
 #include <QShortcut>
 #include <QSignalBlocker>
+#include <QSpinBox>
 #include <QStyle>
 #include <QTreeWidget>
 #include <QVBoxLayout>
@@ -22,19 +25,23 @@ QString sizeOf(const VolumeItem& item) {
 
 QString tipOf(const VolumeItem& item) {
   const GridGeometry& g = item.volume->geometry;
-  return DataList::tr("%1 voxels of %2 × %3 × %4 mm, %5 slices\n%6")
-      .arg(sizeOf(item))
-      .arg(g.spacing[0], 0, 'g', 4)
-      .arg(g.spacing[1], 0, 'g', 4)
-      .arg(g.spacing[2], 0, 'g', 4)
-      .arg(orientationOf(g, item.sliceAxis), item.saved ? item.file : DataList::tr("Not saved yet"));
+  QString tip =
+      DataList::tr("%1 voxels of %2 × %3 × %4 mm, %5 slices\n%6")
+          .arg(sizeOf(item))
+          .arg(g.spacing[0], 0, 'g', 4)
+          .arg(g.spacing[1], 0, 'g', 4)
+          .arg(g.spacing[2], 0, 'g', 4)
+          .arg(orientationOf(g, item.sliceAxis), item.saved ? item.file : DataList::tr("Not saved yet"));
+  return item.note.isEmpty() ? tip : tip + QLatin1Char('\n') + item.note;
 }
 
 } // namespace
 
 DataList::DataList(ViewState* state, QWidget* parent)
-    : QWidget(parent), state_(state), tree_(new QTreeWidget(this)), save_(new QPushButton(tr("Save…"), this)),
-      rename_(new QPushButton(tr("Rename"), this)), close_(new QPushButton(tr("Close"), this)) {
+    : QWidget(parent), state_(state), tree_(new QTreeWidget(this)), frameRow_(new QWidget(this)),
+      frame_(new QSpinBox(frameRow_)), time_(new QLabel(frameRow_)),
+      save_(new QPushButton(tr("Save…"), this)), rename_(new QPushButton(tr("Rename"), this)),
+      close_(new QPushButton(tr("Close"), this)) {
   tree_->setObjectName(QStringLiteral("dataTree"));
   tree_->setAccessibleName(tr("Volumes and models"));
   tree_->setToolTip(tr("Select a volume to show it in the views; F2 renames, Del closes"));
@@ -44,9 +51,22 @@ DataList::DataList(ViewState* state, QWidget* parent)
   tree_->header()->setSectionResizeMode(0, QHeaderView::Stretch);
   tree_->header()->setSectionResizeMode(1, QHeaderView::ResizeToContents);
   tree_->setRootIsDecorated(false);
+  tree_->setTextElideMode(Qt::ElideMiddle); // the frame is at the end
   tree_->setEditTriggers(QAbstractItemView::EditKeyPressed);
   tree_->setContextMenuPolicy(Qt::CustomContextMenu);
   tree_->setMinimumHeight(5 * fontMetrics().height());
+  frame_->setObjectName(QStringLiteral("frame"));
+  frame_->setAccessibleName(tr("Frame"));
+  frame_->setToolTip(tr("Which image of the 4D file is shown and reconstructed"));
+  frame_->setKeyboardTracking(false);
+  frame_->setMinimum(1);
+  time_->setObjectName(QStringLiteral("frameTime"));
+  time_->setToolTip(tr("Time since the first frame, as the file says"));
+  auto* frameLayout = new QHBoxLayout(frameRow_);
+  frameLayout->setContentsMargins(0, 0, 0, 0);
+  frameLayout->addWidget(new QLabel(tr("Frame"), frameRow_));
+  frameLayout->addWidget(frame_);
+  frameLayout->addWidget(time_, 1);
   save_->setObjectName(QStringLiteral("saveItem"));
   save_->setToolTip(tr("Write the selected volume or model to a file"));
   rename_->setObjectName(QStringLiteral("renameItem"));
@@ -58,8 +78,13 @@ DataList::DataList(ViewState* state, QWidget* parent)
     buttons->addWidget(button);
   auto* layout = new QVBoxLayout(this);
   layout->addWidget(tree_, 1);
+  layout->addWidget(frameRow_);
   layout->addLayout(buttons);
 
+  connect(frame_, QOverload<int>::of(&QSpinBox::valueChanged), this, [this](int frame) {
+    waitingFor_ = currentId();
+    Q_EMIT frameChosen(waitingFor_, frame - 1);
+  });
   connect(save_, &QPushButton::clicked, this, [this] { Q_EMIT saveRequested(currentId()); });
   connect(close_, &QPushButton::clicked, this, [this] { Q_EMIT closeRequested(currentId()); });
   // Without mnemonics: the list is seen beside every panel.
@@ -134,6 +159,29 @@ void DataList::showDetails() {
   const bool any = tree_->currentItem() != nullptr;
   for (QPushButton* button : {save_, rename_, close_})
     button->setEnabled(any);
+  showFrame();
+}
+
+void DataList::frameFailed() {
+  waitingFor_.clear();
+  showFrame();
+}
+
+void DataList::showFrame() {
+  const auto item = state_->document()->volume(currentId());
+  const bool several = item && item->frames.count > 1;
+  frameRow_->setVisible(several);
+  if (!several) return;
+  const Frames& frames = item->frames;
+  const QSignalBlocker blocker(frame_);
+  frame_->setSuffix(tr(" of %1").arg(frames.count));
+  frame_->setMaximum(frames.count);
+  // While it is read on and on, the one that was chosen last stays.
+  if (waitingFor_ != item->id || frame_->value() == frames.shown + 1) waitingFor_.clear();
+  if (waitingFor_.isEmpty()) frame_->setValue(frames.shown + 1);
+  time_->setText(frames.seconds > 0
+                     ? tr("at %1 s").arg(QLocale().toString(frames.shown * frames.seconds, 'g', 6))
+                     : QString());
 }
 
 void DataList::choose() {

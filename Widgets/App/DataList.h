@@ -3,13 +3,15 @@
 
 #include <QWidget>
 
+class QLabel;
+class QSpinBox;
 class QTreeWidget;
 class QTreeWidgetItem;
 class QPushButton;
 
 namespace innergs::app {
 
-/// Volumes and models of the document: what the views show, names, saving, closing.
+/// Volumes and models of the document: what the views show, names, frames of 4D files, saving, closing.
 class DataList : public QWidget {
   Q_OBJECT
 public:
@@ -17,19 +19,28 @@ public:
   /// Of the selected line; "" none.
   QString currentId() const;
   void setCurrentId(const QString& id);
+  /// The frame that was chosen last cannot be read.
+  void frameFailed();
 
 Q_SIGNALS:
   void saveRequested(const QString& id);
   void closeRequested(const QString& id);
   void currentIdChanged(const QString& id);
+  /// From 0.
+  void frameChosen(const QString& id, int frame);
 
 private:
   void fill();
   void showDetails();
   void choose();
   void changed(QTreeWidgetItem* item);
+  void showFrame();
   ViewState* state_;
   QTreeWidget* tree_;
+  QWidget* frameRow_;
+  QSpinBox* frame_;
+  QLabel* time_;
+  QString waitingFor_; // the item whose chosen frame is being read
   QPushButton *save_, *rename_, *close_;
 };
 

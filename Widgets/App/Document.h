@@ -21,9 +21,19 @@ struct Window {
   double firstLower = 0, firstUpper = 1; // what "reset" goes back to
 };
 
+/// The images of a 4D file, of which an item is one.
+struct Frames {
+  QString file; // that holds them; "" no such file
+  int count = 1;
+  int shown = 0;      // from 0
+  double seconds = 0; // from one to the next; 0: unknown
+};
+
 /// A scalar volume of the document. Its voxels never change, so threads may read them.
 struct VolumeItem {
   QString id, name, file; // file "": made here
+  QString note;           // what was done to open it, sentences; may be ""
+  Frames frames;
   std::shared_ptr<const Volume> volume;
   vtkSmartPointer<vtkImageData> image;    // the same voxels; origin 0, spacing 1
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // mm

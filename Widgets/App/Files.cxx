@@ -1,7 +1,6 @@
 #include "Widgets/App/Files.h"
 
 #include "Core/Error.h"
-#include "Core/Simulate.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -12,6 +11,8 @@
 #include <QFileInfo>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace innergs::app {
 namespace {
@@ -20,18 +21,9 @@ QString tr(const char* text) {
   return QCoreApplication::translate("innergs::app", text);
 }
 
-std::filesystem::path pathOf(const QString& path) {
-  const QByteArray utf8 = path.toUtf8();
-  return std::filesystem::path(std::u8string(utf8.begin(), utf8.end()));
-}
-
-/// A name for people: the file's without folder and extension.
-QString nameOf(const QString& path) {
-  QString name = QFileInfo(QDir::cleanPath(path)).fileName();
-  if (QFileInfo(path).isDir()) return name;
-  if (name.endsWith(QLatin1String(".gz"), Qt::CaseInsensitive)) name.chop(3);
-  const int dot = name.lastIndexOf(QLatin1Char('.'));
-  return dot > 0 ? name.left(dot) : name;
+std::size_t nonFinite(const Volume& volume) {
+  return static_cast<std::size_t>(
+      std::count_if(volume.voxels.begin(), volume.voxels.end(), [](float v) { return !std::isfinite(v); }));
 }
 
 ModelItem readModelItem(const QString& path) {
@@ -52,6 +44,20 @@ ModelItem readModelItem(const QString& path) {
 
 } // namespace
 
+std::filesystem::path pathOf(const QString& path) {
+  const QByteArray utf8 = path.toUtf8();
+  return std::filesystem::path(std::u8string(utf8.begin(), utf8.end()));
+}
+
+/// A name for people: the file's without folder and extension.
+QString nameOf(const QString& path) {
+  QString name = QFileInfo(QDir::cleanPath(path)).fileName();
+  if (QFileInfo(path).isDir()) return name;
+  if (name.endsWith(QLatin1String(".gz"), Qt::CaseInsensitive)) name.chop(3);
+  const int dot = name.lastIndexOf(QLatin1Char('.'));
+  return dot > 0 ? name.left(dot) : name;
+}
+
 bool isModelFile(const QString& path) {
   return path.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive) || isPly(path);
 }
@@ -60,23 +66,54 @@ bool isPly(const QString& path) {
   return path.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive);
 }
 
-Loaded readItem(const QString& path) {
+QString nameOfFrame(QString name, int before, int frame) {
+  const auto ending = [](int shown) { return tr(" frame %1").arg(shown + 1); };
+  if (const int at = name.lastIndexOf(ending(before)); before >= 0 && at > 0) name.truncate(at);
+  return name + ending(frame);
+}
+
+Loaded readItem(const QString& path, int frame) {
   Loaded loaded;
   if (isModelFile(path)) {
     loaded.model = readModelItem(path);
     return loaded;
   }
-  LoadedImage image = loadImage(pathOf(path), {0});
+  LoadedImage image = loadImage(pathOf(path), {frame});
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
     throw Error(
         ErrorCode::UnsupportedImage,
         "'" + path.toStdString() + "' has a single slice; at least two are needed" +
             (image.slicesAreAlongK ? " (open the folder with all slices of the DICOM series)." : "."));
-  if (image.frames > 1)
-    loaded.note = tr("'%1' holds %2 frames: the first one was opened.").arg(path).arg(image.frames);
   loaded.volume = makeItem(std::move(image.volume), nameOf(path), path, image.sliceThickness,
                            image.slicesAreAlongK ? 2 : -1);
+  VolumeItem& item = *loaded.volume;
+  QStringList notes;
+  if (image.frames > 1) {
+    item.frames = {path,
+                   static_cast<int>(std::min<std::int64_t>(image.frames, std::numeric_limits<int>::max())),
+                   frame, image.frameSeconds};
+    notes << tr("'%1' holds %2 frames: frame %3 is open; choose another below the list of data.")
+                 .arg(item.name)
+                 .arg(image.frames)
+                 .arg(frame + 1);
+    item.name = nameOfFrame(item.name, -1, frame);
+  }
+  if (const std::size_t unknown = nonFinite(*item.volume); unknown == item.volume->voxels.size())
+    throw Error(ErrorCode::NoData,
+                "'" + path.toStdString() + "' has no voxel with a finite value: export it again.");
+  else if (unknown > 0)
+    notes << tr("%L1 of %L2 voxels of '%3' are not finite (NaN or infinity): they are left out of the "
+                "reconstruction.")
+                 .arg(unknown)
+                 .arg(item.volume->voxels.size())
+                 .arg(item.name);
+  if (image.tracked)
+    notes
+        << tr("'%1' is a tracked sweep whose images lie freely in space: they are shown as parallel slices, "
+              "so do not reconstruct from it; put it into a volume first, e.g. in 3D Slicer.")
+               .arg(item.name);
+  item.note = notes.join(QLatin1Char('\n'));
   return loaded;
 }
 
@@ -107,32 +144,6 @@ QString volumeFilter() {
 
 QString modelFilter() {
   return tr("InnerGS model (*.innergs);;PLY, Gaussians alone (*.ply)");
-}
-
-QString sampleBrain() {
-  for (const char* folder : {"/usr/share/mricron/templates", "/usr/local/share/mricron/templates"}) {
-    const QString file = QString::fromLatin1(folder) + QStringLiteral("/ch2.nii.gz");
-    if (QFileInfo(file).isReadable()) return file;
-  }
-  return {};
-}
-
-std::vector<VolumeItem> makeSample(const QString& brain) {
-  constexpr int thickness = 5; // voxels of 1 mm
-  Volume head = readVolume(pathOf(brain));
-  Stack scan = simulateThickStack(head, 2, thickness);
-  std::vector<VolumeItem> items;
-  items.push_back(makeItem(std::move(scan.image), tr("Brain, 5 mm slices"), {}, scan.thickness, 2));
-  items.push_back(makeItem(std::move(head), tr("Brain, 1 mm"), brain));
-  return items;
-}
-
-QString howToGetSampleBrain() {
-  return tr("The sample brain (Colin 27) is not on this computer. On Debian or Ubuntu install the package "
-            "mricron-data; "
-            "elsewhere get MRIcron (www.nitrc.org/projects/mricron) and open ch2.nii.gz from its folder of "
-            "templates. Or "
-            "open a scan of your own.");
 }
 
 } // namespace innergs::app

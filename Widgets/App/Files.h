@@ -1,6 +1,7 @@
 #pragma once
 #include "Widgets/App/Document.h"
 
+#include <filesystem>
 #include <optional>
 
 /// Files and folders to items and back. For worker threads; everything throws Error with one sentence.
@@ -10,9 +11,11 @@ namespace innergs::app {
 struct Loaded {
   std::optional<VolumeItem> volume;
   std::optional<ModelItem> model;
-  QString note; // a sentence for the log; may be ""
 };
-Loaded readItem(const QString& path);
+/// frame: of a 4D file, from 0.
+Loaded readItem(const QString& path, int frame = 0);
+/// The name of an item that is one frame of a 4D file, from its name for another one (−1: none yet).
+QString nameOfFrame(QString name, int before, int frame);
 
 void saveItem(const VolumeItem& item, const QString& file);
 void saveItem(const ModelItem& item, const QString& file);
@@ -29,11 +32,8 @@ QString volumeFilter();
 QString modelFilter();
 ///@}
 
-/// The packaged brain of the demo; "" where it is not installed.
-QString sampleBrain();
-/// A scan with 5 mm axial slices, simulated from that brain, and the brain itself to compare with.
-std::vector<VolumeItem> makeSample(const QString& brain);
-/// How to get it, a sentence.
-QString howToGetSampleBrain();
+std::filesystem::path pathOf(const QString& path);
+/// A name for people: the file's without folder and extension.
+QString nameOf(const QString& path);
 
 } // namespace innergs::app

@@ -62,7 +62,7 @@ MainWindow::MainWindow(QWidget* parent)
   busyText_->hide();
   busy_->hide();
 
-  panels_ = new QMenu(tr("&Panels"), this);
+  panels_ = new QMenu(tr("Show &Panels"), this);
   makeDocks();
   makeFileMenu();
   makeViewMenu();
@@ -97,6 +97,7 @@ MainWindow::MainWindow(QWidget* parent)
   });
   connect(host_, &AppHost::openFailed, this,
           [this](const QString&, const QString& sentence) { errors_ << sentence; });
+  connect(host_, &AppHost::openFailed, list_, &DataList::frameFailed);
   connect(host_, &AppHost::logged, this, [this](const QString& line) {
     constexpr int shown = 8000; // ms
     statusBar()->showMessage(line, shown);
@@ -118,7 +119,10 @@ MainWindow::MainWindow(QWidget* parent)
     Q_EMIT host_->logged(sentence);
     tell(sentence);
   });
+  connect(query_, &ui::QueryPanel::pictureChanged, views_->threeD(), &ThreeDView::setQueryPicture);
+  connect(query_, &ui::QueryPanel::windowChanged, views_->threeD(), &ThreeDView::setQueryWindow);
   connect(list_, &DataList::saveRequested, this, &MainWindow::saveAs);
+  connect(list_, &DataList::frameChosen, host_, &AppHost::showFrame);
   connect(list_, &DataList::closeRequested, this, &MainWindow::closeItem);
   connect(list_, &DataList::currentIdChanged, this, [this](const QString& id) {
     if (!host_->document().model(id)) return;
@@ -233,6 +237,20 @@ void MainWindow::showPanel(const QString& name) {
     dock->show();
     dock->raise();
   }
+}
+
+void MainWindow::goToPanel(const QString& name) {
+  showPanel(name);
+  auto* dock = findChild<QDockWidget*>(name);
+  QWidget* content = dock ? dock->widget() : nullptr;
+  if (auto* area = qobject_cast<QScrollArea*>(content)) content = area->widget();
+  if (!content) return;
+  for (QWidget* next = content->nextInFocusChain(); next != content; next = next->nextInFocusChain())
+    if (content->isAncestorOf(next) && next->isVisible() && next->isEnabled() && !next->focusProxy() &&
+        (next->focusPolicy() & Qt::TabFocus)) {
+      next->setFocus(Qt::ShortcutFocusReason);
+      return;
+    }
 }
 
 void MainWindow::setModel(const QString& id) {

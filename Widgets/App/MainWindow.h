@@ -36,9 +36,12 @@ public:
   ui::QueryPanel* query() { return query_; }
   /// Brings a panel to the front: "reconstructDock", "queryDock", "modelDock", "logDock", "dataDock".
   void showPanel(const QString& name);
+  /// The same, and the keyboard goes to its first control.
+  void goToPanel(const QString& name);
 
   /// Opens files and DICOM folders on a thread; the views show the last volume.
   void open(const QStringList& paths);
+  /// Asks for the head where none is found.
   void openSample();
   /// Presses Reconstruct; with `all`, from all volumes that are open.
   void reconstruct(bool all);

@@ -4,6 +4,7 @@
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/App/SampleBrain.h"
 #include "Widgets/SaveDialog.h"
 
 #include <QCloseEvent>
@@ -58,7 +59,29 @@ void MainWindow::openFolder() {
 }
 
 void MainWindow::openSample() {
-  host_->openSample();
+  if (!sampleBrain().isEmpty()) {
+    host_->openSample();
+    return;
+  }
+  auto* box = new QMessageBox(QMessageBox::Information, QStringLiteral("InnerGS"), whatIsTheSampleBrain(),
+                              QMessageBox::Cancel, this);
+  box->setObjectName(QStringLiteral("sampleBox"));
+  box->setAttribute(Qt::WA_DeleteOnClose);
+  box->setTextInteractionFlags(Qt::TextSelectableByMouse | Qt::TextSelectableByKeyboard);
+  QPushButton* choose = box->addButton(tr("C&hoose File…"), QMessageBox::AcceptRole);
+  box->setDefaultButton(choose);
+  connect(
+      choose, &QPushButton::clicked, this,
+      [this] {
+        const QString file = QFileDialog::getOpenFileName(
+            this, tr("Choose a T1 head with voxels of about 1 mm"), host_->folder(),
+            tr("Volumes (*.nii *.nii.gz *.nrrd *.nhdr *.mha *.mhd);;All files (*)"));
+        if (file.isEmpty()) return;
+        host_->setFolder(QFileInfo(file).absolutePath());
+        host_->openSample(file);
+      },
+      Qt::QueuedConnection); // when the box is gone
+  box->open();
 }
 
 bool MainWindow::saveAs(const QString& id) {

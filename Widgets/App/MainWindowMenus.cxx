@@ -4,6 +4,7 @@
 
 #include <QAction>
 #include <QActionGroup>
+#include <QDockWidget>
 #include <QFileInfo>
 #include <QMenuBar>
 #include <QMessageBox>
@@ -15,6 +16,11 @@ namespace {
 
 QKeySequence ctrl(const char* key) {
   return QKeySequence(QStringLiteral("Ctrl+") + QString::fromLatin1(key));
+}
+
+/// Of docks behind tabs Qt says that they are visible.
+bool isInFront(const QDockWidget* dock) {
+  return dock->isVisible() && !dock->visibleRegion().isEmpty();
 }
 
 } // namespace
@@ -44,8 +50,7 @@ void MainWindow::makeFileMenu() {
   recent_->setObjectName(QStringLiteral("recentMenu"));
   fillRecent();
   add(menu, "openSample", tr("Open Sample &Brain"),
-      tr("A scan with 5 mm slices made from a T1 head (Colin 27, package mricron-data), and the head to "
-         "compare with"),
+      tr("A scan with 5 mm slices made from a T1 head (Colin 27), and the head to compare with"),
       [this] { openSample(); });
   menu->addSeparator();
   saveVolume_ = add(
@@ -113,10 +118,20 @@ void MainWindow::makeViewMenu() {
       [this] { views_->threeD()->setVolumeRendered(rendering_->isChecked()); }, ctrl("R"));
   rendering_->setCheckable(true);
   QAction* planes =
-      add(menu, "planes", tr("&Planes in 3D"), tr("Show the three slices in the 3D view"), [] {});
+      add(menu, "planes", tr("P&lanes in 3D"), tr("Show the three slices in the 3D view"), [] {});
   planes->setCheckable(true);
   planes->setChecked(true);
   connect(planes, &QAction::toggled, views_->threeD(), &ThreeDView::setPlanesShown);
+  QAction* query = add(menu, "queryPlane", tr("&Query Plane in 3D"),
+                       tr("While the panel Slice query is seen, show its plane in the 3D view"), [] {});
+  query->setCheckable(true);
+  query->setChecked(true);
+  auto* panel = findChild<QDockWidget*>(QStringLiteral("queryDock"));
+  const auto showQuery = [this, query](bool inFront) {
+    views_->threeD()->setQueryShown(inFront && query->isChecked());
+  };
+  connect(query, &QAction::toggled, this, [showQuery, panel] { showQuery(isInFront(panel)); });
+  connect(panel, &QDockWidget::visibilityChanged, this, showQuery);
   ellipsoids_ = add(
       menu, "ellipsoids", tr("&Ellipsoids"),
       tr("Show the Gaussians of the model selected or made last in the 3D view"),
@@ -134,10 +149,23 @@ void MainWindow::makeViewMenu() {
                      tr("Show the next volume at the same place, to compare"), [this] { state_->step(1); },
                      ctrl("PgDown"))
               << add(
-                     menu, "previousVolume", tr("Pre&vious Volume"),
+                     menu, "previousVolume", tr("Previo&us Volume"),
                      tr("Show the previous volume at the same place, to compare"),
                      [this] { state_->step(-1); }, ctrl("PgUp"));
   menu->addSeparator();
+  QMenu* panels = menu->addMenu(tr("&Go to Panel"));
+  const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},
+                                               {"reconstructDock", Qt::Key_F5},
+                                               {"queryDock", Qt::Key_F6},
+                                               {"modelDock", Qt::Key_F7},
+                                               {"logDock", Qt::Key_F8}};
+  for (const auto& [dock, panelKey] : docks) {
+    const QString name = QString::fromLatin1(dock);
+    add(
+        panels, "", findChild<QDockWidget*>(name)->windowTitle(),
+        tr("Bring this panel to the front and the keyboard to it"), [this, name] { goToPanel(name); },
+        QKeySequence(panelKey));
+  }
   menu->addMenu(panels_);
 }
 

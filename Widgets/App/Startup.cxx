@@ -69,7 +69,8 @@ void carryOut(MainWindow* window, const CommandLine& line) {
     once->deleteLater();
     afterOpening();
   });
-  if (line.sample) window->openSample();
+  if (line.sample && line.screenshot.isEmpty()) window->openSample();
+  if (line.sample && !line.screenshot.isEmpty()) host->openSample(); // a script chooses no files
   window->open(files);
 }
 

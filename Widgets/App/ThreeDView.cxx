@@ -1,6 +1,8 @@
 #include "Widgets/App/ThreeDView.h"
 
 #include "Widgets/App/Background.h"
+#include "Widgets/App/QueryPlane.h"
+#include "Widgets/ViewGestures.h"
 
 #include <vtkActor.h>
 #include <vtkAnnotatedCubeActor.h>
@@ -13,6 +15,7 @@
 #include <vtkImageSlice.h>
 #include <vtkInteractorStyleTrackballCamera.h>
 #include <vtkNew.h>
+#include <vtkObjectFactory.h>
 #include <vtkOrientationMarkerWidget.h>
 #include <vtkPiecewiseFunction.h>
 #include <vtkPlane.h>
@@ -25,7 +28,6 @@
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
 
-#include <QMouseEvent>
 #include <QTimer>
 
 #include <map>
@@ -33,6 +35,15 @@
 
 namespace innergs::app {
 namespace {
+
+/// The mouse of VTK's style without its keys (stereo, wireframe, quit): the view has its own.
+class MouseStyle : public vtkInteractorStyleTrackballCamera {
+public:
+  static MouseStyle* New();
+  vtkTypeMacro(MouseStyle, vtkInteractorStyleTrackballCamera);
+  void OnChar() override {}
+};
+vtkStandardNewMacro(MouseStyle);
 
 struct Ellipsoids {
   vtkSmartPointer<vtkInnerGSModel> model;
@@ -62,7 +73,8 @@ ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
   setObjectName(QStringLiteral("threeDView"));
   setAccessibleName(tr("3D view"));
   setFocusPolicy(Qt::StrongFocus);
-  setToolTip(tr("Drag: turn. Right drag or wheel: zoom. Middle drag: move. Double click: this view alone."));
+  setToolTip(tr("Drag: turn. Right drag or wheel: zoom. Middle drag: move. Double click: this view alone.\n"
+                "Keys: arrows turn, + and − zoom, Home shows all."));
   Scene& s = *scene_;
   s.window->SetMultiSamples(0);
   setRenderWindow(s.window.Get());
@@ -70,7 +82,7 @@ ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
   s.renderer->SetBackground(0.13, 0.14, 0.18);
   s.renderer->SetBackground2(0.36, 0.38, 0.45);
   s.renderer->GradientBackgroundOn();
-  vtkNew<vtkInteractorStyleTrackballCamera> style;
+  vtkNew<MouseStyle> style;
   s.window->GetInteractor()->SetInteractorStyle(style);
   s.window->GetInteractor()->SetDesiredUpdateRate(15);
   for (int a = 0; a < 3; ++a) {
@@ -97,6 +109,7 @@ ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
   s.volume->GetProperty()->ShadeOn();
   s.volume->GetProperty()->SetInterpolationTypeToLinear();
   s.volume->VisibilityOff();
+  query_ = std::make_unique<QueryPlane>(s.renderer);
   s.cube->SetXPlusFaceText("R");
   s.cube->SetXMinusFaceText("L");
   s.cube->SetYPlusFaceText("A");
@@ -128,6 +141,21 @@ void ThreeDView::setVolumeRendered(bool on) {
 void ThreeDView::setPlanesShown(bool on) {
   planes_ = on;
   showVolume();
+}
+
+void ThreeDView::setQueryPicture(const ui::PlaneImage& picture) {
+  query_->setPicture(picture);
+  render();
+}
+
+void ThreeDView::setQueryWindow(double lower, double upper) {
+  query_->setWindow(lower, upper);
+  render();
+}
+
+void ThreeDView::setQueryShown(bool on) {
+  query_->setShown(on);
+  render();
 }
 
 void ThreeDView::showVolume() {
@@ -259,6 +287,34 @@ void ThreeDView::render() {
     scene_->renderer->ResetCameraClippingRange();
     scene_->window->Render();
   });
+}
+
+void ThreeDView::keyPressEvent(QKeyEvent* event) {
+  constexpr double step = 5; // degrees
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  switch (event->key()) {
+  case Qt::Key_Left:
+  case Qt::Key_Right:
+    camera->Azimuth(event->key() == Qt::Key_Left ? step : -step);
+    break;
+  case Qt::Key_Up:
+  case Qt::Key_Down:
+    camera->Elevation(event->key() == Qt::Key_Up ? -step : step);
+    camera->OrthogonalizeViewUp();
+    break;
+  case Qt::Key_Plus:
+  case Qt::Key_Equal:
+  case Qt::Key_Minus:
+    camera->Zoom(1 / ui::zoomOfKey(event->key()));
+    break;
+  case Qt::Key_Home:
+    fit();
+    break;
+  default:
+    event->ignore();
+    return;
+  }
+  render();
 }
 
 void ThreeDView::mouseDoubleClickEvent(QMouseEvent* event) {

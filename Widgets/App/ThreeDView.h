@@ -1,6 +1,7 @@
 #pragma once
 #include "Widgets/App/ViewState.h"
 #include "Widgets/EllipsoidActor.h"
+#include "Widgets/PlaneWorker.h"
 
 #include <QVTKOpenGLNativeWidget.h>
 
@@ -9,9 +10,10 @@
 namespace innergs::app {
 
 class Background;
+class QueryPlane;
 
-/// The shown volume in space: the three planes through the crosshair, on request the whole volume, and the
-/// ellipsoids of the models that ask for them.
+/// The shown volume in space: the three planes through the crosshair, on request the whole volume, the plane
+/// of the query panel, and the ellipsoids of the models that ask for them.
 class ThreeDView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:
@@ -21,6 +23,12 @@ public:
   bool isVolumeRendered() const { return rendered_; }
   void setVolumeRendered(bool on);
   void setPlanesShown(bool on);
+  ///@{
+  /// The query panel's plane; not shown at first.
+  void setQueryPicture(const ui::PlaneImage& picture);
+  void setQueryWindow(double lower, double upper);
+  void setQueryShown(bool on);
+  ///@}
   /// The whole volume from the front, patient's right on the left.
   void fit();
 
@@ -30,6 +38,7 @@ Q_SIGNALS:
   void failed(const QString& modelId, const QString& sentence);
 
 protected:
+  void keyPressEvent(QKeyEvent* event) override;
   void mouseDoubleClickEvent(QMouseEvent* event) override;
 
 private:
@@ -45,6 +54,7 @@ private:
   bool rendered_ = false, planes_ = true, fitted_ = false, renderDue_ = false;
   struct Scene;
   std::unique_ptr<Scene> scene_;
+  std::unique_ptr<QueryPlane> query_;
   Background* background_; // makes the ellipsoids
 };
 

@@ -7,6 +7,8 @@
 #include <QIcon>
 #include <QSurfaceFormat>
 
+#include <clocale>
+
 int main(int argc, char** argv) {
   innergs::app::CommandLine line;
   int exitCode = 0;
@@ -18,6 +20,7 @@ int main(int argc, char** argv) {
 #endif
   int one = 1; // the options are ours, not Qt's
   QApplication app(one, argv);
+  std::setlocale(LC_NUMERIC, "C"); // Qt took the user's: files are written with points
   QApplication::setApplicationName(QStringLiteral("InnerGS"));
   QApplication::setApplicationVersion(QStringLiteral(INNERGS_VERSION));
   QApplication::setDesktopFileName(QStringLiteral("innergs-app"));

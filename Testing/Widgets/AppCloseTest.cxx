@@ -1,0 +1,236 @@
+// What becomes of results, files and reconstructions when an item or the window of the desktop app is closed.
+#include "AppWindowTest.h"
+
+#include <QDir>
+#include <QFile>
+#include <QMenu>
+
+#ifdef Q_OS_UNIX
+#include <csignal>
+#include <sys/resource.h>
+#endif
+
+using namespace innergs;
+using namespace apptest;
+using innergs::app::AppHost;
+using innergs::app::MainWindow;
+using innergs::app::SliceView;
+
+namespace {
+
+/// While it lives, files cannot grow beyond a few bytes: writing fails as on a full disk.
+class FullDisk {
+public:
+#ifdef Q_OS_UNIX
+  FullDisk() {
+    std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit little = before_;
+    little.rlim_cur = 2048;
+    works_ = setrlimit(RLIMIT_FSIZE, &little) == 0;
+  }
+  ~FullDisk() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+  }
+
+private:
+  rlimit before_{};
+  bool works_ = false;
+
+public:
+  bool works() const {
+    return works_;
+  }
+#else
+  bool works() const {
+    return false;
+  }
+#endif
+};
+
+} // namespace
+
+class AppCloseTest : public AppWindowTest {
+  Q_OBJECT
+private Q_SLOTS:
+  void deleteClosesAnItem() {
+    open({writeBall(*sandbox_, "one.nii"), writeBall(*sandbox_, "two.nii")});
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    window_->activateWindow();
+    QVERIFY(QTest::qWaitForWindowActive(window_.get()));
+    tree->setFocus();
+    QTest::keyClick(tree, Qt::Key_Delete);
+    QCOMPARE(lines(), QStringList{"one"});
+  }
+
+  void asksAboutUnsavedResults() {
+    open({writeBall(*sandbox_, "ball.nii")});
+    setQuick();
+    reconstruct();
+    QString text;
+    answerBox("unsavedBox", "Cancel", &text);
+    QVERIFY(!window_->close());
+    QVERIFY(text.contains("ball reconstructed") && text.contains("ball model"));
+    QVERIFY(window_->isVisible());
+    // Closing one of them asks as well.
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    tree->setCurrentItem(tree->topLevelItem(2));
+    answerBox("closeItemBox", "Discard");
+    QTest::mouseClick(window_->findChild<QPushButton*>("closeItem"), Qt::LeftButton);
+    QCOMPARE(lines(), (QStringList{"ball", "ball reconstructed"}));
+    const QString file = sandbox_->path("saved.nrrd");
+    answerBox("unsavedBox", "Save All");
+    answerFileDialog(file);
+    QVERIFY(window_->close());
+    QVERIFY(QFile::exists(file));
+  }
+
+  void everyAnswerIsObeyed() {
+    const auto put = [&](const QString& name) {
+      app::VolumeItem item = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), name);
+      item.saved = false;
+      return host().document().add(std::move(item));
+    };
+    put("one");
+    put("two");
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    auto* closeButton = window_->findChild<QPushButton*>("closeItem");
+    // One item: kept by Cancel and by a dialog that is left, gone once it is saved.
+    tree->setCurrentItem(tree->topLevelItem(0));
+    answerBox("closeItemBox", "Cancel");
+    QTest::mouseClick(closeButton, Qt::LeftButton);
+    answerBox("closeItemBox", "Save");
+    leaveFileDialog();
+    QTest::mouseClick(closeButton, Qt::LeftButton);
+    QCOMPARE(lines(), (QStringList{"one", "two"}));
+    answerBox("closeItemBox", "Save");
+    answerFileDialog(sandbox_->path("one.nii"));
+    QTest::mouseClick(closeButton, Qt::LeftButton);
+    QCOMPARE(lines(), QStringList{"two"});
+    QVERIFY(QFile::exists(sandbox_->path("one.nii")));
+    // The window: "Save All" whose dialog is left keeps it open, "Discard" closes it.
+    answerBox("unsavedBox", "Save All");
+    leaveFileDialog();
+    QVERIFY(!window_->close());
+    QVERIFY(window_->isVisible() && host().document().hasUnsaved());
+    answerBox("unsavedBox", "Discard");
+    QVERIFY(window_->close());
+    QCOMPARE(QDir(sandbox_->path({})).entryList({"*.nii*"}), QStringList{"one.nii"});
+  }
+
+  void nothingIsLostWhereItCannotBeWritten() {
+    app::VolumeItem item = app::makeItem(ball({32, 32, 32}, {1, 1, 1}), "result");
+    item.saved = false;
+    const QString id = host().document().add(std::move(item));
+    const QString target = writeBall(*sandbox_, "earlier.nii.gz");
+    const auto read = [&] {
+      QFile file(target);
+      return file.open(QIODevice::ReadOnly) ? file.readAll() : QByteArray();
+    };
+    const QByteArray before = read();
+    const auto files = [&] { return QDir(sandbox_->path({})).entryList({"*.nii*"}, QDir::Files | QDir::Hidden); };
+    const QStringList there = files();
+    QString text;
+    {
+      const FullDisk full;
+      if (!full.works()) QSKIP("no way to fill a disk on this system");
+      answerFileDialog(target);
+      answerBox("errorBox", "OK", &text);
+      answerBox("", "Yes"); // replace it
+      trigger("saveVolume");
+      QTRY_VERIFY2(text.contains("free some space"), qPrintable(text));
+      // Nor is the window closed over it.
+      answerBox("unsavedBox", "Save All");
+      answerFileDialog(target);
+      answerBox("", "Yes");
+      QVERIFY(!window_->close());
+    }
+    answerBox("errorBox", "OK");
+    QTRY_VERIFY(!window_->findChild<QMessageBox*>("errorBox"));
+    QCOMPARE(read(), before); // the earlier file is whole
+    QCOMPARE(files(), there); // and no half of the new one stays
+    QVERIFY(window_->isVisible() && !host().document().volume(id)->saved);
+    answerFileDialog(target);
+    answerBox("", "Yes");
+    trigger("saveVolume");
+    QVERIFY(host().document().volume(id)->saved);
+    QVERIFY(read() != before);
+  }
+
+  void closedWhileRunning() {
+    open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
+    setQuick(true);
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(host().isRunning());
+    answerBox("runningBox", "Keep Running");
+    QVERIFY(!window_->close());
+    QTRY_VERIFY(!window_->findChild<QMessageBox*>("runningBox"));
+    QVERIFY(host().isRunning() && window_->isVisible());
+    answerBox("runningBox", "Stop and Close");
+    window_->close();
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
+    QVERIFY(!host().isRunning());
+  }
+
+  void resultFinishedWhileClosingIsNotLost() {
+    open({writeBall(*sandbox_, "ball.nii")});
+    setQuick();
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    window_->close(); // asks; the fit ends meanwhile
+    QTRY_VERIFY(window_->findChild<QMessageBox*>("runningBox"));
+    QTRY_COMPARE_WITH_TIMEOUT(lines().size(), 3, 60000);
+    QString text;
+    answerBox("unsavedBox", "Cancel", &text);
+    answerBox("runningBox", "Stop and Close");
+    QTRY_VERIFY(text.contains("ball reconstructed"));
+    QVERIFY(window_->isVisible());
+  }
+
+  void closedWhileAFileIsRead() {
+    window_->open({writeBall(*sandbox_, "large.nii.gz", {128, 128, 60}, {1, 1, 1})});
+    QVERIFY(host().background().isBusy());
+    QVERIFY(!window_->close());
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 20000);
+    QVERIFY(!host().background().isBusy());
+  }
+
+  void windowDeletedWhileRunning() {
+    open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
+    setQuick(true);
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(host().isRunning());
+    QTest::qWait(100);
+    window_.reset();
+    QVERIFY(true); // without a crash
+    window_ = std::make_unique<MainWindow>();
+  }
+
+  void renamesAndRemembers() {
+    const QString file = writeBall(*sandbox_, "ball.nii");
+    open({file});
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    QTest::mouseClick(window_->findChild<QPushButton*>("renameItem"), Qt::LeftButton);
+    auto* edit = tree->findChild<QLineEdit*>();
+    QVERIFY(edit);
+    edit->setText("Head of J.");
+    QTest::keyClick(edit, Qt::Key_Return);
+    QTRY_COMPARE(lines(), QStringList{"Head of J."});
+    window_->resize(1111, 777);
+    QVERIFY(window_->close()); // nothing to save
+    window_ = std::make_unique<MainWindow>();
+    window_->show();
+    QTRY_COMPARE(window_->size(), QSize(1111, 777));
+    auto* recent = window_->findChild<QMenu*>("recentMenu");
+    QVERIFY(recent->actions().first()->text().contains("ball.nii"));
+    recent->actions().first()->trigger();
+    QTRY_COMPARE(lines(), QStringList{"ball"});
+  }
+};
+
+int main(int argc, char** argv) {
+  return runAppTest<AppCloseTest>(argc, argv);
+}
+#include "AppCloseTest.moc"

@@ -1,0 +1,226 @@
+// Opening and saving in the desktop app: every kind of file, what is wrong with one, where the result goes.
+#include "AppWindowTest.h"
+
+#include "IO/VolumeIO.h"
+#include "Widgets/App/SampleBrain.h"
+
+#include <QDir>
+#include <QDropEvent>
+#include <QLabel>
+#include <QMimeData>
+#include <QScopeGuard>
+#include <QSpinBox>
+#include <QUrl>
+
+#include <limits>
+
+using namespace innergs;
+using namespace apptest;
+using innergs::app::AppHost;
+using innergs::app::MainWindow;
+using innergs::app::SliceView;
+
+class AppFilesTest : public AppWindowTest {
+  Q_OBJECT
+private Q_SLOTS:
+  void saysWhatIsWrong() {
+    window_->open({sandbox_->path("absent.nii")});
+    QVERIFY(errorText().contains("does not exist; check the path."));
+    window_->open({writeRgb(*sandbox_, "rgb.nii")});
+    QVERIFY(errorText().contains("colour (RGB) pixels; convert it to grey values first."));
+    // Several at once in one box.
+    window_->open({writeBall(*sandbox_, "slice.nii", {16, 16, 1}), sandbox_->path("absent.innergs"),
+                   writeBall(*sandbox_, "fine.nii")});
+    const QString text = errorText();
+    QVERIFY(text.contains("single slice") && text.contains("absent.innergs"));
+    QCOMPARE(lines(), QStringList{"fine"});
+  }
+
+  void opensByDragAndDrop() {
+    QMimeData data;
+    data.setUrls({QUrl::fromLocalFile(writeBall(*sandbox_, "one.nii")),
+                  QUrl::fromLocalFile(writeBall(*sandbox_, "two words ü.nii.gz"))});
+    QDragEnterEvent enter({50, 50}, Qt::CopyAction, &data, Qt::LeftButton, {});
+    QCoreApplication::sendEvent(window_.get(), &enter);
+    QVERIFY(enter.isAccepted());
+    QDropEvent drop({50, 50}, Qt::CopyAction, &data, Qt::LeftButton, {});
+    QCoreApplication::sendEvent(window_.get(), &drop);
+    QTRY_COMPARE(lines(), (QStringList{"one", "two words ü"}));
+    QMimeData text;
+    text.setText("hello");
+    QDragEnterEvent other({50, 50}, Qt::CopyAction, &text, Qt::LeftButton, {});
+    other.setAccepted(false);
+    QCoreApplication::sendEvent(window_.get(), &other);
+    QVERIFY(!other.isAccepted());
+  }
+
+  void savesAsChosenAndReplacesNothingUnasked() {
+    QVERIFY(QDir().mkpath(sandbox_->path("scans")));
+    open({writeBall(*sandbox_, "scans/ball.nii.gz")});
+    answerFileDialog(sandbox_->path("t1 1.5mm"));
+    trigger("saveVolume");
+    const QString whole = sandbox_->path("t1 1.5mm.nii.gz");
+    QVERIFY(QFile::exists(whole));
+    QFile kept(whole);
+    QVERIFY(kept.open(QIODevice::WriteOnly));
+    kept.write("precious");
+    kept.close();
+    QString text;
+    answerBox("replaceBox", "No", &text);
+    answerFileDialog(sandbox_->path("t1 1.5mm"));
+    trigger("saveVolume");
+    QVERIFY(text.contains("t1 1.5mm.nii.gz"));
+    QCOMPARE(QFileInfo(whole).size(), qint64(8));
+    answerFileDialog(sandbox_->path("plain"), "NRRD");
+    trigger("saveVolume");
+    QVERIFY(QFile::exists(sandbox_->path("plain.nrrd")) && !QFile::exists(sandbox_->path("plain.nii.gz")));
+    answerFileDialog(sandbox_->path("v2.5"), "NRRD");
+    trigger("saveVolume");
+    QVERIFY(QFile::exists(sandbox_->path("v2.5.nrrd")));
+  }
+
+  void opensLargeFilesWithoutHoldingTheWindow() {
+    const QString file = writeBall(*sandbox_, "large.nii.gz", {160, 160, 120}, {1, 1, 1});
+    window_->open({file});
+    const Gap gap = measureGap([&] { return !host().background().isBusy(); }, 60000);
+    qInfo("longest event-loop gap while opening: %.0f ms, of it %.0f ms of the main thread's own work",
+          gap.wall, gap.cpu);
+    QVERIFY(gap.done);
+    QCOMPARE(lines(), QStringList{"large"});
+    QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
+  }
+
+  void oneFrameOfAFourDimensionalFile() {
+    const QString file = writeFrames(*sandbox_, "series.nii", 5, 2.5f);
+    open({writeBall(*sandbox_, "ball.nii"), file});
+    auto* frame = window_->findChild<QSpinBox*>("frame");
+    auto* time = window_->findChild<QLabel*>("frameTime");
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    QCOMPARE(lines(), (QStringList{"ball", "series frame 1"}));
+    const QString id = host().document().volumes()[1]->id;
+    QVERIFY(frame->isVisible());
+    QCOMPARE(frame->text(), QString("1 of 5"));
+    QCOMPARE(time->text(), QString("at 0 s"));
+    QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("holds 5 frames"));
+    const auto first = host().document().volume(id)->volume;
+    const auto window = host().document().volume(id)->window;
+    // By the keyboard, faster than it is read.
+    window_->activateWindow();
+    frame->setFocus();
+    QTest::keyClick(frame, Qt::Key_Up);
+    QTest::keyClick(frame, Qt::Key_Up);
+    QTRY_COMPARE(lines()[1], QString("series frame 3"));
+    QTRY_VERIFY(!host().background().isBusy());
+    QCOMPARE(frame->value(), 3);
+    QCOMPARE(time->text(), QString("at 5 s"));
+    const auto third = host().document().volume(id);
+    QCOMPARE(third->volume->voxels[1000], 3 * first->voxels[1000]);
+    QVERIFY(third->window == window && window_->state()->volume() == third);
+    QVERIFY(!host().document().hasUnsaved());
+    // What is made of it says so too, and a name of one's own keeps it.
+    setQuick();
+    reconstruct();
+    QCOMPARE(lines()[2], QString("series frame 3 reconstructed"));
+    QVERIFY(!frame->isVisible());
+    host().document().rename(id, "Rest");
+    tree->setCurrentItem(tree->topLevelItem(1));
+    QVERIFY(frame->isVisible());
+    frame->setValue(5);
+    QTRY_COMPARE(lines()[1], QString("Rest frame 5"));
+    // Nothing to choose for a single image, and a file that is gone says so.
+    tree->setCurrentItem(tree->topLevelItem(0));
+    QVERIFY(!frame->isVisible());
+    tree->setCurrentItem(tree->topLevelItem(1));
+    QVERIFY(QFile::remove(file));
+    frame->setValue(2);
+    QVERIFY(errorText().contains("does not exist"));
+    QCOMPARE(frame->value(), 5);
+    QCOMPARE(lines()[1], QString("Rest frame 5"));
+  }
+
+  void saysWhatWasDoneToOpenIt() {
+    Volume volume = ball({8, 8, 8}, {1, 1, 1});
+    volume.voxels[3] = std::numeric_limits<float>::quiet_NaN();
+    volume.voxels[77] = std::numeric_limits<float>::infinity();
+    const QString holes = sandbox_->path("holes.nii"), sweep = sandbox_->path("sweep.mha");
+    writeVolume(volume, holes.toStdString());
+    volume.voxels.assign(512, std::numeric_limits<float>::quiet_NaN());
+    const QString nothing = sandbox_->path("nothing.nii");
+    writeVolume(volume, nothing.toStdString());
+    writeVolume(ball({8, 8, 8}, {1, 1, 1}), sweep.toStdString());
+    QFile file(sweep);
+    QVERIFY(file.open(QIODevice::ReadWrite));
+    QByteArray bytes = file.readAll();
+    bytes.replace("ElementType",
+                  "Seq_Frame0000_ProbeToTrackerTransform = 1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1\nElementType");
+    file.seek(0);
+    file.write(bytes);
+    file.close();
+    QSignalSpy logged(&host(), &AppHost::logged);
+    open({holes, sweep});
+    QCOMPARE(lines(), (QStringList{"holes", "sweep"}));
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    QVERIFY(tree->topLevelItem(0)->toolTip(0).contains("2 of 512 voxels"));
+    QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("tracked sweep"));
+    QVERIFY(logged.last().first().toString().contains("tracked sweep"));
+    window_->open({nothing});
+    QVERIFY(errorText().contains("no voxel with a finite value"));
+  }
+
+  void asksForTheSampleBrainWhereThereIsNone() {
+    // Qt's data folders can be sent elsewhere on Linux alone.
+    const QByteArray system = qgetenv("XDG_DATA_DIRS"), user = qgetenv("XDG_DATA_HOME");
+    qputenv("XDG_DATA_DIRS", sandbox_->path("share").toUtf8());
+    qputenv("XDG_DATA_HOME", sandbox_->path("home").toUtf8());
+    const auto back = qScopeGuard([&] {
+      system.isNull() ? qunsetenv("XDG_DATA_DIRS") : qputenv("XDG_DATA_DIRS", system);
+      user.isNull() ? qunsetenv("XDG_DATA_HOME") : qputenv("XDG_DATA_HOME", user);
+    });
+    if (!app::sampleBrain().isEmpty()) QSKIP("the sample brain is found beside the program");
+    const QString coarse = writeBall(*sandbox_, "coarse.nii"),
+                  head = writeBall(*sandbox_, "head.nii.gz", {40, 40, 43}, {1, 1, 1});
+    QString text;
+    answerBox("sampleBox", "Cancel", &text);
+    trigger("openSample");
+    QTRY_VERIFY(text.contains("choose the file ch2.nii.gz"));
+    QVERIFY(!window_->findChild<QFileDialog*>());
+    const auto choose = [&](const QString& file) {
+      QTRY_VERIFY(!window_->findChild<QMessageBox*>("sampleBox"));
+      answerBox("sampleBox", "Choose File…");
+      answerFileDialog(file);
+      trigger("openSample");
+    };
+    choose(coarse);
+    QVERIFY(errorText().contains("not fine enough"));
+    QVERIFY(lines().isEmpty());
+    choose(head);
+    QTRY_COMPARE(lines(), (QStringList{"head, 5 mm slices", "head, 1 mm"}));
+    QCOMPARE(host().document().volumes()[0]->volume->geometry.size[2], std::int64_t(8));
+    QVERIFY(!host().document().hasUnsaved());
+    // Remembered; and one in the system's folders needs no choice.
+    QCOMPARE(app::sampleBrain(), head);
+    QVERIFY(QFile::remove(head));
+    QVERIFY(app::sampleBrain().isEmpty());
+    QVERIFY(QDir().mkpath(sandbox_->path("share/mricron/templates")));
+    const QString found = writeBall(*sandbox_, "share/mricron/templates/ch2.nii.gz", {40, 40, 43}, {1, 1, 1});
+    QCOMPARE(app::sampleBrain(), QFileInfo(found).canonicalFilePath());
+    trigger("openSample");
+    QTRY_COMPARE(lines().size(), 4);
+    QCOMPARE(lines()[2], QString("Brain, 5 mm slices"));
+  }
+
+  void opensRealVolumes() {
+    const QString dicom = testData("G_dicom_mr_T1_oblique"),
+                  thick = testData("F_icbm152_thick5mm_cor.nii.gz");
+    if (dicom.isEmpty() || thick.isEmpty()) QSKIP("no test data: INNERGS_TEST_DATA is not set or incomplete");
+    open({dicom, thick});
+    QCOMPARE(lines().size(), 2);
+    QCOMPARE(host().volumeInfo(host().document().volumes()[1]->id).orientation, QString("coronal"));
+    QCOMPARE(lines().front(), QString("G_dicom_mr_T1_oblique"));
+  }
+};
+
+int main(int argc, char** argv) {
+  return runAppTest<AppFilesTest>(argc, argv);
+}
+#include "AppFilesTest.moc"

@@ -1,0 +1,165 @@
+// The views of the desktop app: linked slices, comparison, 3D.
+#include "AppWindowTest.h"
+
+#include "IO/VolumeIO.h"
+
+#include <QDoubleSpinBox>
+#include <QSlider>
+#include <QWheelEvent>
+
+#include <cmath>
+
+using namespace innergs;
+using namespace apptest;
+using innergs::app::AppHost;
+using innergs::app::MainWindow;
+using innergs::app::SliceView;
+
+class AppViewsTest : public AppWindowTest {
+  Q_OBJECT
+private Q_SLOTS:
+  void viewsAreLinked() {
+    open({writeBall(*sandbox_, "ball.nii.gz", {40, 40, 20}, {1, 1, 2}, true)});
+    app::ViewState* state = window_->state();
+    SliceView* axial = window_->views()->slice(2);
+    const Vec3 before = state->crosshair();
+    const Vec3 target{before[0] + 6, before[1] - 4, before[2]};
+    // A click puts the crosshair there; the letters say where right and left are.
+    QTest::mouseClick(axial, Qt::LeftButton, {}, axial->fromRAS(target).toPoint());
+    QVERIFY(std::abs(state->crosshair()[0] - target[0]) < 0.5 &&
+            std::abs(state->crosshair()[1] - target[1]) < 0.5);
+    QVERIFY(std::abs(window_->views()->slice(0)->position() - target[0]) < 0.5);
+    QCOMPARE(axial->letters()[0], QChar('R'));
+    QCOMPARE(axial->letters()[2], QChar('A'));
+    QVERIFY(axial->toRAS(QPointF(0, axial->height() / 2))[0] > axial->toRAS(QPointF(axial->width(), 0))[0]);
+    QCOMPARE(window_->views()->slice(0)->letters()[0], QChar('A'));
+    // The wheel and the keys go through the slices by the distance between them.
+    const double step = state->stepAlong(2), z = state->crosshair()[2];
+    QWheelEvent wheel(QPointF(20, 20), axial->mapToGlobal(QPoint(20, 20)), {}, {0, 120}, Qt::NoButton,
+                      Qt::NoModifier, Qt::NoScrollPhase, false);
+    QCoreApplication::sendEvent(axial, &wheel);
+    QVERIFY(std::abs(state->crosshair()[2] - z - step) < 1e-6);
+    QTest::keyClick(axial, Qt::Key_Down);
+    QVERIFY(std::abs(state->crosshair()[2] - z) < 1e-6);
+    // A drag changes window and level; reset goes back.
+    const double lower = state->volume()->window->lower;
+    const QPoint at(axial->width() / 2, axial->height() / 2);
+    QTest::mousePress(axial, Qt::LeftButton, {}, at);
+    QMouseEvent move(QEvent::MouseMove, QPointF(at + QPoint(0, 60)), Qt::LeftButton, Qt::LeftButton, {});
+    QCoreApplication::sendEvent(axial, &move);
+    QTest::mouseRelease(axial, Qt::LeftButton, {}, at + QPoint(0, 60));
+    QVERIFY(state->volume()->window->lower < lower);
+    trigger("resetWindow");
+    QCOMPARE(state->volume()->window->lower, lower);
+    // The value under the mouse.
+    QSignalSpy pointed(window_->views(), &app::ViewGrid::pointed);
+    QMouseEvent hover(QEvent::MouseMove, axial->fromRAS({0, 0, 0}), Qt::NoButton, Qt::NoButton, {});
+    QCoreApplication::sendEvent(axial, &hover);
+    QVERIFY2(pointed.last().first().toString().contains(" mm: "),
+             qPrintable(pointed.last().first().toString()));
+    // A view alone by double click, and back.
+    QTest::mouseDClick(axial, Qt::LeftButton);
+    QVERIFY(!window_->views()->slice(0)->isVisible());
+    QTest::mouseDClick(axial, Qt::LeftButton);
+    QVERIFY(window_->views()->slice(0)->isVisible());
+    // The slider of the view.
+    auto* slider = axial->parentWidget()->findChild<QSlider*>("slider");
+    QTest::keyClick(slider, Qt::Key_Home);
+    QVERIFY(std::abs(axial->position() - state->bounds()[4]) < 1.01 * step);
+  }
+
+  void comparesVolumesAtTheSamePlace() {
+    open(
+        {writeBall(*sandbox_, "thick.nii.gz"), writeBall(*sandbox_, "thin.nii.gz", {40, 40, 40}, {1, 1, 1})});
+    app::ViewState* state = window_->state();
+    QCOMPARE(state->volume()->name, QString("thin"));
+    state->setCrosshair({3, -2, 4});
+    trigger("nextVolume");
+    QCOMPARE(state->volume()->name, QString("thick"));
+    QCOMPARE(state->crosshair()[0], 3.0);
+    trigger("previousVolume");
+    QCOMPARE(state->volume()->name, QString("thin"));
+    // By the list as well.
+    auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    tree->setCurrentItem(tree->topLevelItem(0));
+    QCOMPARE(state->volume()->name, QString("thick"));
+  }
+
+  void rendersVolumesAndEllipsoids() {
+    open({writeBall(*sandbox_, "ball.nii.gz", {24, 24, 24}, {1.5, 1.5, 1.5})});
+    setQuick();
+    reconstruct();
+    const QImage planes = window_->views()->threeD()->grab().toImage();
+    trigger("volumeRendering");
+    QVERIFY(window_->views()->threeD()->isVolumeRendered());
+    QTest::qWait(300);
+    const QImage rendered = window_->views()->threeD()->grab().toImage();
+    QVERIFY(rendered != planes);
+    trigger("volumeRendering");
+    trigger("planes");
+    QTest::qWait(200);
+    const QImage empty = window_->views()->threeD()->grab().toImage();
+    trigger("ellipsoids");
+    QVERIFY(host().document().models().front()->ellipsoidsShown);
+    QTRY_VERIFY(window_->views()->threeD()->grab().toImage() != empty);
+    trigger("ellipsoids");
+    QTRY_VERIFY(window_->views()->threeD()->grab().toImage() == empty);
+  }
+
+  void queryPlaneIsSeenInSpace() {
+    open({writeBall(*sandbox_, "ball.nii.gz", {24, 24, 24}, {1.5, 1.5, 1.5})});
+    setQuick();
+    reconstruct();
+    trigger("planes");
+    QTest::qWait(100);
+    const auto seen = [&] { return window_->views()->threeD()->grab().toImage(); };
+    const QImage empty = seen();
+    window_->showPanel("queryDock");
+    QTRY_VERIFY(seen() != empty);
+    // It follows the panel, and its window and level.
+    const QImage axial = seen();
+    QTest::mouseClick(window_->findChild<QAbstractButton*>("queryCoronal"), Qt::LeftButton);
+    QTRY_VERIFY(seen() != axial);
+    QTest::qWait(300);
+    const QImage coronal = seen();
+    window_->findChild<QDoubleSpinBox*>("queryLevel")->setValue(0);
+    QTRY_VERIFY(seen() != coronal);
+    // Off and on; gone with the model.
+    trigger("queryPlane");
+    QTRY_VERIFY(seen() == empty);
+    trigger("queryPlane");
+    QTRY_VERIFY(seen() != empty);
+    window_->showPanel("modelDock"); // it is the panel's
+    QTRY_VERIFY(seen() == empty);
+    window_->showPanel("queryDock");
+    QTRY_VERIFY(seen() != empty);
+    host().document().remove(QString(host().document().models().front()->id));
+    QTRY_VERIFY(seen() == empty);
+  }
+
+  void volumesElsewhereAreSeen() {
+    Volume far = ball({24, 24, 24}, {1, 1, 1});
+    far.geometry.origin[0] += 500;
+    const QString file = sandbox_->path("far.nii");
+    writeVolume(far, file.toStdString());
+    open({writeBall(*sandbox_, "near.nii")});
+    SliceView* axial = window_->views()->slice(2);
+    axial->stepSlices(1);
+    open({file});
+    for (int axis = 0; axis < 3; ++axis) {
+      SliceView* view = window_->views()->slice(axis);
+      const QPointF at = view->fromRAS(window_->state()->crosshair());
+      QVERIFY2(view->rect().contains(at.toPoint()),
+               qPrintable(QString("%1: %2, %3").arg(axis).arg(at.x()).arg(at.y())));
+    }
+    QTest::qWait(100);
+    const QImage seen = axial->grab().toImage();
+    QVERIFY(qGray(seen.pixel(seen.width() / 2 + seen.width() / 20, seen.height() / 2 + seen.height() / 20)) >
+            40);
+  }
+};
+
+int main(int argc, char** argv) {
+  return runAppTest<AppViewsTest>(argc, argv);
+}
+#include "AppViewsTest.moc"

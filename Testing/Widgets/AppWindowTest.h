@@ -1,0 +1,123 @@
+#pragma once
+#include "AppFixture.h"
+#include "TestTools.h"
+
+#include "Widgets/App/Background.h"
+#include "Widgets/App/MainWindow.h"
+#include "Widgets/ReconstructionPanel.h"
+
+#include <QAction>
+#include <QApplication>
+#include <QFileDialog>
+#include <QLineEdit>
+#include <QMessageBox>
+#include <QPushButton>
+#include <QSignalSpy>
+#include <QSurfaceFormat>
+#include <QTest>
+#include <QTimer>
+#include <QTreeWidget>
+
+#include <memory>
+
+/// The app's window with settings of its own for every test, and what a person does with it.
+class AppWindowTest : public QObject {
+  Q_OBJECT
+protected:
+  std::unique_ptr<apptest::Sandbox> sandbox_;
+  std::unique_ptr<innergs::app::MainWindow> window_;
+
+  innergs::app::AppHost& host() { return *window_->host(); }
+  QPushButton* button() { return window_->findChild<QPushButton*>("reconstruct"); }
+  QStringList lines() const {
+    QStringList names;
+    const auto* tree = window_->findChild<QTreeWidget*>("dataTree");
+    for (int n = 0; n < tree->topLevelItemCount(); ++n)
+      names << tree->topLevelItem(n)->text(0);
+    return names;
+  }
+  void open(const QStringList& paths) {
+    window_->open(paths);
+    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), 60000);
+  }
+  void setQuick(bool longFit = false) {
+    innergs::ui::Request request = window_->reconstruction()->request();
+    const innergs::ui::Request quick = apptest::request({}, longFit);
+    request.settings = quick.settings;
+    request.evaluateQuality = false;
+    window_->reconstruction()->setRequest(request);
+  }
+  /// Types a path into the file dialog that opens next, chooses the filter with this word and accepts it.
+  void answerFileDialog(const QString& path, const QString& word = {}) {
+    auto* timer = new QTimer(qApp);
+    connect(timer, &QTimer::timeout, timer, [timer, path, word] {
+      for (QWidget* widget : QApplication::topLevelWidgets())
+        if (auto* dialog = qobject_cast<QFileDialog*>(widget); dialog && dialog->isVisible()) {
+          auto* edit = dialog->findChild<QLineEdit*>("fileNameEdit");
+          if (!edit) continue;
+          timer->deleteLater();
+          auto* filters = dialog->findChild<QComboBox*>("fileTypeCombo");
+          for (int n = 0; n < filters->count() && !filters->currentText().contains(word); ++n)
+            QTest::keyClick(filters, Qt::Key_Down);
+          edit->setText(path);
+          QTest::keyClick(edit, Qt::Key_Return);
+          return;
+        }
+    });
+    timer->start(20);
+  }
+  /// Leaves the file dialog that opens next without a choice.
+  void leaveFileDialog() {
+    auto* timer = new QTimer(qApp);
+    connect(timer, &QTimer::timeout, timer, [timer] {
+      for (QWidget* widget : QApplication::topLevelWidgets())
+        if (auto* dialog = qobject_cast<QFileDialog*>(widget); dialog && dialog->isVisible()) {
+          timer->deleteLater();
+          QTest::keyClick(dialog, Qt::Key_Escape);
+          return;
+        }
+    });
+    timer->start(20);
+  }
+  void trigger(const char* name) {
+    auto* action = window_->findChild<QAction*>(name);
+    QVERIFY2(action && action->isEnabled(), name);
+    action->trigger();
+  }
+  /// The text of the error box, which is closed.
+  QString errorText() {
+    QString text;
+    apptest::answerBox("errorBox", "OK", &text);
+    (void)QTest::qWaitFor([&] { return !text.isEmpty(); }, 20000);
+    return text;
+  }
+  void reconstruct() {
+    QSignalSpy finished(&host(), &innergs::app::AppHost::finished);
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(host().isRunning());
+    QVERIFY(finished.wait(60000));
+  }
+
+private Q_SLOTS:
+  void initTestCase() { QApplication::setAttribute(Qt::AA_DontUseNativeDialogs); }
+  void init() {
+    sandbox_ = std::make_unique<apptest::Sandbox>();
+    window_ = std::make_unique<innergs::app::MainWindow>();
+    window_->show();
+    QVERIFY(QTest::qWaitForWindowExposed(window_.get()));
+  }
+  void cleanup() {
+    window_.reset();
+    sandbox_.reset();
+  }
+};
+
+/// main() of a test of the window.
+template <class Test>
+int runAppTest(int argc, char** argv) {
+  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+  QApplication app(argc, argv);
+  Test test;
+  return QTest::qExec(&test, argc, argv);
+}

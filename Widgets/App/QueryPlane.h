@@ -1,0 +1,31 @@
+#pragma once
+#include <memory>
+
+class vtkRenderer;
+
+namespace innergs::ui {
+struct PlaneImage;
+}
+
+namespace innergs::app {
+
+/// The query panel's picture where it lies in space (RAS mm), with an outline; not shown at first.
+class QueryPlane {
+public:
+  explicit QueryPlane(vtkRenderer* renderer);
+  ~QueryPlane();
+
+  /// Without an image: none is shown.
+  void setPicture(const ui::PlaneImage& picture);
+  /// Black and white, scanner units.
+  void setWindow(double lower, double upper);
+  void setShown(bool shown);
+
+private:
+  void show();
+  bool shown_ = false, any_ = false;
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+} // namespace innergs::app
