@@ -15,6 +15,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   JobDelivery.cxx
   JobQueue.cxx
   JobSetup.cxx
+  LogicModels.cxx
   ModelNodes.cxx
   NodeGeometry.cxx
   Outputs.cxx

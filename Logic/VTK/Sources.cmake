@@ -12,6 +12,7 @@ set(INNERGS_VTK_CLASSES
 set(INNERGS_VTK_PRIVATE_SOURCES
   Geometry.cxx
   ImageVoxels.cxx
+  ReconstructChoices.cxx
   ReconstructInputs.cxx
   ReconstructSettings.cxx
 )

@@ -1,0 +1,82 @@
+#pragma once
+#include "JobDelivery.h"
+#include "SliceFollower.h"
+#include "vtkSlicerInnerGSJob.h"
+#include "vtkSlicerInnerGSLogic.h"
+
+#include <vtkSlicerApplicationLogic.h>
+
+#include <vtkCallbackCommand.h>
+
+#include <mutex>
+
+/// What the logic keeps: its jobs, the slice views that are followed, and the way from the worker to the main
+/// thread.
+struct vtkSlicerInnerGSLogic::Internals {
+  vtkSlicerInnerGSLogic* logic;
+  std::thread::id mainThread = std::this_thread::get_id();
+  std::string lastError;
+  vtkSmartPointer<vtkSlicerInnerGSJob> lastJob;
+  std::vector<std::shared_ptr<innergs::mrml::SliceFollower>> followers;
+  innergs::mrml::JobDelivery delivery;
+
+  // The application's event loop modifies the bell on the main thread when the worker asks for it.
+  vtkNew<vtkObject> bell;
+  vtkNew<vtkCallbackCommand> onBell;
+  std::mutex applicationMutex; // the worker must not ring at one that is going
+  vtkSlicerApplicationLogic* application = nullptr;
+  vtkNew<vtkCallbackCommand> onApplicationGone, onOwnEnd;
+
+  innergs::mrml::JobQueue queue; // last: its worker ends before the rest goes
+
+  explicit Internals(vtkSlicerInnerGSLogic* owner)
+      : logic(owner), delivery(owner, [this](const std::string& sentence) { this->fail(sentence); }),
+        queue([this] { this->ring(); }) {
+    onBell->SetClientData(owner);
+    onBell->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      static_cast<vtkSlicerInnerGSLogic*>(self)->ProcessPendingEvents();
+    });
+    bell->AddObserver(vtkCommand::ModifiedEvent, onBell);
+    onApplicationGone->SetClientData(owner);
+    onApplicationGone->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
+      static_cast<vtkSlicerInnerGSLogic*>(self)->SetMRMLApplicationLogic(nullptr);
+    });
+    onOwnEnd->SetClientData(this);
+    onOwnEnd->SetCallback(
+        [](vtkObject*, unsigned long, void* self, void*) { static_cast<Internals*>(self)->abandonJobs(); });
+    owner->AddObserver(vtkCommand::DeleteEvent, onOwnEnd);
+  }
+  ~Internals() {
+    bell->RemoveObserver(onBell);
+    if (application) application->RemoveObserver(onApplicationGone);
+  }
+
+  void setApplication(vtkSlicerApplicationLogic* next) {
+    if (next == application) return;
+    if (application) application->RemoveObserver(onApplicationGone);
+    {
+      std::lock_guard lock(applicationMutex);
+      application = next;
+    }
+    if (!next) return;
+    next->AddObserver(vtkCommand::DeleteEvent, onApplicationGone);
+    if (!queue.tasks().empty()) next->RequestModified(bell); // the one before may not have passed on the call
+  }
+  void abandonJobs() {
+    for (const auto& task : queue.tasks()) {
+      task->discard = true;
+      queue.cancel(task);
+      delivery.abandon(task->job, false); // an event of an object that is going must not reach Python
+    }
+  }
+
+  void ring() { // on the worker
+    std::lock_guard lock(applicationMutex);
+    if (application) application->RequestModified(bell);
+  }
+
+  /// Runs the task; what it throws becomes an ErrorEvent and the last error. False then.
+  bool guard(const std::function<void()>& task);
+  void fail(const std::string& sentence);
+  std::shared_ptr<innergs::mrml::Task> taskOf(vtkSlicerInnerGSJob* job) const;
+};

@@ -1,0 +1,129 @@
+#include "Core/Error.h"
+#include "LogicInternals.h"
+#include "ModelNodes.h"
+#include "Queries.h"
+#include "vtkMRMLInnerGSModelNode.h"
+
+#include <vtkMRMLModelNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLSliceNode.h>
+
+#include <vtkFloatArray.h>
+#include <vtkPoints.h>
+
+#include <limits>
+
+// The logic's part that looks at models and keeps them in files.
+
+using innergs::Error;
+using innergs::ErrorCode;
+namespace mrml = innergs::mrml;
+
+namespace {
+
+/// What a caller may hold as a plain pointer: null when an observer removed the node from the scene and
+/// nobody else keeps it.
+template <class Node>
+Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
+  return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
+                                                                                        : nullptr;
+}
+
+} // namespace
+
+double vtkSlicerInnerGSLogic::GetValueAtRAS(vtkMRMLInnerGSModelNode* model, double r, double a, double s) {
+  vtkNew<vtkPoints> point;
+  point->SetDataTypeToDouble();
+  point->InsertNextPoint(r, a, s);
+  vtkNew<vtkFloatArray> value;
+  return this->GetValuesAtRAS(model, point, value) ? static_cast<double>(value->GetValue(0))
+                                                   : std::numeric_limits<double>::quiet_NaN();
+}
+
+bool vtkSlicerInnerGSLogic::GetValuesAtRAS(vtkMRMLInnerGSModelNode* model, vtkPoints* points,
+                                           vtkFloatArray* values) {
+  const bool done = this->Work->guard([&] { mrml::evaluate(model, points, values); });
+  if (!done && values) values->Initialize();
+  return done;
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNode* model,
+                                                           vtkMatrix4x4* planeToRAS, int columns, int rows,
+                                                           double spacing, vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
+  });
+  return kept(made, output);
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
+                                                         vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] { made = mrml::resample(this->GetMRMLScene(), model, spacing, output); });
+  return kept(made, output);
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModelNode* model,
+                                                             vtkMRMLVolumeNode* reference,
+                                                             vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] { made = mrml::resampleLike(this->GetMRMLScene(), model, reference, output); });
+  return kept(made, output);
+}
+
+//------------------------------------------------------------------------------
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelNode* model,
+                                                            vtkMRMLSliceNode* slice,
+                                                            vtkMRMLScalarVolumeNode* output) {
+  const vtkSmartPointer<vtkSlicerInnerGSLogic> alive =
+      this; // an observer may let go of it, or remove the nodes
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model;
+  const vtkSmartPointer<vtkMRMLSliceNode> keptSlice = slice;
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> shown;
+  const bool done = this->Work->guard([&] {
+    mrml::modelOf(model);
+    if (!slice) throw Error(ErrorCode::InvalidArgument, "There is no slice view to follow: choose one.");
+    const auto follower = std::make_shared<mrml::SliceFollower>(
+        model, slice, this->MaximumFollowPixels,
+        [this](const std::string& sentence) { this->Work->fail(sentence); });
+    follower->query(); // throws before anything is changed
+    shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");
+    if (!kept(shown, output) || (this->GetMRMLScene() && !model->GetScene())) return;
+    this->StopFollowing(shown);
+    mrml::setProvenance(shown, model);
+    follower->setOutput(shown);
+    this->Work->followers.push_back(follower);
+    follower->show();
+  });
+  return done && this->IsFollowing(shown) ? shown.Get() : nullptr;
+}
+
+void vtkSlicerInnerGSLogic::StopFollowing(vtkMRMLScalarVolumeNode* output) {
+  std::erase_if(this->Work->followers,
+                [&](const auto& follower) { return !output || follower->output() == output; });
+}
+
+bool vtkSlicerInnerGSLogic::IsFollowing(vtkMRMLScalarVolumeNode* output) {
+  for (const auto& follower : this->Work->followers)
+    if (output && follower->output() == output) return true;
+  return false;
+}
+
+vtkMRMLModelNode* vtkSlicerInnerGSLogic::CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum,
+                                                             vtkMRMLModelNode* output) {
+  vtkSmartPointer<vtkMRMLModelNode> made;
+  this->Work->guard([&] { made = mrml::makeGaussianModel(this->GetMRMLScene(), model, maximum, output); });
+  return kept(made, output);
+}
+
+vtkMRMLInnerGSModelNode* vtkSlicerInnerGSLogic::LoadModel(const std::string& fileName) {
+  vtkMRMLInnerGSModelNode* result = nullptr;
+  this->Work->guard([&] { result = mrml::loadModel(this->GetMRMLScene(), fileName); });
+  return result;
+}
+
+bool vtkSlicerInnerGSLogic::SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
+  return this->Work->guard([&] { mrml::saveModel(model, fileName); });
+}

@@ -1,0 +1,39 @@
+#pragma once
+#include "Fixtures.h"
+
+namespace innergs::testing {
+
+struct Pose {
+  const char* name;
+  double angle;
+  bool leftHanded;
+};
+
+inline ReconstructionInput posedInput(const Pose& pose, bool thick) {
+  const Volume truth =
+      phantom(grid(22, 20, 18, {1.1, 0.9, 1}, {-30, 12, 5}, obliqueDirection(pose.angle, pose.leftHanded)));
+  ReconstructionInput input;
+  Stack stack;
+  stack.image = truth;
+  stack.profile = SliceProfile::Point;
+  if (thick) stack = simulateThickStack(truth, 2, 3);
+  input.stacks.push_back(std::move(stack));
+  return input;
+}
+
+/// The same up to what the way through a matrix rounds: a fit follows its input's last bit.
+inline void expectSame(vtkInnerGSReconstruct* filter, const ReconstructionResult& expected) {
+  ASSERT_EQ(filter->GetErrorMessage(), "");
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfGaussians(), expected.checkpoint->field.size());
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), expected.iterations);
+  const auto values = valuesOf(filter->GetOutputImage());
+  ASSERT_EQ(values.size(), expected.volume.voxels.size());
+  EXPECT_GT(psnr({{}, values}, expected.volume), 58);
+  EXPECT_TRUE(closeTo(filter->GetOutputIJKToRASMatrix(), rasMatrix(expected.volume.geometry), 1e-9));
+  int size[3];
+  filter->GetOutputImage()->GetDimensions(size);
+  for (int a = 0; a < 3; ++a)
+    EXPECT_EQ(size[a], expected.volume.geometry.size[a]);
+}
+
+} // namespace innergs::testing
