@@ -3,6 +3,7 @@
 #include "Core/CpuFitDevice.h"
 #include "Core/DevicePlugin.h"
 #include "Core/Error.h"
+#include "Core/Projected.h"
 #include "Core/Render.h"
 
 #include <algorithm>
@@ -33,6 +34,11 @@ struct Probe {
     field.blending = blending;
     field.linearIntensity = thick;
     field.cutoff = 2.2;
+    request.observations = std::make_shared<const std::vector<Observation>>(observe(stack, {}, {}, false));
+    const Observation& seen = request.observations->front();
+    const ProjectionRules rules{static_cast<float>(field.cutoff * field.cutoff), blending, thick,
+                                Selection::Exact, seen.psf};
+    const ProjectionFrame frame = projectionFrame(seen.lattice);
     for (int n = 0; n < 150; ++n) {
       const auto wave = [&](double rate) { return static_cast<float>(std::sin(rate * (n + 1))); };
       Gaussian g{};
@@ -45,9 +51,10 @@ struct Probe {
         g.quaternion[a] = 0.3f + wave(0.37 + 0.41 * a);
       g.logWeight = blending == Blending::Alpha ? wave(0.9) : 0.3f * wave(0.9);
       g.intensity = 0.5f + 0.4f * wave(1.7);
-      field.gaussians.push_back(g);
+      Projected projected;
+      projectGaussian(g, nullptr, frame, rules, projected);
+      if (edgeClearance(projected, seen.lattice) > 1e-4f) field.gaussians.push_back(g);
     }
-    request.observations = std::make_shared<const std::vector<Observation>>(observe(stack, {}, {}, false));
     request.rules.loss = {LossKind::L2, 0.02, 0.2, 0.8};
     request.rules.bounds = {-2, 4};
     request.rules.densify.limit = 200;
@@ -141,6 +148,49 @@ void judgeStep(const GaussianField& start, const FitState& found, const FitState
   }
 }
 
+/// Moments that leave no doubt who is relocated, and are too large for Adam to move anything: rounding must
+/// not decide.
+Adam clearMoments(const GaussianField& field) {
+  const auto spread = [](std::size_t i, double rate) { // no two alike
+    const double x = static_cast<double>(i) * rate;
+    return static_cast<float>(1e8 * (1 + 7 * (x - std::floor(x))));
+  };
+  Adam adam(field.size());
+  for (std::size_t i = 0; i < field.gaussians.size(); ++i) {
+    float* m = adam.moment2.data() + 16 * i;
+    std::fill_n(m, 16, 1e8f);
+    const float* s = field.gaussians[i].logScale;
+    m[0] = m[1] = m[2] = spread(i, 0.6180339887) * std::exp(-2 * (s[0] + s[1] + s[2]) / 3);
+    m[11] = spread(i, 0.7548776662);
+  }
+  return adam;
+}
+
+/// The Gaussians of `found` in the order of `expected`, by their means: where neighbours lie along the curve
+/// that they are sorted by may hang on a bit.
+void align(FitState& found, const FitState& expected) {
+  const std::size_t n = expected.field.gaussians.size();
+  if (found.field.gaussians.size() != n || found.adam.moment1.size() != 16 * n ||
+      found.adam.moment2.size() != 16 * n)
+    return; // is told of when they are compared
+  std::vector<std::uint8_t> taken(n);
+  const FitState from = found;
+  for (std::size_t i = 0; i < n; ++i) {
+    std::size_t nearest = n;
+    float least = HUGE_VALF;
+    for (std::size_t j = 0; j < n; ++j) {
+      const float *a = from.field.gaussians[j].mean, *b = expected.field.gaussians[i].mean;
+      const float distance = std::fabs(a[0] - b[0]) + std::fabs(a[1] - b[1]) + std::fabs(a[2] - b[2]);
+      if (!taken[j] && !(distance >= least)) nearest = j, least = distance;
+    }
+    if (nearest == n) return; // only where there are NaNs
+    taken[nearest] = 1;
+    found.field.gaussians[i] = from.field.gaussians[nearest];
+    std::copy_n(from.adam.moment1.begin() + 16 * nearest, 16, found.adam.moment1.begin() + 16 * i);
+    std::copy_n(from.adam.moment2.begin() + 16 * nearest, 16, found.adam.moment2.begin() + 16 * i);
+  }
+}
+
 void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge) {
   ThreadPool pool(1);
   CpuFitDevice cpu(probe.request, kernelSet("scalar"), pool);
@@ -154,6 +204,7 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   const auto fetch = [&] {
     fit->download(&found.field, &found.adam, &found.pulls);
     cpu.download(&expected.field, &expected.adam, &expected.pulls);
+    align(found, expected);
     judge.compareColumns("gradient", found.adam.moment1, expected.adam.moment1);
     judge.compareColumns("squared gradient", found.adam.moment2, expected.adam.moment2);
     judge.compareColumns("field", floats(found.field), floats(expected.field));
@@ -172,6 +223,14 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   const DensifyCounts grown = fit->densify(), cpuGrown = cpu.densify();
   judge.compare("number of Gaussians", static_cast<double>(grown.split + grown.cloned - grown.pruned),
                 static_cast<double>(cpuGrown.split + cpuGrown.cloned - cpuGrown.pruned));
+  fetch();
+  const Adam clear = clearMoments(probe.field);
+  order.pulls = false;
+  order.relocate = RelocationPlan{0.1, probe.request.rules.bounds.minLogScale};
+  fit->upload(probe.field, clear, {});
+  cpu.upload(probe.field, clear, {});
+  fit->sweep(order);
+  cpu.sweep(order);
   fetch();
 }
 

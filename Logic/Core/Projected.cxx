@@ -1,5 +1,9 @@
 #include "Core/Projected.h"
 
+#include "Core/Rows.h"
+
+#include <algorithm>
+
 namespace innergs {
 
 ProjectionFrame projectionFrame(const Lattice& lattice) {
@@ -26,6 +30,25 @@ void project(const GaussianField& field, std::span<const float> values, const La
     for (std::int64_t i = first; i < last; ++i)
       projectGaussian(field.gaussians[i], values.empty() ? nullptr : &values[i], frame, rules, out[i]);
   });
+}
+
+float edgeClearance(const Projected& p, const Lattice& lattice) {
+  const float* q = p.quadratic;
+  float least = HUGE_VALF;
+  for (double z : lattice.z) {
+    const float dz = planeOffset(p, z);
+    if (std::fabs(dz) > p.half[2] + 1) continue;
+    for (int y = 0; y < lattice.ny; ++y) {
+      const float dy = static_cast<float>(y - p.cell[1]) - p.fraction[1];
+      if (std::fabs(dy) > p.half[1] + 1) continue;
+      const float e0 = q[3] * dy * dy + q[4] * dy * dz + q[5] * dz * dz + p.log2Weight - p.log2Cut;
+      for (int x = 0; x < lattice.nx; ++x) {
+        const float dx = static_cast<float>(x - p.cell[0]) - p.fraction[0];
+        least = std::min(least, std::fabs(e0 + dx * (q[0] * dx + q[1] * dy + q[2] * dz)));
+      }
+    }
+  }
+  return least;
 }
 
 } // namespace innergs

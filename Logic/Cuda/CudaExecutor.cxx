@@ -87,7 +87,18 @@ public:
   void* allocate(std::size_t bytes) override {
     select();
     void* memory = nullptr;
-    check(pool_ ? cudaMallocAsync(&memory, bytes, stream_) : cudaMalloc(&memory, bytes));
+    if (!pool_) {
+      check(cudaMalloc(&memory, bytes));
+      return memory;
+    }
+    cudaError_t error = cudaMallocAsync(&memory, bytes, stream_);
+    if (error == cudaErrorMemoryAllocation) { // what was given back may still be mapped in pieces
+      cudaGetLastError();
+      check(cudaStreamSynchronize(stream_));
+      check(cudaMemPoolTrimTo(pool_, 0));
+      error = cudaMallocAsync(&memory, bytes, stream_);
+    }
+    check(error);
     return memory;
   }
   void release(void* memory) noexcept override {

@@ -44,9 +44,12 @@ struct Scene {
         for (int i = 1; i < n; i += 3) {
           Gaussian g{};
           const int at[3] = {i, j, k};
+          // No symmetry: Adam's first step is by the sign of gradients, and rounding's where they are 0.
           for (int a = 0; a < 3; ++a) {
-            g.mean[a] = static_cast<float>(at[a]);
-            g.logScale[a] = static_cast<float>(std::log(1.3 + 0.05 * a));
+            const double wave = std::sin(1.7 * static_cast<double>(field.size()) + 2.1 * a);
+            g.mean[a] = static_cast<float>(at[a] + 0.2 * wave);
+            g.logScale[a] = static_cast<float>(std::log(1.3 + 0.05 * a + 0.1 * wave));
+            g.quaternion[1 + a] = static_cast<float>(0.2 * wave);
           }
           g.quaternion[0] = 1;
           g.intensity = stack.image.voxels[i + n * (j + n * k)] / 200;

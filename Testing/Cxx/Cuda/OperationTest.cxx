@@ -143,6 +143,20 @@ GaussianField fieldOf(const Case& c, const Stack& stack) {
   return field;
 }
 
+/// Leaves out Gaussians whose gradient hangs on a bit (edgeClearance()).
+void keepClear(GaussianField& field, const Observation& o) {
+  const ProjectionFrame frame = projectionFrame(o.lattice);
+  const ProjectionRules rules{static_cast<float>(field.cutoff * field.cutoff), field.blending,
+                              field.linearIntensity, Selection::Exact, o.psf};
+  const std::size_t all = field.gaussians.size();
+  std::erase_if(field.gaussians, [&](const Gaussian& g) {
+    Projected p;
+    projectGaussian(g, nullptr, frame, rules, p);
+    return edgeClearance(p, o.lattice) < 2e-5f;
+  });
+  ASSERT_GE(field.gaussians.size(), all - all / 8);
+}
+
 /// What a sweep computes on one observation before Adam.
 struct Computed {
   std::vector<float> a, b;   // W and N, [plane][ny][nx]
@@ -232,24 +246,26 @@ TEST_P(Operations, AgreeWithTheScalarReference) {
   const auto& [where, c] = GetParam();
   INNERGS_EXECUTOR_OR_SKIP(executor, where);
   const Stack stack = stackOf(c);
-  const GaussianField field = fieldOf(c, stack);
+  GaussianField field = fieldOf(c, stack);
   const auto observations = observe(stack, field.modelToWorld, {200, 100}, c.closedForm);
   ASSERT_EQ(observations.size(), 1u);
+  keepClear(field, observations[0]);
+  if (where != Where::Host) field.epsilon = 1e-2; // a lone Gaussian enlarges rounding by 1/ε
   for (const NamedLoss& loss : kLosses) {
     SCOPED_TRACE(loss.name);
     const Computed expected = onTheCpu(observations[0], field, loss.kinds);
     const Computed found = onExecutor(*executor, observations[0], field, loss.kinds);
-    EXPECT_LE(relativeError(found.a, expected.a), kTolerance) << "weights";
-    EXPECT_LE(relativeError(found.b, expected.b), kTolerance) << "numerators";
+    EXPECT_LE(errorOn(where, found.a, expected.a), kTolerance) << "weights";
+    EXPECT_LE(errorOn(where, found.b, expected.b), kTolerance) << "numerators";
     EXPECT_EQ(found.loss.samples, expected.loss.samples);
     EXPECT_NEAR(found.loss.loss, expected.loss.loss, kTolerance * expected.loss.loss);
     EXPECT_NEAR(found.loss.squared, expected.loss.squared, kTolerance * expected.loss.squared);
     // The sign of L1's derivative may turn where the error is next to nothing.
     if (loss.kinds.kind == LossKind::L1) continue;
-    EXPECT_LE(relativeError(found.f0, expected.f0), kTolerance) << "F0";
-    EXPECT_LE(relativeError(found.f1, expected.f1), kTolerance) << "F1";
+    EXPECT_LE(errorOn(where, found.f0, expected.f0), kTolerance) << "F0";
+    EXPECT_LE(errorOn(where, found.f1, expected.f1), kTolerance) << "F1";
     for (int p = 0; p < 16; ++p)
-      EXPECT_LE(relativeError(found.gradient, expected.gradient, p, 16), kTolerance) << "parameter " << p;
+      EXPECT_LE(errorOn(where, found.gradient, expected.gradient, p, 16), kTolerance) << "parameter " << p;
   }
 }
 

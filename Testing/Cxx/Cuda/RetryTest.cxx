@@ -1,0 +1,175 @@
+// Work that fails for want of memory and is done again with less of it.
+#include "FitScene.h"
+
+#include <functional>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+struct State {
+  GaussianField field;
+  Adam adam{0};
+  PullSum pulls;
+  explicit State(cuda::Fit& fit) { fit.download(&field, &adam, &pulls); }
+
+  void expectAs(const State& expected) const {
+    EXPECT_TRUE(same(field, expected.field));
+    EXPECT_EQ(adam.moment1, expected.adam.moment1);
+    EXPECT_EQ(adam.moment2, expected.adam.moment2);
+    EXPECT_EQ(pulls.sum, expected.pulls.sum);
+    EXPECT_EQ(pulls.sweeps, expected.pulls.sweeps);
+  }
+};
+
+/// A fit after three sweeps, the second of which relocates where the scene does.
+struct Swept {
+  cuda::Executor* memory;
+  std::unique_ptr<cuda::Fit> fit;
+
+  explicit Swept(const Scene& scene) {
+    auto executor = cuda::makeHostExecutor();
+    memory = executor.get();
+    fit = std::make_unique<cuda::Fit>(std::move(executor), scene.request());
+    fit->upload(scene.field, Adam(scene.field.size()), {});
+    for (int step = 1; step <= 3; ++step) {
+      SweepOrder order = orderOf(scene, step);
+      if (step == 2) order.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
+      fit->sweep(order);
+    }
+  }
+};
+
+/// Fails each allocation of `work` in turn, once: it must be done all the same. Calls that many times
+/// check(fit, free bytes).
+int failingOnce(const Scene& scene, const std::function<void(cuda::Fit&)>& work,
+                const std::function<void(cuda::Fit&, std::size_t)>& check) {
+  for (int allocation = 1; allocation < 200; ++allocation) {
+    SCOPED_TRACE(allocation);
+    Swept swept(scene);
+    cuda::failAllocations(*swept.memory, allocation, 1);
+    EXPECT_NO_THROW(work(*swept.fit));
+    const bool failed = cuda::allocationsToFailure(*swept.memory) == 0;
+    cuda::failAllocations(*swept.memory, 0, 0);
+    if (!failed) return allocation - 1;
+    check(*swept.fit, swept.memory->freeBytes());
+  }
+  ADD_FAILURE() << "never ends";
+  return 0;
+}
+
+Scene densifying(Blending blending) {
+  Scene scene({"", blending, false, SliceProfile::Point, 0, false, true}, 11);
+  scene.plan.densify.thresholds.split = 0.5;
+  return scene;
+}
+
+class Retry : public ::testing::TestWithParam<Blending> {};
+
+TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
+  const Scene scene = densifying(GetParam());
+  Swept plain(scene);
+  const std::int64_t before = State(*plain.fit).field.size();
+  const DensifyCounts expected = plain.fit->densify();
+  ASSERT_GT(expected.split + expected.cloned, 0);
+  const State grown(*plain.fit);
+  EXPECT_EQ(grown.field.size(), before + expected.split + expected.cloned - expected.pruned);
+  const std::size_t kept = plain.memory->freeBytes();
+  const LossSum next = plain.fit->sweep(orderOf(scene, 4));
+  const State after(*plain.fit);
+
+  const int allocations = failingOnce(
+      scene,
+      [&](cuda::Fit& fit) {
+        const DensifyCounts counts = fit.densify();
+        EXPECT_EQ(counts.split, expected.split);
+        EXPECT_EQ(counts.cloned, expected.cloned);
+        EXPECT_EQ(counts.pruned, expected.pruned);
+      },
+      [&](cuda::Fit& fit, std::size_t free) {
+        EXPECT_GT(free, kept) << "the buffers of the sweeps were not given back";
+        State(fit).expectAs(grown);
+        EXPECT_EQ(fit.sweep(orderOf(scene, 4)).loss, next.loss);
+        State(fit).expectAs(after);
+      });
+  EXPECT_GT(allocations, 10);
+}
+
+TEST_P(Retry, LeavesTheFitAsItWasWhereTheSecondTryFailsToo) {
+  const Scene scene = densifying(GetParam());
+  Swept plain(scene);
+  const State start(*plain.fit);
+  plain.fit->densify();
+  const State grown(*plain.fit);
+  for (const int allocation : {1, 2, 5, 9, 12}) {
+    SCOPED_TRACE(allocation);
+    Swept swept(scene);
+    cuda::failAllocations(*swept.memory, allocation, 1 << 30);
+    try {
+      swept.fit->densify();
+      ADD_FAILURE() << "done without memory";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::Memory);
+    }
+    cuda::failAllocations(*swept.memory, 0, 0);
+    State(*swept.fit).expectAs(start);
+    swept.fit->densify();
+    State(*swept.fit).expectAs(grown);
+  }
+}
+
+TEST_P(Retry, EvaluatesInSmallerSlabs) {
+  const Scene scene = densifying(GetParam());
+  GaussianField other = scene.field;
+  for (Gaussian& g : other.gaussians)
+    g.intensity *= 0.9f;
+  other.gaussians.push_back(other.gaussians.front()); // more than the fit has: buffers must grow
+  Swept plain(scene);
+  const State start(*plain.fit);
+  const LossSum expected = plain.fit->evaluate(other);
+  LossSum found;
+  const int allocations = failingOnce(
+      scene, [&](cuda::Fit& fit) { found = fit.evaluate(other); },
+      [&](cuda::Fit& fit, std::size_t) {
+        EXPECT_EQ(found.samples, expected.samples);
+        EXPECT_NEAR(found.loss, expected.loss, 1e-9 * expected.loss);
+        EXPECT_GT(fit.slabs(), 1);
+        State(fit).expectAs(start);
+      });
+  EXPECT_GT(allocations, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Everywhere, Retry,
+                         ::testing::Values(Blending::Normalised, Blending::Additive, Blending::Alpha),
+                         [](const auto& info) { return blendingName(info.param); });
+
+// What only a device's allocator can do: pieces that were given back make room for one as large as all.
+TEST(RetryOnADevice, PiecesGivenBackMakeRoomForOne) {
+  INNERGS_EXECUTOR_OR_SKIP(executor, Where::Device);
+  const std::size_t free = executor->freeBytes(), piece = free / 100;
+  std::vector<void*> pieces;
+  for (int i = 0; i < 90; ++i)
+    pieces.push_back(executor->allocate(piece));
+  try {
+    executor->allocate(free);
+    FAIL() << "more memory than there is";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Memory);
+  }
+  for (void* memory : pieces)
+    executor->release(memory);
+  EXPECT_GT(executor->freeBytes(), free / 100 * 95);
+  void* whole = nullptr;
+  EXPECT_NO_THROW(whole = executor->allocate(90 * piece));
+  const float written = 7;
+  float read = 0;
+  char* last = static_cast<char*>(whole) + 90 * piece - sizeof read;
+  last -= reinterpret_cast<std::uintptr_t>(last) % sizeof read;
+  executor->upload(last, &written, sizeof written);
+  executor->download(&read, last, sizeof read);
+  EXPECT_EQ(read, written);
+  executor->release(whole);
+}
+
+} // namespace

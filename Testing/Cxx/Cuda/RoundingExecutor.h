@@ -1,0 +1,70 @@
+#pragma once
+#include "Cuda/HostBlock.h"
+#include "Cuda/HostExecutor.h"
+
+#include <type_traits>
+
+namespace innergs::cuda {
+
+template <class Kernel>
+void runAll(const Kernel& kernel, std::int64_t blocks) {
+  const auto shared = std::make_unique<typename Kernel::Shared>();
+  for (std::int64_t i = 0; i < blocks; ++i) {
+    HostBlock<Kernel::kThreads, typename Kernel::Shared> block(i, *shared);
+    kernel(block);
+  }
+}
+
+/// Rounds otherwise than the CPU, as a device does: changes a few of the last bits of what kernels write.
+struct Rounding {
+  static constexpr float kUlp = 1.2e-7f;
+  inline static std::uint32_t random = 1;
+
+  static float next() { // -1 to 1
+    random = random * 1664525u + 1013904223u;
+    return static_cast<float>(random >> 8) / (1 << 23) - 1;
+  }
+  static void change(float* x, std::int64_t count, float share) {
+    for (std::int64_t i = 0; i < count; ++i)
+      x[i] *= 1 + share * next();
+  }
+  static void change(Pair* x, const LatticeView& lattice) {
+    for (std::int64_t row = 0; row < static_cast<std::int64_t>(lattice.nz) * lattice.ny; ++row)
+      change(&x[row * lattice.stride].a, 2 * lattice.nx, 3 * kUlp);
+  }
+
+  template <class Kernel>
+  static void run(const Kernel& kernel, std::int64_t blocks) {
+    runAll(kernel, blocks);
+    if constexpr (std::is_same_v<Kernel, Project>) {
+      for (std::int64_t i = 0; i < kernel.count; ++i) {
+        Projected& p = kernel.out[i];
+        change(p.quadratic, 6, 4 * kUlp);
+        change(p.slope, 3, 4 * kUlp);
+        change(&p.log2Weight, 1, kUlp);
+      }
+    } else if constexpr (std::is_same_v<Kernel, Accumulate>) {
+      change(kernel.out, kernel.bricks.lattice);
+    } else if constexpr (std::is_same_v<Kernel, Composite>) {
+      change(kernel.out, kernel.tile.tiles.lattice);
+    } else if constexpr (std::is_same_v<Kernel, Gather> || std::is_same_v<Kernel, SumSlots>) {
+      for (std::int64_t i = 0; i < kernel.count; ++i)
+        change(&kernel.out[i].m0, 14, 8 * kUlp);
+    } else if constexpr (std::is_same_v<Kernel, Chain>) {
+      change(kernel.gradient, 16 * kernel.count, 8 * kUlp);
+    } else if constexpr (std::is_same_v<Kernel, Update>) {
+      change(reinterpret_cast<float*>(kernel.gaussians), 16 * kernel.count, kUlp);
+    } else if constexpr (std::is_same_v<Kernel, Densify>) {
+      change(reinterpret_cast<float*>(kernel.added), 16 * kernel.chosen, kUlp);
+    } else if constexpr (std::is_same_v<Kernel, Relocate>) {
+      for (std::int64_t k = 0; k < kernel.count; ++k)
+        change(reinterpret_cast<float*>(kernel.gaussians + kernel.victims[k]), 16, kUlp);
+    } else if constexpr (std::is_same_v<Kernel, RelocationKeys>) {
+      for (std::int64_t i = 0; i < kernel.count; ++i)
+        if (kernel.need[i] > 1 && kernel.need[i] < 0xfffffffeu)
+          kernel.need[i] += static_cast<std::int64_t>(1.5f * next());
+    }
+  }
+};
+
+} // namespace innergs::cuda
