@@ -9,9 +9,9 @@
 #include <vtkContextScene.h>
 #include <vtkContextView.h>
 #include <vtkDoubleArray.h>
-#include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkPen.h>
 #include <vtkPlot.h>
+#include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkTable.h>
 #include <vtkTextProperty.h>
@@ -41,6 +41,11 @@ FitChart::FitChart(QWidget* parent) : QWidget(parent) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   setMinimumHeight(9 * fontMetrics().lineSpacing());
+  // Not when first shown: Qt 6 makes a shown window anew for its first OpenGL child, and the focus is lost.
+  view_ = new QVTKOpenGLNativeWidget(this);
+  view_->setFocusPolicy(Qt::NoFocus);
+  view_->setAttribute(Qt::WA_TransparentForMouseEvents); // the wheel scrolls the panel
+  layout->addWidget(view_);
   setAccessibleName(tr("PSNR and loss over the sweeps"));
   timer_.setSingleShot(true);
   timer_.setInterval(kDrawInterval);
@@ -85,14 +90,9 @@ void FitChart::showEvent(QShowEvent* event) {
 }
 
 void FitChart::make() {
-  if (view_) return;
-  vtkNew<vtkGenericOpenGLRenderWindow> window;
-  view_ = new QVTKOpenGLNativeWidget(window, this);
-  view_->setFocusPolicy(Qt::NoFocus);
-  view_->setAttribute(Qt::WA_TransparentForMouseEvents); // the wheel scrolls the panel
-  layout()->addWidget(view_);
+  if (chart_) return;
   context_ = vtkSmartPointer<vtkContextView>::New();
-  context_->SetRenderWindow(window);
+  context_->SetRenderWindow(view_->renderWindow());
   context_->SetInteractor(view_->interactor());
   chart_ = vtkSmartPointer<vtkChartXY>::New();
   context_->GetScene()->AddItem(chart_);

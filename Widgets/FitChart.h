@@ -35,9 +35,9 @@ private:
   void draw();
 
   QTimer timer_;
-  QVTKOpenGLNativeWidget* view_ = nullptr; // made when first shown
+  QVTKOpenGLNativeWidget* view_;
   vtkNew<vtkTable> table_;
-  vtkSmartPointer<vtkContextView> context_;
+  vtkSmartPointer<vtkContextView> context_; // made when first shown
   vtkSmartPointer<vtkChartXY> chart_;
   int lastIteration_ = 0;
 };

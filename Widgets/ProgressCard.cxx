@@ -5,6 +5,7 @@
 #include "Widgets/PreviewView.h"
 #include "Widgets/Words.h"
 
+#include <QEvent>
 #include <QLabel>
 #include <QLocale>
 #include <QProgressBar>
@@ -132,13 +133,22 @@ void ProgressCard::showLatest() {
   shown_ = latest_;
   timer_.start();
   bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(shown_.fraction, 0.0, 1.0))));
-  if (const QString text = numbersText(shown_, palette()); !text.isEmpty()) {
-    numbers_->setText(text);
-    numbers_->show();
-  }
+  showNumbers();
   if (cancelling_) return;
   phase_->setText(phaseText(shown_));
   showRemaining(shown_.remaining);
+}
+
+void ProgressCard::showNumbers() {
+  const QString text = numbersText(shown_, palette());
+  if (text.isEmpty()) return;
+  numbers_->setText(text);
+  numbers_->show();
+}
+
+void ProgressCard::changeEvent(QEvent* event) {
+  if (event->type() == QEvent::PaletteChange && !numbers_->isHidden()) showNumbers();
+  QWidget::changeEvent(event);
 }
 
 void ProgressCard::showRemaining(double seconds) {

@@ -30,8 +30,12 @@ public:
   /// What is worth keeping after the end: the chart.
   void finish();
 
+protected:
+  void changeEvent(QEvent* event) override;
+
 private:
   void showLatest();
+  void showNumbers();
   void showRemaining(double seconds);
 
   QLabel *phase_, *remaining_, *numbers_, *note_;

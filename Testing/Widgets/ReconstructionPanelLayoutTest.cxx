@@ -174,7 +174,9 @@ private Q_SLOTS:
     QVERIFY(qGray(label_("phaseText")->grab().toImage().pixel(0, 0)) < 90);
     host_->sendFinished(FakeHost::exampleReport());
     snapshot(*panel_, "panel-dark-finished");
+    QVERIFY(label("fitNumbers").contains(dark.color(QPalette::Text).name())); // the legend's line
     QApplication::setPalette(before);
+    QTRY_VERIFY(label("fitNumbers").contains(before.color(QPalette::Text).name()));
   }
 
   void previewShowsPatientSides() {
