@@ -23,7 +23,6 @@ ValueSlider::ValueSlider(const QString& suffix, int decimals, QWidget* parent)
   box_->setKeyboardTracking(false);
   box_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-9999.9 mm")) +
                         2 * fontMetrics().height());
-  setFocusProxy(box_);
   connect(slider_, &QSlider::valueChanged, this, [this](int step) {
     const QSignalBlocker block(box_);
     box_->setValue(step * perStep_);

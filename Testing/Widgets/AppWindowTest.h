@@ -99,7 +99,7 @@ protected:
     QVERIFY(finished.wait(60000));
   }
 
-private Q_SLOTS:
+protected Q_SLOTS:
   void initTestCase() { QApplication::setAttribute(Qt::AA_DontUseNativeDialogs); }
   void init() {
     sandbox_ = std::make_unique<apptest::Sandbox>();

@@ -155,6 +155,7 @@ QDockWidget* MainWindow::addDock(QWidget* content, const char* name, const QStri
     auto* area = new PanelArea(dock);
     area->setWidgetResizable(true);
     area->setFrameShape(QFrame::NoFrame);
+    area->setFocusPolicy(Qt::NoFocus); // it follows the keyboard
     area->setHorizontalScrollBarPolicy(Qt::ScrollBarAlwaysOff);
     area->setWidget(content);
     dock->setWidget(area);
@@ -251,6 +252,19 @@ void MainWindow::goToPanel(const QString& name) {
       next->setFocus(Qt::ShortcutFocusReason);
       return;
     }
+}
+
+bool MainWindow::focusNextPrevChild(bool next) {
+  // Qt counts what lies in docks behind tabs as visible.
+  const QWidget* first = focusWidget();
+  while (QMainWindow::focusNextPrevChild(next)) {
+    const QWidget* now = focusWidget();
+    const QWidget* dock = now;
+    while (dock && !qobject_cast<const QDockWidget*>(dock))
+      dock = dock->parentWidget();
+    if (!dock || !dock->visibleRegion().isEmpty() || now == first) return true;
+  }
+  return false;
 }
 
 void MainWindow::setModel(const QString& id) {

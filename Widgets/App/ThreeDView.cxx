@@ -274,6 +274,7 @@ void ThreeDView::fit() {
   camera->SetFocalPoint(x, y, z);
   camera->SetPosition(x - 300, y + 600, z + 250);
   camera->SetViewUp(0, 0, 1);
+  camera->SetViewAngle(30); // Zoom() below changes it
   scene_->renderer->ResetCamera(box.data());
   camera->Zoom(1.3);
   render();
@@ -305,7 +306,7 @@ void ThreeDView::keyPressEvent(QKeyEvent* event) {
   case Qt::Key_Plus:
   case Qt::Key_Equal:
   case Qt::Key_Minus:
-    camera->Zoom(1 / ui::zoomOfKey(event->key()));
+    camera->Dolly(1 / ui::zoomOfKey(event->key()));
     break;
   case Qt::Key_Home:
     fit();
