@@ -7,7 +7,7 @@ set_property(CACHE INNERGS_QT_VERSION PROPERTY STRINGS "" 5 6)
 
 find_package(VTK 9.1 QUIET COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
   ImagingCore InteractionStyle InteractionWidgets RenderingCore RenderingImage RenderingOpenGL2 RenderingFreeType
-  RenderingVolumeOpenGL2 RenderingContext2D RenderingContextOpenGL2 ChartsCore ViewsContext2D FiltersSources FiltersGeneral
+  RenderingVolumeOpenGL2 FiltersSources FiltersGeneral
   GUISupportQt)
 set(INNERGS_QT "")
 if(TARGET VTK::GUISupportQt)

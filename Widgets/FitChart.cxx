@@ -1,152 +1,171 @@
 #include "Widgets/FitChart.h"
 
-#include <QEvent>
-#include <QVBoxLayout>
-#include <QVTKOpenGLNativeWidget.h>
+#include <QLocale>
+#include <QPainter>
+#include <QPolygonF>
 
-#include <vtkAxis.h>
-#include <vtkChartXY.h>
-#include <vtkContextScene.h>
-#include <vtkContextView.h>
-#include <vtkDoubleArray.h>
-#include <vtkPen.h>
-#include <vtkPlot.h>
-#include <vtkRenderWindow.h>
-#include <vtkRenderer.h>
-#include <vtkTable.h>
-#include <vtkTextProperty.h>
-
+#include <algorithm>
 #include <cmath>
 
 namespace innergs::ui {
 namespace {
 
-constexpr int kDrawInterval = 250; // ms
-constexpr vtkIdType kMostRows = 2000;
-enum Column { Sweep, Fit, HeldOut, Loss, Columns };
-constexpr const char* kNames[Columns] = {"sweep", "fit", "held-out", "loss"};
+constexpr std::size_t kMostPoints = 2000;
 
-void setColour(vtkTextProperty* text, const QColor& colour) {
-  text->SetColor(colour.redF(), colour.greenF(), colour.blueF());
+/// 1, 2 or 5 times a power of ten: the step of at most `most` intervals over `range`.
+double tickStep(double range, int most) {
+  const double raw = range / std::max(1, most), power = std::pow(10, std::floor(std::log10(raw)));
+  for (const double factor : {1.0, 2.0, 5.0})
+    if (raw <= factor * power * 1.000001) return factor * power;
+  return 10 * power;
 }
 
 } // namespace
 
-FitChart::FitChart(QWidget* parent) : QWidget(parent) {
-  for (const char* name : kNames) {
-    vtkNew<vtkDoubleArray> column;
-    column->SetName(name);
-    table_->AddColumn(column);
+struct FitChart::Scale {
+  double low = INFINITY, high = -INFINITY; // values
+  double from = 0, to = 0;                 // pixels
+  double step = 1;                         // between ticks
+
+  void add(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
   }
-  auto* layout = new QVBoxLayout(this);
-  layout->setContentsMargins(0, 0, 0, 0);
+  void place(double first, double last, int mostTicks) {
+    if (!(low <= high)) low = 0, high = 1;
+    if (high - low < 1e-9 * std::max(1.0, std::abs(high))) low -= 0.5, high += 0.5;
+    from = first;
+    to = last;
+    step = tickStep(high - low, mostTicks);
+  }
+  /// Down and up to whole ticks.
+  void widen() {
+    low = step * std::floor(low / step + 1e-9);
+    high = step * std::ceil(high / step - 1e-9);
+  }
+  double operator()(double value) const { return from + (value - low) / (high - low) * (to - from); }
+};
+
+FitChart::FitChart(QWidget* parent) : QWidget(parent) {
   setMinimumHeight(9 * fontMetrics().lineSpacing());
-  // Not when first shown: Qt 6 makes a shown window anew for its first OpenGL child, and the focus is lost.
-  view_ = new QVTKOpenGLNativeWidget(this);
-  view_->setFocusPolicy(Qt::NoFocus);
-  view_->setAttribute(Qt::WA_TransparentForMouseEvents); // the wheel scrolls the panel
-  layout->addWidget(view_);
   setAccessibleName(tr("PSNR and loss over the sweeps"));
-  timer_.setSingleShot(true);
-  timer_.setInterval(kDrawInterval);
-  connect(&timer_, &QTimer::timeout, this, &FitChart::draw);
+  setAttribute(Qt::WA_OpaquePaintEvent);
 }
 
-FitChart::~FitChart() = default;
-
 void FitChart::clear() {
-  table_->SetNumberOfRows(0);
-  lastIteration_ = 0;
-  draw();
+  points_.clear();
+  update();
 }
 
 void FitChart::add(const Progress& progress) {
-  if (progress.iteration <= lastIteration_ || !(progress.loss > 0)) return;
-  lastIteration_ = progress.iteration;
-  if (table_->GetNumberOfRows() >= kMostRows)
-    for (vtkIdType row = table_->GetNumberOfRows() - 2; row > 0; row -= 2)
-      table_->RemoveRow(row);
-  const double known[Columns] = {static_cast<double>(progress.iteration),
-                                 progress.trainingPsnr > 0 ? progress.trainingPsnr : NAN,
-                                 progress.heldOutPsnr > 0 ? progress.heldOutPsnr : NAN, progress.loss};
-  const vtkIdType row = table_->InsertNextBlankRow();
-  for (int c = 0; c < Columns; ++c)
-    table_->SetValue(row, c, known[c]);
-  if (!timer_.isActive()) timer_.start();
-}
-
-int FitChart::points() const {
-  return static_cast<int>(table_->GetNumberOfRows());
-}
-
-void FitChart::changeEvent(QEvent* event) {
-  if (event->type() == QEvent::PaletteChange || event->type() == QEvent::FontChange) colour();
-  QWidget::changeEvent(event);
-}
-
-void FitChart::showEvent(QShowEvent* event) {
-  make();
-  QWidget::showEvent(event);
-}
-
-void FitChart::make() {
-  if (chart_) return;
-  context_ = vtkSmartPointer<vtkContextView>::New();
-  context_->SetRenderWindow(view_->renderWindow());
-  context_->SetInteractor(view_->interactor());
-  chart_ = vtkSmartPointer<vtkChartXY>::New();
-  context_->GetScene()->AddItem(chart_);
-  chart_->SetShowLegend(false);
-  for (const Column column : {Loss, Fit, HeldOut}) {
-    vtkPlot* plot = chart_->AddPlot(vtkChart::LINE);
-    plot->SetInputData(table_, kNames[Sweep], kNames[column]);
-    chart_->SetPlotCorner(plot, column == Loss ? 1 : 0);
-    plot->SetWidth(column == Loss ? 1.f : 2.f);
-    if (column == HeldOut) plot->GetPen()->SetLineType(vtkPen::DASH_LINE);
+  const auto sweep = static_cast<double>(progress.iteration);
+  if (sweep <= (points_.empty() ? 0 : points_.back().sweep) || !(progress.loss > 0)) return;
+  if (points_.size() >= kMostPoints) { // every second goes
+    std::size_t kept = 0;
+    for (std::size_t n = 0; n < points_.size(); n += 2)
+      points_[kept++] = points_[n];
+    points_.resize(kept);
   }
-  chart_->GetAxis(vtkAxis::LEFT)->SetTitle("dB");
-  chart_->GetAxis(vtkAxis::BOTTOM)->SetTitle(tr("Sweep").toStdString());
-  chart_->GetAxis(vtkAxis::RIGHT)->SetTitle(tr("Loss").toStdString()); // its number stands beside the chart
-  chart_->GetAxis(vtkAxis::RIGHT)->SetLabelsVisible(false);
-  chart_->GetAxis(vtkAxis::RIGHT)->SetTicksVisible(false);
-  chart_->GetAxis(vtkAxis::RIGHT)->SetLogScale(true);
-  chart_->GetAxis(vtkAxis::RIGHT)->SetGridVisible(false);
-  colour();
+  points_.push_back({sweep, progress.trainingPsnr > 0 ? progress.trainingPsnr : NAN,
+                     progress.heldOutPsnr > 0 ? progress.heldOutPsnr : NAN, progress.loss});
 }
 
-void FitChart::colour() {
-  if (!chart_) return;
-  const QColor base = palette().color(QPalette::Base), text = palette().color(QPalette::Text);
-  const QColor line = palette().color(QPalette::Mid), main = palette().color(QPalette::Highlight);
-  context_->GetRenderer()->SetBackground(base.redF(), base.greenF(), base.blueF());
-  const int size = fontInfo().pixelSize() - 1;
-  for (const int which : {vtkAxis::LEFT, vtkAxis::BOTTOM, vtkAxis::RIGHT}) {
-    vtkAxis* axis = chart_->GetAxis(which);
-    for (vtkTextProperty* property : {axis->GetLabelProperties(), axis->GetTitleProperties()}) {
-      setColour(property, text);
-      property->SetFontSize(size);
-      property->SetBold(0);
+void FitChart::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.fillRect(rect(), palette().base());
+  const QFontMetrics metrics = fontMetrics();
+  const int line = metrics.lineSpacing(), gap = metrics.averageCharWidth();
+  Scale sweeps, decibels, losses;
+  for (const Point& point : points_) {
+    sweeps.add(point.sweep);
+    decibels.add(point.fit);
+    decibels.add(point.heldOut);
+    losses.add(std::log10(point.loss));
+  }
+  const double top = 0.7 * line, bottom = height() - 2.2 * line;
+  decibels.place(bottom, top, std::max(1, static_cast<int>((bottom - top) / (1.6 * line))));
+  decibels.widen();
+  losses.place(bottom, top, 1);
+  int wide = 0;
+  for (double value = decibels.low; value <= decibels.high + 1e-9; value += decibels.step)
+    wide = std::max(wide, metrics.horizontalAdvance(QLocale().toString(value, 'g', 4)));
+  const double left = line + wide + 2 * gap, right = width() - 1.2 * line - gap;
+  if (right - left < 4 * gap || bottom - top < line) return;
+  const int label = metrics.horizontalAdvance(QLocale().toString(sweeps.high, 'f', 0)) + 3 * gap;
+  sweeps.place(left, right, std::max(1, static_cast<int>((right - left) / std::max(label, 6 * gap))));
+  sweeps.step = std::max(1.0, sweeps.step);
+  drawAxes(painter, sweeps, decibels);
+  if (points_.size() < 2) return;
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.setClipRect(QRectF(left, top - 2, right - left, bottom - top + 4));
+  QColor faint = palette().color(QPalette::Text);
+  faint.setAlpha(160);
+  const QColor main = palette().color(QPalette::Highlight);
+  painter.setPen(QPen(faint, 1));
+  QPolygonF curve;
+  for (const Point& point : points_)
+    curve << QPointF(sweeps(point.sweep), losses(std::log10(point.loss)));
+  painter.drawPolyline(curve);
+  painter.setPen(QPen(main, 2));
+  drawCurve(painter, sweeps, decibels, &Point::fit);
+  painter.setPen(QPen(main, 2, Qt::DashLine));
+  drawCurve(painter, sweeps, decibels, &Point::heldOut);
+}
+
+void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& decibels) const {
+  const int line = fontMetrics().lineSpacing(), gap = fontMetrics().averageCharWidth();
+  const QColor text = palette().color(QPalette::Text);
+  QColor grid = text;
+  grid.setAlpha(40);
+  const double top = decibels.to, bottom = decibels.from, left = sweeps.from, right = sweeps.to;
+  const bool any = points_.size() > 1;
+  const bool known = any && std::any_of(points_.begin(), points_.end(), [](const Point& point) {
+                       return std::isfinite(point.fit) || std::isfinite(point.heldOut);
+                     });
+  const QLocale locale;
+  if (known)
+    for (double value = decibels.low; value <= decibels.high + 1e-9; value += decibels.step) {
+      const double y = decibels(value);
+      painter.setPen(grid);
+      painter.drawLine(QPointF(left, y), QPointF(right, y));
+      painter.setPen(text);
+      painter.drawText(QRectF(line, y - line, left - line - gap, 2 * line), Qt::AlignRight | Qt::AlignVCenter,
+                       locale.toString(value, 'g', 4));
     }
-    axis->GetPen()->SetColor(text.red(), text.green(), text.blue());
-    axis->GetGridPen()->SetColor(line.red(), line.green(), line.blue(), 100);
-  }
-  chart_->GetPlot(0)->SetColor(text.red(), text.green(), text.blue(), 160);
-  for (const int plot : {1, 2})
-    chart_->GetPlot(plot)->SetColor(main.red(), main.green(), main.blue(), 255);
-  draw();
+  if (any)
+    for (double value = sweeps.step * std::ceil(sweeps.low / sweeps.step); value <= sweeps.high + 1e-9;
+         value += sweeps.step) {
+      const double x = sweeps(value), half = 10 * gap;
+      painter.setPen(grid);
+      painter.drawLine(QPointF(x, top), QPointF(x, bottom));
+      painter.setPen(text);
+      painter.drawText(QRectF(x - half, bottom, 2 * half, 1.1 * line), Qt::AlignHCenter | Qt::AlignBottom,
+                       locale.toString(value, 'f', 0));
+    }
+  painter.setPen(text);
+  painter.drawLine(QPointF(left, top), QPointF(left, bottom));
+  painter.drawLine(QPointF(left, bottom), QPointF(right, bottom));
+  painter.drawLine(QPointF(right, top), QPointF(right, bottom));
+  painter.drawText(QRectF(left, bottom + 1.05 * line, right - left, 1.1 * line), Qt::AlignCenter,
+                   tr("Sweep"));
+  const auto drawSide = [&](double x, const QString& name) { // upwards
+    painter.save();
+    painter.translate(x, 0.5 * (top + bottom));
+    painter.rotate(-90);
+    painter.drawText(QRectF(-0.5 * height(), 0, height(), line), Qt::AlignCenter, name);
+    painter.restore();
+  };
+  drawSide(0.2 * line, QStringLiteral("dB"));
+  drawSide(right + 0.1 * line, tr("Loss")); // its number stands beside the chart
 }
 
-void FitChart::draw() {
-  if (!chart_ || !isVisible()) return;
-  const bool any = points() > 1;
-  bool heldOut = false;
-  for (vtkIdType row = 0; row < points() && !heldOut; ++row)
-    heldOut = std::isfinite(table_->GetValue(row, HeldOut).ToDouble());
-  table_->Modified();
-  for (int plot = 0; plot < 3; ++plot)
-    chart_->GetPlot(plot)->SetVisible(any && (plot < 2 || heldOut));
-  chart_->RecalculateBounds();
-  view_->renderWindow()->Render();
+void FitChart::drawCurve(QPainter& painter, const Scale& across, const Scale& up,
+                         double Point::*value) const {
+  QPolygonF curve;
+  for (const Point& point : points_)
+    if (std::isfinite(point.*value)) curve << QPointF(across(point.sweep), up(point.*value));
+  painter.drawPolyline(curve);
 }
 
 } // namespace innergs::ui

@@ -1,45 +1,36 @@
 #pragma once
 #include "Core/Progress.h"
 
-#include <QTimer>
 #include <QWidget>
 
-#include <vtkNew.h>
-#include <vtkSmartPointer.h>
-
-class QVTKOpenGLNativeWidget;
-class vtkChartXY;
-class vtkContextView;
-class vtkTable;
+#include <vector>
 
 namespace innergs::ui {
 
-/// PSNR (left axis, dB) and loss (right axis, logarithmic) over the sweeps. Drawn a few times a second.
+/// PSNR (left axis, dB) and loss (right axis, logarithmic) over the sweeps. Drawn by Qt alone: a chart in
+/// OpenGL held the window while its shaders were compiled.
 class FitChart : public QWidget {
   Q_OBJECT
 public:
   explicit FitChart(QWidget* parent = nullptr);
-  ~FitChart() override;
   void clear();
-  /// A report of a sweep already shown is left out.
+  /// A report of a sweep already known is left out. Shown at the next update(), which the owner calls.
   void add(const Progress& progress);
-  int points() const;
+  int points() const { return static_cast<int>(points_.size()); }
 
 protected:
-  void changeEvent(QEvent* event) override;
-  void showEvent(QShowEvent* event) override;
+  void paintEvent(QPaintEvent* event) override;
 
 private:
-  void make();
-  void colour();
-  void draw();
+  struct Point {
+    double sweep, fit, heldOut, loss; // fit and heldOut: dB, or NaN
+  };
+  struct Scale; // from values to pixels
 
-  QTimer timer_;
-  QVTKOpenGLNativeWidget* view_;
-  vtkNew<vtkTable> table_;
-  vtkSmartPointer<vtkContextView> context_; // made when first shown
-  vtkSmartPointer<vtkChartXY> chart_;
-  int lastIteration_ = 0;
+  void drawAxes(QPainter& painter, const Scale& sweeps, const Scale& decibels) const;
+  void drawCurve(QPainter& painter, const Scale& across, const Scale& up, double Point::*value) const;
+
+  std::vector<Point> points_;
 };
 
 } // namespace innergs::ui

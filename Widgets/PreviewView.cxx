@@ -42,6 +42,16 @@ std::array<AxisMap, 3> anatomicalAxes(vtkMatrix4x4* m) {
   return map;
 }
 
+/// The pixels of a plane, row by row, from the offsets of its rows and columns in the voxels.
+template <class T>
+void gather(const T* voxels, const std::vector<std::ptrdiff_t>& columns,
+            const std::vector<std::ptrdiff_t>& rows, std::vector<float>& values) {
+  std::size_t n = 0;
+  for (const std::ptrdiff_t row : rows)
+    for (const std::ptrdiff_t column : columns)
+      values[n++] = static_cast<float>(voxels[row + column]);
+}
+
 } // namespace
 
 PreviewView::PreviewView(QWidget* parent) : QWidget(parent) {
@@ -59,6 +69,8 @@ void PreviewView::setImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
   const auto axes = anatomicalAxes(ijkToRAS ? ijkToRAS : identity.GetPointer());
   int extent[6];
   image->GetExtent(extent);
+  vtkIdType step[3];
+  image->GetIncrements(step);
   // Across and up on the screen, as anatomical axes; the sign says whether they grow to the right and up.
   struct Sides {
     int across, up;
@@ -72,21 +84,24 @@ void PreviewView::setImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
     const auto count = [&](int axis) { return extent[2 * axis + 1] - extent[2 * axis] + 1; };
     const int nx = count(across.axis), ny = count(up.axis);
     const int width = std::min(nx, kMostPixels), height = std::min(ny, kMostPixels);
-    int index[3];
-    for (int a = 0; a < 3; ++a)
-      index[a] = extent[2 * a] + count(a) / 2;
     values[v].resize(static_cast<std::size_t>(width) * height);
-    for (int y = 0; y < height; ++y)
-      for (int x = 0; x < width; ++x) {
-        const int i = static_cast<int>((x + 0.5) * nx / width), j = static_cast<int>((y + 0.5) * ny / height);
-        index[across.axis] =
-            extent[2 * across.axis] + (across.forward == views[v].acrossGrows ? i : nx - 1 - i);
-        index[up.axis] = extent[2 * up.axis] + (up.forward == views[v].upGrows ? ny - 1 - j : j);
-        const auto value =
-            static_cast<float>(image->GetScalarComponentAsDouble(index[0], index[1], index[2], 0));
-        values[v][static_cast<std::size_t>(y) * width + x] = value;
-        if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
-      }
+    const int third = 3 - across.axis - up.axis;
+    std::vector<std::ptrdiff_t> columns(width), rows(height);
+    for (int x = 0; x < width; ++x) {
+      const int i = static_cast<int>((x + 0.5) * nx / width);
+      columns[x] = (across.forward == views[v].acrossGrows ? i : nx - 1 - i) * step[across.axis];
+    }
+    for (int y = 0; y < height; ++y) {
+      const int j = static_cast<int>((y + 0.5) * ny / height);
+      rows[y] =
+          (up.forward == views[v].upGrows ? ny - 1 - j : j) * step[up.axis] + count(third) / 2 * step[third];
+    }
+    switch (image->GetScalarType()) {
+      vtkTemplateMacro(
+          gather(static_cast<const VTK_TT*>(image->GetScalarPointer()), columns, rows, values[v]));
+    }
+    for (const float value : values[v])
+      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
     planes_[v].image = QImage(width, height, QImage::Format_Grayscale8);
     planes_[v].size = QSizeF(nx * across.spacing, ny * up.spacing);
   }

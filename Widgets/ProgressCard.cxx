@@ -19,7 +19,7 @@ namespace innergs::ui {
 namespace {
 
 constexpr int kRemainingInterval = 1000; // ms between changes of the remaining time
-constexpr int kShowInterval = 100;       // ms between changes of the figures
+constexpr int kShowInterval = 200;       // ms between changes of the figures
 constexpr int kBarSteps = 1000;
 
 QString phaseText(const Progress& progress) {
@@ -110,7 +110,7 @@ void ProgressCard::begin() {
   preview_->clear();
   for (QWidget* part : {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_),
                         static_cast<QWidget*>(bar_), static_cast<QWidget*>(chart_)})
-    part->show(); // the chart too, while it is empty: its first drawing is the slow one
+    part->show();
   for (QWidget* part :
        {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_), static_cast<QWidget*>(numbers_)})
     part->hide();
@@ -132,6 +132,7 @@ void ProgressCard::showLatest() {
   if (!std::exchange(fresh_, false)) return;
   shown_ = latest_;
   timer_.start();
+  chart_->update();
   bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(shown_.fraction, 0.0, 1.0))));
   showNumbers();
   if (cancelling_) return;

@@ -1,6 +1,7 @@
 #include "Core/Parallel.h"
 
 #include "Core/Error.h"
+#include "Core/ThreadPriority.h"
 
 #include <algorithm>
 #include <exception>
@@ -10,7 +11,10 @@ namespace innergs {
 ThreadPool::ThreadPool(int threads) {
   if (threads <= 0) threads = std::max(1u, std::thread::hardware_concurrency());
   for (int i = 1; i < threads; ++i)
-    crew_.emplace_back([this] { work(); });
+    crew_.emplace_back([this, low = threadPriorityLowered()] {
+      if (low) lowerThreadPriority();
+      work();
+    });
 }
 
 ThreadPool::~ThreadPool() {

@@ -1,6 +1,7 @@
 #include "JobQueue.h"
 
 #include "Core/Error.h"
+#include "Core/ThreadPriority.h"
 
 #include <vtkCallbackCommand.h>
 
@@ -138,6 +139,7 @@ void JobQueue::post(std::shared_ptr<Task> task, const std::function<void(Mail&)>
 }
 
 void JobQueue::work() {
+  lowerThreadPriority(); // the application's views come first
   for (;;) {
     std::shared_ptr<Task> task;
     {

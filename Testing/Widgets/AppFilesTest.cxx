@@ -87,7 +87,7 @@ private Q_SLOTS:
           gap.wall, gap.cpu);
     QVERIFY(gap.done);
     QCOMPARE(lines(), QStringList{"large"});
-    QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
+    QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
   }
 
   void oneFrameOfAFourDimensionalFile() {

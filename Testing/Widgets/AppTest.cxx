@@ -174,8 +174,8 @@ private Q_SLOTS:
           gap.wall, gap.cpu);
     host().cancel();
     QTRY_VERIFY_WITH_TIMEOUT(!host().isRunning(), 60000);
-    // Times are for benchmarks: this only tells a loop that goes on from one that waits for the fit.
-    QVERIFY2(gap.cpu <= 1000, qPrintable(QString::number(gap.cpu)));
+    // The wall clock is for benchmarks: it knows what else the machine does.
+    QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
   }
 
   void helpSaysWhatItIs() {

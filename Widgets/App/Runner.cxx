@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "Core/JobInput.h"
+#include "Core/ThreadPriority.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/Background.h"
@@ -149,6 +150,7 @@ void Runner::post(const Volume& preview) {
 }
 
 void Runner::work(const Order& order, const std::stop_token& stop) {
+  lowerThreadPriority(); // the windows come first
   std::shared_ptr<Outcome> outcome;
   bool stopped = false;
   const QString error = sentenceOf([&] {

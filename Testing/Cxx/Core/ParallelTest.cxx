@@ -1,9 +1,17 @@
 #include "Core/Parallel.h"
 #include "Core/Error.h"
+#include "Core/ThreadPriority.h"
 
 #include <atomic>
 #include <gtest/gtest.h>
 #include <numeric>
+#include <thread>
+
+#ifdef __linux__
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#endif
 
 using namespace innergs;
 
@@ -81,3 +89,28 @@ INSTANTIATE_TEST_SUITE_P(Threads, Pool, ::testing::Values(1, 2, 3, 8));
 TEST(PoolOfAllCores, HasAtLeastOneThread) {
   EXPECT_GE(ThreadPool(0).threads(), 1);
 }
+
+#ifdef __linux__
+TEST(ThreadPriority, GoesDownOnceAndDownToThePoolOfTheThread) {
+  const auto niceNow = [] { return getpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid))); };
+  const int before = niceNow();
+  if (before > 10) GTEST_SKIP() << "this process has a low priority already";
+  std::atomic<int> lower{0}, tasks{0};
+  std::thread([&] {
+    lowerThreadPriority();
+    lowerThreadPriority();
+    const int own = niceNow();
+    EXPECT_GT(own, before);
+    ThreadPool pool(3);
+    pool.run(100, [&](std::int64_t) {
+      ++tasks;
+      lower += niceNow() == own && threadPriorityLowered();
+      std::this_thread::yield();
+    });
+  }).join();
+  EXPECT_EQ(tasks, 100);
+  EXPECT_EQ(lower, 100);
+  EXPECT_EQ(niceNow(), before);
+  EXPECT_FALSE(threadPriorityLowered());
+}
+#endif
