@@ -1,5 +1,5 @@
 # VTK 9.1 or later for Logic/VTK, and what wraps it for Python. Says what is missing and goes on without.
-find_package(VTK 9.1 QUIET COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMath
+find_package(VTK 9.1 QUIET COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms
   OPTIONAL_COMPONENTS ImagingCore WrappingPythonCore Python WrappingTools)
 if(NOT VTK_FOUND OR NOT TARGET VTK::CommonExecutionModel)
   message(STATUS "VTK 9.1 or later was not found: the VTK filters are not built (Debian: libvtk9-dev; or set VTK_DIR)")

@@ -5,6 +5,9 @@
 #include <QObject>
 #include <QWidget>
 
+#include <vtkAbstractTransform.h>
+#include <vtkSmartPointer.h>
+
 class vtkImageData;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
@@ -62,8 +65,11 @@ public:
   ///@{
   /// Models.
   virtual ModelInfo modelInfo(const QString& id) const = 0;
-  /// Null for an unknown ID.
+  /// Null for an unknown ID, and for one that cannot be shown where it is.
   virtual vtkInnerGSModel* model(const QString& id) const = 0;
+  /// RAS → the model's own RAS, where the model has been moved; null: the same. Another thread may use it:
+  /// it never changes, and is another object after the model was moved again.
+  virtual vtkSmartPointer<vtkAbstractTransform> toModel(const QString& /*id*/) const { return nullptr; }
   /// The ID of what was read, or "" with a sentence in *error. Files: .innergs, .ply.
   virtual QString loadModel(const QString& file, QString* error) = 0;
   /// "" or a sentence. A .ply file holds the Gaussians alone: the model is not saved by it.

@@ -86,6 +86,11 @@ Mat3 PlanePose::axes() const {
   return base(orientation, reversed) * turned(angles);
 }
 
+bool PlanePose::isStraight() const {
+  return !reversed && std::abs(angles.aboutHorizontal) < 1e-6 && std::abs(angles.aboutVertical) < 1e-6 &&
+         std::abs(angles.inPlane) < 1e-6;
+}
+
 Vec3 PlanePose::toRAS(double right, double up, double along) const {
   return axes() * Vec3{right, up, along} + origin;
 }

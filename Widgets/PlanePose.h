@@ -34,6 +34,8 @@ struct PlanePose {
 
   Mat3 axes() const;
   Vec3 normal() const { return column(axes(), 2); }
+  /// Whether it lies as the orientation does.
+  bool isStraight() const;
   /// Of a point (mm) in the plane's coordinates.
   Vec3 toRAS(double right, double up, double along = 0) const;
   /// mm along the normal from the origin of RAS, as a slice view's offset.

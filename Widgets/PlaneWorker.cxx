@@ -56,7 +56,9 @@ struct PlaneWorker::Work {
   }
 
   PlaneImage run(const PlaneTask& task) {
-    PlaneImage result{task, nullptr, vtkSmartPointer<vtkMatrix4x4>::New(), {}, 0};
+    PlaneImage result;
+    result.task = task;
+    result.ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
     try {
       if (queried != task.model) { // a data object of the thread's own, which shares the Gaussians
         vtkNew<vtkInnerGSModel> model;
@@ -68,6 +70,7 @@ struct PlaneWorker::Work {
       corner.move(task.left, task.bottom, 0);
       vtkNew<vtkMatrix4x4> matrix;
       toMatrix(corner, matrix);
+      query->SetTransformToModel(task.toModel);
       query->SetPlaneToRASMatrix(matrix);
       query->SetSpacing(task.pixelSize, task.pixelSize);
       query->SetDimensions(task.columns, task.rows);
@@ -80,6 +83,11 @@ struct PlaneWorker::Work {
       query->GetOutput()->Initialize();
       result.ijkToRAS->DeepCopy(query->GetOutputIJKToRASMatrix());
       result.milliseconds = query->GetQueryMilliseconds();
+      if (task.columns == 1 && task.rows == 1) {
+        Vec3 at = corner.origin;
+        if (task.toModel) task.toModel->TransformPoint(at.data(), at.data());
+        result.inside = query->GetModel()->IsInside(at[0], at[1], at[2]);
+      }
       if (!task.picture.isEmpty()) result.error = savePicture(result, task.lower, task.upper, task.picture);
     } catch (const std::exception& error) {
       result.image = nullptr;

@@ -5,6 +5,7 @@
 #include <QObject>
 #include <QString>
 
+#include <vtkAbstractTransform.h>
 #include <vtkSmartPointer.h>
 
 #include <memory>
@@ -21,6 +22,7 @@ namespace innergs::ui {
 /// Pixels on a plane of a model.
 struct PlaneTask {
   std::shared_ptr<const Checkpoint> model;
+  vtkSmartPointer<vtkAbstractTransform> toModel; // as Host::toModel()
   PlanePose pose;
   double left = 0, bottom = 0; // centre of pixel (0, 0) in plane coordinates, mm
   double pixelSize = 1;        // mm
@@ -35,6 +37,7 @@ struct PlaneImage {
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // of the image
   QString error;                          // a sentence; also when the picture was not written
   double milliseconds = 0;                // that the query took
+  bool inside = true;                     // of a probe: the model has a value there
 };
 
 /// Queries planes on a thread of its own. What is shown and probed follows the latest request, and requests

@@ -9,10 +9,7 @@
 
 #include <QCheckBox>
 #include <QCursor>
-#include <QDir>
 #include <QDoubleSpinBox>
-#include <QFileDialog>
-#include <QFileInfo>
 #include <QLabel>
 #include <QLocale>
 #include <QPushButton>
@@ -31,16 +28,10 @@ namespace {
 
 constexpr double budget = 16;       // ms that a plane may take while it moves
 constexpr double mostShown = 1.5e6; // pixels; more than a screen shows
-constexpr double mostKept = 64e6;
-constexpr int settleAfter = 150; // ms without movement
+constexpr int settleAfter = 150;    // ms without movement
 
 const PlaneOrientation kinds[] = {PlaneOrientation::Axial, PlaneOrientation::Coronal,
                                   PlaneOrientation::Sagittal};
-
-bool straight(const PlanePose& pose) {
-  return !pose.reversed && std::abs(pose.angles.aboutHorizontal) < 1e-6 &&
-         std::abs(pose.angles.aboutVertical) < 1e-6 && std::abs(pose.angles.inPlane) < 1e-6;
-}
 
 Vec3 middleOf(const std::array<double, 6>& b) {
   return {0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5])};
@@ -141,9 +132,11 @@ void QueryPanel::updateModel() {
   const QString id = selector_->currentId();
   vtkInnerGSModel* data = id.isEmpty() ? nullptr : host_->model(id);
   const auto model = data ? data->GetCheckpoint() : nullptr;
-  const bool otherId = id != modelId_, otherModel = model != model_;
+  const auto toModel = model ? host_->toModel(id) : nullptr;
+  const bool otherId = id != modelId_, otherModel = model != model_, moved = toModel != toModel_;
   modelId_ = id;
   model_ = model;
+  toModel_ = toModel;
   info_ = model ? host_->modelInfo(id) : ModelInfo();
   if (info_.bounds[0] > info_.bounds[1]) info_.bounds = {};
   controls_->setEnabled(model != nullptr);
@@ -175,6 +168,9 @@ void QueryPanel::updateModel() {
       showPose();
       query(false);
     }
+  } else if (moved) { // under the plane, which stays
+    showPose();
+    query(true);
   }
   if (otherId) {
     say({});
@@ -219,7 +215,7 @@ void QueryPanel::edited(const PlanePose& pose) {
 void QueryPanel::showPose() {
   toMatrix(pose_, matrix_);
   for (int i = 0; i < 3; ++i)
-    orientations_[i]->setChecked(pose_.orientation == kinds[i] && straight(pose_));
+    orientations_[i]->setChecked(pose_.orientation == kinds[i] && pose_.isStraight());
   tiltUp_->setValue(pose_.angles.aboutHorizontal);
   tiltSide_->setValue(pose_.angles.aboutVertical);
   inPlane_->setValue(pose_.angles.inPlane);
@@ -258,6 +254,7 @@ void QueryPanel::showWindow() {
 PlaneTask QueryPanel::taskFor(double pixelSize) const {
   PlaneTask task;
   task.model = model_;
+  task.toModel = toModel_;
   task.pose = pose_;
   task.pixelSize = pixelSize;
   const auto extent = extentOf(pose_, info_.bounds);
@@ -311,6 +308,7 @@ void QueryPanel::probe(const QPointF& planePoint) {
   if (!model_) return;
   PlaneTask task;
   task.model = model_;
+  task.toModel = toModel_;
   task.pose = pose_;
   task.left = planePoint.x();
   task.bottom = planePoint.y();
@@ -318,14 +316,12 @@ void QueryPanel::probe(const QPointF& planePoint) {
 }
 
 void QueryPanel::showProbe(const PlaneImage& point) {
-  if (point.task.model != model_ || !view_->underMouse()) return;
+  if (point.task.model != model_ || point.task.toModel != toModel_ || !view_->underMouse()) return;
   const Vec3 ras = point.task.pose.toRAS(point.task.left, point.task.bottom);
-  vtkInnerGSModel* data = host_->model(modelId_);
-  if (!data) return;
   const QString place = tr("%1 mm").arg(positionText(ras));
   if (!point.image) {
     readout_->setText(place);
-  } else if (!data->IsInside(ras[0], ras[1], ras[2])) {
+  } else if (!point.inside) {
     readout_->setText(tr("%1: outside the model").arg(place));
   } else {
     const int decimals = window_->decimals();
@@ -337,57 +333,6 @@ void QueryPanel::showProbe(const PlaneImage& point) {
 
 void QueryPanel::clearReadout() {
   readout_->setText(model_ ? tr("Wheel: move. Middle drag: pan. Right drag: zoom.") : QString());
-}
-
-QString QueryPanel::planeName() const {
-  const QString words[] = {tr("axial"), tr("coronal"), tr("sagittal")};
-  return tr("%1 %2 %3 mm")
-      .arg(info_.name, straight(pose_) ? words[static_cast<int>(pose_.orientation)] : tr("oblique"),
-           QLocale().toString(pose_.position(), 'f', 1));
-}
-
-void QueryPanel::keep(const QString& file) {
-  if (!model_) return;
-  PlaneTask task = taskFor(pixelSize_->value());
-  if (static_cast<double>(task.columns) * task.rows > mostKept) {
-    say(tr("The plane would have %1 × %2 pixels: choose a larger pixel size.")
-            .arg(task.columns)
-            .arg(task.rows),
-        true);
-    return;
-  }
-  keptNames_ << planeName();
-  task.picture = file;
-  task.lower = view_->lower();
-  task.upper = view_->upper();
-  worker_->keep(task);
-}
-
-void QueryPanel::kept(const PlaneImage& image) {
-  const QString name = keptNames_.takeFirst(), file = image.task.picture;
-  QString error = image.error;
-  if (error.isEmpty() && file.isEmpty()) {
-    host_->addVolume(image.image, image.ijkToRAS, name, &error);
-    if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(name));
-  } else if (error.isEmpty()) {
-    say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));
-  }
-  if (!error.isEmpty()) say(error, true);
-}
-
-void QueryPanel::choosePictureFile() {
-  auto* dialog =
-      new QFileDialog(this, tr("Save the plane as a picture"), host_->folder(), tr("PNG picture (*.png)"));
-  dialog->setObjectName(QStringLiteral("queryPictureDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setAcceptMode(QFileDialog::AcceptSave);
-  dialog->setDefaultSuffix(QStringLiteral("png"));
-  dialog->selectFile(planeName().replace(QLatin1Char('/'), QLatin1Char('-')) + QStringLiteral(".png"));
-  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
-    host_->setFolder(QFileInfo(file).absolutePath());
-    keep(file);
-  });
-  dialog->open();
 }
 
 void QueryPanel::say(const QString& message, bool error) {

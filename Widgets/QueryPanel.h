@@ -74,6 +74,7 @@ private:
   Host* host_;
   QString modelId_;
   std::shared_ptr<const Checkpoint> model_;
+  vtkSmartPointer<vtkAbstractTransform> toModel_;
   ModelInfo info_;
   PlanePose pose_;
   vtkNew<vtkMatrix4x4> matrix_;

@@ -280,7 +280,9 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
 
 vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene) {
   Task ignored;
-  return filterFor(parameters, scene, ignored);
+  auto filter = filterFor(parameters, scene, ignored);
+  filter->WithOutline([](const ReconstructionInput&) {}); // throws for a region beside the images
+  return filter;
 }
 
 std::string describeDevice(Parameters* parameters) {

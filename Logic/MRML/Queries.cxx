@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
+#include "NodeTransform.h"
 #include "Outputs.h"
 #include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSModel.h"
@@ -13,7 +14,9 @@
 
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
+#include <vtkMRMLTransformNode.h>
 
+#include <vtkAbstractTransform.h>
 #include <vtkCallbackCommand.h>
 #include <vtkFloatArray.h>
 #include <vtkImageData.h>
@@ -76,20 +79,14 @@ void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* 
     throw Error(ErrorCode::InvalidArgument, "There are no points to evaluate, or no array for the values.");
   vtkNew<vtkInnerGSPointQuery> query;
   query->SetModel(modelOf(model));
-  vtkNew<vtkMatrix4x4> toModel;
-  fromWorld(model, toModel);
   vtkNew<vtkPoints> local;
   local->SetDataTypeToDouble();
-  local->SetNumberOfPoints(points->GetNumberOfPoints());
-  for (vtkIdType n = 0; n < points->GetNumberOfPoints(); ++n) {
-    double at[4] = {0, 0, 0, 1};
-    points->GetPoint(n, at);
-    toModel->MultiplyPoint(at, at);
-    local->SetPoint(n, at);
-  }
+  const auto toModel = transformFromWorld(model);
+  if (toModel) toModel->TransformPoints(points, local);
   vtkNew<vtkCallbackCommand> quiet;
   query->AddObserver(vtkCommand::ErrorEvent, quiet);
-  if (!query->Evaluate(local, values)) throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
+  if (!query->Evaluate(toModel ? local.Get() : points, values))
+    throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
 }
 
 namespace {
@@ -121,7 +118,16 @@ void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4
   filter->SetOutputSpacing(local);
 }
 
-/// A lattice is asked for where the parent transform shears it. Throws Error(Geometry).
+/// A lattice is asked for where the parent transform bends it. Throws Error(Geometry).
+void refuseBend(vtkMRMLInnerGSModelNode* model) {
+  vtkMRMLTransformNode* parent = model->GetParentTransformNode();
+  if (parent && !parent->IsTransformToWorldLinear())
+    throw Error(ErrorCode::Geometry, quoted(model) +
+                                         " is under a transform that bends space: query planes or points, "
+                                         "or remove the transform.");
+}
+
+/// The same where it shears it.
 void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* lattice) {
   const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
   try {
@@ -146,19 +152,15 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
   const Kept kept(model, output);
   vtkNew<vtkInnerGSPlaneQuery> query;
   query->SetModel(modelOf(model));
-  vtkNew<vtkMatrix4x4> toModel, plane, ijkToWorld;
-  fromWorld(model, toModel);
-  vtkMatrix4x4::Multiply4x4(toModel, planeToRAS, plane);
-  query->SetPlaneToRASMatrix(plane);
+  query->SetTransformToModel(transformFromWorld(model));
+  query->SetPlaneToRASMatrix(planeToRAS);
   query->SetDimensions(columns, rows);
   query->SetSpacing(spacing, spacing);
   query->GeometryInImageOff();
   run(query);
-  toModel->Invert();
-  vtkMatrix4x4::Multiply4x4(toModel, query->GetOutputIJKToRASMatrix(), ijkToWorld);
   const auto volume = volumeFor(scene, output, model, " plane");
   setProvenance(volume, model);
-  setVolume(volume, query->GetOutput(), ijkToWorld);
+  setVolume(volume, query->GetOutput(), query->GetOutputIJKToRASMatrix());
   return volume;
 }
 
@@ -170,6 +172,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLIn
   filter->SetModel(modelOf(model));
   filter->GeometryInImageOff();
   vtkNew<vtkMatrix4x4> modelToWorld, ijkToWorld;
+  refuseBend(model);
   toWorld(model, modelToWorld);
   vtkNew<vtkMatrix4x4> domain;
   int domainSize[3];
@@ -197,6 +200,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   filter->SetModel(modelOf(model));
   const GridGeometry grid = gridOf(reference); // refuses what is no lattice
   vtkNew<vtkMatrix4x4> toModel, referenceToWorld, ijkToModel;
+  refuseBend(model);
   fromWorld(model, toModel);
   vtk::toMatrix(grid, referenceToWorld); // from the first voxel on, whatever its index
   vtkMatrix4x4::Multiply4x4(toModel, referenceToWorld, ijkToModel);

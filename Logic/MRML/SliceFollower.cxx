@@ -1,7 +1,7 @@
 #include "SliceFollower.h"
 
 #include "Core/Error.h"
-#include "NodeGeometry.h"
+#include "NodeTransform.h"
 #include "Outputs.h"
 #include "Queries.h"
 #include "vtkInnerGSModel.h"
@@ -14,11 +14,15 @@
 
 #include <vtkCallbackCommand.h>
 #include <vtkImageData.h>
+#include <vtkLinearTransform.h>
 #include <vtkMatrix4x4.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace innergs::mrml {
+
+constexpr double kBudget = 40; // ms for a plane through a transform that bends space
 
 SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                              ErrorHandler onError)
@@ -30,6 +34,7 @@ SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* s
     // Observers of the output and of errors may end it.
     const auto follower = static_cast<SliceFollower*>(self)->shared_from_this();
     if (event == vtkMRMLInnerGSModelNode::ModelModifiedEvent) follower->remade_ = true;
+    if (event == vtkMRMLTransformableNode::TransformModifiedEvent) follower->placed_ = false;
     follower->update();
   });
   slice->AddObserver(vtkCommand::ModifiedEvent, command_);
@@ -75,17 +80,20 @@ bool SliceFollower::query() {
   const int* size = slice_->GetDimensions();
   if (size[0] < 1 || size[1] < 1) return false;
   // Fewer pixels than a large view has: each stands for `step` of them.
-  const double step = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
-  vtkNew<vtkMatrix4x4> toModel, plane;
-  fromWorld(model_, toModel);
-  vtkMatrix4x4::Multiply4x4(toModel, slice_->GetXYToRAS(), plane);
+  double step = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
+  if (!placed_) toModel_ = transformFromWorld(model_);
+  placed_ = true;
+  const bool bent = toModel_ && !vtkLinearTransform::SafeDownCast(toModel_);
+  if (bent) step = std::max(step, std::sqrt(double(size[0]) * size[1] * msPerPixel_ / kBudget));
   query_->SetModel(modelOf(model_));
-  query_->SetPlaneToRASMatrix(plane);
+  query_->SetTransformToModel(toModel_);
+  query_->SetPlaneToRASMatrix(slice_->GetXYToRAS());
   query_->SetDimensions(std::max(1, int(size[0] / step)), std::max(1, int(size[1] / step)));
   query_->SetSpacing(step, step);
   run(query_);
-  toModel->Invert();
-  vtkMatrix4x4::Multiply4x4(toModel, query_->GetOutputIJKToRASMatrix(), toWorld_);
+  if (bent)
+    msPerPixel_ = query_->GetQueryMilliseconds() / (query_->GetDimensions()[0] * query_->GetDimensions()[1]);
+  toWorld_->DeepCopy(query_->GetOutputIJKToRASMatrix());
   image_ = vtkSmartPointer<vtkImageData>::New();
   image_->DeepCopy(query_->GetOutput()); // the query writes into its own again
   found_ = true;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+class vtkAbstractTransform;
 class vtkCallbackCommand;
 class vtkImageData;
 class vtkMatrix4x4;
@@ -49,6 +50,9 @@ private:
   bool updating_ = false;
   bool remade_ = false; // the model is another than the output's attributes say
   bool found_ = false;  // image_ and toWorld_ are the view's
+  bool placed_ = false; // toModel_ is the model's transform now
+  double msPerPixel_ = 1e-3;
+  vtkSmartPointer<vtkAbstractTransform> toModel_;
   vtkSmartPointer<vtkImageData> image_;
   vtkNew<vtkMatrix4x4> toWorld_;
   vtkNew<vtkInnerGSPlaneQuery> query_;

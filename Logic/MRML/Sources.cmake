@@ -18,6 +18,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   LogicModels.cxx
   ModelNodes.cxx
   NodeGeometry.cxx
+  NodeTransform.cxx
   Outputs.cxx
   QualityTable.cxx
   Queries.cxx

@@ -112,9 +112,12 @@ void vtkMRMLInnerGSModelNode::GetRASBounds(double bounds[6]) {
   vtkNew<vtkGeneralTransform> toWorld;
   parent->GetTransformToWorld(toWorld);
   vtkBoundingBox box;
-  for (int corner = 0; corner < 8; ++corner) {
-    const double at[3] = {bounds[corner & 1], bounds[2 + (corner >> 1 & 1)], bounds[4 + (corner >> 2)]};
-    double world[3];
+  const int steps = parent->IsTransformToWorldLinear() ? 1 : 8; // between corners: sides may bulge
+  for (int n = 0; n < (steps + 1) * (steps + 1) * (steps + 1); ++n) {
+    const int index[3] = {n % (steps + 1), n / (steps + 1) % (steps + 1), n / ((steps + 1) * (steps + 1))};
+    double at[3], world[3];
+    for (int a = 0; a < 3; ++a)
+      at[a] = bounds[2 * a] + (bounds[2 * a + 1] - bounds[2 * a]) * index[a] / steps;
     toWorld->TransformPoint(at, world);
     box.AddPoint(world);
   }

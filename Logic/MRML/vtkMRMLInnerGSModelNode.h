@@ -10,7 +10,7 @@ class vtkInnerGSModel;
 class vtkMatrix4x4;
 
 /// A reconstructed model: a continuous volume made of 3D Gaussians. It lies where its parent transform puts
-/// it (linear transforms only); queries through vtkSlicerInnerGSLogic honour that.
+/// it, also one that bends space; queries through vtkSlicerInnerGSLogic honour that.
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelNode : public vtkMRMLTransformableNode {
 public:
   static vtkMRMLInnerGSModelNode* New();

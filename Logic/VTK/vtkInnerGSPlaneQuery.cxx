@@ -2,33 +2,68 @@
 
 #include "Core/Error.h"
 #include "Core/PlaneSampler.h"
+#include "Core/Render.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "vtkInnerGSModel.h"
 
+#include "vtkAbstractTransform.h"
 #include "vtkDataObject.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
+#include "vtkLinearTransform.h"
 #include "vtkMatrix4x4.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkPointData.h"
+#include "vtkSmartPointer.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
+#include <vector>
 
 vtkStandardNewMacro(vtkInnerGSPlaneQuery);
 
 struct vtkInnerGSPlaneQuery::Internals {
   vtkNew<vtkMatrix4x4> planeToRAS, outputToRAS;
+  vtkSmartPointer<vtkAbstractTransform> rasToModel; // null: the same
   std::unique_ptr<innergs::PlaneSampler> sampler;
   std::shared_ptr<const innergs::GaussianField> field; // what the sampler was made for, and how
   int threads = 0;
   std::string instructionSet, device;
+
+  void samplePoints(const innergs::Affine3& toRAS, int columns, int rows, std::span<float> out,
+                    const std::stop_token& stop) const;
 };
+
+/// The pixel centres, taken through the transform. On this thread: not every transform's inverse may be asked
+/// from several.
+void vtkInnerGSPlaneQuery::Internals::samplePoints(const innergs::Affine3& toRAS, int columns, int rows,
+                                                   std::span<float> out, const std::stop_token& stop) const {
+  using innergs::Vec3;
+  innergs::RenderOptions options;
+  options.threads = threads;
+  options.instructionSet = instructionSet;
+  options.stop = stop;
+  std::vector<Vec3> points(out.size());
+  std::size_t n = 0;
+  rasToModel->Update();
+  for (int y = 0; y < rows; ++y) {
+    if (stop.stop_requested()) throw innergs::Error(innergs::ErrorCode::Cancelled, "The query was stopped.");
+    for (int x = 0; x < columns; ++x, ++n) {
+      const Vec3 at = toRAS({static_cast<double>(x), static_cast<double>(y), 0});
+      double there[3];
+      rasToModel->InternalTransformPoint(at.data(), there);
+      points[n] = innergs::vtk::flipped(Vec3{there[0], there[1], there[2]});
+    }
+  }
+  const std::vector<float> values = renderPoints(*field, points, options);
+  std::copy(values.begin(), values.end(), out.begin());
+}
 
 vtkInnerGSPlaneQuery::vtkInnerGSPlaneQuery() : Work(std::make_unique<Internals>()) {}
 vtkInnerGSPlaneQuery::~vtkInnerGSPlaneQuery() = default;
@@ -72,6 +107,16 @@ vtkMatrix4x4* vtkInnerGSPlaneQuery::GetPlaneToRASMatrix() {
   return this->Work->planeToRAS;
 }
 
+void vtkInnerGSPlaneQuery::SetTransformToModel(vtkAbstractTransform* rasToModel) {
+  if (rasToModel == this->Work->rasToModel) return;
+  this->Work->rasToModel = rasToModel;
+  this->Modified();
+}
+
+vtkAbstractTransform* vtkInnerGSPlaneQuery::GetTransformToModel() {
+  return this->Work->rasToModel;
+}
+
 void vtkInnerGSPlaneQuery::SetModel(vtkInnerGSModel* model) {
   this->SetInputDataObject(0, model);
 }
@@ -90,7 +135,8 @@ vtkMatrix4x4* vtkInnerGSPlaneQuery::GetOutputIJKToRASMatrix() {
 }
 
 vtkMTimeType vtkInnerGSPlaneQuery::GetMTime() {
-  return std::max(this->Superclass::GetMTime(), this->Work->planeToRAS->GetMTime());
+  const vtkMTimeType place = this->Work->rasToModel ? this->Work->rasToModel->GetMTime() : 0;
+  return std::max({this->Superclass::GetMTime(), this->Work->planeToRAS->GetMTime(), place});
 }
 
 void vtkInnerGSPlaneQuery::RequestInformation(vtkInformationVector**, vtkInformationVector* outputs) {
@@ -141,8 +187,15 @@ void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInforma
     throw innergs::Error(innergs::ErrorCode::InvalidArgument, "The plane must have at least one pixel.");
   vtkImageData* image = vtkImageData::GetData(outputs);
   float* pixelsOut = innergs::vtk::allocateFloats(image, grid, this->GeometryInImage);
-  work.sampler->sample(toLPS, this->Dimensions[0], this->Dimensions[1],
-                       {pixelsOut, static_cast<std::size_t>(grid.voxelCount())}, this->GetStopToken());
+  const std::span<float> out{pixelsOut, static_cast<std::size_t>(grid.voxelCount())};
+  if (auto* linear = vtkLinearTransform::SafeDownCast(work.rasToModel); linear || !work.rasToModel) {
+    const Affine3 toModel =
+        linear ? innergs::vtk::affineOf(linear->GetMatrix(), "The transform to the model") : Affine3();
+    work.sampler->sample(innergs::vtk::flipped(toModel * toRAS), this->Dimensions[0], this->Dimensions[1],
+                         out, this->GetStopToken());
+  } else {
+    work.samplePoints(toRAS, this->Dimensions[0], this->Dimensions[1], out, this->GetStopToken());
+  }
   innergs::vtk::toMatrix(toRAS, work.outputToRAS);
   this->QueryMilliseconds =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();

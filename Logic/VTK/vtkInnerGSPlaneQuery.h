@@ -3,6 +3,7 @@
 
 #include "vtkInnerGSAlgorithm.h"
 
+class vtkAbstractTransform;
 class vtkImageData;
 class vtkMatrix4x4;
 
@@ -29,6 +30,15 @@ public:
   vtkSetMacro(Centred, bool);
   vtkGetMacro(Centred, bool);
   vtkBooleanMacro(Centred, bool);
+  ///@}
+
+  ///@{
+  /// RAS → the RAS that the model was made in, for a model that has been moved; null (default): the same. A
+  /// vtkLinearTransform moves the plane into the model, with shear as well; through any other transform the
+  /// pixel centres go one by one, as vtkInnerGSPointQuery's points. Another thread must not change it while
+  /// the query runs.
+  void SetTransformToModel(vtkAbstractTransform* rasToModel);
+  vtkAbstractTransform* GetTransformToModel();
   ///@}
 
   ///@{

@@ -222,8 +222,15 @@ TEST_F(BadInputTest, Transforms) {
   ASSERT_TRUE(logic->Reconstruct(parameters));
   auto* model = logic->GetLastJob()->GetModelNode();
   model->SetAndObserveTransformNodeID(grid->GetID());
-  EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(model, 0, 0, 0)));
+  EXPECT_FALSE(std::isnan(logic->GetValueAtRAS(model, 0, 0, 0))); // points and planes can follow it
+  EXPECT_EQ(logic->Resample(model, 2), nullptr);
   EXPECT_NE(logic->GetLastError().find("bends space"), std::string::npos);
+  EXPECT_EQ(logic->ResampleLike(model, input), nullptr);
+  EXPECT_NE(logic->GetLastError().find("bends space"), std::string::npos);
+  node->SetMatrixTransformToParent(flat);
+  model->SetAndObserveTransformNodeID(node->GetID());
+  EXPECT_TRUE(std::isnan(logic->GetValueAtRAS(model, 0, 0, 0)));
+  EXPECT_NE(logic->GetLastError().find("cannot be inverted"), std::string::npos);
 }
 
 TEST_F(BadInputTest, Settings) {

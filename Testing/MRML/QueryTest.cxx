@@ -4,8 +4,10 @@
 #include <vtkMRMLSliceNode.h>
 
 #include <vtkFloatArray.h>
+#include <vtkGeneralTransform.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
+#include <vtkThinPlateSplineTransform.h>
 #include <vtkTransform.h>
 
 #include <utility>
@@ -289,6 +291,64 @@ TEST_F(QueryTest, UnderATransformThatScalesOrShears) {
   }
   EXPECT_EQ(logic->ResampleLike(model, plane), nullptr);
   EXPECT_NE(logic->GetLastError().find("shears"), std::string::npos) << logic->GetLastError();
+}
+
+TEST_F(QueryTest, UnderATransformThatBends) {
+  vtkNew<vtkPoints> from, to;
+  for (int n = 0; n < 8; ++n) {
+    const double at[3] = {n & 1 ? 20. : -20., n & 2 ? 20. : -20., n & 4 ? 20. : -20.};
+    from->InsertNextPoint(at);
+    to->InsertNextPoint(at[0] + 3 * (n == 3), at[1] - 2 * (n == 5), at[2] + 4);
+  }
+  vtkNew<vtkThinPlateSplineTransform> spline;
+  spline->SetBasisToR();
+  spline->SetSourceLandmarks(from);
+  spline->SetTargetLandmarks(to);
+  auto* parent = vtkMRMLTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTransformNode", "Bent"));
+  parent->SetAndObserveTransformToParent(spline);
+  vtkNew<vtkTransform> turn;
+  turn->RotateWXYZ(25, 0.2, 1, 0.4);
+  parent->SetAndObserveTransformNodeID(addTransform(turn->GetMatrix())->GetID());
+  double straight[6], bounds[6];
+  model->GetRASBounds(straight);
+
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  slice->SetLayoutName("Red");
+  slice->SetOrientation("Coronal");
+  slice->SetDimensions(30, 20, 1);
+  slice->SetFieldOfView(30, 20, 1);
+  auto* followed = logic->FollowSlice(model, slice);
+  ASSERT_NE(followed, nullptr) << logic->GetLastError();
+  model->SetAndObserveTransformNodeID(parent->GetID());
+  model->GetRASBounds(bounds);
+  EXPECT_GT(std::abs(bounds[5] - straight[5]), 1);
+  auto* plane = logic->QueryPlane(model, turn->GetMatrix(), 21, 17, 1);
+  ASSERT_NE(plane, nullptr) << logic->GetLastError();
+
+  const auto expectBent = [&](vtkMRMLScalarVolumeNode* volume) {
+    auto* fixed = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
+    fixed->SetModel(model->GetModel());
+    vtkNew<vtkGeneralTransform> fromWorld;
+    parent->GetTransformFromWorld(fromWorld);
+    vtkNew<vtkMatrix4x4> toWorld;
+    volume->GetIJKToRASMatrix(toWorld);
+    const int* size = volume->GetImageData()->GetDimensions();
+    for (int n = 0; n < size[0] * size[1]; n += 7) {
+      double at[4] = {double(n % size[0]), double(n / size[0]), 0, 1};
+      toWorld->MultiplyPoint(at, at);
+      const double value = volume->GetImageData()->GetScalarComponentAsDouble(n % size[0], n / size[0], 0, 0);
+      EXPECT_NEAR(value, logic->GetValueAtRAS(model, at[0], at[1], at[2]), 0.1);
+      fromWorld->TransformPoint(at, at);
+      EXPECT_NEAR(value, logic->GetValueAtRAS(fixed, at[0], at[1], at[2]), 0.1);
+    }
+    scene->RemoveNode(fixed);
+  };
+  expectBent(plane);
+  expectBent(followed);
+  to->SetPoint(0, -15, -22, -14);
+  to->Modified();
+  spline->Modified();
+  expectBent(followed);
 }
 
 TEST_F(QueryTest, GaussiansAsAModelNode) {

@@ -6,7 +6,10 @@
 #include "vtkInnerGSResample.h"
 
 #include <vtkFloatArray.h>
+#include <vtkGeneralTransform.h>
 #include <vtkPoints.h>
+#include <vtkThinPlateSplineTransform.h>
+#include <vtkTransform.h>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -208,6 +211,67 @@ TEST(PlaneQuery, AShearedPlaneIsSampledWhereItsPixelsLie) {
   for (int n = 0; n < 42; ++n)
     EXPECT_NEAR(values[n], expected[n], 1e-2);
   EXPECT_TRUE(closeTo(query->GetOutputIJKToRASMatrix(), rasMatrix(map)));
+}
+
+TEST(PlaneQuery, FollowsAModelThatWasMoved) {
+  const GaussianField field = framedField();
+  const auto model = modelOf(field);
+  vtkNew<vtkInnerGSPlaneQuery> query;
+  query->SetModel(model);
+  vtkNew<vtkMatrix4x4> plane;
+  const Vec3 c = field.modelToWorld.offset;
+  plane->DeepCopy(rasMatrix(Affine3{obliqueDirection(0.3), c}));
+  query->SetPlaneToRASMatrix(plane);
+  query->SetDimensions(15, 12);
+
+  vtkNew<vtkTransform> sheared;
+  const double shear[16] = {1.1, 0.3, 0, 2, 0, 0.9, 0.2, -1, 0, 0, -1.2, 15, 0, 0, 0, 1};
+  sheared->SetMatrix(shear);
+  vtkNew<vtkThinPlateSplineTransform> bent;
+  vtkNew<vtkPoints> from, to;
+  for (int n = 0; n < 8; ++n) {
+    const double at[3] = {-c[0] + 9 * (n & 1), -c[1] + 9 * (n >> 1 & 1), c[2] + 9 * (n >> 2)};
+    from->InsertNextPoint(at);
+    to->InsertNextPoint(at[0] + (n == 3), at[1] - (n == 5), at[2] + 2 * (n == 0));
+  }
+  bent->SetBasisToR();
+  bent->SetSourceLandmarks(from);
+  bent->SetTargetLandmarks(to);
+  vtkNew<vtkGeneralTransform> unbent;
+  unbent->Concatenate(bent);
+  unbent->Inverse();
+  vtkNew<vtkInnerGSPointQuery> points;
+  points->SetModel(model);
+  for (vtkAbstractTransform* toModel :
+       {static_cast<vtkAbstractTransform*>(sheared.Get()), static_cast<vtkAbstractTransform*>(bent.Get()),
+        static_cast<vtkAbstractTransform*>(unbent.Get())}) {
+    query->SetTransformToModel(toModel);
+    query->Update();
+    ASSERT_EQ(query->GetErrorMessage(), "");
+    vtkNew<vtkPoints> there;
+    there->SetDataTypeToDouble();
+    for (int n = 0; n < 15 * 12; ++n) { // the pixels are where they were asked for
+      double at[4] = {double(n % 15), double(n / 15), 0, 1};
+      query->GetOutputIJKToRASMatrix()->MultiplyPoint(at, at);
+      there->InsertNextPoint(toModel->TransformPoint(at));
+    }
+    vtkNew<vtkFloatArray> expected;
+    ASSERT_TRUE(points->Evaluate(there, expected));
+    const auto values = valuesOf(query->GetOutput());
+    ASSERT_EQ(values.size(), 15u * 12u);
+    for (int n = 0; n < 15 * 12; ++n)
+      ASSERT_NEAR(values[n], expected->GetValue(n), 1e-2) << toModel->GetClassName() << " " << n;
+    EXPECT_GT(expected->GetRange()[1] - expected->GetRange()[0], 5);
+  }
+  to->SetPoint(2, to->GetPoint(0)); // the transform changes
+  to->Modified();
+  const auto before = valuesOf(query->GetOutput());
+  query->Update();
+  EXPECT_NE(valuesOf(query->GetOutput()), before);
+  query->Cancel();
+  query->Modified();
+  query->Update();
+  EXPECT_TRUE(query->GetAborted());
 }
 
 TEST(ResampleFilter, StopsOnRequest) {
