@@ -1,23 +1,21 @@
 #include "Core/Error.h"
-#include "NodeGeometry.h"
 #include "NodeInfo.h"
+#include "NodeTransform.h"
 #include "qSlicerInnerGSHost.h"
 #include "vtkInnerGSModel.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
+#include <vtkMRMLTransformNode.h>
 #include <vtkSlicerInnerGSLogic.h>
 
-#include <vtkCallbackCommand.h>
 #include <vtkImageData.h>
 #include <vtkMatrix3x3.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 
 #include <QDir>
-
-#include <algorithm>
 
 /// The host's part about models and what is made of them.
 
@@ -32,41 +30,31 @@ ModelInfo qSlicerInnerGSHost::modelInfo(const QString& id) const {
 
 vtkInnerGSModel* qSlicerInnerGSHost::model(const QString& id) const {
   vtkMRMLInnerGSModelNode* node = modelNode(id);
-  if (!node || node->IsEmpty()) return nullptr;
-  vtkNew<vtkMatrix4x4> toWorld;
-  QString problem;
-  try {
-    mrml::toWorld(node, toWorld);
-  } catch (const Error& error) {
-    problem = QString::fromStdString(error.what());
-    toWorld->Zero();
-  }
-  if (toWorld->IsIdentity()) {
-    moved_.remove(id);
-    return node->GetModel();
-  }
-  std::array<double, 16> matrix;
-  std::copy_n(toWorld->GetData(), 16, matrix.begin());
-  Moved& moved = moved_[id];
-  if (!moved.node || moved.from != node->GetModel() || moved.matrix != matrix) {
-    moved = {vtkSmartPointer<vtkMRMLInnerGSModelNode>::New(), node->GetModel(), matrix, problem};
-    if (problem.isEmpty()) {
-      vtkNew<vtkCallbackCommand> quiet; // the sentence is for the panel
-      moved.node->AddObserver(vtkCommand::ErrorEvent, quiet);
-      moved.node->SetModel(node->GetModel());
-      moved.node->ApplyTransformMatrix(toWorld);
-      if (moved.node->GetModel()->GetCheckpoint() == node->GetModel()->GetCheckpoint())
-        moved.problem =
-            tr("'%1' is under a transform that shears it, which its planes cannot follow: correct or "
-               "remove the transform.")
-                .arg(QString::fromUtf8(node->GetName()));
-    }
-  }
-  return moved.problem.isEmpty() ? moved.node->GetModel() : nullptr;
+  return node && !node->IsEmpty() && placeOf(node).problem.isEmpty() ? node->GetModel() : nullptr;
+}
+
+vtkSmartPointer<vtkAbstractTransform> qSlicerInnerGSHost::toModel(const QString& id) const {
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  return node ? placeOf(node).toModel : nullptr;
 }
 
 QString qSlicerInnerGSHost::modelProblem(const QString& id) const {
-  return model(id) ? QString() : moved_.value(id).problem;
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  return node && !node->IsEmpty() ? placeOf(node).problem : QString();
+}
+
+const qSlicerInnerGSHost::Place& qSlicerInnerGSHost::placeOf(vtkMRMLInnerGSModelNode* node) const {
+  vtkMRMLTransformNode* parent = node->GetParentTransformNode();
+  const vtkMTimeType changed = parent ? parent->GetTransformToWorldMTime() : 0;
+  const auto found = places_.constFind(idOf(node));
+  if (found != places_.constEnd() && found->parent == parent && found->changed == changed) return *found;
+  Place place{parent, changed, nullptr, {}};
+  try {
+    place.toModel = mrml::transformFromWorld(node);
+  } catch (const Error& error) {
+    place.problem = QString::fromStdString(error.what());
+  }
+  return *places_.insert(idOf(node), place);
 }
 
 QString qSlicerInnerGSHost::loadModel(const QString& file, QString* error) {

@@ -13,6 +13,7 @@
 #include <vtkMRMLScene.h>
 #include <vtkMRMLStorageNode.h>
 #include <vtkMRMLTableNode.h>
+#include <vtkMRMLTransformNode.h>
 #include <vtkSlicerInnerGSJob.h>
 
 #include <vtkImageData.h>
@@ -151,9 +152,14 @@ ModelInfo infoOf(vtkMRMLInnerGSModelNode* node) {
   info.finestSpacing = std::max({info.bounds[1] - info.bounds[0], info.bounds[3] - info.bounds[2],
                                  info.bounds[5] - info.bounds[4]}) /
                        256;
-  if (model->GetDomain(domain, dimensions))
+  if (model->GetDomain(domain, dimensions)) {
+    vtkMRMLTransformNode* parent = node->GetParentTransformNode();
+    vtkNew<vtkMatrix4x4> toWorld; // the identity where it bends space
+    if (parent && parent->IsTransformToWorldLinear()) parent->GetMatrixTransformToWorld(toWorld);
+    vtkMatrix4x4::Multiply4x4(toWorld, domain, domain);
     info.finestSpacing =
         std::min({lengthOfColumn(domain, 0), lengthOfColumn(domain, 1), lengthOfColumn(domain, 2)});
+  }
 
   vtkMRMLStorageNode* storage = node->GetStorageNode();
   if (storage && storage->GetFileName()) info.file = QString::fromUtf8(storage->GetFileName());

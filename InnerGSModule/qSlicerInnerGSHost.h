@@ -1,4 +1,5 @@
 #pragma once
+#include "Watches.h"
 #include "Widgets/Host.h"
 
 #include <vtkSlicerInnerGSLogic.h>
@@ -13,12 +14,12 @@
 
 #include <array>
 #include <functional>
-#include <vector>
 
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
 class vtkMRMLNode;
 class vtkMRMLScene;
+class vtkMRMLTransformNode;
 class vtkObject;
 class vtkPolyData;
 class vtkSlicerInnerGSJob;
@@ -53,6 +54,7 @@ public:
   bool isRunning() const override;
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
   vtkInnerGSModel* model(const QString& id) const override;
+  vtkSmartPointer<vtkAbstractTransform> toModel(const QString& id) const override;
   QString loadModel(const QString& file, QString* error) override;
   QString saveModel(const QString& id, const QString& file) override;
   QString showEllipsoids(const QString& id, bool shown) override;
@@ -71,6 +73,9 @@ private:
   void onVolume(vtkObject* caller, unsigned long event, void* data);
   void watchModels();
   void watchVolumes();
+  void watchChosen();
+  void onParameters(vtkObject* caller, unsigned long event, void* data);
+  void onChosen(vtkObject* caller, unsigned long event, void* data);
   QString volumesNow() const;
   void fillSlowly(innergs::ui::Estimate& estimate);
   void findEllipsoids(vtkMRMLInnerGSModelNode* node);
@@ -79,22 +84,16 @@ private:
   void fitRegion(vtkMRMLNode* region);
   QString lastError() const;
 
-  struct Watch {
-    vtkWeakPointer<vtkObject> object;
-    unsigned long tag;
-  };
-  template <class Method>
-  void watch(std::vector<Watch>& list, vtkObject* object, unsigned long event, Method m);
-  static void unwatch(std::vector<Watch>& list);
-
   vtkWeakPointer<vtkSlicerInnerGSLogic> logic_;
   vtkWeakPointer<vtkMRMLScene> scene_;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
-  std::vector<Watch> logicWatches_, sceneWatches_, modelWatches_, volumeWatches_;
+  Watches logicWatches_, sceneWatches_, modelWatches_, volumeWatches_, chosenWatches_;
+  vtkWeakPointer<vtkMRMLNode> watched_, watchedMask_, watchedRegion_; // chosenWatches_ are of these
   QTimer changed_;        // one signal for many changes of the scene
-  QTimer modelsMoved_;    // models follow a transform when it rests
+  QTimer modelsMoved_;    // one for many moves of a transform
   QTimer volumesEdited_;  // names and geometry of volumes
+  QTimer chosenEdited_;   // the mask or the region
   QString volumesBefore_; // as they were told of
   bool active_ = false;
   QMap<QString, vtkSlicerInnerGSLogic::SlowEstimate> slow_; // by the outline's key
@@ -106,12 +105,13 @@ private:
   std::string deviceNote_;
   innergs::Progress fit_; // the last one shown
   bool judging_ = false;
-  /// Models under a transform, moved to the world: what model() shows.
-  struct Moved {
-    vtkSmartPointer<vtkMRMLInnerGSModelNode> node;
-    vtkWeakPointer<vtkInnerGSModel> from;
-    std::array<double, 16> matrix;
-    QString problem;
+  /// A model's transform: what toModel() gives.
+  struct Place {
+    vtkWeakPointer<vtkMRMLTransformNode> parent;
+    vtkMTimeType changed = 0;
+    vtkSmartPointer<vtkAbstractTransform> toModel;
+    QString problem; // why there is none, a sentence
   };
-  mutable QMap<QString, Moved> moved_;
+  const Place& placeOf(vtkMRMLInnerGSModelNode* node) const;
+  mutable QMap<QString, Place> places_;
 };

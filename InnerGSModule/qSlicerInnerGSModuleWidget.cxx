@@ -1,11 +1,11 @@
 #include "qSlicerInnerGSModuleWidget.h"
 
 #include "ParameterRequest.h"
-#include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 #include "qSlicerInnerGSHost.h"
+#include "qSlicerInnerGSModuleWidget_p.h"
 #include "qSlicerInnerGSViews.h"
 
 #include <ctkCollapsibleButton.h>
@@ -23,200 +23,24 @@
 #include <vtkMatrix4x4.h>
 
 #include <QCheckBox>
-#include <QHBoxLayout>
 #include <QLabel>
 #include <QPushButton>
-#include <QStyle>
 #include <QTimer>
-#include <QVBoxLayout>
 
 using namespace innergs::ui;
 
-class qSlicerInnerGSModuleWidgetPrivate {
-  Q_DECLARE_PUBLIC(qSlicerInnerGSModuleWidget);
-
-public:
-  explicit qSlicerInnerGSModuleWidgetPrivate(qSlicerInnerGSModuleWidget& widget) : q_ptr(&widget) {}
-
-  void makePanels();
-  QWidget* makeParameterRow();
-  QWidget* makeViewRow();
-  void connectPanels();
-
-  vtkMRMLInnerGSParameterNode* parameters() const { return host->parameterNode(); }
-  void setParameters(vtkMRMLNode* node);
-  /// Takes the first set of the scene, or makes one; an empty one gets the volume that is shown.
-  void ensureParameters();
-  void fromNode();
-  void toNode();
-  void onFinished(const Report& report);
-  void showModelInView();
-  void explainTransform(); // where a model's planes cannot be shown
-  void updateViewButtons();
-  vtkMRMLScalarVolumeNode* shownVolume() const;
-  vtkMRMLScalarVolumeNode* viewedVolume() const; // in a slice view's background
-  vtkMRMLScene* scene() const { return q_ptr->mrmlScene(); }
-
-  qSlicerInnerGSModuleWidget* const q_ptr;
-  qSlicerInnerGSHost* host = nullptr;
-  qSlicerInnerGSViews* views = nullptr;
-  qMRMLNodeComboBox *parameterSets = nullptr, *sliceView = nullptr;
-  ReconstructionPanel* reconstruction = nullptr;
-  QueryPanel* query = nullptr;
-  ModelPanel* model = nullptr;
-  QCheckBox* modelInView = nullptr;
-  QPushButton* rendering = nullptr;
-  QLabel *message = nullptr, *transformMessage = nullptr;
-  bool updating = false;
-};
-
-namespace {
-
-ctkCollapsibleButton* section(const QString& title, const char* name, bool open, QBoxLayout* into) {
-  auto* button = new ctkCollapsibleButton(title);
-  button->setObjectName(name);
-  button->setCollapsedHeight(0);
-  button->setCollapsed(!open);
-  new QVBoxLayout(button);
-  into->addWidget(button);
-  return button;
-}
-
-} // namespace
-
-//------------------------------------------------------------------------------ what is seen
-
-QWidget* qSlicerInnerGSModuleWidgetPrivate::makeParameterRow() {
-  const auto tr = [](const char* text) { return qSlicerInnerGSModuleWidget::tr(text); };
-  auto* row = new QWidget;
-  auto* layout = new QHBoxLayout(row);
-  layout->setContentsMargins(row->style()->pixelMetric(QStyle::PM_LayoutLeftMargin), 0,
-                             row->style()->pixelMetric(QStyle::PM_LayoutRightMargin), 0);
-  auto* label = new QLabel(tr("&Parameter set:"));
-  parameterSets = new qMRMLNodeComboBox;
-  parameterSets->setObjectName("ParameterNodeComboBox");
-  parameterSets->setNodeTypes({"vtkMRMLInnerGSParameterNode"});
-  parameterSets->setNoneEnabled(false);
-  parameterSets->setAddEnabled(true);
-  parameterSets->setRenameEnabled(true);
-  parameterSets->setRemoveEnabled(true);
-  parameterSets->setBaseName("InnerGS");
-  parameterSets->setToolTip(tr("All choices below, saved with the scene. A scene can have several sets."));
-  QObject::connect(parameterSets, &qMRMLNodeComboBox::nodeAddedByUser, parameterSets, [](vtkMRMLNode* node) {
-    if (auto* set = vtkMRMLInnerGSParameterNode::SafeDownCast(node)) set->EvaluateQualityOn(); // as proposed
-  });
-  label->setBuddy(parameterSets);
-  layout->addWidget(label);
-  layout->addWidget(parameterSets, 1);
-  return row;
-}
-
-QWidget* qSlicerInnerGSModuleWidgetPrivate::makeViewRow() {
-  const auto tr = [](const char* text) { return qSlicerInnerGSModuleWidget::tr(text); };
-  auto* row = new QWidget;
-  auto* layout = new QHBoxLayout(row);
-  layout->setContentsMargins(0, 0, 0, 0);
-  auto* label = new QLabel(tr("Slice &view:"));
-  sliceView = new qMRMLNodeComboBox;
-  sliceView->setObjectName("SliceViewComboBox");
-  sliceView->setNodeTypes({"vtkMRMLSliceNode"});
-  sliceView->setNoneEnabled(true);
-  sliceView->setNoneDisplay(tr("Not linked"));
-  sliceView->setAddEnabled(false);
-  sliceView->setRemoveEnabled(false);
-  sliceView->setToolTip(
-      tr("A slice view that shares its plane with the plane below: each follows the other."));
-  label->setBuddy(sliceView);
-  modelInView = new QCheckBox(tr("Sho&w the model there"));
-  modelInView->setObjectName("ModelInViewCheckBox");
-  modelInView->setToolTip(tr("The model itself, at the view's own resolution, while the view moves."));
-  modelInView->setEnabled(false);
-  layout->addWidget(label);
-  layout->addWidget(sliceView, 1);
-  layout->addWidget(modelInView);
-  return row;
-}
-
-void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
-  Q_Q(qSlicerInnerGSModuleWidget);
-  const auto tr = [](const char* text) { return qSlicerInnerGSModuleWidget::tr(text); };
-  auto* layout = new QVBoxLayout(q);
-  layout->addWidget(makeParameterRow());
-
-  ctkCollapsibleButton* part = section(tr("Reconstruct"), "ReconstructSection", true, layout);
-  reconstruction = new ReconstructionPanel(host);
-  reconstruction->layout()->setContentsMargins(0, 0, 0, 0);
-  part->layout()->addWidget(reconstruction);
-  rendering = new QPushButton(tr("Show the result in &3D"));
-  rendering->setObjectName("VolumeRenderingButton");
-  rendering->setCheckable(true);
-  rendering->setEnabled(false);
-  rendering->setToolTip(tr("Volume rendering of the last result in the 3D views"));
-  part->layout()->addWidget(rendering);
-  message = new QLabel;
-  message->setObjectName("MessageLabel");
-  message->setWordWrap(true);
-  message->hide();
-  part->layout()->addWidget(message);
-
-  part = section(tr("Look at any plane"), "QuerySection", false, layout);
-  part->layout()->addWidget(makeViewRow());
-  transformMessage = new QLabel;
-  transformMessage->setObjectName("TransformMessageLabel");
-  transformMessage->setWordWrap(true);
-  transformMessage->hide();
-  part->layout()->addWidget(transformMessage);
-  query = new QueryPanel(host);
-  part->layout()->addWidget(query);
-  part = section(tr("Model"), "ModelSection", false, layout);
-  model = new ModelPanel(host);
-  part->layout()->addWidget(model);
-  part = section(tr("Log"), "LogSection", false, layout);
-  part->layout()->addWidget(new LogPanel(host));
-  layout->addStretch(1);
-}
-
-void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
-  Q_Q(qSlicerInnerGSModuleWidget);
-  QObject::connect(
-      parameterSets,
-      static_cast<void (qMRMLNodeComboBox::*)(vtkMRMLNode*)>(&qMRMLNodeComboBox::currentNodeChanged), q,
-      [this](vtkMRMLNode* node) { setParameters(node); });
-  QObject::connect(reconstruction, &ReconstructionPanel::requestChanged, q, [this] { toNode(); });
-  QObject::connect(host, &Host::finished, q, [this](const Report& report) { onFinished(report); });
-  QObject::connect(host, &Host::volumesChanged, q, [this] { updateViewButtons(); });
-  QObject::connect(rendering, &QPushButton::clicked, q, [this](bool shown) {
-    const QString problem = views->showIn3D(shownVolume(), shown);
-    message->setText(problem);
-    message->setVisible(!problem.isEmpty());
-    updateViewButtons();
-  });
-
-  // One model for all panels, one plane for panel and view.
-  QObject::connect(model, &ModelPanel::modelIdChanged, query, &QueryPanel::setModelId);
-  QObject::connect(query, &QueryPanel::modelIdChanged, model, &ModelPanel::setModelId);
-  QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] {
-    if (modelInView->isChecked()) showModelInView();
-  });
-  QObject::connect(host, &Host::modelsChanged, q, [this] { explainTransform(); });
-  QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] { explainTransform(); });
-  QObject::connect(query, &QueryPanel::planeChanged, views, &qSlicerInnerGSViews::setPlane);
-  QObject::connect(views, &qSlicerInnerGSViews::planeChanged, query, &QueryPanel::setPlane);
-  QObject::connect(
-      sliceView,
-      static_cast<void (qMRMLNodeComboBox::*)(vtkMRMLNode*)>(&qMRMLNodeComboBox::currentNodeChanged), q,
-      [this](vtkMRMLNode* node) {
-        modelInView->setChecked(false);
-        modelInView->setEnabled(node != nullptr);
-        views->link(vtkMRMLSliceNode::SafeDownCast(node));
-      });
-  QObject::connect(modelInView, &QCheckBox::toggled, q, [this] { showModelInView(); });
+vtkMRMLInnerGSParameterNode* qSlicerInnerGSModuleWidgetPrivate::parameters() const {
+  return host->parameterNode();
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::explainTransform() {
   const QString problem = host->modelProblem(query->modelId());
   transformMessage->setText(problem);
   transformMessage->setVisible(!problem.isEmpty());
+}
+
+void qSlicerInnerGSModuleWidgetPrivate::showPlaneIn3D() {
+  plane.setShown(planeIn3D->isChecked() && !querySection->collapsed() && q_ptr->isEntered());
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::showModelInView() {
@@ -330,6 +154,7 @@ void qSlicerInnerGSModuleWidget::setMRMLScene(vtkMRMLScene* scene) {
   this->Superclass::setMRMLScene(scene);
   if (!d->host) return;
   d->host->setMRMLScene(scene);
+  d->plane.setScene(scene);
   d->sliceView->setMRMLScene(scene);
   d->parameterSets->setMRMLScene(scene);
   for (const unsigned long event : {vtkMRMLScene::EndCloseEvent, vtkMRMLScene::EndImportEvent,
@@ -358,6 +183,7 @@ void qSlicerInnerGSModuleWidget::enter() {
   d->ensureParameters();
   d->setParameters(d->parameterSets->currentNode());
   d->views->link(vtkMRMLSliceNode::SafeDownCast(d->sliceView->currentNode()));
+  d->showPlaneIn3D();
 }
 
 void qSlicerInnerGSModuleWidget::exit() {
@@ -366,6 +192,7 @@ void qSlicerInnerGSModuleWidget::exit() {
   d->host->setActive(false); // a script may have the parameters now
   qvtkDisconnect(d->parameters(), vtkCommand::ModifiedEvent, this, SLOT(updateFromParameterNode()));
   d->modelInView->setChecked(false);
+  d->showPlaneIn3D();
   d->views->link(nullptr);
 }
 

@@ -1,0 +1,159 @@
+#include "Core/ReconstructionJob.h"
+#include "NodeInfo.h"
+#include "qSlicerInnerGSHost.h"
+
+#include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLInnerGSParameterNode.h>
+#include <vtkSlicerInnerGSJob.h>
+#include <vtkSlicerInnerGSLogic.h>
+
+#include <utility>
+
+/// The host's part about reconstructions.
+
+using namespace innergs;
+using namespace innergs::ui;
+
+namespace {
+
+Phase knownPhase(const std::string& name, Phase otherwise) {
+  for (const Phase known : {Phase::Preparing, Phase::Initialising, Phase::Fitting, Phase::Refining,
+                            Phase::Rendering, Phase::Done})
+    if (name == phaseName(known)) return known;
+  return otherwise;
+}
+
+Progress progressOf(vtkSlicerInnerGSJob* job) {
+  Progress progress;
+  const std::string phase = job->GetPhase();
+  progress.phase = Phase::Refining; // what is judged has phases of its own
+  for (const Phase known : {Phase::Preparing, Phase::Initialising, Phase::Fitting, Phase::Refining,
+                            Phase::Rendering, Phase::Done})
+    if (phase == phaseName(known)) progress.phase = known;
+  progress.fraction = job->GetProgress();
+  progress.iteration = job->GetCurrentIteration();
+  progress.iterations = job->GetTotalIterations();
+  progress.loss = job->GetLoss();
+  progress.trainingPsnr = job->GetTrainingPSNR();
+  progress.heldOutPsnr = job->GetHeldOutPSNR();
+  progress.gaussians = job->GetNumberOfGaussians();
+  progress.elapsed = job->GetElapsedSeconds();
+  progress.remaining = job->GetRemainingSeconds();
+  return progress;
+}
+
+} // namespace
+
+Estimate qSlicerInnerGSHost::estimate(const Request& request) {
+  Estimate estimate;
+  if (!active_) return estimate;
+  if (!logic_ || !parameters_) {
+    estimate.refusal = tr("There is no parameter set: choose or create one above.");
+    return estimate;
+  }
+  store(request);
+  estimate.refusal = QString::fromStdString(logic_->CheckParameters(parameters_));
+  if (!estimate.refusal.isEmpty()) return estimate;
+  estimate.memory = logic_->EstimateMemory(parameters_);
+  estimate.available = availableMemory();
+  fillSlowly(estimate);
+  return estimate;
+}
+
+/// A small fit is timed, and a device loaded, on a thread; estimateChanged() follows.
+void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
+  std::string key;
+  const auto later = logic_->EstimateLater(parameters_, &key);
+  const QString known = QString::fromStdString(key);
+  if (const auto found = slow_.constFind(known); found != slow_.constEnd()) {
+    estimate.seconds = found->seconds;
+    estimate.reason = QString::fromStdString(found->device);
+    return;
+  }
+  if (!later || estimating_ || isRunning()) return; // then, a time measured says nothing
+  estimating_ = true;
+  run([this, later, known]() -> std::function<void()> {
+    const auto found = later();
+    return [this, found, known] {
+      estimating_ = false;
+      slow_.insert(known, found);
+      Q_EMIT estimateChanged();
+    };
+  });
+}
+
+bool qSlicerInnerGSHost::start(const Request& request) {
+  if (isRunning()) {
+    Q_EMIT failed(tr("A reconstruction is running: wait for its end or cancel it."));
+    return false;
+  }
+  if (!logic_ || !parameters_) {
+    Q_EMIT failed(tr("There is no parameter set: choose or create one above."));
+    return false;
+  }
+  store(request);
+  job_ = logic_->StartReconstruction(parameters_, false);
+  if (!job_) {
+    Q_EMIT failed(lastError());
+    return false;
+  }
+  phase_.clear();
+  deviceNote_.clear();
+  judging_ = false;
+  Q_EMIT started();
+  return true;
+}
+
+void qSlicerInnerGSHost::cancel() {
+  if (logic_ && job_) logic_->RequestCancel(job_);
+}
+
+bool qSlicerInnerGSHost::isRunning() const {
+  return job_ && !job_->IsDone();
+}
+
+void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
+  if (!job_ || data != job_.Get()) return; // a script's
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = job_;
+  switch (event) {
+  case vtkSlicerInnerGSLogic::JobProgressEvent: {
+    const QString phase = QString::fromStdString(job->GetPhase());
+    if (phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
+    phase_ = phase;
+    Progress progress = progressOf(job);
+    if (phase.startsWith("Judging")) { // sweeps, loss and PSNR stay those of the fit that makes the result
+      std::swap(progress, fit_);
+      progress.phase = knownPhase(job->GetPhase().substr(job->GetPhase().find(", ") + 2), Phase::Rendering);
+      progress.fraction = fit_.fraction;
+      progress.elapsed = fit_.elapsed;
+      progress.remaining = fit_.remaining;
+    }
+    fit_ = progress;
+    if (phase.startsWith("Judging") && !judging_)
+      Q_EMIT logged(tr("Judging the quality by a second fit that sees only some of the slices."));
+    judging_ = phase.startsWith("Judging");
+    if (const std::string note = job->GetDeviceNote(); note != deviceNote_)
+      progress.note = deviceNote_ = note; // once
+    Q_EMIT progressed(progress);
+    return;
+  }
+  case vtkSlicerInnerGSLogic::JobPreviewEvent:
+    Q_EMIT previewed(job->GetPreviewImage(), job->GetPreviewIJKToRASMatrix());
+    return;
+  default:
+    break;
+  }
+  job_ = nullptr;
+  slow_.clear(); // a fit on a device tells how long others take there
+  if (event == vtkSlicerInnerGSLogic::JobFinishedEvent) {
+    const Report report = reportOf(job);
+    watchModels();
+    Q_EMIT volumesChanged();
+    Q_EMIT modelsChanged();
+    Q_EMIT finished(report);
+  } else if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
+    Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
+  } else {
+    Q_EMIT cancelled();
+  }
+}

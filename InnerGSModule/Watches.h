@@ -1,0 +1,32 @@
+#pragma once
+#include <vtkObject.h>
+#include <vtkWeakPointer.h>
+
+#include <vector>
+
+/// Observers of VTK objects, which may go before it; they end with this.
+class Watches {
+public:
+  Watches() = default;
+  ~Watches() { clear(); }
+  Watches(const Watches&) = delete;
+  Watches& operator=(const Watches&) = delete;
+
+  template <class Owner>
+  void add(vtkObject* object, unsigned long event, Owner* owner,
+           void (Owner::*method)(vtkObject*, unsigned long, void*)) {
+    if (object) list_.push_back({object, object->AddObserver(event, owner, method)});
+  }
+  void clear() {
+    for (const Watch& watch : list_)
+      if (watch.object) watch.object->RemoveObserver(watch.tag);
+    list_.clear();
+  }
+
+private:
+  struct Watch {
+    vtkWeakPointer<vtkObject> object;
+    unsigned long tag;
+  };
+  std::vector<Watch> list_;
+};
