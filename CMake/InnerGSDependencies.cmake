@@ -1,20 +1,23 @@
 # Highway and nlohmann-json for an extension of 3D Slicer: where they are installed, those; else, as on Slicer's build
 # machines, these revisions from their public repositories, built with the extension and linked into it.
 include(FetchContent)
+option(INNERGS_FETCH_DEPENDENCIES "Take these revisions even where some are installed: for a package to pass on" OFF)
 set(INNERGS_FETCHED "")
-find_package(hwy CONFIG QUIET)
+if(NOT INNERGS_FETCH_DEPENDENCIES)
+  find_package(hwy CONFIG QUIET)
+  find_package(nlohmann_json 3.9 QUIET)
+endif()
 if(NOT TARGET hwy::hwy)
   find_package(PkgConfig QUIET)
-  if(PKG_CONFIG_FOUND)
+  if(PKG_CONFIG_FOUND AND NOT INNERGS_FETCH_DEPENDENCIES)
     pkg_check_modules(HWY QUIET IMPORTED_TARGET libhwy)
   endif()
-  if(NOT HWY_FOUND)
+  if(INNERGS_FETCH_DEPENDENCIES OR NOT HWY_FOUND)
     FetchContent_Declare(highway GIT_REPOSITORY https://github.com/google/highway.git
       GIT_TAG 457c891775a7397bdb0376bb1031e6e027af1c48) # 1.2.0
     list(APPEND INNERGS_FETCHED highway)
   endif()
 endif()
-find_package(nlohmann_json 3.9 QUIET)
 if(NOT nlohmann_json_FOUND)
   FetchContent_Declare(nlohmann_json GIT_REPOSITORY https://github.com/nlohmann/json.git
     GIT_TAG 9cca280a4d0ccf0c08f47a99aa71d1b0e52f8d03) # 3.11.3

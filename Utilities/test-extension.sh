@@ -1,6 +1,6 @@
 #!/bin/sh
-# Builds the extension against the Slicer build tree named by Slicer_DIR (or found by CMake) into the given folder and
-# runs the module's tests on a virtual display. Exit code 3, with the reason: there is no Slicer.
+# Builds the extension against the Slicer build tree named by Slicer_DIR (or found by CMake) into the given folder, checks
+# what its package would hold and runs the module's tests on a virtual display. Exit code 3, with the reason: there is no Slicer.
 set -eu
 build=${1:-build-slicer}
 source=$(cd "$(dirname "$0")/.." && pwd)
@@ -22,5 +22,7 @@ display=
 if command -v xvfb-run >/dev/null; then
   display='xvfb-run -a -s "-screen 0 1600x1200x24"'
 fi
+export Slicer_DIR
+"$source/Utilities/check-extension-package.sh" "$build"
 cd "$build"
 eval "$display" env LIBGL_ALWAYS_SOFTWARE=1 ctest --output-on-failure --no-tests=error
