@@ -35,6 +35,17 @@ INNERGS_HD inline float product(float a, float b) {
 #endif
 }
 
+/// 2^x of an x whose power is a normal float.
+INNERGS_HD inline float exp2Normal(float x) {
+#if defined(__CUDA_ARCH__)
+  float power; // 2 units in the last place, as exp2f, which also looks for denormal results
+  asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(power) : "f"(x));
+  return power;
+#else
+  return std::exp2(x);
+#endif
+}
+
 template <class T>
 INNERGS_HD inline void multiply(const T* a, const T* b, T* c) { // c = a·b
   for (int i = 0; i < 3; ++i)

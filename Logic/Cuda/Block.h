@@ -2,6 +2,8 @@
 #include "Core/GaussianMath.h"
 
 #include <cstdint>
+#include <cstring>
+#include <type_traits>
 
 /// A kernel is a struct of pointers and numbers with kThreads, a type Shared (shared memory, trivial) and
 ///
@@ -15,8 +17,12 @@
 ///   PerThread<T> x; x[t]         a register that lives from phase to phase
 ///   forEachThread(f)             f(thread): one phase; only uniform control flow around it
 ///   sync()                       between a phase that writes shared memory and one that reads it
-///   warpSum(x)                   x: PerThread<Lanes<T, n>>; every lane gets its warp's sum, in the same
-///   order warpSum(x, active)           the same in the warps whose lanes are all active: PerThread<bool>
+///   warpSum(x)                   x: PerThread<Lanes<T, n>>; every lane gets its warp's sums, added in the
+///                                same order
+///   warpShare(x, own)            x: PerThread<Lanes<float, n>>, n a power of 2, destroyed; own:
+///                                PerThread<float>: lane l gets its warp's sum number l·n/32, with fewer
+///                                shuffles
+///   warpShare(x, own, active)    the same in the warps whose lanes are all active: PerThread<bool>; else 0
 ///   ballot(x, mask)              x: PerThread<bool>, mask: PerThread<std::uint32_t> of its warp
 #if defined(__CUDACC__)
 #define INNERGS_KERNEL __device__ __forceinline__
@@ -44,6 +50,55 @@ struct Nothing {};
 struct alignas(8) Pair {
   float a, b;
 };
+
+/// Sixteen numbers of a Gaussian: its gradient, or a moment of Adam.
+struct Record {
+  float v[16];
+};
+INNERGS_HD inline Record* recordsAt(float* first) {
+  return reinterpret_cast<Record*>(first);
+}
+INNERGS_HD inline const Record* recordsAt(const float* first) {
+  return reinterpret_cast<const Record*>(first);
+}
+
+/// *from and *to = x in accesses as wide as the size of T allows. On the device arrays of T must start at a
+/// multiple of 16 bytes.
+template <class T>
+INNERGS_HD inline T loaded(const T* from) {
+  T out;
+#if defined(__CUDA_ARCH__)
+  using Part = std::conditional_t<sizeof(T) % sizeof(float4) == 0, float4, float2>;
+  static_assert(sizeof(T) % sizeof(Part) == 0);
+  Part parts[sizeof(T) / sizeof(Part)];
+#pragma unroll
+  for (unsigned i = 0; i < sizeof(T) / sizeof(Part); ++i)
+    parts[i] = reinterpret_cast<const Part*>(from)[i];
+  memcpy(&out, parts, sizeof out);
+#else
+  std::memcpy(&out, from, sizeof out);
+#endif
+  return out;
+}
+template <class T>
+INNERGS_HD inline void stored(T* to, const T& x) {
+#if defined(__CUDA_ARCH__)
+  using Part = std::conditional_t<sizeof(T) % sizeof(float4) == 0, float4, float2>;
+  Part parts[sizeof(T) / sizeof(Part)];
+  memcpy(parts, &x, sizeof x);
+#pragma unroll
+  for (unsigned i = 0; i < sizeof(T) / sizeof(Part); ++i)
+    reinterpret_cast<Part*>(to)[i] = parts[i];
+#else
+  std::memcpy(to, &x, sizeof x);
+#endif
+}
+
+/// a / b of numbers ≥ 0: divisions of 64 bits take a device several times as long.
+INNERGS_HD inline std::int64_t quotient(std::int64_t a, std::int64_t b) {
+  if (((a | b) >> 31) == 0) return static_cast<std::int32_t>(a) / static_cast<std::int32_t>(b);
+  return a / b;
+}
 
 /// Place of the lowest bit that is set.
 INNERGS_HD inline int lowestBit(std::uint32_t bits) {

@@ -38,9 +38,23 @@ public:
         v[c] += __shfl_xor_sync(0xffffffffu, v[c], step);
   }
 
-  template <class T, int n>
-  __device__ __forceinline__ void warpSum(PerThread<Lanes<T, n>>& x, const PerThread<bool>& active) {
-    if (active[0]) warpSum(x);
+  /// Each step halves the sums that a lane goes on with: the other half goes to its partner.
+  template <int n>
+  __device__ __forceinline__ void warpShare(PerThread<Lanes<float, n>>& x, PerThread<float>& own) {
+    static_assert(n >= 1 && n <= kWarp && (n & (n - 1)) == 0);
+    float* v = x[0].v;
+    halve<n / 2, n>(v);
+#pragma unroll
+    for (int step = kWarp / n / 2; step > 0; step /= 2)
+      v[0] += __shfl_xor_sync(0xffffffffu, v[0], step);
+    own[0] = v[0];
+  }
+
+  template <int n>
+  __device__ __forceinline__ void warpShare(PerThread<Lanes<float, n>>& x, PerThread<float>& own,
+                                            const PerThread<bool>& active) {
+    own[0] = 0;
+    if (active[0]) warpShare(x, own);
   }
 
   __device__ __forceinline__ void ballot(const PerThread<bool>& x, PerThread<std::uint32_t>& mask) {
@@ -48,6 +62,21 @@ public:
   }
 
 private:
+  /// By recursion, so that v stays in registers.
+  template <int width, int n>
+  __device__ __forceinline__ void halve(float* v) {
+    if constexpr (width > 0) {
+      constexpr int step = kWarp * width / n;
+      const bool upper = (threadIdx.x & step) != 0;
+#pragma unroll
+      for (int c = 0; c < width; ++c) {
+        const float sent = upper ? v[c] : v[c + width];
+        v[c] = (upper ? v[c + width] : v[c]) + __shfl_xor_sync(0xffffffffu, sent, step);
+      }
+      halve<width / 2, n>(v);
+    }
+  }
+
   Shared& shared_;
 };
 

@@ -5,6 +5,29 @@
 
 namespace innergs::cuda {
 
+/// What warpShare() gives each lane, added in the order of the device.
+template <int n>
+std::array<float, kWarp> sharedSums(std::array<Lanes<float, n>, kWarp> lanes) {
+  for (int width = n / 2; width > 0; width /= 2) {
+    const int step = kWarp * width / n;
+    const auto before = lanes;
+    for (int lane = 0; lane < kWarp; ++lane)
+      for (int c = 0; c < width; ++c) {
+        const int kept = lane & step ? c + width : c;
+        lanes[lane].v[c] = before[lane].v[kept] + before[lane ^ step].v[kept];
+      }
+  }
+  for (int step = kWarp / n / 2; step > 0; step /= 2) {
+    const auto before = lanes;
+    for (int lane = 0; lane < kWarp; ++lane)
+      lanes[lane].v[0] = before[lane].v[0] + before[lane ^ step].v[0];
+  }
+  std::array<float, kWarp> sums;
+  for (int lane = 0; lane < kWarp; ++lane)
+    sums[lane] = lanes[lane].v[0];
+  return sums;
+}
+
 /// A block of threads on the host, one thread after the other within a phase.
 template <int threads, class Shared>
 class HostBlock {
@@ -37,10 +60,20 @@ public:
       sumOne(x, warp);
   }
 
-  template <class T, int n>
-  void warpSum(PerThread<Lanes<T, n>>& x, const PerThread<bool>& active) {
+  template <int n>
+  void warpShare(PerThread<Lanes<float, n>>& x, PerThread<float>& own) {
     for (int warp = 0; warp < threads; warp += kWarp)
-      if (active[warp]) sumOne(x, warp);
+      shareOne(x, own, warp);
+  }
+
+  template <int n>
+  void warpShare(PerThread<Lanes<float, n>>& x, PerThread<float>& own, const PerThread<bool>& active) {
+    for (int warp = 0; warp < threads; warp += kWarp)
+      if (active[warp])
+        shareOne(x, own, warp);
+      else
+        for (int lane = 0; lane < kWarp; ++lane)
+          own[warp + lane] = 0;
   }
 
   void ballot(const PerThread<bool>& x, PerThread<std::uint32_t>& mask) {
@@ -65,6 +98,16 @@ private:
         for (int c = 0; c < n; ++c)
           x[warp + lane].v[c] = before[lane].v[c] + before[lane ^ step].v[c];
     }
+  }
+
+  template <int n>
+  static void shareOne(PerThread<Lanes<float, n>>& x, PerThread<float>& own, int warp) {
+    std::array<Lanes<float, n>, kWarp> lanes;
+    for (int lane = 0; lane < kWarp; ++lane)
+      lanes[lane] = x[warp + lane];
+    const auto sums = sharedSums(lanes);
+    for (int lane = 0; lane < kWarp; ++lane)
+      own[warp + lane] = sums[lane];
   }
 
   std::int64_t index_;

@@ -125,7 +125,7 @@ void Passes::loss(const SliceView& slices, const LossKinds& kinds, int sweep) {
   const std::int64_t points = slices.slices * slices.planeSize;
   const bool ssim = kinds.ssimWeight > 0;
   const SsimTile tile = ssimTile(slices);
-  const std::int64_t blocks = blocksFor(points, PointLosses::kThreads),
+  const std::int64_t blocks = blocksFor(points, PointLosses::kSamples),
                      tiles = ssim ? slices.slices * tile.tilesX * tile.tilesY : 0;
   partial_.reserve(blocks + tiles);
   if (ssim)

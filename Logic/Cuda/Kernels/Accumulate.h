@@ -9,13 +9,14 @@ namespace innergs::cuda {
 struct Accumulate {
   static constexpr int kThreads = 128, kBatch = 64, kGroups = kBatch / kWarp;
   static constexpr int kPlanes = BrickReach::kZ;
-  struct Staged {
-    std::int32_t cell[2];
-    float fraction[2], quadratic[6], log2Weight, log2Cut, cut, value, slope[3], half[2];
-    float dz[kPlanes];
+  /// What a column needs, in the order of use: read 16 bytes at a time.
+  struct alignas(16) Staged {
+    float cell[2]; // from the brick's first point: a float's subtraction is cheaper than a conversion
+    float fraction[2], quadratic[6], log2Weight, log2Cut, value, slope[3], dz[kPlanes], cut;
   };
   struct Shared {
     Staged staged[kBatch];
+    float centre[2][kBatch], half[2][kBatch]; // apart from them: a warp reads one of each, without conflicts
   };
   const Projected* gaussians;
   BrickReach bricks;
@@ -23,11 +24,15 @@ struct Accumulate {
   const std::uint32_t* ids;
   Pair* out;
 
-  INNERGS_HD static void stage(const Projected& g, const LatticeView& lattice, int k0, Staged& s) {
+  INNERGS_HD static void stage(const Projected& g, const LatticeView& lattice, int x0, int y0, int k0, int n,
+                               Shared& shared) {
+    Staged& s = shared.staged[n];
+    const int low[2] = {x0, y0};
     for (int a = 0; a < 2; ++a) {
-      s.cell[a] = g.cell[a];
+      s.cell[a] = static_cast<float>(g.cell[a] - low[a]);
       s.fraction[a] = g.fraction[a];
-      s.half[a] = g.half[a];
+      shared.centre[a][n] = s.cell[a] + g.fraction[a];
+      shared.half[a][n] = g.half[a];
     }
     for (int i = 0; i < 6; ++i)
       s.quadratic[i] = g.quadratic[i];
@@ -42,14 +47,14 @@ struct Accumulate {
       s.dz[j] = planeOffset(g, lattice.z[k0 + j < lattice.nz ? k0 + j : lattice.nz - 1]);
   }
 
-  INNERGS_HD static bool meets(const Staged& s, int axis, int low, int width) {
-    const float at = static_cast<float>(s.cell[axis] - low) + s.fraction[axis];
-    return at + s.half[axis] >= 0 && at - s.half[axis] <= static_cast<float>(width - 1);
+  /// low: from the brick's first point.
+  INNERGS_HD static bool meets(const Shared& shared, int n, int axis, int low, int width) {
+    const float at = shared.centre[axis][n] - static_cast<float>(low), half = shared.half[axis][n];
+    return at + half >= 0 && at - half <= static_cast<float>(width - 1);
   }
 
-  INNERGS_HD static void add(const Staged& s, int x, int y, Lanes<float, 2 * kPlanes>& sums) {
-    const float dx = static_cast<float>(x - s.cell[0]) - s.fraction[0];
-    const float dy = static_cast<float>(y - s.cell[1]) - s.fraction[1];
+  INNERGS_HD static void add(const Staged& s, float x, float y, Lanes<float, 2 * kPlanes>& sums) {
+    const float dx = x - s.cell[0] - s.fraction[0], dy = y - s.cell[1] - s.fraction[1];
     const float* q = s.quadratic;
     const float e0 = q[0] * dx * dx + q[1] * dx * dy + q[3] * dy * dy + s.log2Weight;
     const float e1 = q[2] * dx + q[4] * dy, value = s.value + s.slope[0] * dx + s.slope[1] * dy;
@@ -57,7 +62,7 @@ struct Accumulate {
     for (int j = 0; j < kPlanes; ++j) {
       const float dz = s.dz[j], e = e0 + dz * (e1 + q[5] * dz);
       if (!(e >= s.log2Cut)) continue; // NaN as well
-      const float p = std::exp2(e) - s.cut;
+      const float p = math::exp2Normal(e) - s.cut;
       sums.v[2 * j] += p;
       sums.v[2 * j + 1] += p * (value + s.slope[2] * dz);
     }
@@ -66,10 +71,11 @@ struct Accumulate {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     const LatticeView& lattice = bricks.lattice;
-    const std::int64_t b = block.index();
-    const int bx = static_cast<int>(b % bricks.nx) * BrickReach::kX,
-              by = static_cast<int>(b / bricks.nx % bricks.ny) * BrickReach::kY,
-              bz = static_cast<int>(b / bricks.nx / bricks.ny) * BrickReach::kZ;
+    const int b = static_cast<int>(block.index()); // Passes::bin() sees to that
+    const int bx = b % bricks.nx * BrickReach::kX, by = b / bricks.nx % bricks.ny * BrickReach::kY,
+              bz = b / bricks.nx / bricks.ny * BrickReach::kZ;
+    const auto warpX = [](int t) { return t / kWarp % 2 * 8; };
+    const auto warpY = [](int t) { return t / kWarp / 2 * 4; };
     typename Block::template PerThread<Lanes<float, 2 * kPlanes>> sums;
     typename Block::template PerThread<bool> near;
     typename Block::template PerThread<std::uint32_t> mask[kGroups];
@@ -80,19 +86,20 @@ struct Accumulate {
       const int staged = static_cast<int>(math::least<std::int64_t>(kBatch, end - from));
       block.sync();
       block.forEachThread([&](int t) {
-        if (t < staged) stage(gaussians[ids[from + t]], lattice, bz, shared.staged[t]);
+        if (t < staged) stage(loaded(gaussians + ids[from + t]), lattice, bx, by, bz, t, shared);
       });
       block.sync();
       INNERGS_UNROLL
       for (int group = 0; group < kGroups; ++group) {
         block.forEachThread([&](int t) {
-          const int n = group * kWarp + t % kWarp, wx = bx + t / kWarp % 2 * 8, wy = by + t / kWarp / 2 * 4;
-          near[t] = n < staged && meets(shared.staged[n], 0, wx, 8) && meets(shared.staged[n], 1, wy, 4);
+          const int n = group * kWarp + t % kWarp;
+          near[t] = n < staged && meets(shared, n, 0, warpX(t), 8) && meets(shared, n, 1, warpY(t), 4);
         });
         block.ballot(near, mask[group]);
       }
       block.forEachThread([&](int t) {
-        const int x = bx + t / kWarp % 2 * 8 + t % 8, y = by + t / kWarp / 2 * 4 + t % kWarp / 8;
+        const float x = static_cast<float>(warpX(t) + t % 8),
+                    y = static_cast<float>(warpY(t) + t % kWarp / 8);
         INNERGS_UNROLL
         for (int group = 0; group < kGroups; ++group)
           for (std::uint32_t rest = mask[group][t]; rest; rest &= rest - 1)
@@ -100,7 +107,7 @@ struct Accumulate {
       });
     }
     block.forEachThread([&](int t) {
-      const int x = bx + t / kWarp % 2 * 8 + t % 8, y = by + t / kWarp / 2 * 4 + t % kWarp / 8;
+      const int x = bx + warpX(t) + t % 8, y = by + warpY(t) + t % kWarp / 8;
       INNERGS_UNROLL
       for (int j = 0; j < kPlanes; ++j)
         if (y < lattice.ny && bz + j < lattice.nz)

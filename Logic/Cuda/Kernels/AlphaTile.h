@@ -10,8 +10,8 @@ struct AlphaTile {
   static constexpr int kThreads = 256, kEdge = TileReach::kEdge;
 
   /// A Gaussian on the tile's plane.
-  struct Staged {
-    std::int32_t cell[2];
+  struct alignas(16) Staged {
+    float cell[2]; // from the tile's first point
     float fraction[2];
     float xx, xy, yy, x, y, constant; // of the exponent
     float log2Cut, cut, value, halfX;
@@ -24,19 +24,20 @@ struct AlphaTile {
   const std::uint32_t* slots;  // sorted by tile and depth
   const std::uint32_t* owners; // of the slots
 
-  INNERGS_HD int plane(std::int64_t tile) const { return static_cast<int>(tile / tiles.nx / tiles.ny); }
-  INNERGS_HD int left(std::int64_t tile) const { return static_cast<int>(tile % tiles.nx) * kEdge; }
-  INNERGS_HD int top(std::int64_t tile) const { return static_cast<int>(tile / tiles.nx % tiles.ny) * kEdge; }
+  INNERGS_HD int plane(int tile) const { return tile / tiles.nx / tiles.ny; }
+  INNERGS_HD int left(int tile) const { return tile % tiles.nx * kEdge; }
+  INNERGS_HD int top(int tile) const { return tile / tiles.nx % tiles.ny * kEdge; }
   INNERGS_HD static int warpX(int t) { return t / kWarp % 2 * 8; }
   INNERGS_HD static int warpY(int t) { return t / kWarp / 2 * 4; }
   INNERGS_HD static int pointX(int t) { return warpX(t) + t % 8; }
   INNERGS_HD static int pointY(int t) { return warpY(t) + t % kWarp / 8; }
 
-  INNERGS_HD void stage(std::int64_t at, double z, Staged& s) const {
-    const Projected& g = gaussians[owners[slots[at]]];
+  INNERGS_HD void stage(std::int64_t at, int left, int top, double z, Staged& s) const {
+    const Projected g = loaded(gaussians + owners[slots[at]]);
+    const int low[2] = {left, top};
     const float dz = planeOffset(g, z), *q = g.quadratic;
     for (int a = 0; a < 2; ++a) {
-      s.cell[a] = g.cell[a];
+      s.cell[a] = static_cast<float>(g.cell[a] - low[a]);
       s.fraction[a] = g.fraction[a];
     }
     s.xx = q[0];
@@ -54,18 +55,18 @@ struct AlphaTile {
   }
 
   /// Whether it may reach the points of thread t's warp.
-  INNERGS_HD static bool meets(const Staged& s, int left, int top, int t) {
-    const float x = static_cast<float>(s.cell[0] - left - warpX(t)) + s.fraction[0];
-    const float y = static_cast<float>(s.cell[1] - top - warpY(t)) + s.rowCentre;
+  INNERGS_HD static bool meets(const Staged& s, int t) {
+    const float x = s.cell[0] - static_cast<float>(warpX(t)) + s.fraction[0];
+    const float y = s.cell[1] - static_cast<float>(warpY(t)) + s.rowCentre;
     return x + s.halfX >= 0 && x - s.halfX <= 7 && y + s.rowHalf >= 0 && y - s.rowHalf <= 3;
   }
 
-  /// α p without the cut at a point, 0 past it.
-  INNERGS_HD static float amplitude(const Staged& s, int x, int y, float& dx, float& dy) {
-    dx = static_cast<float>(x - s.cell[0]) - s.fraction[0];
-    dy = static_cast<float>(y - s.cell[1]) - s.fraction[1];
+  /// α p without the cut at a point of the tile, 0 past it.
+  INNERGS_HD static float amplitude(const Staged& s, float x, float y, float& dx, float& dy) {
+    dx = x - s.cell[0] - s.fraction[0];
+    dy = y - s.cell[1] - s.fraction[1];
     const float e = dx * (s.xx * dx + s.xy * dy + s.x) + dy * (s.yy * dy + s.y) + s.constant;
-    return e >= s.log2Cut ? std::exp2(e) : 0.f; // NaN: 0 as well
+    return e >= s.log2Cut ? math::exp2Normal(e) : 0.f; // NaN: 0 as well
   }
 };
 

@@ -15,7 +15,7 @@ struct Composite {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     const LatticeView& lattice = tile.tiles.lattice;
-    const std::int64_t b = block.index();
+    const int b = static_cast<int>(block.index()); // Passes::bin() sees to that
     const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
     const double z = lattice.z[plane];
     typename Block::template PerThread<Pair> state;
@@ -28,19 +28,20 @@ struct Composite {
       const int staged = static_cast<int>(math::least<std::int64_t>(kBatch, end - from));
       block.sync();
       block.forEachThread([&](int t) {
-        if (t < staged) tile.stage(from + t, z, shared.staged[t]);
+        if (t < staged) tile.stage(from + t, left, top, z, shared.staged[t]);
       });
       block.sync();
       INNERGS_UNROLL
       for (int group = 0; group < kGroups; ++group) {
         block.forEachThread([&](int t) {
           const int n = group * kWarp + t % kWarp;
-          near[t] = n < staged && AlphaTile::meets(shared.staged[n], left, top, t);
+          near[t] = n < staged && AlphaTile::meets(shared.staged[n], t);
         });
         block.ballot(near, mask[group]);
       }
       block.forEachThread([&](int t) {
-        const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
+        const float x = static_cast<float>(AlphaTile::pointX(t)),
+                    y = static_cast<float>(AlphaTile::pointY(t));
         Pair own = state[t];
         INNERGS_UNROLL
         for (int group = 0; group < kGroups; ++group)

@@ -16,7 +16,7 @@ struct CompositeBackward {
   math::PlaneMoments<float>* out;
 
   /// One Gaussian at one point: what is seen through it goes on in `seen`, what is left of I in `rest`.
-  INNERGS_HD static void add(const AlphaTile::Staged& s, int x, int y, float r, float& seen, float& rest,
+  INNERGS_HD static void add(const AlphaTile::Staged& s, float x, float y, float r, float& seen, float& rest,
                              Lanes<float, kSums>& m) {
     float dx, dy;
     const float q = AlphaTile::amplitude(s, x, y, dx, dy);
@@ -36,7 +36,7 @@ struct CompositeBackward {
   INNERGS_KERNEL void operator()(Block& block) const {
     static_assert(sizeof(math::PlaneMoments<float>) == kSums * sizeof(float));
     const LatticeView& lattice = tile.tiles.lattice;
-    const std::int64_t b = block.index();
+    const int b = static_cast<int>(block.index()); // Passes::bin() sees to that
     const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
     const double z = lattice.z[plane];
     typename Block::template PerThread<Pair> state; // transmittance, rest of I
@@ -44,6 +44,8 @@ struct CompositeBackward {
     typename Block::template PerThread<bool> near, active;
     typename Block::template PerThread<std::uint32_t> mask;
     typename Block::template PerThread<Lanes<float, kSums>> sums;
+    typename Block::template PerThread<float> own;
+    constexpr int kEach = kWarp / kSums; // lanes that hold the same sum
     block.forEachThread([&](int t) {
       const int x = left + AlphaTile::pointX(t), y = top + AlphaTile::pointY(t);
       const bool inside = x < lattice.nx && y < lattice.ny;
@@ -58,12 +60,12 @@ struct CompositeBackward {
       const int staged = static_cast<int>(math::least<std::int64_t>(kBatch, end - from));
       block.sync();
       block.forEachThread([&](int t) {
-        if (t < staged) tile.stage(from + t, z, shared.staged[t]);
+        if (t < staged) tile.stage(from + t, left, top, z, shared.staged[t]);
       });
       block.sync();
       block.forEachThread([&](int t) {
         const int n = t % kWarp;
-        near[t] = n < staged && AlphaTile::meets(shared.staged[n], left, top, t);
+        near[t] = n < staged && AlphaTile::meets(shared.staged[n], t);
       });
       block.ballot(near, mask);
       for (int n = 0; n < staged; ++n) {
@@ -71,14 +73,12 @@ struct CompositeBackward {
           sums[t] = {};
           active[t] = mask[t] >> n & 1;
           if (active[t])
-            add(shared.staged[n], left + AlphaTile::pointX(t), top + AlphaTile::pointY(t), r[t], state[t].a,
-                state[t].b, sums[t]);
+            add(shared.staged[n], static_cast<float>(AlphaTile::pointX(t)),
+                static_cast<float>(AlphaTile::pointY(t)), r[t], state[t].a, state[t].b, sums[t]);
         });
-        block.warpSum(sums, active);
+        block.warpShare(sums, own, active);
         block.forEachThread([&](int t) {
-          INNERGS_UNROLL
-          for (int c = 0; c < kSums; ++c)
-            if (t % kWarp == c) shared.sums[n][t / kWarp][c] = sums[t].v[c];
+          if (t % kEach == 0) shared.sums[n][t / kWarp][t % kWarp / kEach] = own[t];
         });
       }
       block.sync();

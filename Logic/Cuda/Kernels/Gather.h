@@ -8,8 +8,8 @@ namespace innergs::cuda {
 /// Lanes lie side by side in x, as many as the Gaussian is wide, and the others take the next rows; warps
 /// take the planes in turn.
 struct GatherRows {
-  static constexpr int kSums = 14; // math::Moments: m0, m1, m2, n0, n1
-  using Sums = Lanes<float, kSums>;
+  static constexpr int kSums = 14, kLanes = 16; // math::Moments: m0, m1, m2, n0, n1; and two of 0
+  using Sums = Lanes<float, kLanes>;
   LatticeView lattice;
   const Pair* f;
 
@@ -32,7 +32,7 @@ struct GatherRows {
       const float e = e0 + dx * (e1 + q[0] * dx);
       if (!(e >= g.log2Cut)) continue; // NaN as well
       const Pair at = line[x];
-      const float p = std::exp2(e), cut = p - g.cut;
+      const float p = math::exp2Normal(e), cut = p - g.cut;
       const float whole = at.a * (value + g.slope[0] * dx) + at.b;
       const float fp = whole * p, n = at.a * cut;
       sum.a += whole * cut;
@@ -84,13 +84,12 @@ struct GatherRows {
   /// Whether a block should share the work: its box has more points than a warp can do in good time.
   INNERGS_HD static bool large(const Projected& g) { return 8 * g.half[0] * g.half[1] * g.half[2] > 65536; }
 
-  /// Lane c writes the c-th sum.
-  INNERGS_HD static void write(const Sums& sums, int lane, bool add, math::Moments<float>& out) {
+  /// The sum number c.
+  INNERGS_HD static void write(float sum, int c, bool add, math::Moments<float>& out) {
     static_assert(sizeof(math::Moments<float>) == kSums * sizeof(float));
-    float* moments = reinterpret_cast<float*>(&out);
-    INNERGS_UNROLL
-    for (int c = 0; c < kSums; ++c)
-      if (lane == c) moments[c] = add ? moments[c] + sums.v[c] : sums.v[c];
+    if (c >= kSums) return;
+    float* moment = reinterpret_cast<float*>(&out) + c;
+    *moment = add ? *moment + sum : sum;
   }
 };
 
@@ -106,16 +105,23 @@ struct Gather {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
+    constexpr int kEach = kWarp / GatherRows::kLanes; // lanes that hold the same sum
     typename Block::template PerThread<GatherRows::Sums> sums;
+    typename Block::template PerThread<float> own;
+    typename Block::template PerThread<bool> active;
     block.forEachThread([&](int t) {
       const std::int64_t i = block.index() * kWarps + t / kWarp;
       sums[t] = {};
-      if (i < count && !GatherRows::large(gaussians[i])) rows.visit(gaussians[i], t % kWarp, 0, 1, sums[t]);
+      active[t] = false;
+      if (i >= count) return;
+      const Projected g = loaded(gaussians + i);
+      active[t] = !GatherRows::large(g);
+      if (active[t]) rows.visit(g, t % kWarp, 0, 1, sums[t]);
     });
-    block.warpSum(sums);
+    block.warpShare(sums, own);
     block.forEachThread([&](int t) {
-      const std::int64_t i = block.index() * kWarps + t / kWarp;
-      if (i < count && !GatherRows::large(gaussians[i])) GatherRows::write(sums[t], t % kWarp, add, out[i]);
+      if (active[t] && t % kEach == 0)
+        GatherRows::write(own[t], t % kWarp / kEach, add, out[block.index() * kWarps + t / kWarp]);
     });
   }
 };
@@ -124,7 +130,7 @@ struct Gather {
 struct GatherLarge {
   static constexpr int kThreads = 256, kWarps = kThreads / kWarp;
   struct Shared {
-    GatherRows::Sums warps[kWarps];
+    float warps[kWarps][GatherRows::kLanes];
   };
   const Projected* gaussians;
   std::int64_t count;
@@ -134,29 +140,35 @@ struct GatherLarge {
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
+    constexpr int kEach = kWarp / GatherRows::kLanes;
     typename Block::template PerThread<GatherRows::Sums> sums;
+    typename Block::template PerThread<float> own;
+    typename Block::template PerThread<bool> large;
+    typename Block::template PerThread<std::uint32_t> mask; // every warp's: of the same Gaussians
     Shared& shared = block.shared();
-    const std::int64_t first = block.index() * kWarp, last = math::least<std::int64_t>(count, first + kWarp);
-    for (std::int64_t i = first; i < last; ++i) {
-      if (!GatherRows::large(gaussians[i])) continue; // the same for the whole block
+    const std::int64_t first = block.index() * kWarp;
+    block.forEachThread([&](int t) {
+      const std::int64_t i = first + t % kWarp;
+      large[t] = i < count && GatherRows::large(gaussians[i]);
+    });
+    block.ballot(large, mask);
+    for (std::uint32_t rest = mask[0]; rest; rest &= rest - 1) { // the same for the whole block
+      const std::int64_t i = first + lowestBit(rest);
       block.forEachThread([&](int t) {
         sums[t] = {};
-        rows.visit(gaussians[i], t % kWarp, t / kWarp, kWarps, sums[t]);
+        rows.visit(loaded(gaussians + i), t % kWarp, t / kWarp, kWarps, sums[t]);
       });
-      block.warpSum(sums);
+      block.warpShare(sums, own);
       block.sync();
       block.forEachThread([&](int t) {
-        if (t % kWarp == 0) shared.warps[t / kWarp] = sums[t];
+        if (t % kEach == 0) shared.warps[t / kWarp][t % kWarp / kEach] = own[t];
       });
       block.sync();
       block.forEachThread([&](int t) {
-        if (t >= kWarp) return;
-        GatherRows::Sums total = {};
-        for (int w = 0; w < kWarps; ++w) {
-          INNERGS_UNROLL
-          for (int c = 0; c < GatherRows::kSums; ++c)
-            total.v[c] += shared.warps[w].v[c];
-        }
+        if (t >= GatherRows::kLanes) return;
+        float total = 0;
+        for (int w = 0; w < kWarps; ++w)
+          total += shared.warps[w][t];
         GatherRows::write(total, t, add, out[i]);
       });
     }

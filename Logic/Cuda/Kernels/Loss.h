@@ -72,10 +72,10 @@ INNERGS_KERNEL void writePartial(Block& block, Sums& sums, Lanes<double, 3>* war
   });
 }
 
-/// Point losses of a slab, one thread a sample. Without SSIM the gradient goes straight to the planes; with
+/// Point losses of a slab, some samples a thread. Without SSIM the gradient goes straight to the planes; with
 /// it image and r wait for SsimGradient.
 struct PointLosses {
-  static constexpr int kThreads = 256;
+  static constexpr int kThreads = 256, kSamples = 8 * kThreads; // of a block
   struct Shared {
     Lanes<double, 3> warps[kThreads / kWarp];
   };
@@ -90,23 +90,28 @@ struct PointLosses {
   INNERGS_KERNEL void operator()(Block& block) const {
     typename Block::template PerThread<Lanes<double, 3>> sums;
     block.forEachThread([&](int t) {
-      sums[t] = {};
-      const std::int64_t i = block.index() * kThreads + t;
-      if (i >= view.slices * view.planeSize) return;
-      const std::int64_t slice = i / view.planeSize, p = i % view.planeSize;
-      const float seen = view.compose(slice, p, planes);
-      const bool observed = view.weight[i];
-      const float e = observed ? seen - view.target[i] : 0.f;
-      float derivative;
-      const float loss = pointLoss(kind, delta, e, derivative);
-      derivative *= pointWeight;
-      sums[t] = {static_cast<double>(pointWeight) * loss, static_cast<double>(e) * e, observed ? 1.0 : 0.0};
-      if (image) {
-        image[i] = seen;
-        r[i] = derivative;
-      } else {
-        view.spread(slice, p, derivative, planes);
+      const std::int64_t first = block.index() * kSamples,
+                         last = math::least(first + kSamples, view.slices * view.planeSize);
+      Lanes<double, 3> sum = {};
+      for (std::int64_t i = first + t; i < last; i += kThreads) {
+        const std::int64_t slice = quotient(i, view.planeSize), p = i - slice * view.planeSize;
+        const float seen = view.compose(slice, p, planes);
+        const bool observed = view.weight[i];
+        const float e = observed ? seen - view.target[i] : 0.f;
+        float derivative;
+        const float loss = pointLoss(kind, delta, e, derivative);
+        derivative *= pointWeight;
+        sum.v[0] += static_cast<double>(pointWeight) * loss;
+        sum.v[1] += static_cast<double>(e) * e;
+        sum.v[2] += observed ? 1 : 0;
+        if (image) {
+          image[i] = seen;
+          r[i] = derivative;
+        } else {
+          view.spread(slice, p, derivative, planes);
+        }
       }
+      sums[t] = sum;
     });
     writePartial<kThreads>(block, sums, block.shared().warps, partial + block.index());
   }

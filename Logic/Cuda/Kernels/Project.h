@@ -18,7 +18,9 @@ struct Project {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t i) {
-      projectGaussian(gaussians[i], values ? values + i : nullptr, frame, rules, out[i]);
+      Projected projected;
+      projectGaussian(loaded(gaussians + i), values ? values + i : nullptr, frame, rules, projected);
+      stored(out + i, projected);
     });
   }
 };

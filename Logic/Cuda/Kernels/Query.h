@@ -19,7 +19,8 @@ struct Finish {
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, static_cast<std::int64_t>(lattice.nz) * lattice.ny * lattice.nx,
                           [&](std::int64_t i) {
-                            const Pair at = planes[i / lattice.nx * lattice.stride + i % lattice.nx];
+                            const std::int64_t row = quotient(i, lattice.nx);
+                            const Pair at = planes[row * lattice.stride + i - row * lattice.nx];
                             out[i] = blending == Blending::Normalised ? at.b / (at.a + epsilon) : at.b;
                           });
   }

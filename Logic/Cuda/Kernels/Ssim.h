@@ -10,9 +10,9 @@ struct SsimTile {
   int tilesX, tilesY;
   float window[kSsimWidth];
 
-  INNERGS_HD std::int64_t slice(std::int64_t block) const { return block / tilesX / tilesY; }
-  INNERGS_HD int left(std::int64_t block) const { return static_cast<int>(block % tilesX) * kEdge; }
-  INNERGS_HD int top(std::int64_t block) const { return static_cast<int>(block / tilesX % tilesY) * kEdge; }
+  INNERGS_HD std::int64_t slice(int block) const { return block / tilesX / tilesY; }
+  INNERGS_HD int left(int block) const { return block % tilesX * kEdge; }
+  INNERGS_HD int top(int block) const { return block / tilesX % tilesY * kEdge; }
   INNERGS_HD bool inside(int x, int y) const { return x >= 0 && y >= 0 && x < view.nx && y < view.ny; }
   INNERGS_HD std::int64_t at(std::int64_t slice, int x, int y) const {
     return slice * view.planeSize + static_cast<std::int64_t>(y) * view.stride + x;
@@ -28,7 +28,7 @@ struct SsimTile {
   /// each(j, i, v) for every point of the block's tile and border; v: its place, -1 outside the slice.
   template <class Block, class Each>
   INNERGS_KERNEL void eachPoint(Block& block, Each&& each) const {
-    const std::int64_t b = block.index();
+    const int b = static_cast<int>(block.index());
     block.forEachThread([&](int t) {
       for (int n = t; n < kWide * kWide; n += kThreads) {
         const int i = n % kWide, j = n / kWide, x = left(b) + i - kRadius, y = top(b) + j - kRadius;
@@ -65,7 +65,8 @@ struct SsimTerms {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     Shared& s = block.shared();
-    const std::int64_t b = block.index(), slice = tile.slice(b);
+    const int b = static_cast<int>(block.index());
+    const std::int64_t slice = tile.slice(b);
     const int left = tile.left(b), top = tile.top(b);
     tile.eachPoint(block, [&](int j, int i, std::int64_t v) {
       s.y[j][i] = v < 0 ? 0.f : tile.view.target[v];
@@ -112,7 +113,8 @@ struct SsimGradient {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     Shared& s = block.shared();
-    const std::int64_t b = block.index(), slice = tile.slice(b);
+    const int b = static_cast<int>(block.index());
+    const std::int64_t slice = tile.slice(b);
     const int left = tile.left(b), top = tile.top(b);
     tile.eachPoint(block, [&](int j, int i, std::int64_t v) {
       s.maps[0][j][i] = v < 0 ? 0.f : dMean[v];

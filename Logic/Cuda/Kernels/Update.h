@@ -20,12 +20,10 @@ struct Chain {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     forEachItem<kThreads>(block, count, [&](std::int64_t i) {
-      float sum[16];
-      for (int c = 0; c < 16; ++c)
-        sum[c] = first ? 0.f : gradient[16 * i + c];
-      addParameterGradient(gaussians[i], moments[i], rules, sum);
-      for (int c = 0; c < 16; ++c)
-        gradient[16 * i + c] = sum[c];
+      Record sum = {};
+      if (!first) sum = loaded(recordsAt(gradient) + i);
+      addParameterGradient(loaded(gaussians + i), loaded(moments + i), rules, sum.v);
+      stored(recordsAt(gradient) + i, sum);
     });
   }
 };
@@ -49,9 +47,14 @@ struct Update {
     forEachItem<kThreads>(block, count, [&](std::int64_t i) {
       if (guard.closed()) return;
       if (i == 0) ++status->done;
-      const float* g = gradient + 16 * i;
-      if (pulls) pulls[i] += pullUnit * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
-      applyAdam(step, g, gaussians[i], moment1 + 16 * i, moment2 + 16 * i);
+      const Record g = loaded(recordsAt(gradient) + i);
+      Record first = loaded(recordsAt(moment1) + i), second = loaded(recordsAt(moment2) + i);
+      Gaussian gaussian = loaded(gaussians + i);
+      if (pulls) pulls[i] += pullUnit * std::sqrt(g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
+      applyAdam(step, g.v, gaussian, first.v, second.v);
+      stored(gaussians + i, gaussian);
+      stored(recordsAt(moment1) + i, first);
+      stored(recordsAt(moment2) + i, second);
     });
   }
 };

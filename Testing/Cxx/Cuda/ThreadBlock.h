@@ -1,4 +1,5 @@
 #pragma once
+#include "Cuda/HostBlock.h"
 #include "Cuda/HostExecutor.h"
 
 #include <array>
@@ -63,9 +64,17 @@ public:
     x[0] = lanes[thread_ % cuda::kWarp];
   }
 
-  template <class T, int n>
-  void warpSum(PerThread<cuda::Lanes<T, n>>& x, const PerThread<bool>& active) {
-    if (active[0]) warpSum(x);
+  template <int n>
+  void warpShare(PerThread<cuda::Lanes<float, n>>& x, PerThread<float>& own) {
+    std::array<cuda::Lanes<float, n>, cuda::kWarp> lanes;
+    exchange(x[0], lanes);
+    own[0] = cuda::sharedSums(lanes)[thread_ % cuda::kWarp];
+  }
+
+  template <int n>
+  void warpShare(PerThread<cuda::Lanes<float, n>>& x, PerThread<float>& own, const PerThread<bool>& active) {
+    own[0] = 0;
+    if (active[0]) warpShare(x, own);
   }
 
   void ballot(const PerThread<bool>& x, PerThread<std::uint32_t>& mask) {

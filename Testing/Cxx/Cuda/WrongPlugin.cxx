@@ -49,6 +49,13 @@ struct LossyBlock : HostBlock<threads, Shared> {
       x[t] = {};
     Base::warpSum(x, active...);
   }
+  template <int n, class... Active>
+  void warpShare(typename Base::template PerThread<Lanes<float, n>>& x,
+                 typename Base::template PerThread<float>& own, const Active&... active) {
+    for (int t = 31; t < threads; t += kWarp)
+      x[t] = {};
+    Base::warpShare(x, own, active...);
+  }
 };
 struct LosesLanes {
   template <class Kernel>
