@@ -53,14 +53,14 @@ QString presetText(Preset preset) {
 QString estimateText(const Estimate& estimate) {
   const QString memory = estimate.memory <= 0 ? QString()
                          : estimate.available > 0
-                             ? ReconstructionPanel::tr("%1 of memory (%2 are free)")
+                             ? ReconstructionPanel::tr("%1 of memory (%2 free)")
                                    .arg(memorySize(estimate.memory), memorySize(estimate.available))
                              : ReconstructionPanel::tr("%1 of memory").arg(memorySize(estimate.memory));
   const QString time = estimate.seconds > 0 ? roughDuration(estimate.seconds) : QString();
   if (time.isEmpty() && memory.isEmpty()) return {};
   if (time.isEmpty()) return ReconstructionPanel::tr("Takes %1.").arg(memory);
   if (memory.isEmpty()) return ReconstructionPanel::tr("Takes %1.").arg(time);
-  return ReconstructionPanel::tr("Takes %1 and %2.").arg(time, memory);
+  return ReconstructionPanel::tr("Takes %1, %2.").arg(time, memory);
 }
 
 } // namespace

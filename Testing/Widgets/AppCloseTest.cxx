@@ -128,7 +128,9 @@ private Q_SLOTS:
       return file.open(QIODevice::ReadOnly) ? file.readAll() : QByteArray();
     };
     const QByteArray before = read();
-    const auto files = [&] { return QDir(sandbox_->path({})).entryList({"*.nii*"}, QDir::Files | QDir::Hidden); };
+    const auto files = [&] {
+      return QDir(sandbox_->path({})).entryList({"*.nii*"}, QDir::Files | QDir::Hidden);
+    };
     const QStringList there = files();
     QString text;
     {

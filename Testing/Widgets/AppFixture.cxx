@@ -8,6 +8,7 @@
 #include <QFile>
 #include <QFileInfo>
 #include <QMessageBox>
+#include <QSignalSpy>
 #include <QTest>
 #include <QTimer>
 
@@ -114,6 +115,13 @@ QString openAndWait(app::AppHost& host, const QString& path, QString* error) {
   if (!QTest::qWaitFor([&] { return done; }, 60000)) sentence = "nothing happened";
   if (error) *error = sentence;
   return id;
+}
+
+ui::Report reconstructAndWait(app::AppHost& host, const ui::Request& request) {
+  QSignalSpy finished(&host, &app::AppHost::finished);
+  if (!host.start(request)) return {};
+  finished.wait(60000);
+  return finished.isEmpty() ? ui::Report() : finished.first().first().value<ui::Report>();
 }
 
 ui::Request request(const QString& id, bool longFit) {

@@ -37,6 +37,9 @@ QString testData(const QString& name);
 /// Opens a file and waits; its ID, or "" with the sentence in *error.
 QString openAndWait(innergs::app::AppHost& host, const QString& path, QString* error = nullptr);
 
+/// Reconstructs and waits; without IDs when it is refused or fails.
+innergs::ui::Report reconstructAndWait(innergs::app::AppHost& host, const innergs::ui::Request& request);
+
 /// A fit that takes a second at most; or, long: one that goes on for minutes.
 innergs::ui::Request request(const QString& id, bool longFit = false);
 

@@ -202,6 +202,10 @@ private Q_SLOTS:
     press(Qt::Key_Plus);
     QVERIFY(window_->views()->slice(2)->fromRAS({9, 9, 0}) != corner);
     QVERIFY(tabTo("threeDView"));
+    // A frame says where the keyboard is.
+    const QPoint edge = window_->views()->threeD()->geometry().topLeft() - QPoint(1, 1);
+    const QColor frame = window_->palette().color(QPalette::Highlight);
+    QCOMPARE(window_->views()->grab().toImage().pixelColor(edge), frame);
     QTest::qWait(100);
     const auto seen = [&] { return window_->views()->threeD()->grab().toImage(); };
     const QImage front = seen();

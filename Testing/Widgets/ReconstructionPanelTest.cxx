@@ -37,8 +37,7 @@ private Q_SLOTS:
     QCOMPARE(child<QComboBox>("sliceAxis")->currentText(), QString("auto (K)"));
     QCOMPARE(label("gridExplanation"), QString("Cubes of 0.9 mm, the finest spacing of all scans."));
     QTRY_VERIFY(button()->isEnabled());
-    QCOMPARE(label("estimateText"),
-             QString("Takes about 2 minutes and 850 MB of memory (16.0 GB are free)."));
+    QCOMPARE(label("estimateText"), QString("Takes about 2 minutes, 850 MB of memory (16.0 GB free)."));
     QCOMPARE(label("deviceReason"), QString("On the CPU. The CUDA backend is not installed."));
     QVERIFY(!isShown("refusal"));
     snapshot(*area_, "panel-ready");
@@ -60,11 +59,11 @@ private Q_SLOTS:
   void aLateEstimateIsShown() {
     host_->nextEstimate.seconds = 0;
     choose("head");
-    QTRY_COMPARE(label("estimateText"), QString("Takes 850 MB of memory (16.0 GB are free)."));
+    QTRY_COMPARE(label("estimateText"), QString("Takes 850 MB of memory (16.0 GB free)."));
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
     host_->nextEstimate.seconds = 7200;
     Q_EMIT host_->estimateChanged();
-    QTRY_VERIFY(label("estimateText").startsWith("Takes about 2 hours and 850 MB"));
+    QTRY_VERIFY(label("estimateText").startsWith("Takes about 2 hours, 850 MB"));
     QCOMPARE(changed.count(), 0);
   }
 

@@ -46,7 +46,8 @@ DataList::DataList(ViewState* state, QWidget* parent)
   tree_->setAccessibleName(tr("Volumes and models"));
   tree_->setToolTip(tr("Select a volume to show it in the views; F2 renames, Del closes"));
   tree_->setColumnCount(2);
-  tree_->setHeaderLabels({tr("Name"), tr("Size")});
+  tree_->setHeaderLabels({tr("Name"), tr("Size")}); // for screen readers
+  tree_->setHeaderHidden(true);
   tree_->header()->setStretchLastSection(false);
   tree_->header()->setSectionResizeMode(0, QHeaderView::Stretch);
   tree_->header()->setSectionResizeMode(1, QHeaderView::ResizeToContents);
@@ -54,7 +55,7 @@ DataList::DataList(ViewState* state, QWidget* parent)
   tree_->setTextElideMode(Qt::ElideMiddle); // the frame is at the end
   tree_->setEditTriggers(QAbstractItemView::EditKeyPressed);
   tree_->setContextMenuPolicy(Qt::CustomContextMenu);
-  tree_->setMinimumHeight(5 * fontMetrics().height());
+  tree_->setMinimumHeight(9 * fontMetrics().height() / 2); // scan, head, result, model
   frame_->setObjectName(QStringLiteral("frame"));
   frame_->setAccessibleName(tr("Frame"));
   frame_->setToolTip(tr("Which image of the 4D file is shown and reconstructed"));

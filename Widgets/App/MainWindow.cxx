@@ -14,6 +14,7 @@
 #include <QLabel>
 #include <QMenuBar>
 #include <QProgressBar>
+#include <QScreen>
 #include <QScrollArea>
 #include <QSettings>
 #include <QStatusBar>
@@ -189,15 +190,15 @@ void MainWindow::makeDocks() {
   }
   panels[0]->raise();
   const int line = fontMetrics().height();
-  resizeDocks({data, panels[0]}, {11 * line, 40 * line}, Qt::Vertical);
-  resizeDocks({panels[0]}, {50 * fontMetrics().averageCharWidth()}, Qt::Horizontal);
+  resizeDocks({data, panels[0]}, {8 * line, 45 * line}, Qt::Vertical);
+  resizeDocks({panels[0]}, {62 * fontMetrics().averageCharWidth()}, Qt::Horizontal);
 }
 
 void MainWindow::restoreLayout() {
   const auto settings = appSettings();
   if (!restoreGeometry(settings->value(kGeometry).toByteArray())) {
     const int h = fontMetrics().height();
-    resize(90 * h, 54 * h);
+    resize(QSize(92 * h, 58 * h).boundedTo(0.92 * screen()->availableSize())); // with the button to start
   }
   restoreState(settings->value(kState).toByteArray());
   const int layout = settings->value(kLayout, 0).toInt();
@@ -255,13 +256,15 @@ void MainWindow::goToPanel(const QString& name) {
 }
 
 bool MainWindow::focusNextPrevChild(bool next) {
-  // Qt counts what lies in docks behind tabs as visible.
   const QWidget* first = focusWidget();
   while (QMainWindow::focusNextPrevChild(next)) {
-    const QWidget* now = focusWidget();
-    const QWidget* dock = now;
-    while (dock && !qobject_cast<const QDockWidget*>(dock))
-      dock = dock->parentWidget();
+    QWidget* now = focusWidget();
+    const QDockWidget* dock = nullptr;
+    for (QWidget* above = now; above && !dock; above = above->parentWidget()) {
+      if (auto* area = dynamic_cast<PanelArea*>(above)) area->ensureWidgetVisible(now);
+      dock = qobject_cast<QDockWidget*>(above);
+    }
+    // Qt counts what lies in docks behind tabs as visible: not a place for the keyboard.
     if (!dock || !dock->visibleRegion().isEmpty() || now == first) return true;
   }
   return false;

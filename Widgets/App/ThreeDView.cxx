@@ -276,7 +276,7 @@ void ThreeDView::fit() {
   camera->SetViewUp(0, 0, 1);
   camera->SetViewAngle(30); // Zoom() below changes it
   scene_->renderer->ResetCamera(box.data());
-  camera->Zoom(1.3);
+  camera->Zoom(1.2);
   render();
 }
 

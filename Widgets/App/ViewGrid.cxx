@@ -1,15 +1,26 @@
 #include "Widgets/App/ViewGrid.h"
 
+#include <QApplication>
 #include <QDoubleSpinBox>
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QPainter>
 #include <QSignalBlocker>
 #include <QSlider>
 
+#include <algorithm>
 #include <cmath>
 
 namespace innergs::app {
+namespace {
+
+/// Of the frame around the view that has the keyboard.
+int frameWidth(const QWidget* widget) {
+  return std::max(2, widget->fontMetrics().height() / 8);
+}
+
+} // namespace
 
 SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
     : QWidget(parent), state_(state), view_(new SliceView(state, axis, this)),
@@ -35,8 +46,9 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
   top->addWidget(slider_, 1);
   top->addWidget(position_);
   auto* all = new QVBoxLayout(this);
-  all->setContentsMargins(0, 0, 0, 0);
-  all->setSpacing(0);
+  const int frame = frameWidth(this);
+  all->setContentsMargins(frame, 0, frame, frame);
+  all->setSpacing(frame);
   all->addLayout(top);
   all->addWidget(view_, 1);
   connect(state, &ViewState::volumeChanged, this, &SlicePane::showRange);
@@ -92,8 +104,9 @@ ViewGrid::ViewGrid(ViewState* state, QWidget* parent)
   connect(threeD_, &ThreeDView::doubleClicked, this,
           [this] { setLayoutShown(layout_ == Layout::ThreeD ? Layout::All : Layout::ThreeD); });
   auto* grid = new QGridLayout(this);
-  grid->setContentsMargins(0, 0, 0, 0);
-  grid->setSpacing(2);
+  const int frame = frameWidth(this);
+  grid->setContentsMargins(frame, frame, frame, frame);
+  grid->setSpacing(frame);
   grid->addWidget(panes_[2], 0, 0);
   grid->addWidget(threeD_, 0, 1);
   grid->addWidget(panes_[1], 1, 0);
@@ -102,8 +115,20 @@ ViewGrid::ViewGrid(ViewState* state, QWidget* parent)
     grid->setRowStretch(n, 1);
     grid->setColumnStretch(n, 1);
   }
+  connect(qApp, &QApplication::focusChanged, this, QOverload<>::of(&QWidget::update));
   const int least = 12 * fontMetrics().height();
   setMinimumSize(least, least);
+}
+
+void ViewGrid::paintEvent(QPaintEvent*) {
+  const QWidget* views[] = {panes_[0]->view(), panes_[1]->view(), panes_[2]->view(), threeD_};
+  for (const QWidget* view : views) {
+    if (!view->hasFocus()) continue;
+    const int frame = frameWidth(this);
+    const QRect around(view->mapTo(this, QPoint(0, 0)), view->size());
+    QPainter(this).fillRect(around.adjusted(-frame, -frame, frame, frame),
+                            palette().color(QPalette::Highlight));
+  }
 }
 
 void ViewGrid::setLayoutShown(Layout layout) {

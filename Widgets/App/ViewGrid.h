@@ -23,7 +23,7 @@ private:
   QDoubleSpinBox* position_;
 };
 
-/// The three slice views and the 3D view, all at once or one alone.
+/// The three slice views and the 3D view, all at once or one alone; the one with the keyboard has a frame.
 class ViewGrid : public QWidget {
   Q_OBJECT
 public:
@@ -40,6 +40,9 @@ public:
 Q_SIGNALS:
   void layoutChanged();
   void pointed(const QString& text);
+
+protected:
+  void paintEvent(QPaintEvent* event) override;
 
 private:
   std::array<SlicePane*, 3> panes_{};

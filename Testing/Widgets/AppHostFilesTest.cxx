@@ -1,0 +1,246 @@
+// The desktop app's host: files, volumes and models in and out; without a window.
+#include "AppFixture.h"
+
+#include "IO/VolumeIO.h"
+#include "Widgets/App/AppSettings.h"
+#include "Widgets/App/SampleBrain.h"
+
+#include <QDir>
+#include <QFile>
+#include <QScopeGuard>
+#include <QSignalSpy>
+#include <QTest>
+#include <QTimer>
+
+#include <vtkImageData.h>
+#include <vtkNew.h>
+
+#include <cmath>
+#include <memory>
+
+using namespace innergs;
+using namespace apptest;
+using innergs::app::AppHost;
+
+class AppHostFilesTest : public QObject {
+  Q_OBJECT
+private:
+  std::unique_ptr<Sandbox> sandbox_;
+  std::unique_ptr<AppHost> host_;
+
+private Q_SLOTS:
+  void init() {
+    sandbox_ = std::make_unique<Sandbox>();
+    host_ = std::make_unique<AppHost>();
+  }
+  void cleanup() {
+    host_.reset();
+    sandbox_.reset();
+  }
+
+  void opensAVolumeWithItsGeometry() {
+    const QString id =
+        openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {24, 20, 10}, {1.5, 1.5, 4}, true));
+    QVERIFY(!id.isEmpty());
+    const ui::VolumeInfo info = host_->volumeInfo(id);
+    QCOMPARE(info.name, QString("ball"));
+    QCOMPARE(info.dimensions[1], 20);
+    QVERIFY(std::abs(info.spacing[2] - 4) < 1e-4);
+    QCOMPARE(info.sliceAxis, 2);
+    QCOMPARE(info.orientation, QString("oblique"));
+    QVERIFY(info.range[1] > 80 && info.range[0] >= 0);
+    const auto item = host_->document().volume(id);
+    // The image shares the voxels, and its matrix is RAS: x and y of LPS turned.
+    QVERIFY(item->image->GetScalarPointer() == static_cast<const void*>(item->volume->voxels.data()));
+    const Vec3 lps = item->volume->geometry.indexToWorld()({3, 4, 5});
+    const double ijk[4] = {3, 4, 5, 1};
+    double ras[4];
+    item->ijkToRAS->MultiplyPoint(ijk, ras);
+    QVERIFY(std::abs(ras[0] + lps[0]) < 1e-6 && std::abs(ras[1] + lps[1]) < 1e-6 &&
+            std::abs(ras[2] - lps[2]) < 1e-6);
+  }
+
+  void imageOutlivesTheDocument() {
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii"));
+    const vtkSmartPointer<vtkImageData> image = host_->document().volume(id)->image;
+    const double before = image->GetScalarComponentAsDouble(12, 12, 5, 0);
+    host_->document().remove(id);
+    QCOMPARE(image->GetScalarComponentAsDouble(12, 12, 5, 0), before);
+  }
+
+  void saysWhatIsWrongWithAFile_data() {
+    QTest::addColumn<QString>("kind");
+    QTest::addColumn<QString>("words");
+    QTest::newRow("missing") << "missing"
+                             << "does not exist";
+    QTest::newRow("not an image") << "text"
+                                  << "not";
+    QTest::newRow("colour") << "colour"
+                            << "colour";
+    QTest::newRow("one slice") << "slice"
+                               << "single slice";
+    QTest::newRow("folder without DICOM") << "folder"
+                                          << "DICOM";
+    QTest::newRow("half a file") << "half"
+                                 << "truncated";
+    QTest::newRow("broken model") << "model"
+                                  << "model";
+  }
+
+  void saysWhatIsWrongWithAFile() {
+    QFETCH(QString, kind);
+    QFETCH(QString, words);
+    QString path = sandbox_->path(kind == "model" ? "broken.innergs" : "file.nii");
+    if (kind == "text" || kind == "model") {
+      QFile file(path);
+      QVERIFY(file.open(QIODevice::WriteOnly));
+      file.write("Dear reader, this is a letter.\n");
+    }
+    if (kind == "half") {
+      path = writeBall(*sandbox_, "half.nii.gz");
+      QVERIFY(QFile::resize(path, QFileInfo(path).size() / 2));
+    }
+    if (kind == "colour") path = writeRgb(*sandbox_, "rgb.nii");
+    if (kind == "slice") path = writeBall(*sandbox_, "slice.nii", {24, 24, 1});
+    if (kind == "folder") {
+      path = sandbox_->path("empty");
+      QVERIFY(QDir().mkpath(path));
+    }
+    QString error;
+    QVERIFY(openAndWait(*host_, path, &error).isEmpty());
+    qInfo("%s", qPrintable(error));
+    QVERIFY2(error.contains(words, Qt::CaseInsensitive), qPrintable(error));
+    QVERIFY(error.endsWith('.'));
+    QVERIFY(!error.contains("itk", Qt::CaseInsensitive) && !error.contains("exception", Qt::CaseInsensitive));
+    QVERIFY(host_->document().volumes().empty());
+  }
+
+  void savesAndReadsBack() {
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
+    const ui::Report report = reconstructAndWait(*host_, apptest::request(id));
+    const QString volumeFile = sandbox_->path("result.nii.gz"), modelFile = sandbox_->path("result.innergs");
+    QCOMPARE(host_->save(report.volumeId, volumeFile), QString());
+    QCOMPARE(host_->saveModel(report.modelId, sandbox_->path("alone.ply")), QString());
+    QVERIFY(!host_->modelInfo(report.modelId).saved); // Gaussians alone
+    QCOMPARE(host_->modelInfo(report.modelId).file, QString());
+    QCOMPARE(host_->saveModel(report.modelId, modelFile), QString());
+    QVERIFY(!host_->document().hasUnsaved());
+    QCOMPARE(host_->modelInfo(report.modelId).file, modelFile);
+    const Volume back = readVolume(volumeFile.toStdString());
+    QVERIFY(back.voxels == host_->document().volume(report.volumeId)->volume->voxels);
+    QVERIFY(sameLattice(back.geometry, host_->document().volume(report.volumeId)->volume->geometry));
+    QString error;
+    const QString loaded = host_->loadModel(modelFile, &error);
+    QCOMPARE(error, QString());
+    QCOMPARE(host_->modelInfo(loaded).gaussians, host_->modelInfo(report.modelId).gaussians);
+    QVERIFY(host_->model(loaded) && !host_->model(loaded)->IsEmpty());
+    QCOMPARE(host_->saveModel(report.modelId, sandbox_->path("result.ply")), QString());
+    QVERIFY(!host_->loadModel(sandbox_->path("result.ply"), &error).isEmpty());
+    // What cannot be written says so, and the item stays unsaved or as it was.
+    QVERIFY(host_->save(report.volumeId, sandbox_->path("no/such/folder/x.nii")).contains("folder"));
+    QVERIFY(!host_->save(report.volumeId, sandbox_->path("x.jpeg")).isEmpty());
+    QVERIFY(!host_->saveModel(report.modelId, sandbox_->path("x.txt")).isEmpty());
+    QVERIFY(host_->loadModel(sandbox_->path("absent.innergs"), &error).isEmpty());
+    QVERIFY(error.contains("does not exist"));
+  }
+
+  void saysThatAFolderCannotBeWritten() {
+    const QString folder = sandbox_->path("closed");
+    QVERIFY(QDir().mkpath(folder));
+    QVERIFY(QFile::setPermissions(folder, QFile::ReadOwner | QFile::ExeOwner));
+    const auto open = qScopeGuard(
+        [&] { QFile::setPermissions(folder, QFile::ReadOwner | QFile::WriteOwner | QFile::ExeOwner); });
+    if (QFile probe(folder + "/probe"); probe.open(QIODevice::WriteOnly))
+      QSKIP("this user may write anywhere (root), or permissions are kept otherwise (Windows)");
+    app::VolumeItem item = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), "result");
+    item.saved = false;
+    const QString id = host_->document().add(std::move(item));
+    const QString sentence = host_->save(id, folder + "/result.nii.gz");
+    QVERIFY2(sentence.contains("choose another folder"), qPrintable(sentence));
+    QVERIFY(host_->document().hasUnsaved());
+    QVERIFY(QDir(folder).isEmpty());
+  }
+
+  void replacedWhileItIsSaved() {
+    app::VolumeItem item = app::makeItem(ball({64, 64, 64}, {1, 1, 1}), "result");
+    item.saved = false;
+    const auto first = item.volume;
+    const QString id = host_->document().add(std::move(item));
+    QTimer::singleShot(0, this, [&] { // while the thread writes
+      app::VolumeItem other = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), "other");
+      other.saved = false;
+      QVERIFY(host_->document().replace(id, std::move(other)));
+    });
+    const QString file = sandbox_->path("result.nii.gz");
+    QCOMPARE(host_->save(id, file), QString());
+    QCOMPARE(host_->volumeInfo(id).dimensions[0], 8);
+    QVERIFY(!host_->document().volume(id)->saved); // the new one is in no file
+    QVERIFY(readVolume(file.toStdString()).voxels == first->voxels);
+  }
+
+  void takesVolumesFromPanels() {
+    vtkNew<vtkImageData> image;
+    image->SetDimensions(5, 4, 3);
+    image->AllocateScalars(VTK_FLOAT, 1);
+    for (int n = 0; n < 60; ++n)
+      static_cast<float*>(image->GetScalarPointer())[n] = float(n);
+    vtkNew<vtkMatrix4x4> matrix;
+    matrix->SetElement(0, 0, 2);
+    matrix->SetElement(0, 3, 10);
+    QString error;
+    const QString id = host_->addVolume(image, matrix, "plane", &error);
+    QCOMPARE(error, QString());
+    QCOMPARE(host_->volumeInfo(id).spacing[0], 2.0);
+    QCOMPARE(host_->document().volume(id)->ijkToRAS->GetElement(0, 3), 10.0);
+    matrix->SetElement(1, 1, 0);
+    QVERIFY(host_->addVolume(image, matrix, "flat", &error).isEmpty());
+    QVERIFY(error.contains("inverted"));
+  }
+
+  void remembersFolderAndFiles() {
+    host_->setFolder("/some/where");
+    QCOMPARE(host_->folder(), QString("/some/where"));
+    for (int n = 0; n < 14; ++n)
+      app::addRecentFile(QString("/a/%1.nii").arg(n));
+    app::addRecentFile("/a/8.nii");
+    QCOMPARE(app::recentFiles().size(), 10);
+    QCOMPARE(app::recentFiles().first(), QString("/a/8.nii"));
+    QVERIFY(QFile::exists(sandbox_->path("settings.ini"))); // not among the user's
+  }
+
+  void opensTheSampleBrainOrSaysHowToGetIt() {
+    QSignalSpy opened(host_.get(), &AppHost::opened), failed(host_.get(), &AppHost::openFailed);
+    host_->openSample();
+    QTRY_VERIFY_WITH_TIMEOUT(opened.size() + failed.size() == 1, 60000);
+    if (app::sampleBrain().isEmpty()) {
+      QVERIFY(failed.first().at(1).toString().contains("mricron-data"));
+      return;
+    }
+    const auto& volumes = host_->document().volumes();
+    QCOMPARE(int(volumes.size()), 2);
+    QCOMPARE(opened.first().first().toString(), volumes[0]->id);
+    QVERIFY(std::abs(volumes[0]->volume->geometry.spacing[2] - 5 * volumes[1]->volume->geometry.spacing[2]) <
+            1e-6);
+    QVERIFY(!host_->document().hasUnsaved());
+  }
+
+  void opensRealFiles() {
+    const QString dicom = testData("G_dicom_mr_T1_oblique"), minc = testData("G_minc2_4d.mnc");
+    if (dicom.isEmpty() || minc.isEmpty()) QSKIP("no test data: INNERGS_TEST_DATA is not set or incomplete");
+    const QString id = openAndWait(*host_, dicom);
+    QVERIFY(!id.isEmpty());
+    QVERIFY(host_->volumeInfo(id).sliceThickness > 0);
+    QSignalSpy logged(host_.get(), &AppHost::logged);
+    QVERIFY(!openAndWait(*host_, minc).isEmpty());
+    QVERIFY(logged.last().first().toString().contains("frames"));
+    QCOMPARE(host_->document().volumes().back()->name, QString("G_minc2_4d frame 1"));
+    QString error;
+    QVERIFY(openAndWait(*host_, testData("G_rgb24_ct_perfusion.nii.gz"), &error).isEmpty());
+    QVERIFY2(error.contains("colour") || error.contains("RGB"), qPrintable(error));
+    QVERIFY(openAndWait(*host_, testData("G_single_slice.nii.gz"), &error).isEmpty());
+    QVERIFY2(error.contains("slice"), qPrintable(error));
+  }
+};
+
+QTEST_GUILESS_MAIN(AppHostFilesTest)
+#include "AppHostFilesTest.moc"
