@@ -47,8 +47,8 @@ void hash(std::uint64_t& h, const void* data, std::size_t bytes) { // FNV-1a ove
   }
 }
 
-void applyMask(Stack& stack, const Mask& mask) {
-  const std::vector<std::uint8_t> inside = resampleMask(mask, stack.image.geometry);
+void applyMask(Stack& stack, const Mask& mask, const std::stop_token& stop) {
+  const std::vector<std::uint8_t> inside = resampleMask(mask, stack.image.geometry, stop);
   if (stack.observed.empty())
     stack.observed = inside;
   else
@@ -152,7 +152,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     for (float v : stack.image.voxels)
       prepared.nonFinite += !std::isfinite(v);
     throwIfStopped();
-    if (input.mask) applyMask(stack, *input.mask);
+    if (input.mask) applyMask(stack, *input.mask, stop);
     if (s > 0 && stack.poses.empty() && stacks[0].poses.empty() &&
         std::none_of(stacks.begin(), stacks.begin() + s,
                      [&](const Stack& other) { return overlap(other.image.geometry, stack.image.geometry); }))

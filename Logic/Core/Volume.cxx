@@ -100,12 +100,14 @@ Mask withSliceAxis(const Mask& mask, int axis) {
   return sliceAxisMoved(mask, axis);
 }
 
-std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry) {
+std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry,
+                                       const std::stop_token& stop) {
   std::vector<std::uint8_t> result(static_cast<std::size_t>(geometry.voxelCount()), 0);
   const Affine3 toMask = inverse(mask.geometry.indexToWorld()) * geometry.indexToWorld();
   const auto& n = mask.geometry.size;
   std::size_t at = 0;
-  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
+  for (std::int64_t k = 0; k < geometry.size[2]; ++k) {
+    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
     for (std::int64_t j = 0; j < geometry.size[1]; ++j)
       for (std::int64_t i = 0; i < geometry.size[0]; ++i, ++at) {
         const Vec3 x = toMask({double(i), double(j), double(k)});
@@ -121,6 +123,7 @@ std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geo
               mask.voxels[static_cast<std::size_t>(nearest[0] + n[0] * (nearest[1] + n[1] * nearest[2]))] !=
               0;
       }
+  }
   return result;
 }
 

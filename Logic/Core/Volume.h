@@ -2,6 +2,7 @@
 #include "Core/GridGeometry.h"
 
 #include <span>
+#include <stop_token>
 #include <vector>
 
 namespace innergs {
@@ -33,7 +34,8 @@ std::array<int, 3> axesWithSliceAxis(int axis);
 /// `voxels`: in memory order of the lattice.
 bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3& index, float& value);
 
-/// The mask on another lattice: nearest neighbour through patient space, 0 outside.
-std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry);
+/// The mask on another lattice: nearest neighbour through patient space, 0 outside. Throws Error(Cancelled).
+std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry,
+                                       const std::stop_token& stop = {});
 
 } // namespace innergs

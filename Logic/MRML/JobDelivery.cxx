@@ -1,5 +1,6 @@
 #include "JobDelivery.h"
 
+#include "Core/Error.h"
 #include "Outputs.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -60,6 +61,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     job->Warnings.push_back("The judgement of the quality was stopped: the result itself is complete.");
   const auto [volume, model, table, replaced] = makeOutputs(task, scene);
   if (task.discard) return;
+  if (volume) logic_->StopFollowing(volume); // the next move of the view would overwrite the result
   if (replaced)
     job->Warnings.push_back(
         "A chosen output was deleted during the reconstruction: what was meant for it is in a new node.");
@@ -96,7 +98,7 @@ void JobDelivery::finish(Task& task) {
     try {
       makeNodes(task, scene);
     } catch (const std::exception& exception) {
-      error = exception.what();
+      error = sentenceOf(exception);
     }
     std::erase(finishing_, &task);
   }

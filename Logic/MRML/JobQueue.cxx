@@ -56,13 +56,13 @@ JobQueue::~JobQueue() {
 }
 
 void JobQueue::submit(std::shared_ptr<Task> task) {
+  if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
   {
     std::lock_guard lock(mutex_);
     open_.push_back(task);
     waiting_.push_back(std::move(task));
   }
   toDo_.notify_one();
-  if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
 }
 
 void JobQueue::cancel(const std::shared_ptr<Task>& task) {
@@ -187,6 +187,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
     });
     if (task->quality)
       filter->takeBack = [&](ReconstructionInput&& input) { judged = std::move(input.stacks.front().image); };
+    filter->unstoppable = &unstoppable_;
     filter->Update();
     filter->takeBack = nullptr;
   }
@@ -230,7 +231,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) task->qualityError = error.what();
   } catch (const std::exception& error) {
-    task->qualityError = error.what();
+    task->qualityError = sentenceOf(error);
   }
 }
 

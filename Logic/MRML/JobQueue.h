@@ -1,5 +1,6 @@
 #pragma once
 #include "JobSetup.h"
+#include "Stragglers.h"
 
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
@@ -66,6 +67,7 @@ private:
   std::map<Task*, Mail> mail_;
   bool awake_ = false; // wake_ was called and nothing fetched since
   bool quit_ = false;  // the worker is to end
+  Stragglers unstoppable_;
   std::thread worker_;
 };
 

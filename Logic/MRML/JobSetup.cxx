@@ -33,7 +33,7 @@ JobFilter::JobFilter() = default;
 JobFilter::~JobFilter() = default;
 
 void JobFilter::CompleteInput(ReconstructionInput& input, const std::stop_token& stop) {
-  if (mask) input.mask = std::exchange(mask, nullptr)->make(stop);
+  if (mask) input.mask = std::exchange(mask, nullptr)->make(stop, *unstoppable);
 }
 
 void JobFilter::GiveBack(ReconstructionInput&& input) {
@@ -305,7 +305,7 @@ std::string Outline::device() const {
   try {
     return DeviceChoice(settings.device, settings.instructionSet, settings.selection).use.reason;
   } catch (const std::exception& error) {
-    return error.what();
+    return sentenceOf(error);
   }
 }
 

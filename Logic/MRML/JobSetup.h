@@ -20,6 +20,7 @@ class vtkSlicerInnerGSJob;
 namespace innergs::mrml {
 
 class SegmentationMask;
+class Stragglers;
 
 /// The filter with its settings open to the layer that evaluates them.
 class JobFilter : public vtkInnerGSReconstruct {
@@ -30,8 +31,9 @@ public:
   using vtkInnerGSReconstruct::WithOutline;
   /// Called on the worker after a fit, with its input.
   std::function<void(ReconstructionInput&&)> takeBack;
-  /// Merged on the worker, before the fit.
+  /// Made on the worker, before the fit, with what its parts may leave behind.
   std::unique_ptr<SegmentationMask> mask;
+  Stragglers* unstoppable = nullptr;
 
 protected:
   JobFilter();

@@ -53,6 +53,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNo
   vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
   this->Work->guard([&] {
     made = mrml::queryPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
+    if (output) this->StopFollowing(output);
   });
   return kept(made, output);
 }
@@ -60,7 +61,10 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNo
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
                                                          vtkMRMLScalarVolumeNode* output) {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
-  this->Work->guard([&] { made = mrml::resample(this->GetMRMLScene(), model, spacing, output); });
+  this->Work->guard([&] {
+    made = mrml::resample(this->GetMRMLScene(), model, spacing, output);
+    if (output) this->StopFollowing(output);
+  });
   return kept(made, output);
 }
 
@@ -68,7 +72,10 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ResampleLike(vtkMRMLInnerGSModel
                                                              vtkMRMLVolumeNode* reference,
                                                              vtkMRMLScalarVolumeNode* output) {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
-  this->Work->guard([&] { made = mrml::resampleLike(this->GetMRMLScene(), model, reference, output); });
+  this->Work->guard([&] {
+    made = mrml::resampleLike(this->GetMRMLScene(), model, reference, output);
+    if (output) this->StopFollowing(output);
+  });
   return kept(made, output);
 }
 

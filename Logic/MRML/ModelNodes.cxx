@@ -43,6 +43,9 @@ vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileN
 
 void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
   modelOf(model);
+  if (fileName.empty())
+    throw Error(ErrorCode::InvalidArgument,
+                "There is no file name to save the model under: choose one that ends with .innergs or .ply.");
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> kept = model; // an observer may remove it
   // Only a model file keeps everything: a PLY file does not make the model a saved one.
   vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage;

@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
+#include "Stragglers.h"
 
 #include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
 #include <vtkMRMLSegmentationNode.h>
@@ -195,7 +196,7 @@ void merge(vtkOrientedImageData* layer, const std::vector<double>& labels, vtkOr
 
 SegmentationMask::SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment,
                                    vtkMRMLVolumeNode* like, const std::vector<GridGeometry>& grids)
-    : name_(quoted(node)), single_(!segment.empty()) {
+    : name_(quoted(node)), single_(!segment.empty()), converter_(vtkSmartPointer<vtkSegmentation>::New()) {
   check(node, segment);
   vtkSegmentation* segments = node->GetSegmentation();
   toWorld(node, nodeToWorld_);
@@ -260,10 +261,7 @@ void SegmentationMask::takeOthers(vtkSegment* segment) {
   for (const std::string& name : names) {
     vtkDataObject* data = segment->GetRepresentation(name);
     const auto copy = vtkSmartPointer<vtkDataObject>::Take(data->NewInstance());
-    if (data->IsA("vtkImageData"))
-      copy->DeepCopy(data);
-    else
-      copy->ShallowCopy(data);
+    copy->DeepCopy(data); // views step through the cells of a surface as well
     own->AddRepresentation(name, copy);
   }
   others_.push_back(own.Get());
@@ -276,13 +274,15 @@ void SegmentationMask::addLayer(vtkOrientedImageData* image, int label) {
   std::sort(layer->labels.begin(), layer->labels.end());
 }
 
-void SegmentationMask::makeVoxels(const std::stop_token& stop) {
+void SegmentationMask::makeVoxels(const std::stop_token& stop, Stragglers& unstoppable) {
   vtkNew<vtkCallbackCommand> quiet; // the sentence is ours
   converter_->AddObserver(vtkCommand::ErrorEvent, quiet);
   for (const auto& segment : others_) {
-    throwIf(stop);
     // A segmentation converts what is added to it.
-    if (!converter_->AddSegment(segment, std::to_string(converter_->GetNumberOfSegments())))
+    const auto convert = [segment, converter = converter_] {
+      return converter->AddSegment(segment, std::to_string(converter->GetNumberOfSegments()));
+    };
+    if (!unstoppable.run(convert, stop))
       throw Error(ErrorCode::UnsupportedImage,
                   "The mask " + name_ +
                       " has no voxels, and none could be made of its surfaces: create its binary "
@@ -308,8 +308,8 @@ void SegmentationMask::chooseLattice(vtkOrientedImageData* lattice) {
   vtkSegmentationConverter::DeserializeImageGeometry(geometry, lattice, false);
 }
 
-Mask SegmentationMask::make(const std::stop_token& stop) {
-  makeVoxels(stop);
+Mask SegmentationMask::make(const std::stop_token& stop, Stragglers& unstoppable) {
+  makeVoxels(stop, unstoppable);
   if (layers_.empty()) refuseEmpty(name_);
   vtkNew<vtkOrientedImageData> lattice;
   chooseLattice(lattice);

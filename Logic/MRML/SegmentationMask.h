@@ -18,12 +18,14 @@ class vtkSegmentation;
 
 namespace innergs::mrml {
 
+class Stragglers;
+
 /// A segmentation as a job's mask. The main thread takes what cannot be had later, the worker makes the mask
 /// of it: there, labelmaps are merged and surfaces made voxels.
 class SegmentationMask {
 public:
-  /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for; shares surfaces,
-  /// which are replaced and not edited. segment: an ID, or "" for all. `like`: whose voxels surfaces get.
+  /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for, and where there
+  /// are none the surfaces. segment: an ID, or "" for all. `like`: whose voxels surfaces get.
   /// Throws Error.
   SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                    const std::vector<GridGeometry>& grids);
@@ -33,8 +35,9 @@ public:
   SegmentationMask(const SegmentationMask&) = delete;
   SegmentationMask& operator=(const SegmentationMask&) = delete;
 
-  /// All segments in one (LPS), on any thread. Uses up what was taken. Throws Error, Error(Cancelled).
-  Mask make(const std::stop_token& stop);
+  /// All segments in one (LPS), on any thread. Uses up what was taken. Slicer's rules that make voxels know
+  /// no stop. Throws Error, Error(Cancelled).
+  Mask make(const std::stop_token& stop, Stragglers& unstoppable);
 
 private:
   struct Layer {
@@ -45,7 +48,7 @@ private:
                     double margin);
   void takeOthers(vtkSegment* segment);
   void addLayer(vtkOrientedImageData* image, int label);
-  void makeVoxels(const std::stop_token& stop);
+  void makeVoxels(const std::stop_token& stop, Stragglers& unstoppable);
   /// The lattice to merge on, as Slicer chooses it.
   void chooseLattice(vtkOrientedImageData* lattice);
 
@@ -56,7 +59,9 @@ private:
   std::map<vtkOrientedImageData*, vtkSmartPointer<vtkOrientedImageData>> copies_;
   std::vector<Layer> layers_;
   std::vector<vtkSmartPointer<vtkSegment>> others_; // without a labelmap
-  vtkNew<vtkSegmentation> converter_, merger_;      // Slicer's ways to do it, with the node's parameters
+  // Slicer's ways to do it, with the node's parameters.
+  vtkSmartPointer<vtkSegmentation> converter_;
+  vtkNew<vtkSegmentation> merger_;
 };
 
 } // namespace innergs::mrml

@@ -66,8 +66,8 @@ void SliceFollower::update() {
     if (query()) show();
     lastError_.clear();
   } catch (const std::exception& error) {
-    if (lastError_ != error.what()) {
-      lastError_ = error.what();
+    if (lastError_ != sentenceOf(error)) {
+      lastError_ = sentenceOf(error);
       onError_(lastError_);
     }
   }

@@ -24,4 +24,5 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   Queries.cxx
   SegmentationMask.cxx
   SliceFollower.cxx
+  Stragglers.cxx
 )

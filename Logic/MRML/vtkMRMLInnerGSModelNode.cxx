@@ -150,7 +150,7 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
     this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();
     toRAS(hardened.rest, this->Rest);
   } catch (const std::exception& error) {
-    vtkErrorMacro(<< error.what());
+    vtkErrorMacro(<< innergs::sentenceOf(error));
     if (!hardening) return;
     this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();
     this->Rest->DeepCopy(matrix);

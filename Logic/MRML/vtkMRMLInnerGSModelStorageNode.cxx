@@ -91,9 +91,9 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     modelNode->SetModel(model);
     return 1;
   } catch (const std::exception& error) {
-    this->ErrorMessage = error.what();
-    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, error.what());
-    vtkErrorMacro(<< error.what());
+    this->ErrorMessage = innergs::sentenceOf(error);
+    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, innergs::sentenceOf(error));
+    vtkErrorMacro(<< innergs::sentenceOf(error));
     return 0;
   }
 }
@@ -122,9 +122,9 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
     }
     return 1;
   } catch (const std::exception& error) {
-    this->ErrorMessage = error.what();
-    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, error.what());
-    vtkErrorMacro(<< error.what());
+    this->ErrorMessage = innergs::sentenceOf(error);
+    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, innergs::sentenceOf(error));
+    vtkErrorMacro(<< innergs::sentenceOf(error));
     return 0;
   }
 }

@@ -32,10 +32,8 @@ bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) 
           "main thread.");
     task();
     return true;
-  } catch (const std::bad_alloc&) {
-    fail("The memory is not enough: choose a smaller region, a coarser output or fewer Gaussians.");
   } catch (const std::exception& error) {
-    fail(error.what());
+    fail(innergs::sentenceOf(error));
   }
   return false;
 }
@@ -117,8 +115,9 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSPa
         mrml::prepare(parameters, this->GetMRMLScene(), copyVoxels || this->GetNumberOfJobs() > 0);
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->ParameterNode = parameters;
-    work.lastJob = task->job;
+    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
     work.queue.submit(std::move(task));
+    work.lastJob = job;
   });
   return started ? work.lastJob.Get() : nullptr;
 }
@@ -196,7 +195,7 @@ std::string vtkSlicerInnerGSLogic::CheckParameters(vtkMRMLInnerGSParameterNode* 
     mrml::check(parameters, this->GetMRMLScene());
     return "";
   } catch (const std::exception& error) {
-    return error.what();
+    return innergs::sentenceOf(error);
   }
 }
 

@@ -52,14 +52,14 @@ public:
   /// delivered while it waits. GetLastJob() has the details.
   bool Reconstruct(vtkMRMLInnerGSParameterNode* parameters);
   /// Non-blocking: checks everything, copies the inputs' voxels and returns; the job runs after those before
-  /// it. Null when it was refused. Of a segmentation as the mask labelmaps are copied here and merged, or made
-  /// of its surfaces, by the worker.
-  /// copyVoxels off: returns at once, and the worker makes the copy as the first thing it does (phase
-  /// "Preparing"): until then voxels must not be changed in place; nodes may go. A job that has to wait for
-  /// others copies now.
+  /// it. Null when it was refused. Of a segmentation as the mask labelmaps are copied here and merged, or
+  /// made of its surfaces, by the worker. copyVoxels off: returns at once, and the worker makes the copy as
+  /// the first thing it does (phase "Preparing"): until then voxels must not be changed in place; nodes may
+  /// go. A job that has to wait for others copies now.
   vtkSlicerInnerGSJob* StartReconstruction(vtkMRMLInnerGSParameterNode* parameters, bool copyVoxels = true);
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
-  /// Finished when it had been before.
+  /// Finished when it had been before. What of Slicer's cannot be stopped (surfaces to voxels) ends on its
+  /// own; the logic's destruction waits for that.
   void Cancel(vtkSlicerInnerGSJob* job = nullptr);
   /// The same without waiting, for programs whose event loop delivers events.
   void RequestCancel(vtkSlicerInnerGSJob* job = nullptr);
@@ -128,7 +128,8 @@ public:
 
   ///@{
   /// A volume node that shows the model on a slice view's plane from now on, whenever the view or the model
-  /// changes, until StopFollowing() or until one of the nodes is removed. At most MaximumFollowPixels a side.
+  /// changes, until StopFollowing(), until something else is put into it here or one of the nodes is removed.
+  /// At most MaximumFollowPixels a side.
   vtkMRMLScalarVolumeNode* FollowSlice(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice,
                                        vtkMRMLScalarVolumeNode* output = nullptr);
   /// Null: all.

@@ -54,8 +54,8 @@ VoxelBlock blockOf(const GridGeometry& whole, const GridGeometry& part, int slic
 }
 
 /// What lies in the corners between a turned box and its block is not fitted.
-void observeWithin(Stack& stack, const GridGeometry& box) {
-  stack.observed = resampleMask({box, {1}}, stack.image.geometry);
+void observeWithin(Stack& stack, const GridGeometry& box, const std::stop_token& stop) {
+  stack.observed = resampleMask({box, {1}}, stack.image.geometry, stop);
   if (std::find(stack.observed.begin(), stack.observed.end(), 1) == stack.observed.end())
     throw Error(ErrorCode::Geometry,
                 stack.name + " has no voxel inside the region: place the region over the images.");
@@ -140,7 +140,7 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
     if (!voxels) continue;
     const VoxelBlock block = blockOf(whole, stack.image.geometry, get(static_cast<int>(i)).axis);
     stack.image.voxels = voxelsOf(images[i], block, stack.name, stop);
-    if (choice.box && !parallel(whole, *choice.box)) observeWithin(stack, grown(*choice.box, margin));
+    if (choice.box && !parallel(whole, *choice.box)) observeWithin(stack, grown(*choice.box, margin), stop);
   }
   return input;
 }

@@ -82,15 +82,12 @@ bool vtkInnerGSAlgorithm::Guard(const std::function<void()>& task) {
   try {
     task();
     return true;
-  } catch (const innergs::Error& error) {
-    message = error.what();
-    code = error.code();
-  } catch (const std::bad_alloc&) {
-    message = "The memory is not enough: choose a smaller region, a coarser output or fewer Gaussians.";
-    code = innergs::ErrorCode::Memory;
   } catch (const std::exception& error) {
-    message = std::string("Unexpected failure (") + error.what() +
-              "): please report it with these data and settings.";
+    message = innergs::sentenceOf(error);
+    if (const auto* own = dynamic_cast<const innergs::Error*>(&error))
+      code = own->code();
+    else if (dynamic_cast<const std::bad_alloc*>(&error))
+      code = innergs::ErrorCode::Memory;
   }
   if (code == innergs::ErrorCode::Cancelled) {
     this->Aborted = true;

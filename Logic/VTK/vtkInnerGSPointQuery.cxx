@@ -68,7 +68,7 @@ bool vtkInnerGSPointQuery::Evaluate(vtkPoints* points, vtkFloatArray* values) {
     if (count > 0) std::copy(result.begin(), result.end(), values->GetPointer(0));
     return true;
   } catch (const std::exception& error) {
-    this->ErrorMessage = error.what();
+    this->ErrorMessage = innergs::sentenceOf(error);
   }
   vtkErrorMacro(<< this->ErrorMessage);
   return false;

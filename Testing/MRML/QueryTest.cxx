@@ -128,6 +128,41 @@ TEST_F(QueryTest, FollowedSliceSaysWhatTheNewModelWasMadeFrom) {
   EXPECT_STREQ(volume->GetAttribute("InnerGS.Inputs"), "Other");
 }
 
+// Else the next move of the view would overwrite it.
+TEST_F(QueryTest, FollowingEndsWhenTheOutputGetsSomethingElse) {
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  slice->SetLayoutName("Red");
+  auto* other = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
+  other->SetLayoutName("Green");
+  auto* reference = addVolume("Reference");
+  auto* parameters = addParameters(reference);
+  parameters->SetNumberOfIterations(2);
+  vtkNew<vtkMatrix4x4> plane;
+  for (int which = 0; which < 4; ++which) {
+    SCOPED_TRACE(which);
+    auto* volume = logic->FollowSlice(model, slice);
+    auto* untouched = logic->FollowSlice(model, other);
+    ASSERT_NE(volume, nullptr) << logic->GetLastError();
+    if (which == 0) {
+      EXPECT_EQ(logic->QueryPlane(model, nullptr, 9, 9, 2, volume), nullptr); // nothing is put into it
+      EXPECT_TRUE(logic->IsFollowing(volume));
+      EXPECT_EQ(logic->QueryPlane(model, plane, 9, 9, 2, volume), volume);
+    } else if (which == 1) {
+      EXPECT_EQ(logic->Resample(model, 3, volume), volume);
+    } else if (which == 2) {
+      EXPECT_EQ(logic->ResampleLike(model, reference, volume), volume);
+    } else {
+      parameters->SetOutputVolumeNode(volume);
+      ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+    }
+    EXPECT_FALSE(logic->IsFollowing(volume));
+    EXPECT_TRUE(logic->IsFollowing(untouched));
+    const vtkMTimeType made = volume->GetImageData()->GetMTime();
+    slice->SetSliceOffset(slice->GetSliceOffset() + 3);
+    EXPECT_EQ(volume->GetImageData()->GetMTime(), made);
+  }
+}
+
 TEST_F(QueryTest, FollowingEndsWithAnyNode) {
   for (int which = 0; which < 3; ++which) {
     auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));

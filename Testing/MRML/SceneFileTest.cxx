@@ -68,6 +68,8 @@ TEST_F(SceneFileTest, ModelFiles) {
   ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
   auto* model = logic->GetLastJob()->GetModelNode();
   const std::string name = (folder / "Kopf öäü.innergs").string();
+  EXPECT_FALSE(logic->SaveModel(model, ""));
+  EXPECT_NE(logic->GetLastError().find("no file name"), std::string::npos) << logic->GetLastError();
   EXPECT_FALSE(logic->SaveModel(model, (folder / "no such folder" / "x.innergs").string()));
   EXPECT_EQ(model->GetStorageNode(), nullptr);
   ASSERT_TRUE(logic->SaveModel(model, name)) << logic->GetLastError();

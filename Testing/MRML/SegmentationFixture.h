@@ -1,0 +1,55 @@
+#pragma once
+#include "MrmlFixture.h"
+
+#include <vtkMRMLSegmentationNode.h>
+
+#include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
+#include <vtkOrientedImageData.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
+
+#include <condition_variable>
+#include <mutex>
+#include <set>
+#include <thread>
+
+inline const std::string kLabelmap =
+    vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
+inline const std::string kSurface =
+    vtkSegmentationConverter::GetSegmentationClosedSurfaceRepresentationName();
+
+/// Slicer's own rule, which also tells on which threads it runs, and can be held up there.
+class WatchedRule : public vtkClosedSurfaceToBinaryLabelmapConversionRule {
+public:
+  static WatchedRule* New();
+  vtkTypeMacro(WatchedRule, vtkClosedSurfaceToBinaryLabelmapConversionRule);
+  vtkSegmentationConverterRule* CreateRuleInstance() override { return WatchedRule::New(); }
+  unsigned int GetConversionCost(vtkDataObject*, vtkDataObject*) override { return 1; } // before the other
+  bool Convert(vtkSegment* segment) override;
+
+  static std::mutex mutex; // of what follows
+  static std::set<std::thread::id> threads;
+  static bool held;
+  static std::condition_variable changed;
+};
+
+/// A volume and an empty segmentation 'Organs'.
+class SegmentationFixture : public MrmlFixture {
+protected:
+  SegmentationFixture();
+  ~SegmentationFixture() override;
+
+  /// Balls (centre and radius in mm of the node) with the labels 1, 2, ... on one lattice.
+  static vtkSmartPointer<vtkOrientedImageData> balls(vtkMatrix4x4* toNode, const int extent[6], int type,
+                                                     const std::vector<std::array<double, 4>>& balls);
+  void addSegment(const std::string& id, vtkDataObject* data, int label = 1);
+  void addSurface(const std::string& id, double r, double radius);
+  /// Two on one lattice, one on a finer, turned one, one without a voxel, one empty.
+  void addLabelmaps();
+
+  vtkNew<WatchedRule> rule;
+  vtkMRMLScalarVolumeNode* input = nullptr;
+  vtkMRMLSegmentationNode* node = nullptr;
+  vtkSegmentation* segments = nullptr;
+};
