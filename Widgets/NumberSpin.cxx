@@ -67,7 +67,7 @@ QValidator::State NumberSpin::validate(QString& whole, int&) const {
   if (ok && value >= range_.lowest && value <= range_.highest &&
       (!range_.integer || value == std::floor(value)))
     return QValidator::Acceptable;
-  const bool mayBecomeOne = std::all_of(text.begin(), text.end(), [this](QChar c) {
+  const bool mayBecomeOne = std::all_of(text.begin(), text.end(), [](QChar c) {
     return c.isDigit() || c == '-' || c == '+' || c == 'e' || c == 'E' || c == '.' || c == ',';
   });
   return mayBecomeOne ? QValidator::Intermediate : QValidator::Invalid;

@@ -7,6 +7,7 @@
 #include "Core/Error.h"
 #include "Evaluation/Report.h"
 #include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -83,7 +84,7 @@ int evaluate(const EvaluateOptions& o) {
   if (!o.saveVolume.empty()) writeVolume(*gaussiansOf(report).volume, o.saveVolume);
   if (!o.saveModel.empty()) writeModel(*report.model, o.saveModel);
   if (!o.picture.empty()) {
-    const auto name = std::filesystem::path(o.volume).filename().string();
+    const auto name = utf8(std::filesystem::path(o.volume).filename());
     const Picture picture = comparisonPicture(report, fmt::format("{}, {}", name, report.caseName));
     writePng(o.picture, picture.width, picture.height, 3, picture.rgb);
   }

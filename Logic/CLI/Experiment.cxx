@@ -7,6 +7,7 @@
 #include "Core/Error.h"
 #include "Evaluation/ExperimentSelection.h"
 #include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -131,7 +132,7 @@ private:
     if (!fits_) {
       ExperimentSetup setup;
       setup.volume = readVolume(o_.volume, {});
-      setup.volumeName = std::filesystem::path(o_.volume).filename().string();
+      setup.volumeName = utf8(std::filesystem::path(o_.volume).filename());
       setup.papersVolume = isPapersVolume(setup.volumeName, setup.volume) && !o_.quick;
       if (o_.quick) {
         setup.volume = centralCrop(setup.volume, kQuickSize);

@@ -3,6 +3,7 @@
 #include "CLI/Font8x13.h"
 #include "Core/Error.h"
 #include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
 
 #include <itkPNGImageIO.h>
 
@@ -45,12 +46,11 @@ void writePng(const std::filesystem::path& path, int width, int height, int chan
       io->SetComponentType(itk::IOComponentEnum::UCHAR);
       io->SetPixelType(channels == 1 ? itk::IOPixelEnum::SCALAR : itk::IOPixelEnum::RGB);
       io->SetNumberOfComponents(channels);
-      io->SetFileName(file.string());
+      io->SetFileName(utf8(file));
       io->UseCompressionOn();
       io->Write(bytes.data());
     } catch (const itk::ExceptionObject& error) {
-      throw Error(ErrorCode::Io,
-                  "Cannot write the picture '" + path.string() + "': " + error.GetDescription());
+      throw Error(ErrorCode::Io, "Cannot write the picture " + quoted(path) + ": " + error.GetDescription());
     }
   });
 }

@@ -22,8 +22,9 @@ struct SimulateOptions {
 
 // scan.nii.gz → scan-axial.nii.gz
 std::filesystem::path withSuffix(const std::filesystem::path& path, const std::string& suffix) {
-  std::string name = path.filename().string();
-  return path.parent_path() / name.insert(name.size() - fullExtension(path).size(), "-" + suffix);
+  std::u8string name = path.filename().u8string();
+  name.insert(name.size() - fullExtension(path).size(), u8"-" + std::u8string(suffix.begin(), suffix.end()));
+  return path.parent_path() / name;
 }
 
 int simulate(const SimulateOptions& o) {
@@ -52,7 +53,7 @@ int simulate(const SimulateOptions& o) {
                                         : keepEvery(volume, scan.axis, o.keepEvery);
     writeVolume(stack.image, scan.path, o.type);
     if (!o.quiet)
-      fmt::print(stderr, "Wrote {} ({} slices, {:g} mm apart).\n", scan.path.string(),
+      fmt::print(stderr, "Wrote {} ({} slices, {:g} mm apart).\n", utf8(scan.path),
                  stack.image.geometry.size[2], stack.image.geometry.spacing[2]);
   }
   if (o.keepEvery > 0 && !o.quiet)

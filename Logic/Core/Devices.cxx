@@ -59,7 +59,8 @@ struct Backend {
 };
 
 Backend load(const fs::path& file) {
-  const std::string name = "The CUDA backend " + file.string();
+  const std::u8string path = file.u8string();
+  const std::string name = "The CUDA backend " + std::string(path.begin(), path.end());
   Backend backend;
   std::string why;
   void* library = openSharedLibrary(file, why);

@@ -1,12 +1,15 @@
 #include "Core/SharedLibrary.h"
 
 #ifdef _WIN32
+#ifndef NOMINMAX
 #define NOMINMAX
+#endif
 #include <windows.h>
 #else
 #include <dlfcn.h>
 #endif
 #ifdef __linux__
+#include <cstdint>
 #include <elf.h>
 #include <fstream>
 #endif

@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace innergs {
 namespace {

@@ -1,6 +1,7 @@
 #include "IO/ItkImage.h"
 
 #include <cstring>
+#include <vector>
 
 namespace innergs {
 namespace {

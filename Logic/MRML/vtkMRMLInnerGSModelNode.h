@@ -6,6 +6,8 @@
 
 #include <vtkSmartPointer.h> // member
 
+#include <string>
+
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 

@@ -4,6 +4,8 @@
 #include "vtkMRMLStorageNode.h"
 #include "vtkSlicerInnerGSModuleMRMLExport.h"
 
+#include <string>
+
 /// Model files (.innergs, everything) and PLY files of Gaussians (.ply, without detail grid and fit state).
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelStorageNode : public vtkMRMLStorageNode {
 public:

@@ -13,7 +13,9 @@
 #include <vtkIntArray.h>
 #include <vtkObjectFactory.h>
 
+#include <algorithm>
 #include <chrono>
+#include <new>
 
 vtkStandardNewMacro(vtkSlicerInnerGSLogic);
 

@@ -2,6 +2,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include <string>
+#include <vector>
+
 namespace innergs::app {
 
 bool parse(int argc, char** argv, CommandLine& line, int* exitCode) {
