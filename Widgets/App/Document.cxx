@@ -114,10 +114,21 @@ void Document::setEllipsoidsShown(const QString& id, bool shown) {
   Q_EMIT modelsChanged();
 }
 
-bool Document::hasUnsaved() const {
-  const auto unsaved = [](const auto& item) { return !item->saved; };
-  return std::any_of(volumes_.begin(), volumes_.end(), unsaved) ||
-         std::any_of(models_.begin(), models_.end(), unsaved);
+QStringList Document::unsaved() const {
+  QStringList ids;
+  const auto add = [&](const auto& items) {
+    for (const auto& item : items)
+      if (!item->saved) ids << item->id;
+  };
+  add(volumes_);
+  add(models_);
+  return ids;
+}
+
+QString Document::nameOf(const QString& id) const {
+  if (const auto item = volume(id)) return item->name;
+  const auto item = model(id);
+  return item ? item->name : QString();
 }
 
 } // namespace innergs::app

@@ -8,6 +8,7 @@
 
 #include <QObject>
 #include <QString>
+#include <QStringList>
 
 #include <array>
 #include <memory>
@@ -85,7 +86,11 @@ public:
   void setSaved(const QString& id, const QString& file);
   void setEllipsoidsShown(const QString& id, bool shown);
 
-  bool hasUnsaved() const;
+  /// IDs.
+  QStringList unsaved() const;
+  bool hasUnsaved() const { return !unsaved().isEmpty(); }
+  /// "" for an unknown ID.
+  QString nameOf(const QString& id) const;
 
 Q_SIGNALS:
   void volumesChanged();

@@ -19,6 +19,8 @@
 #include <QSettings>
 #include <QUrl>
 
+#include <algorithm>
+
 namespace innergs::app {
 namespace {
 
@@ -125,14 +127,10 @@ void MainWindow::tell(const QString& sentence) {
 }
 
 void MainWindow::closeItem(const QString& id) {
-  const auto volume = host_->document().volume(id);
-  const auto model = host_->document().model(id);
-  if (!volume && !model) return;
-  if (volume ? !volume->saved : !model->saved) {
-    QMessageBox box(
-        QMessageBox::Question, QStringLiteral("InnerGS"),
-        tr("'%1' is not saved. Save it before it is closed?").arg(volume ? volume->name : model->name),
-        QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
+  if (host_->document().unsaved().contains(id)) {
+    QMessageBox box(QMessageBox::Question, QStringLiteral("InnerGS"),
+                    tr("'%1' is not saved. Save it before it is closed?").arg(host_->document().nameOf(id)),
+                    QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, this);
     box.setObjectName(QStringLiteral("closeItemBox"));
     box.setDefaultButton(QMessageBox::Save);
     const int answer = box.exec();
@@ -142,12 +140,12 @@ void MainWindow::closeItem(const QString& id) {
 }
 
 bool MainWindow::mayDiscard() {
+  const Document& document = host_->document();
+  const QStringList ids = document.unsaved();
+  if (ids.isEmpty()) return true;
   QStringList names;
-  for (const auto& item : host_->document().volumes())
-    if (!item->saved) names << item->name;
-  for (const auto& item : host_->document().models())
-    if (!item->saved) names << item->name;
-  if (names.isEmpty()) return true;
+  for (const QString& id : ids)
+    names << document.nameOf(id);
   QMessageBox box(QMessageBox::Question, QStringLiteral("InnerGS"),
                   tr("These results are not saved and will be lost:\n%1").arg(names.join(QLatin1Char('\n'))),
                   QMessageBox::SaveAll | QMessageBox::Discard | QMessageBox::Cancel, this);
@@ -155,14 +153,7 @@ bool MainWindow::mayDiscard() {
   box.setDefaultButton(QMessageBox::SaveAll);
   const int answer = box.exec();
   if (answer != QMessageBox::SaveAll) return answer == QMessageBox::Discard;
-  QStringList ids;
-  for (const auto& item : host_->document().volumes())
-    if (!item->saved) ids << item->id;
-  for (const auto& item : host_->document().models())
-    if (!item->saved) ids << item->id;
-  for (const QString& id : ids)
-    if (!saveAs(id)) return false;
-  return true;
+  return std::all_of(ids.begin(), ids.end(), [this](const QString& id) { return saveAs(id); });
 }
 
 void MainWindow::closeEvent(QCloseEvent* event) {

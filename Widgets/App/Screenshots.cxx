@@ -6,7 +6,6 @@
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 
-#include <QVTKOpenGLNativeWidget.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 
@@ -14,7 +13,6 @@
 #include <QElapsedTimer>
 #include <QPixmap>
 #include <QScrollArea>
-#include <QSurfaceFormat>
 #include <QTextStream>
 
 #include <cmath>
@@ -63,11 +61,7 @@ void showObliquePlane(MainWindow& window) {
 } // namespace
 
 int main(int argc, char** argv) {
-  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
-#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
-  QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
-  QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
-#endif
+  innergs::app::prepare();
   QApplication app(argc, argv);
   if (argc < 2) return 2;
   const QString folder = QString::fromLocal8Bit(argv[1]) + QLatin1Char('/');

@@ -3,10 +3,13 @@
 #include "Widgets/App/Background.h"
 #include "Widgets/App/MainWindow.h"
 
+#include <QVTKOpenGLNativeWidget.h>
+
 #include <QApplication>
 #include <QPalette>
 #include <QPixmap>
 #include <QStyleFactory>
+#include <QSurfaceFormat>
 #include <QTextStream>
 #include <QTimer>
 
@@ -72,6 +75,14 @@ void carryOut(MainWindow* window, const CommandLine& line) {
   if (line.sample && line.screenshot.isEmpty()) window->openSample();
   if (line.sample && !line.screenshot.isEmpty()) host->openSample(); // a script chooses no files
   window->open(files);
+}
+
+void prepare() {
+  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
+#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
+  QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
+  QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
+#endif
 }
 
 void useDarkPalette() {

@@ -12,4 +12,7 @@ void carryOut(MainWindow* window, const CommandLine& line);
 /// Dark colours for the whole program.
 void useDarkPalette();
 
+/// What Qt and the views need to be told before there is a QApplication.
+void prepare();
+
 } // namespace innergs::app

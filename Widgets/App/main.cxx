@@ -1,11 +1,8 @@
 #include "Widgets/App/MainWindow.h"
 #include "Widgets/App/Startup.h"
 
-#include <QVTKOpenGLNativeWidget.h>
-
 #include <QApplication>
 #include <QIcon>
-#include <QSurfaceFormat>
 
 #include <clocale>
 
@@ -13,11 +10,7 @@ int main(int argc, char** argv) {
   innergs::app::CommandLine line;
   int exitCode = 0;
   if (!innergs::app::parse(argc, argv, line, &exitCode)) return exitCode;
-  QSurfaceFormat::setDefaultFormat(QVTKOpenGLNativeWidget::defaultFormat());
-#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
-  QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
-  QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
-#endif
+  innergs::app::prepare();
   int one = 1; // the options are ours, not Qt's
   QApplication app(one, argv);
   std::setlocale(LC_NUMERIC, "C"); // Qt took the user's: files are written with points
