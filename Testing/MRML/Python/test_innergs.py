@@ -228,7 +228,7 @@ class InnerGSTest(unittest.TestCase):
         volume = add_volume(self.scene)
         nodes = self.scene.GetNumberOfNodes()
         few = innergs.estimate(volume, preset="fast", iterations=10, device="cpu")
-        many = innergs.estimate(volume, preset="fast", iterations=1000, device="cpu")
+        many = innergs.estimate(volume, preset="fast", iterations=100000, device="cpu")
         self.assertGreater(few.seconds, 0)
         self.assertGreater(many.seconds, 5 * few.seconds)
         self.assertGreater(few.bytes, 100000)
