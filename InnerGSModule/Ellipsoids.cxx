@@ -7,10 +7,13 @@
 #include <vtkMRMLModelDisplayNode.h>
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScene.h>
-#include <vtkMRMLSubjectHierarchyNode.h>
+#include <vtkMRMLStorageNode.h>
+#include <vtkMRMLTransformNode.h>
 
 #include <vtkNew.h>
 #include <vtkPolyData.h>
+
+#include <utility>
 
 namespace {
 
@@ -21,9 +24,7 @@ vtkMRMLModelNode* addEllipsoids(vtkMRMLInnerGSModelNode* model) {
   auto* node = vtkMRMLModelNode::SafeDownCast(
       scene->AddNewNodeByClass("vtkMRMLModelNode", scene->GenerateUniqueName(name).c_str()));
   node->CreateDefaultDisplayNodes();
-  auto* tree = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene);
-  const vtkIdType beside = tree->GetItemByDataNode(model), item = tree->GetItemByDataNode(node);
-  if (beside && item) tree->SetItemParent(item, tree->GetItemParent(beside));
+  innergs::ui::placeBeside(node, model);
   return node;
 }
 
@@ -73,10 +74,8 @@ void qSlicerInnerGSHost::showSurfaces(const QString& id, vtkPolyData* surfaces,
   vtkMRMLModelNode* ellipsoids = innergs::ui::ellipsoidsOf(node);
   if (!ellipsoids) ellipsoids = addEllipsoids(node);
   ellipsoids->SetAndObserveTransformNodeID(node->GetTransformNodeID());
-  for (const std::string& name : node->GetAttributeNames()) // what the model was made from
-    if (name.rfind("InnerGS.", 0) == 0)
-      ellipsoids->SetAttribute(name.c_str(), node->GetAttribute(name.c_str()));
-  ellipsoids->SetNodeReferenceID("InnerGSModel", node->GetID());
+  innergs::ui::setMadeFrom(ellipsoids, node);
+  innergs::ui::setEllipsoidsOf(node, ellipsoids);
   ellipsoids->SetAndObservePolyData(surfaces);
   if (vtkMRMLModelDisplayNode* display = ellipsoids->GetModelDisplayNode()) {
     display->SetActiveScalarName("Intensity");
@@ -86,4 +85,23 @@ void qSlicerInnerGSHost::showSurfaces(const QString& id, vtkPolyData* surfaces,
     display->ScalarVisibilityOn();
   }
   ellipsoids->SetDisplayVisibility(1);
+}
+
+/// They lie where the model does.
+void qSlicerInnerGSHost::placeEllipsoids(vtkMRMLInnerGSModelNode* node) {
+  if (!node || !scene_ || scene_->IsClosing() || scene_->IsImporting()) return;
+  vtkMRMLModelNode* ellipsoids = innergs::ui::ellipsoidsOf(node);
+  if (ellipsoids && ellipsoids->GetParentTransformNode() != node->GetParentTransformNode())
+    ellipsoids->SetAndObserveTransformNodeID(node->GetTransformNodeID());
+}
+
+/// Those of models that were removed go with them: no panel could hide them.
+void qSlicerInnerGSHost::removeOrphans() {
+  for (const vtkWeakPointer<vtkMRMLModelNode>& orphan : std::exchange(orphans_, {})) {
+    if (!orphan || !scene_ || orphan->GetScene() != scene_) continue;
+    const vtkSmartPointer<vtkMRMLNode> parts[] = {orphan->GetDisplayNode(), orphan->GetStorageNode()};
+    scene_->RemoveNode(orphan);
+    for (const vtkSmartPointer<vtkMRMLNode>& part : parts)
+      if (part && part->GetScene() == scene_) scene_->RemoveNode(part);
+  }
 }

@@ -4,6 +4,7 @@
 
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
+#include <vtkMRMLScene.h>
 #include <vtkSlicerInnerGSJob.h>
 #include <vtkSlicerInnerGSLogic.h>
 
@@ -68,6 +69,7 @@ void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
   if (const auto found = slow_.constFind(known); found != slow_.constEnd()) {
     estimate.seconds = found->seconds;
     estimate.reason = QString::fromStdString(found->device);
+    estimate.refusal = QString::fromStdString(found->refusal);
     return;
   }
   if (!later || estimating_ || isRunning()) return; // then, a time measured says nothing
@@ -99,13 +101,33 @@ bool qSlicerInnerGSHost::start(const Request& request) {
   }
   phase_.clear();
   deviceNote_.clear();
-  judging_ = false;
+  judging_ = cancelling_ = false;
   Q_EMIT started();
+  if (isQueued()) {
+    Q_EMIT waiting();
+    Q_EMIT logged(tr("Waiting for another reconstruction to end."));
+  }
   return true;
 }
 
+/// What ended a job that nobody cancelled, a sentence; "" else.
+QString qSlicerInnerGSHost::whyEnded(vtkSlicerInnerGSJob* job) const {
+  if (cancelling_) return {};
+  if (!scene_ || scene_->IsClosing()) return tr("The scene was closed, which ended the reconstruction.");
+  vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode();
+  return parameters && parameters->GetScene() == scene_
+             ? QString()
+             : tr("Its parameter set was deleted, which ended the reconstruction.");
+}
+
 void qSlicerInnerGSHost::cancel() {
+  cancelling_ = true;
   if (logic_ && job_) logic_->RequestCancel(job_);
+}
+
+/// Behind another job, a script's.
+bool qSlicerInnerGSHost::isQueued() const {
+  return job_ && job_->GetState() == vtkSlicerInnerGSJob::Queued && logic_ && logic_->GetCurrentJob() != job_;
 }
 
 bool qSlicerInnerGSHost::isRunning() const {
@@ -116,6 +138,9 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
   if (!job_ || data != job_.Get()) return; // a script's
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = job_;
   switch (event) {
+  case vtkSlicerInnerGSLogic::JobStartedEvent: // no longer waiting
+    Q_EMIT progressed(Progress{Phase::Preparing});
+    return;
   case vtkSlicerInnerGSLogic::JobProgressEvent: {
     const QString phase = QString::fromStdString(job->GetPhase());
     if (phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
@@ -153,6 +178,8 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     Q_EMIT finished(report);
   } else if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
     Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
+  } else if (const QString why = whyEnded(job); !why.isEmpty()) {
+    Q_EMIT failed(why);
   } else {
     Q_EMIT cancelled();
   }

@@ -5,6 +5,7 @@
 #include "vtkInnerGSModel.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLScalarVolumeDisplayNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLTransformNode.h>
@@ -89,4 +90,22 @@ QString qSlicerInnerGSHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRA
   node->SetIJKToRASMatrix(ijkToRAS);
   node->CreateDefaultDisplayNodes();
   return idOf(node);
+}
+
+QString qSlicerInnerGSHost::addVolumeOf(const QString& modelId, const std::array<double, 2>& window,
+                                        vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                                        QString* error) {
+  const QString id = addVolume(image, ijkToRAS, name, error);
+  auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(
+      id.isEmpty() ? nullptr : scene_->GetNodeByID(id.toUtf8().constData()));
+  if (!volume) return id;
+  if (vtkMRMLScalarVolumeDisplayNode* display = volume->GetScalarVolumeDisplayNode()) {
+    display->SetAutoWindowLevel(0);
+    display->SetWindowLevelMinMax(window[0], window[1]);
+  }
+  if (vtkMRMLInnerGSModelNode* from = modelNode(modelId)) {
+    setMadeFrom(volume, from);
+    placeBeside(volume, from);
+  }
+  return id;
 }

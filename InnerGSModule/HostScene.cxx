@@ -4,6 +4,7 @@
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLMarkupsROINode.h>
+#include <vtkMRMLModelNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
@@ -20,13 +21,20 @@
 
 using namespace innergs::ui;
 
-void qSlicerInnerGSHost::onScene(vtkObject*, unsigned long, void*) {
+void qSlicerInnerGSHost::onScene(vtkObject*, unsigned long event, void* data) {
+  if (event == vtkMRMLScene::NodeAboutToBeRemovedEvent) { // while its references are there
+    auto* node = vtkMRMLInnerGSModelNode::SafeDownCast(static_cast<vtkMRMLNode*>(data));
+    if (vtkMRMLModelNode* ellipsoids = node && !scene_->IsClosing() ? ellipsoidsOf(node) : nullptr)
+      orphans_.push_back(ellipsoids);
+    return;
+  }
   changed_.start();
 }
 
 void qSlicerInnerGSHost::onModel(vtkObject* caller, unsigned long event, void*) {
   if (event == vtkMRMLTransformableNode::TransformModifiedEvent) {
     places_.remove(idOf(vtkMRMLNode::SafeDownCast(caller)));
+    placeEllipsoids(vtkMRMLInnerGSModelNode::SafeDownCast(caller));
     if (!modelsMoved_.isActive()) modelsMoved_.start();
     return;
   }
@@ -42,7 +50,7 @@ void qSlicerInnerGSHost::onVolume(vtkObject*, unsigned long, void*) {
 void qSlicerInnerGSHost::watchVolumes() {
   volumeWatches_.clear();
   std::vector<vtkMRMLNode*> nodes;
-  if (scene_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
+  if (scene_ && active_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
   for (vtkMRMLNode* node : nodes)
     for (const unsigned long event :
          {static_cast<unsigned long>(vtkCommand::ModifiedEvent),

@@ -1,3 +1,4 @@
+#include "AltKeys.h"
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
@@ -8,6 +9,7 @@
 
 #include <ctkCollapsibleButton.h>
 #include <qMRMLNodeComboBox.h>
+#include <qSlicerApplication.h>
 
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
@@ -19,6 +21,8 @@
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QMainWindow>
+#include <QMenuBar>
 #include <QPushButton>
 #include <QStyle>
 #include <QVBoxLayout>
@@ -107,11 +111,18 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   reconstruction = new ReconstructionPanel(host);
   reconstruction->layout()->setContentsMargins(0, 0, 0, 0);
   part->layout()->addWidget(reconstruction);
+  maskMessage = new QLabel;
+  maskMessage->setObjectName("MaskSegmentLabel");
+  maskMessage->setWordWrap(true);
+  maskMessage->setTextInteractionFlags(Qt::TextBrowserInteraction);
+  maskMessage->hide();
+  part->layout()->addWidget(maskMessage);
   rendering = new QPushButton(tr("Show the result in &3D"));
   rendering->setObjectName("VolumeRenderingButton");
   rendering->setCheckable(true);
   rendering->setEnabled(false);
-  rendering->setToolTip(tr("Volume rendering of the last result in the 3D views"));
+  rendering->setToolTip(
+      tr("Volume rendering, in the 3D views, of the last result or that of the set chosen since"));
   part->layout()->addWidget(rendering);
   message = new QLabel;
   message->setObjectName("MessageLabel");
@@ -134,6 +145,12 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   part = section(tr("Log"), "LogSection", false, layout);
   part->layout()->addWidget(new LogPanel(host));
   layout->addStretch(1);
+  // Rows of scans and the big button name themselves anew: Scan, Add, Reconstruct, Cancel.
+  const QMainWindow* window = qSlicerApplication::application()->mainWindow();
+  shareAltKeys(
+      q, window ? window->menuBar() : nullptr,
+      {reconstruction->findChild<QWidget*>("inputs"), reconstruction->findChild<QWidget*>("reconstruct")},
+      "NARC");
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
@@ -143,10 +160,17 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
       static_cast<void (qMRMLNodeComboBox::*)(vtkMRMLNode*)>(&qMRMLNodeComboBox::currentNodeChanged), q,
       [this](vtkMRMLNode* node) { setParameters(node); });
   QObject::connect(reconstruction, &ReconstructionPanel::requestChanged, q, [this] { toNode(); });
+  for (const auto ended : {&Host::started, &Host::cancelled}) // the fit would be lost with its set
+    QObject::connect(host, ended, q, [this] { parameterSets->setRemoveEnabled(!host->isRunning()); });
+  QObject::connect(host, &Host::failed, q, [this] { parameterSets->setRemoveEnabled(!host->isRunning()); });
+  QObject::connect(host, &Host::finished, q, [this] { parameterSets->setRemoveEnabled(!host->isRunning()); });
   QObject::connect(host, &Host::finished, q, [this](const Report& report) { onFinished(report); });
+  QObject::connect(maskMessage, &QLabel::linkActivated, q, [this] {
+    if (parameters()) parameters()->SetMaskSegmentID("");
+  });
   QObject::connect(host, &Host::volumesChanged, q, [this] { updateViewButtons(); });
   QObject::connect(rendering, &QPushButton::clicked, q, [this](bool shown) {
-    const QString problem = views->showIn3D(shownVolume(), shown);
+    const QString problem = showIn3D(shownVolume(), shown);
     message->setText(problem);
     message->setVisible(!problem.isEmpty());
     updateViewButtons();

@@ -12,9 +12,11 @@
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLStorageNode.h>
+#include <vtkMRMLSubjectHierarchyNode.h>
 #include <vtkMRMLTableNode.h>
 #include <vtkMRMLTransformNode.h>
 #include <vtkSlicerInnerGSJob.h>
+#include <vtkSlicerInnerGSLogic.h>
 
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
@@ -45,14 +47,18 @@ QString orientationOf(vtkMatrix4x4* ijkToRAS, int sliceAxis) {
   return QCoreApplication::translate("innergs", "oblique");
 }
 
-/// A node that refers to the model as what it was made from.
+constexpr const char* kEllipsoids = "InnerGSEllipsoids"; // tells them from scripts' nodes of points
+
+/// A node that refers to the model as what it was made from, with the attribute, if one is named.
 template <class Node>
-Node* madeFrom(vtkMRMLInnerGSModelNode* model, const char* className) {
+Node* madeFrom(vtkMRMLInnerGSModelNode* model, const char* className, const char* attribute = nullptr) {
   vtkMRMLScene* scene = model->GetScene();
   const int count = scene ? scene->GetNumberOfNodesByClass(className) : 0;
   for (int i = 0; i < count; ++i) {
     auto* node = Node::SafeDownCast(scene->GetNthNodeByClass(i, className));
-    if (node && node->GetNodeReference("InnerGSModel") == model) return node;
+    if (node && node->GetNodeReference("InnerGSModel") == model &&
+        (!attribute || node->GetAttribute(attribute)))
+      return node;
   }
   return nullptr;
 }
@@ -122,7 +128,31 @@ VolumeInfo infoOf(vtkMRMLVolumeNode* node) {
 }
 
 vtkMRMLModelNode* ellipsoidsOf(vtkMRMLInnerGSModelNode* node) {
-  return madeFrom<vtkMRMLModelNode>(node, "vtkMRMLModelNode");
+  return madeFrom<vtkMRMLModelNode>(node, "vtkMRMLModelNode", kEllipsoids);
+}
+
+void setEllipsoidsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLModelNode* ellipsoids) {
+  ellipsoids->SetAttribute(kEllipsoids, "1");
+  ellipsoids->SetNodeReferenceID("InnerGSModel", model->GetID());
+}
+
+bool isMade(vtkMRMLNode* node) {
+  return node && (node->GetNodeReferenceID("InnerGSModel") || node->GetAttribute("InnerGS.Version"));
+}
+
+void setMadeFrom(vtkMRMLNode* node, vtkMRMLInnerGSModelNode* model) {
+  MRMLNodeModifyBlocker blocker(node);
+  for (const std::string& name : model->GetAttributeNames())
+    if (name.rfind("InnerGS.", 0) == 0) node->SetAttribute(name.c_str(), model->GetAttribute(name.c_str()));
+  if (!node->GetAttribute("InnerGS.Version"))
+    node->SetAttribute("InnerGS.Version", vtkSlicerInnerGSLogic::GetVersion().c_str());
+  node->SetNodeReferenceID("InnerGSModel", model->GetID());
+}
+
+void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
+  auto* tree = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(sibling->GetScene());
+  const vtkIdType beside = tree->GetItemByDataNode(sibling), item = tree->GetItemByDataNode(node);
+  if (beside && item) tree->SetItemParent(item, tree->GetItemParent(beside));
 }
 
 vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node) {

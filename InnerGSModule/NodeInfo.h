@@ -21,5 +21,12 @@ Report reportOf(vtkSlicerInnerGSJob* job);
 /// The ellipsoids of a model in the scene, and the first volume made from it; null when there is none.
 vtkMRMLModelNode* ellipsoidsOf(vtkMRMLInnerGSModelNode* node);
 vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node);
+void setEllipsoidsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLModelNode* ellipsoids);
+/// Whether InnerGS made it, of a model or beside one.
+bool isMade(vtkMRMLNode* node);
+/// Where the model came from is where the node does.
+void setMadeFrom(vtkMRMLNode* node, vtkMRMLInnerGSModelNode* model);
+/// In the subject hierarchy.
+void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);
 
 } // namespace innergs::ui

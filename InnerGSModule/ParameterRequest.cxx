@@ -152,7 +152,10 @@ void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
       node->SetInputSliceAxis(volume, input.sliceAxis);
     }
   }
-  if (request.maskId != before.maskId) node->SetMaskNode(nodeOf<vtkMRMLNode>(node, request.maskId));
+  if (request.maskId != before.maskId) { // a segment is one of the mask before
+    node->SetMaskSegmentID("");
+    node->SetMaskNode(nodeOf<vtkMRMLNode>(node, request.maskId));
+  }
   if (request.regionId != before.regionId) node->SetROINode(nodeOf<vtkMRMLNode>(node, request.regionId));
   node->SetOutputGrid(static_cast<int>(request.grid));
   node->SetOutputSpacing(request.spacing);

@@ -33,6 +33,7 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
   changed_.setInterval(0);
   connect(&changed_, &QTimer::timeout, this, [this] {
     if (scene_ && (scene_->IsClosing() || scene_->IsImporting() || scene_->IsBatchProcessing())) return;
+    removeOrphans();
     watchModels();
     watchVolumes();
     volumesBefore_ = volumesNow();
@@ -72,9 +73,9 @@ void qSlicerInnerGSHost::setLogic(vtkSlicerInnerGSLogic* logic) {
   logic_ = logic;
   if (!logic) return;
   for (const unsigned long event :
-       {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobPreviewEvent,
-        vtkSlicerInnerGSLogic::JobFinishedEvent, vtkSlicerInnerGSLogic::JobFailedEvent,
-        vtkSlicerInnerGSLogic::JobCancelledEvent})
+       {vtkSlicerInnerGSLogic::JobStartedEvent, vtkSlicerInnerGSLogic::JobProgressEvent,
+        vtkSlicerInnerGSLogic::JobPreviewEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
+        vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent})
     logicWatches_.add(logic, event, this, &qSlicerInnerGSHost::onJob);
 }
 
@@ -88,9 +89,9 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   places_.clear();
   scene_ = scene;
   if (scene)
-    for (const unsigned long event :
-         {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeRemovedEvent, vtkMRMLScene::EndBatchProcessEvent,
-          vtkMRMLScene::EndImportEvent, vtkMRMLScene::EndCloseEvent})
+    for (const unsigned long event : {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
+                                      vtkMRMLScene::NodeRemovedEvent, vtkMRMLScene::EndBatchProcessEvent,
+                                      vtkMRMLScene::EndImportEvent, vtkMRMLScene::EndCloseEvent})
       sceneWatches_.add(scene, event, this, &qSlicerInnerGSHost::onScene);
   Q_EMIT mrmlSceneChanged(scene);
   changed_.start();
@@ -108,7 +109,10 @@ vtkMRMLInnerGSParameterNode* qSlicerInnerGSHost::parameterNode() const {
 void qSlicerInnerGSHost::setActive(bool active) {
   active_ = active;
   watchChosen();
-  if (active) chosenEdited_.start(); // edited by other modules meanwhile
+  watchVolumes();
+  if (!active) return;
+  chosenEdited_.start(); // edited by other modules meanwhile
+  changed_.start();
 }
 
 void qSlicerInnerGSHost::store(const Request& request) {

@@ -14,9 +14,11 @@
 
 #include <array>
 #include <functional>
+#include <vector>
 
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
+class vtkMRMLModelNode;
 class vtkMRMLNode;
 class vtkMRMLScene;
 class vtkMRMLTransformNode;
@@ -52,6 +54,7 @@ public:
   bool start(const innergs::ui::Request& request) override;
   void cancel() override;
   bool isRunning() const override;
+  bool isQueued() const;
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
   vtkInnerGSModel* model(const QString& id) const override;
   vtkSmartPointer<vtkAbstractTransform> toModel(const QString& id) const override;
@@ -60,6 +63,8 @@ public:
   QString showEllipsoids(const QString& id, bool shown) override;
   QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                     QString* error) override;
+  QString addVolumeOf(const QString& modelId, const std::array<double, 2>& window, vtkImageData* image,
+                      vtkMatrix4x4* ijkToRAS, const QString& name, QString* error) override;
   QString folder() const override;
   void setFolder(const QString& folder) override;
 
@@ -77,8 +82,11 @@ private:
   void onParameters(vtkObject* caller, unsigned long event, void* data);
   void onChosen(vtkObject* caller, unsigned long event, void* data);
   QString volumesNow() const;
+  QString whyEnded(vtkSlicerInnerGSJob* job) const;
   void fillSlowly(innergs::ui::Estimate& estimate);
   void findEllipsoids(vtkMRMLInnerGSModelNode* node);
+  void placeEllipsoids(vtkMRMLInnerGSModelNode* node);
+  void removeOrphans();
   void showSurfaces(const QString& id, vtkPolyData* surfaces, const std::array<double, 2>& window);
   void run(const std::function<std::function<void()>()>& work);
   void fitRegion(vtkMRMLNode* region);
@@ -98,13 +106,15 @@ private:
   bool active_ = false;
   QMap<QString, vtkSlicerInnerGSLogic::SlowEstimate> slow_; // by the outline's key
   bool estimating_ = false;
-  QSet<QString> ellipsoidsWanted_; // IDs of models whose surfaces are being made
-  QSet<QString> remade_;           // and of those whose model is another now
-  QThreadPool threads_;            // ends before the rest goes
-  QString phase_;                  // of the log's last line
+  QSet<QString> ellipsoidsWanted_;                        // IDs of models whose surfaces are being made
+  QSet<QString> remade_;                                  // and of those whose model is another now
+  std::vector<vtkWeakPointer<vtkMRMLModelNode>> orphans_; // ellipsoids whose model was removed
+  QThreadPool threads_;                                   // ends before the rest goes
+  QString phase_;                                         // of the log's last line
   std::string deviceNote_;
   innergs::Progress fit_; // the last one shown
   bool judging_ = false;
+  bool cancelling_ = false; // by the panel
   /// A model's transform: what toModel() gives.
   struct Place {
     vtkWeakPointer<vtkMRMLTransformNode> parent;

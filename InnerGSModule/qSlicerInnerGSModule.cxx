@@ -33,7 +33,12 @@ QString qSlicerInnerGSModule::helpText() const {
 }
 
 QString qSlicerInnerGSModule::acknowledgementText() const {
-  return tr("InnerGS stands on 3D Slicer, ITK, VTK, Qt, Highway and nlohmann-json.");
+  return tr("InnerGS follows the method of S. Liang, Y. Xiao, W. Tang: <i>InnerGS: Internal Scenes Rendering "
+            "via Factorized 3D Gaussian Splatting</i>, <a href=\"%1\">arXiv:2508.13287</a>, 2025; please "
+            "cite this paper. This module is an independent implementation: name it as InnerGS %2 beside the "
+            "paper.<br>It stands on 3D Slicer, ITK, VTK, Qt, Highway and nlohmann-json.")
+      .arg("https://arxiv.org/abs/2508.13287")
+      .arg(QString::fromStdString(vtkSlicerInnerGSLogic::GetVersion()));
 }
 
 QStringList qSlicerInnerGSModule::contributors() const {

@@ -1,5 +1,6 @@
 #include "qSlicerInnerGSModuleWidget.h"
 
+#include "NodeInfo.h"
 #include "ParameterRequest.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
@@ -15,12 +16,15 @@
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
+#include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLSliceCompositeNode.h>
 #include <vtkMRMLSliceNode.h>
 #include <vtkSlicerApplicationLogic.h>
 #include <vtkSlicerInnerGSLogic.h>
 
 #include <vtkMatrix4x4.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
 
 #include <QCheckBox>
 #include <QLabel>
@@ -39,6 +43,19 @@ void qSlicerInnerGSModuleWidgetPrivate::explainTransform() {
   transformMessage->setVisible(!problem.isEmpty());
 }
 
+void qSlicerInnerGSModuleWidgetPrivate::explainMask() {
+  const std::string id = parameters() ? parameters()->GetMaskSegmentID() : std::string();
+  auto* mask = vtkMRMLSegmentationNode::SafeDownCast(parameters() ? parameters()->GetMaskNode() : nullptr);
+  const bool one = mask && !id.empty();
+  maskMessage->setVisible(one);
+  if (!one) return;
+  vtkSegment* segment = mask->GetSegmentation()->GetSegment(id);
+  const char* name = segment ? segment->GetName() : nullptr;
+  maskMessage->setText(qSlicerInnerGSModuleWidget::tr("Of the mask, only the segment “%1” counts. "
+                                                      "<a href=\"all\">Use all its segments</a>")
+                           .arg(QString::fromUtf8(name ? name : id.c_str()).toHtmlEscaped()));
+}
+
 void qSlicerInnerGSModuleWidgetPrivate::showPlaneIn3D() {
   plane.setShown(planeIn3D->isChecked() && !querySection->collapsed() && q_ptr->isEntered());
 }
@@ -54,7 +71,9 @@ void qSlicerInnerGSModuleWidgetPrivate::showModelInView() {
 void qSlicerInnerGSModuleWidgetPrivate::setParameters(vtkMRMLNode* node) {
   Q_Q(qSlicerInnerGSModuleWidget);
   auto* next = vtkMRMLInnerGSParameterNode::SafeDownCast(node);
-  q->qvtkReconnect(parameters(), next, vtkCommand::ModifiedEvent, q, SLOT(updateFromParameterNode()));
+  if (next != parameters()) result = nullptr;
+  q->qvtkReconnect(parameters(), q->isEntered() ? next : nullptr, vtkCommand::ModifiedEvent, q,
+                   SLOT(updateFromParameterNode()));
   host->setParameterNode(next);
   fromNode();
   if (!next && q->isEntered()) QTimer::singleShot(0, q, [this] { ensureParameters(); }); // it was deleted
@@ -85,7 +104,8 @@ vtkMRMLScalarVolumeNode* qSlicerInnerGSModuleWidgetPrivate::viewedVolume() const
   for (vtkMRMLNode* view : views) {
     const char* id = vtkMRMLSliceCompositeNode::SafeDownCast(view)->GetBackgroundVolumeID();
     auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(id ? scene()->GetNodeByID(id) : nullptr);
-    if (volume && !volume->IsA("vtkMRMLLabelMapVolumeNode") && !volume->IsA("vtkMRMLTensorVolumeNode"))
+    if (volume && !volume->IsA("vtkMRMLLabelMapVolumeNode") && !volume->IsA("vtkMRMLTensorVolumeNode") &&
+        !isMade(volume))
       return volume;
   }
   return nullptr;
@@ -97,6 +117,7 @@ void qSlicerInnerGSModuleWidgetPrivate::fromNode() {
   reconstruction->setEnabled(parameters() != nullptr);
   if (parameters()) reconstruction->setRequest(requestOf(parameters()));
   updating = false;
+  explainMask();
   updateViewButtons();
 }
 
@@ -105,19 +126,27 @@ void qSlicerInnerGSModuleWidgetPrivate::toNode() {
   updating = true;
   host->store(reconstruction->request());
   updating = false;
+  explainMask();
 }
 
 //------------------------------------------------------------------------------ results
 
 vtkMRMLScalarVolumeNode* qSlicerInnerGSModuleWidgetPrivate::shownVolume() const {
+  if (result && result->GetScene()) return result;
   return parameters() ? parameters()->GetResultVolumeNode() : nullptr;
+}
+
+QString qSlicerInnerGSModuleWidgetPrivate::showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown) {
+  if (rendered && rendered != volume && rendered->GetScene()) views->showIn3D(rendered, false);
+  return views->showIn3D(volume, shown);
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::onFinished(const Report& report) {
   vtkMRMLScene* in = scene();
   if (!in) return;
-  views->showInSlices(
-      vtkMRMLScalarVolumeNode::SafeDownCast(in->GetNodeByID(report.volumeId.toUtf8().constData())));
+  result = vtkMRMLScalarVolumeNode::SafeDownCast(in->GetNodeByID(report.volumeId.toUtf8().constData()));
+  views->showInSlices(result);
+  if (result && rendered != result && qSlicerInnerGSViews::isShownIn3D(rendered)) showIn3D(result, true);
   if (!report.modelId.isEmpty()) {
     query->setModelId(report.modelId);
     model->setModelId(report.modelId);
@@ -129,6 +158,7 @@ void qSlicerInnerGSModuleWidgetPrivate::updateViewButtons() {
   vtkMRMLScalarVolumeNode* volume = shownVolume();
   rendering->setEnabled(volume != nullptr);
   rendering->setChecked(qSlicerInnerGSViews::isShownIn3D(volume));
+  if (rendering->isChecked()) rendered = volume;
 }
 
 //------------------------------------------------------------------------------ the module's widget

@@ -3,6 +3,8 @@
 #include "Widgets/Request.h"
 #include "qSlicerInnerGSModuleWidget.h"
 
+#include <vtkWeakPointer.h>
+
 class QCheckBox;
 class QLabel;
 class QPushButton;
@@ -43,9 +45,13 @@ public:
   void showModelInView();
   void showPlaneIn3D();
   void explainTransform(); // where a model's planes cannot be shown
+  void explainMask();      // where only one segment of it counts, which no panel can choose
   void updateViewButtons();
+  /// Volume rendering of one volume at a time; "" or a sentence.
+  QString showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown);
+  /// The result made last, or that of the parameter set chosen since.
   vtkMRMLScalarVolumeNode* shownVolume() const;
-  vtkMRMLScalarVolumeNode* viewedVolume() const; // in a slice view's background
+  vtkMRMLScalarVolumeNode* viewedVolume() const; // in a slice view's background, no result
   vtkMRMLScene* scene() const { return q_ptr->mrmlScene(); }
 
   qSlicerInnerGSModuleWidget* const q_ptr;
@@ -58,7 +64,8 @@ public:
   QCheckBox *modelInView = nullptr, *planeIn3D = nullptr;
   ctkCollapsibleButton* querySection = nullptr;
   PlaneIn3D plane;
+  vtkWeakPointer<vtkMRMLScalarVolumeNode> result, rendered; // made last; last seen in 3D
   QPushButton* rendering = nullptr;
-  QLabel *message = nullptr, *transformMessage = nullptr;
+  QLabel *message = nullptr, *transformMessage = nullptr, *maskMessage = nullptr;
   bool updating = false;
 };

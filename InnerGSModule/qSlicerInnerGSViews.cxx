@@ -15,9 +15,28 @@
 #include <vtkSlicerVolumeRenderingLogic.h>
 
 #include <vtkMatrix4x4.h>
+#include <vtkNew.h>
 
 #include <cmath>
 #include <cstring>
+#include <string>
+
+namespace {
+
+/// A volume for a view alone: in no list, tree, save dialog or saved scene.
+vtkSmartPointer<vtkMRMLScalarVolumeNode> addPicture(vtkMRMLInnerGSModelNode* model) {
+  vtkNew<vtkMRMLScalarVolumeNode> node;
+  const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " slice";
+  node->SetName(model->GetScene()->GenerateUniqueName(name).c_str());
+  node->SetHideFromEditors(1);
+  node->SetSelectable(0);
+  node->SetSaveWithScene(0);
+  node->UndoEnabledOff();
+  model->GetScene()->AddNode(node);
+  return node;
+}
+
+} // namespace
 
 qSlicerInnerGSViews::qSlicerInnerGSViews(vtkSlicerInnerGSLogic* logic, vtkSlicerApplicationLogic* application,
                                          QObject* parent)
@@ -99,13 +118,21 @@ QString qSlicerInnerGSViews::showModel(vtkMRMLInnerGSModelNode* model) {
     if (layers && followed_->GetID() && layers->GetBackgroundVolumeID() &&
         !strcmp(layers->GetBackgroundVolumeID(), followed_->GetID()))
       layers->SetBackgroundVolumeID(background_.isEmpty() ? nullptr : background_.toUtf8().constData());
-    if (followed_->GetScene()) followed_->GetScene()->RemoveNode(followed_);
+    const vtkSmartPointer<vtkMRMLNode> display = followed_->GetDisplayNode();
+    for (vtkMRMLNode* node : {static_cast<vtkMRMLNode*>(followed_), display.Get()})
+      if (node && node->GetScene()) node->GetScene()->RemoveNode(node);
     followed_ = nullptr;
   }
   if (!model || !logic_) return {};
   if (!layers) return tr("Choose a slice view first.");
-  followed_ = logic_->FollowSlice(model, slice_);
-  if (!followed_) return QString::fromStdString(logic_->GetLastError());
+  const vtkSmartPointer<vtkMRMLScalarVolumeNode> picture = addPicture(model);
+  followed_ = logic_->FollowSlice(model, slice_, picture);
+  if (!followed_) {
+    const QString problem = QString::fromStdString(logic_->GetLastError());
+    if (picture->GetScene()) picture->GetScene()->RemoveNode(picture);
+    return problem;
+  }
+  if (vtkMRMLNode* display = followed_->GetDisplayNode()) display->SetSaveWithScene(0);
   background_ = QString::fromUtf8(layers->GetBackgroundVolumeID());
   auto* before = vtkMRMLScalarVolumeNode::SafeDownCast(
       slice_->GetScene()->GetNodeByID(background_.toUtf8().constData()));

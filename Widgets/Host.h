@@ -78,6 +78,12 @@ public:
   /// Puts a volume among the host's; its ID, or "" with a sentence in *error.
   virtual QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                             QString* error) = 0;
+  /// The same for what was made from a model, shown from lower (black) to upper (white) intensities.
+  virtual QString addVolumeOf(const QString& /*modelId*/, const std::array<double, 2>& /*window*/,
+                              vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                              QString* error) {
+    return addVolume(image, ijkToRAS, name, error);
+  }
   ///@}
 
   /// The folder that file dialogs open in; remembered.
@@ -86,6 +92,8 @@ public:
 
 Q_SIGNALS:
   void started();
+  /// After started(): it waits for another reconstruction to end. The first progressed() ends the wait.
+  void waiting();
   void progressed(const innergs::Progress& progress);
   /// A coarse rendering of the result so far.
   void previewed(vtkImageData* image, vtkMatrix4x4* ijkToRAS);

@@ -133,6 +133,7 @@ void ProgressCard::showLatest() {
   shown_ = latest_;
   timer_.start();
   chart_->update();
+  if (!cancelling_) bar_->setRange(0, kBarSteps);
   bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(shown_.fraction, 0.0, 1.0))));
   showNumbers();
   if (cancelling_) return;
@@ -166,6 +167,11 @@ bool ProgressCard::setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
   preview_->setImage(image, ijkToRAS);
   preview_->setVisible(!preview_->isEmpty());
   return !before && !preview_->isEmpty();
+}
+
+void ProgressCard::setWaiting() {
+  phase_->setText(tr("Waiting for another reconstruction to end"));
+  bar_->setRange(0, 0);
 }
 
 void ProgressCard::setCancelling() {

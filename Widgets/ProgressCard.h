@@ -26,6 +26,8 @@ public:
   void setProgress(const Progress& progress);
   /// Whether it is the first one.
   bool setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
+  /// For another reconstruction, until the first report.
+  void setWaiting();
   void setCancelling();
   /// What is worth keeping after the end: the chart.
   void finish();

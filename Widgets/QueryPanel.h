@@ -84,7 +84,10 @@ private:
   bool waiting_ = false;  // for the panel to be seen
   double msPerPixel_ = 0; // of the last query
   QTimer settle_;
-  QStringList keptNames_; // in the order of the worker's
+  struct Kept {
+    QString name, modelId;
+  };
+  QList<Kept> kept_; // in the order of the worker's
 
   Selector* selector_ = nullptr;
   QWidget* controls_ = nullptr;

@@ -33,7 +33,7 @@ void QueryPanel::keep(const QString& file) {
         true);
     return;
   }
-  keptNames_ << planeName();
+  kept_.append({planeName(), modelId_});
   task.picture = file;
   task.lower = view_->lower();
   task.upper = view_->upper();
@@ -41,10 +41,12 @@ void QueryPanel::keep(const QString& file) {
 }
 
 void QueryPanel::kept(const PlaneImage& image) {
-  const QString name = keptNames_.takeFirst(), file = image.task.picture;
+  const auto [name, modelId] = kept_.takeFirst();
+  const QString file = image.task.picture;
   QString error = image.error;
   if (error.isEmpty() && file.isEmpty()) {
-    host_->addVolume(image.image, image.ijkToRAS, name, &error);
+    const std::array<double, 2> window{image.task.lower, image.task.upper};
+    host_->addVolumeOf(modelId, window, image.image, image.ijkToRAS, name, &error);
     if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(name));
   } else if (error.isEmpty()) {
     say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));

@@ -115,6 +115,7 @@ void ReconstructionPanel::connectHost() {
     setState(State::Running);
     reveal(progress_);
   });
+  connect(host_, &Host::waiting, this, [this] { progress_->setWaiting(); });
   connect(host_, &Host::estimateChanged, this, [this] { estimateTimer_.start(); });
   connect(host_, &Host::progressed, this,
           [this](const Progress& progress) { progress_->setProgress(progress); });

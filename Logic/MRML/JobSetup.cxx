@@ -301,11 +301,12 @@ double Outline::seconds() const {
   return sum;
 }
 
-std::string Outline::device() const {
+std::string Outline::device(std::string& refusal) const {
   try {
     return DeviceChoice(settings.device, settings.instructionSet, settings.selection).use.reason;
   } catch (const std::exception& error) {
-    return sentenceOf(error);
+    refusal = sentenceOf(error);
+    return {};
   }
 }
 

@@ -85,9 +85,10 @@ std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 struct Outline {
   Settings settings;
   std::vector<ReconstructionInput> fits;
-  double seconds() const;     // roughly; 0: unknown. May throw Error
-  std::string device() const; // where it will run, and why
-  std::string key() const;    // the same for what is estimated alike
+  double seconds() const; // roughly; 0: unknown. May throw Error
+  /// Where it will run, and why; "" and the sentence with which that is refused.
+  std::string device(std::string& refusal) const;
+  std::string key() const; // the same for what is estimated alike
 };
 /// Throws Error.
 Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);

@@ -224,7 +224,8 @@ vtkSlicerInnerGSLogic::EstimateLater(vtkMRMLInnerGSParameterNode* parameters, st
     if (key) *key = outline->key();
     return [outline] {
       SlowEstimate estimate;
-      estimate.device = outline->device();
+      estimate.device = outline->device(estimate.refusal);
+      if (!estimate.refusal.empty()) return estimate;
       try {
         estimate.seconds = outline->seconds();
       } catch (const std::exception&) { // unknown

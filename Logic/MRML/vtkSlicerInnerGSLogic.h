@@ -100,6 +100,7 @@ public:
   struct SlowEstimate {
     double seconds = 0;
     std::string device;
+    std::string refusal; // the sentence with which the device would refuse it; "" when it will not
   };
   std::function<SlowEstimate()> EstimateLater(vtkMRMLInnerGSParameterNode* parameters, std::string* key);
 #endif
