@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda app screenshots install clean dependencies
+.PHONY: build demo test bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -42,10 +42,18 @@ test-cuda: dependencies
 	build-cuda/bin/innergs_cuda_tests
 	build-cuda/bin/innergs_cuda_kernel_tests
 
+# INNERGS_BRAINWEB: the volume to measure on, an uncompressed .nii; without it a synthetic one.
 bench-cuda: dependencies
 	cmake --preset cuda -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
-	cmake --build --preset cuda --target innergs_cuda_benchmark
-	build-cuda/bin/innergs_cuda_benchmark
+	cmake --build --preset cuda --target innergs_cuda innergs_cuda_benchmark
+	INNERGS_PLUGIN_PATH=build-cuda/lib build-cuda/bin/innergs_cuda_benchmark --output build-cuda/benchmark.md
+
+# What a machine with a GPU and without these tools needs: build-cuda-bundle/run.sh test|bench|sanitize (Docs/cuda.md).
+cuda-bundle: dependencies
+	cmake --preset cuda -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
+	cmake --build --preset cuda --target innergs_cuda innergs_cuda_kernel_tests innergs_cuda_tests innergs_cuda_benchmark \
+	  innergs_host_plugin
+	Utilities/cuda-bundle.sh build-cuda build-cuda-bundle "$(INNERGS_BRAINWEB)"
 
 # Against Slicer's own libraries from PyPI; says so and goes on where they cannot be had.
 mrml: dependencies
@@ -80,4 +88,4 @@ dependencies:
 	@Utilities/install-dependencies.sh
 
 clean:
-	rm -rf build build-asan build-tsan build-mrml build-mrml-asan build-slicer build-cuda demo
+	rm -rf build build-asan build-tsan build-mrml build-mrml-asan build-slicer build-cuda build-cuda-bundle demo

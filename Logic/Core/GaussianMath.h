@@ -35,6 +35,17 @@ INNERGS_HD inline float product(float a, float b) {
 #endif
 }
 
+/// √x to a few units in the last place, x ≥ 0.
+INNERGS_HD inline float roughSqrt(float x) {
+#if defined(__CUDA_ARCH__)
+  float root;
+  asm("sqrt.approx.ftz.f32 %0, %1;" : "=f"(root) : "f"(x));
+  return root;
+#else
+  return std::sqrt(x);
+#endif
+}
+
 /// 2^x of an x whose power is a normal float.
 INNERGS_HD inline float exp2Normal(float x) {
 #if defined(__CUDA_ARCH__)

@@ -100,8 +100,8 @@ INNERGS_HD inline void ellipsoidRow(const Projected& g, float dy, float dz, floa
   const float v = dy + g.shiftYZ * dz, slope = 0.5f / g.quadratic[0];
   const float rest = g.radius2 - dz * dz * g.precisionZ - v * v * g.precisionY;
   centre = g.fraction[0] - slope * (g.quadratic[1] * dy + g.quadratic[2] * dz);
-  // A hair wider than the ellipse: rounding must not lose a pixel on it.
-  half = std::sqrt(math::most(rest, 0.f) / precisionX(g)) * 1.00001f + 1e-4f;
+  // A hair wider than the ellipse: rounding must not lose a pixel on it. 1/Pxx = −slope / ln 2.
+  half = math::roughSqrt(math::most(rest, 0.f) * (slope * -1.44269504088896340736f)) * 1.00001f + 1e-4f;
 }
 
 } // namespace innergs

@@ -148,6 +148,25 @@ public:
     check(sortOnDevice(temporary, bytes, keys, otherKeys, ids, otherIds, count, bits, stream_));
   }
 
+  double seconds(const std::function<void()>& queued) {
+    struct Event {
+      cudaEvent_t event = nullptr;
+      ~Event() {
+        if (event) cudaEventDestroy(event);
+      }
+    } begin, end;
+    select();
+    check(cudaEventCreate(&begin.event));
+    check(cudaEventCreate(&end.event));
+    check(cudaEventRecord(begin.event, stream_));
+    queued();
+    check(cudaEventRecord(end.event, stream_));
+    check(cudaEventSynchronize(end.event));
+    float milliseconds = 0;
+    check(cudaEventElapsedTime(&milliseconds, begin.event, end.event));
+    return 1e-3 * static_cast<double>(milliseconds);
+  }
+
 private:
   void select() override { check(cudaSetDevice(device_)); }
 
@@ -229,6 +248,42 @@ std::int64_t cudaFreeMemory(int device) {
                                          cudaGetErrorString(error) + "): update the driver or use the CPU.");
   }
   return static_cast<std::int64_t>(free);
+}
+
+CudaFacts cudaFacts(int device) {
+  CudaFacts facts;
+  facts.free = cudaFreeMemory(device);
+  const auto attribute = [&](cudaDeviceAttr which) {
+    int value = 0;
+    if (cudaDeviceGetAttribute(&value, which, device) != cudaSuccess) cudaGetLastError();
+    return value;
+  };
+  cudaDriverGetVersion(&facts.driver);
+  cudaRuntimeGetVersion(&facts.runtime);
+  facts.processors = attribute(cudaDevAttrMultiProcessorCount);
+  const int capability =
+      10 * attribute(cudaDevAttrComputeCapabilityMajor) + attribute(cudaDevAttrComputeCapabilityMinor);
+  facts.lanes = capability > 80 ? 128 : 64;
+  facts.hertz = 1e3 * attribute(cudaDevAttrClockRate);
+  facts.bytesPerSecond =
+      2e3 * attribute(cudaDevAttrMemoryClockRate) * attribute(cudaDevAttrGlobalMemoryBusWidth) / 8;
+  std::size_t free = 0, total = 0;
+  if (cudaMemGetInfo(&free, &total) == cudaSuccess) facts.memory = static_cast<std::int64_t>(total);
+  cudaMemPool_t pool = nullptr;
+  std::uint64_t now = 0, most = 0, reset = 0;
+  if (attribute(cudaDevAttrMemoryPoolsSupported) &&
+      cudaDeviceGetDefaultMemPool(&pool, device) == cudaSuccess &&
+      cudaMemPoolGetAttribute(pool, cudaMemPoolAttrReservedMemCurrent, &now) == cudaSuccess &&
+      cudaMemPoolGetAttribute(pool, cudaMemPoolAttrReservedMemHigh, &most) == cudaSuccess)
+    cudaMemPoolSetAttribute(pool, cudaMemPoolAttrReservedMemHigh, &reset);
+  facts.reserved = static_cast<std::int64_t>(now);
+  facts.highest = static_cast<std::int64_t>(most);
+  cudaGetLastError();
+  return facts;
+}
+
+double cudaSeconds(Executor& executor, const std::function<void()>& queued) {
+  return dynamic_cast<CudaExecutor&>(executor).seconds(queued);
 }
 
 std::unique_ptr<Executor> makeCudaExecutor(int device) {

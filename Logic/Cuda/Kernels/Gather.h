@@ -46,8 +46,7 @@ struct GatherRows {
   }
 
   INNERGS_HD int column(const Projected& g, int x) const {
-    return static_cast<int>(
-        math::clamped<std::int64_t>(static_cast<std::int64_t>(g.cell[0]) + x, 0, lattice.nx));
+    return math::clamped(g.cell[0] + x, 0, lattice.nx); // within ±1.1e9: indexLimit(), projectGaussian()
   }
 
   INNERGS_HD static void addRow(const Row& r, float dy, float dz, Sums& m) {
@@ -59,24 +58,28 @@ struct GatherRows {
       m.v[c] += part[c];
   }
 
+  /// Lanes side by side: a row costs as much as five points of a lane, so few of them, and many rows at once.
+  INNERGS_HD static int laneBits(const Projected& g) {
+    int bits = 2;
+    while (bits < 5 && static_cast<float>(4 << bits) < 2 * g.half[0])
+      ++bits;
+    return bits;
+  }
+
   INNERGS_HD void visit(const Projected& g, int lane, int warp, int warps, Sums& m) const {
-    int lanes = 4;
-    while (lanes < kWarp && static_cast<float>(lanes) < 2 * g.half[0])
-      lanes *= 2;
-    const int step = kWarp / lanes;
+    const int bits = laneBits(g), lanes = 1 << bits, step = kWarp >> bits, across = lane & (lanes - 1);
     int k0, k1;
     planeRange(g, lattice, k0, k1);
     for (int k = k0 + warp; k < k1; k += warps) {
       const float dz = planeOffset(g, lattice.z[k]);
       int r0, r1;
       if (!rowRange(g, dz, r0, r1)) continue;
-      const std::int64_t cell = g.cell[1];
-      const int y0 = static_cast<int>(math::clamped<std::int64_t>(cell + r0, 0, lattice.ny)),
-                y1 = static_cast<int>(math::clamped<std::int64_t>(cell + r1, 0, lattice.ny));
-      for (int y = y0 + lane / lanes; y < y1; y += step) {
+      const int y0 = math::clamped(g.cell[1] + r0, 0, lattice.ny),
+                y1 = math::clamped(g.cell[1] + r1, 0, lattice.ny);
+      for (int y = y0 + (lane >> bits); y < y1; y += step) {
         const float dy = static_cast<float>(y - g.cell[1]) - g.fraction[1];
         const Pair* line = f + (static_cast<std::int64_t>(k) * lattice.ny + y) * lattice.stride;
-        addRow(row(g, dy, dz, line, lane % lanes, lanes), dy, dz, m);
+        addRow(row(g, dy, dz, line, across, lanes), dy, dz, m);
       }
     }
   }
