@@ -82,6 +82,8 @@ def main():
     red = slicer.mrmlScene.GetNodeByID("vtkMRMLSliceNodeRed")
     find("SliceViewComboBox").setCurrentNode(red)
     find("ModelInViewCheckBox").setChecked(True)
+    find("VolumeRenderingButton").click()  # off: the plane lies within
+    find("PlaneIn3DCheckBox").setChecked(True)
     turn = vtk.vtkTransform()
     turn.Concatenate(red.GetSliceToRAS())
     turn.RotateX(35)
@@ -93,7 +95,6 @@ def main():
 
     find("QuerySection").collapsed = True
     find("ModelSection").collapsed = False
-    find("VolumeRenderingButton").click()
     find("modelEllipsoids").click()
     rest(1)
     view.resetFocalPoint()

@@ -349,7 +349,6 @@ TEST_F(QueryTest, UnderATransformThatBends) {
 
   auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
   slice->SetLayoutName("Red");
-  slice->SetOrientation("Coronal");
   slice->SetDimensions(30, 20, 1);
   slice->SetFieldOfView(30, 20, 1);
   auto* followed = logic->FollowSlice(model, slice);
