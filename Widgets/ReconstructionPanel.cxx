@@ -176,7 +176,7 @@ void ReconstructionPanel::setRequest(const Request& request) {
 }
 
 void ReconstructionPanel::suggestInput(const QString& id) {
-  inputs_->suggest(id);
+  if (state_ == State::Idle) inputs_->suggest(id);
 }
 
 void ReconstructionPanel::edited() {

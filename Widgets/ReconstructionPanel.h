@@ -32,7 +32,8 @@ public:
   Request request() const;
   /// Does not emit requestChanged.
   void setRequest(const Request& request);
-  /// The scan that the program shows: chosen while the user has chosen no other. Emits requestChanged.
+  /// The scan that the program shows: chosen while the user has chosen no other, and none during a run.
+  /// Emits requestChanged.
   void suggestInput(const QString& id);
 
 public Q_SLOTS:

@@ -195,6 +195,7 @@ void AppHost::readWantedFrame(const QString& id) {
                          return;
                        }
                        loaded->volume->window = now->window;
+                       loaded->volume->role = now->role;
                        const QString name = nameOfFrame(now->name, now->frames.shown, frame);
                        document_.replace(id, std::move(*loaded->volume));
                        document_.rename(id, name);

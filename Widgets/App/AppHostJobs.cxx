@@ -51,6 +51,7 @@ Order AppHost::orderFor(const ui::Request& request) const {
   for (const ui::InputChoice& choice : request.inputs)
     order.inputs.push_back(find(choice.id, tr("An input")));
   if (order.inputs.empty()) refuse(tr("There is no input volume: open a scan and choose it."));
+  order.window = {order.inputs.front().window->lower, order.inputs.front().window->upper};
   if (!request.maskId.isEmpty()) order.mask = find(request.maskId, tr("The mask"));
   if (request.grid == ui::OutputGrid::Reference) {
     if (request.referenceId.isEmpty())
@@ -179,6 +180,7 @@ QString AppHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QS
     Volume volume{vtk::gridOf(image, ijkToRAS, what), {}};
     volume.voxels = vtk::voxelsOf(image, {{0, 0, 0}, volume.geometry.size}, what);
     item = makeItem(std::move(volume), name);
+    item->role = VolumeRole::Made;
     item->saved = false;
   };
   background_->runAndWait(tr("Copying %1").arg(name), [&] { sentence = sentenceOf(copy); });

@@ -30,9 +30,17 @@ struct Frames {
   double seconds = 0; // from one to the next; 0: unknown
 };
 
+/// What a volume is: only a scan is one to begin a reconstruction with.
+enum class VolumeRole {
+  Scan,  // opened as such
+  Truth, // what the sample's scan was made from, to compare with
+  Made   // here: a result or a plane, saved or not
+};
+
 /// A scalar volume of the document. Its voxels never change, so threads may read them.
 struct VolumeItem {
-  QString id, name, file; // file "": made here
+  QString id, name, file; // file "": in none yet
+  VolumeRole role = VolumeRole::Scan;
   QString note;           // what was done to open it, sentences; may be ""
   Frames frames;
   std::shared_ptr<const Volume> volume;

@@ -109,8 +109,8 @@ MainWindow::MainWindow(QWidget* parent)
   connect(&host_->document(), &Document::volumesChanged, this, &MainWindow::updateActions);
   connect(&host_->document(), &Document::modelsChanged, this, &MainWindow::updateActions);
   connect(state_, &ViewState::volumeChanged, this, &MainWindow::updateActions);
-  connect(state_, &ViewState::volumeChanged, this, [this] { // an opened one: results are no scans
-    if (const auto item = state_->volume(); item && !item->file.isEmpty())
+  connect(state_, &ViewState::volumeChanged, this, [this] {
+    if (const auto item = state_->volume(); item && item->role == VolumeRole::Scan)
       reconstruction_->suggestInput(item->id);
   });
   connect(model_, &ui::ModelPanel::modelIdChanged, this, &MainWindow::setModel);

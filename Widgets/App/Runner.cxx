@@ -201,13 +201,14 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
       QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
   report.settings = QString::fromStdString(settingsText(result.settings, order.request.heldOutFraction));
   outcome->model = makeItem(result.checkpoint, tr("%1 model").arg(first.name));
-  outcome->model.window = {first.window->lower, first.window->upper};
+  outcome->model.window = order.window;
   QStringList names;
   for (const VolumeItem& input : order.inputs)
     names << input.name;
   outcome->model.origin = names.join(QStringLiteral(", "));
   outcome->model.saved = false;
   outcome->volume = makeItem(std::move(result.volume), tr("%1 reconstructed").arg(first.name));
+  outcome->volume.role = VolumeRole::Made;
   outcome->volume.window = first.window;
   outcome->volume.saved = false;
   report.seconds = result.seconds;

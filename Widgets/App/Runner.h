@@ -18,6 +18,7 @@ struct Order {
   ui::Request request;
   std::vector<VolumeItem> inputs; // in the request's order
   std::optional<VolumeItem> mask, reference;
+  std::array<double, 2> window{0, 1}; // of the first input: the views change theirs meanwhile
 };
 
 /// The engine's input; without voxels (to estimate) nothing large is copied. Throws Error.

@@ -80,6 +80,7 @@ std::vector<VolumeItem> makeSample(const QString& brain) {
   items.push_back(makeItem(std::move(scan.image), tr("%1, %2 mm slices").arg(name, length(scan.thickness)),
                            {}, scan.thickness, 2));
   items.push_back(makeItem(std::move(head), tr("%1, %2 mm").arg(name, length(step)), brain));
+  items.back().role = VolumeRole::Truth;
   return items;
 }
 
