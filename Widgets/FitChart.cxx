@@ -50,6 +50,9 @@ struct FitChart::Scale {
 FitChart::FitChart(QWidget* parent) : QWidget(parent) {
   setMinimumHeight(9 * fontMetrics().lineSpacing());
   setAccessibleName(tr("PSNR and loss over the sweeps"));
+  setToolTip(
+      tr("Over the sweeps through the scans, left axis: PSNR in dB on the fitted samples (thick) and on\n"
+         "held-out slices (dashed); right axis: the loss, without unit, on a logarithmic scale (thin)."));
   setAttribute(Qt::WA_OpaquePaintEvent);
 }
 

@@ -49,7 +49,9 @@ InputRow::InputRow(Host* host, QWidget* parent)
   thickness_->setObjectName("sliceThickness");
   thickness_->setSuffix(tr(" mm"));
   thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
-                            "auto (0): as the file says, else the distance between slices."));
+                            "auto (0): as the file says where it says so, else the distance between slices.\n"
+                            "The line above tells which. In 3D Slicer it is always the distance: type the\n"
+                            "thickness there where slices overlap or leave gaps."));
 
   profile_->setObjectName("sliceProfile");
   profile_->addItem(tr("point"), 0);
@@ -189,7 +191,10 @@ void InputRow::refresh() {
     description_->setText(tr("Choose a scan."));
     return;
   }
-  description_->setText(slicesText(info, axis));
+  QString text = slicesText(info, axis);
+  if (choice_.sliceThickness == 0)
+    text = (said ? tr("%1; thickness: as the file says") : tr("%1; thickness: the distance")).arg(text);
+  description_->setText(text);
 }
 
 InputsTable::InputsTable(Host* host, QWidget* parent)

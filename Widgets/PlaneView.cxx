@@ -85,6 +85,15 @@ protected:
         text(painter, corner, Qt::AlignLeft | Qt::AlignBottom | Qt::TextWordWrap, hintOf(view_->hot_));
       }
     }
+    if (view_->hasFocus() && view_->message_.isEmpty()) {
+      const QPointF middle = all.center();
+      const double arm = 0.4 * fontMetrics().height();
+      for (const QPen& pen : {QPen(QColor(0, 0, 0, 200), 3), QPen(Qt::white, 1)}) {
+        painter.setPen(pen);
+        painter.drawLine(middle - QPointF(arm, 0), middle + QPointF(arm, 0));
+        painter.drawLine(middle - QPointF(0, arm), middle + QPointF(0, arm));
+      }
+    }
     if (view_->hasFocus()) {
       painter.setRenderHint(QPainter::Antialiasing, false);
       painter.setBrush(Qt::NoBrush);
@@ -302,11 +311,13 @@ void PlaneView::resizeEvent(QResizeEvent* event) {
 void PlaneView::focusInEvent(QFocusEvent* event) {
   QVTKOpenGLNativeWidget::focusInEvent(event);
   overlay_->update();
+  Q_EMIT focusChanged(true);
 }
 
 void PlaneView::focusOutEvent(QFocusEvent* event) {
   QVTKOpenGLNativeWidget::focusOutEvent(event);
   overlay_->update();
+  Q_EMIT focusChanged(false);
 }
 
 void PlaneView::showEvent(QShowEvent* event) {

@@ -18,8 +18,9 @@ namespace innergs::ui {
 
 /// Shows a plane of a model as it lies on the screen (x right, y up) with the letters of its directions, and
 /// lets the plane be turned and moved by handles. Left drag: window and level; middle or Shift+left: pan;
-/// right or Ctrl+wheel: zoom; wheel: along the normal. Keys: arrows tilt, Ctrl+left/right turn, Page Up/Down
-/// move, +/− zoom, Home fits. It computes nothing: who owns it gives the images for the poses.
+/// right or Ctrl+wheel: zoom; wheel: along the normal. Keys: arrows tilt, Shift+arrows pan, Ctrl+left/right
+/// turn, Page Up/Down move, +/− zoom, Home fits; with the keyboard in it a cross marks the middle. It
+/// computes nothing: who owns it gives the images for the poses.
 class PlaneView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:
@@ -36,6 +37,7 @@ public:
   void setMessage(const QString& message);
   /// A line on top of the image; "" none.
   void setNote(const QString& note);
+  const QString& note() const { return note_; }
   void setWindow(double lower, double upper);
   double lower() const { return lower_; }
   double upper() const { return upper_; }
@@ -64,6 +66,8 @@ Q_SIGNALS:
   /// mm in the plane.
   void hovered(const QPointF& planePoint);
   void left();
+  /// Whether the keyboard is here.
+  void focusChanged(bool focus);
   void homeAsked();
 
 protected:

@@ -124,6 +124,12 @@ void PlaneView::wheelEvent(QWheelEvent* event) {
 void PlaneView::keyPressEvent(QKeyEvent* event) {
   PlanePose pose = pose_;
   const bool control = event->modifiers() & Qt::ControlModifier;
+  if (const QPointF way = panOfKey(event); !way.isNull()) {
+    pose.move(way.x() * 2 * halfHeight_, way.y() * 2 * halfHeight_, 0);
+    event->accept();
+    if (message_.isEmpty()) edit(pose);
+    return;
+  }
   switch (event->key()) {
   case Qt::Key_Left:
   case Qt::Key_Right: {

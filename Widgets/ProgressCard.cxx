@@ -78,6 +78,9 @@ ProgressCard::ProgressCard(QWidget* parent)
   bar_->setObjectName("progressBar");
   bar_->setRange(0, kBarSteps);
   bar_->setFormat(tr("%p %"));
+  bar_->setToolTip(tr("How much of all the work is done (%), with the measuring of the quality."));
+  remaining_->setToolTip(tr("Time until all the work is done, as far as it can be told now."));
+  numbers_->setToolTip(tr("PSNR in dB: more is better. The loss has no unit: less is better."));
   chart_->setObjectName("fitChart");
   preview_->setObjectName("preview");
   auto* head = new QHBoxLayout;

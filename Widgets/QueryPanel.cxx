@@ -104,7 +104,8 @@ void QueryPanel::connectAll() {
   connect(view_, &PlaneView::homeAsked, home_, &QPushButton::click);
   connect(view_, &PlaneView::windowEdited, this, &QueryPanel::showWindow);
   connect(view_, &PlaneView::hovered, this, &QueryPanel::probe);
-  connect(view_, &PlaneView::left, this, &QueryPanel::clearReadout);
+  connect(view_, &PlaneView::left, this, &QueryPanel::probeShown);
+  connect(view_, &PlaneView::focusChanged, this, &QueryPanel::probeShown);
   for (QDoubleSpinBox* box : {window_, level_})
     connect(box, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this] {
       view_->setWindow(level_->value() - 0.5 * window_->value(), level_->value() + 0.5 * window_->value());
@@ -158,7 +159,7 @@ void QueryPanel::updateModel() {
         showWindow();
       }
       bool away = !placed_;
-      for (int a = 0; a < 3; ++a)
+      for (int a = 0; a < 3 && !linked_; ++a) // a linked view stays where it is
         away = away || pose_.origin[a] < info_.bounds[2 * a] || pose_.origin[a] > info_.bounds[2 * a + 1];
       PlanePose pose = pose_;
       if (away) pose.origin = middleOf(info_.bounds);
@@ -167,6 +168,7 @@ void QueryPanel::updateModel() {
       if (otherId) home();
       showPose();
       query(false);
+      probeShown();
     }
   } else if (moved) { // under the plane, which stays
     showPose();
@@ -184,7 +186,7 @@ void QueryPanel::setPlane(vtkMatrix4x4* planeToRAS) {
     say(tr("The plane was not taken over: its axes must be finite and span a plane."), true);
     return;
   }
-  placed_ = true;
+  placed_ = linked_ = true;
   vtkNew<vtkMatrix4x4> matrix;
   toMatrix(*pose, matrix);
   bool same = true;
@@ -203,7 +205,7 @@ void QueryPanel::setPose(const PlanePose& pose, bool settled) {
   view_->setPose(pose);
   showPose();
   query(!settled);
-  if (view_->underMouse()) probe(view_->planeAt(view_->mapFromGlobal(QCursor::pos())));
+  probeShown();
   Q_EMIT planeChanged(matrix_);
 }
 
@@ -315,10 +317,20 @@ void QueryPanel::probe(const QPointF& planePoint) {
   worker_->probe(task);
 }
 
+void QueryPanel::probeShown() {
+  if (view_->underMouse())
+    probe(view_->planeAt(view_->mapFromGlobal(QCursor::pos())));
+  else if (view_->hasFocus())
+    probe({0, 0});
+  else
+    clearReadout();
+}
+
 void QueryPanel::showProbe(const PlaneImage& point) {
-  if (point.task.model != model_ || point.task.toModel != toModel_ || !view_->underMouse()) return;
+  if (point.task.model != model_ || point.task.toModel != toModel_) return;
+  if (!view_->underMouse() && !view_->hasFocus()) return;
   const Vec3 ras = point.task.pose.toRAS(point.task.left, point.task.bottom);
-  const QString place = tr("%1 mm").arg(positionText(ras));
+  const QString place = (view_->underMouse() ? tr("%1 mm") : tr("Middle: %1 mm")).arg(positionText(ras));
   if (!point.image) {
     readout_->setText(place);
   } else if (!point.inside) {

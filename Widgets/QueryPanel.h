@@ -33,7 +33,8 @@ public:
 
   QString modelId() const { return modelId_; }
   void setModelId(const QString& id);
-  /// As a slice node's SliceToRAS; one that spans no plane is refused with a sentence in the panel.
+  /// As a slice node's SliceToRAS; one that spans no plane is refused with a sentence in the panel. From then
+  /// on the plane is moved by people alone, never to a new model.
   void setPlane(vtkMatrix4x4* planeToRAS);
   /// Unit columns: right, up, normal; origin in the middle of the view. Owned by the panel.
   vtkMatrix4x4* planeToRAS() const;
@@ -62,6 +63,8 @@ private:
   void query(bool moving);
   void settle();
   void probe(const QPointF& planePoint);
+  /// Under the mouse, or in the middle while the view has the keyboard.
+  void probeShown();
   void showProbe(const PlaneImage& point);
   void clearReadout();
   void showImage(const PlaneImage& image);
@@ -79,6 +82,7 @@ private:
   PlanePose pose_;
   vtkNew<vtkMatrix4x4> matrix_;
   bool placed_ = false; // by setPlane() or for a model
+  bool linked_ = false; // the plane is another view's as well
   bool dragging_ = false;
   bool coarse_ = false;   // what was asked for last is coarser than it should stay
   bool waiting_ = false;  // for the panel to be seen

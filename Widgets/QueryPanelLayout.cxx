@@ -130,16 +130,19 @@ void QueryPanel::build() {
   view_->setWhatsThis(tr("Left drag: window and level. Middle drag, or Shift and left drag: pan. Right drag, "
                          "or Ctrl and wheel: zoom. Wheel: "
                          "along the normal. Handles tilt, turn and move the plane. Keys: arrows tilt, "
-                         "Ctrl+Left and Ctrl+Right turn, Page Up "
+                         "Ctrl+Left and Ctrl+Right turn, Shift and arrows pan, Page Up "
                          "and Page Down move along the normal, + and − zoom, Home centres."));
+  view_->setToolTip(tr("Keys: arrows tilt, Ctrl+Left and Ctrl+Right turn, Shift+arrows pan,\n"
+                       "Page Up and Page Down move, + and − zoom, Home centres.\n"
+                       "The value in the middle is told while the keyboard is here."));
   rows->addWidget(view_, 1);
 
   readout_ = new QLabel;
   readout_->setObjectName(QStringLiteral("queryReadout"));
   readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  readout_->setToolTip(
-      tr("Place under the cursor (mm; R, A, S: to the patient's right, anterior, superior) and the model's "
-         "value there, in the scanner's units"));
+  readout_->setToolTip(tr("Place under the cursor, or in the middle while the keyboard is in the view (mm; "
+                          "R, A, S: to the patient's right, anterior, superior) and the model's "
+                          "value there, in the scanner's units"));
   readout_->setMinimumWidth(1); // its text never widens the panel
   rows->addWidget(readout_);
 

@@ -74,6 +74,7 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
     choices->addWidget(part);
 
   estimate_ = makeWrappedLabel("estimateText", this);
+  estimate_->setToolTip(tr("Roughly, before the start: time, and memory (GB) beyond that of the scans."));
   refusalLine_ = new MessageLine(this);
   refusalLine_->setObjectName("refusal");
   message_ = new MessageLine(this);

@@ -13,6 +13,7 @@ Section::Section(const QString& title, QWidget* parent) : QWidget(parent), butto
   button_->setToolButtonStyle(Qt::ToolButtonTextBesideIcon);
   button_->setArrowType(Qt::RightArrow);
   button_->setFocusPolicy(Qt::StrongFocus);
+  button_->setToolTip(tr("Show or hide these settings"));
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   layout->addWidget(button_);

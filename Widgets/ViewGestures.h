@@ -46,5 +46,23 @@ inline double zoomOfDrag(double down) {
 inline double zoomOfKey(int key) {
   return key == Qt::Key_Plus || key == Qt::Key_Equal ? 0.85 : key == Qt::Key_Minus ? 1 / 0.85 : 1;
 }
+/// How far (right, up; in heights of the view) Shift and an arrow key move what is looked at; null: not such
+/// a key.
+inline QPointF panOfKey(const QKeyEvent* event) {
+  constexpr double step = 0.05;
+  if (!(event->modifiers() & Qt::ShiftModifier)) return {};
+  switch (event->key()) {
+  case Qt::Key_Left:
+    return {-step, 0};
+  case Qt::Key_Right:
+    return {step, 0};
+  case Qt::Key_Up:
+    return {0, step};
+  case Qt::Key_Down:
+    return {0, -step};
+  default:
+    return {};
+  }
+}
 
 } // namespace innergs::ui

@@ -194,8 +194,33 @@ private Q_SLOTS:
     window_->open({writeBall(*sandbox_, "large.nii.gz", {128, 128, 60}, {1, 1, 1})});
     QVERIFY(host().background().isBusy());
     QVERIFY(!window_->close());
+    QVERIFY(window_->findChild<QMessageBox*>("busyBox")->isVisible());
     QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 20000);
     QVERIFY(!host().background().isBusy());
+  }
+
+  void closingWhileAFileIsReadIsTakenBack() {
+    window_->open(
+        {writeBall(*sandbox_, "large.nii.gz", {160, 160, 80}, {1, 1, 1}), sandbox_->path("absent.nii")});
+    QVERIFY(!window_->close());
+    QVERIFY(!window_->close()); // one box
+    auto* box = window_->findChild<QMessageBox*>("busyBox");
+    QVERIFY(box && box->isVisible() && box->buttons().size() == 1);
+    QCOMPARE(window_->findChildren<QMessageBox*>().size(), 1);
+    QTest::keyClick(box, Qt::Key_Escape);
+    // What is wrong with the files is told as ever.
+    QVERIFY(errorText().contains("does not exist; check the path."));
+    QVERIFY(window_->isVisible());
+    QCOMPARE(lines(), QStringList{"large"});
+    // Also where the window stays open for another reason.
+    app::VolumeItem item = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), "result");
+    item.saved = false;
+    host().document().add(std::move(item));
+    window_->open({sandbox_->path("absent.nii")});
+    answerBox("unsavedBox", "Cancel");
+    QVERIFY(!window_->close());
+    QVERIFY(errorText().contains("does not exist; check the path."));
+    QVERIFY(window_->isVisible() && !window_->findChild<QMessageBox*>("busyBox"));
   }
 
   void windowDeletedWhileRunning() {

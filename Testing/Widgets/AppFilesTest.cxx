@@ -197,6 +197,16 @@ private Q_SLOTS:
     QTRY_COMPARE(lines(), (QStringList{"head, 5 mm slices", "head, 1 mm"}));
     QCOMPARE(host().document().volumes()[0]->volume->geometry.size[2], std::int64_t(8));
     QVERIFY(!host().document().hasUnsaved());
+    // The head is looked at to compare with, never reconstructed.
+    const auto input = [&] { return window_->reconstruction()->request().inputs.value(0).id; };
+    const QString scan = host().document().volumes()[0]->id;
+    QCOMPARE(input(), scan);
+    trigger("nextVolume");
+    QCOMPARE(window_->state()->volume()->name, QString("head, 1 mm"));
+    QCOMPARE(input(), scan);
+    trigger("nextVolume");
+    QCOMPARE(window_->state()->volumeId(), scan);
+    QCOMPARE(input(), scan);
     // Remembered; and one in the system's folders needs no choice.
     QCOMPARE(app::sampleBrain(), head);
     QVERIFY(QFile::remove(head));

@@ -102,6 +102,28 @@ private Q_SLOTS:
     reconstruct();
     QCOMPARE(window_->state()->volume()->name, QString("one reconstructed"));
     QCOMPARE(input(), volumes[0]->id);
+    // Nor when it is saved and looked at again.
+    const QString result = volumes[2]->id;
+    QCOMPARE(host().save(result, sandbox_->path("result.nii")), QString());
+    trigger("nextVolume");
+    QCOMPARE(input(), volumes[0]->id);
+    trigger("previousVolume");
+    QCOMPARE(window_->state()->volumeId(), result);
+    QCOMPARE(input(), volumes[0]->id);
+    // Other scans are looked at during a run: it is this one that is reconstructed.
+    setQuick(true);
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(host().isRunning());
+    tree->setCurrentItem(tree->topLevelItem(1));
+    QCOMPARE(window_->state()->volumeId(), volumes[1]->id);
+    open({writeBall(*sandbox_, "three.nii")});
+    QCOMPARE(input(), volumes[0]->id);
+    host().cancel();
+    QTRY_VERIFY(!host().isRunning());
+    tree->setCurrentItem(tree->topLevelItem(1));
+    window_->state()->setVolumeId(volumes[3]->id);
+    QCOMPARE(input(), volumes[3]->id);
   }
 
   void menusAndPanelsShareTheModel() {

@@ -4,6 +4,7 @@
 #include "IO/VolumeIO.h"
 
 #include <QDoubleSpinBox>
+#include <QLabel>
 #include <QSlider>
 #include <QWheelEvent>
 
@@ -66,6 +67,45 @@ private Q_SLOTS:
     auto* slider = axial->parentWidget()->findChild<QSlider*>("slider");
     QTest::keyClick(slider, Qt::Key_Home);
     QVERIFY(std::abs(axial->position() - state->bounds()[4]) < 1.01 * step);
+  }
+
+  void keysMoveWhatIsLookedAt() {
+    open({writeBall(*sandbox_, "ball.nii.gz", {40, 40, 20}, {1, 1, 2})});
+    app::ViewState* state = window_->state();
+    state->setCrosshair({3, -2, 4});
+    window_->activateWindow();
+    QVERIFY(QTest::qWaitForWindowActive(window_.get()));
+    QTest::mouseMove(window_->findChild<QTreeWidget*>("dataTree")); // out of the views
+    auto* pointed = window_->findChild<QLabel*>("pointed");
+    SliceView* axial = window_->views()->slice(2);
+    QTRY_VERIFY(!axial->underMouse());
+    // The value at the crosshair, while the keyboard is in a view.
+    axial->setFocus();
+    QTRY_VERIFY2(pointed->text().startsWith("R 3.0  P 2.0  S 4.0 mm: ") &&
+                     pointed->text().endsWith("scanner units"),
+                 qPrintable(pointed->text()));
+    QTest::keyClick(axial, Qt::Key_Up);
+    QVERIFY2(pointed->text().contains("S 6.0 mm"), qPrintable(pointed->text()));
+    // Shift and the arrows look further to the patient's left and front; the crosshair stays.
+    const auto middle = [&] { return axial->toRAS({0.5 * axial->width(), 0.5 * axial->height()}); };
+    const Vec3 before = middle();
+    QTest::keyClick(axial, Qt::Key_Right, Qt::ShiftModifier);
+    QTest::keyClick(axial, Qt::Key_Up, Qt::ShiftModifier);
+    QVERIFY(middle()[0] < before[0] - 0.5 && middle()[1] > before[1] + 0.5);
+    QCOMPARE(state->crosshair(), (Vec3{3, -2, 6}));
+    QTest::keyClick(axial, Qt::Key_Home);
+    QVERIFY(norm(middle() - before) < 1e-6);
+    // In space as well: there and back.
+    auto* space = window_->views()->threeD();
+    const auto seen = [&] { return space->grab().toImage(); };
+    space->setFocus();
+    QTRY_VERIFY(pointed->text().isEmpty());
+    QTest::qWait(100);
+    const QImage still = seen();
+    QTest::keyClick(space, Qt::Key_Left, Qt::ShiftModifier);
+    QTRY_VERIFY(seen() != still);
+    QTest::keyClick(space, Qt::Key_Home);
+    QTRY_VERIFY(seen() == still);
   }
 
   void comparesVolumesAtTheSamePlace() {

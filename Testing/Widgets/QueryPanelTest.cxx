@@ -184,6 +184,62 @@ private Q_SLOTS:
     QTRY_VERIFY2(readout->text().endsWith("outside the model"), qPrintable(readout->text()));
   }
 
+  void valueInTheMiddleByKeyboard() {
+    Shown shown(ramp_);
+    auto* readout = shown.find<QLabel>("queryReadout");
+    QTest::mouseMove(shown.find<QDoubleSpinBox>("queryLevel")); // out of the view
+    QTRY_VERIFY(!shown.view->underMouse());
+    shown.panel.activateWindow();
+    QVERIFY(QTest::qWaitForWindowActive(&shown.panel));
+    shown.find<QDoubleSpinBox>("queryPixelSize")->setFocus();
+    QTRY_VERIFY2(readout->text().startsWith("Wheel"), qPrintable(readout->text()));
+    shown.view->setFocus();
+    QTRY_VERIFY2(readout->text().startsWith("Middle: R 5.0, P 10.0, S 20.0 mm: "),
+                 qPrintable(readout->text()));
+    // Shift and the arrows look further: to the patient's left, and to the front.
+    const double step = 0.05 * shown.view->height() * shown.view->scale();
+    QTest::keyClick(shown.view, Qt::Key_Right, Qt::ShiftModifier);
+    QTest::keyClick(shown.view, Qt::Key_Up, Qt::ShiftModifier);
+    const Vec3 at = columnOf(shown.panel.planeToRAS(), 3);
+    QVERIFY2(std::abs(at[0] - 5 + step) < 1e-6 && std::abs(at[1] + 10 - step) < 1e-6 &&
+                 std::abs(at[2] - 20) < 1e-9,
+             qPrintable(QString("%1 %2 %3").arg(at[0]).arg(at[1]).arg(at[2])));
+    QVERIFY(shown.find<QToolButton>("queryAxial")->isChecked()); // nothing was tilted
+    QTRY_VERIFY2(readout->text().startsWith("Middle: " + positionText(at)), qPrintable(readout->text()));
+    const double value = readout->text().section(": ", 2).section(' ', 0, 0).toDouble();
+    QVERIFY2(std::abs(value - rampAt(at[0], at[1], at[2])) < 4, qPrintable(readout->text()));
+    QTest::keyClick(shown.view, Qt::Key_Left, Qt::ShiftModifier);
+    QTest::keyClick(shown.view, Qt::Key_Down, Qt::ShiftModifier);
+    QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 3) - Vec3{5, -10, 20}) < 1e-6);
+    shown.find<QDoubleSpinBox>("queryPixelSize")->setFocus();
+    QTRY_VERIFY2(readout->text().startsWith("Wheel"), qPrintable(readout->text()));
+  }
+
+  void linkedPlaneStaysWhereAResultArrives() {
+    Shown shown(ramp_);
+    vtkNew<vtkMatrix4x4> plane;
+    toMatrix({PlaneOrientation::Axial, false, {}, {5, -10, 200}}, plane); // above the model
+    shown.panel.setPlane(plane);
+    QSignalSpy changed(&shown.panel, &QueryPanel::planeChanged);
+    const QString ball = shown.host.addBallModel();
+    shown.panel.setModelId(ball);
+    QCOMPARE(changed.size(), 0);
+    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 200}));
+    QVERIFY2(shown.view->note().contains("beside the model"), qPrintable(shown.view->note()));
+    // The same model made anew, and after the plane was moved in the panel.
+    QTest::keyClick(shown.view, Qt::Key_PageUp);
+    const Vec3 moved = columnOf(shown.panel.planeToRAS(), 3);
+    QVERIFY(moved[2] > 200);
+    const int count = changed.size();
+    shown.panel.setModelId("ramp");
+    QCOMPARE(changed.size(), count);
+    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), moved);
+    // By the button it comes back.
+    QTest::mouseClick(shown.find<QPushButton>("queryCentre"), Qt::LeftButton);
+    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 20}));
+    QCOMPARE(shown.view->note(), QString());
+  }
+
   void everythingIsReachedByKeyboard() {
     Shown shown(ramp_);
     QStringList order;

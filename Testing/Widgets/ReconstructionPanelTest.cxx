@@ -32,7 +32,8 @@ private Q_SLOTS:
 
   void saysHowTheSlicesLieAndWhatItTakes() {
     choose("head");
-    QCOMPARE(label("inputDescription"), QString::fromUtf8("30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm"));
+    QCOMPARE(label("inputDescription"),
+             QString::fromUtf8("30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm; thickness: the distance"));
     QCOMPARE(child<QDoubleSpinBox>("sliceThickness")->text(), QString("auto (4 mm)"));
     QCOMPARE(child<QComboBox>("sliceAxis")->currentText(), QString("auto (K)"));
     QCOMPARE(label("gridExplanation"), QString("Cubes of 0.9 mm, the finest spacing of all scans."));
@@ -41,6 +42,24 @@ private Q_SLOTS:
     QCOMPARE(label("deviceReason"), QString("On the CPU. The CUDA backend is not installed."));
     QVERIFY(!isShown("refusal"));
     snapshot(*area_, "panel-ready");
+  }
+
+  void saysWhereTheThicknessIsFrom() {
+    VolumeInfo info = host_->volumes["head"];
+    info.name = "Overlapping";
+    info.sliceThickness = 8;
+    host_->addVolume("overlapping", info);
+    choose("overlapping");
+    auto* thickness = child<QDoubleSpinBox>("sliceThickness");
+    QVERIFY(label("inputDescription").endsWith("0.9 × 0.9 × 4 mm; thickness: as the file says"));
+    QCOMPARE(thickness->text(), QString("auto (8 mm)"));
+    QVERIFY(thickness->toolTip().contains("In 3D Slicer"));
+    // Of another axis the file says nothing; what is typed is nobody's guess.
+    child<QComboBox>("sliceAxis")->setCurrentIndex(1);
+    QVERIFY(label("inputDescription").endsWith("; thickness: the distance"));
+    QCOMPARE(thickness->text(), QString("auto (0.9 mm)"));
+    thickness->setValue(3);
+    QVERIFY(label("inputDescription").endsWith(" mm"));
   }
 
   void changesInOneGoAreEstimatedOnce() {

@@ -13,6 +13,7 @@
 #include <QDockWidget>
 #include <QLabel>
 #include <QMenuBar>
+#include <QMessageBox>
 #include <QProgressBar>
 #include <QScreen>
 #include <QScrollArea>
@@ -51,11 +52,15 @@ MainWindow::MainWindow(QWidget* parent)
   setCentralWidget(views_);
   pointed_ = new QLabel(this);
   pointed_->setObjectName(QStringLiteral("pointed"));
+  pointed_->setToolTip(
+      tr("Place (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) under the mouse, or\n"
+         "at the crosshair while the keyboard is in a slice view"));
   busyText_ = new QLabel(this);
   busyText_->setObjectName(QStringLiteral("busyText"));
   busy_ = new QProgressBar(this);
   busy_->setObjectName(QStringLiteral("busy"));
   busy_->setRange(0, 0);
+  busy_->setToolTip(tr("A file is being read or written"));
   busy_->setMaximumWidth(12 * fontMetrics().averageCharWidth());
   statusBar()->addWidget(pointed_, 1);
   statusBar()->addPermanentWidget(busyText_);
@@ -74,16 +79,15 @@ MainWindow::MainWindow(QWidget* parent)
     busyText_->setText(text);
     busyText_->setVisible(!text.isEmpty());
     busy_->setVisible(!text.isEmpty());
-    if (text.isEmpty() && std::exchange(closeWhenIdle_, false)) {
-      QMetaObject::invokeMethod(
-          this, [this] { close(); }, Qt::QueuedConnection);
-      errors_.clear();
-    }
-    if (text.isEmpty() && !errors_.isEmpty()) {
-      const QStringList sentences = errors_;
-      errors_.clear();
-      tell(sentences.join(QStringLiteral("\n\n")));
-    }
+    if (!text.isEmpty()) return;
+    if (!std::exchange(closeWhenIdle_, false)) return tellErrors();
+    delete busyBox_;
+    QMetaObject::invokeMethod(
+        this,
+        [this] {
+          if (!close()) tellErrors();
+        },
+        Qt::QueuedConnection);
   });
   connect(host_, &AppHost::opened, this, [this](const QString& id, const QString& path) {
     if (!path.isEmpty()) {

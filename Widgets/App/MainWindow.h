@@ -4,12 +4,14 @@
 #include "Widgets/Request.h"
 
 #include <QMainWindow>
+#include <QPointer>
 
 class QAction;
 class QActionGroup;
 class QDockWidget;
 class QLabel;
 class QMenu;
+class QMessageBox;
 class QProgressBar;
 
 namespace innergs::ui {
@@ -75,6 +77,7 @@ private:
   /// Whether what is not saved may go; asks.
   bool mayDiscard();
   void tell(const QString& sentence);
+  void tellErrors();
   void showFinished(const ui::Report& report);
   void reconstructionEnded();
 
@@ -91,8 +94,9 @@ private:
   QList<QAction*> needVolume_;
   QLabel *pointed_ = nullptr, *busyText_ = nullptr;
   QProgressBar* busy_ = nullptr;
-  QString modelId_; // that the menus act on
-  QStringList errors_;
+  QString modelId_;    // that the menus act on
+  QStringList errors_; // of files
+  QPointer<QMessageBox> busyBox_;
   bool closeWhenEnded_ = false, closeWhenIdle_ = false;
 };
 

@@ -20,6 +20,7 @@
 #include <QUrl>
 
 #include <algorithm>
+#include <utility>
 
 namespace innergs::app {
 namespace {
@@ -126,6 +127,10 @@ void MainWindow::tell(const QString& sentence) {
   box->open();
 }
 
+void MainWindow::tellErrors() {
+  if (!errors_.isEmpty()) tell(std::exchange(errors_, {}).join(QStringLiteral("\n\n")));
+}
+
 void MainWindow::closeItem(const QString& id) {
   if (host_->document().unsaved().contains(id)) {
     QMessageBox box(QMessageBox::Question, QStringLiteral("InnerGS"),
@@ -159,9 +164,19 @@ bool MainWindow::mayDiscard() {
 void MainWindow::closeEvent(QCloseEvent* event) {
   event->ignore();
   if (closeWhenEnded_) return;
-  if (host_->background().isBusy()) { // a file is read or written: closed when that is done
+  if (host_->background().isBusy()) {
+    if (closeWhenIdle_) return;
     closeWhenIdle_ = true;
-    busyText_->setText(tr("%1, then the window closes").arg(busyText_->text()));
+    busyBox_ = new QMessageBox(QMessageBox::Information, QStringLiteral("InnerGS"),
+                               tr("A file is being read or written. The window closes when that is done."),
+                               QMessageBox::NoButton, this);
+    busyBox_->setObjectName(QStringLiteral("busyBox"));
+    busyBox_->setAttribute(Qt::WA_DeleteOnClose);
+    QPushButton* stay = busyBox_->addButton(tr("&Keep Open"), QMessageBox::RejectRole);
+    busyBox_->setDefaultButton(stay);
+    busyBox_->setEscapeButton(stay);
+    connect(busyBox_, &QMessageBox::finished, this, [this] { closeWhenIdle_ = false; });
+    busyBox_->open();
     return;
   }
   if (host_->isRunning()) {

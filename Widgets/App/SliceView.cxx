@@ -57,12 +57,16 @@ struct SliceView::Scene {
 
 SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
     : QVTKOpenGLNativeWidget(parent), state_(state), axis_(axis), scene_(std::make_unique<Scene>()) {
-  setObjectName(QStringLiteral("%1View").arg(nameOf(axis).toLower()));
+  static const char* const names[] = {"sagittalView", "coronalView", "axialView"};
+  setObjectName(QString::fromLatin1(names[axis]));
   setAccessibleName(nameOf(axis));
   setMouseTracking(true);
   setFocusPolicy(Qt::StrongFocus);
-  setToolTip(tr("Click: crosshair in all views. Drag: window and level. Wheel: slices.\n"
-                "Right drag or Ctrl+wheel: zoom. Middle drag: move. Double click: this view alone."));
+  setToolTip(
+      tr("Click: crosshair in all views. Drag: window and level. Wheel: slices.\n"
+         "Right drag or Ctrl+wheel: zoom. Middle drag: move. Double click: this view alone.\n"
+         "Keys: arrows, Page Up and Page Down: slices; Shift+arrows: move; + and −: zoom; Home: all of it.\n"
+         "The value at the crosshair is told while the keyboard is here."));
   Scene& s = *scene_;
   s.window->SetMultiSamples(0);
   setRenderWindow(s.window.Get());
@@ -104,6 +108,8 @@ SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
   connect(state, &ViewState::volumeChanged, this, &SliceView::showVolume);
   connect(state, &ViewState::windowChanged, this, &SliceView::showWindow);
   connect(state, &ViewState::crosshairChanged, this, &SliceView::showPlane);
+  connect(state, &ViewState::volumeChanged, this, &SliceView::pointCrosshair);
+  connect(state, &ViewState::crosshairChanged, this, &SliceView::pointCrosshair);
   connect(state, &ViewState::placeChanged, this, [this] {
     fitted_ = false; // or when it has a size
     fit();
@@ -282,6 +288,16 @@ void SliceView::zoom(double factor) {
   render();
 }
 
+void SliceView::pan(double right, double up) {
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  Vec3 focus;
+  camera->GetFocalPoint(focus.data());
+  for (int a = 0; a < 3; ++a)
+    focus[a] += right * kRight[axis_][a] + up * kUp[axis_][a];
+  camera->SetFocalPoint(focus.data());
+  showPlane();
+}
+
 void SliceView::stepSlices(int count) {
   Vec3 cross = state_->crosshair();
   cross[axis_] += count * state_->stepAlong(axis_);
@@ -305,7 +321,6 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
   dragging_ = true;
   const QPoint by = event->pos() - last_;
   last_ = event->pos();
-  vtkCamera* camera = scene_->renderer->GetActiveCamera();
   if (button_ == Qt::LeftButton && event->modifiers() & Qt::ShiftModifier) {
     state_->setCrosshair(toRAS(ui::pointOf(event)));
   } else if (button_ == Qt::LeftButton) {
@@ -318,13 +333,8 @@ void SliceView::mouseMoveEvent(QMouseEvent* event) {
   } else if (button_ == Qt::RightButton) {
     zoom(ui::zoomOfDrag(by.y()));
   } else {
-    Vec3 focus;
-    camera->GetFocalPoint(focus.data());
     const double scale = millimetresPerPixel();
-    for (int a = 0; a < 3; ++a)
-      focus[a] += scale * (-by.x() * kRight[axis_][a] + by.y() * kUp[axis_][a]);
-    camera->SetFocalPoint(focus.data());
-    showPlane();
+    pan(-by.x() * scale, by.y() * scale);
   }
 }
 
@@ -347,6 +357,11 @@ void SliceView::wheelEvent(QWheelEvent* event) {
 }
 
 void SliceView::keyPressEvent(QKeyEvent* event) {
+  if (const QPointF way = ui::panOfKey(event); !way.isNull()) {
+    const double high = millimetresPerPixel() * height();
+    if (state_->volume()) pan(way.x() * high, way.y() * high);
+    return;
+  }
   switch (event->key()) {
   case Qt::Key_Up:
   case Qt::Key_Right:
@@ -367,6 +382,9 @@ void SliceView::keyPressEvent(QKeyEvent* event) {
   case Qt::Key_Minus:
     zoom(ui::zoomOfKey(event->key()));
     break;
+  case Qt::Key_Home:
+    fit();
+    break;
   default:
     event->ignore();
   }
@@ -374,6 +392,22 @@ void SliceView::keyPressEvent(QKeyEvent* event) {
 
 void SliceView::leaveEvent(QEvent*) {
   Q_EMIT pointed(QString());
+  pointCrosshair();
+}
+
+void SliceView::focusInEvent(QFocusEvent* event) {
+  QVTKOpenGLNativeWidget::focusInEvent(event);
+  pointCrosshair();
+}
+
+void SliceView::focusOutEvent(QFocusEvent* event) {
+  QVTKOpenGLNativeWidget::focusOutEvent(event);
+  if (!underMouse()) Q_EMIT pointed(QString());
+}
+
+void SliceView::pointCrosshair() {
+  if (hasFocus() && !underMouse())
+    Q_EMIT pointed(state_->volume() ? state_->describe(state_->crosshair()) : QString());
 }
 
 } // namespace innergs::app

@@ -13,7 +13,8 @@ namespace innergs::app {
 /// One plane through the shown volume, as radiologists look at it: axial from the feet, coronal from the
 /// front, sagittal from the left. A click moves the crosshair of all views, the wheel goes through the
 /// slices, a drag with the left button changes window and level, with the right one the size, with the middle
-/// one the place.
+/// one the place. Keys: arrows and Page Up/Down go through the slices, Shift+arrows move, +/− zoom, Home
+/// fits.
 class SliceView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:
@@ -36,7 +37,7 @@ public:
   std::array<QChar, 4> letters() const;
 
 Q_SIGNALS:
-  /// The mouse is over this place; "" when it left.
+  /// The place and value under the mouse, or at the crosshair while the keyboard is here; else "".
   void pointed(const QString& text);
   void doubleClicked();
 
@@ -49,6 +50,8 @@ protected:
   void keyPressEvent(QKeyEvent* event) override;
   void leaveEvent(QEvent* event) override;
   void resizeEvent(QResizeEvent* event) override;
+  void focusInEvent(QFocusEvent* event) override;
+  void focusOutEvent(QFocusEvent* event) override;
 
 private:
   void showVolume();
@@ -58,6 +61,9 @@ private:
   void render();
   double millimetresPerPixel() const;
   void zoom(double factor);
+  /// Moves what is looked at, mm.
+  void pan(double right, double up);
+  void pointCrosshair();
 
   ViewState* state_;
   const int axis_;

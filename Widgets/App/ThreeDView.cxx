@@ -30,6 +30,7 @@
 
 #include <QTimer>
 
+#include <cmath>
 #include <map>
 #include <utility>
 
@@ -74,7 +75,7 @@ ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
   setAccessibleName(tr("3D view"));
   setFocusPolicy(Qt::StrongFocus);
   setToolTip(tr("Drag: turn. Right drag or wheel: zoom. Middle drag: move. Double click: this view alone.\n"
-                "Keys: arrows turn, + and − zoom, Home shows all."));
+                "Keys: arrows turn, Shift+arrows move, + and − zoom, Home shows all."));
   Scene& s = *scene_;
   s.window->SetMultiSamples(0);
   setRenderWindow(s.window.Get());
@@ -290,9 +291,34 @@ void ThreeDView::render() {
   });
 }
 
+void ThreeDView::pan(double right, double up) {
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  constexpr double half = 3.14159265358979323846 / 360; // radians of half a degree
+  const double high = 2 * camera->GetDistance() * std::tan(half * camera->GetViewAngle());
+  Vec3 focus, place, normal, above;
+  camera->GetFocalPoint(focus.data());
+  camera->GetPosition(place.data());
+  camera->OrthogonalizeViewUp();
+  camera->GetViewUp(above.data());
+  camera->GetViewPlaneNormal(normal.data()); // to the eye
+  const Vec3 side = cross(above, normal);
+  for (int a = 0; a < 3; ++a) {
+    const double by = high * (right * side[a] + up * above[a]);
+    focus[a] += by;
+    place[a] += by;
+  }
+  camera->SetFocalPoint(focus.data());
+  camera->SetPosition(place.data());
+  render();
+}
+
 void ThreeDView::keyPressEvent(QKeyEvent* event) {
   constexpr double step = 5; // degrees
   vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  if (const QPointF way = ui::panOfKey(event); !way.isNull()) {
+    pan(way.x(), way.y());
+    return;
+  }
   switch (event->key()) {
   case Qt::Key_Left:
   case Qt::Key_Right:

@@ -42,6 +42,8 @@ protected:
   void mouseDoubleClickEvent(QMouseEvent* event) override;
 
 private:
+  /// Moves what is looked at, in heights of the view.
+  void pan(double right, double up);
   void showVolume();
   void showWindow();
   void showPlanes();

@@ -141,7 +141,7 @@ QString ViewState::describe(const Vec3& ras) const {
         QStringLiteral("%1 %2  ").arg(QLatin1Char(letters[a][ras[a] < 0])).arg(std::abs(ras[a]), 0, 'f', 1);
   text = text.trimmed() + tr(" mm");
   double value = 0;
-  if (valueAt(ras, value)) text += QStringLiteral(": %1").arg(value, 0, 'g', 5);
+  if (valueAt(ras, value)) text += tr(": %1 scanner units").arg(value, 0, 'g', 5);
   return text;
 }
 
