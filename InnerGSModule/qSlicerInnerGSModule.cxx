@@ -70,7 +70,7 @@ void qSlicerInnerGSModule::setup() {
   auto* logic = vtkSlicerInnerGSLogic::SafeDownCast(this->logic());
   qSlicerCoreIOManager* files = qSlicerCoreApplication::application()->coreIOManager();
   files->registerIO(new qSlicerInnerGSReader(logic, this));
-  files->registerIO(new qSlicerNodeWriter("InnerGS model", QString("InnerGSModelFile"),
+  files->registerIO(new qSlicerNodeWriter(tr("InnerGS model"), QString("InnerGSModelFile"),
                                           QStringList() << "vtkMRMLInnerGSModelNode", false, this));
   qSlicerSubjectHierarchyPluginHandler::instance()->registerPlugin(new qSlicerInnerGSModelPlugin);
 }

@@ -16,7 +16,7 @@ qSlicerInnerGSReader::qSlicerInnerGSReader(vtkSlicerInnerGSLogic* logic, QObject
 qSlicerInnerGSReader::~qSlicerInnerGSReader() = default;
 
 QString qSlicerInnerGSReader::description() const {
-  return "InnerGS model";
+  return tr("InnerGS model");
 }
 
 qSlicerIO::IOFileType qSlicerInnerGSReader::fileType() const {
@@ -24,7 +24,7 @@ qSlicerIO::IOFileType qSlicerInnerGSReader::fileType() const {
 }
 
 QStringList qSlicerInnerGSReader::extensions() const {
-  return {"InnerGS model (*.innergs)", "Gaussians (*.ply)"};
+  return {tr("InnerGS model (*.innergs)"), tr("Gaussians (*.ply)")};
 }
 
 bool qSlicerInnerGSReader::canLoadFile(const QString& file) const {

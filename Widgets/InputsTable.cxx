@@ -24,9 +24,10 @@ QString slicesText(const VolumeInfo& info, int axis) {
   const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
   const auto& n = info.dimensions;
   const auto& d = info.spacing;
-  const QString slices = axis == info.sliceAxis && !info.orientation.isEmpty()
-                             ? InputRow::tr("%1 %2 slices").arg(n[axis]).arg(info.orientation)
-                             : InputRow::tr("%1 slices along %2").arg(n[axis]).arg(kAxisNames[axis]);
+  const QString slices =
+      axis == info.sliceAxis && !info.orientation.isEmpty()
+          ? InputRow::tr("%n %1 slices", "1: axial, ...", n[axis]).arg(info.orientation)
+          : InputRow::tr("%n slices along %1", "1: I, J or K", n[axis]).arg(kAxisNames[axis]);
   return InputRow::tr("%1 of %2 × %3; %4 × %5 × %6 mm")
       .arg(slices)
       .arg(n[u])

@@ -69,8 +69,9 @@ void LogPanel::copy() {
 }
 
 void LogPanel::addReport(const Report& report) {
-  add(tr("Done in %1: %2 Gaussians. %3")
-          .arg(exactDuration(report.seconds), countText(report.gaussians), sentence(report.device)));
+  add(tr("Done in %1: %2 %3")
+          .arg(exactDuration(report.seconds), sentence(gaussiansText(report.gaussians)),
+               sentence(report.device)));
   for (const QString& warning : report.warnings)
     add(tr("Warning: %1").arg(sentence(warning)));
   if (std::isfinite(report.trainingPsnr))
@@ -78,7 +79,10 @@ void LogPanel::addReport(const Report& report) {
   if (std::isfinite(report.heldOutPsnr))
     add(tr("%1 dB on held-out slices.").arg(report.heldOutPsnr, 0, 'f', 2));
   for (const QualityRow& row : report.quality)
-    add(tr("%1: %2 dB, SSIM %3").arg(row.method).arg(row.psnr, 0, 'f', 2).arg(row.ssim, 0, 'f', 3));
+    add(tr("%1: %2 dB, SSIM %3")
+            .arg(methodText(row.method))
+            .arg(row.psnr, 0, 'f', 2)
+            .arg(row.ssim, 0, 'f', 3));
   if (!report.qualitySamples.isEmpty()) add(sentence(report.qualitySamples));
   if (!report.settings.isEmpty()) add(tr("Settings: %1").arg(report.settings));
 }

@@ -15,15 +15,20 @@
 #include <cmath>
 
 namespace innergs::ui {
+namespace {
+
+struct PlanePicture {
+  Q_DECLARE_TR_FUNCTIONS(innergs::ui::PlanePicture)
+};
+
+} // namespace
 
 QString savePicture(const PlaneImage& plane, double lower, double upper, const QString& file) {
-  const auto tr = [](const char* text) {
-    return QCoreApplication::translate("innergs::ui::PlanePicture", text);
-  };
   int size[3];
   plane.image->GetDimensions(size);
   QImage picture(size[0], size[1], QImage::Format_Grayscale8);
-  if (picture.isNull()) return tr("The picture does not fit in memory: choose a larger pixel size.");
+  if (picture.isNull())
+    return PlanePicture::tr("The picture does not fit in memory: choose a larger pixel size.");
   const auto* pixels = static_cast<const float*>(plane.image->GetScalarPointer());
   const double scale = 255 / std::max(upper - lower, 1e-30);
   for (int y = 0; y < size[1]; ++y) {
@@ -44,7 +49,7 @@ QString savePicture(const PlaneImage& plane, double lower, double upper, const Q
 
   QSaveFile out(file);
   if (out.open(QIODevice::WriteOnly) && picture.save(&out, "PNG") && out.commit()) return {};
-  return tr("“%1” could not be written (%2): choose another folder or name.")
+  return PlanePicture::tr("“%1” could not be written (%2): choose another folder or name.")
       .arg(QDir::toNativeSeparators(file), out.errorString());
 }
 

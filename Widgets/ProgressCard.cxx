@@ -62,8 +62,7 @@ QString numbersText(const Progress& progress, const QPalette& palette) {
   if (progress.loss > 0)
     parts << entry(QString::fromUtf8("─"), palette.color(QPalette::Text).name(),
                    ProgressCard::tr("loss %1").arg(locale.toString(progress.loss, 'g', 2)));
-  if (progress.gaussians > 0)
-    parts << ProgressCard::tr("%1 Gaussians").arg(countText(progress.gaussians)).toHtmlEscaped();
+  if (progress.gaussians > 0) parts << gaussiansText(progress.gaussians).toHtmlEscaped();
   return parts.join(QString::fromUtf8(" &nbsp; "));
 }
 

@@ -19,19 +19,7 @@ constexpr double kSameQuality = 0.1;     // dB that nobody sees
 constexpr double kSameStructure = 0.005; // SSIM
 
 bool isOurs(const QualityRow& row) {
-  return row.method.compare("gaussians", Qt::CaseInsensitive) == 0 ||
-         row.method.startsWith("InnerGS", Qt::CaseInsensitive);
-}
-
-QString methodText(const QualityRow& row) {
-  if (isOurs(row)) return QualityCard::tr("InnerGS");
-  const QString name = row.method.toLower();
-  if (name == "linear") return QualityCard::tr("Linear interpolation");
-  if (name == "cubic") return QualityCard::tr("Cubic interpolation");
-  if (name == "lanczos") return QualityCard::tr("Lanczos interpolation");
-  if (name == "average") return QualityCard::tr("Average of the scans");
-  if (name == "backprojection") return QualityCard::tr("Back-projection");
-  return row.method;
+  return isOurMethod(row.method);
 }
 
 QString decibel(double psnr) {
@@ -44,14 +32,15 @@ QString structureText(const QVector<QualityRow>& rows, const QualityRow& ours) {
   for (const QualityRow& row : rows)
     if (!isOurs(row) && std::isfinite(row.ssim) && (!best || row.ssim > best->ssim)) best = &row;
   if (!best || !(best->ssim - ours.ssim >= kSameStructure)) return {};
-  return QualityCard::tr(" By SSIM, which judges structure, %1 is better.").arg(methodText(*best).toLower());
+  return QualityCard::tr(" By SSIM, which judges structure, %1 is better.")
+      .arg(methodText(best->method).toLower());
 }
 
 /// What the scores do not speak of.
 QString scopeText(const Report& report) {
   if (report.quality.isEmpty() || report.scans < 2) return {};
-  return QualityCard::tr("Judged on the first scan alone, which says little about the %1 scans together. ")
-      .arg(report.scans);
+  return QualityCard::tr("Judged on the first scan alone, which says little about the %n scans together. ",
+                         nullptr, report.scans);
 }
 
 /// How InnerGS stands against the best of the others, in words.
@@ -63,7 +52,7 @@ QString verdictText(const Report& report) {
     if (!isOurs(row) && std::isfinite(row.psnr) && (!best || row.psnr > best->psnr)) best = &row;
   if (ours == rows.end() || !best || !std::isfinite(ours->psnr)) return {};
   const double gain = ours->psnr - best->psnr;
-  const QString by = QLocale().toString(std::abs(gain), 'f', 1), other = methodText(*best).toLower();
+  const QString by = QLocale().toString(std::abs(gain), 'f', 1), other = methodText(best->method).toLower();
   if (gain >= kSameQuality)
     return QualityCard::tr("On slices that no method saw, InnerGS is %1 dB closer to the truth than the best "
                            "of the others (%2).")
@@ -108,7 +97,7 @@ void QualityCard::clear() {
 void QualityCard::setReport(const Report& report) {
   const QLocale locale;
   QStringList summary{tr("Done in %1.").arg(exactDuration(report.seconds))};
-  if (report.gaussians > 0) summary << tr("%1 Gaussians.").arg(countText(report.gaussians));
+  if (report.gaussians > 0) summary << sentence(gaussiansText(report.gaussians));
   if (!report.device.isEmpty()) summary << sentence(report.device);
   summary_->setText(summary.join(' '));
   summary_->setToolTip(report.settings);
@@ -163,7 +152,7 @@ void QualityCard::setTable(const QVector<QualityRow>& rows) {
   cell(0, 1, tr("PSNR (dB)"), true);
   cell(0, 2, tr("SSIM"), true);
   for (int r = 0; r < rows.size(); ++r) {
-    cell(r + 1, 0, methodText(rows[r]), isOurs(rows[r]));
+    cell(r + 1, 0, methodText(rows[r].method), isOurs(rows[r]));
     cell(r + 1, 1, decibel(rows[r].psnr), rows[r].psnr == best);
     cell(r + 1, 2,
          std::isfinite(rows[r].ssim) ? QLocale().toString(rows[r].ssim, 'f', 3) : QString::fromUtf8("–"),

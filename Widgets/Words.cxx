@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace innergs::ui {
 namespace {
@@ -17,16 +18,18 @@ struct Words {
 
 QString roughDuration(double seconds) {
   if (!(seconds >= 5)) return Words::tr("a few seconds");
-  if (seconds < 20) return Words::tr("about %1 seconds").arg(5 * std::lround(seconds / 5));
-  if (seconds < 55) return Words::tr("about %1 seconds").arg(10 * std::lround(seconds / 10));
+  if (seconds < 20)
+    return Words::tr("about %n seconds", nullptr, 5 * static_cast<int>(std::lround(seconds / 5)));
+  if (seconds < 55)
+    return Words::tr("about %n seconds", nullptr, 10 * static_cast<int>(std::lround(seconds / 10)));
   if (seconds < 90) return Words::tr("about a minute");
-  const auto minutes = static_cast<long long>(std::ceil(std::min(seconds, 1e9) / 60 - 0.25));
-  if (minutes < 55) return Words::tr("about %1 minutes").arg(minutes);
-  const auto tens = (minutes + 5) / 10;
-  const auto hours = tens / 6, rest = tens % 6 * 10;
-  if (hours >= 48) return Words::tr("about %1 days").arg((hours + 12) / 24);
-  const QString text = hours == 1 ? Words::tr("about 1 hour") : Words::tr("about %1 hours").arg(hours);
-  return rest == 0 || hours >= 6 ? text : Words::tr("%1 %2 minutes").arg(text).arg(rest);
+  const int minutes = static_cast<int>(std::ceil(std::min(seconds, 1e9) / 60 - 0.25));
+  if (minutes < 55) return Words::tr("about %n minutes", nullptr, minutes);
+  const int tens = (minutes + 5) / 10;
+  const int hours = tens / 6, rest = tens % 6 * 10;
+  if (hours >= 48) return Words::tr("about %n days", nullptr, (hours + 12) / 24);
+  const QString text = hours == 1 ? Words::tr("about 1 hour") : Words::tr("about %n hours", nullptr, hours);
+  return rest == 0 || hours >= 6 ? text : Words::tr("%1 %n minutes", "hours and minutes", rest).arg(text);
 }
 
 QString exactDuration(double seconds) {
@@ -47,6 +50,27 @@ QString memorySize(std::int64_t bytes) {
 
 QString countText(std::int64_t count) {
   return QLocale().toString(static_cast<qlonglong>(count));
+}
+
+QString gaussiansText(std::int64_t count) {
+  constexpr std::int64_t most = std::numeric_limits<int>::max();
+  return Words::tr("%Ln Gaussians", nullptr, static_cast<int>(std::min(count, most)));
+}
+
+QString methodText(const QString& method) {
+  const QString name = method.toLower();
+  if (isOurMethod(method)) return Words::tr("InnerGS");
+  if (name == QLatin1String("linear")) return Words::tr("Linear interpolation");
+  if (name == QLatin1String("cubic")) return Words::tr("Cubic interpolation");
+  if (name == QLatin1String("lanczos")) return Words::tr("Lanczos interpolation");
+  if (name == QLatin1String("average")) return Words::tr("Average of the scans");
+  if (name == QLatin1String("backprojection")) return Words::tr("Back-projection");
+  return method;
+}
+
+bool isOurMethod(const QString& method) {
+  return method.compare(QLatin1String("gaussians"), Qt::CaseInsensitive) == 0 ||
+         method.startsWith(QLatin1String("InnerGS"), Qt::CaseInsensitive);
 }
 
 QString lengthText(double mm) {

@@ -14,6 +14,12 @@ QString exactDuration(double seconds);
 QString memorySize(std::int64_t bytes);
 /// With the locale's group separators.
 QString countText(std::int64_t count);
+/// "41,000 Gaussians".
+QString gaussiansText(std::int64_t count);
+/// What people call a method of the evaluation: "InnerGS" for "gaussians", "Lanczos interpolation" for
+/// "lanczos".
+QString methodText(const QString& method);
+bool isOurMethod(const QString& method);
 /// At most three significant digits: "0.9", "4", "1.25".
 QString lengthText(double mm);
 /// A sentence that ends in a full stop.

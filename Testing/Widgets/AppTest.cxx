@@ -4,13 +4,18 @@
 #include "IO/ModelFile.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
+#include "Widgets/App/Startup.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
+#include "Widgets/Words.h"
 
+#include <QDir>
 #include <QDockWidget>
 #include <QElapsedTimer>
 #include <QLabel>
 #include <QMenuBar>
+#include <QScopeGuard>
+#include <QTranslator>
 
 #include <vtkMatrix4x4.h>
 
@@ -21,6 +26,19 @@ using namespace apptest;
 using innergs::app::AppHost;
 using innergs::app::MainWindow;
 using innergs::app::SliceView;
+
+namespace {
+
+/// German for "&File", "axial", "%n %1 slices" and "%Ln Gaussians", as lrelease writes it.
+const char* const kGerman =
+    "PLhkGMrvnJXNIRy/YKG93acAAAACZGVCAAAAIAAq0CUAAAAyAGjvfAAAAAAFYtHzAAAAcAaZu/MAAADjaQAAAUYDAAAADABh"
+    "AHgAaQBhAGwAZQgAAAAABgAAAAVheGlhbAcAAAAMaW5uZXJnczo6YXBwAQMAAAAMACYARABhAHQAZQBpCAAAAAAGAAAABSZG"
+    "aWxlBwAAABhpbm5lcmdzOjphcHA6Ok1haW5XaW5kb3cBAwAAABoAJQBuACAAJQAxACAAUwBjAGgAaQBjAGgAdAMAAAAeACUA"
+    "bgAgACUAMQAgAFMAYwBoAGkAYwBoAHQAZQBuCAAAAAAGAAAADCVuICUxIHNsaWNlcwcAAAAVaW5uZXJnczo6dWk6OklucHV0"
+    "Um93AQMAAAAUACUATABuACAARwBsAG8AYwBrAGUDAAAAFgAlAEwAbgAgAEcAbABvAGMAawBlAG4IAAAAAAYAAAANJUxuIEdh"
+    "dXNzaWFucwcAAAASaW5uZXJnczo6dWk6OldvcmRzAYgAAAACAQE=";
+
+} // namespace
 
 class AppTest : public AppWindowTest {
   Q_OBJECT
@@ -198,6 +216,29 @@ private Q_SLOTS:
     QTRY_VERIFY_WITH_TIMEOUT(!host().isRunning(), 60000);
     // The wall clock is for benchmarks: it knows what else the machine does.
     QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
+  }
+
+  void speaksTheUsersLanguage() {
+    const QStringList folders{sandbox_->path("absent"), sandbox_->path("translations")};
+    const QLocale german(QLocale::German, QLocale::Germany);
+    QVERIFY(!app::loadTranslations(german, folders)); // as without any
+    QVERIFY(qApp->findChildren<QTranslator*>().isEmpty());
+    QVERIFY(QDir().mkpath(folders[1]));
+    QFile file(folders[1] + "/innergs_de.qm");
+    QVERIFY(file.open(QIODevice::WriteOnly));
+    file.write(QByteArray::fromBase64(kGerman));
+    file.close();
+    QVERIFY(!app::loadTranslations(QLocale(QLocale::French, QLocale::France), folders));
+    QVERIFY(app::loadTranslations(german, folders));
+    const auto back = qScopeGuard([] { qDeleteAll(qApp->findChildren<QTranslator*>()); });
+    window_ = std::make_unique<MainWindow>();
+    QCOMPARE(window_->menuBar()->actions().first()->text(), QString("&Datei"));
+    open({writeBall(*sandbox_, "ball.nii")});
+    const QString text = window_->findChild<QLabel*>("inputDescription")->text();
+    QVERIFY2(text.startsWith("10 axiale Schichten"), qPrintable(text));
+    QCOMPARE(ui::gaussiansText(1).section(' ', 1), QString("Glocke"));
+    QCOMPARE(ui::gaussiansText(2).section(' ', 1), QString("Glocken"));
+    QVERIFY(app::translationFolders().first().startsWith(QCoreApplication::applicationDirPath()));
   }
 
   void helpSaysWhatItIs() {

@@ -1,5 +1,7 @@
 #include "Widgets/App/DataList.h"
 
+#include "Widgets/Words.h"
+
 #include <QHBoxLayout>
 #include <QHeaderView>
 #include <QLabel>
@@ -137,7 +139,7 @@ void DataList::fill() {
     for (const auto& item : state_->document()->volumes())
       add(item->id, item->name, sizeOf(*item), tipOf(*item));
     for (const auto& item : state_->document()->models())
-      add(item->id, item->name, tr("%L1 Gaussians").arg(item->model->GetNumberOfGaussians()),
+      add(item->id, item->name, ui::gaussiansText(item->model->GetNumberOfGaussians()),
           item->saved ? item->file : tr("Not saved yet"));
     setCurrentId(before.isEmpty() ? state_->volumeId() : before);
     if (!tree_->currentItem()) setCurrentId(state_->volumeId());

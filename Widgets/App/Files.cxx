@@ -17,8 +17,8 @@
 namespace innergs::app {
 namespace {
 
-QString tr(const char* text) {
-  return QCoreApplication::translate("innergs::app", text);
+QString tr(const char* text, const char* remark = nullptr, int n = -1) {
+  return QCoreApplication::translate("innergs::app", text, remark, n);
 }
 
 std::size_t nonFinite(const Volume& volume) {
@@ -38,7 +38,7 @@ ModelItem readModelItem(const QString& path) {
   }
   if (model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
-                "The model '" + path.toStdString() + "' has no Gaussians: choose another.");
+                tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
   return makeItem(std::move(model), nameOf(path), path);
 }
 
@@ -81,10 +81,13 @@ Loaded readItem(const QString& path, int frame) {
   LoadedImage image = loadImage(pathOf(path), {frame});
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
-    throw Error(
-        ErrorCode::UnsupportedImage,
-        "'" + path.toStdString() + "' has a single slice; at least two are needed" +
-            (image.slicesAreAlongK ? " (open the folder with all slices of the DICOM series)." : "."));
+    throw Error(ErrorCode::UnsupportedImage,
+                (image.slicesAreAlongK
+                     ? tr("'%1' has a single slice; at least two are needed (open the folder with all "
+                          "slices of the DICOM series).")
+                     : tr("'%1' has a single slice; at least two are needed."))
+                    .arg(path)
+                    .toStdString());
   loaded.volume = makeItem(std::move(image.volume), nameOf(path), path, image.sliceThickness,
                            image.slicesAreAlongK ? 2 : -1);
   VolumeItem& item = *loaded.volume;
@@ -93,19 +96,19 @@ Loaded readItem(const QString& path, int frame) {
     item.frames = {path,
                    static_cast<int>(std::min<std::int64_t>(image.frames, std::numeric_limits<int>::max())),
                    frame, image.frameSeconds};
-    notes << tr("'%1' holds %2 frames: frame %3 is open; choose another below the list of data.")
+    notes << tr("'%1' holds %n frames: frame %2 is open; choose another below the list of data.", nullptr,
+                item.frames.count)
                  .arg(item.name)
-                 .arg(image.frames)
                  .arg(frame + 1);
     item.name = nameOfFrame(item.name, -1, frame);
   }
   if (const std::size_t unknown = nonFinite(*item.volume); unknown == item.volume->voxels.size())
     throw Error(ErrorCode::NoData,
-                "'" + path.toStdString() + "' has no voxel with a finite value: export it again.");
+                tr("'%1' has no voxel with a finite value: export it again.").arg(path).toStdString());
   else if (unknown > 0)
-    notes << tr("%L1 of %L2 voxels of '%3' are not finite (NaN or infinity): they are left out of the "
-                "reconstruction.")
-                 .arg(unknown)
+    notes << tr("%Ln of %L1 voxels of '%2' are not finite (NaN or infinity): they are left out of the "
+                "reconstruction.",
+                nullptr, static_cast<int>(std::min<std::size_t>(unknown, std::numeric_limits<int>::max())))
                  .arg(item.volume->voxels.size())
                  .arg(item.name);
   if (image.tracked)
@@ -127,9 +130,11 @@ void saveItem(const ModelItem& item, const QString& file) {
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
     writeModel(*item.model->GetCheckpoint(), pathOf(file));
   else
-    throw Error(ErrorCode::InvalidArgument, "'" + file.toStdString() +
-                                                "' has no extension of a model: name it .innergs (keeps "
-                                                "everything) or .ply.");
+    throw Error(ErrorCode::InvalidArgument,
+                tr("'%1' has no extension of a model: name it .innergs (keeps everything) "
+                   "or .ply.")
+                    .arg(file)
+                    .toStdString());
 }
 
 QString openFilter() {

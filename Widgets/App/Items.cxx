@@ -9,12 +9,18 @@
 #include <vtkNew.h>
 #include <vtkPointData.h>
 
+#include <QCoreApplication>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace innergs::app {
 namespace {
+
+QString tr(const char* text) {
+  return QCoreApplication::translate("innergs::app", text);
+}
 
 /// Keeps a volume alive as long as the array that shows its voxels: the array owns its observers.
 class KeepAlive : public vtkCommand {
@@ -27,8 +33,9 @@ public:
 vtkSmartPointer<vtkImageData> imageOf(const std::shared_ptr<const Volume>& volume, const QString& name) {
   for (const std::int64_t n : volume->geometry.size)
     if (n > std::numeric_limits<int>::max())
-      throw Error(ErrorCode::Geometry,
-                  "'" + name.toStdString() + "' has more voxels along an axis than can be shown: crop it.");
+      throw Error(
+          ErrorCode::Geometry,
+          tr("'%1' has more voxels along an axis than can be shown: crop it.").arg(name).toStdString());
   vtkNew<vtkFloatArray> voxels;
   voxels->SetName("Intensity");
   voxels->SetArray(const_cast<float*>(volume->voxels.data()), static_cast<vtkIdType>(volume->voxels.size()),
@@ -81,10 +88,12 @@ Window windowOf(const std::vector<float>& voxels, const std::array<double, 2>& r
 } // namespace
 
 QString orientationOf(const GridGeometry& geometry, int sliceAxis) {
-  static const char* const names[] = {"sagittal", "coronal", "axial"};
+  static const char* const names[] = {QT_TRANSLATE_NOOP("innergs::app", "sagittal"),
+                                      QT_TRANSLATE_NOOP("innergs::app", "coronal"),
+                                      QT_TRANSLATE_NOOP("innergs::app", "axial")};
   for (int a = 0; a < 3; ++a)
-    if (std::abs(geometry.direction[a][sliceAxis]) > 0.95) return QString::fromLatin1(names[a]);
-  return QStringLiteral("oblique");
+    if (std::abs(geometry.direction[a][sliceAxis]) > 0.95) return tr(names[a]);
+  return tr("oblique");
 }
 
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file, double thickness,

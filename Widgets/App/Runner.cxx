@@ -37,7 +37,9 @@ Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels
     stack.image = withSliceAxis(*item.volume, axis);
   if (stack.image.geometry.size[2] < 2)
     throw Error(ErrorCode::UnsupportedImage,
-                "'" + stack.name + "' has a single slice along the chosen axis; at least two are needed.");
+                Runner::tr("'%1' has a single slice along the chosen axis; at least two are needed.")
+                    .arg(item.name)
+                    .toStdString());
   return stack;
 }
 
@@ -47,18 +49,22 @@ GridGeometry outputGrid(const Order& order, std::span<const Stack> stacks) {
     return order.inputs.front().volume->geometry;
   case ui::OutputGrid::Reference:
     if (!order.reference)
-      throw Error(ErrorCode::InvalidArgument,
-                  "There is no reference volume to take the output grid from: choose one.");
+      throw Error(
+          ErrorCode::InvalidArgument,
+          Runner::tr("There is no reference volume to take the output grid from: choose one.").toStdString());
     return order.reference->volume->geometry;
   case ui::OutputGrid::Spacing: {
     const double s = order.request.spacing;
     if (!(s > 0) || !std::isfinite(s))
-      throw Error(ErrorCode::InvalidArgument, "The output spacing must be above 0 mm.");
+      throw Error(ErrorCode::InvalidArgument,
+                  Runner::tr("The output spacing must be above 0 mm.").toStdString());
     const GridGeometry& first = order.inputs.front().volume->geometry;
     for (const double length : first.extent())
       if (length / s > 1e5)
-        throw Error(ErrorCode::InvalidArgument,
-                    "The output spacing is far too fine for the size of the image: choose a coarser one.");
+        throw Error(
+            ErrorCode::InvalidArgument,
+            Runner::tr("The output spacing is far too fine for the size of the image: choose a coarser one.")
+                .toStdString());
     return withSpacing(first, {s, s, s});
   }
   default:
@@ -77,7 +83,8 @@ std::vector<std::uint8_t> insideOf(const Volume& volume) {
 
 ReconstructionInput makeInput(const Order& order, bool voxels) {
   if (order.inputs.empty())
-    throw Error(ErrorCode::InvalidArgument, "There is no input volume: choose at least one.");
+    throw Error(ErrorCode::InvalidArgument,
+                Runner::tr("There is no input volume: choose at least one.").toStdString());
   ReconstructionInput input;
   for (std::size_t n = 0; n < order.inputs.size(); ++n)
     input.stacks.push_back(stackOf(order.inputs[n], order.request.inputs[static_cast<int>(n)], voxels));

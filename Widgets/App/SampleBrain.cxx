@@ -69,9 +69,10 @@ std::vector<VolumeItem> makeSample(const QString& brain) {
   const int slices = static_cast<int>(std::lround(thickness / step));
   if (step > coarsest || head.geometry.size[2] < 4 * slices)
     throw Error(ErrorCode::InvalidArgument,
-                "'" + brain.toStdString() +
-                    "' is not fine enough to make a sample of: choose a whole head with slices about 1 mm "
-                    "apart.");
+                tr("'%1' is not fine enough to make a sample of: choose a whole head with slices about 1 mm "
+                   "apart.")
+                    .arg(brain)
+                    .toStdString());
   Stack scan = simulateThickStack(head, 2, slices);
   const QString name =
       QFileInfo(brain).fileName().startsWith(QLatin1String("ch2")) ? tr("Brain") : nameOf(brain);

@@ -6,13 +6,16 @@
 #include <QVTKOpenGLNativeWidget.h>
 
 #include <QApplication>
+#include <QLibraryInfo>
 #include <QPalette>
 #include <QPixmap>
 #include <QStyleFactory>
 #include <QSurfaceFormat>
 #include <QTextStream>
 #include <QTimer>
+#include <QTranslator>
 
+#include <algorithm>
 #include <memory>
 
 namespace innergs::app {
@@ -83,6 +86,31 @@ void prepare() {
   QApplication::setAttribute(Qt::AA_EnableHighDpiScaling);
   QApplication::setAttribute(Qt::AA_UseHighDpiPixmaps);
 #endif
+}
+
+QStringList translationFolders() {
+  const QString program = QCoreApplication::applicationDirPath();
+  return {program + QStringLiteral("/translations"),
+          program + QStringLiteral("/../share/innergs/translations")};
+}
+
+bool loadTranslations(const QLocale& locale, const QStringList& folders) {
+  const auto load = [&](const QString& name, const QString& folder) {
+    auto* translator = new QTranslator(QCoreApplication::instance());
+    if (translator->load(locale, name, QStringLiteral("_"), folder) &&
+        QCoreApplication::installTranslator(translator))
+      return true;
+    delete translator;
+    return false;
+  };
+  const auto loaded = [&](const QString& folder) { return load(QStringLiteral("innergs"), folder); };
+  if (!std::any_of(folders.begin(), folders.end(), loaded)) return false;
+#if QT_VERSION < QT_VERSION_CHECK(6, 0, 0)
+  load(QStringLiteral("qtbase"), QLibraryInfo::location(QLibraryInfo::TranslationsPath));
+#else
+  load(QStringLiteral("qtbase"), QLibraryInfo::path(QLibraryInfo::TranslationsPath));
+#endif
+  return true;
 }
 
 void useDarkPalette() {

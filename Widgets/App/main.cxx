@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   QApplication::setApplicationVersion(QStringLiteral(INNERGS_VERSION));
   QApplication::setDesktopFileName(QStringLiteral("innergs-app"));
   QApplication::setWindowIcon(QIcon(QStringLiteral(":/innergs/innergs.png")));
+  innergs::app::loadTranslations(QLocale::system(), innergs::app::translationFolders());
   if (line.dark) innergs::app::useDarkPalette();
   innergs::app::MainWindow window;
   window.show();
