@@ -29,18 +29,23 @@ Volume croppedTo(const Volume& volume, const std::array<std::int64_t, 3>& size) 
 }
 
 void checkCase(const HonestCase& c) {
-  if (c.factor < 2 || c.factor > 64)
+  const bool chosen = c.factor == 0 && c.kind == HonestCase::Kind::KeepEvery;
+  if (!chosen && (c.factor < 2 || c.factor > 64))
     throw Error(ErrorCode::InvalidArgument, c.kind == HonestCase::Kind::KeepEvery
                                                 ? "Keeping every k-th slice needs a k from 2 to 64."
                                                 : "The slice thickness must be 2 to 64 voxels.");
   if (c.kind == HonestCase::Kind::Orthogonal && c.stacks != 2 && c.stacks != 3)
     throw Error(ErrorCode::InvalidArgument, "The number of orthogonal stacks must be 2 or 3.");
+  if (c.axis < -1 || c.axis > 2 || (c.axis >= 0 && c.kind == HonestCase::Kind::Orthogonal))
+    throw Error(ErrorCode::InvalidArgument,
+                "The slices' axis must be -1 (axial), 0, 1 or 2, and -1 for orthogonal stacks.");
   if (!std::isfinite(c.noise) || c.noise < 0)
     throw Error(ErrorCode::InvalidArgument, "The noise must be finite and at least zero.");
 }
 
 HonestCase resolved(HonestCase c, const GridGeometry& geometry) {
-  if (c.kind == HonestCase::Kind::KeepEvery && c.factor == 0) c.factor = usualGap(geometry);
+  if (c.axis == -1) c.axis = sliceAxis(geometry, Plane::Axial);
+  if (c.kind == HonestCase::Kind::KeepEvery && c.factor == 0) c.factor = usualGap(geometry, c.axis);
   return c;
 }
 
@@ -53,7 +58,7 @@ std::string caseName(const HonestCase& c) {
   return name;
 }
 
-// Lattice axes of the stacks: axial is K after the permutation, then coronal and sagittal.
+// Lattice axes of the stacks: K after the permutation, then coronal and sagittal.
 std::vector<int> stackAxes(const GridGeometry& geometry, const HonestCase& c) {
   std::vector<int> axes{2};
   if (c.kind == HonestCase::Kind::Orthogonal) {
@@ -63,21 +68,22 @@ std::vector<int> stackAxes(const GridGeometry& geometry, const HonestCase& c) {
   return axes;
 }
 
-const char* const stackNames[3] = {"axial", "coronal", "sagittal"};
-
 } // namespace
 
-int usualGap(const GridGeometry& scan) {
-  const GridGeometry axial = withSliceAxis(scan, sliceAxis(scan, Plane::Axial));
-  return axial.spacing[2] > 1.4 * std::min(axial.spacing[0], axial.spacing[1]) ? 2 : 4;
+int usualGap(const GridGeometry& scan, int axis) {
+  constexpr std::int64_t few = 16;
+  const GridGeometry slices = withSliceAxis(scan, axis < 0 ? sliceAxis(scan, Plane::Axial) : axis);
+  const bool apart = slices.spacing[2] > 1.4 * std::min(slices.spacing[0], slices.spacing[1]);
+  return apart || slices.size[2] < few ? 2 : 4;
 }
 
-ReconstructionInput keptOutline(const GridGeometry& scan, int factor) {
-  if (factor == 0) factor = usualGap(scan);
+ReconstructionInput keptOutline(const GridGeometry& scan, int factor, int axis) {
+  if (axis < 0) axis = sliceAxis(scan, Plane::Axial);
+  if (factor == 0) factor = usualGap(scan, axis);
   ReconstructionInput kept;
   Stack& stack = kept.stacks.emplace_back();
   GridGeometry& grid = stack.image.geometry;
-  kept.outputGrid = grid = withSliceAxis(scan, sliceAxis(scan, Plane::Axial));
+  kept.outputGrid = grid = withSliceAxis(scan, axis);
   grid.size[2] = std::max<std::int64_t>(2, (grid.size[2] - 1) / factor + 1);
   grid.spacing[2] *= factor;
   stack.thickness = kept.outputGrid->spacing[2];
@@ -86,10 +92,10 @@ ReconstructionInput keptOutline(const GridGeometry& scan, int factor) {
 
 EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed) {
   checkGeometry(volume.geometry, "The volume");
+  checkCase(honestCase);
   const HonestCase c = resolved(honestCase, volume.geometry);
-  checkCase(c);
   EvaluationInput input;
-  input.truth = withSliceAxis(volume, sliceAxis(volume.geometry, Plane::Axial));
+  input.truth = withSliceAxis(volume, c.axis);
   const std::vector<int> axes = stackAxes(input.truth.geometry, c);
   std::array<std::int64_t, 3> size = input.truth.geometry.size;
   for (int axis : axes) {
@@ -115,19 +121,23 @@ EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, 
       input.testSlices.push_back(k);
   }
   for (std::size_t s = 0; s < input.stacks.size(); ++s)
-    input.stacks[s].name = stackNames[s];
+    input.stacks[s].name = planeName(planeAcross(input.truth.geometry, axes[s]));
   return input;
 }
 
 EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCase,
                                 const EvaluationOptions& options) {
   checkGeometry(volume.geometry, "The volume");
+  checkCase(honestCase);
   const HonestCase c = resolved(honestCase, volume.geometry);
-  EvaluationInput input = honestInput(volume, c, options.settings.seed);
+  EvaluationInput input = honestInput(volume, honestCase, options.settings.seed);
   const GridGeometry grid = input.truth.geometry;
   const bool several = input.stacks.size() > 1;
   const int threads = options.settings.threads;
-  const std::vector<std::uint8_t> mask = bodyMask(input.truth, options.stop);
+  const std::vector<std::uint8_t> mask =
+      options.mask ? resampleMask(*options.mask, grid) : bodyMask(input.truth, options.stop);
+  if (options.mask && std::find(mask.begin(), mask.end(), 1) == mask.end())
+    throw Error(ErrorCode::NoData, "The mask does not meet the volume: check that it belongs to it.");
 
   EvaluationReport report;
   report.protocol = "honest";
@@ -174,17 +184,18 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCa
 
   const std::string where =
       c.kind == HonestCase::Kind::KeepEvery
-          ? format("the axial slices between the kept ones, every %s, %g mm apart (no method saw them in any "
+          ? format("the %s slices between the kept ones, every %s, %g mm apart (no method saw them in any "
                    "plane)",
+                   planeName(planeAcross(grid, 2)),
                    c.factor == 2   ? "2nd"
                    : c.factor == 3 ? "3rd"
                                    : (std::to_string(c.factor) + "th").c_str(),
                    c.factor * grid.spacing[2])
           : "the whole volume that the thick slices cover (no method saw the thin slices)";
   report.samples =
-      format("%lld voxels: %s, inside the body mask of the truth (Otsu's threshold, largest component, "
-             "holes filled).",
-             static_cast<long long>(report.voxels), where.c_str());
+      format("%lld voxels: %s, inside %s.", static_cast<long long>(report.voxels), where.c_str(),
+             options.mask ? "the mask of the reconstruction"
+                          : "the body mask of the truth (Otsu's threshold, largest component, holes filled)");
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

@@ -30,6 +30,12 @@ int sliceAxis(const GridGeometry& geometry, Plane plane) {
   return axisOfPatientAxis[plane == Plane::Axial ? 2 : plane == Plane::Coronal ? 1 : 0];
 }
 
+Plane planeAcross(const GridGeometry& geometry, int axis) {
+  for (const Plane plane : {Plane::Axial, Plane::Coronal})
+    if (sliceAxis(geometry, plane) == axis) return plane;
+  return Plane::Sagittal;
+}
+
 double intensityRange(const Volume& volume) {
   float low = std::numeric_limits<float>::infinity(), high = -low;
   for (float v : volume.voxels)
@@ -48,6 +54,7 @@ Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry
   ReconstructionInput input;
   input.stacks = stacks;
   input.outputGrid = grid;
+  input.mask = options.mask;
   ReconstructionJob job(std::move(input), options.settings);
   if (options.progress) job.onProgress(options.progress);
   ReconstructionResult result = job.run(options.stop);

@@ -13,18 +13,22 @@ enum class Plane { Axial, Coronal, Sagittal };
 const char* planeName(Plane plane);
 /// The lattice axis (0, 1, 2) that runs across a plane's slices; the three planes get three different axes.
 int sliceAxis(const GridGeometry& geometry, Plane plane);
+/// The plane whose slices a lattice axis counts.
+Plane planeAcross(const GridGeometry& geometry, int axis);
 
 /// One case of the honest protocol (H): what is withheld is withheld in every plane.
 struct HonestCase {
   enum class Kind {
-    KeepEvery, // thin axial slices, every factor-th kept; tested on the others
-    Thick,     // axial slices, each the average of `factor` thin ones
+    KeepEvery, // every factor-th slice kept; tested on the others
+    Thick,     // thick slices, each the average of `factor` thin ones
     Orthogonal // `stacks` thick stacks (axial, coronal, sagittal), slices of `factor` voxels
   };
   Kind kind = Kind::KeepEvery;
   int factor = 4;   // keep-every: 2…64, or 0: chosen by usualGap(); thickness in voxels: 2…64
   int stacks = 2;   // orthogonal: 2 or 3
   double noise = 0; // standard deviation added to the input, image units
+  int axis =
+      -1; // lattice axis that counts the slices, or -1: the axial ones (the only choice for orthogonal)
 };
 
 struct EvaluationOptions {
@@ -35,6 +39,7 @@ struct EvaluationOptions {
   ProgressCallback progress;                        // of the Gaussian fit
   std::function<void(const std::string&)> onMethod; // called before each method with its name
   std::stop_token stop;                             // stopped: throws Error(Cancelled)
+  std::optional<Mask> mask; // protocol H: fitted and scored inside it; else scored inside the body mask
 };
 
 struct PlaneScore {
@@ -69,8 +74,8 @@ struct EvaluationReport {
   std::shared_ptr<const Checkpoint> model;         // with keepVolumes: the Gaussians
 };
 
-/// What a protocol lets a method see. truth is cut to what the input covers, axial slices along K (the
-/// lattice is permuted where they are not).
+/// What a protocol lets a method see. truth is cut to what the input covers, its slices (axial ones unless
+/// the case says otherwise) along K: the lattice is permuted where they are not.
 struct EvaluationInput {
   Volume truth;
   std::vector<Stack> stacks;
@@ -79,12 +84,13 @@ struct EvaluationInput {
   std::array<std::vector<std::int64_t>, 3> scored;   // those of them that are not constant
 };
 
-/// What keep-every-n judges a scan as it was acquired with: 4, or 2 where its axial slices lie clearly
-/// farther apart than its pixels, so that what is scored stays near the task at hand.
-int usualGap(const GridGeometry& scan);
+/// What keep-every-n judges a scan as it was acquired with: 4, or 2 where its slices lie clearly farther
+/// apart than its pixels or are few, so that what is scored stays near the task at hand. axis as in
+/// HonestCase.
+int usualGap(const GridGeometry& scan, int axis = -1);
 /// The lattices of that case without voxels, for estimates: the kept slices and, as output, the scan's own.
-/// factor as in HonestCase.
-ReconstructionInput keptOutline(const GridGeometry& scan, int factor);
+/// factor and axis as in HonestCase.
+ReconstructionInput keptOutline(const GridGeometry& scan, int factor, int axis = -1);
 
 EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed = 1);
 /// The three planes' stacks of one lattice are one stack for a method with one value per point: a voxel is

@@ -159,7 +159,8 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   JobFilter* filter = task->filter;
   const double share = task->quality ? kFitShare : 1;
   double elapsed = 0;
-  Volume judged; // by protocol H
+  Volume judged; // by protocol H, its slices along K
+  std::optional<Mask> mask;
   {
     const Observation progress(filter, vtkCommand::ProgressEvent, [&](void*) {
       Mail::Progress p;
@@ -186,7 +187,10 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
       });
     });
     if (task->quality)
-      filter->takeBack = [&](ReconstructionInput&& input) { judged = std::move(input.stacks.front().image); };
+      filter->takeBack = [&](ReconstructionInput&& input) {
+        judged = std::move(input.stacks.front().image);
+        mask = std::move(input.mask);
+      };
     filter->unstoppable = &unstoppable_;
     filter->Update();
     filter->takeBack = nullptr;
@@ -202,6 +206,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   EvaluationOptions options;
   options.settings = task->quality->settings;
   options.stop = task->stop.get_token();
+  options.mask = std::move(mask);
   options.progress = [&](const innergs::Progress& fit) {
     Mail::Progress p;
     p.phase = std::string("Judging quality, ") + phaseName(fit.phase);

@@ -336,7 +336,7 @@ Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
   filter->WithOutline([&](const ReconstructionInput& input) {
     outline.fits.push_back(input);
     if (parameters->GetEvaluateQuality())
-      outline.fits.push_back(keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap()));
+      outline.fits.push_back(keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap(), 2));
   });
   return outline;
 }
@@ -348,6 +348,7 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, bool 
   if (parameters->GetEvaluateQuality()) {
     QualityRequest request;
     request.honestCase.factor = parameters->GetQualityGap();
+    request.honestCase.axis = 2; // of the stack that the filter makes of the input
     request.settings = task->filter->MakeSettings();
     task->quality = std::move(request);
   }

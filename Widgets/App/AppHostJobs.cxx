@@ -94,7 +94,7 @@ void AppHost::fillSlowly(const Order& order, const ReconstructionInput& input, u
   slow_.insert(key, {});   // asked for
   std::optional<ReconstructionInput> judged;
   if (order.request.evaluateQuality)
-    judged = keptOutline(order.inputs.front().volume->geometry, order.request.qualityGap);
+    judged = judgedOutline(order);
   estimates_->run({}, [this, key, settings = order.request.settings, input, judged] {
     auto slow = std::make_shared<Slow>();
     slow->refusal = sentenceOf([&] {

@@ -22,11 +22,15 @@ namespace {
 constexpr double kFitShare = 0.5, kJudgedFitShare = 0.95;
 constexpr int kInterpolations = 3; // that protocol H compares with
 
+int axisOf(const VolumeItem& item, const ui::InputChoice& choice) {
+  return choice.sliceAxis >= 0 && choice.sliceAxis <= 2 ? choice.sliceAxis : item.sliceAxis;
+}
+
 Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels) {
   Stack stack;
   stack.name = item.name.toStdString();
   stack.profile = static_cast<SliceProfile>(std::clamp(choice.sliceProfile, 0, 2));
-  const int axis = choice.sliceAxis >= 0 && choice.sliceAxis <= 2 ? choice.sliceAxis : item.sliceAxis;
+  const int axis = axisOf(item, choice);
   stack.thickness = choice.sliceThickness;
   if (stack.thickness == 0 && axis == item.sliceAxis) stack.thickness = item.thickness;
   if (!voxels)
@@ -72,11 +76,11 @@ GridGeometry outputGrid(const Order& order, std::span<const Stack> stacks) {
   }
 }
 
-std::vector<std::uint8_t> insideOf(const Volume& volume) {
+Mask maskOf(const Volume& volume) {
   std::vector<std::uint8_t> inside(volume.voxels.size());
   std::transform(volume.voxels.begin(), volume.voxels.end(), inside.begin(),
                  [](float v) { return static_cast<std::uint8_t>(v != 0 && !std::isnan(v)); });
-  return inside;
+  return {volume.geometry, std::move(inside)};
 }
 
 } // namespace
@@ -90,11 +94,14 @@ ReconstructionInput makeInput(const Order& order, bool voxels) {
     input.stacks.push_back(stackOf(order.inputs[n], order.request.inputs[static_cast<int>(n)], voxels));
   input.outputGrid = outputGrid(order, input.stacks);
   input.heldOutFraction = order.request.heldOutFraction;
-  if (voxels && order.mask) {
-    const Volume& mask = *order.mask->volume;
-    input.mask = Mask{mask.geometry, insideOf(mask)};
-  }
+  if (voxels && order.mask) input.mask = maskOf(*order.mask->volume);
   return input;
+}
+
+ReconstructionInput judgedOutline(const Order& order) {
+  const VolumeItem& first = order.inputs.front();
+  return keptOutline(first.volume->geometry, order.request.qualityGap,
+                     axisOf(first, order.request.inputs.front()));
 }
 
 Runner::Runner(QObject* parent) : QObject(parent) {}
@@ -248,8 +255,10 @@ void Runner::judge(const Order& order, Outcome& outcome, Progress last, const st
     last.note.clear();
     post(last);
   };
+  if (order.mask) options.mask = maskOf(*order.mask->volume);
   HonestCase honest;
   honest.factor = order.request.qualityGap;
+  honest.axis = axisOf(order.inputs.front(), order.request.inputs.front());
   const QString error = sentenceOf([&] {
     try {
       const EvaluationReport scores = evaluateHonest(*order.inputs.front().volume, honest, options);

@@ -23,6 +23,8 @@ struct Order {
 
 /// The engine's input; without voxels (to estimate) nothing large is copied. Throws Error.
 ReconstructionInput makeInput(const Order& order, bool voxels);
+/// What the judging of its quality fits, without voxels.
+ReconstructionInput judgedOutline(const Order& order);
 
 /// What came out, on its way to the document.
 struct Outcome {

@@ -100,6 +100,57 @@ TEST(HonestProtocol, AxialSlicesAreFoundInAnyLattice) {
   EXPECT_NEAR(method(a, "cubic").psnr, method(b, "cubic").psnr, 1e-3);
 }
 
+TEST(HonestProtocol, SlicesCanBeThoseThatTheScanHas) {
+  const Volume axial = randomVolume(grid(12, 14, 18), 0, 100);
+  HonestCase c;
+  c.factor = 3;
+  c.axis = 0;
+  const EvaluationInput input = honestInput(axial, c);
+  EXPECT_EQ(input.truth.geometry.size[2], (12 - 1) / 3 * 3 + 1);
+  EXPECT_EQ(input.stacks[0].image.voxels, keepEvery(withSliceAxis(axial, 0), 2, 3).image.voxels);
+  EXPECT_EQ(input.stacks[0].name, "sagittal");
+  const EvaluationReport report = evaluateHonest(phantom(grid(24, 26, 29)), c, baselinesOnly());
+  EXPECT_NE(report.samples.find("the sagittal slices between the kept ones"), std::string::npos)
+      << report.samples;
+  GridGeometry sagittal = grid(17, 40, 40, {5, 1, 1});
+  EXPECT_EQ(usualGap(sagittal), 4);
+  EXPECT_EQ(usualGap(sagittal, 0), 2);
+  const ReconstructionInput kept = keptOutline(sagittal, 0, 0);
+  EXPECT_EQ(kept.stacks[0].image.geometry.size[2], 9);
+  EXPECT_DOUBLE_EQ(kept.stacks[0].image.geometry.spacing[2], 10);
+  sagittal = grid(9, 40, 40, {1, 1, 1});
+  EXPECT_EQ(usualGap(sagittal, 0), 2) << "so few slices";
+  c.axis = 3;
+  EXPECT_THROW(honestInput(axial, c), Error);
+  EXPECT_THROW(honestInput(axial, {HonestCase::Kind::Orthogonal, 4, 2, 0, 0}), Error);
+}
+
+TEST(HonestProtocol, WithAMaskFitsAndScoresInsideIt) {
+  const Volume truth = phantom(grid(24, 26, 29));
+  const GridGeometry half = cropped(truth.geometry, {0, 0, 0}, {12, 26, 29});
+  auto options = baselinesOnly();
+  options.mask = Mask{half, std::vector<std::uint8_t>(static_cast<std::size_t>(half.voxelCount()), 1)};
+  HonestCase c;
+  const EvaluationReport report = evaluateHonest(truth, c, options);
+  const auto tested = static_cast<std::int64_t>(honestInput(truth, c).testSlices.size());
+  EXPECT_EQ(report.voxels, 12 * 26 * tested);
+  EXPECT_NE(report.samples.find("inside the mask"), std::string::npos) << report.samples;
+  // What lies outside is not fitted either.
+  options.gaussians = true;
+  options.settings.preset = Preset::Fast;
+  options.settings.gaussians = 500;
+  Volume other = truth;
+  for (std::size_t p = 0; p < other.voxels.size(); ++p)
+    if (p % 24 >= 12) other.voxels[p] *= 0.5f;
+  const auto error = [&](const Volume& volume) { // dB, whatever the peak
+    const EvaluationReport r = evaluateHonest(volume, c, options);
+    return method(r, "gaussians").psnr - 20 * std::log10(r.peak);
+  };
+  EXPECT_NEAR(error(truth), error(other), 1e-6);
+  options.mask->geometry.origin[0] += 1000;
+  EXPECT_THROW(evaluateHonest(truth, c, options), Error);
+}
+
 TEST(HonestProtocol, TheUsualGapFollowsTheSlicesDistance) {
   Volume truth = phantom(grid(24, 26, 29));
   truth.geometry.spacing = {1, 1, 1};
