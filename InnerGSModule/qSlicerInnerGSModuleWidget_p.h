@@ -5,6 +5,8 @@
 
 #include <vtkWeakPointer.h>
 
+#include <QCoreApplication>
+
 class QCheckBox;
 class QLabel;
 class QPushButton;
@@ -26,6 +28,7 @@ class ReconstructionPanel;
 
 class qSlicerInnerGSModuleWidgetPrivate {
   Q_DECLARE_PUBLIC(qSlicerInnerGSModuleWidget);
+  Q_DECLARE_TR_FUNCTIONS(qSlicerInnerGSModuleWidget) // the context that lupdate writes
 
 public:
   explicit qSlicerInnerGSModuleWidgetPrivate(qSlicerInnerGSModuleWidget& widget) : q_ptr(&widget) {}
