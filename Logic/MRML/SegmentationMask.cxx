@@ -1,6 +1,7 @@
 #include "SegmentationMask.h"
 
 #include "Core/Error.h"
+#include "Core/ReconstructionJob.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "Stragglers.h"
@@ -315,6 +316,11 @@ Mask SegmentationMask::make(const std::stop_token& stop, Stragglers& unstoppable
   chooseLattice(lattice);
   Mask mask;
   mask.geometry = latticeOf(lattice, nodeToWorld_, vtkNew<vtkMatrix4x4>());
+  if (const std::int64_t available = availableMemory();
+      available > 0 && mask.geometry.voxelCount() > available)
+    throw Error(ErrorCode::Memory, "The memory is not enough to merge the segments of the mask " + name_ +
+                                       ", whose voxels differ too much in size: choose one segment, or give "
+                                       "all the same voxels in the Segmentations module.");
   mask.voxels.resize(static_cast<std::size_t>(mask.geometry.voxelCount()));
   for (const Layer& layer : std::exchange(layers_, {}))
     merge(layer.image, layer.labels, lattice, mask.voxels, stop);

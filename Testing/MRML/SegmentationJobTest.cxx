@@ -168,6 +168,23 @@ TEST_F(SegmentationJobTest, EditedOrRemovedAfterTheStart) {
   EXPECT_TRUE(errors.empty());
 }
 
+// On the finest voxels of all, as Slicer merges, there can be too many.
+TEST_F(SegmentationJobTest, SegmentsTooFineToMerge) {
+  addLabelmaps();
+  vtkNew<vtkMatrix4x4> fine;
+  for (int a = 0; a < 3; ++a)
+    fine->SetElement(a, a, 0.002);
+  const int few[6] = {0, 3, 0, 3, 0, 3};
+  addSegment("Fine", balls(fine, few, VTK_UNSIGNED_CHAR, {{0, 0, 0, 1}}));
+  auto* parameters = addParameters(input);
+  parameters->SetNumberOfIterations(2);
+  parameters->SetMaskNode(node);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("choose one segment"), std::string::npos) << logic->GetLastError();
+  parameters->SetMaskSegmentID("One");
+  EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+}
+
 // A segmentation somewhere else.
 TEST_F(SegmentationJobTest, MaskBesideTheImages) {
   vtkNew<vtkMatrix4x4> matrix;
