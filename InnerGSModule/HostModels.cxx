@@ -59,15 +59,24 @@ const qSlicerInnerGSHost::Place& qSlicerInnerGSHost::placeOf(vtkMRMLInnerGSModel
 }
 
 QString qSlicerInnerGSHost::loadModel(const QString& file, QString* error) {
-  vtkMRMLNode* node = logic_ ? logic_->LoadModel(QDir::toNativeSeparators(file).toStdString()) : nullptr;
+  vtkMRMLNode* node = nullptr;
+  if (logic_) {
+    const auto read = logic_->LoadModelLater(QDir::toNativeSeparators(file).toStdString());
+    std::function<vtkMRMLInnerGSModelNode*()> make;
+    runAndWait([&] { make = read(); });
+    node = make();
+  }
   if (!node && error) *error = lastError();
   if (node) Q_EMIT logged(tr("Loaded %1").arg(file));
   return idOf(node);
 }
 
 QString qSlicerInnerGSHost::saveModel(const QString& id, const QString& file) {
-  if (!logic_ || !logic_->SaveModel(modelNode(id), QDir::toNativeSeparators(file).toStdString()))
-    return lastError();
+  if (!logic_) return lastError();
+  const auto write = logic_->SaveModelLater(modelNode(id), QDir::toNativeSeparators(file).toStdString());
+  std::function<bool()> note;
+  runAndWait([&] { note = write(); });
+  if (!note()) return lastError();
   Q_EMIT logged(tr("Saved %1").arg(file));
   Q_EMIT modelsChanged();
   return {};

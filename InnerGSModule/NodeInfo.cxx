@@ -75,6 +75,7 @@ std::array<double, 2> sampledValuesOf(vtkInnerGSModel* model) {
   }
   vtkNew<vtkInnerGSResample> sample;
   sample->SetModel(model);
+  sample->SetDevice("cpu"); // looking for others takes longer than so few points
   sample->SetReferenceGrid(grid, n, n, n);
   sample->Update();
   vtkImageData* image = sample->GetOutput();

@@ -12,6 +12,7 @@
 #include <vtkSlicerInnerGSLogic.h>
 
 #include <QDir>
+#include <QEventLoop>
 #include <QRunnable>
 #include <QSettings>
 
@@ -140,6 +141,16 @@ void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work)
   auto* runnable = new Runnable;
   runnable->call = [this, work] { QMetaObject::invokeMethod(this, work(), Qt::QueuedConnection); };
   threads_.start(runnable);
+}
+
+/// `work` on a thread, while windows are drawn and jobs go on here.
+void qSlicerInnerGSHost::runAndWait(const std::function<void()>& work) {
+  QEventLoop loop;
+  run([&]() -> std::function<void()> {
+    work();
+    return [&] { loop.quit(); };
+  });
+  loop.exec(QEventLoop::ExcludeUserInputEvents);
 }
 
 bool qSlicerInnerGSHost::offers(Role) const {

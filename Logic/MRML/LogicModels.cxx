@@ -11,6 +11,7 @@
 #include <vtkFloatArray.h>
 #include <vtkPoints.h>
 
+#include <exception>
 #include <limits>
 
 // The logic's part that looks at models and keeps them in files.
@@ -27,6 +28,22 @@ template <class Node>
 Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
   return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
                                                                                         : nullptr;
+}
+
+/// For other threads, which must not copy a weak pointer of VTK's.
+template <class Object>
+std::shared_ptr<vtkWeakPointer<Object>> weakly(Object* object) {
+  return std::make_shared<vtkWeakPointer<Object>>(object);
+}
+
+/// For another thread than the one that can tell of it.
+std::exception_ptr thrownBy(const std::function<void()>& task) {
+  try {
+    task();
+    return nullptr;
+  } catch (...) {
+    return std::current_exception();
+  }
 }
 
 } // namespace
@@ -127,10 +144,53 @@ vtkMRMLModelNode* vtkSlicerInnerGSLogic::CreateGaussianModel(vtkMRMLInnerGSModel
 
 vtkMRMLInnerGSModelNode* vtkSlicerInnerGSLogic::LoadModel(const std::string& fileName) {
   vtkMRMLInnerGSModelNode* result = nullptr;
-  this->Work->guard([&] { result = mrml::loadModel(this->GetMRMLScene(), fileName); });
+  this->Work->guard([&] {
+    mrml::ModelReading reading(fileName);
+    reading.read();
+    result = reading.addTo(this->GetMRMLScene());
+  });
   return result;
 }
 
 bool vtkSlicerInnerGSLogic::SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
-  return this->Work->guard([&] { mrml::saveModel(model, fileName); });
+  return this->Work->guard([&] {
+    mrml::ModelWriting writing(model, fileName);
+    writing.write();
+    writing.note();
+  });
+}
+
+std::function<std::function<vtkMRMLInnerGSModelNode*()>()>
+vtkSlicerInnerGSLogic::LoadModelLater(const std::string& fileName) {
+  const auto reading = std::make_shared<mrml::ModelReading>(fileName);
+  const std::shared_ptr<vtkWeakPointer<vtkSlicerInnerGSLogic>> self = weakly(this);
+  return [self, reading] {
+    const std::exception_ptr problem = thrownBy([&] { reading->read(); });
+    return [self, reading, problem]() -> vtkMRMLInnerGSModelNode* {
+      vtkMRMLInnerGSModelNode* result = nullptr;
+      if (!*self) return nullptr;
+      (*self)->Work->guard([&] {
+        if (problem) std::rethrow_exception(problem);
+        result = reading->addTo((*self)->GetMRMLScene());
+      });
+      return result;
+    };
+  };
+}
+
+std::function<std::function<bool()>()> vtkSlicerInnerGSLogic::SaveModelLater(vtkMRMLInnerGSModelNode* model,
+                                                                             const std::string& fileName) {
+  std::shared_ptr<mrml::ModelWriting> writing;
+  const std::exception_ptr refused =
+      thrownBy([&] { writing = std::make_shared<mrml::ModelWriting>(model, fileName); });
+  const std::shared_ptr<vtkWeakPointer<vtkSlicerInnerGSLogic>> self = weakly(this);
+  return [self, writing, refused] {
+    const std::exception_ptr problem = refused ? refused : thrownBy([&] { writing->write(); });
+    return [self, writing, problem] {
+      return *self && (*self)->Work->guard([&] {
+        if (problem) std::rethrow_exception(problem);
+        writing->note();
+      });
+    };
+  };
 }

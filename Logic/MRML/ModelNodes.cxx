@@ -4,6 +4,7 @@
 #include "IO/FilePath.h"
 #include "Outputs.h"
 #include "Queries.h"
+#include "vtkInnerGSModel.h"
 #include "vtkInnerGSToPolyData.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
@@ -11,68 +12,93 @@
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScene.h>
 
-#include <filesystem>
 #include <vtkCallbackCommand.h>
 #include <vtkNew.h>
 #include <vtkPolyData.h>
 
+#include <filesystem>
+#include <functional>
+
 namespace innergs::mrml {
 
-vtkMRMLInnerGSModelNode* loadModel(vtkMRMLScene* scene, const std::string& fileName) {
-  if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to load into: set one.");
-  vtkNew<vtkMRMLInnerGSModelStorageNode> storage;
-  vtkNew<vtkMRMLInnerGSModelNode> node;
+namespace {
+
+/// What a storage node fails with becomes Error(code), its own sentence if it has one.
+void transfer(vtkMRMLInnerGSModelStorageNode* storage, const std::function<int()>& task, ErrorCode code,
+              const std::string& otherwise) {
   vtkNew<vtkCallbackCommand> quiet;
   const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
-  storage->SetFileName(fileName.c_str());
-  const int read = storage->ReadData(node);
+  const int done = task();
   storage->RemoveObserver(tag);
-  if (!read)
-    throw Error(ErrorCode::FileFormat,
-                storage->GetErrorMessage().empty()
-                    ? "'" + fileName + "' could not be read: choose an .innergs or .ply file."
-                    : storage->GetErrorMessage());
-  const std::string file = storage->GetFileNameWithoutExtension(fileName.c_str());
-  const std::string name = file.substr(file.find_last_of("/\\") + 1);
-  node->SetName(scene->GenerateUniqueName(name.empty() ? "InnerGS model" : name).c_str());
-  scene->AddNode(storage);
-  scene->AddNode(node);
-  node->SetAndObserveStorageNodeID(storage->GetID());
-  return node;
+  if (!done) throw Error(code, storage->GetErrorMessage().empty() ? otherwise : storage->GetErrorMessage());
 }
 
-void saveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName) {
-  modelOf(model);
+} // namespace
+
+ModelReading::ModelReading(const std::string& fileName)
+    : file_(fileName), storage_(vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New()),
+      node_(vtkSmartPointer<vtkMRMLInnerGSModelNode>::New()) {
+  storage_->SetFileName(fileName.c_str());
+}
+
+ModelReading::~ModelReading() = default;
+
+void ModelReading::read() {
+  transfer(
+      storage_, [this] { return storage_->ReadData(node_); }, ErrorCode::FileFormat,
+      "'" + file_ + "' could not be read: choose an .innergs or .ply file.");
+}
+
+vtkMRMLInnerGSModelNode* ModelReading::addTo(vtkMRMLScene* scene) {
+  if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to load into: set one.");
+  const std::string file = storage_->GetFileNameWithoutExtension(file_.c_str());
+  const std::string name = file.substr(file.find_last_of("/\\") + 1);
+  node_->SetName(scene->GenerateUniqueName(name.empty() ? "InnerGS model" : name).c_str());
+  scene->AddNode(storage_);
+  scene->AddNode(node_);
+  node_->SetAndObserveStorageNodeID(storage_->GetID());
+  return node_;
+}
+
+ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fileName)
+    : model_(model), storage_(vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New()),
+      copy_(vtkSmartPointer<vtkMRMLInnerGSModelNode>::New()) {
+  vtkNew<vtkInnerGSModel> content;
+  content->SetCheckpoint(modelOf(model)->GetCheckpoint());
   if (fileName.empty())
     throw Error(ErrorCode::InvalidArgument,
                 "There is no file name to save the model under: choose one that ends with .innergs or .ply.");
-  const vtkSmartPointer<vtkMRMLInnerGSModelNode> kept = model; // an observer may remove it
-  // Only a model file keeps everything: a PLY file does not make the model a saved one.
-  vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage;
+  copy_->SetModel(content);
+  for (const std::string& name : model->GetAttributeNames())
+    copy_->SetAttribute(name.c_str(), model->GetAttribute(name.c_str()));
   const std::u8string utf8(fileName.begin(), fileName.end());
-  const bool own = fullExtension(utf8) == ".innergs" && model->GetScene();
-  const bool first = own && !model->GetStorageNode();
-  if (first) model->AddDefaultStorageNode();
-  if (own) storage = vtkMRMLInnerGSModelStorageNode::SafeDownCast(model->GetStorageNode());
-  if (!storage) storage = vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New();
-  const std::string before = storage->GetFileName() ? storage->GetFileName() : "";
-  vtkNew<vtkCallbackCommand> quiet;
-  const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
+  // Only a model file keeps everything: a PLY file does not make the model a saved one.
+  own_ = fullExtension(utf8) == ".innergs";
   // A relative name means the working folder, not, as for a storage node in a scene, the scene's.
   const std::u8string absolute = std::filesystem::absolute(std::filesystem::path(utf8)).u8string();
-  storage->SetFileName(std::string(absolute.begin(), absolute.end()).c_str());
-  const int written = storage->WriteData(model);
-  storage->RemoveObserver(tag);
-  if (!written) {
-    storage->SetFileName(before.empty() ? nullptr : before.c_str());
-    if (first && storage->GetScene()) storage->GetScene()->RemoveNode(storage);
-  }
-  if (!written)
-    throw Error(ErrorCode::Io,
-                storage->GetErrorMessage().empty()
-                    ? "'" + fileName +
-                          "' could not be written: choose a file name that ends with .innergs or .ply."
-                    : storage->GetErrorMessage());
+  file_ = std::string(absolute.begin(), absolute.end());
+  storage_->SetFileName(file_.c_str());
+}
+
+ModelWriting::~ModelWriting() = default;
+
+void ModelWriting::write() {
+  transfer(
+      storage_, [this] { return storage_->WriteData(copy_); }, ErrorCode::Io,
+      "'" + file_ + "' could not be written: choose a file name that ends with .innergs or .ply.");
+}
+
+void ModelWriting::note() {
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> model = model_.Get(); // an observer may remove it
+  if (!own_ || !model || !model->GetScene() || model->IsEmpty() ||
+      model->GetModel()->GetCheckpoint() != copy_->GetModel()->GetCheckpoint())
+    return;
+  if (!model->GetStorageNode()) model->AddDefaultStorageNode();
+  const vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage =
+      vtkMRMLInnerGSModelStorageNode::SafeDownCast(model->GetStorageNode());
+  if (!storage) return;
+  storage->SetFileName(file_.c_str());
+  storage->NoteStored();
 }
 
 vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,

@@ -59,6 +59,10 @@ bool vtkMRMLInnerGSModelStorageNode::CanReadInReferenceNode(vtkMRMLNode* node) {
   return node && node->IsA("vtkMRMLInnerGSModelNode");
 }
 
+void vtkMRMLInnerGSModelStorageNode::NoteStored() {
+  this->StoredTime->Modified();
+}
+
 void vtkMRMLInnerGSModelStorageNode::InitializeSupportedReadFileTypes() {
   this->SupportedReadFileTypes->InsertNextValue("InnerGS model (.innergs)");
   this->SupportedReadFileTypes->InsertNextValue("Gaussians (.ply)");

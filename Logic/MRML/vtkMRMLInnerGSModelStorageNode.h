@@ -19,6 +19,9 @@ public:
   /// The sentence of the last reading or writing that failed; "" after success.
   vtkGetMacro(ErrorMessage, std::string);
 
+  /// The file was written by other means: what the node has now is in it.
+  void NoteStored();
+
 protected:
   vtkMRMLInnerGSModelStorageNode();
   ~vtkMRMLInnerGSModelStorageNode() override;

@@ -149,6 +149,13 @@ public:
   /// Model files: .innergs or .ply. Null or false after an error.
   vtkMRMLInnerGSModelNode* LoadModel(const std::string& fileName);
   bool SaveModel(vtkMRMLInnerGSModelNode* model, const std::string& fileName);
+#ifndef __VTK_WRAP__
+  /// The same without holding the main thread: what is returned transfers the file, on any thread, and
+  /// returns what makes the nodes of it, to be called on the main thread.
+  std::function<std::function<vtkMRMLInnerGSModelNode*()>()> LoadModelLater(const std::string& fileName);
+  std::function<std::function<bool()>()> SaveModelLater(vtkMRMLInnerGSModelNode* model,
+                                                        const std::string& fileName);
+#endif
   ///@}
 
   /// Its event loop delivers events; it may go before the logic, with jobs running.

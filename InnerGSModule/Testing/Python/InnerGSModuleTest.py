@@ -161,6 +161,40 @@ class InnerGSModuleTest(ModuleFixture):
             self.assertFalse(slicer.app.coreIOManager().loadNodes("InnerGSModelFile", {"fileName": bad}))
             self.assertEqual(count, slicer.mrmlScene.GetNumberOfNodesByClass("vtkMRMLInnerGSModelNode"))
 
+    def test_the_panel_loads_and_saves_models(self):
+        self.reconstruct()
+        self.find("ModelSection").collapsed = False
+        model, nodes = self.parameters.GetResultModelNode(), lambda: slicer.util.getNodesByClass("vtkMRMLInnerGSModelNode")
+
+        def answer(button, name, file):
+            self.find(button).click()
+            dialog = self.find(name)
+            dialog.fileSelected(file)
+            dialog.close()
+            until(lambda: False, 0.1)
+
+        with tempfile.TemporaryDirectory() as folder:
+            file = os.path.join(folder, "ball.innergs")
+            self.assertIn("Not saved", self.find("modelState").text)
+            answer("modelSave", "modelSaveDialog", os.path.join(folder, "ball.ply"))
+            self.assertIn("Not saved", self.find("modelState").text)
+            answer("modelSave", "modelSaveDialog", file)
+            self.assertEqual(self.find("modelState").text, "Saved", self.said("modelMessage"))
+            self.assertEqual(model.GetStorageNode().GetFileName(), file)
+            self.assertFalse(model.GetModifiedSinceRead())
+            answer("modelLoad", "modelLoadDialog", file)
+            self.assertEqual(len(nodes()), 2)
+            loaded = self.combo("modelSelector").currentNode()
+            self.assertNotEqual(loaded, model)
+            self.assertEqual(loaded.GetModel().GetNumberOfGaussians(), model.GetModel().GetNumberOfGaussians())
+            self.assertEqual(loaded.GetAttribute("InnerGS.Inputs"), "Ball")
+            self.assertEqual(self.find("modelState").text, "Saved")
+            with open(file, "w") as text:
+                text.write("nothing")
+            answer("modelLoad", "modelLoadDialog", file)
+            self.assertEqual(len(nodes()), 2)
+            self.assertIn("ball.innergs", self.said("modelMessage"))
+
     def test_python_package(self):
         import innergs
 
