@@ -1,3 +1,4 @@
+#include "Core/Failure.h"
 #include "NodeInfo.h"
 #include "Widgets/EllipsoidActor.h"
 #include "qSlicerInnerGSHost.h"
@@ -55,7 +56,10 @@ void qSlicerInnerGSHost::findEllipsoids(vtkMRMLInnerGSModelNode* node) {
     QString problem;
     vtkNew<vtkInnerGSModel> model; // the node's may become another
     model->SetCheckpoint(checkpoint);
-    const vtkSmartPointer<vtkPolyData> surfaces = innergs::ui::ellipsoidSurfaces(model, options, &problem);
+    vtkSmartPointer<vtkPolyData> surfaces;
+    const std::string thrown =
+        innergs::sentenceOf([&] { surfaces = innergs::ui::ellipsoidSurfaces(model, options, &problem); });
+    if (!thrown.empty()) problem = QString::fromStdString(thrown);
     return [this, id, options, checkpoint, problem, surfaces] {
       vtkMRMLInnerGSModelNode* now = modelNode(id);
       if (!ellipsoidsWanted_.contains(id)) return;                                          // hidden again

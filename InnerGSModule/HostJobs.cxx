@@ -1,3 +1,4 @@
+#include "Core/Failure.h"
 #include "Core/ReconstructionJob.h"
 #include "NodeInfo.h"
 #include "qSlicerInnerGSHost.h"
@@ -54,9 +55,9 @@ Estimate qSlicerInnerGSHost::estimate(const Request& request) {
   }
   store(request);
   estimate.refusal = QString::fromStdString(logic_->CheckParameters(parameters_));
-  if (!estimate.refusal.isEmpty()) return estimate;
-  estimate.memory = logic_->EstimateMemory(parameters_);
+  estimate.memory = logic_->EstimateMemory(parameters_); // 0 where that is not why it is refused
   estimate.available = availableMemory();
+  if (!estimate.refusal.isEmpty()) return estimate;
   fillSlowly(estimate);
   return estimate;
 }
@@ -75,7 +76,9 @@ void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
   if (!later || estimating_ || isRunning()) return; // then, a time measured says nothing
   estimating_ = true;
   run([this, later, known]() -> std::function<void()> {
-    const auto found = later();
+    vtkSlicerInnerGSLogic::SlowEstimate found;
+    const std::string problem = sentenceOf([&] { found = later(); });
+    if (!problem.empty()) found.device = problem;
     return [this, found, known] {
       estimating_ = false;
       slow_.insert(known, found);

@@ -63,7 +63,11 @@ QString qSlicerInnerGSHost::loadModel(const QString& file, QString* error) {
   if (logic_) {
     const auto read = logic_->LoadModelLater(QDir::toNativeSeparators(file).toStdString());
     std::function<vtkMRMLInnerGSModelNode*()> make;
-    runAndWait([&] { make = read(); });
+    const QString problem = runAndWait([&] { make = read(); });
+    if (!problem.isEmpty()) {
+      if (error) *error = problem;
+      return {};
+    }
     node = make();
   }
   if (!node && error) *error = lastError();
@@ -75,7 +79,8 @@ QString qSlicerInnerGSHost::saveModel(const QString& id, const QString& file) {
   if (!logic_) return lastError();
   const auto write = logic_->SaveModelLater(modelNode(id), QDir::toNativeSeparators(file).toStdString());
   std::function<bool()> note;
-  runAndWait([&] { note = write(); });
+  const QString problem = runAndWait([&] { note = write(); });
+  if (!problem.isEmpty()) return problem;
   if (!note()) return lastError();
   Q_EMIT logged(tr("Saved %1").arg(file));
   Q_EMIT modelsChanged();

@@ -124,7 +124,6 @@ VolumeInfo infoOf(vtkMRMLVolumeNode* node) {
     info.spacing[a] = lengthOfColumn(ijkToRAS, a);
   info.sliceAxis = mrml::sliceAxis(ijkToRAS);
   info.orientation = orientationOf(ijkToRAS, info.sliceAxis);
-  image->GetScalarRange(info.range.data());
   return info;
 }
 

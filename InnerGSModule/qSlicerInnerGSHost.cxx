@@ -1,5 +1,6 @@
 #include "qSlicerInnerGSHost.h"
 
+#include "Core/Failure.h"
 #include "Core/ReconstructionJob.h"
 #include "NodeInfo.h"
 #include "ParameterRequest.h"
@@ -132,25 +133,33 @@ QString qSlicerInnerGSHost::lastError() const {
                 : tr("The InnerGS module is not loaded completely: restart Slicer.");
 }
 
-/// `work` on a thread, and then what it returns here, while this lives.
+/// `work` on a thread, and then what it returns here, while this lives. What it throws is logged, and nothing
+/// is called then.
 void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work) {
   struct Runnable : QRunnable {
     std::function<void()> call;
     void run() override { call(); }
   };
   auto* runnable = new Runnable;
-  runnable->call = [this, work] { QMetaObject::invokeMethod(this, work(), Qt::QueuedConnection); };
+  runnable->call = [this, work] {
+    std::function<void()> after;
+    const QString problem = QString::fromStdString(sentenceOf([&] { after = work(); }));
+    if (!problem.isEmpty()) after = [this, problem] { Q_EMIT logged(problem); }; // never out of the thread
+    if (after) QMetaObject::invokeMethod(this, std::move(after), Qt::QueuedConnection);
+  };
   threads_.start(runnable);
 }
 
-/// `work` on a thread, while windows are drawn and jobs go on here.
-void qSlicerInnerGSHost::runAndWait(const std::function<void()>& work) {
+/// `work` on a thread, while windows are drawn and jobs go on here. What it throws, a sentence; "" else.
+QString qSlicerInnerGSHost::runAndWait(const std::function<void()>& work) {
   QEventLoop loop;
+  std::string problem;
   run([&]() -> std::function<void()> {
-    work();
+    problem = sentenceOf(work);
     return [&] { loop.quit(); };
   });
   loop.exec(QEventLoop::ExcludeUserInputEvents);
+  return QString::fromStdString(problem);
 }
 
 bool qSlicerInnerGSHost::offers(Role) const {

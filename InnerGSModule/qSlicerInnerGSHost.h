@@ -89,7 +89,7 @@ private:
   void removeOrphans();
   void showSurfaces(const QString& id, vtkPolyData* surfaces, const std::array<double, 2>& window);
   void run(const std::function<std::function<void()>()>& work);
-  void runAndWait(const std::function<void()>& work);
+  QString runAndWait(const std::function<void()>& work);
   void fitRegion(vtkMRMLNode* region);
   QString lastError() const;
 

@@ -2,6 +2,7 @@
 
 #include "Core/DevicePlugin.h"
 #include "Core/Devices.h"
+#include "Core/Failure.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/Words.h"
 
@@ -35,8 +36,10 @@ DeviceBox::DeviceBox(QWidget* parent, std::function<DeviceList()> find)
   connect(combo_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &DeviceBox::changed);
 
   auto found = std::make_shared<DeviceList>();
-  listing_.reset(
-      QThread::create([found, find = std::move(find)] { *found = find ? find() : otherDevices(); }));
+  listing_.reset(QThread::create([found, find = std::move(find)] {
+    const std::string problem = sentenceOf([&] { *found = find ? find() : otherDevices(); });
+    if (!problem.empty()) found->problem = problem;
+  }));
   connect(listing_.get(), &QThread::finished, this, [this, found] {
     listing_->wait();
     listing_.reset();

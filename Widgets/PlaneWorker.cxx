@@ -1,5 +1,6 @@
 #include "Widgets/PlaneWorker.h"
 
+#include "Core/Failure.h"
 #include "Core/ReconstructionJob.h"
 #include "Widgets/PlanePicture.h"
 
@@ -14,7 +15,6 @@
 
 #include <condition_variable>
 #include <deque>
-#include <exception>
 #include <mutex>
 #include <optional>
 #include <thread>
@@ -89,10 +89,9 @@ struct PlaneWorker::Work {
         result.inside = query->GetModel()->IsInside(at[0], at[1], at[2]);
       }
       if (!task.picture.isEmpty()) result.error = savePicture(result, task.lower, task.upper, task.picture);
-    } catch (const std::exception& error) {
+    } catch (...) {
       result.image = nullptr;
-      result.error =
-          PlaneWorker::tr("The plane could not be computed: %1").arg(QString::fromUtf8(error.what()));
+      result.error = QString::fromStdString(failureOf().sentence);
     }
     return result;
   }

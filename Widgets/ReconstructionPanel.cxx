@@ -35,6 +35,7 @@ namespace innergs::ui {
 namespace {
 
 constexpr int kEstimateDelay = 250; // ms after the last change
+constexpr int kAskedAgain = 2000;   // ms: memory that is missing may become free
 
 QString presetText(Preset preset) {
   switch (preset) {
@@ -97,6 +98,11 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
   estimateTimer_.setInterval(kEstimateDelay);
   connect(&estimateTimer_, &QTimer::timeout, this, [this] {
     if (isVisible()) estimate(); // else when it is shown
+  });
+  memoryTimer_.setSingleShot(true);
+  memoryTimer_.setInterval(kAskedAgain);
+  connect(&memoryTimer_, &QTimer::timeout, this, [this] {
+    if (isVisible()) estimate();
   });
   connect(button_, &QPushButton::clicked, this, &ReconstructionPanel::startOrCancel);
   connectHost();
@@ -233,6 +239,10 @@ void ReconstructionPanel::estimate() {
   estimate_->setText(estimateText(found));
   estimate_->setVisible(!estimate_->text().isEmpty());
   device_->setReason(found.reason);
+  if (!found.refusal.isEmpty() && found.available > 0 && found.memory > found.available)
+    memoryTimer_.start();
+  else
+    memoryTimer_.stop();
   setState(state_);
 }
 

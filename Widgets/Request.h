@@ -47,12 +47,11 @@ struct Request {
 
 struct VolumeInfo {
   QString name;
-  std::array<int, 3> dimensions{};   // voxels along I, J, K
-  std::array<double, 3> spacing{};   // mm
-  int sliceAxis = 2;                 // what −1 in InputChoice leads to
-  QString orientation;               // of its slices: "axial", "coronal", "sagittal", "oblique"
-  std::array<double, 2> range{0, 0}; // of its intensities
-  double sliceThickness = 0;         // mm, as the file says: what 0 in InputChoice leads to; 0: it does not
+  std::array<int, 3> dimensions{}; // voxels along I, J, K
+  std::array<double, 3> spacing{}; // mm
+  int sliceAxis = 2;               // what −1 in InputChoice leads to
+  QString orientation;             // of its slices: "axial", "coronal", "sagittal", "oblique"
+  double sliceThickness = 0;       // mm, as the file says: what 0 in InputChoice leads to; 0: it does not
 };
 
 /// What a reconstruction will take, before the start.

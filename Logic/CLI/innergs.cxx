@@ -1,11 +1,9 @@
 #include "CLI/Command.h"
 #include "CLI/Version.h"
 
-#include "Core/Error.h"
+#include "Core/Failure.h"
 
 #include <cstdio>
-#include <exception>
-#include <new>
 #include <string>
 #include <vector>
 
@@ -48,15 +46,8 @@ int main(int argc, char** argv) {
   using namespace innergs::cli;
   try {
     return run(argc, argv);
-  } catch (const innergs::Error& error) {
-    return fail(error.code() == innergs::ErrorCode::Cancelled ? Interrupted : Failure, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(
-        Failure,
-        "Not enough memory: close other programs, or choose a larger --spacing or fewer --gaussians.");
-  } catch (const std::exception& error) {
-    return fail(Failure, error.what());
   } catch (...) {
-    return fail(Failure, "An unknown error ended the run.");
+    const innergs::Failure failure = innergs::failureOf();
+    return fail(failure.code == innergs::ErrorCode::Cancelled ? Interrupted : Failure, failure.sentence);
   }
 }

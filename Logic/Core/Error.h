@@ -1,5 +1,4 @@
 #pragma once
-#include <new>
 #include <stdexcept>
 #include <string>
 
@@ -27,14 +26,5 @@ public:
 private:
   ErrorCode code_;
 };
-
-/// What to tell the user of whatever was thrown.
-inline std::string sentenceOf(const std::exception& error) {
-  if (dynamic_cast<const Error*>(&error)) return error.what();
-  if (dynamic_cast<const std::bad_alloc*>(&error))
-    return "The memory is not enough: choose a smaller region, a coarser output or fewer Gaussians.";
-  return std::string("Unexpected failure (") + error.what() +
-         "): please report it with these data and settings.";
-}
 
 } // namespace innergs

@@ -1,13 +1,27 @@
+#include "Core/MemoryEstimate.h"
+
 #include "Core/JobInput.h"
 #include "Core/Plan.h"
 #include "Core/Projected.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace innergs {
 
 namespace {
+
+std::string gigabytes(std::int64_t bytes) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.2g GB", static_cast<double>(bytes) * 1e-9);
+  return text;
+}
+
+std::int64_t resultBytes(const ReconstructionInput& fit) {
+  const GridGeometry grid = fit.outputGrid ? *fit.outputGrid : defaultOutputGrid(fit.stacks);
+  return grid.voxelCount() * static_cast<std::int64_t>(sizeof(float));
+}
 
 /// Bytes of the samples that a fit holds, and of the buffers for the largest lattice.
 struct LatticeBytes {
@@ -78,6 +92,31 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double detail =
       traits.superResolution() && settings.consistency ? domain * 12 + lattices.samples * 4 : 0;
   return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output);
+}
+
+std::string memoryRefusal(std::int64_t needed, std::int64_t available) {
+  if (available <= 0 || needed <= available) return {};
+  return "The reconstruction needs about " + gigabytes(needed) + " of memory and " + gigabytes(available) +
+         " are available: choose a smaller region, a coarser output or fewer Gaussians.";
+}
+
+MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings& settings,
+                      std::int64_t available) {
+  MemoryNeed need;
+  std::int64_t kept = 0;
+  for (std::size_t n = 0; n < fits.size(); ++n) {
+    if (fits[n].stacks.empty()) continue;
+    const std::int64_t bytes = kept + estimateMemory(fits[n], settings);
+    need.bytes = std::max(need.bytes, bytes);
+    kept += resultBytes(fits[n]);
+    if (!need.refusal.empty() || memoryRefusal(bytes, available).empty()) continue;
+    need.refusal = n == 0 ? memoryRefusal(bytes, available)
+                          : "Judging the quality needs about " + gigabytes(bytes) + " of memory and " +
+                                gigabytes(available) +
+                                " are available: do without it, or choose a smaller region, a coarser "
+                                "output or fewer Gaussians.";
+  }
+  return need;
 }
 
 } // namespace innergs

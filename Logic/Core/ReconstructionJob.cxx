@@ -4,23 +4,17 @@
 #include "Core/DevicePlugin.h"
 #include "Core/Error.h"
 #include "Core/JobSteps.h"
+#include "Core/MemoryEstimate.h"
 #include "Core/Metrics.h"
 #include "Core/TimeEstimate.h"
 
 #include <atomic>
-#include <cstdio>
 #include <utility>
 
 namespace innergs {
 namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-std::string gigabytes(std::int64_t bytes) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.2g GB", static_cast<double>(bytes) * 1e-9);
-  return text;
-}
 
 std::atomic<int> running{0};
 
@@ -133,12 +127,9 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   result.heldOutPsnr = kNaN;
   for (const Stack& stack : input.stacks)
     checkStack(stack);
-  const std::int64_t needed = estimateMemory(input, settings), available = availableMemory();
-  if (available > 0 && needed > available)
-    throw Error(ErrorCode::Memory,
-                "The reconstruction needs about " + gigabytes(needed) + " of memory and " +
-                    gigabytes(available) +
-                    " are available: choose a smaller region, a coarser output or fewer Gaussians.");
+  if (const std::string refusal = memoryRefusal(estimateMemory(input, settings), availableMemory());
+      !refusal.empty())
+    throw Error(ErrorCode::Memory, refusal);
   PreparedInput prepared;
   try {
     prepared = prepareInput(input, stop);

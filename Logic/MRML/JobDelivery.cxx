@@ -1,6 +1,7 @@
 #include "JobDelivery.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "Outputs.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -59,13 +60,21 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     job->Warnings.push_back("The quality could not be judged. " + task.qualityError);
   if (task.judging && !task.report && task.qualityError.empty())
     job->Warnings.push_back("The judgement of the quality was stopped: the result itself is complete.");
-  const auto [volume, model, table, replaced] = makeOutputs(task, scene);
+  const auto [volume, model, table, replaced, problem] = makeOutputs(task, scene);
   if (task.discard) return;
   if (volume) logic_->StopFollowing(volume); // the next move of the view would overwrite the result
   if (replaced)
     job->Warnings.push_back(
         "A chosen output was deleted during the reconstruction: what was meant for it is in a new node.");
-  if (!volume || !model)
+  if (!problem.empty() && !volume && !model)
+    throw Error(ErrorCode::Memory,
+                "The fit is complete, but its result could not be put into the scene. " + problem);
+  if (!problem.empty())
+    job->Warnings.push_back(
+        (!volume ? "The volume could not be put into the scene: make it of the model, which is kept. "
+                 : "The result could not be put into the scene in full. ") +
+        problem);
+  else if (!volume || !model)
     job->Warnings.push_back("An output node was deleted as it was made: what was meant for it is lost.");
   job->VolumeNode = volume;
   job->ModelNode = model;
@@ -97,8 +106,8 @@ void JobDelivery::finish(Task& task) {
     finishing_.push_back(&task);
     try {
       makeNodes(task, scene);
-    } catch (const std::exception& exception) {
-      error = sentenceOf(exception);
+    } catch (...) {
+      error = failureOf().sentence;
     }
     std::erase(finishing_, &task);
   }

@@ -1,6 +1,7 @@
 #include "JobQueue.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "Core/ThreadPriority.h"
 
 #include <vtkCallbackCommand.h>
@@ -150,7 +151,8 @@ void JobQueue::work() {
       waiting_.pop_front();
     }
     post(task, [](Mail& mail) { mail.started = true; });
-    execute(task);
+    const std::string failure = sentenceOf([&] { execute(task); });
+    if (!failure.empty()) (task->judging ? task->qualityError : task->error) = failure;
     post(std::move(task), [](Mail& mail) { mail.done = true; });
   }
 }
@@ -233,10 +235,9 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   };
   try {
     task->report = evaluateHonest(judged, task->quality->honestCase, options);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::Cancelled) task->qualityError = error.what();
-  } catch (const std::exception& error) {
-    task->qualityError = sentenceOf(error);
+  } catch (...) {
+    const Failure failure = failureOf();
+    if (failure.code != ErrorCode::Cancelled) task->qualityError = failure.sentence;
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "Core/Devices.h"
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "Core/Region.h"
 #include "Core/TimeEstimate.h"
 #include "Geometry.h"
@@ -302,12 +303,15 @@ double Outline::seconds() const {
 }
 
 std::string Outline::device(std::string& refusal) const {
-  try {
-    return DeviceChoice(settings.device, settings.instructionSet, settings.selection).use.reason;
-  } catch (const std::exception& error) {
-    refusal = sentenceOf(error);
-    return {};
-  }
+  std::string reason;
+  refusal = sentenceOf([&] {
+    reason = DeviceChoice(settings.device, settings.instructionSet, settings.selection).use.reason;
+  });
+  return reason;
+}
+
+MemoryNeed Outline::memory() const {
+  return memoryNeed(fits, settings);
 }
 
 std::string Outline::key() const {
@@ -336,7 +340,8 @@ Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
   filter->WithOutline([&](const ReconstructionInput& input) {
     outline.fits.push_back(input);
     if (parameters->GetEvaluateQuality())
-      outline.fits.push_back(keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap(), 2));
+      outline.fits.push_back(
+          keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap(), 2));
   });
   return outline;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/MemoryEstimate.h"
 #include "Evaluation/Protocols.h"
 #include "vtkInnerGSReconstruct.h"
 
@@ -88,6 +89,7 @@ struct Outline {
   double seconds() const; // roughly; 0: unknown. May throw Error
   /// Where it will run, and why; "" and the sentence with which that is refused.
   std::string device(std::string& refusal) const;
+  MemoryNeed memory() const;
   std::string key() const; // the same for what is estimated alike
 };
 /// Throws Error.

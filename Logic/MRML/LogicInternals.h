@@ -27,11 +27,12 @@ struct vtkSlicerInnerGSLogic::Internals {
   vtkSlicerApplicationLogic* application = nullptr;
   vtkNew<vtkCallbackCommand> onApplicationGone, onOwnEnd;
 
-  innergs::mrml::JobQueue queue; // last: its worker ends before the rest goes
+  innergs::mrml::FinePlanes fine; // of the views that are followed
+  innergs::mrml::JobQueue queue;  // last: its worker ends before the rest goes
 
   explicit Internals(vtkSlicerInnerGSLogic* owner)
       : logic(owner), delivery(owner, [this](const std::string& sentence) { this->fail(sentence); }),
-        queue([this] { this->ring(); }) {
+        fine([this] { this->ring(); }), queue([this] { this->ring(); }) {
     onBell->SetClientData(owner);
     onBell->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
       static_cast<vtkSlicerInnerGSLogic*>(self)->ProcessPendingEvents();
@@ -78,5 +79,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   /// Runs the task; what it throws becomes an ErrorEvent and the last error. False then.
   bool guard(const std::function<void()>& task);
   void fail(const std::string& sentence);
+  void showFine(const std::shared_ptr<innergs::mrml::SliceFollower>& follower,
+                const innergs::mrml::FinePlanes::Plane& plane);
   std::shared_ptr<innergs::mrml::Task> taskOf(vtkSlicerInnerGSJob* job) const;
 };

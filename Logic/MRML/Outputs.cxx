@@ -1,6 +1,7 @@
 #include "Outputs.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "QualityTable.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -19,17 +20,32 @@
 
 #include <cmath>
 #include <cstdio>
+#include <functional>
 
 namespace innergs::mrml {
 namespace {
 
-/// A chosen node that is still in the scene, else a new one.
+/// Of no scene yet.
+vtkSmartPointer<vtkMRMLNode> makeNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
+  const auto node = vtkSmartPointer<vtkMRMLNode>::Take(scene->CreateNodeByClass(className));
+  if (!node)
+    throw Error(ErrorCode::InvalidArgument, std::string("The scene does not know ") + className + ".");
+  node->SetName(scene->GenerateUniqueName(name).c_str());
+  return node;
+}
+
+/// `made` becomes the chosen node if that is still in the scene, else a new one; it is known also where an
+/// observer throws as it is added.
 template <class Node>
-vtkSmartPointer<Node> outputNode(Node* chosen, bool wasChosen, vtkMRMLScene* scene, const char* className,
-                                 const std::string& name, bool& replaced) {
-  if (chosen && chosen->GetScene() == scene) return chosen;
+void takeOutput(vtkSmartPointer<Node>& made, Node* chosen, bool wasChosen, vtkMRMLScene* scene,
+                const char* className, const std::string& name, bool& replaced) {
+  if (chosen && chosen->GetScene() == scene) {
+    made = chosen;
+    return;
+  }
   replaced = replaced || wasChosen;
-  return Node::SafeDownCast(addNode(scene, className, name));
+  made = Node::SafeDownCast(makeNode(scene, className, name));
+  scene->AddNode(made);
 }
 
 std::string decibels(double psnr) {
@@ -53,10 +69,7 @@ void setProvenance(vtkMRMLNode* node, const Task& task) {
 } // namespace
 
 vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
-  const auto node = vtkSmartPointer<vtkMRMLNode>::Take(scene->CreateNodeByClass(className));
-  if (!node)
-    throw Error(ErrorCode::InvalidArgument, std::string("The scene does not know ") + className + ".");
-  node->SetName(scene->GenerateUniqueName(name).c_str());
+  const auto node = makeNode(scene, className, name);
   scene->AddNode(node);
   return node;
 }
@@ -123,48 +136,62 @@ void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
 
 Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   const std::string base = task.inputNames.substr(0, task.inputNames.find("; "));
-  // What can fail comes first: then either all outputs are made or none is touched.
   vtkNew<vtkInnerGSModel> content;
   content->ShallowCopy(task.filter->GetOutputModel());
   vtkNew<vtkImageData> image;
   image->ShallowCopy(task.filter->GetOutputImage());
-  const vtkSmartPointer<vtkTable> quality = task.report ? makeQualityTable(*task.report) : nullptr;
 
-  // Every change of a node is an event, whose observers may remove nodes and clear or drop the scene.
+  // Every change of a node is an event, whose observers may remove nodes, clear or drop the scene, and run
+  // out of memory. Step by step: what one cannot do takes nothing away from what the others made.
+  Outputs made;
+  const auto step = [&](const std::function<void()>& what) {
+    if (task.discard) return true;
+    const std::string problem = sentenceOf(what);
+    if (made.problem.empty()) made.problem = problem;
+    return problem.empty();
+  };
   const auto there = [&](vtkMRMLNode* node) { return node && !task.discard && node->GetScene() == scene; };
   const auto input = [&]() -> vtkMRMLVolumeNode* {
     return there(task.firstInput) ? task.firstInput.Get() : nullptr;
   };
-  Outputs made;
-  made.model = outputNode(task.model.Get(), !task.newModel, scene, "vtkMRMLInnerGSModelNode",
-                          base + " InnerGS model", made.replaced);
+  const auto take = [&](auto& node, auto* chosen, bool wasChosen, const char* className, const char* suffix) {
+    const auto once = [&] {
+      takeOutput(node, chosen, wasChosen, scene, className, base + suffix, made.replaced);
+    };
+    if (!step(once) && !there(node)) step(once);
+  };
+  vtkSmartPointer<vtkTable> quality;
+  if (task.report) step([&] { quality = makeQualityTable(*task.report); });
+
+  take(made.model, task.model.Get(), !task.newModel, "vtkMRMLInnerGSModelNode", " InnerGS model");
   if (there(made.model) && made.model->GetParentTransformNode())
-    made.model->SetAndObserveTransformNodeID(nullptr);
-  if (there(made.model)) setProvenance(made.model, task);
-  if (there(made.model)) made.model->SetModel(content);
-  if (there(made.model)) placeBeside(made.model, input());
+    step([&] { made.model->SetAndObserveTransformNodeID(nullptr); });
+  if (there(made.model)) step([&] { setProvenance(made.model, task); });
+  if (there(made.model)) step([&] { made.model->SetModel(content); });
+  if (there(made.model)) step([&] { placeBeside(made.model, input()); });
   if (task.discard) return made;
 
-  made.volume = outputNode(task.volume.Get(), !task.newVolume, scene, "vtkMRMLScalarVolumeNode",
-                           base + " InnerGS", made.replaced);
-  if (there(made.volume)) setProvenance(made.volume, task);
-  if (there(made.volume)) setVolume(made.volume, image, task.filter->GetOutputIJKToRASMatrix(), input());
+  take(made.volume, task.volume.Get(), !task.newVolume, "vtkMRMLScalarVolumeNode", " InnerGS");
+  if (there(made.volume)) step([&] { setProvenance(made.volume, task); });
+  if (there(made.volume))
+    step([&] { setVolume(made.volume, image, task.filter->GetOutputIJKToRASMatrix(), input()); });
   if (there(made.volume) && there(made.model))
-    made.volume->SetNodeReferenceID("InnerGSModel", made.model->GetID());
-  if (there(made.volume)) placeBeside(made.volume, input());
+    step([&] { made.volume->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
+  if (there(made.volume)) step([&] { placeBeside(made.volume, input()); });
   if (quality && !task.discard)
-    made.table = outputNode(task.table.Get(), !task.newTable, scene, "vtkMRMLTableNode",
-                            base + " InnerGS quality", made.replaced);
-  if (there(made.table)) setProvenance(made.table, task);
-  if (there(made.table)) setQuality(made.table, quality, *task.report);
+    take(made.table, task.table.Get(), !task.newTable, "vtkMRMLTableNode", " InnerGS quality");
+  if (there(made.table)) step([&] { setProvenance(made.table, task); });
+  if (there(made.table)) step([&] { setQuality(made.table, quality, *task.report); });
   if (there(made.table) && there(made.model))
-    made.table->SetNodeReferenceID("InnerGSModel", made.model->GetID());
+    step([&] { made.table->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
   if (there(made.table) && there(made.volume))
-    made.table->SetNodeReferenceID("InnerGSVolume", made.volume->GetID());
-  if (there(made.table)) placeBeside(made.table, input());
-  // Removed since they were made.
-  if (!there(made.model)) made.model = nullptr;
-  if (!there(made.volume)) made.volume = nullptr;
+    step([&] { made.table->SetNodeReferenceID("InnerGSVolume", made.volume->GetID()); });
+  if (there(made.table)) step([&] { placeBeside(made.table, input()); });
+  // Removed since they were made, or never filled.
+  if (!there(made.model) || made.model->GetModel() != content.Get()) made.model = nullptr;
+  if (there(made.volume) && task.newVolume && !made.volume->GetImageData())
+    step([&] { scene->RemoveNode(made.volume); });
+  if (!there(made.volume) || !made.volume->GetImageData()) made.volume = nullptr;
   if (!there(made.table)) made.table = nullptr;
   return made;
 }

@@ -10,12 +10,13 @@ namespace innergs::mrml {
 /// Turns a finished task into nodes: the chosen outputs or new ones, placed in the world (no parent
 /// transform), with what they were made from as attributes. A chosen node deleted in the meantime is replaced
 /// by a new one; what an observer removes as it is made is left out.
-/// Ends early when an observer discards the task.
+/// Ends early when an observer discards the task. Does not throw.
 struct Outputs {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> volume;
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLTableNode> table;
   bool replaced = false; // a chosen node was gone
+  std::string problem;   // what could not be done, a sentence; the rest is made all the same
 };
 Outputs makeOutputs(const Task& task, vtkMRMLScene* scene);
 

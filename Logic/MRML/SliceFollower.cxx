@@ -1,6 +1,6 @@
 #include "SliceFollower.h"
 
-#include "Core/Error.h"
+#include "Core/Failure.h"
 #include "NodeTransform.h"
 #include "Outputs.h"
 #include "Queries.h"
@@ -19,14 +19,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace innergs::mrml {
 
-constexpr double kBudget = 40; // ms for a plane through a transform that bends space
+constexpr double kBudget = 40;    // ms for a plane while its view moves
+constexpr double kFewest = 65536; // pixels: below, their number hardly counts
 
 SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
-                             ErrorHandler onError)
-    : model_(model), slice_(slice), maximumPixels_(maximumPixels), onError_(std::move(onError)) {
+                             ErrorHandler onError, FineHandler fine)
+    : model_(model), slice_(slice), maximumPixels_(maximumPixels), onError_(std::move(onError)),
+      fine_(std::move(fine)) {
   query_->CentredOff();
   query_->GeometryInImageOff();
   command_->SetClientData(this);
@@ -65,11 +68,9 @@ void SliceFollower::update() {
   try {
     if (query()) show();
     lastError_.clear();
-  } catch (const std::exception& error) {
-    if (lastError_ != sentenceOf(error)) {
-      lastError_ = sentenceOf(error);
-      onError_(lastError_);
-    }
+  } catch (...) {
+    const std::string sentence = failureOf().sentence;
+    if (std::exchange(lastError_, sentence) != sentence) onError_(sentence);
   }
   updating_ = false;
 }
@@ -80,23 +81,37 @@ bool SliceFollower::query() {
   const int* size = slice_->GetDimensions();
   if (size[0] < 1 || size[1] < 1) return false;
   // Fewer pixels than a large view has: each stands for `step` of them.
-  double step = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
+  const double fine = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
+  double step = fine;
   if (!placed_) toModel_ = transformFromWorld(model_);
   placed_ = true;
   const bool bent = toModel_ && !vtkLinearTransform::SafeDownCast(toModel_);
-  if (bent) step = std::max(step, std::sqrt(double(size[0]) * size[1] * msPerPixel_ / kBudget));
+  double& cost = bent ? msPerBentPixel_ : msPerPixel_;
+  const double pixels = cost > 0 ? std::max(kBudget / cost, bent ? 1 : kFewest) : 1e12;
+  step = std::max(step, std::sqrt(double(size[0]) * size[1] / pixels));
   query_->SetModel(modelOf(model_));
   query_->SetTransformToModel(toModel_);
   query_->SetPlaneToRASMatrix(slice_->GetXYToRAS());
   query_->SetDimensions(std::max(1, int(size[0] / step)), std::max(1, int(size[1] / step)));
   query_->SetSpacing(step, step);
   run(query_);
-  if (bent)
-    msPerPixel_ = query_->GetQueryMilliseconds() / (query_->GetDimensions()[0] * query_->GetDimensions()[1]);
+  cost = query_->GetQueryMilliseconds() / (double(query_->GetDimensions()[0]) * query_->GetDimensions()[1]);
   toWorld_->DeepCopy(query_->GetOutputIJKToRASMatrix());
   image_ = vtkSmartPointer<vtkImageData>::New();
   image_->DeepCopy(query_->GetOutput()); // the query writes into its own again
   found_ = true;
+  ++revision_;
+  wanted_.reset();
+  if (step > fine) {
+    wanted_ = PlaneOrder{modelOf(model_)->GetCheckpoint(),
+                         toModel_,
+                         vtkSmartPointer<vtkMatrix4x4>::New(),
+                         std::max(1, int(size[0] / fine)),
+                         std::max(1, int(size[1] / fine)),
+                         fine,
+                         revision_};
+    wanted_->planeToRAS->DeepCopy(slice_->GetXYToRAS());
+  }
   return true;
 }
 
@@ -105,7 +120,17 @@ void SliceFollower::show() {
   if (!output || !found_) return;
   if (remade_) setProvenance(output, model_);
   remade_ = false;
+  if (wanted_ && fine_) fine_(shared_from_this(), *std::exchange(wanted_, std::nullopt));
   setVolume(output, image_, toWorld_);
+}
+
+void SliceFollower::show(const FinePlanes::Plane& plane) {
+  const vtkSmartPointer<vtkMRMLScalarVolumeNode> output = output_.Get();
+  if (!output || plane.revision != revision_ || updating_) return;
+  const auto alive = shared_from_this();
+  updating_ = true;
+  setVolume(output, plane.image, plane.toRAS);
+  updating_ = false;
 }
 
 } // namespace innergs::mrml

@@ -1,10 +1,13 @@
 #pragma once
+#include "FinePlanes.h"
+
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 class vtkAbstractTransform;
@@ -24,16 +27,21 @@ namespace innergs::mrml {
 class SliceFollower : public std::enable_shared_from_this<SliceFollower> {
 public:
   using ErrorHandler = std::function<void(const std::string&)>;
+  /// fine: called with what to query in full once the view is at rest, when a plane was made coarsely.
+  using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, PlaneOrder)>;
   SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
-                ErrorHandler onError);
+                ErrorHandler onError, FineHandler fine);
   ~SliceFollower();
   SliceFollower(const SliceFollower&) = delete;
   SliceFollower& operator=(const SliceFollower&) = delete;
 
-  /// Looks up the plane; throws Error and changes no node. False when the view is not shown.
+  /// Looks up the plane, with fewer pixels where all would take too long; throws Error and changes no node.
+  /// False when the view is not shown.
   bool query();
   /// What was looked up last goes into the output.
   void show();
+  /// The plane in full, unless the view has moved since.
+  void show(const FinePlanes::Plane& plane);
   void setOutput(vtkMRMLScalarVolumeNode* output);
   bool concerns(vtkMRMLNode* node) const;
   vtkMRMLScalarVolumeNode* output() const;
@@ -48,10 +56,13 @@ private:
   ErrorHandler onError_;
   std::string lastError_; // reported once, not with every drag
   bool updating_ = false;
-  bool remade_ = false; // the model is another than the output's attributes say
-  bool found_ = false;  // image_ and toWorld_ are the view's
-  bool placed_ = false; // toModel_ is the model's transform now
-  double msPerPixel_ = 1e-3;
+  bool remade_ = false;                           // the model is another than the output's attributes say
+  bool found_ = false;                            // image_ and toWorld_ are the view's
+  bool placed_ = false;                           // toModel_ is the model's transform now
+  double msPerPixel_ = 0, msPerBentPixel_ = 1e-3; // of planes alike; 0: none was measured
+  int revision_ = 0;                              // of the plane
+  FineHandler fine_;
+  std::optional<PlaneOrder> wanted_; // what the plane should be, where it is coarse
   vtkSmartPointer<vtkAbstractTransform> toModel_;
   vtkSmartPointer<vtkImageData> image_;
   vtkNew<vtkMatrix4x4> toWorld_;

@@ -12,6 +12,7 @@ set(INNERGS_MRML_PRIVATE_SOURCES
   HardenModel.cxx
 )
 set(INNERGS_LOGIC_PRIVATE_SOURCES
+  FinePlanes.cxx
   JobDelivery.cxx
   JobQueue.cxx
   JobSetup.cxx

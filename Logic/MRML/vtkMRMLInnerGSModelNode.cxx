@@ -1,6 +1,7 @@
 #include "vtkMRMLInnerGSModelNode.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "HardenModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
@@ -149,8 +150,8 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
     if (hardened.complete) return;
     this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();
     toRAS(hardened.rest, this->Rest);
-  } catch (const std::exception& error) {
-    vtkErrorMacro(<< innergs::sentenceOf(error));
+  } catch (...) {
+    vtkErrorMacro(<< innergs::failureOf().sentence);
     if (!hardening) return;
     this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();
     this->Rest->DeepCopy(matrix);

@@ -1,6 +1,7 @@
 #include "vtkMRMLInnerGSModelStorageNode.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -94,16 +95,24 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
     return 1;
-  } catch (const std::exception& error) {
-    this->ErrorMessage = innergs::sentenceOf(error);
-    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, innergs::sentenceOf(error));
-    vtkErrorMacro(<< innergs::sentenceOf(error));
+  } catch (...) {
+    this->ErrorMessage = innergs::failureOf().sentence;
+    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, this->ErrorMessage);
+    vtkErrorMacro(<< this->ErrorMessage);
     return 0;
   }
 }
 
+int vtkMRMLInnerGSModelStorageNode::WriteData(vtkMRMLNode* node) {
+  const int written = this->Superclass::WriteData(node);
+  auto* model = vtkMRMLInnerGSModelNode::SafeDownCast(node);
+  if (written && this->Partly && model && model->GetStorageNode() == this) model->StorableModified();
+  return written;
+}
+
 int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
   this->ErrorMessage.clear();
+  this->Partly = false;
   auto* modelNode = vtkMRMLInnerGSModelNode::SafeDownCast(node);
   const std::string name = this->GetFullNameFromFileName();
   try {
@@ -117,18 +126,22 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
     const auto checkpoint = modelNode->GetModel()->GetCheckpoint();
     if (isPly(path)) {
       innergs::writePly(checkpoint->field, path);
-      if (!checkpoint->field.detail.voxels.empty())
-        this->GetUserMessages()->AddMessage(vtkCommand::WarningEvent,
-                                            "The PLY file holds the Gaussians alone; only a model file "
-                                            "(.innergs) keeps their detail grid.");
+      this->Partly = !checkpoint->field.detail.voxels.empty() || !checkpoint->moment1.empty() ||
+                     checkpoint->iteration > 0 || !notesOf(modelNode).empty();
+      if (this->Partly)
+        this->GetUserMessages()->AddMessage(
+            vtkCommand::WarningEvent,
+            "The PLY file holds the Gaussians alone, without detail grid, state of the fit and origin: save "
+            "the "
+            "model as an .innergs file to keep everything; until then it counts as unsaved.");
     } else {
       innergs::writeModel(*checkpoint, path, notesOf(modelNode));
     }
     return 1;
-  } catch (const std::exception& error) {
-    this->ErrorMessage = innergs::sentenceOf(error);
-    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, innergs::sentenceOf(error));
-    vtkErrorMacro(<< innergs::sentenceOf(error));
+  } catch (...) {
+    this->ErrorMessage = innergs::failureOf().sentence;
+    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, this->ErrorMessage);
+    vtkErrorMacro(<< this->ErrorMessage);
     return 0;
   }
 }

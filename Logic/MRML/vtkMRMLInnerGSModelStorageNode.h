@@ -16,6 +16,10 @@ public:
   const char* GetNodeTagName() override { return "InnerGSModelStorage"; }
   bool CanReadInReferenceNode(vtkMRMLNode* node) override;
 
+  /// A PLY file that leaves out what the model has is written with a warning, and the model whose storage
+  /// node this is counts as unsaved then.
+  int WriteData(vtkMRMLNode* node) override;
+
   /// The sentence of the last reading or writing that failed; "" after success.
   vtkGetMacro(ErrorMessage, std::string);
 
@@ -34,6 +38,7 @@ protected:
   int WriteDataInternal(vtkMRMLNode* node) override;
 
   std::string ErrorMessage;
+  bool Partly = false; // written last, and not everything
 };
 
 #endif

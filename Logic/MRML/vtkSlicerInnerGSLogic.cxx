@@ -1,6 +1,7 @@
 #include "vtkSlicerInnerGSLogic.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "LogicInternals.h"
 #include "Outputs.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -34,8 +35,8 @@ bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) 
           "main thread.");
     task();
     return true;
-  } catch (const std::exception& error) {
-    fail(innergs::sentenceOf(error));
+  } catch (...) {
+    fail(innergs::failureOf().sentence);
   }
   return false;
 }
@@ -44,6 +45,13 @@ void vtkSlicerInnerGSLogic::Internals::fail(const std::string& sentence) {
   const vtkSmartPointer<vtkObject> alive = logic; // an observer may let go of it
   lastError = sentence;
   vtkErrorWithObjectMacro(logic, << sentence);
+}
+
+void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::SliceFollower>& follower,
+                                                const mrml::FinePlanes::Plane& plane) {
+  const bool followed = std::find(followers.begin(), followers.end(), follower) != followers.end();
+  const std::string problem = followed ? innergs::sentenceOf([&] { follower->show(plane); }) : "";
+  if (!problem.empty()) fail(problem);
 }
 
 std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerInnerGSJob* job) const {
@@ -177,6 +185,8 @@ bool vtkSlicerInnerGSLogic::WaitForJob(vtkSlicerInnerGSJob* job, double seconds)
 int vtkSlicerInnerGSLogic::ProcessPendingEvents() {
   if (std::this_thread::get_id() != this->Work->mainThread) return 0;
   const vtkSmartPointer<vtkSlicerInnerGSLogic> alive = this; // an observer may let go of it
+  while (const auto plane = this->Work->fine.fetch())
+    if (const auto follower = plane->follower.lock()) this->Work->showFine(follower, *plane);
   int count = 0;
   // One round: a worker that tells faster than observers listen must not keep the main thread here.
   const int limit = 4 * this->GetNumberOfJobs(); // started, progress, preview, done
@@ -193,17 +203,18 @@ std::string vtkSlicerInnerGSLogic::GetLastError() {
 }
 
 std::string vtkSlicerInnerGSLogic::CheckParameters(vtkMRMLInnerGSParameterNode* parameters) {
-  try {
+  return innergs::sentenceOf([&] {
     mrml::check(parameters, this->GetMRMLScene());
-    return "";
-  } catch (const std::exception& error) {
-    return innergs::sentenceOf(error);
-  }
+    if (this->GetNumberOfJobs() > 0) return; // what others need is free again when its turn comes
+    if (const std::string refusal = mrml::outlineOf(parameters, this->GetMRMLScene()).memory().refusal;
+        !refusal.empty())
+      throw Error(ErrorCode::Memory, refusal);
+  });
 }
 
 vtkTypeInt64 vtkSlicerInnerGSLogic::EstimateMemory(vtkMRMLInnerGSParameterNode* parameters) {
   try {
-    return mrml::check(parameters, this->GetMRMLScene())->EstimateMemory();
+    return mrml::outlineOf(parameters, this->GetMRMLScene()).memory().bytes;
   } catch (const std::exception&) {
     return 0;
   }

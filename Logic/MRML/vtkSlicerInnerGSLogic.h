@@ -130,7 +130,8 @@ public:
   ///@{
   /// A volume node that shows the model on a slice view's plane from now on, whenever the view or the model
   /// changes, until StopFollowing(), until something else is put into it here or one of the nodes is removed.
-  /// At most MaximumFollowPixels a side.
+  /// At most MaximumFollowPixels a side; fewer while the view moves where these would take more than some
+  /// 40 ms, and all once it is at rest.
   vtkMRMLScalarVolumeNode* FollowSlice(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice,
                                        vtkMRMLScalarVolumeNode* output = nullptr);
   /// Null: all.

@@ -1,6 +1,7 @@
 #include "vtkInnerGSAlgorithm.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkDemandDrivenPipeline.h"
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <atomic>
 #include <mutex>
-#include <new>
 
 struct vtkInnerGSAlgorithm::Internals {
   mutable std::mutex mutex;
@@ -77,25 +77,20 @@ vtkMTimeType vtkInnerGSAlgorithm::GetMTime() {
 }
 
 bool vtkInnerGSAlgorithm::Guard(const std::function<void()>& task) {
-  std::string message;
-  innergs::ErrorCode code = innergs::ErrorCode::Internal;
+  innergs::Failure failure;
   try {
     task();
     return true;
-  } catch (const std::exception& error) {
-    message = innergs::sentenceOf(error);
-    if (const auto* own = dynamic_cast<const innergs::Error*>(&error))
-      code = own->code();
-    else if (dynamic_cast<const std::bad_alloc*>(&error))
-      code = innergs::ErrorCode::Memory;
+  } catch (...) {
+    failure = innergs::failureOf();
   }
-  if (code == innergs::ErrorCode::Cancelled) {
+  if (failure.code == innergs::ErrorCode::Cancelled) {
     this->Aborted = true;
     return false;
   }
-  this->State->message = message;
-  this->SetErrorCode(InvalidArgumentError + static_cast<unsigned long>(code));
-  vtkErrorMacro(<< message);
+  this->State->message = failure.sentence;
+  this->SetErrorCode(InvalidArgumentError + static_cast<unsigned long>(failure.code));
+  vtkErrorMacro(<< failure.sentence);
   return false;
 }
 

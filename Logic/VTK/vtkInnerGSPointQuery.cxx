@@ -3,6 +3,7 @@
 #include "Core/DevicePlugin.h"
 #include "Core/Devices.h"
 #include "Core/Error.h"
+#include "Core/Failure.h"
 #include "Core/Render.h"
 #include "Geometry.h"
 #include "vtkInnerGSModel.h"
@@ -67,8 +68,8 @@ bool vtkInnerGSPointQuery::Evaluate(vtkPoints* points, vtkFloatArray* values) {
     values->SetNumberOfTuples(count);
     if (count > 0) std::copy(result.begin(), result.end(), values->GetPointer(0));
     return true;
-  } catch (const std::exception& error) {
-    this->ErrorMessage = innergs::sentenceOf(error);
+  } catch (...) {
+    this->ErrorMessage = innergs::failureOf().sentence;
   }
   vtkErrorMacro(<< this->ErrorMessage);
   return false;

@@ -1,3 +1,4 @@
+#include "Core/ReconstructionJob.h"
 #include "MrmlFixture.h"
 
 #include <vtkMRMLBSplineTransformNode.h>
@@ -325,6 +326,20 @@ TEST_F(BadInputTest, Queries) {
   vtkNew<vtkPoints> points;
   EXPECT_TRUE(logic->GetValuesAtRAS(model, points, values)); // none of them
   EXPECT_EQ(values->GetNumberOfTuples(), 0);
+}
+
+// Before the start, with the sentence that the job has as well.
+TEST_F(BadInputTest, MoreThanTheMemoryIsRefusedBeforehand) {
+  if (innergs::availableMemory() == 0) GTEST_SKIP() << "This system does not say how much memory there is.";
+  auto* parameters = addParameters(addVolume());
+  parameters->SetOutputGrid(vtkMRMLInnerGSParameterNode::SpacingGrid);
+  parameters->SetOutputSpacing(0.002); // some 10¹³ voxels
+  EXPECT_GT(logic->EstimateMemory(parameters), vtkTypeInt64(1) << 42);
+  const std::string refusal = logic->CheckParameters(parameters);
+  EXPECT_EQ(refusal.find("The reconstruction needs about "), 0u) << refusal;
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  const std::string& sentence = logic->GetLastError(); // what is available changes
+  EXPECT_EQ(sentence.substr(0, sentence.find(" and ")), refusal.substr(0, refusal.find(" and "))) << sentence;
 }
 
 } // namespace

@@ -1,8 +1,14 @@
 #include "QueryFixture.h"
 
 #include <vtkMRMLSliceNode.h>
+#include <vtkMRMLTransformNode.h>
 
+#include <vtkPoints.h>
+#include <vtkThinPlateSplineTransform.h>
 #include <vtkTransform.h>
+
+#include <chrono>
+#include <thread>
 
 namespace {
 
@@ -156,6 +162,58 @@ TEST_F(FollowTest, RefusedFollowingChangesNothing) {
   EXPECT_EQ(scene->GetNumberOfNodes(), nodes);
   EXPECT_EQ(logic->FollowSlice(model, slice, volume), nullptr);
   EXPECT_TRUE(logic->IsFollowing(volume));
+}
+
+// Under a transform that bends space the first plane has few pixels; the others follow when the view rests.
+TEST_F(FollowTest, InFullAtRest) {
+  vtkNew<vtkPoints> from, to;
+  for (int n = 0; n < 8; ++n) {
+    const double at[3] = {n & 1 ? 20. : -20., n & 2 ? 20. : -20., n & 4 ? 20. : -20.};
+    from->InsertNextPoint(at);
+    to->InsertNextPoint(at[0] + 3 * (n == 3), at[1], at[2]);
+  }
+  vtkNew<vtkThinPlateSplineTransform> spline;
+  spline->SetBasisToR();
+  spline->SetSourceLandmarks(from);
+  spline->SetTargetLandmarks(to);
+  auto* parent = vtkMRMLTransformNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTransformNode", "Bent"));
+  parent->SetAndObserveTransformToParent(spline);
+  model->SetAndObserveTransformNodeID(parent->GetID());
+  auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode", "Red"));
+  slice->SetLayoutName("Red");
+  slice->SetOrientation("Coronal");
+  slice->SetDimensions(400, 300, 1);
+  slice->SetFieldOfView(40, 30, 1);
+  auto* volume = logic->FollowSlice(model, slice);
+  ASSERT_NE(volume, nullptr) << logic->GetLastError();
+  const auto columns = [&] { return volume->GetImageData()->GetDimensions()[0]; };
+  EXPECT_LT(columns(), 400);
+  const auto waitInFull = [&] {
+    for (int n = 0; n < 1000 && columns() < 400; ++n) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      logic->ProcessPendingEvents();
+    }
+    ASSERT_EQ(columns(), 400);
+    ASSERT_EQ(volume->GetImageData()->GetDimensions()[1], 300);
+    vtkNew<vtkMatrix4x4> toWorld;
+    volume->GetIJKToRASMatrix(toWorld);
+    for (int n = 0; n < 30; ++n) {
+      const int i = 13 * n, j = 7 * n;
+      double at[4] = {double(i), double(j), 0, 1};
+      toWorld->MultiplyPoint(at, at);
+      EXPECT_NEAR(volume->GetImageData()->GetScalarComponentAsDouble(i, j, 0, 0),
+                  logic->GetValueAtRAS(model, at[0], at[1], at[2]), 0.1);
+    }
+  };
+  waitInFull();
+  slice->SetSliceOffset(3);
+  waitInFull();
+  slice->SetSliceOffset(5); // and none of what is no longer followed
+  vtkSmartPointer<vtkImageData> last = volume->GetImageData();
+  logic->StopFollowing(volume);
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  logic->ProcessPendingEvents();
+  EXPECT_EQ(volume->GetImageData(), last);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "MrmlFixture.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 
+#include <vtkMRMLMessageCollection.h>
 #include <vtkMRMLSubjectHierarchyNode.h>
 
 #include <fstream>
@@ -105,6 +106,34 @@ TEST_F(SceneFileTest, ModelFiles) {
   EXPECT_FALSE(logic->SaveModel(model, (folder / "no such folder" / "x.innergs").string()));
   EXPECT_EQ(model->GetStorageNode()->GetFileName(), name);
   EXPECT_FALSE(logic->SaveModel(model, (folder / "x.txt").string()));
+}
+
+// By the application's Save dialog, whose storage node is the model's own.
+TEST_F(SceneFileTest, PlyDoesNotCountAsSaved) {
+  auto* parameters = addParameters(addThickVolume()); // a model with a detail grid
+  parameters->SetNumberOfIterations(5);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* model = logic->GetLastJob()->GetModelNode();
+  ASSERT_TRUE(model->AddDefaultStorageNode());
+  vtkMRMLStorageNode* storage = model->GetStorageNode();
+  storage->SetFileName((folder / "head.ply").string().c_str());
+  ASSERT_TRUE(storage->WriteData(model));
+  EXPECT_TRUE(std::filesystem::exists(folder / "head.ply"));
+  EXPECT_TRUE(model->GetModifiedSinceRead());
+  EXPECT_EQ(storage->GetUserMessages()->GetNumberOfMessagesOfType(vtkCommand::WarningEvent), 1);
+  storage->GetUserMessages()->ClearMessages();
+  storage->SetFileName((folder / "head.innergs").string().c_str());
+  ASSERT_TRUE(storage->WriteData(model));
+  EXPECT_FALSE(model->GetModifiedSinceRead());
+  EXPECT_EQ(storage->GetUserMessages()->GetNumberOfMessages(), 0);
+  // An export beside the model's file leaves it saved.
+  ASSERT_TRUE(logic->SaveModel(model, (folder / "export.ply").string())) << logic->GetLastError();
+  EXPECT_FALSE(model->GetModifiedSinceRead());
+  // Nothing is lost of what was a PLY file.
+  auto* loaded = logic->LoadModel((folder / "head.ply").string());
+  ASSERT_NE(loaded, nullptr) << logic->GetLastError();
+  ASSERT_TRUE(loaded->GetStorageNode()->WriteData(loaded));
+  EXPECT_FALSE(loaded->GetModifiedSinceRead());
 }
 
 TEST_F(SceneFileTest, StorageNodeTypes) {

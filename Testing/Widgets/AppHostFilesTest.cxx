@@ -48,8 +48,8 @@ private Q_SLOTS:
     QVERIFY(std::abs(info.spacing[2] - 4) < 1e-4);
     QCOMPARE(info.sliceAxis, 2);
     QCOMPARE(info.orientation, QString("oblique"));
-    QVERIFY(info.range[1] > 80 && info.range[0] >= 0);
     const auto item = host_->document().volume(id);
+    QVERIFY(item->range[1] > 80 && item->range[0] >= 0);
     // The image shares the voxels, and its matrix is RAS: x and y of LPS turned.
     QVERIFY(item->image->GetScalarPointer() == static_cast<const void*>(item->volume->voxels.data()));
     const Vec3 lps = item->volume->geometry.indexToWorld()({3, 4, 5});

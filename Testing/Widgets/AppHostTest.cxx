@@ -1,6 +1,8 @@
 // The desktop app's host: reconstructions on a thread, estimates, cancel; without a window.
 #include "AppFixture.h"
 
+#include "Core/ReconstructionJob.h"
+#include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
 
 #include <QElapsedTimer>
@@ -10,6 +12,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <new>
 
 using namespace innergs;
 using namespace apptest;
@@ -50,6 +53,51 @@ private Q_SLOTS:
     request = apptest::request(id);
     request.settings.gaussians = -5;
     QVERIFY(!host_->estimate(request).refusal.isEmpty());
+  }
+
+  // With the sentence that the job has; the job refuses it as well.
+  void refusesBeforehandWhatTheMemoryCannotHold() {
+    if (availableMemory() == 0) QSKIP("This system does not say how much memory is available.");
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
+    ui::Request request = apptest::request(id);
+    request.grid = ui::OutputGrid::Spacing;
+    request.spacing = 0.002; // some 10¹² voxels
+    const ui::Estimate estimate = host_->estimate(request);
+    QVERIFY2(estimate.refusal.startsWith("The reconstruction needs about "), qPrintable(estimate.refusal));
+    QVERIFY(estimate.memory > estimate.available);
+    QSignalSpy failed(host_.get(), &AppHost::failed);
+    QVERIFY(host_->start(request));
+    QVERIFY(failed.wait(10000));
+    const QString sentence = failed.first().first().toString(); // what is available changes
+    QCOMPARE(sentence.section(" and ", 0, 0), estimate.refusal.section(" and ", 0, 0));
+  }
+
+  // A time measured beside a reconstruction is not kept.
+  void estimatesAnewAfterARun() {
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {64, 64, 20}));
+    const ui::Request request = apptest::request(id);
+    QSignalSpy changed(host_.get(), &AppHost::estimateChanged);
+    host_->estimate(request);
+    const ui::Report report = reconstructAndWait(*host_, request);
+    QVERIFY(!report.volumeId.isEmpty());
+    QTRY_VERIFY_WITH_TIMEOUT(!changed.isEmpty(), 30000);
+    QCOMPARE(host_->estimate(request).seconds, 0.0); // asked for again
+    QTRY_VERIFY_WITH_TIMEOUT(host_->estimate(request).seconds > 0, 30000);
+  }
+
+  // Nothing that work on a thread throws ends the program, and what waits goes on.
+  void survivesWorkThatThrows() {
+    QSignalSpy logged(host_.get(), &AppHost::logged);
+    app::Background& thread = host_->background();
+    thread.run("First", []() -> std::function<void()> { throw std::bad_alloc(); });
+    thread.runAndWait("Second", [] { throw 7; });
+    bool done = false;
+    thread.runAndWait("Third", [&] { done = true; });
+    QVERIFY(done);
+    QVERIFY(!thread.isBusy());
+    QCOMPARE(logged.size(), 2);
+    QVERIFY(logged[0].first().toString().startsWith("The memory is not enough: "));
+    QVERIFY(logged[1].first().toString().startsWith("Unexpected failure: "));
   }
 
   void reconstructsTwiceIntoNewItems() {

@@ -92,7 +92,15 @@ private Q_SLOTS:
     QTRY_VERIFY(isShown("refusal"));
     QTRY_COMPARE(line("refusal"), host_->nextEstimate.refusal);
     QVERIFY(!button()->isEnabled());
+    // Memory that other programs give back is noticed without a change.
+    host_->nextEstimate.memory = 40'000'000'000;
+    host_->nextEstimate.available = 16'000'000'000;
+    Q_EMIT host_->estimateChanged();
+    QTRY_VERIFY(label("estimateText").contains("40"));
+    QVERIFY(!button()->isEnabled());
+    host_->nextEstimate.available = 64'000'000'000;
     host_->nextEstimate.refusal.clear();
+    QTRY_VERIFY_WITH_TIMEOUT(button()->isEnabled(), 10000);
     child<QComboBox>("preset")->setCurrentIndex(0);
     QTRY_VERIFY(button()->isEnabled());
     QVERIFY(!isShown("refusal"));

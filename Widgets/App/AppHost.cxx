@@ -22,6 +22,15 @@ AppHost::AppHost(QObject* parent)
   connect(&document_, &Document::modelsChanged, this, &AppHost::modelsChanged);
   connect(runner_, &Runner::progressed, this, &AppHost::progressed);
   connect(runner_, &Runner::previewed, this, &AppHost::previewed);
+  for (Background* thread : {background_, estimates_})
+    connect(thread, &Background::failed, this, &AppHost::logged);
+  const auto ended = [this] { // before anybody is told of it
+    ++runs_;
+    slow_.clear(); // a fit tells how long others take
+  };
+  connect(runner_, &Runner::finished, this, ended);
+  connect(runner_, &Runner::failed, this, ended);
+  connect(runner_, &Runner::cancelled, this, ended);
   connect(runner_, &Runner::finished, this,
           [this](const std::shared_ptr<Outcome>& outcome) { deliver(std::move(*outcome)); });
   connect(runner_, &Runner::failed, this, &AppHost::failed);
@@ -52,7 +61,6 @@ ui::VolumeInfo AppHost::volumeInfo(const QString& id) const {
   }
   info.sliceAxis = item->sliceAxis;
   info.orientation = orientationOf(geometry, item->sliceAxis);
-  info.range = item->range;
   info.sliceThickness = item->thickness;
   return info;
 }

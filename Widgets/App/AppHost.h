@@ -63,7 +63,7 @@ private:
   void deliver(Outcome outcome);
   void readWantedFrame(const QString& id);
   /// What takes its time, found out on a thread: asking a driver, timing a small fit.
-  void fillSlowly(const Order& order, const ReconstructionInput& input, ui::Estimate& estimate);
+  void fillSlowly(const Order& order, const std::vector<ReconstructionInput>& fits, ui::Estimate& estimate);
 
   Document document_;
   Background* background_; // files
@@ -76,6 +76,7 @@ private:
     double seconds = 0;
   };
   QHash<QString, Slow> slow_; // by what was asked for
+  int runs_ = 0;              // reconstructions begun and ended: times measured across one say nothing
 };
 
 } // namespace innergs::app

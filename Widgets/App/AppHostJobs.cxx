@@ -3,6 +3,7 @@
 
 #include "Core/Devices.h"
 #include "Core/Error.h"
+#include "Core/MemoryEstimate.h"
 #include "Core/TimeEstimate.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
@@ -32,6 +33,13 @@ QString keyOf(const Order& order, const ReconstructionInput& input) {
   }
   add(*input.outputGrid);
   return key;
+}
+
+/// Without voxels: the reconstruction, and the fit that judges its quality.
+std::vector<ReconstructionInput> fitsOf(const Order& order) {
+  std::vector<ReconstructionInput> fits{makeInput(order, false)};
+  if (order.request.evaluateQuality) fits.push_back(judgedOutline(order));
+  return fits;
 }
 
 [[noreturn]] void refuse(const QString& sentence) {
@@ -80,8 +88,9 @@ Order AppHost::orderFor(const ui::Request& request) const {
   return order;
 }
 
-void AppHost::fillSlowly(const Order& order, const ReconstructionInput& input, ui::Estimate& estimate) {
-  const QString key = keyOf(order, input);
+void AppHost::fillSlowly(const Order& order, const std::vector<ReconstructionInput>& fits,
+                         ui::Estimate& estimate) {
+  const QString key = keyOf(order, fits.front());
   const auto found = slow_.constFind(key);
   if (found != slow_.constEnd()) {
     estimate.refusal = found->refusal;
@@ -92,10 +101,7 @@ void AppHost::fillSlowly(const Order& order, const ReconstructionInput& input, u
   }
   if (isRunning()) return; // all processors are at work: a time measured now says nothing
   slow_.insert(key, {});   // asked for
-  std::optional<ReconstructionInput> judged;
-  if (order.request.evaluateQuality)
-    judged = judgedOutline(order);
-  estimates_->run({}, [this, key, settings = order.request.settings, input, judged] {
+  estimates_->run({}, [this, key, settings = order.request.settings, fits, run = runs_] {
     auto slow = std::make_shared<Slow>();
     slow->refusal = sentenceOf([&] {
       const DeviceChoice choice(settings.device, settings.instructionSet, settings.selection);
@@ -103,11 +109,19 @@ void AppHost::fillSlowly(const Order& order, const ReconstructionInput& input, u
       slow->reason = QString::fromStdString(choice.use.reason);
     });
     sentenceOf([&] { // without it the time is unknown
-      slow->seconds = estimateSeconds(input, settings);
-      if (judged && slow->seconds > 0) slow->seconds += estimateSeconds(*judged, settings);
+      double sum = 0;
+      for (const ReconstructionInput& fit : fits) {
+        const double seconds = estimateSeconds(fit, settings);
+        if (seconds == 0) return;
+        sum += seconds;
+      }
+      slow->seconds = sum;
     });
-    return [this, key, slow] {
-      slow_.insert(key, *slow);
+    return [this, key, slow, run] {
+      if (run == runs_)
+        slow_.insert(key, *slow);
+      else
+        slow_.remove(key); // measured beside a reconstruction: again
       Q_EMIT estimateChanged();
     };
   });
@@ -118,9 +132,11 @@ ui::Estimate AppHost::estimate(const ui::Request& request) {
   estimate.available = availableMemory();
   const QString refusal = sentenceOf([&] {
     const Order order = orderFor(request);
-    const ReconstructionInput input = makeInput(order, false);
-    estimate.memory = estimateMemory(input, request.settings);
-    fillSlowly(order, input, estimate);
+    const std::vector<ReconstructionInput> fits = fitsOf(order);
+    const MemoryNeed need = memoryNeed(fits, request.settings, estimate.available);
+    estimate.memory = need.bytes;
+    fillSlowly(order, fits, estimate);
+    if (!need.refusal.empty() && !isRunning()) throw Error(ErrorCode::Memory, need.refusal);
   });
   if (!refusal.isEmpty()) estimate.refusal = refusal;
   return estimate;
@@ -140,6 +156,7 @@ bool AppHost::start(const ui::Request& request) {
     return false;
   }
   request_ = request;
+  ++runs_;
   runner_->start(std::move(order));
   Q_EMIT started();
   return true;

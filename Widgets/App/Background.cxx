@@ -1,11 +1,11 @@
 #include "Widgets/App/Background.h"
 
+#include "Core/Failure.h"
+
 #include <QEventLoop>
 #include <QMetaObject>
 #include <QString>
 
-#include <exception>
-#include <new>
 #include <utility>
 
 namespace innergs::app {
@@ -33,11 +33,13 @@ void Background::run(const QString& text, Work work) {
 
 void Background::runAndWait(const QString& text, const std::function<void()>& work) {
   QEventLoop loop;
+  QString failure;
   run(text, [&] {
-    work();
+    failure = app::sentenceOf(work);
     return [&] { loop.quit(); };
   });
   loop.exec(QEventLoop::ExcludeUserInputEvents);
+  if (!failure.isEmpty()) Q_EMIT failed(failure);
 }
 
 void Background::loop() {
@@ -50,7 +52,9 @@ void Background::loop() {
       item = std::move(items_.front());
       items_.pop_front();
     }
-    std::function<void()> after = item.work();
+    std::function<void()> after;
+    const QString failure = app::sentenceOf([&] { after = item.work(); });
+    if (!failure.isEmpty()) after = [this, failure] { Q_EMIT failed(failure); };
     QMetaObject::invokeMethod(
         this,
         [this, after = std::move(after)] {
@@ -68,14 +72,7 @@ void Background::loop() {
 }
 
 QString sentenceOf(const std::function<void()>& task) {
-  try {
-    task();
-    return {};
-  } catch (const std::bad_alloc&) {
-    return QObject::tr("There is not enough memory: close other programs or volumes and try again.");
-  } catch (const std::exception& error) {
-    return QString::fromUtf8(error.what());
-  }
+  return QString::fromStdString(innergs::sentenceOf(task));
 }
 
 } // namespace innergs::app

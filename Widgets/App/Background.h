@@ -18,7 +18,8 @@ public:
   ~Background() override;
 
   /// `work` runs on the thread; what it returns is called on the main thread afterwards. `text`: for the busy
-  /// bar. `work` must not throw.
+  /// bar. Work that throws is told by failed(), and nothing is called then: what must be cleaned up catches
+  /// it itself (sentenceOf).
   using Work = std::function<std::function<void()>()>;
   void run(const QString& text, Work work);
   bool isBusy() const { return open_ > 0; }
@@ -29,6 +30,8 @@ public:
 Q_SIGNALS:
   /// Text of the piece of work in progress, or "" when there is none left.
   void busyChanged(const QString& text);
+  /// A piece of work threw: what it was, in a sentence.
+  void failed(const QString& sentence);
 
 private:
   struct Item {

@@ -245,7 +245,9 @@ void ThreeDView::showModels() {
     options.window = item->window;
     background_->run({}, [this, id = item->id, model = item->model, options] {
       QString error;
-      const vtkSmartPointer<vtkPolyData> centres = ui::ellipsoidCentres(model, options, &error);
+      vtkSmartPointer<vtkPolyData> centres;
+      const QString problem = sentenceOf([&] { centres = ui::ellipsoidCentres(model, options, &error); });
+      if (!problem.isEmpty()) error = problem;
       return [this, id, model, options, centres, error] {
         if (!centres)
           Q_EMIT failed(id, error);

@@ -1,0 +1,112 @@
+#include "FinePlanes.h"
+
+#include "Core/Failure.h"
+#include "Core/ThreadPriority.h"
+#include "vtkInnerGSModel.h"
+#include "vtkInnerGSPlaneQuery.h"
+
+#include <vtkCallbackCommand.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace innergs::mrml {
+
+namespace {
+
+constexpr std::chrono::milliseconds kRest{250}; // without a move
+
+} // namespace
+
+FinePlanes::FinePlanes(std::function<void()> wake) : wake_(std::move(wake)) {
+  query_->CentredOff();
+  query_->GeometryInImageOff();
+  vtkNew<vtkCallbackCommand> quiet; // the coarse plane stays, and said what is wrong
+  query_->AddObserver(vtkCommand::ErrorEvent, quiet);
+}
+
+FinePlanes::~FinePlanes() {
+  {
+    std::lock_guard lock(mutex_);
+    quit_ = true;
+    query_->Cancel();
+  }
+  changed_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+void FinePlanes::order(const std::shared_ptr<SliceFollower>& follower, PlaneOrder order) {
+  {
+    std::lock_guard lock(mutex_);
+    waiting_[follower] = {std::move(order), Clock::now() + kRest};
+    if (current_.lock() == follower) query_->Cancel();
+  }
+  changed_.notify_all();
+  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+}
+
+std::optional<FinePlanes::Plane> FinePlanes::fetch() {
+  std::lock_guard lock(mutex_);
+  if (done_.empty()) return std::nullopt;
+  Plane plane = std::move(done_.front());
+  done_.pop_front();
+  return plane;
+}
+
+FinePlanes::Plane FinePlanes::query(const Key& follower, const PlaneOrder& order) {
+  Plane plane{follower, order.revision, nullptr, vtkSmartPointer<vtkMatrix4x4>::New()};
+  vtkNew<vtkInnerGSModel> model; // of its own, which shares the Gaussians
+  model->SetCheckpoint(order.model);
+  query_->SetModel(model);
+  query_->SetTransformToModel(order.toModel);
+  query_->SetPlaneToRASMatrix(order.planeToRAS);
+  query_->SetDimensions(order.columns, order.rows);
+  query_->SetSpacing(order.spacing, order.spacing);
+  query_->Modified(); // its last output was given away
+  query_->Update();
+  if (!query_->GetAborted() && query_->GetErrorMessage().empty()) {
+    plane.image = vtkSmartPointer<vtkImageData>::New();
+    plane.image->ShallowCopy(query_->GetOutput());
+    plane.toRAS->DeepCopy(query_->GetOutputIJKToRASMatrix());
+  }
+  query_->GetOutput()->Initialize();
+  query_->SetModel(nullptr);
+  return plane;
+}
+
+void FinePlanes::work() {
+  lowerThreadPriority();
+  std::unique_lock lock(mutex_);
+  while (!quit_) {
+    const auto first = std::min_element(waiting_.begin(), waiting_.end(), [](const auto& a, const auto& b) {
+      return a.second.due < b.second.due;
+    });
+    if (first == waiting_.end()) {
+      changed_.wait(lock);
+      continue;
+    }
+    if (const auto due = first->second.due; Clock::now() < due) {
+      changed_.wait_until(lock, due);
+      continue;
+    }
+    const Key follower = first->first;
+    const PlaneOrder order = std::move(first->second.order);
+    waiting_.erase(first);
+    if (follower.expired()) continue;
+    current_ = follower;
+    lock.unlock();
+    Plane plane;
+    sentenceOf([&] { plane = query(follower, order); }); // without it the coarse one stays
+    lock.lock();
+    current_.reset();
+    if (quit_) continue;
+    if (query_->GetAborted()) waiting_.try_emplace(follower, Waiting{order, Clock::now()}); // for one before
+    if (!plane.image) continue;
+    done_.push_back(std::move(plane));
+    lock.unlock();
+    wake_();
+    lock.lock();
+  }
+}
+
+} // namespace innergs::mrml

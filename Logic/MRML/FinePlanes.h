@@ -1,0 +1,79 @@
+#pragma once
+#include <vtkAbstractTransform.h>
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+
+class vtkInnerGSPlaneQuery;
+
+namespace innergs {
+struct Checkpoint;
+}
+
+namespace innergs::mrml {
+
+class SliceFollower;
+
+/// A plane of a model, apart from all nodes.
+struct PlaneOrder {
+  std::shared_ptr<const Checkpoint> model;
+  vtkSmartPointer<vtkAbstractTransform> toModel; // another thread may use it: it never changes; null: none
+  vtkSmartPointer<vtkMatrix4x4> planeToRAS;
+  int columns = 1, rows = 1;
+  double spacing = 1; // of the pixels, in the plane's own units
+  int revision = 0;   // the follower's, which drops what is older
+};
+
+/// Queries planes in full on a thread, once their views have been at rest. Everything but the thread's work
+/// is called on the main thread.
+class FinePlanes {
+public:
+  struct Plane {
+    std::weak_ptr<SliceFollower> follower;
+    int revision = 0;
+    vtkSmartPointer<vtkImageData> image;
+    vtkSmartPointer<vtkMatrix4x4> toRAS; // of the image
+  };
+  /// wake: called on the thread when there is a plane to fetch.
+  explicit FinePlanes(std::function<void()> wake);
+  ~FinePlanes();
+  FinePlanes(const FinePlanes&) = delete;
+  FinePlanes& operator=(const FinePlanes&) = delete;
+
+  /// Replaces the follower's order before, and stops it.
+  void order(const std::shared_ptr<SliceFollower>& follower, PlaneOrder order);
+  std::optional<Plane> fetch();
+
+private:
+  using Clock = std::chrono::steady_clock;
+  using Key = std::weak_ptr<SliceFollower>;
+  struct Waiting {
+    PlaneOrder order;
+    Clock::time_point due;
+  };
+  void work();
+  Plane query(const Key& follower, const PlaneOrder& order);
+
+  std::function<void()> wake_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::map<Key, Waiting, std::owner_less<Key>> waiting_;
+  std::deque<Plane> done_;
+  Key current_; // being queried
+  bool quit_ = false;
+  vtkNew<vtkInnerGSPlaneQuery> query_; // the thread's, but for Cancel()
+  std::thread thread_;
+};
+
+} // namespace innergs::mrml
