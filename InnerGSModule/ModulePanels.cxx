@@ -195,8 +195,9 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
         views->link(vtkMRMLSliceNode::SafeDownCast(node));
       });
   QObject::connect(modelInView, &QCheckBox::toggled, q, [this] { showModelInView(); });
-  QObject::connect(query, &QueryPanel::pictureChanged, q,
-                   [this](const PlaneImage& picture) { plane.setPicture(picture); });
+  QObject::connect(query, &QueryPanel::pictureChanged, q, [this](const PlaneImage& picture) {
+    plane.setPicture(picture, host->modelInfo(query->modelId()).bounds);
+  });
   QObject::connect(query, &QueryPanel::windowChanged, q,
                    [this](double lower, double upper) { plane.setWindow(lower, upper); });
   QObject::connect(planeIn3D, &QCheckBox::toggled, q, [this] { showPlaneIn3D(); });

@@ -13,27 +13,63 @@
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 
+#include <utility>
+#include <vector>
+
 namespace {
 
-/// The picture's rectangle, to the edges of its pixels.
-vtkSmartPointer<vtkPolyData> rectangleOf(const innergs::ui::PlaneImage& picture) {
+using Point = std::array<double, 3>;
+
+/// The part of a convex polygon on one side of `at` along an axis.
+std::vector<Point> cut(const std::vector<Point>& polygon, int axis, double at, double side) {
+  std::vector<Point> rest;
+  for (std::size_t n = 0; n < polygon.size(); ++n) {
+    const Point &a = polygon[n], &b = polygon[(n + 1) % polygon.size()];
+    const double da = side * (a[axis] - at), db = side * (b[axis] - at);
+    if (da >= 0) rest.push_back(a);
+    if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
+      Point between;
+      for (int i = 0; i < 3; ++i)
+        between[i] = a[i] + da / (da - db) * (b[i] - a[i]);
+      rest.push_back(between);
+    }
+  }
+  return rest;
+}
+
+/// What of the picture lies in the model's box, with the picture's texture coordinates.
+vtkSmartPointer<vtkPolyData> polygonOf(const innergs::ui::PlaneImage& picture,
+                                       const std::array<double, 6>& bounds) {
+  const double size[2] = {double(picture.task.columns), double(picture.task.rows)};
+  std::vector<Point> corners;
+  for (const auto& [u, v] : {std::pair{0., 0.}, {1., 0.}, {1., 1.}, {0., 1.}}) {
+    double at[4] = {u * size[0] - 0.5, v * size[1] - 0.5, 0, 1}; // the edges of its pixels
+    picture.ijkToRAS->MultiplyPoint(at, at);
+    corners.push_back({at[0], at[1], at[2]});
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    corners = cut(corners, axis, bounds[2 * axis] - 0.5 * picture.task.pixelSize, 1);
+    corners = cut(corners, axis, bounds[2 * axis + 1] + 0.5 * picture.task.pixelSize, -1);
+  }
+  vtkNew<vtkMatrix4x4> toPixels;
+  vtkMatrix4x4::Invert(picture.ijkToRAS, toPixels);
   vtkNew<vtkPoints> points;
   vtkNew<vtkFloatArray> texture;
   texture->SetNumberOfComponents(2);
-  for (const auto& [u, v] : {std::pair{0., 0.}, {1., 0.}, {1., 1.}, {0., 1.}}) {
-    double at[4] = {u * picture.task.columns - 0.5, v * picture.task.rows - 0.5, 0, 1};
-    picture.ijkToRAS->MultiplyPoint(at, at);
-    points->InsertNextPoint(at);
-    texture->InsertNextTuple2(u, v);
-  }
   vtkNew<vtkCellArray> cells;
-  const vtkIdType corners[4] = {0, 1, 2, 3};
-  cells->InsertNextCell(4, corners);
-  auto rectangle = vtkSmartPointer<vtkPolyData>::New();
-  rectangle->SetPoints(points);
-  rectangle->SetPolys(cells);
-  rectangle->GetPointData()->SetTCoords(texture);
-  return rectangle;
+  if (corners.size() >= 3) cells->InsertNextCell(static_cast<int>(corners.size()));
+  for (const Point& corner : corners) {
+    double at[4] = {corner[0], corner[1], corner[2], 1};
+    const vtkIdType n = points->InsertNextPoint(at);
+    if (corners.size() >= 3) cells->InsertCellPoint(n);
+    toPixels->MultiplyPoint(at, at);
+    texture->InsertNextTuple2((at[0] + 0.5) / size[0], (at[1] + 0.5) / size[1]);
+  }
+  auto polygon = vtkSmartPointer<vtkPolyData>::New();
+  polygon->SetPoints(points);
+  polygon->SetPolys(cells);
+  polygon->GetPointData()->SetTCoords(texture);
+  return polygon;
 }
 
 vtkMRMLModelNode* addHidden(vtkMRMLScene* scene) {
@@ -88,8 +124,9 @@ void PlaneIn3D::setShown(bool shown) {
   update();
 }
 
-void PlaneIn3D::setPicture(const innergs::ui::PlaneImage& picture) {
+void PlaneIn3D::setPicture(const innergs::ui::PlaneImage& picture, const std::array<double, 6>& bounds) {
   picture_ = picture;
+  bounds_ = bounds;
   if (shown_) update();
 }
 
@@ -108,7 +145,7 @@ void PlaneIn3D::update() {
   colours_->SetLevel((upper_ + lower_) / 2);
   colours_->Update();
   MRMLNodeModifyBlocker blocker(node_);
-  node_->SetAndObservePolyData(rectangleOf(picture_));
+  node_->SetAndObservePolyData(polygonOf(picture_, bounds_));
   vtkMRMLDisplayNode* display = node_->GetDisplayNode();
   if (!display) return;
   display->SetTextureImageDataConnection(colours_->GetOutputPort());

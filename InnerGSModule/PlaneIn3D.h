@@ -2,7 +2,10 @@
 #include "Widgets/PlaneWorker.h"
 
 #include <vtkNew.h>
+#include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
+
+#include <array>
 
 class vtkImageMapToWindowLevelColors;
 class vtkMRMLModelNode;
@@ -17,7 +20,8 @@ public:
   void setScene(vtkMRMLScene* scene);
   /// Whether it is to be seen; without a picture nothing is.
   void setShown(bool shown);
-  void setPicture(const innergs::ui::PlaneImage& picture);
+  /// bounds: the model's (RAS mm), outside of which nothing is shown.
+  void setPicture(const innergs::ui::PlaneImage& picture, const std::array<double, 6>& bounds);
   /// What is black and white, scanner units.
   void setWindow(double lower, double upper);
 
@@ -28,6 +32,7 @@ private:
   vtkWeakPointer<vtkMRMLScene> scene_;
   vtkWeakPointer<vtkMRMLModelNode> node_;
   innergs::ui::PlaneImage picture_;
+  std::array<double, 6> bounds_{};
   double lower_ = 0, upper_ = 1;
   bool shown_ = false;
   vtkNew<vtkImageMapToWindowLevelColors> colours_;

@@ -150,6 +150,18 @@ class InnerGSModulePlanesTest(ModuleFixture):
         level = lambda: (node.GetPolyData().GetBounds()[4], node.GetPolyData().GetBounds()[5])
         self.assertTrue(until(lambda: np.allclose(level(), 7, atol=0.01), 10), level())
         self.assertGreater(node.GetPolyData().GetBounds()[1] - node.GetPolyData().GetBounds()[0], 50)
+        # An oblique plane ends where the model does.
+        turn = vtk.vtkTransform()
+        turn.RotateWXYZ(40, 1, 1, 0)
+        red.GetSliceToRAS().DeepCopy(turn.GetMatrix())
+        red.UpdateMatrices()
+        self.assertTrue(until(lambda: level()[1] - level()[0] > 20, 10), level())
+        box = [0.0] * 6
+        self.parameters.GetResultModelNode().GetRASBounds(box)
+        for low, high in ((0, 1), (2, 3), (4, 5)):
+            self.assertGreater(node.GetPolyData().GetBounds()[low], box[low] - 2)
+            self.assertLess(node.GetPolyData().GetBounds()[high], box[high] + 2)
+        self.assertGreater(node.GetPolyData().GetNumberOfPoints(), 3)
         # With the picture on it, in the panel's window.
         node.GetDisplayNode().GetTextureImageDataConnection().GetProducer().Update()
         picture = node.GetDisplayNode().GetTextureImageDataConnection().GetProducer().GetOutput()
