@@ -43,7 +43,7 @@ def find(name):
 def main():
     os.makedirs(FOLDER, exist_ok=True)
     window = slicer.util.mainWindow()
-    window.resize(1500, 940)
+    window.resize(1500, 1100)
     slicer.util.setPythonConsoleVisible(False)
     slicer.util.setDataProbeVisible(False)
     slicer.util.setModuleHelpSectionVisible(False)
@@ -65,6 +65,7 @@ def main():
     find("reconstruct").click()
     until(lambda: slicer.modules.innergs.logic().GetLastJob().GetPreviewImage() is not None, 120)
     rest(2)
+    scroll_to("progressCard")
     picture("progress")
     until(lambda: "econstruct" in find("reconstruct").text, 900)
     result = find("ParameterNodeComboBox").currentNode().GetResultVolumeNode()
@@ -74,7 +75,7 @@ def main():
     view.rotateToViewAxis(3)
     for _ in range(4):
         view.zoomIn()
-    scroll_to("qualityCard")
+    scroll_to("VolumeRenderingButton")  # and what is above it
     picture("result")
 
     find("ReconstructSection").collapsed = True
@@ -90,6 +91,8 @@ def main():
     turn.RotateY(20)
     red.GetSliceToRAS().DeepCopy(turn.GetMatrix())
     red.UpdateMatrices()
+    for _ in range(3):
+        view.zoomOut()
     rest(1)
     picture("query")
 
