@@ -28,9 +28,9 @@ FakeHost::FakeHost(QObject* parent) : Host(parent) {
   qRegisterMetaType<innergs::Progress>("innergs::Progress");
   qRegisterMetaType<Report>("innergs::ui::Report");
   roles = {Role::Input, Role::Mask, Role::Region, Role::Reference, Role::OutputVolume, Role::Model};
-  addVolume("head", {"Head axial", {256, 256, 30}, {0.9, 0.9, 4.0}, 2, "axial", {0, 1200}});
-  addVolume("side", {"Head sagittal", {256, 256, 28}, {0.9, 0.9, 5.0}, 2, "sagittal", {0, 1100}});
-  addVolume("thin", {"Thin", {64, 64, 64}, {1, 1, 1}, 2, "axial", {0, 100}});
+  addVolume("head", {"Head axial", {256, 256, 30}, {0.9, 0.9, 4.0}, 2, "axial"});
+  addVolume("side", {"Head sagittal", {256, 256, 28}, {0.9, 0.9, 5.0}, 2, "sagittal"});
+  addVolume("thin", {"Thin", {64, 64, 64}, {1, 1, 1}, 2, "axial"});
   masks = {{"brain", "Brain"}};
   regions = {{"box", "Box"}};
   nextEstimate.memory = 850'000'000;

@@ -332,7 +332,7 @@ private Q_SLOTS:
     choose("head");
     QTRY_COMPARE(host_->estimated.size(), 1);
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
-    host_->addVolume("new", {"New", {9, 9, 9}, {1, 1, 1}, 2, "axial", {0, 1}});
+    host_->addVolume("new", {"New", {9, 9, 9}, {1, 1, 1}, 2, "axial"});
     QTRY_COMPARE(host_->estimated.size(), 2);
     QCOMPARE(changed.count(), 0);
   }
