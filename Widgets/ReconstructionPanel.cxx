@@ -126,8 +126,9 @@ void ReconstructionPanel::connectHost() {
   connect(host_, &Host::estimateChanged, this, [this] { estimateTimer_.start(); });
   connect(host_, &Host::progressed, this,
           [this](const Progress& progress) { progress_->setProgress(progress); });
-  connect(host_, &Host::previewed, this,
-          [this](vtkImageData* image, vtkMatrix4x4* ijkToRAS) { progress_->setPreview(image, ijkToRAS); });
+  connect(host_, &Host::previewed, this, [this](vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+    if (progress_->setPreview(image, ijkToRAS)) reveal(progress_); // it has grown
+  });
   connect(host_, &Host::finished, this, [this](const Report& report) {
     progress_->finish();
     quality_->setReport(report);
