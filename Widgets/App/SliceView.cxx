@@ -20,7 +20,6 @@
 #include <QFontMetrics>
 #include <QKeyEvent>
 #include <QMouseEvent>
-#include <QTimer>
 #include <QWheelEvent>
 
 #include <algorithm>
@@ -241,9 +240,7 @@ void SliceView::placeLetters() {
 }
 
 void SliceView::render() {
-  if (std::exchange(renderDue_, true)) return; // many changes, one picture
-  QTimer::singleShot(0, this, [this] {
-    renderDue_ = false;
+  state_->turns().add(this, [this] {
     if (isVisible()) scene_->window->Render();
   });
 }

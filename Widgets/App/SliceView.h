@@ -69,7 +69,7 @@ private:
   const int axis_;
   QPoint pressed_, last_;
   Qt::MouseButton button_ = Qt::NoButton;
-  bool dragging_ = false, fitted_ = false, renderDue_ = false;
+  bool dragging_ = false, fitted_ = false;
   ui::WheelSteps wheel_;
   struct Scene;
   std::unique_ptr<Scene> scene_;

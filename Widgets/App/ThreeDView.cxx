@@ -28,7 +28,6 @@
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
 
-#include <QTimer>
 
 #include <cmath>
 #include <map>
@@ -284,9 +283,7 @@ void ThreeDView::fit() {
 }
 
 void ThreeDView::render() {
-  if (std::exchange(renderDue_, true)) return;
-  QTimer::singleShot(0, this, [this] {
-    renderDue_ = false;
+  state_->turns().add(this, [this] {
     if (!isVisible()) return;
     scene_->renderer->ResetCameraClippingRange();
     scene_->window->Render();

@@ -53,7 +53,7 @@ private:
   void render();
 
   ViewState* state_;
-  bool rendered_ = false, planes_ = true, fitted_ = false, renderDue_ = false;
+  bool rendered_ = false, planes_ = true, fitted_ = false;
   struct Scene;
   std::unique_ptr<Scene> scene_;
   std::unique_ptr<QueryPlane> query_;

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Linear.h"
 #include "Widgets/App/Document.h"
+#include "Widgets/App/RenderTurns.h"
 
 namespace innergs::app {
 
@@ -36,6 +37,9 @@ public:
   /// "R 12.3  A 4.5  I 6.7 mm: 134" for people.
   QString describe(const Vec3& ras) const;
 
+  /// In which the views draw themselves.
+  RenderTurns& turns() { return turns_; }
+
 Q_SIGNALS:
   void volumeChanged(); // another one, or its content
   void crosshairChanged();
@@ -49,6 +53,7 @@ private:
   QString volumeId_;
   std::shared_ptr<const Volume> shown_; // that the views were told of
   Vec3 crosshair_{0, 0, 0};
+  RenderTurns turns_;
 };
 
 } // namespace innergs::app
