@@ -206,12 +206,17 @@ private Q_SLOTS:
     const QPoint edge = window_->views()->threeD()->geometry().topLeft() - QPoint(1, 1);
     const QColor frame = window_->palette().color(QPalette::Highlight);
     QCOMPARE(window_->views()->grab().toImage().pixelColor(edge), frame);
-    QTest::qWait(100);
     const auto seen = [&] { return window_->views()->threeD()->grab().toImage(); };
-    const QImage front = seen();
+    QImage front;
+    const auto atRest = [&] { // drawn in full
+      front = seen();
+      QTest::qWait(200);
+      return seen() == front;
+    };
+    QTRY_VERIFY(atRest());
     press(Qt::Key_W); // no key of VTK's: wireframe
-    QTest::qWait(100);
-    QVERIFY(seen() == front);
+    QTest::qWait(200);
+    QTRY_VERIFY(partThatDiffers(seen(), front) < 0.01);
     press(Qt::Key_Left);
     QTRY_VERIFY(partThatDiffers(seen(), front) > 0.05);
     press(Qt::Key_Home);
