@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace innergs {
 namespace {
@@ -52,6 +53,20 @@ void checkStack(const Stack& stack) {
       any = stack.observed[i] && std::isfinite(stack.image.voxels[i]);
     if (!any) fail(ErrorCode::NoData, " has no observed finite voxel: check the mask.");
   }
+}
+
+ValueRange observedRange(std::span<const Stack> stacks) {
+  ValueRange range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+  for (const Stack& stack : stacks)
+    for (std::size_t v = 0; v < stack.image.voxels.size(); ++v) {
+      const float value = stack.image.voxels[v];
+      if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
+      range.low = std::min(range.low, value);
+      range.high = std::max(range.high, value);
+    }
+  if (range.low > range.high)
+    throw Error(ErrorCode::NoData, "The images have no finite observed voxel: check the mask.");
+  return range;
 }
 
 Stack withSliceAxis(const Stack& stack, int axis) {

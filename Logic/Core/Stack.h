@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Volume.h"
 
+#include <span>
+
 namespace innergs {
 
 /// How a slice weighs the tissue along its normal.
@@ -24,6 +26,14 @@ struct Stack {
 /// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), each of the slice
 /// spacing there; what is observed goes along. No poses or times.
 Stack withSliceAxis(const Stack& stack, int axis);
+
+/// Smallest and largest value, in scanner units.
+struct ValueRange {
+  float low = 0, high = 0;
+};
+/// Of the finite observed voxels of all stacks, none left out as an outlier. Throws Error(NoData) where there
+/// is no such voxel.
+ValueRange observedRange(std::span<const Stack> stacks);
 
 /// Checks sizes, geometry and that poses are rigid; throws Error(Geometry | InvalidArgument | NoData).
 void checkStack(const Stack& stack);

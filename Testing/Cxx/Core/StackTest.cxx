@@ -98,3 +98,21 @@ TEST(Stack, WithSliceAxisTakesWhatIsObservedAlong) {
   }
   EXPECT_THROW(withSliceAxis(stack, 3), Error);
 }
+
+TEST(Stack, ObservedRangeIsThatOfTheFiniteObservedVoxels) {
+  Stack a = validStack(), b = validStack();
+  a.image.voxels.assign(120, 10.f);
+  a.image.voxels[3] = -7; // one voxel of 240 counts
+  a.image.voxels[4] = -std::numeric_limits<float>::infinity();
+  b.image.voxels.assign(120, 20.f);
+  b.image.voxels[0] = 1e6f;
+  b.image.voxels[1] = 33;
+  b.observed.assign(120, 1);
+  b.observed[0] = 0;
+  const std::vector<Stack> stacks{a, b};
+  const ValueRange range = observedRange(stacks);
+  EXPECT_EQ(range.low, -7);
+  EXPECT_EQ(range.high, 33);
+  b.observed.assign(120, 0);
+  EXPECT_THROW(observedRange({&b, 1}), Error);
+}
