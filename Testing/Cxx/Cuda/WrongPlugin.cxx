@@ -1,6 +1,8 @@
 // A device plugin whose devices run the kernels on the host, all but the last one wrongly.
-// INNERGS_WRONG: alone leaves the right one out, busy lets none be started, slow takes seconds to start one,
-// asleep ends the program when one is.
+// INNERGS_WRONG: alone leaves the right one out, busy lets none be started, asleep ends the program when one
+// is, gated makes the file INNERGS_WRONG_GATE.entered and starts one once there is a file
+// INNERGS_WRONG_GATE.open. INNERGS_WRONG_LOG: a file to which every start adds a line with the device's
+// number.
 #include "Core/Error.h"
 #include "Cuda/HostBlock.h"
 #include "Cuda/HostExecutor.h"
@@ -8,6 +10,8 @@
 
 #include <chrono>
 #include <cstdlib>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <thread>
 #include <type_traits>
@@ -73,14 +77,23 @@ struct Right {
 
 constexpr std::int64_t kMemory = std::int64_t{1} << 36;
 
+std::string variable(const char* name) {
+  const char* set = std::getenv(name);
+  return set ? set : "";
+}
+
 bool wrong(const char* how) {
-  const char* set = std::getenv("INNERGS_WRONG");
-  return set && std::string(set) == how;
+  return variable("INNERGS_WRONG") == how;
 }
 
 void start() {
   if (wrong("asleep")) std::abort();
-  if (wrong("slow")) std::this_thread::sleep_for(std::chrono::seconds(2));
+  if (wrong("gated")) {
+    const std::string gate = variable("INNERGS_WRONG_GATE");
+    std::ofstream(gate + ".entered") << "entered";
+    while (!std::filesystem::exists(gate + ".open"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
   if (wrong("busy")) throw Error(ErrorCode::Internal, "The device is busy.");
 }
 
@@ -101,6 +114,8 @@ public:
 protected:
   std::unique_ptr<Executor> executor(int device) override {
     start();
+    if (const std::string log = variable("INNERGS_WRONG_LOG"); !log.empty())
+      std::ofstream(log, std::ios::app) << device << "\n";
     constexpr std::size_t memory = kMemory;
     if (device == 0) return std::make_unique<HostExecutor<LosesBlocks>>(memory);
     if (device == 1) return std::make_unique<HostExecutor<LosesLanes>>(memory);
