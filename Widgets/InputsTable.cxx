@@ -5,6 +5,7 @@
 #include "Widgets/Words.h"
 
 #include <QComboBox>
+#include <QEvent>
 #include <QGridLayout>
 #include <QLabel>
 #include <QSignalBlocker>
@@ -165,6 +166,11 @@ void InputRow::chainTabs() {
   setTabOrder(remove_, thickness_);
   setTabOrder(thickness_, profile_);
   setTabOrder(profile_, axis_);
+}
+
+void InputRow::changeEvent(QEvent* event) {
+  QWidget::changeEvent(event);
+  if (event->type() == QEvent::FontChange || event->type() == QEvent::StyleChange) refresh(); // its widths
 }
 
 QWidget* InputRow::firstField() const {

@@ -33,6 +33,9 @@ Q_SIGNALS:
   void changed();
   void removeRequested();
 
+protected:
+  void changeEvent(QEvent* event) override;
+
 private:
   void chainTabs();
 

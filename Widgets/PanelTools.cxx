@@ -1,12 +1,17 @@
 #include "Widgets/PanelTools.h"
 
+#include "Widgets/HeightForWidth.h"
+
 #include <QAbstractSpinBox>
 #include <QComboBox>
 #include <QEvent>
 #include <QLabel>
 #include <QScrollArea>
+#include <QScrollBar>
 #include <QSlider>
 #include <QTimer>
+
+#include <algorithm>
 
 namespace innergs::ui {
 
@@ -14,24 +19,11 @@ namespace {
 
 constexpr int kLayoutDelays[] = {50, 400}; // ms: the layout takes longer on a busy machine
 
-/// Takes whatever width there is, and the height that its text then needs: no more, so that a panel of
-/// them is not taller than it must be.
-class WrappedLabel : public QLabel {
-public:
-  explicit WrappedLabel(QWidget* parent) : QLabel(parent) {
-    setWordWrap(true);
-    QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Preferred);
-    policy.setHeightForWidth(true);
-    setSizePolicy(policy);
-  }
-  QSize sizeHint() const override { return minimumSizeHint(); }
-  QSize minimumSizeHint() const override { return {0, fontMetrics().height()}; }
-};
-
 } // namespace
 
 QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent) {
-  auto* label = new WrappedLabel(parent);
+  auto* label = new HeightForWidth<QLabel>(parent);
+  label->setWordWrap(true);
   label->setObjectName(objectName);
   label->setTextFormat(Qt::PlainText);
   label->setTextInteractionFlags(Qt::TextSelectableByMouse);
@@ -66,11 +58,17 @@ void guardWheel(QWidget* parent) {
     add(slider);
 }
 
-void reveal(QWidget* widget) {
+void reveal(QWidget* first, QWidget* last) {
   for (const int delay : kLayoutDelays)
-    QTimer::singleShot(delay, widget, [widget] {
-      for (QWidget* parent = widget->parentWidget(); parent; parent = parent->parentWidget())
-        if (auto* area = qobject_cast<QScrollArea*>(parent)) return area->ensureWidgetVisible(widget, 0, 0);
+    QTimer::singleShot(delay, last, [first, last] {
+      for (QWidget* parent = last->parentWidget(); parent; parent = parent->parentWidget())
+        if (auto* area = qobject_cast<QScrollArea*>(parent)) {
+          const int top = first->mapTo(area->widget(), QPoint(0, 0)).y();
+          const int bottom = last->mapTo(area->widget(), QPoint(0, last->height())).y();
+          QScrollBar* bar = area->verticalScrollBar();
+          bar->setValue(std::min(std::max(bar->value(), bottom - area->viewport()->height()), top));
+          return;
+        }
     });
 }
 

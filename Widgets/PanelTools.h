@@ -9,7 +9,8 @@ namespace innergs::ui {
 QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent);
 /// The wheel changes no value unless the widget has the keyboard: what scrolls a panel must not edit it.
 void guardWheel(QWidget* parent);
-/// Scrolls the area around a widget, if there is one, so that the widget is seen once it is laid out.
-void reveal(QWidget* widget);
+/// Scrolls the area around two widgets, if there is one, so that all from the first to the last is seen once
+/// it is laid out; where that is too much, from the first on.
+void reveal(QWidget* first, QWidget* last);
 
 } // namespace innergs::ui

@@ -54,10 +54,7 @@ void gather(const T* voxels, const std::vector<std::ptrdiff_t>& columns,
 
 } // namespace
 
-PreviewView::PreviewView(QWidget* parent) : QWidget(parent) {
-  QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Preferred);
-  policy.setHeightForWidth(true);
-  setSizePolicy(policy);
+PreviewView::PreviewView(QWidget* parent) : HeightForWidth(parent) {
   setAccessibleName(tr("Preview of the result: axial, coronal and sagittal slice"));
   setToolTip(
       tr("The result so far: middle axial, coronal and sagittal slice;\npatient's right on the left."));
@@ -130,11 +127,6 @@ double PreviewView::scale(int width) const {
   for (const PlanePicture& plane : planes_)
     mm += plane.size.width();
   return mm > 0 ? std::max(1, width - 2 * kGap) / mm : 0;
-}
-
-QSize PreviewView::sizeHint() const {
-  const int width = 40 * fontMetrics().averageCharWidth();
-  return {width, heightForWidth(width)};
 }
 
 int PreviewView::heightForWidth(int width) const {

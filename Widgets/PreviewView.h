@@ -1,4 +1,6 @@
 #pragma once
+#include "Widgets/HeightForWidth.h"
+
 #include <QImage>
 #include <QSizeF>
 #include <QWidget>
@@ -12,7 +14,7 @@ namespace innergs::ui {
 
 /// The middle axial, coronal and sagittal slice of an image, seen as radiologists do (patient's right on the
 /// left), at one scale in mm.
-class PreviewView : public QWidget {
+class PreviewView : public HeightForWidth<QWidget> {
   Q_OBJECT
 public:
   explicit PreviewView(QWidget* parent = nullptr);
@@ -21,8 +23,6 @@ public:
   void clear();
   bool isEmpty() const { return planes_[0].image.isNull(); }
 
-  QSize sizeHint() const override;
-  bool hasHeightForWidth() const override { return true; }
   int heightForWidth(int width) const override;
 
 protected:

@@ -6,6 +6,7 @@
 #include "Widgets/Words.h"
 
 #include <QEvent>
+#include <QGridLayout>
 #include <QLabel>
 #include <QLocale>
 #include <QProgressBar>
@@ -69,9 +70,10 @@ QString numbersText(const Progress& progress, const QPalette& palette) {
 } // namespace
 
 ProgressCard::ProgressCard(QWidget* parent)
-    : QWidget(parent), phase_(makeWrappedLabel("phaseText", this)), remaining_(new QLabel(this)),
-      numbers_(makeWrappedLabel("fitNumbers", this)), note_(makeWrappedLabel("fitNote", this)),
-      bar_(new QProgressBar(this)), chart_(new FitChart(this)), preview_(new PreviewView(this)) {
+    : QWidget(parent), head_(new QWidget(this)), phase_(makeWrappedLabel("phaseText", head_)),
+      remaining_(new QLabel(head_)), numbers_(makeWrappedLabel("fitNumbers", this)),
+      note_(makeWrappedLabel("fitNote", this)), bar_(new QProgressBar(head_)), chart_(new FitChart(this)),
+      preview_(new PreviewView(this)) {
   remaining_->setObjectName("remainingText");
   numbers_->setTextFormat(Qt::RichText);
   bar_->setObjectName("progressBar");
@@ -82,13 +84,15 @@ ProgressCard::ProgressCard(QWidget* parent)
   numbers_->setToolTip(tr("PSNR in dB: more is better. The loss has no unit: less is better."));
   chart_->setObjectName("fitChart");
   preview_->setObjectName("preview");
-  auto* head = new QHBoxLayout;
-  head->addWidget(phase_, 1);
-  head->addWidget(remaining_);
+  auto* head = new QGridLayout(head_);
+  head->setContentsMargins(0, 0, 0, 0);
+  head->addWidget(phase_, 0, 0);
+  head->addWidget(remaining_, 0, 1);
+  head->addWidget(bar_, 1, 0, 1, 2);
+  head->setColumnStretch(0, 1);
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
-  layout->addLayout(head);
-  layout->addWidget(bar_);
+  layout->addWidget(head_);
   layout->addWidget(note_);
   layout->addWidget(preview_);
   layout->addWidget(numbers_);
@@ -110,8 +114,7 @@ void ProgressCard::begin() {
   bar_->setValue(0);
   chart_->clear();
   preview_->clear();
-  for (QWidget* part : {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_),
-                        static_cast<QWidget*>(bar_), static_cast<QWidget*>(chart_)})
+  for (QWidget* part : {head_, static_cast<QWidget*>(chart_)})
     part->show();
   for (QWidget* part :
        {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_), static_cast<QWidget*>(numbers_)})
@@ -185,9 +188,7 @@ void ProgressCard::setCancelling() {
 
 void ProgressCard::finish() {
   showLatest();
-  for (QWidget* part :
-       {static_cast<QWidget*>(phase_), static_cast<QWidget*>(remaining_), static_cast<QWidget*>(bar_),
-        static_cast<QWidget*>(preview_), static_cast<QWidget*>(note_)})
+  for (QWidget* part : {head_, static_cast<QWidget*>(preview_), static_cast<QWidget*>(note_)})
     part->hide();
   preview_->clear();
   setVisible(chart_->points() > 1);

@@ -15,11 +15,14 @@ namespace innergs::ui {
 class FitChart;
 class PreviewView;
 
-/// A running reconstruction: phase, percent, remaining time, the chart of the fit and a preview.
+/// A running reconstruction: the chart of the fit, a preview, and a head with phase, percent and remaining
+/// time.
 class ProgressCard : public QWidget {
   Q_OBJECT
 public:
   explicit ProgressCard(QWidget* parent = nullptr);
+  /// Seen while it runs; whoever shows the card may put it elsewhere.
+  QWidget* head() const { return head_; }
   /// Before the first report.
   void begin();
   /// Shown at once when the phase changes, else a few times a second.
@@ -40,6 +43,7 @@ private:
   void showNumbers();
   void showRemaining(double seconds);
 
+  QWidget* head_;
   QLabel *phase_, *remaining_, *numbers_, *note_;
   QProgressBar* bar_;
   FitChart* chart_;

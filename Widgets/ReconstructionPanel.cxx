@@ -6,6 +6,7 @@
 #include "Widgets/MessageLine.h"
 #include "Widgets/OutputBox.h"
 #include "Widgets/PanelTools.h"
+#include "Widgets/PinnedRow.h"
 #include "Widgets/ProgressCard.h"
 #include "Widgets/QualityCard.h"
 #include "Widgets/Section.h"
@@ -74,22 +75,16 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
   for (QWidget* part : {makeInputs(), makeOutput(), makeFit(), makeAdvanced()})
     choices->addWidget(part);
 
-  estimate_ = makeWrappedLabel("estimateText", this);
-  estimate_->setToolTip(tr("Roughly, before the start: time, and memory (GB) beyond that of the scans."));
-  refusalLine_ = new MessageLine(this);
-  refusalLine_->setObjectName("refusal");
-  message_ = new MessageLine(this);
-  message_->setObjectName("message");
-  button_ = new QPushButton(this);
-  button_->setObjectName("reconstruct");
-  button_->setMinimumHeight(2 * fontMetrics().lineSpacing());
   progress_ = new ProgressCard(this);
   progress_->setObjectName("progressCard");
+  start_ = new PinnedRow(this);
+  start_->setContent(makeStart());
+  message_ = new MessageLine(this);
+  message_->setObjectName("message");
   quality_ = new QualityCard(this);
   quality_->setObjectName("qualityCard");
   auto* layout = new QVBoxLayout(this);
-  for (QWidget* part : {choices_, static_cast<QWidget*>(estimate_), static_cast<QWidget*>(refusalLine_),
-                        static_cast<QWidget*>(button_), static_cast<QWidget*>(message_),
+  for (QWidget* part : {choices_, static_cast<QWidget*>(start_), static_cast<QWidget*>(message_),
                         static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
     layout->addWidget(part);
   layout->addStretch(1);
@@ -120,27 +115,27 @@ void ReconstructionPanel::connectHost() {
     quality_->clear();
     progress_->begin();
     setState(State::Running);
-    reveal(progress_);
+    reveal(start_, progress_);
   });
   connect(host_, &Host::waiting, this, [this] { progress_->setWaiting(); });
   connect(host_, &Host::estimateChanged, this, [this] { estimateTimer_.start(); });
   connect(host_, &Host::progressed, this,
           [this](const Progress& progress) { progress_->setProgress(progress); });
   connect(host_, &Host::previewed, this, [this](vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
-    if (progress_->setPreview(image, ijkToRAS)) reveal(progress_); // it has grown
+    if (progress_->setPreview(image, ijkToRAS)) reveal(start_, progress_); // it has grown
   });
   connect(host_, &Host::finished, this, [this](const Report& report) {
     progress_->finish();
     quality_->setReport(report);
     setState(State::Idle);
-    reveal(quality_);
+    reveal(quality_, quality_);
   });
   connect(host_, &Host::failed, this, [this](const QString& text) {
     progress_->hide();
     message_->setMessage(MessageLine::Kind::Error,
                          sentence(text) + '\n' + tr("No result was made. Start again after a change."));
     setState(State::Idle);
-    reveal(message_);
+    reveal(message_, message_);
   });
   connect(host_, &Host::cancelled, this, [this] {
     progress_->hide();
@@ -267,6 +262,8 @@ void ReconstructionPanel::setState(State state) {
     break;
   }
   button_->setEnabled(state == State::Running || (state == State::Idle && refusal_.isEmpty()));
+  start_->setPinnedAtTop(state != State::Idle);
+  progress_->head()->setVisible(state != State::Idle);
   if (state != State::Idle) {
     estimate_->hide();
     refusalLine_->hide();

@@ -18,12 +18,14 @@ class DeviceBox;
 class InputsTable;
 class MessageLine;
 class OutputBox;
+class PinnedRow;
 class ProgressCard;
 class QualityCard;
 class SettingsPanel;
 
 /// From scans to a result: what to reconstruct and how, what it will take, one button that starts and
-/// cancels, progress, and what came out. Grows downwards: to be shown in a scroll area.
+/// cancels, progress, and what came out. Grows downwards: to be shown in a scroll area, in which the button
+/// and the progress stay in view.
 class ReconstructionPanel : public QWidget {
   Q_OBJECT
 public:
@@ -55,6 +57,7 @@ private:
   QWidget* makeFit();
   QWidget* makeAdvanced();
   QWidget* makeQualityOptions();
+  QWidget* makeStart();
   void connectHost();
   void edited();
   void explain();
@@ -87,6 +90,7 @@ private:
   QLabel* estimate_;
   MessageLine *refusalLine_, *message_;
   QPushButton* button_;
+  PinnedRow* start_; // the button and what is said beside it
   ProgressCard* progress_;
   QualityCard* quality_;
 };

@@ -2,8 +2,10 @@
 
 #include "Widgets/DeviceBox.h"
 #include "Widgets/InputsTable.h"
+#include "Widgets/MessageLine.h"
 #include "Widgets/OutputBox.h"
 #include "Widgets/PanelTools.h"
+#include "Widgets/ProgressCard.h"
 #include "Widgets/Section.h"
 #include "Widgets/SettingsPanel.h"
 
@@ -13,6 +15,7 @@
 #include <QFormLayout>
 #include <QGroupBox>
 #include <QLabel>
+#include <QPushButton>
 #include <QSpinBox>
 #include <QVBoxLayout>
 
@@ -151,6 +154,28 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
     edited();
   });
   return group;
+}
+
+QWidget* ReconstructionPanel::makeStart() {
+  auto* content = new QWidget(this);
+  estimate_ = makeWrappedLabel("estimateText", content);
+  estimate_->setToolTip(tr("Roughly, before the start: time, and memory (GB) beyond that of the scans."));
+  estimate_->hide();
+  refusalLine_ = new MessageLine(content);
+  refusalLine_->setObjectName("refusal");
+  button_ = new QPushButton(content);
+  button_->setObjectName("reconstruct");
+  button_->setMinimumHeight(2 * fontMetrics().lineSpacing());
+  auto* row = new QHBoxLayout;
+  row->addWidget(progress_->head(), 1);
+  row->addWidget(button_, 0);
+  auto* layout = new QVBoxLayout(content);
+  const int gap = layout->spacing() / 2;
+  layout->setContentsMargins(0, gap, 0, gap);
+  layout->addWidget(estimate_);
+  layout->addWidget(refusalLine_);
+  layout->addLayout(row);
+  return content;
 }
 
 } // namespace innergs::ui

@@ -1,0 +1,33 @@
+#pragma once
+#include <QResizeEvent>
+#include <QSizePolicy>
+
+#include <utility>
+
+namespace innergs::ui {
+
+/// A widget that takes whatever width there is and the height that it then needs (Base::heightForWidth). That
+/// height is its least one as well: not every container above a panel passes on that it depends on the width.
+template <class Base>
+class HeightForWidth : public Base {
+public:
+  template <class... Arguments>
+  explicit HeightForWidth(Arguments&&... arguments) : Base(std::forward<Arguments>(arguments)...) {
+    QSizePolicy policy(QSizePolicy::Ignored, QSizePolicy::Preferred);
+    policy.setHeightForWidth(true);
+    this->setSizePolicy(policy);
+  }
+  QSize sizeHint() const override { return minimumSizeHint(); }
+  QSize minimumSizeHint() const override {
+    const bool placed = this->testAttribute(Qt::WA_Resized);
+    return {0, placed ? this->heightForWidth(this->width()) : this->fontMetrics().height()};
+  }
+
+protected:
+  void resizeEvent(QResizeEvent* event) override {
+    Base::resizeEvent(event);
+    if (event->oldSize().width() != this->width()) this->updateGeometry();
+  }
+};
+
+} // namespace innergs::ui

@@ -1,0 +1,45 @@
+#pragma once
+#include <QPointer>
+#include <QVector>
+#include <QWidget>
+
+namespace innergs::ui {
+
+/// A row of a panel that stays in view: while the scroll areas around the panel have scrolled its place away,
+/// it lies at their lower edge, over the panel.
+class PinnedRow : public QWidget {
+  Q_OBJECT
+public:
+  /// panel: its parent or a further ancestor, which it does not leave.
+  explicit PinnedRow(QWidget* panel);
+  ~PinnedRow() override;
+  /// What it shows, once. Becomes a child of the panel.
+  void setContent(QWidget* content);
+  /// Whether it stays at the upper edge as well.
+  void setPinnedAtTop(bool pinned);
+
+  QSize sizeHint() const override;
+  QSize minimumSizeHint() const override;
+  bool hasHeightForWidth() const override;
+  int heightForWidth(int width) const override;
+  bool eventFilter(QObject* watched, QEvent* event) override;
+
+protected:
+  void moveEvent(QMoveEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
+  void showEvent(QShowEvent* event) override;
+  void hideEvent(QHideEvent* event) override;
+
+private:
+  class Bar;
+  void watchAncestors();
+  void place();
+  void uncover(QWidget* focused);
+
+  QWidget* panel_;
+  QPointer<QWidget> bar_; // a Bar
+  QVector<QPointer<QWidget>> watched_;
+  bool atTop_ = false;
+};
+
+} // namespace innergs::ui
