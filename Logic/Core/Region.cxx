@@ -17,8 +17,8 @@ void checkRegion(const Region& region) {
   for (int a = 0; a < 3; ++a)
     if (!(region.min[a] < region.max[a]) || !std::isfinite(region.max[a] - region.min[a]))
       throw Error(ErrorCode::InvalidArgument,
-                  "The region of interest is empty: give xmin,xmax,ymin,ymax,zmin,zmax in mm (LPS), "
-                  "each minimum below its maximum.");
+                  "The region of interest is empty: give xmin,xmax,ymin,ymax,zmin,zmax in mm, each "
+                  " minimum below its maximum.");
 }
 
 using Corners = std::array<Vec3, 8>;
@@ -62,9 +62,11 @@ IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>
 }
 
 [[noreturn]] void doNotMeet(const std::string& what) {
-  throw Error(ErrorCode::Geometry,
-              "The region of interest lies outside " + what +
-                  ": give it in mm in patient space (LPS: x to the left, y to the back, z to the head).");
+  throw Error(
+      ErrorCode::Geometry,
+      "The region of interest lies outside " + what +
+          ": give it in mm in patient space, LPS (x to the left, y to the back, z to the head) or, with "
+          "--ras, RAS.");
 }
 
 GridGeometry blockOf(const GridGeometry& geometry, const Corners& corners) {

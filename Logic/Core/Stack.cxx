@@ -1,12 +1,16 @@
 #include "Core/Stack.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 
 #include <algorithm>
 #include <limits>
 
 namespace innergs {
 namespace {
+
+constexpr double mostOverlap =
+    16; // slice thickness over distance: CT reconstructs 10 mm slices every 0.625 mm
 
 bool isRigid(const Affine3& pose) {
   const Mat3 gram = transpose(pose.linear) * pose.linear;
@@ -19,6 +23,20 @@ bool isRigid(const Affine3& pose) {
 }
 
 } // namespace
+
+void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what) {
+  if (!std::isfinite(thickness) || thickness < 0)
+    throw Error(ErrorCode::InvalidArgument,
+                what + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
+                       "distance between slices.");
+  const double distance = geometry.spacing[2], together = static_cast<double>(geometry.size[2]) * distance;
+  const double most = std::min(mostOverlap * distance, together);
+  if (thickness > most * (1 + 1e-6))
+    throw Error(ErrorCode::InvalidArgument,
+                what + " has a slice thickness of " + numberText(thickness) + " mm, and its " +
+                    std::to_string(geometry.size[2]) + " slices lie " + numberText(distance) +
+                    " mm apart: give the thickness in mm, at most " + numberText(most) + ".");
+}
 
 void checkStack(const Stack& stack) {
   const std::string what = stack.name.empty() ? "The stack" : stack.name;
@@ -37,8 +55,7 @@ void checkStack(const Stack& stack) {
   if (!stack.times.empty() && stack.times.size() != slices)
     fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.times.size()) + " slice times for " +
                                          std::to_string(slices) + " slices: give one per slice or none.");
-  if (!std::isfinite(stack.thickness) || stack.thickness < 0)
-    fail(ErrorCode::InvalidArgument, " has a slice thickness that is not finite and at least zero.");
+  checkThickness(stack.thickness, stack.image.geometry, what);
   for (const Affine3& pose : stack.poses)
     if (!isRigid(pose))
       fail(ErrorCode::Geometry, " has a slice pose that is not rigid (a rotation and a shift): correct it.");

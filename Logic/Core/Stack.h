@@ -35,6 +35,11 @@ struct ValueRange {
 /// is no such voxel.
 ValueRange observedRange(std::span<const Stack> stacks);
 
+/// Throws Error(InvalidArgument) for a slice thickness (mm) that is negative, not finite, or beyond what
+/// slices at this distance have: more than 16 times the distance, or than all of them together. 0: the
+/// distance itself.
+void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what);
+
 /// Checks sizes, geometry and that poses are rigid; throws Error(Geometry | InvalidArgument | NoData).
 void checkStack(const Stack& stack);
 

@@ -99,10 +99,6 @@ std::string ReconstructInputs::what(std::size_t index) const {
 }
 
 void ReconstructInputs::check(const Input& options, const std::string& name) {
-  if (!std::isfinite(options.thickness) || options.thickness < 0)
-    throw Error(ErrorCode::InvalidArgument,
-                name + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
-                       "distance between slices.");
   if (options.profile < 0 || options.profile > 2)
     throw Error(ErrorCode::InvalidArgument, name + " has an unknown slice profile: give 0, 1 or 2.");
   if (options.axis < 0 || options.axis > 2)
@@ -129,6 +125,7 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
     stack.thickness = options.thickness;
     stack.profile = static_cast<SliceProfile>(options.profile);
     stack.image.geometry = withSliceAxis(grids.back(), options.axis);
+    checkThickness(stack.thickness, stack.image.geometry, name);
     margin = std::max({margin, 2 * stack.thickness, 2 * stack.image.geometry.spacing[2]});
     input.stacks.push_back(std::move(stack));
   }

@@ -254,6 +254,8 @@ TEST_F(BadInputTest, Settings) {
   parameters->SetHuberDelta(0.1);
   parameters->SetInputSliceThickness(parameters->GetInputVolumeNode(), -2);
   expectError(parameters, "thickness");
+  parameters->SetInputSliceThickness(parameters->GetInputVolumeNode(), 400);
+  expectError(parameters, "400 mm");
   parameters->SetInputSliceThickness(parameters->GetInputVolumeNode(), 0);
   parameters->SetInputSliceAxis(parameters->GetInputVolumeNode(), 7);
   expectError(parameters, "axis");

@@ -1,9 +1,12 @@
 #include "Core/Stack.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "TestVolumes.h"
 
 #include <gtest/gtest.h>
+
+#include <cmath>
 #include <limits>
 
 using namespace innergs;
@@ -57,6 +60,37 @@ TEST(Stack, RefusesWhatDoesNotFitTogether) {
   stack = validStack();
   stack.thickness = -1;
   EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+}
+
+// 400 mm for 4 mm by a slip would blur everything over everything; overlapping slices are common.
+TEST(Stack, RefusesAThicknessThatNoSliceHas) {
+  const auto refused = [](double thickness, double distance, std::int64_t slices) {
+    try {
+      checkThickness(thickness, grid(4, 5, slices, {1, 1, distance}), "T2.nii.gz");
+      return false;
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+      return true;
+    }
+  };
+  for (const double good : {0.0, 0.1, 4.0, 8.0, 64.0})
+    EXPECT_FALSE(refused(good, 4, 40)) << good;
+  EXPECT_FALSE(refused(5, 0.625, 300));
+  for (const double bad : {-4.0, 64.1, 400.0, double(INFINITY), double(NAN)})
+    EXPECT_TRUE(refused(bad, 4, 40)) << bad;
+  EXPECT_TRUE(refused(13, 4, 3)); // more than all three slices
+  Stack stack = validStack();
+  stack.thickness = 300;
+  EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
+}
+
+TEST(NumberText, HasAPointAndThousands) {
+  EXPECT_EQ(numberText(0.9), "0.9");
+  EXPECT_EQ(numberText(-1234567.0), "-1.23457e+06");
+  EXPECT_EQ(countText(0), "0");
+  EXPECT_EQ(countText(-999), "-999");
+  EXPECT_EQ(countText(1045528), "1,045,528");
+  EXPECT_EQ(countText(-32768), "-32,768");
 }
 
 TEST(Stack, RefusesPosesThatAreNotRigid) {

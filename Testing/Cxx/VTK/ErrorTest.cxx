@@ -57,6 +57,7 @@ const Wrong kWrong[] = {
     {"NotFinite", [](R* f) { setElement(f, 1, 3, std::numeric_limits<double>::quiet_NaN()); }, "not finite",
      R::GeometryError},
     {"Thickness", [](R* f) { f->SetInputSliceThickness(0, -2); }, "negative", R::InvalidArgumentError},
+    {"TooThick", [](R* f) { f->SetInputSliceThickness(0, 400); }, "400 mm", R::InvalidArgumentError},
     {"Axis", [](R* f) { f->SetInputSliceAxis(0, 3); }, "slice axis", R::InvalidArgumentError},
     {"Profile", [](R* f) { f->SetInputSliceProfile(0, 9); }, "slice profile", R::InvalidArgumentError},
     {"Gaussians", [](R* f) { f->SetNumberOfGaussians(-4); }, "number of Gaussians", R::InvalidArgumentError},
