@@ -9,6 +9,7 @@
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
+#include "IO/OutputFiles.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -58,9 +59,13 @@ int evaluate(const EvaluateOptions& o) {
   if (keep && (o.baselinesOnly || o.protocol == Protocol::Both))
     throw CLI::ValidationError(
         "evaluate", "--picture, --save-volume and --save-model need one protocol and the Gaussians");
-  for (const auto& path : {o.csv, o.json, o.picture, o.saveModel})
-    if (!path.empty()) checkOutputFolder(path);
-  if (!o.saveVolume.empty()) checkVolumePath(o.saveVolume);
+  OutputFiles files;
+  files.read(o.volume);
+  files.add(o.saveVolume, OutputFiles::Kind::Volume);
+  files.add(o.saveModel, OutputFiles::Kind::Model);
+  files.add(o.picture, OutputFiles::Kind::Png);
+  files.add(o.csv);
+  files.add(o.json);
   checkSettings(o.settings);
 
   ProgressDisplay display(o.quiet);
@@ -81,15 +86,16 @@ int evaluate(const EvaluateOptions& o) {
 
   std::cout << textReport(reports) << std::flush;
   const auto& report = reports.front();
-  if (!o.saveVolume.empty()) writeVolume(*gaussiansOf(report).volume, o.saveVolume);
-  if (!o.saveModel.empty()) writeModel(*report.model, o.saveModel);
-  if (!o.picture.empty()) {
+  files.write(o.saveVolume, [&](const auto& path) { writeVolume(*gaussiansOf(report).volume, path); });
+  files.write(o.saveModel, [&](const auto& path) { writeModel(*report.model, path); });
+  files.write(o.picture, [&](const auto& path) {
     const auto name = utf8(std::filesystem::path(o.volume).filename());
     const Picture picture = comparisonPicture(report, fmt::format("{}, {}", name, report.caseName));
-    writePng(o.picture, picture.width, picture.height, 3, picture.rgb);
-  }
-  if (!o.csv.empty()) writeFileAtomically(o.csv, csvReport(reports));
-  if (!o.json.empty()) writeFileAtomically(o.json, jsonReport(reports));
+    writePng(path, picture.width, picture.height, 3, picture.rgb);
+  });
+  files.write(o.csv, [&](const auto& path) { writeFileAtomically(path, csvReport(reports)); });
+  files.write(o.json, [&](const auto& path) { writeFileAtomically(path, jsonReport(reports)); });
+  files.check();
   return Success;
 }
 

@@ -8,6 +8,7 @@
 #include "Evaluation/ExperimentSelection.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
+#include "IO/OutputFiles.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -90,6 +91,9 @@ public:
       ablation(ablationOf(name));
   }
 
+  /// Throws Error(Io) when a table or picture could not be written.
+  void checkFiles() const { files_.check(); }
+
 private:
   void selection() {
     display_.say("Candidate selection: simulation");
@@ -121,7 +125,7 @@ private:
   void ablation(const std::string& name) {
     const Ablation result = runAblation(fits(), name);
     write(result.table);
-    writeFileAtomically(folder() / (curvesOf(result).name + ".csv"), csvOf(curvesOf(result)));
+    writeCsv(curvesOf(result));
     write(result.table.name + ".png", ablationChart(result, titleOf(result.title)));
   }
 
@@ -154,16 +158,22 @@ private:
   void write(const ExperimentTable& table) {
     display_.finish();
     std::cout << textOf(table) << std::flush;
-    writeFileAtomically(folder() / (table.name + ".csv"), csvOf(table));
+    writeCsv(table);
+  }
+  void writeCsv(const ExperimentTable& table) {
+    files_.write(folder() / (table.name + ".csv"),
+                 [&](const auto& path) { writeFileAtomically(path, csvOf(table)); });
   }
   void write(const std::string& name, const Picture& picture) {
-    writePng(folder() / name, picture.width, picture.height, 3, picture.rgb);
+    files_.write(folder() / name,
+                 [&](const auto& path) { writePng(path, picture.width, picture.height, 3, picture.rgb); });
   }
 
   const ExperimentOptions& o_;
   ProgressDisplay& display_;
   std::stop_token stop_;
   std::optional<ExperimentFits> fits_;
+  OutputFiles files_;
 };
 
 void makeFolder(const std::string& path) {
@@ -171,6 +181,7 @@ void makeFolder(const std::string& path) {
   std::filesystem::create_directories(path, error);
   if (error || !std::filesystem::is_directory(path))
     throw Error(ErrorCode::Io, "Cannot make the folder '" + path + "': choose another --output.");
+  checkOutputFolder(std::filesystem::path(path) / "table.csv");
 }
 
 int experiment(const ExperimentOptions& o) {
@@ -192,6 +203,7 @@ int experiment(const ExperimentOptions& o) {
   for (const std::string& name : names)
     experiments.run(name);
   display.finish();
+  experiments.checkFiles();
   return Success;
 }
 

@@ -6,6 +6,7 @@
 #include "Core/DevicePlugin.h"
 #include "Core/Devices.h"
 #include "Core/Render.h"
+#include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 
@@ -35,6 +36,16 @@ std::string axisCode(const Mat3& direction) {
   return code;
 }
 
+// Where a lattice lies, in both frames.
+Json placed(const GridGeometry& geometry) {
+  Json info = toJson(geometry);
+  const Frame ras{true};
+  info["origin_mm_ras"] = ras.turned(geometry.origin);
+  info["centre_mm_lps"] = geometry.centre();
+  info["centre_mm_ras"] = ras.turned(geometry.centre());
+  return info;
+}
+
 Json programInfo() {
   Json info = versions();
   info["instruction_sets"] = instructionSets();
@@ -62,7 +73,7 @@ Json fieldInfo(const GaussianField& field) {
             {"detail_grid", !field.detail.voxels.empty()},
             {"intensity_scale", field.intensityScale},
             {"intensity_offset", field.intensityOffset}};
-  info["domain"] = toJson(field.domain);
+  info["domain"] = placed(field.domain);
   info["domain"]["axes_grow_towards"] = axisCode(field.domain.direction);
   return info;
 }
@@ -80,7 +91,8 @@ Json modelInfo(const std::filesystem::path& path) {
 }
 
 Json imageInfo(const std::filesystem::path& path, std::optional<int> frame) {
-  const Volume volume = readVolume(path, {frame});
+  const LoadedImage image = loadImage(path, {frame.value_or(0)});
+  const Volume& volume = image.volume;
   std::int64_t finite = 0;
   double low = INFINITY, high = -INFINITY, sum = 0;
   for (const float v : volume.voxels) {
@@ -91,9 +103,15 @@ Json imageInfo(const std::filesystem::path& path, std::optional<int> frame) {
     sum += v;
   }
   Json info{{"kind", "image"}};
-  info.update(toJson(volume.geometry));
+  info.update(placed(volume.geometry));
   info["axes_grow_towards"] = axisCode(volume.geometry.direction);
   info["left_handed"] = determinant(volume.geometry.direction) < 0;
+  if (image.sliceThickness > 0) info["slice_thickness_mm"] = image.sliceThickness;
+  if (image.frames > 1) {
+    info["frames"] = image.frames;
+    info["shown_frame"] = frame.value_or(0);
+  }
+  if (image.tracked) info["tracked_sweep"] = true;
   info["minimum"] = finite ? Json(low) : Json();
   info["maximum"] = finite ? Json(high) : Json();
   info["mean"] = finite ? Json(sum / finite) : Json();
@@ -105,7 +123,7 @@ std::string plain(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_null()) return "unknown";
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number_float()) return fmt::format("{:g}", value.get<double>());
+  if (value.is_number_float()) return fmt::format("{:g}", value.get<double>() + 0.0); // no "-0"
   if (!value.is_array()) return value.dump();
   std::string text;
   for (const auto& item : value)
@@ -139,12 +157,13 @@ Subcommand addInfo(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
   command->add_option("file", o->file, "Image, DICOM folder, model (.innergs) or Gaussians (.ply)")
       ->type_name("FILE");
-  command->add_option("--frame", o->frame, "Frame to take from a 4D file, from 0")
+  command->add_option("--frame", o->frame, "Frame to describe of a 4D file, from 0 [0]")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", o->json, "Print JSON");
   command->footer(
-      "Lengths are in mm, positions in patient space LPS (x to the left, y to the back, z to the head).\n"
+      "Lengths are in mm; positions in patient space, LPS (x to the left, y to the back, z to the head) and\n"
+      "RAS (x to the right, y to the front, z to the head), as 3D Slicer and the app show them.\n"
       "Examples:\n  innergs info\n  innergs info scan.nii.gz\n  innergs info head.innergs --json");
   return {command, [o] {
             const Json info = o->file.empty()           ? programInfo()

@@ -2,7 +2,6 @@
 
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
-#include "Core/Region.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 
@@ -66,7 +65,7 @@ CLI::Option* addOutputType(CLI::App& app, OutputType& type) {
                                 {"int16", OutputType::Int16},
                                 {"uint16", OutputType::UInt16},
                                 {"int32", OutputType::Int32}},
-                               "Voxel type of the output; integers are rounded and clamped [float]");
+                               "Voxel type of the output; one that the values do not fit is refused [float]");
 }
 
 CLI::Option* addSelection(CLI::App& app, Selection& selection) {
@@ -107,6 +106,48 @@ CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& he
       ->type_name("auto|cpu|cuda[:N]");
 }
 
+void Frame::add(CLI::App& app) {
+  app.add_flag("--ras", ras,
+               "Positions and directions are RAS, as 3D Slicer and the app show them (x to the patient's\n"
+               "right, y to the front, z to the head) [LPS: to the left, to the back, to the head]");
+}
+
+Span reach(const GridGeometry& domain, const Vec3& direction) {
+  Span span;
+  for (int corner = 0; corner < 8; ++corner) {
+    Vec3 index;
+    for (int a = 0; a < 3; ++a)
+      index[a] = corner >> a & 1 ? domain.size[a] - 0.5 : -0.5;
+    const double at = dot(domain.indexToWorld()(index), direction);
+    span.low = std::min(span.low, at);
+    span.high = std::max(span.high, at);
+  }
+  return span;
+}
+
+Region GridOptions::region() const {
+  const Vec3 a = frame.turned({roi[0], roi[2], roi[4]}), b = frame.turned({roi[1], roi[3], roi[5]});
+  return frame.ras ? Region{{b[0], b[1], a[2]}, {a[0], a[1], b[2]}} : Region{a, b};
+}
+
+void GridOptions::checkMeets(const GridGeometry& grid) const {
+  std::array<Span, 3> box;
+  bool meets = true;
+  for (int a = 0; a < 3; ++a) {
+    Vec3 axis{0, 0, 0};
+    axis[a] = 1;
+    box[a] = reach(grid, frame.turned(axis));
+    if (roi[2 * a] >= roi[2 * a + 1]) return; // empty: others say so
+    meets = meets && roi[2 * a] < box[a].high && roi[2 * a + 1] > box[a].low;
+  }
+  if (meets) return;
+  throw Error(
+      ErrorCode::Geometry,
+      fmt::format("The region of interest lies outside the image, which reaches from {:.1f} to {:.1f} (x), "
+                  "{:.1f} to {:.1f} (y) and {:.1f} to {:.1f} (z, all {}): choose a region inside.",
+                  box[0].low, box[0].high, box[1].low, box[1].high, box[2].low, box[2].high, frame.name()));
+}
+
 void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {
   auto* spacingOption =
       addNumbers(app, "--spacing", spacing, {1, 3},
@@ -115,11 +156,11 @@ void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {
   app.add_option("--reference", reference, "Image whose voxel grid the output takes over exactly")
       ->type_name("IMAGE")
       ->excludes(spacingOption);
-  addNumbers(
-      app, "--roi", roi, {6},
-      "Only this box: xmin,xmax,ymin,ymax,zmin,zmax in mm in patient space, LPS (x grows to the\n"
-      "patient's left, y to the back, z to the head); 3D Slicer shows RAS: x and y have the other sign")
+  addNumbers(app, "--roi", roi, {6},
+             "Only this box: xmin,xmax,ymin,ymax,zmin,zmax in mm in patient space, LPS (x grows to the\n"
+             "patient's left, y to the back, z to the head) or, with --ras, RAS")
       ->type_name("MM");
+  frame.add(app);
 }
 
 GridGeometry GridOptions::choose(const GridGeometry& domain, const GridGeometry& fallback) const {
@@ -139,8 +180,25 @@ GridGeometry GridOptions::choose(const GridGeometry& domain, const GridGeometry&
                                 size[a], domain.extent()[a]));
     grid = withSpacing(domain, size);
   }
-  if (!roi.empty()) grid = cropped(grid, Region{{roi[0], roi[2], roi[4]}, {roi[1], roi[3], roi[5]}});
+  if (!roi.empty()) {
+    checkMeets(grid);
+    grid = cropped(grid, region());
+  }
   return grid;
+}
+
+void writeRendered(const Volume& volume, const GaussianField& field, const std::filesystem::path& path,
+                   OutputType type) {
+  VoxelValues values(volume.voxels);
+  if (!field.gaussians.empty()) { // a part of the model may be nearly uniform
+    const auto [low, high] =
+        std::minmax_element(field.gaussians.begin(), field.gaussians.end(),
+                            [](const Gaussian& a, const Gaussian& b) { return a.intensity < b.intensity; });
+    values.span =
+        std::max(values.span, std::abs(field.intensityScale) * (double(high->intensity) - low->intensity));
+  }
+  const std::string remark = writeVolume(volume, path, type, values);
+  if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
 }
 
 GaussianField loadField(const std::filesystem::path& path) {

@@ -1,12 +1,14 @@
 #pragma once
 #include "Core/Devices.h"
 #include "Core/GaussianField.h"
+#include "Core/Region.h"
 #include "Core/Selection.h"
 #include "IO/VolumeIO.h"
 
 #include <CLI/CLI.hpp>
 
 #include <array>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -53,17 +55,43 @@ std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const Gaussi
 /// Where to compute; throws a usage error for what is no device's name.
 CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help);
 
+/// The frame of the positions and directions that a person gives and is told: LPS or, with --ras, RAS.
+struct Frame {
+  bool ras = false;
+
+  void add(CLI::App& app);
+  const char* name() const { return ras ? "RAS mm" : "LPS mm"; }
+  /// From the frame to LPS, and back: the same turn.
+  Vec3 turned(const Vec3& v) const { return ras ? Vec3{-v[0], -v[1], v[2]} : v; }
+};
+
+/// From where to where.
+struct Span {
+  double low = INFINITY, high = -INFINITY;
+};
+/// How far a lattice's box reaches along a direction (LPS), mm.
+Span reach(const GridGeometry& domain, const Vec3& direction);
+
 /// The lattice asked for: "--spacing" over the box of `domain`, "--reference" image or, with neither,
 /// `fallback`.
 struct GridOptions {
   std::vector<double> spacing;
   std::string reference;
   std::vector<double> roi;
+  Frame frame; // of the region
 
   void add(CLI::App& app, const std::string& fallbackHelp);
   bool given() const { return !spacing.empty() || !reference.empty() || !roi.empty(); }
+  /// The box that --roi gives (LPS).
+  Region region() const;
+  /// Throws Error(Geometry) with the lattice's box when the region lies beside it.
+  void checkMeets(const GridGeometry& grid) const;
   GridGeometry choose(const GridGeometry& domain, const GridGeometry& fallback) const;
 };
+
+/// Writes rendered values of a field; a warning where the voxel type cuts some off.
+void writeRendered(const Volume& volume, const GaussianField& field, const std::filesystem::path& path,
+                   OutputType type);
 
 /// Reads a model file or a PLY.
 GaussianField loadField(const std::filesystem::path& path);

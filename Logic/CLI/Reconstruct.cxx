@@ -10,6 +10,7 @@
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
+#include "IO/OutputFiles.h"
 #include "IO/Ply.h"
 
 #include <spdlog/fmt/fmt.h>
@@ -22,13 +23,31 @@ namespace innergs::cli {
 namespace {
 
 // Everything that can be refused without reading a voxel is refused here.
-void checkOutputs(const ReconstructOptions& options) {
+OutputFiles checkedOutputs(const ReconstructOptions& options) {
   if (options.output.empty() && options.saveModel.empty() && options.ply.empty())
     throw CLI::ValidationError("reconstruct", "needs --output, --save-model or --ply");
-  if (!options.output.empty()) checkVolumePath(options.output);
-  for (const auto& path : {options.saveModel, options.ply, options.report})
-    if (!path.empty()) checkOutputFolder(path);
+  for (const double mm : options.thickness)
+    if (!(mm > 0))
+      throw Error(ErrorCode::InvalidArgument,
+                  "--thickness must be above 0 mm: leave it out for the distance between the slices, or give "
+                  "--profile point for infinitely thin ones.");
+  for (std::size_t n = 1; n < options.inputs.size(); ++n)
+    for (std::size_t before = 0; before < n; ++before)
+      if (isSameFile(options.inputs[before], options.inputs[n]))
+        throw Error(ErrorCode::InvalidArgument,
+                    innergs::quoted(options.inputs[n]) + " is given twice; give each scan once.");
+  OutputFiles files;
+  for (const auto& input : options.inputs)
+    files.read(input);
+  files.read(options.mask);
+  files.read(options.grid.reference);
+  files.add(options.saveModel, OutputFiles::Kind::Model); // before: a resumed model may be carried on
+  files.read(options.resume);
+  files.add(options.output, OutputFiles::Kind::Volume);
+  files.add(options.ply, OutputFiles::Kind::Ply);
+  files.add(options.report);
   checkSettings(options.settings);
+  return files;
 }
 
 std::vector<Stack> readScans(const ReconstructOptions& options) {
@@ -69,9 +88,17 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
   if (options.grid.given())
     input.outputGrid =
         options.grid.choose(input.stacks.front().image.geometry, defaultOutputGrid(input.stacks));
-  if (const auto& roi = options.grid.roi; !roi.empty())
-    keepRegion(input.stacks, Region{{roi[0], roi[2], roi[4]}, {roi[1], roi[3], roi[5]}});
+  if (!options.grid.roi.empty()) keepRegion(input.stacks, options.grid.region());
   return input;
+}
+
+// What an integer type has to hold; non-finite voxels are filled.
+VoxelValues valuesOf(const std::vector<Stack>& stacks) {
+  VoxelValues values(stacks.front().image.voxels);
+  for (std::size_t n = 1; n < stacks.size(); ++n)
+    values.join(VoxelValues(stacks[n].image.voxels));
+  values.notFinite = 0;
+  return values;
 }
 
 ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult& result) {
@@ -89,50 +116,60 @@ ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult
   return notes;
 }
 
-// The report goes last: it exists only when everything it names exists.
+// Adds to the result's warnings. The report goes last: it names what exists.
 void writeResults(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,
-                  const ReconstructionResult& result, const ProgressDisplay& display) {
-  if (!options.saveModel.empty()) writeModel(*result.checkpoint, options.saveModel, notesOf(options, result));
-  if (!options.output.empty()) writeVolume(result.volume, options.output, options.type);
-  if (!options.ply.empty()) writePly(result.checkpoint->field, options.ply);
-  if (!options.report.empty())
-    writeFileAtomically(options.report,
-                        reconstructReport(options, scans, result, display.phases()).dump(2) + "\n");
-}
-
-std::string writtenFiles(const ReconstructOptions& options) {
-  std::string files;
-  for (const auto& path : {options.output, options.saveModel, options.ply, options.report})
-    if (!path.empty()) files += (files.empty() ? "" : ", ") + path;
-  return files;
+                  const VoxelValues& values, ReconstructionResult& result, const ProgressDisplay& display,
+                  OutputFiles& files) {
+  ReconstructOptions named = options;
+  const auto write = [&](std::string ReconstructOptions::*file,
+                         const std::function<void(const std::filesystem::path&)>& writer) {
+    if (!files.write(options.*file, writer)) (named.*file).clear();
+  };
+  const auto warn = [&](const std::string& sentence) {
+    if (!sentence.empty()) result.warnings.push_back(sentence);
+  };
+  write(&ReconstructOptions::saveModel,
+        [&](const auto& path) { writeModel(*result.checkpoint, path, notesOf(options, result)); });
+  write(&ReconstructOptions::output,
+        [&](const auto& path) { warn(writeVolume(result.volume, path, options.type, values)); });
+  write(&ReconstructOptions::ply, [&](const auto& path) {
+    writePly(result.checkpoint->field, path);
+    warn(droppedByPly(result.checkpoint->field));
+  });
+  for (const auto& warning : result.warnings)
+    fmt::print(stderr, "innergs: warning: {}\n", warning);
+  for (const auto& failure : files.failures())
+    warn(failure);
+  files.write(options.report, [&](const auto& path) {
+    writeFileAtomically(path, reconstructReport(named, scans, result, display.phases()).dump(2) + "\n");
+  });
 }
 
 int reconstruct(const ReconstructOptions& options) {
-  checkOutputs(options);
+  OutputFiles files = checkedOutputs(options);
   ProgressDisplay display(options.quiet);
   Interrupt interrupt;
   std::vector<ScanRecord> scans;
-  ReconstructionJob job(readInput(options, scans), options.settings);
+  ReconstructionInput input = readInput(options, scans);
+  const VoxelValues values = valuesOf(input.stacks);
+  checkType(options.type, values, input.stacks.size() == 1 ? "the scan" : "the scans");
+  ReconstructionJob job(std::move(input), options.settings);
   job.onProgress([&](const Progress& progress) { display.show(progress); });
-  const ReconstructionResult result = job.run(interrupt.token(), !options.output.empty());
+  ReconstructionResult result = job.run(interrupt.token(), !options.output.empty());
   display.finish();
-  for (const auto& warning : result.warnings)
-    fmt::print(stderr, "innergs: warning: {}\n", warning);
   if (result.cancelled && (!result.checkpoint || result.checkpoint->field.gaussians.empty()))
     throw Error(ErrorCode::Cancelled, "Interrupted before the fit began; nothing was written.");
-  writeResults(options, scans, result, display);
-  if (!options.ply.empty() && !result.checkpoint->field.detail.voxels.empty())
-    fmt::print(stderr, "innergs: warning: The PLY file holds the Gaussians alone; only a model file keeps "
-                       "their detail grid.\n");
+  writeResults(options, scans, values, result, display, files);
+  files.check();
   if (result.cancelled) {
-    fmt::print(
-        stderr, "innergs: Interrupted after {} of {} sweeps; what was reached is in {}.\n", result.iterations,
-        result.settings.iterations.value_or(0) * result.settings.members.value_or(1), writtenFiles(options));
+    fmt::print(stderr, "innergs: Interrupted after {} of {} sweeps; what was reached is in {}.\n",
+               result.iterations,
+               result.settings.iterations.value_or(0) * result.settings.members.value_or(1), files.written());
     return Interrupted;
   }
   display.say(fmt::format("{} Gaussians, {} sweeps, {}. {}\nWrote {}.", result.checkpoint->field.size(),
                           result.iterations, durationText(result.seconds), qualitySentence(result),
-                          writtenFiles(options)));
+                          files.written()));
   return Success;
 }
 

@@ -3,6 +3,7 @@
 #include "CLI/Options.h"
 
 #include "Core/Render.h"
+#include "IO/OutputFiles.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -20,7 +21,10 @@ struct ResampleOptions {
 };
 
 int resample(const ResampleOptions& o) {
-  checkVolumePath(o.output);
+  OutputFiles files;
+  files.read(o.model);
+  files.read(o.grid.reference);
+  files.add(o.output, OutputFiles::Kind::Volume);
   Interrupt interrupt;
   const GaussianField field = loadField(o.model);
   const GridGeometry grid = o.grid.choose(field.domain, field.domain);
@@ -30,7 +34,7 @@ int resample(const ResampleOptions& o) {
   render.selection = o.selection;
   render.stop = interrupt.token();
   render.device = renderDevice(o.device, field, grid.voxelCount(), o.selection);
-  writeVolume(innergs::render(field, grid, render), o.output, o.type);
+  writeRendered(innergs::render(field, grid, render), field, o.output, o.type);
   if (!o.quiet)
     fmt::print(stderr, "Wrote {} ({}x{}x{} voxels of {:g}x{:g}x{:g} mm).\n", o.output, grid.size[0],
                grid.size[1], grid.size[2], grid.spacing[0], grid.spacing[1], grid.spacing[2]);

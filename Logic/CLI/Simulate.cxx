@@ -4,6 +4,7 @@
 #include "Core/Simulate.h"
 #include "Evaluation/Protocols.h"
 #include "IO/FilePath.h"
+#include "IO/OutputFiles.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -30,32 +31,37 @@ std::filesystem::path withSuffix(const std::filesystem::path& path, const std::s
 int simulate(const SimulateOptions& o) {
   if ((o.thickness > 0) == (o.keepEvery > 0))
     throw CLI::ValidationError("simulate", "needs either --thickness or --keep-every");
-  checkVolumePath(o.output);
+  constexpr std::array planes{Plane::Axial, Plane::Coronal, Plane::Sagittal};
+  std::vector<std::filesystem::path> paths;
+  for (int n = 0; o.orthogonal > 1 && n < o.orthogonal; ++n)
+    paths.push_back(withSuffix(o.output, planeName(planes[n])));
+  if (paths.empty()) paths.push_back(o.output);
+  OutputFiles files;
+  files.read(o.input);
+  for (const auto& path : paths)
+    files.add(path, OutputFiles::Kind::Volume);
   const Volume volume = readVolume(o.input, {o.frame});
 
-  constexpr std::array planes{Plane::Axial, Plane::Coronal, Plane::Sagittal};
-  struct Scan {
-    int axis;
-    std::filesystem::path path;
-  };
-  std::vector<Scan> scans;
-  for (int n = 0; o.orthogonal > 1 && n < o.orthogonal; ++n)
-    scans.push_back({sliceAxis(volume.geometry, planes[n]), withSuffix(o.output, planeName(planes[n]))});
-  if (scans.empty()) {
-    int axis = o.axis.size() == 1 ? o.axis[0] - 'i' : 0;
+  const auto axisOf = [&](std::size_t scan) {
+    if (paths.size() > 1) return sliceAxis(volume.geometry, planes[scan]);
     for (const Plane plane : planes)
-      if (o.axis == planeName(plane)) axis = sliceAxis(volume.geometry, plane);
-    scans.push_back({axis, o.output});
-  }
+      if (o.axis == planeName(plane)) return sliceAxis(volume.geometry, plane);
+    return o.axis[0] - 'i';
+  };
   std::uint64_t seed = o.seed;
-  for (const auto& scan : scans) {
-    const Stack stack = o.thickness > 0 ? simulateThickStack(volume, scan.axis, o.thickness, o.noise, seed++)
-                                        : keepEvery(volume, scan.axis, o.keepEvery);
-    writeVolume(stack.image, scan.path, o.type);
-    if (!o.quiet)
-      fmt::print(stderr, "Wrote {} ({} slices, {:g} mm apart).\n", utf8(scan.path),
+  for (std::size_t scan = 0; scan < paths.size(); ++scan) {
+    const int axis = axisOf(scan);
+    const Stack stack = o.thickness > 0 ? simulateThickStack(volume, axis, o.thickness, o.noise, seed++)
+                                        : keepEvery(volume, axis, o.keepEvery);
+    const bool written = files.write(paths[scan], [&](const auto& path) {
+      const std::string remark = writeVolume(stack.image, path, o.type, VoxelValues(volume.voxels));
+      if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
+    });
+    if (written && !o.quiet)
+      fmt::print(stderr, "Wrote {} ({} slices, {:g} mm apart).\n", utf8(paths[scan]),
                  stack.image.geometry.size[2], stack.image.geometry.spacing[2]);
   }
+  files.check();
   if (o.keepEvery > 0 && !o.quiet)
     fmt::print(stderr, "The slices are thin: reconstruct them with --profile point.\n");
   return Success;

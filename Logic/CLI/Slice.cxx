@@ -4,6 +4,8 @@
 
 #include "Core/Error.h"
 #include "Core/Render.h"
+#include "IO/FilePath.h"
+#include "IO/OutputFiles.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -20,6 +22,7 @@ struct SliceOptions {
   std::optional<Plane> plane;
   std::optional<double> position;
   std::vector<double> centre, origin, normal, u, v, size, spacing;
+  Frame frame;
   std::optional<double> window, level;
   OutputType type = OutputType::Float32;
   int threads = 0;
@@ -57,17 +60,20 @@ Axes axesOf(Plane plane) {
 
 Axes chooseAxes(const SliceOptions& o) {
   if (o.plane) return axesOf(*o.plane);
+  const auto given = [&](const std::vector<double>& direction, const std::string& what) {
+    return unit(o.frame.turned(vec3(direction)), what);
+  };
   Axes axes;
   if (!o.u.empty()) {
-    axes.u = unit(vec3(o.u), "--u");
-    const Vec3 v = unit(vec3(o.v), "--v");
+    axes.u = given(o.u, "--u");
+    const Vec3 v = given(o.v, "--v");
     axes.v = unit(v - dot(v, axes.u) * axes.u, "--v, seen across --u,");
     if (std::abs(dot(v, axes.u)) > 1e-3)
       throw Error(ErrorCode::InvalidArgument,
                   "--u and --v are not at right angles: a slice needs perpendicular axes.");
     axes.n = cross(axes.u, axes.v);
   } else {
-    axes.n = unit(vec3(o.normal), "--normal");
+    axes.n = given(o.normal, "--normal");
     const Vec3 side = std::abs(axes.n[0]) < 0.9 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
     axes.u = unit(side - dot(side, axes.n) * axes.n, "--normal");
     axes.v = cross(axes.n, axes.u);
@@ -75,41 +81,26 @@ Axes chooseAxes(const SliceOptions& o) {
   return axes;
 }
 
-struct Span {
-  double low = INFINITY, high = -INFINITY;
-};
-
-// How far the model's box reaches along a direction, mm.
-Span reach(const GridGeometry& domain, const Vec3& direction) {
-  Span span;
-  for (int corner = 0; corner < 8; ++corner) {
-    Vec3 index;
-    for (int a = 0; a < 3; ++a)
-      index[a] = corner >> a & 1 ? domain.size[a] - 0.5 : -0.5;
-    const double at = dot(domain.indexToWorld()(index), direction);
-    span.low = std::min(span.low, at);
-    span.high = std::max(span.high, at);
-  }
-  return span;
-}
-
 GridGeometry slicePlane(const SliceOptions& o, const GridGeometry& domain) {
   const Axes axes = chooseAxes(o);
-  Vec3 centre = o.centre.empty() ? domain.centre() : vec3(o.centre);
+  Vec3 centre = o.centre.empty() ? domain.centre() : o.frame.turned(vec3(o.centre));
   if (o.position) {
     const int axis = *o.plane == Plane::Axial ? 2 : *o.plane == Plane::Coronal ? 1 : 0;
-    centre[axis] = *o.position;
+    centre[axis] = o.frame.turned({*o.position, *o.position, *o.position})[axis];
   }
-  const Vec3 point = o.origin.empty() ? centre : vec3(o.origin);
+  const Vec3 point = o.origin.empty() ? centre : o.frame.turned(vec3(o.origin));
   const Span along = reach(domain, axes.n);
   const double depth = dot(point, axes.n);
-  if (depth < along.low || depth > along.high)
-    throw Error(
-        ErrorCode::Geometry,
-        fmt::format("The plane passes {:.1f} mm beside the model, whose centre is at {:.1f},{:.1f},{:.1f} mm "
-                    "(LPS): choose another position.",
-                    std::max(along.low - depth, depth - along.high), domain.centre()[0], domain.centre()[1],
-                    domain.centre()[2]));
+  if (depth < along.low || depth > along.high) {
+    Vec3 middle = o.frame.turned(domain.centre());
+    for (double& mm : middle)
+      mm = std::round(10 * mm) / 10 + 0.0; // no "-0"
+    throw Error(ErrorCode::Geometry,
+                fmt::format("The plane passes {:.1f} mm beside the model, whose centre is at "
+                            "{:g},{:g},{:g} ({}): choose another position.",
+                            std::max(along.low - depth, depth - along.high), middle[0], middle[1], middle[2],
+                            o.frame.name()));
+  }
 
   GridGeometry plane;
   const double finest = *std::min_element(domain.spacing.begin(), domain.spacing.end());
@@ -163,13 +154,17 @@ void writeGreyPng(const Volume& slice, const SliceOptions& o) {
 }
 
 int slice(const SliceOptions& o) {
-  const bool png = std::filesystem::path(o.output).extension() == ".png";
+  const bool png = fullExtension(o.output) == ".png";
   if (!o.plane && o.normal.empty() && o.u.empty())
     throw CLI::ValidationError("slice", "needs --plane, --normal or --u and --v");
-  if (png)
-    checkOutputFolder(o.output);
-  else
-    checkVolumePath(o.output);
+  if (!png && (o.window || o.level))
+    throw CLI::ValidationError("slice",
+                               "--window and --level are for a .png; other images keep their values");
+  if (png && o.type != OutputType::Float32)
+    throw CLI::ValidationError("slice", "--type is for .nii, .nii.gz, .nrrd and .mha; a .png has 8 bits");
+  OutputFiles files;
+  files.read(o.model);
+  files.add(o.output, png ? OutputFiles::Kind::Png : OutputFiles::Kind::Volume);
   const GaussianField field = loadField(o.model);
   const GridGeometry plane = slicePlane(o, field.domain);
   checkMemory(8 * plane.voxelCount(), "The slice");
@@ -181,7 +176,7 @@ int slice(const SliceOptions& o) {
   if (png)
     writeGreyPng(image, o);
   else
-    writeVolume(image, o.output, o.type);
+    writeRendered(image, field, o.output, o.type);
   if (!o.quiet)
     fmt::print(stderr, "Wrote {} ({}x{} pixels of {:g}x{:g} mm).\n", o.output, plane.size[0], plane.size[1],
                plane.spacing[0], plane.spacing[1]);
@@ -209,31 +204,30 @@ Subcommand addSlice(CLI::App& app) {
   auto* position =
       command
           ->add_option("--position", o->position,
-                       "Where the standard plane cuts, mm LPS: z (axial, to the head), y (coronal, to the\n"
-                       "back) or x (sagittal, to the left) [the model's centre]")
+                       "Where the standard plane cuts, in mm: z (axial), y (coronal) or x (sagittal)\n"
+                       "[the model's centre]")
           ->type_name("MM")
           ->needs(plane);
   auto* normal =
       addNumbers(*command, "--normal", o->normal, {3},
-                 "Normal of an oblique plane (LPS); rows then run to the patient's left as far as it allows")
+                 "Normal of an oblique plane; rows then run to the patient's left as far as it allows")
           ->type_name("X,Y,Z")
           ->excludes(plane);
-  auto* u =
-      addNumbers(*command, "--u", o->u, {3}, "Direction of the rows (LPS); with --v instead of --normal")
-          ->type_name("X,Y,Z")
-          ->excludes(plane)
-          ->excludes(normal);
-  auto* v =
-      addNumbers(*command, "--v", o->v, {3}, "Direction of the columns (LPS)")->type_name("X,Y,Z")->needs(u);
+  auto* u = addNumbers(*command, "--u", o->u, {3}, "Direction of the rows; with --v instead of --normal")
+                ->type_name("X,Y,Z")
+                ->excludes(plane)
+                ->excludes(normal);
+  auto* v = addNumbers(*command, "--v", o->v, {3}, "Direction of the columns")->type_name("X,Y,Z")->needs(u);
   u->needs(v);
   auto* centre =
-      addNumbers(*command, "--center", o->centre, {3}, "Middle of the image, mm LPS [the model's centre]")
+      addNumbers(*command, "--center", o->centre, {3}, "Middle of the image, mm [the model's centre]")
           ->type_name("X,Y,Z")
           ->excludes(position);
-  addNumbers(*command, "--origin", o->origin, {3}, "Centre of the first pixel, mm LPS, instead of --center")
+  addNumbers(*command, "--origin", o->origin, {3}, "Centre of the first pixel, mm, instead of --center")
       ->type_name("X,Y,Z")
       ->excludes(centre)
       ->excludes(position);
+  o->frame.add(*command);
   addNumbers(*command, "--size", o->size, {1, 2}, "Pixels: one number or columns,rows [covers the model]")
       ->type_name("N");
   addNumbers(*command, "--spacing", o->spacing, {1, 2},
@@ -252,6 +246,7 @@ Subcommand addSlice(CLI::App& app) {
   command->footer(
       "Examples:\n"
       "  innergs slice head.innergs --plane axial --position 12.5 -o axial.png\n"
+      "  innergs slice head.innergs --ras --plane sagittal --position 30 -o right.png\n"
       "  innergs slice head.innergs --normal 0,1,1 --spacing 0.5 -o oblique.nii.gz\n"
       "  innergs slice head.innergs --u 1,0,0 --v 0,0.8,0.6 --center 0,10,20 --size 512 -o plane.nrrd");
   return {command, [o] { return slice(*o); }};

@@ -17,6 +17,16 @@ int fail(innergs::cli::ExitCode code, std::string sentence) {
   return code;
 }
 
+// Names an unknown one, which the parser does not.
+void checkName(const std::string& name, const std::vector<innergs::cli::Subcommand>& commands) {
+  std::string known;
+  for (const auto& command : commands) {
+    if (command.app->get_name() == name) return;
+    known += (known.empty() ? "" : ", ") + command.app->get_name();
+  }
+  throw CLI::ValidationError("'" + name + "' is not a command", "give one of " + known);
+}
+
 int run(int argc, char** argv) {
   using namespace innergs::cli;
   CLI::App app("Turns medical image slices into a continuous volume of 3D Gaussians.\n"
@@ -30,6 +40,7 @@ int run(int argc, char** argv) {
        {addReconstruct, addSlice, addResample, addSimulate, addEvaluate, addExperiment, addInfo})
     commands.push_back(add(app));
   try {
+    if (argc > 1 && argv[1][0] != '-') checkName(argv[1], commands);
     app.parse(argc, argv);
     for (const auto& command : commands)
       if (*command.app) return command.run();

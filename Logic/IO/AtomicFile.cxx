@@ -78,12 +78,17 @@ void checkOutputFolder(const fs::path& path) {
     throw Error(ErrorCode::InvalidArgument, quoted(path) + " is not a file name; add one.");
   if (fs::is_directory(path, failed))
     throw Error(ErrorCode::Io, quoted(path) + " is a folder; give the name of a file in it.");
+  const TemporaryFile probe{temporaryBeside(path)};
+  for (const fs::path& name : {path, probe.path}) {
+    static_cast<void>(fs::symlink_status(name, failed));
+    if (failed == std::errc::filename_too_long)
+      throw Error(ErrorCode::Io, quoted(path) + " is too long a name for this disk; choose a shorter one.");
+  }
   const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, failed))
     throw Error(ErrorCode::Io,
                 "The folder " + quoted(folder) + " does not exist; create it or choose another.");
   if (isDevice(path)) return;
-  const TemporaryFile probe{temporaryBeside(path)};
   if (!std::ofstream(probe.path, std::ios::binary))
     throw Error(ErrorCode::Io, "No file can be created in the folder " + quoted(folder) +
                                    "; check its permissions or choose another.");

@@ -8,6 +8,20 @@
 namespace fs = std::filesystem;
 
 namespace innergs {
+namespace {
+
+/// What a link names, also when that does not exist.
+fs::path followed(fs::path path) {
+  std::error_code failed;
+  for (int links = 0; links < 40 && fs::is_symlink(path, failed); ++links) {
+    const fs::path next = fs::read_symlink(path, failed);
+    if (failed) break;
+    path = path.parent_path() / next; // an absolute one replaces it
+  }
+  return fs::absolute(path, failed);
+}
+
+} // namespace
 
 std::string utf8(const fs::path& path) {
   const std::u8string text = path.u8string();
@@ -30,6 +44,12 @@ std::string fullExtension(const fs::path& path) {
   const std::string last = lower(utf8(path.extension()));
   if (last != ".gz") return last;
   return lower(utf8(path.stem().extension())) + last;
+}
+
+bool isSameFile(const fs::path& a, const fs::path& b) {
+  std::error_code unknown;
+  if (fs::exists(a, unknown) && fs::exists(b, unknown)) return fs::equivalent(a, b, unknown);
+  return fs::weakly_canonical(followed(a), unknown) == fs::weakly_canonical(followed(b), unknown);
 }
 
 std::uintmax_t checkInputFile(const fs::path& path) {

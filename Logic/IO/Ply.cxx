@@ -1,6 +1,7 @@
 #include "IO/Ply.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/MemoryCheck.h"
@@ -305,6 +306,21 @@ void writePly(const GaussianField& field, const std::filesystem::path& path) {
                                      " could not be written (the disk is full or failed); free some space or "
                                      "choose another folder.");
   });
+}
+
+std::string droppedByPly(const GaussianField& field) {
+  const Volume& detail = field.detail;
+  if (detail.voxels.empty()) return {};
+  double squares = 0;
+  for (const float value : detail.voxels)
+    squares += double(value) * value;
+  const double rms =
+      std::abs(field.intensityScale) * std::sqrt(squares / static_cast<double>(detail.voxels.size()));
+  const auto& size = detail.geometry.size;
+  return "A PLY file holds the " + countText(field.size()) +
+         " Gaussians alone: it leaves out the detail grid of " + std::to_string(size[0]) + "x" +
+         std::to_string(size[1]) + "x" + std::to_string(size[2]) + " values (RMS " + numberText(rms) +
+         " scanner units); save an .innergs file to keep everything.";
 }
 
 GaussianField readPly(const std::filesystem::path& path) {

@@ -2,6 +2,7 @@
 #include "Core/GaussianField.h"
 
 #include <filesystem>
+#include <string>
 
 namespace innergs {
 
@@ -9,8 +10,11 @@ namespace innergs {
 /// f_dc_0..2 opacity (logit) scale_0..2 (ln mm) rot_0..3 (w x y z). What those names cannot hold (blending,
 /// weight beyond the logit's range, slopes, frame, intensity map, domain) goes into extra properties and
 /// `comment innergs` lines that other readers ignore.
-/// The detail grid of a field has no place there: it is left out.
+/// What has no place there is left out: droppedByPly().
 void writePly(const GaussianField& field, const std::filesystem::path& path);
+
+/// A sentence on what a PLY file of a field leaves out, with numbers: the detail grid; "" where it keeps all.
+std::string droppedByPly(const GaussianField& field);
 
 /// Reads our PLY files exactly, and plain 3DGS files as far as the names go. Throws Error(FileNotFound |
 /// FileFormat).

@@ -17,6 +17,11 @@ Volume readVolume(const std::filesystem::path& path, const ReadOptions& options)
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
   LoadedImage loaded = loadImage(path, options);
   const int axis = loaded.slicesAreAlongK ? 2 : sliceAxisOf(loaded.volume.geometry.spacing);
+  if (loaded.tracked)
+    throw Error(ErrorCode::UnsupportedImage,
+                quoted(path) +
+                    " is a tracked sweep whose images lie freely in space; put it into a volume first, "
+                    "e.g. in 3D Slicer.");
   Stack stack;
   stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
   if (stack.image.geometry.size[2] < 2)

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Stack.h"
+#include "IO/OutputType.h"
 
 #include <filesystem>
 #include <optional>
@@ -16,20 +17,20 @@ Volume readVolume(const std::filesystem::path& path, const ReadOptions& options 
 
 /// The same as a stack to fit (at least two slices); the slice axis is K, or the axis with the coarsest
 /// spacing when it is clearly coarser (then the lattice is permuted, in the same patient position). DICOM's
-/// SliceThickness is used when present.
+/// SliceThickness is used when present. A tracked sweep is an Error(UnsupportedImage).
 Stack readStack(const std::filesystem::path& path, const ReadOptions& options = {});
 
 /// A label image or mask: every voxel that is not 0 is inside. Throws Error(NoData) when empty.
 Mask readMask(const std::filesystem::path& path);
 
-enum class OutputType { Float32, UInt8, Int16, UInt16, Int32 };
-
 /// Writes NIfTI (.nii, .nii.gz), NRRD (.nrrd) or MetaImage (.mha), beside the target first and then renamed.
 /// NIfTI keeps its geometry in single precision, the others in double.
-/// Integer types: rounded to nearest and clamped to the type's range, NaN as 0. Throws Error(Io |
-/// InvalidArgument).
-void writeVolume(const Volume& volume, const std::filesystem::path& path,
-                 OutputType type = OutputType::Float32);
+/// An integer type must suit `expected`, what the volume was made from, or without it the volume itself, as
+/// checkType() says. Returns a sentence where values were cut off, but for the slight overshoot of what was
+/// expected to fit; else "". Throws Error(Io | InvalidArgument).
+std::string writeVolume(const Volume& volume, const std::filesystem::path& path,
+                        OutputType type = OutputType::Float32,
+                        const std::optional<VoxelValues>& expected = {});
 
 /// Throws Error(InvalidArgument | Io) when `path` could not be written by writeVolume / as a file: unknown
 /// extension, no such folder. To be called before the work starts.

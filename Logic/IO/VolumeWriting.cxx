@@ -1,6 +1,7 @@
 #include "IO/VolumeIO.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/Inflate.h"
@@ -36,33 +37,6 @@ Format formatOf(const fs::path& path) {
   if (extension == ".mha") return {itk::MetaImageIO::New().GetPointer(), true, "ElementDataFile = LOCAL\n"};
   throw Error(ErrorCode::InvalidArgument,
               quoted(path) + " has no extension of a volume format; use .nii.gz, .nii, .nrrd or .mha.");
-}
-
-template <typename T>
-std::vector<std::byte> rounded(const std::vector<float>& voxels) {
-  std::vector<std::byte> bytes(voxels.size() * sizeof(T));
-  T* out = reinterpret_cast<T*>(bytes.data());
-  constexpr double low = std::numeric_limits<T>::lowest(), high = std::numeric_limits<T>::max();
-  for (std::size_t i = 0; i < voxels.size(); ++i)
-    out[i] =
-        std::isnan(voxels[i]) ? T{0} : static_cast<T>(std::clamp<double>(std::round(voxels[i]), low, high));
-  return bytes;
-}
-
-std::vector<std::byte> asIntegers(const std::vector<float>& voxels, OutputType type) {
-  switch (type) {
-  case OutputType::UInt8:
-    return rounded<std::uint8_t>(voxels);
-  case OutputType::Int16:
-    return rounded<std::int16_t>(voxels);
-  case OutputType::UInt16:
-    return rounded<std::uint16_t>(voxels);
-  case OutputType::Int32:
-    return rounded<std::int32_t>(voxels);
-  case OutputType::Float32:
-    break;
-  }
-  return {};
 }
 
 Component componentOf(OutputType type) {
@@ -130,7 +104,8 @@ void checkVolumePath(const fs::path& path) {
   checkOutputFolder(path);
 }
 
-void writeVolume(const Volume& volume, const fs::path& path, OutputType type) {
+std::string writeVolume(const Volume& volume, const fs::path& path, OutputType type,
+                        const std::optional<VoxelValues>& expected) {
   const Format format = formatOf(path);
   checkGeometry(volume.geometry, "The volume for " + quoted(path));
   if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
@@ -142,7 +117,19 @@ void writeVolume(const Volume& volume, const fs::path& path, OutputType type) {
         throw Error(ErrorCode::InvalidArgument, "NIfTI holds at most 32767 voxels along an axis; write " +
                                                     quoted(path) + " as .nrrd or .mha.");
 
-  const std::vector<std::byte> integers = asIntegers(volume.voxels, type);
+  std::vector<std::byte> integers;
+  std::string remark;
+  if (type != OutputType::Float32) {
+    const VoxelValues values(volume.voxels);
+    checkType(type, expected.value_or(values), quoted(path));
+    IntegerVoxels rounded(volume.voxels, type);
+    integers = std::move(rounded.bytes);
+    if (rounded.clamped > 0 && !(expected && isOvershoot(type, values, *expected)))
+      remark = countText(rounded.clamped) + " of " +
+               countText(static_cast<std::int64_t>(volume.voxels.size())) + " values of " + quoted(path) +
+               ", which run from " + numberText(values.low) + " to " + numberText(values.high) +
+               ", were cut off at the ends of the voxel type's range.";
+  }
   const void* voxels =
       type == OutputType::Float32 ? static_cast<const void*>(volume.voxels.data()) : integers.data();
   const std::uint64_t bytes =
@@ -156,6 +143,7 @@ void writeVolume(const Volume& volume, const fs::path& path, OutputType type) {
       if (!isComplete(temporary, format, bytes)) throw Error(ErrorCode::Io, failed);
     });
   });
+  return remark;
 }
 
 } // namespace innergs

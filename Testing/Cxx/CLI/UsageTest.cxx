@@ -23,7 +23,7 @@ TEST_F(UsageTest, PrintsVersionAndHelp) {
 
 TEST_F(UsageTest, WrongUsageIsOneSentenceAndCode2) {
   expectOneSentence(run({}), 2);
-  expectOneSentence(run({"unknown"}), 2);
+  expectOneSentence(run({"reconstuct", "a.nii"}), 2, "'reconstuct'");
   expectOneSentence(run({"reconstruct"}), 2);
   expectOneSentence(run({"reconstruct", "a.nii"}), 2, "--output");
   expectOneSentence(run({"reconstruct", "a.nii", "-o", "b.nii", "--preset", "slow"}), 2,
@@ -34,6 +34,10 @@ TEST_F(UsageTest, WrongUsageIsOneSentenceAndCode2) {
                     2);
   expectOneSentence(run({"reconstruct", "a.nii", "-o", "b.nii", "--no-such-option"}), 2, "--no-such-option");
   expectOneSentence(run({"slice", "m.innergs", "-o", "b.nii"}), 2, "--plane");
+  expectOneSentence(run({"slice", "m.innergs", "--plane", "axial", "-o", "b.nii", "--window", "9"}), 2,
+                    ".png");
+  expectOneSentence(run({"slice", "m.innergs", "--plane", "axial", "-o", "b.png", "--type", "int16"}), 2,
+                    "8 bits");
   expectOneSentence(run({"simulate", "a.nii", "-o", "b.nii"}), 2, "--thickness");
   expectOneSentence(run({"simulate", "a.nii", "-o", "b.nii", "--thickness", "0"}), 2, "--thickness");
 }

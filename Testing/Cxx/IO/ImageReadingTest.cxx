@@ -254,14 +254,15 @@ TEST(ImageReading, TrackedSweepIsTold) {
                                 : "") +
             "ElementDataFile = LOCAL\n" + std::string(8, '\1'));
     EXPECT_EQ(loadImage(folder / "a.mha", {}).tracked, tracked);
+    if (tracked) EXPECT_EQ(errorOf([&] { readStack(folder / "a.mha"); }).code(), ErrorCode::UnsupportedImage);
   }
 }
 
 TEST(ImageReading, TrackedUltrasoundReadsAsPlain) {
   INNERGS_NEED("F_tracked_us_SpinePhantomFreehand.igs.mha");
-  const Stack stack = readStack(dataFile("F_tracked_us_SpinePhantomFreehand.igs.mha"));
-  EXPECT_EQ(stack.image.geometry.size, (std::array<std::int64_t, 3>{820, 616, 21}));
-  EXPECT_EQ(*std::max_element(stack.image.voxels.begin(), stack.image.voxels.end()), 251);
+  const Volume volume = readVolume(dataFile("F_tracked_us_SpinePhantomFreehand.igs.mha"));
+  EXPECT_EQ(volume.geometry.size, (std::array<std::int64_t, 3>{820, 616, 21}));
+  EXPECT_EQ(*std::max_element(volume.voxels.begin(), volume.voxels.end()), 251);
 }
 
 TEST(ImageReading, Masks) {

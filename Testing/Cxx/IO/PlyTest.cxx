@@ -42,6 +42,17 @@ Mat3 covarianceOf(const double* q, const float* logScale) {
          transpose(r);
 }
 
+TEST(Ply, SaysInNumbersWhatItLeavesOut) {
+  GaussianField field = randomField(1234, true);
+  EXPECT_EQ(droppedByPly(field), "");
+  field.detail = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
+  field.detail.voxels[5] = -0.25f;
+  field.intensityScale = -10;
+  const std::string sentence = droppedByPly(field);
+  for (const char* part : {"1,234 Gaussians", "2x3x4 values", "RMS 2.5 "})
+    EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+}
+
 // Other programs see the Gaussians in patient space.
 TEST(Ply, NamesOf3dgsHoldPatientSpace) {
   const TemporaryFolder folder;

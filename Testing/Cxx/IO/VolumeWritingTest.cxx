@@ -14,28 +14,62 @@ namespace {
 
 const char* const formats[] = {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"};
 
-TEST(VolumeWriting, IntegersAreRoundedAndClamped) {
+Volume lineOf(std::vector<float> voxels) {
+  return {{{static_cast<std::int64_t>(voxels.size()), 1, 1}, {0, 0, 0}, {1, 1, 1}, {}}, voxels};
+}
+
+TEST(VolumeWriting, IntegersAreRounded) {
   const TemporaryFolder folder;
-  const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
-  const Volume volume{{{4, 2, 2}, {0, 0, 0}, {1, 1, 1}, {}},
-                      {0.4f, 0.5f, 1.5f, -0.5f, -0.4f, 254.6f, 255.4f, 256, -40000, 40000, 70000, -3e9f, 3e9f,
-                       inf, -inf, nan}};
-  const auto expected = [&](double low, double high) {
-    std::vector<float> values;
-    for (const float v : volume.voxels)
-      values.push_back(
-          std::isnan(v) ? 0 : static_cast<float>(std::fmin(std::fmax(std::round(double(v)), low), high)));
-    return values;
-  };
-  const std::tuple<OutputType, double, double> types[] = {{OutputType::UInt8, 0, 255},
-                                                          {OutputType::Int16, -32768, 32767},
-                                                          {OutputType::UInt16, 0, 65535},
-                                                          {OutputType::Int32, -2147483648.0, 2147483647.0}};
-  for (const auto& [type, low, high] : types)
+  const Volume volume = lineOf({0.4f, 0.5f, 1.5f, 254.6f, 17, 100.2f});
+  for (const OutputType type : {OutputType::UInt8, OutputType::Int16, OutputType::UInt16, OutputType::Int32})
     for (const char* format : formats) {
-      writeVolume(volume, folder / format, type);
-      EXPECT_EQ(readVolume(folder / format).voxels, expected(low, high)) << format << " " << low;
+      EXPECT_EQ(writeVolume(volume, folder / format, type), "");
+      EXPECT_EQ(readVolume(folder / format).voxels, (std::vector<float>{0, 1, 2, 255, 17, 100})) << format;
     }
+}
+
+// Nothing is cut off or rounded away in silence.
+TEST(VolumeWriting, IntegersThatWouldSpoilTheValuesAreRefused) {
+  const TemporaryFolder folder;
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const struct {
+    std::vector<float> voxels;
+    OutputType type;
+    const char *range, *advice;
+  } cases[] = {{{0, 1e-6f, 3e-6f}, OutputType::Int16, "0 to 3e-06", "type float."},
+               {{0.25f, 9, 30}, OutputType::UInt8, "0.25 to 30", "type float."},
+               {{-1000, 0, 3000}, OutputType::UInt8, "-1000 to 3000", "type int16, int32 or float."},
+               {{-1000, 0, 100}, OutputType::UInt16, "-1000 to 100", "type int16, int32 or float."},
+               {{0, 256, 300}, OutputType::UInt8, "0 to 300", "type int16, uint16, int32 or float."},
+               {{0, 40000}, OutputType::Int16, "0 to 40000", "type uint16, int32 or float."},
+               {{0, 1e9f}, OutputType::Int16, "0 to 1e+09", "type int32 or float."},
+               {{0, 3e9f}, OutputType::Int32, "0 to 3e+09", "type float."},
+               {{0, nan, 200}, OutputType::Int16, "1 value", "type float."}};
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.range);
+    const Error error = errorOf([&] { writeVolume(lineOf(c.voxels), folder / "a.nii", c.type); });
+    EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+    EXPECT_TRUE(contains(error, c.range)) << error.what();
+    EXPECT_TRUE(contains(error, c.advice)) << error.what();
+  }
+  EXPECT_EQ(folder.fileCount(), 0);
+  // Labels and binary images are few whole numbers.
+  EXPECT_EQ(writeVolume(lineOf({0, 1, 1, 0}), folder / "a.nii", OutputType::UInt8), "");
+}
+
+TEST(VolumeWriting, AnOvershootIsCutOffAndTold) {
+  const TemporaryFolder folder;
+  const Volume volume = lineOf({-3, 0, 100, 258.4f});
+  const std::vector<float> cut{0, 0, 100, 255};
+  const VoxelValues scan(std::vector<float>{0, 255});
+  EXPECT_EQ(writeVolume(volume, folder / "a.nii", OutputType::UInt8, scan), "") << "of a scan that fits";
+  EXPECT_EQ(readVolume(folder / "a.nii").voxels, cut);
+  const std::string remark = writeVolume(volume, folder / "a.nii", OutputType::UInt8);
+  EXPECT_NE(remark.find("2 of 4 values"), std::string::npos) << remark;
+  EXPECT_NE(remark.find("-3 to 258.4"), std::string::npos) << remark;
+  EXPECT_EQ(readVolume(folder / "a.nii").voxels, cut);
+  // More than an overshoot, behind a fit that nobody wants to lose.
+  EXPECT_NE(writeVolume(lineOf({-90, 255}), folder / "a.nii", OutputType::UInt8, scan), "");
 }
 
 TEST(VolumeWriting, StoredTypesAndCompression) {
@@ -59,6 +93,10 @@ TEST(VolumeWriting, PathsAreCheckedBeforehand) {
   for (const char* format : formats)
     EXPECT_NO_THROW(checkVolumePath(folder / format));
   EXPECT_NO_THROW(checkVolumePath(folder / "A.NII.GZ"));
+  for (const auto& tooLong : {std::string(300, 'a') + ".nii", std::string(5000, 'a') + "/a.nii"}) {
+    const Error error = errorOf([&] { checkVolumePath(folder / tooLong); });
+    EXPECT_EQ(error.code(), ErrorCode::Io);
+  }
   EXPECT_EQ(folder.fileCount(), 1);
 }
 
