@@ -23,8 +23,6 @@
 namespace innergs::ui {
 
 struct PlaneWorker::Work {
-  using Signal = void (PlaneWorker::*)(const PlaneImage&);
-
   std::mutex mutex; // for what follows
   std::condition_variable wake;
   std::optional<PlaneTask> plane, point;
@@ -129,7 +127,23 @@ PlaneWorker::PlaneWorker(QObject* parent) : QObject(parent), work_(std::make_uni
   vtkNew<vtkCallbackCommand> silent; // errors are told by the results
   silent->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
   work_->query->AddObserver(vtkCommand::ErrorEvent, silent);
-  work_->thread = std::thread([this] { work_->loop(this); });
+}
+
+bool PlaneWorker::start(const PlaneTask& task, Signal signal) {
+  if (work_->thread.joinable()) return true;
+  PlaneImage none;
+  none.task = task;
+  none.error =
+      QString::fromStdString(sentenceOf([&] { work_->thread = std::thread([this] { work_->loop(this); }); }));
+  if (none.error.isEmpty()) return true;
+  QMetaObject::invokeMethod(
+      this,
+      [this, signal, none] {
+        Q_EMIT(this->*signal)
+        (none);
+      },
+      Qt::QueuedConnection);
+  return false;
 }
 
 PlaneWorker::~PlaneWorker() {
@@ -139,10 +153,11 @@ PlaneWorker::~PlaneWorker() {
     work_->query->Cancel();
   }
   work_->wake.notify_one();
-  work_->thread.join();
+  if (work_->thread.joinable()) work_->thread.join();
 }
 
 void PlaneWorker::show(const PlaneTask& task, bool hurry) {
+  if (!start(task, &PlaneWorker::shown)) return;
   {
     std::lock_guard lock(work_->mutex);
     work_->plane = task;
@@ -152,6 +167,7 @@ void PlaneWorker::show(const PlaneTask& task, bool hurry) {
 }
 
 void PlaneWorker::probe(const PlaneTask& task) {
+  if (!start(task, &PlaneWorker::probed)) return;
   {
     std::lock_guard lock(work_->mutex);
     work_->point = task;
@@ -161,6 +177,7 @@ void PlaneWorker::probe(const PlaneTask& task) {
 }
 
 void PlaneWorker::keep(const PlaneTask& task) {
+  if (!start(task, &PlaneWorker::kept)) return;
   {
     std::lock_guard lock(work_->mutex);
     work_->toKeep.push_back(task);

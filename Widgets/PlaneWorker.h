@@ -63,6 +63,9 @@ Q_SIGNALS:
   void kept(const innergs::ui::PlaneImage& image);
 
 private:
+  using Signal = void (PlaneWorker::*)(const PlaneImage&);
+  /// With the first task; false after telling, by the signal, why there is no thread.
+  bool start(const PlaneTask& task, Signal signal);
   struct Work;
   std::unique_ptr<Work> work_;
 };

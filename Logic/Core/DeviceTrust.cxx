@@ -8,6 +8,7 @@
 #include <future>
 #include <map>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 namespace innergs {
@@ -72,16 +73,23 @@ DeviceTrust trustIn(DevicePlugin& plugin, int device, const std::string& name, c
     } else {
       std::promise<DeviceTrust> promise;
       result = promise.get_future().share();
-      std::thread worker([&all, &plugin, device, name, promise = std::move(promise)]() mutable {
-        const DeviceTrust trust = compare(plugin, device, name);
-        {
-          const std::lock_guard done(all.mutex); // waits until it counts as running
-          if (trust.lasting) all.known[device] = trust.refused;
-          all.running.erase(device);
-        }
-        promise.set_value(trust);
-        --all.active;
-      });
+      std::thread worker;
+      try {
+        worker = std::thread([&all, &plugin, device, name, promise = std::move(promise)]() mutable {
+          const DeviceTrust trust = compare(plugin, device, name);
+          {
+            const std::lock_guard done(all.mutex); // waits until it counts as running
+            if (trust.lasting) all.known[device] = trust.refused;
+            all.running.erase(device);
+          }
+          promise.set_value(trust);
+          --all.active;
+        });
+      } catch (const std::system_error&) {
+        return {name + " (cuda:" + std::to_string(device) +
+                    ") is not used: the system could not start the thread of its self-check.",
+                false};
+      }
       ++all.active;
       all.running[device] = result;
       worker.detach();

@@ -12,6 +12,9 @@ const char* const kNoMemory =
     "The memory is not enough: close other programs or volumes, or choose a smaller "
     "region, a coarser output or fewer Gaussians.";
 
+const char* const kNoThread =
+    "The system could not start another thread: close other programs or choose fewer threads, and try again.";
+
 std::string oneLine(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\r'; }, ' ');
@@ -31,6 +34,7 @@ Failure failureOf(const std::exception_ptr& thrown) {
   } catch (const std::length_error&) { // of a container: more than any memory holds
     return {ErrorCode::Memory, kNoMemory};
   } catch (const std::system_error& error) { // of files, folders, threads
+    if (error.code() == std::errc::resource_unavailable_try_again) return {ErrorCode::Memory, kNoThread};
     return {ErrorCode::Io, "The system refused what is needed (" + oneLine(error.what()) +
                                "): check the file or folder, close other programs, and try again."};
   } catch (const std::exception& error) {

@@ -5,19 +5,39 @@
 
 #include <algorithm>
 #include <exception>
+#include <new>
+#include <system_error>
 
 namespace innergs {
 
 ThreadPool::ThreadPool(int threads) {
   if (threads <= 0) threads = std::max(1u, std::thread::hardware_concurrency());
-  for (int i = 1; i < threads; ++i)
-    crew_.emplace_back([this, low = threadPriorityLowered()] {
-      if (low) lowerThreadPriority();
-      work();
-    });
+  if (hire(threads - 1)) return;
+  const int enough = static_cast<int>(crew_.size()) / 2; // the work itself needs what their stacks took
+  dismiss();
+  hire(enough);
 }
 
 ThreadPool::~ThreadPool() {
+  dismiss();
+}
+
+bool ThreadPool::hire(int workers) {
+  try {
+    while (static_cast<int>(crew_.size()) < workers)
+      crew_.emplace_back([this, low = threadPriorityLowered()] {
+        if (low) lowerThreadPriority();
+        work();
+      });
+    return true;
+  } catch (const std::system_error&) {
+    return false;
+  } catch (const std::bad_alloc&) {
+    return false;
+  }
+}
+
+void ThreadPool::dismiss() {
   {
     std::lock_guard lock(mutex_);
     quit_ = true;
@@ -25,6 +45,8 @@ ThreadPool::~ThreadPool() {
   wake_.notify_all();
   for (auto& thread : crew_)
     thread.join();
+  crew_.clear();
+  quit_ = false;
 }
 
 void ThreadPool::drain(const std::function<void(std::int64_t)>& task) {

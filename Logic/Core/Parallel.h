@@ -12,7 +12,7 @@
 namespace innergs {
 
 /// A fixed crew of threads for loops whose iterations write apart: results never depend on how many threads
-/// there are.
+/// there are. Where the system has no more threads, it goes on with fewer.
 class ThreadPool {
 public:
   explicit ThreadPool(int threads = 0); // 0 = all cores
@@ -42,6 +42,8 @@ public:
               const std::function<void(std::int64_t, std::int64_t)>& task);
 
 private:
+  bool hire(int workers); // false: fewer could be had
+  void dismiss();
   void work();
   void drain(const std::function<void(std::int64_t)>& task);
 

@@ -42,7 +42,8 @@ void FinePlanes::order(const std::shared_ptr<SliceFollower>& follower, PlaneOrde
     if (current_.lock() == follower) query_->Cancel();
   }
   changed_.notify_all();
-  if (!thread_.joinable()) thread_ = std::thread([this] { work(); });
+  if (!thread_.joinable())
+    sentenceOf([&] { thread_ = std::thread([this] { work(); }); }); // without it the coarse planes stay
 }
 
 std::optional<FinePlanes::Plane> FinePlanes::fetch() {

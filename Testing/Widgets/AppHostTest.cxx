@@ -1,5 +1,6 @@
 // The desktop app's host: reconstructions on a thread, estimates, cancel; without a window.
 #include "AppFixture.h"
+#include "ThreadShortage.h"
 
 #include "Core/ReconstructionJob.h"
 #include "Widgets/App/Background.h"
@@ -98,6 +99,33 @@ private Q_SLOTS:
     QCOMPARE(logged.size(), 2);
     QVERIFY(logged[0].first().toString().startsWith("The memory is not enough: "));
     QVERIFY(logged[1].first().toString().startsWith("Unexpected failure: "));
+  }
+
+  void tellsWhenNoThreadCanBeStarted() {
+    if (!test::ThreadShortage::known()) QSKIP("This system's threads cannot be refused here.");
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
+    QSignalSpy failed(host_.get(), &AppHost::failed);
+    {
+      const test::ThreadShortage shortage(0);
+      QVERIFY(host_->start(apptest::request(id)));
+      QVERIFY(failed.wait(10000));
+    }
+    QVERIFY2(failed.first().first().toString().startsWith("The system could not start another thread: "),
+             qPrintable(failed.first().first().toString()));
+    QVERIFY(!host_->isRunning());
+    QVERIFY(!reconstructAndWait(*host_, apptest::request(id)).volumeId.isEmpty()); // once there are some
+  }
+
+  void worksOnTheMainThreadWithoutAnother() {
+    if (!test::ThreadShortage::known()) QSKIP("This system's threads cannot be refused here.");
+    const test::ThreadShortage shortage(0);
+    app::Background background;
+    bool done = false, after = false;
+    background.runAndWait("First", [&] { done = true; });
+    QVERIFY(done);
+    background.run("Second", [&] { return [&] { after = true; }; });
+    QTRY_VERIFY(after);
+    QVERIFY(!background.isBusy());
   }
 
   void reconstructsTwiceIntoNewItems() {

@@ -1,5 +1,6 @@
 #include "Widgets/PlaneWorker.h"
 #include "FittedModel.h"
+#include "ThreadShortage.h"
 
 #include "Core/ReconstructionJob.h"
 
@@ -44,6 +45,23 @@ private Q_SLOTS:
       QVERIFY(image.image);
       QCOMPARE(image.image->GetNumberOfPoints(), vtkIdType{256 * 256});
     }
+  }
+
+  void tellsWhenNoThreadCanBeStarted() {
+    if (!innergs::test::ThreadShortage::known()) QSKIP("This system's threads cannot be refused here.");
+    PlaneWorker worker;
+    QVector<PlaneImage> seen;
+    connect(&worker, &PlaneWorker::shown, this, [&](const PlaneImage& image) { seen.append(image); });
+    {
+      const innergs::test::ThreadShortage shortage(0);
+      worker.show(task(0));
+    }
+    QTRY_COMPARE(seen.size(), 1);
+    QVERIFY2(seen[0].error.startsWith("The system could not start another thread: "),
+             qPrintable(seen[0].error));
+    worker.show(task(0));
+    QTRY_COMPARE(seen.size(), 2);
+    QVERIFY(seen[1].image);
   }
 
   void whatIsToKeepIsAllDone() {

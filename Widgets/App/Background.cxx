@@ -10,7 +10,7 @@
 
 namespace innergs::app {
 
-Background::Background(QObject* parent) : QObject(parent), thread_([this] { loop(); }) {}
+Background::Background(QObject* parent) : QObject(parent) {}
 
 Background::~Background() {
   {
@@ -18,7 +18,7 @@ Background::~Background() {
     quit_ = true;
   }
   toDo_.notify_one();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void Background::run(const QString& text, Work work) {
@@ -29,6 +29,14 @@ void Background::run(const QString& text, Work work) {
   }
   toDo_.notify_one();
   if (open_ == 1) Q_EMIT busyChanged(text);
+  if (thread_.joinable()) return;
+  const QString noThread = app::sentenceOf([&] {
+    thread_ = std::thread([this] {
+      for (Item item = take(); item.work; item = take())
+        carryOut(item);
+    });
+  });
+  if (!noThread.isEmpty()) carryOut(take());
 }
 
 void Background::runAndWait(const QString& text, const std::function<void()>& work) {
@@ -42,33 +50,32 @@ void Background::runAndWait(const QString& text, const std::function<void()>& wo
   if (!failure.isEmpty()) Q_EMIT failed(failure);
 }
 
-void Background::loop() {
-  for (;;) {
-    Item item;
-    {
-      std::unique_lock lock(mutex_);
-      toDo_.wait(lock, [&] { return quit_ || !items_.empty(); });
-      if (quit_) return;
-      item = std::move(items_.front());
-      items_.pop_front();
-    }
-    std::function<void()> after;
-    const QString failure = app::sentenceOf([&] { after = item.work(); });
-    if (!failure.isEmpty()) after = [this, failure] { Q_EMIT failed(failure); };
-    QMetaObject::invokeMethod(
-        this,
-        [this, after = std::move(after)] {
-          if (after) after();
-          --open_;
-          QString next;
-          {
-            const std::lock_guard lock(mutex_);
-            if (!items_.empty()) next = items_.front().text;
-          }
-          if (open_ == 0 || !next.isEmpty()) Q_EMIT busyChanged(open_ == 0 ? QString() : next);
-        },
-        Qt::QueuedConnection);
-  }
+Background::Item Background::take() {
+  std::unique_lock lock(mutex_);
+  toDo_.wait(lock, [&] { return quit_ || !items_.empty(); });
+  if (quit_) return {};
+  Item item = std::move(items_.front());
+  items_.pop_front();
+  return item;
+}
+
+void Background::carryOut(const Item& item) {
+  std::function<void()> after;
+  const QString failure = app::sentenceOf([&] { after = item.work(); });
+  if (!failure.isEmpty()) after = [this, failure] { Q_EMIT failed(failure); };
+  QMetaObject::invokeMethod(
+      this,
+      [this, after = std::move(after)] {
+        if (after) after();
+        --open_;
+        QString next;
+        {
+          const std::lock_guard lock(mutex_);
+          if (!items_.empty()) next = items_.front().text;
+        }
+        if (open_ == 0 || !next.isEmpty()) Q_EMIT busyChanged(open_ == 0 ? QString() : next);
+      },
+      Qt::QueuedConnection);
 }
 
 QString sentenceOf(const std::function<void()>& task) {

@@ -9,7 +9,8 @@
 
 namespace innergs::app {
 
-/// A thread that does one piece of work after another: reading and writing files.
+/// A thread that does one piece of work after another: reading and writing files. Where the system has no
+/// more threads, the main thread does it.
 class Background : public QObject {
   Q_OBJECT
 public:
@@ -38,7 +39,8 @@ private:
     QString text;
     Work work;
   };
-  void loop();
+  Item take(); // waits for one; its work is empty at the end
+  void carryOut(const Item& item);
 
   int open_ = 0; // main thread
   std::mutex mutex_;

@@ -124,8 +124,15 @@ void Runner::start(Order order) {
     const std::lock_guard lock(mutex_);
     latest_.reset();
   }
-  thread_ =
-      std::jthread([this, order = std::move(order)](const std::stop_token& stop) { work(order, stop); });
+  const QString error = sentenceOf([&] {
+    thread_ =
+        std::jthread([this, order = std::move(order)](const std::stop_token& stop) { work(order, stop); });
+  });
+  if (error.isEmpty()) return;
+  deliver([this, error] {
+    running_ = false;
+    Q_EMIT failed(error);
+  });
 }
 
 void Runner::cancel() {

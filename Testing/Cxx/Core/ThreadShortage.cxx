@@ -1,0 +1,65 @@
+#include "ThreadShortage.h"
+
+#ifdef __linux__
+#include <dlfcn.h>
+#include <pthread.h>
+
+#include <atomic>
+#include <cerrno>
+#include <limits>
+
+namespace {
+
+constexpr int kAny = std::numeric_limits<int>::max();
+std::atomic<int> left{kAny};
+
+struct Call {
+  void* (*start)(void*);
+  void* argument;
+};
+
+void* counted(void* given) {
+  const Call call = *static_cast<Call*>(given);
+  delete static_cast<Call*>(given);
+  void* result = call.start(call.argument);
+  if (left != kAny) ++left;
+  return result;
+}
+
+} // namespace
+
+/// A program's own definition goes before the C library's, also for what std::thread calls.
+extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* thread,
+                                                                     const pthread_attr_t* attributes,
+                                                                     void* (*start)(void*),
+                                                                     void* argument) noexcept {
+  using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  static const auto create = reinterpret_cast<Create>(dlsym(RTLD_NEXT, "pthread_create"));
+  if (left == kAny) return create(thread, attributes, start, argument);
+  if (--left < 0) {
+    ++left;
+    return EAGAIN;
+  }
+  return create(thread, attributes, counted, new Call{start, argument});
+}
+
+innergs::test::ThreadShortage::ThreadShortage(int allowed) {
+  left = allowed;
+}
+
+innergs::test::ThreadShortage::~ThreadShortage() {
+  left = kAny;
+}
+
+bool innergs::test::ThreadShortage::known() {
+  return true;
+}
+#else
+innergs::test::ThreadShortage::ThreadShortage(int) {}
+
+innergs::test::ThreadShortage::~ThreadShortage() = default;
+
+bool innergs::test::ThreadShortage::known() {
+  return false;
+}
+#endif
