@@ -1,7 +1,7 @@
 # A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
-.PHONY: build demo test bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies
+.PHONY: build demo test test-locale bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies
 
 build: dependencies
 	cmake --preset default --log-level=WARNING
@@ -14,6 +14,14 @@ test: dependencies
 	cmake --preset default --log-level=WARNING
 	cmake --build --preset default
 	ctest --preset default
+
+# The tests once more in a host whose numbers have a decimal comma; after `make test`.
+test-locale: dependencies
+	@rm -f build/skipped-locale
+	@Utilities/make-locale.sh build/locales || { [ $$? = 3 ] && touch build/skipped-locale; }
+	@if [ -e build/skipped-locale ]; then \
+	  echo '**** SKIPPED: the tests were not run with a decimal comma, for the reason above. ****' >&2; else \
+	  ctest --preset decimal-comma; fi
 
 # The desktop app: built and started. Files: build/bin/innergs-app FILES...
 app: dependencies

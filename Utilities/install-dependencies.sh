@@ -3,7 +3,7 @@
 # On other systems: says what is needed and goes on (CMake then finds it or says what it misses).
 set -eu
 packages="g++ cmake ninja-build pkg-config libinsighttoolkit5-dev libhwy-dev libcli11-dev nlohmann-json3-dev \
-libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \
+locales libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \
 qtbase5-dev libvtk9-qt-dev xvfb \
 python3-dev python3-venv googletest mricron-data"
 

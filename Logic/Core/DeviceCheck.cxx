@@ -3,12 +3,12 @@
 #include "Core/CpuFitDevice.h"
 #include "Core/DevicePlugin.h"
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "Core/Projected.h"
 #include "Core/Render.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace innergs {
 namespace {
@@ -81,12 +81,8 @@ public:
     }
     const double share = off / std::max({largest, least, 1e-30});
     if (share <= kTolerance) return;
-    char text[120];
-    if (share < 100)
-      std::snprintf(text, sizeof text, "its %s is %.2g %% off the CPU's", what, 100 * share);
-    else
-      std::snprintf(text, sizeof text, "its %s is nothing like the CPU's", what);
-    verdict_ = text;
+    verdict_ = share < 100 ? formatted("its %s is %.2g %% off the CPU's", what, 100 * share)
+                           : formatted("its %s is nothing like the CPU's", what);
   }
   /// Of 16 parameters a Gaussian, each by its own largest value (one that is nearly 0 everywhere is
   /// rounding).

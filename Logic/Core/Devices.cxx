@@ -3,10 +3,10 @@
 #include "Core/DevicePlugin.h"
 #include "Core/DeviceTrust.h"
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "Core/SharedLibrary.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <cstdlib>
 #include <utility>
 
@@ -18,9 +18,7 @@ namespace fs = std::filesystem;
 constexpr const char* kBackend = "innergs_cuda";
 
 std::string gigabytes(std::int64_t bytes) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.3g GB", static_cast<double>(bytes) * 1e-9);
-  return text;
+  return formatted("%.3g GB", static_cast<double>(bytes) * 1e-9);
 }
 
 /// System messages may end in anything.
@@ -251,9 +249,8 @@ void DeviceChoice::weigh(double samples, int sweeps) {
   if (onCpu() || use.asked != "auto" || sweeps <= 0) return;
   const double seconds = 1e-9 * kSweepOfAMillion * samples * sweeps;
   if (seconds > kSmall) return;
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1g", std::max(seconds, 0.001));
-  leave("The fit is small: about " + std::string(text) + " s of work, not worth the start of a GPU.");
+  leave(formatted("The fit is small: about %.1g s of work, not worth the start of a GPU.",
+                  std::max(seconds, 0.001)));
 }
 
 bool DeviceChoice::note(const std::string& remark) {

@@ -1,10 +1,10 @@
 #include "Core/GridGeometry.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 
 #include <algorithm>
 #include <limits>
-#include <sstream>
 
 namespace innergs {
 
@@ -28,12 +28,9 @@ void checkGeometry(const GridGeometry& geometry, const std::string& what) {
     count *= n;
   }
   for (double s : geometry.spacing)
-    if (!std::isfinite(s) || s <= 0) {
-      std::ostringstream text;
-      text << " has a voxel spacing of " << s
-           << " mm: spacings must be finite and above zero, correct its header.";
-      fail(text.str());
-    }
+    if (!std::isfinite(s) || s <= 0)
+      fail(formatted(
+          " has a voxel spacing of %g mm: spacings must be finite and above zero, correct its header.", s));
   for (double x : geometry.origin)
     if (!std::isfinite(x)) fail(" has an origin that is not finite: correct its header.");
   const Mat3 gram = transpose(geometry.direction) * geometry.direction;

@@ -1,21 +1,19 @@
 #include "Core/MemoryEstimate.h"
 
 #include "Core/JobInput.h"
+#include "Core/NumberText.h"
 #include "Core/Plan.h"
 #include "Core/Projected.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace innergs {
 
 namespace {
 
 std::string gigabytes(std::int64_t bytes) {
-  char text[64];
-  std::snprintf(text, sizeof text, "%.2g GB", static_cast<double>(bytes) * 1e-9);
-  return text;
+  return formatted("%.2g GB", static_cast<double>(bytes) * 1e-9);
 }
 
 std::int64_t resultBytes(const ReconstructionInput& fit) {

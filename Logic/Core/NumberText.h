@@ -1,12 +1,42 @@
 #pragma once
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace innergs {
 
-/// For sentences, with a decimal point in every locale: six significant digits ("0.9", "1e-06").
+/// While it lives, the calling thread's C functions read and write numbers with a decimal point, whatever
+/// locale the program has set.
+class ClassicNumbers {
+public:
+  ClassicNumbers();
+  ~ClassicNumbers();
+  ClassicNumbers(const ClassicNumbers&) = delete;
+  ClassicNumbers& operator=(const ClassicNumbers&) = delete;
+
+private:
+#if defined(_WIN32)
+  int perThread_;
+  std::string before_;
+#else
+  void* before_;
+#endif
+};
+
+#if defined(__GNUC__)
+__attribute__((format(printf, 1, 2)))
+#endif
+/// What std::printf would print in the C locale.
+std::string
+formatted(const char* pattern, ...);
+
+/// For sentences: six significant digits ("0.9", "1e-06").
 std::string numberText(double value);
 /// "1,045,528".
 std::string countText(std::int64_t count);
+
+/// The number that a text begins with, blanks skipped, as std::strtod takes it in the C locale ("nan" and
+/// "inf" too).
+std::optional<double> leadingNumber(const std::string& text);
 
 } // namespace innergs

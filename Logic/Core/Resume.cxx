@@ -1,19 +1,15 @@
 #include "Core/Resume.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace innergs {
 
 std::string settingsKey(const Settings& s, const std::string& fingerprint) {
-  const auto number = [](double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.17g", x);
-    return std::string(text);
-  };
+  const auto number = [](double x) { return formatted("%.17g", x); };
   std::string schedule, densify; // only what has an effect
   if (s.schedule == Schedule::Plateau)
     schedule = ", plateau " + std::to_string(s.plateau.patience) + " " + number(s.plateau.factor) + " " +

@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 #include "Core/JobInput.h"
 #include "Core/JobSteps.h"
+#include "Core/NumberText.h"
 #include "Core/Plan.h"
 #include "Core/Resume.h"
 
@@ -163,7 +164,7 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
   settings.members = 1;
   settings.seed = 1;
   std::string lattices;
-  const auto add = [&](double x) { lattices += std::to_string(x) + " "; };
+  const auto add = [&](double x) { lattices += formatted("%.17g ", x); };
   for (const Stack& stack : input.stacks) {
     add(stack.thickness);
     add(static_cast<double>(stack.profile));

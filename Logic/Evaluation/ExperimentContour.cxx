@@ -2,10 +2,10 @@
 
 #include "Core/Error.h"
 #include "Core/GaussianMath.h"
+#include "Core/NumberText.h"
 #include "Core/Random.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <numbers>
 
 namespace innergs {
@@ -191,11 +191,7 @@ ContourResult checkContours(const ContourCheck& check, std::stop_token stop) {
 }
 
 ExperimentTable contourTable(const ContourCheck& check, const ContourResult& result) {
-  const auto scientific = [](double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.2e", value);
-    return std::string(text);
-  };
+  const auto scientific = [](double value) { return formatted("%.2e", value); };
   ExperimentTable table;
   table.name = "contour";
   table.title = "Conditional splat p(u,v|t) p(t) against the sliced 3D Gaussian, " +

@@ -1,10 +1,10 @@
 #include "Evaluation/ExperimentTable.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 namespace innergs {
 namespace {
@@ -55,9 +55,7 @@ void ExperimentTable::add(std::vector<std::string> row) {
 std::string decimals(double value, int digits) {
   if (std::isnan(value)) return "";
   if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
-  char text[64];
-  std::snprintf(text, sizeof text, "%.*f", digits, value);
-  return text;
+  return formatted("%.*f", digits, value);
 }
 
 std::string textOf(const ExperimentTable& table) {

@@ -1,20 +1,14 @@
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "Core/Simulate.h"
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/Scoring.h"
 
 #include <algorithm>
-#include <cstdio>
 
 namespace innergs {
 namespace {
-
-std::string format(const char* pattern, auto... values) {
-  char text[512];
-  std::snprintf(text, sizeof text, pattern, values...);
-  return text;
-}
 
 Volume croppedTo(const Volume& volume, const std::array<std::int64_t, 3>& size) {
   if (size == volume.geometry.size) return volume;
@@ -50,11 +44,11 @@ HonestCase resolved(HonestCase c, const GridGeometry& geometry) {
 }
 
 std::string caseName(const HonestCase& c) {
-  std::string name = c.kind == HonestCase::Kind::KeepEvery ? format("keep-every-%d", c.factor)
+  std::string name = c.kind == HonestCase::Kind::KeepEvery ? formatted("keep-every-%d", c.factor)
                      : c.kind == HonestCase::Kind::Thick
-                         ? format("thick-%d", c.factor)
-                         : format("orthogonal-%d-thick-%d", c.stacks, c.factor);
-  if (c.noise > 0) name += format("-noise-%g", c.noise);
+                         ? formatted("thick-%d", c.factor)
+                         : formatted("orthogonal-%d-thick-%d", c.stacks, c.factor);
+  if (c.noise > 0) name += formatted("-noise-%g", c.noise);
   return name;
 }
 
@@ -143,7 +137,7 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCa
   report.protocol = "honest";
   report.caseName = caseName(c);
   report.peak = intensityRange(input.truth);
-  report.range = format("PSNR peak: the truth's maximum minus minimum, %g.", report.peak);
+  report.range = formatted("PSNR peak: the truth's maximum minus minimum, %g.", report.peak);
 
   const auto add = [&](const std::string& name, const std::function<Volume()>& method) {
     const TimedVolume run = runMethod(name, options, method);
@@ -184,18 +178,18 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCa
 
   const std::string where =
       c.kind == HonestCase::Kind::KeepEvery
-          ? format("the %s slices between the kept ones, every %s, %g mm apart (no method saw them in any "
-                   "plane)",
-                   planeName(planeAcross(grid, 2)),
-                   c.factor == 2   ? "2nd"
-                   : c.factor == 3 ? "3rd"
-                                   : (std::to_string(c.factor) + "th").c_str(),
-                   c.factor * grid.spacing[2])
+          ? formatted("the %s slices between the kept ones, every %s, %g mm apart (no method saw them in any "
+                      "plane)",
+                      planeName(planeAcross(grid, 2)),
+                      c.factor == 2   ? "2nd"
+                      : c.factor == 3 ? "3rd"
+                                      : (std::to_string(c.factor) + "th").c_str(),
+                      c.factor * grid.spacing[2])
           : "the whole volume that the thick slices cover (no method saw the thin slices)";
-  report.samples =
-      format("%lld voxels: %s, inside %s.", static_cast<long long>(report.voxels), where.c_str(),
-             options.mask ? "the mask of the reconstruction"
-                          : "the body mask of the truth (Otsu's threshold, largest component, holes filled)");
+  report.samples = formatted(
+      "%lld voxels: %s, inside %s.", static_cast<long long>(report.voxels), where.c_str(),
+      options.mask ? "the mask of the reconstruction"
+                   : "the body mask of the truth (Otsu's threshold, largest component, holes filled)");
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

@@ -1,11 +1,11 @@
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "Core/Render.h"
 #include "Evaluation/Gaps.h"
 #include "Evaluation/Scoring.h"
 #include "Evaluation/SliceInterpolation.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <limits>
 #include <random>
 
@@ -181,17 +181,13 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
 EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options) {
   const bool perPlane = options.gaussians && chosenBlending(options.settings) == Blending::Alpha;
   EvaluationInput input = paperInput(volume, options.withheldFraction, options.settings.seed, perPlane);
-  char text[640];
   EvaluationReport report;
   report.protocol = "paper";
-  std::snprintf(text, sizeof text, "withheld-%g%%", 100 * options.withheldFraction);
-  report.caseName = text;
+  report.caseName = formatted("withheld-%g%%", 100 * options.withheldFraction);
   report.peak = intensityRange(input.truth);
-  std::snprintf(
-      text, sizeof text,
+  report.range = formatted(
       "PSNR peak: the truth's maximum minus minimum, %g; per slice, then the mean over slices and planes.",
       report.peak);
-  report.range = text;
   std::int64_t counts[3];
   for (Plane plane : planes) {
     const int axis = sliceAxis(input.truth.geometry, plane);
@@ -199,13 +195,12 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
     report.voxels +=
         counts[static_cast<int>(plane)] * input.truth.geometry.voxelCount() / input.truth.geometry.size[axis];
   }
-  std::snprintf(text, sizeof text,
-                "the %lld axial, %lld coronal and %lld sagittal withheld slices that are not empty, "
+  report.samples =
+      formatted("the %lld axial, %lld coronal and %lld sagittal withheld slices that are not empty, "
                 "background included; nearly all of "
                 "their voxels were seen in the other two planes.",
                 static_cast<long long>(counts[0]), static_cast<long long>(counts[1]),
                 static_cast<long long>(counts[2]));
-  report.samples = text;
 
   if (options.gaussians) {
     MethodScore method;
@@ -245,13 +240,11 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
   MethodScore leak;
   const Volume copy = fillGaps(unionStack(input)).image;
   score(leak, input, report.peak, [&](int) -> const Volume& { return copy; });
-  std::snprintf(
-      text, sizeof text,
+  report.notes.push_back(formatted(
       "This protocol leaks: copying the voxels seen in the other planes and taking the nearest seen voxel "
       "for "
       "the rest scores %.2f dB pooled over the withheld slices (SSIM %.4f). Judge by the honest protocol.",
-      leak.pooledPsnr, leak.ssim);
-  report.notes.push_back(text);
+      leak.pooledPsnr, leak.ssim));
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

@@ -1,7 +1,8 @@
 #include "Evaluation/Report.h"
 
+#include "Core/NumberText.h"
+
 #include <algorithm>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
 namespace innergs {
@@ -16,11 +17,9 @@ std::vector<const EvaluationReport*> honestFirst(std::span<const EvaluationRepor
   return order;
 }
 
-std::string number(const char* pattern, double value) {
+std::string number(int digits, double value) {
   if (!std::isfinite(value)) return std::isnan(value) ? "n/a" : "inf";
-  char text[64];
-  std::snprintf(text, sizeof text, pattern, value);
-  return text;
+  return formatted("%.*f", digits, value);
 }
 
 std::string padded(const std::string& text, std::size_t width, bool left = false) {
@@ -74,11 +73,11 @@ std::string textReport(std::span<const EvaluationReport> reports) {
     }
     text += "\n";
     for (const MethodScore& method : report->methods) {
-      text += padded(method.name, 16, true) + padded(number("%.2f", method.psnr), 9) +
-              padded(number("%.4f", method.ssim), 9) + padded(number("%.2f", method.seconds), 10);
-      if (paper) text += padded(number("%.2f", method.pooledPsnr), 11);
+      text += padded(method.name, 16, true) + padded(number(2, method.psnr), 9) +
+              padded(number(4, method.ssim), 9) + padded(number(2, method.seconds), 10);
+      if (paper) text += padded(number(2, method.pooledPsnr), 11);
       for (const PlaneScore& plane : method.perPlane)
-        text += padded(number("%.2f", plane.psnr) + " / " + number("%.4f", plane.ssim), 24);
+        text += padded(number(2, plane.psnr) + " / " + number(4, plane.ssim), 24);
       text += "\n";
     }
     for (const std::string& note : report->notes)
@@ -93,8 +92,8 @@ std::string csvReport(std::span<const EvaluationReport> reports) {
     for (const MethodScore& method : report->methods) {
       const auto row = [&](const char* plane, double psnr, double ssim, double pooled) {
         text += report->protocol + "," + report->caseName + "," + method.name + "," + plane + "," +
-                number("%.4f", psnr) + "," + number("%.6f", ssim) + "," + number("%.4f", pooled) + "," +
-                number("%.3f", method.seconds) + "," + std::to_string(report->voxels) + "," +
+                number(4, psnr) + "," + number(6, ssim) + "," + number(4, pooled) + "," +
+                number(3, method.seconds) + "," + std::to_string(report->voxels) + "," +
                 quoted(report->samples) + "\n";
       };
       row("all", method.psnr, method.ssim, method.pooledPsnr);

@@ -5,6 +5,7 @@
 
 #include <cstring>
 #include <fstream>
+#include <locale>
 #include <optional>
 #include <sstream>
 
@@ -59,6 +60,7 @@ PlyHeader readPlyHeader(const std::filesystem::path& path) {
   bool hasFormat = false, hasVertex = false, ended = false;
   for (int count = 0; count < mostLines && !ended && readLine(in, line); ++count) {
     std::istringstream words(line);
+    words.imbue(std::locale::classic());
     std::string word, type, name;
     words >> word;
     if (word == "format") {

@@ -1,11 +1,11 @@
 #include "IO/TextHeader.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "IO/Inflate.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <vector>
@@ -50,9 +50,7 @@ std::vector<double> numbers(const std::string& text) {
     if (start == std::string::npos) break;
     at = std::min(text.find_first_of(" \t(),", start), text.size());
     const std::string word = text.substr(start, at - start);
-    char* end = nullptr;
-    const double value = std::strtod(word.c_str(), &end);
-    if (end != word.c_str()) values.push_back(value);
+    if (const auto value = leadingNumber(word)) values.push_back(*value);
   }
   return values;
 }

@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "Core/Failure.h"
+#include "Core/NumberText.h"
 #include "QualityTable.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -19,7 +20,6 @@
 #include <vtkTable.h>
 
 #include <cmath>
-#include <cstdio>
 #include <functional>
 
 namespace innergs::mrml {
@@ -49,9 +49,7 @@ void takeOutput(vtkSmartPointer<Node>& made, Node* chosen, bool wasChosen, vtkMR
 }
 
 std::string decibels(double psnr) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.3f", psnr);
-  return std::isnan(psnr) ? "" : text;
+  return std::isnan(psnr) ? "" : formatted("%.3f", psnr);
 }
 
 void setProvenance(vtkMRMLNode* node, const Task& task) {

@@ -1,5 +1,6 @@
 #include "vtkSlicerInnerGSJob.h"
 
+#include "Core/NumberText.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 
@@ -11,7 +12,6 @@
 #include <vtkObjectFactory.h>
 
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 vtkStandardNewMacro(vtkSlicerInnerGSJob);
@@ -43,18 +43,12 @@ bool vtkSlicerInnerGSJob::IsDone() {
 std::string vtkSlicerInnerGSJob::GetDescription() {
   if (this->State == Failed) return this->ErrorMessage;
   if (this->State != Running) return GetStateAsString(this->State);
-  char text[160];
-  std::snprintf(text, sizeof text, "%.60s, %.0f %%", this->Phase.c_str(), 100 * this->Progress);
-  std::string line = text;
-  if (this->CurrentIteration > 0) {
-    std::snprintf(text, sizeof text, ", sweep %d of %d, %.1f dB", this->CurrentIteration,
-                  this->TotalIterations, this->TrainingPSNR);
-    line += text;
-  }
-  if (this->RemainingSeconds >= 1) {
-    std::snprintf(text, sizeof text, ", about %.0f s left", std::ceil(this->RemainingSeconds));
-    line += text;
-  }
+  std::string line = innergs::formatted("%.60s, %.0f %%", this->Phase.c_str(), 100 * this->Progress);
+  if (this->CurrentIteration > 0)
+    line += innergs::formatted(", sweep %d of %d, %.1f dB", this->CurrentIteration, this->TotalIterations,
+                               this->TrainingPSNR);
+  if (this->RemainingSeconds >= 1)
+    line += innergs::formatted(", about %.0f s left", std::ceil(this->RemainingSeconds));
   return line;
 }
 

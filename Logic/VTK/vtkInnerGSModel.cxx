@@ -1,5 +1,6 @@
 #include "vtkInnerGSModel.h"
 
+#include "Core/NumberText.h"
 #include "Core/ReconstructionJob.h"
 #include "Geometry.h"
 
@@ -11,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 vtkStandardNewMacro(vtkInnerGSModel);
 
@@ -94,16 +94,12 @@ std::string vtkInnerGSModel::GetDescription() {
   const auto& field = this->Checkpoint->field;
   std::string text =
       grouped(this->GetNumberOfGaussians()) + " Gaussians, " + this->GetBlendingName() + " blending";
-  char buffer[128];
   if (field.domain.voxelCount() > 0) {
     const innergs::Vec3 extent = field.domain.extent();
-    std::snprintf(buffer, sizeof buffer, ", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
-    text += buffer;
+    text += innergs::formatted(", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
   }
   if (!field.detail.voxels.empty()) text += ", with a detail grid";
-  std::snprintf(buffer, sizeof buffer, ", %.1f MB",
-                static_cast<double>(this->GetActualMemorySize()) * 1.024e-3);
-  return text + buffer;
+  return text + innergs::formatted(", %.1f MB", static_cast<double>(this->GetActualMemorySize()) * 1.024e-3);
 }
 
 void vtkInnerGSModel::GetBounds(double bounds[6]) {

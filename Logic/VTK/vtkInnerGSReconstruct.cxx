@@ -1,6 +1,7 @@
 #include "vtkInnerGSReconstruct.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 #include "Core/TimeEstimate.h"
 #include "ImageVoxels.h"
 #include "ReconstructInternals.h"
@@ -14,7 +15,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
 
 vtkStandardNewMacro(vtkInnerGSReconstruct);
@@ -28,15 +28,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string progressText(const innergs::Progress& p) {
   std::string text = innergs::phaseName(p.phase);
-  char part[96];
-  if (p.phase == innergs::Phase::Fitting) {
-    std::snprintf(part, sizeof part, ", sweep %d of %d, %.1f dB", p.iteration, p.iterations, p.trainingPsnr);
-    text += part;
-  }
-  if (p.phase != innergs::Phase::Done && p.remaining >= 1) {
-    std::snprintf(part, sizeof part, ", about %.0f s left", std::ceil(p.remaining));
-    text += part;
-  }
+  if (p.phase == innergs::Phase::Fitting)
+    text += innergs::formatted(", sweep %d of %d, %.1f dB", p.iteration, p.iterations, p.trainingPsnr);
+  if (p.phase != innergs::Phase::Done && p.remaining >= 1)
+    text += innergs::formatted(", about %.0f s left", std::ceil(p.remaining));
   return text;
 }
 

@@ -1,3 +1,4 @@
+#include "Core/NumberText.h"
 #include "Core/Render.h"
 #include "IO/ModelFile.h"
 
@@ -6,6 +7,7 @@
 #include "TestFields.h"
 
 #include <cstdlib>
+#include <locale>
 #include <sstream>
 
 namespace innergs::test {
@@ -25,6 +27,7 @@ std::vector<double> runPython(const TemporaryFolder& folder, const std::string& 
   writeBytes(folder / "script.py", start + script);
   EXPECT_EQ(std::system(("python3 \"" + (folder / "script.py").string() + "\"").c_str()), 0);
   std::istringstream words(readBytes(folder / "out.txt"));
+  words.imbue(std::locale::classic());
   std::vector<double> values;
   for (double value; words >> value;)
     values.push_back(value);
@@ -114,10 +117,8 @@ TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
       std::vector<Vec3> points;
       for (const Vec3& x : inModel) {
         points.push_back(checkpoint.field.modelToWorld(x));
-        char line[200];
-        std::snprintf(line, sizeof(line), "    print(repr(float(value([%.17g, %.17g, %.17g]))), file=out)\n",
-                      points.back()[0], points.back()[1], points.back()[2]);
-        script += line;
+        script += formatted("    print(repr(float(value([%.17g, %.17g, %.17g]))), file=out)\n",
+                            points.back()[0], points.back()[1], points.back()[2]);
       }
       const std::vector<double> values = runPython(folder, script);
       ASSERT_EQ(values.size(), points.size());
