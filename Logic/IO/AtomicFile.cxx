@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "IO/FilePath.h"
+#include "IO/FileReplacement.h"
 #include "IO/VolumeIO.h"
 
 #include <fstream>
@@ -12,15 +13,24 @@ namespace fs = std::filesystem;
 namespace innergs {
 namespace {
 
-/// A name that no other process or thread uses, in the same folder and with the same extension (writers
-/// choose by it).
-fs::path temporaryBeside(const fs::path& target) {
+/// A link keeps pointing at the new file instead of being replaced by it.
+fs::path fileOf(const fs::path& path) {
+  std::error_code failed;
+  if (!fs::is_symlink(path, failed)) return path;
+  const fs::path file = followed(path);
+  if (fs::is_symlink(file, failed))
+    throw Error(ErrorCode::Io, quoted(path) + " is a link that leads nowhere; choose another name.");
+  return file;
+}
+
+/// A name that no other process or thread uses, in the same folder, with an extension (writers choose by it).
+fs::path temporaryBeside(const fs::path& target, const std::string& extension) {
   std::random_device random;
   constexpr char digits[] = "0123456789abcdef";
   std::string name = ".innergs-";
   for (int i = 0; i < 16; ++i)
     name += digits[random() % 16];
-  return target.parent_path() / (name + fullExtension(target));
+  return target.parent_path() / (name + extension);
 }
 
 /// Removes the temporary file unless it was renamed.
@@ -57,13 +67,14 @@ void writeAtomically(const fs::path& target, const std::function<void(const fs::
   checkOutputFolder(target);
   if (isDevice(target))
     throw Error(ErrorCode::Io, quoted(target) + " is not a regular file; choose another name.");
-  std::error_code failed;
-  // A link keeps pointing at the new file instead of being replaced by it.
-  const fs::path resolved = fs::is_symlink(target, failed) ? fs::weakly_canonical(target, failed) : target;
-  const TemporaryFile temporary{temporaryBeside(resolved)};
+  const fs::path file = fileOf(target);
+  const TemporaryFile temporary{temporaryBeside(file, fullExtension(target))};
+  if (const std::error_code failed = createReplacement(temporary.path, file))
+    throw cannotWrite(target, failed.message());
   write(temporary.path);
-  if (!fs::exists(temporary.path, failed)) throw cannotWrite(target, "nothing was written");
-  fs::rename(temporary.path, resolved, failed);
+  std::error_code failed;
+  if (fs::file_size(temporary.path, failed) == 0 || failed) throw cannotWrite(target, "nothing was written");
+  failed = replaceFile(temporary.path, file);
   if (failed) throw cannotWrite(target, failed.message());
 }
 
@@ -78,18 +89,19 @@ void checkOutputFolder(const fs::path& path) {
     throw Error(ErrorCode::InvalidArgument, quoted(path) + " is not a file name; add one.");
   if (fs::is_directory(path, failed))
     throw Error(ErrorCode::Io, quoted(path) + " is a folder; give the name of a file in it.");
-  const TemporaryFile probe{temporaryBeside(path)};
+  const fs::path file = fileOf(path);
+  const TemporaryFile probe{temporaryBeside(file, fullExtension(path))};
   for (const fs::path& name : {path, probe.path}) {
     static_cast<void>(fs::symlink_status(name, failed));
     if (failed == std::errc::filename_too_long)
       throw Error(ErrorCode::Io, quoted(path) + " is too long a name for this disk; choose a shorter one.");
   }
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
   if (!fs::is_directory(folder, failed))
     throw Error(ErrorCode::Io,
                 "The folder " + quoted(folder) + " does not exist; create it or choose another.");
   if (isDevice(path)) return;
-  if (!std::ofstream(probe.path, std::ios::binary))
+  if (createReplacement(probe.path, file))
     throw Error(ErrorCode::Io, "No file can be created in the folder " + quoted(folder) +
                                    "; check its permissions or choose another.");
 }

@@ -8,9 +8,7 @@
 namespace fs = std::filesystem;
 
 namespace innergs {
-namespace {
 
-/// What a link names, also when that does not exist.
 fs::path followed(fs::path path) {
   std::error_code failed;
   for (int links = 0; links < 40 && fs::is_symlink(path, failed); ++links) {
@@ -20,8 +18,6 @@ fs::path followed(fs::path path) {
   }
   return fs::absolute(path, failed);
 }
-
-} // namespace
 
 std::string utf8(const fs::path& path) {
   const std::u8string text = path.u8string();

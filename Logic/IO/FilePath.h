@@ -12,6 +12,10 @@ std::string quoted(const std::filesystem::path& path);
 /// The extension in lower case with what .gz compresses: ".nii.gz", ".mha", "" (none).
 std::string fullExtension(const std::filesystem::path& path);
 
+/// The file that a path leads to through links, absolute, whether or not it exists; a link when they lead
+/// nowhere.
+std::filesystem::path followed(std::filesystem::path path);
+
 /// Whether both paths lead to one file, however they are spelt: relative, through links, as hard links; a
 /// file need not exist yet.
 bool isSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
