@@ -1,11 +1,13 @@
 #include "Core/JobInput.h"
 
 #include "Core/Error.h"
+#include "Core/NumberText.h"
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
+#include <functional>
+#include <numeric>
 
 namespace innergs {
 namespace {
@@ -14,25 +16,90 @@ std::string nameOf(const Stack& stack, std::size_t index) {
   return stack.name.empty() ? "Stack " + std::to_string(index + 1) : stack.name;
 }
 
-/// Whether some sample points of lattice a lie inside lattice b's box.
-bool reaches(const GridGeometry& a, const GridGeometry& b) {
+/// Whether some sample points of lattice a lie inside lattice b's box. With a gap: from face to face of a's
+/// slices, and as far as that before or after b's, in its slice distances.
+bool reaches(const GridGeometry& a, const GridGeometry& b, double gap) {
   const Affine3 map = inverse(b.indexToWorld()) * a.indexToWorld();
+  const double face = gap > 0 ? 0.5 : 0;
+  const Vec3 margin{0.5, 0.5, 0.5 + gap};
   constexpr int n = 16;
   for (int k = 0; k <= n; ++k)
     for (int j = 0; j <= n; ++j)
       for (int i = 0; i <= n; ++i) {
-        const Vec3 at{i * (a.size[0] - 1.0) / n, j * (a.size[1] - 1.0) / n, k * (a.size[2] - 1.0) / n};
+        const Vec3 at{i * (a.size[0] - 1.0) / n, j * (a.size[1] - 1.0) / n,
+                      k * (a.size[2] - 1.0 + 2 * face) / n - face};
         const Vec3 x = map(at);
         bool inside = true;
         for (int c = 0; c < 3; ++c)
-          inside = inside && x[c] >= -0.5 && x[c] <= b.size[c] - 0.5;
+          inside = inside && x[c] >= -margin[c] && x[c] <= b.size[c] - 1 + margin[c];
         if (inside) return true;
       }
   return false;
 }
 
-bool overlap(const GridGeometry& a, const GridGeometry& b) {
-  return reaches(a, b) || reaches(b, a);
+bool overlap(const GridGeometry& a, const GridGeometry& b, double gap = 0) {
+  return reaches(a, b, gap) || reaches(b, a, gap);
+}
+
+/// The first stack that no chain of overlapping or adjoining ones, in any order, connects with the first; 0:
+/// none. Two adjoin when at most one slice would fit between them. Those with poses may lie anywhere.
+std::size_t apart(std::span<const Stack> stacks) {
+  constexpr double gap = 1 + 1e-3;
+  const auto together = [&](const Stack& a, const Stack& b) {
+    return !a.poses.empty() || !b.poses.empty() || overlap(a.image.geometry, b.image.geometry, gap);
+  };
+  std::vector<std::size_t> toDo{0}, left(stacks.size() - 1);
+  std::iota(left.begin(), left.end(), std::size_t{1});
+  while (!toDo.empty() && !left.empty()) {
+    const Stack& stack = stacks[toDo.back()];
+    toDo.pop_back();
+    const auto joined = std::stable_partition(
+        left.begin(), left.end(), [&](std::size_t other) { return !together(stack, stacks[other]); });
+    toDo.insert(toDo.end(), joined, left.end());
+    left.erase(joined, left.end());
+  }
+  return left.empty() ? 0 : left.front();
+}
+
+/// Whether a stack is a slab of the same acquisition: parallel slices, centred before or after those of the
+/// first.
+bool continues(const Stack& stack, const GridGeometry& first) {
+  const GridGeometry& g = stack.image.geometry;
+  const double k = inverse(first.indexToWorld())(g.centre())[2];
+  return stack.poses.empty() && std::abs(dot(column(first.direction, 2), column(g.direction, 2))) > 0.999 &&
+         (k < -0.5 || k > static_cast<double>(first.size[2]) - 0.5);
+}
+
+/// `grid` with as many more voxels as it takes to hold those of the stacks that `wanted` tells.
+GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
+                   const std::function<bool(const Stack&)>& wanted) {
+  const Affine3 worldToIndex = inverse(grid.indexToWorld());
+  Vec3 low{-0.5, -0.5, -0.5}, high;
+  for (int a = 0; a < 3; ++a)
+    high[a] = static_cast<double>(grid.size[a]) - 0.5;
+  for (const Stack& stack : stacks) {
+    if (!wanted(stack)) continue;
+    const auto& size = stack.image.geometry.size;
+    for (std::int64_t k = 0; k < size[2]; ++k) {
+      const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 index{corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
+                         static_cast<double>(k) + (corner & 4 ? 0.5 : -0.5)};
+        const Vec3 x = worldToIndex(pose(stack.image.geometry.indexToWorld()(index)));
+        for (int a = 0; a < 3; ++a) {
+          low[a] = std::min(low[a], x[a]);
+          high[a] = std::max(high[a], x[a]);
+        }
+      }
+    }
+  }
+  Vec3 first;
+  for (int a = 0; a < 3; ++a) {
+    first[a] = std::floor(low[a] + 0.5 + 1e-4);
+    grid.size[a] = static_cast<std::int64_t>(std::ceil(high[a] + 0.5 - 1e-4) - first[a]);
+  }
+  grid.origin = grid.indexToWorld()(first);
+  return grid;
 }
 
 void hash(std::uint64_t& h, const void* data, std::size_t bytes) { // FNV-1a over 8-byte words
@@ -80,43 +147,26 @@ std::int64_t usable(const Stack& stack) {
 
 } // namespace
 
+GridGeometry acquisitionGrid(std::span<const Stack> stacks) {
+  const Stack& first = stacks.front();
+  const GridGeometry& grid = first.image.geometry;
+  const auto isSlab = [&](const Stack& stack) { return continues(stack, grid); };
+  if (!first.poses.empty() || std::none_of(stacks.begin(), stacks.end(), isSlab)) return grid;
+  return grown(grid, stacks, isSlab);
+}
+
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
   double spacing = 1e300;
   for (const Stack& stack : stacks)
     for (double s : stack.image.geometry.spacing)
       spacing = std::min(spacing, s);
-  return withSpacing(stacks.front().image.geometry, {spacing, spacing, spacing});
+  return withSpacing(acquisitionGrid(stacks), {spacing, spacing, spacing});
 }
 
 GridGeometry dataDomain(std::span<const Stack> stacks) {
   GridGeometry domain = defaultOutputGrid(stacks);
   if (stacks.size() == 1 && stacks.front().poses.empty()) return domain;
-  const Affine3 worldToIndex = inverse(domain.indexToWorld());
-  Vec3 low{-0.5, -0.5, -0.5}, high;
-  for (int a = 0; a < 3; ++a)
-    high[a] = static_cast<double>(domain.size[a]) - 0.5;
-  for (const Stack& stack : stacks) {
-    const auto& size = stack.image.geometry.size;
-    for (std::int64_t k = 0; k < size[2]; ++k) {
-      const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
-      for (int corner = 0; corner < 8; ++corner) {
-        const Vec3 index{corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
-                         static_cast<double>(k) + (corner & 4 ? 0.5 : -0.5)};
-        const Vec3 x = worldToIndex(pose(stack.image.geometry.indexToWorld()(index)));
-        for (int a = 0; a < 3; ++a) {
-          low[a] = std::min(low[a], x[a]);
-          high[a] = std::max(high[a], x[a]);
-        }
-      }
-    }
-  }
-  Vec3 first;
-  for (int a = 0; a < 3; ++a) {
-    first[a] = std::floor(low[a] + 0.5 + 1e-4);
-    domain.size[a] = static_cast<std::int64_t>(std::ceil(high[a] + 0.5 - 1e-4) - first[a]);
-  }
-  domain.origin = domain.indexToWorld()(first);
-  return domain;
+  return grown(domain, stacks, [](const Stack&) { return true; });
 }
 
 Affine3 modelFrame(const GridGeometry& geometry) {
@@ -154,13 +204,12 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
       prepared.nonFinite += !std::isfinite(v);
     throwIfStopped();
     if (input.mask) applyMask(stack, *input.mask, stop);
-    if (s > 0 && stack.poses.empty() && stacks[0].poses.empty() &&
-        std::none_of(stacks.begin(), stacks.begin() + s,
-                     [&](const Stack& other) { return overlap(other.image.geometry, stack.image.geometry); }))
-      throw Error(ErrorCode::Geometry,
-                  nameOf(stack, s) + " does not overlap " + nameOf(stacks[0], 0) +
-                      " in patient space: check that they are scans of the same patient.");
   }
+  if (const std::size_t s = apart(stacks); s > 0)
+    throw Error(ErrorCode::Geometry,
+                nameOf(stacks[s], s) + " does not overlap " + nameOf(stacks[0], 0) +
+                    " in patient space, and more than a slice would fit between them: check that they are "
+                    "scans of the same patient.");
   std::int64_t samples = 0;
   for (const Stack& stack : stacks)
     samples += usable(stack);
@@ -183,9 +232,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     hash(h, stack.observed.data(), stack.observed.size());
     hash(h, stack.poses.data(), stack.poses.size() * sizeof(Affine3));
   }
-  char text[32];
-  std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(h));
-  prepared.fingerprint = text;
+  prepared.fingerprint = formatted("%016llx", static_cast<unsigned long long>(h));
   const bool posed =
       std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
   prepared.outputGrid = input.outputGrid ? *input.outputGrid

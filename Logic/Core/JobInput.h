@@ -14,13 +14,17 @@ struct PreparedInput {
   std::vector<std::string> warnings;
 };
 
-/// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that do not overlap,
-/// an empty mask, nothing finite to fit, an output grid apart from the data.
-/// Error(Cancelled) when stopped on the way.
+/// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
+/// nor adjoin (with room for a slice between them), an empty mask, nothing finite to fit, an output grid
+/// apart from the data. Error(Cancelled) when stopped on the way.
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {});
 
-/// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the first
-/// one's box.
+/// The first stack's lattice, and so much more of it that it holds the slabs (parallel stacks before or after
+/// it) of the same acquisition.
+GridGeometry acquisitionGrid(std::span<const Stack> stacks);
+
+/// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the box of
+/// acquisitionGrid().
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
 
 /// The lattice of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.

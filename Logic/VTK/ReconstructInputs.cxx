@@ -17,6 +17,9 @@ namespace innergs::vtk {
 namespace {
 
 GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoice& choice) {
+  std::vector<Stack> stacks(grids.size());
+  for (std::size_t i = 0; i < grids.size(); ++i)
+    stacks[i].image.geometry = grids[i];
   GridGeometry grid;
   const Vec3& spacing = choice.spacing;
   if (choice.reference && choice.reference->given()) {
@@ -31,11 +34,8 @@ GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoi
       if (grids.front().extent()[a] / spacing[a] > 1e5)
         throw Error(ErrorCode::InvalidArgument,
                     "The output spacing is far too fine for the size of the image: choose a coarser one.");
-    grid = withSpacing(grids.front(), spacing);
+    grid = withSpacing(acquisitionGrid(stacks), spacing);
   } else {
-    std::vector<Stack> stacks(grids.size());
-    for (std::size_t i = 0; i < grids.size(); ++i)
-      stacks[i].image.geometry = grids[i];
     grid = defaultOutputGrid(stacks);
   }
   return choice.box && !(choice.reference && choice.reference->given()) ? cropped(grid, *choice.box) : grid;

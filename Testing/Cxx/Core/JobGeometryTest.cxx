@@ -1,3 +1,4 @@
+#include "Core/JobInput.h"
 #include "Core/Render.h"
 #include "JobInputs.h"
 
@@ -141,6 +142,67 @@ INSTANTIATE_TEST_SUITE_P(
                       Posed{"Interleaved", {0, 2, 4, 6, 8, 10, 1, 3, 5, 7, 9, 11}, 0, 0, true},
                       Posed{"Shuffled", {7, 2, 11, 0, 9, 4, 1, 10, 5, 8, 3, 6}, 0.02, 0.3, false}),
     [](const auto& info) { return std::string(info.param.name); });
+
+namespace {
+
+/// Slices [first, first + count) of a scan, as a scan of their own.
+Stack slab(const Volume& scan, std::int64_t first, std::int64_t count) {
+  Stack stack;
+  stack.profile = SliceProfile::Point;
+  GridGeometry& g = stack.image.geometry = scan.geometry;
+  g.origin = scan.geometry.indexToWorld()({0, 0, double(first)});
+  g.size[2] = count;
+  const std::int64_t plane = g.size[0] * g.size[1];
+  stack.image.voxels.assign(scan.voxels.begin() + first * plane,
+                            scan.voxels.begin() + (first + count) * plane);
+  return stack;
+}
+
+} // namespace
+
+// Slices 0 to 5, 6 to 11 (adjoining), 13 to 19 (a slice is missing between them).
+TEST(Slabs, OfOneAcquisitionInAnyOrderAreReconstructedAsOne) {
+  const GridGeometry whole = grid(22, 20, 20, {1, 1, 1.5}, {-30, 12, 5}, obliqueDirection(0.3, true));
+  const Volume truth = phantom(whole);
+  const std::vector<Stack> slabs{slab(truth, 0, 6), slab(truth, 6, 6), slab(truth, 13, 7)};
+  std::array<int, 3> order{0, 1, 2};
+  do {
+    ReconstructionInput input;
+    for (const int n : order)
+      input.stacks.push_back(slabs[n]);
+    const GridGeometry all = acquisitionGrid(input.stacks);
+    EXPECT_EQ(all.size, whole.size);
+    EXPECT_LT(norm(all.origin - whole.origin), 1e-9);
+    EXPECT_NO_THROW(prepareInput(input));
+  } while (std::next_permutation(order.begin(), order.end()));
+
+  ReconstructionInput input;
+  input.stacks = {slabs[2], slabs[0], slabs[1]};
+  Settings settings = quickSettings(60);
+  settings.gaussians = 800;
+  const Volume result = reconstruct(input, settings).volume;
+  EXPECT_NEAR(result.geometry.extent()[2], whole.extent()[2], 1);
+  Volume sampled{whole, std::vector<float>(truth.voxels.size())};
+  const Affine3 map = inverse(result.geometry.indexToWorld()) * whole.indexToWorld();
+  for (std::int64_t v = 0; v < whole.voxelCount(); ++v)
+    sampled.voxels[v] = static_cast<float>(
+        sampleLinear(result, map({double(v % 22), double(v / 22 % 20), double(v / 22 / 20)})));
+  EXPECT_GT(psnr(sampled, truth), 26);
+}
+
+TEST(Slabs, FurtherApartAreRefused) {
+  const Volume truth = phantom(grid(22, 20, 20, {1, 1, 1.5}, {-30, 12, 5}, obliqueDirection(0.3)));
+  ReconstructionInput input;
+  input.stacks = {slab(truth, 0, 6), slab(truth, 8, 6)}; // two slices are missing
+  try {
+    prepareInput(input);
+    FAIL() << "no error";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Geometry);
+    EXPECT_NE(std::string(error.what()).find("Stack 2 does not overlap Stack 1"), std::string::npos)
+        << error.what();
+  }
+}
 
 TEST(Poses, FarFromTheFilesOwnGeometry) {
   // The whole scan lies 200 mm from where the file's lattice says.
