@@ -3,6 +3,7 @@
 #include "Core/Error.h"
 #include "IO/FilePath.h"
 #include "IO/MemoryCheck.h"
+#include "IO/Ply.h"
 #include "IO/Safetensors.h"
 
 #include <nlohmann/json.hpp>
@@ -222,6 +223,13 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
 }
 
 Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
+  if (isPly(path)) {
+    Checkpoint gaussians;
+    gaussians.field = readPly(path);
+    gaussians.finished = gaussians.field.size();
+    if (notes) notes->clear();
+    return gaussians;
+  }
   const SafetensorsFile file(path);
   checkFormat(file, path);
   const Metadata metadata(file, path);

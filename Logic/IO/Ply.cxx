@@ -9,11 +9,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <fstream>
 #include <limits>
 #include <locale>
 #include <sstream>
+#include <string_view>
 
 namespace innergs {
 namespace {
@@ -103,9 +103,7 @@ Row rowOf(const Gaussian& g, Blending blending, const Affine3& modelToWorld, con
 }
 
 std::string number(double value) {
-  char text[40];
-  std::snprintf(text, sizeof(text), "%.17g", value);
-  return text;
+  return formatted("%.17g", value);
 }
 template <typename... Rows>
 std::string numbers(const Rows&... rows) {
@@ -321,6 +319,14 @@ std::string droppedByPly(const GaussianField& field) {
          " Gaussians alone: it leaves out the detail grid of " + std::to_string(size[0]) + "x" +
          std::to_string(size[1]) + "x" + std::to_string(size[2]) + " values (RMS " + numberText(rms) +
          " scanner units); save an .innergs file to keep everything.";
+}
+
+bool isPly(const std::filesystem::path& path) {
+  if (fullExtension(path) == ".ply") return true;
+  char start[4] = {};
+  std::ifstream(path, std::ios::binary).read(start, sizeof(start));
+  const std::string_view magic(start, sizeof(start));
+  return magic == "ply\n" || magic == "ply\r";
 }
 
 GaussianField readPly(const std::filesystem::path& path) {

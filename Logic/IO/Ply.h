@@ -16,6 +16,9 @@ void writePly(const GaussianField& field, const std::filesystem::path& path);
 /// A sentence on what a PLY file of a field leaves out, with numbers: the detail grid; "" where it keeps all.
 std::string droppedByPly(const GaussianField& field);
 
+/// Whether a file is read as a PLY file: by its extension or its first bytes.
+bool isPly(const std::filesystem::path& path);
+
 /// Reads our PLY files exactly, and plain 3DGS files as far as the names go. Throws Error(FileNotFound |
 /// FileFormat).
 GaussianField readPly(const std::filesystem::path& path);

@@ -83,12 +83,9 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
       throw innergs::Error(innergs::ErrorCode::InvalidArgument,
                            "There is no file name to read a model from: choose a file.");
     const std::filesystem::path path = pathOf(name);
-    auto checkpoint = std::make_shared<innergs::Checkpoint>();
+    isPly(path); // or a model by its name
     innergs::ModelNotes notes;
-    if (isPly(path))
-      checkpoint->field = innergs::readPly(path);
-    else
-      *checkpoint = innergs::readModel(path, &notes);
+    auto checkpoint = std::make_shared<const innergs::Checkpoint>(innergs::readModel(path, &notes));
     vtkNew<vtkInnerGSModel> model;
     model->SetCheckpoint(std::move(checkpoint));
     MRMLNodeModifyBlocker blocker(modelNode);

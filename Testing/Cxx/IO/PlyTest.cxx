@@ -1,4 +1,5 @@
 #include "IO/Ply.h"
+#include "IO/ModelFile.h"
 
 #include "TestFiles.h"
 
@@ -21,6 +22,21 @@ TEST(Ply, RoundTripIsExact) {
       EXPECT_TRUE(sameBits(read.gaussians, field.gaussians));
     }
   EXPECT_EQ(folder.fileCount(), 1);
+}
+
+TEST(Ply, IsAModelWhoseFitIsOver) {
+  const TemporaryFolder folder;
+  const GaussianField field = randomField(41, true);
+  writePly(field, folder / "a.PLY");
+  ModelNotes notes{{"Version", "of an earlier file"}};
+  const Checkpoint model = readModel(folder / "a.PLY", &notes);
+  EXPECT_TRUE(sameBits(model.field.gaussians, field.gaussians));
+  EXPECT_EQ(model.finished, 41);
+  EXPECT_EQ(model.iteration, 0);
+  EXPECT_TRUE(model.moment1.empty() && notes.empty());
+  std::filesystem::copy_file(folder / "a.PLY", folder / "renamed");
+  EXPECT_TRUE(isPly(folder / "renamed"));
+  EXPECT_EQ(readModel(folder / "renamed").finished, 41);
 }
 
 /// The vertex properties of a file as floats, by position.
