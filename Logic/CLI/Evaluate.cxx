@@ -22,7 +22,7 @@ enum class Protocol { Honest, Paper, Both };
 
 struct EvaluateOptions {
   std::string volume;
-  std::optional<int> frame;
+  ReadOptions reading;
   Protocol protocol = Protocol::Honest;
   int keepEvery = 0, thickness = 0, orthogonal = 0;
   double noise = 0, withheld = 0.05;
@@ -70,7 +70,7 @@ int evaluate(const EvaluateOptions& o) {
 
   ProgressDisplay display(o.quiet);
   Interrupt interrupt;
-  const Volume volume = readVolume(o.volume, {o.frame});
+  const Volume volume = readVolume(o.volume, o.reading);
   EvaluationOptions options;
   options.settings = o.settings;
   options.gaussians = !o.baselinesOnly;
@@ -107,9 +107,7 @@ Subcommand addEvaluate(CLI::App& app) {
   command->add_option("volume", o->volume, "The truth: the volume that input is taken from")
       ->required()
       ->type_name("VOLUME");
-  command->add_option("--frame", o->frame, "Frame to take from a 4D file, from 0")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  addReading(*command, o->reading);
   addChoice<Protocol>(
       *command, "--protocol", o->protocol,
       {{"honest", Protocol::Honest}, {"paper", Protocol::Paper}, {"both", Protocol::Both}},

@@ -5,7 +5,9 @@
 
 #include "Core/DevicePlugin.h"
 #include "Core/Devices.h"
+#include "Core/Orientation.h"
 #include "Core/Render.h"
+#include "IO/DicomSeries.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -21,20 +23,6 @@ namespace innergs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// Which way each lattice axis grows: "LPS" = I to the left, J to the back (posterior), K to the head
-// (superior).
-std::string axisCode(const Mat3& direction) {
-  std::string code;
-  for (int a = 0; a < 3; ++a) {
-    const Vec3 axis = column(direction, a);
-    int main = 0;
-    for (int row = 1; row < 3; ++row)
-      if (std::abs(axis[row]) > std::abs(axis[main])) main = row;
-    code += axis[main] >= 0 ? "LPS"[main] : "RAI"[main];
-  }
-  return code;
-}
 
 // Where a lattice lies, in both frames.
 Json placed(const GridGeometry& geometry) {
@@ -74,15 +62,15 @@ Json fieldInfo(const GaussianField& field) {
             {"intensity_scale", field.intensityScale},
             {"intensity_offset", field.intensityOffset}};
   info["domain"] = placed(field.domain);
-  info["domain"]["axes_grow_towards"] = axisCode(field.domain.direction);
+  info["domain"]["axes_grow_towards"] = orientationCode(field.domain.direction);
   return info;
 }
 
 Json modelInfo(const std::filesystem::path& path) {
-  if (path.extension() == ".ply") return fieldInfo(readPly(path));
   ModelNotes notes;
   const Checkpoint checkpoint = readModel(path, &notes);
   Json info = fieldInfo(checkpoint.field);
+  if (isPly(path)) return info;
   info["kind"] = "model";
   info["fit_complete"] = checkpoint.moment1.empty();
   info["iteration"] = checkpoint.iteration;
@@ -90,8 +78,27 @@ Json modelInfo(const std::filesystem::path& path) {
   return info;
 }
 
-Json imageInfo(const std::filesystem::path& path, std::optional<int> frame) {
-  const LoadedImage image = loadImage(path, {frame.value_or(0)});
+Json seriesInfo(const std::vector<DicomEntry>& entries) {
+  Json info{{"kind", "DICOM folder"}};
+  for (std::size_t n = 0; n < entries.size(); ++n) {
+    const DicomEntry& entry = entries[n];
+    Json& series = info["series"][std::to_string(n + 1)];
+    series = {{"description", entry.description},
+              {"images", entry.images},
+              {"size", entry.size},
+              {"plane", entry.plane},
+              {"tilt_degrees", std::round(10 * entry.tilt) / 10},
+              {"slice_thickness_mm", entry.thickness > 0 ? Json(entry.thickness) : Json()}};
+    if (!entry.detail.empty()) series["detail"] = entry.detail;
+  }
+  return info;
+}
+
+Json imageInfo(const std::filesystem::path& path, ReadOptions options) {
+  if (std::filesystem::is_directory(path) && !options.series)
+    if (const auto entries = listDicomSeries(path); entries.size() > 1) return seriesInfo(entries);
+  if (!options.frame) options.frame = 0;
+  const LoadedImage image = loadImage(path, options);
   const Volume& volume = image.volume;
   std::int64_t finite = 0;
   double low = INFINITY, high = -INFINITY, sum = 0;
@@ -104,12 +111,12 @@ Json imageInfo(const std::filesystem::path& path, std::optional<int> frame) {
   }
   Json info{{"kind", "image"}};
   info.update(placed(volume.geometry));
-  info["axes_grow_towards"] = axisCode(volume.geometry.direction);
+  info["axes_grow_towards"] = orientationCode(volume.geometry.direction);
   info["left_handed"] = determinant(volume.geometry.direction) < 0;
   if (image.sliceThickness > 0) info["slice_thickness_mm"] = image.sliceThickness;
   if (image.frames > 1) {
     info["frames"] = image.frames;
-    info["shown_frame"] = frame.value_or(0);
+    info["shown_frame"] = *options.frame;
   }
   if (image.tracked) info["tracked_sweep"] = true;
   info["minimum"] = finite ? Json(low) : Json();
@@ -149,7 +156,7 @@ void printPlain(const Json& info, const std::string& indent = "") {
 Subcommand addInfo(CLI::App& app) {
   struct InfoOptions {
     std::string file;
-    std::optional<int> frame;
+    ReadOptions reading;
     bool json = false;
   };
   auto* command =
@@ -157,9 +164,7 @@ Subcommand addInfo(CLI::App& app) {
   auto o = std::make_shared<InfoOptions>();
   command->add_option("file", o->file, "Image, DICOM folder, model (.innergs) or Gaussians (.ply)")
       ->type_name("FILE");
-  command->add_option("--frame", o->frame, "Frame to describe of a 4D file, from 0 [0]")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  addReading(*command, o->reading);
   command->add_flag("--json", o->json, "Print JSON");
   command->footer(
       "Lengths are in mm; positions in patient space, LPS (x to the left, y to the back, z to the head) and\n"
@@ -168,7 +173,7 @@ Subcommand addInfo(CLI::App& app) {
   return {command, [o] {
             const Json info = o->file.empty()           ? programInfo()
                               : looksLikeModel(o->file) ? modelInfo(o->file)
-                                                        : imageInfo(o->file, o->frame);
+                                                        : imageInfo(o->file, o->reading);
             if (o->json)
               std::cout << info.dump(2) << "\n";
             else

@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
+#include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 
@@ -56,6 +57,15 @@ CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<doub
                                                      counts.back() == 1 ? "" : "s", target.size()));
       },
       help);
+}
+
+void addReading(CLI::App& app, ReadOptions& reading) {
+  app.add_option("--frame", reading.frame, "Frame to take from a 4D file, from 0")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--series", reading.series, "Series to take from a DICOM folder, from 1 [the only one]")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
 }
 
 CLI::Option* addOutputType(CLI::App& app, OutputType& type) {
@@ -202,16 +212,15 @@ void writeRendered(const Volume& volume, const GaussianField& field, const std::
 }
 
 GaussianField loadField(const std::filesystem::path& path) {
-  if (path.extension() == ".ply") return readPly(path);
   return readModel(path).field;
 }
 
 bool looksLikeModel(const std::filesystem::path& path) {
   if (!std::filesystem::is_regular_file(path)) return false;
+  if (isPly(path) || fullExtension(path) == ".innergs") return true;
   char start[9] = {};
   std::ifstream(path, std::ios::binary).read(start, sizeof(start));
-  return std::string(start, 4) == "ply\n" || std::string(start, 4) == "ply\r" ||
-         path.extension() == ".innergs" || start[8] == '{';
+  return start[8] == '{';
 }
 
 void checkMemory(std::int64_t bytes, const std::string& what) {

@@ -44,6 +44,8 @@ CLI::Option* addChoice(CLI::App& app, const std::string& name, T& target,
       ->type_name(names);
 }
 
+/// --frame and --series.
+void addReading(CLI::App& app, ReadOptions& reading);
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);
 CLI::Option* addThreads(CLI::App& app, int& threads);
 CLI::Option* addSelection(CLI::App& app, Selection& selection);

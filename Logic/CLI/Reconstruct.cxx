@@ -56,9 +56,20 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
     throw Error(ErrorCode::InvalidArgument,
                 fmt::format("--thickness has {} numbers for {} scan{}: give one, or one per scan.",
                             options.thickness.size(), count, count == 1 ? "" : "s"));
+  const auto folders = std::count_if(options.inputs.begin(), options.inputs.end(),
+                                     [](const auto& input) { return std::filesystem::is_directory(input); });
+  const auto& series = options.series;
+  if (!series.empty() && (folders == 0 || (series.size() > 1 && std::ssize(series) != folders)))
+    throw Error(ErrorCode::InvalidArgument,
+                fmt::format("--series has {} number{} for {} DICOM folder{}: give one, or one per folder.",
+                            series.size(), series.size() == 1 ? "" : "s", folders, folders == 1 ? "" : "s"));
   std::vector<Stack> stacks;
+  std::size_t folder = 0;
   for (std::size_t n = 0; n < count; ++n) {
-    Stack stack = readStack(options.inputs[n], {options.frame});
+    ReadOptions reading{options.frame};
+    if (!series.empty() && std::filesystem::is_directory(options.inputs[n]))
+      reading.series = series[series.size() == 1 ? 0 : folder++];
+    Stack stack = readStack(options.inputs[n], reading);
     if (!options.thickness.empty())
       stack.thickness = options.thickness[options.thickness.size() == 1 ? 0 : n];
     if (options.profile) stack.profile = *options.profile;
@@ -86,8 +97,7 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
     scans.push_back(record(options.inputs[n], input.stacks[n]));
   if (!options.mask.empty()) input.mask = readMask(options.mask);
   if (options.grid.given())
-    input.outputGrid =
-        options.grid.choose(input.stacks.front().image.geometry, defaultOutputGrid(input.stacks));
+    input.outputGrid = options.grid.choose(acquisitionGrid(input.stacks), defaultOutputGrid(input.stacks));
   if (!options.grid.roi.empty()) keepRegion(input.stacks, options.grid.region());
   return input;
 }

@@ -115,7 +115,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
   app.add_option(
          "inputs", o.inputs,
          "One scan, or several scans of the same anatomy in any orientation: NIfTI, NRRD, MHA, MINC2 or\n"
-         "a folder with one DICOM series")
+         "a folder of DICOM files")
       ->required()
       ->type_name("SCAN");
 
@@ -137,6 +137,15 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
   input->add_option("--frame", o.frame, "Frame to take from 4D files, from 0")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
+  input
+      ->add_option(
+          "--series", o.series,
+          "Series to take from DICOM folders, from 1: one number, or one per folder as a,b,c; 'innergs\n"
+          "info FOLDER' lists them [the only one]")
+      ->type_name("N")
+      ->delimiter(',')
+      ->allow_extra_args(false)
+      ->check(CLI::PositiveNumber);
   addNumbers(
       *input, "--thickness", o.thickness, {},
       "Slice thickness in mm: one number, or one per scan as a,b,c [from the file, or the slice spacing]")

@@ -11,6 +11,7 @@ void addSettings(CLI::App& app, Settings& settings);
 struct ReconstructOptions {
   std::vector<std::string> inputs;
   std::optional<int> frame;
+  std::vector<int> series;       // none, one, or one per input that is a folder
   std::vector<double> thickness; // none, one, or one per input
   std::optional<SliceProfile> profile;
   std::string mask;

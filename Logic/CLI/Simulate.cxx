@@ -13,7 +13,7 @@ namespace {
 
 struct SimulateOptions {
   std::string input, output, axis = "k";
-  std::optional<int> frame;
+  ReadOptions reading;
   int thickness = 0, keepEvery = 0, orthogonal = 1;
   double noise = 0;
   std::uint64_t seed = 1;
@@ -40,7 +40,7 @@ int simulate(const SimulateOptions& o) {
   files.read(o.input);
   for (const auto& path : paths)
     files.add(path, OutputFiles::Kind::Volume);
-  const Volume volume = readVolume(o.input, {o.frame});
+  const Volume volume = readVolume(o.input, o.reading);
 
   const auto axisOf = [&](std::size_t scan) {
     if (paths.size() > 1) return sliceAxis(volume.geometry, planes[scan]);
@@ -104,9 +104,7 @@ Subcommand addSimulate(CLI::App& app) {
       ->check(CLI::NonNegativeNumber)
       ->excludes(keep);
   command->add_option("--seed", o->seed, "Seed of the noise [1]")->type_name("N");
-  command->add_option("--frame", o->frame, "Frame to take from a 4D file, from 0")
-      ->type_name("N")
-      ->check(CLI::NonNegativeNumber);
+  addReading(*command, o->reading);
   addOutputType(*command, o->type);
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer("Examples:\n"

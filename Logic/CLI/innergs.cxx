@@ -2,6 +2,7 @@
 #include "CLI/Version.h"
 
 #include "Core/Failure.h"
+#include "IO/LibraryMessages.h"
 
 #include <cstdio>
 #include <string>
@@ -55,6 +56,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace innergs::cli;
+  innergs::dropLibraryMessages();
   try {
     return run(argc, argv);
   } catch (...) {

@@ -1,5 +1,6 @@
 #include "IO/DicomSeries.h"
 
+#include "Core/NumberText.h"
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"
 
@@ -8,10 +9,12 @@
 #include <itkMetaDataObject.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
+#include <cmath>
 #include <cstdlib>
 #include <fstream>
 #include <iterator>
+#include <map>
 
 namespace innergs {
 namespace {
@@ -44,7 +47,7 @@ Slice readSlice(const std::string& file) {
                    const auto io = openDicom(file);
                    const ItkHeader header = describe(*io, what);
                    checkDicomPixels(*io, what);
-                   Slice slice{header.geometry, std::atof(tag(*io, "0018|0050").c_str()), {}};
+                   Slice slice{header.geometry, leadingNumber(tag(*io, "0018|0050")).value_or(0), {}};
                    const double count = double(header.geometry.size[0]) * double(header.geometry.size[1]) *
                                         double(header.geometry.size[2]);
                    checkMemoryFor(count * (sizeof(float) + io->GetComponentSize()), what);
@@ -56,34 +59,123 @@ Slice readSlice(const std::string& file) {
                  });
 }
 
-std::vector<std::string> filesOfOnlySeries(const std::filesystem::path& folder) {
-  const std::string what = quoted(folder);
-  return withItk(
-      ErrorCode::FileFormat, what + " holds DICOM files that cannot be read; export them again.", [&] {
-        const auto names = itk::GDCMSeriesFileNames::New();
-        names->SetUseSeriesDetails(true);
-        names->SetInputDirectory(utf8(folder));
-        const std::vector<std::string> series = names->GetSeriesUIDs();
-        if (series.empty())
-          throw Error(ErrorCode::FileFormat,
-                      what + " is a folder without a DICOM series; give an image file or a DICOM folder.");
-        if (series.size() > 1) {
-          std::string list;
-          for (const std::string& uid : series) {
-            const std::vector<std::string> files = names->GetFileNames(uid);
-            const auto first = openDicom(files.at(0));
-            if (!list.empty()) list += "; ";
-            list.append("'").append(tag(*first, "0008|103e")).append("' ").append(tag(*first, "0020|000e"));
-            list.append(" (")
-                .append(std::to_string(files.size()))
-                .append(files.size() == 1 ? " image)" : " images)");
-          }
-          throw Error(ErrorCode::FileFormat,
-                      what + " holds " + std::to_string(series.size()) +
-                          " DICOM series, put the one to use in a folder of its own: " + list + ".");
-        }
-        return std::vector<std::string>(names->GetFileNames(series.front()));
+/// What tells the images of a folder apart, from the header of one.
+struct Header {
+  std::string file, uid, description, number;
+  GridGeometry geometry;
+  double thickness = 0;
+  std::map<std::string, std::string> details; // what repeats a position: name for people, value
+};
+
+/// What may differ between images of one series at the same place.
+constexpr std::array<std::pair<const char*, const char*>, 7> kDetails{{{"0018|0081", "echo time"},
+                                                                       {"0008|0008", "type"},
+                                                                       {"0020|0100", "time point"},
+                                                                       {"0018|1060", "trigger time"},
+                                                                       {"0018|9087", "b-value"},
+                                                                       {"0020|0012", "acquisition"},
+                                                                       {"0008|0032", "acquired at"}}};
+
+Header readHeader(const std::string& file) {
+  const auto io = openDicom(file);
+  Header header;
+  header.file = file;
+  header.uid = tag(*io, "0020|000e");
+  header.description = tag(*io, "0008|103e");
+  header.number = tag(*io, "0020|0011");
+  header.thickness = leadingNumber(tag(*io, "0018|0050")).value_or(0);
+  GridGeometry& g = header.geometry;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    const bool given = axis < io->GetNumberOfDimensions();
+    g.size[axis] = given ? static_cast<std::int64_t>(io->GetDimensions(axis)) : 1;
+    g.spacing[axis] = given ? io->GetSpacing(axis) : 1;
+    g.origin[axis] = given ? io->GetOrigin(axis) : 0;
+    for (unsigned row = 0; given && row < 3; ++row)
+      g.direction[row][axis] = row < io->GetDirection(axis).size() ? io->GetDirection(axis)[row] : 0;
+  }
+  for (const auto& [key, name] : kDetails)
+    header.details[name] = tag(*io, key);
+  return header;
+}
+
+using Headers = std::vector<Header>;
+
+/// Headers of a kind together, in the order of the first of each kind.
+template <class Same>
+std::vector<Headers> divided(const Headers& headers, const Same& same) {
+  std::vector<Headers> parts;
+  for (const Header& header : headers) {
+    const auto found = std::find_if(parts.begin(), parts.end(),
+                                    [&](const Headers& part) { return same(part.front(), header); });
+    if (found == parts.end())
+      parts.push_back({header});
+    else
+      found->push_back(header);
+  }
+  return parts;
+}
+
+bool sameStack(const Header& a, const Header& b) {
+  const GridGeometry &g = a.geometry, &h = b.geometry;
+  bool same = a.uid == b.uid && a.number == b.number && g.size == h.size;
+  for (int i = 0; i < 3; ++i) {
+    same = same && (i == 2 || std::abs(g.spacing[i] - h.spacing[i]) < 1e-4 * g.spacing[i]);
+    for (int j = 0; j < 2; ++j)
+      same = same && std::abs(g.direction[i][j] - h.direction[i][j]) < 1e-3;
+  }
+  return same;
+}
+
+bool repeatsAPosition(const Headers& headers) {
+  const Mat3& direction = headers.front().geometry.direction;
+  const Vec3 normal = cross(column(direction, 0), column(direction, 1));
+  std::vector<double> places;
+  for (const Header& header : headers)
+    places.push_back(dot(header.geometry.origin, normal));
+  std::sort(places.begin(), places.end());
+  return std::adjacent_find(places.begin(), places.end(), [](double a, double b) { return b - a < 1e-3; }) !=
+         places.end();
+}
+
+/// Echoes, phases or time points apart, where one of the details does it.
+std::vector<std::pair<Headers, std::string>> withoutRepeats(const Headers& headers) {
+  if (headers.size() > 1 && headers.front().geometry.size[2] == 1 && repeatsAPosition(headers))
+    for (const auto& [key, name] : kDetails) {
+      const auto parts = divided(headers, [n = name](const Header& a, const Header& b) {
+        return a.details.at(n) == b.details.at(n);
       });
+      const bool apart = std::all_of(parts.begin(), parts.end(), [&](const Headers& part) {
+        return part.size() > 1 && part.size() * parts.size() == headers.size() && !repeatsAPosition(part);
+      });
+      if (parts.size() < 2 || !apart) continue;
+      std::vector<std::pair<Headers, std::string>> named;
+      for (const Headers& part : parts)
+        named.emplace_back(part, std::string(name) + " " + part.front().details.at(name));
+      return named;
+    }
+  return {{headers, ""}};
+}
+
+DicomEntry entryOf(const Headers& headers, const std::string& detail) {
+  const Header& first = headers.front();
+  DicomEntry entry;
+  entry.description = first.description;
+  entry.detail = detail;
+  for (const Header& header : headers)
+    entry.files.push_back(header.file);
+  entry.images = static_cast<std::int64_t>(headers.size()) * first.geometry.size[2];
+  entry.size = {first.geometry.size[0], first.geometry.size[1]};
+  entry.thickness = first.thickness;
+  const Mat3& direction = first.geometry.direction;
+  const Vec3 normal = cross(column(direction, 0), column(direction, 1));
+  int main = 0;
+  for (int axis = 1; axis < 3; ++axis)
+    if (std::abs(normal[axis]) > std::abs(normal[main])) main = axis;
+  constexpr std::array planes{"sagittal", "coronal", "axial"};
+  entry.plane = planes[static_cast<std::size_t>(main)];
+  constexpr double degrees = 57.29577951308232;
+  entry.tilt = degrees * std::acos(std::min(1.0, std::abs(normal[main]) / norm(normal)));
+  return entry;
 }
 
 /// Every slice must have the lattice of the first and stand a whole number of even steps from it.
@@ -113,10 +205,11 @@ void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::
                   what + " holds several images per slice position (a time series or several "
                          "echoes); convert it to NIfTI and choose one with --frame N.");
     if (norm(g.origin - (first.origin + double(k) * step)) > 0.02 * gap + 1e-3) {
-      char numbers[80];
-      std::snprintf(numbers, sizeof(numbers), "%.3f mm where %.3f mm were expected", distance, gap);
-      throw Error(ErrorCode::Geometry, what + " holds slices that are not evenly spaced (" + numbers +
-                                           "); add the missing slices or resample it first.");
+      throw Error(
+          ErrorCode::Geometry,
+          what + formatted(" holds slices that are not evenly spaced (%.3f mm where %.3f mm were expected); "
+                           "add the missing slices or resample it first.",
+                           distance, gap));
     }
   }
 }
@@ -144,10 +237,58 @@ void checkDicomPixels(const itk::ImageIOBase& io, const std::string& what) {
   }
 }
 
-DicomSeries readDicomSeries(const std::filesystem::path& folder) {
+std::vector<DicomEntry> listDicomSeries(const std::filesystem::path& folder) {
   const std::string what = quoted(folder);
+  return withItk(
+      ErrorCode::FileFormat, what + " holds DICOM files that cannot be read; export them again.", [&] {
+        const auto names = itk::GDCMSeriesFileNames::New();
+        names->SetInputDirectory(utf8(folder));
+        Headers headers;
+        for (const std::string& uid : names->GetSeriesUIDs())
+          for (const std::string& file : names->GetFileNames(uid))
+            headers.push_back(readHeader(file));
+        if (headers.empty())
+          throw Error(ErrorCode::FileFormat,
+                      what + " is a folder without a DICOM series; give an image file or a DICOM folder.");
+        std::vector<Headers> stacks = divided(headers, sameStack);
+        std::stable_sort(stacks.begin(), stacks.end(), [](const Headers& a, const Headers& b) {
+          const auto number = [](const Headers& of) { return leadingNumber(of.front().number).value_or(0); };
+          return std::pair(number(a), a.front().uid) < std::pair(number(b), b.front().uid);
+        });
+        std::vector<DicomEntry> entries;
+        for (const Headers& stack : stacks)
+          for (const auto& [part, detail] : withoutRepeats(stack))
+            entries.push_back(entryOf(part, detail));
+        return entries;
+      });
+}
+
+std::string textOf(const DicomEntry& entry) {
+  std::string text = entry.description.empty() ? "without a description" : "'" + entry.description + "'";
+  if (!entry.detail.empty()) text += ", " + entry.detail;
+  text += formatted(", %lld image%s of %lld x %lld, %s", static_cast<long long>(entry.images),
+                    entry.images == 1 ? "" : "s", static_cast<long long>(entry.size[0]),
+                    static_cast<long long>(entry.size[1]), entry.plane.c_str());
+  if (entry.tilt >= 0.5) text += formatted(" tilted by %.0f degrees", entry.tilt);
+  if (entry.thickness > 0) text += formatted(", %g mm thick", entry.thickness);
+  return text;
+}
+
+DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<int> chosen) {
+  const std::string what = quoted(folder);
+  const std::vector<DicomEntry> entries = listDicomSeries(folder);
+  const auto count = static_cast<int>(entries.size());
+  if ((!chosen && count > 1) || (chosen && (*chosen < 1 || *chosen > count))) {
+    std::string list;
+    for (int n = 0; n < count; ++n)
+      list += (n ? "; " : "") + std::to_string(n + 1) + ": " + textOf(entries[static_cast<std::size_t>(n)]);
+    throw Error(chosen ? ErrorCode::InvalidArgument : ErrorCode::FileFormat,
+                what + " holds " + std::to_string(count) + " DICOM series" +
+                    (chosen ? ", so there is no series " + std::to_string(*chosen) : "") +
+                    "; choose one with --series N: " + list + ".");
+  }
   std::vector<Slice> slices;
-  for (const std::string& file : filesOfOnlySeries(folder))
+  for (const std::string& file : entries[static_cast<std::size_t>(chosen.value_or(1) - 1)].files)
     slices.push_back(readSlice(file));
   DicomSeries series{{slices.front().geometry, {}}, slices.front().thickness};
   if (slices.size() == 1) {

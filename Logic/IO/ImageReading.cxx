@@ -1,5 +1,6 @@
 #include "IO/ImageReading.h"
 
+#include "Core/NumberText.h"
 #include "IO/DicomSeries.h"
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"
@@ -14,7 +15,6 @@
 #include <itkNrrdImageIO.h>
 
 #include <array>
-#include <cstdlib>
 #include <fstream>
 
 namespace fs = std::filesystem;
@@ -125,13 +125,16 @@ std::vector<float> readVoxels(itk::ImageIOBase& io, const ItkHeader& header, std
 LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
   std::error_code ignored;
   if (fs::is_directory(given, ignored)) {
-    DicomSeries series = readDicomSeries(given);
+    DicomSeries series = readDicomSeries(given, options.series);
     const std::string what = quoted(given);
     checkGeometry(series.volume.geometry, what);
     chooseFrame({series.volume.geometry, 1, false}, options, what);
     return {std::move(series.volume), series.sliceThickness, true};
   }
   checkInputFile(given);
+  if (options.series)
+    throw Error(ErrorCode::InvalidArgument,
+                quoted(given) + " is a file; --series N chooses a series of a DICOM folder.");
   fs::path path = given;
   const Format format = formatOf(path);
   if (format == Format::Nifti && fullExtension(path).starts_with(".img")) {
@@ -173,7 +176,7 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
       checkDicomPixels(*io, what);
       std::string thickness;
       itk::ExposeMetaData<std::string>(io->GetMetaDataDictionary(), "0018|0050", thickness);
-      loaded.sliceThickness = std::atof(thickness.c_str());
+      loaded.sliceThickness = leadingNumber(thickness).value_or(0);
       loaded.slicesAreAlongK = true;
     }
     const std::string extension = fullExtension(path);

@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Error.h"
 #include "Core/GridGeometry.h"
+#include "Core/NumberText.h"
+#include "IO/LibraryMessages.h"
 #include "IO/MemoryCheck.h"
 
 #include <itkImageIOBase.h>
@@ -24,12 +26,25 @@ public:
 
 private:
   bool before_;
+  MuteStandardError mute_; // niftilib, MetaIO and HDF5 know no switch
+};
+
+/// While one lives, in any thread, new C++ streams have a decimal point: MetaIO's follow the program's global
+/// locale.
+class ClassicStreams {
+public:
+  ClassicStreams();
+  ~ClassicStreams();
+  ClassicStreams(const ClassicStreams&) = delete;
+  ClassicStreams& operator=(const ClassicStreams&) = delete;
 };
 
 /// Calls `work`; any exception of ITK or of a library below it becomes Error(code, sentence).
 template <typename Work>
 auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
   const QuietItk quiet;
+  const ClassicNumbers numbers; // of the C library, which readers and writers use
+  const ClassicStreams streams;
   try {
     return work();
   } catch (const Error&) {

@@ -8,10 +8,13 @@
 namespace innergs {
 
 struct ReadOptions {
-  std::optional<int> frame; // which frame of a 4D file (0 = first); unset: a 4D file is refused
+  std::optional<int> frame =
+      std::nullopt; // which frame of a 4D file (0 = first); unset: a 4D file is refused
+  std::optional<int> series =
+      std::nullopt; // which series of a DICOM folder (1 = first); unset: several are refused
 };
 
-/// Reads NIfTI, NRRD/NHDR, MHA/MHD, MINC2 or a folder with one DICOM series, in scanner units with exact LPS
+/// Reads NIfTI, NRRD/NHDR, MHA/MHD, MINC2 or a folder with DICOM series, in scanner units with exact LPS
 /// geometry. Throws Error with one sentence: FileNotFound, FileFormat, UnsupportedImage, Geometry.
 Volume readVolume(const std::filesystem::path& path, const ReadOptions& options = {});
 

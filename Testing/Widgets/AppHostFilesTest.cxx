@@ -1,5 +1,6 @@
 // The desktop app's host: files, volumes and models in and out; without a window.
 #include "AppFixture.h"
+#include "SyntheticDicom.h"
 
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
@@ -222,6 +223,29 @@ private Q_SLOTS:
     QVERIFY(std::abs(volumes[0]->volume->geometry.spacing[2] - 5 * volumes[1]->volume->geometry.spacing[2]) <
             1e-6);
     QVERIFY(!host_->document().hasUnsaved());
+  }
+
+  void opensEverySeriesOfADicomFolder() {
+    const QString folder = sandbox_->path("dicom");
+    const std::filesystem::path path(folder.toStdString());
+    test::writeDicomStack(path, "T2 axial", 11, 4, 3.5, 100, {}, {{"0018|0050", "3"}});
+    test::writeDicomStack(path, "Localiser", 12, 1, 1, 150);
+    test::writeDicomStack(path, "PD T2", 13, 5, 2, 200, {}, {{"0018|0081", "12"}});
+    test::writeDicomStack(path, "PD T2", 13, 5, 2, 300, {}, {{"0018|0081", "96"}});
+    QSignalSpy logged(host_.get(), &AppHost::logged);
+    const QString id = openAndWait(*host_, folder);
+    const auto& volumes = host_->document().volumes();
+    QCOMPARE(int(volumes.size()), 3);
+    QCOMPARE(volumes[0]->id, id);
+    QCOMPARE(volumes[0]->name, QString("T2 axial"));
+    QCOMPARE(volumes[0]->thickness, 3.0);
+    QCOMPARE(volumes[1]->name, QString("PD T2, echo time 12"));
+    QCOMPARE(volumes[2]->name, QString("PD T2, echo time 96"));
+    QCOMPARE(volumes[2]->range[0], 300.0);
+    QString all;
+    for (const auto& line : logged)
+      all += line.first().toString();
+    QVERIFY2(all.contains("'Localiser' was left out."), qPrintable(all));
   }
 
   void opensRealFiles() {

@@ -154,19 +154,30 @@ void AppHost::open(const QStringList& paths) {
   for (const QString& path : paths) {
     if (path.isEmpty()) continue;
     background_->run(tr("Opening %1").arg(QFileInfo(QDir::cleanPath(path)).fileName()), [this, path] {
-      auto loaded = std::make_shared<Loaded>();
-      const QString sentence = sentenceOf([&] { *loaded = readItem(path); });
-      return [this, path, loaded, sentence] {
+      auto loaded = std::make_shared<std::vector<Loaded>>();
+      QStringList leftOut;
+      const QString sentence = sentenceOf([&] { *loaded = readItems(path, &leftOut); });
+      return [this, path, loaded, leftOut, sentence] {
         if (!sentence.isEmpty()) {
           Q_EMIT logged(sentence);
           Q_EMIT openFailed(path, sentence);
           return;
         }
-        const QString id = loaded->volume ? document_.add(std::move(*loaded->volume))
-                                          : document_.add(std::move(*loaded->model));
-        Q_EMIT logged(tr("Opened %1.").arg(path));
-        if (const auto item = document_.volume(id); item && !item->note.isEmpty()) Q_EMIT logged(item->note);
-        Q_EMIT opened(id, path);
+        QString first;
+        for (Loaded& item : *loaded) {
+          const QString id =
+              item.volume ? document_.add(std::move(*item.volume)) : document_.add(std::move(*item.model));
+          if (first.isEmpty()) first = id;
+        }
+        Q_EMIT logged(
+            loaded->size() == 1
+                ? tr("Opened %1.").arg(path)
+                : tr("Opened %n series of %1.", nullptr, static_cast<int>(loaded->size())).arg(path));
+        for (const QString& line : leftOut)
+          Q_EMIT logged(line);
+        if (const auto item = document_.volume(first); item && !item->note.isEmpty())
+          Q_EMIT logged(item->note);
+        Q_EMIT opened(first, path);
       };
     });
   }

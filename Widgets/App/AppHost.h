@@ -40,7 +40,8 @@ public:
   QString folder() const override;
   void setFolder(const QString& folder) override;
 
-  /// Reads files and DICOM folders one after another on a thread; each ends with opened() or openFailed().
+  /// Reads files and DICOM folders, every series of them, one after another on a thread; each ends with
+  /// opened(), with the ID of its first item, or openFailed().
   void open(const QStringList& paths);
   /// Makes an item another frame (from 0) of its 4D file; keeps its ID and window. On the thread: ends with
   /// frameShown() or openFailed(); of several that wait the last one is read.

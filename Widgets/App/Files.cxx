@@ -1,6 +1,8 @@
 #include "Widgets/App/Files.h"
 
 #include "Core/Error.h"
+#include "Core/Failure.h"
+#include "IO/DicomSeries.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -12,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
 
 namespace innergs::app {
@@ -27,15 +30,7 @@ std::size_t nonFinite(const Volume& volume) {
 }
 
 ModelItem readModelItem(const QString& path) {
-  std::shared_ptr<const Checkpoint> model;
-  if (isPly(path)) {
-    Checkpoint checkpoint;
-    checkpoint.field = readPly(pathOf(path));
-    checkpoint.finished = checkpoint.field.size();
-    model = std::make_shared<const Checkpoint>(std::move(checkpoint));
-  } else {
-    model = std::make_shared<const Checkpoint>(readModel(pathOf(path)));
-  }
+  auto model = std::make_shared<const Checkpoint>(readModel(pathOf(path)));
   if (model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
@@ -72,13 +67,36 @@ QString nameOfFrame(QString name, int before, int frame) {
   return name + ending(frame);
 }
 
-Loaded readItem(const QString& path, int frame) {
+std::vector<Loaded> readItems(const QString& path, QStringList* leftOut) {
+  std::vector<DicomEntry> series;
+  if (QFileInfo(path).isDir()) series = listDicomSeries(pathOf(path));
+  if (series.size() < 2) return {readItem(path)};
+  std::vector<Loaded> items;
+  std::exception_ptr failed;
+  for (std::size_t n = 0; n < series.size(); ++n) {
+    const DicomEntry& entry = series[n];
+    QString name = QString::fromStdString(entry.description);
+    if (name.isEmpty()) name = tr("%1 series %2").arg(nameOf(path)).arg(n + 1);
+    if (!entry.detail.empty()) name += QStringLiteral(", ") + QString::fromStdString(entry.detail);
+    try {
+      items.push_back(readItem(path, 0, static_cast<int>(n) + 1));
+      items.back().volume->name = name;
+    } catch (...) {
+      *leftOut << tr("'%1' was left out. %2").arg(name, QString::fromStdString(failureOf().sentence));
+      if (!failed) failed = std::current_exception();
+    }
+  }
+  if (items.empty()) std::rethrow_exception(failed);
+  return items;
+}
+
+Loaded readItem(const QString& path, int frame, std::optional<int> series) {
   Loaded loaded;
   if (isModelFile(path)) {
     loaded.model = readModelItem(path);
     return loaded;
   }
-  LoadedImage image = loadImage(pathOf(path), {frame});
+  LoadedImage image = loadImage(pathOf(path), {frame, series});
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
     throw Error(ErrorCode::UnsupportedImage,

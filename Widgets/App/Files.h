@@ -12,8 +12,11 @@ struct Loaded {
   std::optional<VolumeItem> volume;
   std::optional<ModelItem> model;
 };
-/// frame: of a 4D file, from 0.
-Loaded readItem(const QString& path, int frame = 0);
+/// frame: of a 4D file, from 0. series: of a DICOM folder that holds several, from 1.
+Loaded readItem(const QString& path, int frame = 0, std::optional<int> series = {});
+/// The same for each series of a DICOM folder, named by what it says of itself. Those that cannot be read are
+/// left out, and `*leftOut` gets a sentence for each; throws the first one's Error when none can.
+std::vector<Loaded> readItems(const QString& path, QStringList* leftOut);
 /// The name of an item that is one frame of a 4D file, from its name for another one (−1: none yet).
 QString nameOfFrame(QString name, int before, int frame);
 

@@ -2,6 +2,7 @@
 #include "SyntheticImages.h"
 
 #include "Core/Metrics.h"
+#include "Core/NumberText.h"
 #include "IO/VolumeIO.h"
 
 #include <nlohmann/json.hpp>
@@ -60,7 +61,7 @@ TEST_F(ModelCommandsTest, ResampleFinerOnReferenceAndFromPly) {
 TEST_F(ModelCommandsTest, PlanesAgreeWhereTheyMeet) {
   const Vec3 c = truth_.geometry.centre();
   const auto at = [&](const std::string& plane, double position) {
-    return result({"slice", path("m.innergs"), "--plane", plane, "--position", std::to_string(position),
+    return result({"slice", path("m.innergs"), "--plane", plane, "--position", formatted("%.6f", position),
                    "--spacing", "0.7"},
                   "out/" + plane + ".nii");
   };
@@ -81,7 +82,7 @@ TEST_F(ModelCommandsTest, PlanesAgreeWhereTheyMeet) {
 
 TEST_F(ModelCommandsTest, ObliqueSlice) {
   const Vec3 c = truth_.geometry.centre();
-  const std::string centre = std::to_string(c[0]) + "," + std::to_string(c[1]) + "," + std::to_string(c[2]);
+  const std::string centre = formatted("%.6f,%.6f,%.6f", c[0], c[1], c[2]);
   const Volume slice = result({"slice", path("m.innergs"), "--normal", "1,1,1", "--center", centre, "--size",
                                "20,10", "--spacing", "0.5"},
                               "out/oblique.nrrd");
@@ -132,7 +133,17 @@ TEST_F(ModelCommandsTest, InfoOnModelPlyAndImage) {
   EXPECT_EQ(model.at("domain").at("size"), (std::vector<int>{24, 28, 20}));
   EXPECT_EQ(nlohmann::json::parse(run({"info", path("m.ply"), "--json"}).out).at("gaussians"),
             model.at("gaussians"));
+  const Outcome plain = run({"resample", path("m.ply"), "--spacing", "2", "-o", path("out/lower.mha")});
+  EXPECT_EQ(plain.exitCode, 0) << plain.err;
+  std::filesystem::copy_file(path("m.ply"), path("M.PLY"));
+  std::filesystem::copy_file(path("m.innergs"), path("M.INNERGS"));
+  std::filesystem::copy_file(path("scan.nii"), path("SCAN.NII"));
+  for (const char* upper : {"M.PLY", "M.INNERGS", "SCAN.NII"})
+    EXPECT_EQ(run({"info", path(upper)}).exitCode, 0) << upper;
+  EXPECT_EQ(run({"resample", path("M.PLY"), "--spacing", "2", "-o", path("out/UPPER.MHA")}).exitCode, 0);
+  EXPECT_EQ(contents("out/UPPER.MHA"), contents("out/lower.mha"));
   const auto image = nlohmann::json::parse(run({"info", path("scan.nii"), "--json"}).out);
+  EXPECT_FALSE(image.contains("slice_thickness_mm"));
   EXPECT_EQ(image.at("kind"), "image");
   EXPECT_EQ(image.at("size"), (std::vector<int>{24, 28, 20}));
   EXPECT_EQ(image.at("axes_grow_towards"), "LPS");

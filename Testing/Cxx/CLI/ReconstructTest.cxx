@@ -1,7 +1,9 @@
 #include "CommandRunner.h"
+#include "SyntheticDicom.h"
 #include "SyntheticImages.h"
 
 #include "Core/Metrics.h"
+#include "Core/NumberText.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 #include "IO/VolumeIO.h"
@@ -66,6 +68,44 @@ TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   EXPECT_EQ(filesIn("out").size(), 4u);
 }
 
+TEST_F(ReconstructTest, TakesTheSeriesOfADicomFolderThatIsChosen) {
+  const std::filesystem::path folder = folder_ / "dicom";
+  writeDicomStack(folder, "T2 axial", 11, 4, 3.5, 100, {}, {{"0018|0050", "3"}});
+  writeDicomStack(folder, "T2 thin", 12, 6, 1.5, 200);
+  const auto listed = nlohmann::json::parse(run({"info", folder.string(), "--json"}).out);
+  EXPECT_EQ(listed.at("kind"), "DICOM folder");
+  EXPECT_EQ(listed.at("series").at("1").at("description"), "T2 axial");
+  EXPECT_EQ(listed.at("series").at("1").at("slice_thickness_mm"), 3);
+  EXPECT_EQ(listed.at("series").at("2").at("images"), 6);
+  const auto one = nlohmann::json::parse(run({"info", folder.string(), "--series", "1", "--json"}).out);
+  EXPECT_EQ(one.at("slice_thickness_mm"), 3);
+  EXPECT_EQ(one.at("spacing_mm")[2], 3.5);
+
+  const std::string output = path("out/v.nrrd");
+  expectOneSentence(run(quickly({"reconstruct", folder.string(), "-o", output})), 1,
+                    "2: 'T2 thin', 6 images");
+  expectOneSentence(run(quickly({"reconstruct", folder.string(), "--series", "3", "-o", output})), 1,
+                    "series 3");
+  expectOneSentence(run(quickly({"reconstruct", scan("a.nii", phantom()), "--series", "1", "-o", output})), 1,
+                    "--series");
+  const Outcome chosen = run(quickly({"reconstruct", folder.string(), folder.string(), "--series", "2,1",
+                                      "--report", path("out/r.json"), "-o", output}));
+  EXPECT_EQ(chosen.exitCode, 0) << chosen.err;
+  const auto inputs = nlohmann::json::parse(contents("out/r.json")).at("inputs");
+  EXPECT_EQ(inputs[0].at("size")[2], 6);
+  EXPECT_EQ(inputs[1].at("size")[2], 4);
+}
+
+#ifdef __linux__
+TEST_F(ReconstructTest, AFullDiskIsOneSentence) {
+  const std::string small = scan("scan.nii", phantom());
+  for (const char* format : {"out/v.nii", "out/v.nii.gz", "out/v.mha", "out/v.nrrd"})
+    expectOneSentence(
+        run(quickly({"reconstruct", small, "-q", "-o", path(format)}), "trap '' XFSZ; ulimit -f 8; "), 1,
+        format);
+}
+#endif
+
 TEST_F(ReconstructTest, QuietSaysNothing) {
   const Outcome outcome =
       run(quickly({"reconstruct", scan("scan.nii", phantom()), "-q", "-o", path("out/v.mha")}));
@@ -73,6 +113,18 @@ TEST_F(ReconstructTest, QuietSaysNothing) {
   EXPECT_EQ(outcome.out + outcome.err, "");
   EXPECT_TRUE(exists("out/v.mha"));
 }
+
+#if defined(__linux__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+TEST_F(ReconstructTest, GoesOnWithFewerThreadsWhereTheyCannotBeStarted) {
+  const std::string small = scan("scan.nii", phantom());
+  const Outcome outcome = run({"reconstruct", small, "--preset", "fast", "--gaussians", "400", "--iterations",
+                               "6", "--threads", "4096", "-o", path("out/v.mha")},
+                              "ulimit -v 2000000; timeout 120 ");
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  ASSERT_EQ(run(quickly({"reconstruct", small, "-o", path("out/two.mha")})).exitCode, 0);
+  EXPECT_EQ(readVolume(path("out/v.mha")).voxels, readVolume(path("out/two.mha")).voxels);
+}
+#endif
 
 TEST_F(ReconstructTest, PlainProgressLinesWhenNotOnATerminal) {
   const Outcome outcome =
@@ -102,7 +154,7 @@ TEST_F(ReconstructTest, RegionOfInterest) {
   const Vec3 c = truth.geometry.centre();
   std::string roi;
   for (const double mm : c)
-    roi += (roi.empty() ? "" : ",") + std::to_string(mm - 4) + "," + std::to_string(mm + 4);
+    roi += (roi.empty() ? "" : ",") + formatted("%.6f,%.6f", mm - 4, mm + 4);
   const Volume part = reconstruct(quickly({scan("scan.nii", truth), "--roi", roi}));
   for (int a = 0; a < 3; ++a) {
     EXPECT_NEAR(part.geometry.centre()[a], c[a], 1);
