@@ -1,7 +1,10 @@
 #include "Widgets/ModelPanel.h"
 
+#include "IO/Ply.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/SaveDialog.h"
+
+#include "vtkInnerGSModel.h"
 
 #include <QCheckBox>
 #include <QDir>
@@ -185,8 +188,9 @@ void ModelPanel::saveFile(const QString& file) {
   refresh();
   if (!error.isEmpty()) return say(error, true);
   QString done = tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file));
-  if (file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
-    done += QLatin1Char(' ') + tr("A PLY file holds the Gaussians alone: save as .innergs to keep all.");
+  vtkInnerGSModel* const model = host_->model(modelId_);
+  if (model && model->GetField() && file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
+    done += QLatin1Char(' ') + QString::fromStdString(droppedByPly(*model->GetField()));
   say(done);
 }
 

@@ -31,6 +31,9 @@ struct PlaneTask {
   double lower = 0, upper = 1; // black and white in it
 };
 
+/// `innergs slice` with these pixels, of a model file: what a person can paste into a terminal.
+QString commandOf(const PlaneTask& task, const QString& modelFile);
+
 struct PlaneImage {
   PlaneTask task;
   vtkSmartPointer<vtkImageData> image;    // float, scanner units; origin 0, spacing 1; null after an error

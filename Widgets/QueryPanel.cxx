@@ -118,6 +118,7 @@ void QueryPanel::connectAll() {
   connect(handles_, &QCheckBox::toggled, view_, &PlaneView::setHandlesShown);
   connect(exportVolume_, &QPushButton::clicked, this, [this] { keep({}); });
   connect(savePicture_, &QPushButton::clicked, this, &QueryPanel::choosePictureFile);
+  connect(copyCommand_, &QToolButton::clicked, this, &QueryPanel::copyCommand);
   connect(&settle_, &QTimer::timeout, this, &QueryPanel::settle);
   connect(worker_, &PlaneWorker::shown, this, &QueryPanel::showImage);
   connect(worker_, &PlaneWorker::probed, this, &QueryPanel::showProbe);
@@ -228,6 +229,8 @@ void QueryPanel::showPose() {
   position_->setRange(std::min(position, position + extent[4]), std::max(position, position + extent[5]));
   position_->setSingleStep(std::max(0.1, pixelSize_->value()));
   position_->setValue(position);
+  const QString direction = directionLetters(pose_.normal());
+  position_->spinBox()->setSuffix(pose_.isStraight() ? tr(" mm %1").arg(direction) : tr(" mm"));
   const PlaneTask task = taskFor(pixelSize_->value());
   size_->setText(tr("%1 × %2 pixels").arg(task.columns).arg(task.rows));
   view_->setNote(extent[4] > 1e-6 || extent[5] < -1e-6 ? tr("The plane lies beside the model.") : QString());

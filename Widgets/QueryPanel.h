@@ -71,6 +71,7 @@ private:
   void keep(const QString& file);
   void kept(const PlaneImage& image);
   void choosePictureFile();
+  void copyCommand();
   QString planeName() const;
   void say(const QString& message, bool error = false);
 
@@ -95,7 +96,7 @@ private:
 
   Selector* selector_ = nullptr;
   QWidget* controls_ = nullptr;
-  QToolButton* orientations_[3] = {};
+  QToolButton *orientations_[3] = {}, *copyCommand_ = nullptr;
   QPushButton *home_ = nullptr, *autoWindow_ = nullptr, *exportVolume_ = nullptr, *savePicture_ = nullptr;
   ValueSlider *position_ = nullptr, *tiltUp_ = nullptr, *tiltSide_ = nullptr, *inPlane_ = nullptr;
   QDoubleSpinBox *pixelSize_ = nullptr, *window_ = nullptr, *level_ = nullptr;

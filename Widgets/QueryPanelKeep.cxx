@@ -1,6 +1,8 @@
 #include "Widgets/PlaneView.h"
 #include "Widgets/QueryPanel.h"
 
+#include <QApplication>
+#include <QClipboard>
 #include <QDir>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
@@ -9,6 +11,8 @@
 
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
+
+#include <cmath>
 
 /// The plane as a volume of the host's, or as a picture.
 
@@ -52,6 +56,39 @@ void QueryPanel::kept(const PlaneImage& image) {
     say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));
   }
   if (!error.isEmpty()) say(error, true);
+}
+
+QString commandOf(const PlaneTask& task, const QString& modelFile) {
+  const auto numbers = [](const Vec3& v) {
+    QStringList words;
+    for (const double x : v)
+      words << QString::number(std::abs(x) < 5e-7 ? 0 : x, 'f', 6);
+    return words.join(QLatin1Char(','));
+  };
+  const Mat3 axes = task.pose.axes();
+  // The command's rows run down.
+  return QStringLiteral("innergs slice \"%1\" --ras --u %2 --v %3 --center %4 --size %5,%6 --spacing %7 "
+                        "-o plane.nii.gz")
+      .arg(modelFile, numbers(column(axes, 0)), numbers(-1 * column(axes, 1)),
+           numbers(task.pose.toRAS(task.left + 0.5 * (task.columns - 1) * task.pixelSize,
+                                   task.bottom + 0.5 * (task.rows - 1) * task.pixelSize)))
+      .arg(task.columns)
+      .arg(task.rows)
+      .arg(task.pixelSize, 0, 'g', 6);
+}
+
+void QueryPanel::copyCommand() {
+  if (!model_) return;
+  if (toModel_)
+    return say(tr("The model has been moved by a transform, which a command line does not know: harden the "
+                  "transform and save the model first."),
+               true);
+  const bool saved = info_.saved && !info_.file.isEmpty();
+  QApplication::clipboard()->setText(
+      commandOf(taskFor(pixelSize_->value()),
+                saved ? QDir::toNativeSeparators(info_.file) : QStringLiteral("%1.innergs").arg(info_.name)));
+  say(saved ? tr("Copied the plane as a command line (RAS mm).")
+            : tr("Copied the plane as a command line (RAS mm); save the model and put its file's name in."));
 }
 
 void QueryPanel::choosePictureFile() {

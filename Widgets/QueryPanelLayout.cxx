@@ -80,7 +80,8 @@ void QueryPanel::build() {
   position_ = new ValueSlider(tr(" mm"), 1);
   position_->describe(
       QStringLiteral("queryPosition"), tr("Position along the normal"),
-      tr("Distance (mm) of the plane from the origin of the patient's coordinates, along its normal"));
+      tr("Distance of the plane from the origin of the patient's coordinates (RAS mm), along its normal: "
+         "to the right (R), left (L), front (A), back (P), head (S) or feet (I)"));
   tiltUp_ = new ValueSlider(tr("°"), 1);
   tiltUp_->describe(
       QStringLiteral("queryTiltHorizontal"), tr("Tilt about the horizontal axis"),
@@ -140,11 +141,20 @@ void QueryPanel::build() {
   readout_ = new QLabel;
   readout_->setObjectName(QStringLiteral("queryReadout"));
   readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
-  readout_->setToolTip(tr("Place under the cursor, or in the middle while the keyboard is in the view (mm; "
-                          "R, A, S: to the patient's right, anterior, superior) and the model's "
-                          "value there, in the scanner's units"));
+  readout_->setToolTip(
+      tr("Place under the cursor, or in the middle while the keyboard is in the view (RAS mm; "
+         "R, A, S: to the patient's right, anterior, superior) and the model's "
+         "value there, in the scanner's units"));
   readout_->setMinimumWidth(1); // its text never widens the panel
-  rows->addWidget(readout_);
+  copyCommand_ = new QToolButton;
+  copyCommand_->setObjectName(QStringLiteral("queryCopyCommand"));
+  copyCommand_->setText(tr("Cop&y"));
+  copyCommand_->setFocusPolicy(Qt::StrongFocus);
+  copyCommand_->setToolTip(tr("Copy the plane as a command line of innergs, with its place in RAS mm"));
+  auto* place = new QHBoxLayout;
+  place->addWidget(readout_, 1);
+  place->addWidget(copyCommand_);
+  rows->addLayout(place);
 
   window_ = numberBox(QStringLiteral("queryWindow"), {}, 1,
                       tr("Range of values (scanner units) from black to white"));

@@ -21,7 +21,7 @@ ValueSlider::ValueSlider(const QString& suffix, int decimals, QWidget* parent)
   box_->setDecimals(decimals);
   box_->setAlignment(Qt::AlignRight);
   box_->setKeyboardTracking(false);
-  box_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-9999.9 mm")) +
+  box_->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-9999.9 mm R")) +
                         2 * fontMetrics().height());
   connect(slider_, &QSlider::valueChanged, this, [this](int step) {
     const QSignalBlocker block(box_);

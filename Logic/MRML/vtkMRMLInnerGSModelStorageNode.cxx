@@ -123,14 +123,15 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
     const auto checkpoint = modelNode->GetModel()->GetCheckpoint();
     if (isPly(path)) {
       innergs::writePly(checkpoint->field, path);
-      this->Partly = !checkpoint->field.detail.voxels.empty() || !checkpoint->moment1.empty() ||
-                     checkpoint->iteration > 0 || !notesOf(modelNode).empty();
+      const std::string dropped = innergs::droppedByPly(checkpoint->field);
+      this->Partly = !dropped.empty() || !checkpoint->moment1.empty() || checkpoint->iteration > 0 ||
+                     !notesOf(modelNode).empty();
       if (this->Partly)
         this->GetUserMessages()->AddMessage(
             vtkCommand::WarningEvent,
-            "The PLY file holds the Gaussians alone, without detail grid, state of the fit and origin: save "
-            "the "
-            "model as an .innergs file to keep everything; until then it counts as unsaved.");
+            (dropped.empty() ? dropped : dropped + " ") +
+                "The state of the fit and what the model was made from are not in a PLY file either: until "
+                "it is saved as an .innergs file the model counts as unsaved.");
     } else {
       innergs::writeModel(*checkpoint, path, notesOf(modelNode));
     }

@@ -4,6 +4,7 @@
 #include "vtkInnerGSPointQuery.h"
 
 #include <QApplication>
+#include <QClipboard>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
 #include <QImage>
@@ -95,6 +96,21 @@ private Q_SLOTS:
     turn->setValue(900);
     QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 2) - normal) < 1e-9);
     QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 0) - up) < 1e-9);
+  }
+
+  // Numbers that the command line takes with --ras.
+  void copiesThePlaneAsACommand() {
+    Shown shown(ramp_);
+    QTest::mouseClick(shown.find<QToolButton>("queryCoronal"), Qt::LeftButton);
+    shown.find<QDoubleSpinBox>("queryPositionValue")->setValue(-12);
+    shown.find<QDoubleSpinBox>("queryPixelSize")->setValue(2);
+    QVERIFY(shown.find<QDoubleSpinBox>("queryPositionValue")->text().endsWith("mm A"));
+    QTest::mouseClick(shown.find<QToolButton>("queryCopyCommand"), Qt::LeftButton);
+    // Rows to the patient's left and down, through the middle of the model's box around (5, −10, 20).
+    const QString command = QGuiApplication::clipboard()->text();
+    QVERIFY2(command.contains(" --ras --u -1.000000,0.000000,0.000000 --v 0.000000,0.000000,-1.000000 "
+                              "--center 5.000000,-12.000000,20.000000 --size 20,18 --spacing 2 "),
+             qPrintable(command));
   }
 
   void exportedPixelsAreTheModelsValues() {
@@ -261,6 +277,7 @@ private Q_SLOTS:
                              "queryInPlaneValue",
                              "queryPixelSize",
                              "queryView",
+                             "queryCopyCommand",
                              "queryWindow",
                              "queryLevel",
                              "queryAutoWindow",

@@ -1,5 +1,6 @@
 #include "Widgets/App/AppHost.h"
 
+#include "IO/FilePath.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
@@ -122,9 +123,13 @@ QString AppHost::save(const QString& id, const QString& file) {
   if (const auto item = document_.volume(id)) volume = *item;
   if (const auto item = document_.model(id)) model = *item;
   QString sentence;
-  if (!volume && !model)
-    sentence = tr("What was to be saved is no longer open.");
-  else
+  if (!volume && !model) sentence = tr("What was to be saved is no longer open.");
+  for (const auto& item : document_.volumes())
+    if (item->frames.count > 1 && isSameFile(pathOf(item->frames.file), pathOf(file)))
+      sentence = tr("'%1' holds all %n frames of what is open as '%2': choose another file.", nullptr,
+                    item->frames.count)
+                     .arg(file, item->name);
+  if (sentence.isEmpty())
     background_->runAndWait(tr("Saving %1").arg(QFileInfo(file).fileName()), [&] {
       sentence = sentenceOf([&] {
         if (volume) saveItem(*volume, file);

@@ -33,10 +33,11 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
   position_->setObjectName(QStringLiteral("position"));
   position_->setAccessibleName(tr("%1 position").arg(name->text()));
   position_->setDecimals(1);
+  position_->setPrefix(QLatin1Char("RAS"[axis]) + QStringLiteral(" "));
   position_->setSuffix(tr(" mm"));
-  static const char* const ends[] = {QT_TR_NOOP("Position in mm, to the right of the patient above 0"),
-                                     QT_TR_NOOP("Position in mm, to the front of the patient above 0"),
-                                     QT_TR_NOOP("Position in mm, to the head of the patient above 0")};
+  static const char* const ends[] = {QT_TR_NOOP("Position in RAS mm, to the right of the patient above 0"),
+                                     QT_TR_NOOP("Position in RAS mm, to the front of the patient above 0"),
+                                     QT_TR_NOOP("Position in RAS mm, to the head of the patient above 0")};
   position_->setToolTip(tr(ends[axis]));
   position_->setKeyboardTracking(false);
   auto* top = new QHBoxLayout;
