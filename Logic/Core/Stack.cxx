@@ -29,13 +29,12 @@ void checkThickness(double thickness, const GridGeometry& geometry, const std::s
     throw Error(ErrorCode::InvalidArgument,
                 what + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
                        "distance between slices.");
-  const double distance = geometry.spacing[2], together = static_cast<double>(geometry.size[2]) * distance;
-  const double most = std::min(mostOverlap * distance, together);
-  if (thickness > most * (1 + 1e-6))
-    throw Error(ErrorCode::InvalidArgument,
-                what + " has a slice thickness of " + numberText(thickness) + " mm, and its " +
-                    std::to_string(geometry.size[2]) + " slices lie " + numberText(distance) +
-                    " mm apart: give the thickness in mm, at most " + numberText(most) + ".");
+  const double distance = geometry.spacing[2];
+  if (thickness > mostOverlap * distance * (1 + 1e-6))
+    throw Error(ErrorCode::InvalidArgument, what + " has a slice thickness of " + numberText(thickness) +
+                                                " mm, and its slices lie " + numberText(distance) +
+                                                " mm apart: give the thickness in mm, at most " +
+                                                numberText(mostOverlap * distance) + ".");
 }
 
 void checkStack(const Stack& stack) {

@@ -35,9 +35,9 @@ struct ValueRange {
 /// is no such voxel.
 ValueRange observedRange(std::span<const Stack> stacks);
 
-/// Throws Error(InvalidArgument) for a slice thickness (mm) that is negative, not finite, or beyond what
-/// slices at this distance have: more than 16 times the distance, or than all of them together. 0: the
-/// distance itself.
+/// Throws Error(InvalidArgument) for a slice thickness (mm) that is negative, not finite or more than 16
+/// times the distance of the slices: overlapping slices are common, such ones are a slip. 0: the distance
+/// itself.
 void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what);
 
 /// Checks sizes, geometry and that poses are rigid; throws Error(Geometry | InvalidArgument | NoData).
