@@ -25,8 +25,10 @@ FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan
 
 Trainer::Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan,
                  const KernelSet& kernels, ThreadPool& pool)
-    : Trainer(std::move(field), fitRequest(std::move(observations), plan, field, pool.stopToken()), plan,
-              kernels, pool, nullptr) {}
+    : plan_(std::move(plan)), request_(fitRequest(std::move(observations), plan_, field, pool.stopToken())),
+      kernels_(kernels), pool_(pool), device_(std::make_unique<CpuFitDevice>(request_, kernels_, pool_)) {
+  restart(std::move(field));
+}
 
 Trainer::Trainer(GaussianField field, FitRequest request, FitPlan plan, const KernelSet& kernels,
                  ThreadPool& pool, std::unique_ptr<FitDevice> device)
