@@ -34,8 +34,8 @@ Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const 
 /// stopped.
 std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop = {});
 
-/// Robust standard deviation of the noise, in the image's units (median absolute second difference in-plane,
-/// inside `mask` if given).
+/// Robust standard deviation of the noise, in the image's units: median absolute second difference in-plane,
+/// inside `mask` if given and large enough. 0 for images of labels: two values, or mostly constant structures.
 double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask = {});
 
 } // namespace innergs

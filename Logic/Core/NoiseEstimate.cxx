@@ -2,6 +2,7 @@
 #include "Core/Otsu.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace innergs {
 namespace {
@@ -46,15 +47,29 @@ double ringMean(const Volume& volume, std::int64_t i, std::int64_t j, std::int64
   return sum / 8;
 }
 
-std::vector<Sample> collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
-                            std::int64_t sliceStep) {
+struct Samples {
+  std::vector<Sample> usable;
+  std::size_t constant = 0; // neighbourhoods of one value
+};
+
+constexpr std::size_t kFewest = 200;
+
+bool allInside(std::span<const std::uint8_t> mask, std::int64_t centre, std::int64_t width) {
+  for (std::int64_t row = centre - width; row <= centre + width; row += width)
+    if (!mask[row - 1] || !mask[row] || !mask[row + 1]) return false;
+  return true;
+}
+
+Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
+                std::int64_t sliceStep) {
   const auto& n = volume.geometry.size;
-  std::vector<Sample> samples;
+  Samples samples;
   for (std::int64_t k = 0; k < n[2]; k += sliceStep)
     for (std::int64_t j = 1; j + 1 < n[1]; ++j)
       for (std::int64_t i = 1; i + 1 < n[0]; ++i) {
         const std::int64_t centre = i + n[0] * (j + n[1] * k);
-        if (mask.empty() ? !(ringMean(volume, i, j, k) > threshold) : !mask[centre]) continue;
+        if (!mask.empty() && !allInside(mask, centre, n[0])) continue;
+        if (!(ringMean(volume, i, j, k) > threshold)) continue;
         const float* p = volume.voxels.data() + centre;
         const std::int64_t w = n[0];
         const double c = p[0], residual = 4 * c - 2 * (double(p[-1]) + p[1] + p[-w] + p[w]) + p[-w - 1] +
@@ -62,25 +77,49 @@ std::vector<Sample> collect(const Volume& volume, std::span<const std::uint8_t> 
         if (!std::isfinite(residual)) continue;
         const auto [low, high] =
             std::minmax({p[-w - 1], p[-w], p[-w + 1], p[-1], p[0], p[1], p[w - 1], p[w], p[w + 1]});
-        if (low == high) continue; // constant region: zeroed background or saturation
+        if (low == high) { // saturation, or a label
+          ++samples.constant;
+          continue;
+        }
         const double gx = double(p[1]) - p[-1] + 0.5 * (double(p[1 - w]) - p[-1 - w] + p[1 + w] - p[-1 + w]);
         const double gy = double(p[w]) - p[-w] + 0.5 * (double(p[w - 1]) - p[-w - 1] + p[w + 1] - p[-w + 1]);
-        samples.push_back({static_cast<float>(std::abs(residual)), static_cast<float>(gx * gx + gy * gy)});
+        samples.usable.push_back(
+            {static_cast<float>(std::abs(residual)), static_cast<float>(gx * gx + gy * gy)});
       }
   return samples;
+}
+
+bool hasThreeValues(std::span<const float> values) {
+  std::vector<float> found;
+  for (const float v : values) {
+    if (!std::isfinite(v) || std::find(found.begin(), found.end(), v) != found.end()) continue;
+    found.push_back(v);
+    if (found.size() == 3) return true;
+  }
+  return false;
+}
+
+double foregroundThreshold(const std::vector<float>& voxels, std::span<const std::uint8_t> mask) {
+  if (mask.empty()) return otsuThreshold(voxels);
+  std::vector<float> inside;
+  for (std::size_t v = 0; v < voxels.size(); ++v)
+    if (mask[v]) inside.push_back(voxels[v]);
+  return otsuThreshold(inside);
 }
 
 } // namespace
 
 double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask) {
   const auto& n = volume.geometry.size;
-  if (n[0] < 3 || n[1] < 3) return 0;
+  if (n[0] < 3 || n[1] < 3 || !hasThreeValues(volume.voxels)) return 0;
   const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
   // Above Otsu's threshold: the noise in air is Rician, with another deviation.
-  auto samples = collect(volume, mask, mask.empty() ? otsuThreshold(volume.voxels) : 0, sliceStep);
+  auto [samples, constant] = collect(volume, mask, foregroundThreshold(volume.voxels, mask), sliceStep);
+  if (constant > samples.size()) return 0;
+  if (!mask.empty() && samples.size() < kFewest) return estimateNoise(volume); // the noise is the scan's
   if (samples.empty()) return 0;
   // Edges would pass for noise: the flattest third counts.
-  const auto keep = std::max<std::size_t>(std::min<std::size_t>(samples.size(), 200), samples.size() / 3);
+  const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
   std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });
   std::vector<float> residuals(keep);

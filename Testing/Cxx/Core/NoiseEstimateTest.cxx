@@ -60,3 +60,29 @@ TEST(NoiseEstimate, IsZeroWithoutNoise) {
   EXPECT_EQ(estimateNoise(volumeOf(grid(16, 16, 4), [](auto, auto, auto) { return 7; })), 0);
   EXPECT_EQ(estimateNoise(volumeOf(grid(2, 16, 4), [](auto i, auto, auto) { return i; })), 0);
 }
+
+TEST(NoiseEstimate, LabelsHaveNone) {
+  const auto ball = [](double x, double y, double z, double r) { return x * x + y * y + z * z < r * r; };
+  const Volume binary = volumeOf(grid(40, 40, 20), [&](auto i, auto j, auto k) {
+    return ball(double(i) - 20, double(j) - 20, double(k) - 10, 3);
+  });
+  EXPECT_EQ(estimateNoise(binary), 0);
+  const Volume labels = volumeOf(grid(40, 40, 20), [&](auto i, auto j, auto k) {
+    return ball(double(i) - 12, double(j) - 20, double(k) - 10, 8)   ? 7
+           : ball(double(i) - 28, double(j) - 20, double(k) - 10, 8) ? 12
+                                                                     : 0;
+  });
+  EXPECT_EQ(estimateNoise(labels), 0);
+  std::vector<std::uint8_t> mask;
+  for (const float v : labels.voxels)
+    mask.push_back(v > 0);
+  EXPECT_EQ(estimateNoise(labels, mask), 0);
+}
+
+TEST(NoiseEstimate, OfAFewVoxelsIsThatOfTheScan) {
+  const Volume flat = volumeOf(grid(64, 64, 8), [](auto, auto, auto) { return 100; });
+  const Volume noisy = simulateThickStack(flat, 2, 1, 5, 5).image;
+  std::vector<std::uint8_t> mask(noisy.voxels.size(), 0);
+  mask[20 + 64 * (20 + 64 * 4)] = 1;
+  EXPECT_NEAR(estimateNoise(noisy, mask), 5, 0.2);
+}
