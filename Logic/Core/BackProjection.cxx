@@ -41,6 +41,9 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
     const Affine3 stackToVolume = toVolume * pose * g.indexToWorld();
     const Vec3 normal = (toVolume.linear * pose.linear) * column(g.direction, 2); // voxels per mm
     for (std::int64_t i = 0; i < g.size[0]; ++i) {
+      const auto v = static_cast<std::size_t>(row * g.size[0] + i);
+      out[v] = std::numeric_limits<float>::quiet_NaN();
+      if (!stack.observed.empty() && !stack.observed[v]) continue;
       const Vec3 centre =
           stackToVolume({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
       double sum = 0, weights = 0;
@@ -56,8 +59,7 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
         sum += planes.weight[p] * sampleLinear(volume, x);
         weights += planes.weight[p];
       }
-      out[static_cast<std::size_t>(row * g.size[0] + i)] =
-          weights > 0 ? static_cast<float>(sum / weights) : std::numeric_limits<float>::quiet_NaN();
+      if (weights > 0) out[v] = static_cast<float>(sum / weights);
     }
   });
   return out;
@@ -66,7 +68,6 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
 double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
                    ThreadPool& pool) {
   const auto& n = volume.geometry.size;
-  const float lowest = static_cast<float>(plan.lowest);
   double rms = 0;
   for (int iteration = 0; iteration < plan.iterations; ++iteration) {
     std::vector<Residual> residuals;
@@ -77,7 +78,7 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
                  projectToStack(volume, stack, pool)};
       for (std::size_t v = 0; v < r.voxels.size(); ++v) {
         const float d = stack.image.voxels[v] - r.voxels[v];
-        const bool known = std::isfinite(d) && (stack.observed.empty() || stack.observed[v]);
+        const bool known = std::isfinite(d);
         r.voxels[v] = known ? d : 0;
         squares += known ? static_cast<double>(d) * d : 0;
         count += known;
@@ -99,7 +100,7 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
           sum += value;
           weight += 1;
         }
-        if (weight > 0) out[i] = std::max(lowest, out[i] + sum / weight);
+        if (weight > 0) out[i] = std::clamp(out[i] + sum / weight, plan.range.low, plan.range.high);
       }
     });
   }

@@ -8,13 +8,15 @@
 namespace innergs {
 
 /// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, at the stack's voxels. NaN where the profile lies outside the volume altogether.
+/// normal, at the stack's voxels. NaN where the profile lies outside the volume altogether and where the
+/// stack is not observed.
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool);
 
 struct BackProjectionPlan {
   int iterations = 12; // at most
   double noise = 0;    // standard deviation in the stacks' units: ends when the differences are well below it
-  double lowest = -std::numeric_limits<double>::infinity(); // no voxel falls below
+  ValueRange range{-std::numeric_limits<float>::infinity(), // no voxel within the stacks leaves it
+                   std::numeric_limits<float>::infinity()};
 };
 
 /// Iterative back-projection (Irani and Peleg 1991) from the volume as it stands: the trilinearly

@@ -78,7 +78,7 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
   const std::vector<float> before = volume.voxels;
   BackProjectionPlan refinement;
   refinement.noise = result.noise;
-  refinement.lowest = field.intensityOffset;
+  refinement.range = observedRange(prepared.stacks);
   const double rms = backProject(volume, prepared.stacks, refinement, pool);
   for (std::size_t v = 0; v < before.size(); ++v)
     volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
