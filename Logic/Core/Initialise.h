@@ -7,8 +7,8 @@ namespace innergs {
 /// How the first Gaussians are laid out.
 struct InitialisationPlan {
   Initialisation kind = Initialisation::Adaptive;
-  std::int64_t gaussians = 0; // at most
-  bool equalCounts = false;   // even grid: as many along each axis, as the paper's 42×42×42
+  std::int64_t gaussians = 0; // at most, all of them where the proxy is covered
+  bool equalCounts = false; // even grid: as many along each axis of the covered box, as the paper's 42×42×42
   double scaleFactor = 0.5; // σ₀ in units of the local spacing
   double evenShare = 0.15;  // share of the budget spread evenly, the rest follows the structure
   double exponent = 0.75;   // density ∝ structure^exponent
@@ -18,20 +18,29 @@ struct InitialisationPlan {
 };
 
 /// A first guess of the volume, normalised intensities, on an isotropic lattice aligned with the model frame:
-/// the average of the trilinearly interpolated stacks. `covered` is 1 where some stack observes.
+/// the average of the trilinearly interpolated stacks. `covered` is 1 in the observed voxels of any stack.
 struct ProxyVolume {
   GridGeometry geometry; // in model coordinates (direction = identity)
   std::vector<float> voxels;
   std::vector<std::uint8_t> covered;
 };
+enum class Voxels { Observed, All }; // of the stacks that count
 ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
-                      double spacing, ThreadPool& pool);
+                      double spacing, ThreadPool& pool, Voxels voxels = Voxels::Observed);
 
 /// Fills field.gaussians, in Morton order; the same seed gives the same field.
 void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
                 std::uint64_t seed, ThreadPool& pool);
 
-/// Structure measure that the density follows: 0.5·|∇I| + |second differences|, smoothed (Docs/method.md).
+/// How much of a start over all finite voxels (volume: theirs in mm³) would lie in what the stacks observe or
+/// little more than half a distance between Gaussians from it; 0 to 1, by volume at least. So many Gaussians fit a part
+/// as well as all fit the whole. `voxel`: mm, the finest that matters. Throws Error(Cancelled) when the pool
+/// is stopped.
+double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, const InitialisationPlan& start,
+                    double volume, double voxel, ThreadPool& pool);
+
+/// Structure measure that the density follows: 0.5·|∇I| + |second differences|, smoothed (Docs/method.md);
+/// from covered voxels alone, 0 elsewhere.
 std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool);
 
 /// Sorts by position along a Morton curve, so that neighbours in space are neighbours in memory. Returns the

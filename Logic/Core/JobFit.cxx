@@ -24,13 +24,20 @@ GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
 
 } // namespace
 
-void ReconstructionJob::Impl::choose(const PreparedInput& prepared, const ThreadPool& pool,
+void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ThreadPool& pool,
                                      ReconstructionResult& result) {
   pool.throwIfStopped();
   map = chooseIntensityMap(prepared.stacks);
   pool.throwIfStopped();
   traits = measureTraits(prepared.stacks, map);
   const Settings asked = settings;
+  if (!settings.gaussians) {
+    Settings whole = settings;
+    const InitialisationPlan start = makePlan(whole, traits).start;
+    std::vector<Stack> bridged;
+    traits.reached =
+        reachedShare(startStacks(prepared, bridged), map, start, traits.volume, traits.voxel, pool);
+  }
   plan = makePlan(settings, traits);
   key = settingsKey(settings, prepared.fingerprint);
   if (refits()) { // one field to refit, as it is: further members would start in another frame
@@ -56,7 +63,9 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
   field.intensityOffset = map.offset;
   field.cutoff = plan.cutoff;
   field.domain = dataDomain(prepared.stacks);
-  const ProxyVolume proxy = makeProxy(prepared.stacks, field.modelToWorld, map, traits.voxel, pool);
+  std::vector<Stack> bridged;
+  const ProxyVolume proxy =
+      makeProxy(startStacks(prepared, bridged), field.modelToWorld, map, traits.voxel, pool);
   initialise(field, proxy, plan.start, settings.seed + static_cast<std::uint64_t>(member), pool);
   if (field.gaussians.empty())
     throw Error(ErrorCode::NoData,

@@ -147,6 +147,39 @@ std::int64_t usable(const Stack& stack) {
 
 } // namespace
 
+std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) {
+  if (std::all_of(prepared.heldOut.begin(), prepared.heldOut.end(),
+                  [](const auto& withheld) { return withheld.empty(); }))
+    return prepared.stacks;
+  bridged = prepared.stacks;
+  for (std::size_t s = 0; s < bridged.size(); ++s) {
+    Stack& stack = bridged[s];
+    const auto& withheld = prepared.heldOut[s];
+    if (withheld.empty()) continue;
+    const auto& size = stack.image.geometry.size;
+    const std::int64_t plane = size[0] * size[1];
+    const auto fitted = [&](std::int64_t k) {
+      return std::find(withheld.begin(), withheld.end(), k) == withheld.end();
+    };
+    for (const std::int64_t k : withheld) {
+      std::int64_t below = k - 1, above = k + 1;
+      while (below >= 0 && !fitted(below))
+        --below;
+      while (above < size[2] && !fitted(above))
+        ++above;
+      if (below < 0 || above >= size[2]) continue;
+      const auto share = static_cast<float>(k - below) / static_cast<float>(above - below);
+      for (std::int64_t p = 0; p < plane; ++p) {
+        const std::size_t v = k * plane + p;
+        const float low = stack.image.voxels[below * plane + p], high = stack.image.voxels[above * plane + p];
+        stack.image.voxels[v] = low + share * (high - low);
+        stack.observed[v] = prepared.scored[s].empty() || prepared.scored[s][v];
+      }
+    }
+  }
+  return bridged;
+}
+
 GridGeometry acquisitionGrid(std::span<const Stack> stacks) {
   const Stack& first = stacks.front();
   const GridGeometry& grid = first.image.geometry;
@@ -214,10 +247,12 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   for (const Stack& stack : stacks)
     samples += usable(stack);
   if (samples == 0)
-    throw Error(ErrorCode::NoData,
-                input.mask
-                    ? "The mask does not cover any finite voxel of the images: check that it belongs to them."
-                    : "The images have no finite observed voxel: there is nothing to fit.");
+    throw Error(
+        ErrorCode::NoData,
+        input.mask
+            ? "The mask holds no centre of a finite voxel of the images: check that it belongs to them "
+              "and is not smaller than their voxels."
+            : "The images have no finite observed voxel: there is nothing to fit.");
   for (const Stack& stack : stacks)
     prepared.scored.push_back(input.heldOutFraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)

@@ -19,6 +19,10 @@ struct PreparedInput {
 /// apart from the data. Error(Cancelled) when stopped on the way.
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {});
 
+/// What Gaussians start on: the stacks with their withheld slices filled in from the nearest fitted ones on
+/// either side. The copies that this takes are in `bridged`.
+std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);
+
 /// The first stack's lattice, and so much more of it that it holds the slabs (parallel stacks before or after
 /// it) of the same acquisition.
 GridGeometry acquisitionGrid(std::span<const Stack> stacks);

@@ -61,7 +61,7 @@ struct ReconstructionJob::Impl {
   }
 
   ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
-  void choose(const PreparedInput& prepared, const ThreadPool& pool, ReconstructionResult& result);
+  void choose(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
   void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
            ReconstructionResult& result);

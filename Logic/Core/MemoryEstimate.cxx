@@ -64,10 +64,10 @@ double alphaScratch(const FitPlan& plan, const DataTraits& traits, const Lattice
 
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings) {
   if (input.stacks.empty()) return 0;
-  DataTraits traits = geometryTraits(input.stacks);
-  const Vec3 extent = input.stacks.front().image.geometry.extent();
-  traits.volume = extent[0] * extent[1] * extent[2];
-  const double proxy = traits.volume / std::pow(traits.voxel, 3);
+  const DataTraits traits = geometryTraits(input.stacks);
+  const GridGeometry domain = dataDomain(input.stacks);
+  const Vec3 extent = domain.extent();
+  const double proxy = extent[0] * extent[1] * extent[2] / std::pow(traits.voxel, 3);
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
   const LatticeBytes lattices = latticesOf(input.stacks, plan.allAxes);
@@ -84,11 +84,12 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while it sorts them
   const double fit = merged + lattices.largest * 8 /* W, N */ +
                      gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
-  const double start = proxy * 13 /* values, coverage, density and its smoothing */;
+  const double bridged = input.heldOutFraction > 0 ? lattices.voxels * 5 : 0; // see startStacks()
+  const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
-  const double domain = static_cast<double>(dataDomain(input.stacks).voxelCount());
-  const double detail =
-      traits.superResolution() && settings.consistency ? domain * 12 + lattices.samples * 4 : 0;
+  const double detail = traits.superResolution() && settings.consistency
+                            ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
+                            : 0;
   return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output);
 }
 

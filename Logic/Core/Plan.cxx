@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
 constexpr int kDensifyEvery = 10;
+constexpr std::int64_t kFewestGaussians = 64;
 
 template <class Visit>
 void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
@@ -19,6 +20,79 @@ void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
     for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
       if (std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]))
         visit(stack.image.voxels[v]);
+}
+
+constexpr std::int64_t kVolumeSamples = 500'000; // per stack, about, to measure what several see
+
+/// Whether a voxel of the stack that counts holds the point, in the stack's index without slice poses.
+template <class Counts>
+bool holds(const Stack& stack, const Vec3& index, const Counts& counts) {
+  const auto& size = stack.image.geometry.size;
+  std::int64_t nearest[3];
+  for (int a = 0; a < 3; ++a) {
+    nearest[a] = std::llround(index[a]);
+    if (nearest[a] < 0 || nearest[a] >= size[a]) return false;
+  }
+  return counts(stack, nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2]));
+}
+
+/// mm³ of the voxels that count, in how many stacks they may be.
+template <class Counts>
+double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
+  std::vector<std::vector<Affine3>> toIndex; // one map, or one per posed slice
+  for (const Stack& stack : stacks) {
+    const Affine3 map = stack.image.geometry.indexToWorld();
+    auto& maps = toIndex.emplace_back();
+    for (const Affine3& pose : stack.poses)
+      maps.push_back(inverse(pose * map));
+    if (stack.poses.empty()) maps.push_back(inverse(map));
+  }
+  std::vector<double> parts;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    const Stack& stack = stacks[s];
+    const GridGeometry& g = stack.image.geometry;
+    const std::int64_t voxels = g.voxelCount();
+    std::int64_t counted = 0;
+    for (std::int64_t v = 0; v < voxels; ++v)
+      counted += counts(stack, v);
+    const Vec3 extent = g.extent();
+    const double own =
+        extent[0] * extent[1] * extent[2] * static_cast<double>(counted) / static_cast<double>(voxels);
+    if (stacks.size() == 1) return own;
+    std::int64_t step = 1;
+    for (const std::int64_t prime : {7, 61, 509, 4001})
+      if (counted / step > kVolumeSamples) step = prime;
+    const Affine3 map = g.indexToWorld();
+    std::vector<std::int64_t> seenBy(stacks.size() + 1, 0);
+    std::int64_t visited = 0, next = 0;
+    for (std::int64_t v = 0; v < voxels; ++v) {
+      if (!counts(stack, v) || next++ % step) continue;
+      ++visited;
+      const std::int64_t i = v % g.size[0], j = v / g.size[0] % g.size[1], k = v / (g.size[0] * g.size[1]);
+      Vec3 point = map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+      if (!stack.poses.empty()) point = stack.poses[k](point);
+      int by = 1;
+      for (std::size_t o = 0; o < stacks.size(); ++o) {
+        bool seen = false;
+        for (std::size_t slice = 0; o != s && slice < toIndex[o].size() && !seen; ++slice) {
+          const Vec3 index = toIndex[o][slice](point);
+          seen = (stacks[o].poses.empty() || std::llround(index[2]) == static_cast<std::int64_t>(slice)) &&
+                 holds(stacks[o], index, counts);
+        }
+        by += seen;
+      }
+      ++seenBy[by];
+    }
+    double once = 0;
+    for (std::size_t n = 1; n < seenBy.size(); ++n)
+      once += static_cast<double>(seenBy[n]) / static_cast<double>(n);
+    if (visited > 0) parts.push_back(own * once / static_cast<double>(visited));
+  }
+  std::sort(parts.begin(), parts.end()); // the sum is that of any order of the stacks
+  double volume = 0;
+  for (const double part : parts)
+    volume += part;
+  return volume;
 }
 
 } // namespace
@@ -63,6 +137,7 @@ DataTraits geometryTraits(std::span<const Stack> stacks) {
   for (const Stack& stack : stacks)
     if (stack.profile != SliceProfile::Point && effectiveThickness(stack) > 1.4 * t.voxel)
       t.thickness = std::max(t.thickness, effectiveThickness(stack));
+  t.volume = unionVolume(stacks, [](const Stack&, std::size_t) { return true; });
   const Stack& first = stacks.front();
   const Vec3& spacing = first.image.geometry.spacing;
   const auto [low, high] = std::minmax({spacing[0], spacing[1], spacing[2]});
@@ -75,11 +150,8 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
   for (const Stack& stack : stacks)
     t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
   forEachSample(stacks, [&](float) { ++t.samples; });
-  const Vec3 extent = stacks.front().image.geometry.extent();
-  std::int64_t voxels = 0;
-  for (const Stack& stack : stacks)
-    voxels += stack.image.geometry.voxelCount();
-  t.volume = extent[0] * extent[1] * extent[2] * static_cast<double>(t.samples) / static_cast<double>(voxels);
+  t.volume = unionVolume(
+      stacks, [](const Stack& stack, std::size_t v) { return std::isfinite(stack.image.voxels[v]); });
   return t;
 }
 
@@ -113,12 +185,13 @@ void fillChoices(Settings& s, const DataTraits& traits) {
 /// Gaussians and sweeps; where slices lie far apart, also how Gaussians begin and what bounds them.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
-  const double voxels = traits.volume / (traits.voxel * traits.voxel * traits.voxel);
+  const double volume = traits.volume * traits.reached;
+  const double voxels = volume / (traits.voxel * traits.voxel * traits.voxel);
   std::int64_t budget;
   int iterations, members = 1;
   if (settings.preset == Preset::Paper) {
     plan.start.equalCounts = true;
-    budget = kPaperGaussians;
+    budget = std::llround(kPaperGaussians * traits.reached);
     iterations = 1000;
   } else if (traits.singleAnisotropic()) {
     // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and may turn: they shear along
@@ -133,7 +206,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.smoothAlongNormal = true;
     plan.rates.mean = 0.3 * traits.voxel;
     plan.rates.quaternion = 0.15;
-    budget = static_cast<std::int64_t>(traits.volume / (inPlane * inPlane * gap));
+    budget = static_cast<std::int64_t>(volume / (inPlane * inPlane * gap));
     iterations = std::array{40, 60, 60}[level];
     members = std::array{1, 4, 8}[level];
     plan.coarseIterations = 30;
@@ -156,7 +229,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   }
   if (*settings.paperStopRule) iterations = 1000;
   if (!settings.gaussians) {
-    settings.gaussians = std::clamp<std::int64_t>(budget, 64, 8'000'000);
+    const std::int64_t fewest =
+        traits.samples > 0 ? std::min(kFewestGaussians, traits.samples) : kFewestGaussians;
+    settings.gaussians = std::clamp<std::int64_t>(budget, fewest, 8'000'000);
     if (settings.maxGaussians) settings.gaussians = std::min(*settings.gaussians, *settings.maxGaussians);
   }
   if (!settings.maxGaussians) settings.maxGaussians = settings.gaussians;

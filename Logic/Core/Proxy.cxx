@@ -30,14 +30,26 @@ void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec
   }
 }
 
-/// Trilinear over the observed finite corners only; false when none is.
-bool sampleObserved(const Stack& stack, const Vec3& index, double& value) {
+/// What a stack knows of a point.
+enum class Seen : std::uint8_t {
+  Not,
+  Beside, // it lies next to observed voxels
+  Within  // it lies in one
+};
+
+/// Trilinear over the observed finite corners only.
+Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double& value) {
   const auto& size = stack.image.geometry.size;
-  std::int64_t base[3];
+  const auto usable = [&](std::size_t v) {
+    return std::isfinite(stack.image.voxels[v]) &&
+           (voxels == Voxels::All || stack.observed.empty() || stack.observed[v]);
+  };
+  std::int64_t base[3], nearest[3];
   double fraction[3];
   for (int a = 0; a < 3; ++a) {
-    if (index[a] < -0.5 || index[a] > size[a] - 0.5) return false;
+    if (index[a] < -0.5 || index[a] > size[a] - 0.5) return Seen::Not;
     const double x = std::clamp(index[a], 0.0, static_cast<double>(size[a] - 1));
+    nearest[a] = std::llround(x);
     base[a] = std::min<std::int64_t>(static_cast<std::int64_t>(x), std::max<std::int64_t>(size[a] - 2, 0));
     fraction[a] = x - static_cast<double>(base[a]);
   }
@@ -48,19 +60,20 @@ bool sampleObserved(const Stack& stack, const Vec3& index, double& value) {
                      (dz ? fraction[2] : 1 - fraction[2]);
     if (w <= 0) continue;
     const std::size_t v = (base[0] + dx) + size[0] * ((base[1] + dy) + size[1] * (base[2] + dz));
-    const float voxel = stack.image.voxels[v];
-    if (!std::isfinite(voxel) || (!stack.observed.empty() && !stack.observed[v])) continue;
-    sum += w * voxel;
+    if (!usable(v)) continue;
+    sum += w * stack.image.voxels[v];
     total += w;
   }
-  if (total <= 0) return false;
+  if (total <= 0) return Seen::Not;
   value = sum / total;
-  return true;
+  return usable(nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2])) ? Seen::Within : Seen::Beside;
 }
 
 /// The slices of a posed stack around a point, each with a tent as wide as the slice spacing on either side.
-bool samplePosed(const Stack& stack, std::span<const Affine3> toIndex, const Vec3& point, double& value) {
+Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toIndex, const Vec3& point,
+                 double& value) {
   double sum = 0, total = 0;
+  Seen most = Seen::Not;
   for (std::size_t k = 0; k < toIndex.size(); ++k) {
     const Affine3& map = toIndex[k];
     const double z = dot(map.linear[2], point) + map.offset[2];
@@ -68,19 +81,21 @@ bool samplePosed(const Stack& stack, std::span<const Affine3> toIndex, const Vec
     double slice;
     if (w <= 0) continue;
     const Vec3 index = map(point);
-    if (!sampleObserved(stack, {index[0], index[1], static_cast<double>(k)}, slice)) continue;
+    const Seen seen = sampleObserved(stack, voxels, {index[0], index[1], static_cast<double>(k)}, slice);
+    if (seen == Seen::Not) continue;
+    most = std::max(most, seen);
     sum += w * slice;
     total += w;
   }
-  if (total < 0.1) return false;
+  if (total < 0.1) return Seen::Not;
   value = sum / total;
-  return true;
+  return most;
 }
 
 } // namespace
 
 ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
-                      double spacing, ThreadPool& pool) {
+                      double spacing, ThreadPool& pool, Voxels voxels) {
   Vec3 low, high;
   boundingBox(stacks, inverse(modelToWorld), low, high);
   ProxyVolume proxy;
@@ -110,20 +125,28 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
           p[a] = proxy.geometry.origin[a] + proxy.geometry.spacing[a] * static_cast<double>(index[a]);
         double sum = 0;
         int n = 0;
+        Seen most = Seen::Not;
         for (std::size_t s = 0; s < stacks.size(); ++s) {
           double value;
-          const bool seen = stacks[s].poses.empty() ? sampleObserved(stacks[s], toIndex[s][0](p), value)
-                                                    : samplePosed(stacks[s], toIndex[s], p, value);
-          if (!seen) continue;
+          const Seen seen = stacks[s].poses.empty()
+                                ? sampleObserved(stacks[s], voxels, toIndex[s][0](p), value)
+                                : samplePosed(stacks[s], voxels, toIndex[s], p, value);
+          if (seen == Seen::Not) continue;
+          most = std::max(most, seen);
           sum += value;
           ++n;
         }
         if (!n) continue;
         const std::size_t v = i + size[0] * (j + size[1] * k);
         proxy.voxels[v] = static_cast<float>((sum / n - map.offset) / map.scale);
-        proxy.covered[v] = 1;
+        proxy.covered[v] = static_cast<std::uint8_t>(most);
       }
   });
+  // A mask of a voxel or two may lie between the points of the lattice: then those beside it stand for it.
+  constexpr auto within = static_cast<std::uint8_t>(Seen::Within);
+  const bool any = std::find(proxy.covered.begin(), proxy.covered.end(), within) != proxy.covered.end();
+  for (std::uint8_t& covered : proxy.covered)
+    covered = any ? covered == within : covered != 0;
   return proxy;
 }
 

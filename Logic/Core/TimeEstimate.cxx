@@ -38,11 +38,6 @@ double voxelsOf(const std::vector<Stack>& stacks) {
   return count;
 }
 
-double volumeOf(const GridGeometry& g) {
-  const Vec3 extent = g.extent();
-  return extent[0] * extent[1] * extent[2];
-}
-
 /// A piece of the stacks' lattices with about so many voxels, all around one point, with some structure.
 std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
   double perMm3 = 0, side = 0;
@@ -98,14 +93,14 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
              double voxels) {
   ReconstructionInput small;
   small.stacks = pieceOf(input.stacks, voxels);
-  const GridGeometry &whole = input.stacks.front().image.geometry,
-                     &part = small.stacks.front().image.geometry;
+  const GridGeometry& part = small.stacks.front().image.geometry;
+  const DataTraits traits = geometryTraits(small.stacks);
   small.outputGrid = smallOutput(part, output.spacing);
   Settings settings = filled;
   settings.device = "cpu";
   settings.iterations = kSweeps;
   settings.members = 1;
-  const double share = volumeOf(part) / volumeOf(whole);
+  const double share = traits.volume / geometryTraits(input.stacks).volume;
   const auto scaled = [&](std::int64_t count) {
     return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
   };
@@ -114,8 +109,6 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
   Timing t;
   t.voxels = voxelsOf(small.stacks);
   t.outputVoxels = static_cast<double>(small.outputGrid->voxelCount());
-  DataTraits traits = geometryTraits(small.stacks);
-  traits.volume = volumeOf(part);
   Settings again = settings;
   const int coarse = makePlan(again, traits).coarseIterations;
   double sweeps[kSweeps] = {}, fitted = 0, rendering = 0, ended = 0;
@@ -209,8 +202,7 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
     checkGeometry(stack.image.geometry, stack.name.empty() ? "The stack" : stack.name);
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
-  DataTraits traits = geometryTraits(input.stacks);
-  traits.volume = volumeOf(input.stacks.front().image.geometry);
+  const DataTraits traits = geometryTraits(input.stacks);
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
   const double voxels = voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());

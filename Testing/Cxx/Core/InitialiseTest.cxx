@@ -1,6 +1,7 @@
 #include "Core/Initialise.h"
 #include "TestVolumes.h"
 
+#include <algorithm>
 #include <cstring>
 #include <gtest/gtest.h>
 #include <set>
@@ -88,6 +89,21 @@ TEST(Proxy, AveragesStacksAndMarksWhatNoneObserves) {
   EXPECT_EQ(proxy.covered[row], 1);
 }
 
+TEST(Proxy, CoversTheObservedVoxelsAndNotTheirNeighbours) {
+  Stack stack;
+  stack.image = volumeOf(grid(8, 8, 6, {1, 1, 4}), [](auto i, auto, auto) { return i; });
+  stack.observed.assign(384, 0);
+  stack.observed[3 + 8 * (4 + 8 * 2)] = 1;
+  ThreadPool pool(1);
+  const ProxyVolume proxy = makeProxy({&stack, 1}, {}, {}, 1, pool);
+  ASSERT_EQ(proxy.geometry.size, (std::array<std::int64_t, 3>{8, 8, 24}));
+  for (std::size_t v = 0; v < proxy.covered.size(); ++v)
+    ASSERT_EQ(proxy.covered[v], v % 8 == 3 && v / 8 % 8 == 4 && v / 64 >= 8 && v / 64 < 12) << v;
+  // On a coarser lattice no point lies in the voxel: those beside it stand for it.
+  const ProxyVolume coarse = makeProxy({&stack, 1}, {}, {}, 2.7, pool);
+  EXPECT_GT(std::count(coarse.covered.begin(), coarse.covered.end(), 1), 0);
+}
+
 class Start : public ::testing::TestWithParam<Initialisation> {
 protected:
   InitialisationPlan plan(std::int64_t gaussians) const {
@@ -161,6 +177,36 @@ TEST_P(Start, LeavesUncoveredSpaceEmpty) {
   EXPECT_EQ(start(proxy, plan(2000), 5).size(), 0);
 }
 
+TEST_P(Start, SpendsTheBudgetOnWhatIsCovered) {
+  ProxyVolume proxy = cubeProxy();
+  std::int64_t covered = 0;
+  for (std::size_t v = 0; v < proxy.covered.size(); ++v) { // a ball off the centre, 3 % of the box
+    const double i = double(v % 40) - 14, j = double(v / 40 % 40) - 22, k = double(v / 1600) - 25;
+    proxy.covered[v] = i * i + j * j + k * k < 64;
+    covered += proxy.covered[v];
+  }
+  for (const std::int64_t budget : {60, 300}) {
+    const GaussianField field = start(proxy, plan(budget), 1);
+    EXPECT_GT(field.size(), 0.75 * budget);
+    EXPECT_LE(field.size(), budget + 1);
+    double size = 0;
+    for (const Gaussian& g : field.gaussians)
+      size += std::exp(g.logScale[0]) / static_cast<double>(field.size());
+    const double distance = std::cbrt(static_cast<double>(covered) / static_cast<double>(budget));
+    EXPECT_NEAR(size, 0.5 * distance, 0.2 * distance);
+  }
+}
+
+TEST_P(Start, FindsAShellThatSlipsBetweenCells) {
+  ProxyVolume proxy = cubeProxy();
+  for (std::size_t v = 0; v < proxy.covered.size(); ++v) {
+    const double i = double(v % 40) - 20, j = double(v / 40 % 40) - 20, k = double(v / 1600) - 20;
+    proxy.covered[v] = std::abs(std::sqrt(i * i + j * j + k * k) - 15) < 0.6;
+  }
+  for (const std::int64_t budget : {1, 2, 8, 27})
+    EXPECT_GT(start(proxy, plan(budget), 1).size(), 0) << budget;
+}
+
 INSTANTIATE_TEST_SUITE_P(Kinds, Start, ::testing::Values(Initialisation::Adaptive, Initialisation::Grid),
                          [](const auto& info) {
                            return info.param == Initialisation::Grid ? "Grid" : "Adaptive";
@@ -187,6 +233,17 @@ TEST(AdaptiveStart, PutsMoreAndSmallerGaussiansAtEdges) {
   EXPECT_GT(edge / edgeVoxels, 5 * flat / flatVoxels);
   EXPECT_GT(flat, 50); // flat regions are covered as well
   EXPECT_LT(edgeSize / edge, 0.7 * flatSize / flat);
+}
+
+TEST(AdaptiveStart, SeesNoStructureAtTheBorderOfWhatIsCovered) {
+  ThreadPool pool(2);
+  Stack stack;
+  stack.image = volumeOf(grid(20, 20, 20), [](auto, auto, auto) { return 100; });
+  for (std::size_t v = 0; v < 8000; ++v)
+    stack.observed.push_back(v % 20 > 4 && v % 20 < 12);
+  const ProxyVolume proxy = makeProxy({&stack, 1}, {}, {}, 1, pool);
+  for (const float x : structureMeasure(proxy, pool))
+    ASSERT_EQ(x, 0);
 }
 
 TEST(AdaptiveStart, OfAConstantImageIsEven) {
@@ -248,6 +305,57 @@ TEST(LayeredStart, HasOneLayerPerSlice) {
   }
   for (int n : layers)
     EXPECT_EQ(n, 256);
+}
+
+TEST(LayeredStart, KeepsItsDensityInsideAMask) {
+  InitialisationPlan plan;
+  plan.kind = Initialisation::Grid;
+  plan.layerSpacing = 4;
+  plan.layerSigma = 5;
+  plan.gaussians = 160; // a sixteenth of 2560
+  ProxyVolume proxy = cubeProxy();
+  for (std::size_t v = 0; v < proxy.covered.size(); ++v)
+    proxy.covered[v] = v % 40 >= 10 && v % 40 < 20 && v / 40 % 40 >= 20 && v / 40 % 40 < 30;
+  const GaussianField field = start(proxy, plan, 1);
+  EXPECT_EQ(field.size(), 160);
+  for (const Gaussian& g : field.gaussians) {
+    EXPECT_NEAR(std::exp(g.logScale[0]), 0.5 * 2.5, 1e-4); // as of all 2560 in the whole
+    const double layer = (g.mean[2] + 20) / 4 - 0.5;
+    EXPECT_NEAR(layer, std::round(layer), 1e-4);
+  }
+}
+
+TEST(GridStart, EqualCountsMeanTheCoveredBox) {
+  InitialisationPlan plan;
+  plan.kind = Initialisation::Grid;
+  plan.equalCounts = true;
+  plan.gaussians = 216;
+  ProxyVolume proxy = cubeProxy();
+  for (std::size_t v = 0; v < proxy.covered.size(); ++v)
+    proxy.covered[v] = v % 40 < 20;
+  const GaussianField field = start(proxy, plan, 1);
+  EXPECT_EQ(field.size(), 216);
+  for (const Gaussian& g : field.gaussians)
+    EXPECT_LT(g.mean[0], 0.5f);
+}
+
+TEST(ReachedShare, IsTheShareOfTheStartThatMattersToTheMask) {
+  ThreadPool pool(2);
+  Stack stack = cubeStack();
+  InitialisationPlan plan;
+  plan.gaussians = 640;
+  const auto share = [&] { return reachedShare({&stack, 1}, kMap, plan, 64000, 1, pool); };
+  EXPECT_EQ(share(), 1);
+  stack.observed.assign(64000, 1);
+  for (std::size_t v = 0; v < 64000; ++v)
+    stack.observed[v] = v / 1600 != 20; // a withheld slice: all the same
+  EXPECT_EQ(share(), 1);
+  for (std::size_t v = 0; v < 64000; ++v) // around the cube's faces, where all the structure is
+    stack.observed[v] =
+        v % 40 >= 9 && v % 40 < 31 && v / 40 % 40 >= 9 && v / 40 % 40 < 31 && v / 1600 >= 9 && v / 1600 < 31;
+  EXPECT_GT(share(), 0.8);
+  plan.kind = Initialisation::Grid; // by volume: 22 voxels and reach on either side
+  EXPECT_NEAR(share(), std::pow((22 + 2 * 2.4) / 40, 3), 0.06);
 }
 
 TEST(AdditiveStart, HasAboutTheImagesLevel) {
