@@ -266,12 +266,13 @@ double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, cons
   if (whole) return 1;
   // One frame whatever the order of several stacks.
   const Affine3 frame = stacks.size() > 1 ? Affine3{} : Affine3{stacks.front().image.geometry.direction, {}};
-  const double spacing = std::max(voxel, std::cbrt(volume / kShareVoxels));
   const auto gaussians = static_cast<double>(start.gaussians);
   const double distance = start.layerSpacing > 0 ? std::sqrt(volume / start.layerSpacing / gaussians)
                                                  : std::cbrt(volume / gaussians);
+  const double reach = kReach * distance;
+  const double spacing = std::max(voxel, std::min(reach, std::cbrt(volume / kShareVoxels)));
   const ProxyVolume observed = makeProxy(stacks, frame, map, spacing, pool);
-  const std::vector<std::uint8_t> reached = within(observed, kReach * distance, pool);
+  const std::vector<std::uint8_t> reached = within(observed, reach, pool);
   const ProxyVolume all = makeProxy(stacks, frame, map, spacing, pool, Voxels::All);
   const std::vector<float> structure = structureMeasure(all, pool);
   double sum = 0, sumReached = 0;
