@@ -3,6 +3,7 @@
 
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
+#include <vtkMRMLMarkupsDisplayNode.h>
 #include <vtkMRMLMarkupsROINode.h>
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
@@ -148,9 +149,17 @@ void qSlicerInnerGSHost::fitRegion(vtkMRMLNode* node) {
   region->SetCenter((bounds[0] + bounds[1]) / 2, (bounds[2] + bounds[3]) / 2, (bounds[4] + bounds[5]) / 2);
   region->SetSize(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]);
   region->CreateDefaultDisplayNodes();
+  if (auto* display =
+          vtkMRMLMarkupsDisplayNode::SafeDownCast(region->GetDisplayNode())) { // not over the scan
+    display->SetFillVisibility(false);
+    display->SetOutlineVisibility(true);
+  }
 }
 
 VolumeInfo qSlicerInnerGSHost::volumeInfo(const QString& id) const {
-  return scene_ ? infoOf(vtkMRMLVolumeNode::SafeDownCast(scene_->GetNodeByID(id.toUtf8().constData())))
-                : VolumeInfo();
+  auto* node =
+      vtkMRMLVolumeNode::SafeDownCast(scene_ ? scene_->GetNodeByID(id.toUtf8().constData()) : nullptr);
+  VolumeInfo info = infoOf(node);
+  if (logic_ && info.sliceAxis == 2) info.sliceThickness = logic_->GetDicomSliceThickness(node);
+  return info;
 }

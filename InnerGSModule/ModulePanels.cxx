@@ -1,4 +1,5 @@
 #include "AltKeys.h"
+#include "EndingQuestion.h"
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
@@ -153,6 +154,18 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
       "NARC");
 }
 
+void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
+  QMainWindow* window = qSlicerApplication::application()->mainWindow();
+  if (!window) return;
+  auto* question = new EndingQuestion(host, window, q_ptr);
+  question->guard(
+      "FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
+      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene?"));
+  question->guard("FileLoadSceneAction", "on_FileLoadSceneAction_triggered()",
+                  qSlicerInnerGSModuleWidget::tr(
+                      "A reconstruction is running. Stop it and open another scene in place of this one?"));
+}
+
 void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   Q_Q(qSlicerInnerGSModuleWidget);
   QObject::connect(
@@ -168,7 +181,10 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   QObject::connect(maskMessage, &QLabel::linkActivated, q, [this] {
     if (parameters()) parameters()->SetMaskSegmentID("");
   });
-  QObject::connect(host, &Host::volumesChanged, q, [this] { updateViewButtons(); });
+  QObject::connect(host, &Host::volumesChanged, q, [this] {
+    updateViewButtons();
+    chooseNewScan();
+  });
   QObject::connect(rendering, &QPushButton::clicked, q, [this](bool shown) {
     const QString problem = showIn3D(shownVolume(), shown);
     message->setText(problem);
@@ -180,7 +196,9 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   QObject::connect(model, &ModelPanel::modelIdChanged, query, &QueryPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, model, &ModelPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] {
+    enableModelInView();
     if (modelInView->isChecked()) showModelInView();
+    remember();
   });
   QObject::connect(host, &Host::modelsChanged, q, [this] { explainTransform(); });
   QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] { explainTransform(); });
@@ -191,7 +209,7 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
       static_cast<void (qMRMLNodeComboBox::*)(vtkMRMLNode*)>(&qMRMLNodeComboBox::currentNodeChanged), q,
       [this](vtkMRMLNode* node) {
         modelInView->setChecked(false);
-        modelInView->setEnabled(node != nullptr);
+        enableModelInView();
         views->link(vtkMRMLSliceNode::SafeDownCast(node));
       });
   QObject::connect(modelInView, &QCheckBox::toggled, q, [this] { showModelInView(); });

@@ -140,6 +140,15 @@ bool isMade(vtkMRMLNode* node) {
   return node && (node->GetNodeReferenceID("InnerGSModel") || node->GetAttribute("InnerGS.Version"));
 }
 
+bool isScan(vtkMRMLNode* node) {
+  auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(node);
+  if (!volume || !volume->GetImageData() || volume->GetHideFromEditors() || isMade(volume)) return false;
+  for (const char* other :
+       {"vtkMRMLLabelMapVolumeNode", "vtkMRMLTensorVolumeNode", "vtkMRMLDiffusionWeightedVolumeNode"})
+    if (volume->IsA(other)) return false;
+  return true;
+}
+
 void setMadeFrom(vtkMRMLNode* node, vtkMRMLInnerGSModelNode* model) {
   MRMLNodeModifyBlocker blocker(node);
   for (const std::string& name : model->GetAttributeNames())

@@ -24,6 +24,8 @@ vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node);
 void setEllipsoidsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLModelNode* ellipsoids);
 /// Whether InnerGS made it, of a model or beside one.
 bool isMade(vtkMRMLNode* node);
+/// Whether a volume is one to reconstruct: it has voxels, people can choose it, and InnerGS did not make it.
+bool isScan(vtkMRMLNode* node);
 /// Where the model came from is where the node does.
 void setMadeFrom(vtkMRMLNode* node, vtkMRMLInnerGSModelNode* model);
 /// In the subject hierarchy.

@@ -15,7 +15,32 @@
 
 #include <vtkSlicerInnerGSLogic.h>
 
+#include <vtkSlicerConfigure.h> // Slicer_BUILD_DICOM_SUPPORT
+
+#ifdef Slicer_BUILD_DICOM_SUPPORT
+#include <ctkDICOMDatabase.h>
+#endif
+
 #include <QFileInfo>
+#include <QHash>
+
+#ifdef Slicer_BUILD_DICOM_SUPPORT
+namespace {
+
+/// Found once: the database may have to read the file.
+std::string dicomValue(const std::string& instanceUID, const std::string& tag) {
+  static QHash<QString, QString> known;
+  const QString uid = QString::fromStdString(instanceUID), name = QString::fromStdString(tag);
+  const auto found = known.constFind(uid + name);
+  if (found != known.constEnd()) return found->toStdString();
+  ctkDICOMDatabase* database = qSlicerCoreApplication::application()->dicomDatabase();
+  const QString value = database && database->isOpen() ? database->instanceValue(uid, name) : QString();
+  if (!value.isEmpty()) known.insert(uid + name, value); // else it may be imported later
+  return value.toStdString();
+}
+
+} // namespace
+#endif
 
 qSlicerInnerGSModule::qSlicerInnerGSModule(QObject* parent) : Superclass(parent) {}
 
@@ -68,6 +93,9 @@ void qSlicerInnerGSModule::setup() {
     python->appendPythonPath(QFileInfo(this->path()).absolutePath() + "/Python");
 #endif
   auto* logic = vtkSlicerInnerGSLogic::SafeDownCast(this->logic());
+#ifdef Slicer_BUILD_DICOM_SUPPORT
+  if (logic) logic->SetDicomLookup(dicomValue);
+#endif
   qSlicerCoreIOManager* files = qSlicerCoreApplication::application()->coreIOManager();
   files->registerIO(new qSlicerInnerGSReader(logic, this));
   files->registerIO(new qSlicerNodeWriter(tr("InnerGS model"), QString("InnerGSModelFile"),

@@ -2,6 +2,7 @@
 
 #include "NodeInfo.h"
 #include "ParameterRequest.h"
+#include "SceneChoices.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
@@ -31,7 +32,10 @@
 #include <QPushButton>
 #include <QTimer>
 
+#include <utility>
+
 using namespace innergs::ui;
+namespace mrml = innergs::mrml;
 
 vtkMRMLInnerGSParameterNode* qSlicerInnerGSModuleWidgetPrivate::parameters() const {
   return host->parameterNode();
@@ -66,6 +70,12 @@ void qSlicerInnerGSModuleWidgetPrivate::showModelInView() {
   if (!problem.isEmpty()) Q_EMIT host->logged(problem);
 }
 
+void qSlicerInnerGSModuleWidgetPrivate::enableModelInView() {
+  const bool possible = sliceView->currentNode() && !query->modelId().isEmpty();
+  if (!possible) modelInView->setChecked(false);
+  modelInView->setEnabled(possible);
+}
+
 //------------------------------------------------------------------------------ parameter sets
 
 void qSlicerInnerGSModuleWidgetPrivate::setParameters(vtkMRMLNode* node) {
@@ -76,13 +86,16 @@ void qSlicerInnerGSModuleWidgetPrivate::setParameters(vtkMRMLNode* node) {
                    SLOT(updateFromParameterNode()));
   host->setParameterNode(next);
   fromNode();
+  remember();
   if (!next && q->isEntered()) QTimer::singleShot(0, q, [this] { ensureParameters(); }); // it was deleted
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
   vtkMRMLScene* in = scene();
   if (!in || in->IsClosing() || in->IsImporting() || in->IsBatchProcessing()) return;
+  const bool first = std::exchange(opened, false);
   auto* node = vtkMRMLInnerGSParameterNode::SafeDownCast(parameterSets->currentNode());
+  if (vtkMRMLInnerGSParameterNode* found = first ? openedParameters() : nullptr) node = found;
   std::vector<vtkMRMLNode*> sets;
   if (!node) in->GetNodesByClass("vtkMRMLInnerGSParameterNode", sets);
   for (vtkMRMLNode* set : sets)
@@ -92,10 +105,83 @@ void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
     node = vtkMRMLInnerGSParameterNode::SafeDownCast(
         in->AddNewNodeByClass("vtkMRMLInnerGSParameterNode", "InnerGS"));
     if (node) node->EvaluateQualityOn(); // as the panel proposes
+    made = node;
   }
   if (node && node->GetNumberOfInputVolumeNodes() == 0 && viewedVolume())
     node->SetInputVolumeNode(viewedVolume());
   parameterSets->setCurrentNode(node);
+  if (first && made && made != node && made->GetNumberOfInputVolumeNodes() == 0 &&
+      !made->GetResultVolumeNode())
+    in->RemoveNode(made); // nobody has used it
+  if (first) showOpenedModel();
+  remember();
+}
+
+//------------------------------------------------------------------------------ scenes
+
+void qSlicerInnerGSModuleWidgetPrivate::sceneWillClose() {
+  if (!reconstruction) return;
+  modelInView->setChecked(false);
+  reconstruction->forgetResult();
+  message->hide();
+}
+
+void qSlicerInnerGSModuleWidgetPrivate::sceneWillImport() {
+  opened = true;
+  vtkMRMLInnerGSParameterNode* now = host ? parameters() : nullptr;
+  kept = now && now->GetNumberOfInputVolumeNodes() > 0 ? now : nullptr;
+}
+
+vtkMRMLInnerGSParameterNode* qSlicerInnerGSModuleWidgetPrivate::openedParameters() {
+  if (kept && kept->GetScene() == scene()) return kept;
+  if (vtkMRMLInnerGSParameterNode* chosen = mrml::chosenParameters(scene()))
+    if (!chosen->GetHideFromEditors()) return chosen;
+  std::vector<vtkMRMLNode*> sets;
+  scene()->GetNodesByClass("vtkMRMLInnerGSParameterNode", sets);
+  for (vtkMRMLNode* set : sets)
+    if (set != made && !set->GetHideFromEditors()) return vtkMRMLInnerGSParameterNode::SafeDownCast(set);
+  return nullptr;
+}
+
+void qSlicerInnerGSModuleWidgetPrivate::showOpenedModel() {
+  vtkMRMLInnerGSModelNode* shown = nullptr;
+  vtkMRMLSliceNode* slice = modelInView->isChecked() ? nullptr : views->remembered(&shown);
+  if (query->modelId().isEmpty() || slice) {
+    vtkMRMLInnerGSModelNode* node = shown ? shown : mrml::chosenModel(scene());
+    if (!node && parameters()) node = parameters()->GetResultModelNode();
+    query->setModelId(idOf(node));
+    model->setModelId(idOf(node));
+  }
+  if (!slice) return;
+  sliceView->setCurrentNode(slice);
+  views->link(slice); // where it was chosen, but the panel not entered
+  modelInView->setChecked(true);
+}
+
+void qSlicerInnerGSModuleWidgetPrivate::remember() {
+  vtkMRMLScene* in = scene();
+  if (in && !opened && query && !in->IsClosing() && !in->IsImporting())
+    mrml::rememberChoices(in, parameters(), host->modelNode(query->modelId()));
+}
+
+vtkMRMLScalarVolumeNode* qSlicerInnerGSModuleWidgetPrivate::newScan() {
+  std::vector<vtkMRMLNode*> volumes;
+  if (scene()) scene()->GetNodesByClass("vtkMRMLScalarVolumeNode", volumes);
+  const QSet<QString> before = std::exchange(scans, {});
+  vtkMRMLNode* come = nullptr;
+  for (vtkMRMLNode* volume : volumes) {
+    if (!isScan(volume)) continue;
+    scans.insert(idOf(volume));
+    if (!before.contains(idOf(volume)) && (!come || volume == viewedVolume())) come = volume;
+  }
+  return vtkMRMLScalarVolumeNode::SafeDownCast(come);
+}
+
+void qSlicerInnerGSModuleWidgetPrivate::chooseNewScan() {
+  vtkMRMLScalarVolumeNode* scan = newScan();
+  if (scan && q_ptr->isEntered() && !opened && parameters() &&
+      parameters()->GetNumberOfInputVolumeNodes() == 0 && !host->isRunning())
+    parameters()->SetInputVolumeNode(scan);
 }
 
 vtkMRMLScalarVolumeNode* qSlicerInnerGSModuleWidgetPrivate::viewedVolume() const {
@@ -104,9 +190,7 @@ vtkMRMLScalarVolumeNode* qSlicerInnerGSModuleWidgetPrivate::viewedVolume() const
   for (vtkMRMLNode* view : views) {
     const char* id = vtkMRMLSliceCompositeNode::SafeDownCast(view)->GetBackgroundVolumeID();
     auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(id ? scene()->GetNodeByID(id) : nullptr);
-    if (volume && !volume->IsA("vtkMRMLLabelMapVolumeNode") && !volume->IsA("vtkMRMLTensorVolumeNode") &&
-        !isMade(volume))
-      return volume;
+    if (isScan(volume)) return volume;
   }
   return nullptr;
 }
@@ -146,6 +230,7 @@ void qSlicerInnerGSModuleWidgetPrivate::onFinished(const Report& report) {
   if (!in) return;
   result = vtkMRMLScalarVolumeNode::SafeDownCast(in->GetNodeByID(report.volumeId.toUtf8().constData()));
   views->showInSlices(result);
+  qSlicerInnerGSViews::frameIn3D(result);
   if (result && rendered != result && qSlicerInnerGSViews::isShownIn3D(rendered)) showIn3D(result, true);
   if (!report.modelId.isEmpty()) {
     query->setModelId(report.modelId);
@@ -177,6 +262,7 @@ void qSlicerInnerGSModuleWidget::setup() {
   d->views = new qSlicerInnerGSViews(logic, this->appLogic(), this);
   d->makePanels();
   d->connectPanels();
+  d->askBeforeTheEnd();
 }
 
 void qSlicerInnerGSModuleWidget::setMRMLScene(vtkMRMLScene* scene) {
@@ -190,6 +276,9 @@ void qSlicerInnerGSModuleWidget::setMRMLScene(vtkMRMLScene* scene) {
   for (const unsigned long event : {vtkMRMLScene::EndCloseEvent, vtkMRMLScene::EndImportEvent,
                                     vtkMRMLScene::EndBatchProcessEvent, vtkMRMLScene::EndRestoreEvent})
     qvtkReconnect(scene, event, this, SLOT(onSceneReady()));
+  // Before the logic, which ends what runs: the panel says so.
+  qvtkReconnect(scene, vtkMRMLScene::StartCloseEvent, this, SLOT(onSceneWillClose()), 100);
+  qvtkReconnect(scene, vtkMRMLScene::StartImportEvent, this, SLOT(onSceneWillImport()));
   if (this->isEntered()) d->ensureParameters();
 }
 
@@ -201,6 +290,16 @@ void qSlicerInnerGSModuleWidget::onSceneReady() {
   });
 }
 
+void qSlicerInnerGSModuleWidget::onSceneWillClose() {
+  Q_D(qSlicerInnerGSModuleWidget);
+  d->sceneWillClose();
+}
+
+void qSlicerInnerGSModuleWidget::onSceneWillImport() {
+  Q_D(qSlicerInnerGSModuleWidget);
+  d->sceneWillImport();
+}
+
 void qSlicerInnerGSModuleWidget::updateFromParameterNode() {
   Q_D(qSlicerInnerGSModuleWidget);
   d->fromNode();
@@ -210,6 +309,7 @@ void qSlicerInnerGSModuleWidget::enter() {
   Q_D(qSlicerInnerGSModuleWidget);
   this->Superclass::enter();
   d->host->setActive(true);
+  d->newScan(); // what has come before is for people to choose
   d->ensureParameters();
   d->setParameters(d->parameterSets->currentNode());
   d->views->link(vtkMRMLSliceNode::SafeDownCast(d->sliceView->currentNode()));

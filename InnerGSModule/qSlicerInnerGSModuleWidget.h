@@ -26,6 +26,8 @@ public Q_SLOTS:
 
 protected Q_SLOTS:
   void onSceneReady();
+  void onSceneWillClose();
+  void onSceneWillImport();
   void updateFromParameterNode();
 
 protected:

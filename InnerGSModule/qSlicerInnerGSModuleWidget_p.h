@@ -6,6 +6,7 @@
 #include <vtkWeakPointer.h>
 
 #include <QCoreApplication>
+#include <QSet>
 
 class QCheckBox;
 class QLabel;
@@ -37,15 +38,29 @@ public:
   QWidget* makeParameterRow();
   QWidget* makeViewRow();
   void connectPanels();
+  void askBeforeTheEnd();
 
   vtkMRMLInnerGSParameterNode* parameters() const;
   void setParameters(vtkMRMLNode* node);
-  /// Takes the first set of the scene, or makes one; an empty one gets the volume that is shown.
+  /// Takes the set of a scene that was opened, the first one else, or makes one; an empty one gets the volume
+  /// that is shown.
   void ensureParameters();
+  void sceneWillClose();
+  void sceneWillImport();
+  /// Of a scene that was opened: its set, or the one that is kept.
+  vtkMRMLInnerGSParameterNode* openedParameters();
+  void showOpenedModel();
+  /// What is chosen, for a scene that will be saved.
+  void remember();
+  /// One that has come since the last call, rather one that is shown; null when none has.
+  vtkMRMLScalarVolumeNode* newScan();
+  /// A scan that has come while nothing is chosen is chosen.
+  void chooseNewScan();
   void fromNode();
   void toNode();
   void onFinished(const innergs::ui::Report& report);
   void showModelInView();
+  void enableModelInView();
   void showPlaneIn3D();
   void explainTransform(); // where a model's planes cannot be shown
   void explainMask();      // where only one segment of it counts, which no panel can choose
@@ -71,4 +86,7 @@ public:
   QPushButton* rendering = nullptr;
   QLabel *message = nullptr, *transformMessage = nullptr, *maskMessage = nullptr;
   bool updating = false;
+  bool opened = true; // a scene was imported, and what it says was not looked at
+  vtkWeakPointer<vtkMRMLInnerGSParameterNode> made, kept; // by ensureParameters(); in use before the import
+  QSet<QString> scans;                                    // that were there, IDs
 };

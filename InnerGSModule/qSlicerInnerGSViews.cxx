@@ -1,5 +1,8 @@
 #include "qSlicerInnerGSViews.h"
 
+#include "Cameras.h"
+#include "SceneChoices.h"
+
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLScalarVolumeDisplayNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
@@ -20,6 +23,9 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <vector>
+
+namespace mrml = innergs::mrml;
 
 namespace {
 
@@ -78,7 +84,19 @@ QString qSlicerInnerGSViews::showIn3D(vtkMRMLScalarVolumeNode* volume, bool show
   return {};
 }
 
+void qSlicerInnerGSViews::frameIn3D(vtkMRMLScalarVolumeNode* volume) {
+  if (!volume || !volume->GetScene()) return;
+  double bounds[6];
+  volume->GetRASBounds(bounds);
+  frameUntouchedCameras(volume->GetScene(), bounds);
+}
+
 //------------------------------------------------------------------------------ the linked view
+
+vtkMRMLSliceCompositeNode* qSlicerInnerGSViews::layersOf(vtkMRMLSliceNode* slice) const {
+  vtkMRMLSliceLogic* view = application_ && slice ? application_->GetSliceLogic(slice) : nullptr;
+  return view ? view->GetSliceCompositeNode() : nullptr;
+}
 
 vtkMRMLSliceNode* qSlicerInnerGSViews::linked() const {
   return slice_;
@@ -111,10 +129,10 @@ void qSlicerInnerGSViews::setPlane(vtkMatrix4x4* planeToRAS) {
 }
 
 QString qSlicerInnerGSViews::showModel(vtkMRMLInnerGSModelNode* model) {
-  vtkMRMLSliceLogic* view = application_ && slice_ ? application_->GetSliceLogic(slice_) : nullptr;
-  vtkMRMLSliceCompositeNode* layers = view ? view->GetSliceCompositeNode() : nullptr;
+  vtkMRMLSliceCompositeNode* layers = layersOf(slice_);
   if (followed_) {
     if (logic_) logic_->StopFollowing(followed_);
+    if (layers) mrml::rememberShownModel(layers, nullptr, nullptr);
     if (layers && followed_->GetID() && layers->GetBackgroundVolumeID() &&
         !strcmp(layers->GetBackgroundVolumeID(), followed_->GetID()))
       layers->SetBackgroundVolumeID(background_.isEmpty() ? nullptr : background_.toUtf8().constData());
@@ -143,5 +161,17 @@ QString qSlicerInnerGSViews::showModel(vtkMRMLInnerGSModelNode* model) {
     to->SetWindowLevel(from->GetWindow(), from->GetLevel());
   }
   layers->SetBackgroundVolumeID(followed_->GetID());
+  mrml::rememberShownModel(layers, model, before);
   return {};
+}
+
+vtkMRMLSliceNode* qSlicerInnerGSViews::remembered(vtkMRMLInnerGSModelNode** model) const {
+  vtkMRMLScene* scene = logic_ ? logic_->GetMRMLScene() : nullptr;
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene) scene->GetNodesByClass("vtkMRMLSliceNode", nodes);
+  for (vtkMRMLNode* node : nodes) {
+    auto* slice = vtkMRMLSliceNode::SafeDownCast(node);
+    if ((*model = mrml::shownModel(layersOf(slice)))) return slice;
+  }
+  return nullptr;
 }

@@ -7,6 +7,7 @@ class vtkMatrix4x4;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLScene;
+class vtkMRMLSliceCompositeNode;
 class vtkMRMLSliceNode;
 class vtkObject;
 class vtkSlicerApplicationLogic;
@@ -25,6 +26,8 @@ public:
   /// Volume rendering; "" or a sentence.
   QString showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown);
   static bool isShownIn3D(vtkMRMLScalarVolumeNode* volume);
+  /// The 3D views that nobody has turned or moved are framed on it.
+  static void frameIn3D(vtkMRMLScalarVolumeNode* volume);
 
   ///@{
   /// The linked slice view; null: none.
@@ -33,6 +36,8 @@ public:
   void setPlane(vtkMatrix4x4* planeToRAS);
   /// The model's plane as the linked view's background; null model: what was there before. "" or a sentence.
   QString showModel(vtkMRMLInnerGSModelNode* model);
+  /// A slice view that shows a model according to the scene, and which; null when none does.
+  vtkMRMLSliceNode* remembered(vtkMRMLInnerGSModelNode** model) const;
   ///@}
 
 Q_SIGNALS:
@@ -40,6 +45,7 @@ Q_SIGNALS:
 
 private:
   void onSlice(vtkObject* caller, unsigned long event, void* data);
+  vtkMRMLSliceCompositeNode* layersOf(vtkMRMLSliceNode* slice) const;
 
   vtkWeakPointer<vtkSlicerInnerGSLogic> logic_;
   vtkWeakPointer<vtkSlicerApplicationLogic> application_;

@@ -182,6 +182,13 @@ void ReconstructionPanel::suggestInput(const QString& id) {
   if (state_ == State::Idle) inputs_->suggest(id);
 }
 
+void ReconstructionPanel::forgetResult() {
+  quality_->clear();
+  if (state_ != State::Idle) return;
+  progress_->hide();
+  message_->clear();
+}
+
 void ReconstructionPanel::edited() {
   if (quiet_) return;
   explain();

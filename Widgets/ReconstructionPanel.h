@@ -37,6 +37,8 @@ public:
   /// The scan that the program shows: chosen while the user has chosen no other, and none during a run.
   /// Emits requestChanged.
   void suggestInput(const QString& id);
+  /// Shows nothing more of what has ended: its result is gone. What runs goes on.
+  void forgetResult();
 
 public Q_SLOTS:
   /// What the button does.

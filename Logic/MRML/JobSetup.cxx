@@ -236,7 +236,7 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
            "The output " + quoted(output) + " is a label map: choose a scalar volume.");
 }
 
-void configure(vtkInnerGSReconstruct* filter, Parameters* parameters) {
+void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const ThicknessOf& thicknessOf) {
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   setSettings(filter, parameters);
   for (std::size_t n = 0; n < inputs.size(); ++n) {
@@ -250,16 +250,20 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters) {
     filter->AddInputData(sharing(input->GetImageData()));
     filter->SetInputIJKToRASMatrix(index, matrix);
     filter->SetInputName(index, input->GetName() ? input->GetName() : "");
-    filter->SetInputSliceThickness(index, parameters->GetInputSliceThickness(input));
     filter->SetInputSliceProfile(index, parameters->GetInputSliceProfile(input));
-    const int axis = parameters->GetInputSliceAxis(input);
-    filter->SetInputSliceAxis(index, axis == Parameters::Automatic ? sliceAxis(matrix) : axis);
+    const int automatic = sliceAxis(matrix), chosen = parameters->GetInputSliceAxis(input);
+    const int axis = chosen == Parameters::Automatic ? automatic : chosen;
+    filter->SetInputSliceAxis(index, axis);
+    const double thickness = parameters->GetInputSliceThickness(input);
+    const bool acquired = axis == automatic && axis == 2; // as DICOM's slices are stacked
+    filter->SetInputSliceThickness(index, thickness == 0 && acquired ? thicknessOf(input) : thickness);
   }
   setMask(filter, parameters);
   setGrid(filter, parameters, inputs);
 }
 
-vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene, Task& task) {
+vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene,
+                                     const ThicknessOf& thicknessOf, Task& task) {
   if (!parameters) refuse(ErrorCode::InvalidArgument, "There is no parameter node: create one first.");
   if (!scene || parameters->GetScene() != scene)
     refuse(ErrorCode::InvalidArgument, "The parameter node is not in the scene: add it first.");
@@ -267,7 +271,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   auto filter = vtkSmartPointer<JobFilter>::New();
   vtkNew<vtkCallbackCommand> quiet; // the sentence is taken from the filter: no second message
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
-  configure(filter, parameters);
+  configure(filter, parameters, thicknessOf);
   checkSettings(filter->MakeSettings());
   if (const double share = parameters->GetHeldOutFraction(); !(share >= 0 && share <= 0.5))
     refuse(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
@@ -279,9 +283,10 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
 
 } // namespace
 
-vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene) {
+vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene,
+                                 const ThicknessOf& thicknessOf) {
   Task ignored;
-  auto filter = filterFor(parameters, scene, ignored);
+  auto filter = filterFor(parameters, scene, thicknessOf, ignored);
   filter->WithOutline([](const ReconstructionInput&) {}); // throws for a region beside the images
   return filter;
 }
@@ -333,8 +338,8 @@ std::string Outline::key() const {
   return key.str();
 }
 
-Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
-  const auto filter = check(parameters, scene);
+Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf) {
+  const auto filter = check(parameters, scene, thicknessOf);
   Outline outline;
   outline.settings = filter->MakeSettings();
   filter->WithOutline([&](const ReconstructionInput& input) {
@@ -346,9 +351,10 @@ Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene) {
   return outline;
 }
 
-std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, bool copy) {
+std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf,
+                              bool copy) {
   auto task = std::make_shared<Task>();
-  task->filter = filterFor(parameters, scene, *task);
+  task->filter = filterFor(parameters, scene, thicknessOf, *task);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   if (parameters->GetEvaluateQuality()) {
     QualityRequest request;

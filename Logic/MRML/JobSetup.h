@@ -75,8 +75,12 @@ struct Task {
   vtkWeakPointer<vtkMRMLTableNode> table;
 };
 
+/// What 0 leads to as an input's slice thickness: mm, 0 for the distance between slices.
+using ThicknessOf = std::function<double(vtkMRMLVolumeNode*)>;
+
 /// Everything that can be checked without looking at voxels; the filter as configured. Throws Error.
-vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
+                                 const ThicknessOf& thicknessOf);
 
 /// Where a job with these settings will run, and why.
 std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
@@ -93,10 +97,12 @@ struct Outline {
   std::string key() const; // the same for what is estimated alike
 };
 /// Throws Error.
-Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene);
+Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
+                  const ThicknessOf& thicknessOf);
 
 /// check() and the one copy of the voxels; without it the worker makes it, from voxels shared with the nodes.
 /// Throws Error.
-std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene, bool copy);
+std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
+                              const ThicknessOf& thicknessOf, bool copy);
 
 } // namespace innergs::mrml

@@ -19,6 +19,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   vtkSmartPointer<vtkSlicerInnerGSJob> lastJob;
   std::vector<std::shared_ptr<innergs::mrml::SliceFollower>> followers;
   innergs::mrml::JobDelivery delivery;
+  DicomLookup dicom;
 
   // The application's event loop modifies the bell on the main thread when the worker asks for it.
   vtkNew<vtkObject> bell;
@@ -79,6 +80,8 @@ struct vtkSlicerInnerGSLogic::Internals {
   /// Runs the task; what it throws becomes an ErrorEvent and the last error. False then.
   bool guard(const std::function<void()>& task);
   void fail(const std::string& sentence);
+  innergs::mrml::Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters) const; // throws Error
+  innergs::mrml::ThicknessOf thicknessOf() const;
   void showFine(const std::shared_ptr<innergs::mrml::SliceFollower>& follower,
                 const innergs::mrml::FinePlanes::Plane& plane);
   std::shared_ptr<innergs::mrml::Task> taskOf(vtkSlicerInnerGSJob* job) const;

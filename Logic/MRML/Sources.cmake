@@ -23,7 +23,9 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   Outputs.cxx
   QualityTable.cxx
   Queries.cxx
+  SceneChoices.cxx
   SegmentationMask.cxx
+  SliceThickness.cxx
   SliceFollower.cxx
   Stragglers.cxx
 )

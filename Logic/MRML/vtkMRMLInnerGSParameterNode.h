@@ -54,7 +54,8 @@ public:
   ///@}
 
   ///@{
-  /// Of one input. Slice thickness in mm; 0 (default): the distance between slices.
+  /// Of one input. Slice thickness in mm; 0 (default): as DICOM says where it is known, else the distance
+  /// between slices.
   void SetInputSliceThickness(vtkMRMLNode* input, double thickness);
   double GetInputSliceThickness(vtkMRMLNode* input);
   /// How a slice averages across its thickness; BoxProfile by default.

@@ -4,6 +4,8 @@
 #include "Core/Failure.h"
 #include "LogicInternals.h"
 #include "Outputs.h"
+#include "SceneChoices.h"
+#include "SliceThickness.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -54,6 +56,14 @@ void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::Slic
   if (!problem.empty()) fail(problem);
 }
 
+mrml::Outline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) const {
+  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf());
+}
+
+mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {
+  return [this](vtkMRMLVolumeNode* volume) { return mrml::dicomSliceThickness(volume, dicom); };
+}
+
 std::shared_ptr<mrml::Task> vtkSlicerInnerGSLogic::Internals::taskOf(vtkSlicerInnerGSJob* job) const {
   for (const auto& task : queue.tasks())
     if (task->job == job) return task;
@@ -93,6 +103,7 @@ void vtkSlicerInnerGSLogic::SetMRMLSceneInternal(vtkMRMLScene* scene) {
   if (this->GetMRMLScene() && scene != this->GetMRMLScene()) this->OnMRMLSceneStartClose();
   vtkNew<vtkIntArray> events;
   events->InsertNextValue(vtkMRMLScene::StartCloseEvent);
+  events->InsertNextValue(vtkMRMLScene::EndImportEvent);
   events->InsertNextValue(vtkMRMLScene::NodeRemovedEvent);
   this->SetAndObserveMRMLSceneEventsInternal(scene, events);
 }
@@ -103,6 +114,10 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneStartClose() {
     task->discard = true;
   this->Work->delivery.discard();
   this->Cancel();
+}
+
+void vtkSlicerInnerGSLogic::OnMRMLSceneEndImport() {
+  mrml::restoreBackgrounds(this->GetMRMLScene());
 }
 
 void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
@@ -121,8 +136,8 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSPa
                                                                 bool copyVoxels) {
   Internals& work = *this->Work;
   const bool started = work.guard([&] {
-    std::shared_ptr<mrml::Task> task =
-        mrml::prepare(parameters, this->GetMRMLScene(), copyVoxels || this->GetNumberOfJobs() > 0);
+    std::shared_ptr<mrml::Task> task = mrml::prepare(parameters, this->GetMRMLScene(), work.thicknessOf(),
+                                                     copyVoxels || this->GetNumberOfJobs() > 0);
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->ParameterNode = parameters;
     const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
@@ -204,17 +219,16 @@ std::string vtkSlicerInnerGSLogic::GetLastError() {
 
 std::string vtkSlicerInnerGSLogic::CheckParameters(vtkMRMLInnerGSParameterNode* parameters) {
   return innergs::sentenceOf([&] {
-    mrml::check(parameters, this->GetMRMLScene());
+    mrml::check(parameters, this->GetMRMLScene(), this->Work->thicknessOf());
     if (this->GetNumberOfJobs() > 0) return; // what others need is free again when its turn comes
-    if (const std::string refusal = mrml::outlineOf(parameters, this->GetMRMLScene()).memory().refusal;
-        !refusal.empty())
+    if (const std::string refusal = this->Work->outlineOf(parameters).memory().refusal; !refusal.empty())
       throw Error(ErrorCode::Memory, refusal);
   });
 }
 
 vtkTypeInt64 vtkSlicerInnerGSLogic::EstimateMemory(vtkMRMLInnerGSParameterNode* parameters) {
   try {
-    return mrml::outlineOf(parameters, this->GetMRMLScene()).memory().bytes;
+    return this->Work->outlineOf(parameters).memory().bytes;
   } catch (const std::exception&) {
     return 0;
   }
@@ -222,7 +236,7 @@ vtkTypeInt64 vtkSlicerInnerGSLogic::EstimateMemory(vtkMRMLInnerGSParameterNode* 
 
 double vtkSlicerInnerGSLogic::EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters) {
   try {
-    return mrml::outlineOf(parameters, this->GetMRMLScene()).seconds();
+    return this->Work->outlineOf(parameters).seconds();
   } catch (const std::exception&) {
     return 0;
   }
@@ -231,7 +245,7 @@ double vtkSlicerInnerGSLogic::EstimateSeconds(vtkMRMLInnerGSParameterNode* param
 std::function<vtkSlicerInnerGSLogic::SlowEstimate()>
 vtkSlicerInnerGSLogic::EstimateLater(vtkMRMLInnerGSParameterNode* parameters, std::string* key) {
   try {
-    const auto outline = std::make_shared<mrml::Outline>(mrml::outlineOf(parameters, this->GetMRMLScene()));
+    const auto outline = std::make_shared<mrml::Outline>(this->Work->outlineOf(parameters));
     if (key) *key = outline->key();
     return [outline] {
       SlowEstimate estimate;
@@ -250,4 +264,12 @@ vtkSlicerInnerGSLogic::EstimateLater(vtkMRMLInnerGSParameterNode* parameters, st
 
 std::string vtkSlicerInnerGSLogic::DescribeDevice(vtkMRMLInnerGSParameterNode* parameters) {
   return parameters ? mrml::describeDevice(parameters) : "";
+}
+
+double vtkSlicerInnerGSLogic::GetDicomSliceThickness(vtkMRMLVolumeNode* volume) {
+  return mrml::dicomSliceThickness(volume, this->Work->dicom);
+}
+
+void vtkSlicerInnerGSLogic::SetDicomLookup(DicomLookup lookup) {
+  this->Work->dicom = std::move(lookup);
 }

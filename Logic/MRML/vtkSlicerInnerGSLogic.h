@@ -159,6 +159,18 @@ public:
 #endif
   ///@}
 
+  ///@{
+  /// Slice thickness in mm (0018,0050) as the DICOM files say that a volume was read from: what 0 in the
+  /// parameters leads to where its slices lie along K. 0: unknown, as everything is without a lookup.
+  double GetDicomSliceThickness(vtkMRMLVolumeNode* volume);
+#ifndef __VTK_WRAP__
+  /// The value of a tag ("0018,0050") of the instance with a SOP instance UID; "" when unknown. Called on the
+  /// main thread.
+  using DicomLookup = std::function<std::string(const std::string& instanceUID, const std::string& tag)>;
+  void SetDicomLookup(DicomLookup lookup);
+#endif
+  ///@}
+
   /// Its event loop delivers events; it may go before the logic, with jobs running.
   void SetMRMLApplicationLogic(vtkMRMLApplicationLogic* application) override;
 
@@ -171,6 +183,7 @@ protected:
   void RegisterNodes() override;
   void SetMRMLSceneInternal(vtkMRMLScene* scene) override;
   void OnMRMLSceneStartClose() override;
+  void OnMRMLSceneEndImport() override;
   void OnMRMLSceneNodeRemoved(vtkMRMLNode* node) override;
 
   int MaximumFollowPixels = 1024;

@@ -141,7 +141,8 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     reference    a volume node whose voxels the output gets; input_grid=True: those of the first input
     mask         a label map or segmentation node: only what is inside is fitted (segment: one segment's ID)
     roi          a markups ROI node: only that box is fitted and put out
-    thickness    slice thickness in mm, one number or one per volume; by default the distance between slices
+    thickness    slice thickness in mm, one number or one per volume; by default as DICOM says in
+                 Slicer, else the distance between slices
     profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
     axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default the one with clearly the
                  coarsest spacing, else 2

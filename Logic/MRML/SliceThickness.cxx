@@ -1,0 +1,28 @@
+#include "SliceThickness.h"
+
+#include <vtkMRMLVolumeNode.h>
+
+#include <vtkImageData.h>
+
+#include <cmath>
+#include <iterator>
+#include <locale>
+#include <sstream>
+#include <vector>
+
+namespace innergs::mrml {
+
+double dicomSliceThickness(vtkMRMLVolumeNode* volume, const vtkSlicerInnerGSLogic::DicomLookup& lookup) {
+  const char* attribute = volume ? volume->GetAttribute("DICOM.instanceUIDs") : nullptr;
+  if (!lookup || !attribute || !volume->GetImageData()) return 0;
+  std::istringstream words(attribute);
+  const std::vector<std::string> instances{std::istream_iterator<std::string>(words), {}};
+  // A copy with other slices has the attribute as well.
+  if (std::ssize(instances) != volume->GetImageData()->GetDimensions()[2]) return 0;
+  std::istringstream value(lookup(instances.front(), "0018,0050"));
+  value.imbue(std::locale::classic());
+  double thickness = 0;
+  return value >> thickness && std::isfinite(thickness) && thickness > 0 ? thickness : 0;
+}
+
+} // namespace innergs::mrml

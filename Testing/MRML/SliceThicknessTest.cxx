@@ -1,0 +1,68 @@
+// Slice thickness from the DICOM files that a volume was read from.
+#include "MrmlFixture.h"
+
+namespace {
+
+class SliceThicknessTest : public MrmlFixture {
+protected:
+  /// As Slicer's DICOM module leaves it: one file for each of so many slices.
+  static void setInstances(vtkMRMLVolumeNode* volume, int count) {
+    std::string uids;
+    for (int n = 0; n < count; ++n)
+      uids += (n ? " 1.2.826.0.1." : "1.2.826.0.1.") + std::to_string(n);
+    volume->SetAttribute("DICOM.instanceUIDs", uids.c_str());
+  }
+  /// What a fit is of, thickness included.
+  std::string key(vtkMRMLInnerGSParameterNode* parameters) {
+    std::string key;
+    EXPECT_TRUE(logic->EstimateLater(parameters, &key)) << logic->CheckParameters(parameters);
+    return key;
+  }
+};
+
+TEST_F(SliceThicknessTest, OfDicomFilesIsTheDefault) {
+  auto* scan = addThickVolume(); // 10 slices, 5 mm apart
+  auto* parameters = addParameters(scan);
+  const std::string distance = key(parameters);
+  std::string value = "3.5 ", asked;
+  logic->SetDicomLookup([&](const std::string& uid, const std::string& tag) {
+    asked = uid + " " + tag;
+    return value;
+  });
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 0); // no files
+  EXPECT_EQ(key(parameters), distance);
+  setInstances(scan, 10);
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 3.5);
+  EXPECT_EQ(asked, "1.2.826.0.1.0 0018,0050");
+  const std::string said = key(parameters);
+  EXPECT_NE(said, distance);
+  // What a person types counts.
+  parameters->SetInputSliceThickness(scan, 3.5);
+  EXPECT_EQ(key(parameters), said);
+  parameters->SetInputSliceThickness(scan, 5);
+  EXPECT_EQ(key(parameters), distance);
+  // Slices along another axis are not the files'.
+  parameters->SetInputSliceThickness(scan, 0);
+  parameters->SetInputSliceAxis(scan, 0);
+  const std::string along = key(parameters);
+  logic->SetDicomLookup({});
+  EXPECT_EQ(key(parameters), along);
+}
+
+TEST_F(SliceThicknessTest, WhatIsNoThicknessIsNotBelieved) {
+  auto* scan = addThickVolume();
+  setInstances(scan, 10);
+  std::string value;
+  logic->SetDicomLookup([&](const std::string&, const std::string&) { return value; });
+  for (const char* wrong : {"", "thick", "0", "-4", "nan", "inf"}) {
+    value = wrong;
+    EXPECT_EQ(logic->GetDicomSliceThickness(scan), 0) << wrong;
+  }
+  value = "4.5";
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 4.5);
+  setInstances(scan, 9); // a copy that was cropped
+  EXPECT_EQ(logic->GetDicomSliceThickness(scan), 0);
+  EXPECT_EQ(logic->GetDicomSliceThickness(nullptr), 0);
+}
+
+} // namespace
