@@ -80,6 +80,8 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   const bool same = resume && !refitting;
   const int members = *settings.members, perMember = *settings.iterations;
   state.iterations = members * perMember;
+  state.members = members;
+  state.coarseIterations = plan.coarseIterations;
   int member = same ? resume->iteration / perMember : 0;
   GaussianField field, merged;
   bool complete = false; // only detail and volume are to be made again

@@ -127,7 +127,7 @@ void applyMask(Stack& stack, const Mask& mask, const std::stop_token& stop) {
 std::vector<std::int64_t> withhold(Stack& stack, double fraction) {
   std::vector<std::int64_t> withheld;
   const std::int64_t slices = stack.image.geometry.size[2];
-  const std::int64_t every = std::max<std::int64_t>(2, std::llround(1 / fraction));
+  const std::int64_t every = std::max<std::int64_t>(2, std::llround(std::min(1 / fraction, 1e9)));
   for (std::int64_t k = every / 2; k + 1 < slices; k += every)
     if (k > 0) withheld.push_back(k);
   if (withheld.empty() && slices > 2) withheld.push_back(slices / 2);
@@ -210,14 +210,19 @@ Affine3 modelFrame(const GridGeometry& geometry) {
   return frame;
 }
 
-PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop) {
+void checkHeldOutFraction(double fraction) {
+  if (!(fraction >= 0 && fraction <= 0.5))
+    throw Error(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
+}
+
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld) {
   const auto throwIfStopped = [&] {
     if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
   };
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
-  if (!(input.heldOutFraction >= 0 && input.heldOutFraction <= 0.5))
-    throw Error(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
+  checkHeldOutFraction(input.heldOutFraction);
+  const double fraction = withheld ? input.heldOutFraction : 0;
   PreparedInput prepared;
   prepared.stacks = input.stacks;
   auto& stacks = prepared.stacks;
@@ -254,10 +259,9 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
               "and is not smaller than their voxels."
             : "The images have no finite observed voxel: there is nothing to fit.");
   for (const Stack& stack : stacks)
-    prepared.scored.push_back(input.heldOutFraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
+    prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
-    prepared.heldOut.push_back(input.heldOutFraction > 0 ? withhold(stack, input.heldOutFraction)
-                                                         : std::vector<std::int64_t>{});
+    prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
   for (const Stack& stack : stacks) {
     throwIfStopped();
     hash(h, &stack.image.geometry, sizeof(GridGeometry));

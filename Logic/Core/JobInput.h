@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// The input of a job, checked and made ready to fit: masks applied, held-out slices withheld.
+/// The input of a fit, checked and made ready: masks applied and, where asked for, slices withheld.
 struct PreparedInput {
   std::vector<Stack> stacks;                      // `observed` filled where anything is left out
   std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
@@ -16,8 +16,13 @@ struct PreparedInput {
 
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
 /// nor adjoin (with room for a slice between them), an empty mask, nothing finite to fit, an output grid
-/// apart from the data. Error(Cancelled) when stopped on the way.
-PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {});
+/// apart from the data. Error(Cancelled) when stopped on the way. withheld: without the slices that
+/// heldOutFraction speaks of.
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
+                           bool withheld = false);
+
+/// Throws Error(InvalidArgument) unless it is from 0 to 0.5.
+void checkHeldOutFraction(double fraction);
 
 /// What Gaussians start on: the stacks with their withheld slices filled in from the nearest fitted ones on
 /// either side. The copies that this takes are in `bridged`.

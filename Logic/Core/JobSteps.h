@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/JobInput.h"
 #include "Core/Plan.h"
+#include "Core/ProgressParts.h"
 #include "Core/Render.h"
 
 #include <algorithm>
@@ -70,14 +71,18 @@ struct ReconstructionJob::Impl {
   void sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
              ReconstructionResult& result);
   void addDetail(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
-  double heldOutPsnr(const PreparedInput& prepared, const GaussianField& field,
-                     const RenderOptions& options) const;
+  void scoreHeldOut(const PreparedInput& prepared, const GaussianField& field, const RenderOptions& options,
+                    ReconstructionResult& result) const;
+  /// The result's quality, by a second fit with these settings.
+  void judge(ReconstructionResult& result, const Settings& asked, const ProgressCallback& told,
+             const std::stop_token& stop);
 
   /// A model to resume that was stopped after its first Gaussians and by another fit than this one.
   bool refits() const {
     return input.resume && !input.resume->field.gaussians.empty() && input.resume->settingsKey != key;
   }
 
+  bool withheld = false; // this is the second fit
   IntensityMap map;
   DataTraits traits;
   FitPlan plan;

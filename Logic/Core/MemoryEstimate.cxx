@@ -90,7 +90,8 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double detail = traits.superResolution() && settings.consistency
                             ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
                             : 0;
-  return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output);
+  const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0; // during the second fit
+  return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output) + kept;
 }
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {

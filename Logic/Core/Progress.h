@@ -1,22 +1,38 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <string>
 
 namespace innergs {
 
-enum class Phase { Preparing, Initialising, Fitting, Refining, Rendering, Done };
+enum class Phase {
+  Preparing,
+  Initialising,
+  Fitting,
+  Refining,
+  Rendering,
+  Judging, // the quality, by a second fit: its steps have no phases of their own
+  Done
+};
 const char* phaseName(Phase phase);
+
+/// How the judging of a result's quality by a second fit ended; the result is complete in any case.
+enum class Judging { NotAsked, Done, Stopped, Failed };
 
 /// A job's state, given to its progress callback on the worker thread.
 struct Progress {
   Phase phase = Phase::Preparing;
-  double fraction = 0;     // of the whole job, 0…1, never decreases
-  int iteration = 0;       // sweeps over the data so far
-  int iterations = 0;      // sweeps planned
-  double loss = 0;         // of the last sweep, normalised intensity units
-  double trainingPsnr = 0; // dB on the fitted samples (not held out)
-  double heldOutPsnr = 0;  // dB on held-out samples; NaN when none are held out
+  double fraction = 0;      // of the whole job, 0…1, never decreases
+  int iteration = 0;        // sweeps over the data so far; while Judging those of the second fit
+  int iterations = 0;       // sweeps planned, likewise
+  int members = 1;          // of the ensemble, fitted one after the other: iterations / members sweeps each
+  int coarseIterations = 0; // the first sweeps of each member, which see the data at half resolution
+  // Of the model that is delivered, also while Judging.
+  double loss = 0; // of the last sweep, normalised intensity units
+  double trainingPsnr =
+      std::numeric_limits<double>::quiet_NaN();                  // dB on the fitted samples; NaN: unknown yet
+  double heldOutPsnr = std::numeric_limits<double>::quiet_NaN(); // dB, see ReconstructionResult; NaN: unknown
   std::int64_t gaussians = 0;
   double elapsed = 0;   // seconds
   double remaining = 0; // seconds, estimated

@@ -41,6 +41,8 @@ const char* phaseName(Phase phase) {
     return "Refining";
   case Phase::Rendering:
     return "Rendering";
+  case Phase::Judging:
+    return "Judging the quality (second fit)";
   case Phase::Done:
     return "Done";
   }
@@ -63,7 +65,23 @@ ReconstructionInput ReconstructionJob::takeInput() {
   return std::exchange(impl_->input, {});
 }
 ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhenCancelled) {
-  return impl_->run(std::move(stop), renderWhenCancelled);
+  checkHeldOutFraction(impl_->input.heldOutFraction);
+  const double fraction = impl_->input.heldOutFraction;
+  if (fraction == 0) return impl_->run(std::move(stop), renderWhenCancelled);
+  const Settings asked = impl_->settings; // those that a fit finds are not the second one's
+  const struct Restored {
+    Impl& impl;
+    ProgressCallback told = std::exchange(impl.progress, {});
+    ~Restored() { impl.progress = told; }
+  } progress{*impl_};
+  ProgressParts parts(progress.told, {1, 1 - fraction});
+  impl_->progress = parts.next();
+  ReconstructionResult result = impl_->run(stop, renderWhenCancelled);
+  if (!result.cancelled) {
+    impl_->judge(result, asked, parts.next(), stop);
+    parts.finish();
+  }
+  return result;
 }
 
 void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPool& pool,
@@ -88,33 +106,10 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
       psnrOf(rms * rms / (field.intensityScale * field.intensityScale));
 }
 
-double ReconstructionJob::Impl::heldOutPsnr(const PreparedInput& prepared, const GaussianField& field,
-                                            const RenderOptions& options) const {
-  double squared = 0;
-  std::int64_t count = 0;
-  for (std::size_t s = 0; s < prepared.stacks.size(); ++s) {
-    if (prepared.heldOut[s].empty()) continue;
-    const Stack& withheld = input.stacks[s];
-    const auto& scored = prepared.scored[s];
-    const Volume rendered = renderStack(field, withheld, options);
-    const std::int64_t plane = withheld.image.geometry.size[0] * withheld.image.geometry.size[1];
-    for (std::int64_t k : prepared.heldOut[s])
-      for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
-        const float truth = withheld.image.voxels[v];
-        if (!std::isfinite(truth) || (!scored.empty() && !scored[v])) continue;
-        const double e = (rendered.voxels[v] - truth) / field.intensityScale;
-        squared += e * e;
-        ++count;
-      }
-  }
-  return count ? psnrOf(squared / static_cast<double>(count)) : kNaN;
-}
-
 ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool renderWhenCancelled) {
   const Running counted;
   start = std::chrono::steady_clock::now();
   state = {};
-  state.heldOutPsnr = kNaN;
   nextPreview = 1.0;
   refitting = false;
   checkSettings(settings);
@@ -124,15 +119,15 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   ReconstructionResult result;
   result.device = device->use;
   result.instructionSet = kernels.name;
-  result.heldOutPsnr = kNaN;
   for (const Stack& stack : input.stacks)
     checkStack(stack);
-  if (const std::string refusal = memoryRefusal(estimateMemory(input, settings), availableMemory());
-      !refusal.empty())
-    throw Error(ErrorCode::Memory, refusal);
+  if (!withheld) // before the first fit, for both
+    if (const std::string refusal = memoryRefusal(estimateMemory(input, settings), availableMemory());
+        !refusal.empty())
+      throw Error(ErrorCode::Memory, refusal);
   PreparedInput prepared;
   try {
-    prepared = prepareInput(input, stop);
+    prepared = prepareInput(input, stop, withheld);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
@@ -153,24 +148,30 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   result.iterations = checkpoint.iteration;
   result.settings = settings;
   result.trainingPsnr = kNaN;
+  std::optional<std::chrono::steady_clock::time_point> begun; // the fit, until it has ended
+  const auto endFit = [&] {
+    result.iterations = checkpoint.iteration;
+    if (begun) result.fitSeconds = secondsSince(*begun);
+    begun.reset();
+  };
   try {
     choose(prepared, pool, result);
-    const auto begun = std::chrono::steady_clock::now();
+    begun = std::chrono::steady_clock::now();
     fit(prepared, kernels, pool, result);
-    result.fitSeconds = secondsSince(begun);
-    result.iterations = checkpoint.iteration;
+    endFit();
     addDetail(prepared, pool, result);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
-    result.iterations = checkpoint.iteration;
+    endFit();
   }
   const GaussianField& field = checkpoint.field;
   const auto finish = [&](const std::stop_token& token) {
     report(Phase::Rendering, kDetailEnds);
     const RenderOptions options = renderOptions(field, token);
     result.volume = render(field, prepared.outputGrid, options);
-    result.heldOutPsnr = heldOutPsnr(prepared, field, options);
+    if (!withheld) return;
+    scoreHeldOut(prepared, field, options, result);
     state.heldOutPsnr = result.heldOutPsnr;
   };
   if (!result.cancelled) {

@@ -196,6 +196,7 @@ Timing timingOf(const ReconstructionInput& input, const Settings& filled, const 
 
 double estimateSeconds(const ReconstructionInput& input, const Settings& settings) {
   checkSettings(settings);
+  checkHeldOutFraction(input.heldOutFraction);
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   for (const Stack& stack : input.stacks)
@@ -207,19 +208,21 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
   const FitPlan plan = makePlan(filled, traits);
   const double voxels = voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.members;
+  const double fits =
+      input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.weigh(voxels * (plan.allAxes ? 3 : 1), *filled.members * plan.iterations);
   if (!device.onCpu()) {
     const std::lock_guard lock(mutex);
     const auto speed = speeds.find(device.use.id);
     if (speed == speeds.end()) return 0;
-    return speed->second.sweep * voxels * members * plan.iterations +
-           speed->second.rest * (voxels + outputVoxels);
+    return fits * (speed->second.sweep * voxels * members * plan.iterations +
+                   speed->second.rest * (voxels + outputVoxels));
   }
   const Timing t = timingOf(input, filled, output);
   const double sweeps = plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
-  return voxels / t.voxels * (members * (t.start + sweeps) + t.refine) +
-         outputVoxels / t.outputVoxels * t.render;
+  return fits * (voxels / t.voxels * (members * (t.start + sweeps) + t.refine) +
+                 outputVoxels / t.outputVoxels * t.render);
 }
 
 void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result) {

@@ -111,7 +111,7 @@ TEST(JobInput, OfBrokenGeometryIsRefused) {
 }
 
 TEST(JobInput, WithAHeldOutFractionOutOfRangeIsRefused) {
-  for (double fraction : {-0.1, 0.6, 1.0, kNaN}) {
+  for (double fraction : {-0.1, -1e-300, 0.6, 1.0, kNaN}) {
     ReconstructionInput input = isotropicInput();
     input.heldOutFraction = fraction;
     EXPECT_EQ(errorOf(input), ErrorCode::InvalidArgument) << fraction;

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Error.h"
 #include "Core/ReconstructionJob.h"
+#include "Core/Render.h"
 #include "Core/Simulate.h"
 #include "TestVolumes.h"
 
@@ -52,6 +53,34 @@ inline Settings quickSettings(int iterations = 10) {
 
 inline ReconstructionResult reconstruct(const ReconstructionInput& input, const Settings& settings) {
   return ReconstructionJob(input, settings).run();
+}
+
+/// dB of a fit from which these slices of the first stack are withheld by hand, on them and inside the mask.
+inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std::int64_t>& slices,
+                                const Settings& settings) {
+  input.heldOutFraction = 0;
+  Stack& stack = input.stacks.front();
+  const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
+  const std::vector<std::uint8_t> inside = input.mask
+                                               ? resampleMask(*input.mask, stack.image.geometry)
+                                               : std::vector<std::uint8_t>(stack.image.voxels.size(), 1);
+  stack.observed.assign(stack.image.voxels.size(), 1);
+  for (const std::int64_t k : slices)
+    std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
+  const auto result = reconstruct(input, settings);
+  const GaussianField& field = result.checkpoint->field;
+  RenderOptions options;
+  options.threads = settings.threads;
+  options.instructionSet = settings.instructionSet;
+  const Volume rendered = renderStack(field, stack, options);
+  double squared = 0, count = 0;
+  for (std::size_t v = 0; v < rendered.voxels.size(); ++v) {
+    if (stack.observed[v] || !inside[v]) continue;
+    const double e = (rendered.voxels[v] - stack.image.voxels[v]) / field.intensityScale;
+    squared += e * e;
+    ++count;
+  }
+  return -10 * std::log10(squared / count);
 }
 
 inline ::testing::AssertionResult sameField(const GaussianField& a, const GaussianField& b) {
