@@ -19,12 +19,12 @@ constexpr int lineWidth = 79; // fits a terminal of 80 columns
 std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
-  if (progress.heldOutPsnr > 0)
-    text += fmt::format("  held-out {:.2f} dB", progress.heldOutPsnr);
-  else if (progress.trainingPsnr > 0)
-    text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
-  else if (progress.loss > 0)
-    text += fmt::format("  loss {:.2e}", progress.loss);
+  if (progress.phase != Phase::Judging) { // whose sweeps are another fit's
+    if (progress.trainingPsnr > 0)
+      text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
+    else if (progress.loss > 0)
+      text += fmt::format("  loss {:.2e}", progress.loss);
+  }
   if (progress.remaining >= 0.5 && progress.remaining < 1e6) {
     const auto seconds = std::llround(progress.remaining);
     text += fmt::format("  {}:{:02} left", seconds / 60, seconds % 60);

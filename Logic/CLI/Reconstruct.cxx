@@ -47,6 +47,7 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
   files.add(options.ply, OutputFiles::Kind::Ply);
   files.add(options.report);
   checkSettings(options.settings);
+  checkHeldOutFraction(options.heldOut);
   return files;
 }
 
@@ -122,7 +123,10 @@ ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult
                    {"InstructionSet", result.instructionSet},
                    {"Device", result.device.id},
                    {"TrainingPSNR", decibels(result.trainingPsnr)}};
-  if (!std::isnan(result.heldOutPsnr)) notes["HeldOutPSNR"] = decibels(result.heldOutPsnr);
+  if (!std::isnan(result.heldOutPsnr)) { // of a second fit
+    notes["HeldOutPSNR"] = decibels(result.heldOutPsnr);
+    notes["HeldOutSlices"] = fmt::format("{}", result.heldOutSlices);
+  }
   return notes;
 }
 
@@ -180,7 +184,7 @@ int reconstruct(const ReconstructOptions& options) {
   display.say(fmt::format("{} Gaussians, {} sweeps, {}. {}\nWrote {}.", result.checkpoint->field.size(),
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
-  return Success;
+  return result.judging == Judging::Stopped ? Interrupted : Success;
 }
 
 } // namespace

@@ -158,9 +158,9 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       ->type_name("IMAGE");
   input
       ->add_option("--held-out", o.heldOut,
-                   "Fraction of the slices withheld from the fit, to report the quality on them [0]")
-      ->type_name("F")
-      ->check(CLI::Range(0.0, 0.9));
+                   "Fraction of the slices, up to 0.5, withheld from a second fit, to report the quality on\n"
+                   "them; takes about the same time again [0]")
+      ->type_name("F");
 
   auto* fit = app.add_option_group("Fit");
   addSettings(*fit, o.settings);

@@ -58,6 +58,20 @@ const char* name(LossKind loss) {
   return "";
 }
 
+const char* name(Judging judging) {
+  switch (judging) {
+  case Judging::NotAsked:
+    return "not asked";
+  case Judging::Done:
+    return "done";
+  case Judging::Stopped:
+    return "stopped";
+  case Judging::Failed:
+    return "failed";
+  }
+  return "";
+}
+
 } // namespace
 
 Json toJson(const GridGeometry& geometry) {
@@ -119,9 +133,12 @@ ScanRecord record(const std::string& file, const Stack& stack) {
 }
 
 std::string qualitySentence(const ReconstructionResult& result) {
-  if (std::isfinite(result.heldOutPsnr))
-    return fmt::format("PSNR {:.2f} dB on slices withheld from the fit ({:.2f} dB on the fitted ones).",
-                       result.heldOutPsnr, result.trainingPsnr);
+  if (result.judging == Judging::Done)
+    return fmt::format("PSNR {:.2f} dB on {} withheld slice{}, from a second fit that did not see them; the "
+                       "result is fitted to all slices (PSNR {:.2f} dB on these).",
+                       result.heldOutPsnr, result.heldOutSlices, result.heldOutSlices == 1 ? "" : "s",
+                       result.trainingPsnr);
+  if (std::isnan(result.trainingPsnr)) return "No sweep was made: the quality is unknown.";
   return fmt::format(
       "PSNR {:.2f} dB on the fitted samples themselves: it says how well the model reproduces the "
       "scans, not how true the volume between them is (--held-out measures that).",
@@ -140,7 +157,10 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
     entry["non_finite_voxels"] = scan.nonFiniteVoxels;
     inputs.push_back(entry);
   }
-  Json timings{{"total", result.seconds}, {"fit", result.fitSeconds}};
+  const auto spent = [](double seconds) { return seconds > 0 ? Json(seconds) : Json(); };
+  Json timings{{"total", result.seconds},
+               {"fit", spent(result.fitSeconds)},
+               {"judging", spent(result.judgingSeconds)}};
   for (const auto& [phase, seconds] : phases)
     timings["phases"][phase] = seconds;
   const auto file = [](const std::string& path) { return path.empty() ? Json() : Json(path); };
@@ -166,6 +186,8 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"grid", result.volume.voxels.empty() ? Json() : toJson(result.volume.geometry)}}},
           {"quality",
            {{"held_out_fraction", options.heldOut},
+            {"judging", name(result.judging)},
+            {"held_out_slices", result.judging == Judging::Done ? Json(result.heldOutSlices) : Json()},
             {"held_out_psnr_db", finite(result.heldOutPsnr)},
             {"fitted_psnr_db", finite(result.trainingPsnr)},
             {"statement", qualitySentence(result)}}},

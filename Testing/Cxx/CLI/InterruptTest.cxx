@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <cstring>
+
 #ifndef _WIN32
 #include <chrono>
 #include <csignal>
@@ -73,7 +75,9 @@ TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
   EXPECT_NE(log.find(path("part.innergs")), std::string::npos) << log;
   EXPECT_LT(seconds, 10);
   EXPECT_EQ(readVolume(volume).geometry.voxelCount(), 48 * 48 * 48);
-  EXPECT_TRUE(nlohmann::json::parse(contents("r.json")).at("interrupted").get<bool>());
+  const auto told = nlohmann::json::parse(contents("r.json"));
+  EXPECT_TRUE(told.at("interrupted").get<bool>());
+  EXPECT_GT(told.at("seconds").at("fit").get<double>(), 0);
   const Checkpoint part = readModel(path("part.innergs"));
   EXPECT_LT(part.iteration, 200);
   EXPECT_FALSE(part.moment1.empty());
@@ -84,6 +88,30 @@ TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
   ASSERT_EQ(run(resumed).exitCode, 0) << contents("stderr.txt");
   ASSERT_EQ(run(whole).exitCode, 0) << contents("stderr.txt");
   EXPECT_TRUE(contents("resumed.innergs") == contents("whole.innergs"));
+}
+
+TEST_F(InterruptTest, WhileTheQualityIsJudgedTheFitIsKept) {
+  auto arguments = longFit("judged.innergs");
+  arguments[5] = "20"; // sweeps
+  auto plain = arguments;
+  plain.back() = path("plain.innergs");
+  for (const auto& word :
+       {std::string("--held-out"), std::string("0.1"), std::string("--report"), path("r.json")})
+    arguments.push_back(word);
+  double seconds = 0;
+  const int code = interrupted(arguments, path("log.txt"), SIGINT, seconds,
+                               [&] { return contents("log.txt").find("Judging") != std::string::npos; });
+  ASSERT_EQ(code, 130) << contents("log.txt");
+  EXPECT_NE(contents("log.txt").find("result itself is complete"), std::string::npos) << contents("log.txt");
+  const auto report = nlohmann::json::parse(contents("r.json"));
+  EXPECT_FALSE(report.at("interrupted").get<bool>());
+  EXPECT_EQ(report.at("quality").at("judging"), "stopped");
+  EXPECT_TRUE(report.at("quality").at("held_out_psnr_db").is_null());
+  ASSERT_EQ(run(plain).exitCode, 0);
+  const auto judged = readModel(path("judged.innergs")).field.gaussians,
+             whole = readModel(path("plain.innergs")).field.gaussians;
+  ASSERT_EQ(judged.size(), whole.size());
+  EXPECT_EQ(std::memcmp(judged.data(), whole.data(), sizeof(Gaussian) * whole.size()), 0);
 }
 
 TEST_F(InterruptTest, TerminationIsAsCleanAsCtrlC) {

@@ -225,12 +225,36 @@ TEST_F(ReconstructTest, NonFiniteVoxelsAreCountedAndLeftOut) {
     ASSERT_TRUE(std::isfinite(voxel));
 }
 
-TEST_F(ReconstructTest, HeldOutQualityIsReported) {
-  reconstruct(quickly({scan("scan.nii", phantom()), "--held-out", "0.2", "--report", path("out/r.json")}));
-  const auto quality = nlohmann::json::parse(contents("out/r.json")).at("quality");
+TEST_F(ReconstructTest, HeldOutQualityIsThatOfASecondFitAndTheFullOneIsDelivered) {
+  const std::string image = scan("scan.nii", phantom()); // 20 slices
+  const Volume plain = reconstruct(quickly({image, "--save-model", path("out/plain.innergs")}));
+  const Volume judged = reconstruct(quickly({image, "--held-out", "0.2", "--report", path("out/r.json"),
+                                             "--save-model", path("out/judged.innergs")}));
+  EXPECT_EQ(judged.voxels, plain.voxels);
+  EXPECT_EQ(readModel(path("out/judged.innergs")).settingsKey,
+            readModel(path("out/plain.innergs")).settingsKey);
+  const auto report = nlohmann::json::parse(contents("out/r.json")), quality = report.at("quality");
   EXPECT_EQ(quality.at("held_out_fraction"), 0.2);
+  EXPECT_EQ(quality.at("judging"), "done");
+  EXPECT_EQ(quality.at("held_out_slices"), 4);
   EXPECT_GT(quality.at("held_out_psnr_db").get<double>(), 10);
-  EXPECT_NE(quality.at("statement").get<std::string>().find("withheld"), std::string::npos);
+  EXPECT_NE(quality.at("statement")
+                .get<std::string>()
+                .find("dB on 4 withheld slices, from a second fit that did not see them"),
+            std::string::npos);
+  EXPECT_GT(report.at("seconds").at("judging").get<double>(), 0);
+  EXPECT_GT(report.at("seconds").at("phases").at("Judging the quality (second fit)").get<double>(), 0);
+}
+
+TEST_F(ReconstructTest, HeldOutFractionsAreRefusedBeforeScansAreRead) {
+  for (const char* share : {"0.7", "nan", "-0.1"}) {
+    const Outcome outcome =
+        run({"reconstruct", path("missing.nii"), "--held-out", share, "-o", path("out/v.nii")});
+    EXPECT_NE(outcome.exitCode, 0);
+    EXPECT_NE(outcome.err.find("between 0 and 0.5"), std::string::npos) << outcome.err;
+  }
+  reconstruct(quickly({scan("scan.nii", phantom()), "--held-out", "1e-20", "--report", path("out/r.json")}));
+  EXPECT_EQ(nlohmann::json::parse(contents("out/r.json")).at("quality").at("held_out_slices"), 1);
 }
 
 TEST_F(ReconstructTest, SameSeedSameBytesOnAnyNumberOfThreads) {
