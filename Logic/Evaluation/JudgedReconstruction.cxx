@@ -1,0 +1,137 @@
+#include "Evaluation/JudgedReconstruction.h"
+
+#include "Core/Error.h"
+#include "Core/Failure.h"
+#include "Core/Plan.h"
+#include "Core/ProgressParts.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace innergs {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kInterpolations = 3;         // that protocol H compares with
+constexpr double kInterpolationSweeps = 5; // that interpolating and scoring a voxel takes as long as, roughly
+constexpr double kCoarseSweep = 0.15;      // of the time of a sweep at full resolution
+
+double secondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// Samples times sweeps.
+double costOf(const ReconstructionInput& fit, Settings settings) {
+  DataTraits traits = geometryTraits(fit.stacks);
+  const Vec3 extent = fit.stacks.front().image.geometry.extent();
+  traits.volume = extent[0] * extent[1] * extent[2];
+  const FitPlan plan = makePlan(settings, traits);
+  double samples = 0;
+  for (const Stack& stack : fit.stacks)
+    samples += static_cast<double>(stack.image.geometry.voxelCount());
+  return samples * *settings.members * (plan.iterations - (1 - kCoarseSweep) * plan.coarseIterations);
+}
+
+/// Of the fits, the one that protocol H judges, and its interpolations.
+std::vector<double> costs(const ReconstructionInput& input, const Settings& settings, int keepEvery) {
+  try {
+    for (const Stack& stack : input.stacks)
+      checkGeometry(stack.image.geometry, "The stack");
+    const GridGeometry& first = input.stacks.front().image.geometry;
+    const double fits = input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1;
+    return {fits * costOf(input, settings), costOf(keptOutline(first, keepEvery, 2), settings),
+            kInterpolationSweeps * static_cast<double>(first.voxelCount())};
+  } catch (const Error&) { // which the fits will throw as well
+    return {1, 1, 1};
+  }
+}
+
+} // namespace
+
+JudgedReconstruction::JudgedReconstruction(ReconstructionInput input, Settings settings,
+                                           std::optional<int> keepEvery)
+    : input_(std::move(input)), settings_(std::move(settings)), keepEvery_(keepEvery) {}
+
+JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderWhenCancelled) {
+  if (keepEvery_) checkKeepEvery(*keepEvery_);
+  JudgedResult judged;
+  ReconstructionResult& result = judged.reconstruction;
+  if (!keepEvery_ || input_.stacks.empty()) {
+    ReconstructionJob job(std::move(input_), settings_);
+    job.onProgress(progress_);
+    job.onPreview(preview_);
+    result = job.run(stop, renderWhenCancelled);
+    return judged;
+  }
+
+  checkSettings(settings_);
+  ProgressParts parts(progress_, costs(input_, settings_, *keepEvery_));
+  EvaluationOptions options;
+  options.settings = settings_;
+  options.stop = stop;
+  Volume volume;
+  {
+    ReconstructionJob job(std::move(input_), settings_);
+    job.onProgress(parts.next());
+    job.onPreview(preview_);
+    result = job.run(stop, renderWhenCancelled);
+    if (result.cancelled) return judged;
+    ReconstructionInput input = job.takeInput();
+    volume = std::move(input.stacks.front().image);
+    options.mask = std::move(input.mask);
+  }
+
+  const auto begun = Clock::now();
+  std::optional<Clock::time_point> interpolating;
+  options.progress = parts.next();
+  ProgressCallback compared;
+  int methods = 0;
+  options.onMethod = [&](const std::string& name) {
+    if (name == "gaussians") return; // tells of itself
+    if (!interpolating) {
+      interpolating = Clock::now();
+      compared = parts.next();
+    }
+    Progress progress;
+    progress.fraction = std::min(1.0, static_cast<double>(methods++) / kInterpolations);
+    progress.elapsed = secondsSince(*interpolating);
+    compared(progress);
+  };
+  HonestCase honest;
+  honest.factor = *keepEvery_;
+  honest.axis = 2; // a stack counts its slices along K
+  try {
+    judged.quality = evaluateHonest(volume, honest, options);
+    if (result.judging == Judging::NotAsked) result.judging = Judging::Done;
+  } catch (...) {
+    const Failure failure = failureOf();
+    const bool stopped = failure.code == ErrorCode::Cancelled;
+    if (!stopped)
+      result.warnings.push_back("The quality could not be judged. " + failure.sentence);
+    else if (result.judging != Judging::Stopped) // which has said so
+      result.warnings.push_back("The judging of the quality was stopped: the result itself is complete.");
+    result.judging = stopped ? Judging::Stopped : Judging::Failed;
+  }
+  const double seconds = secondsSince(begun);
+  result.judgingSeconds += seconds;
+  result.seconds += seconds;
+  parts.finish();
+  return judged;
+}
+
+void checkKeepEvery(int keepEvery) {
+  if (keepEvery != 0 && (keepEvery < 2 || keepEvery > 64))
+    throw Error(ErrorCode::InvalidArgument,
+                "Judging the quality keeps every 2nd to 64th slice: choose a number "
+                "from 2 to 64, or 0 for the usual one.");
+}
+
+std::vector<ReconstructionInput> fitOutlines(const ReconstructionInput& input, std::optional<int> keepEvery) {
+  std::vector<ReconstructionInput> fits{input};
+  if (keepEvery) fits.push_back(keptOutline(input.stacks.front().image.geometry, *keepEvery, 2));
+  return fits;
+}
+
+} // namespace innergs
