@@ -76,6 +76,19 @@ vtkMTimeType vtkInnerGSAlgorithm::GetMTime() {
   return std::max(this->Superclass::GetMTime(), this->State->again.GetMTime());
 }
 
+void vtkInnerGSAlgorithm::RethrowError() {
+  if (this->State->message.empty()) return;
+  throw innergs::Error(FromErrorNumber(this->GetErrorCode()), this->State->message);
+}
+
+int vtkInnerGSAlgorithm::ToErrorNumber(innergs::ErrorCode code) {
+  return InvalidArgumentError + static_cast<int>(code);
+}
+
+innergs::ErrorCode vtkInnerGSAlgorithm::FromErrorNumber(unsigned long number) {
+  return static_cast<innergs::ErrorCode>(number - InvalidArgumentError);
+}
+
 bool vtkInnerGSAlgorithm::Guard(const std::function<void()>& task) {
   innergs::Failure failure;
   try {
@@ -89,7 +102,7 @@ bool vtkInnerGSAlgorithm::Guard(const std::function<void()>& task) {
     return false;
   }
   this->State->message = failure.sentence;
-  this->SetErrorCode(InvalidArgumentError + static_cast<unsigned long>(failure.code));
+  this->SetErrorCode(static_cast<unsigned long>(ToErrorNumber(failure.code)));
   vtkErrorMacro(<< failure.sentence);
   return false;
 }

@@ -11,6 +11,11 @@
 
 class vtkDataObject;
 class vtkInnerGSModel;
+#ifndef __VTK_WRAP__
+namespace innergs {
+enum class ErrorCode;
+}
+#endif
 
 /// What the filters share: errors, stopping, threads.
 ///
@@ -62,6 +67,14 @@ public:
   vtkMTimeType GetMTime() override;
   vtkTypeBool ProcessRequest(vtkInformation* request, vtkInformationVector** inputs,
                              vtkInformationVector* outputs) override;
+
+#ifndef __VTK_WRAP__
+  /// The last error, for callers that go on with exceptions: throws innergs::Error with its own code; nothing
+  /// when there was none.
+  void RethrowError();
+  static int ToErrorNumber(innergs::ErrorCode code); // one of ErrorCodes
+  static innergs::ErrorCode FromErrorNumber(unsigned long number);
+#endif
 
   ///@{
   /// As in VTK's own algorithms.

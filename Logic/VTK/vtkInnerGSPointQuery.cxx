@@ -6,6 +6,7 @@
 #include "Core/Failure.h"
 #include "Core/Render.h"
 #include "Geometry.h"
+#include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkFloatArray.h"
@@ -43,16 +44,16 @@ std::string vtkInnerGSPointQuery::GetErrorMessage() {
 
 bool vtkInnerGSPointQuery::Evaluate(vtkPoints* points, vtkFloatArray* values) {
   using innergs::Error;
-  using innergs::ErrorCode;
+  using Code = innergs::ErrorCode;
   this->ErrorMessage.clear();
+  this->ErrorCode = 0;
   if (values) values->Initialize();
   try {
     if (!points || !values)
-      throw Error(ErrorCode::InvalidArgument, "A point query needs points and an array for their values.");
+      throw Error(Code::InvalidArgument, "A point query needs points and an array for their values.");
     const auto field = this->Model ? this->Model->GetField() : nullptr;
     if (!field)
-      throw Error(ErrorCode::NoData,
-                  "There is no model, or it has no Gaussians: reconstruct or load one first.");
+      throw Error(Code::NoData, "There is no model, or it has no Gaussians: reconstruct or load one first.");
     const vtkIdType count = points->GetNumberOfPoints();
     std::vector<innergs::Vec3> positions(static_cast<std::size_t>(count));
     for (vtkIdType i = 0; i < count; ++i) {
@@ -69,7 +70,9 @@ bool vtkInnerGSPointQuery::Evaluate(vtkPoints* points, vtkFloatArray* values) {
     if (count > 0) std::copy(result.begin(), result.end(), values->GetPointer(0));
     return true;
   } catch (...) {
-    this->ErrorMessage = innergs::failureOf().sentence;
+    const innergs::Failure failure = innergs::failureOf();
+    this->ErrorMessage = failure.sentence;
+    this->ErrorCode = vtkInnerGSAlgorithm::ToErrorNumber(failure.code);
   }
   vtkErrorMacro(<< this->ErrorMessage);
   return false;

@@ -26,6 +26,7 @@ public:
   /// One point; NaN after an error.
   double EvaluatePoint(double r, double a, double s);
   std::string GetErrorMessage();
+  vtkGetMacro(ErrorCode, int); // 0 or one of vtkInnerGSAlgorithm::ErrorCodes
 
   /// 0 (default): all cores.
   vtkSetClampMacro(NumberOfThreads, int, 0, 4096);
@@ -42,6 +43,7 @@ protected:
   int NumberOfThreads = 0;
   std::string Device = "auto";
   std::string ErrorMessage;
+  int ErrorCode = 0;
 
 private:
   vtkInnerGSPointQuery(const vtkInnerGSPointQuery&) = delete;

@@ -1,6 +1,7 @@
 #include "vtkInnerGSReconstruct.h"
 
 #include "Core/Error.h"
+#include "Core/JobInput.h"
 #include "Core/NumberText.h"
 #include "Core/TimeEstimate.h"
 #include "ImageVoxels.h"
@@ -28,8 +29,10 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::string progressText(const innergs::Progress& p) {
   std::string text = innergs::phaseName(p.phase);
-  if (p.phase == innergs::Phase::Fitting)
-    text += innergs::formatted(", sweep %d of %d, %.1f dB", p.iteration, p.iterations, p.trainingPsnr);
+  const bool fitting = p.phase == innergs::Phase::Fitting;
+  if (fitting || (p.phase == innergs::Phase::Judging && p.iterations > 0))
+    text += innergs::formatted(", sweep %d of %d", p.iteration, p.iterations);
+  if (fitting) text += innergs::formatted(", %.1f dB", p.trainingPsnr);
   if (p.phase != innergs::Phase::Done && p.remaining >= 1)
     text += innergs::formatted(", about %.0f s left", std::ceil(p.remaining));
   return text;
@@ -167,7 +170,9 @@ bool vtkInnerGSReconstruct::WithOutline(const std::function<void(const innergs::
   for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
     images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
   if (images.empty()) return false;
-  use(this->Work->inputs.outline(images, this->MakeOutputChoice()));
+  innergs::ReconstructionInput input = this->Work->inputs.outline(images, this->MakeOutputChoice());
+  input.heldOutFraction = this->HeldOutFraction;
+  use(input);
   return true;
 }
 
@@ -219,8 +224,8 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->CurrentIteration = p.iteration;
   this->TotalIterations = p.iterations;
   this->CurrentLoss = p.loss;
-  this->TrainingPSNR = p.iteration > 0 ? p.trainingPsnr : kNaN;
-  this->HeldOutPSNR = p.iteration > 0 ? p.heldOutPsnr : kNaN;
+  this->TrainingPSNR = p.trainingPsnr;
+  this->HeldOutPSNR = p.heldOutPsnr;
   this->CurrentGaussians = static_cast<vtkIdType>(p.gaussians);
   this->ElapsedSeconds = p.elapsed;
   this->RemainingSeconds = p.remaining;
@@ -229,8 +234,15 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->UpdateProgress(p.fraction);
 }
 
-void vtkInnerGSReconstruct::CompleteInput(innergs::ReconstructionInput&, const std::stop_token&) {}
-void vtkInnerGSReconstruct::GiveBack(innergs::ReconstructionInput&&) {}
+innergs::ReconstructionResult vtkInnerGSReconstruct::Reconstruct(innergs::ReconstructionInput&& input,
+                                                                 const innergs::Settings& settings,
+                                                                 const std::stop_token& stop) {
+  innergs::ReconstructionJob job(std::move(input), settings);
+  job.onProgress([this](const innergs::Progress& p) { this->ReportProgress(p); });
+  if (this->HasObserver(PreviewEvent))
+    job.onPreview([this](const innergs::Volume& volume) { this->ReportPreview(volume); });
+  return job.run(stop);
+}
 
 void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
   // A new image each time: an observer may keep the last one.
@@ -249,10 +261,13 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   work.usedInstructionSet.clear();
   work.usedDevice.clear();
   work.deviceNote.clear();
+  this->NumberOfHeldOutSlices = 0;
+  this->QualityState = QualityNotAsked;
   this->ReportProgress({});
   const std::stop_token stop = this->GetStopToken();
   const innergs::Settings settings = this->MakeSettings();
   checkSettings(settings);
+  innergs::checkHeldOutFraction(this->HeldOutFraction);
   innergs::ReconstructionInput input;
   if (work.snapshot) {
     input = std::move(*work.snapshot);
@@ -263,13 +278,9 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
       images.push_back(vtkImageData::GetData(inputs[0], i));
     input = this->MakeInput(images, vtkImageData::GetData(inputs[1]), stop);
   }
-  this->CompleteInput(input, stop);
-  innergs::ReconstructionJob job(std::move(input), settings);
-  job.onProgress([this](const innergs::Progress& p) { this->ReportProgress(p); });
-  if (this->HasObserver(PreviewEvent))
-    job.onPreview([this](const innergs::Volume& volume) { this->ReportPreview(volume); });
-  innergs::ReconstructionResult result = job.run(stop);
-  if (result.cancelled || stop.stop_requested()) {
+  innergs::ReconstructionResult result = this->Reconstruct(std::move(input), settings, stop);
+  // A stop while the quality was judged ended that alone.
+  if (result.cancelled || (stop.stop_requested() && result.judging == innergs::Judging::NotAsked)) {
     if (!this->KeepModelWhenAborted || result.checkpoint->field.gaussians.empty())
       throw Error(ErrorCode::Cancelled, "Stopped on request.");
     this->Aborted = true;
@@ -278,6 +289,8 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->CurrentGaussians = static_cast<vtkIdType>(result.checkpoint->field.size());
   this->TrainingPSNR = result.trainingPsnr;
   this->HeldOutPSNR = result.heldOutPsnr;
+  this->NumberOfHeldOutSlices = static_cast<int>(result.heldOutSlices);
+  this->QualityState = static_cast<int>(result.judging);
   this->ElapsedSeconds = result.seconds;
   this->RemainingSeconds = 0;
   this->FitSeconds = result.fitSeconds;
@@ -294,5 +307,4 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   std::copy(result.volume.voxels.begin(), result.volume.voxels.end(),
             innergs::vtk::allocateFloats(image, result.volume.geometry, this->GeometryInImage));
   innergs::vtk::toMatrix(result.volume.geometry, work.outputToRAS);
-  this->GiveBack(job.takeInput());
 }

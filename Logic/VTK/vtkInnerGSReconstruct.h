@@ -12,6 +12,7 @@ class vtkMatrix4x4;
 namespace innergs {
 struct Progress;
 struct ReconstructionInput;
+struct ReconstructionResult;
 struct Settings;
 struct Volume;
 namespace vtk {
@@ -44,6 +45,8 @@ public:
   enum Schedules { Exponential, Plateau };
   enum Selections { ExactSelection, Method1, Method2 };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
+  /// Of the judging of the quality by a second fit, as innergs::Judging: the outputs are complete anyway.
+  enum QualityStates { QualityNotAsked, QualityMeasured, QualityStopped, QualityFailed };
 
   ///@{
   /// Of the index-th input of port 0 (in the order of adding): IJK → RAS (mm), copied; null (default): from
@@ -170,7 +173,8 @@ public:
   vtkGetMacro(Device, std::string);
   vtkSetMacro(Seed, vtkTypeUInt64); // same seed, same result, bit for bit
   vtkGetMacro(Seed, vtkTypeUInt64);
-  /// Share of each input's slices withheld from the fit to report the quality on them; 0 (default) to 0.5.
+  /// Share of each input's slices withheld from a second fit, which takes about the same time again, to
+  /// report the quality on them; 0 (default) to 0.5. The outputs are fitted to all slices.
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);
   /// Go on from this model (kept by reference); null: start anew.
@@ -209,12 +213,15 @@ public:
 
   ///@{
   /// State of the fit, for observers of ProgressEvent and after the end.
-  std::string GetPhase(); // "Preparing", "Fitting", ...
-  vtkGetMacro(CurrentIteration, int);
+  std::string GetPhase();             // "Preparing", "Fitting", ...
+  vtkGetMacro(CurrentIteration, int); // while the quality is judged, of the second fit
   vtkGetMacro(TotalIterations, int);
   vtkGetMacro(CurrentLoss, double);  // of the last sweep, normalised intensity units
   vtkGetMacro(TrainingPSNR, double); // dB, fitted samples; NaN: unknown
-  vtkGetMacro(HeldOutPSNR, double);  // dB; NaN when nothing was held out
+  vtkGetMacro(HeldOutPSNR,
+              double); // dB on withheld slices, of a second fit that did not see them; NaN: unknown
+  vtkGetMacro(NumberOfHeldOutSlices, int); // over all inputs
+  vtkGetMacro(QualityState, int);
   vtkGetMacro(CurrentGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double); // estimated
@@ -249,11 +256,12 @@ protected:
                                          std::stop_token stop);
   /// The snapshot, or what is known of the inputs without their voxels; false without any. May throw.
   bool WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use);
-  /// On the thread that fits, before it does: what has to be made first. May throw.
-  virtual void CompleteInput(innergs::ReconstructionInput& input, const std::stop_token& stop);
-  /// After a fit that ran to its end: what it worked on, for whoever has a use for it.
-  virtual void GiveBack(innergs::ReconstructionInput&& input);
-  void ReportProgress(const innergs::Progress& progress);
+  /// Makes the result, on the thread that called Update(), with ReportProgress() and ReportPreview() on the
+  /// way. May throw.
+  virtual innergs::ReconstructionResult Reconstruct(innergs::ReconstructionInput&& input,
+                                                    const innergs::Settings& settings,
+                                                    const std::stop_token& stop);
+  virtual void ReportProgress(const innergs::Progress& progress);
   void ReportPreview(const innergs::Volume& volume);
 #endif
 
@@ -276,7 +284,7 @@ protected:
   bool Relocate = true, Consistency = true, KeepModelWhenAborted = false;
   vtkTypeUInt64 Seed = 1;
 
-  int CurrentIteration = 0, TotalIterations = 0;
+  int CurrentIteration = 0, TotalIterations = 0, NumberOfHeldOutSlices = 0, QualityState = QualityNotAsked;
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;
   double FitSeconds = 0, Noise = 0;

@@ -75,6 +75,28 @@ TEST(AbortFilter, KeepsTheModelToGoOnFrom) {
   EXPECT_EQ(valuesOf(filter->GetOutputImage()), whole);
 }
 
+TEST(AbortFilter, WhileTheQualityIsJudgedOnlyEndsThat) {
+  auto filter = quickFilter(isotropicInput(), 6);
+  filter->Update();
+  const auto whole = valuesOf(filter->GetOutputImage());
+  filter->SetHeldOutFraction(0.2);
+  {
+    Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
+      if (filter->GetPhase() == innergs::phaseName(innergs::Phase::Judging) &&
+          filter->GetCurrentIteration() == 3)
+        filter->Cancel();
+    });
+    filter->Update();
+  }
+  EXPECT_FALSE(filter->GetAborted());
+  EXPECT_EQ(filter->GetErrorCode(), 0u);
+  EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityStopped);
+  EXPECT_TRUE(std::isnan(filter->GetHeldOutPSNR()));
+  EXPECT_EQ(filter->GetNumberOfWarnings(), 1);
+  EXPECT_EQ(valuesOf(filter->GetOutputImage()), whole);
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), 6);
+}
+
 TEST(AbortFilter, FromAnotherThreadWithinTwoTenthsOfASecond) {
   auto filter = quickFilter(isotropicInput(), 1000000);
   using Clock = std::chrono::steady_clock;

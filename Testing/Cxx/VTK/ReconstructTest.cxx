@@ -146,8 +146,18 @@ TEST(ReconstructFilter, MasksAndWithholds) {
   const ReconstructionResult expected = reconstruct(input, quickSettings());
   expectSame(filter, expected);
   EXPECT_DOUBLE_EQ(filter->GetHeldOutPSNR(), expected.heldOutPsnr);
+  EXPECT_EQ(filter->GetNumberOfHeldOutSlices(), 4);
+  EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
   EXPECT_DOUBLE_EQ(filter->GetTrainingPSNR(), expected.trainingPsnr);
   EXPECT_NE(filter->GetUsedSettings().find("heldOutFraction=0.2"), std::string::npos);
+  input.heldOutFraction = 0;
+  filter->SetHeldOutFraction(0);
+  filter->Update();
+  expectSame(filter, reconstruct(input, quickSettings()));
+  EXPECT_EQ(filter->GetOutputModel()->GetCheckpoint()->settingsKey, expected.checkpoint->settingsKey)
+      << "of all slices, whatever was withheld to judge it";
+  EXPECT_TRUE(std::isnan(filter->GetHeldOutPSNR()));
+  EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);
 }
 
 TEST(ReconstructFilter, ExecutesAgainOnlyWhenSomethingChanged) {
