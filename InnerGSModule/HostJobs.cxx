@@ -1,5 +1,5 @@
 #include "Core/Failure.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Progress.h"
 #include "NodeInfo.h"
 #include "qSlicerInnerGSHost.h"
 
@@ -9,42 +9,10 @@
 #include <vtkSlicerInnerGSJob.h>
 #include <vtkSlicerInnerGSLogic.h>
 
-#include <utility>
-
 /// The host's part about reconstructions.
 
 using namespace innergs;
 using namespace innergs::ui;
-
-namespace {
-
-Phase knownPhase(const std::string& name, Phase otherwise) {
-  for (const Phase known : {Phase::Preparing, Phase::Initialising, Phase::Fitting, Phase::Refining,
-                            Phase::Rendering, Phase::Done})
-    if (name == phaseName(known)) return known;
-  return otherwise;
-}
-
-Progress progressOf(vtkSlicerInnerGSJob* job) {
-  Progress progress;
-  const std::string phase = job->GetPhase();
-  progress.phase = Phase::Refining; // what is judged has phases of its own
-  for (const Phase known : {Phase::Preparing, Phase::Initialising, Phase::Fitting, Phase::Refining,
-                            Phase::Rendering, Phase::Done})
-    if (phase == phaseName(known)) progress.phase = known;
-  progress.fraction = job->GetProgress();
-  progress.iteration = job->GetCurrentIteration();
-  progress.iterations = job->GetTotalIterations();
-  progress.loss = job->GetLoss();
-  progress.trainingPsnr = job->GetTrainingPSNR();
-  progress.heldOutPsnr = job->GetHeldOutPSNR();
-  progress.gaussians = job->GetNumberOfGaussians();
-  progress.elapsed = job->GetElapsedSeconds();
-  progress.remaining = job->GetRemainingSeconds();
-  return progress;
-}
-
-} // namespace
 
 Estimate qSlicerInnerGSHost::estimate(const Request& request) {
   Estimate estimate;
@@ -102,9 +70,9 @@ bool qSlicerInnerGSHost::start(const Request& request) {
     Q_EMIT failed(lastError());
     return false;
   }
-  phase_.clear();
+  phase_.reset();
   deviceNote_.clear();
-  judging_ = cancelling_ = false;
+  cancelling_ = false;
   Q_EMIT started();
   if (isQueued()) {
     Q_EMIT waiting();
@@ -145,21 +113,10 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     Q_EMIT progressed(Progress{Phase::Preparing});
     return;
   case vtkSlicerInnerGSLogic::JobProgressEvent: {
-    const QString phase = QString::fromStdString(job->GetPhase());
-    if (phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
-    phase_ = phase;
-    Progress progress = progressOf(job);
-    if (phase.startsWith("Judging")) { // sweeps, loss and PSNR stay those of the fit that makes the result
-      std::swap(progress, fit_);
-      progress.phase = knownPhase(job->GetPhase().substr(job->GetPhase().find(", ") + 2), Phase::Rendering);
-      progress.fraction = fit_.fraction;
-      progress.elapsed = fit_.elapsed;
-      progress.remaining = fit_.remaining;
-    }
-    fit_ = progress;
-    if (phase.startsWith("Judging") && !judging_)
-      Q_EMIT logged(tr("Judging the quality by a second fit that sees only some of the slices."));
-    judging_ = phase.startsWith("Judging");
+    Progress progress = job->GetProgressReport();
+    if (progress.phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
+    phase_ = progress.phase;
+    progress.note.clear();
     if (const std::string note = job->GetDeviceNote(); note != deviceNote_)
       progress.note = deviceNote_ = note; // once
     Q_EMIT progressed(progress);

@@ -219,6 +219,8 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
     report.warnings << QString::fromStdString(job->GetWarning(i));
   report.trainingPsnr = job->GetTrainingPSNR();
   report.heldOutPsnr = job->GetHeldOutPSNR();
+  report.heldOutSlices = job->GetNumberOfHeldOutSlices();
+  report.judging = static_cast<Judging>(job->GetQualityState());
   report.seconds = job->GetElapsedSeconds();
   if (vtkMRMLInnerGSModelNode* model = job->GetModelNode())
     report.gaussians = model->IsEmpty() ? 0 : model->GetModel()->GetNumberOfGaussians();

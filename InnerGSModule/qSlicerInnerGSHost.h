@@ -14,6 +14,7 @@
 
 #include <array>
 #include <functional>
+#include <optional>
 #include <vector>
 
 class vtkMRMLInnerGSModelNode;
@@ -111,10 +112,8 @@ private:
   QSet<QString> remade_;                                  // and of those whose model is another now
   std::vector<vtkWeakPointer<vtkMRMLModelNode>> orphans_; // ellipsoids whose model was removed
   QThreadPool threads_;                                   // ends before the rest goes
-  QString phase_;                                         // of the log's last line
+  std::optional<innergs::Phase> phase_;                   // of the log's last line
   std::string deviceNote_;
-  innergs::Progress fit_; // the last one shown
-  bool judging_ = false;
   bool cancelling_ = false; // by the panel
   /// A model's transform: what toModel() gives.
   struct Place {

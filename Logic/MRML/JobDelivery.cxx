@@ -26,18 +26,8 @@ void JobDelivery::deliver(Mail& mail) {
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobStartedEvent, job);
   }
   if (mail.progress && !task->discard) {
-    const auto& p = *mail.progress;
-    job->Phase = p.phase;
-    job->DeviceNote = p.deviceNote;
-    job->Progress = p.fraction;
-    job->Loss = p.loss;
-    job->TrainingPSNR = p.trainingPsnr;
-    job->HeldOutPSNR = p.heldOutPsnr;
-    job->ElapsedSeconds = p.elapsed;
-    job->RemainingSeconds = p.remaining;
-    job->CurrentIteration = p.iteration;
-    job->TotalIterations = p.iterations;
-    job->NumberOfGaussians = p.gaussians;
+    *job->Told = *mail.progress;
+    if (!mail.progress->note.empty()) job->DeviceNote = mail.progress->note;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobProgressEvent, job);
   }
   if (mail.preview && !task->discard) {
@@ -52,14 +42,12 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   vtkSlicerInnerGSJob* job = task.job;
   job->UsedSettings = task.filter->GetUsedSettings();
   job->DeviceNote = task.filter->GetDeviceNote();
-  job->TrainingPSNR = task.filter->GetTrainingPSNR();
-  job->HeldOutPSNR = task.filter->GetHeldOutPSNR();
+  job->Told->trainingPsnr = task.filter->GetTrainingPSNR();
+  job->Told->heldOutPsnr = task.filter->GetHeldOutPSNR();
+  job->NumberOfHeldOutSlices = task.filter->GetNumberOfHeldOutSlices();
+  job->QualityState = task.filter->GetQualityState();
   for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
     job->Warnings.push_back(task.filter->GetWarning(n));
-  if (!task.qualityError.empty())
-    job->Warnings.push_back("The quality could not be judged. " + task.qualityError);
-  if (task.judging && !task.report && task.qualityError.empty())
-    job->Warnings.push_back("The judgement of the quality was stopped: the result itself is complete.");
   const auto [volume, model, table, replaced, problem] = makeOutputs(task, scene);
   if (task.discard) return;
   if (volume) logic_->StopFollowing(volume); // the next move of the view would overwrite the result
@@ -94,20 +82,20 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
 
 void JobDelivery::finish(Task& task) {
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = task.job;
-  job->RemainingSeconds = 0;
+  job->Told->remaining = 0;
   const vtkSmartPointer<vtkMRMLScene> scene = logic_->GetMRMLScene();
   if (task.discard || task.cancelled || (task.stop.stop_requested() && !task.judging) || !scene ||
       scene != task.scene.Get() || scene->IsClosing()) {
     abandon(job);
     return;
   }
-  std::string error = task.error;
-  if (error.empty()) {
+  Failure failure = task.failure;
+  if (failure.sentence.empty()) {
     finishing_.push_back(&task);
     try {
       makeNodes(task, scene);
     } catch (...) {
-      error = failureOf().sentence;
+      failure = failureOf();
     }
     std::erase(finishing_, &task);
   }
@@ -116,16 +104,17 @@ void JobDelivery::finish(Task& task) {
     abandon(job);
     return;
   }
-  if (error.empty()) {
-    job->Progress = 1;
-    job->Phase = "Done";
+  if (failure.sentence.empty()) {
+    job->Told->fraction = 1;
+    job->Told->phase = Phase::Done;
     job->State = vtkSlicerInnerGSJob::Finished;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFinishedEvent, job);
     return;
   }
   job->State = vtkSlicerInnerGSJob::Failed;
-  job->ErrorMessage = error;
-  onError_(error);
+  job->ErrorMessage = failure.sentence;
+  job->ErrorCode = vtkInnerGSAlgorithm::ToErrorNumber(failure.code);
+  onError_(failure);
   logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFailedEvent, job);
 }
 

@@ -8,7 +8,7 @@ namespace innergs::mrml {
 /// Makes the worker's mail the job's state, the logic's events and, in the end, nodes. On the main thread.
 class JobDelivery {
 public:
-  using ErrorHandler = std::function<void(const std::string&)>;
+  using ErrorHandler = std::function<void(const Failure&)>;
   JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError);
 
   void deliver(Mail& mail);

@@ -13,10 +13,6 @@
 namespace innergs::mrml {
 namespace {
 
-// Of the progress bar, when the quality is judged as well: the fit, and up to the interpolations.
-constexpr double kFitShare = 0.5, kJudgedFitShare = 0.95;
-constexpr int kInterpolations = 3; // that protocol H compares with
-
 /// Calls a function for an event of the filter, on the filter's thread.
 class Observation {
 public:
@@ -57,13 +53,21 @@ JobQueue::~JobQueue() {
 }
 
 void JobQueue::submit(std::shared_ptr<Task> task) {
-  if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
+  try {
+    if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
+  } catch (...) { // no thread to be had
+    task->failure = failureOf();
+  }
+  const bool fails = !task->failure.sentence.empty();
   {
     std::lock_guard lock(mutex_);
     open_.push_back(task);
-    waiting_.push_back(std::move(task));
+    if (!fails) waiting_.push_back(task);
   }
-  toDo_.notify_one();
+  if (fails)
+    post(std::move(task), [](Mail& mail) { mail.done = true; });
+  else
+    toDo_.notify_one();
 }
 
 void JobQueue::cancel(const std::shared_ptr<Task>& task) {
@@ -151,94 +155,40 @@ void JobQueue::work() {
       waiting_.pop_front();
     }
     post(task, [](Mail& mail) { mail.started = true; });
-    const std::string failure = sentenceOf([&] { execute(task); });
-    if (!failure.empty()) (task->judging ? task->qualityError : task->error) = failure;
+    try {
+      execute(task);
+    } catch (...) {
+      task->failure = failureOf();
+    }
     post(std::move(task), [](Mail& mail) { mail.done = true; });
   }
 }
 
 void JobQueue::execute(const std::shared_ptr<Task>& task) {
   JobFilter* filter = task->filter;
-  const double share = task->quality ? kFitShare : 1;
-  double elapsed = 0;
-  Volume judged; // by protocol H, its slices along K
-  std::optional<Mask> mask;
-  {
-    const Observation progress(filter, vtkCommand::ProgressEvent, [&](void*) {
-      Mail::Progress p;
-      p.phase = filter->GetPhase();
-      p.deviceNote = filter->GetDeviceNote();
-      p.fraction = share * filter->GetProgress();
-      p.loss = filter->GetCurrentLoss();
-      p.trainingPsnr = filter->GetTrainingPSNR();
-      p.heldOutPsnr = filter->GetHeldOutPSNR();
-      p.elapsed = elapsed = filter->GetElapsedSeconds();
-      p.remaining = filter->GetRemainingSeconds() / share;
-      p.iteration = filter->GetCurrentIteration();
-      p.iterations = filter->GetTotalIterations();
-      p.gaussians = filter->GetCurrentGaussians();
-      post(task, [&](Mail& mail) { mail.progress = p; });
+  filter->unstoppable = &unstoppable_;
+  filter->told = [&](const innergs::Progress& progress) {
+    task->judging = task->judging || progress.phase == Phase::Judging;
+    post(task, [&](Mail& mail) {
+      const std::string note = mail.progress ? mail.progress->note : std::string();
+      mail.progress = progress;
+      if (progress.note.empty()) mail.progress->note = note; // told once
     });
-    const Observation preview(filter, vtkInnerGSReconstruct::PreviewEvent, [&](void* data) {
-      const vtkSmartPointer<vtkImageData> image = static_cast<vtkImageData*>(data);
-      vtkNew<vtkMatrix4x4> matrix;
-      matrix->DeepCopy(filter->GetPreviewIJKToRASMatrix());
-      post(task, [&](Mail& mail) {
-        mail.preview = image;
-        mail.previewToRAS = matrix;
-      });
+  };
+  const Observation preview(filter, vtkInnerGSReconstruct::PreviewEvent, [&](void* data) {
+    const vtkSmartPointer<vtkImageData> image = static_cast<vtkImageData*>(data);
+    vtkNew<vtkMatrix4x4> matrix;
+    matrix->DeepCopy(filter->GetPreviewIJKToRASMatrix());
+    post(task, [&](Mail& mail) {
+      mail.preview = image;
+      mail.previewToRAS = matrix;
     });
-    if (task->quality)
-      filter->takeBack = [&](ReconstructionInput&& input) {
-        judged = std::move(input.stacks.front().image);
-        mask = std::move(input.mask);
-      };
-    filter->unstoppable = &unstoppable_;
-    filter->Update();
-    filter->takeBack = nullptr;
-  }
-  task->error = filter->GetErrorMessage();
-  task->cancelled = filter->GetAborted() || task->stop.stop_requested();
-  if (!task->quality || task->cancelled || !task->error.empty()) return;
-  task->judging = true;
-
-  Mail::Progress last;
-  last.deviceNote = filter->GetDeviceNote();
-  int methods = 0;
-  EvaluationOptions options;
-  options.settings = task->quality->settings;
-  options.stop = task->stop.get_token();
-  options.mask = std::move(mask);
-  options.progress = [&](const innergs::Progress& fit) {
-    Mail::Progress p;
-    p.phase = std::string("Judging quality, ") + phaseName(fit.phase);
-    p.deviceNote = fit.note.empty() ? last.deviceNote : fit.note;
-    p.fraction = kFitShare + (kJudgedFitShare - kFitShare) * fit.fraction;
-    p.loss = fit.loss;
-    p.trainingPsnr = fit.trainingPsnr;
-    p.heldOutPsnr = filter->GetHeldOutPSNR();
-    p.elapsed = elapsed + fit.elapsed;
-    p.remaining = fit.remaining;
-    p.iteration = fit.iteration;
-    p.iterations = fit.iterations;
-    p.gaussians = fit.gaussians;
-    last = p;
-    post(task, [&](Mail& mail) { mail.progress = p; });
-  };
-  options.onMethod = [&](const std::string& name) {
-    if (name == "gaussians") return; // tells of itself
-    last.phase = "Judging quality, " + name;
-    last.fraction =
-        kJudgedFitShare + (1 - kJudgedFitShare) * std::min(1.0, double(methods++) / kInterpolations);
-    last.remaining = 0;
-    post(task, [&](Mail& mail) { mail.progress = last; });
-  };
-  try {
-    task->report = evaluateHonest(judged, task->quality->honestCase, options);
-  } catch (...) {
-    const Failure failure = failureOf();
-    if (failure.code != ErrorCode::Cancelled) task->qualityError = failure.sentence;
-  }
+  });
+  filter->Update();
+  filter->told = nullptr;
+  task->cancelled = filter->GetAborted();
+  task->report = std::move(filter->quality);
+  filter->RethrowError();
 }
 
 } // namespace innergs::mrml

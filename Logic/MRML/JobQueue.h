@@ -18,12 +18,6 @@ namespace innergs::mrml {
 /// What the worker tells about a task; newer tidings replace those that were not fetched in time. Fetched one
 /// by one: what an observer of the first does (cancel, wait, clear the scene) still meets the others here.
 struct Mail {
-  struct Progress {
-    std::string phase, deviceNote;
-    double fraction = 0, loss = 0, trainingPsnr = 0, heldOutPsnr = 0, elapsed = 0, remaining = 0;
-    int iteration = 0, iterations = 0;
-    vtkIdType gaussians = 0;
-  };
   std::shared_ptr<Task> task;
   bool started = false, done = false;
   bool previewNext = false; // progress that comes fast must not hold the preview back
@@ -43,6 +37,7 @@ public:
   JobQueue(const JobQueue&) = delete;
   JobQueue& operator=(const JobQueue&) = delete;
 
+  /// A task whose worker cannot be started ends with that as its failure.
   void submit(std::shared_ptr<Task> task);
   /// Asks a task to end; its last mail follows within 200 ms.
   void cancel(const std::shared_ptr<Task>& task);

@@ -2,7 +2,7 @@
 
 #include "Core/Devices.h"
 #include "Core/Error.h"
-#include "Core/Failure.h"
+#include "Core/JobInput.h"
 #include "Core/Region.h"
 #include "Core/TimeEstimate.h"
 #include "Geometry.h"
@@ -33,12 +33,20 @@ vtkStandardNewMacro(JobFilter);
 JobFilter::JobFilter() = default;
 JobFilter::~JobFilter() = default;
 
-void JobFilter::CompleteInput(ReconstructionInput& input, const std::stop_token& stop) {
+ReconstructionResult JobFilter::Reconstruct(ReconstructionInput&& input, const Settings& settings,
+                                            const std::stop_token& stop) {
   if (mask) input.mask = std::exchange(mask, nullptr)->make(stop, *unstoppable);
+  JudgedReconstruction job(std::move(input), settings, keepEvery);
+  job.onProgress([this](const innergs::Progress& progress) { ReportProgress(progress); });
+  job.onPreview([this](const Volume& volume) { ReportPreview(volume); });
+  JudgedResult result = job.run(stop);
+  quality = std::move(result.quality);
+  return std::move(result.reconstruction);
 }
 
-void JobFilter::GiveBack(ReconstructionInput&& input) {
-  if (takeBack) takeBack(std::move(input));
+void JobFilter::ReportProgress(const innergs::Progress& progress) {
+  this->Superclass::ReportProgress(progress);
+  if (told) told(progress);
 }
 
 namespace {
@@ -273,11 +281,8 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
   configure(filter, parameters, thicknessOf);
   checkSettings(filter->MakeSettings());
-  if (const double share = parameters->GetHeldOutFraction(); !(share >= 0 && share <= 0.5))
-    refuse(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
-  if (parameters->GetEvaluateQuality() && parameters->GetQualityGap() == 1)
-    refuse(ErrorCode::InvalidArgument, "Judging the quality keeps every 2nd to 64th slice: choose a gap from "
-                                       "2 to 64, or 0 for the usual one.");
+  checkHeldOutFraction(parameters->GetHeldOutFraction());
+  if (parameters->GetEvaluateQuality()) checkKeepEvery(*(filter->keepEvery = parameters->GetQualityGap()));
   return filter;
 }
 
@@ -342,12 +347,8 @@ Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf
   const auto filter = check(parameters, scene, thicknessOf);
   Outline outline;
   outline.settings = filter->MakeSettings();
-  filter->WithOutline([&](const ReconstructionInput& input) {
-    outline.fits.push_back(input);
-    if (parameters->GetEvaluateQuality())
-      outline.fits.push_back(
-          keptOutline(input.stacks.front().image.geometry, parameters->GetQualityGap(), 2));
-  });
+  filter->WithOutline(
+      [&](const ReconstructionInput& input) { outline.fits = fitOutlines(input, filter->keepEvery); });
   return outline;
 }
 
@@ -356,16 +357,8 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const
   auto task = std::make_shared<Task>();
   task->filter = filterFor(parameters, scene, thicknessOf, *task);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
-  if (parameters->GetEvaluateQuality()) {
-    QualityRequest request;
-    request.honestCase.factor = parameters->GetQualityGap();
-    request.honestCase.axis = 2; // of the stack that the filter makes of the input
-    request.settings = task->filter->MakeSettings();
-    task->quality = std::move(request);
-  }
   takeMask(task->filter, parameters, inputs.front());
-  if (copy && !task->filter->TakeSnapshot())
-    refuse(ErrorCode::InvalidArgument, task->filter->GetErrorMessage());
+  if (copy && !task->filter->TakeSnapshot()) task->filter->RethrowError();
   for (vtkMRMLVolumeNode* input : inputs)
     task->inputNames +=
         (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");

@@ -1,6 +1,7 @@
 #pragma once
+#include "Core/Failure.h"
 #include "Core/MemoryEstimate.h"
-#include "Evaluation/Protocols.h"
+#include "Evaluation/JudgedReconstruction.h"
 #include "vtkInnerGSReconstruct.h"
 
 #include <vtkSmartPointer.h>
@@ -23,45 +24,41 @@ namespace innergs::mrml {
 class SegmentationMask;
 class Stragglers;
 
-/// The filter with its settings open to the layer that evaluates them.
+/// The filter with its settings open to this layer, which also judges its quality by protocol H.
 class JobFilter : public vtkInnerGSReconstruct {
 public:
   static JobFilter* New();
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
   using vtkInnerGSReconstruct::MakeSettings;
   using vtkInnerGSReconstruct::WithOutline;
-  /// Called on the worker after a fit, with its input.
-  std::function<void(ReconstructionInput&&)> takeBack;
   /// Made on the worker, before the fit, with what its parts may leave behind.
   std::unique_ptr<SegmentationMask> mask;
   Stragglers* unstoppable = nullptr;
+  /// See JudgedReconstruction.
+  std::optional<int> keepEvery;
+  std::optional<EvaluationReport> quality;
+  /// Called on the worker.
+  ProgressCallback told;
 
 protected:
   JobFilter();
   ~JobFilter() override;
-  void CompleteInput(ReconstructionInput& input, const std::stop_token& stop) override;
-  void GiveBack(ReconstructionInput&& input) override;
-};
-
-/// Protocol H on the first input, cut to the region: on the voxels that the fit worked on.
-struct QualityRequest {
-  HonestCase honestCase;
-  Settings settings;
+  ReconstructionResult Reconstruct(ReconstructionInput&& input, const Settings& settings,
+                                   const std::stop_token& stop) override;
+  void ReportProgress(const innergs::Progress& progress) override;
 };
 
 /// A reconstruction that the worker can do without looking at a node.
 struct Task {
   vtkSmartPointer<vtkSlicerInnerGSJob> job; // for the main thread alone
   vtkSmartPointer<JobFilter> filter;        // holds the snapshot
-  std::optional<QualityRequest> quality;
   std::stop_source stop;
 
   // What the worker found.
-  std::string error;
+  Failure failure; // no sentence: none
   bool cancelled = false;
   bool judging = false; // the fit is complete: who cancels now only ends the judging of its quality
   std::optional<EvaluationReport> report;
-  std::string qualityError;
 
   // For the main thread, when it is done.
   bool discard = false; // nobody wants the result any more

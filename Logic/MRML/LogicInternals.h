@@ -15,7 +15,7 @@
 struct vtkSlicerInnerGSLogic::Internals {
   vtkSlicerInnerGSLogic* logic;
   std::thread::id mainThread = std::this_thread::get_id();
-  std::string lastError;
+  innergs::Failure lastError; // no sentence: none
   vtkSmartPointer<vtkSlicerInnerGSJob> lastJob;
   std::vector<std::shared_ptr<innergs::mrml::SliceFollower>> followers;
   innergs::mrml::JobDelivery delivery;
@@ -32,7 +32,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   innergs::mrml::JobQueue queue;  // last: its worker ends before the rest goes
 
   explicit Internals(vtkSlicerInnerGSLogic* owner)
-      : logic(owner), delivery(owner, [this](const std::string& sentence) { this->fail(sentence); }),
+      : logic(owner), delivery(owner, [this](const innergs::Failure& failure) { this->fail(failure); }),
         fine([this] { this->ring(); }), queue([this] { this->ring(); }) {
     onBell->SetClientData(owner);
     onBell->SetCallback([](vtkObject*, unsigned long, void* self, void*) {
@@ -79,7 +79,7 @@ struct vtkSlicerInnerGSLogic::Internals {
 
   /// Runs the task; what it throws becomes an ErrorEvent and the last error. False then.
   bool guard(const std::function<void()>& task);
-  void fail(const std::string& sentence);
+  void fail(const innergs::Failure& failure);
   innergs::mrml::Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters) const; // throws Error
   innergs::mrml::ThicknessOf thicknessOf() const;
   void showFine(const std::shared_ptr<innergs::mrml::SliceFollower>& follower,

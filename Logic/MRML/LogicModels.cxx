@@ -111,7 +111,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
     if (!slice) throw Error(ErrorCode::InvalidArgument, "There is no slice view to follow: choose one.");
     const auto follower = std::make_shared<mrml::SliceFollower>(
         model, slice, this->MaximumFollowPixels,
-        [this](const std::string& sentence) { this->Work->fail(sentence); },
+        [this](const innergs::Failure& failure) { this->Work->fail(failure); },
         [this](const std::shared_ptr<mrml::SliceFollower>& coarse, mrml::PlaneOrder order) {
           this->Work->fine.order(coarse, std::move(order));
         });

@@ -23,14 +23,17 @@ namespace innergs::mrml {
 
 namespace {
 
-/// What a storage node fails with becomes Error(code), its own sentence if it has one.
+/// What a storage node fails with becomes an Error, by its own code and sentence if it has one.
 void transfer(vtkMRMLInnerGSModelStorageNode* storage, const std::function<int()>& task, ErrorCode code,
               const std::string& otherwise) {
   vtkNew<vtkCallbackCommand> quiet;
   const unsigned long tag = storage->AddObserver(vtkCommand::ErrorEvent, quiet);
   const int done = task();
   storage->RemoveObserver(tag);
-  if (!done) throw Error(code, storage->GetErrorMessage().empty() ? otherwise : storage->GetErrorMessage());
+  if (done) return;
+  if (const std::string message = storage->GetErrorMessage(); !message.empty())
+    throw Error(vtkInnerGSAlgorithm::FromErrorNumber(storage->GetErrorCode()), message);
+  throw Error(code, otherwise);
 }
 
 } // namespace

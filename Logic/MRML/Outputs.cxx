@@ -62,6 +62,8 @@ void setProvenance(vtkMRMLNode* node, const Task& task) {
   node->SetAttribute("InnerGS.TrainingPSNR", decibels(task.filter->GetTrainingPSNR()).c_str());
   const std::string heldOut = decibels(task.filter->GetHeldOutPSNR());
   node->SetAttribute("InnerGS.HeldOutPSNR", heldOut.empty() ? nullptr : heldOut.c_str());
+  const std::string slices = std::to_string(task.filter->GetNumberOfHeldOutSlices());
+  node->SetAttribute("InnerGS.HeldOutSlices", heldOut.empty() ? nullptr : slices.c_str());
 }
 
 } // namespace

@@ -45,8 +45,7 @@ void run(vtkInnerGSAlgorithm* filter) {
   const unsigned long tag = filter->AddObserver(vtkCommand::ErrorEvent, quiet);
   filter->Update();
   filter->RemoveObserver(tag);
-  if (const std::string message = filter->GetErrorMessage(); !message.empty())
-    throw Error(ErrorCode::InvalidArgument, message);
+  filter->RethrowError();
 }
 
 vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
@@ -86,7 +85,7 @@ void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* 
   vtkNew<vtkCallbackCommand> quiet;
   query->AddObserver(vtkCommand::ErrorEvent, quiet);
   if (!query->Evaluate(toModel ? local.Get() : points, values))
-    throw Error(ErrorCode::InvalidArgument, query->GetErrorMessage());
+    throw Error(vtkInnerGSAlgorithm::FromErrorNumber(query->GetErrorCode()), query->GetErrorMessage());
 }
 
 namespace {

@@ -69,8 +69,8 @@ void SliceFollower::update() {
     if (query()) show();
     lastError_.clear();
   } catch (...) {
-    const std::string sentence = failureOf().sentence;
-    if (std::exchange(lastError_, sentence) != sentence) onError_(sentence);
+    const Failure failure = failureOf();
+    if (std::exchange(lastError_, failure.sentence) != failure.sentence) onError_(failure);
   }
   updating_ = false;
 }

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Failure.h"
 #include "FinePlanes.h"
 
 #include <vtkNew.h>
@@ -26,7 +27,7 @@ namespace innergs::mrml {
 /// end it.
 class SliceFollower : public std::enable_shared_from_this<SliceFollower> {
 public:
-  using ErrorHandler = std::function<void(const std::string&)>;
+  using ErrorHandler = std::function<void(const Failure&)>;
   /// fine: called with what to query in full once the view is at rest, when a plane was made coarsely.
   using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, PlaneOrder)>;
   SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,

@@ -5,6 +5,7 @@
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
+#include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
@@ -76,6 +77,7 @@ void vtkMRMLInnerGSModelStorageNode::InitializeSupportedWriteFileTypes() {
 
 int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
   this->ErrorMessage.clear();
+  this->ErrorCode = 0;
   auto* modelNode = vtkMRMLInnerGSModelNode::SafeDownCast(node);
   const std::string name = this->GetFullNameFromFileName();
   try {
@@ -93,11 +95,18 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     modelNode->SetModel(model);
     return 1;
   } catch (...) {
-    this->ErrorMessage = innergs::failureOf().sentence;
-    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, this->ErrorMessage);
-    vtkErrorMacro(<< this->ErrorMessage);
-    return 0;
+    return this->Fail();
   }
+}
+
+/// With the exception that is being handled.
+int vtkMRMLInnerGSModelStorageNode::Fail() {
+  const innergs::Failure failure = innergs::failureOf();
+  this->ErrorMessage = failure.sentence;
+  this->ErrorCode = vtkInnerGSAlgorithm::ToErrorNumber(failure.code);
+  this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, this->ErrorMessage);
+  vtkErrorMacro(<< this->ErrorMessage);
+  return 0;
 }
 
 int vtkMRMLInnerGSModelStorageNode::WriteData(vtkMRMLNode* node) {
@@ -109,6 +118,7 @@ int vtkMRMLInnerGSModelStorageNode::WriteData(vtkMRMLNode* node) {
 
 int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
   this->ErrorMessage.clear();
+  this->ErrorCode = 0;
   this->Partly = false;
   auto* modelNode = vtkMRMLInnerGSModelNode::SafeDownCast(node);
   const std::string name = this->GetFullNameFromFileName();
@@ -137,9 +147,6 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
     }
     return 1;
   } catch (...) {
-    this->ErrorMessage = innergs::failureOf().sentence;
-    this->GetUserMessages()->AddMessage(vtkCommand::ErrorEvent, this->ErrorMessage);
-    vtkErrorMacro(<< this->ErrorMessage);
-    return 0;
+    return this->Fail();
   }
 }

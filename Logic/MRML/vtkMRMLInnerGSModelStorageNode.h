@@ -22,6 +22,7 @@ public:
 
   /// The sentence of the last reading or writing that failed; "" after success.
   vtkGetMacro(ErrorMessage, std::string);
+  vtkGetMacro(ErrorCode, int); // 0 or one of vtkInnerGSAlgorithm::ErrorCodes
 
   /// The file was written by other means: what the node has now is in it.
   void NoteStored();
@@ -36,8 +37,10 @@ protected:
   void InitializeSupportedWriteFileTypes() override;
   int ReadDataInternal(vtkMRMLNode* node) override;
   int WriteDataInternal(vtkMRMLNode* node) override;
+  int Fail();
 
   std::string ErrorMessage;
+  int ErrorCode = 0;
   bool Partly = false; // written last, and not everything
 };
 

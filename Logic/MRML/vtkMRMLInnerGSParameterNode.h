@@ -178,10 +178,11 @@ public:
   ///@}
 
   ///@{
-  /// Share of each input's slices withheld from the fit to report the quality on them; 0 (default) to 0.5.
+  /// Share of each input's slices withheld from a second fit, to report the quality on them; 0 (default) to
+  /// 0.5.
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);
-  /// Also judge the settings on the first input by protocol H: keep every QualityGap-th axial slice (0,
+  /// Also judge the settings on the first input by protocol H: keep every QualityGap-th slice (0,
   /// default: 2nd or 4th by its spacing), score the others beside linear, cubic and Lanczos interpolation, in
   /// a table node. Off by default.
   vtkSetMacro(EvaluateQuality, bool);

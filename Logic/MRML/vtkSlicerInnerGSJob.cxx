@@ -1,6 +1,7 @@
 #include "vtkSlicerInnerGSJob.h"
 
 #include "Core/NumberText.h"
+#include "Core/Progress.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 
@@ -12,13 +13,10 @@
 #include <vtkObjectFactory.h>
 
 #include <cmath>
-#include <limits>
 
 vtkStandardNewMacro(vtkSlicerInnerGSJob);
 
-vtkSlicerInnerGSJob::vtkSlicerInnerGSJob()
-    : TrainingPSNR(std::numeric_limits<double>::quiet_NaN()),
-      HeldOutPSNR(std::numeric_limits<double>::quiet_NaN()) {}
+vtkSlicerInnerGSJob::vtkSlicerInnerGSJob() : Told(std::make_unique<innergs::Progress>()) {}
 vtkSlicerInnerGSJob::~vtkSlicerInnerGSJob() = default;
 
 void vtkSlicerInnerGSJob::PrintSelf(ostream& os, vtkIndent indent) {
@@ -43,15 +41,51 @@ bool vtkSlicerInnerGSJob::IsDone() {
 std::string vtkSlicerInnerGSJob::GetDescription() {
   if (this->State == Failed) return this->ErrorMessage;
   if (this->State != Running) return GetStateAsString(this->State);
-  std::string line = innergs::formatted("%.60s, %.0f %%", this->Phase.c_str(), 100 * this->Progress);
-  if (this->CurrentIteration > 0)
-    line += innergs::formatted(", sweep %d of %d, %.1f dB", this->CurrentIteration, this->TotalIterations,
-                               this->TrainingPSNR);
-  if (this->RemainingSeconds >= 1)
-    line += innergs::formatted(", about %.0f s left", std::ceil(this->RemainingSeconds));
+  const innergs::Progress& told = *this->Told;
+  std::string line = innergs::formatted("%.60s, %.0f %%", innergs::phaseName(told.phase), 100 * told.fraction);
+  if (told.iteration > 0) line += innergs::formatted(", sweep %d of %d", told.iteration, told.iterations);
+  if (!std::isnan(told.trainingPsnr))
+    line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);
+  if (told.remaining >= 1) line += innergs::formatted(", about %.0f s left", std::ceil(told.remaining));
   return line;
 }
 
+std::string vtkSlicerInnerGSJob::GetPhase() {
+  return this->State == Queued ? "Waiting" : innergs::phaseName(this->Told->phase);
+}
+bool vtkSlicerInnerGSJob::IsJudging() {
+  return this->State == Running && this->Told->phase == innergs::Phase::Judging;
+}
+double vtkSlicerInnerGSJob::GetProgress() {
+  return this->Told->fraction;
+}
+int vtkSlicerInnerGSJob::GetCurrentIteration() {
+  return this->Told->iteration;
+}
+int vtkSlicerInnerGSJob::GetTotalIterations() {
+  return this->Told->iterations;
+}
+double vtkSlicerInnerGSJob::GetLoss() {
+  return this->Told->loss;
+}
+double vtkSlicerInnerGSJob::GetTrainingPSNR() {
+  return this->Told->trainingPsnr;
+}
+double vtkSlicerInnerGSJob::GetHeldOutPSNR() {
+  return this->Told->heldOutPsnr;
+}
+vtkIdType vtkSlicerInnerGSJob::GetNumberOfGaussians() {
+  return static_cast<vtkIdType>(this->Told->gaussians);
+}
+double vtkSlicerInnerGSJob::GetElapsedSeconds() {
+  return this->Told->elapsed;
+}
+double vtkSlicerInnerGSJob::GetRemainingSeconds() {
+  return this->Told->remaining;
+}
+const innergs::Progress& vtkSlicerInnerGSJob::GetProgressReport() const {
+  return *this->Told;
+}
 vtkMRMLInnerGSParameterNode* vtkSlicerInnerGSJob::GetParameterNode() {
   return this->ParameterNode;
 }

@@ -7,6 +7,7 @@
 #include <vtkSmartPointer.h> // members
 #include <vtkWeakPointer.h>  // members
 
+#include <memory> // member
 #include <string> // returned
 #include <vector> // member
 
@@ -17,9 +18,12 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLTableNode;
 class vtkMatrix4x4;
 #ifndef __VTK_WRAP__
-namespace innergs::mrml {
+namespace innergs {
+struct Progress;
+namespace mrml {
 class JobDelivery;
 }
+} // namespace innergs
 #endif
 
 /// One reconstruction of vtkSlicerInnerGSLogic: how far it is and what it gave. The call data of the logic's
@@ -41,16 +45,22 @@ public:
 
   ///@{
   /// How far it is.
-  vtkGetMacro(Phase, std::string); // "Preparing", "Fitting", ...
-  vtkGetMacro(Progress, double);   // of the whole job, 0 to 1
-  vtkGetMacro(CurrentIteration, int);
-  vtkGetMacro(TotalIterations, int);
-  vtkGetMacro(Loss, double);         // of the last sweep, normalised intensity units
-  vtkGetMacro(TrainingPSNR, double); // dB, fitted samples; NaN: unknown
-  vtkGetMacro(HeldOutPSNR, double);  // dB; NaN when nothing was held out
-  vtkGetMacro(NumberOfGaussians, vtkIdType);
-  vtkGetMacro(ElapsedSeconds, double);
-  vtkGetMacro(RemainingSeconds, double); // estimated
+  std::string GetPhase(); // for people: "Preparing", "Fitting", ...
+  /// The fit is complete, and a second one judges its quality: a cancel only ends that.
+  bool IsJudging();
+  double GetProgress();      // of the whole job, 0 to 1
+  int GetCurrentIteration(); // of the second fit while the quality is judged
+  int GetTotalIterations();
+  double GetLoss();         // of the last sweep, normalised intensity units
+  double GetTrainingPSNR(); // dB, fitted samples; NaN: unknown
+  double GetHeldOutPSNR();  // dB on withheld slices, of a second fit that did not see them; NaN: unknown
+  vtkIdType GetNumberOfGaussians();
+  double GetElapsedSeconds();
+  double GetRemainingSeconds(); // estimated, of the whole job
+#ifndef __VTK_WRAP__
+  /// All of that.
+  const innergs::Progress& GetProgressReport() const;
+#endif
   /// Where the fit runs, or ran in the end, and why; "" before that is known.
   vtkGetMacro(DeviceNote, std::string);
   /// One line for people.
@@ -65,10 +75,13 @@ public:
   /// After the end. What went wrong, as one sentence that says what to do ("" unless Failed), and sentences
   /// that the user should read.
   vtkGetMacro(ErrorMessage, std::string);
+  vtkGetMacro(ErrorCode, int); // one of vtkInnerGSAlgorithm::ErrorCodes, or 0
   int GetNumberOfWarnings();
   std::string GetWarning(int index);
   /// "name=value; ...": every setting as it was used.
   vtkGetMacro(UsedSettings, std::string);
+  vtkGetMacro(QualityState, int); // one of vtkInnerGSReconstruct::QualityStates
+  vtkGetMacro(NumberOfHeldOutSlices, int);
   /// Null unless Finished, or when deleted since.
   vtkMRMLScalarVolumeNode* GetVolumeNode();
   vtkMRMLInnerGSModelNode* GetModelNode();
@@ -84,10 +97,8 @@ protected:
 #endif
 
   int State = Queued;
-  std::string Phase = "Waiting";
-  double Progress = 0, Loss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
-  int CurrentIteration = 0, TotalIterations = 0;
-  vtkIdType NumberOfGaussians = 0;
+  std::unique_ptr<innergs::Progress> Told;
+  int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
   std::string DeviceNote, ErrorMessage, UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;

@@ -28,7 +28,7 @@ namespace mrml = innergs::mrml;
 
 bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) {
   const vtkSmartPointer<vtkObject> alive = logic; // an observer of what the task makes may let go of it
-  lastError.clear();
+  lastError = {};
   try {
     if (std::this_thread::get_id() != mainThread)
       throw Error(
@@ -38,22 +38,26 @@ bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) 
     task();
     return true;
   } catch (...) {
-    fail(innergs::failureOf().sentence);
+    fail(innergs::failureOf());
   }
   return false;
 }
 
-void vtkSlicerInnerGSLogic::Internals::fail(const std::string& sentence) {
+void vtkSlicerInnerGSLogic::Internals::fail(const innergs::Failure& failure) {
   const vtkSmartPointer<vtkObject> alive = logic; // an observer may let go of it
-  lastError = sentence;
-  vtkErrorWithObjectMacro(logic, << sentence);
+  lastError = failure;
+  vtkErrorWithObjectMacro(logic, << failure.sentence);
 }
 
 void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::SliceFollower>& follower,
                                                 const mrml::FinePlanes::Plane& plane) {
   const bool followed = std::find(followers.begin(), followers.end(), follower) != followers.end();
-  const std::string problem = followed ? innergs::sentenceOf([&] { follower->show(plane); }) : "";
-  if (!problem.empty()) fail(problem);
+  if (!followed) return;
+  try {
+    follower->show(plane);
+  } catch (...) {
+    fail(innergs::failureOf());
+  }
 }
 
 mrml::Outline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) const {
@@ -84,7 +88,7 @@ void vtkSlicerInnerGSLogic::SetMRMLApplicationLogic(vtkMRMLApplicationLogic* app
 void vtkSlicerInnerGSLogic::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Jobs: " << this->GetNumberOfJobs() << "\n";
-  os << indent << "LastError: " << this->Work->lastError << "\n";
+  os << indent << "LastError: " << this->Work->lastError.sentence << "\n";
 }
 
 std::string vtkSlicerInnerGSLogic::GetVersion() {
@@ -214,7 +218,13 @@ int vtkSlicerInnerGSLogic::ProcessPendingEvents() {
 }
 
 std::string vtkSlicerInnerGSLogic::GetLastError() {
-  return this->Work->lastError;
+  return this->Work->lastError.sentence;
+}
+
+int vtkSlicerInnerGSLogic::GetLastErrorCode() {
+  return this->Work->lastError.sentence.empty()
+             ? 0
+             : vtkInnerGSAlgorithm::ToErrorNumber(this->Work->lastError.code);
 }
 
 std::string vtkSlicerInnerGSLogic::CheckParameters(vtkMRMLInnerGSParameterNode* parameters) {

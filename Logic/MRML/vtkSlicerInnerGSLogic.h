@@ -81,6 +81,8 @@ public:
 
   /// The sentence of the last error; "" when the last call went well.
   std::string GetLastError();
+  /// Its kind, one of vtkInnerGSAlgorithm::ErrorCodes; 0 when the last call went well.
+  int GetLastErrorCode();
   /// The sentence with which a reconstruction would be refused, "" when it can start. Voxels are not looked
   /// at.
   std::string CheckParameters(vtkMRMLInnerGSParameterNode* parameters);

@@ -9,7 +9,7 @@ from ._scene import Cancelled, Error, logic, logic_of, quiet
 
 Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings")
 Result.__doc__ = """What a reconstruction gave: nodes (table: None unless quality was asked for), PSNR in dB on the fitted
-samples and on withheld ones (NaN without), and sentences that the user should read."""
+samples and, of a second fit, on the slices withheld from it (NaN without), and sentences that the user should read."""
 
 
 class Job:
@@ -80,7 +80,7 @@ class Job:
         return (job.GetPreviewImage(), job.GetPreviewIJKToRASMatrix()) if job.GetPreviewImage() else None
 
     def cancel(self):
-        """Ends it within 200 ms; no node is changed."""
+        """Ends it within 200 ms; no node is changed, unless only the quality was still being judged."""
         self._logic.Cancel(self._job)
 
     def result(self, timeout=None):
@@ -99,7 +99,7 @@ class Job:
             raise
         job = self._job
         if job.GetState() == job.Failed:
-            raise Error(job.GetErrorMessage())
+            raise Error(job.GetErrorMessage(), job.GetErrorCode())
         if job.GetState() == job.Cancelled:
             raise Cancelled("The reconstruction was cancelled.")
         warnings = [job.GetWarning(n) for n in range(job.GetNumberOfWarnings())]
@@ -127,10 +127,10 @@ def start(volumes, spacing=None, *, progress=None, preview=None, parameter_node=
     with quiet(owner):
         job = owner.StartReconstruction(node)
     if job is None:
-        sentence = owner.GetLastError()
+        error = Error(owner.GetLastError(), owner.GetLastErrorCode())
         if own is not None:
             own.GetScene().RemoveNode(own)
-        raise Error(sentence)
+        raise error
     return Job(owner, job, own, progress, preview)
 
 
@@ -146,8 +146,9 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
     axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default the one with clearly the
                  coarsest spacing, else 2
-    held_out     share of slices (0 to 0.5) withheld to report held_out_psnr
-    quality      also judge the settings by protocol H (keep every quality_gap-th axial slice; 0: the 2nd of thick
+    held_out     share of slices (0 to 0.5) withheld from a second fit, which takes about the same time again, to report
+                 held_out_psnr; the result is fitted to all slices
+    quality      also judge the settings by protocol H (keep every quality_gap-th slice; 0: the 2nd of thick
                  slices, the 4th of thin ones) in a table node
     output, output_model  nodes to write to instead of new ones
     progress, preview     called with the Job from time to time

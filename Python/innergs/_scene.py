@@ -7,7 +7,11 @@ import weakref
 
 
 class Error(RuntimeError):
-    """What went wrong, in a sentence that says what to do."""
+    """What went wrong, in a sentence that says what to do. code: one of vtkInnerGSAlgorithm's ErrorCodes, or 0."""
+
+    def __init__(self, sentence="", code=0):
+        super().__init__(sentence)
+        self.code = code
 
 
 class Cancelled(Error):
@@ -65,5 +69,5 @@ def quiet(target):
 
 def checked(target, value):
     if value is None or value is False:
-        raise Error(target.GetLastError())
+        raise Error(target.GetLastError(), target.GetLastErrorCode())
     return value

@@ -1,5 +1,6 @@
 #include "Core/ReconstructionJob.h"
 #include "MrmlFixture.h"
+#include "vtkInnerGSAlgorithm.h"
 
 #include <vtkMRMLBSplineTransformNode.h>
 #include <vtkMRMLGridTransformNode.h>
@@ -28,7 +29,7 @@ class BadInputTest : public MrmlFixture {
 protected:
   /// The reconstruction is refused or fails with a sentence that holds the words; one ErrorEvent, no new
   /// node, outputs as they were.
-  void expectError(Parameters* parameters, const std::string& words) {
+  void expectError(Parameters* parameters, const std::string& words, int code = 0) {
     errors.clear();
     const int before = scene->GetNumberOfNodes();
     EXPECT_FALSE(logic->Reconstruct(parameters)) << words;
@@ -39,6 +40,10 @@ protected:
     EXPECT_EQ(logic->GetNumberOfJobs(), 0);
     ASSERT_FALSE(logic->GetLastError().empty());
     EXPECT_EQ(logic->GetLastError().back(), '.');
+    if (code != 0)
+      EXPECT_EQ(logic->GetLastErrorCode(), code) << words;
+    else
+      EXPECT_NE(logic->GetLastErrorCode(), 0) << words;
   }
 };
 
@@ -163,7 +168,7 @@ TEST_F(BadInputTest, Images) {
   rgb->AllocateScalars(VTK_UNSIGNED_CHAR, 3);
   colours->SetAndObserveImageData(rgb);
   parameters->SetInputVolumeNode(colours);
-  expectError(parameters, "3 values per voxel");
+  expectError(parameters, "3 values per voxel", vtkInnerGSAlgorithm::UnsupportedImageError);
 
   auto* bad =
       vtkMRMLScalarVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLScalarVolumeNode", "NaN"));
@@ -173,14 +178,15 @@ TEST_F(BadInputTest, Images) {
   nan->GetPointData()->GetScalars()->Fill(std::numeric_limits<double>::quiet_NaN());
   bad->SetAndObserveImageData(nan);
   parameters->SetInputVolumeNode(bad);
-  expectError(parameters, "finite");
+  expectError(parameters, "finite", vtkInnerGSAlgorithm::NoDataError); // found by the worker
+  EXPECT_EQ(logic->GetLastJob()->GetErrorCode(), vtkInnerGSAlgorithm::NoDataError);
 
   vtkNew<vtkImageData> slice;
   slice->SetDimensions(8, 8, 1);
   slice->AllocateScalars(VTK_FLOAT, 1);
   slice->GetPointData()->GetScalars()->Fill(1);
   bad->SetAndObserveImageData(slice);
-  expectError(parameters, "single slice");
+  expectError(parameters, "single slice", vtkInnerGSAlgorithm::UnsupportedImageError);
 
   // Two scans that do not meet.
   auto* far = addVolume("Far");
@@ -190,7 +196,10 @@ TEST_F(BadInputTest, Images) {
   far->SetIJKToRASMatrix(matrix);
   parameters->SetInputVolumeNode(addVolume());
   parameters->AddInputVolumeNode(far);
-  expectError(parameters, "overlap");
+  expectError(parameters, "overlap", vtkInnerGSAlgorithm::GeometryError);
+  parameters->SetInputVolumeNode(addVolume());
+  EXPECT_TRUE(logic->Reconstruct(parameters));
+  EXPECT_EQ(logic->GetLastErrorCode(), 0);
 }
 
 TEST_F(BadInputTest, Transforms) {
@@ -243,7 +252,7 @@ TEST_F(BadInputTest, Settings) {
   expectError(parameters, "iterations");
   parameters->SetNumberOfIterations(0);
   parameters->SetHeldOutFraction(0.9);
-  expectError(parameters, "held-out");
+  expectError(parameters, "held-out", vtkInnerGSAlgorithm::InvalidArgumentError);
   parameters->SetHeldOutFraction(0);
   parameters->EvaluateQualityOn();
   parameters->SetQualityGap(1);
@@ -312,7 +321,9 @@ TEST_F(BadInputTest, Queries) {
   EXPECT_EQ(logic->FollowSlice(empty, nullptr), nullptr);
   EXPECT_EQ(logic->CreateGaussianModel(empty), nullptr);
   EXPECT_FALSE(logic->SaveModel(empty, (folder / "none.innergs").string()));
+  EXPECT_EQ(logic->GetLastErrorCode(), vtkInnerGSAlgorithm::NoDataError);
   EXPECT_EQ(logic->LoadModel((folder / "none.innergs").string()), nullptr);
+  EXPECT_EQ(logic->GetLastErrorCode(), vtkInnerGSAlgorithm::FileNotFoundError) << logic->GetLastError();
   EXPECT_EQ(scene->GetNumberOfNodes(), nodes);
 
   ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
@@ -322,6 +333,7 @@ TEST_F(BadInputTest, Queries) {
   EXPECT_EQ(logic->QueryPlane(model, plane, 10, 10, -1), nullptr);
   plane->SetElement(0, 0, 0);
   EXPECT_EQ(logic->QueryPlane(model, plane, 10, 10, 1), nullptr);
+  EXPECT_EQ(logic->GetLastErrorCode(), vtkInnerGSAlgorithm::GeometryError) << logic->GetLastError();
   EXPECT_EQ(logic->Resample(model, -3), nullptr);
   EXPECT_FALSE(logic->GetValuesAtRAS(model, nullptr, nullptr));
   vtkNew<vtkFloatArray> values;

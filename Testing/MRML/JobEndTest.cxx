@@ -1,3 +1,4 @@
+#include "../NoMoreThreads.h"
 #include "JobFixture.h"
 
 namespace {
@@ -192,6 +193,26 @@ TEST_F(JobTest, SceneChangedWhileOutputsAreMade) {
       scene->Clear(false);
       if (count < when) break;
     }
+}
+
+TEST_F(JobTest, FailsWithASentenceWithoutAThread) {
+  auto* parameters = addParameters(addVolume());
+  parameters->SetNumberOfIterations(2);
+  parameters->SetNumberOfThreads(1);
+  vtkSmartPointer<vtkSlicerInnerGSJob> job;
+  int failed = 0;
+  Observer watch(logic, {Logic::JobFailedEvent}, [&](unsigned long, void*) { ++failed; });
+  {
+    const NoMoreThreads none;
+    if (!none.works()) GTEST_SKIP() << "It is not known how to keep threads from starting here.";
+    job = logic->StartReconstruction(parameters);
+  }
+  ASSERT_NE(job, nullptr);
+  ASSERT_TRUE(logic->WaitForJob(job, 10));
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Failed);
+  EXPECT_FALSE(job->GetErrorMessage().empty());
+  EXPECT_EQ(failed, 1);
+  EXPECT_TRUE(logic->Reconstruct(parameters)); // and again
 }
 
 // Its observers may be going as well, Python's for one: no event.

@@ -1,4 +1,5 @@
 #include "MrmlFixture.h"
+#include "vtkInnerGSReconstruct.h"
 
 #include <vtkMRMLLabelMapVolumeNode.h>
 #include <vtkMRMLMarkupsROINode.h>
@@ -341,7 +342,19 @@ TEST_F(ReconstructTest, QualityTable) {
   EXPECT_EQ(table->GetNodeReference("InnerGSModel"), logic->GetLastJob()->GetModelNode());
   EXPECT_EQ(table->GetNodeReference("InnerGSVolume"), logic->GetLastJob()->GetVolumeNode());
   EXPECT_GT(logic->GetLastJob()->GetHeldOutPSNR(), 20);
+  EXPECT_EQ(logic->GetLastJob()->GetNumberOfHeldOutSlices(), 4);
+  EXPECT_EQ(logic->GetLastJob()->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
   EXPECT_STRNE(table->GetAttribute("InnerGS.HeldOutPSNR"), nullptr);
+  // Judged in both ways, the result is the one that is fitted to all slices.
+  const vtkSmartPointer<vtkImageData> judged = logic->GetLastJob()->GetVolumeNode()->GetImageData();
+  parameters->SetHeldOutFraction(0);
+  parameters->EvaluateQualityOff();
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_EQ(logic->GetLastJob()->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);
+  vtkImageData* plain = logic->GetLastJob()->GetVolumeNode()->GetImageData();
+  EXPECT_EQ(std::memcmp(judged->GetScalarPointer(), plain->GetScalarPointer(),
+                        sizeof(float) * static_cast<std::size_t>(plain->GetNumberOfPoints())),
+            0);
 }
 
 } // namespace

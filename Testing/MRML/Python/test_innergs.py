@@ -87,6 +87,15 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(result.table.GetTable().GetNumberOfRows(), 4)
         self.assertEqual(result.volume.GetAttribute("InnerGS.Inputs"), "Axial; Coronal")
 
+    def test_held_out_slices_judge_a_second_fit(self):
+        source = add_volume(self.scene)
+        plain = innergs.reconstruct(source, preset="fast", iterations=10)
+        judged = innergs.reconstruct(source, preset="fast", iterations=10, held_out=0.2)
+        self.assertTrue(math.isnan(plain.held_out_psnr))
+        self.assertLess(judged.held_out_psnr, judged.training_psnr)
+        self.assertEqual(judged.training_psnr, plain.training_psnr)
+        self.assertEqual(innergs.query(judged.model, [1, 2, 3]), innergs.query(plain.model, [1, 2, 3]))
+
     def test_background_job(self):
         threads, fractions = set(), []
 
