@@ -49,19 +49,26 @@ struct FitChart::Scale {
 
 FitChart::FitChart(QWidget* parent) : QWidget(parent) {
   setMinimumHeight(9 * fontMetrics().lineSpacing());
-  setAccessibleName(tr("PSNR and loss over the sweeps"));
+  setAccessibleName(tr("PSNR on the fitted samples and loss over the sweeps"));
   setToolTip(
-      tr("Over the sweeps through the scans, left axis: PSNR in dB on the fitted samples (thick) and on\n"
-         "held-out slices (dashed); right axis: the loss, without unit, on a logarithmic scale (thin)."));
+      tr("Over the sweeps through the scans, left axis: PSNR in dB on the fitted samples, not held out\n"
+         "(thick); right axis: the loss, without unit, on a logarithmic scale (thin)."));
   setAttribute(Qt::WA_OpaquePaintEvent);
 }
 
 void FitChart::clear() {
   points_.clear();
+  members_ = 1;
+  coarse_ = 0;
+  sweepsPerMember_ = 1e300;
   update();
 }
 
 void FitChart::add(const Progress& progress) {
+  if (progress.phase != Phase::Fitting) return;
+  members_ = std::max(1, progress.members);
+  coarse_ = progress.coarseIterations;
+  if (progress.iterations > 0) sweepsPerMember_ = static_cast<double>(progress.iterations) / members_;
   const auto sweep = static_cast<double>(progress.iteration);
   if (sweep <= (points_.empty() ? 0 : points_.back().sweep) || !(progress.loss > 0)) return;
   if (points_.size() >= kMostPoints) { // every second goes
@@ -70,8 +77,26 @@ void FitChart::add(const Progress& progress) {
       points_[kept++] = points_[n];
     points_.resize(kept);
   }
-  points_.push_back({sweep, progress.trainingPsnr > 0 ? progress.trainingPsnr : NAN,
-                     progress.heldOutPsnr > 0 ? progress.heldOutPsnr : NAN, progress.loss});
+  points_.push_back({sweep, progress.trainingPsnr > 0 ? progress.trainingPsnr : NAN, progress.loss});
+}
+
+int FitChart::lines() const {
+  int count = points_.empty() ? 0 : 1;
+  for (std::size_t n = 1; n < points_.size(); ++n)
+    count += !sameLine(points_[n - 1], points_[n]);
+  return count;
+}
+
+QString FitChart::explanation() const {
+  QStringList sentences;
+  if (members_ > 1)
+    sentences << tr("An ensemble of %n models is fitted, one after the other, and merged at the end: each "
+                    "begins anew at a dotted line.",
+                    nullptr, members_);
+  if (coarse_ > 0)
+    sentences << tr("Shaded: sweeps that see the scans at half resolution; their figures do not compare with "
+                    "the others.");
+  return sentences.join(' ');
 }
 
 void FitChart::paintEvent(QPaintEvent*) {
@@ -82,8 +107,7 @@ void FitChart::paintEvent(QPaintEvent*) {
   Scale sweeps, decibels, losses;
   for (const Point& point : points_) {
     sweeps.add(point.sweep);
-    decibels.add(point.fit);
-    decibels.add(point.heldOut);
+    decibels.add(point.psnr);
     losses.add(std::log10(point.loss));
   }
   const double top = 0.7 * line, bottom = height() - 2.2 * line;
@@ -98,6 +122,7 @@ void FitChart::paintEvent(QPaintEvent*) {
   const int label = metrics.horizontalAdvance(QLocale().toString(sweeps.high, 'f', 0)) + 3 * gap;
   sweeps.place(left, right, std::max(1, static_cast<int>((right - left) / std::max(label, 6 * gap))));
   sweeps.step = std::max(1.0, sweeps.step);
+  drawParts(painter, sweeps, top, bottom);
   drawAxes(painter, sweeps, decibels);
   if (points_.size() < 2) return;
   painter.setRenderHint(QPainter::Antialiasing);
@@ -106,14 +131,26 @@ void FitChart::paintEvent(QPaintEvent*) {
   faint.setAlpha(160);
   const QColor main = palette().color(QPalette::Highlight);
   painter.setPen(QPen(faint, 1));
-  QPolygonF curve;
-  for (const Point& point : points_)
-    curve << QPointF(sweeps(point.sweep), losses(std::log10(point.loss)));
-  painter.drawPolyline(curve);
+  drawLines(painter, sweeps, [&](const Point& point) { return losses(std::log10(point.loss)); });
   painter.setPen(QPen(main, 2));
-  drawCurve(painter, sweeps, decibels, &Point::fit);
-  painter.setPen(QPen(main, 2, Qt::DashLine));
-  drawCurve(painter, sweeps, decibels, &Point::heldOut);
+  drawLines(painter, sweeps, [&](const Point& point) { return decibels(point.psnr); });
+}
+
+/// Where members begin, and which of their sweeps see half the resolution.
+void FitChart::drawParts(QPainter& painter, const Scale& sweeps, double top, double bottom) const {
+  if (points_.size() < 2) return;
+  QColor shade = palette().color(QPalette::Text), mark = shade;
+  shade.setAlpha(24);
+  mark.setAlpha(160);
+  const auto within = [&](double sweep) { return std::clamp(sweeps(sweep), sweeps.from, sweeps.to); };
+  for (int n = 0; n <= member(points_.back().sweep); ++n) {
+    const double first = n * sweepsPerMember_ + 0.5;
+    const QRectF coarse(QPointF(within(first), top), QPointF(within(first + coarse_), bottom));
+    if (coarse.width() > 0) painter.fillRect(coarse, shade);
+    if (n == 0 || first < sweeps.low) continue;
+    painter.setPen(QPen(mark, 1, Qt::DotLine));
+    painter.drawLine(QPointF(within(first), top), QPointF(within(first), bottom));
+  }
 }
 
 void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& decibels) const {
@@ -123,9 +160,8 @@ void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& dec
   grid.setAlpha(40);
   const double top = decibels.to, bottom = decibels.from, left = sweeps.from, right = sweeps.to;
   const bool any = points_.size() > 1;
-  const bool known = any && std::any_of(points_.begin(), points_.end(), [](const Point& point) {
-                       return std::isfinite(point.fit) || std::isfinite(point.heldOut);
-                     });
+  const bool known = any && std::any_of(points_.begin(), points_.end(),
+                                        [](const Point& point) { return std::isfinite(point.psnr); });
   const QLocale locale;
   if (known)
     for (double value = decibels.low; value <= decibels.high + 1e-9; value += decibels.step) {
@@ -154,21 +190,30 @@ void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& dec
                    tr("Sweep"));
   const auto drawSide = [&](double x, const QString& name) { // upwards
     painter.save();
-    painter.translate(x, 0.5 * (top + bottom));
+    QFont font = painter.font();
+    const double wide = fontMetrics().horizontalAdvance(name), most = height() - 0.6 * line;
+    if (font.pointSizeF() > 0 && wide > most) font.setPointSizeF(font.pointSizeF() * most / wide);
+    painter.setFont(font);
+    painter.translate(x, 0.5 * height());
     painter.rotate(-90);
     painter.drawText(QRectF(-0.5 * height(), 0, height(), line), Qt::AlignCenter, name);
     painter.restore();
   };
-  drawSide(0.2 * line, QStringLiteral("dB"));
+  drawSide(0.1 * line, tr("PSNR, fitted samples (dB)"));
   drawSide(right + 0.1 * line, tr("Loss")); // its number stands beside the chart
 }
 
-void FitChart::drawCurve(QPainter& painter, const Scale& across, const Scale& up,
-                         double Point::*value) const {
-  QPolygonF curve;
-  for (const Point& point : points_)
-    if (std::isfinite(point.*value)) curve << QPointF(across(point.sweep), up(point.*value));
-  painter.drawPolyline(curve);
+template <class Height>
+void FitChart::drawLines(QPainter& painter, const Scale& across, Height height) const {
+  QPolygonF line;
+  for (std::size_t n = 0; n < points_.size(); ++n) {
+    if (n > 0 && !sameLine(points_[n - 1], points_[n])) {
+      painter.drawPolyline(line);
+      line.clear();
+    }
+    if (const double y = height(points_[n]); std::isfinite(y)) line << QPointF(across(points_[n].sweep), y);
+  }
+  painter.drawPolyline(line);
 }
 
 } // namespace innergs::ui

@@ -7,30 +7,44 @@
 
 namespace innergs::ui {
 
-/// PSNR (left axis, dB) and loss (right axis, logarithmic) over the sweeps. Drawn by Qt alone: a chart in
-/// OpenGL held the window while its shaders were compiled.
+/// PSNR on the fitted samples (left axis, dB) and loss (right axis, logarithmic) over the sweeps of a fit.
+/// Every member of an ensemble, and its sweeps at half resolution, have lines of their own. Drawn by Qt
+/// alone: a chart in OpenGL held the window while its shaders were compiled.
 class FitChart : public QWidget {
   Q_OBJECT
 public:
   explicit FitChart(QWidget* parent = nullptr);
   void clear();
-  /// A report of a sweep already known is left out. Shown at the next update(), which the owner calls.
+  /// Only sweeps of the fit, each once. Shown at the next update(), which the owner calls.
   void add(const Progress& progress);
   int points() const { return static_cast<int>(points_.size()); }
+  /// Lines of one quantity that do not continue each other.
+  int lines() const;
+  /// Sentences on what is drawn in particular: ensembles and half resolution; "" without these.
+  QString explanation() const;
 
 protected:
   void paintEvent(QPaintEvent* event) override;
 
 private:
   struct Point {
-    double sweep, fit, heldOut, loss; // fit and heldOut: dB, or NaN
+    double sweep, psnr, loss; // psnr: dB, or NaN
   };
   struct Scale; // from values to pixels
 
   void drawAxes(QPainter& painter, const Scale& sweeps, const Scale& decibels) const;
-  void drawCurve(QPainter& painter, const Scale& across, const Scale& up, double Point::*value) const;
+  void drawParts(QPainter& painter, const Scale& sweeps, double top, double bottom) const;
+  template <class Height>
+  void drawLines(QPainter& painter, const Scale& across, Height height) const;
+  int member(double sweep) const { return static_cast<int>((sweep - 0.5) / sweepsPerMember_); }
+  bool isCoarse(double sweep) const { return sweep - member(sweep) * sweepsPerMember_ <= coarse_; }
+  bool sameLine(const Point& a, const Point& b) const {
+    return member(a.sweep) == member(b.sweep) && isCoarse(a.sweep) == isCoarse(b.sweep);
+  }
 
   std::vector<Point> points_;
+  int members_ = 1, coarse_ = 0; // see Progress
+  double sweepsPerMember_ = 1e300;
 };
 
 } // namespace innergs::ui

@@ -37,13 +37,19 @@ QString phaseText(const Progress& progress) {
     return ProgressCard::tr("Refining");
   case Phase::Rendering:
     return ProgressCard::tr("Computing the result's voxels");
+  case Phase::Judging:
+    if (progress.iterations > 0)
+      return ProgressCard::tr("Judging the quality (second fit): sweep %1 of %2")
+          .arg(progress.iteration)
+          .arg(progress.iterations);
+    return ProgressCard::tr("Judging the quality");
   case Phase::Done:
     return ProgressCard::tr("Done");
   }
   return {};
 }
 
-/// The figures, with the lines that the chart draws them with.
+/// The figures of a sweep, with the lines that the chart draws them with.
 QString numbersText(const Progress& progress, const QPalette& palette) {
   const QString main = palette.color(QPalette::Highlight).name();
   const auto entry = [](const QString& sign, const QString& colour, const QString& text) {
@@ -56,14 +62,11 @@ QString numbersText(const Progress& progress, const QPalette& palette) {
     parts << entry(QString::fromUtf8("━"), main,
                    ProgressCard::tr("%1 dB on the fitted samples, not held out")
                        .arg(locale.toString(progress.trainingPsnr, 'f', 1)));
-  if (progress.heldOutPsnr > 0)
-    parts << entry(
-        QString::fromUtf8("╍"), main,
-        ProgressCard::tr("%1 dB on held-out slices").arg(locale.toString(progress.heldOutPsnr, 'f', 1)));
   if (progress.loss > 0)
     parts << entry(QString::fromUtf8("─"), palette.color(QPalette::Text).name(),
                    ProgressCard::tr("loss %1").arg(locale.toString(progress.loss, 'g', 2)));
   if (progress.gaussians > 0) parts << gaussiansText(progress.gaussians).toHtmlEscaped();
+  if (!parts.isEmpty()) parts << ProgressCard::tr("after sweep %1").arg(progress.iteration);
   return parts.join(QString::fromUtf8(" &nbsp; "));
 }
 
@@ -72,8 +75,8 @@ QString numbersText(const Progress& progress, const QPalette& palette) {
 ProgressCard::ProgressCard(QWidget* parent)
     : QWidget(parent), head_(new QWidget(this)), phase_(makeWrappedLabel("phaseText", head_)),
       remaining_(new QLabel(head_)), numbers_(makeWrappedLabel("fitNumbers", this)),
-      note_(makeWrappedLabel("fitNote", this)), bar_(new QProgressBar(head_)), chart_(new FitChart(this)),
-      preview_(new PreviewView(this)) {
+      note_(makeWrappedLabel("fitNote", this)), chartNote_(makeWrappedLabel("chartNote", this)),
+      bar_(new QProgressBar(head_)), chart_(new FitChart(this)), preview_(new PreviewView(this)) {
   remaining_->setObjectName("remainingText");
   numbers_->setTextFormat(Qt::RichText);
   bar_->setObjectName("progressBar");
@@ -97,6 +100,7 @@ ProgressCard::ProgressCard(QWidget* parent)
   layout->addWidget(preview_);
   layout->addWidget(numbers_);
   layout->addWidget(chart_);
+  layout->addWidget(chartNote_);
   hide();
   timer_.setSingleShot(true);
   timer_.setInterval(kShowInterval);
@@ -105,19 +109,21 @@ ProgressCard::ProgressCard(QWidget* parent)
 
 void ProgressCard::begin() {
   cancelling_ = fresh_ = false;
+  shown_ = {};
   timer_.stop();
   phase_->setText(tr("Starting"));
   remaining_->clear();
   numbers_->clear();
   note_->clear();
+  fit_ = {};
   bar_->setRange(0, kBarSteps);
   bar_->setValue(0);
   chart_->clear();
   preview_->clear();
   for (QWidget* part : {head_, static_cast<QWidget*>(chart_)})
     part->show();
-  for (QWidget* part :
-       {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_), static_cast<QWidget*>(numbers_)})
+  for (QWidget* part : {static_cast<QWidget*>(note_), static_cast<QWidget*>(preview_),
+                        static_cast<QWidget*>(numbers_), static_cast<QWidget*>(chartNote_)})
     part->hide();
   show();
 }
@@ -129,12 +135,14 @@ void ProgressCard::setProgress(const Progress& progress) {
     note_->show();
   }
   latest_ = progress;
+  if (progress.phase == Phase::Fitting) fit_ = progress;
   fresh_ = true;
   if (!timer_.isActive() || progress.phase != shown_.phase) showLatest();
 }
 
 void ProgressCard::showLatest() {
   if (!std::exchange(fresh_, false)) return;
+  if (latest_.phase != shown_.phase) sinceRemaining_.invalidate(); // told anew at once
   shown_ = latest_;
   timer_.start();
   chart_->update();
@@ -147,10 +155,12 @@ void ProgressCard::showLatest() {
 }
 
 void ProgressCard::showNumbers() {
-  const QString text = numbersText(shown_, palette());
+  const QString text = numbersText(fit_, palette());
   if (text.isEmpty()) return;
   numbers_->setText(text);
   numbers_->show();
+  chartNote_->setText(chart_->explanation());
+  chartNote_->setVisible(!chartNote_->text().isEmpty());
 }
 
 void ProgressCard::changeEvent(QEvent* event) {
@@ -181,7 +191,8 @@ void ProgressCard::setWaiting() {
 
 void ProgressCard::setCancelling() {
   cancelling_ = true;
-  phase_->setText(tr("Cancelling…"));
+  phase_->setText(shown_.phase == Phase::Judging ? tr("Stopping the judging; the finished model is kept…")
+                                                 : tr("Cancelling…"));
   remaining_->clear();
   bar_->setRange(0, 0);
 }

@@ -16,7 +16,7 @@ class FitChart;
 class PreviewView;
 
 /// A running reconstruction: the chart of the fit, a preview, and a head with phase, percent and remaining
-/// time.
+/// time. While the quality is judged by a second fit, chart and figures stay those of the first.
 class ProgressCard : public QWidget {
   Q_OBJECT
 public:
@@ -44,12 +44,12 @@ private:
   void showRemaining(double seconds);
 
   QWidget* head_;
-  QLabel *phase_, *remaining_, *numbers_, *note_;
+  QLabel *phase_, *remaining_, *numbers_, *note_, *chartNote_;
   QProgressBar* bar_;
   FitChart* chart_;
   PreviewView* preview_;
-  Progress latest_, shown_;
-  bool fresh_ = false; // latest_ is not shown yet
+  Progress latest_, shown_, fit_; // fit_: the last sweep of the fit, the end of the chart's line
+  bool fresh_ = false;            // latest_ is not shown yet
   QTimer timer_;
   QElapsedTimer sinceRemaining_;
   bool cancelling_ = false;

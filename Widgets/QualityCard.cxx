@@ -2,6 +2,7 @@
 
 #include "Widgets/MessageLine.h"
 #include "Widgets/PanelTools.h"
+#include "Widgets/QualityVerdict.h"
 #include "Widgets/Words.h"
 
 #include <QGridLayout>
@@ -15,25 +16,12 @@
 namespace innergs::ui {
 namespace {
 
-constexpr double kSameQuality = 0.1;     // dB that nobody sees
-constexpr double kSameStructure = 0.005; // SSIM
-
 bool isOurs(const QualityRow& row) {
   return isOurMethod(row.method);
 }
 
 QString decibel(double psnr) {
   return std::isfinite(psnr) ? QLocale().toString(psnr, 'f', 2) : QString::fromUtf8("–");
-}
-
-/// Where SSIM tells another story than PSNR.
-QString structureText(const QVector<QualityRow>& rows, const QualityRow& ours) {
-  const QualityRow* best = nullptr;
-  for (const QualityRow& row : rows)
-    if (!isOurs(row) && std::isfinite(row.ssim) && (!best || row.ssim > best->ssim)) best = &row;
-  if (!best || !(best->ssim - ours.ssim >= kSameStructure)) return {};
-  return QualityCard::tr(" By SSIM, which judges structure, %1 is better.")
-      .arg(methodText(best->method).toLower());
 }
 
 /// What the scores do not speak of.
@@ -43,32 +31,51 @@ QString scopeText(const Report& report) {
                          nullptr, report.scans);
 }
 
+QString psnrText(const Measured& psnr) {
+  const QString other = methodText(psnr.other).toLower();
+  const QString by = QLocale().toString(std::abs(psnr.gain), 'f', 1);
+  return psnr.sign > 0   ? QualityCard::tr("%1 dB more PSNR than %2").arg(by, other)
+         : psnr.sign < 0 ? QualityCard::tr("%1 dB less PSNR than %2").arg(by, other)
+                         : QualityCard::tr("the same PSNR as %1").arg(other);
+}
+
+QString ssimText(const Measured& ssim) {
+  const QString other = methodText(ssim.other).toLower();
+  const QString by = QLocale().toString(std::abs(ssim.gain), 'f', 3);
+  return ssim.sign > 0   ? QualityCard::tr("%1 more SSIM than %2").arg(by, other)
+         : ssim.sign < 0 ? QualityCard::tr("%1 less SSIM than %2").arg(by, other)
+                         : QualityCard::tr("the same SSIM as %1").arg(other);
+}
+
 /// How InnerGS stands against the best of the others, in words.
 QString verdictText(const Report& report) {
-  const QVector<QualityRow>& rows = report.quality;
-  const auto ours = std::find_if(rows.begin(), rows.end(), isOurs);
-  const QualityRow* best = nullptr;
-  for (const QualityRow& row : rows)
-    if (!isOurs(row) && std::isfinite(row.psnr) && (!best || row.psnr > best->psnr)) best = &row;
-  if (ours == rows.end() || !best || !std::isfinite(ours->psnr)) return {};
-  const double gain = ours->psnr - best->psnr;
-  const QString by = QLocale().toString(std::abs(gain), 'f', 1), other = methodText(best->method).toLower();
-  if (gain >= kSameQuality)
-    return QualityCard::tr("On slices that no method saw, InnerGS is %1 dB closer to the truth than the best "
-                           "of the others (%2).")
-               .arg(by, other) +
-           structureText(rows, *ours);
-  if (gain <= -kSameQuality && report.scans > 1)
-    return QualityCard::tr("On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS.")
-        .arg(by, other);
-  if (gain <= -kSameQuality)
-    return QualityCard::tr(
-               "On slices that no method saw, %2 is %1 dB closer to the truth than InnerGS: try the "
-               "preset \"best\", or keep to interpolation for this scan.")
-        .arg(by, other);
-  return QualityCard::tr("On slices that no method saw, InnerGS is as good as the best of the others (%1).")
-             .arg(other) +
-         structureText(rows, *ours);
+  const Comparison found = compare(report.quality);
+  QStringList measures;
+  if (!std::isnan(found.psnr.gain)) measures << psnrText(found.psnr);
+  if (!std::isnan(found.ssim.gain)) measures << ssimText(found.ssim);
+  const QString by = measures.join(QualityCard::tr(", "));
+  switch (found.verdict) {
+  case Verdict::Unknown:
+    break;
+  case Verdict::Better:
+    return QualityCard::tr("On slices that no method saw, InnerGS is better than the others: %1.").arg(by);
+  case Verdict::AsGood:
+    return QualityCard::tr("On slices that no method saw, InnerGS is as good as the best of the others: %1.")
+        .arg(by);
+  case Verdict::Mixed:
+    return QualityCard::tr("On slices that no method saw, InnerGS is better by one measure and worse by the "
+                           "other: %1.")
+        .arg(by);
+  case Verdict::Worse: {
+    const QString text =
+        QualityCard::tr("On slices that no method saw, InnerGS is worse than the best of the others: %1.")
+            .arg(by);
+    return report.scans > 1 ? text
+                            : text + QualityCard::tr(" Try the preset \"best\", or keep to interpolation for "
+                                                     "this scan.");
+  }
+  }
+  return {};
 }
 
 } // namespace
@@ -116,18 +123,20 @@ void QualityCard::setReport(const Report& report) {
   set(samples_,
       report.quality.isEmpty() ? QString() : tr("Scored on held-out slices. %1").arg(report.qualitySamples));
   if (std::isfinite(report.heldOutPsnr))
-    set(heldOut_,
-        tr("%1 dB PSNR on held-out slices, withheld from this fit.").arg(decibel(report.heldOutPsnr)));
-  else
-    set(heldOut_, report.quality.isEmpty()
+    set(heldOut_, tr("%1 dB PSNR on %n withheld slices, from a second fit that did not see them.", nullptr,
+                     report.heldOutSlices)
+                      .arg(decibel(report.heldOutPsnr)));
+  else // where it was asked for and did not succeed, the warnings say why
+    set(heldOut_, report.quality.isEmpty() && report.judging == Judging::NotAsked
                       ? tr("The quality between slices was not measured: tick \"Measure the quality\" before "
                            "the next start.")
                       : QString());
-  set(training_, std::isfinite(report.trainingPsnr)
-                     ? tr("%1 dB PSNR on the fitted samples, not held out: how closely the model follows the "
-                          "scans, not how true it is between their slices.")
-                           .arg(decibel(report.trainingPsnr))
-                     : QString());
+  set(training_,
+      std::isfinite(report.trainingPsnr)
+          ? tr("%1 dB PSNR on the fitted samples, not held out, of the finished model: how closely "
+               "it follows the scans, not how true it is between their slices.")
+                .arg(decibel(report.trainingPsnr))
+          : QString());
   show();
 }
 
@@ -137,9 +146,11 @@ void QualityCard::setTable(const QVector<QualityRow>& rows) {
   grid_ = new QGridLayout(table_);
   grid_->setContentsMargins(0, 0, 0, 0);
   grid_->setVerticalSpacing(2);
-  double best = -INFINITY;
-  for (const QualityRow& row : rows)
-    best = std::max(best, row.psnr);
+  double bestPsnr = -INFINITY, bestSsim = -INFINITY;
+  for (const QualityRow& row : rows) {
+    bestPsnr = std::max(bestPsnr, row.psnr);
+    bestSsim = std::max(bestSsim, row.ssim);
+  }
   const auto cell = [this](int r, int c, const QString& text, bool bold) {
     auto* label = new QLabel(text, table_);
     label->setObjectName(QString("quality-%1-%2").arg(r).arg(c));
@@ -153,10 +164,10 @@ void QualityCard::setTable(const QVector<QualityRow>& rows) {
   cell(0, 2, tr("SSIM"), true);
   for (int r = 0; r < rows.size(); ++r) {
     cell(r + 1, 0, methodText(rows[r].method), isOurs(rows[r]));
-    cell(r + 1, 1, decibel(rows[r].psnr), rows[r].psnr == best);
+    cell(r + 1, 1, decibel(rows[r].psnr), rows[r].psnr == bestPsnr);
     cell(r + 1, 2,
          std::isfinite(rows[r].ssim) ? QLocale().toString(rows[r].ssim, 'f', 3) : QString::fromUtf8("–"),
-         false);
+         rows[r].ssim == bestSsim);
   }
   grid_->setColumnStretch(0, 1);
   grid_->setHorizontalSpacing(2 * fontMetrics().averageCharWidth());

@@ -127,7 +127,7 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
   gap_->setRange(1, 64); // 1: the usual one
   gap_->setSpecialValueText(tr("automatic"));
   gap_->setToolTip(
-      tr("The second fit keeps every so many-th axial slice of the first scan and is scored on the\n"
+      tr("The second fit keeps every so many-th slice of the first scan and is scored on the\n"
          "others; automatic: every 2nd of thick slices, every 4th of thin ones."));
   heldOut_ = new QDoubleSpinBox(group);
   heldOut_->setObjectName("heldOutFraction");
@@ -136,8 +136,8 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
   heldOut_->setSuffix(tr(" %"));
   heldOut_->setSpecialValueText(tr("none"));
   heldOut_->setToolTip(
-      tr("Share of each scan's slices withheld from the result's own fit, to measure on them\n"
-         "(0 to 50 %). What is withheld is missing from the result."));
+      tr("Share of each scan's slices withheld from a second fit, to measure the quality on them\n"
+         "(0 to 50 %). The result itself is fitted to all slices; it takes about twice the time."));
   for (QAbstractSpinBox* spin :
        {static_cast<QAbstractSpinBox*>(gap_), static_cast<QAbstractSpinBox*>(heldOut_)}) {
     spin->setKeyboardTracking(false);

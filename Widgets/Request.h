@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Progress.h"
 #include "Core/Settings.h"
 
 #include <QMetaType>
@@ -40,7 +41,7 @@ struct Request {
   QString referenceId;                   // with OutputGrid::Reference
   QString outputVolumeId, outputModelId; // "" new ones
   Settings settings;
-  double heldOutFraction = 0;  // of each input's slices, withheld from the fit; 0 to 0.5
+  double heldOutFraction = 0;  // of each input's slices, withheld from a second fit; 0 to 0.5
   bool evaluateQuality = true; // also judge the settings by protocol H in a second fit
   int qualityGap = 0;          // protocol H keeps every so many-th slice; 0: 2nd or 4th by the spacing
 };
@@ -74,8 +75,10 @@ struct Report {
   QString volumeId, modelId, tableId; // what it made; tableId may be ""
   QStringList warnings;               // sentences
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out
-  double heldOutPsnr = NAN;           // dB on withheld slices; NaN: nothing was withheld
-  int scans = 1;                      // that were reconstructed together
+  Judging judging = Judging::NotAsked;
+  double heldOutPsnr = NAN; // dB on withheld slices, of a second fit that did not see them; NaN: unknown
+  int heldOutSlices = 0;    // of all scans
+  int scans = 1;            // that were reconstructed together
   QVector<QualityRow>
       quality;            // protocol H on the first scan alone, on slices no method saw; empty: not asked for
   QString qualitySamples; // which samples these are, a sentence

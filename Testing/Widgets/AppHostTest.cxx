@@ -3,6 +3,7 @@
 #include "ThreadShortage.h"
 
 #include "Core/ReconstructionJob.h"
+#include "Testing/NoMoreThreads.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
 
@@ -179,8 +180,51 @@ private Q_SLOTS:
     QVERIFY(report.quality.size() >= 4);
     QVERIFY(!report.qualitySamples.isEmpty());
     QVERIFY(std::isfinite(report.heldOutPsnr));
+    QCOMPARE(report.heldOutSlices, 2);
+    QCOMPARE(int(report.judging), int(Judging::Done));
     for (const ui::QualityRow& row : report.quality)
       QVERIFY(row.psnr > 10 && row.ssim <= 1);
+    // What is delivered is fitted to all slices, whatever is judged.
+    const ui::Report plain = reconstructAndWait(*host_, apptest::request(id));
+    QCOMPARE(int(plain.judging), int(Judging::NotAsked));
+    QVERIFY(host_->document().volume(plain.volumeId)->volume->voxels ==
+            host_->document().volume(report.volumeId)->volume->voxels);
+    QCOMPARE(plain.trainingPsnr, report.trainingPsnr);
+  }
+
+  void cancelledWhileJudgingKeepsTheFit() {
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
+    ui::Request request = apptest::request(id);
+    request.evaluateQuality = true;
+    request.qualityGap = 2;
+    request.settings.iterations =
+        1000; // of the second fit as well: it has hardly begun when that is heard of
+    QSignalSpy finished(host_.get(), &AppHost::finished), cancelled(host_.get(), &AppHost::cancelled);
+    connect(host_.get(), &AppHost::progressed, host_.get(), [&](const Progress& progress) {
+      if (progress.phase == Phase::Judging) host_->cancel();
+    });
+    QVERIFY(host_->start(request));
+    QVERIFY(finished.wait(60000));
+    QVERIFY(cancelled.isEmpty());
+    const auto report = finished.first().first().value<ui::Report>();
+    QCOMPARE(int(report.judging), int(Judging::Stopped));
+    QVERIFY(report.quality.isEmpty());
+    QVERIFY(report.warnings.last().contains("complete"));
+    QVERIFY(host_->modelInfo(report.modelId).gaussians > 100);
+  }
+
+  void withoutAThreadItFailsWithASentence() {
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
+    QSignalSpy failed(host_.get(), &AppHost::failed);
+    {
+      const NoMoreThreads none;
+      if (!none.works()) QSKIP("It is not known how to keep threads from starting here.");
+      QVERIFY(host_->start(apptest::request(id)));
+    }
+    QVERIFY(failed.wait(10000));
+    QVERIFY(!failed.first().first().toString().isEmpty());
+    QVERIFY(!host_->isRunning());
+    QVERIFY(!reconstructAndWait(*host_, apptest::request(id)).volumeId.isEmpty()); // and again
   }
 
   void cancelsWithin200ms() {

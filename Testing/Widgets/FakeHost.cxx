@@ -100,7 +100,8 @@ void FakeHost::sendProgress(innergs::Phase phase, double fraction, int iteration
   progress.iterations = 100;
   progress.loss = loss;
   progress.trainingPsnr = psnr;
-  progress.heldOutPsnr = NAN;
+  progress.members = members;
+  progress.coarseIterations = coarseIterations;
   progress.gaussians = 20000;
   progress.remaining = remaining;
   progress.note = note;
@@ -164,7 +165,9 @@ Report FakeHost::exampleReport() {
   report.volumeId = "thin";
   report.warnings << "The slices are thicker than the gap between them: thickness was set to 4 mm.";
   report.trainingPsnr = 38.25;
+  report.judging = innergs::Judging::Done;
   report.heldOutPsnr = 31.5;
+  report.heldOutSlices = 12;
   report.quality = {{"InnerGS", 31.62, 0.942}, {"linear", 30.11, 0.921}, {"cubic", 30.02, 0.919}};
   report.qualitySamples = "Every 4th slice of Head axial was kept; the others, inside the body, are scored.";
   report.seconds = 83;

@@ -42,6 +42,7 @@ public:
   int cancels = 0;
   void sendProgress(innergs::Phase phase, double fraction, int iteration = 0, double loss = 0,
                     double psnr = 0, double remaining = 0, const std::string& note = {});
+  int members = 1, coarseIterations = 0; // of every progress sent
   /// A ball of n³ voxels, values 0 to 100.
   void sendPreview(int n = 48);
   void sendFinished(const innergs::ui::Report& report);

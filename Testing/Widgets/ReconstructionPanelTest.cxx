@@ -1,6 +1,7 @@
 #include "ReconstructionPanelFixture.h"
 #include "Widgets/FitChart.h"
 #include "Widgets/PreviewView.h"
+#include "Widgets/QualityVerdict.h"
 
 #include <QCheckBox>
 #include <QDoubleSpinBox>
@@ -183,13 +184,15 @@ private Q_SLOTS:
     finish(FakeHost::exampleReport());
     QCOMPARE(label("resultSummary"),
              QString("Done in 1 min 23 s. 74,088 Gaussians. On the CPU. The CUDA backend is not installed."));
-    QVERIFY(label("qualityVerdict").startsWith("On slices that no method saw, InnerGS is 1.5 dB closer"));
-    QVERIFY(!label("qualityVerdict").contains("SSIM")); // it tells the same
+    QCOMPARE(label("qualityVerdict"),
+             QString("On slices that no method saw, InnerGS is better than the others: 1.5 dB more PSNR than "
+                     "linear interpolation, 0.021 more SSIM than linear interpolation."));
     QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices. Every 4th slice"));
     QCOMPARE(label("quality-1-0"), QString("InnerGS"));
     QCOMPARE(label("quality-1-1"), QString("31.62"));
     QCOMPARE(label("quality-2-0"), QString("Linear interpolation"));
-    QVERIFY(label("heldOutQuality").startsWith("31.50 dB PSNR on held-out slices"));
+    QCOMPARE(label("heldOutQuality"),
+             QString("31.50 dB PSNR on 12 withheld slices, from a second fit that did not see them."));
     QVERIFY(label("trainingQuality").startsWith("38.25 dB PSNR on the fitted samples, not held out"));
     QVERIFY(line("resultWarnings").contains("thickness was set to 4 mm."));
     scrollDown();
@@ -200,8 +203,7 @@ private Q_SLOTS:
     Report report = FakeHost::exampleReport();
     report.quality = {{"gaussians", 29, 0.9}, {"linear", 30.2, 0.92}, {"cubic", 30, 0.91}};
     finish(report);
-    QVERIFY(
-        label("qualityVerdict").contains("linear interpolation is 1.2 dB closer to the truth than InnerGS"));
+    QVERIFY(label("qualityVerdict").contains("worse than the best of the others: 1.2 dB less PSNR"));
     QVERIFY(label("qualityVerdict").endsWith("keep to interpolation for this scan."));
     report.scans = 3; // protocol H says nothing about their combination
     finish(report);
@@ -209,13 +211,51 @@ private Q_SLOTS:
     QVERIFY(!label("qualityVerdict").contains("keep to interpolation"));
   }
 
-  void worseStructureIsSaid() {
+  void measuresThatDisagreeAreBothSaid() {
     Report report = FakeHost::exampleReport();
     report.quality = {{"gaussians", 27.4, 0.838}, {"linear", 27.02, 0.848}, {"cubic", 27.0, 0.852}};
     finish(report);
-    QVERIFY(label("qualityVerdict").contains("InnerGS is 0.4 dB closer to the truth"));
-    QVERIFY(
-        label("qualityVerdict").endsWith("By SSIM, which judges structure, cubic interpolation is better."));
+    QCOMPARE(
+        label("qualityVerdict"),
+        QString("On slices that no method saw, InnerGS is better by one measure and worse by the other: "
+                "0.4 dB more PSNR than linear interpolation, 0.014 less SSIM than cubic interpolation."));
+  }
+
+  void psnrAndSsimCountAlike_data() {
+    QTest::addColumn<double>("psnr"); // of InnerGS over the others'
+    QTest::addColumn<double>("ssim");
+    QTest::addColumn<int>("verdict");
+    const auto row = [](double psnr, double ssim, Verdict verdict) {
+      QTest::addRow("%g dB, %g", psnr, ssim) << psnr << ssim << static_cast<int>(verdict);
+    };
+    row(0.5, 0.02, Verdict::Better);
+    row(0.5, 0.004, Verdict::Better);
+    row(0.09, 0.02, Verdict::Better);
+    row(0.5, -0.004, Verdict::Better);
+    row(0.1, 0, Verdict::Better);
+    row(0, 0.005, Verdict::Better);
+    row(0.09, 0.004, Verdict::AsGood);
+    row(-0.09, -0.004, Verdict::AsGood);
+    row(0.5, -0.02, Verdict::Mixed);
+    row(-0.5, 0.02, Verdict::Mixed);
+    row(-0.5, -0.02, Verdict::Worse);
+    row(-0.5, 0.004, Verdict::Worse);
+    row(0.09, -0.02, Verdict::Worse);
+    row(-0.1, 0, Verdict::Worse);
+    row(0, -0.005, Verdict::Worse);
+    row(NAN, -0.02, Verdict::Worse);
+    row(0.5, NAN, Verdict::Better);
+    row(NAN, NAN, Verdict::Unknown);
+  }
+  void psnrAndSsimCountAlike() {
+    QFETCH(double, psnr);
+    QFETCH(double, ssim);
+    QFETCH(int, verdict);
+    // The best of the others is another method by each measure.
+    const QVector<QualityRow> rows{
+        {"linear", 30, 0.85}, {"gaussians", 30 + psnr, 0.9 + ssim}, {"cubic", 29, 0.9}};
+    QCOMPARE(static_cast<int>(compare(rows).verdict), verdict);
+    QCOMPARE(static_cast<int>(compare({rows[0], rows[2]}).verdict), static_cast<int>(Verdict::Unknown));
   }
 
   void withoutHeldOutSamplesItSaysSo() {
@@ -226,6 +266,72 @@ private Q_SLOTS:
     QVERIFY(!isShown("qualityTable"));
     QVERIFY(!isShown("resultWarnings"));
     QVERIFY(label("trainingQuality").contains("not held out"));
+  }
+
+  void judgingHasAPhaseOfItsOwn() {
+    host_->cancelDelay = -1;
+    choose("head");
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    host_->sendProgress(Phase::Fitting, 0.3, 99, 0.003, 30, 60);
+    host_->sendProgress(Phase::Fitting, 0.31, 100, 0.002, 30.75, 55);
+    host_->sendProgress(Phase::Judging, 0.6, 12, 0.002, 38, 40);
+    QCOMPARE(label("phaseText"), QString("Judging the quality (second fit): sweep 12 of 100"));
+    QCOMPARE(label("remainingText"), QString("about 40 seconds left"));
+    QCOMPARE(child<QProgressBar>("progressBar")->text(), QString("60 %"));
+    // Chart and figure beside it are the same quantity: that of the fit's last sweep.
+    QCOMPARE(child<FitChart>("fitChart")->points(), 2);
+    QVERIFY(label("fitNumbers").contains("30.8 dB on the fitted samples, not held out"));
+    QVERIFY(label("fitNumbers").contains("after sweep 100"));
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(label("phaseText").contains("finished model is kept"));
+    // Its end without a quality does not advise to tick what is ticked.
+    Report report = FakeHost::exampleReport();
+    report.quality.clear();
+    report.heldOutPsnr = NAN;
+    report.judging = innergs::Judging::Stopped;
+    report.warnings = QStringList("The judging of the quality was stopped: the result itself is complete.");
+    host_->sendFinished(report);
+    QVERIFY(!isShown("heldOutQuality"));
+    QVERIFY(!isShown("qualityVerdict"));
+    QVERIFY(line("resultWarnings").contains("stopped"));
+  }
+
+  void theChartTellsEnsemblesAndHalfResolutionApart() {
+    host_->cancelDelay = -1;
+    choose("head");
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    const auto sweeps = [&] { // of 100, two members of 50
+      for (int n = 1; n <= 100; ++n) {
+        const int own = (n - 1) % 50;
+        host_->sendProgress(Phase::Fitting, 0.01 * n, n, 0.1 / (own + 1), 20 + 0.2 * own);
+      }
+    };
+    sweeps();
+    const auto* chart = child<FitChart>("fitChart");
+    QCOMPARE(chart->lines(), 1);
+    QVERIFY(!isShown("chartNote"));
+    host_->sendFinished(FakeHost::exampleReport());
+    host_->members = 2;
+    host_->coarseIterations = 10;
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    sweeps();
+    QCOMPARE(chart->lines(), 4); // each at half resolution, then in full
+    QTRY_VERIFY(isShown("chartNote"));
+    QVERIFY(label("chartNote").contains("An ensemble of 2 models"));
+    QVERIFY(label("chartNote").contains("half resolution"));
+    snapshot(*area_, "panel-ensemble");
+    const QImage drawn = child<FitChart>("fitChart")->grab().toImage();
+    host_->sendFinished(FakeHost::exampleReport());
+    QVERIFY(isShown("chartNote"));
+    host_->members = 1;
+    host_->coarseIterations = 0;
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    sweeps();
+    QVERIFY(child<FitChart>("fitChart")->grab().toImage() != drawn); // marks and gaps are drawn
   }
 
   void anErrorStaysUntilTheNextStart() {

@@ -35,13 +35,6 @@ QString keyOf(const Order& order, const ReconstructionInput& input) {
   return key;
 }
 
-/// Without voxels: the reconstruction, and the fit that judges its quality.
-std::vector<ReconstructionInput> fitsOf(const Order& order) {
-  std::vector<ReconstructionInput> fits{makeInput(order, false)};
-  if (order.request.evaluateQuality) fits.push_back(judgedOutline(order));
-  return fits;
-}
-
 [[noreturn]] void refuse(const QString& sentence) {
   throw Error(ErrorCode::InvalidArgument, sentence.toStdString());
 }
@@ -66,10 +59,7 @@ Order AppHost::orderFor(const ui::Request& request) const {
       refuse(tr("There is no reference volume to take the output grid from: choose one."));
     order.reference = find(request.referenceId, tr("The reference volume"));
   }
-  if (request.evaluateQuality && request.qualityGap != 0 &&
-      (request.qualityGap < 2 || request.qualityGap > 64))
-    refuse(tr("The quality is judged on every 2nd to 64th slice: choose a number from 2 to 64, or 0 for the "
-              "usual one."));
+  if (request.evaluateQuality) checkKeepEvery(request.qualityGap);
   if (!request.outputVolumeId.isEmpty()) {
     const VolumeItem output = find(request.outputVolumeId, tr("The output volume"));
     for (const ui::InputChoice& choice : request.inputs)
@@ -132,7 +122,7 @@ ui::Estimate AppHost::estimate(const ui::Request& request) {
   estimate.available = availableMemory();
   const QString refusal = sentenceOf([&] {
     const Order order = orderFor(request);
-    const std::vector<ReconstructionInput> fits = fitsOf(order);
+    const std::vector<ReconstructionInput> fits = fitOutlines(makeInput(order, false), keepEvery(order));
     const MemoryNeed need = memoryNeed(fits, request.settings, estimate.available);
     estimate.memory = need.bytes;
     fillSlowly(order, fits, estimate);

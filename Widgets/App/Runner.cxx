@@ -18,10 +18,6 @@
 namespace innergs::app {
 namespace {
 
-// Of the progress, when the quality is judged as well: the fit, and up to the interpolations.
-constexpr double kFitShare = 0.5, kJudgedFitShare = 0.95;
-constexpr int kInterpolations = 3; // that protocol H compares with
-
 int axisOf(const VolumeItem& item, const ui::InputChoice& choice) {
   return choice.sliceAxis >= 0 && choice.sliceAxis <= 2 ? choice.sliceAxis : item.sliceAxis;
 }
@@ -98,10 +94,8 @@ ReconstructionInput makeInput(const Order& order, bool voxels) {
   return input;
 }
 
-ReconstructionInput judgedOutline(const Order& order) {
-  const VolumeItem& first = order.inputs.front();
-  return keptOutline(first.volume->geometry, order.request.qualityGap,
-                     axisOf(first, order.request.inputs.front()));
+std::optional<int> keepEvery(const Order& order) {
+  return order.request.evaluateQuality ? std::optional(order.request.qualityGap) : std::nullopt;
 }
 
 Runner::Runner(QObject* parent) : QObject(parent) {}
@@ -124,14 +118,14 @@ void Runner::start(Order order) {
     const std::lock_guard lock(mutex_);
     latest_.reset();
   }
-  const QString error = sentenceOf([&] {
+  const QString problem = sentenceOf([&] {
     thread_ =
         std::jthread([this, order = std::move(order)](const std::stop_token& stop) { work(order, stop); });
   });
-  if (error.isEmpty()) return;
-  deliver([this, error] {
+  if (problem.isEmpty()) return;
+  deliver([this, problem] {
     running_ = false;
-    Q_EMIT failed(error);
+    Q_EMIT failed(problem);
   });
 }
 
@@ -195,19 +189,10 @@ void Runner::work(const Order& order, const std::stop_token& stop) {
 }
 
 std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop_token& stop) {
-  const bool judged = order.request.evaluateQuality;
-  const double share = judged ? kFitShare : 1;
-  ReconstructionJob job(makeInput(order, true), order.request.settings);
-  Progress fitted;
-  job.onProgress([&](Progress progress) {
-    progress.fraction *= share;
-    progress.remaining /= share;
-    if (judged && progress.phase == Phase::Done) progress.phase = Phase::Rendering;
-    post(progress);
-    fitted = progress;
-  });
+  JudgedReconstruction job(makeInput(order, true), order.request.settings, keepEvery(order));
+  job.onProgress([&](const Progress& progress) { post(progress); });
   job.onPreview([&](const Volume& volume) { post(volume); });
-  ReconstructionResult result = job.run(stop);
+  auto [result, quality] = job.run(stop);
   if (result.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 
   const VolumeItem& first = order.inputs.front();
@@ -216,11 +201,20 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   for (const std::string& warning : result.warnings)
     report.warnings << QString::fromStdString(warning);
   report.trainingPsnr = result.trainingPsnr;
+  report.judging = result.judging;
   report.heldOutPsnr = result.heldOutPsnr;
+  report.heldOutSlices = static_cast<int>(result.heldOutSlices);
   report.gaussians = result.checkpoint->field.size();
   report.device =
       QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
   report.settings = QString::fromStdString(settingsText(result.settings, order.request.heldOutFraction));
+  report.scans = static_cast<int>(order.inputs.size());
+  if (quality) {
+    for (const MethodScore& score : quality->methods)
+      report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
+    report.qualitySamples = QString::fromStdString(quality->samples);
+  }
+  report.seconds = result.seconds;
   outcome->model = makeItem(result.checkpoint, tr("%1 model").arg(first.name));
   outcome->model.window = order.window;
   QStringList names;
@@ -232,53 +226,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   outcome->volume.role = VolumeRole::Made;
   outcome->volume.window = first.window;
   outcome->volume.saved = false;
-  report.seconds = result.seconds;
-  if (judged) judge(order, *outcome, fitted, stop);
   return outcome;
-}
-
-void Runner::judge(const Order& order, Outcome& outcome, Progress last, const std::stop_token& stop) {
-  ui::Report& report = outcome.report;
-  // Sweeps, loss and PSNR stay those of the fit that makes the result.
-  const double elapsed = last.elapsed;
-  last.note = tr("Judging the quality by a second fit that sees a part of the slices only.").toStdString();
-  EvaluationOptions options;
-  options.settings = order.request.settings;
-  options.stop = stop;
-  options.progress = [&](const Progress& progress) {
-    last.phase = progress.phase == Phase::Done ? Phase::Rendering : progress.phase;
-    last.fraction = kFitShare + (kJudgedFitShare - kFitShare) * progress.fraction;
-    last.elapsed = elapsed + progress.elapsed;
-    last.remaining = progress.remaining;
-    post(last);
-    last.note.clear();
-  };
-  int methods = 0;
-  options.onMethod = [&](const std::string& name) {
-    if (name == "gaussians") return; // tells of itself
-    last.fraction =
-        kJudgedFitShare + (1 - kJudgedFitShare) * std::min(1.0, double(methods++) / kInterpolations);
-    last.remaining = 0;
-    last.note.clear();
-    post(last);
-  };
-  if (order.mask) options.mask = maskOf(*order.mask->volume);
-  HonestCase honest;
-  honest.factor = order.request.qualityGap;
-  honest.axis = axisOf(order.inputs.front(), order.request.inputs.front());
-  const QString error = sentenceOf([&] {
-    try {
-      const EvaluationReport scores = evaluateHonest(*order.inputs.front().volume, honest, options);
-      for (const MethodScore& score : scores.methods)
-        report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
-      report.qualitySamples = QString::fromStdString(scores.samples);
-      report.scans = static_cast<int>(order.inputs.size());
-    } catch (const Error& caught) {
-      if (caught.code() != ErrorCode::Cancelled) throw; // a complete fit is kept
-      report.warnings << tr("The judgement of the quality was stopped: the result itself is complete.");
-    }
-  });
-  if (!error.isEmpty()) report.warnings << tr("The quality could not be judged. %1").arg(error);
 }
 
 } // namespace innergs::app

@@ -1,6 +1,5 @@
 #pragma once
-#include "Core/ReconstructionJob.h"
-#include "Evaluation/Protocols.h"
+#include "Evaluation/JudgedReconstruction.h"
 #include "Widgets/App/Document.h"
 #include "Widgets/Request.h"
 
@@ -23,8 +22,8 @@ struct Order {
 
 /// The engine's input; without voxels (to estimate) nothing large is copied. Throws Error.
 ReconstructionInput makeInput(const Order& order, bool voxels);
-/// What the judging of its quality fits, without voxels.
-ReconstructionInput judgedOutline(const Order& order);
+/// Every how many-th slice protocol H keeps to judge the quality; none: not asked for.
+std::optional<int> keepEvery(const Order& order);
 
 /// What came out, on its way to the document.
 struct Outcome {
@@ -41,8 +40,10 @@ public:
   /// Stops what runs, waits for it (≤ 200 ms) and drops it.
   ~Runner() override;
 
+  /// Where no thread can be started, that is the failure that follows.
   void start(Order order);
-  /// Returns at once. What is finished already, or at its very end, still comes out as finished.
+  /// Returns at once. What is finished already, or at its very end, or has its quality judged, still comes
+  /// out as finished.
   void cancel();
   bool isRunning() const { return running_; }
 
@@ -57,8 +58,6 @@ Q_SIGNALS:
 private:
   void work(const Order& order, const std::stop_token& stop);
   std::shared_ptr<Outcome> reconstruct(const Order& order, const std::stop_token& stop);
-  /// By protocol H; last: what the fit told at its end.
-  void judge(const Order& order, Outcome& outcome, Progress last, const std::stop_token& stop);
   void post(const Progress& progress);
   void post(const Volume& preview);
   template <class Call>
