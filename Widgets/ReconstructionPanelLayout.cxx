@@ -126,9 +126,8 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
   gap_->setObjectName("qualityGap");
   gap_->setRange(1, 64); // 1: the usual one
   gap_->setSpecialValueText(tr("automatic"));
-  gap_->setToolTip(
-      tr("The second fit keeps every so many-th slice of the first scan and is scored on the\n"
-         "others; automatic: every 2nd of thick slices, every 4th of thin ones."));
+  gap_->setToolTip(tr("The second fit keeps every so many-th slice of the first scan and is scored on the\n"
+                      "others; automatic: every 2nd of thick slices, every 4th of thin ones."));
   heldOut_ = new QDoubleSpinBox(group);
   heldOut_->setObjectName("heldOutFraction");
   heldOut_->setRange(0, 50);
