@@ -68,6 +68,15 @@ void checkField(const GaussianField& field) {
     for (float x : field.detail.voxels)
       if (!(std::fabs(x) <= 1e12f)) fail("its detail grid is not finite.");
   }
+  if (!field.support.voxels.empty()) {
+    checkGeometry(field.support.geometry, "The model's support");
+    if (static_cast<std::int64_t>(field.support.voxels.size()) != field.support.geometry.voxelCount())
+      fail("its support has another size than it says.");
+  }
+  if (!std::isfinite(field.fill)) fail("its fill value is not finite.");
+  if (field.range && !(std::isfinite(field.range->low) && std::isfinite(field.range->high) &&
+                       field.range->low <= field.range->high))
+    fail("its value range is not a range of finite values.");
   for (std::size_t i = 0; i < field.gaussians.size(); ++i)
     if (!usable(field.gaussians[i])) fail("Gaussian " + std::to_string(i) + " has parameters out of range.");
 }

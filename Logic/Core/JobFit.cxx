@@ -53,6 +53,14 @@ void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ThreadPool& 
   result.settings = settings;
 }
 
+/// Where the field has values, and which.
+void ReconstructionJob::Impl::setPlace(GaussianField& field, const PreparedInput& prepared) const {
+  field.domain = prepared.domain;
+  field.support = prepared.support;
+  field.fill = static_cast<float>(settings.fill);
+  field.range = prepared.range;
+}
+
 GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared, int member,
                                                   ThreadPool& pool) {
   GaussianField field;
@@ -62,7 +70,7 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
   field.intensityScale = map.scale;
   field.intensityOffset = map.offset;
   field.cutoff = plan.cutoff;
-  field.domain = dataDomain(prepared.stacks);
+  setPlace(field, prepared);
   std::vector<Stack> bridged;
   const ProxyVolume proxy =
       makeProxy(startStacks(prepared, bridged), field.modelToWorld, map, traits.voxel, pool);
@@ -89,7 +97,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
     checkField(resume->field);
     field = resume->field;
     field.detail = {};
-    field.domain = dataDomain(prepared.stacks);
+    setPlace(field, prepared);
     if (!same)
       result.warnings.push_back("The model to resume was made with other settings or images: its Gaussians "
                                 "are the start of a new fit.");
@@ -97,7 +105,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   if (same) {
     checkResumable(*resume, state.iterations);
     checkpoint = *resume; // stopped before anything is done: what was given
-    checkpoint.field.domain = field.domain;
+    setPlace(checkpoint.field, prepared);
     checkpoint.field.detail = {};
     complete = resume->moment1.empty() && resume->iteration > (members - 1) * perMember;
   }

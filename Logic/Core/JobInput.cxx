@@ -2,6 +2,8 @@
 
 #include "Core/Error.h"
 #include "Core/NumberText.h"
+#include "Core/Region.h"
+#include "Core/Support.h"
 
 #include <algorithm>
 #include <cmath>
@@ -258,10 +260,14 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
             ? "The mask holds no centre of a finite voxel of the images: check that it belongs to them "
               "and is not smaller than their voxels."
             : "The images have no finite observed voxel: there is nothing to fit.");
+  prepared.domain = dataDomain(stacks);
+  if (input.mask)
+    prepared.support = supportOf(*input.mask, stacks, prepared.domain, supportMargin(stacks), stop);
   for (const Stack& stack : stacks)
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
+  prepared.range = observedRange(stacks);
   for (const Stack& stack : stacks) {
     throwIfStopped();
     hash(h, &stack.image.geometry, sizeof(GridGeometry));
@@ -275,9 +281,12 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   const bool posed =
       std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
   prepared.outputGrid = input.outputGrid ? *input.outputGrid
-                        : posed          ? dataDomain(stacks)
+                        : posed          ? prepared.domain
                                          : defaultOutputGrid(stacks);
   checkGeometry(prepared.outputGrid, "The output grid");
+  if (input.mask && (!input.outputGrid || input.cropToMask))
+    if (const auto block = blockOver(prepared.outputGrid, boxOf(prepared.support.geometry)))
+      prepared.outputGrid = cropped(prepared.outputGrid, block->first, block->size);
   if (!posed && std::none_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
         return overlap(stack.image.geometry, prepared.outputGrid);
       }))

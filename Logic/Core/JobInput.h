@@ -8,6 +8,9 @@ struct PreparedInput {
   std::vector<Stack> stacks;                      // `observed` filled where anything is left out
   std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
   std::vector<std::vector<std::uint8_t>> scored;  // per stack with withheld slices: observed before they were
+  GridGeometry domain;                            // of the field
+  Mask support;                                   // of a masked fit, see GaussianField
+  ValueRange range;                               // of what is fitted
   GridGeometry outputGrid;
   std::int64_t nonFinite = 0;
   std::string fingerprint; // of voxels, geometry and what is observed

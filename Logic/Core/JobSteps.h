@@ -63,6 +63,7 @@ struct ReconstructionJob::Impl {
 
   ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
   void choose(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
+  void setPlace(GaussianField& field, const PreparedInput& prepared) const;
   GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
   void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
            ReconstructionResult& result);

@@ -1,10 +1,9 @@
 #include "Core/PlaneSampler.h"
 
-#include "Core/DetailSampler.h"
 #include "Core/DevicePlugin.h"
 #include "Core/Devices.h"
-#include "Core/DomainBox.h"
 #include "Core/Error.h"
+#include "Core/FieldValue.h"
 #include "Core/LatticeRenderer.h"
 
 #include <algorithm>
@@ -125,25 +124,17 @@ void PlaneSampler::sample(const Affine3& pixelToWorld, int nx, int ny, std::span
     LatticeRenderer renderer(lattice, kernelSet(instructionSet_), pool_);
     renderer.forward(near_, {}, weights_.data(), numerators_.data());
   }
-  const DetailSampler detail(*field_, world);
-  const DomainBox box(field_->domain, world);
+  const FieldValue value(*field_, world, {});
   const bool normalised = field_->blending == Blending::Normalised;
   const auto epsilon = static_cast<float>(field_->epsilon);
-  const double scale = field_->intensityScale, offset = field_->intensityOffset;
   pool_.blocks(ny, 16, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t y = first; y < last; ++y) {
       const float* w = weights_.data() + (ready ? 0 : y * lattice.stride());
       const float* n = numerators_.data() + (ready ? 0 : y * lattice.stride());
       float* row = out.data() + y * nx;
-      int begin = 0, end = nx;
-      box.clipRow(static_cast<double>(y), 0, begin, end);
-      std::fill(row, row + begin, static_cast<float>(offset));
-      std::fill(row + end, row + nx, static_cast<float>(offset));
-      for (int x = begin; x < end; ++x) {
-        const float blended = ready ? row[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];
-        const float value = blended + detail({static_cast<double>(x), static_cast<double>(y), 0});
-        row[x] = static_cast<float>(scale * value + offset);
-      }
+      value.row(static_cast<double>(y), 0, nx, row, [&](int x) {
+        return ready ? row[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];
+      });
     }
   });
 }

@@ -92,7 +92,9 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
                   [](const Stack& s) { return !s.poses.empty(); }))
     return;
   report(Phase::Refining, kFitEnds);
-  Volume volume = render(field, field.domain, renderOptions(field, pool.stopToken()));
+  RenderOptions options = renderOptions(field, pool.stopToken());
+  options.bounded = false;
+  Volume volume = render(field, field.region(), options);
   const std::vector<float> before = volume.voxels;
   BackProjectionPlan refinement;
   refinement.noise = result.noise;

@@ -13,9 +13,11 @@ namespace innergs {
 /// What a reconstruction works on. The job keeps this snapshot; nothing in it changes while it runs.
 struct ReconstructionInput {
   std::vector<Stack> stacks;
-  std::optional<Mask> mask; // patient-space mask: only voxels inside are fitted
+  std::optional<Mask> mask; // patient-space mask: only voxels inside are fitted, and the model has values
+                            // there and within a slice distance alone
   std::optional<GridGeometry>
-      outputGrid; // default: isotropic at the finest spacing over the first stack's box
+      outputGrid; // default: isotropic at the finest spacing over the first stack's box, cut to the mask's
+  bool cropToMask = false; // cut a given output grid to the mask's box as well
   /// Above 0, up to 0.5: of every stack's slices, to be withheld from a second fit with the same settings
   /// that judges the quality on them. What is delivered is fitted to all slices.
   double heldOutFraction = 0;

@@ -69,13 +69,19 @@ IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>
           "--ras, RAS.");
 }
 
-GridGeometry blockOf(const GridGeometry& geometry, const Corners& corners) {
+std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const Corners& corners) {
   const IndexBox box = covering(geometry.indexToWorld(), geometry.size, corners);
-  if (box.empty()) doNotMeet("the image");
-  std::array<std::int64_t, 3> size;
+  if (box.empty()) return {};
+  IndexBlock block{box.first, {}};
   for (int a = 0; a < 3; ++a)
-    size[a] = box.last[a] - box.first[a] + 1;
-  return cropped(geometry, box.first, size);
+    block.size[a] = box.last[a] - box.first[a] + 1;
+  return block;
+}
+
+GridGeometry blockOf(const GridGeometry& geometry, const Corners& corners) {
+  const auto block = blockOver(geometry, corners);
+  if (!block) doNotMeet("the image");
+  return cropped(geometry, block->first, block->size);
 }
 
 } // namespace
@@ -87,6 +93,14 @@ GridGeometry boxOf(const Region& region) {
   box.origin = 0.5 * (region.min + region.max);
   box.spacing = region.max - region.min;
   return box;
+}
+
+GridGeometry boxOf(const GridGeometry& lattice) {
+  return {{1, 1, 1}, lattice.centre(), lattice.extent(), lattice.direction};
+}
+
+std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box) {
+  return blockOver(geometry, cornersOf(box, 0));
 }
 
 GridGeometry grown(const GridGeometry& box, double margin) {

@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Stack.h"
 
+#include <optional>
+
 namespace innergs {
 
 /// An axis-aligned box in patient space (LPS mm).
@@ -22,6 +24,16 @@ GridGeometry grown(const GridGeometry& box, double margin);
 GridGeometry cropped(const GridGeometry& geometry, const GridGeometry& box, double margin = 0);
 /// Whether the box's faces are parallel to the lattice's: then the block holds nothing but the box.
 bool parallel(const GridGeometry& geometry, const GridGeometry& box);
+
+/// The box of a lattice, voxel edge to voxel edge, as such a lattice of one voxel.
+GridGeometry boxOf(const GridGeometry& lattice);
+
+/// A block of a lattice's voxels.
+struct IndexBlock {
+  std::array<std::int64_t, 3> first, size;
+};
+/// The smallest that covers a turned box; nothing when they do not meet.
+std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box);
 
 /// The part of a stack that covers the region, grown by `margin` mm; slice poses are respected.
 Stack cropped(const Stack& stack, const Region& region, double margin = 0);

@@ -1,11 +1,11 @@
 #include "Core/Render.h"
 
 #include "Core/BackProjection.h"
-#include "Core/DetailSampler.h"
 #include "Core/DevicePlugin.h"
-#include "Core/DomainBox.h"
 #include "Core/Error.h"
+#include "Core/FieldValue.h"
 #include "Core/Loss.h"
+#include "Core/Region.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,25 +22,9 @@ void checkValues(const GaussianField& field, const RenderOptions& options) {
                     " are expected, " + std::to_string(options.values.size()) + " were given.");
 }
 
-/// Final value of one point, in the units asked for.
-struct Finish {
-  explicit Finish(const GaussianField& field, const RenderOptions& options)
-      : normalised(field.blending == Blending::Normalised), epsilon(static_cast<float>(field.epsilon)) {
-    ownChannel = options.values.empty();
-    if (options.scannerUnits && ownChannel) {
-      scale = field.intensityScale;
-      offset = field.intensityOffset;
-    }
-  }
-  float blended(float w, float n) const { return normalised ? n / (w + epsilon) : n; }
-  float operator()(float value, const DetailSampler& detail, const Vec3& at) const {
-    return units(ownChannel ? value + detail(at) : value);
-  }
-  float units(float value) const { return static_cast<float>(scale * value + offset); }
-  bool normalised, ownChannel;
-  float epsilon;
-  double scale = 1, offset = 0;
-};
+FieldValue::Options valueOptions(const RenderOptions& options) {
+  return {options.values.empty(), options.scannerUnits, options.bounded};
+}
 
 /// I at the points of a lattice, [plane][ny][nx], on the device of the options. False without one, and when
 /// it fails: it is not asked again.
@@ -69,18 +53,14 @@ void composeRendered(const Observation& o, int slice, const float* image, float*
   }
 }
 
-} // namespace
-
-Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& given) {
-  RenderOptions options = given;
-  checkGeometry(geometry, "The output grid");
-  checkValues(field, options);
+/// render() of a checked lattice, all of it.
+Volume renderLattice(const GaussianField& field, const GridGeometry& geometry, RenderOptions& options) {
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
   const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
-  const Finish finish(field, options);
-  const DetailSampler detail(field, geometry.indexToWorld());
-  const DomainBox box(field.domain, geometry.indexToWorld());
+  const FieldValue value(field, geometry.indexToWorld(), valueOptions(options));
+  const bool normalised = field.blending == Blending::Normalised;
+  const auto epsilon = static_cast<float>(field.epsilon);
   Volume volume{geometry, {}};
   volume.voxels.resize(geometry.voxelCount());
   Lattice lattice;
@@ -106,18 +86,56 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
     pool.run((last - first) * lattice.ny, [&](std::int64_t row) {
       const float* w = weights.data() + (ready ? 0 : row * lattice.stride());
       const float* n = numerators.data() + (ready ? 0 : row * lattice.stride());
-      const double y = static_cast<double>(row % lattice.ny),
-                   z = static_cast<double>(first + row / lattice.ny);
       float* out = values + row * lattice.nx;
-      int begin = 0, end = lattice.nx;
-      box.clipRow(y, z, begin, end);
-      std::fill(out, out + begin, finish.units(0));
-      std::fill(out + end, out + lattice.nx, finish.units(0));
-      for (int x = begin; x < end; ++x)
-        out[x] = finish(ready ? out[x] : finish.blended(w[x], n[x]), detail, {static_cast<double>(x), y, z});
+      value.row(static_cast<double>(row % lattice.ny), static_cast<double>(first + row / lattice.ny),
+                lattice.nx, out, [&](int x) {
+                  return ready ? out[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];
+                });
     });
   }
   return volume;
+}
+
+/// Which voxels of a stack have their centre inside the support.
+std::vector<std::uint8_t> supportedVoxels(const FieldValue& value, const Stack& stack) {
+  const GridGeometry& g = stack.image.geometry;
+  std::vector<std::uint8_t> inside;
+  inside.reserve(stack.image.voxels.size());
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    const Affine3 map = stack.poses.empty() ? g.indexToWorld() : stack.poses[k] * g.indexToWorld();
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        inside.push_back(
+            value.supported(map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)})));
+  }
+  return inside;
+}
+
+/// A block of a lattice put back into it, the rest filled.
+Volume embedded(const Volume& part, const IndexBlock& block, const GridGeometry& geometry, float fill) {
+  Volume whole{geometry, std::vector<float>(static_cast<std::size_t>(geometry.voxelCount()), fill)};
+  const float* in = part.voxels.data();
+  for (std::int64_t k = 0; k < block.size[2]; ++k)
+    for (std::int64_t j = 0; j < block.size[1]; ++j, in += block.size[0])
+      std::copy_n(in, block.size[0],
+                  whole.voxels.begin() + block.first[0] +
+                      geometry.size[0] * (block.first[1] + j + geometry.size[1] * (block.first[2] + k)));
+  return whole;
+}
+
+} // namespace
+
+Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& given) {
+  RenderOptions options = given;
+  checkGeometry(geometry, "The output grid");
+  checkValues(field, options);
+  if (!options.bounded || field.support.voxels.empty()) return renderLattice(field, geometry, options);
+  const auto block = blockOver(geometry, boxOf(field.support.geometry));
+  const float fill = FieldValue(field, {}, valueOptions(options)).outside();
+  if (!block) return embedded({}, {}, geometry, fill);
+  if (block->size == geometry.size) return renderLattice(field, geometry, options);
+  return embedded(renderLattice(field, cropped(geometry, block->first, block->size), options), *block,
+                  geometry, fill);
 }
 
 Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& given) {
@@ -126,7 +144,6 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
   const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
-  const Finish finish(field, options);
   Stack blank = stack;
   std::fill(blank.image.voxels.begin(), blank.image.voxels.end(), 0.f);
   blank.image.voxels.resize(blank.image.geometry.voxelCount());
@@ -134,6 +151,11 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
   checkStack(blank);
   Volume volume = std::move(blank.image);
   blank.image = volume;
+  const FieldValue value(field, {}, valueOptions(options));
+  if (value.limited()) { // slices without a voxel inside are not looked at
+    std::fill(volume.voxels.begin(), volume.voxels.end(), value.outside());
+    blank.observed = supportedVoxels(value, blank);
+  }
   std::vector<float> weights, numerators, slice;
   const std::vector<float> detail = field.detail.voxels.empty() || !options.values.empty()
                                         ? std::vector<float>{}
@@ -157,8 +179,9 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
       for (int y = 0; y < o.lattice.ny; ++y)
         for (int x = 0; x < o.lattice.nx; ++x, ++at) {
           const float fine = detail.empty() || !std::isfinite(detail[at]) ? 0.f : detail[at];
-          volume.voxels[at] =
-              finish.units(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x] + fine);
+          if (blank.observed.empty() || blank.observed[at])
+            volume.voxels[at] =
+                value.final(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x] + fine);
         }
     }
   }

@@ -1,8 +1,7 @@
 #include "Core/Contribution.h"
-#include "Core/DetailSampler.h"
 #include "Core/DevicePlugin.h"
-#include "Core/DomainBox.h"
 #include "Core/Error.h"
+#include "Core/FieldValue.h"
 #include "Core/Kernels.h"
 #include "Core/Render.h"
 
@@ -124,18 +123,11 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
       high[a] = std::max(high[a], local[i][a]);
     }
   }
-  const DomainBox box(field.domain, {});
-  const DetailSampler detail(field, {});
-  const bool units = options.scannerUnits && options.values.empty();
-  const auto finished = [&](float value, const Vec3& point) {
-    if (options.values.empty()) value += detail(point);
-    if (!box.contains(point)) value = 0;
-    return units ? static_cast<float>(field.intensityScale * value + field.intensityOffset) : value;
-  };
+  const FieldValue value(field, {}, {options.values.empty(), options.scannerUnits, options.bounded});
   if (renderedOnDevice(options, local, result.data())) {
     pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t i = first; i < last; ++i)
-        result[i] = finished(result[i], points[i]);
+        result[i] = value.has(points[i]) ? value(result[i], points[i]) : value.outside();
     });
     return result;
   }
@@ -154,6 +146,10 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
   pool.blocks(static_cast<std::int64_t>(points.size()), 1024, [&](std::int64_t first, std::int64_t last) {
     PointBlend blend(field);
     for (std::int64_t i = first; i < last; ++i) {
+      if (!value.has(points[i])) {
+        result[i] = value.outside();
+        continue;
+      }
       blend.start();
       Contribution c;
       double x[3];
@@ -166,7 +162,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
       for (std::int64_t m = lists.start[own]; m < lists.start[own + 1]; ++m) {
         if (contributionAt(projected[lists.ids[m]], x, c)) blend.add(c.p, c.value, c.depth);
       }
-      result[i] = finished(blend.value(), points[i]);
+      result[i] = value(blend.value(), points[i]);
     }
   });
   return result;

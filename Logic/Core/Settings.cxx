@@ -81,6 +81,7 @@ void checkSettings(const Settings& s) {
           "The loss and 1 − SSIM must not both have the weight 0.");
   require(s.threads >= 0 && s.threads <= 4096,
           "The number of threads must be between 0 (all cores) and 4096.");
+  require(std::abs(s.fill) <= 1e30, "The value outside the mask must be a finite number.");
   checkDeviceName(s.device);
   checkBlending(s);
   checkSchedule(s);

@@ -67,6 +67,7 @@ struct Settings {
   bool relocate = true;    // even grid: prune useless Gaussians, split those under the residual; not beside
                            // densification
   bool consistency = true; // noise-aware data-consistency step after the fit (super-resolution only)
+  double fill = 0;         // scanner units: the value outside the mask
   int threads = 0;         // 0 = all cores
   std::string instructionSet;  // "" = best available; "scalar" = the plain reference
   std::string device = "auto"; // "cpu", "cuda", "cuda:N"; auto: a GPU where one is found and the fit fits

@@ -55,6 +55,7 @@ std::string settingsText(const Settings& s, double heldOutFraction) {
   addIf("paperStopRule", s.paperStopRule);
   add("relocate", s.relocate);
   add("consistency", s.consistency);
+  if (s.fill != 0) add("fill", s.fill);
   add("device", s.device);
   add("seed", s.seed);
   add("heldOutFraction", heldOutFraction);

@@ -27,10 +27,6 @@ struct Stack {
 /// spacing there; what is observed goes along. No poses or times.
 Stack withSliceAxis(const Stack& stack, int axis);
 
-/// Smallest and largest value, in scanner units.
-struct ValueRange {
-  float low = 0, high = 0;
-};
 /// Of the finite observed voxels of all stacks, none left out as an outlier. Throws Error(NoData) where there
 /// is no such voxel.
 ValueRange observedRange(std::span<const Stack> stacks);

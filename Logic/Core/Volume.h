@@ -19,6 +19,11 @@ struct Mask {
   std::vector<std::uint8_t> voxels;
 };
 
+/// Smallest and largest value, in scanner units.
+struct ValueRange {
+  float low = 0, high = 0;
+};
+
 /// Trilinear value at a continuous index, clamped to the lattice's edge.
 float sampleLinear(const Volume& volume, const Vec3& index);
 

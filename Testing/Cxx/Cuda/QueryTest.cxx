@@ -106,6 +106,38 @@ TEST_P(Queries, AnswerPointsAsTheCpu) {
   }
 }
 
+TEST_P(Queries, StayInsideMaskAndRangeAsTheCpu) {
+  INNERGS_EXECUTOR_OR_SKIP(executor, std::get<0>(GetParam()));
+  GaussianField f = field();
+  const std::vector<float> channel = values();
+  f.domain = grid(21, 19, 17, {1.1, 1.2, 1.3}, {-10, -10, -10});
+  f.support.geometry = cropped(f.domain, {2, 3, 4}, {15, 12, 10});
+  f.support.voxels.assign(15 * 12 * 10, 1);
+  std::fill_n(f.support.voxels.begin() + 15 * 12 * 5, 15 * 12 * 2, std::uint8_t{0});
+  f.fill = -50;
+  f.range = {0.1f, 0.8f};
+  RenderOptions cpu, gpu;
+  cpu.threads = gpu.threads = 1;
+  cpu.values = gpu.values = channel;
+  gpu.device = std::make_shared<cuda::Field>(std::move(executor), f);
+  const GridGeometry lattice = grid(25, 23, 9, {0.9, 0.9, 1.7}, {-11, -9, -6}, obliqueDirection(0.3));
+  const std::vector<float> expected = render(f, lattice, cpu).voxels, found = render(f, lattice, gpu).voxels;
+  const float outside = channel.empty() ? -50.f : 0.f;
+  const auto filled = [&](const std::vector<float>& v) { return std::count(v.begin(), v.end(), outside); };
+  EXPECT_GT(filled(expected), 1000);
+  EXPECT_EQ(filled(found), filled(expected));
+  EXPECT_LE(relativeError(found, expected), kTolerance);
+  if (channel.empty()) {
+    for (const float v : found)
+      ASSERT_TRUE(v == -50 || (v >= 0.1f && v <= 0.8f)) << v;
+  }
+  std::vector<Vec3> points;
+  Numbers random(3);
+  for (int n = 0; n < 400; ++n)
+    points.push_back({random(-12, 12), random(-12, 12), random(-12, 12)});
+  EXPECT_LE(relativeError(renderPoints(f, points, gpu), renderPoints(f, points, cpu)), kTolerance);
+}
+
 TEST_P(Queries, RejectWhatCannotBe) {
   INNERGS_EXECUTOR_OR_SKIP(executor, std::get<0>(GetParam()));
   cuda::Field device(std::move(executor), field());

@@ -99,6 +99,7 @@ public:
     field.modelToWorld = {};
     RenderOptions options;
     options.scannerUnits = false;
+    options.bounded = false;
     options.values = values;
     options.stop = std::move(stop);
     for (float value : innergs::renderPoints(field, points, options))
