@@ -10,6 +10,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
+#include <numeric>
 
 namespace innergs {
 namespace {
@@ -57,6 +59,29 @@ std::vector<std::int64_t> detailShape(const GridGeometry& grid) {
   return {grid.size[2], grid.size[1], grid.size[0]};
 }
 
+/// Lengths of the runs of equal voxels in memory order; the first is of those outside, 0 where there are
+/// none.
+std::vector<std::uint32_t> runsOf(const Mask& mask) {
+  std::vector<std::uint32_t> runs{0};
+  bool inside = false;
+  for (const std::uint8_t voxel : mask.voxels) {
+    if ((voxel != 0) != inside) {
+      runs.push_back(0);
+      inside = !inside;
+    }
+    if (runs.back() == std::numeric_limits<std::uint32_t>::max()) runs.insert(runs.end(), {0, 0});
+    ++runs.back();
+  }
+  return runs;
+}
+
+std::vector<std::uint8_t> voxelsOf(const std::vector<std::uint32_t>& runs) {
+  std::vector<std::uint8_t> voxels;
+  for (std::size_t n = 0; n < runs.size(); ++n)
+    voxels.insert(voxels.end(), runs[n], static_cast<std::uint8_t>(n % 2));
+  return voxels;
+}
+
 std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
   const GaussianField& field = checkpoint.field;
   const Mat3& r = field.modelToWorld.linear;
@@ -83,6 +108,11 @@ std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
       {"finished_gaussians", std::to_string(checkpoint.finished)},
       {"settings_key", checkpoint.settingsKey}};
   if (!field.detail.voxels.empty()) metadata["detail_grid"] = toJson(field.detail.geometry).dump();
+  if (!field.support.voxels.empty()) {
+    metadata["support_grid"] = toJson(field.support.geometry).dump();
+    metadata["fill_value"] = json(field.fill).dump();
+  }
+  if (field.range) metadata["value_range"] = json({field.range->low, field.range->high}).dump();
   return metadata;
 }
 
@@ -96,6 +126,7 @@ public:
     throw Error(ErrorCode::FileFormat, quoted(path_) + " is not an InnerGS model or is damaged (its entry '" +
                                            key + "' is missing or wrong); save or copy it again.");
   }
+  bool has(const std::string& key) const { return values_.find(key) != values_.end(); }
   std::string text(const std::string& key) const {
     const auto found = values_.find(key);
     if (found == values_.end()) fail(key);
@@ -133,7 +164,7 @@ public:
   }
   ModelNotes notes() const {
     ModelNotes notes;
-    if (values_.find("notes") == values_.end()) return notes; // of an older version
+    if (!has("notes")) return notes; // of an older version
     const json value = parsed("notes");
     if (!value.is_object()) fail("notes");
     for (const auto& [key, text] : value.items()) {
@@ -216,6 +247,11 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
   const Volume& detail = checkpoint.field.detail;
   if (!detail.voxels.empty())
     tensors.push_back({"detail", detailShape(detail.geometry), [&detail] { return detail.voxels; }});
+  const std::vector<std::uint32_t> runs = checkpoint.field.support.voxels.empty()
+                                              ? std::vector<std::uint32_t>{}
+                                              : runsOf(checkpoint.field.support);
+  if (!runs.empty())
+    tensors.push_back({"support", {static_cast<std::int64_t>(runs.size())}, [&runs] { return runs; }});
   auto metadata = metadataOf(checkpoint);
   if (!notes.empty()) // names of nodes may be in any encoding
     metadata["notes"] = json(notes).dump(-1, ' ', false, json::error_handler_t::replace);
@@ -284,6 +320,24 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
   if (file.find("detail") != nullptr) {
     field.detail.geometry = metadata.grid("detail_grid");
     field.detail.voxels = file.read("detail", detailShape(field.detail.geometry));
+  }
+  if (const auto* tensor = file.find("support")) {
+    if (tensor->shape.size() != 1) metadata.fail("support");
+    const std::vector<std::uint32_t> runs = file.readUnsigned("support", tensor->shape);
+    const double voxels = std::accumulate(runs.begin(), runs.end(), 0.0);
+    field.support.geometry = metadata.grid("support_grid");
+    const auto& n = field.support.geometry.size;
+    if (voxels != static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]))
+      metadata.fail("support");
+    checkMemoryFor(voxels, quoted(path));
+    field.support.voxels = voxelsOf(runs);
+    field.fill = static_cast<float>(metadata.number("fill_value"));
+  }
+  if (metadata.has("value_range")) {
+    const json range = metadata.parsed("value_range");
+    if (!range.is_array() || range.size() != 2) metadata.fail("value_range");
+    field.range = {static_cast<float>(metadata.number(range[0], "value_range")),
+                   static_cast<float>(metadata.number(range[1], "value_range"))};
   }
   checkField(field);
   if (notes) *notes = metadata.notes();

@@ -138,6 +138,7 @@ std::string headerOf(const GaussianField& field) {
   comment("domain_origin", numbers(d.origin));
   comment("domain_spacing", numbers(d.spacing));
   comment("domain_direction", numbers(d.direction[0], d.direction[1], d.direction[2]));
+  if (field.range) comment("value_range", numbers(std::array{field.range->low, field.range->high}));
   text += "element vertex " + std::to_string(field.size()) + "\n";
   for (const char* name : names)
     text += std::string("property float ") + name + "\n";
@@ -190,6 +191,10 @@ void readOwnComments(const PlyHeader& header, const std::filesystem::path& path,
   field.domain.origin = commentNumbers<3>(header, "domain_origin", path);
   field.domain.spacing = commentNumbers<3>(header, "domain_spacing", path);
   field.domain.direction = matrixOf(commentNumbers<9>(header, "domain_direction", path));
+  if (header.comments.contains("value_range")) {
+    const auto range = commentNumbers<2>(header, "value_range", path);
+    field.range = {static_cast<float>(range[0]), static_cast<float>(range[1])};
+  }
   try {
     checkGeometry(field.domain, "the domain");
   } catch (const Error&) {
@@ -306,19 +311,33 @@ void writePly(const GaussianField& field, const std::filesystem::path& path) {
   });
 }
 
-std::string droppedByPly(const GaussianField& field) {
-  const Volume& detail = field.detail;
-  if (detail.voxels.empty()) return {};
+namespace {
+
+/// " the detail grid of 2x3x4 values (RMS 2.5 scanner units)"
+std::string detailText(const GaussianField& field) {
   double squares = 0;
-  for (const float value : detail.voxels)
+  for (const float value : field.detail.voxels)
     squares += double(value) * value;
   const double rms =
-      std::abs(field.intensityScale) * std::sqrt(squares / static_cast<double>(detail.voxels.size()));
-  const auto& size = detail.geometry.size;
-  return "A PLY file holds the " + countText(field.size()) +
-         " Gaussians alone: it leaves out the detail grid of " + std::to_string(size[0]) + "x" +
-         std::to_string(size[1]) + "x" + std::to_string(size[2]) + " values (RMS " + numberText(rms) +
-         " scanner units); save an .innergs file to keep everything.";
+      std::abs(field.intensityScale) * std::sqrt(squares / static_cast<double>(field.detail.voxels.size()));
+  const auto& size = field.detail.geometry.size;
+  return " the detail grid of " + std::to_string(size[0]) + "x" + std::to_string(size[1]) + "x" +
+         std::to_string(size[2]) + " values (RMS " + numberText(rms) + " scanner units)";
+}
+
+} // namespace
+
+std::string droppedByPly(const GaussianField& field) {
+  const Volume& detail = field.detail;
+  const auto& support = field.support.voxels;
+  if (detail.voxels.empty() && support.empty()) return {};
+  std::string left;
+  if (!support.empty())
+    left = " the mask of " + countText(std::count(support.begin(), support.end(), 1)) +
+           " voxels, beyond which the Gaussians reach";
+  if (!detail.voxels.empty()) left += (left.empty() ? "" : ", and") + detailText(field);
+  return "A PLY file holds the " + countText(field.size()) + " Gaussians alone: it leaves out" + left +
+         "; save an .innergs file to keep everything.";
 }
 
 bool isPly(const std::filesystem::path& path) {

@@ -8,12 +8,13 @@ namespace innergs {
 
 /// Binary little-endian PLY with the property names of 3D Gaussian splatting: x y z (LPS mm) nx ny nz
 /// f_dc_0..2 opacity (logit) scale_0..2 (ln mm) rot_0..3 (w x y z). What those names cannot hold (blending,
-/// weight beyond the logit's range, slopes, frame, intensity map, domain) goes into extra properties and
-/// `comment innergs` lines that other readers ignore.
-/// What has no place there is left out: droppedByPly().
+/// weight beyond the logit's range, slopes, frame, intensity map, value range, domain) goes into extra
+/// properties and `comment innergs` lines that other readers ignore. What has no place there is left out:
+/// droppedByPly().
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
-/// A sentence on what a PLY file of a field leaves out, with numbers: the detail grid; "" where it keeps all.
+/// A sentence on what a PLY file of a field leaves out, with numbers: the detail grid, a mask; "" where it
+/// keeps all.
 std::string droppedByPly(const GaussianField& field);
 
 /// Whether a file is read as a PLY file: by its extension or its first bytes.

@@ -79,8 +79,9 @@ void writeSafetensors(const std::filesystem::path& path, const std::map<std::str
   std::uint64_t end = 0;
   for (const TensorToWrite& tensor : tensors) {
     const std::uint64_t begin = end;
-    end += static_cast<std::uint64_t>(elements(tensor.shape)) * sizeof(float);
-    header[tensor.name] = {{"dtype", "F32"}, {"shape", tensor.shape}, {"data_offsets", {begin, end}}};
+    end += static_cast<std::uint64_t>(elements(tensor.shape)) * 4;
+    const char* dtype = tensor.values.index() == 0 ? "F32" : "U32";
+    header[tensor.name] = {{"dtype", dtype}, {"shape", tensor.shape}, {"data_offsets", {begin, end}}};
   }
   std::string text = header.dump(-1, ' ', false, json::error_handler_t::replace);
   text.append((8 - text.size() % 8) % 8, ' ');
@@ -90,11 +91,14 @@ void writeSafetensors(const std::filesystem::path& path, const std::map<std::str
     const std::uint64_t length = text.size();
     out.write(reinterpret_cast<const char*>(&length), sizeof(length));
     out.write(text.data(), static_cast<std::streamsize>(text.size()));
-    for (const TensorToWrite& tensor : tensors) {
-      const std::vector<float> values = tensor.values();
-      out.write(reinterpret_cast<const char*>(values.data()),
-                static_cast<std::streamsize>(values.size() * sizeof(float)));
-    }
+    for (const TensorToWrite& tensor : tensors)
+      std::visit(
+          [&](const auto& make) {
+            const auto values = make();
+            out.write(reinterpret_cast<const char*>(values.data()),
+                      static_cast<std::streamsize>(values.size() * sizeof(values[0])));
+          },
+          tensor.values);
     out.close();
     if (!out)
       throw Error(ErrorCode::Io, quoted(path) +
@@ -151,8 +155,9 @@ const SafetensorsFile::Tensor* SafetensorsFile::find(const std::string& name) co
   return found == tensors_.end() ? nullptr : &found->second;
 }
 
-std::vector<float> SafetensorsFile::read(const std::string& name,
-                                         const std::vector<std::int64_t>& shape) const {
+template <class Value>
+std::vector<Value> SafetensorsFile::readAs(const char* dtype, const std::string& name,
+                                           const std::vector<std::int64_t>& shape) const {
   const auto fail = [&](const std::string& why) {
     throw Error(ErrorCode::FileFormat, quoted(path_) +
                                            " is not an InnerGS model or is damaged (the tensor '" + name +
@@ -160,14 +165,24 @@ std::vector<float> SafetensorsFile::read(const std::string& name,
   };
   const Tensor* tensor = find(name);
   if (tensor == nullptr) fail("is missing");
-  if (tensor->dtype != "F32" || tensor->shape != shape) fail("has another type or shape than expected");
-  std::vector<float> values(static_cast<std::size_t>(elements(shape)));
+  if (tensor->dtype != dtype || tensor->shape != shape) fail("has another type or shape than expected");
+  std::vector<Value> values(static_cast<std::size_t>(elements(shape)));
   std::ifstream in(path_, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(dataStart_ + tensor->begin));
   in.read(reinterpret_cast<char*>(values.data()),
-          static_cast<std::streamsize>(values.size() * sizeof(float)));
+          static_cast<std::streamsize>(values.size() * sizeof(Value)));
   if (!in) fail("is cut off");
   return values;
+}
+
+std::vector<float> SafetensorsFile::read(const std::string& name,
+                                         const std::vector<std::int64_t>& shape) const {
+  return readAs<float>("F32", name, shape);
+}
+
+std::vector<std::uint32_t> SafetensorsFile::readUnsigned(const std::string& name,
+                                                         const std::vector<std::int64_t>& shape) const {
+  return readAs<std::uint32_t>("U32", name, shape);
 }
 
 } // namespace innergs

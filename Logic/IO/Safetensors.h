@@ -6,15 +6,16 @@
 #include <map>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 namespace innergs {
 
-/// A float32 tensor to write: its values are made when they are needed.
+/// A float32 or unsigned 32-bit tensor to write: its values are made when they are needed.
 struct TensorToWrite {
   std::string name;
   std::vector<std::int64_t> shape;
-  std::function<std::vector<float>()> values;
+  std::variant<std::function<std::vector<float>()>, std::function<std::vector<std::uint32_t>()>> values;
 };
 
 /// Writes a safetensors file, atomically. Throws Error(Io).
@@ -37,10 +38,18 @@ public:
   const std::map<std::string, std::string>& metadata() const { return metadata_; }
   /// nullptr when absent.
   const Tensor* find(const std::string& name) const;
-  /// The values of a float32 tensor. Throws Error(FileFormat) when it is absent or of another type or shape.
+  ///@{
+  /// The values of a tensor. Throws Error(FileFormat) when it is absent or of another type or shape.
   std::vector<float> read(const std::string& name, const std::vector<std::int64_t>& shape) const;
+  std::vector<std::uint32_t> readUnsigned(const std::string& name,
+                                          const std::vector<std::int64_t>& shape) const;
+  ///@}
 
 private:
+  template <class Value>
+  std::vector<Value> readAs(const char* dtype, const std::string& name,
+                            const std::vector<std::int64_t>& shape) const;
+
   std::filesystem::path path_;
   std::uint64_t dataStart_ = 0;
   std::map<std::string, std::string> metadata_;

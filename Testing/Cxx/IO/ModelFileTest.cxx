@@ -153,6 +153,73 @@ TEST(ModelFile, ForgedHeaders) {
   EXPECT_EQ(errorOf([&] { readModel(folder / "b.innergs"); }).code(), ErrorCode::FileFormat);
 }
 
+/// With a support of 4×3×2 voxels, of which the runs 2, 7, 1, 14 are outside, inside, outside, inside.
+Checkpoint maskedCheckpoint() {
+  Checkpoint checkpoint = checkpointOf(5, false, false);
+  GaussianField& field = checkpoint.field;
+  field.support.geometry = cropped(field.domain, {3, 5, 7}, {4, 3, 2});
+  field.support.voxels.assign(24, 1);
+  for (const int outside : {0, 1, 9})
+    field.support.voxels[outside] = 0;
+  field.fill = -1.0f / 3;
+  field.range = {-1000.0f / 7, 1234.5f};
+  return checkpoint;
+}
+
+TEST(ModelFile, KeepsSupportFillAndRange) {
+  const TemporaryFolder folder;
+  const Checkpoint written = maskedCheckpoint();
+  writeModel(written, folder / "a.innergs");
+  GaussianField read = readModel(folder / "a.innergs").field;
+  EXPECT_EQ(read.support.geometry, written.field.support.geometry);
+  EXPECT_EQ(read.support.voxels, written.field.support.voxels);
+  EXPECT_EQ(read.fill, written.field.fill);
+  ASSERT_TRUE(read.range);
+  EXPECT_EQ(read.range->low, written.field.range->low);
+  EXPECT_EQ(read.range->high, written.field.range->high);
+  for (const std::uint8_t all : {0, 1}) {
+    Checkpoint whole = written;
+    whole.field.support.voxels.assign(24, all);
+    writeModel(whole, folder / "b.innergs");
+    EXPECT_EQ(readModel(folder / "b.innergs").field.support.voxels, whole.field.support.voxels);
+  }
+  // Without a mask, and as versions before wrote them: neither, at no cost.
+  writeModel(checkpointOf(5, false, false), folder / "c.innergs");
+  read = readModel(folder / "c.innergs").field;
+  EXPECT_TRUE(read.support.voxels.empty());
+  EXPECT_FALSE(read.range);
+  EXPECT_EQ(readBytes(folder / "c.innergs").find("support"), std::string::npos);
+}
+
+TEST(ModelFile, DamagedSupportIsRefused) {
+  const TemporaryFolder folder;
+  writeModel(maskedCheckpoint(), folder / "a.innergs");
+  const std::string bytes = readBytes(folder / "a.innergs");
+  const std::size_t runs = bytes.size() - 16;
+  const auto refuse = [&](const std::string& damaged, const char* part) {
+    SCOPED_TRACE(part);
+    writeBytes(folder / "b.innergs", damaged);
+    const Error error = errorOf([&] { readModel(folder / "b.innergs"); });
+    EXPECT_EQ(error.code(), ErrorCode::FileFormat);
+    EXPECT_TRUE(contains(error, part)) << error.what();
+  };
+  std::string other = bytes;
+  other[runs + 4] = 8; // one voxel too many
+  refuse(other, "'support'");
+  other = bytes;
+  other[runs + 15] = '\x7f'; // two milliards
+  refuse(other, "'support'");
+  refuse(bytes.substr(0, bytes.size() - 4), "does not fit the file");
+  refuse(withHeader(bytes, "[4,3,2]", "[4,3,3]"), "'support'");
+  refuse(withHeader(bytes, "[4,3,2]", "[1000000000,1000000000,1000000000]"), "'support_grid'");
+  refuse(withHeader(bytes, "\"U32\"", "\"F32\""), "'support'");
+  refuse(withHeader(bytes, "\"shape\":[4]", "\"shape\":[2,2]"), "'support'");
+  refuse(withHeader(bytes, "\"support_grid\"", "\"support_gird\""), "'support_grid'");
+  refuse(withHeader(bytes, "\"fill_value\":\"", "\"fill_value\":\"x"), "'fill_value'");
+  refuse(withHeader(bytes, "\"value_range\":\"[", "\"value_range\":\"[0,"), "'value_range'");
+  refuse(withHeader(bytes, ",1234.5]", ",-1234.5]"), "value range");
+}
+
 TEST(ModelFile, NonFiniteValues) {
   const TemporaryFolder folder;
   for (int part = 0; part < 3; ++part) {

@@ -105,31 +105,50 @@ with open("out.txt", "w") as out:
 
 TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
   if (!runs("python3 -c \"import numpy\"")) GTEST_SKIP() << "no python3 with numpy";
-  const std::vector<Vec3> inModel{{0, 0, 0}, {3, -4, 5}, {-8, 2, 1}, {60, 0, 0}};
+  const std::vector<Vec3> inModel{{0, 0, 0}, {3, -4, 5}, {-8, 2, 1}, {60, 0, 0}, {-5, 3, 2}, {1, 1, -2}};
   for (const bool linearIntensity : {false, true})
-    for (const Blending blending : {Blending::Normalised, Blending::Additive}) {
-      const TemporaryFolder folder;
-      Checkpoint checkpoint;
-      checkpoint.field = randomField(300, linearIntensity);
-      checkpoint.field.blending = blending;
-      writeModel(checkpoint, folder / "model.innergs");
-      std::string script = documentedCode() + "\nwith open('out.txt', 'w') as out:\n";
-      std::vector<Vec3> points;
-      for (const Vec3& x : inModel) {
-        points.push_back(checkpoint.field.modelToWorld(x));
-        script += formatted("    print(repr(float(value([%.17g, %.17g, %.17g]))), file=out)\n",
-                            points.back()[0], points.back()[1], points.back()[2]);
+    for (const Blending blending : {Blending::Normalised, Blending::Additive})
+      for (const bool masked : {false, true}) {
+        const TemporaryFolder folder;
+        Checkpoint checkpoint;
+        GaussianField& field = checkpoint.field;
+        field = randomField(300, linearIntensity);
+        field.blending = blending;
+        field.domain.origin =
+            field.modelToWorld.offset - 0.5 * (field.domain.direction * field.domain.extent());
+        if (masked) {
+          field.support.geometry = cropped(field.domain, {3, 4, 5}, {25, 30, 40});
+          field.support.voxels.assign(25 * 30 * 40, 1);
+          std::fill_n(field.support.voxels.begin(), 25 * 30 * 23, std::uint8_t{0});
+          field.fill = 12.5f;
+          field.range = {-500, 0};
+          field.detail.geometry = withSpacing(field.domain, {3, 3, 3});
+          for (std::int64_t v = 0; v < field.detail.geometry.voxelCount(); ++v)
+            field.detail.voxels.push_back(0.1f * std::sin(static_cast<float>(v)));
+        }
+        writeModel(checkpoint, folder / "model.innergs");
+        std::string script = documentedCode() + "\nwith open('out.txt', 'w') as out:\n";
+        std::vector<Vec3> points;
+        for (const Vec3& x : inModel) {
+          points.push_back(field.modelToWorld(x));
+          script += formatted("    print(repr(float(value([%.17g, %.17g, %.17g]))), file=out)\n",
+                              points.back()[0], points.back()[1], points.back()[2]);
+        }
+        const std::vector<double> values = runPython(folder, script);
+        ASSERT_EQ(values.size(), points.size());
+        const std::vector<float> rendered = renderPoints(field, points);
+        for (std::size_t n = 0; n < points.size(); ++n) {
+          EXPECT_NEAR(values[n], rendered[n], 1e-4 * field.intensityScale);
+          if (!masked && n < 3) {
+            EXPECT_NEAR(values[n], valueAt(field, points[n]), 1e-5 * field.intensityScale);
+          }
+        }
+        EXPECT_EQ(rendered[3], masked ? 12.5f : static_cast<float>(field.intensityOffset));
+        if (!masked) continue;
+        EXPECT_EQ(std::count(rendered.begin(), rendered.end(), 12.5f), 3) << "outside the mask";
+        for (const float v : rendered)
+          EXPECT_TRUE(v == 12.5f || (v >= -500 && v <= 0));
       }
-      const std::vector<double> values = runPython(folder, script);
-      ASSERT_EQ(values.size(), points.size());
-      GaussianField unlimited = checkpoint.field; // the documented code does not know the domain
-      unlimited.domain = {};
-      const std::vector<float> rendered = renderPoints(unlimited, points);
-      for (std::size_t n = 0; n < points.size(); ++n) {
-        EXPECT_NEAR(values[n], valueAt(checkpoint.field, points[n]), 1e-5 * checkpoint.field.intensityScale);
-        EXPECT_NEAR(values[n], rendered[n], 1e-4 * checkpoint.field.intensityScale);
-      }
-    }
 }
 
 } // namespace

@@ -67,6 +67,21 @@ TEST(Ply, SaysInNumbersWhatItLeavesOut) {
   const std::string sentence = droppedByPly(field);
   for (const char* part : {"1,234 Gaussians", "2x3x4 values", "RMS 2.5 "})
     EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
+  field.support = {field.detail.geometry, std::vector<std::uint8_t>(24, 1)};
+  EXPECT_NE(droppedByPly(field).find("mask of 24 voxels"), std::string::npos);
+  field.detail = {};
+  EXPECT_EQ(droppedByPly(field).find("detail"), std::string::npos) << droppedByPly(field);
+}
+
+TEST(Ply, KeepsTheValueRange) {
+  const TemporaryFolder folder;
+  GaussianField field = randomField(5, true);
+  writePly(field, folder / "a.ply");
+  EXPECT_FALSE(readPly(folder / "a.ply").range);
+  field.range = {-1000.0f / 7, 3.25f};
+  writePly(field, folder / "a.ply");
+  EXPECT_EQ(readPly(folder / "a.ply").range->low, field.range->low);
+  EXPECT_EQ(readPly(folder / "a.ply").range->high, field.range->high);
 }
 
 // Other programs see the Gaussians in patient space.
