@@ -130,6 +130,7 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
     input.stacks.push_back(std::move(stack));
   }
   input.outputGrid = outputGrid(grids, choice);
+  input.cropToMask = !choice.box && !(choice.reference && choice.reference->given());
   for (std::size_t i = 0; i < images.size(); ++i) {
     Stack& stack = input.stacks[i];
     const GridGeometry whole = stack.image.geometry;

@@ -31,6 +31,7 @@ innergs::Settings vtkInnerGSReconstruct::MakeSettings() {
   s.huberDelta = this->HuberDelta;
   s.relocate = this->Relocate;
   s.consistency = this->Consistency;
+  s.fill = this->FillValue;
   s.threads = this->NumberOfThreads;
   s.instructionSet = this->InstructionSet;
   s.device = this->Device;

@@ -1,5 +1,6 @@
 #include "vtkInnerGSModel.h"
 
+#include "Core/FieldValue.h"
 #include "Core/NumberText.h"
 #include "Core/ReconstructionJob.h"
 #include "Geometry.h"
@@ -56,7 +57,8 @@ unsigned long vtkInnerGSModel::GetActualMemorySize() {
     const auto& c = *this->Checkpoint;
     const std::size_t bytes =
         c.field.gaussians.size() * sizeof(innergs::Gaussian) +
-        (c.moment1.size() + c.moment2.size() + c.field.detail.voxels.size()) * sizeof(float);
+        (c.moment1.size() + c.moment2.size() + c.field.detail.voxels.size()) * sizeof(float) +
+        c.field.support.voxels.size();
     size += static_cast<unsigned long>((bytes + 1023) / 1024);
   }
   return size;
@@ -94,11 +96,12 @@ std::string vtkInnerGSModel::GetDescription() {
   const auto& field = this->Checkpoint->field;
   std::string text =
       grouped(this->GetNumberOfGaussians()) + " Gaussians, " + this->GetBlendingName() + " blending";
-  if (field.domain.voxelCount() > 0) {
-    const innergs::Vec3 extent = field.domain.extent();
+  if (field.region().voxelCount() > 0) {
+    const innergs::Vec3 extent = field.region().extent();
     text += innergs::formatted(", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
   }
   if (!field.detail.voxels.empty()) text += ", with a detail grid";
+  if (this->IsMasked()) text += ", inside a mask";
   return text + innergs::formatted(", %.1f MB", static_cast<double>(this->GetActualMemorySize()) * 1.024e-3);
 }
 
@@ -114,12 +117,12 @@ void vtkInnerGSModel::GetBounds(double bounds[6]) {
       high[a] = std::max(high[a], x[a]);
     }
   };
-  if (field->domain.voxelCount() > 0) {
-    const auto map = field->domain.indexToWorld();
+  if (field->region().voxelCount() > 0) {
+    const auto map = field->region().indexToWorld();
     for (int corner = 0; corner < 8; ++corner) {
       innergs::Vec3 index;
       for (int a = 0; a < 3; ++a)
-        index[a] = (corner >> a & 1) ? static_cast<double>(field->domain.size[a]) - 0.5 : -0.5;
+        index[a] = (corner >> a & 1) ? static_cast<double>(field->region().size[a]) - 0.5 : -0.5;
       include(map(index));
     }
   } else {
@@ -134,21 +137,30 @@ void vtkInnerGSModel::GetBounds(double bounds[6]) {
 
 bool vtkInnerGSModel::GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]) {
   const auto field = this->GetField();
-  if (!field || field->domain.voxelCount() == 0) return false;
-  if (ijkToRAS) innergs::vtk::toMatrix(field->domain, ijkToRAS);
+  if (!field || field->region().voxelCount() == 0) return false;
+  if (ijkToRAS) innergs::vtk::toMatrix(field->region(), ijkToRAS);
   for (int a = 0; a < 3; ++a)
-    dimensions[a] = static_cast<int>(field->domain.size[a]);
+    dimensions[a] = static_cast<int>(field->region().size[a]);
   return true;
+}
+
+bool vtkInnerGSModel::IsMasked() {
+  return this->Checkpoint && !this->Checkpoint->field.support.voxels.empty();
 }
 
 bool vtkInnerGSModel::IsInside(double r, double a, double s) {
   const auto field = this->GetField();
-  if (!field) return false;
-  if (field->domain.voxelCount() == 0) return true;
-  const innergs::Vec3 x =
-      inverse(field->domain.indexToWorld())(innergs::vtk::flipped(innergs::Vec3{r, a, s}));
-  for (int axis = 0; axis < 3; ++axis)
-    if (!(x[axis] >= -0.5 && x[axis] <= static_cast<double>(field->domain.size[axis]) - 0.5)) return false;
+  return field && innergs::FieldValue(*field, {}, {}).has(innergs::vtk::flipped(innergs::Vec3{r, a, s}));
+}
+
+double vtkInnerGSModel::GetFillValue() {
+  return this->IsMasked() ? this->Checkpoint->field.fill : this->GetBackgroundValue();
+}
+
+bool vtkInnerGSModel::GetValueRange(double range[2]) {
+  if (this->IsEmpty() || !this->Checkpoint->field.range) return false;
+  range[0] = this->Checkpoint->field.range->low;
+  range[1] = this->Checkpoint->field.range->high;
   return true;
 }
 

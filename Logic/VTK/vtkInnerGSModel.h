@@ -40,16 +40,25 @@ public:
   /// One line for people: count, blending, size, memory.
   std::string GetDescription();
 
-  /// The axis-aligned RAS box (xmin, xmax, ymin, ...; mm, to voxel edges) of the region that was fitted; of
-  /// the Gaussians' centres when that is unlimited; the uninitialised bounds (1, -1, ...) when empty.
+  /// The axis-aligned RAS box (xmin, xmax, ymin, ...; mm, to voxel edges) of the region that was fitted, cut
+  /// to the mask's box where there was one; of the Gaussians' centres when it is unlimited; the uninitialised
+  /// bounds (1, -1, ...) when empty.
   void GetBounds(double bounds[6]);
-  /// The lattice of the region that was fitted, the default for resampling. False, and nothing changed, when
-  /// there is none.
+  /// The lattice of that region, the default for resampling. False, and nothing changed, when there is none.
   bool GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]);
-  /// Whether the model has a value at a point: it lies in the region that was fitted.
+  /// Whether the model was fitted inside a mask, beyond which (and a margin of one slice) it has no values.
+  bool IsMasked();
+  /// Whether the model has a value at a point: it lies in the region that was fitted and not outside the
+  /// mask.
   bool IsInside(double r, double a, double s);
-  /// The value (scanner units) that the model has where there is nothing, and outside its region.
+  /// The value (scanner units) of every point where it has none: what was chosen when it was fitted inside a
+  /// mask, else the background value.
+  double GetFillValue();
+  /// The value (scanner units) where no Gaussian reaches.
   double GetBackgroundValue();
+  /// The least and the greatest value (scanner units) that it can have inside: those of the scans. False, and
+  /// nothing changed, when they are not known.
+  bool GetValueRange(double range[2]);
 
   /// The model in a pipeline's information, or null.
   static vtkInnerGSModel* GetData(vtkInformation* information);

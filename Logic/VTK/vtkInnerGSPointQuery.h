@@ -20,7 +20,7 @@ public:
   void SetModel(vtkInnerGSModel* model);
   vtkInnerGSModel* GetModel();
 
-  /// One value per RAS point (mm). Outside the model's region: vtkInnerGSModel::GetBackgroundValue(). False
+  /// One value per RAS point (mm). Where the model has none: vtkInnerGSModel::GetFillValue(). False
   /// after an error (vtkErrorMacro, GetErrorMessage()); `values` is then empty.
   bool Evaluate(vtkPoints* points, vtkFloatArray* values);
   /// One point; NaN after an error.

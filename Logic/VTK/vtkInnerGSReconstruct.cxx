@@ -13,6 +13,7 @@
 #include "vtkInformationVector.h"
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
+#include "vtkStreamingDemandDrivenPipeline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -55,6 +56,7 @@ void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "NumberOfGaussians: " << this->NumberOfGaussians << "\n";
   os << indent << "NumberOfIterations: " << this->NumberOfIterations << "\n";
   os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "FillValue: " << this->FillValue << "\n";
   os << indent << "HeldOutFraction: " << this->HeldOutFraction << "\n";
   os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
      << this->OutputSpacing[2] << "\n";
@@ -307,4 +309,8 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   std::copy(result.volume.voxels.begin(), result.volume.voxels.end(),
             innergs::vtk::allocateFloats(image, result.volume.geometry, this->GeometryInImage));
   innergs::vtk::toMatrix(result.volume.geometry, work.outputToRAS);
+  // A mask's box is known only now: what was announced was the grid that it cuts.
+  vtkInformation* output = outputs->GetInformationObject(1);
+  innergs::vtk::announceImage(output, result.volume.geometry, this->GeometryInImage);
+  output->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), image->GetExtent(), 6);
 }

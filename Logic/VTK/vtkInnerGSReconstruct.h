@@ -169,6 +169,8 @@ public:
   vtkSetMacro(Consistency, bool); // data-consistency step after the fit
   vtkGetMacro(Consistency, bool);
   vtkBooleanMacro(Consistency, bool);
+  vtkSetMacro(FillValue, double); // scanner units: the model's value outside a mask; 0 by default
+  vtkGetMacro(FillValue, double);
   vtkSetMacro(Device, const std::string&); // "auto" (default): a GPU where it suffices; or "cpu", "cuda:N"
   vtkGetMacro(Device, std::string);
   vtkSetMacro(Seed, vtkTypeUInt64); // same seed, same result, bit for bit
@@ -279,7 +281,7 @@ protected:
   int Selection = ExactSelection, PlateauPatience = 10;
   double PlateauFactor = 0.5, PlateauLowest = 0.01, PlateauThreshold = 1e-4;
   double PruneOpacity = Automatic, PruneSize = 20, DensifyGradient = 1, SplitSize = 2;
-  double Cutoff = Automatic, Beta1 = Automatic, Beta2 = Automatic;
+  double Cutoff = Automatic, Beta1 = Automatic, Beta2 = Automatic, FillValue = 0;
   std::string Device = "auto";
   bool Relocate = true, Consistency = true, KeepModelWhenAborted = false;
   vtkTypeUInt64 Seed = 1;

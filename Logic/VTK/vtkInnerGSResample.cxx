@@ -31,12 +31,12 @@ innergs::GridGeometry outputGrid(const innergs::GaussianField& field,
   using innergs::Error;
   using innergs::ErrorCode;
   if (reference.given()) return reference.grid();
-  if (field.domain.voxelCount() == 0)
+  if (field.region().voxelCount() == 0)
     throw Error(
         ErrorCode::Geometry,
         "The model does not say which region it was fitted to: give a reference grid to resample it on.");
-  if (spacing[0] == 0 && spacing[1] == 0 && spacing[2] == 0) return field.domain;
-  return innergs::withSpacing(field.domain, {spacing[0], spacing[1], spacing[2]});
+  if (spacing[0] == 0 && spacing[1] == 0 && spacing[2] == 0) return field.region();
+  return innergs::withSpacing(field.region(), {spacing[0], spacing[1], spacing[2]});
 }
 
 } // namespace

@@ -2,6 +2,7 @@
 
 #include "Core/Disagreement.h"
 #include "Core/Error.h"
+#include "Core/FieldValue.h"
 #include "Core/GaussianMath.h"
 #include "Geometry.h"
 #include "vtkInnerGSModel.h"
@@ -17,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 vtkStandardNewMacro(vtkInnerGSToPolyData);
 
@@ -61,6 +63,18 @@ void toQuaternion(const Mat3& r, float out[4]) {
     out[a] = static_cast<float>(q[a] / length);
 }
 
+/// The Gaussians whose centre the field has a value at, as far as a mask decides that.
+std::vector<std::size_t> centredInside(const innergs::GaussianField& field) {
+  const innergs::FieldValue value(field, field.modelToWorld, {});
+  std::vector<std::size_t> inside;
+  inside.reserve(field.gaussians.size());
+  for (std::size_t i = 0; i < field.gaussians.size(); ++i) {
+    const Gaussian& g = field.gaussians[i];
+    if (value.supported({g.mean[0], g.mean[1], g.mean[2]})) inside.push_back(i);
+  }
+  return inside;
+}
+
 } // namespace
 
 vtkInnerGSToPolyData::vtkInnerGSToPolyData() = default;
@@ -103,7 +117,8 @@ void vtkInnerGSToPolyData::RequestData(vtkInformationVector** inputs, vtkInforma
   if (!std::isfinite(this->EllipsoidRadius) || this->EllipsoidRadius <= 0)
     throw innergs::Error(innergs::ErrorCode::InvalidArgument,
                          "The radius of the ellipsoids must be finite and above zero.");
-  const vtkIdType all = static_cast<vtkIdType>(field->size());
+  const std::vector<std::size_t> shown = centredInside(*field);
+  const vtkIdType all = static_cast<vtkIdType>(shown.size());
   const vtkIdType count =
       this->MaximumNumberOfGaussians > 0 ? std::min(all, this->MaximumNumberOfGaussians) : all;
   const bool alpha = field->blending == innergs::Blending::Alpha;
@@ -132,8 +147,8 @@ void vtkInnerGSToPolyData::RequestData(vtkInformationVector** inputs, vtkInforma
       this->UpdateProgress(static_cast<double>(out) / static_cast<double>(count));
       if (stop.stop_requested()) throw innergs::Error(innergs::ErrorCode::Cancelled, "Stopped on request.");
     }
-    const vtkIdType i = static_cast<vtkIdType>(static_cast<double>(out) * static_cast<double>(all) /
-                                               static_cast<double>(count));
+    const std::size_t i = shown[static_cast<std::size_t>(static_cast<double>(out) * static_cast<double>(all) /
+                                                         static_cast<double>(count))];
     const Gaussian& g = field->gaussians[i];
     const Vec3 centre = toRAS({g.mean[0], g.mean[1], g.mean[2]});
     points->SetPoint(out, centre.data());

@@ -5,8 +5,8 @@
 
 class vtkPolyData;
 
-/// The model's Gaussians (input) as vtkPolyData (output) for 3D display: a vertex at every centre (RAS mm),
-/// and point data
+/// The model's Gaussians (input), of one fitted inside a mask those centred where it has values, as
+/// vtkPolyData (output) for 3D display: a vertex at every centre (RAS mm), and point data
 /// - "Intensity" (active scalars): its value in scanner units;
 /// - "Ellipsoid" (active tensors, 9 components, symmetric): the eigenvectors are the axes in RAS, the
 /// eigenvalues the

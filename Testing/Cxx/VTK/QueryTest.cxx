@@ -4,10 +4,12 @@
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSPointQuery.h"
 #include "vtkInnerGSResample.h"
+#include "vtkInnerGSToPolyData.h"
 
 #include <vtkFloatArray.h>
 #include <vtkGeneralTransform.h>
 #include <vtkPoints.h>
+#include <vtkPolyData.h>
 #include <vtkThinPlateSplineTransform.h>
 #include <vtkTransform.h>
 
@@ -144,6 +146,74 @@ TEST_P(Query, PointsHaveTheEnginesValues) {
   }
   EXPECT_GT(inside, 20);
   EXPECT_LT(inside, 80);
+}
+
+TEST_P(Query, AMaskCountsForAllFilters) {
+  GaussianField masked = field;
+  masked.support.geometry = cropped(field.domain, {3, 2, 2}, {8, 7, 6});
+  masked.support.voxels.assign(8 * 7 * 6, 1);
+  std::fill_n(masked.support.voxels.begin(), 8 * 7 * 2, std::uint8_t{0});
+  masked.fill = 1234;
+  masked.range = {0, 50};
+  auto checkpoint = std::make_shared<Checkpoint>();
+  checkpoint->field = masked;
+  model->SetCheckpoint(checkpoint);
+  EXPECT_NE(model->GetDescription().find("inside a mask"), std::string::npos);
+  double range[2];
+  ASSERT_TRUE(model->GetValueRange(range));
+  EXPECT_EQ(range[1], 50);
+  vtkNew<vtkInnerGSResample> resample;
+  resample->SetModel(model);
+  resample->Update();
+  EXPECT_EQ(valuesOf(resample->GetOutput()), render(masked, masked.support.geometry).voxels);
+  vtkNew<vtkInnerGSPointQuery> points;
+  points->SetModel(model);
+  vtkNew<vtkInnerGSPlaneQuery> plane; // of one pixel
+  plane->SetModel(model);
+  plane->SetDimensions(1, 1);
+  Numbers random(5);
+  int inside = 0;
+  for (int n = 0; n < 60; ++n) {
+    const Vec3 lps = masked.support.geometry.indexToWorld()({random(-2, 9), random(-2, 8), random(-1, 7)});
+    const Vec3 x{-lps[0], -lps[1], lps[2]};
+    const double value = points->EvaluatePoint(x[0], x[1], x[2]);
+    const bool in = model->IsInside(x[0], x[1], x[2]);
+    EXPECT_EQ(value == 1234, !in);
+    if (in) {
+      EXPECT_TRUE(value >= 0 && value <= 50);
+    }
+    inside += in;
+    vtkNew<vtkMatrix4x4> place;
+    for (int a = 0; a < 3; ++a)
+      place->SetElement(a, 3, x[a]);
+    plane->SetPlaneToRASMatrix(place);
+    plane->Update();
+    const float onPlane = valuesOf(plane->GetOutput())[0];
+    EXPECT_EQ(onPlane == 1234, !in);
+    if (field.blending != Blending::Alpha) { // whose value depends on the plane
+      EXPECT_NEAR(onPlane, value, 2e-3);
+    }
+  }
+  EXPECT_GT(inside, 5);
+  EXPECT_LT(inside, 50);
+  // Gaussians centred outside are not shown.
+  vtkNew<vtkInnerGSToPolyData> shown;
+  shown->SetModel(model);
+  shown->Update();
+  vtkPolyData* data = shown->GetOutput();
+  vtkIdType expected = 0;
+  for (const Gaussian& g : masked.gaussians) {
+    const Vec3 x = masked.modelToWorld({g.mean[0], g.mean[1], g.mean[2]});
+    expected += model->IsInside(-x[0], -x[1], x[2]);
+  }
+  ASSERT_GT(expected, 0);
+  ASSERT_LT(expected, static_cast<vtkIdType>(masked.size()));
+  EXPECT_EQ(data->GetNumberOfPoints(), expected);
+  for (vtkIdType i = 0; i < expected; ++i) {
+    double x[3];
+    data->GetPoint(i, x);
+    EXPECT_TRUE(model->IsInside(x[0], x[1], x[2]));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Poses, Query,

@@ -160,6 +160,45 @@ TEST(ReconstructFilter, MasksAndWithholds) {
   EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);
 }
 
+TEST(ReconstructFilter, CutsTheImageToTheMasksBox) {
+  ReconstructionInput input = isotropicInput();
+  const GridGeometry& g = input.stacks[0].image.geometry;
+  const Volume inside = volumeInSpace(g, [&](const Vec3& x) { return norm(x - g.centre()) < 5; });
+  for (const bool snapshot : {false, true}) {
+    auto filter = quickFilter(input, 2);
+    Observer runs(filter, vtkCommand::StartEvent, [](void*) {});
+    filter->SetMaskData(plainImage(inside, VTK_UNSIGNED_CHAR));
+    filter->SetMaskIJKToRASMatrix(rasMatrix(g));
+    filter->SetFillValue(-9);
+    if (snapshot) {
+      ASSERT_TRUE(filter->TakeSnapshot());
+    }
+    filter->Update();
+    ASSERT_EQ(filter->GetErrorMessage(), "");
+    EXPECT_EQ(filter->GetOutputImage()->GetDimensions()[0], 12);
+    const auto values = valuesOf(filter->GetOutputImage());
+    EXPECT_EQ(values[0], -9) << "a corner of the box";
+    filter->Update(1);
+    if (!snapshot) {
+      EXPECT_EQ(runs.count, 1) << "what was put out is what the pipeline expects";
+    }
+    vtkInnerGSModel* model = filter->GetOutputModel();
+    EXPECT_TRUE(model->IsMasked());
+    EXPECT_EQ(model->GetFillValue(), -9);
+    vtkNew<vtkMatrix4x4> matrix;
+    int size[3];
+    ASSERT_TRUE(model->GetDomain(matrix, size));
+    EXPECT_EQ(size[0], 12);
+    EXPECT_TRUE(closeTo(matrix, filter->GetOutputIJKToRASMatrix()));
+  }
+  auto whole = quickFilter(input, 2);
+  whole->SetMaskData(plainImage(inside, VTK_UNSIGNED_CHAR));
+  whole->SetMaskIJKToRASMatrix(rasMatrix(g));
+  whole->SetReferenceGrid(rasMatrix(g), int(g.size[0]), int(g.size[1]), int(g.size[2]));
+  whole->Update();
+  EXPECT_EQ(whole->GetOutputImage()->GetDimensions()[0], g.size[0]) << "a grid that was given";
+}
+
 TEST(ReconstructFilter, ExecutesAgainOnlyWhenSomethingChanged) {
   const ReconstructionInput input = isotropicInput();
   auto filter = quickFilter(input, 2);
