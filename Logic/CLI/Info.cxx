@@ -61,6 +61,12 @@ Json fieldInfo(const GaussianField& field) {
             {"detail_grid", !field.detail.voxels.empty()},
             {"intensity_scale", field.intensityScale},
             {"intensity_offset", field.intensityOffset}};
+  if (field.range) info["value_range"] = {field.range->low, field.range->high};
+  if (!field.support.voxels.empty()) {
+    info["mask"] = placed(field.support.geometry);
+    info["mask"]["voxels"] = std::count(field.support.voxels.begin(), field.support.voxels.end(), 1);
+    info["fill_value"] = field.fill;
+  }
   info["domain"] = placed(field.domain);
   info["domain"]["axes_grow_towards"] = orientationCode(field.domain.direction);
   return info;

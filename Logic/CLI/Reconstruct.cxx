@@ -16,6 +16,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -100,6 +101,7 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
   if (options.grid.given())
     input.outputGrid = options.grid.choose(acquisitionGrid(input.stacks), defaultOutputGrid(input.stacks));
   if (!options.grid.roi.empty()) keepRegion(input.stacks, options.grid.region());
+  input.cropToMask = options.grid.reference.empty() && options.grid.roi.empty();
   return input;
 }
 
@@ -123,6 +125,7 @@ ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult
                    {"InstructionSet", result.instructionSet},
                    {"Device", result.device.id},
                    {"TrainingPSNR", decibels(result.trainingPsnr)}};
+  if (!options.mask.empty()) notes["Mask"] = utf8(std::filesystem::path(options.mask).filename());
   if (!std::isnan(result.heldOutPsnr)) { // of a second fit
     notes["HeldOutPSNR"] = decibels(result.heldOutPsnr);
     notes["HeldOutSlices"] = fmt::format("{}", result.heldOutSlices);
@@ -165,7 +168,12 @@ int reconstruct(const ReconstructOptions& options) {
   Interrupt interrupt;
   std::vector<ScanRecord> scans;
   ReconstructionInput input = readInput(options, scans);
-  const VoxelValues values = valuesOf(input.stacks);
+  VoxelValues values = valuesOf(input.stacks);
+  if (input.mask) {
+    const double span = values.span; // of what was scanned
+    values.join(VoxelValues(std::array{static_cast<float>(options.settings.fill)}));
+    values.span = span;
+  }
   checkType(options.type, values, input.stacks.size() == 1 ? "the scan" : "the scans");
   ReconstructionJob job(std::move(input), options.settings);
   job.onProgress([&](const Progress& progress) { display.show(progress); });

@@ -154,8 +154,16 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       *input, "--profile", o.profile,
       {{"box", SliceProfile::Box}, {"gaussian", SliceProfile::Gaussian}, {"point", SliceProfile::Point}},
       "How a slice averages the tissue across its thickness; point = infinitely thin [box]");
-  input->add_option("--mask", o.mask, "Fit only inside this mask (any grid; not 0 = inside)")
+  input
+      ->add_option(
+          "--mask", o.mask,
+          "Fit only inside this mask (any grid; not 0 = inside): the model has values there and up\n"
+          "to one slice distance beyond, and without --reference and --roi the output is cut to that box")
       ->type_name("IMAGE");
+  input
+      ->add_option("--fill", o.settings.fill,
+                   "Value of the volume, and of every later query of the model, outside the mask [0]")
+      ->type_name("VALUE");
   input
       ->add_option("--held-out", o.heldOut,
                    "Fraction of the slices, up to 0.5, withheld from a second fit, to report the quality on\n"

@@ -114,6 +114,7 @@ Json toJson(const Settings& s) {
           {"paper_stop_rule", orNull(s.paperStopRule)},
           {"relocation", s.relocate},
           {"consistency", s.consistency},
+          {"fill", s.fill},
           {"threads", s.threads > 0 ? s.threads : static_cast<int>(std::thread::hardware_concurrency())},
           {"selection", selectionName(s.selection)},
           {"cutoff_sigma", orNull(s.cutoff)},

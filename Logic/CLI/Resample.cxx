@@ -27,7 +27,7 @@ int resample(const ResampleOptions& o) {
   files.add(o.output, OutputFiles::Kind::Volume);
   Interrupt interrupt;
   const GaussianField field = loadField(o.model);
-  const GridGeometry grid = o.grid.choose(field.domain, field.domain);
+  const GridGeometry grid = o.grid.choose(field.region(), field.region());
   checkMemory(8 * grid.voxelCount(), "The volume");
   RenderOptions render;
   render.threads = o.threads;
@@ -52,7 +52,7 @@ Subcommand addResample(CLI::App& app) {
   command->add_option("-o,--output", o->output, "Volume to write: .nii, .nii.gz, .nrrd or .mha")
       ->required()
       ->type_name("FILE");
-  o->grid.add(*command, "the grid that was fitted");
+  o->grid.add(*command, "the grid that was fitted, cut to the mask's box");
   addOutputType(*command, o->type);
   addThreads(*command, o->threads);
   addSelection(*command, o->selection);

@@ -166,7 +166,7 @@ int slice(const SliceOptions& o) {
   files.read(o.model);
   files.add(o.output, png ? OutputFiles::Kind::Png : OutputFiles::Kind::Volume);
   const GaussianField field = loadField(o.model);
-  const GridGeometry plane = slicePlane(o, field.domain);
+  const GridGeometry plane = slicePlane(o, field.region());
   checkMemory(8 * plane.voxelCount(), "The slice");
   RenderOptions render;
   render.threads = o.threads;

@@ -203,6 +203,52 @@ TEST_F(ReconstructTest, MaskOnAnotherGridIsResampled) {
   reconstruct(quickly({scan("scan.nii", phantom()), "--mask", scan("mask.nii", mask)}));
 }
 
+TEST_F(ReconstructTest, NothingIsInventedOutsideALabelMap) {
+  Volume labels = phantom();
+  const auto& n = labels.geometry.size;
+  for (std::int64_t v = 0; v < labels.geometry.voxelCount(); ++v) {
+    const std::int64_t i = v % n[0], j = v / n[0] % n[1], k = v / n[0] / n[1];
+    labels.voxels[v] = i >= 8 && i < 15 && j >= 9 && j < 20 && k >= 6 && k < 14 ? 1 + (i > 11) : 0;
+  }
+  const Volume volume =
+      reconstruct(quickly({scan("scan.nii", phantom()), "--mask", scan("labels.nii", labels), "--fill", "-55",
+                           "--save-model", path("out/m.innergs"), "--ply", path("out/m.ply")}));
+  EXPECT_EQ(volume.geometry.size, (std::array<std::int64_t, 3>{9, 13, 10})) << "the labels' box and a voxel";
+  const Outcome resampled = run({"resample", path("out/m.innergs"), "--reference", path("scan.nii"), "-o",
+                                 path("out/whole.nii"), "-q"});
+  ASSERT_EQ(resampled.exitCode, 0) << resampled.err;
+  const Volume whole = readVolume(path("out/whole.nii"));
+  ASSERT_EQ(whole.geometry.size, n);
+  const ValueRange range = *readModel(path("out/m.innergs")).field.range;
+  for (std::int64_t v = 0; v < labels.geometry.voxelCount(); ++v) {
+    const std::int64_t i = v % n[0], j = v / n[0] % n[1], k = v / n[0] / n[1];
+    const int beyond = (i < 8 || i >= 15) + (j < 9 || j >= 20) + (k < 6 || k >= 14);
+    const bool near = i >= 7 && i < 16 && j >= 8 && j < 21 && k >= 5 && k < 15;
+    if (beyond <= 1 && near)
+      ASSERT_TRUE(whole.voxels[v] >= range.low && whole.voxels[v] <= range.high) << v;
+    else
+      ASSERT_EQ(whole.voxels[v], -55) << v;
+  }
+  const Outcome sliced =
+      run({"slice", path("out/m.innergs"), "--normal", "1,2,3", "-o", path("out/s.nii"), "-q"});
+  ASSERT_EQ(sliced.exitCode, 0) << sliced.err;
+  const std::vector<float> oblique = readVolume(path("out/s.nii")).voxels;
+  EXPECT_GT(std::count(oblique.begin(), oblique.end(), -55.f), 10);
+  for (const float v : oblique)
+    ASSERT_TRUE(v == -55 || (v >= range.low && v <= range.high));
+  const auto info = nlohmann::json::parse(run({"info", path("out/m.innergs"), "--json"}).out);
+  EXPECT_EQ(info.at("notes").at("Mask"), "labels.nii");
+  EXPECT_EQ(info.at("fill_value"), -55);
+  EXPECT_NE(info.at("notes").at("Settings").get<std::string>().find("fill=-55"), std::string::npos);
+}
+
+TEST_F(ReconstructTest, APlyFileOfAMaskedFitIsWarnedOf) {
+  const Outcome outcome = run(quickly(
+      {"reconstruct", scan("scan.nii", phantom()), "--mask", path("scan.nii"), "--ply", path("out/m.ply")}));
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("it leaves out the mask of"), std::string::npos) << outcome.err;
+}
+
 TEST_F(ReconstructTest, ConstantVolumeWorks) {
   Volume flat = phantom();
   for (auto& voxel : flat.voxels)
