@@ -69,6 +69,7 @@ Settings settingsOf(vtkMRMLInnerGSParameterNode* node) {
   s.paperStopRule = chosen<bool>(node->GetPaperStopRule());
   s.relocate = node->GetRelocate();
   s.consistency = node->GetConsistency();
+  s.fill = node->GetFillValue();
   s.threads = node->GetNumberOfThreads();
   s.instructionSet = node->GetInstructionSet();
   s.device = node->GetDevice();
@@ -107,6 +108,7 @@ void setSettings(vtkMRMLInnerGSParameterNode* node, const Settings& s) {
   node->SetPaperStopRule(stored(s.paperStopRule));
   node->SetRelocate(s.relocate);
   node->SetConsistency(s.consistency);
+  node->SetFillValue(s.fill);
   node->SetNumberOfThreads(s.threads);
   node->SetInstructionSet(s.instructionSet);
   node->SetDevice(s.device);

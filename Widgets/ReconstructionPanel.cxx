@@ -4,6 +4,7 @@
 #include "Widgets/DeviceBox.h"
 #include "Widgets/InputsTable.h"
 #include "Widgets/MessageLine.h"
+#include "Widgets/NumberSpin.h"
 #include "Widgets/OutputBox.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/PinnedRow.h"
@@ -152,6 +153,7 @@ Request ReconstructionPanel::request() const {
   output_->fill(request);
   request.settings = settings_->settings();
   request.settings.preset = static_cast<Preset>(preset_->currentData().toInt());
+  if (fill_) request.settings.fill = fill_->value();
   request.settings.device = device_->device().toStdString();
   request.heldOutFraction = heldOutFraction_;
   request.evaluateQuality = evaluate_->isChecked();
@@ -163,6 +165,10 @@ void ReconstructionPanel::setRequest(const Request& request) {
   quiet_ = true;
   inputs_->setInputs(request.inputs);
   if (mask_) mask_->setCurrentId(request.maskId);
+  if (fill_) {
+    fill_->setNumber(request.settings.fill);
+    enableFill();
+  }
   if (region_) region_->setCurrentId(request.regionId);
   output_->set(request);
   preset_->setCurrentIndex(std::max(0, preset_->findData(static_cast<int>(request.settings.preset))));
@@ -187,6 +193,10 @@ void ReconstructionPanel::forgetResult() {
   if (state_ != State::Idle) return;
   progress_->hide();
   message_->clear();
+}
+
+void ReconstructionPanel::enableFill() {
+  fill_->setEnabled(!mask_->currentId().isEmpty());
 }
 
 void ReconstructionPanel::edited() {

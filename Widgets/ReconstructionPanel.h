@@ -17,6 +17,7 @@ namespace innergs::ui {
 class DeviceBox;
 class InputsTable;
 class MessageLine;
+class NumberSpin;
 class OutputBox;
 class PinnedRow;
 class ProgressCard;
@@ -61,6 +62,8 @@ private:
   QWidget* makeQualityOptions();
   QWidget* makeStart();
   void connectHost();
+  /// The value outside a mask is asked for where there is one.
+  void enableFill();
   void edited();
   void explain();
   /// The sentence that speaks against a start, without asking the host.
@@ -81,6 +84,7 @@ private:
   QWidget* choices_; // everything that is greyed while it runs
   InputsTable* inputs_;
   Selector *mask_ = nullptr, *region_ = nullptr;
+  NumberSpin* fill_ = nullptr;
   OutputBox* output_;
   QComboBox* preset_;
   QLabel* presetLine_;

@@ -3,6 +3,7 @@
 #include "Widgets/DeviceBox.h"
 #include "Widgets/InputsTable.h"
 #include "Widgets/MessageLine.h"
+#include "Widgets/NumberSpin.h"
 #include "Widgets/OutputBox.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/ProgressCard.h"
@@ -58,7 +59,17 @@ QWidget* ReconstructionPanel::makeInputs() {
     return selector;
   };
   mask_ = add(Host::Role::Mask, "maskSelector", tr("Mas&k:"),
-              tr("Only what is inside this segmentation is reconstructed. None: everything."));
+              tr("Only what is inside this segmentation is reconstructed, with up to one slice around it.\n"
+                 "None: everything."));
+  if (mask_) {
+    fill_ = new NumberSpin({-1e9, 1e9}, group);
+    fill_->setObjectName("fillValue");
+    fill_->setToolTip(tr("The value of the result, and of everything shown of the model, outside the mask."));
+    form->addRow(tr("Outside the mask:"), fill_);
+    connect(fill_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
+    connect(mask_, &Selector::currentIdChanged, this, &ReconstructionPanel::enableFill);
+    enableFill();
+  }
   region_ = add(Host::Role::Region, "regionSelector", tr("R&egion:"),
                 tr("Only what is inside this box is reconstructed. None: everything."));
   return group;

@@ -25,6 +25,7 @@ bool isRigid(const Mat3& a) {
 std::vector<const GridGeometry*> latticesOf(const GaussianField& field) {
   std::vector<const GridGeometry*> lattices;
   if (field.domain.voxelCount() > 0) lattices.push_back(&field.domain);
+  if (!field.support.voxels.empty()) lattices.push_back(&field.support.geometry);
   if (!field.detail.voxels.empty()) lattices.push_back(&field.detail.geometry);
   return lattices;
 }
@@ -134,6 +135,7 @@ HardenedModel harden(const Checkpoint& model, const Affine3& map) {
     field.modelToWorld.offset = taken(field.modelToWorld.offset);
   }
   if (field.domain.voxelCount() > 0) move(field.domain, taken);
+  if (!field.support.voxels.empty()) move(field.support.geometry, taken);
   if (!field.detail.voxels.empty()) move(field.detail.geometry, taken);
   moved->moment1.clear();
   moved->moment2.clear();

@@ -213,6 +213,7 @@ void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
   filter->SetDevice(p->GetDevice());
   filter->SetRelocate(p->GetRelocate());
   filter->SetConsistency(p->GetConsistency());
+  filter->SetFillValue(p->GetFillValue());
   filter->SetNumberOfThreads(p->GetNumberOfThreads());
   filter->SetInstructionSet(p->GetInstructionSet());
   filter->SetSeed(static_cast<vtkTypeUInt64>(p->GetSeed()));
@@ -362,6 +363,7 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const
   for (vtkMRMLVolumeNode* input : inputs)
     task->inputNames +=
         (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");
+  if (vtkMRMLNode* mask = parameters->GetMaskNode()) task->maskName = mask->GetName() ? mask->GetName() : "";
   task->scene = scene;
   task->parameters = parameters;
   task->firstInput = inputs.front();

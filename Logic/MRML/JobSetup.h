@@ -61,8 +61,8 @@ struct Task {
   std::optional<EvaluationReport> report;
 
   // For the main thread, when it is done.
-  bool discard = false; // nobody wants the result any more
-  std::string inputNames;
+  bool discard = false;                                    // nobody wants the result any more
+  std::string inputNames, maskName;                        // "" without a mask
   bool newVolume = true, newModel = true, newTable = true; // none was chosen at the start
   vtkWeakPointer<vtkMRMLScene> scene;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters;

@@ -56,6 +56,7 @@ void setProvenance(vtkMRMLNode* node, const Task& task) {
   MRMLNodeModifyBlocker blocker(node);
   node->SetAttribute("InnerGS.Version", INNERGS_VERSION);
   node->SetAttribute("InnerGS.Inputs", task.inputNames.c_str());
+  node->SetAttribute("InnerGS.Mask", task.maskName.empty() ? nullptr : task.maskName.c_str());
   node->SetAttribute("InnerGS.Settings", task.filter->GetUsedSettings().c_str());
   node->SetAttribute("InnerGS.InstructionSet", task.filter->GetUsedInstructionSet().c_str());
   node->SetAttribute("InnerGS.Device", task.filter->GetUsedDevice().c_str());

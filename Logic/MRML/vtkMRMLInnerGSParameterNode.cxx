@@ -48,6 +48,7 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(StdString, device, Device)                                                                              \
   DO(Boolean, relocate, Relocate)                                                                            \
   DO(Boolean, consistency, Consistency)                                                                      \
+  DO(Float, fillValue, FillValue)                                                                            \
   DO(Int, numberOfThreads, NumberOfThreads)                                                                  \
   DO(StdString, instructionSet, InstructionSet)                                                              \
   DO(Int, seed, Seed)                                                                                        \

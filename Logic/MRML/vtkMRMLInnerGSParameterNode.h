@@ -74,6 +74,8 @@ public:
   vtkMRMLNode* GetMaskNode();
   vtkSetMacro(MaskSegmentID, const std::string&);
   vtkGetMacro(MaskSegmentID, std::string);
+  vtkSetMacro(FillValue, double); // scanner units: the model's value outside the mask; 0 by default
+  vtkGetMacro(FillValue, double);
   /// A markups ROI: only what it contains is fitted and put out. Null: everything.
   void SetROINode(vtkMRMLNode* node);
   vtkMRMLNode* GetROINode();
@@ -232,6 +234,7 @@ protected:
   double Cutoff = Automatic, Beta1 = Automatic, Beta2 = Automatic;
   std::string Device = "auto";
   bool Relocate = true, Consistency = true;
+  double FillValue = 0;
   int NumberOfThreads = 0;
   std::string InstructionSet;
   int Seed = 1;

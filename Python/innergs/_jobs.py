@@ -139,7 +139,8 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
 
     spacing      output voxel size in mm, isotropic; by default the finest spacing of the inputs
     reference    a volume node whose voxels the output gets; input_grid=True: those of the first input
-    mask         a label map or segmentation node: only what is inside is fitted (segment: one segment's ID)
+    mask         a label map or segmentation node: only what is inside is fitted (segment: one segment's ID), and the
+                 model has values there and up to one slice distance beyond alone; fill: its value elsewhere, 0
     roi          a markups ROI node: only that box is fitted and put out
     thickness    slice thickness in mm, one number or one per volume; by default as DICOM says in
                  Slicer, else the distance between slices

@@ -20,7 +20,7 @@ _NUMBERS = {
     "densify_gradient": "DensifyGradient", "split_size": "SplitSize", "plateau_patience": "PlateauPatience",
     "plateau_factor": "PlateauFactor", "plateau_lowest": "PlateauLowest", "plateau_threshold": "PlateauThreshold",
     "point_weight": "PointWeight", "cutoff": "Cutoff", "beta1": "Beta1", "beta2": "Beta2",
-    "relocate": "Relocate", "consistency": "Consistency", "device": "Device", "threads": "NumberOfThreads",
+    "relocate": "Relocate", "consistency": "Consistency", "fill": "FillValue", "device": "Device", "threads": "NumberOfThreads",
     "instruction_set": "InstructionSet", "seed": "Seed",
 }
 _PROFILES = ("point", "box", "gaussian")

@@ -33,6 +33,7 @@ void fill(Parameters* p) {
   p->SetPruneSize(12.5);
   p->SetDensifyGradient(0.75);
   p->SetSplitSize(3.5);
+  p->SetFillValue(-1024);
   p->SetCutoff(2.3);
   p->SetBeta1(0.81);
   p->SetBeta2(0.97);
@@ -76,6 +77,7 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetPruneSize(), 12.5);
   EXPECT_EQ(p->GetDensifyGradient(), 0.75);
   EXPECT_EQ(p->GetSplitSize(), 3.5);
+  EXPECT_EQ(p->GetFillValue(), -1024);
   EXPECT_EQ(p->GetCutoff(), 2.3);
   EXPECT_EQ(p->GetBeta1(), 0.81);
   EXPECT_EQ(p->GetBeta2(), 0.97);

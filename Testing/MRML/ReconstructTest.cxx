@@ -190,6 +190,8 @@ TEST_F(ReconstructTest, MaskAndRegion) {
       for (int i = 5; i < 15; ++i)
         labels->SetScalarComponentFromDouble(i, j, k, 0, 3);
   mask->SetAndObserveImageData(labels);
+  mask->SetName("Label");
+  parameters->SetFillValue(-321);
   vtkNew<vtkMatrix4x4> matrix;
   input->GetIJKToRASMatrix(matrix);
   // Where it is by itself, and elsewhere under a transform that brings it back.
@@ -215,13 +217,19 @@ TEST_F(ReconstructTest, MaskAndRegion) {
       EXPECT_LT(wrong(r, 2, 4), 12) << r;
     }
     for (double s : {-17.0, 17.0}) {
-      EXPECT_GT(wrong(19, 17, s), 60) << s;
-      EXPECT_GT(wrong(-21, -19, s), 60) << s;
+      EXPECT_EQ(logic->GetValueAtRAS(model, 19, 17, s), -321) << s;
+      EXPECT_EQ(logic->GetValueAtRAS(model, -21, -19, s), -321) << s;
     }
+    EXPECT_STREQ(model->GetAttribute("InnerGS.Mask"), "Label");
+    int cut[3];
+    logic->GetLastJob()->GetVolumeNode()->GetImageData()->GetDimensions(cut);
+    EXPECT_LT(cut[0], 24) << "the label's box and a slice";
+    EXPECT_GE(cut[0], 10);
   }
   parameters->SetMaskNode(nullptr);
   ASSERT_TRUE(logic->Reconstruct(parameters))
       << logic->GetLastError(); // without it the same places are right
+  EXPECT_EQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), nullptr);
   EXPECT_NEAR(logic->GetValueAtRAS(logic->GetLastJob()->GetModelNode(), 19, 17, 17), truth(19, 17, 17), 20);
 
   auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));

@@ -365,6 +365,7 @@ private Q_SLOTS:
     Request request;
     request.inputs = {{"head", 3.5, 2, 2}, {"side", 0, 0, -1}};
     request.maskId = "brain";
+    request.settings.fill = -1024;
     request.regionId = "box";
     request.grid = OutputGrid::Reference;
     request.spacing = 0.75;
@@ -383,6 +384,7 @@ private Q_SLOTS:
     const Request back = panel_->request();
     QCOMPARE(back.inputs, request.inputs);
     QCOMPARE(back.maskId, request.maskId);
+    QCOMPARE(back.settings.fill, -1024.0);
     QCOMPARE(back.regionId, request.regionId);
     QCOMPARE(back.grid, request.grid);
     QCOMPARE(back.spacing, request.spacing);
@@ -402,6 +404,18 @@ private Q_SLOTS:
     QCOMPARE(rows().size(), 1);
     child<QComboBox>("preset")->setCurrentIndex(0);
     QCOMPARE(changed.count(), 1);
+  }
+
+  void theValueOutsideAMaskIsAskedForWhereThereIsOne() {
+    auto* fill = child<QDoubleSpinBox>("fillValue");
+    QVERIFY(!fill->isEnabled());
+    QCOMPARE(panel_->request().settings.fill, 0.0);
+    child<Selector>("maskSelector")->setCurrentId("brain");
+    QVERIFY(fill->isEnabled());
+    QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
+    fill->setValue(7.5);
+    QCOMPARE(changed.count(), 1);
+    QCOMPARE(panel_->request().settings.fill, 7.5);
   }
 
   /// What a script asked for is not changed by being shown.

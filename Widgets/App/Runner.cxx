@@ -90,6 +90,8 @@ ReconstructionInput makeInput(const Order& order, bool voxels) {
     input.stacks.push_back(stackOf(order.inputs[n], order.request.inputs[static_cast<int>(n)], voxels));
   input.outputGrid = outputGrid(order, input.stacks);
   input.heldOutFraction = order.request.heldOutFraction;
+  input.cropToMask =
+      order.request.grid == ui::OutputGrid::Automatic || order.request.grid == ui::OutputGrid::Spacing;
   if (voxels && order.mask) input.mask = maskOf(*order.mask->volume);
   return input;
 }
