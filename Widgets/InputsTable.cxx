@@ -51,9 +51,9 @@ InputRow::InputRow(Host* host, QWidget* parent)
   thickness_->setObjectName("sliceThickness");
   thickness_->setSuffix(tr(" mm"));
   thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
-                            "auto (0): as the file says where it says so, else the distance between slices.\n"
-                            "The line above tells which. In 3D Slicer it is always the distance: type the\n"
-                            "thickness there where slices overlap or leave gaps."));
+                            "auto (0): as the file says where it says so (DICOM, NRRD), else the distance\n"
+                            "between slices; the line above tells which. Type it where slices overlap or\n"
+                            "leave gaps and the file does not say."));
 
   profile_->setObjectName("sliceProfile");
   profile_->addItem(tr("point"), 0);
@@ -200,7 +200,8 @@ void InputRow::refresh() {
   }
   QString text = slicesText(info, axis);
   if (choice_.sliceThickness == 0)
-    text = (said ? tr("%1; thickness: as the file says") : tr("%1; thickness: the distance")).arg(text);
+    text = said ? tr("%1; slice thickness %2 mm, as the file says").arg(text, lengthText(info.sliceThickness))
+                : tr("%1; slice thickness: the distance").arg(text);
   description_->setText(text);
 }
 

@@ -2,7 +2,9 @@
 
 #include "IO/Ply.h"
 #include "Widgets/MessageLine.h"
+#include "Widgets/PanelTools.h"
 #include "Widgets/SaveDialog.h"
+#include "Widgets/Words.h"
 
 #include "vtkInnerGSModel.h"
 
@@ -100,6 +102,9 @@ void ModelPanel::build() {
   buttons->addWidget(load_);
   buttons->addWidget(save_);
   all->addLayout(buttons);
+  shown_ = makeWrappedLabel(QStringLiteral("modelEllipsoidsShown"), this);
+  shown_->setToolTip(tr("The heaviest ones, without those that hardly differ from the background"));
+  all->addWidget(shown_);
 
   message_ = new MessageLine;
   message_->setObjectName(QStringLiteral("modelMessage"));
@@ -117,15 +122,12 @@ void ModelPanel::refresh() {
   const ModelInfo info = known ? host_->modelInfo(id) : ModelInfo();
   const QLocale locale;
   const QString none = QStringLiteral("–");
-  const auto bytes = [&](qint64 count) {
-    return locale.formattedDataSize(count, 1, QLocale::DataSizeSIFormat);
-  };
   QFont font = state_->font();
   font.setBold(known && !info.saved);
   state_->setFont(font);
   state_->setText(!known ? tr("No model chosen") : info.saved ? tr("Saved") : tr("Not saved yet"));
-  gaussians_->setText(known ? locale.toString(static_cast<qlonglong>(info.gaussians)) : none);
-  memory_->setText(known ? bytes(info.bytes) : none);
+  gaussians_->setText(known ? countText(info.gaussians) : none);
+  memory_->setText(known ? memorySize(info.bytes) : none);
   const auto length = [&](int axis) {
     return locale.toString(info.bounds[2 * axis + 1] - info.bounds[2 * axis], 'f', 1);
   };
@@ -135,11 +137,14 @@ void ModelPanel::refresh() {
   origin_->setText(info.origin.isEmpty() ? none : info.origin);
   const QFileInfo file(info.file);
   file_->setText(info.file.isEmpty() ? none
-                 : file.exists() ? tr("%1 (%2)").arg(QDir::toNativeSeparators(info.file), bytes(file.size()))
-                                 : tr("%1 (no longer there)").arg(QDir::toNativeSeparators(info.file)));
+                 : file.exists()
+                     ? tr("%1 (%2)").arg(QDir::toNativeSeparators(info.file), memorySize(file.size()))
+                     : tr("%1 (no longer there)").arg(QDir::toNativeSeparators(info.file)));
   description_->setText(info.description.isEmpty() ? none : info.description);
   ellipsoids_->setChecked(info.ellipsoidsShown);
   ellipsoids_->setEnabled(known);
+  shown_->setText(shownGaussiansText(info.ellipsoids, info.gaussians) + QLatin1Char('.'));
+  shown_->setVisible(info.ellipsoidsShown && info.ellipsoids > 0);
   save_->setEnabled(known);
   if (id == modelId_) return;
   modelId_ = id;

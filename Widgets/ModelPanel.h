@@ -35,7 +35,7 @@ private:
   QString modelId_;
   Selector* selector_ = nullptr;
   QLabel *state_ = nullptr, *gaussians_ = nullptr, *memory_ = nullptr, *size_ = nullptr, *origin_ = nullptr,
-         *file_ = nullptr, *description_ = nullptr;
+         *file_ = nullptr, *description_ = nullptr, *shown_ = nullptr;
   MessageLine* message_ = nullptr;
   QCheckBox* ellipsoids_ = nullptr;
   QPushButton *load_ = nullptr, *save_ = nullptr;

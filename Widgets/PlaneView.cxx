@@ -144,14 +144,15 @@ PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_
 
 PlaneView::~PlaneView() = default;
 
+// As high as wide, so that a plane fills the width.
 QSize PlaneView::sizeHint() const {
   const int u = fontMetrics().height();
-  return {24 * u, 20 * u};
+  return {24 * u, std::max(20 * u, testAttribute(Qt::WA_Resized) ? width() : 0)};
 }
 
 QSize PlaneView::minimumSizeHint() const {
   const int u = fontMetrics().height();
-  return {10 * u, 10 * u};
+  return {10 * u, std::max(10 * u, testAttribute(Qt::WA_Resized) ? 3 * width() / 5 : 0)};
 }
 
 void PlaneView::setPose(const PlanePose& pose) {
@@ -304,6 +305,7 @@ void PlaneView::leaveEvent(QEvent* event) {
 void PlaneView::resizeEvent(QResizeEvent* event) {
   QVTKOpenGLNativeWidget::resizeEvent(event);
   overlay_->setGeometry(rect());
+  if (event->oldSize().width() != width()) updateGeometry();
   if (!zoomed_) fit(fitted_[0], fitted_[1], fitted_[2], fitted_[3]);
   draw();
 }

@@ -41,6 +41,7 @@ Vec3 middleOf(const std::array<double, 6>& b) {
 
 QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(host) {
   worker_ = new PlaneWorker(this);
+  settle_.setObjectName(QStringLiteral("settleTimer"));
   settle_.setSingleShot(true);
   settle_.setInterval(settleAfter);
   build();

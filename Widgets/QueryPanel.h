@@ -88,7 +88,7 @@ private:
   bool coarse_ = false;   // what was asked for last is coarser than it should stay
   bool waiting_ = false;  // for the panel to be seen
   double msPerPixel_ = 0; // of the last query
-  QTimer settle_;
+  QTimer settle_{this};
   struct Kept {
     QString name, modelId;
   };

@@ -90,6 +90,7 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
     layout->addWidget(part);
   layout->addStretch(1);
 
+  estimateTimer_.setObjectName("estimateTimer");
   estimateTimer_.setSingleShot(true);
   estimateTimer_.setInterval(kEstimateDelay);
   connect(&estimateTimer_, &QTimer::timeout, this, [this] {
@@ -225,6 +226,12 @@ QString ReconstructionPanel::ownRefusal(const Request& request) const {
     if (seen.contains(input.id))
       return tr("\"%1\" is in the list of scans twice: remove one.").arg(host_->volumeInfo(input.id).name);
     seen.insert(input.id);
+    const VolumeInfo info = host_->volumeInfo(input.id);
+    const int axis = std::clamp(input.sliceAxis < 0 ? info.sliceAxis : input.sliceAxis, 0, 2);
+    if (info.dimensions[axis] == 1)
+      return tr("\"%1\" has a single slice along %2: choose a scan of several slices, or another axis at "
+                "\"Slices along\".")
+          .arg(info.name, QStringLiteral("IJK").mid(axis, 1));
   }
   if (request.grid == OutputGrid::Reference && request.referenceId.isEmpty())
     return tr("Choose the reference volume whose voxels the result gets, or another result grid.");

@@ -73,7 +73,7 @@ private:
 
   Host* host_;
   State state_ = State::Idle;
-  QTimer estimateTimer_, memoryTimer_;
+  QTimer estimateTimer_{this}, memoryTimer_;
   bool quiet_ = false;
   QString refusal_;
   double heldOutFraction_ = 0; // what was set stays as it was until it is edited

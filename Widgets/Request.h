@@ -98,6 +98,7 @@ struct ModelInfo {
   QString origin;                 // where it came from, for people: the scans' names, or a file; "" unknown
   QString file;                   // where it was last read from or saved to; "" nowhere yet
   bool ellipsoidsShown = false;
+  std::int64_t ellipsoids = 0; // drawn then, of its Gaussians; 0: not yet, or unknown
 };
 
 } // namespace innergs::ui

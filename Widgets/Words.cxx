@@ -1,5 +1,7 @@
 #include "Widgets/Words.h"
 
+#include "Core/Quantities.h"
+
 #include <QCoreApplication>
 #include <QLocale>
 
@@ -42,19 +44,25 @@ QString exactDuration(double seconds) {
 }
 
 QString memorySize(std::int64_t bytes) {
-  const double mega = static_cast<double>(bytes) * 1e-6;
-  if (mega < 999.5) return Words::tr("%1 MB").arg(QLocale().toString(std::max(1.0, mega), 'f', 0));
-  const double giga = mega * 1e-3;
-  return Words::tr("%1 GB").arg(QLocale().toString(giga, 'f', giga < 99.95 ? 1 : 0));
+  QString text = QString::fromStdString(bytesText(static_cast<double>(bytes)));
+  return text.replace(QLatin1Char('.'), QLocale().decimalPoint());
 }
 
 QString countText(std::int64_t count) {
-  return QLocale().toString(static_cast<qlonglong>(count));
+  QString text = QString::fromStdString(innergs::countText(count));
+  return text.replace(QLatin1Char(','), QLocale().groupSeparator());
 }
 
 QString gaussiansText(std::int64_t count) {
   constexpr std::int64_t most = std::numeric_limits<int>::max();
-  return Words::tr("%Ln Gaussians", nullptr, static_cast<int>(std::min(count, most)));
+  const int number = static_cast<int>(std::min(count, most));
+  QString text = Words::tr("%Ln Gaussians", nullptr, number);
+  return text.replace(QLocale().toString(number), countText(number)); // the C locale groups no digits
+}
+
+QString shownGaussiansText(std::int64_t shown, std::int64_t all) {
+  return Words::tr("Showing %1 of %2", "20,000, 1,045,528 Gaussians")
+      .arg(countText(shown), gaussiansText(all));
 }
 
 QString methodText(const QString& method) {

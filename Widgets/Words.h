@@ -10,12 +10,14 @@ namespace innergs::ui {
 QString roughDuration(double seconds);
 /// "8.3 s", "1 min 23 s", "1 h 05 min".
 QString exactDuration(double seconds);
-/// "850 MB", "1.6 GB".
+/// "850 kB", "64 MB", "1.6 GB".
 QString memorySize(std::int64_t bytes);
-/// With the locale's group separators.
+/// "1,045,528", with the locale's group separator.
 QString countText(std::int64_t count);
 /// "41,000 Gaussians".
 QString gaussiansText(std::int64_t count);
+/// "Showing 20,000 of 1,045,528 Gaussians".
+QString shownGaussiansText(std::int64_t shown, std::int64_t all);
 /// What people call a method of the evaluation: "InnerGS" for "gaussians", "Lanczos interpolation" for
 /// "lanczos".
 QString methodText(const QString& method);

@@ -1,6 +1,7 @@
 #include "CLI/Options.h"
 
 #include "Core/Error.h"
+#include "Core/Quantities.h"
 #include "Core/ReconstructionJob.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
@@ -34,11 +35,6 @@ std::vector<double> parseNumbers(const std::string& text, const std::string& opt
     begin = end + 1;
   }
   return values;
-}
-
-std::string gigabytes(std::int64_t bytes) {
-  return bytes < 1'000'000'000 ? fmt::format("{:.0f} MB", bytes / 1e6)
-                               : fmt::format("{:.1f} GB", bytes / 1e9);
 }
 
 } // namespace
@@ -228,7 +224,8 @@ void checkMemory(std::int64_t bytes, const std::string& what) {
   if (available > 0 && bytes > available)
     throw Error(ErrorCode::Memory, fmt::format("{} needs about {} of memory and {} are available: choose a "
                                                "larger --spacing or a smaller region.",
-                                               what, gigabytes(bytes), gigabytes(available)));
+                                               what, bytesText(static_cast<double>(bytes)),
+                                               bytesText(static_cast<double>(available))));
 }
 
 } // namespace innergs::cli

@@ -4,6 +4,7 @@
 #include "Core/DeviceTrust.h"
 #include "Core/Error.h"
 #include "Core/NumberText.h"
+#include "Core/Quantities.h"
 #include "Core/SharedLibrary.h"
 
 #include <algorithm>
@@ -16,10 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kBackend = "innergs_cuda";
-
-std::string gigabytes(std::int64_t bytes) {
-  return formatted("%.3g GB", static_cast<double>(bytes) * 1e-9);
-}
 
 /// System messages may end in anything.
 std::string sentence(std::string text) {
@@ -274,13 +271,13 @@ std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
       if (needed <= free) {
         std::unique_ptr<FitDevice> fit = plugin_->makeFit(index_, request);
         if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
-        use.reason +=
-            " The fit needs about " + gigabytes(needed) + " of its " + gigabytes(free) + " of free memory.";
+        use.reason += " The fit needs about " + bytesText(static_cast<double>(needed)) + " of its " +
+                      bytesText(static_cast<double>(free)) + " of free memory.";
         note(fit->remark());
         return fit;
       }
-      why = "The fit needs about " + gigabytes(needed) + " on " + label() + ", which has " + gigabytes(free) +
-            " free.";
+      why = "The fit needs about " + bytesText(static_cast<double>(needed)) + " on " + label() +
+            ", which has " + bytesText(static_cast<double>(free)) + " free.";
     } catch (const Error& error) {
       if (error.code() == ErrorCode::Cancelled) throw;
       why = sentence(label() + " cannot be used: " + error.what());

@@ -4,6 +4,7 @@
 #include "Core/NumberText.h"
 #include "Core/Plan.h"
 #include "Core/Projected.h"
+#include "Core/Quantities.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,10 +12,6 @@
 namespace innergs {
 
 namespace {
-
-std::string gigabytes(std::int64_t bytes) {
-  return formatted("%.2g GB", static_cast<double>(bytes) * 1e-9);
-}
 
 std::int64_t resultBytes(const ReconstructionInput& fit) {
   const GridGeometry grid = fit.outputGrid ? *fit.outputGrid : defaultOutputGrid(fit.stacks);
@@ -96,7 +93,8 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {
   if (available <= 0 || needed <= available) return {};
-  return "The reconstruction needs about " + gigabytes(needed) + " of memory and " + gigabytes(available) +
+  return "The reconstruction needs about " + bytesText(static_cast<double>(needed)) + " of memory and " +
+         bytesText(static_cast<double>(available)) +
          " are available: choose a smaller region, a coarser output or fewer Gaussians.";
 }
 
@@ -111,8 +109,8 @@ MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings&
     kept += resultBytes(fits[n]);
     if (!need.refusal.empty() || memoryRefusal(bytes, available).empty()) continue;
     need.refusal = n == 0 ? memoryRefusal(bytes, available)
-                          : "Judging the quality needs about " + gigabytes(bytes) + " of memory and " +
-                                gigabytes(available) +
+                          : "Judging the quality needs about " + bytesText(static_cast<double>(bytes)) +
+                                " of memory and " + bytesText(static_cast<double>(available)) +
                                 " are available: do without it, or choose a smaller region, a coarser "
                                 "output or fewer Gaussians.";
   }

@@ -55,14 +55,6 @@ std::string numberText(double value) {
   return formatted("%g", value);
 }
 
-std::string countText(std::int64_t count) {
-  std::string text = std::to_string(count);
-  const std::size_t digits = text.size(), first = count < 0 ? 1 : 0;
-  for (std::size_t at = digits; at > first + 3; at -= 3)
-    text.insert(at - 3, 1, ',');
-  return text;
-}
-
 std::optional<double> leadingNumber(const std::string& text) {
   const ClassicNumbers classic;
   char* end = nullptr;

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -32,8 +31,6 @@ formatted(const char* pattern, ...);
 
 /// For sentences: six significant digits ("0.9", "1e-06").
 std::string numberText(double value);
-/// "1,045,528".
-std::string countText(std::int64_t count);
 
 /// The number that a text begins with, blanks skipped, as std::strtod takes it in the C locale ("nan" and
 /// "inf" too).

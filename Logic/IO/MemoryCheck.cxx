@@ -1,7 +1,7 @@
 #include "IO/MemoryCheck.h"
 
 #include "Core/Error.h"
-#include "Core/NumberText.h"
+#include "Core/Quantities.h"
 #include "Core/ReconstructionJob.h"
 
 namespace innergs {
@@ -9,10 +9,9 @@ namespace innergs {
 void checkMemoryFor(double bytes, const std::string& what) {
   const std::int64_t available = availableMemory();
   if (available == 0 || bytes <= static_cast<double>(available)) return;
-  throw Error(
-      ErrorCode::Memory,
-      what + formatted(" needs %.1f GB of memory and %.1f GB are available; crop it or lower its resolution.",
-                       bytes / 1e9, static_cast<double>(available) / 1e9));
+  throw Error(ErrorCode::Memory, what + " needs " + bytesText(bytes) + " of memory and " +
+                                     bytesText(static_cast<double>(available)) +
+                                     " are available; crop it or lower its resolution.");
 }
 
 } // namespace innergs

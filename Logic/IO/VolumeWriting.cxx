@@ -2,6 +2,7 @@
 
 #include "Core/Error.h"
 #include "Core/NumberText.h"
+#include "Core/Quantities.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/Inflate.h"

@@ -2,6 +2,7 @@
 
 #include "Core/FieldValue.h"
 #include "Core/NumberText.h"
+#include "Core/Quantities.h"
 #include "Core/ReconstructionJob.h"
 #include "Geometry.h"
 
@@ -15,18 +16,6 @@
 #include <cmath>
 
 vtkStandardNewMacro(vtkInnerGSModel);
-
-namespace {
-
-/// "74,088"
-std::string grouped(vtkIdType number) {
-  std::string text = std::to_string(number);
-  for (int at = static_cast<int>(text.size()) - 3; at > 0; at -= 3)
-    text.insert(static_cast<std::size_t>(at), ",");
-  return text;
-}
-
-} // namespace
 
 vtkInnerGSModel::vtkInnerGSModel() = default;
 vtkInnerGSModel::~vtkInnerGSModel() = default;
@@ -94,15 +83,15 @@ std::string vtkInnerGSModel::GetBlendingName() {
 std::string vtkInnerGSModel::GetDescription() {
   if (this->IsEmpty()) return "Empty model";
   const auto& field = this->Checkpoint->field;
-  std::string text =
-      grouped(this->GetNumberOfGaussians()) + " Gaussians, " + this->GetBlendingName() + " blending";
+  std::string text = innergs::countText(this->GetNumberOfGaussians()) + " Gaussians, " +
+                     this->GetBlendingName() + " blending";
   if (field.region().voxelCount() > 0) {
     const innergs::Vec3 extent = field.region().extent();
     text += innergs::formatted(", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
   }
   if (!field.detail.voxels.empty()) text += ", with a detail grid";
   if (this->IsMasked()) text += ", inside a mask";
-  return text + innergs::formatted(", %.1f MB", static_cast<double>(this->GetActualMemorySize()) * 1.024e-3);
+  return text + ", " + innergs::bytesText(1024.0 * static_cast<double>(this->GetActualMemorySize()));
 }
 
 void vtkInnerGSModel::GetBounds(double bounds[6]) {

@@ -2,12 +2,20 @@
 #include "AppWindowTest.h"
 
 #include "IO/VolumeIO.h"
+#include "Widgets/PlaneView.h"
 
 #include <QDoubleSpinBox>
 #include <QLabel>
 #include <QSlider>
 #include <QWheelEvent>
 
+#include <vtkCamera.h>
+#include <vtkMatrix4x4.h>
+#include <vtkRenderWindow.h>
+#include <vtkRenderer.h>
+#include <vtkRendererCollection.h>
+
+#include <algorithm>
 #include <cmath>
 
 using namespace innergs;
@@ -97,15 +105,13 @@ private Q_SLOTS:
     QVERIFY(norm(middle() - before) < 1e-6);
     // In space as well: there and back.
     auto* space = window_->views()->threeD();
-    const auto seen = [&] { return space->grab().toImage(); };
     space->setFocus();
     QTRY_VERIFY(pointed->text().isEmpty());
-    QTest::qWait(100);
-    const QImage still = seen();
+    const QImage still = spaceSeen();
     QTest::keyClick(space, Qt::Key_Left, Qt::ShiftModifier);
-    QTRY_VERIFY(seen() != still);
+    QTRY_VERIFY(spaceSeen() != still);
     QTest::keyClick(space, Qt::Key_Home);
-    QTRY_VERIFY(seen() == still);
+    QTRY_VERIFY(spaceSeen() == still);
   }
 
   void comparesVolumesAtTheSamePlace() {
@@ -125,25 +131,40 @@ private Q_SLOTS:
     QCOMPARE(state->volume()->name, QString("thick"));
   }
 
+  void theVolumeFillsTheSpaceThatItIsSeenIn() {
+    open({writeBall(*sandbox_, "ball.nii", {24, 24, 10}, {1.5, 1.5, 4})});
+    setQuick();
+    app::ThreeDView* space = window_->views()->threeD();
+    space->setFocus();
+    for (int n = 0; n < 6; ++n)
+      QTest::keyClick(space, Qt::Key_Minus);
+    QVERIFY(extentSeen() < 0.6);
+    reconstruct();
+    QTRY_VERIFY(extentSeen() > 0.85 && extentSeen() < 1);
+    window_->resize(window_->width(), window_->height() - 150);
+    QTRY_VERIFY(extentSeen() > 0.85 && extentSeen() < 1);
+  }
+
   void rendersVolumesAndEllipsoids() {
     open({writeBall(*sandbox_, "ball.nii.gz", {24, 24, 24}, {1.5, 1.5, 1.5})});
     setQuick();
     reconstruct();
-    const QImage planes = window_->views()->threeD()->grab().toImage();
+    const QImage planes = spaceSeen();
     trigger("volumeRendering");
     QVERIFY(window_->views()->threeD()->isVolumeRendered());
-    QTest::qWait(300);
-    const QImage rendered = window_->views()->threeD()->grab().toImage();
-    QVERIFY(rendered != planes);
+    QTRY_VERIFY(spaceSeen() != planes);
     trigger("volumeRendering");
     trigger("planes");
-    QTest::qWait(200);
-    const QImage empty = window_->views()->threeD()->grab().toImage();
+    const QImage empty = spaceSeen();
     trigger("ellipsoids");
-    QVERIFY(host().document().models().front()->ellipsoidsShown);
-    QTRY_VERIFY(window_->views()->threeD()->grab().toImage() != empty);
+    const auto& model = host().document().models().front();
+    QVERIFY(model->ellipsoidsShown);
+    QTRY_VERIFY(spaceSeen() != empty);
+    // It says how many they are.
+    QVERIFY(model->ellipsoids > 0 && model->ellipsoids <= model->model->GetNumberOfGaussians());
+    QCOMPARE(host().modelInfo(model->id).ellipsoids, model->ellipsoids);
     trigger("ellipsoids");
-    QTRY_VERIFY(window_->views()->threeD()->grab().toImage() == empty);
+    QTRY_VERIFY(spaceSeen() == empty);
   }
 
   void queryPlaneIsSeenInSpace() {
@@ -151,8 +172,7 @@ private Q_SLOTS:
     setQuick();
     reconstruct();
     trigger("planes");
-    QTest::qWait(100);
-    const auto seen = [&] { return window_->views()->threeD()->grab().toImage(); };
+    const auto seen = [this] { return spaceSeen(); };
     const QImage empty = seen();
     window_->showPanel("queryDock");
     QTRY_VERIFY(seen() != empty);
@@ -160,7 +180,9 @@ private Q_SLOTS:
     const QImage axial = seen();
     QTest::mouseClick(window_->findChild<QAbstractButton*>("queryCoronal"), Qt::LeftButton);
     QTRY_VERIFY(seen() != axial);
-    QTest::qWait(300);
+    const auto* plane = window_->findChild<ui::PlaneView*>("queryView");
+    const auto* settle = window_->findChild<QTimer*>("settleTimer");
+    QTRY_VERIFY(!settle->isActive() && plane->image().task.pose == plane->pose());
     const QImage coronal = seen();
     window_->findChild<QDoubleSpinBox*>("queryLevel")->setValue(0);
     QTRY_VERIFY(seen() != coronal);
@@ -192,10 +214,28 @@ private Q_SLOTS:
       QVERIFY2(view->rect().contains(at.toPoint()),
                qPrintable(QString("%1: %2, %3").arg(axis).arg(at.x()).arg(at.y())));
     }
-    QTest::qWait(100);
-    const QImage seen = axial->grab().toImage();
-    QVERIFY(qGray(seen.pixel(seen.width() / 2 + seen.width() / 20, seen.height() / 2 + seen.height() / 20)) >
-            40);
+    const auto besideTheMiddle = [&] {
+      const QImage seen = axial->grab().toImage();
+      return qGray(seen.pixel(seen.width() / 2 + seen.width() / 20, seen.height() / 2 + seen.height() / 20));
+    };
+    QTRY_VERIFY(besideTheMiddle() > 40);
+  }
+
+private:
+  /// How far the shown volume's box reaches from the middle of the 3D view to its edge.
+  double extentSeen() {
+    app::ThreeDView* space = window_->views()->threeD();
+    vtkRenderer* renderer = space->renderWindow()->GetRenderers()->GetFirstRenderer();
+    const std::array<double, 6> box = window_->state()->bounds();
+    vtkMatrix4x4* toView = renderer->GetActiveCamera()->GetCompositeProjectionTransformMatrix(
+        double(space->width()) / space->height(), -1, 1);
+    double widest = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      double at[4] = {box[corner & 1], box[2 + (corner >> 1 & 1)], box[4 + (corner >> 2 & 1)], 1};
+      toView->MultiplyPoint(at, at);
+      widest = std::max({widest, std::abs(at[0] / at[3]), std::abs(at[1] / at[3])});
+    }
+    return widest;
   }
 };
 

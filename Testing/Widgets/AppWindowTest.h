@@ -91,6 +91,11 @@ protected:
     (void)QTest::qWaitFor([&] { return !text.isEmpty(); }, 20000);
     return text;
   }
+  /// The 3D view once it is drawn as it is to be.
+  QImage spaceSeen() {
+    (void)QTest::qWaitFor([&] { return window_->state()->turns().isIdle(); });
+    return window_->views()->threeD()->grab().toImage();
+  }
   void reconstruct() {
     QSignalSpy finished(&host(), &innergs::app::AppHost::finished);
     QTRY_VERIFY(button()->isEnabled());

@@ -96,12 +96,26 @@ private Q_SLOTS:
     Shown shown;
     QCOMPARE(shown.panel.modelId(), shown.id);
     QCOMPARE(shown.text("modelGaussians"), QString("400"));
-    QCOMPARE(shown.text("modelMemory"), QString("25.6 kB"));
+    QCOMPARE(shown.text("modelMemory"), QString("26 kB"));
     QCOMPARE(shown.text("modelSize"), QString("80.0 × 80.0 × 80.0 mm"));
     QCOMPARE(shown.text("modelOrigin"), QString("head, side"));
     QCOMPARE(shown.text("modelState"), QString("Not saved yet"));
     QVERIFY(shown.panel.findChild<QLabel*>("modelState")->font().bold());
     QCOMPARE(shown.text("modelDescription"), shown.host.models[shown.id].description);
+  }
+
+  void saysHowManyOfTheEllipsoidsAreDrawn() {
+    Shown shown;
+    auto* line = shown.panel.findChild<QLabel*>("modelEllipsoidsShown");
+    QVERIFY(!line->isVisible());
+    ModelInfo& info = shown.host.models[shown.id];
+    info.ellipsoidsShown = true;
+    info.gaussians = 1'045'528;
+    info.ellipsoids = 20'000;
+    Q_EMIT shown.host.modelsChanged();
+    QVERIFY(line->isVisible());
+    QCOMPARE(line->text(), QString("Showing 20,000 of 1,045,528 Gaussians."));
+    QCOMPARE(shown.text("modelGaussians"), QString("1,045,528"));
   }
 
   void nothingChosenNothingToDo() {
@@ -141,7 +155,7 @@ private Q_SLOTS:
     shown.host.models[shown.id].file = file.fileName();
     Q_EMIT shown.host.modelsChanged();
     QCOMPARE(shown.text("modelFile"),
-             QString("%1 (%2)").arg(QDir::toNativeSeparators(file.fileName()), "3.0 kB"));
+             QString("%1 (%2)").arg(QDir::toNativeSeparators(file.fileName()), "3 kB"));
     QVERIFY(file.remove());
     Q_EMIT shown.host.modelsChanged();
     QVERIFY(shown.text("modelFile").endsWith("(no longer there)"));

@@ -8,6 +8,7 @@
 #include <QPushButton>
 #include <QScrollArea>
 #include <QScrollBar>
+#include <QTimer>
 
 /// A reconstruction panel, 400 pixels wide, on a fake host, and what a person does with it.
 class ReconstructionPanelFixture : public QObject {
@@ -31,6 +32,8 @@ protected:
     return panel_->findChild<T*>(name);
   }
   QPushButton* button() { return child<QPushButton>("reconstruct"); }
+  /// Whether the estimate of the latest changes is still to come.
+  bool isEstimateAwaited() { return child<QTimer>("estimateTimer")->isActive(); }
   QString label(const char* name) { return child<QLabel>(name)->text(); }
   QString line(const char* name) { return child<innergs::ui::MessageLine>(name)->text(); }
   bool isShown(const char* name) { return child<QWidget>(name)->isVisible(); }
@@ -56,7 +59,7 @@ protected:
     host_->sendFinished(report);
   }
   void scrollDown() {
-    QTest::qWait(50);
+    layOut();
     area_->verticalScrollBar()->setValue(area_->verticalScrollBar()->maximum());
   }
   std::unique_ptr<FakeHost> host_;

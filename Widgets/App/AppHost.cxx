@@ -86,6 +86,7 @@ ui::ModelInfo AppHost::modelInfo(const QString& id) const {
   info.origin = item->origin;
   info.file = item->file;
   info.ellipsoidsShown = item->ellipsoidsShown;
+  info.ellipsoids = item->ellipsoids;
   return info;
 }
 

@@ -111,6 +111,14 @@ void Document::setEllipsoidsShown(const QString& id, bool shown) {
   const auto item = model(id);
   if (!item || item->ellipsoidsShown == shown) return;
   item->ellipsoidsShown = shown;
+  item->ellipsoids = 0;
+  Q_EMIT modelsChanged();
+}
+
+void Document::setEllipsoidsDrawn(const QString& id, std::int64_t count) {
+  const auto item = model(id);
+  if (!item || item->ellipsoids == count) return;
+  item->ellipsoids = count;
   Q_EMIT modelsChanged();
 }
 

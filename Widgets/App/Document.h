@@ -41,7 +41,7 @@ enum class VolumeRole {
 struct VolumeItem {
   QString id, name, file; // file "": in none yet
   VolumeRole role = VolumeRole::Scan;
-  QString note;           // what was done to open it, sentences; may be ""
+  QString note; // what was done to open it, sentences; may be ""
   Frames frames;
   std::shared_ptr<const Volume> volume;
   vtkSmartPointer<vtkImageData> image;    // the same voxels; origin 0, spacing 1
@@ -60,6 +60,7 @@ struct ModelItem {
   vtkSmartPointer<vtkInnerGSModel> model;
   std::array<double, 2> window{0, 1}; // intensities worth showing
   bool saved = true, ellipsoidsShown = false;
+  std::int64_t ellipsoids = 0; // that the 3D view draws
 };
 
 /// An item (without ID) for a volume: image, range, window and slice axis. Looks at every voxel: for worker
@@ -93,6 +94,7 @@ public:
   void remove(const QString& id);
   void setSaved(const QString& id, const QString& file);
   void setEllipsoidsShown(const QString& id, bool shown);
+  void setEllipsoidsDrawn(const QString& id, std::int64_t count);
 
   /// IDs.
   QStringList unsaved() const;

@@ -284,6 +284,7 @@ void MainWindow::setModel(const QString& id) {
 
 void MainWindow::showFinished(const ui::Report& report) {
   state_->setVolumeId(report.volumeId);
+  views_->threeD()->frame();
   list_->setCurrentId(report.volumeId);
   setModel(report.modelId);
   reconstructionEnded();

@@ -15,6 +15,8 @@ public:
   using QObject::QObject;
   /// Calls `draw` in a turn of its own, once for many calls, and not when the view is gone by then.
   void add(QObject* view, std::function<void()> draw);
+  /// Whether no view waits to be drawn.
+  bool isIdle() const { return waiting_.empty(); }
 
 private:
   void wait();

@@ -3,17 +3,20 @@
 #include "Widgets/App/Background.h"
 #include "Widgets/App/QueryPlane.h"
 #include "Widgets/ViewGestures.h"
+#include "Widgets/Words.h"
 
 #include <vtkActor.h>
 #include <vtkAnnotatedCubeActor.h>
 #include <vtkCamera.h>
 #include <vtkColorTransferFunction.h>
+#include <vtkCoordinate.h>
 #include <vtkCubeSource.h>
 #include <vtkGenericOpenGLRenderWindow.h>
 #include <vtkImageProperty.h>
 #include <vtkImageResliceMapper.h>
 #include <vtkImageSlice.h>
 #include <vtkInteractorStyleTrackballCamera.h>
+#include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkObjectFactory.h>
 #include <vtkOrientationMarkerWidget.h>
@@ -25,10 +28,12 @@
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
 #include <vtkSmartVolumeMapper.h>
+#include <vtkTextActor.h>
+#include <vtkTextProperty.h>
 #include <vtkVolume.h>
 #include <vtkVolumeProperty.h>
 
-
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -44,6 +49,15 @@ public:
   void OnChar() override {}
 };
 vtkStandardNewMacro(MouseStyle);
+
+/// Position, focal point and view angle.
+std::array<double, 7> seenFrom(vtkCamera* camera) {
+  std::array<double, 7> from;
+  camera->GetPosition(from.data());
+  camera->GetFocalPoint(from.data() + 3);
+  from[6] = camera->GetViewAngle();
+  return from;
+}
 
 struct Ellipsoids {
   vtkSmartPointer<vtkInnerGSModel> model;
@@ -64,6 +78,7 @@ struct ThreeDView::Scene {
   vtkNew<vtkVolume> volume;
   vtkNew<vtkAnnotatedCubeActor> cube;
   vtkNew<vtkOrientationMarkerWidget> marker;
+  vtkNew<vtkTextActor> shown;               // how many ellipsoids
   std::map<QString, Ellipsoids> ellipsoids; // by model ID
 };
 
@@ -121,6 +136,12 @@ ThreeDView::ThreeDView(ViewState* state, QWidget* parent)
   s.marker->SetViewport(0.84, 0, 1, 0.2);
   s.marker->EnabledOn();
   s.marker->InteractiveOff();
+  s.shown->GetTextProperty()->SetColor(0.9, 0.9, 0.9);
+  s.shown->GetTextProperty()->ShadowOn();
+  s.shown->GetPositionCoordinate()->SetCoordinateSystemToNormalizedViewport();
+  s.shown->SetPosition(0.01, 0.01);
+  s.shown->VisibilityOff();
+  s.renderer->AddActor2D(s.shown);
   connect(state, &ViewState::volumeChanged, this, &ThreeDView::showVolume);
   connect(state, &ViewState::windowChanged, this, &ThreeDView::showWindow);
   connect(state, &ViewState::crosshairChanged, this, &ThreeDView::showPlanes);
@@ -237,7 +258,10 @@ void ThreeDView::showModels() {
     if (at->second.actor) s.renderer->RemoveActor(at->second.actor);
     at = s.ellipsoids.erase(at);
   }
+  QStringList shown;
   for (const auto& item : state_->document()->models()) {
+    if (item->ellipsoidsShown && item->ellipsoids > 0)
+      shown << ui::shownGaussiansText(item->ellipsoids, item->model->GetNumberOfGaussians());
     if (!item->ellipsoidsShown || s.ellipsoids.contains(item->id)) continue;
     s.ellipsoids[item->id].model = item->model;
     ui::EllipsoidOptions options;
@@ -255,6 +279,9 @@ void ThreeDView::showModels() {
       };
     });
   }
+  s.shown->SetInput(shown.join(QLatin1Char('\n')).toUtf8().constData());
+  s.shown->GetTextProperty()->SetFontSize(fontInfo().pixelSize() * devicePixelRatio());
+  s.shown->SetVisibility(!shown.isEmpty());
   render();
 }
 
@@ -264,6 +291,7 @@ void ThreeDView::showEllipsoids(const QString& id, vtkInnerGSModel* model, vtkPo
   if (at == scene_->ellipsoids.end() || at->second.model != model) return; // no longer wanted
   at->second.actor = ui::ellipsoidActor(centres, options);
   scene_->renderer->AddActor(at->second.actor);
+  state_->document()->setEllipsoidsDrawn(id, centres->GetNumberOfPoints());
   render();
 }
 
@@ -276,10 +304,33 @@ void ThreeDView::fit() {
   camera->SetFocalPoint(x, y, z);
   camera->SetPosition(x - 300, y + 600, z + 250);
   camera->SetViewUp(0, 0, 1);
+  frame();
+}
+
+void ThreeDView::frame() {
+  if (!state_->volume()) return;
+  vtkCamera* camera = scene_->renderer->GetActiveCamera();
+  const std::array<double, 6> box = state_->bounds();
   camera->SetViewAngle(30); // Zoom() below changes it
   scene_->renderer->ResetCamera(box.data());
-  camera->Zoom(1.2);
+  // The sphere around the box fits now: as near as the box itself does.
+  const double aspect = double(std::max(1, width())) / std::max(1, height());
+  vtkMatrix4x4* toView = camera->GetCompositeProjectionTransformMatrix(aspect, -1, 1);
+  double widest = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    double at[4] = {box[corner & 1], box[2 + (corner >> 1 & 1)], box[4 + (corner >> 2 & 1)], 1};
+    toView->MultiplyPoint(at, at);
+    widest = std::max({widest, std::abs(at[0] / at[3]), std::abs(at[1] / at[3])});
+  }
+  constexpr double filled = 0.94; // of the view
+  if (widest > 0) camera->Zoom(filled / widest);
+  framed_ = seenFrom(camera);
   render();
+}
+
+void ThreeDView::resizeEvent(QResizeEvent* event) {
+  QVTKOpenGLNativeWidget::resizeEvent(event);
+  if (framed_ == seenFrom(scene_->renderer->GetActiveCamera())) frame();
 }
 
 void ThreeDView::render() {

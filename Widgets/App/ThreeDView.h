@@ -31,6 +31,8 @@ public:
   ///@}
   /// The whole volume from the front, patient's right on the left.
   void fit();
+  /// The whole volume from where it is looked at.
+  void frame();
 
 Q_SIGNALS:
   void doubleClicked();
@@ -40,6 +42,7 @@ Q_SIGNALS:
 protected:
   void keyPressEvent(QKeyEvent* event) override;
   void mouseDoubleClickEvent(QMouseEvent* event) override;
+  void resizeEvent(QResizeEvent* event) override;
 
 private:
   /// Moves what is looked at, in heights of the view.
@@ -54,6 +57,7 @@ private:
 
   ViewState* state_;
   bool rendered_ = false, planes_ = true, fitted_ = false;
+  std::array<double, 7> framed_{}; // the camera as frame() left it
   struct Scene;
   std::unique_ptr<Scene> scene_;
   std::unique_ptr<QueryPlane> query_;
