@@ -227,9 +227,10 @@ private Q_SLOTS:
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     setQuick(true);
     QTRY_VERIFY(button()->isEnabled());
+    QSignalSpy progress(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
-    QTest::qWait(100);
+    QVERIFY(progress.wait(60000));
     window_.reset();
     QVERIFY(true); // without a crash
     window_ = std::make_unique<MainWindow>();

@@ -12,6 +12,8 @@
 
 #include <vtkMatrix4x4.h>
 
+#include <utility>
+
 using namespace innergs;
 using namespace apptest;
 using innergs::app::AppHost;
@@ -163,9 +165,14 @@ private Q_SLOTS:
     open({writeFrames(*sandbox_, "series.nii", 3, 2)});
     setQuick();
     reconstruct();
-    for (const Qt::Key panel : {Qt::Key_F5, Qt::Key_F6, Qt::Key_F7, Qt::Key_F8}) {
+    const std::pair<Qt::Key, const char*> docks[] = {{Qt::Key_F5, "reconstructDock"},
+                                                     {Qt::Key_F6, "queryDock"},
+                                                     {Qt::Key_F7, "modelDock"},
+                                                     {Qt::Key_F8, "logDock"}};
+    for (const auto& [panel, dock] : docks) {
       press(panel);
-      QTest::qWait(50);
+      QTRY_VERIFY(!window_->findChild<QDockWidget*>(dock)->visibleRegion().isEmpty());
+      QTRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(dock)->widget()), QString());
       QSet<QWidget*> wanted;
       for (QWidget* widget : window_->findChildren<QWidget*>())
         if (widget->isVisible() && widget->isEnabled() && (widget->focusPolicy() & Qt::TabFocus) &&
@@ -206,21 +213,13 @@ private Q_SLOTS:
     const QPoint edge = window_->views()->threeD()->geometry().topLeft() - QPoint(1, 1);
     const QColor frame = window_->palette().color(QPalette::Highlight);
     QCOMPARE(window_->views()->grab().toImage().pixelColor(edge), frame);
-    const auto seen = [&] { return window_->views()->threeD()->grab().toImage(); };
-    QImage front;
-    const auto atRest = [&] { // drawn in full
-      front = seen();
-      QTest::qWait(200);
-      return seen() == front;
-    };
-    QTRY_VERIFY(atRest());
+    const QImage front = spaceSeen();
     press(Qt::Key_W); // no key of VTK's: wireframe
-    QTest::qWait(200);
-    QTRY_VERIFY(partThatDiffers(seen(), front) < 0.01);
+    QVERIFY(partThatDiffers(spaceSeen(), front) < 0.01);
     press(Qt::Key_Left);
-    QTRY_VERIFY(partThatDiffers(seen(), front) > 0.05);
+    QTRY_VERIFY(partThatDiffers(spaceSeen(), front) > 0.05);
     press(Qt::Key_Home);
-    QTRY_VERIFY(partThatDiffers(seen(), front) < 0.01);
+    QTRY_VERIFY(partThatDiffers(spaceSeen(), front) < 0.01);
   }
 };
 

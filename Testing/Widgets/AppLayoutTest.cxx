@@ -30,7 +30,6 @@ private Q_SLOTS:
     tree->setCurrentItem(tree->topLevelItem(0));
     for (const char* panel : {"reconstructDock", "queryDock", "modelDock", "logDock"}) {
       window_->showPanel(panel);
-      QTest::qWait(100);
       for (const char* name : {panel, "dataDock"}) // as soon as it is laid out
         QTRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(name)->widget()), QString());
       QTRY_COMPARE(clippedWidget(*window_->views()), QString());

@@ -3,11 +3,10 @@
 #include "Core/DevicePlugin.h"
 #include "TestTools.h"
 
-#include <QElapsedTimer>
+#include <QSemaphore>
 #include <QSignalSpy>
 
-#include <chrono>
-#include <thread>
+#include <memory>
 
 using innergs::ui::DeviceBox;
 
@@ -21,9 +20,23 @@ innergs::DeviceInfo device(const char* name, std::int64_t freeMemory) {
 }
 
 innergs::DeviceList twoDevices() {
-  std::this_thread::sleep_for(std::chrono::milliseconds(300)); // as a driver that wakes up
   return {{device("GPU A", 79'000'000'000), device("GPU B", 500'000'000)}, {}};
 }
+
+/// As a driver that wakes up: it answers when it is told to.
+class SlowDriver {
+public:
+  innergs::DeviceList find() {
+    asked_.release();
+    answer_.acquire();
+    return twoDevices();
+  }
+  void waitUntilAsked() { asked_.acquire(); }
+  void answer() { answer_.release(); }
+
+private:
+  QSemaphore asked_, answer_;
+};
 
 } // namespace
 
@@ -32,15 +45,15 @@ class DeviceBoxTest : public QObject {
 
 private Q_SLOTS:
   void listingHoldsNothingUp() {
-    QElapsedTimer clock;
-    clock.start();
-    DeviceBox box(nullptr, twoDevices);
-    QVERIFY(clock.elapsed() < 200);
+    SlowDriver driver;
+    DeviceBox box(nullptr, [&] { return driver.find(); });
+    driver.waitUntilAsked();
     QVERIFY(box.isListing());
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->count(), 2);
     box.setDevice("cpu"); // while it looks
     QSignalSpy listed(&box, &DeviceBox::listed);
+    driver.answer();
     QVERIFY(listed.wait());
     QCOMPARE(combo->count(), 4);
     QCOMPARE(box.device(), QString("cpu"));
@@ -90,8 +103,12 @@ private Q_SLOTS:
   }
 
   void goesWhileItLooks() {
-    DeviceBox box(nullptr, twoDevices);
-    QVERIFY(box.isListing());
+    SlowDriver driver;
+    auto box = std::make_unique<DeviceBox>(nullptr, [&] { return driver.find(); });
+    driver.waitUntilAsked();
+    QVERIFY(box->isListing());
+    driver.answer(); // the box waits for it
+    box.reset();
   }
 };
 

@@ -112,16 +112,17 @@ private Q_SLOTS:
     QVERIFY2(seen[2].error.endsWith("."), qPrintable(seen[2].error));
   }
 
-  void endsAtOnceWithWorkInHand() {
-    QElapsedTimer clock;
-    clock.start();
+  void endsWithWorkInHand() {
+    int done = 0;
     for (int i = 0; i < 20; ++i) {
       PlaneWorker worker;
+      connect(&worker, &PlaneWorker::shown, this, [&] { ++done; });
+      connect(&worker, &PlaneWorker::kept, this, [&] { ++done; });
       worker.show(task(0, 2000));
       worker.keep(task(0, 2000));
-      QThread::msleep(static_cast<unsigned long>(i % 4));
     }
-    QVERIFY2(clock.elapsed() < 20 * 250, qPrintable(QString::number(clock.elapsed())));
+    QCoreApplication::processEvents();
+    QCOMPARE(done, 0); // nobody is there to be told
   }
 };
 

@@ -385,7 +385,8 @@ private Q_SLOTS:
     for (int i = 0; i < 5; ++i) {
       Shown shown(ramp_);
       shown.find<QDoubleSpinBox>("queryPixelSize")->setValue(0.05);
-      QTest::qWait(5 * i);
+      for (int turn = 0; turn < 2 * i; ++turn) // of the event loop
+        QCoreApplication::processEvents();
     }
   }
 };

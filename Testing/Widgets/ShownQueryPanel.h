@@ -1,5 +1,6 @@
 #pragma once
 #include "FittedModel.h"
+#include "TestTools.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/QueryPanel.h"
@@ -25,7 +26,7 @@ struct Shown {
     panel.show();
     if (!QTest::qWaitForWindowExposed(&panel)) qWarning("not exposed");
     if (model) panel.setModelId("ramp");
-    QTest::qWait(50); // the layout settles
+    layOut();
   }
   template <typename T>
   T* find(const char* name) {

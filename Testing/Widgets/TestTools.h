@@ -60,10 +60,17 @@ inline QString clippedWidget(const QWidget& root) {
   return {};
 }
 
+/// Carries out the layouts that wait, and those that they cause.
+inline void layOut() {
+  constexpr int levels = 40; // of widgets in each other
+  for (int n = 0; n < levels; ++n)
+    QCoreApplication::sendPostedEvents(nullptr, QEvent::LayoutRequest);
+}
+
 /// A picture for people to look at, where the environment variable INNERGS_SCREENSHOTS names a folder.
 inline void snapshot(QWidget& widget, const QString& name) {
   const QString folder = qEnvironmentVariable("INNERGS_SCREENSHOTS");
   if (folder.isEmpty()) return;
-  QTest::qWait(150); // the layout catches up
+  layOut();
   widget.grab().save(QDir(folder).filePath(name + ".png"));
 }
