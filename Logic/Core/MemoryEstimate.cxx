@@ -1,7 +1,6 @@
 #include "Core/MemoryEstimate.h"
 
 #include "Core/JobInput.h"
-#include "Core/NumberText.h"
 #include "Core/Plan.h"
 #include "Core/Projected.h"
 #include "Core/Quantities.h"

@@ -1,8 +1,6 @@
 #include "Core/Stack.h"
 
 #include "Core/Error.h"
-#include "Core/NumberText.h"
-#include "Core/Quantities.h"
 #include "TestVolumes.h"
 
 #include <gtest/gtest.h>
@@ -83,15 +81,6 @@ TEST(Stack, RefusesAThicknessThatNoSliceHas) {
   Stack stack = validStack();
   stack.thickness = 300;
   EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
-}
-
-TEST(NumberText, HasAPointAndThousands) {
-  EXPECT_EQ(numberText(0.9), "0.9");
-  EXPECT_EQ(numberText(-1234567.0), "-1.23457e+06");
-  EXPECT_EQ(countText(0), "0");
-  EXPECT_EQ(countText(-999), "-999");
-  EXPECT_EQ(countText(1045528), "1,045,528");
-  EXPECT_EQ(countText(-32768), "-32,768");
 }
 
 TEST(Stack, RefusesPosesThatAreNotRigid) {
