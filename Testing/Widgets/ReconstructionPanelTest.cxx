@@ -524,6 +524,22 @@ private Q_SLOTS:
     QCOMPARE(cancel->text(), QString("&Reconstruct"));
   }
 
+  void whatEndedIsForgottenAndWhatRunsIsNot() {
+    finish(FakeHost::exampleReport());
+    QVERIFY(isShown("qualityCard"));
+    panel_->forgetResult();
+    QVERIFY(!isShown("qualityCard"));
+    QVERIFY(!isShown("progressCard"));
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    panel_->forgetResult();
+    QVERIFY(isShown("progressCard"));
+    host_->sendFailed("The scene was closed");
+    QVERIFY(isShown("message"));
+    panel_->forgetResult();
+    QVERIFY(!isShown("message"));
+  }
+
   void aTypedNumberCountsWhenEnterIsNotPressed() {
     choose("head");
     QTRY_VERIFY(button()->isEnabled());
