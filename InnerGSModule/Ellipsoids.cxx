@@ -1,4 +1,4 @@
-#include "Core/Failure.h"
+#include "Core/Base/Failure.h"
 #include "NodeInfo.h"
 #include "Widgets/EllipsoidActor.h"
 #include "qSlicerInnerGSHost.h"

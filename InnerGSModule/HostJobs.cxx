@@ -1,5 +1,6 @@
-#include "Core/Failure.h"
-#include "Core/Progress.h"
+#include "Core/Base/Failure.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/Progress.h"
 #include "NodeInfo.h"
 #include "qSlicerInnerGSHost.h"
 

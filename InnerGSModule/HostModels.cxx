@@ -1,4 +1,4 @@
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "NodeInfo.h"
 #include "NodeTransform.h"
 #include "qSlicerInnerGSHost.h"

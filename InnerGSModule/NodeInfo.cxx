@@ -1,6 +1,6 @@
 #include "NodeInfo.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "NodeGeometry.h"
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSResample.h"

@@ -1,7 +1,7 @@
 #include "qSlicerInnerGSHost.h"
 
-#include "Core/Failure.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/Failure.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "NodeInfo.h"
 #include "ParameterRequest.h"
 #include "qSlicerInnerGSSelector.h"

@@ -1,8 +1,8 @@
 #include "Widgets/DeviceBox.h"
 
-#include "Core/DevicePlugin.h"
-#include "Core/Devices.h"
-#include "Core/Failure.h"
+#include "Core/Base/Failure.h"
+#include "Core/Device/DevicePlugin.h"
+#include "Core/Device/Devices.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/Words.h"
 

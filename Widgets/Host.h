@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Progress.h"
+#include "Core/Job/Progress.h"
 #include "Widgets/Request.h"
 
 #include <QObject>

@@ -1,7 +1,7 @@
 #include "Widgets/PlaneWorker.h"
 
-#include "Core/Failure.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/Failure.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Widgets/PlanePicture.h"
 
 #include "vtkInnerGSModel.h"

@@ -1,6 +1,6 @@
 #include "Widgets/QueryPanel.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/ValueSlider.h"

@@ -1,6 +1,6 @@
 #include "Widgets/ReconstructionPanel.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Widgets/DeviceBox.h"
 #include "Widgets/InputsTable.h"
 #include "Widgets/MessageLine.h"

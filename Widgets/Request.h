@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Progress.h"
-#include "Core/Settings.h"
+#include "Core/Job/Progress.h"
+#include "Core/Settings/Settings.h"
 
 #include <QMetaType>
 #include <QString>

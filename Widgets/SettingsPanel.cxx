@@ -1,6 +1,6 @@
 #include "Widgets/SettingsPanel.h"
 
-#include "Core/Render.h"
+#include "Core/Render/Render.h"
 #include "Widgets/FieldForm.h"
 #include "Widgets/PanelTools.h"
 

@@ -1,6 +1,6 @@
 #include "Widgets/Words.h"
 
-#include "Core/Quantities.h"
+#include "Core/Base/Quantities.h"
 
 #include <QCoreApplication>
 #include <QLocale>

@@ -1,7 +1,7 @@
 #include "CLI/ComparisonPicture.h"
 
 #include "CLI/Shades.h"
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <spdlog/fmt/fmt.h>
 

@@ -4,7 +4,7 @@
 #include "CLI/ProgressDisplay.h"
 #include "CLI/ReconstructOptions.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Evaluation/Report.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"

@@ -4,7 +4,7 @@
 #include "CLI/Options.h"
 #include "CLI/ProgressDisplay.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Evaluation/ExperimentSelection.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"

@@ -1,8 +1,10 @@
 #include "CLI/Options.h"
 
-#include "Core/Error.h"
-#include "Core/Quantities.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Quantities.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/ReconstructionJob.h"
+#include "Core/Settings/DeviceRequest.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -102,7 +104,7 @@ CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& he
           "--device",
           [&device](const std::string& name) {
             try {
-              checkDeviceName(name);
+              parseDeviceRequest(name);
             } catch (const Error& error) {
               throw CLI::ValidationError("--device", error.what());
             }

@@ -1,8 +1,8 @@
 #pragma once
-#include "Core/Devices.h"
-#include "Core/GaussianField.h"
-#include "Core/Region.h"
-#include "Core/Selection.h"
+#include "Core/Device/Devices.h"
+#include "Core/Image/Region.h"
+#include "Core/Model/GaussianField.h"
+#include "Core/Settings/Selection.h"
 #include "IO/VolumeIO.h"
 
 #include <CLI/CLI.hpp>

@@ -1,7 +1,7 @@
 #include "CLI/Picture.h"
 
 #include "CLI/Font8x13.h"
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 

@@ -4,9 +4,10 @@
 #include "CLI/ReconstructReport.h"
 #include "CLI/Version.h"
 
-#include "Core/Error.h"
-#include "Core/JobInput.h"
-#include "Core/Region.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Region.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Settings/SettingsText.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"

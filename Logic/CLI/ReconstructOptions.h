@@ -1,6 +1,6 @@
 #pragma once
 #include "CLI/Options.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 
 namespace innergs::cli {
 

@@ -2,7 +2,7 @@
 #include "CLI/Interrupt.h"
 #include "CLI/Options.h"
 
-#include "Core/Render.h"
+#include "Core/Render/Render.h"
 #include "IO/OutputFiles.h"
 
 #include <spdlog/fmt/fmt.h>

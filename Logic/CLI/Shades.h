@@ -1,6 +1,6 @@
 #pragma once
 #include "CLI/Picture.h"
-#include "Core/Volume.h"
+#include "Core/Image/Volume.h"
 
 namespace innergs::cli {
 

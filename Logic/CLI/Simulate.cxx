@@ -1,7 +1,7 @@
 #include "CLI/Command.h"
 #include "CLI/Options.h"
 
-#include "Core/Simulate.h"
+#include "Core/Image/Simulate.h"
 #include "Evaluation/Protocols.h"
 #include "IO/FilePath.h"
 #include "IO/OutputFiles.h"

@@ -2,8 +2,8 @@
 #include "CLI/Options.h"
 #include "CLI/Picture.h"
 
-#include "Core/Error.h"
-#include "Core/Render.h"
+#include "Core/Base/Error.h"
+#include "Core/Render/Render.h"
 #include "IO/FilePath.h"
 #include "IO/OutputFiles.h"
 

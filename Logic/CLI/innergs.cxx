@@ -1,7 +1,7 @@
 #include "CLI/Command.h"
 #include "CLI/Version.h"
 
-#include "Core/Failure.h"
+#include "Core/Base/Failure.h"
 #include "IO/LibraryMessages.h"
 
 #include <cstdio>

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/GaussianMath.h"
+#include "Core/Model/GaussianMath.h"
 
 #include <cstdint>
 #include <cstring>

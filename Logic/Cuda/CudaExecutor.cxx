@@ -1,6 +1,6 @@
 #include "Cuda/CudaExecutor.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Cuda/CudaLaunch.h"
 
 #include <algorithm>

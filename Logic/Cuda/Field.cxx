@@ -1,6 +1,7 @@
 #include "Cuda/Field.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
+#include "Core/Render/Projected.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "Cuda/Fit.h"
 
-#include "Core/Error.h"
-#include "Core/FieldGradient.h"
+#include "Core/Base/Error.h"
+#include "Core/Render/FieldGradient.h"
 
 #include <algorithm>
 #include <exception>

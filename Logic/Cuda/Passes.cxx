@@ -1,6 +1,6 @@
 #include "Cuda/Passes.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,7 +1,7 @@
 #pragma once
-#include "Core/GaussianField.h"
-#include "Core/Lattice.h"
-#include "Core/Loss.h"
+#include "Core/Acquisition/Lattice.h"
+#include "Core/Fit/Loss.h"
+#include "Core/Model/GaussianField.h"
 #include "Cuda/Executor.h"
 
 namespace innergs::cuda {

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/DevicePlugin.h"
+#include "Core/Device/DevicePlugin.h"
 #include "Cuda/Field.h"
 #include "Cuda/Fit.h"
 

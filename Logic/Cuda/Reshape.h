@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Densify.h"
-#include "Core/Relocate.h"
+#include "Core/Fit/Densify.h"
+#include "Core/Fit/Relocate.h"
 #include "Cuda/Executor.h"
 
 namespace innergs::cuda {

@@ -1,7 +1,8 @@
 #include "Evaluation/BackProjection.h"
 
-#include "Core/BackProjection.h"
-#include "Core/Metrics.h"
+#include "Core/Acquisition/BackProjection.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Image/NoiseEstimate.h"
 #include "Evaluation/Baselines.h"
 
 #include <cmath>

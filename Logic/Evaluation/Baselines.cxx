@@ -1,6 +1,6 @@
 #include "Evaluation/Baselines.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Evaluation/Gaps.h"
 #include "Evaluation/ItkInterpolation.h"
 #include "Evaluation/SeparableResample.h"

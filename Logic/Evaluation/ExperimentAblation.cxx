@@ -1,6 +1,6 @@
 #include "Evaluation/ExperimentAblation.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <algorithm>
 #include <iterator>

@@ -1,9 +1,9 @@
 #include "Evaluation/ExperimentContour.h"
 
-#include "Core/Error.h"
-#include "Core/GaussianMath.h"
-#include "Core/NumberText.h"
-#include "Core/Random.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Base/Random.h"
+#include "Core/Model/GaussianMath.h"
 
 #include <algorithm>
 #include <numbers>

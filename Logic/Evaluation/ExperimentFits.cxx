@@ -1,7 +1,7 @@
 #include "Evaluation/ExperimentFits.h"
 
-#include "Core/Plan.h"
-#include "Core/Resume.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Job/Resume.h"
 #include "Evaluation/Scoring.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 #include "Evaluation/ExperimentSelection.h"
 
-#include "Core/Candidates.h"
-#include "Core/Error.h"
-#include "Core/LatticeRenderer.h"
-#include "Core/Random.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Random.h"
+#include "Core/Render/Candidates.h"
+#include "Core/Render/LatticeRenderer.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/GaussianField.h"
-#include "Core/Selection.h"
+#include "Core/Model/GaussianField.h"
+#include "Core/Settings/Selection.h"
 #include "Evaluation/ExperimentTable.h"
 
 #include <span>

@@ -1,6 +1,6 @@
 #include "Evaluation/ExperimentStatic.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include "Evaluation/ExperimentTable.h"
 
-#include "Core/Error.h"
-#include "Core/NumberText.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "Evaluation/Gaps.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 namespace innergs {
 

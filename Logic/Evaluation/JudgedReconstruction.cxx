@@ -1,9 +1,9 @@
 #include "Evaluation/JudgedReconstruction.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
-#include "Core/Plan.h"
-#include "Core/ProgressParts.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Job/ProgressParts.h"
 
 #include <algorithm>
 #include <chrono>

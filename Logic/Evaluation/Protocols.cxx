@@ -1,6 +1,6 @@
 #include "Evaluation/Protocols.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Evaluation/Scoring.h"
 
 #include <algorithm>

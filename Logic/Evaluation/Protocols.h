@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Metrics.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Job/ReconstructionJob.h"
 
 #include <functional>
 #include <memory>

@@ -1,6 +1,6 @@
 #include "Evaluation/Report.h"
 
-#include "Core/NumberText.h"
+#include "Core/Base/NumberText.h"
 
 #include <algorithm>
 #include <nlohmann/json.hpp>

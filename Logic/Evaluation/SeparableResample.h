@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Parallel.h"
+#include "Core/Base/Parallel.h"
 #include "Evaluation/Baselines.h"
 
 #include <optional>

@@ -1,6 +1,6 @@
 #include "Evaluation/SliceInterpolation.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Evaluation/SeparableResample.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 #include "IO/AtomicFile.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "IO/FilePath.h"
 #include "IO/FileReplacement.h"
 #include "IO/VolumeIO.h"

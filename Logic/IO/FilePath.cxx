@@ -1,6 +1,6 @@
 #include "IO/FilePath.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <algorithm>
 #include <fstream>

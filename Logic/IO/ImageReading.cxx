@@ -1,6 +1,6 @@
 #include "IO/ImageReading.h"
 
-#include "Core/NumberText.h"
+#include "Core/Base/NumberText.h"
 #include "IO/DicomSeries.h"
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"

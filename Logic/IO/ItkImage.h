@@ -1,7 +1,7 @@
 #pragma once
-#include "Core/Error.h"
-#include "Core/GridGeometry.h"
-#include "Core/NumberText.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/GridGeometry.h"
 #include "IO/LibraryMessages.h"
 #include "IO/MemoryCheck.h"
 

@@ -1,8 +1,9 @@
 #include "IO/MemoryCheck.h"
 
-#include "Core/Error.h"
-#include "Core/Quantities.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Quantities.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/ReconstructionJob.h"
 
 namespace innergs {
 

@@ -1,6 +1,6 @@
 #include "IO/ModelFile.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "IO/FilePath.h"
 #include "IO/MemoryCheck.h"
 #include "IO/Ply.h"

@@ -1,6 +1,6 @@
 #include "IO/NiftiFile.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "IO/FilePath.h"
 #include "IO/ItkImage.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Linear.h"
+#include "Core/Image/Linear.h"
 
 #include <array>
 #include <cstdint>

@@ -1,7 +1,7 @@
 #include "IO/OutputFiles.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
 #include "IO/FilePath.h"
 #include "IO/VolumeIO.h"
 

@@ -1,8 +1,8 @@
 #include "IO/OutputType.h"
 
-#include "Core/Error.h"
-#include "Core/NumberText.h"
-#include "Core/Quantities.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Base/Quantities.h"
 
 #include <algorithm>
 #include <array>

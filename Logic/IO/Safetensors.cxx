@@ -1,6 +1,6 @@
 #include "IO/Safetensors.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 

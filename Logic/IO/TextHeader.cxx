@@ -1,7 +1,7 @@
 #include "IO/TextHeader.h"
 
-#include "Core/Error.h"
-#include "Core/NumberText.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 #include "IO/Inflate.h"
 
 #include <algorithm>

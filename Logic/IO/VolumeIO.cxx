@@ -1,7 +1,7 @@
 #include "IO/VolumeIO.h"
 
-#include "Core/Error.h"
-#include "Core/SliceAxis.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/SliceAxis.h"
 #include "IO/FilePath.h"
 #include "IO/ImageReading.h"
 

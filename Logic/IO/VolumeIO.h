@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Stack.h"
+#include "Core/Image/Stack.h"
 #include "IO/OutputType.h"
 
 #include <filesystem>

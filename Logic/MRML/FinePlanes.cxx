@@ -1,7 +1,7 @@
 #include "FinePlanes.h"
 
-#include "Core/Failure.h"
-#include "Core/ThreadPriority.h"
+#include "Core/Base/Failure.h"
+#include "Core/Base/ThreadPriority.h"
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSPlaneQuery.h"
 

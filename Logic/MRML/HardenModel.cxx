@@ -1,7 +1,7 @@
 #include "HardenModel.h"
 
-#include "Core/Error.h"
-#include "Core/GaussianMath.h"
+#include "Core/Base/Error.h"
+#include "Core/Model/GaussianMath.h"
 
 #include <vtkMath.h>
 

@@ -1,7 +1,7 @@
 #include "JobDelivery.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
 #include "Outputs.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"

@@ -1,8 +1,8 @@
 #include "JobQueue.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
-#include "Core/ThreadPriority.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
+#include "Core/Base/ThreadPriority.h"
 
 #include <vtkCallbackCommand.h>
 

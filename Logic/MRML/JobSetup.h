@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Failure.h"
-#include "Core/MemoryEstimate.h"
+#include "Core/Base/Failure.h"
+#include "Core/Job/MemoryEstimate.h"
 #include "Evaluation/JudgedReconstruction.h"
 #include "vtkInnerGSReconstruct.h"
 

@@ -1,4 +1,4 @@
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "LogicInternals.h"
 #include "ModelNodes.h"
 #include "Queries.h"

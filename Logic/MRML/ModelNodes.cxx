@@ -1,6 +1,6 @@
 #include "ModelNodes.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "IO/FilePath.h"
 #include "Outputs.h"
 #include "Queries.h"

@@ -1,7 +1,7 @@
 #include "NodeGeometry.h"
 
-#include "Core/Error.h"
-#include "Core/SliceAxis.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/SliceAxis.h"
 #include "Geometry.h"
 
 #include <vtkMRMLMarkupsROINode.h>

@@ -1,8 +1,8 @@
 #include "Outputs.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
-#include "Core/NumberText.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
+#include "Core/Base/NumberText.h"
 #include "QualityTable.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"

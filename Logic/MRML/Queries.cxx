@@ -1,6 +1,6 @@
 #include "Queries.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "NodeTransform.h"

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/GridGeometry.h"
+#include "Core/Image/GridGeometry.h"
 
 #include <vtkSmartPointer.h>
 

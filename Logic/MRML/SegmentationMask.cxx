@@ -1,7 +1,8 @@
 #include "SegmentationMask.h"
 
-#include "Core/Error.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "Stragglers.h"

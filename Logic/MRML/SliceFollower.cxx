@@ -1,6 +1,6 @@
 #include "SliceFollower.h"
 
-#include "Core/Failure.h"
+#include "Core/Base/Failure.h"
 #include "NodeTransform.h"
 #include "Outputs.h"
 #include "Queries.h"

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Failure.h"
+#include "Core/Base/Failure.h"
 #include "FinePlanes.h"
 
 #include <vtkNew.h>

@@ -1,6 +1,6 @@
 #include "Stragglers.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <chrono>
 #include <system_error>

@@ -1,7 +1,7 @@
 #include "vtkSlicerInnerGSJob.h"
 
-#include "Core/NumberText.h"
-#include "Core/Progress.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Job/Progress.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 
@@ -42,7 +42,8 @@ std::string vtkSlicerInnerGSJob::GetDescription() {
   if (this->State == Failed) return this->ErrorMessage;
   if (this->State != Running) return GetStateAsString(this->State);
   const innergs::Progress& told = *this->Told;
-  std::string line = innergs::formatted("%.60s, %.0f %%", innergs::phaseName(told.phase), 100 * told.fraction);
+  std::string line =
+      innergs::formatted("%.60s, %.0f %%", innergs::phaseName(told.phase), 100 * told.fraction);
   if (told.iteration > 0) line += innergs::formatted(", sweep %d of %d", told.iteration, told.iterations);
   if (!std::isnan(told.trainingPsnr))
     line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);

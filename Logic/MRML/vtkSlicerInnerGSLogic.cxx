@@ -1,7 +1,7 @@
 #include "vtkSlicerInnerGSLogic.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
 #include "LogicInternals.h"
 #include "Outputs.h"
 #include "SceneChoices.h"

@@ -1,6 +1,6 @@
 #include "Geometry.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include "vtkImageData.h"
 

@@ -1,6 +1,6 @@
 #include "ImageVoxels.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Geometry.h"
 
 #include "vtkDataArray.h"

@@ -1,8 +1,8 @@
 #include "ReconstructInputs.h"
 
-#include "Core/Error.h"
-#include "Core/JobInput.h"
-#include "Core/Region.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Region.h"
+#include "Core/Job/JobInput.h"
 #include "ImageVoxels.h"
 
 #include "vtkDataObject.h"

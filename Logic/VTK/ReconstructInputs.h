@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
 
 #include "vtkSmartPointer.h"

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "ReconstructInputs.h"
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSReconstruct.h"

@@ -1,4 +1,4 @@
-#include "Core/Settings.h"
+#include "Core/Settings/Settings.h"
 #include "vtkInnerGSReconstruct.h"
 
 innergs::Settings vtkInnerGSReconstruct::MakeSettings() {

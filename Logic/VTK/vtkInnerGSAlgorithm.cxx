@@ -1,7 +1,7 @@
 #include "vtkInnerGSAlgorithm.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkDemandDrivenPipeline.h"

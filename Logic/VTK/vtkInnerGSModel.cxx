@@ -1,9 +1,9 @@
 #include "vtkInnerGSModel.h"
 
-#include "Core/FieldValue.h"
-#include "Core/NumberText.h"
-#include "Core/Quantities.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Base/Quantities.h"
+#include "Core/Job/ReconstructionJob.h"
+#include "Core/Model/FieldValue.h"
 #include "Geometry.h"
 
 #include "vtkInformation.h"

@@ -1,8 +1,10 @@
 #include "vtkInnerGSPlaneQuery.h"
 
-#include "Core/Error.h"
-#include "Core/PlaneSampler.h"
-#include "Core/Render.h"
+#include "Core/Base/Error.h"
+#include "Core/Device/Devices.h"
+#include "Core/Render/FieldDevice.h"
+#include "Core/Render/PlaneSampler.h"
+#include "Core/Render/Render.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "vtkInnerGSModel.h"
@@ -155,8 +157,9 @@ void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInforma
   if (!work.sampler || work.field != field || work.threads != this->NumberOfThreads ||
       work.instructionSet != this->InstructionSet || work.device != this->Device) {
     work.sampler.reset();
-    work.sampler = std::make_unique<innergs::PlaneSampler>(field, this->NumberOfThreads, this->InstructionSet,
-                                                           this->Device);
+    work.sampler = std::make_unique<innergs::PlaneSampler>(
+        field, this->NumberOfThreads, this->InstructionSet,
+        innergs::DeviceChoice(this->Device, this->InstructionSet).makeField(*field));
     work.field = field;
     work.threads = this->NumberOfThreads;
     work.instructionSet = this->InstructionSet;

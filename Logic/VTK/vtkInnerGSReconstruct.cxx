@@ -1,9 +1,10 @@
 #include "vtkInnerGSReconstruct.h"
 
-#include "Core/Error.h"
-#include "Core/JobInput.h"
-#include "Core/NumberText.h"
-#include "Core/TimeEstimate.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Job/TimeEstimate.h"
+#include "Core/Settings/SettingsText.h"
 #include "ImageVoxels.h"
 #include "ReconstructInternals.h"
 

@@ -1,9 +1,9 @@
 #include "vtkInnerGSToPolyData.h"
 
-#include "Core/Disagreement.h"
-#include "Core/Error.h"
-#include "Core/FieldValue.h"
-#include "Core/GaussianMath.h"
+#include "Core/Base/Error.h"
+#include "Core/Model/FieldValue.h"
+#include "Core/Model/GaussianMath.h"
+#include "Core/Render/Disagreement.h"
 #include "Geometry.h"
 #include "vtkInnerGSModel.h"
 

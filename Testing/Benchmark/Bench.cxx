@@ -2,8 +2,8 @@
 #include "Platform.h"
 #include "Tables.h"
 
-#include "Core/Error.h"
-#include "Core/Render.h"
+#include "Core/Base/Error.h"
+#include "Core/Render/Render.h"
 #include "IO/AtomicFile.h"
 
 #include <CLI/CLI.hpp>

@@ -7,7 +7,7 @@
 #include "Platform.h"
 #include "TimedExecutor.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #ifdef INNERGS_BENCHMARK_CUDA
 #include "Cuda/CudaExecutor.h"
 #endif

@@ -1,9 +1,10 @@
 #include "DeviceRuns.h"
 
-#include "Core/Error.h"
-#include "Core/Plan.h"
-#include "Core/ReconstructionJob.h"
-#include "Core/Trainer.h"
+#include "Core/Base/Error.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Fit/Trainer.h"
+#include "Core/Job/ReconstructionJob.h"
+#include "Core/Render/Kernels.h"
 #include "Cuda/Field.h"
 #ifdef INNERGS_BENCHMARK_CUDA
 #include "Cuda/CudaExecutor.h"

@@ -1,6 +1,6 @@
 #include "Document.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 namespace innergs::bench {
 namespace {

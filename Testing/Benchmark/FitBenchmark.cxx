@@ -1,9 +1,10 @@
 #include "Microbenchmarks.h"
 #include "Scene.h"
 
-#include "Core/Initialise.h"
-#include "Core/Random.h"
-#include "Core/Trainer.h"
+#include "Core/Base/Random.h"
+#include "Core/Fit/Initialise.h"
+#include "Core/Fit/Trainer.h"
+#include "Core/Render/Kernels.h"
 
 namespace innergs::bench {
 namespace {

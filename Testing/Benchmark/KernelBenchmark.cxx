@@ -1,8 +1,9 @@
 #include "Microbenchmarks.h"
 #include "Scene.h"
 
-#include "Core/Random.h"
-#include "Core/Tiles.h"
+#include "Core/Base/Random.h"
+#include "Core/Render/Kernels.h"
+#include "Core/Render/Tiles.h"
 
 #include <cmath>
 

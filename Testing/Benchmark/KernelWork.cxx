@@ -1,6 +1,6 @@
 #include "KernelWork.h"
 
-#include "Core/Projected.h"
+#include "Core/Render/Projected.h"
 #include "Cuda/Passes.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Observation.h"
+#include "Core/Acquisition/Observation.h"
 #include "Cuda/Executor.h"
 
 namespace innergs::bench {

@@ -1,6 +1,6 @@
 #include "Nifti.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <cstring>
 #include <fstream>

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Volume.h"
+#include "Core/Image/Volume.h"
 
 #include <string>
 

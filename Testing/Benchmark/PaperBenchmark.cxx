@@ -1,7 +1,7 @@
 #include "Platform.h"
 
-#include "Core/Error.h"
-#include "Core/Plan.h"
+#include "Core/Base/Error.h"
+#include "Core/Fit/Plan.h"
 #include "Evaluation/Protocols.h"
 #include "IO/AtomicFile.h"
 #include "IO/VolumeIO.h"

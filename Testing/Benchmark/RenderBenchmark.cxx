@@ -1,8 +1,8 @@
 #include "Microbenchmarks.h"
 #include "Scene.h"
 
-#include "Core/Random.h"
-#include "Core/Render.h"
+#include "Core/Base/Random.h"
+#include "Core/Render/Render.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 #include "Scene.h"
 
-#include "Core/Error.h"
-#include "Core/Random.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Random.h"
+#include "Core/Job/ReconstructionJob.h"
 #ifdef INNERGS_BENCHMARK_READS_VOLUMES
 #include "IO/VolumeIO.h"
 #endif

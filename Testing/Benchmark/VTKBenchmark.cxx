@@ -1,7 +1,7 @@
 #include "Microbenchmarks.h"
 #include "Scene.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSPlaneQuery.h"
 

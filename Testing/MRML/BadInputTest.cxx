@@ -1,4 +1,5 @@
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "MrmlFixture.h"
 #include "vtkInnerGSAlgorithm.h"
 

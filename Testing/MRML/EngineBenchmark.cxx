@@ -1,6 +1,6 @@
 // The engine alone, for benchmark_logic.py: seconds from the voxels of a raw file (float, I fastest) to the
 // volume. innergs_mrml_engine FILE SIZE_I SIZE_J SIZE_K SPACING_I SPACING_J SPACING_K GAUSSIANS
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 
 #include <chrono>
 #include <cstdio>

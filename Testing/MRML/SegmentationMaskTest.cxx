@@ -1,6 +1,6 @@
 #include "SegmentationFixture.h"
 
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "SegmentationMask.h"

@@ -2,7 +2,8 @@
 #include "AppFixture.h"
 #include "ThreadShortage.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Testing/NoMoreThreads.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"

@@ -1,6 +1,6 @@
 #include "Widgets/DeviceBox.h"
 
-#include "Core/DevicePlugin.h"
+#include "Core/Device/DevicePlugin.h"
 #include "TestTools.h"
 
 #include <QSemaphore>

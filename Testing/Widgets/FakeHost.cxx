@@ -1,7 +1,7 @@
 #include "FakeHost.h"
 
-#include "Core/GaussianField.h"
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
+#include "Core/Model/GaussianField.h"
 #include "vtkInnerGSModel.h"
 
 #include <QComboBox>

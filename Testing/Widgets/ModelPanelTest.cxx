@@ -3,7 +3,7 @@
 #include "Widgets/EllipsoidActor.h"
 #include "Widgets/MessageLine.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "vtkInnerGSModel.h"
 
 #include <vtkActor.h>

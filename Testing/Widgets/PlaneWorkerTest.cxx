@@ -2,7 +2,7 @@
 #include "FittedModel.h"
 #include "ThreadShortage.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 
 #include <vtkImageData.h>
 

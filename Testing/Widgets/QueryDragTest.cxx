@@ -1,6 +1,6 @@
 #include "ShownQueryPanel.h"
 
-#include "Core/ReconstructionJob.h"
+#include "Core/Job/ReconstructionJob.h"
 
 #include <QDoubleSpinBox>
 #include <QPushButton>

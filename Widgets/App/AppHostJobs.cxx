@@ -1,10 +1,12 @@
 // Reconstructions, and volumes that panels make.
 #include "Widgets/App/AppHost.h"
 
-#include "Core/Devices.h"
-#include "Core/Error.h"
-#include "Core/MemoryEstimate.h"
-#include "Core/TimeEstimate.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Device/Devices.h"
+#include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/TimeEstimate.h"
+#include "Core/Settings/SettingsText.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/Background.h"

@@ -1,6 +1,6 @@
 #include "Widgets/App/Background.h"
 
-#include "Core/Failure.h"
+#include "Core/Base/Failure.h"
 
 #include <QEventLoop>
 #include <QMetaObject>

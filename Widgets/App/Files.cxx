@@ -1,7 +1,7 @@
 #include "Widgets/App/Files.h"
 
-#include "Core/Error.h"
-#include "Core/Failure.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
 #include "IO/DicomSeries.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"

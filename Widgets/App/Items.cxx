@@ -1,6 +1,6 @@
-#include "Core/Error.h"
-#include "Core/ReconstructionJob.h"
-#include "Core/SliceAxis.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/SliceAxis.h"
+#include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
 #include "Widgets/App/Document.h"
 

@@ -1,8 +1,9 @@
 #include "Widgets/App/Runner.h"
 
-#include "Core/Error.h"
-#include "Core/JobInput.h"
-#include "Core/ThreadPriority.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/ThreadPriority.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Settings/SettingsText.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/Background.h"

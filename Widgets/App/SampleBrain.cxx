@@ -1,7 +1,7 @@
 #include "Widgets/App/SampleBrain.h"
 
-#include "Core/Error.h"
-#include "Core/Simulate.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Simulate.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Files.h"

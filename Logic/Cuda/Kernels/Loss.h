@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/PointLoss.h"
+#include "Core/Fit/PointLoss.h"
 #include "Cuda/Block.h"
 #include "Cuda/Kernels/Bin.h"
 

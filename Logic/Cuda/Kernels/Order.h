@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Morton.h"
+#include "Core/Model/Morton.h"
 #include "Cuda/Block.h"
 #include "Cuda/Kernels/Bin.h"
 

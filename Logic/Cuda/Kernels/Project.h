@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Projection.h"
+#include "Core/Render/Projection.h"
 #include "Cuda/Block.h"
 
 namespace innergs::cuda {

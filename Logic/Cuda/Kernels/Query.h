@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Contribution.h"
+#include "Core/Render/Contribution.h"
 #include "Cuda/Block.h"
 #include "Cuda/Kernels/Reach.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Rows.h"
+#include "Core/Render/Rows.h"
 
 #include <cstring>
 

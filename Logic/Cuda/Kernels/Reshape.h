@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Reshape.h"
+#include "Core/Fit/Reshape.h"
 #include "Cuda/Block.h"
 #include "Cuda/Kernels/Bin.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/AdamStep.h"
-#include "Core/ChainRule.h"
+#include "Core/Fit/AdamStep.h"
+#include "Core/Render/ChainRule.h"
 #include "Cuda/Block.h"
 #include "Cuda/Kernels/Bin.h"
 

@@ -1,8 +1,8 @@
 #include "CommandRunner.h"
 #include "SyntheticImages.h"
 
-#include "Core/Metrics.h"
-#include "Core/NumberText.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/Metrics.h"
 #include "IO/VolumeIO.h"
 
 #include <nlohmann/json.hpp>

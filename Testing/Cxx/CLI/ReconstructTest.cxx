@@ -2,8 +2,8 @@
 #include "SyntheticDicom.h"
 #include "SyntheticImages.h"
 
-#include "Core/Metrics.h"
-#include "Core/NumberText.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/Metrics.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 #include "IO/VolumeIO.h"

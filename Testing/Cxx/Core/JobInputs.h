@@ -1,8 +1,8 @@
 #pragma once
-#include "Core/Error.h"
-#include "Core/ReconstructionJob.h"
-#include "Core/Render.h"
-#include "Core/Simulate.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Simulate.h"
+#include "Core/Job/ReconstructionJob.h"
+#include "Core/Render/Render.h"
 #include "TestVolumes.h"
 
 #include <cstring>

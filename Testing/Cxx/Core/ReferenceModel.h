@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/GaussianMath.h"
-#include "Core/Loss.h"
+#include "Core/Fit/Loss.h"
+#include "Core/Model/GaussianMath.h"
 
 #include <algorithm>
 #include <numeric>

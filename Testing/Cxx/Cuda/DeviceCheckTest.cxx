@@ -1,5 +1,5 @@
 // The self-check itself: what it must see, and what it must not take offence at.
-#include "Core/DeviceCheck.h"
+#include "Core/Device/DeviceCheck.h"
 #include "Cuda/Plugin.h"
 #include "RoundingExecutor.h"
 

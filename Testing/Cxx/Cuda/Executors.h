@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Cuda/Executor.h"
 #ifdef INNERGS_TEST_CUDA
 #include "Cuda/CudaExecutor.h"

@@ -1,5 +1,7 @@
 #include "FitScene.h"
 
+#include "Core/Render/Kernels.h"
+
 #include <chrono>
 #include <thread>
 

@@ -2,7 +2,8 @@
 #include "Executors.h"
 #include "TestVolumes.h"
 
-#include "Core/Trainer.h"
+#include "Core/Fit/Trainer.h"
+#include "Core/Render/Kernels.h"
 #include "Cuda/Fit.h"
 
 #include <cstring>

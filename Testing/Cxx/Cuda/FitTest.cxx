@@ -1,6 +1,7 @@
 #include "FitScene.h"
 
-#include "Core/CpuFitDevice.h"
+#include "Core/Fit/CpuFitDevice.h"
+#include "Core/Render/Kernels.h"
 
 using namespace innergs;
 using namespace innergs::testing;

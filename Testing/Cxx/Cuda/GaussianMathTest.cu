@@ -1,5 +1,5 @@
 // The mathematics that every backend shares must give the same on the device as on the host.
-#include "Core/GaussianMath.h"
+#include "Core/Model/GaussianMath.h"
 
 #include <gtest/gtest.h>
 
@@ -75,7 +75,8 @@ TEST(GaussianMathOnTheDevice, AgreesWithTheHost) {
   ASSERT_EQ(cudaMemcpy(deviceCases, cases.data(), count * sizeof(Case), cudaMemcpyHostToDevice), cudaSuccess);
   evaluateAll<<<(count + 127) / 128, 128>>>(deviceCases, deviceResults, count);
   std::vector<Result> device(count);
-  ASSERT_EQ(cudaMemcpy(device.data(), deviceResults, count * sizeof(Result), cudaMemcpyDeviceToHost), cudaSuccess);
+  ASSERT_EQ(cudaMemcpy(device.data(), deviceResults, count * sizeof(Result), cudaMemcpyDeviceToHost),
+            cudaSuccess);
   cudaFree(deviceCases);
   cudaFree(deviceResults);
   for (int i = 0; i < count; ++i) {

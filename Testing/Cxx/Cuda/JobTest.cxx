@@ -1,8 +1,9 @@
 #include "JobInputs.h"
 
-#include "Core/Devices.h"
-#include "Core/PlaneSampler.h"
-#include "Core/Render.h"
+#include "Core/Device/Devices.h"
+#include "Core/Render/FieldDevice.h"
+#include "Core/Render/PlaneSampler.h"
+#include "Core/Render/Render.h"
 
 #include <cstdlib>
 
@@ -67,7 +68,7 @@ TEST_P(Jobs, AnswerQueriesAsTheCpu) {
     for (std::size_t i = 0; i < found.size(); ++i)
       ASSERT_NEAR(found[i], expected[i], tolerance) << i;
   };
-  PlaneSampler cpu(field, 1), device(field, 1, "", "cuda:0");
+  PlaneSampler cpu(field, 1), device(field, 1, "", DeviceChoice("cuda:0").makeField(*field));
   std::vector<float> a(50 * 44), b(a.size());
   for (const double angle : {0.4, 1.1}) { // as a slice that is dragged
     const Affine3 plane =

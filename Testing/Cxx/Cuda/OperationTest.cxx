@@ -2,9 +2,11 @@
 #include "RandomFields.h"
 #include "TestVolumes.h"
 
-#include "Core/Densify.h"
-#include "Core/FieldGradient.h"
-#include "Core/KernelsScalar.h"
+#include "Core/Fit/Densify.h"
+#include "Core/Render/FieldGradient.h"
+#include "Core/Render/Kernels.h"
+#include "Core/Render/KernelsScalar.h"
+#include "Core/Render/LatticeRenderer.h"
 #include "Cuda/Passes.h"
 
 #include <limits>

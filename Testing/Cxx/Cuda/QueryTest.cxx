@@ -2,9 +2,10 @@
 #include "RandomFields.h"
 #include "TestVolumes.h"
 
-#include "Core/KernelsScalar.h"
-#include "Core/LatticeRenderer.h"
-#include "Core/Render.h"
+#include "Core/Render/Kernels.h"
+#include "Core/Render/KernelsScalar.h"
+#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/Render.h"
 #include "Cuda/Field.h"
 
 using namespace innergs;

@@ -1,7 +1,7 @@
 #include "Executors.h"
 #include "RandomFields.h"
 
-#include "Core/FitDevice.h"
+#include "Core/Fit/FitDevice.h"
 #include "Cuda/Reshape.h"
 
 #include <functional>

@@ -1,7 +1,7 @@
 #include "JobInputs.h"
 
-#include "Core/DevicePlugin.h"
-#include "Core/Devices.h"
+#include "Core/Device/DevicePlugin.h"
+#include "Core/Device/Devices.h"
 
 #include <chrono>
 #include <cstdlib>

@@ -3,7 +3,7 @@
 // is, gated makes the file INNERGS_WRONG_GATE.entered and starts one once there is a file
 // INNERGS_WRONG_GATE.open. INNERGS_WRONG_LOG: a file to which every start adds a line with the device's
 // number.
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 #include "Cuda/HostBlock.h"
 #include "Cuda/HostExecutor.h"
 #include "Cuda/Plugin.h"

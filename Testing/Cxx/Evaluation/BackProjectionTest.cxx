@@ -1,9 +1,10 @@
-#include "Core/BackProjection.h"
+#include "Core/Acquisition/BackProjection.h"
 #include "Evaluation/BackProjection.h"
 
-#include "Core/Error.h"
-#include "Core/Metrics.h"
-#include "Core/Simulate.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/BodyMask.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Image/Simulate.h"
 #include "Evaluation/Baselines.h"
 
 #include "../Core/TestVolumes.h"

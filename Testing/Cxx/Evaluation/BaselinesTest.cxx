@@ -1,7 +1,7 @@
 #include "Evaluation/Baselines.h"
 
-#include "Core/Error.h"
-#include "Core/Simulate.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Simulate.h"
 #include "Evaluation/ItkInterpolation.h"
 #include "Evaluation/SeparableResample.h"
 

@@ -1,5 +1,5 @@
 #include "Evaluation/ExperimentContour.h"
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <cmath>
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
 #include "Evaluation/ExperimentAblation.h"
 #include "Evaluation/ExperimentStatic.h"
 

@@ -1,5 +1,5 @@
 #include "Evaluation/ExperimentSelection.h"
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include "../Core/RandomFields.h"
 

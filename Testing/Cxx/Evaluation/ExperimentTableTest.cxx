@@ -1,5 +1,5 @@
 #include "Evaluation/ExperimentTable.h"
-#include "Core/Error.h"
+#include "Core/Base/Error.h"
 
 #include <gtest/gtest.h>
 #include <limits>

@@ -1,5 +1,6 @@
-#include "Core/Error.h"
-#include "Core/Simulate.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/BodyMask.h"
+#include "Core/Image/Simulate.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/Protocols.h"
 

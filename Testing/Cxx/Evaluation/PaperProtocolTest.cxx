@@ -1,5 +1,5 @@
-#include "Core/Error.h"
-#include "Core/Render.h"
+#include "Core/Base/Error.h"
+#include "Core/Render/Render.h"
 #include "Evaluation/Protocols.h"
 
 #include "../Core/TestVolumes.h"

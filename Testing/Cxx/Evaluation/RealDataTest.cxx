@@ -1,5 +1,6 @@
-#include "Core/Metrics.h"
-#include "Core/Simulate.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Image/NoiseEstimate.h"
+#include "Core/Image/Simulate.h"
 #include "Evaluation/Protocols.h"
 #include "IO/VolumeIO.h"
 

@@ -1,5 +1,5 @@
-#include "Core/NumberText.h"
-#include "Core/Render.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Render/Render.h"
 #include "IO/ModelFile.h"
 
 #include "TestFiles.h"

@@ -1,6 +1,6 @@
 #include "SyntheticDicom.h"
 
-#include "Core/NumberText.h"
+#include "Core/Base/NumberText.h"
 
 #include <itkGDCMImageIO.h>
 #include <itkMetaDataObject.h>

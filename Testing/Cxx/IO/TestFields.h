@@ -1,5 +1,5 @@
 #pragma once
-#include "Core/GaussianField.h"
+#include "Core/Model/GaussianField.h"
 
 #include <cstring>
 #include <random>

@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Error.h"
-#include "Core/Volume.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Volume.h"
 
 #include <gtest/gtest.h>
 

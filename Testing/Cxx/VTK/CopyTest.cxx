@@ -1,4 +1,4 @@
-#include "Core/Region.h"
+#include "Core/Image/Region.h"
 
 #include "Allocations.h"
 #include "Fixtures.h"

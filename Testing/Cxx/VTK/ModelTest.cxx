@@ -1,6 +1,6 @@
 #include "Fixtures.h"
 
-#include "Core/Disagreement.h"
+#include "Core/Render/Disagreement.h"
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSToPolyData.h"
 

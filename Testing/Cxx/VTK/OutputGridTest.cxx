@@ -1,6 +1,6 @@
 #include "ReconstructFixtures.h"
 
-#include "Core/Region.h"
+#include "Core/Image/Region.h"
 
 using namespace innergs;
 using namespace innergs::testing;

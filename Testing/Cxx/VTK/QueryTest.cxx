@@ -1,6 +1,6 @@
 #include "Fixtures.h"
 
-#include "Core/Render.h"
+#include "Core/Render/Render.h"
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSPointQuery.h"
 #include "vtkInnerGSResample.h"

@@ -1,5 +1,5 @@
 // A field of one wide Gaussian, rendered; with IO written and read again. Usage: Consumer IMAGE
-#include "Core/Render.h"
+#include "Core/Render/Render.h"
 #include "IO/ModelFile.h"
 
 #include <cmath>

@@ -1,0 +1,110 @@
+#include "Core/Acquisition/BackProjection.h"
+
+#include "Core/Acquisition/Observation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+// Measured on one to three 4 mm stacks with noise from none to 4 % of the range: less costs up to 1.7 dB with
+// noise, more up to 1 dB without.
+constexpr double kNoiseShare = 0.4;
+
+/// Sub-planes no further apart than the volume's own spacing along the normal: exact for a box over whole
+/// voxels.
+ProfileQuadrature subPlanes(const Stack& stack, const GridGeometry& volume) {
+  const Vec3 along = transpose(volume.direction) * column(stack.image.geometry.direction, 2);
+  const double step =
+      1 / norm({along[0] / volume.spacing[0], along[1] / volume.spacing[1], along[2] / volume.spacing[2]});
+  return profileQuadrature(stack.profile, effectiveThickness(stack), step);
+}
+
+struct Residual {
+  const GridGeometry* geometry;
+  Affine3 gridToIndex;
+  std::vector<float> voxels; // stack − projection; 0 where nothing is known
+};
+
+} // namespace
+
+std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool) {
+  const GridGeometry& g = stack.image.geometry;
+  const auto& n = volume.geometry.size;
+  const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
+  const ProfileQuadrature planes = subPlanes(stack, volume.geometry);
+  std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));
+  pool.run(g.size[1] * g.size[2], [&](std::int64_t row) {
+    const std::int64_t j = row % g.size[1], k = row / g.size[1];
+    const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
+    const Affine3 stackToVolume = toVolume * pose * g.indexToWorld();
+    const Vec3 normal = (toVolume.linear * pose.linear) * column(g.direction, 2); // voxels per mm
+    for (std::int64_t i = 0; i < g.size[0]; ++i) {
+      const auto v = static_cast<std::size_t>(row * g.size[0] + i);
+      out[v] = std::numeric_limits<float>::quiet_NaN();
+      if (!stack.observed.empty() && !stack.observed[v]) continue;
+      const Vec3 centre =
+          stackToVolume({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+      double sum = 0, weights = 0;
+      for (std::size_t p = 0; p < planes.offset.size(); ++p) {
+        Vec3 x = centre + planes.offset[p] * normal;
+        bool inside = true;
+        for (int axis = 0; axis < 3; ++axis) {
+          inside = inside && x[axis] >= -0.5 - 1e-6 && x[axis] <= static_cast<double>(n[axis]) - 0.5 + 1e-6;
+          const double nearest = std::round(x[axis]); // rounding of the index maps
+          if (std::abs(x[axis] - nearest) < 1e-6) x[axis] = nearest;
+        }
+        if (!inside) continue;
+        sum += planes.weight[p] * sampleLinear(volume, x);
+        weights += planes.weight[p];
+      }
+      if (weights > 0) out[v] = static_cast<float>(sum / weights);
+    }
+  });
+  return out;
+}
+
+double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
+                   ThreadPool& pool) {
+  const auto& n = volume.geometry.size;
+  double rms = 0;
+  for (int iteration = 0; iteration < plan.iterations; ++iteration) {
+    std::vector<Residual> residuals;
+    double squares = 0, count = 0;
+    for (const Stack& stack : stacks) {
+      const GridGeometry& g = stack.image.geometry;
+      Residual r{&g, inverse(g.indexToWorld()) * volume.geometry.indexToWorld(),
+                 projectToStack(volume, stack, pool)};
+      for (std::size_t v = 0; v < r.voxels.size(); ++v) {
+        const float d = stack.image.voxels[v] - r.voxels[v];
+        const bool known = std::isfinite(d);
+        r.voxels[v] = known ? d : 0;
+        squares += known ? static_cast<double>(d) * d : 0;
+        count += known;
+      }
+      residuals.push_back(std::move(r));
+    }
+    rms = std::sqrt(squares / std::max(1.0, count));
+    if (rms <= kNoiseShare * plan.noise) break;
+    pool.run(n[1] * n[2], [&](std::int64_t row) {
+      float* out = volume.voxels.data() + row * n[0];
+      const double j = static_cast<double>(row % n[1]), k = static_cast<double>(row / n[1]);
+      for (std::int64_t i = 0; i < n[0]; ++i) {
+        float sum = 0, weight = 0;
+        for (const Residual& r : residuals) {
+          float value;
+          if (!sampleInside(*r.geometry, r.voxels.data(), r.gridToIndex({static_cast<double>(i), j, k}),
+                            value))
+            continue;
+          sum += value;
+          weight += 1;
+        }
+        if (weight > 0) out[i] = std::clamp(out[i] + sum / weight, plan.range.low, plan.range.high);
+      }
+    });
+  }
+  return rms;
+}
+
+} // namespace innergs

@@ -1,0 +1,29 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Image/Stack.h"
+
+#include <limits>
+#include <span>
+
+namespace innergs {
+
+/// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
+/// normal, at the stack's voxels. NaN where the profile lies outside the volume altogether and where the
+/// stack is not observed.
+std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool);
+
+struct BackProjectionPlan {
+  int iterations = 12; // at most
+  double noise = 0;    // standard deviation in the stacks' units: ends when the differences are well below it
+  ValueRange range{-std::numeric_limits<float>::infinity(), // no voxel within the stacks leaves it
+                   std::numeric_limits<float>::infinity()};
+};
+
+/// Iterative back-projection (Irani and Peleg 1991) from the volume as it stands: the trilinearly
+/// interpolated difference between each stack and the volume's projection onto it is added, averaged over the
+/// stacks. Unobserved and non-finite samples count as met (difference 0); stacks must have no slice poses.
+/// Returns the root mean square of the last differences.
+double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
+                   ThreadPool& pool);
+
+} // namespace innergs

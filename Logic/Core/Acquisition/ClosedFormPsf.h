@@ -1,0 +1,12 @@
+#pragma once
+
+namespace innergs {
+
+/// The observation kernel of a slice in closed form (additive blending): a covariance added to every
+/// Gaussian's, model frame, mm²; xx xy xz yy yz zz.
+struct ClosedFormPsf {
+  bool active = false;
+  float covariance[6] = {};
+};
+
+} // namespace innergs

@@ -1,0 +1,56 @@
+#pragma once
+#include "Core/Acquisition/ClosedFormPsf.h"
+#include "Core/Acquisition/Lattice.h"
+#include "Core/Image/Stack.h"
+
+namespace innergs {
+
+/// The map between scanner values and the field's intensities: value = scale·I + offset.
+struct IntensityMap {
+  double scale = 1, offset = 0;
+};
+
+/// Samples to fit on one lattice: slices, each seen through one or several sub-planes (quadrature of the
+/// slice profile).
+struct Observation {
+  struct SubPlane {
+    int plane;    // of the lattice
+    float weight; // of the slice profile; they sum to 1 per slice
+  };
+  Lattice lattice;
+  ClosedFormPsf psf;
+  int slices = 0;
+  std::vector<SubPlane> subPlanes; // grouped by slice: subPlanes[s·perSlice + q]
+  int perSlice = 1;
+  std::vector<int> sourceSlice;     // K index in the stack
+  std::vector<float> target;        // [slice][ny][stride], normalised intensity
+  std::vector<std::uint8_t> weight; // the same shape; 0 = not fitted
+  std::int64_t samples = 0;         // with weight > 0
+
+  std::size_t sliceSize() const { return lattice.planeSize(); }
+};
+
+/// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest spacing
+/// that matters (mm).
+struct ProfileQuadrature {
+  std::vector<double> offset, weight;
+};
+ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, double resolution);
+/// Gauss's two-point rule for the profile: exact for cubic polynomials along the normal.
+ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness);
+
+/// The thickness that counts: the stack's, or its slice spacing when it is 0 (mm).
+double effectiveThickness(const Stack& stack);
+
+/// Observations of a stack in the model frame. One for a regular stack; one per slice when slices have poses.
+/// Slices without any finite observed voxel are left out. closedForm: additive fields with a Gaussian profile
+/// use the exact covariance instead of sub-planes. smoothAlongNormal: the field cannot vary much within the
+/// slice thickness, so the two-point quadrature is enough.
+std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
+                                 bool closedForm, bool smoothAlongNormal = false);
+
+/// Half the resolution in-plane (and across slices when they lie as close as pixels): averages of the
+/// observed voxels, for coarse-to-fine.
+Observation coarsened(const Observation& fine);
+
+} // namespace innergs

@@ -1,0 +1,99 @@
+#pragma once
+#include "Core/Fit/FitDevice.h"
+#include "Core/Render/FieldDevice.h"
+
+#include <span>
+#include <string>
+
+/// What a device plugin offers: a shared library, found and loaded at run time (Devices.h), that computes
+/// fits and renderings elsewhere than on the CPU. C++ objects, exceptions and memory cross the boundary, so
+/// plugin and program must come from the same build (compiler, standard library, this source tree): the stamp
+/// below is compared before anything else is called. A plugin is never unloaded.
+namespace innergs {
+
+struct DeviceInfo {
+  std::string name;              // as its maker calls it
+  std::string computeCapability; // e.g. "9.0"
+  std::int64_t totalMemory = 0;  // bytes
+  std::int64_t freeMemory = 0;   // bytes, now; from plugins 0: that takes a start of the device
+  std::string refused;           // one sentence: computes otherwise than the CPU; empty: not
+};
+
+struct DeviceList {
+  std::vector<DeviceInfo> devices; // number N is "cuda:N"
+  std::string problem;             // one sentence when there is none: no driver, driver too old, no device
+};
+
+/// Errors are thrown as innergs::Error with one sentence; Error(Memory) where the device has too little. All
+/// functions may be called from any thread; the objects made are used by one thread at a time.
+class DevicePlugin {
+public:
+  virtual ~DevicePlugin() = default;
+  /// Never throws; asks the driver anew, and starts no device.
+  virtual DeviceList devices() = 0;
+  /// Bytes now. Starts the device.
+  virtual std::int64_t freeMemory(int device) = 0;
+  /// Bytes of device memory without which the fit cannot run to its end.
+  virtual std::int64_t fitMemory(const FitRequest& request) = 0;
+  virtual std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) = 0;
+  /// Copies the field (its Gaussians and numbers, not the detail grid) to the device.
+  virtual std::unique_ptr<FieldDevice> makeField(int device, const GaussianField& field) = 0;
+};
+
+/// Raised with every change of meaning in what crosses the boundary.
+constexpr std::uint32_t kPluginAbi = 3;
+
+/// Plain data that any two builds can exchange.
+struct PluginStamp {
+  std::uint32_t abi;
+  std::uint32_t layout; // hash of the sizes of what crosses the boundary
+  const char* build;    // version and compiler family
+};
+
+// Internal linkage on purpose: a shared function could be the other side's.
+static constexpr std::uint32_t pluginLayout() {
+  std::uint32_t hash = 2166136261u;
+  for (std::size_t size :
+       {sizeof(void*), sizeof(std::string), sizeof(std::vector<float>), sizeof(Gaussian),
+        sizeof(GaussianField), sizeof(Adam), sizeof(PullSum), sizeof(Observation), sizeof(Lattice),
+        sizeof(SweepRules), sizeof(SweepOrder), sizeof(RelocationPlan), sizeof(DensifyCounts),
+        sizeof(LossSum), sizeof(FitRequest), sizeof(DeviceInfo), sizeof(DeviceList)})
+    hash = (hash ^ static_cast<std::uint32_t>(size)) * 16777619u;
+  return hash;
+}
+
+#if defined(_MSC_VER)
+#define INNERGS_PLUGIN_COMPILER "msvc"
+#elif defined(_LIBCPP_VERSION)
+#define INNERGS_PLUGIN_COMPILER "libc++"
+#else
+#define INNERGS_PLUGIN_COMPILER "libstdc++"
+#endif
+
+#ifdef _WIN32
+#define INNERGS_PLUGIN_EXPORT __declspec(dllexport)
+#else
+#define INNERGS_PLUGIN_EXPORT __attribute__((visibility("default")))
+#endif
+
+/// The two functions that a plugin exports: its stamp, and the plugin itself (owned by the library, valid to
+/// the end of the program; null or an exception: refused).
+constexpr const char* kPluginStampSymbol = "innergsPluginStamp";
+constexpr const char* kPluginSymbol = "innergsDevicePlugin";
+using PluginStampFunction = const PluginStamp* (*)();
+using PluginFunction = DevicePlugin* (*)();
+
+} // namespace innergs
+
+/// Defines both for a plugin class with a default constructor. INNERGS_PLUGIN_VERSION comes with the CMake
+/// target innergs_plugin, which plugins link.
+#define INNERGS_DEVICE_PLUGIN(Class)                                                                         \
+  extern "C" INNERGS_PLUGIN_EXPORT const innergs::PluginStamp* innergsPluginStamp() {                        \
+    static constexpr innergs::PluginStamp stamp{innergs::kPluginAbi, innergs::pluginLayout(),                \
+                                                INNERGS_PLUGIN_VERSION " " INNERGS_PLUGIN_COMPILER};         \
+    return &stamp;                                                                                           \
+  }                                                                                                          \
+  extern "C" INNERGS_PLUGIN_EXPORT innergs::DevicePlugin* innergsDevicePlugin() {                            \
+    static Class plugin;                                                                                     \
+    return &plugin;                                                                                          \
+  }

@@ -1,0 +1,110 @@
+#include "Core/Device/DeviceTrust.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Device/DeviceCheck.h"
+
+#include <atomic>
+#include <chrono>
+#include <future>
+#include <map>
+#include <mutex>
+#include <system_error>
+#include <thread>
+
+namespace innergs {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct Trusts {
+  std::mutex mutex;
+  std::map<int, std::string> known; // refusals, empty ones included
+  std::map<int, std::shared_future<DeviceTrust>> running;
+  std::atomic<int> active{0};
+};
+
+/// Never destroyed: a comparison may outlive main().
+Trusts& trusts() {
+  static Trusts* all = new Trusts;
+  return *all;
+}
+
+/// A device must not be at work while its driver is unloaded; nor may one that hangs keep the program.
+struct Farewell {
+  ~Farewell() {
+    for (int n = 0; n < 100 && trusts().active > 0; ++n)
+      std::this_thread::sleep_for(20ms);
+  }
+};
+
+DeviceTrust compare(DevicePlugin& plugin, int device, const std::string& name) {
+  DeviceTrust trust;
+  std::string why;
+  try {
+    why = deviceDisagreement(plugin, device);
+  } catch (const std::exception& error) {
+    trust.lasting = false;
+    why = std::string("it failed: ") + error.what();
+  } catch (...) {
+    trust.lasting = false;
+    why = "it failed";
+  }
+  if (why.empty()) return trust;
+  while (why.back() == '.')
+    why.pop_back();
+  trust.refused =
+      name + " (cuda:" + std::to_string(device) + ") is not used: in its self-check, " + why + ".";
+  return trust;
+}
+
+} // namespace
+
+DeviceTrust trustIn(DevicePlugin& plugin, int device, const std::string& name, const std::stop_token& stop) {
+  Trusts& all = trusts();
+  static const Farewell farewell;
+  std::shared_future<DeviceTrust> result;
+  {
+    const std::lock_guard lock(all.mutex);
+    const auto known = all.known.find(device);
+    if (known != all.known.end()) return {known->second, true};
+    const auto running = all.running.find(device);
+    if (running != all.running.end()) {
+      result = running->second;
+    } else {
+      std::promise<DeviceTrust> promise;
+      result = promise.get_future().share();
+      std::thread worker;
+      try {
+        worker = std::thread([&all, &plugin, device, name, promise = std::move(promise)]() mutable {
+          const DeviceTrust trust = compare(plugin, device, name);
+          {
+            const std::lock_guard done(all.mutex); // waits until it counts as running
+            if (trust.lasting) all.known[device] = trust.refused;
+            all.running.erase(device);
+          }
+          promise.set_value(trust);
+          --all.active;
+        });
+      } catch (const std::system_error&) {
+        return {name + " (cuda:" + std::to_string(device) +
+                    ") is not used: the system could not start the thread of its self-check.",
+                false};
+      }
+      ++all.active;
+      all.running[device] = result;
+      worker.detach();
+    }
+  }
+  while (result.wait_for(10ms) != std::future_status::ready)
+    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  return result.get();
+}
+
+std::string knownRefusal(int device) {
+  Trusts& all = trusts();
+  const std::lock_guard lock(all.mutex);
+  const auto known = all.known.find(device);
+  return known == all.known.end() ? std::string() : known->second;
+}
+
+} // namespace innergs

@@ -1,0 +1,40 @@
+#pragma once
+#include "Core/Fit/FitDevice.h"
+#include "Core/Render/LatticeRenderer.h"
+
+namespace innergs {
+
+/// Fits on the CPU: the oracle, and what every fit can fall back to. Bit-identical for any number of threads.
+class CpuFitDevice : public FitDevice {
+public:
+  /// Stops with the pool's token, not with the request's.
+  CpuFitDevice(const FitRequest& request, const KernelSet& kernels, ThreadPool& pool);
+  ~CpuFitDevice() override;
+
+  void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) override;
+  void take(FitState&& state) override { state_ = std::move(state); }
+  void download(GaussianField* field, Adam* adam, PullSum* pulls) override;
+  const FitState* resident() const override { return &state_; }
+
+  LossSum sweep(const SweepOrder& order) override;
+  DensifyCounts densify() override;
+  LossSum evaluate(const GaussianField& field) override;
+
+private:
+  struct View {
+    const Observation* observation;
+    std::unique_ptr<LatticeRenderer> renderer;
+  };
+  View view(const Observation& observation) const;
+
+  SweepRules rules_;
+  const KernelSet& kernels_;
+  ThreadPool& pool_;
+  std::shared_ptr<const std::vector<Observation>> observations_;
+  std::vector<Observation> halves_;
+  std::vector<View> fine_, coarse_;
+  std::vector<float> weights_, numerators_, gradient_;
+  FitState state_;
+};
+
+} // namespace innergs

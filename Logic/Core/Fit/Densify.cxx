@@ -1,0 +1,82 @@
+#include "Core/Fit/Densify.h"
+
+#include "Core/Fit/Relocate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+
+namespace innergs {
+void PullSum::add(std::span<const float> gradient, const DensifyPlan& plan, ThreadPool& pool) {
+  const std::int64_t n = static_cast<std::int64_t>(gradient.size() / 16);
+  sum.resize(n, 0.f);
+  ++sweeps;
+  const float unit = static_cast<float>(plan.voxel / plan.coverage);
+  constexpr std::int64_t kBlock = 1 << 14;
+  pool.runToEnd((n + kBlock - 1) / kBlock, [&](std::int64_t block) {
+    for (std::int64_t i = block * kBlock; i < std::min(n, (block + 1) * kBlock); ++i) {
+      const float* g = gradient.data() + 16 * i;
+      sum[i] += unit * std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+    }
+  });
+}
+
+void PullSum::clear() {
+  sum.clear();
+  sweeps = 0;
+}
+
+reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int sweeps) {
+  const DensifyThresholds& t = plan.thresholds;
+  return {blending,
+          t.opacity.value_or(0.01),
+          static_cast<float>(std::log(t.size * plan.voxel)),
+          static_cast<float>(t.gradient * std::max(1, sweeps)),
+          t.split * plan.voxel * plan.voxel,
+          static_cast<float>(plan.minLogScale)};
+}
+
+DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, PullSum& pulls, const DensifyPlan& plan) {
+  DensifyCounts counts;
+  const std::int64_t n = field.size();
+  const reshape::Rules rules = densifyRules(plan, field.blending, pulls.sweeps);
+  pulls.sum.resize(n, 0.f);
+  std::vector<std::uint32_t> kept;
+  for (std::int64_t i = 0; i < n; ++i)
+    if (!reshape::pruned(field.gaussians[i], rules)) kept.push_back(static_cast<std::uint32_t>(i));
+  if (kept.empty()) return pulls.clear(), counts; // a field of nothing could not be fitted any further
+  counts.pruned = n - static_cast<std::int64_t>(kept.size());
+  std::vector<std::uint32_t> pulled;
+  std::copy_if(kept.begin(), kept.end(), std::back_inserter(pulled),
+               [&](std::uint32_t i) { return pulls.sum[i] > rules.pull; });
+  std::stable_sort(pulled.begin(), pulled.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return pulls.sum[a] > pulls.sum[b]; });
+  const std::int64_t room = std::max<std::int64_t>(0, plan.limit - static_cast<std::int64_t>(kept.size()));
+  if (static_cast<std::int64_t>(pulled.size()) > room) pulled.resize(room);
+  pulls.clear();
+  if (counts.pruned == 0 && pulled.empty()) return counts;
+
+  std::vector<Gaussian> added(pulled.size());
+  for (std::size_t k = 0; k < pulled.size(); ++k) {
+    const std::ptrdiff_t at = 16 * static_cast<std::ptrdiff_t>(pulled[k]);
+    if (reshape::densify(field.gaussians[pulled[k]], adam.moment1.data() + at, rules, added[k])) {
+      std::fill_n(adam.moment1.begin() + at, 16, 0.f);
+      std::fill_n(adam.moment2.begin() + at, 16, 0.f);
+      ++counts.split;
+    } else {
+      ++counts.cloned;
+    }
+  }
+  std::vector<std::uint32_t> order = std::move(kept);
+  for (std::size_t k = 0; k < added.size(); ++k)
+    order.push_back(static_cast<std::uint32_t>(n + static_cast<std::int64_t>(k)));
+  field.gaussians.insert(field.gaussians.end(), added.begin(), added.end());
+  adam.moment1.resize(16 * field.gaussians.size(), 0.f);
+  adam.moment2.resize(16 * field.gaussians.size(), 0.f);
+  takeInOrder(field, adam, order);
+  takeInOrder(field, adam, mortonOrder(field.gaussians));
+  return counts;
+}
+
+} // namespace innergs

@@ -1,0 +1,279 @@
+#include "Core/Fit/Plan.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Image/NoiseEstimate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
+constexpr int kDensifyEvery = 10;
+constexpr std::int64_t kFewestGaussians = 64;
+
+template <class Visit>
+void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
+  for (const Stack& stack : stacks)
+    for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
+      if (std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]))
+        visit(stack.image.voxels[v]);
+}
+
+constexpr std::int64_t kVolumeSamples = 500'000; // per stack, about, to measure what several see
+
+/// Whether a voxel of the stack that counts holds the point, in the stack's index without slice poses.
+template <class Counts>
+bool holds(const Stack& stack, const Vec3& index, const Counts& counts) {
+  const auto& size = stack.image.geometry.size;
+  std::int64_t nearest[3];
+  for (int a = 0; a < 3; ++a) {
+    nearest[a] = std::llround(index[a]);
+    if (nearest[a] < 0 || nearest[a] >= size[a]) return false;
+  }
+  return counts(stack, nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2]));
+}
+
+/// mm³ of the voxels that count, in how many stacks they may be.
+template <class Counts>
+double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
+  std::vector<std::vector<Affine3>> toIndex; // one map, or one per posed slice
+  for (const Stack& stack : stacks) {
+    const Affine3 map = stack.image.geometry.indexToWorld();
+    auto& maps = toIndex.emplace_back();
+    for (const Affine3& pose : stack.poses)
+      maps.push_back(inverse(pose * map));
+    if (stack.poses.empty()) maps.push_back(inverse(map));
+  }
+  std::vector<double> parts;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    const Stack& stack = stacks[s];
+    const GridGeometry& g = stack.image.geometry;
+    const std::int64_t voxels = g.voxelCount();
+    std::int64_t counted = 0;
+    for (std::int64_t v = 0; v < voxels; ++v)
+      counted += counts(stack, v);
+    const Vec3 extent = g.extent();
+    const double own =
+        extent[0] * extent[1] * extent[2] * static_cast<double>(counted) / static_cast<double>(voxels);
+    if (stacks.size() == 1) return own;
+    std::int64_t step = 1;
+    for (const std::int64_t prime : {7, 61, 509, 4001})
+      if (counted / step > kVolumeSamples) step = prime;
+    const Affine3 map = g.indexToWorld();
+    std::vector<std::int64_t> seenBy(stacks.size() + 1, 0);
+    std::int64_t visited = 0, next = 0;
+    for (std::int64_t v = 0; v < voxels; ++v) {
+      if (!counts(stack, v) || next++ % step) continue;
+      ++visited;
+      const std::int64_t i = v % g.size[0], j = v / g.size[0] % g.size[1], k = v / (g.size[0] * g.size[1]);
+      Vec3 point = map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+      if (!stack.poses.empty()) point = stack.poses[k](point);
+      int by = 1;
+      for (std::size_t o = 0; o < stacks.size(); ++o) {
+        bool seen = false;
+        for (std::size_t slice = 0; o != s && slice < toIndex[o].size() && !seen; ++slice) {
+          const Vec3 index = toIndex[o][slice](point);
+          seen = (stacks[o].poses.empty() || std::llround(index[2]) == static_cast<std::int64_t>(slice)) &&
+                 holds(stacks[o], index, counts);
+        }
+        by += seen;
+      }
+      ++seenBy[by];
+    }
+    double once = 0;
+    for (std::size_t n = 1; n < seenBy.size(); ++n)
+      once += static_cast<double>(seenBy[n]) / static_cast<double>(n);
+    if (visited > 0) parts.push_back(own * once / static_cast<double>(visited));
+  }
+  std::sort(parts.begin(), parts.end()); // the sum is that of any order of the stacks
+  double volume = 0;
+  for (const double part : parts)
+    volume += part;
+  return volume;
+}
+
+} // namespace
+
+IntensityMap chooseIntensityMap(std::span<const Stack> stacks) {
+  float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
+  std::int64_t count = 0;
+  forEachSample(stacks, [&](float v) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+    ++count;
+  });
+  if (!(high > low)) return {1.0, count ? low : 0.0};
+  constexpr int kBins = 1 << 16;
+  std::vector<std::int64_t> histogram(kBins, 0);
+  const double width = (static_cast<double>(high) - low) / kBins;
+  forEachSample(stacks, [&](float v) {
+    ++histogram[std::min<std::int64_t>(kBins - 1,
+                                       static_cast<std::int64_t>((v - static_cast<double>(low)) / width))];
+  });
+  const std::int64_t outliers = count / 10000;
+  std::int64_t below = 0, above = 0;
+  int first = 0, last = kBins - 1;
+  while (first < last && below + histogram[first] <= outliers)
+    below += histogram[first++];
+  while (last > first && above + histogram[last] <= outliers)
+    above += histogram[last--];
+  const double bottom = low + width * first, top = low + width * (last + 1);
+  return {top - bottom, bottom};
+}
+
+DataTraits geometryTraits(std::span<const Stack> stacks) {
+  DataTraits t;
+  t.stacks = static_cast<int>(stacks.size());
+  t.voxel = std::numeric_limits<double>::max();
+  t.gap = 0;
+  for (const Stack& stack : stacks) {
+    const Vec3& spacing = stack.image.geometry.spacing;
+    t.voxel = std::min({t.voxel, spacing[0], spacing[1]});
+    t.gap = std::max(t.gap, spacing[2]);
+  }
+  for (const Stack& stack : stacks)
+    if (stack.profile != SliceProfile::Point && effectiveThickness(stack) > 1.4 * t.voxel)
+      t.thickness = std::max(t.thickness, effectiveThickness(stack));
+  t.volume = unionVolume(stacks, [](const Stack&, std::size_t) { return true; });
+  const Stack& first = stacks.front();
+  const Vec3& spacing = first.image.geometry.spacing;
+  const auto [low, high] = std::minmax({spacing[0], spacing[1], spacing[2]});
+  t.cubes = stacks.size() == 1 && first.poses.empty() && t.thickness == 0 && high <= 1.4 * low;
+  return t;
+}
+
+DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
+  DataTraits t = geometryTraits(stacks);
+  for (const Stack& stack : stacks)
+    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
+  forEachSample(stacks, [&](float) { ++t.samples; });
+  t.volume = unionVolume(
+      stacks, [](const Stack& stack, std::size_t v) { return std::isfinite(stack.image.voxels[v]); });
+  return t;
+}
+
+namespace {
+
+/// What the preset says where neither the user nor the data do.
+void fillChoices(Settings& s, const DataTraits& traits) {
+  const bool paper = s.preset == Preset::Paper;
+  s.blending = chosenBlending(s);
+  if (!s.linearIntensity)
+    s.linearIntensity = *s.blending == Blending::Normalised && !paper && !traits.superResolution();
+  if (!s.initialisation) s.initialisation = paper ? Initialisation::Grid : Initialisation::Adaptive;
+  if (!s.loss) s.loss = paper ? LossKind::L1 : LossKind::L2;
+  if (!s.pointWeight) s.pointWeight = paper ? 0.8 : 1.0;
+  if (!s.ssimWeight) s.ssimWeight = paper ? 0.4 : 0.0;
+  if (!s.schedule) s.schedule = paper ? Schedule::Plateau : Schedule::Exponential;
+  if (!s.cutoff) s.cutoff = 2.2;
+  if (!s.beta1) s.beta1 = 0.8;
+  if (!s.beta2) s.beta2 = 0.95;
+  if (!s.densifyEvery) s.densifyEvery = paper || s.maxGaussians ? kDensifyEvery : 0;
+  if (!s.densify.opacity) s.densify.opacity = *s.blending == Blending::Alpha ? 0.3 : 0.01;
+  if (!s.paperStopRule) s.paperStopRule = paper;
+  if (s.allAxes.value_or(false) && !traits.cubes)
+    throw Error(
+        ErrorCode::InvalidArgument,
+        "Slices along all axes need one scan of thin slices whose voxels are nearly cubes: leave that "
+        "option out.");
+  if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
+}
+
+/// Gaussians and sweeps; where slices lie far apart, also how Gaussians begin and what bounds them.
+void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
+  const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
+  const double volume = traits.volume * traits.reached;
+  const double voxels = volume / (traits.voxel * traits.voxel * traits.voxel);
+  std::int64_t budget;
+  int iterations, members = 1;
+  if (settings.preset == Preset::Paper) {
+    plan.start.equalCounts = true;
+    budget = std::llround(kPaperGaussians * traits.reached);
+    iterations = 1000;
+  } else if (traits.singleAnisotropic()) {
+    // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and may turn: they shear along
+    // structures.
+    const double gap = traits.gap, inPlane = std::min(gap, 4 * traits.voxel);
+    plan.start.kind = Initialisation::Grid;
+    plan.start.layerSpacing = gap;
+    plan.start.layerSigma = 1.25 * gap;
+    plan.start.scaleFactor = 0.9;
+    plan.bounds.minThirdLogScale = std::log(1.125 * gap);
+    plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
+    plan.smoothAlongNormal = true;
+    plan.rates.mean = 0.3 * traits.voxel;
+    plan.rates.quaternion = 0.15;
+    budget = static_cast<std::int64_t>(volume / (inPlane * inPlane * gap));
+    iterations = std::array{40, 60, 60}[level];
+    members = std::array{1, 4, 8}[level];
+    plan.coarseIterations = 30;
+  } else if (traits.superResolution()) {
+    plan.start.scaleFactor = 0.9;
+    plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
+    budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
+    iterations = std::array{40, 60, 60}[level];
+    members = std::array{1, 1, 3}[level];
+    plan.coarseIterations = 30;
+  } else {
+    budget = static_cast<std::int64_t>(voxels / std::array{100.0, 50.0, 16.0}[level]);
+    iterations = std::array{60, 200, 400}[level];
+    plan.coarseIterations = 8;
+    if (settings.relocate && *settings.densifyEvery == 0 && settings.initialisation == Initialisation::Grid) {
+      plan.relocateEvery = 5;
+      plan.relocateShare = 0.05;
+      plan.relocateUntil = 0.4;
+    }
+  }
+  if (*settings.paperStopRule) iterations = 1000;
+  if (!settings.gaussians) {
+    const std::int64_t fewest =
+        traits.samples > 0 ? std::min(kFewestGaussians, traits.samples) : kFewestGaussians;
+    settings.gaussians = std::clamp<std::int64_t>(budget, fewest, 8'000'000);
+    if (settings.maxGaussians) settings.gaussians = std::min(*settings.gaussians, *settings.maxGaussians);
+  }
+  if (!settings.maxGaussians) settings.maxGaussians = settings.gaussians;
+  if (!settings.iterations) settings.iterations = iterations;
+  if (*settings.paperStopRule) settings.iterations = std::min(*settings.iterations, 1000);
+  if (!settings.members) settings.members = settings.blending == Blending::Normalised ? members : 1;
+}
+
+} // namespace
+
+FitPlan makePlan(Settings& settings, const DataTraits& traits) {
+  fillChoices(settings, traits);
+  FitPlan plan;
+  plan.linearIntensity = *settings.linearIntensity;
+  plan.loss = {*settings.loss, settings.huberDelta, *settings.ssimWeight, *settings.pointWeight};
+  plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
+  plan.beta1 = *settings.beta1;
+  plan.beta2 = *settings.beta2;
+  plan.cutoff = *settings.cutoff;
+  plan.start.kind = *settings.initialisation;
+  plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
+  plan.bounds.maxLogScale = std::log(30 * traits.voxel);
+  if (settings.blending == Blending::Alpha)
+    plan.bounds.maxAbsLogWeight = 4.6; // α ≤ 0.99: 1 − a is divided by
+  plan.schedule = *settings.schedule;
+  plan.plateau = settings.plateau;
+  plan.paperStopRule = *settings.paperStopRule;
+  plan.allAxes = *settings.allAxes;
+  planAmount(settings, traits, plan);
+  plan.start.gaussians = *settings.gaussians;
+  plan.iterations = *settings.iterations;
+  // Stop rule and plateaus compare losses, so they must be of one resolution.
+  const bool comparing = plan.paperStopRule || plan.schedule == Schedule::Plateau;
+  plan.coarseIterations = comparing ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
+  plan.densify.every = *settings.densifyEvery;
+  plan.densify.thresholds = settings.densify;
+  plan.densify.limit = *settings.maxGaussians;
+  plan.densify.voxel = traits.voxel;
+  plan.densify.coverage = plan.allAxes ? 3 : traits.stacks;
+  plan.densify.minLogScale = plan.bounds.minLogScale;
+  return plan;
+}
+
+} // namespace innergs

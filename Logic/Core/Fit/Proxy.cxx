@@ -1,0 +1,153 @@
+#include "Core/Fit/Proxy.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+/// Bounding box of the stacks' samples in model coordinates.
+void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec3& low, Vec3& high) {
+  low.fill(std::numeric_limits<double>::max());
+  high.fill(std::numeric_limits<double>::lowest());
+  for (const Stack& stack : stacks) {
+    const GridGeometry& g = stack.image.geometry;
+    const Affine3 map = g.indexToWorld();
+    const std::int64_t step = stack.poses.empty() ? std::max<std::int64_t>(1, g.size[2] - 1) : 1;
+    for (std::int64_t k = 0; k < g.size[2]; k += step) { // ends, or every slice where each has its pose
+      const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
+      for (double i : {-0.5, g.size[0] - 0.5})
+        for (double j : {-0.5, g.size[1] - 0.5})
+          for (double side : {-0.5, 0.5}) {
+            const Vec3 p = worldToModel(pose(map({i, j, static_cast<double>(k) + side})));
+            for (int a = 0; a < 3; ++a) {
+              low[a] = std::min(low[a], p[a]);
+              high[a] = std::max(high[a], p[a]);
+            }
+          }
+    }
+  }
+}
+
+/// What a stack knows of a point.
+enum class Seen : std::uint8_t {
+  Not,
+  Beside, // it lies next to observed voxels
+  Within  // it lies in one
+};
+
+/// Trilinear over the observed finite corners only.
+Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double& value) {
+  const auto& size = stack.image.geometry.size;
+  const auto usable = [&](std::size_t v) {
+    return std::isfinite(stack.image.voxels[v]) &&
+           (voxels == Voxels::All || stack.observed.empty() || stack.observed[v]);
+  };
+  std::int64_t base[3], nearest[3];
+  double fraction[3];
+  for (int a = 0; a < 3; ++a) {
+    if (index[a] < -0.5 || index[a] > size[a] - 0.5) return Seen::Not;
+    const double x = std::clamp(index[a], 0.0, static_cast<double>(size[a] - 1));
+    nearest[a] = std::llround(x);
+    base[a] = std::min<std::int64_t>(static_cast<std::int64_t>(x), std::max<std::int64_t>(size[a] - 2, 0));
+    fraction[a] = x - static_cast<double>(base[a]);
+  }
+  double sum = 0, total = 0;
+  for (int c = 0; c < 8; ++c) {
+    const int dx = c & 1, dy = (c >> 1) & 1, dz = c >> 2;
+    const double w = (dx ? fraction[0] : 1 - fraction[0]) * (dy ? fraction[1] : 1 - fraction[1]) *
+                     (dz ? fraction[2] : 1 - fraction[2]);
+    if (w <= 0) continue;
+    const std::size_t v = (base[0] + dx) + size[0] * ((base[1] + dy) + size[1] * (base[2] + dz));
+    if (!usable(v)) continue;
+    sum += w * stack.image.voxels[v];
+    total += w;
+  }
+  if (total <= 0) return Seen::Not;
+  value = sum / total;
+  return usable(nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2])) ? Seen::Within : Seen::Beside;
+}
+
+/// The slices of a posed stack around a point, each with a tent as wide as the slice spacing on either side.
+Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toIndex, const Vec3& point,
+                 double& value) {
+  double sum = 0, total = 0;
+  Seen most = Seen::Not;
+  for (std::size_t k = 0; k < toIndex.size(); ++k) {
+    const Affine3& map = toIndex[k];
+    const double z = dot(map.linear[2], point) + map.offset[2];
+    const double w = 1 - std::abs(z - static_cast<double>(k));
+    double slice;
+    if (w <= 0) continue;
+    const Vec3 index = map(point);
+    const Seen seen = sampleObserved(stack, voxels, {index[0], index[1], static_cast<double>(k)}, slice);
+    if (seen == Seen::Not) continue;
+    most = std::max(most, seen);
+    sum += w * slice;
+    total += w;
+  }
+  if (total < 0.1) return Seen::Not;
+  value = sum / total;
+  return most;
+}
+
+} // namespace
+
+ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld, const IntensityMap& map,
+                      double spacing, ThreadPool& pool, Voxels voxels) {
+  Vec3 low, high;
+  boundingBox(stacks, inverse(modelToWorld), low, high);
+  ProxyVolume proxy;
+  for (int a = 0; a < 3; ++a) {
+    const double extent = high[a] - low[a];
+    proxy.geometry.size[a] = std::max<std::int64_t>(1, std::llround(extent / spacing));
+    proxy.geometry.spacing[a] = extent / static_cast<double>(proxy.geometry.size[a]);
+    proxy.geometry.origin[a] = low[a] + 0.5 * proxy.geometry.spacing[a];
+  }
+  const auto& size = proxy.geometry.size;
+  proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);
+  proxy.covered.assign(proxy.voxels.size(), 0);
+  std::vector<std::vector<Affine3>> toIndex; // model → stack index: one map, or one per posed slice
+  for (const Stack& stack : stacks) {
+    const Affine3 map = stack.image.geometry.indexToWorld();
+    auto& maps = toIndex.emplace_back();
+    for (const Affine3& pose : stack.poses)
+      maps.push_back(inverse(pose * map) * modelToWorld);
+    if (stack.poses.empty()) maps.push_back(inverse(map) * modelToWorld);
+  }
+  pool.run(size[2], [&](std::int64_t k) {
+    for (std::int64_t j = 0; j < size[1]; ++j)
+      for (std::int64_t i = 0; i < size[0]; ++i) {
+        Vec3 p;
+        const std::int64_t index[3] = {i, j, k};
+        for (int a = 0; a < 3; ++a)
+          p[a] = proxy.geometry.origin[a] + proxy.geometry.spacing[a] * static_cast<double>(index[a]);
+        double sum = 0;
+        int n = 0;
+        Seen most = Seen::Not;
+        for (std::size_t s = 0; s < stacks.size(); ++s) {
+          double value;
+          const Seen seen = stacks[s].poses.empty()
+                                ? sampleObserved(stacks[s], voxels, toIndex[s][0](p), value)
+                                : samplePosed(stacks[s], voxels, toIndex[s], p, value);
+          if (seen == Seen::Not) continue;
+          most = std::max(most, seen);
+          sum += value;
+          ++n;
+        }
+        if (!n) continue;
+        const std::size_t v = i + size[0] * (j + size[1] * k);
+        proxy.voxels[v] = static_cast<float>((sum / n - map.offset) / map.scale);
+        proxy.covered[v] = static_cast<std::uint8_t>(most);
+      }
+  });
+  // A mask of a voxel or two may lie between the points of the lattice: then those beside it stand for it.
+  constexpr auto within = static_cast<std::uint8_t>(Seen::Within);
+  const bool any = std::find(proxy.covered.begin(), proxy.covered.end(), within) != proxy.covered.end();
+  for (std::uint8_t& covered : proxy.covered)
+    covered = any ? covered == within : covered != 0;
+  return proxy;
+}
+
+} // namespace innergs

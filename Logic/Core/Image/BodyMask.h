@@ -1,0 +1,14 @@
+#pragma once
+#include "Core/Image/Volume.h"
+
+#include <cstdint>
+#include <stop_token>
+#include <vector>
+
+namespace innergs {
+
+/// Body mask by Otsu's threshold, largest component, holes filled per slice. Throws Error(Cancelled) when
+/// stopped.
+std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop = {});
+
+} // namespace innergs

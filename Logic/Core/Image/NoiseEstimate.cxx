@@ -1,0 +1,131 @@
+#include "Core/Image/NoiseEstimate.h"
+#include "Core/Image/Otsu.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+struct Sample {
+  float residual; // |response of [1 −2 1]⊗[1 −2 1]|, standard deviation 6σ under white noise
+  float gradient; // squared; antisymmetric filters, so independent of the residual's noise
+};
+
+// Median of values that may be quantised: ties are taken as spread evenly over their quantisation step.
+double interpolatedMedian(std::vector<float>& values) {
+  const std::size_t half = values.size() / 2;
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half), values.end());
+  const float median = values[half];
+  double below = 0, equal = 0;
+  float previous = -1, next = -1; // neighbouring distinct values
+  for (float v : values) {
+    if (v < median) {
+      ++below;
+      previous = std::max(previous, v);
+    } else if (v == median) {
+      ++equal;
+    } else if (next < 0 || v < next) {
+      next = v;
+    }
+  }
+  const double low = previous < 0 ? 0 : 0.5 * (double(previous) + median);
+  const double high = next < 0 ? median : 0.5 * (double(next) + median);
+  return low + (high - low) * (0.5 * double(values.size()) - below) / equal;
+}
+
+// Mean of the eight voxels two steps away in-plane: they share no noise with the residual, so that choosing
+// voxels by it does not choose their noise.
+double ringMean(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k) {
+  const auto& n = volume.geometry.size;
+  const std::int64_t x[3] = {std::max<std::int64_t>(i - 2, 0), i, std::min(i + 2, n[0] - 1)};
+  const std::int64_t y[3] = {std::max<std::int64_t>(j - 2, 0), j, std::min(j + 2, n[1] - 1)};
+  double sum = 0;
+  for (int b = 0; b < 3; ++b)
+    for (int a = 0; a < 3; ++a)
+      if (a != 1 || b != 1) sum += volume.voxels[x[a] + n[0] * (y[b] + n[1] * k)];
+  return sum / 8;
+}
+
+struct Samples {
+  std::vector<Sample> usable;
+  std::size_t constant = 0; // neighbourhoods of one value
+};
+
+constexpr std::size_t kFewest = 200;
+
+bool allInside(std::span<const std::uint8_t> mask, std::int64_t centre, std::int64_t width) {
+  for (std::int64_t row = centre - width; row <= centre + width; row += width)
+    if (!mask[row - 1] || !mask[row] || !mask[row + 1]) return false;
+  return true;
+}
+
+Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
+                std::int64_t sliceStep) {
+  const auto& n = volume.geometry.size;
+  Samples samples;
+  for (std::int64_t k = 0; k < n[2]; k += sliceStep)
+    for (std::int64_t j = 1; j + 1 < n[1]; ++j)
+      for (std::int64_t i = 1; i + 1 < n[0]; ++i) {
+        const std::int64_t centre = i + n[0] * (j + n[1] * k);
+        if (!mask.empty() && !allInside(mask, centre, n[0])) continue;
+        if (!(ringMean(volume, i, j, k) > threshold)) continue;
+        const float* p = volume.voxels.data() + centre;
+        const std::int64_t w = n[0];
+        const double c = p[0], residual = 4 * c - 2 * (double(p[-1]) + p[1] + p[-w] + p[w]) + p[-w - 1] +
+                                          p[-w + 1] + p[w - 1] + p[w + 1];
+        if (!std::isfinite(residual)) continue;
+        const auto [low, high] =
+            std::minmax({p[-w - 1], p[-w], p[-w + 1], p[-1], p[0], p[1], p[w - 1], p[w], p[w + 1]});
+        if (low == high) { // saturation, or a label
+          ++samples.constant;
+          continue;
+        }
+        const double gx = double(p[1]) - p[-1] + 0.5 * (double(p[1 - w]) - p[-1 - w] + p[1 + w] - p[-1 + w]);
+        const double gy = double(p[w]) - p[-w] + 0.5 * (double(p[w - 1]) - p[-w - 1] + p[w + 1] - p[-w + 1]);
+        samples.usable.push_back(
+            {static_cast<float>(std::abs(residual)), static_cast<float>(gx * gx + gy * gy)});
+      }
+  return samples;
+}
+
+bool hasThreeValues(std::span<const float> values) {
+  std::vector<float> found;
+  for (const float v : values) {
+    if (!std::isfinite(v) || std::find(found.begin(), found.end(), v) != found.end()) continue;
+    found.push_back(v);
+    if (found.size() == 3) return true;
+  }
+  return false;
+}
+
+double foregroundThreshold(const std::vector<float>& voxels, std::span<const std::uint8_t> mask) {
+  if (mask.empty()) return otsuThreshold(voxels);
+  std::vector<float> inside;
+  for (std::size_t v = 0; v < voxels.size(); ++v)
+    if (mask[v]) inside.push_back(voxels[v]);
+  return otsuThreshold(inside);
+}
+
+} // namespace
+
+double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask) {
+  const auto& n = volume.geometry.size;
+  if (n[0] < 3 || n[1] < 3 || !hasThreeValues(volume.voxels)) return 0;
+  const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
+  // Above Otsu's threshold: the noise in air is Rician, with another deviation.
+  auto [samples, constant] = collect(volume, mask, foregroundThreshold(volume.voxels, mask), sliceStep);
+  if (constant > samples.size()) return 0;
+  if (!mask.empty() && samples.size() < kFewest) return estimateNoise(volume); // the noise is the scan's
+  if (samples.empty()) return 0;
+  // Edges would pass for noise: the flattest third counts.
+  const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
+  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });
+  std::vector<float> residuals(keep);
+  for (std::size_t s = 0; s < keep; ++s)
+    residuals[s] = samples[s].residual;
+  return interpolatedMedian(residuals) / (0.6745 * 6);
+}
+
+} // namespace innergs

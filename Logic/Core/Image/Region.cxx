@@ -1,0 +1,174 @@
+#include "Core/Image/Region.h"
+
+#include "Core/Base/Error.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+struct IndexBox {
+  std::array<std::int64_t, 3> first, last; // inclusive; empty when last < first
+  bool empty() const { return last[0] < first[0] || last[1] < first[1] || last[2] < first[2]; }
+};
+
+void checkRegion(const Region& region) {
+  for (int a = 0; a < 3; ++a)
+    if (!(region.min[a] < region.max[a]) || !std::isfinite(region.max[a] - region.min[a]))
+      throw Error(ErrorCode::InvalidArgument,
+                  "The region of interest is empty: give xmin,xmax,ymin,ymax,zmin,zmax in mm, each "
+                  " minimum below its maximum.");
+}
+
+using Corners = std::array<Vec3, 8>;
+
+Corners cornersOf(const Region& region, double margin) {
+  Corners corners;
+  for (int corner = 0; corner < 8; ++corner)
+    for (int a = 0; a < 3; ++a)
+      corners[corner][a] = corner >> a & 1 ? region.max[a] + margin : region.min[a] - margin;
+  return corners;
+}
+
+Corners cornersOf(const GridGeometry& box, double margin) {
+  const Affine3 map = grown(box, margin).indexToWorld();
+  Corners corners;
+  for (int corner = 0; corner < 8; ++corner)
+    corners[corner] = map({corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5});
+  return corners;
+}
+
+// Voxels whose cells touch the box, on a lattice placed by indexToWorld.
+IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>& size,
+                  const Corners& corners) {
+  constexpr double rounding = 1e-6; // voxels: a face between two voxels takes neither in by chance
+  const Affine3 worldToIndex = inverse(indexToWorld);
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
+  for (const Vec3& corner : corners) {
+    const Vec3 index = worldToIndex(corner);
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], index[a]);
+      high[a] = std::max(high[a], index[a]);
+    }
+  }
+  IndexBox box;
+  for (int a = 0; a < 3; ++a) {
+    const double n = static_cast<double>(size[a]);
+    box.first[a] = static_cast<std::int64_t>(std::clamp(std::floor(low[a] + 0.5 + rounding), 0.0, n));
+    box.last[a] = static_cast<std::int64_t>(std::clamp(std::ceil(high[a] - 0.5 - rounding), -1.0, n - 1));
+  }
+  return box;
+}
+
+[[noreturn]] void doNotMeet(const std::string& what) {
+  throw Error(
+      ErrorCode::Geometry,
+      "The region of interest lies outside " + what +
+          ": give it in mm in patient space, LPS (x to the left, y to the back, z to the head) or, with "
+          "--ras, RAS.");
+}
+
+std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const Corners& corners) {
+  const IndexBox box = covering(geometry.indexToWorld(), geometry.size, corners);
+  if (box.empty()) return {};
+  IndexBlock block{box.first, {}};
+  for (int a = 0; a < 3; ++a)
+    block.size[a] = box.last[a] - box.first[a] + 1;
+  return block;
+}
+
+GridGeometry blockOf(const GridGeometry& geometry, const Corners& corners) {
+  const auto block = blockOver(geometry, corners);
+  if (!block) doNotMeet("the image");
+  return cropped(geometry, block->first, block->size);
+}
+
+} // namespace
+
+GridGeometry boxOf(const Region& region) {
+  checkRegion(region);
+  GridGeometry box;
+  box.size = {1, 1, 1};
+  box.origin = 0.5 * (region.min + region.max);
+  box.spacing = region.max - region.min;
+  return box;
+}
+
+GridGeometry boxOf(const GridGeometry& lattice) {
+  return {{1, 1, 1}, lattice.centre(), lattice.extent(), lattice.direction};
+}
+
+std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box) {
+  return blockOver(geometry, cornersOf(box, 0));
+}
+
+GridGeometry grown(const GridGeometry& box, double margin) {
+  GridGeometry result = box;
+  for (double& side : result.spacing)
+    side += 2 * margin;
+  return result;
+}
+
+bool parallel(const GridGeometry& geometry, const GridGeometry& box) {
+  const Mat3 cosines = transpose(geometry.direction) * box.direction;
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      if (const double x = std::abs(cosines[r][c]); x > 1e-4 && x < 1 - 1e-4) return false;
+  return true;
+}
+
+GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin) {
+  checkRegion(region);
+  return blockOf(geometry, cornersOf(region, margin));
+}
+
+GridGeometry cropped(const GridGeometry& geometry, const GridGeometry& box, double margin) {
+  checkGeometry(box, "The region of interest");
+  return blockOf(geometry, cornersOf(box, margin));
+}
+
+Stack cropped(const Stack& stack, const Region& region, double margin) {
+  checkRegion(region);
+  const GridGeometry& from = stack.image.geometry;
+  IndexBox box{from.size, {-1, -1, -1}};
+  for (std::int64_t k = 0; k < from.size[2]; ++k) {
+    const Affine3 placed = stack.poses.empty() ? from.indexToWorld() : stack.poses[k] * from.indexToWorld();
+    const IndexBox slice = covering(placed, from.size, cornersOf(region, margin));
+    if (slice.empty() || k < slice.first[2] || k > slice.last[2]) continue;
+    for (int a = 0; a < 2; ++a) {
+      box.first[a] = std::min(box.first[a], slice.first[a]);
+      box.last[a] = std::max(box.last[a], slice.last[a]);
+    }
+    box.first[2] = std::min(box.first[2], k);
+    box.last[2] = k;
+  }
+  if (box.empty()) doNotMeet(stack.name.empty() ? "the scan" : "'" + stack.name + "'");
+
+  std::array<std::int64_t, 3> size;
+  for (int a = 0; a < 3; ++a)
+    size[a] = box.last[a] - box.first[a] + 1;
+  Stack part;
+  part.image.geometry = cropped(from, box.first, size);
+  part.thickness = stack.thickness;
+  part.profile = stack.profile;
+  part.name = stack.name;
+  part.image.voxels.reserve(part.image.geometry.voxelCount());
+  for (std::int64_t k = box.first[2]; k <= box.last[2]; ++k)
+    for (std::int64_t j = box.first[1]; j <= box.last[1]; ++j) {
+      const std::int64_t begin = box.first[0] + from.size[0] * (j + from.size[1] * k);
+      const auto copyRow = [&](const auto& source, auto& target) {
+        target.insert(target.end(), source.begin() + begin, source.begin() + begin + size[0]);
+      };
+      copyRow(stack.image.voxels, part.image.voxels);
+      if (!stack.observed.empty()) copyRow(stack.observed, part.observed);
+    }
+  const auto keepSlices = [&](const auto& source, auto& target) {
+    if (!source.empty()) target.assign(source.begin() + box.first[2], source.begin() + box.last[2] + 1);
+  };
+  keepSlices(stack.poses, part.poses);
+  keepSlices(stack.times, part.times);
+  return part;
+}
+
+} // namespace innergs

@@ -1,0 +1,15 @@
+#pragma once
+#include "Core/Image/Stack.h"
+
+namespace innergs {
+
+/// Thick-slice acquisition of a volume: slices of `thickness` voxels along lattice axis `axis` (0 = I, 1 = J,
+/// 2 = K), averaged over the box, one slice every `thickness` voxels; leftover voxels at the end are dropped.
+/// The stack's K axis is the chosen axis. noise: standard deviation of added Gaussian noise (image units).
+Stack simulateThickStack(const Volume& volume, int axis, int thickness, double noise = 0,
+                         std::uint64_t seed = 1);
+
+/// Every k-th slice along `axis`, thin (profile Point, slice spacing k times the volume's).
+Stack keepEvery(const Volume& volume, int axis, int k);
+
+} // namespace innergs

@@ -1,0 +1,158 @@
+#include "Core/Image/Support.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Image/Region.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+void throwIfStopped(const std::stop_token& stop) {
+  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+}
+
+/// The smallest block that holds every voxel that is not 0; nothing where there is none.
+std::optional<IndexBlock> filledBlock(const Mask& mask) {
+  const auto& n = mask.geometry.size;
+  std::array<std::int64_t, 3> low = n, high{-1, -1, -1};
+  const std::uint8_t* row = mask.voxels.data();
+  for (std::int64_t k = 0; k < n[2]; ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j, row += n[0]) {
+      const auto* first = std::find_if(row, row + n[0], [](std::uint8_t v) { return v != 0; });
+      if (first == row + n[0]) continue;
+      const std::uint8_t* last = row + n[0] - 1;
+      while (!*last)
+        --last;
+      low = {std::min<std::int64_t>(low[0], first - row), std::min(low[1], j), std::min(low[2], k)};
+      high = {std::max<std::int64_t>(high[0], last - row), std::max(high[1], j), k};
+    }
+  if (high[2] < 0) return {};
+  return IndexBlock{low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+}
+
+Mask cropped(const Mask& mask, const IndexBlock& block) {
+  Mask part{cropped(mask.geometry, block.first, block.size), {}};
+  const auto& n = mask.geometry.size;
+  part.voxels.reserve(static_cast<std::size_t>(part.geometry.voxelCount()));
+  for (std::int64_t k = 0; k < block.size[2]; ++k)
+    for (std::int64_t j = 0; j < block.size[1]; ++j) {
+      const auto row =
+          mask.voxels.begin() + block.first[0] + n[0] * (block.first[1] + j + n[1] * (block.first[2] + k));
+      part.voxels.insert(part.voxels.end(), row, row + block.size[0]);
+    }
+  return part;
+}
+
+/// How far the centres of a stack's voxels may lie from those of the domain's that hold them, mm.
+double misplacement(const Stack& stack, const GridGeometry& domain) {
+  const Affine3 map = inverse(domain.indexToWorld()) * stack.image.geometry.indexToWorld();
+  const auto whole = [](double x) { return std::abs(x - std::round(x)) < 1e-3; };
+  double squared = 0;
+  for (int a = 0; a < 3; ++a) {
+    const auto& row = map.linear[a];
+    const bool onCentres =
+        stack.poses.empty() && whole(row[0]) && whole(row[1]) && whole(row[2]) && whole(map.offset[a]);
+    squared += onCentres ? 0 : domain.spacing[a] * domain.spacing[a] / 4;
+  }
+  return std::sqrt(squared);
+}
+
+/// Sets the voxels that hold the centre of an observed voxel.
+void addObserved(Mask& marked, const Stack& stack) {
+  const GridGeometry& g = stack.image.geometry;
+  const Affine3 toMarked = inverse(marked.geometry.indexToWorld());
+  const auto& n = marked.geometry.size;
+  const std::uint8_t* observed = stack.observed.data();
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    const Affine3 map =
+        toMarked * (stack.poses.empty() ? g.indexToWorld() : stack.poses[k] * g.indexToWorld());
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i, ++observed) {
+        if (!*observed) continue;
+        const Vec3 x = map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+        std::int64_t at = 0, stride = 1;
+        for (int a = 0; a < 3 && at >= 0; ++a) {
+          const std::int64_t nearest = std::llround(x[a]);
+          at = nearest >= 0 && nearest < n[a] ? at + stride * nearest : -1;
+          stride *= n[a];
+        }
+        if (at >= 0) marked.voxels[static_cast<std::size_t>(at)] = 1;
+      }
+  }
+}
+
+/// Sets the voxels whose centres lie within `margin` mm of a set one's: squared distances, one axis after the
+/// other.
+void dilate(Mask& mask, double margin, const std::stop_token& stop) {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  const auto& n = mask.geometry.size;
+  const float limit = static_cast<float>(margin * margin * (1 + 1e-6));
+  std::vector<float> distance(mask.voxels.size()), reached;
+  std::transform(mask.voxels.begin(), mask.voxels.end(), distance.begin(),
+                 [](std::uint8_t v) { return v ? 0 : kFar; });
+  const std::array<std::int64_t, 3> stride{1, n[0], n[0] * n[1]};
+  for (int axis = 0; axis < 3; ++axis) {
+    const double spacing = mask.geometry.spacing[axis];
+    const auto reach =
+        std::min<std::int64_t>(n[axis] - 1, static_cast<std::int64_t>(margin / spacing + 1e-6));
+    reached = distance;
+    for (std::int64_t step = 1; step <= reach; ++step) {
+      throwIfStopped(stop);
+      const auto add = static_cast<float>(spacing * spacing * static_cast<double>(step * step));
+      const std::int64_t far = step * stride[axis], line = n[axis] * stride[axis];
+      // Within a line along the axis, a voxel and the one `step` further on are `far` apart in memory.
+      for (std::int64_t begin = 0; begin < static_cast<std::int64_t>(distance.size()); begin += line)
+        for (std::int64_t v = begin; v < begin + line - far; ++v) {
+          reached[v] = std::min(reached[v], distance[v + far] + add);
+          reached[v + far] = std::min(reached[v + far], distance[v] + add);
+        }
+    }
+    distance.swap(reached);
+  }
+  std::transform(distance.begin(), distance.end(), mask.voxels.begin(),
+                 [&](float d) { return static_cast<std::uint8_t>(d <= limit); });
+}
+
+} // namespace
+
+double supportMargin(std::span<const Stack> stacks) {
+  double margin = 0;
+  for (const Stack& stack : stacks)
+    margin = std::max(margin, stack.image.geometry.spacing[2]);
+  return margin;
+}
+
+Mask supportOf(const Mask& mask, std::span<const Stack> stacks, const GridGeometry& domain, double margin,
+               const std::stop_token& stop) {
+  const auto none = [] {
+    return Error(ErrorCode::NoData,
+                 "The mask does not reach into the images: check that it belongs to them.");
+  };
+  const auto inside = filledBlock(mask);
+  if (!inside) throw none();
+  const GridGeometry box = boxOf(cropped(mask.geometry, inside->first, inside->size));
+  const double voxel = *std::max_element(domain.spacing.begin(), domain.spacing.end());
+  const auto block = blockOver(domain, grown(box, margin + voxel));
+  if (!block) throw none();
+  throwIfStopped(stop);
+  Mask support{cropped(domain, block->first, block->size), {}};
+  support.voxels.resize(static_cast<std::size_t>(support.geometry.voxelCount()));
+  double reach = margin; // both the sample and the point asked for may lie beside their voxel's centre
+  for (const Stack& stack : stacks) {
+    if (stack.observed.empty()) continue;
+    addObserved(support, stack);
+    reach = std::min(reach, margin - 2 * misplacement(stack, domain));
+  }
+  if (reach > 0) dilate(support, reach, stop);
+  const std::vector<std::uint8_t> masked = resampleMask(mask, support.geometry, stop);
+  for (std::size_t v = 0; v < masked.size(); ++v)
+    support.voxels[v] |= masked[v];
+  const auto filled = filledBlock(support);
+  if (!filled) throw none();
+  return cropped(support, *filled);
+}
+
+} // namespace innergs

@@ -1,0 +1,263 @@
+#include "Core/Base/Error.h"
+#include "Core/Device/DevicePlugin.h"
+#include "Core/Job/JobSteps.h"
+#include "Core/Job/Resume.h"
+
+namespace innergs {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kReportEvery = 0.05; // seconds, at least, while a device sweeps
+
+double psnrOf(const LossSum& sum) {
+  return innergs::psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
+}
+
+/// The lattice reduced so that no axis has more than `most` voxels.
+GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
+  Vec3 spacing = g.spacing;
+  for (int a = 0; a < 3; ++a)
+    spacing[a] *= std::max(1.0, static_cast<double>(g.size[a]) / static_cast<double>(most));
+  return withSpacing(g, spacing);
+}
+
+} // namespace
+
+void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ThreadPool& pool,
+                                     ReconstructionResult& result) {
+  pool.throwIfStopped();
+  map = chooseIntensityMap(prepared.stacks);
+  pool.throwIfStopped();
+  traits = measureTraits(prepared.stacks, map);
+  const Settings asked = settings;
+  if (!settings.gaussians) {
+    Settings whole = settings;
+    const InitialisationPlan start = makePlan(whole, traits).start;
+    std::vector<Stack> bridged;
+    traits.reached =
+        reachedShare(startStacks(prepared, bridged), map, start, traits.volume, traits.voxel, pool);
+  }
+  plan = makePlan(settings, traits);
+  key = settingsKey(settings, prepared.fingerprint);
+  if (refits()) { // one field to refit, as it is: further members would start in another frame
+    settings = asked;
+    settings.members = 1;
+    settings.blending = input.resume->field.blending;
+    settings.linearIntensity = input.resume->field.linearIntensity;
+    plan = makePlan(settings, traits);
+    key = settingsKey(settings, prepared.fingerprint);
+    refitting = true;
+  }
+  result.noise = traits.noise * map.scale;
+  result.settings = settings;
+}
+
+/// Where the field has values, and which.
+void ReconstructionJob::Impl::setPlace(GaussianField& field, const PreparedInput& prepared) const {
+  field.domain = prepared.domain;
+  field.support = prepared.support;
+  field.fill = static_cast<float>(settings.fill);
+  field.range = prepared.range;
+}
+
+GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared, int member,
+                                                  ThreadPool& pool) {
+  GaussianField field;
+  field.blending = *settings.blending;
+  field.linearIntensity = plan.linearIntensity;
+  field.modelToWorld = modelFrame(prepared.stacks.front().image.geometry);
+  field.intensityScale = map.scale;
+  field.intensityOffset = map.offset;
+  field.cutoff = plan.cutoff;
+  setPlace(field, prepared);
+  std::vector<Stack> bridged;
+  const ProxyVolume proxy =
+      makeProxy(startStacks(prepared, bridged), field.modelToWorld, map, traits.voxel, pool);
+  initialise(field, proxy, plan.start, settings.seed + static_cast<std::uint64_t>(member), pool);
+  if (field.gaussians.empty())
+    throw Error(ErrorCode::NoData,
+                "No Gaussian could be placed: the images observe no voxel of their own grid.");
+  return field;
+}
+
+void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
+                                  ReconstructionResult& result) {
+  const Checkpoint* resume = input.resume.get();
+  if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
+  const bool same = resume && !refitting;
+  const int members = *settings.members, perMember = *settings.iterations;
+  state.iterations = members * perMember;
+  state.members = members;
+  state.coarseIterations = plan.coarseIterations;
+  int member = same ? resume->iteration / perMember : 0;
+  GaussianField field, merged;
+  bool complete = false; // only detail and volume are to be made again
+  if (resume) {
+    checkField(resume->field);
+    field = resume->field;
+    field.detail = {};
+    setPlace(field, prepared);
+    if (!same)
+      result.warnings.push_back("The model to resume was made with other settings or images: its Gaussians "
+                                "are the start of a new fit.");
+  }
+  if (same) {
+    checkResumable(*resume, state.iterations);
+    checkpoint = *resume; // stopped before anything is done: what was given
+    setPlace(checkpoint.field, prepared);
+    checkpoint.field.detail = {};
+    complete = resume->moment1.empty() && resume->iteration > (members - 1) * perMember;
+  }
+  if (same && !complete) {
+    const auto open = field.gaussians.begin() + resume->finished;
+    merged = field;
+    merged.gaussians.assign(field.gaussians.begin(), open);
+    field.gaussians.erase(field.gaussians.begin(), open);
+  }
+  if (field.gaussians.empty()) {
+    report(Phase::Initialising, 0.02);
+    field = startField(prepared, member, pool);
+  }
+  if (!same) {
+    merged = field;
+    merged.gaussians.clear();
+  }
+  std::vector<Observation> observations;
+  const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
+  for (const Stack& stack : prepared.stacks)
+    for (int axis = 2; axis >= (plan.allAxes ? 0 : 2); --axis)
+      for (Observation& o :
+           observe(withSliceAxis(stack, axis), field.modelToWorld,
+                   {field.intensityScale, field.intensityOffset}, closedForm, plan.smoothAlongNormal)) {
+        pool.throwIfStopped();
+        observations.push_back(std::move(o));
+      }
+  const std::int64_t most =
+      std::max(checkpoint.field.size(),
+               members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
+  FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
+  request.sweeps *= members;
+  std::unique_ptr<FitDevice> placed = place(request, result);
+  Trainer trainer(std::move(field), std::move(request), plan, kernels, pool, std::move(placed));
+  if (complete) {
+    result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+    noticeFailure(trainer, member * perMember, result);
+    return;
+  }
+  if (same && !resume->moment1.empty())
+    trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember, resume->losses,
+                    resume->pulls);
+  checkpoint = {};
+  checkpoint.field = merged;
+  checkpoint.settingsKey = key;
+  bool between = false;   // the last member is done, the next one has no Gaussians yet
+  const auto keep = [&] { // the state to go on from
+    const GaussianField& reached = trainer.field();
+    checkpoint.finished = checkpoint.field.size();
+    checkpoint.field.cutoff = reached.cutoff;
+    checkpoint.iteration = member * perMember + (between ? 0 : trainer.iteration());
+    if (!between) {
+      const auto& open = reached.gaussians;
+      checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
+      checkpoint.moment1 = trainer.adam().moment1;
+      checkpoint.moment2 = trainer.adam().moment2;
+      checkpoint.losses = trainer.losses();
+      checkpoint.pulls = trainer.pulls();
+    }
+    result.iterations = checkpoint.iteration;
+    result.trainingPsnr = state.trainingPsnr;
+    if (!between) result.densified += trainer.densified();
+  };
+  try {
+    for (;;) {
+      sweep(trainer, prepared.outputGrid, member * perMember, pool, result);
+      if (member + 1 >= members) break;
+      const auto& done = trainer.field().gaussians;
+      checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
+      result.densified += trainer.densified();
+      ++member;
+      between = true;
+      trainer.restart(startField(prepared, member, pool));
+      between = false;
+    }
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) {
+      keep();
+      noticeFailure(trainer, member * perMember, result);
+    }
+    throw;
+  }
+  keep();
+  checkpoint.moment1.clear();
+  checkpoint.moment2.clear();
+  checkpoint.losses.clear();
+  checkpoint.pulls.clear();
+  checkpoint.finished = checkpoint.field.size();
+  if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
+  result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+  noticeFailure(trainer, member * perMember, result);
+}
+
+/// The fit on the chosen device; null: on the CPU.
+std::unique_ptr<FitDevice> ReconstructionJob::Impl::place(const FitRequest& request,
+                                                          ReconstructionResult& result) {
+  device->weigh(request);
+  const bool hoped = !device->onCpu();
+  std::unique_ptr<FitDevice> placed = device->makeFit(request);
+  if (hoped && !placed) result.warnings.push_back(device->use.reason);
+  result.device = device->use;
+  reportDevice(state.phase);
+  return placed;
+}
+
+/// A fit that left its device is the user's to know.
+void ReconstructionJob::Impl::noticeFailure(const Trainer& trainer, int before,
+                                            ReconstructionResult& result) {
+  if (trainer.failure().empty() || device->onCpu()) return;
+  const int from = before + trainer.iteration();
+  const std::string lost = from <= state.iteration && !trainer.finished()
+                               ? " again from sweep " + std::to_string(from)
+                               : std::string();
+  device->leave(device->use.name + " (" + device->use.id + ") failed after sweep " +
+                std::to_string(state.iteration) + ", and the fit went on" + lost + ": " + trainer.failure());
+  result.device = device->use;
+  result.warnings.push_back(device->use.reason);
+  reportDevice(state.phase);
+}
+
+void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
+                                    ReconstructionResult& result) {
+  int most = 1; // sweeps of a device from one report to the next
+  for (;;) {
+    const auto asked = Clock::now();
+    const int from = trainer.iteration();
+    if (!trainer.step(most)) break;
+    const int done = trainer.iteration() - from;
+    if (done > 0)
+      most = std::clamp(
+          static_cast<int>(std::min(kReportEvery * done / std::max(secondsSince(asked), 1e-6), 1e6)), 1,
+          2 * done);
+    if (trainer.iteration() == plan.coarseIterations) most = 1; // what follows takes several times as long
+    noticeFailure(trainer, before, result);
+    if (device->note(trainer.remark())) {
+      result.device = device->use;
+      reportDevice(state.phase);
+    }
+    state.gaussians = checkpoint.field.size() + trainer.gaussians();
+    state.iteration = before + trainer.iteration();
+    state.loss = trainer.loss();
+    state.trainingPsnr = psnrOf(trainer.mse());
+    const double share = static_cast<double>(state.iteration) / std::max(1, state.iterations);
+    report(Phase::Fitting, kFitStarts + (kFitEnds - kFitStarts) * share);
+    if (preview && !trainer.finished() && secondsSince(start) >= nextPreview) {
+      pool.throwIfStopped();
+      const auto begun = Clock::now();
+      const GaussianField& field = trainer.field();
+      preview(render(field, reduced(grid, 96), renderOptions(field, pool.stopToken())));
+      nextPreview = secondsSince(start) + std::max(2.0, 20 * secondsSince(begun));
+    }
+  }
+}
+
+} // namespace innergs

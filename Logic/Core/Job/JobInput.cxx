@@ -1,0 +1,302 @@
+#include "Core/Job/JobInput.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/Region.h"
+#include "Core/Image/Support.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <functional>
+#include <numeric>
+
+namespace innergs {
+namespace {
+
+std::string nameOf(const Stack& stack, std::size_t index) {
+  return stack.name.empty() ? "Stack " + std::to_string(index + 1) : stack.name;
+}
+
+/// Whether some sample points of lattice a lie inside lattice b's box. With a gap: from face to face of a's
+/// slices, and as far as that before or after b's, in its slice distances.
+bool reaches(const GridGeometry& a, const GridGeometry& b, double gap) {
+  const Affine3 map = inverse(b.indexToWorld()) * a.indexToWorld();
+  const double face = gap > 0 ? 0.5 : 0;
+  const Vec3 margin{0.5, 0.5, 0.5 + gap};
+  constexpr int n = 16;
+  for (int k = 0; k <= n; ++k)
+    for (int j = 0; j <= n; ++j)
+      for (int i = 0; i <= n; ++i) {
+        const Vec3 at{i * (a.size[0] - 1.0) / n, j * (a.size[1] - 1.0) / n,
+                      k * (a.size[2] - 1.0 + 2 * face) / n - face};
+        const Vec3 x = map(at);
+        bool inside = true;
+        for (int c = 0; c < 3; ++c)
+          inside = inside && x[c] >= -margin[c] && x[c] <= b.size[c] - 1 + margin[c];
+        if (inside) return true;
+      }
+  return false;
+}
+
+bool overlap(const GridGeometry& a, const GridGeometry& b, double gap = 0) {
+  return reaches(a, b, gap) || reaches(b, a, gap);
+}
+
+/// The first stack that no chain of overlapping or adjoining ones, in any order, connects with the first; 0:
+/// none. Two adjoin when at most one slice would fit between them. Those with poses may lie anywhere.
+std::size_t apart(std::span<const Stack> stacks) {
+  constexpr double gap = 1 + 1e-3;
+  const auto together = [&](const Stack& a, const Stack& b) {
+    return !a.poses.empty() || !b.poses.empty() || overlap(a.image.geometry, b.image.geometry, gap);
+  };
+  std::vector<std::size_t> toDo{0}, left(stacks.size() - 1);
+  std::iota(left.begin(), left.end(), std::size_t{1});
+  while (!toDo.empty() && !left.empty()) {
+    const Stack& stack = stacks[toDo.back()];
+    toDo.pop_back();
+    const auto joined = std::stable_partition(
+        left.begin(), left.end(), [&](std::size_t other) { return !together(stack, stacks[other]); });
+    toDo.insert(toDo.end(), joined, left.end());
+    left.erase(joined, left.end());
+  }
+  return left.empty() ? 0 : left.front();
+}
+
+/// Whether a stack is a slab of the same acquisition: parallel slices, centred before or after those of the
+/// first.
+bool continues(const Stack& stack, const GridGeometry& first) {
+  const GridGeometry& g = stack.image.geometry;
+  const double k = inverse(first.indexToWorld())(g.centre())[2];
+  return stack.poses.empty() && std::abs(dot(column(first.direction, 2), column(g.direction, 2))) > 0.999 &&
+         (k < -0.5 || k > static_cast<double>(first.size[2]) - 0.5);
+}
+
+/// `grid` with as many more voxels as it takes to hold those of the stacks that `wanted` tells.
+GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
+                   const std::function<bool(const Stack&)>& wanted) {
+  const Affine3 worldToIndex = inverse(grid.indexToWorld());
+  Vec3 low{-0.5, -0.5, -0.5}, high;
+  for (int a = 0; a < 3; ++a)
+    high[a] = static_cast<double>(grid.size[a]) - 0.5;
+  for (const Stack& stack : stacks) {
+    if (!wanted(stack)) continue;
+    const auto& size = stack.image.geometry.size;
+    for (std::int64_t k = 0; k < size[2]; ++k) {
+      const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
+      for (int corner = 0; corner < 8; ++corner) {
+        const Vec3 index{corner & 1 ? size[0] - 0.5 : -0.5, corner & 2 ? size[1] - 0.5 : -0.5,
+                         static_cast<double>(k) + (corner & 4 ? 0.5 : -0.5)};
+        const Vec3 x = worldToIndex(pose(stack.image.geometry.indexToWorld()(index)));
+        for (int a = 0; a < 3; ++a) {
+          low[a] = std::min(low[a], x[a]);
+          high[a] = std::max(high[a], x[a]);
+        }
+      }
+    }
+  }
+  Vec3 first;
+  for (int a = 0; a < 3; ++a) {
+    first[a] = std::floor(low[a] + 0.5 + 1e-4);
+    grid.size[a] = static_cast<std::int64_t>(std::ceil(high[a] + 0.5 - 1e-4) - first[a]);
+  }
+  grid.origin = grid.indexToWorld()(first);
+  return grid;
+}
+
+void hash(std::uint64_t& h, const void* data, std::size_t bytes) { // FNV-1a over 8-byte words
+  const char* p = static_cast<const char*>(data);
+  for (; bytes > 0;) {
+    std::uint64_t word = 0;
+    const std::size_t n = std::min<std::size_t>(8, bytes);
+    std::memcpy(&word, p, n);
+    h = (h ^ word) * 0x100000001b3ull;
+    h ^= h >> 29;
+    p += n;
+    bytes -= n;
+  }
+}
+
+void applyMask(Stack& stack, const Mask& mask, const std::stop_token& stop) {
+  const std::vector<std::uint8_t> inside = resampleMask(mask, stack.image.geometry, stop);
+  if (stack.observed.empty())
+    stack.observed = inside;
+  else
+    for (std::size_t v = 0; v < inside.size(); ++v)
+      stack.observed[v] = stack.observed[v] && inside[v];
+}
+
+std::vector<std::int64_t> withhold(Stack& stack, double fraction) {
+  std::vector<std::int64_t> withheld;
+  const std::int64_t slices = stack.image.geometry.size[2];
+  const std::int64_t every = std::max<std::int64_t>(2, std::llround(std::min(1 / fraction, 1e9)));
+  for (std::int64_t k = every / 2; k + 1 < slices; k += every)
+    if (k > 0) withheld.push_back(k);
+  if (withheld.empty() && slices > 2) withheld.push_back(slices / 2);
+  if (stack.observed.empty()) stack.observed.assign(stack.image.voxels.size(), 1);
+  const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
+  for (std::int64_t k : withheld)
+    std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
+  return withheld;
+}
+
+std::int64_t usable(const Stack& stack) {
+  std::int64_t n = 0;
+  for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
+    n += std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+  return n;
+}
+
+} // namespace
+
+std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) {
+  if (std::all_of(prepared.heldOut.begin(), prepared.heldOut.end(),
+                  [](const auto& withheld) { return withheld.empty(); }))
+    return prepared.stacks;
+  bridged = prepared.stacks;
+  for (std::size_t s = 0; s < bridged.size(); ++s) {
+    Stack& stack = bridged[s];
+    const auto& withheld = prepared.heldOut[s];
+    if (withheld.empty()) continue;
+    const auto& size = stack.image.geometry.size;
+    const std::int64_t plane = size[0] * size[1];
+    const auto fitted = [&](std::int64_t k) {
+      return std::find(withheld.begin(), withheld.end(), k) == withheld.end();
+    };
+    for (const std::int64_t k : withheld) {
+      std::int64_t below = k - 1, above = k + 1;
+      while (below >= 0 && !fitted(below))
+        --below;
+      while (above < size[2] && !fitted(above))
+        ++above;
+      if (below < 0 || above >= size[2]) continue;
+      const auto share = static_cast<float>(k - below) / static_cast<float>(above - below);
+      for (std::int64_t p = 0; p < plane; ++p) {
+        const std::size_t v = k * plane + p;
+        const float low = stack.image.voxels[below * plane + p], high = stack.image.voxels[above * plane + p];
+        stack.image.voxels[v] = low + share * (high - low);
+        stack.observed[v] = prepared.scored[s].empty() || prepared.scored[s][v];
+      }
+    }
+  }
+  return bridged;
+}
+
+GridGeometry acquisitionGrid(std::span<const Stack> stacks) {
+  const Stack& first = stacks.front();
+  const GridGeometry& grid = first.image.geometry;
+  const auto isSlab = [&](const Stack& stack) { return continues(stack, grid); };
+  if (!first.poses.empty() || std::none_of(stacks.begin(), stacks.end(), isSlab)) return grid;
+  return grown(grid, stacks, isSlab);
+}
+
+GridGeometry defaultOutputGrid(std::span<const Stack> stacks) {
+  double spacing = 1e300;
+  for (const Stack& stack : stacks)
+    for (double s : stack.image.geometry.spacing)
+      spacing = std::min(spacing, s);
+  return withSpacing(acquisitionGrid(stacks), {spacing, spacing, spacing});
+}
+
+GridGeometry dataDomain(std::span<const Stack> stacks) {
+  GridGeometry domain = defaultOutputGrid(stacks);
+  if (stacks.size() == 1 && stacks.front().poses.empty()) return domain;
+  return grown(domain, stacks, [](const Stack&) { return true; });
+}
+
+Affine3 modelFrame(const GridGeometry& geometry) {
+  Affine3 frame{geometry.direction, geometry.centre()};
+  if (determinant(frame.linear) < 0)
+    for (int i = 0; i < 3; ++i)
+      frame.linear[i][0] = -frame.linear[i][0];
+  return frame;
+}
+
+void checkHeldOutFraction(double fraction) {
+  if (!(fraction >= 0 && fraction <= 0.5))
+    throw Error(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
+}
+
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld) {
+  const auto throwIfStopped = [&] {
+    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  };
+  if (input.stacks.empty())
+    throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
+  checkHeldOutFraction(input.heldOutFraction);
+  const double fraction = withheld ? input.heldOutFraction : 0;
+  PreparedInput prepared;
+  prepared.stacks = input.stacks;
+  auto& stacks = prepared.stacks;
+  std::uint64_t h = 0xcbf29ce484222325ull;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    Stack& stack = stacks[s];
+    throwIfStopped();
+    checkStack(stack);
+    const auto& size = stack.image.geometry.size;
+    if (size[0] > 65536 || size[1] > 65536 || size[2] > 65536)
+      throw Error(ErrorCode::Geometry,
+                  nameOf(stack, s) + " has an axis of more than 65536 voxels: cut it to a region first.");
+    if (size[2] < 2)
+      throw Error(ErrorCode::UnsupportedImage,
+                  nameOf(stack, s) + " has a single slice; at least two are needed.");
+    for (float v : stack.image.voxels)
+      prepared.nonFinite += !std::isfinite(v);
+    throwIfStopped();
+    if (input.mask) applyMask(stack, *input.mask, stop);
+  }
+  if (const std::size_t s = apart(stacks); s > 0)
+    throw Error(ErrorCode::Geometry,
+                nameOf(stacks[s], s) + " does not overlap " + nameOf(stacks[0], 0) +
+                    " in patient space, and more than a slice would fit between them: check that they are "
+                    "scans of the same patient.");
+  std::int64_t samples = 0;
+  for (const Stack& stack : stacks)
+    samples += usable(stack);
+  if (samples == 0)
+    throw Error(
+        ErrorCode::NoData,
+        input.mask
+            ? "The mask holds no centre of a finite voxel of the images: check that it belongs to them "
+              "and is not smaller than their voxels."
+            : "The images have no finite observed voxel: there is nothing to fit.");
+  prepared.domain = dataDomain(stacks);
+  if (input.mask)
+    prepared.support = supportOf(*input.mask, stacks, prepared.domain, supportMargin(stacks), stop);
+  for (const Stack& stack : stacks)
+    prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
+  for (Stack& stack : stacks)
+    prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
+  prepared.range = observedRange(stacks);
+  for (const Stack& stack : stacks) {
+    throwIfStopped();
+    hash(h, &stack.image.geometry, sizeof(GridGeometry));
+    hash(h, &stack.thickness, sizeof(double));
+    hash(h, &stack.profile, sizeof(stack.profile));
+    hash(h, stack.image.voxels.data(), stack.image.voxels.size() * sizeof(float));
+    hash(h, stack.observed.data(), stack.observed.size());
+    hash(h, stack.poses.data(), stack.poses.size() * sizeof(Affine3));
+  }
+  prepared.fingerprint = formatted("%016llx", static_cast<unsigned long long>(h));
+  const bool posed =
+      std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
+  prepared.outputGrid = input.outputGrid ? *input.outputGrid
+                        : posed          ? prepared.domain
+                                         : defaultOutputGrid(stacks);
+  checkGeometry(prepared.outputGrid, "The output grid");
+  if (input.mask && (!input.outputGrid || input.cropToMask))
+    if (const auto block = blockOver(prepared.outputGrid, boxOf(prepared.support.geometry)))
+      prepared.outputGrid = cropped(prepared.outputGrid, block->first, block->size);
+  if (!posed && std::none_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
+        return overlap(stack.image.geometry, prepared.outputGrid);
+      }))
+    throw Error(
+        ErrorCode::Geometry,
+        "The output grid does not overlap the images in patient space: choose another reference or region.");
+  if (prepared.nonFinite > 0)
+    prepared.warnings.push_back(std::to_string(prepared.nonFinite) +
+                                " voxels are not finite (NaN or infinite); they were left out of the fit.");
+  return prepared;
+}
+
+} // namespace innergs

@@ -1,0 +1,48 @@
+#pragma once
+#include "Core/Job/ReconstructionJob.h"
+
+namespace innergs {
+
+/// The input of a fit, checked and made ready: masks applied and, where asked for, slices withheld.
+struct PreparedInput {
+  std::vector<Stack> stacks;                      // `observed` filled where anything is left out
+  std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
+  std::vector<std::vector<std::uint8_t>> scored;  // per stack with withheld slices: observed before they were
+  GridGeometry domain;                            // of the field
+  Mask support;                                   // of a masked fit, see GaussianField
+  ValueRange range;                               // of what is fitted
+  GridGeometry outputGrid;
+  std::int64_t nonFinite = 0;
+  std::string fingerprint; // of voxels, geometry and what is observed
+  std::vector<std::string> warnings;
+};
+
+/// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
+/// nor adjoin (with room for a slice between them), an empty mask, nothing finite to fit, an output grid
+/// apart from the data. Error(Cancelled) when stopped on the way. withheld: without the slices that
+/// heldOutFraction speaks of.
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
+                           bool withheld = false);
+
+/// Throws Error(InvalidArgument) unless it is from 0 to 0.5.
+void checkHeldOutFraction(double fraction);
+
+/// What Gaussians start on: the stacks with their withheld slices filled in from the nearest fitted ones on
+/// either side. The copies that this takes are in `bridged`.
+std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);
+
+/// The first stack's lattice, and so much more of it that it holds the slabs (parallel stacks before or after
+/// it) of the same acquisition.
+GridGeometry acquisitionGrid(std::span<const Stack> stacks);
+
+/// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the box of
+/// acquisitionGrid().
+GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
+
+/// The lattice of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.
+GridGeometry dataDomain(std::span<const Stack> stacks);
+
+/// Rigid frame to fit in: axes of the first stack (made right-handed), origin at its centre.
+Affine3 modelFrame(const GridGeometry& geometry);
+
+} // namespace innergs

@@ -1,0 +1,119 @@
+#include "Core/Job/MemoryEstimate.h"
+
+#include "Core/Base/Quantities.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Render/Projected.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+
+namespace {
+
+std::int64_t resultBytes(const ReconstructionInput& fit) {
+  const GridGeometry grid = fit.outputGrid ? *fit.outputGrid : defaultOutputGrid(fit.stacks);
+  return grid.voxelCount() * static_cast<std::int64_t>(sizeof(float));
+}
+
+/// Bytes of the samples that a fit holds, and of the buffers for the largest lattice.
+struct LatticeBytes {
+  double voxels = 0;  // of the stacks, padded
+  double samples = 0; // fitted, padded: all axes see every voxel three times
+  double largest = 0; // points of the largest lattice, sub-planes and padding included
+  double planes = 1;  // of the lattice with most of them
+};
+
+LatticeBytes latticesOf(std::span<const Stack> stacks, bool allAxes) {
+  LatticeBytes sum;
+  for (const Stack& stack : stacks) {
+    const GridGeometry& g = stack.image.geometry;
+    const auto planes =
+        profileQuadrature(stack.profile, effectiveThickness(stack), std::min(g.spacing[0], g.spacing[1]));
+    for (int axis = 2; axis >= (allAxes ? 0 : 2); --axis) {
+      const std::int64_t rows = g.size[axis == 0 ? 1 : 0];
+      const double padded = static_cast<double>((rows + 15) / 16 * 16) / static_cast<double>(rows) *
+                            static_cast<double>(g.size[0]) * static_cast<double>(g.size[1]) *
+                            static_cast<double>(g.size[2]);
+      const double perSlice = static_cast<double>(planes.offset.size());
+      if (axis == 2) sum.voxels += padded;
+      sum.samples += padded;
+      sum.largest = std::max(sum.largest, padded * perSlice);
+      sum.planes = std::max(sum.planes, static_cast<double>(g.size[axis]) * perSlice);
+    }
+  }
+  return sum;
+}
+
+/// What alpha blending's backward passes keep: for every lattice, moments for every plane that a Gaussian
+/// reaches, which follows from the width that `count` of them have to fill the volume; for the one at work,
+/// three numbers for every voxel.
+double alphaScratch(const FitPlan& plan, const DataTraits& traits, const LatticeBytes& lattices, double count,
+                    double views) {
+  const double sigma = plan.start.scaleFactor * std::cbrt(traits.volume / count);
+  const double planes = std::min(lattices.planes, 2 * (2 * plan.cutoff * sigma / traits.voxel + 1));
+  return 32 * count * planes * views + 12 * lattices.largest;
+}
+
+} // namespace
+
+std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings) {
+  if (input.stacks.empty()) return 0;
+  const DataTraits traits = geometryTraits(input.stacks);
+  const GridGeometry domain = dataDomain(input.stacks);
+  const Vec3 extent = domain.extent();
+  const double proxy = extent[0] * extent[1] * extent[2] / std::pow(traits.voxel, 3);
+  Settings filled = settings;
+  const FitPlan plan = makePlan(filled, traits);
+  const LatticeBytes lattices = latticesOf(input.stacks, plan.allAxes);
+  const double gaussians = static_cast<double>(
+      plan.densify.every > 0 ? std::max(*filled.gaussians, *filled.maxGaussians) : *filled.gaussians);
+  const GridGeometry grid = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
+  const double axes = plan.allAxes ? 5 * lattices.voxels : 0; // the slices along one more axis, one at a time
+  const double copies =
+      lattices.voxels * 5 /* the job's own stacks */ + lattices.samples * 5 /* targets and weights */ + axes;
+  const double merged = gaussians * filled.members.value_or(1) * (2 * 64.0 + sizeof(Projected));
+  const double views = plan.allAxes ? 3 : static_cast<double>(input.stacks.size());
+  const double alpha =
+      filled.blending == Blending::Alpha ? alphaScratch(plan, traits, lattices, gaussians, views) : 0;
+  const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while it sorts them
+  const double fit = merged + lattices.largest * 8 /* W, N */ +
+                     gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
+  const double bridged = input.heldOutFraction > 0 ? lattices.voxels * 5 : 0; // see startStacks()
+  const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
+  const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
+  const double detail = traits.superResolution() && settings.consistency
+                            ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
+                            : 0;
+  const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0; // during the second fit
+  return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output) + kept;
+}
+
+std::string memoryRefusal(std::int64_t needed, std::int64_t available) {
+  if (available <= 0 || needed <= available) return {};
+  return "The reconstruction needs about " + bytesText(static_cast<double>(needed)) + " of memory and " +
+         bytesText(static_cast<double>(available)) +
+         " are available: choose a smaller region, a coarser output or fewer Gaussians.";
+}
+
+MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings& settings,
+                      std::int64_t available) {
+  MemoryNeed need;
+  std::int64_t kept = 0;
+  for (std::size_t n = 0; n < fits.size(); ++n) {
+    if (fits[n].stacks.empty()) continue;
+    const std::int64_t bytes = kept + estimateMemory(fits[n], settings);
+    need.bytes = std::max(need.bytes, bytes);
+    kept += resultBytes(fits[n]);
+    if (!need.refusal.empty() || memoryRefusal(bytes, available).empty()) continue;
+    need.refusal = n == 0 ? memoryRefusal(bytes, available)
+                          : "Judging the quality needs about " + bytesText(static_cast<double>(bytes)) +
+                                " of memory and " + bytesText(static_cast<double>(available)) +
+                                " are available: do without it, or choose a smaller region, a coarser "
+                                "output or fewer Gaussians.";
+  }
+  return need;
+}
+
+} // namespace innergs

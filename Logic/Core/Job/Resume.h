@@ -1,0 +1,14 @@
+#pragma once
+#include "Core/Job/ReconstructionJob.h"
+
+namespace innergs {
+
+/// Names the settings and the input that a fit's state belongs to: only a checkpoint with the same key goes
+/// on bit for bit.
+std::string settingsKey(const Settings& settings, const std::string& fingerprint);
+
+/// Throws Error(FileFormat) when a checkpoint's state cannot belong to a fit of this many sweeps (lengths,
+/// counts, moments out of range).
+void checkResumable(const Checkpoint& checkpoint, int sweeps);
+
+} // namespace innergs

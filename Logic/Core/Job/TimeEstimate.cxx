@@ -1,0 +1,238 @@
+#include "Core/Job/TimeEstimate.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Job/JobSteps.h"
+#include "Core/Job/Resume.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <mutex>
+
+namespace innergs {
+namespace {
+
+constexpr double kFewVoxels = 12e3, kMoreVoxels = 96e3; // of the job that is timed
+constexpr double kTooShort = 0.006;                     // seconds: timed again with more voxels
+constexpr std::int64_t kMostOutput = 200'000;           // voxels that the small job renders
+constexpr double kOld = 60;                             // seconds: timed again, other programs come and go
+constexpr int kFewSweeps = 20;                          // too few to tell a device's speed
+constexpr int kSweeps = 4;                              // at most half of them coarse
+
+/// Seconds of the parts of a small job; those of the sweeps for one each.
+struct Timing {
+  double voxels = 0, outputVoxels = 0; // of the small job
+  double start = 0, coarse = 0, fine = 0, refine = 0, render = 0;
+  double total = 0;
+};
+
+double voxelsOf(const std::vector<Stack>& stacks) {
+  double count = 0;
+  for (const Stack& stack : stacks)
+    count += static_cast<double>(stack.image.geometry.voxelCount());
+  return count;
+}
+
+/// A piece of the stacks' lattices with about so many voxels, all around one point, with some structure.
+std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
+  double perMm3 = 0, side = 0;
+  for (const Stack& stack : stacks) {
+    const Vec3& s = stack.image.geometry.spacing;
+    perMm3 += 1 / (s[0] * s[1] * s[2]);
+    side = std::max(side, 4 * s[2]);
+  }
+  side = std::max(side, std::cbrt(voxels / perMm3));
+  std::vector<Stack> piece;
+  for (const Stack& stack : stacks) {
+    Stack part;
+    part.thickness = stack.thickness;
+    part.profile = stack.profile;
+    GridGeometry& g = part.image.geometry;
+    g = stack.image.geometry;
+    Vec3 middle;
+    for (int a = 0; a < 3; ++a) {
+      g.size[a] = std::clamp<std::int64_t>(std::llround(side / g.spacing[a]), 2,
+                                           std::max<std::int64_t>(2, g.size[a]));
+      middle[a] = 0.5 * (static_cast<double>(g.size[a]) - 1) * g.spacing[a];
+    }
+    g.origin = -1.0 * (g.direction * middle);
+    part.image.voxels.reserve(static_cast<std::size_t>(g.voxelCount()));
+    const Affine3 map = g.indexToWorld();
+    const double wave = 2 * 3.14159265 / (12 * g.spacing[0]);
+    for (std::int64_t k = 0; k < g.size[2]; ++k)
+      for (std::int64_t j = 0; j < g.size[1]; ++j)
+        for (std::int64_t i = 0; i < g.size[0]; ++i) {
+          const Vec3 x = map({double(i), double(j), double(k)});
+          part.image.voxels.push_back(
+              static_cast<float>(std::sin(wave * x[0]) + std::sin(wave * x[1]) + std::sin(wave * x[2])));
+        }
+    piece.push_back(std::move(part));
+  }
+  return piece;
+}
+
+/// The lattice at this spacing, or at a wider one where that would be too much to render.
+GridGeometry smallOutput(const GridGeometry& part, Vec3 spacing) {
+  const Vec3 extent = part.extent();
+  double voxels = 1;
+  for (int a = 0; a < 3; ++a)
+    voxels *= std::max(1.0, extent[a] / spacing[a]);
+  spacing = std::max(1.0, std::cbrt(voxels / kMostOutput)) * spacing;
+  GridGeometry grid = withSpacing(part, spacing);
+  while (grid.voxelCount() > kMostOutput)
+    grid = withSpacing(part, spacing = 1.1 * spacing);
+  return grid;
+}
+
+Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
+             double voxels) {
+  ReconstructionInput small;
+  small.stacks = pieceOf(input.stacks, voxels);
+  const GridGeometry& part = small.stacks.front().image.geometry;
+  const DataTraits traits = geometryTraits(small.stacks);
+  small.outputGrid = smallOutput(part, output.spacing);
+  Settings settings = filled;
+  settings.device = "cpu";
+  settings.iterations = kSweeps;
+  settings.members = 1;
+  const double share = traits.volume / geometryTraits(input.stacks).volume;
+  const auto scaled = [&](std::int64_t count) {
+    return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
+  };
+  settings.gaussians = scaled(*filled.gaussians);
+  settings.maxGaussians = std::max(*settings.gaussians, scaled(*filled.maxGaussians));
+  Timing t;
+  t.voxels = voxelsOf(small.stacks);
+  t.outputVoxels = static_cast<double>(small.outputGrid->voxelCount());
+  Settings again = settings;
+  const int coarse = makePlan(again, traits).coarseIterations;
+  double sweeps[kSweeps] = {}, fitted = 0, rendering = 0, ended = 0;
+  ReconstructionJob job(std::move(small), settings);
+  double last = 0;
+  job.onProgress([&](const Progress& p) {
+    if (p.phase == Phase::Fitting && p.iteration > 0 && p.iteration <= kSweeps) {
+      sweeps[p.iteration - 1] = p.elapsed - last;
+      if (p.iteration == 1) t.start = p.elapsed;
+      fitted = p.elapsed;
+    }
+    if (p.phase == Phase::Rendering) rendering = p.elapsed;
+    if (p.phase == Phase::Done) ended = p.elapsed;
+    last = p.elapsed;
+  });
+  job.run();
+  // The first sweep also pays for what is made on demand; the quickest of several is the least disturbed.
+  t.fine = *std::min_element(sweeps + coarse, sweeps + kSweeps);
+  t.coarse = coarse > 0 ? *std::min_element(sweeps, sweeps + coarse) : t.fine;
+  t.start = std::max(0.0, t.start - t.coarse);
+  t.refine = std::max(0.0, rendering - fitted);
+  t.render = std::max(0.0, ended - rendering);
+  t.total = ended;
+  return t;
+}
+
+std::mutex mutex;
+
+struct Remembered {
+  Timing timing; // the quickest so far
+  std::chrono::steady_clock::time_point when;
+  bool disturbed = false; // by another job of this process
+};
+std::map<std::string, Remembered> timings; // by what they depend on
+
+struct Speed {
+  double sweep = 0; // seconds per voxel
+  double rest = 0;  // seconds per voxel read or written
+};
+std::map<std::string, Speed> speeds; // by device
+
+/// What a timing depends on, machine aside.
+std::string keyOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
+  Settings settings = filled;
+  settings.iterations = kSweeps;
+  settings.members = 1;
+  settings.seed = 1;
+  std::string lattices;
+  const auto add = [&](double x) { lattices += formatted("%.17g ", x); };
+  for (const Stack& stack : input.stacks) {
+    add(stack.thickness);
+    add(static_cast<double>(stack.profile));
+    for (int a = 0; a < 3; ++a) {
+      add(stack.image.geometry.spacing[a]);
+      add(static_cast<double>(stack.image.geometry.size[a]));
+    }
+  }
+  for (const double s : output.spacing)
+    add(s);
+  return settingsKey(settings, lattices) + settings.instructionSet + std::to_string(settings.threads) +
+         std::to_string(settings.consistency);
+}
+
+Timing timingOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
+  const std::string key = keyOf(input, filled, output);
+  const std::lock_guard lock(mutex);
+  const auto known = timings.find(key);
+  if (known != timings.end() && secondsSince(known->second.when) < kOld &&
+      (!known->second.disturbed || runningJobs() > 0))
+    return known->second.timing;
+  bool disturbed = runningJobs() > 0;
+  Timing timing = timed(input, filled, output, kFewVoxels);
+  if (timing.total < kTooShort && voxelsOf(input.stacks) > 2 * kFewVoxels)
+    timing = timed(input, filled, output, kMoreVoxels);
+  disturbed = disturbed || runningJobs() > 0;
+  if (known != timings.end() &&
+      known->second.timing.total * timing.voxels < timing.total * known->second.timing.voxels)
+    timing = known->second.timing;
+  if (known == timings.end() && timings.size() >= 64) timings.clear();
+  timings[key] = {timing, std::chrono::steady_clock::now(), disturbed};
+  return timing;
+}
+
+} // namespace
+
+double estimateSeconds(const ReconstructionInput& input, const Settings& settings) {
+  checkSettings(settings);
+  checkHeldOutFraction(input.heldOutFraction);
+  if (input.stacks.empty())
+    throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
+  for (const Stack& stack : input.stacks)
+    checkGeometry(stack.image.geometry, stack.name.empty() ? "The stack" : stack.name);
+  const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
+  checkGeometry(output, "The output grid");
+  const DataTraits traits = geometryTraits(input.stacks);
+  Settings filled = settings;
+  const FitPlan plan = makePlan(filled, traits);
+  const double voxels = voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
+  const double members = *filled.members;
+  const double fits =
+      input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too
+  DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
+  device.weigh(voxels * (plan.allAxes ? 3 : 1), *filled.members * plan.iterations);
+  if (!device.onCpu()) {
+    const std::lock_guard lock(mutex);
+    const auto speed = speeds.find(device.use.id);
+    if (speed == speeds.end()) return 0;
+    return fits * (speed->second.sweep * voxels * members * plan.iterations +
+                   speed->second.rest * (voxels + outputVoxels));
+  }
+  const Timing t = timingOf(input, filled, output);
+  const double sweeps = plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
+  return fits * (voxels / t.voxels * (members * (t.start + sweeps) + t.refine) +
+                 outputVoxels / t.outputVoxels * t.render);
+}
+
+void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result) {
+  if (result.cancelled || result.device.id == "cpu" || result.sweeps < kFewSweeps) return;
+  const double voxels = voxelsOf(input.stacks),
+               output = static_cast<double>(result.volume.geometry.voxelCount());
+  if (voxels <= 0) return;
+  const std::lock_guard lock(mutex);
+  speeds[result.device.id] = {result.fitSeconds / (voxels * result.sweeps),
+                              std::max(0.0, result.seconds - result.fitSeconds) / (voxels + output)};
+}
+
+} // namespace innergs

@@ -1,9 +1,0 @@
-#pragma once
-#include "Core/Kernels.h"
-
-namespace innergs {
-
-/// KernelSet "scalar": one voxel after the other, the oracle of all fast paths.
-KernelSet scalarKernels(Selection selection);
-
-} // namespace innergs

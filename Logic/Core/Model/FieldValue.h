@@ -1,0 +1,96 @@
+#pragma once
+#include "Core/Model/DetailSampler.h"
+#include "Core/Model/DomainBox.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+
+/// What the Gaussians' blended value becomes for whoever asks, at continuous indices of some lattice: detail
+/// added, in scanner units, within the range of what was fitted, and one value wherever the field has none.
+class FieldValue {
+public:
+  struct Options {
+    bool ownChannel = true;   // false: another value per Gaussian than its intensity
+    bool scannerUnits = true; // false: I itself
+    bool bounded = true;      // false: as the fit sees it, neither the support nor the range count
+  };
+
+  FieldValue(const GaussianField& field, const Affine3& indexToWorld, const Options& options)
+      : ownChannel_(options.ownChannel), detail_(field, indexToWorld),
+        box_(options.bounded ? field.region() : field.domain, indexToWorld) {
+    const bool units = options.scannerUnits && ownChannel_;
+    if (units) {
+      scale_ = field.intensityScale;
+      offset_ = field.intensityOffset;
+    }
+    outside_ = static_cast<float>(offset_);
+    if (!options.bounded) return;
+    if (units && field.range) {
+      low_ = field.range->low;
+      high_ = field.range->high;
+    }
+    if (field.support.voxels.empty()) return;
+    support_ = &field.support;
+    toSupport_ = inverse(support_->geometry.indexToWorld()) * indexToWorld;
+    outside_ = units ? field.fill : 0;
+  }
+
+  /// Where there is none.
+  float outside() const { return outside_; }
+
+  bool limited() const { return support_ != nullptr; }
+
+  /// Whether a voxel's centre lies inside the support, whatever the domain.
+  bool supported(const Vec3& index) const {
+    if (!support_) return true;
+    const Vec3 x = toSupport_(index);
+    const auto& n = support_->geometry.size;
+    std::int64_t at[3];
+    for (int a = 0; a < 3; ++a) {
+      // Points between two voxels belong to the same one however they were reached.
+      constexpr double half = 0.5 + 1e-5;
+      if (!(x[a] >= -half && x[a] <= static_cast<double>(n[a]) - 1 + half)) return false;
+      at[a] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(x[a] + half)), 0, n[a] - 1);
+    }
+    return support_->voxels[static_cast<std::size_t>(at[0] + n[0] * (at[1] + n[1] * at[2]))] != 0;
+  }
+
+  bool has(const Vec3& index) const { return box_.contains(index) && supported(index); }
+
+  /// In the units asked for, where the field has a value.
+  float operator()(float blended, const Vec3& index) const {
+    return final(ownChannel_ ? blended + detail_(index) : blended);
+  }
+  /// The same of a value that has its detail.
+  float final(float value) const {
+    return std::clamp(static_cast<float>(scale_ * value + offset_), low_, high_);
+  }
+
+  /// A row of a lattice; blended(x) is asked only where the field has a value.
+  template <class Blended>
+  void row(double y, double z, int width, float* out, Blended&& blended) const {
+    int begin = 0, end = width;
+    box_.clipRow(y, z, begin, end);
+    std::fill(out, out + begin, outside_);
+    std::fill(out + end, out + width, outside_);
+    for (int x = begin; x < end; ++x) {
+      const Vec3 index{static_cast<double>(x), y, z};
+      out[x] = supported(index) ? (*this)(blended(x), index) : outside_;
+    }
+  }
+
+private:
+  bool ownChannel_;
+  DetailSampler detail_;
+  DomainBox box_;
+  double scale_ = 1, offset_ = 0;
+  float outside_ = 0, low_ = -std::numeric_limits<float>::infinity(),
+        high_ = std::numeric_limits<float>::infinity();
+  const Mask* support_ = nullptr; // null: everywhere in the box
+  Affine3 toSupport_;
+};
+
+} // namespace innergs

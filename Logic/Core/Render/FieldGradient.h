@@ -1,0 +1,20 @@
+#pragma once
+#include "Core/Render/ChainRule.h"
+#include "Core/Render/Projected.h"
+
+namespace innergs {
+
+ChainRules chainRules(Blending blending, bool linear, const Lattice& lattice, const ClosedFormPsf& psf);
+
+/// addParameterGradient() for the Gaussians of a field on a lattice.
+class FieldGradient {
+public:
+  FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf);
+  /// Adds to gradient[16], in the order of struct Gaussian.
+  void add(const Gaussian& gaussian, const math::Moments<float>& moments, float* gradient) const;
+
+private:
+  ChainRules rules_;
+};
+
+} // namespace innergs

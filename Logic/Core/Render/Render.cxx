@@ -1,0 +1,199 @@
+#include "Core/Render/Render.h"
+
+#include "Core/Acquisition/BackProjection.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Region.h"
+#include "Core/Model/FieldValue.h"
+#include "Core/Render/FieldDevice.h"
+#include "Core/Render/LatticeRenderer.h"
+#include "Core/Render/SliceComposition.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+constexpr std::size_t kChunk = std::size_t{1} << 23; // samples rendered at once: bounds the scratch memory
+
+void checkValues(const GaussianField& field, const RenderOptions& options) {
+  if (!options.values.empty() && static_cast<std::int64_t>(options.values.size()) != field.size())
+    throw Error(ErrorCode::InvalidArgument,
+                "A channel needs one value per Gaussian: " + std::to_string(field.size()) +
+                    " are expected, " + std::to_string(options.values.size()) + " were given.");
+}
+
+FieldValue::Options valueOptions(const RenderOptions& options) {
+  return {options.values.empty(), options.scannerUnits, options.bounded};
+}
+
+/// I at the points of a lattice, [plane][ny][nx], on the device of the options. False without one, and when
+/// it fails: it is not asked again.
+bool renderedOnDevice(RenderOptions& options, const Lattice& lattice, const ClosedFormPsf& psf, float* out) {
+  if (!options.device) return false;
+  try {
+    options.device->renderLattice(lattice, psf, options.values, out, options.stop);
+    return true;
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) throw;
+  } catch (const std::exception&) {
+  }
+  options.device = nullptr;
+  return false;
+}
+
+/// composeSlice() from I, [plane][ny][nx].
+void composeRendered(const Observation& o, int slice, const float* image, float* out) {
+  std::fill_n(out, o.sliceSize(), 0.f);
+  for (int q = 0; q < o.perSlice; ++q) {
+    const auto [plane, share] = o.subPlanes[static_cast<std::size_t>(slice) * o.perSlice + q];
+    const float* in = image + static_cast<std::size_t>(plane) * o.lattice.nx * o.lattice.ny;
+    for (int y = 0; y < o.lattice.ny; ++y, in += o.lattice.nx)
+      for (int x = 0; x < o.lattice.nx; ++x)
+        out[static_cast<std::size_t>(y) * o.lattice.stride() + x] += share * in[x];
+  }
+}
+
+/// render() of a checked lattice, all of it.
+Volume renderLattice(const GaussianField& field, const GridGeometry& geometry, RenderOptions& options) {
+  ThreadPool pool(options.threads);
+  pool.setStop(options.stop);
+  const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
+  const FieldValue value(field, geometry.indexToWorld(), valueOptions(options));
+  const bool normalised = field.blending == Blending::Normalised;
+  const auto epsilon = static_cast<float>(field.epsilon);
+  Volume volume{geometry, {}};
+  volume.voxels.resize(geometry.voxelCount());
+  Lattice lattice;
+  lattice.indexToModel = inverse(field.modelToWorld) * geometry.indexToWorld();
+  lattice.nx = static_cast<int>(geometry.size[0]);
+  lattice.ny = static_cast<int>(geometry.size[1]);
+  const int chunk = static_cast<int>(
+      std::clamp<std::int64_t>(kChunk / std::max<std::size_t>(1, lattice.planeSize()), 1, geometry.size[2]));
+  std::vector<float> weights, numerators;
+  for (std::int64_t first = 0; first < geometry.size[2]; first += chunk) {
+    const std::int64_t last = std::min(geometry.size[2], first + chunk);
+    lattice.z.clear();
+    for (std::int64_t k = first; k < last; ++k)
+      lattice.z.push_back(static_cast<double>(k));
+    float* values = volume.voxels.data() + first * lattice.ny * lattice.nx;
+    const bool ready = renderedOnDevice(options, lattice, {}, values);
+    if (!ready) {
+      weights.resize(lattice.planeSize() * chunk);
+      numerators.resize(weights.size());
+      LatticeRenderer renderer(lattice, kernels, pool);
+      renderer.forward(field, options.values, weights.data(), numerators.data());
+    }
+    pool.run((last - first) * lattice.ny, [&](std::int64_t row) {
+      const float* w = weights.data() + (ready ? 0 : row * lattice.stride());
+      const float* n = numerators.data() + (ready ? 0 : row * lattice.stride());
+      float* out = values + row * lattice.nx;
+      value.row(static_cast<double>(row % lattice.ny), static_cast<double>(first + row / lattice.ny),
+                lattice.nx, out, [&](int x) {
+                  return ready ? out[x] : normalised ? n[x] / (w[x] + epsilon) : n[x];
+                });
+    });
+  }
+  return volume;
+}
+
+/// Which voxels of a stack have their centre inside the support.
+std::vector<std::uint8_t> supportedVoxels(const FieldValue& value, const Stack& stack) {
+  const GridGeometry& g = stack.image.geometry;
+  std::vector<std::uint8_t> inside;
+  inside.reserve(stack.image.voxels.size());
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    const Affine3 map = stack.poses.empty() ? g.indexToWorld() : stack.poses[k] * g.indexToWorld();
+    for (std::int64_t j = 0; j < g.size[1]; ++j)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        inside.push_back(
+            value.supported(map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)})));
+  }
+  return inside;
+}
+
+/// A block of a lattice put back into it, the rest filled.
+Volume embedded(const Volume& part, const IndexBlock& block, const GridGeometry& geometry, float fill) {
+  Volume whole{geometry, std::vector<float>(static_cast<std::size_t>(geometry.voxelCount()), fill)};
+  const float* in = part.voxels.data();
+  for (std::int64_t k = 0; k < block.size[2]; ++k)
+    for (std::int64_t j = 0; j < block.size[1]; ++j, in += block.size[0])
+      std::copy_n(in, block.size[0],
+                  whole.voxels.begin() + block.first[0] +
+                      geometry.size[0] * (block.first[1] + j + geometry.size[1] * (block.first[2] + k)));
+  return whole;
+}
+
+} // namespace
+
+Volume render(const GaussianField& field, const GridGeometry& geometry, const RenderOptions& given) {
+  RenderOptions options = given;
+  checkGeometry(geometry, "The output grid");
+  checkValues(field, options);
+  if (!options.bounded || field.support.voxels.empty()) return renderLattice(field, geometry, options);
+  const auto block = blockOver(geometry, boxOf(field.support.geometry));
+  const float fill = FieldValue(field, {}, valueOptions(options)).outside();
+  if (!block) return embedded({}, {}, geometry, fill);
+  if (block->size == geometry.size) return renderLattice(field, geometry, options);
+  return embedded(renderLattice(field, cropped(geometry, block->first, block->size), options), *block,
+                  geometry, fill);
+}
+
+Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& given) {
+  RenderOptions options = given;
+  checkValues(field, options);
+  ThreadPool pool(options.threads);
+  pool.setStop(options.stop);
+  const KernelSet& kernels = kernelSet(options.instructionSet, options.selection);
+  Stack blank = stack;
+  std::fill(blank.image.voxels.begin(), blank.image.voxels.end(), 0.f);
+  blank.image.voxels.resize(blank.image.geometry.voxelCount());
+  blank.observed.clear();
+  checkStack(blank);
+  Volume volume = std::move(blank.image);
+  blank.image = volume;
+  const FieldValue value(field, {}, valueOptions(options));
+  if (value.limited()) { // slices without a voxel inside are not looked at
+    std::fill(volume.voxels.begin(), volume.voxels.end(), value.outside());
+    blank.observed = supportedVoxels(value, blank);
+  }
+  std::vector<float> weights, numerators, slice;
+  const std::vector<float> detail = field.detail.voxels.empty() || !options.values.empty()
+                                        ? std::vector<float>{}
+                                        : projectToStack(field.detail, blank, pool);
+  const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
+  for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
+    weights.resize(o.lattice.bufferSize());
+    slice.resize(o.sliceSize());
+    const bool ready = renderedOnDevice(options, o.lattice, o.psf, weights.data());
+    if (!ready) {
+      numerators.resize(o.lattice.bufferSize());
+      LatticeRenderer renderer(o.lattice, kernels, pool, o.psf);
+      renderer.forward(field, options.values, weights.data(), numerators.data());
+    }
+    for (int s = 0; s < o.slices; ++s) {
+      if (ready)
+        composeRendered(o, s, weights.data(), slice.data());
+      else
+        composeSlice(o, s, weights.data(), numerators.data(), field, slice.data());
+      std::size_t at = static_cast<std::size_t>(o.sourceSlice[s]) * o.lattice.nx * o.lattice.ny;
+      for (int y = 0; y < o.lattice.ny; ++y)
+        for (int x = 0; x < o.lattice.nx; ++x, ++at) {
+          const float fine = detail.empty() || !std::isfinite(detail[at]) ? 0.f : detail[at];
+          if (blank.observed.empty() || blank.observed[at])
+            volume.voxels[at] =
+                value.final(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x] + fine);
+        }
+    }
+  }
+  return volume;
+}
+
+std::vector<std::string> instructionSets() {
+  std::vector<std::string> names;
+  for (const KernelSet& set : kernelSets())
+    names.push_back(set.name);
+  return names;
+}
+
+} // namespace innergs

@@ -1,0 +1,107 @@
+#pragma once
+#include "Core/Render/Projection.h"
+
+#include <cmath>
+
+namespace innergs {
+
+struct LatticeView {
+  int nx, ny, nz, stride;
+  const double* z; // plane positions, index units
+};
+
+/// Rows [y0, y1) of planes [k0, k1): what one task owns while it accumulates.
+struct TileRange {
+  int y0, y1, k0, k1;
+};
+
+/// The first plane at or above `position`: guessed from an even spacing, then stepped to the exact one.
+INNERGS_HD inline int firstPlane(const LatticeView& lattice, double position) {
+  const double span = lattice.z[lattice.nz - 1] - lattice.z[0];
+  const double guess = span > 0 ? (position - lattice.z[0]) * (lattice.nz - 1) / span : 0.0;
+  int k = guess > 0 ? static_cast<int>(math::least(guess, static_cast<double>(lattice.nz))) : 0;
+  while (k > 0 && lattice.z[k - 1] >= position)
+    --k;
+  while (k < lattice.nz && lattice.z[k] < position)
+    ++k;
+  return k;
+}
+
+/// Planes that the selection reaches: [first, last).
+INNERGS_HD inline void planeRange(const Projected& g, const LatticeView& lattice, int& first, int& last) {
+  const double centre = g.cell[2] + static_cast<double>(g.fraction[2]);
+  first = firstPlane(lattice, centre - g.half[2]);
+  last = first;
+  while (last < lattice.nz && lattice.z[last] <= centre + g.half[2])
+    ++last;
+}
+
+/// Distance of a plane to the mean, index units.
+INNERGS_HD inline float planeOffset(const Projected& g, double z) {
+  return static_cast<float>(z - g.cell[2] - static_cast<double>(g.fraction[2]));
+}
+
+/// Within what an int and the sum with a cell can hold; NaN counts as far below.
+INNERGS_HD inline int indexLimit(float x) {
+  return static_cast<int>(math::least(1e9f, math::most(-1e9f, x)));
+}
+
+/// Pxx of the precision matrix.
+INNERGS_HD inline float precisionX(const Projected& g) {
+  return g.quadratic[0] * -1.38629436111989061883f; // −2·ln 2
+}
+
+/// Half edge of Method2's square in a plane at distance dz: 3√λ_max·√p(t).
+INNERGS_HD inline float squareHalf(const Projected& g, float dz) {
+  return g.square * std::exp(-0.25f * dz * dz * g.precisionZ);
+}
+
+/// Columns that Method1 and Method2 evaluate in one plane, relative to cell[0]: centre ± half; Method2's rows
+/// reach as far.
+struct PlaneBox {
+  float centre, half;
+};
+template <Selection selection>
+INNERGS_HD inline PlaneBox planeBox(const Projected& g, float dz) {
+  if constexpr (selection == Selection::Method1) return {g.fraction[0], g.half[0]};
+  if constexpr (selection == Selection::Method2) return {g.fraction[0] + g.shiftXZ * dz, squareHalf(g, dz)};
+  return {};
+}
+
+/// Rows that the selection reaches in a plane at distance dz, relative to cell[1]: [first, last). Exact: no
+/// more and no fewer than the ellipsoid's.
+template <Selection selection>
+INNERGS_HD inline bool rowRange(const Projected& g, float dz, const PlaneBox& box, int& first, int& last) {
+  float half, centre = g.fraction[1];
+  if constexpr (selection == Selection::Exact) {
+    const float rest = g.radius2 - math::product(math::product(dz, dz), g.precisionZ);
+    if (!(rest > 0)) return false;
+    half = std::sqrt(rest / g.precisionY);
+  } else {
+    half = selection == Selection::Method1 ? g.half[1] : box.half;
+  }
+  if constexpr (selection != Selection::Method1) centre -= math::product(g.shiftYZ, dz);
+  first = indexLimit(std::ceil(centre - half));
+  last = indexLimit(std::floor(centre + half)) + 1;
+  return first < last;
+}
+INNERGS_HD inline bool rowRange(const Projected& g, float dz, int& first, int& last) {
+  return rowRange<Selection::Exact>(g, dz, PlaneBox{}, first, last);
+}
+
+/// Columns that the selection can reach at all, relative to cell[0]: [first, last).
+INNERGS_HD inline void columnRange(const Projected& g, int& first, int& last) {
+  first = indexLimit(std::ceil(g.fraction[0] - g.half[0]));
+  last = indexLimit(std::floor(g.fraction[0] + g.half[0])) + 1;
+}
+
+/// Columns of the cut-off ellipsoid's row at distances (dy, dz), relative to cell[0]: centre ± half.
+INNERGS_HD inline void ellipsoidRow(const Projected& g, float dy, float dz, float& centre, float& half) {
+  const float v = dy + g.shiftYZ * dz, slope = 0.5f / g.quadratic[0];
+  const float rest = g.radius2 - dz * dz * g.precisionZ - v * v * g.precisionY;
+  centre = g.fraction[0] - slope * (g.quadratic[1] * dy + g.quadratic[2] * dz);
+  // A hair wider than the ellipse: rounding must not lose a pixel on it. 1/Pxx = −slope / ln 2.
+  half = math::roughSqrt(math::most(rest, 0.f) * (slope * -1.44269504088896340736f)) * 1.00001f + 1e-4f;
+}
+
+} // namespace innergs

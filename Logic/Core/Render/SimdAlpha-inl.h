@@ -1,0 +1,165 @@
+// Vector kernels of alpha blending. Included once per instruction set (Highway).
+#if defined(INNERGS_SIMD_ALPHA_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef INNERGS_SIMD_ALPHA_INL_H
+#undef INNERGS_SIMD_ALPHA_INL_H
+#else
+#define INNERGS_SIMD_ALPHA_INL_H
+#endif
+
+#include "Core/Render/SimdRows-inl.h"
+
+#include <hwy/cache_control.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace innergs::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Depth order jumps through memory.
+HWY_INLINE void prefetch(const Projected* gaussians, const std::uint32_t* ids, std::size_t n,
+                         std::size_t count) {
+  constexpr std::size_t kAhead = 6;
+  if (n + kAhead >= count) return;
+  const char* next = reinterpret_cast<const char*>(gaussians + ids[n + kAhead]);
+  hwy::Prefetch(next);
+  hwy::Prefetch(next + 64);
+}
+
+/// Sums over the lanes of eight vectors at once, added to out[8].
+HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
+#if HWY_TARGET == HWY_SCALAR
+  for (int i = 0; i < 8; ++i)
+    out[i] += hn::GetLane(v[i]);
+#else
+  const hn::Repartition<double, D> pairs;
+  const hn::FixedTag<float, 4> quad;
+  const int lanes = static_cast<int>(hn::Lanes(d));
+  const auto two = [&](V a, V b) {
+    return hn::Add(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));
+  };
+  for (int i = 0; i < 8; i += 4) { // per block of four lanes: the block's sums of four vectors
+    const auto low = hn::BitCast(pairs, two(v[i], v[i + 1])),
+               high = hn::BitCast(pairs, two(v[i + 2], v[i + 3]));
+    HWY_ALIGN float blocks[16];
+    hn::Store(hn::Add(hn::BitCast(d, hn::InterleaveLower(pairs, low, high)),
+                      hn::BitCast(d, hn::InterleaveUpper(pairs, low, high))),
+              d, blocks);
+    auto sum = hn::LoadU(quad, out + i);
+    for (int block = 0; block < lanes; block += 4)
+      sum = hn::Add(sum, hn::Load(quad, blocks + block));
+    hn::StoreU(sum, quad, out + i);
+  }
+#endif
+}
+
+/// One Gaussian in the one plane of a tile: its rows, and per window of columns the exponent
+/// e0 + dy·(e1 + dy·q3) of row dy.
+template <Selection selection>
+struct PlanePart {
+  HWY_INLINE PlanePart(D d, const Projected& gaussian, const LatticeView& lattice, const TileRange& tile)
+      : g(gaussian), lanes(static_cast<int>(hn::Lanes(d))), dz(planeOffset(g, lattice.z[tile.k0])),
+        box(planeBox<selection>(g, dz)) {
+    if (!tileRows<selection>(g, dz, box, tile.y0, tile.y1, y0, y1)) return;
+    windows = HWY_NAMESPACE::windows(g, lattice, lanes);
+    dy0 = static_cast<float>(y0 - g.cell[1]) - g.fraction[1];
+  }
+
+  struct Window {
+    int x0;
+    V dx, e0, e1;
+    Columns<selection> columns;
+  };
+  HWY_INLINE Window window(D d, int j) const {
+    const int x0 = windows.first + j * lanes;
+    const V dx = hn::Add(hn::Iota(d, 0.f), hn::Set(d, static_cast<float>(x0 - g.cell[0]) - g.fraction[0]));
+    const V linear = hn::MulAdd(dx, hn::Set(d, g.quadratic[0]), hn::Set(d, g.quadratic[2] * dz));
+    return {x0, dx, hn::MulAdd(dx, linear, hn::Set(d, g.log2Weight + g.quadratic[5] * dz * dz)),
+            hn::MulAdd(dx, hn::Set(d, g.quadratic[1]), hn::Set(d, g.quadratic[4] * dz)),
+            Columns<selection>(d, g, box, dx)};
+  }
+
+  const Projected& g;
+  int lanes;
+  float dz;
+  PlaneBox box;
+  int y0 = 0, y1 = 0;
+  Windows windows{0, 0};
+  float dy0 = 0;
+};
+
+template <Selection selection>
+void composite(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
+               const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image) {
+  const D d;
+  for (std::size_t n = 0; n < count; ++n) {
+    prefetch(gaussians, ids, n, count);
+    const Projected& g = gaussians[ids[n]];
+    const PlanePart<selection> part(d, g, lattice, tile);
+    if (part.y0 >= part.y1) continue;
+    const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
+    const V value = hn::Set(d, g.value);
+    for (int j = 0; j < part.windows.count; ++j) {
+      const auto [x0, dx, e0, e1, columns] = part.window(d, j);
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * lattice.ny + part.y0) * lattice.stride + x0;
+      for (int y = 0; y < part.y1 - part.y0; ++y, at += lattice.stride) {
+        const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
+        const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
+        const V a = hn::IfThenElseZero(columns(hn::Ge(e, log2Cut)), hn::Sub(exp2(d, e), cut));
+        const V seen = hn::LoadU(d, transmittance + at), visible = hn::Mul(seen, a);
+        hn::StoreU(hn::MulAdd(visible, value, hn::LoadU(d, image + at)), d, image + at);
+        hn::StoreU(hn::Sub(seen, visible), d, transmittance + at);
+      }
+    }
+  }
+}
+
+template <Selection selection>
+void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
+                       const LatticeView& lattice, const TileRange& tile, const float* r,
+                       float* transmittance, float* rest, math::PlaneMoments<float>* out) {
+  const D d;
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.f);
+  for (std::size_t n = 0; n < count; ++n) {
+    out[n] = {};
+    prefetch(gaussians, ids, n, count);
+    const Projected& g = gaussians[ids[n]];
+    const PlanePart<selection> part(d, g, lattice, tile);
+    if (part.y0 >= part.y1) continue;
+    const V q3 = hn::Set(d, g.quadratic[3]), cut = hn::Set(d, g.cut), log2Cut = hn::Set(d, g.log2Cut);
+    const V value = hn::Set(d, g.value);
+    for (int j = 0; j < part.windows.count; ++j) {
+      const auto [x0, dx, e0, e1, columns] = part.window(d, j);
+      V m0 = zero, n0 = zero, s = zero, sy = zero, syy = zero;
+      std::size_t at = (static_cast<std::size_t>(tile.k0) * lattice.ny + part.y0) * lattice.stride + x0;
+      std::size_t local = static_cast<std::size_t>(part.y0 - tile.y0) * lattice.stride + x0;
+      for (int y = 0; y < part.y1 - part.y0; ++y, at += lattice.stride, local += lattice.stride) {
+        const V dy = hn::Set(d, part.dy0 + static_cast<float>(y));
+        const V e = hn::MulAdd(dy, hn::MulAdd(dy, q3, e1), e0);
+        const auto inside = columns(hn::Ge(e, log2Cut));
+        const V q = hn::IfThenElseZero(inside, exp2(d, e));
+        const V a = hn::IfThenElseZero(inside, hn::Sub(q, cut));
+        const V seen = hn::LoadU(d, transmittance + local), visible = hn::Mul(seen, a);
+        const V behind = hn::NegMulAdd(visible, value, hn::LoadU(d, rest + local));
+        hn::StoreU(behind, d, rest + local);
+        hn::StoreU(hn::Sub(seen, visible), d, transmittance + local);
+        const V derivative = hn::LoadU(d, r + at);
+        // What lies behind shines through 1 − a of this Gaussian.
+        const V f = hn::Mul(derivative,
+                            hn::Sub(hn::Mul(seen, value), hn::Mul(behind, reciprocal(d, hn::Sub(one, a)))));
+        const V fq = hn::Mul(f, q), fqy = hn::Mul(fq, dy);
+        m0 = hn::MulAdd(f, a, m0);
+        n0 = hn::MulAdd(derivative, visible, n0);
+        s = hn::Add(s, fq);
+        sy = hn::Add(sy, fqy);
+        syy = hn::MulAdd(fqy, dy, syy);
+      }
+      const V sx = hn::Mul(s, dx);
+      const V sums[8] = {m0, n0, s, sx, sy, hn::Mul(sx, dx), hn::Mul(sy, dx), syy};
+      addSums(d, sums, &out[n].m0);
+    }
+  }
+}
+
+} // namespace innergs::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

@@ -1,0 +1,42 @@
+#pragma once
+#include "Core/Render/Kernels.h"
+
+namespace innergs {
+
+/// A lattice cut into tiles (whole rows × some planes), each with the list of Gaussians that reach it, in
+/// ascending order. One task owns a tile, so a voxel's sum never depends on the number of threads.
+class Tiles {
+public:
+  explicit Tiles(const LatticeView& lattice, int planesPerTile = 8);
+  void bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool);
+
+  std::int64_t count() const { return static_cast<std::int64_t>(tilesY_) * tilesZ_; }
+  TileRange range(std::int64_t tile, const LatticeView& lattice) const;
+  std::span<const std::uint32_t> members(std::int64_t tile) const {
+    return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
+  }
+
+  /// Tiles that a Gaussian reaches: planes [z0, z1) × rows [y0, y1) of tiles; empty when it reaches none.
+  struct Reach {
+    int z0 = 0, z1 = 0, y0 = 0, y1 = 0;
+    std::int64_t count() const { return static_cast<std::int64_t>(z1 - z0) * (y1 - y0); }
+  };
+  const Reach& reach(std::int64_t gaussian) const { return reach_[gaussian]; } // of the last bin()
+  /// Where a tile lies in the order of reach(): (tile in z, tile in y).
+  std::pair<int, int> position(std::int64_t tile) const {
+    return {static_cast<int>(tile / tilesY_), static_cast<int>(tile % tilesY_)};
+  }
+  std::span<std::uint32_t> members(std::int64_t tile) {
+    return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
+  }
+
+private:
+  Reach find(const Projected& gaussian, const LatticeView& lattice) const;
+
+  int rows_, planes_, tilesY_, tilesZ_;
+  std::vector<std::int64_t> start_, cursor_;
+  std::vector<std::uint32_t> ids_;
+  std::vector<Reach> reach_;
+};
+
+} // namespace innergs

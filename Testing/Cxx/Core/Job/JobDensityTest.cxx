@@ -1,0 +1,151 @@
+#include "Core/Fit/Plan.h"
+#include "JobInputs.h"
+
+using namespace innergs;
+using namespace innergs::testing;
+
+/// How many Gaussians a fit gets, and how good it is, whatever part of the scans it is asked for.
+namespace {
+
+Settings defaults(int iterations = 20) {
+  Settings settings = quickSettings(iterations);
+  settings.gaussians.reset();
+  return settings;
+}
+
+Mask ballOf(const GridGeometry& geometry, double radius) {
+  Mask mask{geometry, {}};
+  const Volume inside = volumeInSpace(
+      geometry, [&](const Vec3& x) { return norm(x - geometry.centre()) < radius ? 1.0 : 0.0; });
+  for (const float v : inside.voxels)
+    mask.voxels.push_back(v > 0);
+  return mask;
+}
+
+double insidePsnr(const Volume& image, const Volume& truth, const Mask& mask) {
+  double sum = 0, count = 0;
+  for (std::size_t v = 0; v < truth.voxels.size(); ++v)
+    if (mask.voxels[v]) {
+      sum += std::pow(static_cast<double>(image.voxels[v]) - truth.voxels[v], 2);
+      ++count;
+    }
+  return 10 * std::log10(200 * 200 * count / sum);
+}
+
+/// The phantom on a lattice large enough for a preset's own budget.
+Volume head() {
+  return phantom(grid(40, 38, 36, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
+}
+
+void expectAsGoodInside(ReconstructionInput input, const Volume& truth, Settings settings) {
+  input.outputGrid = truth.geometry;
+  const ReconstructionResult whole = reconstruct(input, settings);
+  for (const double radius : {9.0, 13.0}) {
+    const Mask mask = ballOf(truth.geometry, radius);
+    input.mask = mask;
+    const ReconstructionResult part = reconstruct(input, settings);
+    EXPECT_LT(*part.settings.gaussians, *whole.settings.gaussians);
+    EXPECT_GT(insidePsnr(part.volume, truth, mask), insidePsnr(whole.volume, truth, mask) - 0.3)
+        << "radius " << radius << ", " << *part.settings.gaussians << " of " << *whole.settings.gaussians
+        << " Gaussians";
+  }
+}
+
+} // namespace
+
+TEST(JobDensity, AMaskedFitIsAsGoodInside) {
+  ReconstructionInput input;
+  input.stacks.resize(1);
+  input.stacks.front().image = head();
+  input.stacks.front().profile = SliceProfile::Point;
+  for (const Initialisation start : {Initialisation::Adaptive, Initialisation::Grid}) {
+    Settings settings = defaults(40);
+    settings.initialisation = start;
+    expectAsGoodInside(input, input.stacks.front().image, settings);
+  }
+}
+
+TEST(JobDensity, AMaskedFitOfThickSlicesIsAsGoodInside) {
+  const Volume truth = head();
+  ReconstructionInput input;
+  input.stacks.push_back(simulateThickStack(truth, 2, 4));
+  Settings settings = defaults();
+  settings.consistency = false; // the Gaussians themselves
+  expectAsGoodInside(input, truth, settings);
+  input.stacks.push_back(simulateThickStack(truth, 0, 4));
+  expectAsGoodInside(input, truth, settings);
+}
+
+TEST(JobDensity, WithheldSlicesLeaveTheBudget) {
+  for (ReconstructionInput input : {isotropicInput(), anisotropicInput(), orthogonalInput()}) {
+    const Settings whole = reconstruct(input, defaults(2)).settings;
+    input.heldOutFraction = 0.2;
+    EXPECT_EQ(reconstruct(input, defaults(2)).settings.gaussians, whole.gaussians);
+  }
+}
+
+TEST(JobDensity, TheOrderOfTheInputsDoesNotMatter) {
+  const Volume truth = head();
+  const Stack large = simulateThickStack(truth, 2, 2);
+  Stack small = simulateThickStack(phantom(grid(12, 10, 12, {1, 1, 1}, {-20, 20, 15})), 0, 3);
+  for (const bool masked : {false, true}) {
+    ReconstructionInput one, other;
+    one.stacks = {large, small};
+    other.stacks = {small, large};
+    if (masked) one.mask = other.mask = ballOf(truth.geometry, 12);
+    const auto budget = *reconstruct(one, defaults(2)).settings.gaussians;
+    EXPECT_EQ(budget, *reconstruct(other, defaults(2)).settings.gaussians) << masked;
+    if (!masked) {
+      EXPECT_GT(budget, 40 * 38 * 36 / 60); // one per 50 voxels of the larger one
+    }
+  }
+}
+
+TEST(JobDensity, VolumeThatSeveralStacksSeeCountsOnce) {
+  std::vector<Stack> stacks(3);
+  stacks[0].image = volumeOf(grid(10, 10, 10), [](auto, auto, auto) { return 1; });
+  stacks[1].image = volumeOf(grid(10, 10, 5, {1, 1, 2}, {5, 0, 0.5}), [](auto, auto, auto) { return 1; });
+  stacks[2].image = volumeOf(grid(4, 4, 4, {1, 1, 1}, {30, 0, 0}), [](auto, auto, auto) { return 1; });
+  EXPECT_NEAR(geometryTraits(stacks).volume, 1500 + 64, 1e-6);
+  stacks[0].image.voxels[0] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_NEAR(measureTraits(stacks, {}).volume, 1499 + 64, 1e-6);
+  EXPECT_NEAR(geometryTraits({stacks.data(), 1}).volume, 1000, 1e-9);
+}
+
+namespace {
+
+Mask cubeMask(std::int64_t side) {
+  Mask mask{smallGrid(), std::vector<std::uint8_t>(24 * 22 * 20, 0)};
+  for (std::int64_t k = 0; k < side; ++k)
+    for (std::int64_t j = 0; j < side; ++j)
+      for (std::int64_t i = 0; i < side; ++i)
+        mask.voxels[10 + i + 24 * (9 + j + 22 * (8 + k))] = 1;
+  return mask;
+}
+
+} // namespace
+
+TEST(JobDensity, MasksOfAFewVoxelsWork) {
+  ReconstructionInput input = isotropicInput();
+  for (const int side : {1, 4}) {
+    input.mask = cubeMask(side);
+    input.outputGrid = smallGrid();
+    const ReconstructionResult result = reconstruct(input, defaults());
+    EXPECT_LE(*result.settings.gaussians, side * side * side);
+    EXPECT_GT(insidePsnr(result.volume, input.stacks.front().image, *input.mask), 40) << side;
+  }
+}
+
+TEST(JobDensity, AMaskBetweenThickSlicesIsRefusedOrFitted) {
+  ReconstructionInput input = anisotropicInput();
+  input.mask = cubeMask(4);
+  EXPECT_GT(reconstruct(input, defaults()).trainingPsnr, 30);
+  input.mask = cubeMask(1);
+  try {
+    reconstruct(input, defaults());
+    FAIL() << "it holds no centre of a voxel";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::NoData);
+    EXPECT_NE(std::string(error.what()).find("smaller than their voxels"), std::string::npos);
+  }
+}

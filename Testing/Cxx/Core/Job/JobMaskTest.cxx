@@ -1,0 +1,194 @@
+#include "Core/Render/PlaneSampler.h"
+#include "Core/Render/Render.h"
+#include "JobInputs.h"
+
+#include <algorithm>
+#include <limits>
+#include <stop_token>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+constexpr float kFill = -321;
+
+Mask ball(double radius) {
+  Mask mask{smallGrid(), {}};
+  const Vec3 centre = smallGrid().centre() + Vec3{2, 1, -1};
+  for (const float v :
+       volumeInSpace(smallGrid(), [&](const Vec3& x) { return norm(x - centre) < radius; }).voxels)
+    mask.voxels.push_back(v > 0);
+  return mask;
+}
+
+ReconstructionInput maskedInput() {
+  ReconstructionInput input = anisotropicInput();
+  input.mask = ball(6);
+  return input;
+}
+
+Settings filled(int iterations = 10) {
+  Settings settings = quickSettings(iterations);
+  settings.fill = kFill;
+  return settings;
+}
+
+/// A dark and a bright half, where fields overshoot.
+ReconstructionInput stepInput() {
+  ReconstructionInput input;
+  input.stacks.push_back(simulateThickStack(
+      volumeOf(smallGrid(), [](auto i, auto j, auto) { return i < 12 || j > 17 ? 0 : 1000; }), 2, 4));
+  return input;
+}
+
+void expectWithin(const std::vector<float>& values, float low, float high) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  EXPECT_GE(*least, low);
+  EXPECT_LE(*most, high);
+}
+
+} // namespace
+
+TEST(MaskedJob, GivesTheFillValueBeyondTheMasksMargin) {
+  const ReconstructionInput input = maskedInput();
+  const auto result = reconstruct(input, filled());
+  const GaussianField& field = result.checkpoint->field;
+  const Volume whole = render(field, smallGrid());
+  const double margin = input.stacks[0].image.geometry.spacing[2];
+  EXPECT_EQ(margin, 4);
+  const Affine3 map = smallGrid().indexToWorld();
+  const auto& n = smallGrid().size;
+  std::vector<Vec3> inside, all;
+  for (std::int64_t v = 0; v < smallGrid().voxelCount(); ++v) {
+    all.push_back(map({double(v % n[0]), double(v / n[0] % n[1]), double(v / n[0] / n[1])}));
+    if (input.mask->voxels[v]) inside.push_back(all.back());
+  }
+  int around = 0;
+  for (std::size_t v = 0; v < all.size(); ++v) {
+    double nearest = 1e300;
+    for (const Vec3& x : inside)
+      nearest = std::min(nearest, norm(x - all[v]));
+    if (nearest > margin + 1e-6) {
+      ASSERT_EQ(whole.voxels[v], kFill) << nearest << " mm from the mask";
+    } else if (nearest == 0) {
+      ASSERT_NE(whole.voxels[v], kFill);
+    } else {
+      around += whole.voxels[v] != kFill;
+    }
+  }
+  EXPECT_GT(around, 200);
+}
+
+TEST(MaskedJob, CutsTheGridToTheMasksBoxUnlessOneIsGiven) {
+  ReconstructionInput input = maskedInput();
+  const auto result = reconstruct(input, filled());
+  const GridGeometry& cut = result.volume.geometry;
+  EXPECT_TRUE(sameLattice(cut, result.checkpoint->field.support.geometry, 1e-9));
+  EXPECT_LT(cut.voxelCount(), smallGrid().voxelCount());
+  const Vec3 first = inverse(smallGrid().indexToWorld())(cut.origin);
+  std::array<std::int64_t, 3> begin;
+  for (int a = 0; a < 3; ++a)
+    EXPECT_NEAR(first[a], static_cast<double>(begin[a] = std::llround(first[a])), 1e-9)
+        << "same voxel centres";
+  EXPECT_EQ(cropped(smallGrid(), begin, cut.size).size, cut.size);
+  input.outputGrid = smallGrid();
+  const auto given = reconstruct(input, filled());
+  EXPECT_EQ(given.volume.geometry, smallGrid());
+  EXPECT_EQ(given.volume.voxels, render(given.checkpoint->field, smallGrid()).voxels);
+  input.cropToMask = true;
+  EXPECT_TRUE(sameLattice(reconstruct(input, filled()).volume.geometry, cut, 1e-9));
+}
+
+TEST(MaskedJob, StaysWithinTheMaskedRange) {
+  ReconstructionInput input = maskedInput();
+  float low = 1e9f, high = -1e9f;
+  for (Stack& stack : input.stacks)
+    for (std::int64_t v = 0; v < stack.image.geometry.voxelCount(); ++v)
+      stack.image.voxels[v] = std::max(stack.image.voxels[v], 60.f);
+  const auto result = reconstruct(input, filled(20));
+  const auto range = result.checkpoint->field.range;
+  ASSERT_TRUE(range);
+  EXPECT_EQ(result.checkpoint->field.detail.geometry, result.checkpoint->field.support.geometry)
+      << "refined where the mask is alone";
+  EXPECT_GE(range->low, 60);
+  for (const float v : result.volume.voxels)
+    if (v != kFill) low = std::min(low, v), high = std::max(high, v);
+  EXPECT_GE(low, range->low);
+  EXPECT_LE(high, range->high);
+  EXPECT_GT(high, low);
+}
+
+TEST(MaskedJob, GoesOnWhereItWasStopped) {
+  const ReconstructionInput input = maskedInput();
+  const auto straight = reconstruct(input, filled(12));
+  std::stop_source stop;
+  ReconstructionJob first(input, filled(12));
+  first.onProgress([&](const Progress& p) {
+    if (p.iteration == 5) stop.request_stop();
+  });
+  const auto stopped = first.run(stop.get_token());
+  ASSERT_TRUE(stopped.cancelled);
+  ReconstructionInput on = input;
+  on.resume = stopped.checkpoint;
+  const auto resumed = reconstruct(on, filled(12));
+  EXPECT_TRUE(sameField(resumed.checkpoint->field, straight.checkpoint->field));
+  EXPECT_EQ(resumed.volume.voxels, straight.volume.voxels);
+  EXPECT_EQ(resumed.checkpoint->field.support.voxels, straight.checkpoint->field.support.voxels);
+  // The value outside is no part of the fit: another one does not begin it anew.
+  on.resume = straight.checkpoint;
+  Settings other = filled(12);
+  other.fill = 9;
+  const auto again = reconstruct(on, other);
+  EXPECT_EQ(again.sweeps, 0);
+  EXPECT_EQ(again.checkpoint->field.fill, 9);
+}
+
+TEST(ValueRange, OfAStepEdgeIsKept) {
+  const auto result = reconstruct(stepInput(), quickSettings(30));
+  const GaussianField& field = result.checkpoint->field;
+  ASSERT_FALSE(field.detail.voxels.empty());
+  expectWithin(result.volume.voxels, 0, 1000);
+  RenderOptions unbounded;
+  unbounded.bounded = false;
+  const std::vector<float> free = render(field, field.domain, unbounded).voxels;
+  const auto [least, most] = std::minmax_element(free.begin(), free.end());
+  EXPECT_TRUE(*least < -10 || *most > 1010) << "nothing to keep";
+  GridGeometry fine = withSpacing(field.domain, {0.7, 0.7, 0.7});
+  expectWithin(render(field, fine).voxels, 0, 1000);
+  expectWithin(renderStack(field, stepInput().stacks[0]).voxels, 0, 1000);
+  std::vector<Vec3> points;
+  volumeInSpace(field.domain, [&](const Vec3& x) {
+    points.push_back(x);
+    return 0;
+  });
+  expectWithin(renderPoints(field, points), 0, 1000);
+  std::vector<float> plane(64 * 64);
+  Affine3 oblique{obliqueDirection(0.8), field.domain.centre()};
+  oblique.offset = oblique({-32, -32, 0});
+  PlaneSampler(std::make_shared<const GaussianField>(field)).sample(oblique, 64, 64, plane);
+  expectWithin(plane, std::min(0.f, float(field.intensityOffset)), 1000);
+}
+
+TEST(ValueRange, HoldsInHolesOfBrokenVoxels) {
+  ReconstructionInput input = isotropicInput();
+  Volume& image = input.stacks[0].image;
+  const auto& n = image.geometry.size;
+  for (std::int64_t k = 6; k < 13; ++k)
+    for (std::int64_t j = 6; j < 14; ++j)
+      for (std::int64_t i = 2; i < 12; ++i)
+        image.voxels[i + n[0] * (j + n[1] * k)] = std::numeric_limits<float>::quiet_NaN();
+  Settings settings = quickSettings(40);
+  settings.gaussians = 1500;
+  const auto result = reconstruct(input, settings);
+  const ValueRange range = observedRange(input.stacks);
+  expectWithin(result.volume.voxels, range.low, range.high);
+}
+
+TEST(ValueRange, IsNotThatOfWithheldSlices) {
+  ReconstructionInput input = isotropicInput();
+  input.heldOutFraction = 0.25;
+  const std::int64_t plane = smallGrid().size[0] * smallGrid().size[1];
+  input.stacks[0].image.voxels[2 * plane + 40] = 5000; // of the first withheld slice
+  EXPECT_LT(reconstruct(input, quickSettings(3)).checkpoint->field.range->high, 300);
+}

@@ -1,0 +1,273 @@
+#include "Core/Fit/Plan.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Job/Resume.h"
+#include "JobInputs.h"
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+/// The paper's method, small and short.
+Settings paperSettings(int iterations = 24) {
+  Settings settings = quickSettings(iterations);
+  settings.preset = Preset::Paper;
+  settings.densifyEvery = 4;
+  settings.maxGaussians = 400;
+  settings.densify.gradient = 0.02;
+  return settings;
+}
+
+DataTraits traitsOf(const ReconstructionInput& input) {
+  DataTraits traits = geometryTraits(input.stacks);
+  traits.volume = 24 * 22 * 20;
+  return traits;
+}
+
+} // namespace
+
+TEST(PaperPreset, IsItsAlgorithm) {
+  Settings settings;
+  settings.preset = Preset::Paper;
+  const FitPlan plan = makePlan(settings, traitsOf(isotropicInput()));
+  EXPECT_EQ(settings.blending, Blending::Alpha);
+  EXPECT_EQ(settings.linearIntensity, false);
+  EXPECT_EQ(settings.initialisation, Initialisation::Grid);
+  EXPECT_EQ(settings.gaussians, 74088);
+  EXPECT_EQ(settings.maxGaussians, 74088);
+  EXPECT_EQ(settings.members, 1);
+  EXPECT_EQ(settings.allAxes, true);
+  EXPECT_EQ(plan.loss.kind, LossKind::L1);
+  EXPECT_EQ(plan.loss.pointWeight, 0.8);
+  EXPECT_EQ(plan.loss.ssimWeight, 0.4);
+  EXPECT_EQ(plan.schedule, Schedule::Plateau);
+  EXPECT_GT(plan.densify.every, 0);
+  EXPECT_EQ(plan.densify.limit, 74088);
+  EXPECT_EQ(plan.densify.coverage, 3);
+  EXPECT_TRUE(plan.paperStopRule);
+  EXPECT_EQ(plan.iterations, 1000);
+  EXPECT_EQ(plan.coarseIterations, 0);
+  EXPECT_EQ(plan.relocateEvery, 0);
+}
+
+TEST(Training, CutoffAndAdamAreChoicesOfTheFit) {
+  Settings usual;
+  FitPlan plan = makePlan(usual, traitsOf(isotropicInput()));
+  EXPECT_EQ(plan.cutoff, 2.2);
+  EXPECT_EQ(plan.beta1, 0.8);
+  EXPECT_EQ(plan.beta2, 0.95);
+  const auto changed = [&](auto change) {
+    Settings settings;
+    change(settings);
+    plan = makePlan(settings, traitsOf(isotropicInput()));
+    EXPECT_NE(settingsKey(settings, ""), settingsKey(usual, "")); // another fit, nothing to resume
+  };
+  changed([](Settings& s) { s.cutoff = 3; });
+  EXPECT_EQ(plan.cutoff, 3);
+  changed([](Settings& s) { s.beta1 = 0.9; });
+  EXPECT_EQ(plan.beta1, 0.9);
+  changed([](Settings& s) { s.beta2 = 0.999; });
+  EXPECT_EQ(plan.beta2, 0.999);
+
+  Settings settings = quickSettings();
+  const ReconstructionResult base = reconstruct(isotropicInput(), settings);
+  EXPECT_EQ(base.checkpoint->field.cutoff, 2.2);
+  settings.beta2 = 0.999;
+  EXPECT_FALSE(sameField(reconstruct(isotropicInput(), settings).checkpoint->field, base.checkpoint->field));
+  settings.cutoff = 3;
+  EXPECT_EQ(reconstruct(isotropicInput(), settings).checkpoint->field.cutoff, 3);
+}
+
+TEST(Training, CountsWhatDensificationDid) {
+  const ReconstructionResult result = reconstruct(isotropicInput(), paperSettings());
+  const DensifyCounts& counts = result.densified;
+  EXPECT_GT(counts.split + counts.cloned, 0);
+  EXPECT_GE(counts.pruned, 0);
+  Settings settings = paperSettings(1); // as placed: none has happened yet
+  const ReconstructionResult start = reconstruct(isotropicInput(), settings);
+  EXPECT_EQ(start.densified.pruned + start.densified.split + start.densified.cloned, 0);
+  EXPECT_EQ(result.checkpoint->field.size(),
+            start.checkpoint->field.size() + counts.split + counts.cloned - counts.pruned);
+}
+
+TEST(PaperPreset, YieldsToWhatIsSetExplicitly) {
+  Settings settings;
+  settings.preset = Preset::Paper;
+  settings.blending = Blending::Normalised;
+  settings.initialisation = Initialisation::Adaptive;
+  settings.loss = LossKind::L2;
+  settings.pointWeight = 1;
+  settings.ssimWeight = 0;
+  settings.schedule = Schedule::Exponential;
+  settings.densifyEvery = 0;
+  settings.paperStopRule = false;
+  settings.allAxes = false;
+  settings.gaussians = 500;
+  settings.iterations = 12;
+  const FitPlan plan = makePlan(settings, traitsOf(isotropicInput()));
+  EXPECT_EQ(settings.blending, Blending::Normalised);
+  EXPECT_EQ(plan.start.kind, Initialisation::Adaptive);
+  EXPECT_EQ(plan.start.gaussians, 500);
+  EXPECT_EQ(plan.loss.kind, LossKind::L2);
+  EXPECT_EQ(plan.loss.pointWeight, 1);
+  EXPECT_EQ(plan.loss.ssimWeight, 0);
+  EXPECT_EQ(plan.schedule, Schedule::Exponential);
+  EXPECT_EQ(plan.densify.every, 0);
+  EXPECT_FALSE(plan.paperStopRule);
+  EXPECT_FALSE(plan.allAxes);
+  EXPECT_EQ(plan.iterations, 12);
+}
+
+TEST(AlphaBlending, GetsSensibleDefaultsFromOurPresets) {
+  for (const Preset preset : {Preset::Fast, Preset::Balanced, Preset::Best})
+    for (const auto& input : {isotropicInput(), anisotropicInput(), orthogonalInput()}) {
+      Settings settings;
+      settings.preset = preset;
+      settings.blending = Blending::Alpha;
+      const FitPlan plan = makePlan(settings, traitsOf(input));
+      EXPECT_FALSE(plan.linearIntensity);
+      EXPECT_EQ(settings.members, 1);
+      EXPECT_EQ(plan.densify.every, 0);
+      EXPECT_EQ(plan.allAxes, geometryTraits(input.stacks).cubes);
+      EXPECT_EQ(plan.allAxes, input.stacks.size() == 1 && input.stacks[0].image.geometry.spacing[2] < 1.5);
+    }
+}
+
+TEST(AlphaBlending, FitsEveryKindOfInput) {
+  const Volume truth = phantom(smallGrid());
+  for (auto input : {isotropicInput(), anisotropicInput(), orthogonalInput()}) {
+    input.outputGrid = truth.geometry;
+    Settings settings = quickSettings(40);
+    settings.blending = Blending::Alpha;
+    const auto result = reconstruct(input, settings);
+    EXPECT_EQ(result.checkpoint->field.blending, Blending::Alpha);
+    EXPECT_GT(psnr(result.volume, truth), input.stacks.size() == 1 ? 17 : 14);
+  }
+}
+
+TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
+  const DataTraits traits = geometryTraits(isotropicInput().stacks);
+  Settings settings;
+  EXPECT_FALSE(makePlan(settings, traitsOf(isotropicInput())).allAxes);
+  EXPECT_TRUE(traits.cubes);
+  EXPECT_FALSE(geometryTraits(anisotropicInput().stacks).cubes);
+  EXPECT_FALSE(geometryTraits(orthogonalInput().stacks).cubes);
+  ReconstructionInput posed = isotropicInput();
+  posed.stacks[0].poses.assign(20, Affine3{});
+  EXPECT_FALSE(geometryTraits(posed.stacks).cubes);
+  ReconstructionInput blurred = isotropicInput();
+  blurred.stacks[0].profile = SliceProfile::Box;
+  EXPECT_TRUE(geometryTraits(blurred.stacks).cubes);
+  blurred.stacks[0].thickness = 2;
+  EXPECT_FALSE(geometryTraits(blurred.stacks).cubes);
+  // A normalised field has one value per point: three views of it ask for what one asks for. A few sweeps:
+  // over many, rounding leads the two fits apart.
+  Settings one = quickSettings(4), three = one;
+  three.allAxes = true;
+  const ReconstructionInput input = isotropicInput();
+  const auto a = reconstruct(input, one), b = reconstruct(input, three);
+  EXPECT_NEAR(a.trainingPsnr, b.trainingPsnr, 0.02);
+}
+
+TEST(AllAxes, AreRefusedWhereVoxelsAreNotCubes) {
+  for (const auto& input : {anisotropicInput(), orthogonalInput()}) {
+    Settings settings = quickSettings(2);
+    settings.allAxes = true;
+    try {
+      reconstruct(input, settings);
+      FAIL() << "accepted";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ErrorCode::InvalidArgument);
+    }
+  }
+}
+
+TEST(AllAxes, KeepHeldOutSlicesAndTheMaskFromEveryView) {
+  ReconstructionInput input = isotropicInput();
+  input.heldOutFraction = 0.25; // the slices 2, 6, 10, ...
+  Mask mask{smallGrid(), {}};
+  for (std::int64_t v = 0; v < mask.geometry.voxelCount(); ++v)
+    mask.voxels.push_back(v % 24 < 20);
+  input.mask = mask;
+  Settings settings = quickSettings(15);
+  settings.blending = Blending::Alpha;
+  const auto result = reconstruct(input, settings);
+  EXPECT_EQ(result.settings.allAxes, true);
+  EXPECT_GT(result.heldOutPsnr, 10);
+  EXPECT_DOUBLE_EQ(result.heldOutPsnr, psnrOfAFitWithout(input, {2, 6, 10, 14, 18}, settings));
+  ReconstructionInput other = input; // what no view may show
+  auto& voxels = other.stacks[0].image.voxels;
+  for (std::size_t v = 0; v < voxels.size(); ++v)
+    if (!mask.voxels[v]) voxels[v] = 3;
+  const auto changed = reconstruct(other, settings);
+  EXPECT_TRUE(sameField(result.checkpoint->field, changed.checkpoint->field));
+  EXPECT_DOUBLE_EQ(result.heldOutPsnr, changed.heldOutPsnr);
+}
+
+TEST(PaperFit, ImprovesGrowsAndIsTheSameForAnyNumberOfThreads) {
+  const ReconstructionInput input = isotropicInput();
+  Settings settings = paperSettings(40);
+  std::vector<std::int64_t> counts;
+  ReconstructionJob job(input, settings);
+  job.onProgress([&](const Progress& p) {
+    if (p.phase == Phase::Fitting) counts.push_back(p.gaussians);
+  });
+  const auto result = job.run();
+  ASSERT_EQ(counts.size(), 40u);
+  EXPECT_GT(counts.back(), counts.front());
+  EXPECT_LE(*std::max_element(counts.begin(), counts.end()), 400);
+  EXPECT_EQ(counts.back(), result.checkpoint->field.size());
+  EXPECT_GT(result.trainingPsnr, 18);
+  for (int threads : {1, 3}) {
+    settings.threads = threads;
+    EXPECT_TRUE(sameField(result.checkpoint->field, reconstruct(input, settings).checkpoint->field));
+  }
+}
+
+TEST(PaperFit, StoppedAnywhereGoesOnToTheSameResult) {
+  const ReconstructionInput input = isotropicInput();
+  const Settings settings = paperSettings();
+  const auto whole = reconstruct(input, settings);
+  for (int at : {1, 3, 4, 5, 11, 12, 13, 23}) {
+    std::stop_source stop;
+    ReconstructionJob job(input, settings);
+    job.onProgress([&](const Progress& p) {
+      if (p.phase == Phase::Fitting && p.iteration == at) stop.request_stop();
+    });
+    const auto stopped = job.run(stop.get_token());
+    ASSERT_TRUE(stopped.cancelled);
+    EXPECT_EQ(stopped.checkpoint->losses.size(), static_cast<std::size_t>(at));
+    ReconstructionInput rest = input;
+    rest.resume = stopped.checkpoint;
+    const auto resumed = reconstruct(rest, settings);
+    EXPECT_TRUE(resumed.warnings.empty());
+    EXPECT_TRUE(sameField(resumed.checkpoint->field, whole.checkpoint->field)) << "stopped at " << at;
+    const auto refused = [&](auto&& change) {
+      auto forged = std::make_shared<Checkpoint>(*stopped.checkpoint);
+      change(*forged);
+      rest.resume = forged;
+      try {
+        reconstruct(rest, settings);
+      } catch (const Error& error) {
+        return error.code() == ErrorCode::FileFormat;
+      }
+      return false;
+    };
+    EXPECT_TRUE(refused([](Checkpoint& c) { c.losses.resize(1000); }));
+    EXPECT_TRUE(refused([](Checkpoint& c) { c.losses[0] = std::numeric_limits<float>::quiet_NaN(); }));
+    EXPECT_TRUE(refused([](Checkpoint& c) { c.pulls.resize(7); }));
+    EXPECT_TRUE(refused([](Checkpoint& c) { c.pulls.assign(c.field.size(), -1.f); }));
+  }
+}
+
+TEST(Resume, OfAnAlphaModelUnderOtherSettingsSeesAllItsAxes) {
+  ReconstructionInput input = isotropicInput();
+  Settings settings = quickSettings(8);
+  settings.blending = Blending::Alpha;
+  input.resume = reconstruct(input, settings).checkpoint;
+  Settings other = quickSettings(3);
+  const auto result = reconstruct(input, other);
+  EXPECT_EQ(result.checkpoint->field.blending, Blending::Alpha);
+  EXPECT_EQ(result.settings.allAxes, true);
+  EXPECT_EQ(result.settings.linearIntensity, false);
+}

@@ -1,0 +1,62 @@
+#include "Core/Job/MemoryEstimate.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <limits>
+
+using namespace innergs;
+
+namespace {
+
+ReconstructionInput outline(std::int64_t side) {
+  ReconstructionInput input;
+  input.stacks.emplace_back().image.geometry.size = {side, side, 20};
+  input.stacks.front().image.geometry.spacing = {1, 1, 5};
+  return input;
+}
+
+} // namespace
+
+TEST(MemoryNeed, IsTheLargestOfTheFitsAndKeepsResults) {
+  const Settings settings;
+  const std::array fits{outline(64), outline(128)};
+  const std::int64_t small = estimateMemory(fits[0], settings), large = estimateMemory(fits[1], settings);
+  EXPECT_EQ(memoryNeed({fits.data(), 1}, settings, 0).bytes, small);
+  EXPECT_GT(memoryNeed(fits, settings, 0).bytes, large); // the first one's result beside it
+  const std::array turned{fits[1], fits[0]};
+  EXPECT_EQ(memoryNeed(turned, settings, 0).bytes, large);
+  EXPECT_TRUE(memoryNeed(fits, settings, 0).refusal.empty()); // unknown
+  EXPECT_TRUE(memoryNeed(fits, settings, 2 * large).refusal.empty());
+}
+
+TEST(MemoryNeed, RefusesWithTheJobsOwnSentence) {
+  // Only outlines: the job refuses before it looks at a voxel.
+  ReconstructionInput input = outline(64);
+  GridGeometry huge = input.stacks.front().image.geometry;
+  huge.size = {100'000, 100'000, 1'000};
+  input.outputGrid = huge;
+  if (availableMemory() == 0) GTEST_SKIP() << "This system does not say how much memory is available.";
+  const std::string refusal = memoryNeed({&input, 1}, {}).refusal;
+  EXPECT_EQ(refusal.find("The reconstruction needs about "), 0u) << refusal;
+  input.stacks.front().image.voxels.assign(64 * 64 * 20, 1.f);
+  try {
+    ReconstructionJob(input, {}).run({});
+    ADD_FAILURE() << "not refused";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Memory);
+    const std::string sentence = error.what(); // what is available changes from moment to moment
+    EXPECT_EQ(sentence.substr(0, sentence.find(" and ")), refusal.substr(0, refusal.find(" and ")));
+    EXPECT_EQ(sentence.substr(sentence.find(" are ")), refusal.substr(refusal.find(" are ")));
+  }
+}
+
+TEST(MemoryNeed, SaysWhenOnlyTheJudgingIsTooLarge) {
+  const Settings settings;
+  const std::array fits{outline(64), outline(512)};
+  const MemoryNeed need = memoryNeed(fits, settings, estimateMemory(fits[0], settings) + 1'000'000);
+  EXPECT_EQ(need.refusal.find("Judging the quality needs about "), 0u) << need.refusal;
+}

@@ -1,7 +1,0 @@
-// A library that stamps itself as a plugin and offers none.
-#include "Core/DevicePlugin.h"
-
-extern "C" INNERGS_PLUGIN_EXPORT const innergs::PluginStamp* innergsPluginStamp() {
-  static constexpr innergs::PluginStamp stamp{innergs::kPluginAbi, innergs::pluginLayout(), ""};
-  return &stamp;
-}
