@@ -49,7 +49,7 @@ void qSlicerInnerGSHost::onVolume(vtkObject*, unsigned long, void*) {
 }
 
 void qSlicerInnerGSHost::watchVolumes() {
-  volumeWatches_.clear();
+  volumeObservers_.clear();
   std::vector<vtkMRMLNode*> nodes;
   if (scene_ && active_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
   for (vtkMRMLNode* node : nodes)
@@ -57,7 +57,7 @@ void qSlicerInnerGSHost::watchVolumes() {
          {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
           static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent),
           static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
-      volumeWatches_.add(node, event, this, &qSlicerInnerGSHost::onVolume);
+      volumeObservers_.add(node, event, this, &qSlicerInnerGSHost::onVolume);
 }
 
 /// What the panels know of the volumes, without their voxels.
@@ -90,7 +90,7 @@ QString qSlicerInnerGSHost::volumesNow() const {
 }
 
 void qSlicerInnerGSHost::watchModels() {
-  modelWatches_.clear();
+  modelObservers_.clear();
   std::vector<vtkMRMLNode*> nodes;
   if (scene_) scene_->GetNodesByClass("vtkMRMLInnerGSModelNode", nodes);
   for (vtkMRMLNode* node : nodes)
@@ -98,7 +98,7 @@ void qSlicerInnerGSHost::watchModels() {
          {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
           static_cast<unsigned long>(vtkMRMLInnerGSModelNode::ModelModifiedEvent),
           static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
-      modelWatches_.add(node, event, this, &qSlicerInnerGSHost::onModel);
+      modelObservers_.add(node, event, this, &qSlicerInnerGSHost::onModel);
   for (const QString& id : places_.keys())
     if (!modelNode(id)) places_.remove(id);
 }
@@ -113,11 +113,11 @@ void qSlicerInnerGSHost::watchChosen() {
   watchedMask_ = mask;
   watchedRegion_ = region;
   chosenEdited_.stop();
-  chosenWatches_.clear();
-  chosenWatches_.add(parameters, vtkCommand::ModifiedEvent, this, &qSlicerInnerGSHost::onParameters);
+  chosenObservers_.clear();
+  chosenObservers_.add(parameters, vtkCommand::ModifiedEvent, this, &qSlicerInnerGSHost::onParameters);
   const auto watch = [this](vtkMRMLNode* node, std::initializer_list<unsigned long> events) {
     for (const unsigned long event : events)
-      chosenWatches_.add(node, event, this, &qSlicerInnerGSHost::onChosen);
+      chosenObservers_.add(node, event, this, &qSlicerInnerGSHost::onChosen);
   };
   watch(region, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent,
                  vtkMRMLMarkupsNode::PointModifiedEvent});

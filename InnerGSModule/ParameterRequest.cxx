@@ -58,7 +58,7 @@ Settings settingsOf(vtkMRMLInnerGSParameterNode* node) {
   s.gaussians = count<std::int64_t>(node->GetNumberOfGaussians());
   s.maxGaussians = count<std::int64_t>(node->GetMaximumNumberOfGaussians());
   s.iterations = count<int>(node->GetNumberOfIterations());
-  s.members = count<int>(node->GetNumberOfMembers());
+  s.ensembleSize = count<int>(node->GetEnsembleSize());
   s.schedule = chosen<Schedule>(node->GetSchedule());
   s.plateau = {node->GetPlateauPatience(), node->GetPlateauFactor(), node->GetPlateauLowest(),
                node->GetPlateauThreshold()};
@@ -93,7 +93,7 @@ void setSettings(vtkMRMLInnerGSParameterNode* node, const Settings& s) {
   node->SetNumberOfGaussians(storedCount(s.gaussians));
   node->SetMaximumNumberOfGaussians(storedCount(s.maxGaussians));
   node->SetNumberOfIterations(storedCount(s.iterations));
-  node->SetNumberOfMembers(storedCount(s.members));
+  node->SetEnsembleSize(storedCount(s.ensembleSize));
   node->SetSchedule(stored(s.schedule));
   node->SetPlateauPatience(s.plateau.patience);
   node->SetPlateauFactor(s.plateau.factor);

@@ -71,22 +71,22 @@ qSlicerInnerGSHost::~qSlicerInnerGSHost() {
 }
 
 void qSlicerInnerGSHost::setLogic(vtkSlicerInnerGSLogic* logic) {
-  logicWatches_.clear();
+  logicObservers_.clear();
   logic_ = logic;
   if (!logic) return;
   for (const unsigned long event :
        {vtkSlicerInnerGSLogic::JobStartedEvent, vtkSlicerInnerGSLogic::JobProgressEvent,
         vtkSlicerInnerGSLogic::JobPreviewEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
         vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent})
-    logicWatches_.add(logic, event, this, &qSlicerInnerGSHost::onJob);
+    logicObservers_.add(logic, event, this, &qSlicerInnerGSHost::onJob);
 }
 
 void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   if (scene == scene_) return;
-  sceneWatches_.clear();
-  modelWatches_.clear();
-  volumeWatches_.clear();
-  chosenWatches_.clear();
+  sceneObservers_.clear();
+  modelObservers_.clear();
+  volumeObservers_.clear();
+  chosenObservers_.clear();
   watched_ = watchedMask_ = watchedRegion_ = nullptr;
   places_.clear();
   scene_ = scene;
@@ -94,7 +94,7 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
     for (const unsigned long event : {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
                                       vtkMRMLScene::NodeRemovedEvent, vtkMRMLScene::EndBatchProcessEvent,
                                       vtkMRMLScene::EndImportEvent, vtkMRMLScene::EndCloseEvent})
-      sceneWatches_.add(scene, event, this, &qSlicerInnerGSHost::onScene);
+      sceneObservers_.add(scene, event, this, &qSlicerInnerGSHost::onScene);
   Q_EMIT mrmlSceneChanged(scene);
   changed_.start();
 }

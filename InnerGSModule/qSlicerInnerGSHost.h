@@ -1,5 +1,5 @@
 #pragma once
-#include "Watches.h"
+#include "ScopedObservers.h"
 #include "Widgets/Host.h"
 
 #include <vtkSlicerInnerGSLogic.h>
@@ -98,8 +98,8 @@ private:
   vtkWeakPointer<vtkMRMLScene> scene_;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
-  Watches logicWatches_, sceneWatches_, modelWatches_, volumeWatches_, chosenWatches_;
-  vtkWeakPointer<vtkMRMLNode> watched_, watchedMask_, watchedRegion_; // chosenWatches_ are of these
+  ScopedObservers logicObservers_, sceneObservers_, modelObservers_, volumeObservers_, chosenObservers_;
+  vtkWeakPointer<vtkMRMLNode> watched_, watchedMask_, watchedRegion_; // chosenObservers_ are of these
   QTimer changed_;        // one signal for many changes of the scene
   QTimer modelsMoved_;    // one for many moves of a transform
   QTimer volumesEdited_;  // names and geometry of volumes

@@ -4,7 +4,7 @@
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Device/Devices.h"
 #include "Widgets/PanelTools.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QComboBox>
 #include <QLabel>

@@ -49,9 +49,9 @@ struct FitChart::Scale {
 
 FitChart::FitChart(QWidget* parent) : QWidget(parent) {
   setMinimumHeight(9 * fontMetrics().lineSpacing());
-  setAccessibleName(tr("PSNR on the fitted samples and loss over the sweeps"));
+  setAccessibleName(tr("PSNR on the fitted samples and loss over the iterations"));
   setToolTip(
-      tr("Over the sweeps through the scans, left axis: PSNR in dB on the fitted samples, not held out\n"
+      tr("Over the iterations through the scans, left axis: PSNR in dB on the fitted samples, not held out\n"
          "(thick); right axis: the loss, without unit, on a logarithmic scale (thin)."));
   setAttribute(Qt::WA_OpaquePaintEvent);
 }
@@ -69,15 +69,15 @@ void FitChart::add(const Progress& progress) {
   members_ = std::max(1, progress.members);
   coarse_ = progress.coarseIterations;
   if (progress.iterations > 0) sweepsPerMember_ = static_cast<double>(progress.iterations) / members_;
-  const auto sweep = static_cast<double>(progress.iteration);
-  if (sweep <= (points_.empty() ? 0 : points_.back().sweep) || !(progress.loss > 0)) return;
+  const auto iteration = static_cast<double>(progress.iteration);
+  if (iteration <= (points_.empty() ? 0 : points_.back().iteration) || !(progress.loss > 0)) return;
   if (points_.size() >= kMostPoints) { // every second goes
     std::size_t kept = 0;
     for (std::size_t n = 0; n < points_.size(); n += 2)
       points_[kept++] = points_[n];
     points_.resize(kept);
   }
-  points_.push_back({sweep, progress.trainingPsnr > 0 ? progress.trainingPsnr : NAN, progress.loss});
+  points_.push_back({iteration, progress.trainingPsnr > 0 ? progress.trainingPsnr : NAN, progress.loss});
 }
 
 int FitChart::lines() const {
@@ -94,8 +94,9 @@ QString FitChart::explanation() const {
                     "begins anew at a dotted line.",
                     nullptr, members_);
   if (coarse_ > 0)
-    sentences << tr("Shaded: sweeps that see the scans at half resolution; their figures do not compare with "
-                    "the others.");
+    sentences << tr(
+        "Shaded: iterations that see the scans at half resolution; their figures do not compare with "
+        "the others.");
   return sentences.join(' ');
 }
 
@@ -104,9 +105,9 @@ void FitChart::paintEvent(QPaintEvent*) {
   painter.fillRect(rect(), palette().base());
   const QFontMetrics metrics = fontMetrics();
   const int line = metrics.lineSpacing(), gap = metrics.averageCharWidth();
-  Scale sweeps, decibels, losses;
+  Scale iterations, decibels, losses;
   for (const Point& point : points_) {
-    sweeps.add(point.sweep);
+    iterations.add(point.iteration);
     decibels.add(point.psnr);
     losses.add(std::log10(point.loss));
   }
@@ -119,11 +120,11 @@ void FitChart::paintEvent(QPaintEvent*) {
     wide = std::max(wide, metrics.horizontalAdvance(QLocale().toString(value, 'g', 4)));
   const double left = line + wide + 2 * gap, right = width() - 1.2 * line - gap;
   if (right - left < 4 * gap || bottom - top < line) return;
-  const int label = metrics.horizontalAdvance(QLocale().toString(sweeps.high, 'f', 0)) + 3 * gap;
-  sweeps.place(left, right, std::max(1, static_cast<int>((right - left) / std::max(label, 6 * gap))));
-  sweeps.step = std::max(1.0, sweeps.step);
-  drawParts(painter, sweeps, top, bottom);
-  drawAxes(painter, sweeps, decibels);
+  const int label = metrics.horizontalAdvance(QLocale().toString(iterations.high, 'f', 0)) + 3 * gap;
+  iterations.place(left, right, std::max(1, static_cast<int>((right - left) / std::max(label, 6 * gap))));
+  iterations.step = std::max(1.0, iterations.step);
+  drawParts(painter, iterations, top, bottom);
+  drawAxes(painter, iterations, decibels);
   if (points_.size() < 2) return;
   painter.setRenderHint(QPainter::Antialiasing);
   painter.setClipRect(QRectF(left, top - 2, right - left, bottom - top + 4));
@@ -131,34 +132,36 @@ void FitChart::paintEvent(QPaintEvent*) {
   faint.setAlpha(160);
   const QColor main = palette().color(QPalette::Highlight);
   painter.setPen(QPen(faint, 1));
-  drawLines(painter, sweeps, [&](const Point& point) { return losses(std::log10(point.loss)); });
+  drawLines(painter, iterations, [&](const Point& point) { return losses(std::log10(point.loss)); });
   painter.setPen(QPen(main, 2));
-  drawLines(painter, sweeps, [&](const Point& point) { return decibels(point.psnr); });
+  drawLines(painter, iterations, [&](const Point& point) { return decibels(point.psnr); });
 }
 
-/// Where members begin, and which of their sweeps see half the resolution.
-void FitChart::drawParts(QPainter& painter, const Scale& sweeps, double top, double bottom) const {
+/// Where members begin, and which of their iterations see half the resolution.
+void FitChart::drawParts(QPainter& painter, const Scale& iterations, double top, double bottom) const {
   if (points_.size() < 2) return;
   QColor shade = palette().color(QPalette::Text), mark = shade;
   shade.setAlpha(24);
   mark.setAlpha(160);
-  const auto within = [&](double sweep) { return std::clamp(sweeps(sweep), sweeps.from, sweeps.to); };
-  for (int n = 0; n <= member(points_.back().sweep); ++n) {
+  const auto within = [&](double iteration) {
+    return std::clamp(iterations(iteration), iterations.from, iterations.to);
+  };
+  for (int n = 0; n <= member(points_.back().iteration); ++n) {
     const double first = n * sweepsPerMember_ + 0.5;
     const QRectF coarse(QPointF(within(first), top), QPointF(within(first + coarse_), bottom));
     if (coarse.width() > 0) painter.fillRect(coarse, shade);
-    if (n == 0 || first < sweeps.low) continue;
+    if (n == 0 || first < iterations.low) continue;
     painter.setPen(QPen(mark, 1, Qt::DotLine));
     painter.drawLine(QPointF(within(first), top), QPointF(within(first), bottom));
   }
 }
 
-void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& decibels) const {
+void FitChart::drawAxes(QPainter& painter, const Scale& iterations, const Scale& decibels) const {
   const int line = fontMetrics().lineSpacing(), gap = fontMetrics().averageCharWidth();
   const QColor text = palette().color(QPalette::Text);
   QColor grid = text;
   grid.setAlpha(40);
-  const double top = decibels.to, bottom = decibels.from, left = sweeps.from, right = sweeps.to;
+  const double top = decibels.to, bottom = decibels.from, left = iterations.from, right = iterations.to;
   const bool any = points_.size() > 1;
   const bool known = any && std::any_of(points_.begin(), points_.end(),
                                         [](const Point& point) { return std::isfinite(point.psnr); });
@@ -173,9 +176,9 @@ void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& dec
                        locale.toString(value, 'g', 4));
     }
   if (any)
-    for (double value = sweeps.step * std::ceil(sweeps.low / sweeps.step); value <= sweeps.high + 1e-9;
-         value += sweeps.step) {
-      const double x = sweeps(value), half = 10 * gap;
+    for (double value = iterations.step * std::ceil(iterations.low / iterations.step);
+         value <= iterations.high + 1e-9; value += iterations.step) {
+      const double x = iterations(value), half = 10 * gap;
       painter.setPen(grid);
       painter.drawLine(QPointF(x, top), QPointF(x, bottom));
       painter.setPen(text);
@@ -187,7 +190,7 @@ void FitChart::drawAxes(QPainter& painter, const Scale& sweeps, const Scale& dec
   painter.drawLine(QPointF(left, bottom), QPointF(right, bottom));
   painter.drawLine(QPointF(right, top), QPointF(right, bottom));
   painter.drawText(QRectF(left, bottom + 1.05 * line, right - left, 1.1 * line), Qt::AlignCenter,
-                   tr("Sweep"));
+                   tr("Iteration"));
   const auto drawSide = [&](double x, const QString& name) { // upwards
     painter.save();
     QFont font = painter.font();
@@ -211,7 +214,8 @@ void FitChart::drawLines(QPainter& painter, const Scale& across, Height height) 
       painter.drawPolyline(line);
       line.clear();
     }
-    if (const double y = height(points_[n]); std::isfinite(y)) line << QPointF(across(points_[n].sweep), y);
+    if (const double y = height(points_[n]); std::isfinite(y))
+      line << QPointF(across(points_[n].iteration), y);
   }
   painter.drawPolyline(line);
 }

@@ -7,15 +7,15 @@
 
 namespace innergs::ui {
 
-/// PSNR on the fitted samples (left axis, dB) and loss (right axis, logarithmic) over the sweeps of a fit.
-/// Every member of an ensemble, and its sweeps at half resolution, have lines of their own. Drawn by Qt
-/// alone: a chart in OpenGL held the window while its shaders were compiled.
+/// PSNR on the fitted samples (left axis, dB) and loss (right axis, logarithmic) over the iterations of a
+/// fit. Every member of an ensemble, and its iterations at half resolution, have lines of their own. Drawn by
+/// Qt alone: a chart in OpenGL held the window while its shaders were compiled.
 class FitChart : public QWidget {
   Q_OBJECT
 public:
   explicit FitChart(QWidget* parent = nullptr);
   void clear();
-  /// Only sweeps of the fit, each once. Shown at the next update(), which the owner calls.
+  /// Only iterations of the fit, each once. Shown at the next update(), which the owner calls.
   void add(const Progress& progress);
   int points() const { return static_cast<int>(points_.size()); }
   /// Lines of one quantity that do not continue each other.
@@ -28,18 +28,20 @@ protected:
 
 private:
   struct Point {
-    double sweep, psnr, loss; // psnr: dB, or NaN
+    double iteration, psnr, loss; // psnr: dB, or NaN
   };
   struct Scale; // from values to pixels
 
-  void drawAxes(QPainter& painter, const Scale& sweeps, const Scale& decibels) const;
-  void drawParts(QPainter& painter, const Scale& sweeps, double top, double bottom) const;
+  void drawAxes(QPainter& painter, const Scale& iterations, const Scale& decibels) const;
+  void drawParts(QPainter& painter, const Scale& iterations, double top, double bottom) const;
   template <class Height>
   void drawLines(QPainter& painter, const Scale& across, Height height) const;
-  int member(double sweep) const { return static_cast<int>((sweep - 0.5) / sweepsPerMember_); }
-  bool isCoarse(double sweep) const { return sweep - member(sweep) * sweepsPerMember_ <= coarse_; }
+  int member(double iteration) const { return static_cast<int>((iteration - 0.5) / sweepsPerMember_); }
+  bool isCoarse(double iteration) const {
+    return iteration - member(iteration) * sweepsPerMember_ <= coarse_;
+  }
   bool sameLine(const Point& a, const Point& b) const {
-    return member(a.sweep) == member(b.sweep) && isCoarse(a.sweep) == isCoarse(b.sweep);
+    return member(a.iteration) == member(b.iteration) && isCoarse(a.iteration) == isCoarse(b.iteration);
   }
 
   std::vector<Point> points_;

@@ -2,7 +2,7 @@
 
 #include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QComboBox>
 #include <QEvent>

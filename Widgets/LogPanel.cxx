@@ -1,6 +1,6 @@
 #include "Widgets/LogPanel.h"
 
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QClipboard>
 #include <QFontDatabase>

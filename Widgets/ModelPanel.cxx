@@ -4,7 +4,7 @@
 #include "Widgets/MessageLine.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/SaveDialog.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include "vtkInnerGSModel.h"
 

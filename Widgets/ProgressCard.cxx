@@ -3,7 +3,7 @@
 #include "Widgets/FitChart.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/PreviewView.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QEvent>
 #include <QGridLayout>
@@ -31,7 +31,7 @@ QString phaseText(const Progress& progress) {
     return ProgressCard::tr("Placing Gaussians");
   case Phase::Fitting:
     if (progress.iterations > 0)
-      return ProgressCard::tr("Fitting: sweep %1 of %2").arg(progress.iteration).arg(progress.iterations);
+      return ProgressCard::tr("Fitting: iteration %1 of %2").arg(progress.iteration).arg(progress.iterations);
     return ProgressCard::tr("Fitting");
   case Phase::Refining:
     return ProgressCard::tr("Refining");
@@ -39,7 +39,7 @@ QString phaseText(const Progress& progress) {
     return ProgressCard::tr("Computing the result's voxels");
   case Phase::Judging:
     if (progress.iterations > 0)
-      return ProgressCard::tr("Judging the quality (second fit): sweep %1 of %2")
+      return ProgressCard::tr("Judging the quality (second fit): iteration %1 of %2")
           .arg(progress.iteration)
           .arg(progress.iterations);
     return ProgressCard::tr("Judging the quality");
@@ -49,7 +49,7 @@ QString phaseText(const Progress& progress) {
   return {};
 }
 
-/// The figures of a sweep, with the lines that the chart draws them with.
+/// The figures of an iteration, with the lines that the chart draws them with.
 QString numbersText(const Progress& progress, const QPalette& palette) {
   const QString main = palette.color(QPalette::Highlight).name();
   const auto entry = [](const QString& sign, const QString& colour, const QString& text) {
@@ -66,7 +66,7 @@ QString numbersText(const Progress& progress, const QPalette& palette) {
     parts << entry(QString::fromUtf8("─"), palette.color(QPalette::Text).name(),
                    ProgressCard::tr("loss %1").arg(locale.toString(progress.loss, 'g', 2)));
   if (progress.gaussians > 0) parts << gaussiansText(progress.gaussians).toHtmlEscaped();
-  if (!parts.isEmpty()) parts << ProgressCard::tr("after sweep %1").arg(progress.iteration);
+  if (!parts.isEmpty()) parts << ProgressCard::tr("after iteration %1").arg(progress.iteration);
   return parts.join(QString::fromUtf8(" &nbsp; "));
 }
 

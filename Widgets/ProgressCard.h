@@ -48,7 +48,7 @@ private:
   QProgressBar* bar_;
   FitChart* chart_;
   PreviewView* preview_;
-  Progress latest_, shown_, fit_; // fit_: the last sweep of the fit, the end of the chart's line
+  Progress latest_, shown_, fit_; // fit_: the last iteration of the fit, the end of the chart's line
   bool fresh_ = false;            // latest_ is not shown yet
   QTimer timer_;
   QElapsedTimer sinceRemaining_;

@@ -3,7 +3,7 @@
 #include "Widgets/MessageLine.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/QualityVerdict.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QGridLayout>
 #include <QLabel>

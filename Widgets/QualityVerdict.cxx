@@ -1,6 +1,6 @@
 #include "Widgets/QualityVerdict.h"
 
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <algorithm>
 #include <cmath>

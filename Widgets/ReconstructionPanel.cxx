@@ -12,7 +12,7 @@
 #include "Widgets/QualityCard.h"
 #include "Widgets/Section.h"
 #include "Widgets/SettingsPanel.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QAbstractSpinBox>
 #include <QApplication>

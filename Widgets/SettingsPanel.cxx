@@ -97,14 +97,14 @@ void SettingsPanel::addModel() {
       {"members", tr("Merged fields:"),
        tr("Fields fitted independently and merged, 1 to 64: more is slower and less noisy\n"
           "between slices. Automatic: from the preset and the gap between slices.")},
-      {1, 64, true, true, 1}, [](auto& s) -> auto& { return s.members; });
+      {1, 64, true, true, 1}, [](auto& s) -> auto& { return s.ensembleSize; });
 }
 
 void SettingsPanel::addFit() {
   makeGroup(tr("Fit"));
   form_->addNumber(
-      {"iterations", tr("Sweeps:"), tr("Sweeps over the data for each field.")}, {1, 1e6, true, true, 100},
-      [](auto& s) -> auto& { return s.iterations; });
+      {"iterations", tr("Iterations:"), tr("Iterations over the data for each field.")},
+      {1, 1e6, true, true, 100}, [](auto& s) -> auto& { return s.iterations; });
   form_->addChoice<LossKind>(
       {"loss", tr("Loss:"), tr("What the fit minimises between scan and model.")},
       {{tr("L1"), LossKind::L1}, {tr("L2"), LossKind::L2}, {tr("Huber"), LossKind::Huber}},
@@ -140,13 +140,13 @@ void SettingsPanel::addSchedule() {
   makeGroup(tr("Learning rates"));
   form_->addChoice<Schedule>(
       {"schedule", tr("Schedule:"),
-       tr("Exponential: the rates decay over the sweeps;\nplateau: they fall when the loss stops "
+       tr("Exponential: the rates decay over the iterations;\nplateau: they fall when the loss stops "
           "improving.")},
       {{tr("exponential"), Schedule::Exponential}, {tr("plateau"), Schedule::Plateau}},
       [](auto& s) -> auto& { return s.schedule; });
   form_->addNumber(
-      {"plateauPatience", tr("Patience (sweeps):"),
-       tr("Plateau: sweeps without improvement before the rates fall.")},
+      {"plateauPatience", tr("Patience (iterations):"),
+       tr("Plateau: iterations without improvement before the rates fall.")},
       {1, 1e6}, [](auto& s) -> auto& { return s.plateau.patience; });
   form_->addNumber(
       {"plateauFactor", tr("Factor:"), tr("Plateau: what the rates are multiplied by then.")},
@@ -169,15 +169,15 @@ void SettingsPanel::addSchedule() {
       {1e-6, 0.9999999, false, true, 0.95}, [](auto& s) -> auto& { return s.beta2; });
   form_->addYesNo(
       {"paperStopRule", tr("Paper's stop rule:"),
-       tr("Stop when the loss fell by less than 1e-4 over 100 sweeps, after 1000 at the latest.")},
+       tr("Stop when the loss fell by less than 1e-4 over 100 iterations, after 1000 at the latest.")},
       [](auto& s) -> auto& { return s.paperStopRule; });
 }
 
 void SettingsPanel::addDensification() {
   makeGroup(tr("Densification"));
   form_->addNumber(
-      {"densifyEvery", tr("Every (sweeps):"),
-       tr("Prune and densify Gaussians every so many sweeps; 0: never.\n"
+      {"densifyEvery", tr("Every (iterations):"),
+       tr("Prune and densify Gaussians every so many iterations; 0: never.\n"
           "Automatic: 10 with the preset paper or with a largest number below, else never.")},
       {0, 1e6, true, true, 10}, [](auto& s) -> auto& { return s.densifyEvery; });
   form_->addNumber(

@@ -1,6 +1,6 @@
 #include "CLI/ComparisonPicture.h"
 
-#include "CLI/Shades.h"
+#include "CLI/ColorMaps.h"
 #include "Core/Base/Error.h"
 
 #include <spdlog/fmt/fmt.h>

@@ -32,15 +32,15 @@ struct EvaluateOptions {
   bool quiet = false;
 };
 
-HonestCase honestCase(const EvaluateOptions& o) {
-  HonestCase chosen;
+HeldOutCase heldOutCase(const EvaluateOptions& o) {
+  HeldOutCase chosen;
   chosen.noise = o.noise;
   if (o.orthogonal > 0) {
-    chosen.kind = HonestCase::Kind::Orthogonal;
+    chosen.kind = HeldOutCase::Kind::Orthogonal;
     chosen.stacks = o.orthogonal;
     chosen.factor = o.thickness > 0 ? o.thickness : 4;
   } else if (o.thickness > 0) {
-    chosen.kind = HonestCase::Kind::Thick;
+    chosen.kind = HeldOutCase::Kind::Thick;
     chosen.factor = o.thickness;
   } else {
     chosen.factor = o.keepEvery > 0 ? o.keepEvery : 4;
@@ -80,7 +80,7 @@ int evaluate(const EvaluateOptions& o) {
   options.onMethod = [&](const std::string& name) { display.say("Running " + name); };
   options.stop = interrupt.token();
   std::vector<EvaluationReport> reports;
-  if (o.protocol != Protocol::Paper) reports.push_back(evaluateHonest(volume, honestCase(o), options));
+  if (o.protocol != Protocol::Paper) reports.push_back(evaluateHeldOut(volume, heldOutCase(o), options));
   if (o.protocol != Protocol::Honest) reports.push_back(evaluatePaper(volume, options));
   display.finish();
 

@@ -227,7 +227,7 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_option("-o,--output", o->output, "Folder for the tables (CSV) and pictures (PNG)")
       ->required()
       ->type_name("FOLDER");
-  command->add_flag("--quick", o->quick, "A small crop and a few sweeps: shows that it runs, no more");
+  command->add_flag("--quick", o->quick, "A small crop and a few iterations: shows that it runs, no more");
   command->add_option("--gaussians", o->gaussians, "Gaussians at the start of a fit [74088, the paper's]")
       ->type_name("N");
   command->add_option("--seed", o->settings.seed, "Of withheld slices, starts and simulations [1]")

@@ -1,7 +1,7 @@
 #include "CLI/ExperimentPictures.h"
 
+#include "CLI/ColorMaps.h"
 #include "CLI/LineChart.h"
-#include "CLI/Shades.h"
 
 #include <spdlog/fmt/fmt.h>
 

@@ -10,7 +10,7 @@ namespace innergs::cli {
 namespace {
 
 constexpr int kWidth = 1240, kHeight = 640, kLeft = 84, kTop = 64, kBottom = 76, kLegend = 440;
-constexpr double kTallest = 24; // dB: the first sweeps say little
+constexpr double kTallest = 24; // dB: the first iterations say little
 constexpr Colour kBackground{24, 24, 28}, kGrid{58, 58, 64}, kFaint{170, 170, 170}, kInk{255, 255, 255};
 
 struct Range {

@@ -19,7 +19,7 @@ constexpr int lineWidth = 79; // fits a terminal of 80 columns
 std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
-  if (progress.phase != Phase::Judging) { // whose sweeps are another fit's
+  if (progress.phase != Phase::Judging) { // whose iterations are another fit's
     if (progress.trainingPsnr > 0)
       text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
     else if (progress.loss > 0)

@@ -185,12 +185,13 @@ int reconstruct(const ReconstructOptions& options) {
   writeResults(options, scans, values, result, display, files);
   files.check();
   if (result.cancelled) {
-    fmt::print(stderr, "innergs: Interrupted after {} of {} sweeps; what was reached is in {}.\n",
+    fmt::print(stderr, "innergs: Interrupted after {} of {} iterations; what was reached is in {}.\n",
                result.iterations,
-               result.settings.iterations.value_or(0) * result.settings.members.value_or(1), files.written());
+               result.settings.iterations.value_or(0) * result.settings.ensembleSize.value_or(1),
+               files.written());
     return Interrupted;
   }
-  display.say(fmt::format("{} Gaussians, {} sweeps, {}. {}\nWrote {}.", result.checkpoint->field.size(),
+  display.say(fmt::format("{} Gaussians, {} iterations, {}. {}\nWrote {}.", result.checkpoint->field.size(),
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
   return result.judging == Judging::Stopped ? Interrupted : Success;

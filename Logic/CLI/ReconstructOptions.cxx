@@ -7,10 +7,10 @@ void addSchedule(CLI::App& app, Settings& settings) {
   addChoice<std::optional<Schedule>>(
       app, "--schedule", settings.schedule,
       {{"exponential", Schedule::Exponential}, {"plateau", Schedule::Plateau}},
-      "Learning rates: decay over the sweeps, or fall when the loss stops improving\n"
+      "Learning rates: decay over the iterations, or fall when the loss stops improving\n"
       "[exponential; --preset paper: plateau]");
   app.add_option("--patience", settings.plateau.patience,
-                 "Plateau: sweeps without improvement before the rates fall [10]")
+                 "Plateau: iterations without improvement before the rates fall [10]")
       ->type_name("N");
   app.add_option("--plateau-factor", settings.plateau.factor,
                  "Plateau: what the rates are multiplied by [0.5]")
@@ -23,7 +23,7 @@ void addSchedule(CLI::App& app, Settings& settings) {
 
 void addDensification(CLI::App& app, Settings& settings) {
   app.add_option("--densify-every", settings.densifyEvery,
-                 "Prune and densify Gaussians every so many sweeps; 0 = never\n"
+                 "Prune and densify Gaussians every so many iterations; 0 = never\n"
                  "[0; --preset paper or with --max-gaussians: 10]")
       ->type_name("N");
   app.add_option("--max-gaussians", settings.maxGaussians,
@@ -59,9 +59,9 @@ void addSettings(CLI::App& app, Settings& settings) {
   app.add_option("--gaussians", settings.gaussians, "Gaussians to start with [chosen from the data]")
       ->type_name("N");
   app.add_option("--iterations", settings.iterations,
-                 "Sweeps over the data, per member [chosen by the preset]")
+                 "Iterations over the data, per member [chosen by the preset]")
       ->type_name("N");
-  app.add_option("--members", settings.members,
+  app.add_option("--members", settings.ensembleSize,
                  "Fields fitted independently and merged, against noise across gaps [chosen from the data]")
       ->type_name("N");
   app.add_option("--seed", settings.seed, "Same seed, same result, bit for bit, on any number of threads [1]")
@@ -95,7 +95,7 @@ void addSettings(CLI::App& app, Settings& settings) {
   addSchedule(app, settings);
   addDensification(app, settings);
   app.add_flag("--paper-stop-rule", settings.paperStopRule,
-               "Stop when the loss fell by less than 1e-4 over 100 sweeps, after 1000 at the latest");
+               "Stop when the loss fell by less than 1e-4 over 100 iterations, after 1000 at the latest");
   app.add_flag_callback(
       "--no-relocation", [&settings] { settings.relocate = false; },
       "On an even grid, leave useless Gaussians where they are");

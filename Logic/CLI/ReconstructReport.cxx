@@ -110,7 +110,7 @@ Json toJson(const Settings& s) {
           {"gaussians", orNull(s.gaussians)},
           {"max_gaussians", orNull(s.maxGaussians)},
           {"iterations", orNull(s.iterations)},
-          {"members", orNull(s.members)},
+          {"members", orNull(s.ensembleSize)},
           {"paper_stop_rule", orNull(s.paperStopRule)},
           {"relocation", s.relocate},
           {"consistency", s.consistency},
@@ -139,7 +139,7 @@ std::string qualitySentence(const ReconstructionResult& result) {
                        "result is fitted to all slices (PSNR {:.2f} dB on these).",
                        result.heldOutPsnr, result.heldOutSlices, result.heldOutSlices == 1 ? "" : "s",
                        result.trainingPsnr);
-  if (std::isnan(result.trainingPsnr)) return "No sweep was made: the quality is unknown.";
+  if (std::isnan(result.trainingPsnr)) return "No iteration was made: the quality is unknown.";
   return fmt::format(
       "PSNR {:.2f} dB on the fitted samples themselves: it says how well the model reproduces the "
       "scans, not how true the volume between them is (--held-out measures that).",

@@ -166,7 +166,7 @@ void Fit::throwIfStopped() const {
   if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 }
 
-void Fit::upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) {
+void Fit::upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) {
   const std::int64_t count = field.size();
   state_.reserve(*executor_, count);
   const auto put = [&](Buffer<float>& buffer, const std::vector<float>& from, std::int64_t size) {
@@ -180,15 +180,15 @@ void Fit::upload(const GaussianField& field, const Adam& adam, const PullSum& pu
   numbers_.gaussians.clear();
   beta1_ = adam.beta1;
   beta2_ = adam.beta2;
-  pulled_ = !pulls.sum.empty();
-  pullSweeps_ = pulls.sweeps;
+  gradientSums_ = !gradients.sum.empty();
+  accumulatedIterations_ = gradients.iterations;
   executor_->upload(state_.field(), field.gaussians.data(), count * sizeof(Gaussian));
   put(state_.moment1, adam.moment1, 16 * count);
   put(state_.moment2, adam.moment2, 16 * count);
-  put(state_.pulls, pulls.sum, count);
+  put(state_.gradients, gradients.sum, count);
 }
 
-void Fit::download(GaussianField* field, Adam* adam, PullSum* pulls) {
+void Fit::download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) {
   const std::int64_t count = state_.count;
   if (field) {
     *field = numbers_;
@@ -203,15 +203,15 @@ void Fit::download(GaussianField* field, Adam* adam, PullSum* pulls) {
     state_.moment1.download(adam->moment1.data(), 16 * count);
     state_.moment2.download(adam->moment2.data(), 16 * count);
   }
-  if (pulls) {
-    pulls->sweeps = pullSweeps_;
-    pulls->sum.resize(pulled_ ? count : 0);
-    if (pulled_) state_.pulls.download(pulls->sum.data(), count);
+  if (gradients) {
+    gradients->iterations = accumulatedIterations_;
+    gradients->sum.resize(gradientSums_ ? count : 0);
+    if (gradientSums_) state_.gradients.download(gradients->sum.data(), count);
   }
 }
 
 void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
-                  std::int64_t count, bool backward, int sweep) {
+                  std::int64_t count, bool backward, int iteration) {
   bool first = true;
   for (View& view : views) {
     throwIfStopped();
@@ -221,7 +221,7 @@ void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const 
     for (const Slab& slab : view.slabs) {
       throwIfStopped();
       passes_.forward(slab.planes, numbers.blending);
-      passes_.loss(view.slicesOf(slab, numbers), rules_.loss, sweep);
+      passes_.loss(view.slicesOf(slab, numbers), rules_.loss, iteration);
       if (backward) passes_.backward(slab.planes, numbers.blending, &slab != view.slabs.data());
     }
     if (!backward || view.slabs.empty()) continue;
@@ -234,13 +234,13 @@ void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const 
   if (backward && first) gradient_.fill(0, 16 * count); // nothing to see
 }
 
-/// Waits for what was queued since the status was cleared: the sums of the sweeps, without those that found
-/// no room for all pairs. There will be room for them next time; unused room is sorted too, so it follows the
-/// need.
+/// Waits for what was queued since the status was cleared: the sums of the iterations, without those that
+/// found no room for all pairs. There will be room for them next time; unused room is sorted too, so it
+/// follows the need.
 std::vector<LossSum> Fit::settled(int queued, bool updating) {
   std::vector<LossSum> sums;
   if (queued == 0) return sums;
-  const SweepStatus status = passes_.status();
+  const IterationStatus status = passes_.status();
   const std::int64_t limit = passes_.limit(), pairs = status.pairs;
   if (pairs > limit || limit > 2 * pairs + 4096) passes_.setLimit(pairs + pairs / 5 + 1024);
   const int done = pairs <= limit ? queued : updating ? static_cast<int>(status.done) : 0;
@@ -249,8 +249,8 @@ std::vector<LossSum> Fit::settled(int queued, bool updating) {
   return sums;
 }
 
-/// A sweep as number `slot` of those that are waited for together. A throw has changed no parameter.
-void Fit::queue(const SweepOrder& order, int slot) {
+/// An iteration as number `slot` of those that are waited for together. A throw has changed no parameter.
+void Fit::queue(const IterationOptions& order, int slot) {
   std::vector<View>& views = order.coarse && !coarse_.empty() ? coarse_ : fine_;
   const AdamStep step =
       adamStep(order.rates, rules_.bounds, beta1_, beta2_, order.step, numbers_.linearIntensity);
@@ -260,14 +260,15 @@ void Fit::queue(const SweepOrder& order, int slot) {
   enqueue(views, numbers_, state_.field(), state_.count, true, slot);
   throwIfStopped();
   executor_->runOver(Update{gradient_.data(), state_.count, step, state_.field(), state_.moment1.data(),
-                            state_.moment2.data(), order.pulls ? state_.pulls.data() : nullptr,
+                            state_.moment2.data(),
+                            order.accumulateGradients ? state_.gradients.data() : nullptr,
                             static_cast<float>(rules_.densify.voxel / rules_.densify.coverage),
                             passes_.deviceStatus(), passes_.guard()},
                      state_.count);
   if (order.relocate) relocation_.run(state_, gradient_, *order.relocate, passes_.guard());
 }
 
-std::vector<LossSum> Fit::sweeps(std::span<const SweepOrder> orders) {
+std::vector<LossSum> Fit::iterateMany(std::span<const IterationOptions> orders) {
   std::vector<LossSum> sums;
   std::exception_ptr failure;
   while (sums.size() < orders.size() && !failure) {
@@ -275,8 +276,8 @@ std::vector<LossSum> Fit::sweeps(std::span<const SweepOrder> orders) {
     int queued = 0;
     passes_.clearStatus();
     try {
-      for (const SweepOrder& order : orders.subspan(sums.size())) {
-        if (queued == SweepStatus::kMost) break;
+      for (const IterationOptions& order : orders.subspan(sums.size())) {
+        if (queued == IterationStatus::kMost) break;
         queue(order, queued);
         ++queued;
       }
@@ -287,9 +288,9 @@ std::vector<LossSum> Fit::sweeps(std::span<const SweepOrder> orders) {
       failure = std::current_exception();
     }
     for (const LossSum& sum : settled(queued, true)) {
-      if (orders[sums.size()].pulls) {
-        pulled_ = true;
-        ++pullSweeps_;
+      if (orders[sums.size()].accumulateGradients) {
+        gradientSums_ = true;
+        ++accumulatedIterations_;
       }
       sums.push_back(sum);
     }
@@ -299,11 +300,11 @@ std::vector<LossSum> Fit::sweeps(std::span<const SweepOrder> orders) {
   return sums;
 }
 
-LossSum Fit::sweep(const SweepOrder& order) {
-  return sweeps({&order, 1}).front();
+LossSum Fit::iterate(const IterationOptions& order) {
+  return iterateMany({&order, 1}).front();
 }
 
-/// Work that throws Error(Memory) before it has changed anything: once more without what sweeps keep.
+/// Work that throws Error(Memory) before it has changed anything: once more without what iterations keep.
 template <class Work>
 void Fit::withMemory(const Work& work) {
   try {
@@ -320,11 +321,12 @@ void Fit::withMemory(const Work& work) {
 
 DensifyCounts Fit::densify() {
   DensifyCounts counts;
-  withMemory(
-      [&] { counts = cuda::densify(*executor_, state_, numbers_.blending, pullSweeps_, rules_.densify); });
-  state_.pulls.fill(0, state_.count);
-  pulled_ = false;
-  pullSweeps_ = 0;
+  withMemory([&] {
+    counts = cuda::densify(*executor_, state_, numbers_.blending, accumulatedIterations_, rules_.densify);
+  });
+  state_.gradients.fill(0, state_.count);
+  gradientSums_ = false;
+  accumulatedIterations_ = 0;
   return counts;
 }
 

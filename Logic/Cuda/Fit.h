@@ -13,18 +13,18 @@ struct FitMemory {
 };
 FitMemory fitMemory(const FitRequest& request);
 
-/// The sweeps of a fit where an executor runs. Field, moments and pulls stay there; sweeps are waited
-/// for together, for their sums. What does not fit is cut into smaller slabs of slices.
+/// The iterations of a fit where an executor runs. Field, moments and gradients stay there; iterations are
+/// waited for together, for their sums. What does not fit is cut into smaller slabs of slices.
 class Fit final : public FitDevice {
 public:
   /// Throws Error(Memory) when not even the smallest slabs fit.
   Fit(std::unique_ptr<Executor> executor, const FitRequest& request);
   ~Fit() override;
 
-  void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) override;
-  void download(GaussianField* field, Adam* adam, PullSum* pulls) override;
-  LossSum sweep(const SweepOrder& order) override;
-  std::vector<LossSum> sweeps(std::span<const SweepOrder> orders) override;
+  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) override;
+  void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) override;
+  LossSum iterate(const IterationOptions& order) override;
+  std::vector<LossSum> iterateMany(std::span<const IterationOptions> orders) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
   std::string remark() const override;
@@ -41,22 +41,22 @@ private:
   bool smaller();
   void throwIfStopped() const;
   void enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
-               std::int64_t count, bool backward, int sweep);
-  void queue(const SweepOrder& order, int slot);
+               std::int64_t count, bool backward, int iteration);
+  void queue(const IterationOptions& order, int slot);
   std::vector<LossSum> settled(int queued, bool updating);
   template <class Work>
   void withMemory(const Work& work);
 
   std::unique_ptr<Executor> executor_;
-  SweepRules rules_;
+  FitRules rules_;
   std::stop_token stop_;
   std::int64_t slabPoints_;
   std::vector<View> fine_, coarse_;
   Passes passes_;
   GaussianField numbers_; // without Gaussians
   double beta1_ = 0.9, beta2_ = 0.99;
-  bool pulled_ = false;
-  int pullSweeps_ = 0;
+  bool gradientSums_ = false;
+  int accumulatedIterations_ = 0;
   FitBuffers state_;
   Relocation relocation_;
   Buffer<Gaussian> others_;

@@ -13,9 +13,9 @@ FitMemory fitMemory(const FitRequest& request) {
     planes = std::max(planes, static_cast<double>(o.lattice.planes()));
   }
   const double n = static_cast<double>(request.gaussians);
-  // Field twice (evaluate), gradient, Adam, pulls, projected, moments, counts and their sums, relocation.
+  // Field twice (evaluate), gradient, Adam, gradients, projected, moments, counts and their sums, relocation.
   const double perGaussian = 2 * 64 + 64 + 128 + 4 + sizeof(Projected) + 56 + 16 + 70;
-  // While Gaussians are added: the field with its moments and pulls once more, unsorted records, two
+  // While Gaussians are added: the field with its moments and gradients once more, unsorted records, two
   // rankings, marks, numbers. Where memory is short, gradient, other field and pairs make way for that.
   const double reshaping = request.rules.densify.every > 0 ? 64 + 128 + 4 + 64 + 2 * 24 + 40 : 0;
   // A Gaussian's pairs, 20 % to spare: sorted keys and numbers, twice; alpha: owners and slots as well.

@@ -57,8 +57,8 @@ void Passes::shrink() {
   partial_.clear();
 }
 
-SweepStatus Passes::status() const {
-  SweepStatus status;
+IterationStatus Passes::status() const {
+  IterationStatus status;
   status_.download(&status, 1);
   return status;
 }
@@ -121,7 +121,7 @@ void Passes::forward(const DevicePlanes& lattice, Blending blending) {
                 bricks.count());
 }
 
-void Passes::loss(const SliceView& slices, const LossKinds& kinds, int sweep) {
+void Passes::loss(const SliceView& slices, const LossKinds& kinds, int iteration) {
   const std::int64_t points = slices.slices * slices.planeSize;
   const bool ssim = kinds.ssimWeight > 0;
   const SsimTile tile = ssimTile(slices);
@@ -143,7 +143,7 @@ void Passes::loss(const SliceView& slices, const LossKinds& kinds, int sweep) {
                                dMean_.data(), dSquare_.data(), dProduct_.data(), planes_.data()},
                   tiles);
   }
-  executor_.run(SumLosses{partial_.data(), blocks + tiles, status_.data()->sums + sweep}, 1);
+  executor_.run(SumLosses{partial_.data(), blocks + tiles, status_.data()->sums + iteration}, 1);
 }
 
 void Passes::backward(const DevicePlanes& lattice, Blending blending, bool add) {

@@ -29,9 +29,9 @@ public:
                const ProjectionFrame& frame, const ProjectionRules& rules);
   /// W and N of the projected Gaussians (alpha: transmittance and I) into planes().
   void forward(const DevicePlanes& lattice, Blending blending);
-  /// The loss of slices on those planes, added to sums number `sweep` of the status; planes() hold F0 and F1
-  /// afterwards.
-  void loss(const SliceView& slices, const LossKinds& kinds, int sweep = 0);
+  /// The loss of slices on those planes, added to sums number `iteration` of the status; planes() hold F0 and
+  /// F1 afterwards.
+  void loss(const SliceView& slices, const LossKinds& kinds, int iteration = 0);
   /// Moments from F0 and F1, after forward() with the same Gaussians; added to those of earlier slabs.
   void backward(const DevicePlanes& lattice, Blending blending, bool add);
   /// I at points, three index coordinates each, in cells of 1.
@@ -46,9 +46,9 @@ public:
   void setLimit(std::optional<std::int64_t> limit) { limit_ = limit; }
   std::int64_t limit() const { return limit_.value_or(0); }
   void clearStatus() { status_.fill(0, 1); }
-  SweepStatus* deviceStatus() const { return status_.data(); }
+  IterationStatus* deviceStatus() const { return status_.data(); }
   Guard guard() const { return {status_.data(), limit()}; }
-  SweepStatus status() const; // waits
+  IterationStatus status() const; // waits
 
   /// Gives back what the size of a slab or the number of pairs asked for.
   void shrink();
@@ -70,7 +70,7 @@ private:
   Buffer<Pair> planes_;
   Buffer<float> image_, r_, dMean_, dSquare_, dProduct_;
   Buffer<PartialLoss> partial_;
-  Buffer<SweepStatus> status_;
+  Buffer<IterationStatus> status_;
 };
 
 BrickReach bricksOf(const LatticeView& lattice);

@@ -29,13 +29,13 @@ void take(Executor& executor, const float* in, const std::uint32_t* ids, std::in
 } // namespace
 
 void FitBuffers::reserve(Executor& executor, std::int64_t size) {
-  if (16 * size <= std::min({gaussians.size(), moment1.size(), moment2.size()}) && size <= pulls.size())
+  if (16 * size <= std::min({gaussians.size(), moment1.size(), moment2.size()}) && size <= gradients.size())
     return;
   FitBuffers larger(executor);
   larger.gaussians.reserve(16 * size);
   larger.moment1.reserve(16 * size);
   larger.moment2.reserve(16 * size);
-  larger.pulls.reserve(size);
+  larger.gradients.reserve(size);
   *this = std::move(larger);
 }
 
@@ -97,10 +97,10 @@ void Relocation::run(FitBuffers& fit, Buffer<float>& spare, const RelocationPlan
   }
 }
 
-DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, int sweeps,
+DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, int iterations,
                       const DensifyPlan& plan) {
   const std::int64_t n = fit.count;
-  const reshape::Rules rules = densifyRules(plan, blending, sweeps);
+  const reshape::Rules rules = densifyRules(plan, blending, iterations);
   DensifyCounts counts;
   Ranking pulled(executor), curve(executor);
   Buffer<std::int64_t> marks(executor), place(executor);
@@ -108,7 +108,7 @@ DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, in
   marks.reserve(n + 1);
   place.reserve(n + 1);
   executor.runOver(
-      DensifyMarks{fit.field(), fit.pulls.data(), n, rules, marks.data(), pulled.keys(), pulled.ids()},
+      DensifyMarks{fit.field(), fit.gradients.data(), n, rules, marks.data(), pulled.keys(), pulled.ids()},
       n + 1);
   executor.scan(marks.data(), place.data(), n + 1);
   std::int64_t totals = 0;

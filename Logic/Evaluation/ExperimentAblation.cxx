@@ -45,7 +45,7 @@ Variants initialisations(const ExperimentFits& fits) {
 /// Half the Gaussians at the start and room for all of them.
 void grow(Settings& s) {
   s.maxGaussians = s.gaussians;
-  s.densify.gradient = 0.005; // L2 pulls less than the loss that the default belongs to
+  s.densify.gradient = 0.005; // L2 gradients less than the loss that the default belongs to
   s.gaussians = std::max<std::int64_t>(1, *s.gaussians / 2);
 }
 
@@ -84,7 +84,7 @@ Variants counts(const ExperimentFits& fits) {
 
 /// At the engine's own cut-off Method 2 happens to reach everything; at the paper's reach it does not.
 Variants selections(const ExperimentFits& fits) {
-  constexpr int sweeps = 40; // Method 1 takes long
+  constexpr int iterations = 40; // Method 1 takes long
   constexpr std::pair<Blending, double> groups[] = {
       {Blending::Normalised, 2.2}, {Blending::Normalised, 3}, {Blending::Alpha, 3}};
   Variants variants;
@@ -94,7 +94,7 @@ Variants selections(const ExperimentFits& fits) {
       settings.blending = blending;
       settings.cutoff = cutoff;
       settings.selection = selection;
-      settings.iterations = std::min(sweeps, settings.iterations.value_or(sweeps));
+      settings.iterations = std::min(iterations, settings.iterations.value_or(iterations));
       variants.push_back({std::string(blendingName(blending)) + ", " + decimals(cutoff, 1) + " sigma, " +
                               selectionName(selection),
                           settings});
@@ -135,8 +135,8 @@ Ablation runAblation(ExperimentFits& fits, const std::string& name) {
   ExperimentTable& table = result.table;
   table.name = "ablation-" + name;
   table.title = std::string("Ablation: ") + kind->title + ", " + fits.setup().volumeName;
-  table.columns = {"choice",     "gaussians", "sweeps",   "psnr_db",   "paper_psnr_db",         "ssim",
-                   "paper_ssim", "seconds",   "ms_sweep", "render_ms", "fitted_samples_psnr_db"};
+  table.columns = {"choice",     "gaussians", "iterations",   "psnr_db",   "paper_psnr_db",         "ssim",
+                   "paper_ssim", "seconds",   "ms_iteration", "render_ms", "fitted_samples_psnr_db"};
   const bool densifies = name == "densification";
   if (densifies) table.columns.insert(table.columns.end(), {"pruned", "split", "cloned"});
   table.columns.push_back("measured_on");
@@ -146,13 +146,13 @@ Ablation runAblation(ExperimentFits& fits, const std::string& name) {
     const bool papers = settings.preset == Preset::Paper && chosenBlending(settings) == Blending::Alpha;
     std::vector<std::string> row{label,
                                  std::to_string(fit.count),
-                                 std::to_string(fit.sweeps),
+                                 std::to_string(fit.iterations),
                                  decimals(fit.gaussians.psnr, 2),
                                  papers ? "32.47" : "",
                                  decimals(fit.gaussians.ssim, 4),
                                  papers ? "0.9676" : "",
                                  decimals(fit.gaussians.seconds, 1),
-                                 decimals(1e3 * fit.secondsPerSweep, 1),
+                                 decimals(1e3 * fit.secondsPerIteration, 1),
                                  decimals(1e3 * fit.renderSeconds, 1),
                                  fit.curve.empty() ? "" : decimals(fit.curve.back().psnr, 2)};
     if (densifies)
@@ -162,15 +162,16 @@ Ablation runAblation(ExperimentFits& fits, const std::string& name) {
     table.add(std::move(row));
   }
   table.notes = {"PSNR and SSIM are measured on " + result.rows.front().fit->report.samples,
-                 "Fitted samples: PSNR of the last sweep on what was fitted, not held out.",
+                 "Fitted samples: PSNR of the last iteration on what was fitted, not held out.",
                  "Unless the row says otherwise: preset balanced, " + std::to_string(fits.setup().gaussians) +
                      " Gaussians, normalised, adaptive start, no densification. The paper's figures stand "
                      "beside its own "
                      "choices only."};
   if (name == "selection")
-    table.notes.push_back("40 sweeps, trained and rendered with the same selection; everything else is alike "
-                          "within a cut-off and blending. Render ms is the whole volume, once. The paper "
-                          "measures its selections in the simulation only.");
+    table.notes.push_back(
+        "40 iterations, trained and rendered with the same selection; everything else is alike "
+        "within a cut-off and blending. Render ms is the whole volume, once. The paper "
+        "measures its selections in the simulation only.");
   if (densifies)
     table.notes.push_back(
         "From half: the fit begins with half the Gaussians and may prune, split and clone "
@@ -185,12 +186,12 @@ ExperimentTable curvesOf(const Ablation& ablation) {
   ExperimentTable table;
   table.name = "ablation-" + ablation.name + "-curves";
   table.title = ablation.title + ": PSNR over time";
-  table.columns = {"choice", "sweep", "seconds", "psnr_db", "measured_on"};
+  table.columns = {"choice", "iteration", "seconds", "psnr_db", "measured_on"};
   for (const auto& [label, fit] : ablation.rows) {
     for (const FitPoint& point : fit->curve)
-      table.add({label, std::to_string(point.sweep), decimals(point.seconds, 3), decimals(point.psnr, 3),
+      table.add({label, std::to_string(point.iteration), decimals(point.seconds, 3), decimals(point.psnr, 3),
                  "fitted samples (not held out)"});
-    table.add({label, std::to_string(fit->sweeps), decimals(fit->gaussians.seconds, 3),
+    table.add({label, std::to_string(fit->iterations), decimals(fit->gaussians.seconds, 3),
                decimals(fit->gaussians.psnr, 3), kHeldP});
   }
   return table;

@@ -21,7 +21,7 @@ std::vector<std::string> ablationNames();
 /// Throws Error(InvalidArgument) for another name.
 Ablation runAblation(ExperimentFits& fits, const std::string& name);
 
-/// Every report of every fit: sweep, seconds and training PSNR, and at its end the PSNR on the withheld
+/// Every report of every fit: iteration, seconds and training PSNR, and at its end the PSNR on the withheld
 /// slices.
 ExperimentTable curvesOf(const Ablation& ablation);
 

@@ -2,7 +2,7 @@
 
 #include "Core/Fit/Plan.h"
 #include "Core/Job/Resume.h"
-#include "Evaluation/Scoring.h"
+#include "Evaluation/EvaluationRuns.h"
 
 #include <algorithm>
 #include <cctype>
@@ -11,9 +11,9 @@
 namespace innergs {
 namespace {
 
-const HonestCase kEveryFourth{HonestCase::Kind::KeepEvery, 4, 2, 0};
-// Densification falls between the coarse sweeps, the first 8, and the middle of the fit.
-constexpr int kQuickSweeps = 24, kQuickDensifyEvery = 3;
+const HeldOutCase kEveryFourth{HeldOutCase::Kind::KeepEvery, 4, 2, 0};
+// Densification falls between the coarse iterations, the first 8, and the middle of the fit.
+constexpr int kQuickIterations = 24, kQuickDensifyEvery = 3;
 constexpr std::int64_t kQuickGaussians = 1500;
 
 } // namespace
@@ -64,14 +64,14 @@ Settings ExperimentFits::base() const {
   Settings settings = setup_.settings;
   settings.preset = Preset::Balanced;
   settings.gaussians = setup_.gaussians;
-  if (setup_.quick) settings.iterations = kQuickSweeps;
+  if (setup_.quick) settings.iterations = kQuickIterations;
   return settings;
 }
 
-Settings ExperimentFits::paper(int sweeps) const {
+Settings ExperimentFits::paper(int iterations) const {
   Settings settings = base();
   settings.preset = Preset::Paper;
-  settings.iterations = setup_.quick ? kQuickSweeps : sweeps;
+  settings.iterations = setup_.quick ? kQuickIterations : iterations;
   densify(settings);
   return settings;
 }
@@ -85,7 +85,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
   EvaluationOptions options;
   const bool alpha = chosenBlending(settings) == Blending::Alpha;
   const EvaluationInput input =
-      honest ? honestInput(setup_.volume, kEveryFourth, settings.seed)
+      honest ? heldOutInput(setup_.volume, kEveryFourth, settings.seed)
              : paperInput(setup_.volume, options.withheldFraction, settings.seed, alpha);
   const IntensityMap map = chooseIntensityMap(input.stacks);
   Settings filled = settings;
@@ -110,26 +110,26 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
     if (p.phase == Phase::Rendering) rendering = p.elapsed;
     if (p.phase == Phase::Done) outcome.renderSeconds = p.elapsed - rendering;
     if (p.phase == Phase::Fitting && p.iteration > 0) {
-      outcome.sweeps = p.iteration;
+      outcome.iterations = p.iteration;
       outcome.count = p.gaussians;
       const int ofMember = (p.iteration - 1) % std::max(1, *filled.iterations) + 1;
-      if (ofMember > coarse && (outcome.curve.empty() || p.iteration > outcome.curve.back().sweep))
+      if (ofMember > coarse && (outcome.curve.empty() || p.iteration > outcome.curve.back().iteration))
         outcome.curve.push_back({p.elapsed, p.iteration, p.trainingPsnr + shift});
     }
     if (setup_.progress) setup_.progress(p);
   };
   outcome.report =
-      honest ? evaluateHonest(setup_.volume, kEveryFourth, options) : evaluatePaper(setup_.volume, options);
+      honest ? evaluateHeldOut(setup_.volume, kEveryFourth, options) : evaluatePaper(setup_.volume, options);
   outcome.densified = outcome.report.densified;
   for (const MethodScore& method : outcome.report.methods)
     if (method.name == "gaussians") outcome.gaussians = method;
-  std::vector<double> gaps; // reports may be rarer than sweeps, and coarse ones lie between members
+  std::vector<double> gaps; // reports may be rarer than iterations, and coarse ones lie between members
   for (std::size_t n = 1; n < outcome.curve.size(); ++n)
     gaps.push_back((outcome.curve[n].seconds - outcome.curve[n - 1].seconds) /
-                   (outcome.curve[n].sweep - outcome.curve[n - 1].sweep));
+                   (outcome.curve[n].iteration - outcome.curve[n - 1].iteration));
   if (!gaps.empty()) {
     std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
-    outcome.secondsPerSweep = gaps[gaps.size() / 2];
+    outcome.secondsPerIteration = gaps[gaps.size() / 2];
   }
   // Many fits are kept: what no picture shows goes.
   for (MethodScore& method : outcome.report.methods)

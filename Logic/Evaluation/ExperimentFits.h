@@ -14,7 +14,7 @@ struct ExperimentSetup {
   Volume volume;
   std::string volumeName;    // for titles
   bool papersVolume = false; // see isPapersVolume()
-  bool quick = false;        // a small crop and a few sweeps: shows that it runs, no more
+  bool quick = false;        // a small crop and a few iterations: shows that it runs, no more
   std::int64_t gaussians = kPaperGaussians;
   Settings settings;                           // threads, seed, instruction set
   ProgressCallback progress;                   // of every fit
@@ -33,8 +33,8 @@ Volume centralCrop(const Volume& volume, std::int64_t size);
 
 struct FitPoint {
   double seconds = 0; // since the start, preparation included
-  int sweep = 0;
-  double psnr = 0; // dB on the fitted samples, the truth's range; full-resolution sweeps only
+  int iteration = 0;
+  double psnr = 0; // dB on the fitted samples, the truth's range; full-resolution iterations only
 };
 
 /// One evaluated fit, and how it got there.
@@ -42,11 +42,11 @@ struct FitOutcome {
   EvaluationReport report;
   MethodScore gaussians; // report's own row of them
   std::vector<FitPoint> curve;
-  int sweeps = 0;
-  std::int64_t count = 0;     // Gaussians in the end
-  std::int64_t memory = 0;    // bytes, estimated before the start
-  double secondsPerSweep = 0; // of full-resolution sweeps
-  double renderSeconds = 0;   // of the whole volume, once
+  int iterations = 0;
+  std::int64_t count = 0;         // Gaussians in the end
+  std::int64_t memory = 0;        // bytes, estimated before the start
+  double secondsPerIteration = 0; // of full-resolution iterations
+  double renderSeconds = 0;       // of the whole volume, once
   DensifyCounts densified;
 };
 
@@ -58,8 +58,8 @@ public:
 
   /// Settings to vary: the preset balanced with the set-up's number of Gaussians.
   Settings base() const;
-  /// The paper's preset: Algorithm 1. sweeps: at most, before its stop rule.
-  Settings paper(int sweeps = 1000) const;
+  /// The paper's preset: Algorithm 1. iterations: at most, before its stop rule.
+  Settings paper(int iterations = 1000) const;
   /// For settings that densify: in a quick fit, early enough to happen.
   void densify(Settings& settings) const;
 

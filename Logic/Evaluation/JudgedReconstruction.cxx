@@ -14,15 +14,16 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kInterpolations = 3;         // that protocol H compares with
-constexpr double kInterpolationSweeps = 5; // that interpolating and scoring a voxel takes as long as, roughly
-constexpr double kCoarseSweep = 0.15;      // of the time of a sweep at full resolution
+constexpr int kInterpolations = 3; // that protocol H compares with
+constexpr double kInterpolationIterations =
+    5;                                    // that interpolating and scoring a voxel takes as long as, roughly
+constexpr double kCoarseIteration = 0.15; // of the time of an iteration at full resolution
 
 double secondsSince(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Samples times sweeps.
+/// Samples times iterations.
 double costOf(const ReconstructionInput& fit, Settings settings) {
   DataTraits traits = geometryTraits(fit.stacks);
   const Vec3 extent = fit.stacks.front().image.geometry.extent();
@@ -31,7 +32,8 @@ double costOf(const ReconstructionInput& fit, Settings settings) {
   double samples = 0;
   for (const Stack& stack : fit.stacks)
     samples += static_cast<double>(stack.image.geometry.voxelCount());
-  return samples * *settings.members * (plan.iterations - (1 - kCoarseSweep) * plan.coarseIterations);
+  return samples * *settings.ensembleSize *
+         (plan.iterations - (1 - kCoarseIteration) * plan.coarseIterations);
 }
 
 /// Of the fits, the one that protocol H judges, and its interpolations.
@@ -42,7 +44,7 @@ std::vector<double> costs(const ReconstructionInput& input, const Settings& sett
     const GridGeometry& first = input.stacks.front().image.geometry;
     const double fits = input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1;
     return {fits * costOf(input, settings), costOf(keptOutline(first, keepEvery, 2), settings),
-            kInterpolationSweeps * static_cast<double>(first.voxelCount())};
+            kInterpolationIterations * static_cast<double>(first.voxelCount())};
   } catch (const Error&) { // which the fits will throw as well
     return {1, 1, 1};
   }
@@ -99,11 +101,11 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     progress.elapsed = secondsSince(*interpolating);
     compared(progress);
   };
-  HonestCase honest;
+  HeldOutCase honest;
   honest.factor = *keepEvery_;
   honest.axis = 2; // a stack counts its slices along K
   try {
-    judged.quality = evaluateHonest(volume, honest, options);
+    judged.quality = evaluateHeldOut(volume, honest, options);
     if (result.judging == Judging::NotAsked) result.judging = Judging::Done;
   } catch (...) {
     const Failure failure = failureOf();

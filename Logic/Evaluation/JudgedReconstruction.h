@@ -17,7 +17,7 @@ public:
   /// not judged so.
   JudgedReconstruction(ReconstructionInput input, Settings settings, std::optional<int> keepEvery = {});
 
-  /// In the phase Judging the sweeps are those of the second fit.
+  /// In the phase Judging the iterations are those of the second fit.
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
   void onPreview(std::function<void(const Volume&)> callback) { preview_ = std::move(callback); }
 

@@ -1,8 +1,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Render/Render.h"
+#include "Evaluation/EvaluationRuns.h"
 #include "Evaluation/Gaps.h"
-#include "Evaluation/Scoring.h"
 #include "Evaluation/SliceInterpolation.h"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 #include "Evaluation/Protocols.h"
 
 #include "Core/Base/Error.h"
-#include "Evaluation/Scoring.h"
+#include "Evaluation/EvaluationRuns.h"
 
 #include <algorithm>
 #include <chrono>

@@ -17,7 +17,7 @@ int sliceAxis(const GridGeometry& geometry, Plane plane);
 Plane planeAcross(const GridGeometry& geometry, int axis);
 
 /// One case of the honest protocol (H): what is withheld is withheld in every plane.
-struct HonestCase {
+struct HeldOutCase {
   enum class Kind {
     KeepEvery, // every factor-th slice kept; tested on the others
     Thick,     // thick slices, each the average of `factor` thin ones
@@ -86,13 +86,13 @@ struct EvaluationInput {
 
 /// What keep-every-n judges a scan as it was acquired with: 4, or 2 where its slices lie clearly farther
 /// apart than its pixels or are few, so that what is scored stays near the task at hand. axis as in
-/// HonestCase.
+/// HeldOutCase.
 int usualGap(const GridGeometry& scan, int axis = -1);
 /// The lattices of that case without voxels, for estimates: the kept slices and, as output, the scan's own.
-/// factor and axis as in HonestCase.
+/// factor and axis as in HeldOutCase.
 ReconstructionInput keptOutline(const GridGeometry& scan, int factor, int axis = -1);
 
-EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed = 1);
+EvaluationInput heldOutInput(const Volume& volume, const HeldOutCase& heldOutCase, std::uint64_t seed = 1);
 /// The three planes' stacks of one lattice are one stack for a method with one value per point: a voxel is
 /// observed unless all three planes withhold it. perPlane: three stacks instead, axial, coronal and sagittal,
 /// each without its own withheld slices, as a method needs whose image depends on the slicing direction.
@@ -100,8 +100,8 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
                            bool perPlane = false);
 
 /// Throw Error(InvalidArgument) when the volume is too small for the case, NoData when it is constant.
-EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCase,
-                                const EvaluationOptions& options = {});
+EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOutCase,
+                                 const EvaluationOptions& options = {});
 /// Alpha blending is fitted to the planes' own stacks, and scored on each as rendered along it.
 EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});
 

@@ -8,7 +8,7 @@
 namespace innergs {
 namespace {
 
-std::vector<const EvaluationReport*> honestFirst(std::span<const EvaluationReport> reports) {
+std::vector<const EvaluationReport*> heldOutFirst(std::span<const EvaluationReport> reports) {
   std::vector<const EvaluationReport*> order;
   for (const EvaluationReport& report : reports)
     order.push_back(&report);
@@ -59,7 +59,7 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
 
 std::string textReport(std::span<const EvaluationReport> reports) {
   std::string text;
-  for (const EvaluationReport* report : honestFirst(reports)) {
+  for (const EvaluationReport* report : heldOutFirst(reports)) {
     if (!text.empty()) text += "\n";
     const bool paper = report->protocol == "paper";
     text += paper ? "Protocol P (paper), " : "Protocol H (honest), ";
@@ -88,7 +88,7 @@ std::string textReport(std::span<const EvaluationReport> reports) {
 
 std::string csvReport(std::span<const EvaluationReport> reports) {
   std::string text = "protocol,case,method,plane,psnr,ssim,pooled_psnr,seconds,voxels,samples\n";
-  for (const EvaluationReport* report : honestFirst(reports))
+  for (const EvaluationReport* report : heldOutFirst(reports))
     for (const MethodScore& method : report->methods) {
       const auto row = [&](const char* plane, double psnr, double ssim, double pooled) {
         text += report->protocol + "," + report->caseName + "," + method.name + "," + plane + "," +
@@ -106,7 +106,7 @@ std::string csvReport(std::span<const EvaluationReport> reports) {
 std::string jsonReport(std::span<const EvaluationReport> reports) {
   if (reports.size() == 1) return toJson(reports[0]).dump(2) + "\n";
   auto all = nlohmann::ordered_json::array();
-  for (const EvaluationReport* report : honestFirst(reports))
+  for (const EvaluationReport* report : heldOutFirst(reports))
     all.push_back(toJson(*report));
   return all.dump(2) + "\n";
 }

@@ -1,14 +1,16 @@
 #pragma once
 #include "Core/Image/Volume.h"
 
-#include <itkImageIOBase.h>
-
 #include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
+
+namespace itk {
+class ImageIOBase;
+}
 
 namespace innergs {
 

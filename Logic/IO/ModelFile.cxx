@@ -55,7 +55,7 @@ json toJson(const GridGeometry& grid) {
           {"spacing", toJson(grid.spacing)},
           {"direction", toJson(grid.direction)}};
 }
-std::vector<std::int64_t> detailShape(const GridGeometry& grid) {
+std::vector<std::int64_t> residualShape(const GridGeometry& grid) {
   return {grid.size[2], grid.size[1], grid.size[0]};
 }
 
@@ -107,7 +107,7 @@ std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
       {"iteration", std::to_string(checkpoint.iteration)},
       {"finished_gaussians", std::to_string(checkpoint.finished)},
       {"settings_key", checkpoint.settingsKey}};
-  if (!field.detail.voxels.empty()) metadata["detail_grid"] = toJson(field.detail.geometry).dump();
+  if (!field.residual.voxels.empty()) metadata["detail_grid"] = toJson(field.residual.geometry).dump();
   if (!field.support.voxels.empty()) {
     metadata["support_grid"] = toJson(field.support.geometry).dump();
     metadata["fill_value"] = json(field.fill).dump();
@@ -243,10 +243,10 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
       tensors.push_back({name, {static_cast<std::int64_t>(values.size())}, [&values] { return values; }});
   };
   addValues("losses", checkpoint.losses);
-  addValues("pulls", checkpoint.pulls);
-  const Volume& detail = checkpoint.field.detail;
-  if (!detail.voxels.empty())
-    tensors.push_back({"detail", detailShape(detail.geometry), [&detail] { return detail.voxels; }});
+  addValues("pulls", checkpoint.gradients);
+  const Volume& residual = checkpoint.field.residual;
+  if (!residual.voxels.empty())
+    tensors.push_back({"detail", residualShape(residual.geometry), [&residual] { return residual.voxels; }});
   const std::vector<std::uint32_t> runs = checkpoint.field.support.voxels.empty()
                                               ? std::vector<std::uint32_t>{}
                                               : runsOf(checkpoint.field.support);
@@ -315,11 +315,11 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
       return file.read(name, tensor->shape);
     };
     checkpoint.losses = readValues("losses", checkpoint.iteration);
-    checkpoint.pulls = readValues("pulls", open);
+    checkpoint.gradients = readValues("pulls", open);
   }
   if (file.find("detail") != nullptr) {
-    field.detail.geometry = metadata.grid("detail_grid");
-    field.detail.voxels = file.read("detail", detailShape(field.detail.geometry));
+    field.residual.geometry = metadata.grid("detail_grid");
+    field.residual.voxels = file.read("detail", residualShape(field.residual.geometry));
   }
   if (const auto* tensor = file.find("support")) {
     if (tensor->shape.size() != 1) metadata.fail("support");

@@ -17,7 +17,7 @@ using ModelNotes = std::map<std::string, std::string>;
 void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
                 const ModelNotes& notes = {});
 
-/// A model file, or a PLY file of Gaussians as a model without detail grid and fit state (Ply.h). Every
+/// A model file, or a PLY file of Gaussians as a model without residual grid and fit state (Ply.h). Every
 /// length, offset, shape and value is checked before use. Throws Error(FileNotFound | FileFormat | Memory).
 /// `notes`: receives those of the file, empty when it has none.
 Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes = nullptr);

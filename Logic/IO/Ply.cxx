@@ -314,29 +314,29 @@ void writePly(const GaussianField& field, const std::filesystem::path& path) {
 
 namespace {
 
-/// " the detail grid of 2x3x4 values (RMS 2.5 scanner units)"
+/// " the residual grid of 2x3x4 values (RMS 2.5 scanner units)"
 std::string detailText(const GaussianField& field) {
   double squares = 0;
-  for (const float value : field.detail.voxels)
+  for (const float value : field.residual.voxels)
     squares += double(value) * value;
   const double rms =
-      std::abs(field.intensityScale) * std::sqrt(squares / static_cast<double>(field.detail.voxels.size()));
-  const auto& size = field.detail.geometry.size;
-  return " the detail grid of " + std::to_string(size[0]) + "x" + std::to_string(size[1]) + "x" +
+      std::abs(field.intensityScale) * std::sqrt(squares / static_cast<double>(field.residual.voxels.size()));
+  const auto& size = field.residual.geometry.size;
+  return " the residual grid of " + std::to_string(size[0]) + "x" + std::to_string(size[1]) + "x" +
          std::to_string(size[2]) + " values (RMS " + numberText(rms) + " scanner units)";
 }
 
 } // namespace
 
 std::string droppedByPly(const GaussianField& field) {
-  const Volume& detail = field.detail;
+  const Volume& residual = field.residual;
   const auto& support = field.support.voxels;
-  if (detail.voxels.empty() && support.empty()) return {};
+  if (residual.voxels.empty() && support.empty()) return {};
   std::string left;
   if (!support.empty())
     left = " the mask of " + countText(std::count(support.begin(), support.end(), 1)) +
            " voxels, beyond which the Gaussians reach";
-  if (!detail.voxels.empty()) left += (left.empty() ? "" : ", and") + detailText(field);
+  if (!residual.voxels.empty()) left += (left.empty() ? "" : ", and") + detailText(field);
   return "A PLY file holds the " + countText(field.size()) + " Gaussians alone: it leaves out" + left +
          "; save an .innergs file to keep everything.";
 }

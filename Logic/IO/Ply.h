@@ -13,7 +13,7 @@ namespace innergs {
 /// droppedByPly().
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
-/// A sentence on what a PLY file of a field leaves out, with numbers: the detail grid, a mask; "" where it
+/// A sentence on what a PLY file of a field leaves out, with numbers: the residual grid, a mask; "" where it
 /// keeps all.
 std::string droppedByPly(const GaussianField& field);
 

@@ -26,7 +26,7 @@ std::vector<const GridGeometry*> latticesOf(const GaussianField& field) {
   std::vector<const GridGeometry*> lattices;
   if (field.domain.voxelCount() > 0) lattices.push_back(&field.domain);
   if (!field.support.voxels.empty()) lattices.push_back(&field.support.geometry);
-  if (!field.detail.voxels.empty()) lattices.push_back(&field.detail.geometry);
+  if (!field.residual.voxels.empty()) lattices.push_back(&field.residual.geometry);
   return lattices;
 }
 
@@ -136,10 +136,10 @@ HardenedModel harden(const Checkpoint& model, const Affine3& map) {
   }
   if (field.domain.voxelCount() > 0) move(field.domain, taken);
   if (!field.support.voxels.empty()) move(field.support.geometry, taken);
-  if (!field.detail.voxels.empty()) move(field.detail.geometry, taken);
+  if (!field.residual.voxels.empty()) move(field.residual.geometry, taken);
   moved->moment1.clear();
   moved->moment2.clear();
-  moved->pulls.clear();
+  moved->gradients.clear();
   moved->finished = field.size();
   moved->settingsKey.clear();
   checkField(field);

@@ -13,7 +13,7 @@ struct HardenedModel {
   bool complete = true; // rest is the identity
 };
 
-/// Means, covariances, slopes, domain, support and detail grid take rotations, shifts, scalings and
+/// Means, covariances, slopes, domain, support and residual grid take rotations, shifts, scalings and
 /// mirrorings along the axes of the model's lattices, and everything when it has no lattice. A shear of a
 /// lattice stays in `rest`. A fit that was interrupted cannot go on from a moved model. Throws Error when the
 /// map cannot be inverted or takes the model out of range.

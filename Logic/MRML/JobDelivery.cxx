@@ -17,25 +17,25 @@ namespace innergs::mrml {
 JobDelivery::JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError)
     : logic_(logic), onError_(std::move(onError)) {}
 
-void JobDelivery::deliver(Mail& mail) {
-  const std::shared_ptr<Task> task = mail.task;
+void JobDelivery::deliver(JobUpdate& update) {
+  const std::shared_ptr<Task> task = update.task;
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
   if (job->IsDone()) return; // abandoned
-  if (mail.started && job->State == vtkSlicerInnerGSJob::Queued && !task->discard) {
+  if (update.started && job->State == vtkSlicerInnerGSJob::Queued && !task->discard) {
     job->State = vtkSlicerInnerGSJob::Running;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobStartedEvent, job);
   }
-  if (mail.progress && !task->discard) {
-    *job->Told = *mail.progress;
-    if (!mail.progress->note.empty()) job->DeviceNote = mail.progress->note;
+  if (update.progress && !task->discard) {
+    *job->Told = *update.progress;
+    if (!update.progress->note.empty()) job->DeviceNote = update.progress->note;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobProgressEvent, job);
   }
-  if (mail.preview && !task->discard) {
-    job->Preview = mail.preview;
-    job->PreviewIJKToRAS = mail.previewToRAS;
+  if (update.preview && !task->discard) {
+    job->Preview = update.preview;
+    job->PreviewIJKToRAS = update.previewToRAS;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobPreviewEvent, job);
   }
-  if (mail.done) finish(*task);
+  if (update.done) finish(*task);
 }
 
 void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {

@@ -5,14 +5,14 @@ class vtkSlicerInnerGSLogic;
 
 namespace innergs::mrml {
 
-/// Makes the worker's mail the job's state, the logic's events and, in the end, nodes. On the main thread.
+/// Makes the worker's update the job's state, the logic's events and, in the end, nodes. On the main thread.
 class JobDelivery {
 public:
   using ErrorHandler = std::function<void(const Failure&)>;
   JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError);
 
-  void deliver(Mail& mail);
-  /// Cancelled at once, whatever mail is still to come.
+  void deliver(JobUpdate& update);
+  /// Cancelled at once, whatever update is still to come.
   void abandon(vtkSlicerInnerGSJob* job, bool tell = true);
   /// What is being made into nodes is not wanted any more: the scene goes.
   void discard();

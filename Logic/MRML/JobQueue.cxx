@@ -65,7 +65,7 @@ void JobQueue::submit(std::shared_ptr<Task> task) {
     if (!fails) waiting_.push_back(task);
   }
   if (fails)
-    post(std::move(task), [](Mail& mail) { mail.done = true; });
+    post(std::move(task), [](JobUpdate& update) { update.done = true; });
   else
     toDo_.notify_one();
 }
@@ -84,7 +84,7 @@ void JobQueue::cancel(const std::shared_ptr<Task>& task) {
     return;
   }
   task->cancelled = true;
-  post(task, [](Mail& mail) { mail.done = true; });
+  post(task, [](JobUpdate& update) { update.done = true; });
 }
 
 std::vector<std::shared_ptr<Task>> JobQueue::tasks() const {
@@ -92,19 +92,19 @@ std::vector<std::shared_ptr<Task>> JobQueue::tasks() const {
   return {open_.begin(), open_.end()};
 }
 
-std::optional<Mail> JobQueue::fetch() {
+std::optional<JobUpdate> JobQueue::fetch() {
   std::lock_guard lock(mutex_);
   awake_ = false;
-  auto found = mail_.end();
+  auto found = updates_.end();
   for (const auto& task : open_) {
-    const auto at = mail_.find(task.get());
-    if (at == mail_.end()) continue;
-    if (found == mail_.end() || at->second.done) found = at;
+    const auto at = updates_.find(task.get());
+    if (at == updates_.end()) continue;
+    if (found == updates_.end() || at->second.done) found = at;
     if (at->second.done) break; // a running task that tells much must not keep others from ending
   }
-  if (found == mail_.end()) return std::nullopt;
-  Mail& rest = found->second;
-  Mail next;
+  if (found == updates_.end()) return std::nullopt;
+  JobUpdate& rest = found->second;
+  JobUpdate next;
   next.task = rest.task;
   if (rest.started) {
     next.started = std::exchange(rest.started, false);
@@ -120,22 +120,22 @@ std::optional<Mail> JobQueue::fetch() {
     std::erase(open_, next.task);
     rest.done = false;
   }
-  if (!rest.progress && !rest.preview && !rest.done) mail_.erase(found);
+  if (!rest.progress && !rest.preview && !rest.done) updates_.erase(found);
   return next;
 }
 
 bool JobQueue::wait(double seconds) {
   std::unique_lock lock(mutex_);
-  return arrived_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return !mail_.empty(); });
+  return arrived_.wait_for(lock, std::chrono::duration<double>(seconds), [&] { return !updates_.empty(); });
 }
 
-void JobQueue::post(std::shared_ptr<Task> task, const std::function<void(Mail&)>& write) {
+void JobQueue::post(std::shared_ptr<Task> task, const std::function<void(JobUpdate&)>& write) {
   bool wake = false;
   {
     std::lock_guard lock(mutex_);
-    Mail& mail = mail_[task.get()];
-    mail.task = std::move(task);
-    write(mail);
+    JobUpdate& update = updates_[task.get()];
+    update.task = std::move(task);
+    write(update);
     wake = !awake_;
     awake_ = true;
   }
@@ -154,13 +154,13 @@ void JobQueue::work() {
       task = std::move(waiting_.front());
       waiting_.pop_front();
     }
-    post(task, [](Mail& mail) { mail.started = true; });
+    post(task, [](JobUpdate& update) { update.started = true; });
     try {
       execute(task);
     } catch (...) {
       task->failure = failureOf();
     }
-    post(std::move(task), [](Mail& mail) { mail.done = true; });
+    post(std::move(task), [](JobUpdate& update) { update.done = true; });
   }
 }
 
@@ -169,19 +169,19 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   filter->unstoppable = &unstoppable_;
   filter->told = [&](const innergs::Progress& progress) {
     task->judging = task->judging || progress.phase == Phase::Judging;
-    post(task, [&](Mail& mail) {
-      const std::string note = mail.progress ? mail.progress->note : std::string();
-      mail.progress = progress;
-      if (progress.note.empty()) mail.progress->note = note; // told once
+    post(task, [&](JobUpdate& update) {
+      const std::string note = update.progress ? update.progress->note : std::string();
+      update.progress = progress;
+      if (progress.note.empty()) update.progress->note = note; // told once
     });
   };
   const Observation preview(filter, vtkInnerGSReconstruct::PreviewEvent, [&](void* data) {
     const vtkSmartPointer<vtkImageData> image = static_cast<vtkImageData*>(data);
     vtkNew<vtkMatrix4x4> matrix;
     matrix->DeepCopy(filter->GetPreviewIJKToRASMatrix());
-    post(task, [&](Mail& mail) {
-      mail.preview = image;
-      mail.previewToRAS = matrix;
+    post(task, [&](JobUpdate& update) {
+      update.preview = image;
+      update.previewToRAS = matrix;
     });
   });
   filter->Update();

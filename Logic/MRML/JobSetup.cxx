@@ -192,7 +192,7 @@ void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
   filter->SetSSIMWeight(p->GetSSIMWeight());
   filter->SetNumberOfGaussians(p->GetNumberOfGaussians());
   filter->SetNumberOfIterations(p->GetNumberOfIterations());
-  filter->SetNumberOfMembers(p->GetNumberOfMembers());
+  filter->SetEnsembleSize(p->GetEnsembleSize());
   filter->SetPaperStopRule(p->GetPaperStopRule());
   filter->SetAllAxes(p->GetAllAxes());
   filter->SetSchedule(p->GetSchedule());

@@ -22,7 +22,7 @@ class vtkSlicerInnerGSJob;
 namespace innergs::mrml {
 
 class SegmentationMask;
-class Stragglers;
+class DetachedTasks;
 
 /// The filter with its settings open to this layer, which also judges its quality by protocol H.
 class JobFilter : public vtkInnerGSReconstruct {
@@ -33,7 +33,7 @@ public:
   using vtkInnerGSReconstruct::WithOutline;
   /// Made on the worker, before the fit, with what its parts may leave behind.
   std::unique_ptr<SegmentationMask> mask;
-  Stragglers* unstoppable = nullptr;
+  DetachedTasks* unstoppable = nullptr;
   /// See JudgedReconstruction.
   std::optional<int> keepEvery;
   std::optional<EvaluationReport> quality;

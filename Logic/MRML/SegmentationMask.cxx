@@ -3,9 +3,9 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Job/ReconstructionJob.h"
+#include "DetachedTasks.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
-#include "Stragglers.h"
 
 #include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
 #include <vtkMRMLSegmentationNode.h>
@@ -276,7 +276,7 @@ void SegmentationMask::addLayer(vtkOrientedImageData* image, int label) {
   std::sort(layer->labels.begin(), layer->labels.end());
 }
 
-void SegmentationMask::makeVoxels(const std::stop_token& stop, Stragglers& unstoppable) {
+void SegmentationMask::makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable) {
   vtkNew<vtkCallbackCommand> quiet; // the sentence is ours
   converter_->AddObserver(vtkCommand::ErrorEvent, quiet);
   for (const auto& segment : others_) {
@@ -310,7 +310,7 @@ void SegmentationMask::chooseLattice(vtkOrientedImageData* lattice) {
   vtkSegmentationConverter::DeserializeImageGeometry(geometry, lattice, false);
 }
 
-Mask SegmentationMask::make(const std::stop_token& stop, Stragglers& unstoppable) {
+Mask SegmentationMask::make(const std::stop_token& stop, DetachedTasks& unstoppable) {
   makeVoxels(stop, unstoppable);
   if (layers_.empty()) refuseEmpty(name_);
   vtkNew<vtkOrientedImageData> lattice;

@@ -18,7 +18,7 @@ class vtkSegmentation;
 
 namespace innergs::mrml {
 
-class Stragglers;
+class DetachedTasks;
 
 /// A segmentation as a job's mask. The main thread takes what cannot be had later, the worker makes the mask
 /// of it: there, labelmaps are merged and surfaces made voxels.
@@ -37,7 +37,7 @@ public:
 
   /// All segments in one (LPS), on any thread. Uses up what was taken. Slicer's rules that make voxels know
   /// no stop. Throws Error, Error(Cancelled).
-  Mask make(const std::stop_token& stop, Stragglers& unstoppable);
+  Mask make(const std::stop_token& stop, DetachedTasks& unstoppable);
 
 private:
   struct Layer {
@@ -48,7 +48,7 @@ private:
                     double margin);
   void takeOthers(vtkSegment* segment);
   void addLayer(vtkOrientedImageData* image, int label);
-  void makeVoxels(const std::stop_token& stop, Stragglers& unstoppable);
+  void makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable);
   /// The lattice to merge on, as Slicer chooses it.
   void chooseLattice(vtkOrientedImageData* lattice);
 

@@ -27,5 +27,5 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   SegmentationMask.cxx
   SliceThickness.cxx
   SliceFollower.cxx
-  Stragglers.cxx
+  DetachedTasks.cxx
 )

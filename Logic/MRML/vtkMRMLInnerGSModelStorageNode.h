@@ -6,7 +6,7 @@
 
 #include <string>
 
-/// Model files (.innergs, everything) and PLY files of Gaussians (.ply, without detail grid and fit state).
+/// Model files (.innergs, everything) and PLY files of Gaussians (.ply, without residual grid and fit state).
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelStorageNode : public vtkMRMLStorageNode {
 public:
   static vtkMRMLInnerGSModelStorageNode* New();

@@ -26,7 +26,7 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(Float, ssimWeight, SSIMWeight)                                                                          \
   DO(Int, numberOfGaussians, NumberOfGaussians)                                                              \
   DO(Int, numberOfIterations, NumberOfIterations)                                                            \
-  DO(Int, numberOfMembers, NumberOfMembers)                                                                  \
+  DO(Int, numberOfMembers, EnsembleSize)                                                                     \
   DO(Int, paperStopRule, PaperStopRule)                                                                      \
   DO(Int, allAxes, AllAxes)                                                                                  \
   DO(Int, schedule, Schedule)                                                                                \

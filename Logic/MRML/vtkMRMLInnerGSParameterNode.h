@@ -125,17 +125,17 @@ public:
   vtkGetMacro(SSIMWeight, double);
   vtkSetMacro(NumberOfGaussians, int);
   vtkGetMacro(NumberOfGaussians, int);
-  vtkSetMacro(NumberOfIterations, int); // sweeps over the data, per member
+  vtkSetMacro(NumberOfIterations, int); // iterations over the data, per member
   vtkGetMacro(NumberOfIterations, int);
-  vtkSetMacro(NumberOfMembers, int); // fields fitted independently and merged
-  vtkGetMacro(NumberOfMembers, int);
+  vtkSetMacro(EnsembleSize, int); // fields fitted independently and merged
+  vtkGetMacro(EnsembleSize, int);
   vtkSetClampMacro(PaperStopRule, int, -1, 1);
   vtkGetMacro(PaperStopRule, int);
   vtkSetClampMacro(AllAxes, int, -1, 1); // fit the slices of one scan along all its axes
   vtkGetMacro(AllAxes, int);
   vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
   vtkGetMacro(Schedule, int);
-  vtkSetMacro(PlateauPatience, int); // Plateau: sweeps without improvement before the rates fall
+  vtkSetMacro(PlateauPatience, int); // Plateau: iterations without improvement before the rates fall
   vtkGetMacro(PlateauPatience, int);
   vtkSetMacro(PlateauFactor, double); // what they are multiplied by then
   vtkGetMacro(PlateauFactor, double);
@@ -143,7 +143,7 @@ public:
   vtkGetMacro(PlateauLowest, double);
   vtkSetMacro(PlateauThreshold, double); // relative improvement of the loss that counts
   vtkGetMacro(PlateauThreshold, double);
-  vtkSetMacro(DensifyEvery, int); // sweeps; Automatic (default); 0: never
+  vtkSetMacro(DensifyEvery, int); // iterations; Automatic (default); 0: never
   vtkGetMacro(DensifyEvery, int);
   vtkSetMacro(MaximumNumberOfGaussians, int); // that densification may reach
   vtkGetMacro(MaximumNumberOfGaussians, int);
@@ -225,7 +225,7 @@ protected:
   int Preset = Balanced, Blending = Automatic, LinearIntensity = Automatic, Initialisation = Automatic,
       Loss = Automatic;
   double HuberDelta = 0.02, SSIMWeight = Automatic;
-  int NumberOfGaussians = 0, NumberOfIterations = 0, NumberOfMembers = 0, PaperStopRule = Automatic;
+  int NumberOfGaussians = 0, NumberOfIterations = 0, EnsembleSize = 0, PaperStopRule = Automatic;
   int AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic, MaximumNumberOfGaussians = 0;
   double PointWeight = Automatic;
   int Selection = ExactSelection, PlateauPatience = 10;

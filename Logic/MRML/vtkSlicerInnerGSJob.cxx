@@ -44,7 +44,7 @@ std::string vtkSlicerInnerGSJob::GetDescription() {
   const innergs::Progress& told = *this->Told;
   std::string line =
       innergs::formatted("%.60s, %.0f %%", innergs::phaseName(told.phase), 100 * told.fraction);
-  if (told.iteration > 0) line += innergs::formatted(", sweep %d of %d", told.iteration, told.iterations);
+  if (told.iteration > 0) line += innergs::formatted(", iteration %d of %d", told.iteration, told.iterations);
   if (!std::isnan(told.trainingPsnr))
     line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);
   if (told.remaining >= 1) line += innergs::formatted(", about %.0f s left", std::ceil(told.remaining));

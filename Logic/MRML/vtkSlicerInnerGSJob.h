@@ -51,7 +51,7 @@ public:
   double GetProgress();      // of the whole job, 0 to 1
   int GetCurrentIteration(); // of the second fit while the quality is judged
   int GetTotalIterations();
-  double GetLoss();         // of the last sweep, normalised intensity units
+  double GetLoss();         // of the last iteration, normalised intensity units
   double GetTrainingPSNR(); // dB, fitted samples; NaN: unknown
   double GetHeldOutPSNR();  // dB on withheld slices, of a second fit that did not see them; NaN: unknown
   vtkIdType GetNumberOfGaussians();

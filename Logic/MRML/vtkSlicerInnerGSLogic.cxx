@@ -210,9 +210,9 @@ int vtkSlicerInnerGSLogic::ProcessPendingEvents() {
   // One round: a worker that tells faster than observers listen must not keep the main thread here.
   const int limit = 4 * this->GetNumberOfJobs(); // started, progress, preview, done
   for (; count < limit; ++count) {
-    std::optional<mrml::Mail> mail = this->Work->queue.fetch();
-    if (!mail) break;
-    this->Work->delivery.deliver(*mail);
+    std::optional<mrml::JobUpdate> update = this->Work->queue.fetch();
+    if (!update) break;
+    this->Work->delivery.deliver(*update);
   }
   return count;
 }

@@ -18,7 +18,7 @@ innergs::Settings vtkInnerGSReconstruct::MakeSettings() {
   if (!(this->SSIMWeight < 0)) s.ssimWeight = this->SSIMWeight;
   if (this->NumberOfGaussians != 0) s.gaussians = this->NumberOfGaussians;
   if (this->NumberOfIterations != 0) s.iterations = this->NumberOfIterations;
-  if (this->NumberOfMembers != 0) s.members = this->NumberOfMembers;
+  if (this->EnsembleSize != 0) s.ensembleSize = this->EnsembleSize;
   s.selection = static_cast<innergs::Selection>(this->Selection);
   s.plateau = {this->PlateauPatience, this->PlateauFactor, this->PlateauLowest, this->PlateauThreshold};
   if (!(this->PruneOpacity < 0)) s.densify.opacity = this->PruneOpacity;

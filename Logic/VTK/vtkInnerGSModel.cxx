@@ -46,7 +46,7 @@ unsigned long vtkInnerGSModel::GetActualMemorySize() {
     const auto& c = *this->Checkpoint;
     const std::size_t bytes =
         c.field.gaussians.size() * sizeof(innergs::Gaussian) +
-        (c.moment1.size() + c.moment2.size() + c.field.detail.voxels.size()) * sizeof(float) +
+        (c.moment1.size() + c.moment2.size() + c.field.residual.voxels.size()) * sizeof(float) +
         c.field.support.voxels.size();
     size += static_cast<unsigned long>((bytes + 1023) / 1024);
   }
@@ -89,7 +89,7 @@ std::string vtkInnerGSModel::GetDescription() {
     const innergs::Vec3 extent = field.region().extent();
     text += innergs::formatted(", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
   }
-  if (!field.detail.voxels.empty()) text += ", with a detail grid";
+  if (!field.residual.voxels.empty()) text += ", with a residual grid";
   if (this->IsMasked()) text += ", inside a mask";
   return text + ", " + innergs::bytesText(1024.0 * static_cast<double>(this->GetActualMemorySize()));
 }

@@ -28,12 +28,12 @@ public:
   void Initialize() override;
   void ShallowCopy(vtkDataObject* source) override;
   void DeepCopy(vtkDataObject* source) override;
-  /// Kibibytes of Gaussians, optimiser state and detail grid.
+  /// Kibibytes of Gaussians, optimiser state and residual grid.
   unsigned long GetActualMemorySize() override;
 
   bool IsEmpty();
   vtkIdType GetNumberOfGaussians();
-  /// Sweeps over the data that it was fitted for.
+  /// Iterations over the data that it was fitted for.
   int GetNumberOfIterations();
   /// "normalised", "additive", "alpha"; "" when empty.
   std::string GetBlendingName();

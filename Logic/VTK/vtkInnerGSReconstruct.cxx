@@ -33,7 +33,7 @@ std::string progressText(const innergs::Progress& p) {
   std::string text = innergs::phaseName(p.phase);
   const bool fitting = p.phase == innergs::Phase::Fitting;
   if (fitting || (p.phase == innergs::Phase::Judging && p.iterations > 0))
-    text += innergs::formatted(", sweep %d of %d", p.iteration, p.iterations);
+    text += innergs::formatted(", iteration %d of %d", p.iteration, p.iterations);
   if (fitting) text += innergs::formatted(", %.1f dB", p.trainingPsnr);
   if (p.phase != innergs::Phase::Done && p.remaining >= 1)
     text += innergs::formatted(", about %.0f s left", std::ceil(p.remaining));

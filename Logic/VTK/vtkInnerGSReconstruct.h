@@ -114,10 +114,10 @@ public:
   vtkGetMacro(Selection, int);
   vtkSetMacro(NumberOfGaussians, vtkIdType);
   vtkGetMacro(NumberOfGaussians, vtkIdType);
-  vtkSetMacro(NumberOfIterations, int); // sweeps over the data, per member
+  vtkSetMacro(NumberOfIterations, int); // iterations over the data, per member
   vtkGetMacro(NumberOfIterations, int);
-  vtkSetMacro(NumberOfMembers, int); // fields fitted independently and merged
-  vtkGetMacro(NumberOfMembers, int);
+  vtkSetMacro(EnsembleSize, int); // fields fitted independently and merged
+  vtkGetMacro(EnsembleSize, int);
   vtkSetClampMacro(LinearIntensity, int, -1, 1); // Automatic, 0: off, 1: on
   vtkGetMacro(LinearIntensity, int);
   vtkSetClampMacro(Loss, int, Automatic, Huber);
@@ -134,7 +134,7 @@ public:
   vtkGetMacro(AllAxes, int);
   vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
   vtkGetMacro(Schedule, int);
-  vtkSetMacro(PlateauPatience, int); // Plateau: sweeps without improvement before the rates fall
+  vtkSetMacro(PlateauPatience, int); // Plateau: iterations without improvement before the rates fall
   vtkGetMacro(PlateauPatience, int);
   vtkSetMacro(PlateauFactor, double); // what they are multiplied by then
   vtkGetMacro(PlateauFactor, double);
@@ -142,7 +142,7 @@ public:
   vtkGetMacro(PlateauLowest, double);
   vtkSetMacro(PlateauThreshold, double); // relative improvement of the loss that counts
   vtkGetMacro(PlateauThreshold, double);
-  vtkSetMacro(DensifyEvery, int); // sweeps; Automatic; 0: never
+  vtkSetMacro(DensifyEvery, int); // iterations; Automatic; 0: never
   vtkGetMacro(DensifyEvery, int);
   vtkSetMacro(MaximumNumberOfGaussians,
               vtkIdType); // that densification may reach; 0: as many as at the start
@@ -218,7 +218,7 @@ public:
   std::string GetPhase();             // "Preparing", "Fitting", ...
   vtkGetMacro(CurrentIteration, int); // while the quality is judged, of the second fit
   vtkGetMacro(TotalIterations, int);
-  vtkGetMacro(CurrentLoss, double);  // of the last sweep, normalised intensity units
+  vtkGetMacro(CurrentLoss, double);  // of the last iteration, normalised intensity units
   vtkGetMacro(TrainingPSNR, double); // dB, fitted samples; NaN: unknown
   vtkGetMacro(HeldOutPSNR,
               double); // dB on withheld slices, of a second fit that did not see them; NaN: unknown
@@ -273,7 +273,7 @@ protected:
   int Preset = Balanced, Blending = Automatic, Loss = Automatic, Initialisation = Automatic,
       LinearIntensity = Automatic;
   vtkIdType NumberOfGaussians = 0;
-  int NumberOfIterations = 0, NumberOfMembers = 0;
+  int NumberOfIterations = 0, EnsembleSize = 0;
   double HuberDelta = 0.02, SSIMWeight = Automatic, HeldOutFraction = 0;
   int PaperStopRule = Automatic, AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic;
   vtkIdType MaximumNumberOfGaussians = 0;

@@ -60,7 +60,7 @@ class Job:
 
     @property
     def description(self):
-        """One line: phase, sweeps, PSNR, seconds left."""
+        """One line: phase, iterations, PSNR, seconds left."""
         return self._current().GetDescription()
 
     @property

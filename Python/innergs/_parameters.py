@@ -13,7 +13,7 @@ _CHOICES = {
     "selection": ("exact", "method1", "method2"),
 }
 _NUMBERS = {
-    "gaussians": "NumberOfGaussians", "iterations": "NumberOfIterations", "members": "NumberOfMembers",
+    "gaussians": "NumberOfGaussians", "iterations": "NumberOfIterations", "members": "EnsembleSize",
     "linear_intensity": "LinearIntensity", "huber_delta": "HuberDelta", "ssim_weight": "SSIMWeight",
     "paper_stop_rule": "PaperStopRule", "all_axes": "AllAxes", "densify_every": "DensifyEvery",
     "maximum_gaussians": "MaximumNumberOfGaussians", "prune_opacity": "PruneOpacity", "prune_size": "PruneSize",

@@ -136,7 +136,7 @@ private:
     std::vector<std::string> words{o_.microbenchmarks, "--benchmark_out_format=json",
                                    "--benchmark_out=" + workFile("speed.json")};
     if (brainweb_->missing.empty()) words.push_back(brainweb_->path);
-    if (o_.trial) words.push_back("--benchmark_filter=AVX2|scalar|sweep|oblique|plane_query");
+    if (o_.trial) words.push_back("--benchmark_filter=AVX2|scalar|iteration|oblique|plane_query");
     return measure("Micro-benchmarks", "speed.json", std::move(words));
   }
 
@@ -155,7 +155,7 @@ private:
             one("Preview and cancel", "paper-response.json", {"--responsiveness"})};
   }
 
-  std::vector<HonestOutcome> honest() {
+  std::vector<HeldOutOutcome> honest() {
     struct Case {
       std::string name;
       std::vector<std::string> options;
@@ -165,7 +165,7 @@ private:
       cases.push_back({std::string("keep-every-") + k, {"--keep-every", k}});
     cases.push_back({"thick-4", {"--thickness", "4"}});
     cases.push_back({"orthogonal-2-thick-4", {"--orthogonal", "2", "--thickness", "4"}});
-    std::vector<HonestOutcome> outcomes;
+    std::vector<HeldOutOutcome> outcomes;
     for (std::size_t v = 0; v < volumes_.size(); ++v) {
       const TestVolume& volume = volumes_[v];
       if (!volume.missing.empty()) {
@@ -204,7 +204,8 @@ private:
     const bool changed =
         !git({"status", "--porcelain", "--", "Logic", "Testing/Benchmark", "CMakeLists.txt"}).empty();
     std::string text;
-    if (o_.trial) text += "**A trial of the benchmarks with a few sweeps: the figures mean nothing.**\n\n";
+    if (o_.trial)
+      text += "**A trial of the benchmarks with a few iterations: the figures mean nothing.**\n\n";
     text += std::string(date) + ", " + (model.empty() ? "unknown processor" : model) + ", " +
             std::to_string(std::thread::hardware_concurrency()) + " cores, " + instructionSets().front() +
             "; commit " + (commit.empty() ? "unknown" : commit) + (changed ? " with local changes" : "") +
@@ -236,7 +237,7 @@ int main(int argc, char** argv) {
   app.add_option("--document", options.document, "Markdown file to write the numbers into")->required();
   app.add_option("--only", options.only, "speed, paper, honest")->delimiter(',');
   app.add_flag("--reuse", options.reuse, "Keep results in the work folder that are newer than the programs");
-  app.add_flag("--trial", options.trial, "A few sweeps, to see that everything runs; not a measurement");
+  app.add_flag("--trial", options.trial, "A few iterations, to see that everything runs; not a measurement");
   CLI11_PARSE(app, argc, argv);
   try {
     innergs::bench::Bench bench(options);

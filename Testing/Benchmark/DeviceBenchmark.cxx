@@ -37,11 +37,11 @@ public:
     where(n, sizes);
     jobs(volume, sizes, cold);
     const Scene scene = sceneOf(volume, sizes, Blending::Normalised);
-    sweeps(scene, "");
+    iterations(scene, "");
     kernels(scene);
     plane(scene, volume, sizes);
     large(sizes);
-    sweeps(sceneOf(volume, sizes, Blending::Alpha), "alpha blending, slices of 3 axes: ");
+    iterations(sceneOf(volume, sizes, Blending::Alpha), "alpha blending, slices of 3 axes: ");
     const std::string text = head_ + "\n\n" + table_.text() + "\n" + profile_;
     std::printf("\n%s\n", text.c_str());
     if (!options_.output.empty()) std::ofstream(options_.output) << text;
@@ -102,8 +102,10 @@ private:
     const JobRun all = job(volume, sizes, "cpu", 0), two = job(volume, sizes, "cpu", 2);
     add("time to 32.47 dB, preset balanced (all voxels fitted, pooled), median of 3", fixed(paper, 2) + " s",
         "≤ 0.3 s", yes(paper <= 0.3));
-    add("of it before the first sweep (reading traits, start field)", fixed(run.firstSweep, 2) + " s");
-    add("whole reconstruction, preset balanced, " + std::to_string(run.iterations) + " sweeps, median of 3",
+    add("of it before the first iteration (reading traits, start field)",
+        fixed(run.firstIteration, 2) + " s");
+    add("whole reconstruction, preset balanced, " + std::to_string(run.iterations) +
+            " iterations, median of 3",
         fixed(run.seconds, 2) + " s (fit " + fixed(run.fitSeconds, 2) + " s)", "≤ 3 s",
         yes(run.seconds <= 3));
     add("the same, first of the process (starts the driver, loads the kernels, self-check)",
@@ -115,42 +117,42 @@ private:
         "within 0.05 dB", yes(run.psnr >= all.psnr - 0.05));
   }
 
-  void sweeps(const Scene& scene, const std::string& label) {
+  void iterations(const Scene& scene, const std::string& label) {
     const FitRequest request = requestOf(scene);
     double device = 0, relocating = 0;
     {
       cuda::Fit fit(executorOf(options_), request);
-      device = sweepSeconds(fit, scene.field, options_.repeats);
-      if (label.empty()) relocating = sweepSeconds(fit, scene.field, options_.repeats, 5);
+      device = iterationSeconds(fit, scene.field, options_.repeats);
+      if (label.empty()) relocating = iterationSeconds(fit, scene.field, options_.repeats, 5);
     }
-    const double two = cpuSweepSeconds(scene, 2, options_.repeats),
-                 all = cpuSweepSeconds(scene, 0, options_.repeats);
-    add(label + "one sweep", fixed(1e3 * device, 3) + " ms");
-    if (label.empty()) add("one sweep, relocation every 5", fixed(1e3 * relocating, 3) + " ms");
-    add(label + "one sweep on the CPU: 2 threads; all",
+    const double two = cpuIterationSeconds(scene, 2, options_.repeats),
+                 all = cpuIterationSeconds(scene, 0, options_.repeats);
+    add(label + "one iteration", fixed(1e3 * device, 3) + " ms");
+    if (label.empty()) add("one iteration, relocation every 5", fixed(1e3 * relocating, 3) + " ms");
+    add(label + "one iteration on the CPU: 2 threads; all",
         fixed(1e3 * two, 1) + " ms; " + fixed(1e3 * all, 1) + " ms");
     add(label + "times as fast as 2 threads; all", fixed(two / device, 0) + "; " + fixed(all / device, 0),
         label.empty() ? "≥ 50; –" : "", label.empty() ? yes(two / device >= 50) : "");
     Profile profile;
     cuda::Fit fit(std::make_unique<TimedExecutor>(executorOf(options_), profile), request);
     fit.upload(scene.field, Adam(scene.field.size()), {});
-    SweepOrder order;
-    fit.sweep(order);
-    fit.sweep(order); // the room for pairs is known now
+    IterationOptions order;
+    fit.iterate(order);
+    fit.iterate(order); // the room for pairs is known now
     profile.clear();
-    constexpr int kSweeps = 5;
-    for (int i = 0; i < kSweeps; ++i)
-      fit.sweep(order);
+    constexpr int kTrialIterations = 5;
+    for (int i = 0; i < kTrialIterations; ++i)
+      fit.iterate(order);
     double sum = 0;
     for (const auto& [name, t] : profile)
       sum += t.seconds;
     std::vector<std::pair<std::string, KernelTime>> sorted(profile.begin(), profile.end());
     std::sort(sorted.begin(), sorted.end(),
               [](const auto& a, const auto& b) { return a.second.seconds > b.second.seconds; });
-    MarkdownTable table({label + "kernels of one sweep", "launches", "µs, each waited for", "share"});
+    MarkdownTable table({label + "kernels of one iteration", "launches", "µs, each waited for", "share"});
     for (const auto& [name, t] : sorted)
-      table.add({name, std::to_string(t.launches / kSweeps), fixed(1e6 * t.seconds / kSweeps, 1),
-                 fixed(100 * t.seconds / sum, 1) + " %"});
+      table.add({name, std::to_string(t.launches / kTrialIterations),
+                 fixed(1e6 * t.seconds / kTrialIterations, 1), fixed(100 * t.seconds / sum, 1) + " %"});
     profile_ += table.text() + "\n";
   }
 
@@ -201,7 +203,7 @@ private:
 #ifdef INNERGS_BENCHMARK_CUDA
     if (!options_.host) cuda::cudaFacts(0); // forgets the peak so far
 #endif
-    const double seconds = largeSweep(options_, sizes, gaussians);
+    const double seconds = largeIteration(options_, sizes, gaussians);
 #ifdef INNERGS_BENCHMARK_CUDA
     if (!options_.host) {
       const cuda::CudaFacts after = cuda::cudaFacts(0);
@@ -211,7 +213,7 @@ private:
 #endif
     const std::string what =
         std::to_string(sizes.large) + "³ voxels, " + std::to_string(gaussians) + " Gaussians: ";
-    add(what + "one sweep", fixed(1e3 * seconds, 1) + " ms");
+    add(what + "one iteration", fixed(1e3 * seconds, 1) + " ms");
     add(what + "most device memory; with the driver's own",
         fixed(gib, 2) + " GiB; " + fixed(process, 2) + " GiB", "< 16 GB", yes(process * 1.073741824 < 16));
   }

@@ -71,7 +71,7 @@ JobRun job(const Volume& volume, const Sizes& sizes, const std::string& device, 
   settings.gaussians = sizes.gaussians;
   settings.device = device;
   settings.threads = threads;
-  if (sizes.jobSweeps > 0) settings.iterations = sizes.jobSweeps;
+  if (sizes.jobIterations > 0) settings.iterations = sizes.jobIterations;
   ReconstructionInput input;
   input.stacks = {stackOf(volume)};
   const IntensityMap map = chooseIntensityMap(input.stacks);
@@ -83,7 +83,7 @@ JobRun job(const Volume& volume, const Sizes& sizes, const std::string& device, 
   ReconstructionJob work(std::move(input), settings);
   work.onProgress([&](const Progress& p) {
     if (p.phase != Phase::Fitting || p.iteration == 0) return;
-    if (std::isnan(run.firstSweep)) run.firstSweep = p.elapsed;
+    if (std::isnan(run.firstIteration)) run.firstIteration = p.elapsed;
     if (p.iteration > coarse && std::isnan(run.toPaper) && p.trainingPsnr + shift >= kPaperPsnr)
       run.toPaper = p.elapsed;
   });
@@ -102,8 +102,8 @@ Scene sceneOf(const Volume& volume, const Sizes& sizes, Blending blending) {
   Settings settings;
   settings.blending = blending;
   settings.gaussians = sizes.gaussians;
-  settings.iterations = std::min(40, sizes.jobSweeps > 0 ? sizes.jobSweeps : 40);
-  settings.members = 1;
+  settings.iterations = std::min(40, sizes.jobIterations > 0 ? sizes.jobIterations : 40);
+  settings.ensembleSize = 1;
   settings.device = "cpu";
   ReconstructionInput input;
   const Stack stack = stackOf(volume);
@@ -127,28 +127,28 @@ FitRequest requestOf(const Scene& scene) {
   return request;
 }
 
-double sweepSeconds(cuda::Fit& fit, const GaussianField& field, int repeats, int relocateEvery) {
+double iterationSeconds(cuda::Fit& fit, const GaussianField& field, int repeats, int relocateEvery) {
   const std::size_t run = repeats > 1 ? 20 : 2;
   fit.upload(field, Adam(field.size()), {});
-  std::vector<SweepOrder> orders(run);
+  std::vector<IterationOptions> orders(run);
   int step = 0;
-  const auto sweep = [&] {
-    for (SweepOrder& order : orders) {
+  const auto iteration = [&] {
+    for (IterationOptions& order : orders) {
       order.step = ++step;
       order.relocate.reset();
       if (relocateEvery > 0 && step % relocateEvery == 0) order.relocate = RelocationPlan{0.02, -3};
     }
     for (std::size_t done = 0; done < run;)
-      done += fit.sweeps(std::span(orders).subspan(done)).size();
+      done += fit.iterateMany(std::span(orders).subspan(done)).size();
   };
-  sweep(); // loads the kernels, finds the room
+  iterate(); // loads the kernels, finds the room
   std::vector<double> seconds;
   for (int i = 0; i < repeats; ++i)
-    seconds.push_back(timed(sweep) / static_cast<double>(run));
+    seconds.push_back(timed(iteration) / static_cast<double>(run));
   return median(seconds);
 }
 
-double cpuSweepSeconds(const Scene& scene, int threads, int repeats) {
+double cpuIterationSeconds(const Scene& scene, int threads, int repeats) {
   ThreadPool pool(threads);
   FitPlan plan;
   plan.linearIntensity = scene.field.linearIntensity;
@@ -162,7 +162,7 @@ double cpuSweepSeconds(const Scene& scene, int threads, int repeats) {
   return median(seconds);
 }
 
-double largeSweep(const Options& o, const Sizes& sizes, std::int64_t& gaussians) {
+double largeIteration(const Options& o, const Sizes& sizes, std::int64_t& gaussians) {
   Scene scene;
   const std::int64_t n = sizes.large;
   const double spacing = static_cast<double>(n) / sizes.largeEdge;
@@ -192,7 +192,7 @@ double largeSweep(const Options& o, const Sizes& sizes, std::int64_t& gaussians)
   request.rules.bounds = {std::log(0.1), std::log(60)};
   cuda::Fit fit(executorOf(o), request);
   if (!fit.remark().empty()) std::printf("%s\n", fit.remark().c_str());
-  return sweepSeconds(fit, scene.field, std::min(o.repeats, 3));
+  return iterationSeconds(fit, scene.field, std::min(o.repeats, 3));
 }
 
 double planeMilliseconds(const Options& o, const Sizes& sizes, const Scene& scene, const Volume& volume) {

@@ -21,7 +21,7 @@ struct Options {
 /// One size for the device, another to try it all on the host.
 struct Sizes {
   std::int64_t gaussians = 74088;
-  int jobSweeps = 0; // 0: the preset's
+  int jobIterations = 0; // 0: the preset's
   std::int64_t large = 512;
   int largeEdge = 126; // Gaussians along an edge of it
   int plane = 512;
@@ -32,7 +32,7 @@ std::unique_ptr<cuda::Executor> executorOf(const Options& options);
 Volume waves(std::int64_t nx, std::int64_t ny, std::int64_t nz);
 
 struct JobRun {
-  double toPaper = NAN, seconds = 0, fitSeconds = 0, psnr = 0, firstSweep = NAN;
+  double toPaper = NAN, seconds = 0, fitSeconds = 0, psnr = 0, firstIteration = NAN;
   int iterations = 0;
   std::string device;
 };
@@ -50,11 +50,11 @@ struct Scene {
 Scene sceneOf(const Volume& volume, const Sizes& sizes, Blending blending);
 FitRequest requestOf(const Scene& scene);
 
-/// Seconds a sweep of a fit, in runs with one wait as jobs do them. Learning rates of 0 keep the field.
-double sweepSeconds(cuda::Fit& fit, const GaussianField& field, int repeats, int relocateEvery = 0);
-double cpuSweepSeconds(const Scene& scene, int threads, int repeats);
-/// Seconds a sweep over a large volume with Gaussians on an even grid, as many as are given back.
-double largeSweep(const Options& options, const Sizes& sizes, std::int64_t& gaussians);
+/// Seconds an iteration of a fit, in runs with one wait as jobs do them. Learning rates of 0 keep the field.
+double iterationSeconds(cuda::Fit& fit, const GaussianField& field, int repeats, int relocateEvery = 0);
+double cpuIterationSeconds(const Scene& scene, int threads, int repeats);
+/// Seconds an iteration over a large volume with Gaussians on an even grid, as many as are given back.
+double largeIteration(const Options& options, const Sizes& sizes, std::int64_t& gaussians);
 /// An oblique plane through the middle of the volume, copied to host memory.
 double planeMilliseconds(const Options& options, const Sizes& sizes, const Scene& scene,
                          const Volume& volume);

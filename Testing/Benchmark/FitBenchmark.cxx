@@ -10,8 +10,8 @@ namespace innergs::bench {
 namespace {
 
 /// Forward, loss, gradients and Adam over the slices of `axes` axes. Learning rates of 0 keep the field, so
-/// that every sweep costs the same.
-void sweepOver(benchmark::State& state, const Scene& s, int axes, int threads) {
+/// that every iteration costs the same.
+void iterateOver(benchmark::State& state, const Scene& s, int axes, int threads) {
   ThreadPool pool(threads);
   FitPlan plan;
   plan.linearIntensity = s.field.linearIntensity;
@@ -27,12 +27,12 @@ void sweepOver(benchmark::State& state, const Scene& s, int axes, int threads) {
   state.counters["dB_fitted"] = -10 * std::log10(trainer.mse());
 }
 
-void sweep(benchmark::State& state) {
-  sweepOver(state, scene(), 1, static_cast<int>(state.range(0)));
+void iterate(benchmark::State& state) {
+  iterateOver(state, scene(), 1, static_cast<int>(state.range(0)));
 }
 
-void alphaSweep(benchmark::State& state) {
-  sweepOver(state, alphaScene(), static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
+void alphaIteration(benchmark::State& state) {
+  iterateOver(state, alphaScene(), static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));
 }
 
 void adamStep(benchmark::State& state) {
@@ -83,8 +83,12 @@ void initialisation(benchmark::State& state) {
 } // namespace
 
 void registerFitBenchmarks() {
-  steady(benchmark::RegisterBenchmark("sweep", sweep))->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime();
-  steady(benchmark::RegisterBenchmark("alpha_sweep", alphaSweep))
+  steady(benchmark::RegisterBenchmark("iteration", iteration))
+      ->ArgName("threads")
+      ->Arg(1)
+      ->Arg(2)
+      ->UseRealTime();
+  steady(benchmark::RegisterBenchmark("alpha_iteration", alphaIteration))
       ->ArgNames({"axes", "threads"})
       ->Args({1, 2})
       ->Args({3, 2})

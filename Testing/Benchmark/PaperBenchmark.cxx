@@ -94,7 +94,7 @@ Json paper(const Volume& volume, const Options& o, std::int64_t atStart) {
 /// Seconds to the first preview, and from a stop request to the end of run().
 Json responsiveness(const Volume& volume, const Settings& settings) {
   double preview = 0, cancel = 0;
-  for (int delay : {0, 40, 90}) { // ms: at different places of a sweep
+  for (int delay : {0, 40, 90}) { // ms: at different places of an iteration
     Stack stack;
     stack.image = volume;
     stack.profile = SliceProfile::Point;
@@ -148,7 +148,7 @@ int main(int argc, char** argv) {
   app.add_option("volume", options.volume, "The truth")->required();
   app.add_option("--json", options.json, "File to write")->required();
   app.add_option("--gaussians", options.gaussians, "Budget");
-  app.add_option("--iterations", options.iterations, "Sweeps, in place of the preset's");
+  app.add_option("--iterations", options.iterations, "Iterations, in place of the preset's");
   app.add_option("--threads", options.settings.threads, "0 = all cores");
   app.add_flag("--responsiveness", options.responsiveness,
                "Times of the first preview and of a cancellation instead");

@@ -58,7 +58,7 @@ void addRun(MarkdownTable& table, const std::string& name, const Outcome& outcom
              high(ssim, t.ssim, 4, "")});
   const double cores = value(run.at("cpu_seconds")) / seconds;
   table.add({name, "whole reconstruction",
-             std::to_string(run.at("iterations").get<int>()) + " sweeps and rendering",
+             std::to_string(run.at("iterations").get<int>()) + " iterations and rendering",
              fixed(seconds, 1) + " s (" + fixed(cores, 2) + " cores busy)", atMost(t.seconds, " s"),
              low(seconds, t.seconds, 1, "s")});
   const auto& m = run.at("memory");

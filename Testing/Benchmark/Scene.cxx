@@ -80,8 +80,8 @@ Scene makeScene(Blending blending) {
   Settings settings;
   settings.blending = blending;
   settings.gaussians = kPaperGaussians;
-  settings.iterations = kSceneSweeps;
-  settings.members = 1;
+  settings.iterations = kSceneIterations;
+  settings.ensembleSize = 1;
   scene.field = ReconstructionJob(std::move(input), settings).run().checkpoint->field;
   scene.map = {scene.field.intensityScale, scene.field.intensityOffset};
   return scene;

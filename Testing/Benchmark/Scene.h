@@ -7,11 +7,11 @@ namespace innergs::bench {
 
 /// The paper's count: an even grid of 42³.
 constexpr std::int64_t kPaperGaussians = 74088;
-/// Sweeps that the scene's field was fitted for: Gaussians of the sizes and orientations that most of a fit
-/// works on.
-constexpr int kSceneSweeps = 40;
+/// Iterations that the scene's field was fitted for: Gaussians of the sizes and orientations that most of a
+/// fit works on.
+constexpr int kSceneIterations = 40;
 
-/// What the micro-benchmarks work on: a volume, and kPaperGaussians fitted to it for kSceneSweeps.
+/// What the micro-benchmarks work on: a volume, and kPaperGaussians fitted to it for kSceneIterations.
 struct Scene {
   Stack stack;
   GaussianField field;

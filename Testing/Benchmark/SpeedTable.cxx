@@ -77,14 +77,16 @@ std::string speedTable(const Outcome& outcome) {
   const std::string field = "fitted field";
   addKernels(table, medians, field);
 
-  const double one = medians.milliseconds("sweep/threads:1"), two = medians.milliseconds("sweep/threads:2");
-  table.add({"one training sweep", field + ", 1 thread", fixed(one, 0) + " ms"});
-  table.add({"one training sweep", field + ", 2 threads",
+  const double one = medians.milliseconds("iteration/threads:1"),
+               two = medians.milliseconds("iteration/threads:2");
+  table.add({"one training iteration", field + ", 1 thread", fixed(one, 0) + " ms"});
+  table.add({"one training iteration", field + ", 2 threads",
              fixed(two, 0) + " ms, " + fixed(one / two, 2) + "× one thread"});
   for (const auto& [axes, what] :
        {std::pair{1, "slices along one axis"}, {3, "slices along all three axes"}}) {
-    const double alpha = medians.milliseconds("alpha_sweep/axes:" + std::to_string(axes) + "/threads:2");
-    table.add({std::string("one training sweep, alpha blending, ") + what, "its own fitted field, 2 threads",
+    const double alpha = medians.milliseconds("alpha_iteration/axes:" + std::to_string(axes) + "/threads:2");
+    table.add({std::string("one training iteration, alpha blending, ") + what,
+               "its own fitted field, 2 threads",
                fixed(alpha, 0) + " ms, " + fixed(alpha / two, 2) + "× normalised over one axis", "≤ 4×",
                verdict(alpha <= 4 * two, alpha / two - 4, 2, "×")});
   }
@@ -110,7 +112,7 @@ std::string speedTable(const Outcome& outcome) {
                                    {"projection", "projection onto the lattice"},
                                    {"binning", "binning into tiles"}})
     table.add({what, field + ", 1 thread", fixed(medians.milliseconds(name), 2) + " ms"});
-  return "Fitted field: 74,088 Gaussians after 40 sweeps over " + volume + ".\n\n" + table.text();
+  return "Fitted field: 74,088 Gaussians after 40 iterations over " + volume + ".\n\n" + table.text();
 }
 
 } // namespace innergs::bench

@@ -21,10 +21,10 @@ struct PaperOutcomes {
 };
 std::string paperTable(const PaperOutcomes& outcomes);
 
-struct HonestOutcome {
-  std::string volume, honestCase; // "studyforrest T1", "keep-every-4"; no case: all of them
+struct HeldOutOutcome {
+  std::string volume, heldOutCase; // "studyforrest T1", "keep-every-4"; no case: all of them
   Outcome outcome;
 };
-std::string honestTable(const std::vector<HonestOutcome>& outcomes);
+std::string honestTable(const std::vector<HeldOutOutcome>& outcomes);
 
 } // namespace innergs::bench

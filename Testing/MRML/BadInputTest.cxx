@@ -102,7 +102,7 @@ TEST_F(BadInputTest, EstimatesAndChecksLookAtNoVoxels) {
   const double seconds = logic->EstimateSeconds(parameters);
   EXPECT_GT(seconds, 0);
   EXPECT_LT(seconds, 600);
-  parameters->SetNumberOfMembers(5);
+  parameters->SetEnsembleSize(5);
   const double members = logic->EstimateSeconds(parameters);
   EXPECT_GT(members, 2 * seconds);
   parameters->SetEvaluateQuality(true);
@@ -148,7 +148,7 @@ TEST_F(BadInputTest, EstimateOnAnotherThread) {
   parameters->SetEvaluateQuality(true);
   EXPECT_NE(keyNow(), key);
   parameters->SetEvaluateQuality(false);
-  parameters->SetNumberOfMembers(5);
+  parameters->SetEnsembleSize(5);
   EXPECT_NE(keyNow(), key);
 }
 

@@ -129,7 +129,7 @@ TEST_F(JobTest, CancelWhileQualityIsJudged) {
   parameters->SetEvaluateQuality(true);
   for (const bool interpolating : {false, true}) {
     double took = -1, last = 0;
-    bool fitted = false; // the second fit has told of its sweeps
+    bool fitted = false; // the second fit has told of its iterations
     Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
       auto* job = jobOf(data);
       EXPECT_GE(job->GetProgress(), last);

@@ -17,7 +17,7 @@ void fill(Parameters* p) {
   p->SetSSIMWeight(0.123456789012345);
   p->SetNumberOfGaussians(123456);
   p->SetNumberOfIterations(77);
-  p->SetNumberOfMembers(3);
+  p->SetEnsembleSize(3);
   p->SetPaperStopRule(1);
   p->SetAllAxes(1);
   p->SetSchedule(Parameters::Plateau);
@@ -61,7 +61,7 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetSSIMWeight(), 0.123456789012345);
   EXPECT_EQ(p->GetNumberOfGaussians(), 123456);
   EXPECT_EQ(p->GetNumberOfIterations(), 77);
-  EXPECT_EQ(p->GetNumberOfMembers(), 3);
+  EXPECT_EQ(p->GetEnsembleSize(), 3);
   EXPECT_EQ(p->GetPaperStopRule(), 1);
   EXPECT_EQ(p->GetAllAxes(), 1);
   EXPECT_EQ(p->GetSchedule(), Parameters::Plateau);

@@ -11,7 +11,7 @@ namespace {
 using SceneFileTest = MrmlFixture;
 
 TEST_F(SceneFileTest, SavedToAFolderAndReopened) {
-  auto* parameters = addParameters(addThickVolume()); // a model with a detail grid
+  auto* parameters = addParameters(addThickVolume()); // a model with a residual grid
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   auto* model = logic->GetLastJob()->GetModelNode();
   const double value = logic->GetValueAtRAS(model, 4, -5, 6);
@@ -110,7 +110,7 @@ TEST_F(SceneFileTest, ModelFiles) {
 
 // By the application's Save dialog, whose storage node is the model's own.
 TEST_F(SceneFileTest, PlyDoesNotCountAsSaved) {
-  auto* parameters = addParameters(addThickVolume()); // a model with a detail grid
+  auto* parameters = addParameters(addThickVolume()); // a model with a residual grid
   parameters->SetNumberOfIterations(5);
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   auto* model = logic->GetLastJob()->GetModelNode();

@@ -1,10 +1,10 @@
 #include "SegmentationFixture.h"
 
 #include "Core/Base/Error.h"
+#include "DetachedTasks.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "SegmentationMask.h"
-#include "Stragglers.h"
 
 namespace {
 
@@ -40,7 +40,7 @@ protected:
     EXPECT_EQ(a, b);
   }
 
-  innergs::mrml::Stragglers unstoppable;
+  innergs::mrml::DetachedTasks unstoppable;
 };
 
 TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {

@@ -153,7 +153,7 @@ class Filters(unittest.TestCase):
         self.assertTrue(job.GetOutputModel().IsEmpty())
         self.assertEqual(job.GetErrorMessage(), "")
         self.assertEqual(seen[-1][2], 5)
-        self.assertTrue(seen[-1][1].startswith("Fitting, sweep 5 of "))
+        self.assertTrue(seen[-1][1].startswith("Fitting, iteration 5 of "))
         self.assertEqual([p for p, _, _ in seen], sorted(p for p, _, _ in seen))
         job.RemoveObserver(tag)
         job.Update()

@@ -142,13 +142,13 @@ private Q_SLOTS:
     Volume volume = ball({8, 8, 8}, {1, 1, 1});
     volume.voxels[3] = std::numeric_limits<float>::quiet_NaN();
     volume.voxels[77] = std::numeric_limits<float>::infinity();
-    const QString holes = sandbox_->path("holes.nii"), sweep = sandbox_->path("sweep.mha");
+    const QString holes = sandbox_->path("holes.nii"), iteration = sandbox_->path("iteration.mha");
     writeVolume(volume, holes.toStdString());
     volume.voxels.assign(512, std::numeric_limits<float>::quiet_NaN());
     const QString nothing = sandbox_->path("nothing.nii");
     writeVolume(volume, nothing.toStdString());
-    writeVolume(ball({8, 8, 8}, {1, 1, 1}), sweep.toStdString());
-    QFile file(sweep);
+    writeVolume(ball({8, 8, 8}, {1, 1, 1}), iteration.toStdString());
+    QFile file(iteration);
     QVERIFY(file.open(QIODevice::ReadWrite));
     QByteArray bytes = file.readAll();
     bytes.replace("ElementType",
@@ -157,8 +157,8 @@ private Q_SLOTS:
     file.write(bytes);
     file.close();
     QSignalSpy logged(&host(), &AppHost::logged);
-    open({holes, sweep});
-    QCOMPARE(lines(), (QStringList{"holes", "sweep"}));
+    open({holes, iteration});
+    QCOMPARE(lines(), (QStringList{"holes", "iteration"}));
     auto* tree = window_->findChild<QTreeWidget*>("dataTree");
     QVERIFY(tree->topLevelItem(0)->toolTip(0).contains("2 of 512 voxels"));
     QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("tracked sweep"));

@@ -131,7 +131,7 @@ ui::Request request(const QString& id, bool longFit) {
   request.settings.preset = Preset::Fast;
   request.settings.gaussians = 300;
   request.settings.iterations = longFit ? 200000 : 15;
-  request.settings.members = 1;
+  request.settings.ensembleSize = 1;
   request.settings.device = "cpu";
   return request;
 }

@@ -7,7 +7,7 @@
 #include "Widgets/App/Startup.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QDir>
 #include <QDockWidget>

@@ -138,11 +138,11 @@ private Q_SLOTS:
     QVERIFY(!shown.panel.findChild<QLabel*>("modelState")->font().bold());
     QVERIFY(shown.message().contains("head.innergs"));
     Checkpoint checkpoint = *shown.host.modelData[shown.id]->GetCheckpoint();
-    checkpoint.field.detail = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
+    checkpoint.field.residual = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
     shown.host.modelData[shown.id]->SetCheckpoint(std::make_shared<const Checkpoint>(std::move(checkpoint)));
     shown.answer("modelSave", "modelSaveDialog", folder.filePath("head.PLY"));
     QCOMPARE(shown.host.savedFiles.last(), folder.filePath("head.PLY"));
-    QVERIFY2(shown.message().contains("detail grid of 2x3x4 values (RMS "), qPrintable(shown.message()));
+    QVERIFY2(shown.message().contains("residual grid of 2x3x4 values (RMS "), qPrintable(shown.message()));
   }
 
   void namesTheFileAndItsSize() {

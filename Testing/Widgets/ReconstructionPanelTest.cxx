@@ -153,7 +153,7 @@ private Q_SLOTS:
     host_->sendProgress(Phase::Fitting, 0.30, 30, 0.005, 28.25, 195);
     host_->sendProgress(Phase::Fitting, 0.34, 34, 0.002, 30.75, 190);
     host_->sendPreview();
-    QTRY_COMPARE(label("phaseText"), QString("Fitting: sweep 34 of 100"));
+    QTRY_COMPARE(label("phaseText"), QString("Fitting: iteration 34 of 100"));
     QCOMPARE(child<QProgressBar>("progressBar")->text(), QString("34 %"));
     QCOMPARE(label("remainingText"), QString("about 4 minutes left"));
     QVERIFY(label("fitNumbers").contains("30.8 dB on the fitted samples, not held out"));
@@ -286,13 +286,13 @@ private Q_SLOTS:
     host_->sendProgress(Phase::Fitting, 0.3, 99, 0.003, 30, 60);
     host_->sendProgress(Phase::Fitting, 0.31, 100, 0.002, 30.75, 55);
     host_->sendProgress(Phase::Judging, 0.6, 12, 0.002, 38, 40);
-    QCOMPARE(label("phaseText"), QString("Judging the quality (second fit): sweep 12 of 100"));
+    QCOMPARE(label("phaseText"), QString("Judging the quality (second fit): iteration 12 of 100"));
     QCOMPARE(label("remainingText"), QString("about 40 seconds left"));
     QCOMPARE(child<QProgressBar>("progressBar")->text(), QString("60 %"));
-    // Chart and figure beside it are the same quantity: that of the fit's last sweep.
+    // Chart and figure beside it are the same quantity: that of the fit's last iteration.
     QCOMPARE(child<FitChart>("fitChart")->points(), 2);
     QVERIFY(label("fitNumbers").contains("30.8 dB on the fitted samples, not held out"));
-    QVERIFY(label("fitNumbers").contains("after sweep 100"));
+    QVERIFY(label("fitNumbers").contains("after iteration 100"));
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(label("phaseText").contains("finished model is kept"));
     // Its end without a quality does not advise to tick what is ticked.
@@ -312,13 +312,13 @@ private Q_SLOTS:
     choose("head");
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
-    const auto sweeps = [&] { // of 100, two members of 50
+    const auto iterations = [&] { // of 100, two members of 50
       for (int n = 1; n <= 100; ++n) {
         const int own = (n - 1) % 50;
         host_->sendProgress(Phase::Fitting, 0.01 * n, n, 0.1 / (own + 1), 20 + 0.2 * own);
       }
     };
-    sweeps();
+    iterations();
     const auto* chart = child<FitChart>("fitChart");
     QCOMPARE(chart->lines(), 1);
     QVERIFY(!isShown("chartNote"));
@@ -327,7 +327,7 @@ private Q_SLOTS:
     host_->coarseIterations = 10;
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
-    sweeps();
+    iterations();
     QCOMPARE(chart->lines(), 4); // each at half resolution, then in full
     QTRY_VERIFY(isShown("chartNote"));
     QVERIFY(label("chartNote").contains("An ensemble of 2 models"));
@@ -340,7 +340,7 @@ private Q_SLOTS:
     host_->coarseIterations = 0;
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
-    sweeps();
+    iterations();
     QVERIFY(child<FitChart>("fitChart")->grab().toImage() != drawn); // marks and gaps are drawn
   }
 

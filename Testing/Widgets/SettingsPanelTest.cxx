@@ -32,7 +32,7 @@ Settings unusualSettings() {
   s.gaussians = 12345;
   s.maxGaussians = 999'999'999;
   s.iterations = 77;
-  s.members = 1;
+  s.ensembleSize = 1;
   s.schedule = innergs::Schedule::Plateau;
   s.plateau = {7, 0.25, 0.002, 3e-5};
   s.beta1 = 0.9;
@@ -64,7 +64,7 @@ void compare(const Settings& a, const Settings& b) {
   QCOMPARE(a.gaussians, b.gaussians);
   QCOMPARE(a.maxGaussians, b.maxGaussians);
   QCOMPARE(a.iterations, b.iterations);
-  QCOMPARE(a.members, b.members);
+  QCOMPARE(a.ensembleSize, b.ensembleSize);
   QCOMPARE(a.schedule, b.schedule);
   QCOMPARE(a.plateau.patience, b.plateau.patience);
   QCOMPARE(a.plateau.factor, b.plateau.factor);

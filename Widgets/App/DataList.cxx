@@ -1,6 +1,6 @@
 #include "Widgets/App/DataList.h"
 
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include <QHBoxLayout>
 #include <QHeaderView>

@@ -25,7 +25,7 @@ void saveItem(const ModelItem& item, const QString& file);
 
 /// Whether a file is read as a model.
 bool isModelFile(const QString& path);
-/// Gaussians alone: without the detail grid and the training state of a model.
+/// Gaussians alone: without the residual grid and the training state of a model.
 bool isPly(const QString& path);
 
 ///@{

@@ -2,8 +2,8 @@
 
 #include "Widgets/App/Background.h"
 #include "Widgets/App/QueryPlane.h"
+#include "Widgets/TextFormat.h"
 #include "Widgets/ViewGestures.h"
-#include "Widgets/Words.h"
 
 #include <vtkActor.h>
 #include <vtkAnnotatedCubeActor.h>

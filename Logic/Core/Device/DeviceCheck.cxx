@@ -195,13 +195,13 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   const std::unique_ptr<FitDevice> fit = plugin.makeFit(device, probe.request);
   if (!fit) throw Error(ErrorCode::Internal, "it offers no fit");
   const Adam adam(probe.field.size());
-  SweepOrder order;
-  order.pulls = true;
+  IterationOptions order;
+  order.accumulateGradients = true;
   order.rates = {0.02, 0.01, 0.01, 0.02, 0.01, 0.001};
   FitState found, expected;
   const auto fetch = [&] {
-    fit->download(&found.field, &found.adam, &found.pulls);
-    cpu.download(&expected.field, &expected.adam, &expected.pulls);
+    fit->download(&found.field, &found.adam, &found.gradients);
+    cpu.download(&expected.field, &expected.adam, &expected.gradients);
     align(found, expected);
     judge.compareColumns("gradient", found.adam.moment1, expected.adam.moment1);
     judge.compareColumns("squared gradient", found.adam.moment2, expected.adam.moment2);
@@ -209,26 +209,26 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   };
   fit->upload(probe.field, adam, {});
   cpu.upload(probe.field, adam, {});
-  const LossSum a = fit->sweep(order), b = cpu.sweep(order);
+  const LossSum a = fit->iterate(order), b = cpu.iterate(order);
   judge.compare("loss", a.loss, b.loss);
   judge.compare("error", a.squared, b.squared);
   judge.compare("number of samples", static_cast<double>(a.samples), static_cast<double>(b.samples));
   fetch();
   judgeStep(probe.field, found, expected, judge);
-  judge.compare("pull", found.pulls.sum, expected.pulls.sum);
+  judge.compare("positional gradient", found.gradients.sum, expected.gradients.sum);
   // From the same state on: rounding must not decide who is chosen.
-  fit->upload(expected.field, expected.adam, expected.pulls);
+  fit->upload(expected.field, expected.adam, expected.gradients);
   const DensifyCounts grown = fit->densify(), cpuGrown = cpu.densify();
   judge.compare("number of Gaussians", static_cast<double>(grown.split + grown.cloned - grown.pruned),
                 static_cast<double>(cpuGrown.split + cpuGrown.cloned - cpuGrown.pruned));
   fetch();
   const Adam clear = clearMoments(probe.field);
-  order.pulls = false;
+  order.accumulateGradients = false;
   order.relocate = RelocationPlan{0.1, probe.request.rules.bounds.minLogScale};
   fit->upload(probe.field, clear, {});
   cpu.upload(probe.field, clear, {});
-  fit->sweep(order);
-  cpu.sweep(order);
+  fit->iterate(order);
+  cpu.iterate(order);
   fetch();
 }
 

@@ -36,7 +36,7 @@ public:
   /// Bytes of device memory without which the fit cannot run to its end.
   virtual std::int64_t fitMemory(const FitRequest& request) = 0;
   virtual std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) = 0;
-  /// Copies the field (its Gaussians and numbers, not the detail grid) to the device.
+  /// Copies the field (its Gaussians and numbers, not the residual grid) to the device.
   virtual std::unique_ptr<FieldDevice> makeField(int device, const GaussianField& field) = 0;
 };
 
@@ -55,9 +55,9 @@ static constexpr std::uint32_t pluginLayout() {
   std::uint32_t hash = 2166136261u;
   for (std::size_t size :
        {sizeof(void*), sizeof(std::string), sizeof(std::vector<float>), sizeof(Gaussian),
-        sizeof(GaussianField), sizeof(Adam), sizeof(PullSum), sizeof(Observation), sizeof(Lattice),
-        sizeof(SweepRules), sizeof(SweepOrder), sizeof(RelocationPlan), sizeof(DensifyCounts),
-        sizeof(LossSum), sizeof(FitRequest), sizeof(DeviceInfo), sizeof(DeviceList)})
+        sizeof(GaussianField), sizeof(Adam), sizeof(GradientAccumulator), sizeof(Observation),
+        sizeof(Lattice), sizeof(FitRules), sizeof(IterationOptions), sizeof(RelocationPlan),
+        sizeof(DensifyCounts), sizeof(LossSum), sizeof(FitRequest), sizeof(DeviceInfo), sizeof(DeviceList)})
     hash = (hash ^ static_cast<std::uint32_t>(size)) * 16777619u;
   return hash;
 }

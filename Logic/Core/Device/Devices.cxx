@@ -5,7 +5,7 @@
 #include "Core/Base/Quantities.h"
 #include "Core/Base/SharedLibrary.h"
 #include "Core/Device/DevicePlugin.h"
-#include "Core/Device/DeviceTrust.h"
+#include "Core/Device/DeviceValidation.h"
 #include "Core/Settings/DeviceRequest.h"
 
 #include <algorithm>
@@ -112,9 +112,9 @@ DeviceList listed() {
 
 constexpr std::int64_t kManySamples = 8'000'000; // worth a device
 
-/// Milliseconds of a sweep over a million samples on two cores (Docs/benchmarks.md), and seconds of a fit up
-/// to which "auto" stays on the CPU.
-constexpr double kSweepOfAMillion = 14, kSmall = 0.5;
+/// Milliseconds of an iteration over a million samples on two cores (Docs/benchmarks.md), and seconds of a
+/// fit up to which "auto" stays on the CPU.
+constexpr double kMillisecondsPerMillionSamples = 14, kSmall = 0.5;
 
 } // namespace
 
@@ -124,7 +124,7 @@ DeviceList otherDevices() {
     DeviceInfo& info = list.devices[n];
     try {
       DevicePlugin& plugin = *backend().plugin;
-      info.refused = trustIn(plugin, static_cast<int>(n), info.name, {}).refused;
+      info.refused = validateDevice(plugin, static_cast<int>(n), info.name, {}).refused;
       info.freeMemory = plugin.freeMemory(static_cast<int>(n));
     } catch (const std::exception& error) {
       if (info.refused.empty()) info.refused = sentence(info.name + " cannot be used: " + error.what());
@@ -196,12 +196,12 @@ void DeviceChoice::pass(const std::string& why, bool disagrees) {
   if (!passed_.empty()) use.reason += " " + passed_;
 }
 
-/// Starts the device; one that is not to be trusted makes way for the next.
-void DeviceChoice::admit(const std::stop_token& stop) {
+/// Starts the device; one that computes otherwise makes way for the next.
+void DeviceChoice::validate(const std::stop_token& stop) {
   while (!onCpu()) {
-    const DeviceTrust trust = trustIn(*plugin_, index_, use.name, stop);
-    if (trust.refused.empty()) return;
-    pass(trust.refused, trust.lasting);
+    const DeviceValidation validation = validateDevice(*plugin_, index_, use.name, stop);
+    if (validation.refused.empty()) return;
+    pass(validation.refused, validation.lasting);
   }
 }
 
@@ -216,16 +216,16 @@ void DeviceChoice::leave(const std::string& why) {
   plugin_ = nullptr;
 }
 
-void DeviceChoice::weigh(const FitRequest& request) {
+void DeviceChoice::considerSize(const FitRequest& request) {
   double samples = 0;
   for (const Observation& o : *request.observations)
     samples += static_cast<double>(o.samples);
-  weigh(samples, request.sweeps);
+  considerSize(samples, request.iterations);
 }
 
-void DeviceChoice::weigh(double samples, int sweeps) {
-  if (onCpu() || use.asked != "auto" || sweeps <= 0) return;
-  const double seconds = 1e-9 * kSweepOfAMillion * samples * sweeps;
+void DeviceChoice::considerSize(double samples, int iterations) {
+  if (onCpu() || use.asked != "auto" || iterations <= 0) return;
+  const double seconds = 1e-9 * kMillisecondsPerMillionSamples * samples * iterations;
   if (seconds > kSmall) return;
   leave(formatted("The fit is small: about %.1g s of work, not worth the start of a GPU.",
                   std::max(seconds, 0.001)));
@@ -240,7 +240,7 @@ bool DeviceChoice::note(const std::string& remark) {
 std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
   while (!onCpu()) {
     try {
-      admit(request.stop);
+      validate(request.stop);
     } catch (const Error& error) {
       if (error.code() == ErrorCode::Cancelled) leave("Stopped before " + label() + " was ready.");
       throw;
@@ -272,7 +272,7 @@ std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
 
 std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field,
                                                      const std::stop_token& stop) {
-  admit(stop);
+  validate(stop);
   if (onCpu()) return nullptr;
   try {
     return plugin_->makeField(index_, field);

@@ -25,7 +25,7 @@ struct DeviceUse {
 /// The devices besides the CPU, or one sentence why there is none: no plugin (beside the program or in a
 /// folder of INNERGS_PLUGIN_PATH), one that cannot be loaded or belongs to another build, no driver, no
 /// device. Asked anew at every call; a plugin is loaded once. Every device is started, and compared with the
-/// CPU once (DeviceTrust.h). Never throws.
+/// CPU once (DeviceValidation.h). Never throws.
 DeviceList otherDevices();
 
 /// One of otherDevices(), or the CPU.
@@ -42,10 +42,10 @@ public:
 
   bool onCpu() const { return !plugin_; }
   /// "auto" stays on the CPU with a fit so small that a device would not be worth its start.
-  void weigh(const FitRequest& request);
-  void weigh(double samples, int sweeps);
-  /// The fit on the device, started and compared with the CPU (DeviceTrust.h); null on the CPU. When that
-  /// fails, the fit does not fit into the device's memory or cannot be made, the choice becomes the next
+  void considerSize(const FitRequest& request);
+  void considerSize(double samples, int iterations);
+  /// The fit on the device, started and compared with the CPU (DeviceValidation.h); null on the CPU. When
+  /// that fails, the fit does not fit into the device's memory or cannot be made, the choice becomes the next
   /// device or the CPU and the reason says why. Throws Error(InvalidArgument) where "cuda" leads to devices
   /// only that compute otherwise, Error(Cancelled) when stopped.
   std::unique_ptr<FitDevice> makeFit(const FitRequest& request);
@@ -64,7 +64,7 @@ private:
 
   std::string label() const;
   void pass(const std::string& why, bool disagrees);
-  void admit(const std::stop_token& stop);
+  void validate(const std::stop_token& stop);
 
   bool insists_ = false, onlyDisagree_ = true;
   std::vector<Candidate> candidates_; // still to be tried

@@ -26,17 +26,18 @@ CpuFitDevice::View CpuFitDevice::view(const Observation& o) const {
   return {&o, std::make_unique<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf)};
 }
 
-void CpuFitDevice::upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) {
-  state_ = {field, adam, pulls};
+void CpuFitDevice::upload(const GaussianField& field, const Adam& adam,
+                          const GradientAccumulator& gradients) {
+  state_ = {field, adam, gradients};
 }
 
-void CpuFitDevice::download(GaussianField* field, Adam* adam, PullSum* pulls) {
+void CpuFitDevice::download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) {
   if (field) *field = state_.field;
   if (adam) *adam = state_.adam;
-  if (pulls) *pulls = state_.pulls;
+  if (gradients) *gradients = state_.gradients;
 }
 
-LossSum CpuFitDevice::sweep(const SweepOrder& order) {
+LossSum CpuFitDevice::iterate(const IterationOptions& order) {
   gradient_.resize(16 * state_.field.gaussians.size());
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
@@ -46,14 +47,14 @@ LossSum CpuFitDevice::sweep(const SweepOrder& order) {
         lossPass(*view.observation, state_.field, rules_.loss, weights_.data(), numerators_.data(), pool_);
     view.renderer->backward(state_.field, weights_.data(), numerators_.data(), gradient_);
   }
-  if (order.pulls) state_.pulls.add(gradient_, rules_.densify, pool_);
+  if (order.accumulateGradients) state_.gradients.add(gradient_, rules_.densify, pool_);
   state_.adam.apply(state_.field, gradient_, order.rates, rules_.bounds, order.step, pool_);
   if (order.relocate) relocateGaussians(state_.field, state_.adam, *order.relocate);
   return total;
 }
 
 DensifyCounts CpuFitDevice::densify() {
-  return densifyGaussians(state_.field, state_.adam, state_.pulls, rules_.densify);
+  return densifyGaussians(state_.field, state_.adam, state_.gradients, rules_.densify);
 }
 
 LossSum CpuFitDevice::evaluate(const GaussianField& field) {

@@ -11,12 +11,12 @@ public:
   CpuFitDevice(const FitRequest& request, const KernelSet& kernels, ThreadPool& pool);
   ~CpuFitDevice() override;
 
-  void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) override;
+  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) override;
   void take(FitState&& state) override { state_ = std::move(state); }
-  void download(GaussianField* field, Adam* adam, PullSum* pulls) override;
+  void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) override;
   const FitState* resident() const override { return &state_; }
 
-  LossSum sweep(const SweepOrder& order) override;
+  LossSum iterate(const IterationOptions& order) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
 
@@ -27,7 +27,7 @@ private:
   };
   View view(const Observation& observation) const;
 
-  SweepRules rules_;
+  FitRules rules_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
   std::shared_ptr<const std::vector<Observation>> observations_;

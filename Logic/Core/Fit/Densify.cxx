@@ -8,10 +8,10 @@
 #include <numeric>
 
 namespace innergs {
-void PullSum::add(std::span<const float> gradient, const DensifyPlan& plan, ThreadPool& pool) {
+void GradientAccumulator::add(std::span<const float> gradient, const DensifyPlan& plan, ThreadPool& pool) {
   const std::int64_t n = static_cast<std::int64_t>(gradient.size() / 16);
   sum.resize(n, 0.f);
-  ++sweeps;
+  ++iterations;
   const float unit = static_cast<float>(plan.voxel / plan.coverage);
   constexpr std::int64_t kBlock = 1 << 14;
   pool.runToEnd((n + kBlock - 1) / kBlock, [&](std::int64_t block) {
@@ -22,39 +22,40 @@ void PullSum::add(std::span<const float> gradient, const DensifyPlan& plan, Thre
   });
 }
 
-void PullSum::clear() {
+void GradientAccumulator::clear() {
   sum.clear();
-  sweeps = 0;
+  iterations = 0;
 }
 
-reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int sweeps) {
+reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int iterations) {
   const DensifyThresholds& t = plan.thresholds;
   return {blending,
           t.opacity.value_or(0.01),
           static_cast<float>(std::log(t.size * plan.voxel)),
-          static_cast<float>(t.gradient * std::max(1, sweeps)),
+          static_cast<float>(t.gradient * std::max(1, iterations)),
           t.split * plan.voxel * plan.voxel,
           static_cast<float>(plan.minLogScale)};
 }
 
-DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, PullSum& pulls, const DensifyPlan& plan) {
+DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, GradientAccumulator& gradients,
+                               const DensifyPlan& plan) {
   DensifyCounts counts;
   const std::int64_t n = field.size();
-  const reshape::Rules rules = densifyRules(plan, field.blending, pulls.sweeps);
-  pulls.sum.resize(n, 0.f);
+  const reshape::Rules rules = densifyRules(plan, field.blending, gradients.iterations);
+  gradients.sum.resize(n, 0.f);
   std::vector<std::uint32_t> kept;
   for (std::int64_t i = 0; i < n; ++i)
     if (!reshape::pruned(field.gaussians[i], rules)) kept.push_back(static_cast<std::uint32_t>(i));
-  if (kept.empty()) return pulls.clear(), counts; // a field of nothing could not be fitted any further
+  if (kept.empty()) return gradients.clear(), counts; // a field of nothing could not be fitted any further
   counts.pruned = n - static_cast<std::int64_t>(kept.size());
   std::vector<std::uint32_t> pulled;
   std::copy_if(kept.begin(), kept.end(), std::back_inserter(pulled),
-               [&](std::uint32_t i) { return pulls.sum[i] > rules.pull; });
+               [&](std::uint32_t i) { return gradients.sum[i] > rules.gradient; });
   std::stable_sort(pulled.begin(), pulled.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return pulls.sum[a] > pulls.sum[b]; });
+                   [&](std::uint32_t a, std::uint32_t b) { return gradients.sum[a] > gradients.sum[b]; });
   const std::int64_t room = std::max<std::int64_t>(0, plan.limit - static_cast<std::int64_t>(kept.size()));
   if (static_cast<std::int64_t>(pulled.size()) > room) pulled.resize(room);
-  pulls.clear();
+  gradients.clear();
   if (counts.pruned == 0 && pulled.empty()) return counts;
 
   std::vector<Gaussian> added(pulled.size());

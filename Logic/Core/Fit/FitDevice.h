@@ -12,17 +12,18 @@
 
 namespace innergs {
 
-/// The numbers of one sweep.
-struct SweepOrder {
-  bool coarse = false;                    // see the data at half resolution
-  bool pulls = false;                     // add every Gaussian's pull to the sums that densify() looks at
-  LearningRates rates;                    // of this sweep
-  int step = 1;                           // of Adam, from 1
+/// The numbers of one iteration.
+struct IterationOptions {
+  bool coarse = false; // see the data at half resolution
+  bool accumulateGradients =
+      false;           // add every Gaussian's positional gradient to the sums that densify() looks at
+  LearningRates rates; // of this iteration
+  int step = 1;        // of Adam, from 1
   std::optional<RelocationPlan> relocate; // once the parameters are updated
 };
 
-/// What stays the same over the sweeps of a fit.
-struct SweepRules {
+/// What stays the same over the iterations of a fit.
+struct FitRules {
   LossKinds loss;
   FieldBounds bounds;
   double beta1 = 0.8, beta2 = 0.95;
@@ -32,37 +33,37 @@ struct SweepRules {
 /// A fit to be run on a device.
 struct FitRequest {
   std::shared_ptr<const std::vector<Observation>> observations; // at full resolution
-  bool coarse = false; // sweeps at half resolution will be asked for: on coarsened() observations
-  SweepRules rules;
+  bool coarse = false; // iterations at half resolution will be asked for: on coarsened() observations
+  FitRules rules;
   Blending blending = Blending::Normalised;
   bool linearIntensity = false;
-  int sweeps = 0;             // planned, in all; 0: not known
+  int iterations = 0;         // planned, in all; 0: not known
   std::int64_t gaussians = 0; // the most that upload(), densify() or evaluate() will see
-  std::stop_token stop;       // what makes sweep() throw Error(Cancelled)
+  std::stop_token stop;       // what makes iterate() throw Error(Cancelled)
 };
 
-/// What the sweeps of a fit change.
+/// What the iterations of a fit change.
 struct FitState {
   GaussianField field;
   Adam adam{0};
-  PullSum pulls;
+  GradientAccumulator gradients;
 };
 
-/// Where the sweeps of a fit run: holds observations, field, Adam's moments and pulls, and gives them back
-/// when asked. A call that throws has changed nothing, or makes the next download() throw as well. The plain
-/// CPU is the oracle: any other device computes the same to 1e-4 relative.
+/// Where the iterations of a fit run: holds observations, field, Adam's moments and gradients, and gives them
+/// back when asked. A call that throws has changed nothing, or makes the next download() throw as well. The
+/// plain CPU is the oracle: any other device computes the same to 1e-4 relative.
 class FitDevice {
 public:
   virtual ~FitDevice() = default;
 
-  /// The field to fit and Adam's moments (zeros at the start) and pulls.
-  virtual void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) = 0;
+  /// The field to fit and Adam's moments (zeros at the start) and gradients.
+  virtual void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) = 0;
   /// What upload() gave, as it is now. Whatever is null is left out.
-  virtual void download(GaussianField* field, Adam* adam, PullSum* pulls) = 0;
+  virtual void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) = 0;
 
   /// upload() of a state that the caller gives away.
   virtual void take(FitState&& state) {
-    upload(state.field, state.adam, state.pulls);
+    upload(state.field, state.adam, state.gradients);
     state = {};
   }
   /// The state where it lies in host memory anyway: the same as download(), without the copy. Else null.
@@ -70,10 +71,12 @@ public:
 
   /// Forward, loss, gradient, Adam, relocation. Stopped in between: throws Error(Cancelled) and leaves field
   /// and moments as they were. Out of device memory: Error(Memory), likewise.
-  virtual LossSum sweep(const SweepOrder& order) = 0;
-  /// Several sweeps that nobody needs to look at in between, at least the first: a device waits for their
+  virtual LossSum iterate(const IterationOptions& order) = 0;
+  /// Several iterations that nobody needs to look at in between, at least the first: a device waits for their
   /// sums together. Stopped or failing after the first: the sums of those that were done.
-  virtual std::vector<LossSum> sweeps(std::span<const SweepOrder> orders) { return {sweep(orders.front())}; }
+  virtual std::vector<LossSum> iterateMany(std::span<const IterationOptions> orders) {
+    return {iterate(orders.front())};
+  }
   virtual DensifyCounts densify() = 0;
 
   /// Loss of any field on the observations at full resolution, nothing changed.

@@ -183,7 +183,7 @@ void fillChoices(Settings& s, const DataTraits& traits) {
   if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
 }
 
-/// Gaussians and sweeps; where slices lie far apart, also how Gaussians begin and what bounds them.
+/// Gaussians and iterations; where slices lie far apart, also how Gaussians begin and what bounds them.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
   const double volume = traits.volume * traits.reached;
@@ -238,7 +238,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   if (!settings.maxGaussians) settings.maxGaussians = settings.gaussians;
   if (!settings.iterations) settings.iterations = iterations;
   if (*settings.paperStopRule) settings.iterations = std::min(*settings.iterations, 1000);
-  if (!settings.members) settings.members = settings.blending == Blending::Normalised ? members : 1;
+  if (!settings.ensembleSize) settings.ensembleSize = settings.blending == Blending::Normalised ? members : 1;
 }
 
 } // namespace

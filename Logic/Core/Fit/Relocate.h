@@ -10,9 +10,9 @@ struct RelocationPlan {
 };
 
 /// Pruning and densification within one budget: Gaussians whose intensity the residual has hardly pulled at
-/// are dropped, and those with the strongest positional pull relative to their size (paper: ‖∇μ‖ above τ_p)
-/// are split in two along their longest axis. Both are read off Adam's second moments; those of the moved
-/// ones restart at 0. The field is sorted along a Morton curve afterwards.
+/// are dropped, and those with the strongest positional gradient relative to their size (paper: ‖∇μ‖ above
+/// τ_p) are split in two along their longest axis. Both are read off Adam's second moments; those of the
+/// moved ones restart at 0. The field is sorted along a Morton curve afterwards.
 void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan);
 
 /// The field and Adam's moments become those of the Gaussians named, in that order.

@@ -11,7 +11,7 @@ struct Rules {
   Blending blending;
   double faint;      // α below it: pruned
   float largest;     // ln mm, above it: pruned
-  float pull;        // sum over the sweeps; above it: one more
+  float gradient;    // sum over the iterations; above it: one more
   double splitAbove; // ‖Σ‖_F, mm²
   float minLogScale; // of the halves of a split
 };
@@ -103,13 +103,13 @@ INNERGS_HD inline bool densify(Gaussian& g, const float* moment1, const Rules& r
   return true;
 }
 
-/// Positional pull relative to the size, from Adam's running mean of squared gradients.
+/// Positional gradient relative to the size, from Adam's running mean of squared gradients.
 INNERGS_HD inline float need(const Gaussian& g, const float* moment2) {
   const float scale = std::exp((g.logScale[0] + g.logScale[1] + g.logScale[2]) / 3);
   return (moment2[0] + moment2[1] + moment2[2]) * scale * scale;
 }
 
-/// How much the residual pulls at the intensity.
+/// How strongly the residual acts on the intensity.
 INNERGS_HD inline float use(const float* moment2) {
   return moment2[11];
 }

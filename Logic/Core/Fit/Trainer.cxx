@@ -16,7 +16,7 @@ FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan
   request.rules = {plan.loss, plan.bounds, plan.beta1, plan.beta2, plan.densify};
   request.blending = field.blending;
   request.linearIntensity = field.linearIntensity;
-  request.sweeps = plan.iterations;
+  request.iterations = plan.iterations;
   request.gaussians = std::max(gaussians, field.size());
   if (plan.densify.every > 0) request.gaussians = std::max(request.gaussians, plan.densify.limit);
   request.stop = std::move(stop);
@@ -46,7 +46,7 @@ void Trainer::restart(GaussianField field) {
   state_.adam = Adam(state_.field.size());
   state_.adam.beta1 = plan_.beta1;
   state_.adam.beta2 = plan_.beta2;
-  state_.pulls = {};
+  state_.gradients = {};
   uploaded_ = false;
   history_.clear();
   plateau_ = {};
@@ -63,16 +63,16 @@ LossSum Trainer::evaluate(const GaussianField& field) {
 }
 
 void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration,
-                      std::span<const float> losses, std::vector<float> pulls) {
+                      std::span<const float> losses, std::vector<float> gradients) {
   state_.adam.moment1 = std::move(moment1);
   state_.adam.moment2 = std::move(moment2);
   for (float loss : losses)
     record(loss);
   iteration_ = iteration;
-  state_.pulls.sum = std::move(pulls);
+  state_.gradients.sum = std::move(gradients);
   if (densifying()) {
     const int last = iteration - iteration % plan_.densify.every;
-    state_.pulls.sweeps = std::max(0, iteration - std::max(plan_.coarseIterations, last));
+    state_.gradients.iterations = std::max(0, iteration - std::max(plan_.coarseIterations, last));
   }
   mark();
 }
@@ -90,7 +90,7 @@ void Trainer::upload() {
   if (onCpu_)
     device_->take(std::move(state_));
   else
-    device_->upload(state_.field, state_.adam, state_.pulls);
+    device_->upload(state_.field, state_.adam, state_.gradients);
   uploaded_ = true;
 }
 
@@ -100,14 +100,14 @@ const FitState& Trainer::state() {
   if (fresh_) return state_;
   try {
     FitState now;
-    device_->download(&now.field, &now.adam, &now.pulls);
+    device_->download(&now.field, &now.adam, &now.gradients);
     const std::size_t count = now.field.gaussians.size();
     if (count == 0 || now.adam.moment1.size() != 16 * count || now.adam.moment2.size() != 16 * count)
       throw Error(ErrorCode::Internal, "The device gave back a state that does not belong together.");
     state_.field.gaussians = std::move(now.field.gaussians);
     state_.adam.moment1 = std::move(now.adam.moment1);
     state_.adam.moment2 = std::move(now.adam.moment2);
-    state_.pulls = std::move(now.pulls);
+    state_.gradients = std::move(now.gradients);
     mark();
   } catch (const std::exception& error) {
     if (failure_.empty()) failure_ = error.what();
@@ -134,7 +134,7 @@ void Trainer::rollBack() {
   device_ = std::make_unique<CpuFitDevice>(request_, kernels_, pool_);
 }
 
-/// False when sweeps were lost.
+/// False when iterations were lost.
 bool Trainer::moveToCpu(const std::string& why) {
   failure_ = why;
   const int before = iteration_;
@@ -145,7 +145,7 @@ bool Trainer::moveToCpu(const std::string& why) {
 }
 
 /// Work that another device than the CPU may fail at: it is then done on the CPU. False, and not done, when
-/// sweeps were lost.
+/// iterations were lost.
 template <class Work>
 bool Trainer::guarded(const Work& work) {
   try {
@@ -189,15 +189,15 @@ bool Trainer::step(int most) {
     state(); // what a device lost is to be done again
     if (finished()) return false;
   }
-  if (guarded([&] { sweep(most); }) && densifies(iteration_)) densify();
+  if (guarded([&] { iterate(most); }) && densifies(iteration_)) densify();
   return true;
 }
 
-/// What the sweep after so many is to do.
-SweepOrder Trainer::order(int iteration) const {
-  SweepOrder order;
+/// What the iteration after so many is to do.
+IterationOptions Trainer::options(int iteration) const {
+  IterationOptions order;
   order.coarse = iteration < plan_.coarseIterations;
-  order.pulls = densifying(iteration);
+  order.accumulateGradients = densifying(iteration);
   order.rates = plan_.rates;
   order.step = iteration + 1;
   const double rate = rateShare(iteration);
@@ -210,18 +210,18 @@ SweepOrder Trainer::order(int iteration) const {
   return order;
 }
 
-void Trainer::sweep(int most) {
+void Trainer::iterate(int most) {
   upload();
   // The plateau schedule and the stop rule look at every loss.
   if (plan_.schedule == Schedule::Plateau || plan_.paperStopRule) most = 1;
-  std::vector<SweepOrder> orders{order(iteration_)};
+  std::vector<IterationOptions> orders{options(iteration_)};
   for (int next = iteration_ + 1; next < std::min(iteration_ + most, plan_.iterations); ++next) {
     if (densifies(next) || next == plan_.coarseIterations) break; // what follows takes another time
-    orders.push_back(order(next));
+    orders.push_back(options(next));
   }
-  const std::vector<LossSum> sums = device_->sweeps(orders);
+  const std::vector<LossSum> sums = device_->iterateMany(orders);
   if (sums.empty() || sums.size() > orders.size())
-    throw Error(ErrorCode::Internal, "The device did another number of sweeps than it was asked for.");
+    throw Error(ErrorCode::Internal, "The device did another number of iterations than it was asked for.");
   fresh_ = false;
   for (const LossSum& sum : sums) {
     ++iteration_;
@@ -232,14 +232,14 @@ void Trainer::sweep(int most) {
   }
 }
 
-/// Whether the sweep after so many is one of those that lead up to a densification.
+/// Whether the iteration after so many is one of those that lead up to a densification.
 bool Trainer::densifying(int iteration) const {
   const DensifyPlan& d = plan_.densify;
   return d.every > 0 && iteration >= plan_.coarseIterations &&
          iteration - iteration % d.every + d.every <= d.until * plan_.iterations;
 }
 
-/// Whether a densification comes after so many sweeps.
+/// Whether a densification comes after so many iterations.
 bool Trainer::densifies(int iterations) const {
   const DensifyPlan& d = plan_.densify;
   return d.every > 0 && iterations > plan_.coarseIterations && iterations % d.every == 0 &&

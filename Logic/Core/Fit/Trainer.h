@@ -47,10 +47,10 @@ private:
 FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan, const GaussianField& field,
                       std::stop_token stop, std::int64_t gaussians = 0);
 
-/// Fits a field to observations, one sweep over all of them at a time, on any device. State after n sweeps
-/// depends on the inputs, n and the kind of device alone. When another device than the CPU fails, the fit
-/// goes on on the CPU: from the state that it had or, when that was lost with the device, from the one that
-/// was last asked for.
+/// Fits a field to observations, one iteration over all of them at a time, on any device. State after n
+/// iterations depends on the inputs, n and the kind of device alone. When another device than the CPU fails,
+/// the fit goes on on the CPU: from the state that it had or, when that was lost with the device, from the
+/// one that was last asked for.
 class Trainer {
 public:
   Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
@@ -65,11 +65,12 @@ public:
 
   /// Continues from a saved state; without its losses, stop rule and plateau schedule start anew.
   void restore(std::vector<float> moment1, std::vector<float> moment2, int iteration,
-               std::span<const float> losses = {}, std::vector<float> pulls = {});
+               std::span<const float> losses = {}, std::vector<float> gradients = {});
 
-  /// One sweep: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in between,
-  /// throws Error(Cancelled) and leaves the state as it was. `most`: a device that keeps its own state may do
-  /// that many before it waits, unless a loss decides how the fit goes on; the state is the same.
+  /// One iteration: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in
+  /// between, throws Error(Cancelled) and leaves the state as it was. `most`: a device that keeps its own
+  /// state may do that many before it waits, unless a loss decides how the fit goes on; the state is the
+  /// same.
   bool step(int most = 1);
 
   bool finished() const;
@@ -77,11 +78,11 @@ public:
   /// What the fit has reached, fetched from the device: ask for these before iteration() and the like.
   const GaussianField& field() { return state().field; }
   const Adam& adam() { return state().adam; }
-  const std::vector<float>& pulls() { return state().pulls.sum; } // since the last densification
+  const std::vector<float>& gradients() { return state().gradients.sum; } // since the last densification
   std::int64_t gaussians() const { return gaussians_; }
-  double loss() const { return loss_; }                         // mean per sample, last sweep
-  double mse() const { return mse_; }                           // last sweep, normalised intensity²
-  const std::vector<float>& losses() const { return history_; } // mean per sample, of every sweep
+  double loss() const { return loss_; }                         // mean per sample, last iteration
+  double mse() const { return mse_; }                           // last iteration, normalised intensity²
+  const std::vector<float>& losses() const { return history_; } // mean per sample, of every iteration
   const DensifyCounts& densified() const { return densified_; } // so far
 
   /// Loss of any field on the observations, nothing changed.
@@ -98,8 +99,8 @@ private:
   bool densifying() const { return densifying(iteration_); }
   bool densifying(int iteration) const;
   bool densifies(int iterations) const;
-  SweepOrder order(int iteration) const;
-  void sweep(int most);
+  IterationOptions options(int iteration) const;
+  void iterate(int most);
   void densify();
   const FitState& state();
   void upload();
@@ -117,8 +118,8 @@ private:
   bool onCpu_ = true;
   std::string failure_;
 
-  // In host memory: the state before the first sweep, and with a device that keeps its own also the last that
-  // was fetched.
+  // In host memory: the state before the first iteration, and with a device that keeps its own also the last
+  // that was fetched.
   FitState state_;
   bool uploaded_ = false; // the device has a state
   bool fresh_ = true;     // state_ is the device's

@@ -8,7 +8,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kReportEvery = 0.05; // seconds, at least, while a device sweeps
+constexpr double kReportEvery = 0.05; // seconds, at least, while a device iterates
 
 double psnrOf(const LossSum& sum) {
   return innergs::psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
@@ -42,7 +42,7 @@ void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ThreadPool& 
   key = settingsKey(settings, prepared.fingerprint);
   if (refits()) { // one field to refit, as it is: further members would start in another frame
     settings = asked;
-    settings.members = 1;
+    settings.ensembleSize = 1;
     settings.blending = input.resume->field.blending;
     settings.linearIntensity = input.resume->field.linearIntensity;
     plan = makePlan(settings, traits);
@@ -86,7 +86,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   const Checkpoint* resume = input.resume.get();
   if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
   const bool same = resume && !refitting;
-  const int members = *settings.members, perMember = *settings.iterations;
+  const int members = *settings.ensembleSize, perMember = *settings.iterations;
   state.iterations = members * perMember;
   state.members = members;
   state.coarseIterations = plan.coarseIterations;
@@ -96,7 +96,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   if (resume) {
     checkField(resume->field);
     field = resume->field;
-    field.detail = {};
+    field.residual = {};
     setPlace(field, prepared);
     if (!same)
       result.warnings.push_back("The model to resume was made with other settings or images: its Gaussians "
@@ -106,7 +106,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
     checkResumable(*resume, state.iterations);
     checkpoint = *resume; // stopped before anything is done: what was given
     setPlace(checkpoint.field, prepared);
-    checkpoint.field.detail = {};
+    checkpoint.field.residual = {};
     complete = resume->moment1.empty() && resume->iteration > (members - 1) * perMember;
   }
   if (same && !complete) {
@@ -137,7 +137,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       std::max(checkpoint.field.size(),
                members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
   FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
-  request.sweeps *= members;
+  request.iterations *= members;
   std::unique_ptr<FitDevice> placed = place(request, result);
   Trainer trainer(std::move(field), std::move(request), plan, kernels, pool, std::move(placed));
   if (complete) {
@@ -147,7 +147,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   }
   if (same && !resume->moment1.empty())
     trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember, resume->losses,
-                    resume->pulls);
+                    resume->gradients);
   checkpoint = {};
   checkpoint.field = merged;
   checkpoint.settingsKey = key;
@@ -163,7 +163,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       checkpoint.moment1 = trainer.adam().moment1;
       checkpoint.moment2 = trainer.adam().moment2;
       checkpoint.losses = trainer.losses();
-      checkpoint.pulls = trainer.pulls();
+      checkpoint.gradients = trainer.gradients();
     }
     result.iterations = checkpoint.iteration;
     result.trainingPsnr = state.trainingPsnr;
@@ -171,7 +171,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   };
   try {
     for (;;) {
-      sweep(trainer, prepared.outputGrid, member * perMember, pool, result);
+      iterate(trainer, prepared.outputGrid, member * perMember, pool, result);
       if (member + 1 >= members) break;
       const auto& done = trainer.field().gaussians;
       checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
@@ -192,7 +192,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   checkpoint.moment1.clear();
   checkpoint.moment2.clear();
   checkpoint.losses.clear();
-  checkpoint.pulls.clear();
+  checkpoint.gradients.clear();
   checkpoint.finished = checkpoint.field.size();
   if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
   result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
@@ -202,7 +202,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
 /// The fit on the chosen device; null: on the CPU.
 std::unique_ptr<FitDevice> ReconstructionJob::Impl::place(const FitRequest& request,
                                                           ReconstructionResult& result) {
-  device->weigh(request);
+  device->considerSize(request);
   const bool hoped = !device->onCpu();
   std::unique_ptr<FitDevice> placed = device->makeFit(request);
   if (hoped && !placed) result.warnings.push_back(device->use.reason);
@@ -217,18 +217,18 @@ void ReconstructionJob::Impl::noticeFailure(const Trainer& trainer, int before,
   if (trainer.failure().empty() || device->onCpu()) return;
   const int from = before + trainer.iteration();
   const std::string lost = from <= state.iteration && !trainer.finished()
-                               ? " again from sweep " + std::to_string(from)
+                               ? " again from iteration " + std::to_string(from)
                                : std::string();
-  device->leave(device->use.name + " (" + device->use.id + ") failed after sweep " +
+  device->leave(device->use.name + " (" + device->use.id + ") failed after iteration " +
                 std::to_string(state.iteration) + ", and the fit went on" + lost + ": " + trainer.failure());
   result.device = device->use;
   result.warnings.push_back(device->use.reason);
   reportDevice(state.phase);
 }
 
-void ReconstructionJob::Impl::sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
-                                    ReconstructionResult& result) {
-  int most = 1; // sweeps of a device from one report to the next
+void ReconstructionJob::Impl::iterate(Trainer& trainer, const GridGeometry& grid, int before,
+                                      ThreadPool& pool, ReconstructionResult& result) {
+  int most = 1; // iterations of a device from one report to the next
   for (;;) {
     const auto asked = Clock::now();
     const int from = trainer.iteration();

@@ -13,7 +13,7 @@
 /// The steps of a reconstruction: for ReconstructionJob's own sources.
 namespace innergs {
 
-constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kDetailEnds = 0.97; // of the progress bar
+constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97; // of the progress bar
 
 inline double secondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -70,9 +70,9 @@ struct ReconstructionJob::Impl {
            ReconstructionResult& result);
   std::unique_ptr<FitDevice> place(const FitRequest& request, ReconstructionResult& result);
   void noticeFailure(const Trainer& trainer, int before, ReconstructionResult& result);
-  void sweep(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
-             ReconstructionResult& result);
-  void addDetail(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
+  void iterate(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
+               ReconstructionResult& result);
+  void addResidual(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   void scoreHeldOut(const PreparedInput& prepared, const GaussianField& field, const RenderOptions& options,
                     ReconstructionResult& result) const;
   /// The result's quality, by a second fit with these settings.

@@ -73,7 +73,7 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double axes = plan.allAxes ? 5 * lattices.voxels : 0; // the slices along one more axis, one at a time
   const double copies =
       lattices.voxels * 5 /* the job's own stacks */ + lattices.samples * 5 /* targets and weights */ + axes;
-  const double merged = gaussians * filled.members.value_or(1) * (2 * 64.0 + sizeof(Projected));
+  const double merged = gaussians * filled.ensembleSize.value_or(1) * (2 * 64.0 + sizeof(Projected));
   const double views = plan.allAxes ? 3 : static_cast<double>(input.stacks.size());
   const double alpha =
       filled.blending == Blending::Alpha ? alphaScratch(plan, traits, lattices, gaussians, views) : 0;
@@ -83,11 +83,11 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double bridged = input.heldOutFraction > 0 ? lattices.voxels * 5 : 0; // see startStacks()
   const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
-  const double detail = traits.superResolution() && settings.consistency
-                            ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
-                            : 0;
+  const double residual = traits.superResolution() && settings.consistency
+                              ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
+                              : 0;
   const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0; // during the second fit
-  return static_cast<std::int64_t>(copies + std::max({fit, start, detail}) + output) + kept;
+  return static_cast<std::int64_t>(copies + std::max({fit, start, residual}) + output) + kept;
 }
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {

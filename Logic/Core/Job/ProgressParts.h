@@ -15,7 +15,7 @@ public:
   ProgressParts(ProgressCallback callback, std::vector<double> weights);
 
   /// Begins the next part; the callback is for its own progress. From the second part on the phase is Judging
-  /// and all but the sweeps stays as the first part left it. Valid as long as this object.
+  /// and all but the iterations stays as the first part left it. Valid as long as this object.
   ProgressCallback next();
   /// Reports Done.
   void finish();

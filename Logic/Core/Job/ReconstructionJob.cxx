@@ -85,8 +85,8 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
   return result;
 }
 
-void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPool& pool,
-                                        ReconstructionResult& result) {
+void ReconstructionJob::Impl::addResidual(const PreparedInput& prepared, ThreadPool& pool,
+                                          ReconstructionResult& result) {
   GaussianField& field = checkpoint.field;
   if (!settings.consistency || traits.thickness <= 0) return;
   if (std::any_of(prepared.stacks.begin(), prepared.stacks.end(),
@@ -99,12 +99,12 @@ void ReconstructionJob::Impl::addDetail(const PreparedInput& prepared, ThreadPoo
   const std::vector<float> before = volume.voxels;
   BackProjectionPlan refinement;
   refinement.noise = result.noise;
-  refinement.range = observedRange(prepared.stacks);
+  refinement.range = prepared.range;
   const double rms = backProject(volume, prepared.stacks, refinement, pool);
   for (std::size_t v = 0; v < before.size(); ++v)
     volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
   if (std::any_of(volume.voxels.begin(), volume.voxels.end(), [](float x) { return x != 0; }))
-    field.detail = std::move(volume);
+    field.residual = std::move(volume);
   result.trainingPsnr = state.trainingPsnr =
       psnrOf(rms * rms / (field.intensityScale * field.intensityScale));
 }
@@ -162,7 +162,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
     begun = std::chrono::steady_clock::now();
     fit(prepared, kernels, pool, result);
     endFit();
-    addDetail(prepared, pool, result);
+    addResidual(prepared, pool, result);
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
@@ -170,7 +170,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   }
   const GaussianField& field = checkpoint.field;
   const auto finish = [&](const std::stop_token& token) {
-    report(Phase::Rendering, kDetailEnds);
+    report(Phase::Rendering, kResidualEnds);
     const RenderOptions options = renderOptions(field, token);
     result.volume = render(field, prepared.outputGrid, options);
     if (!withheld) return;
@@ -190,7 +190,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   result.checkpoint = std::make_shared<const Checkpoint>(std::move(checkpoint));
   result.seconds = secondsSince(start);
   const bool goesOn = input.resume && !refitting && !input.resume->field.gaussians.empty();
-  result.sweeps = std::max(0, result.iterations - (goesOn ? input.resume->iteration : 0));
+  result.iterationsRun = std::max(0, result.iterations - (goesOn ? input.resume->iteration : 0));
   rememberSpeed(input, result);
   if (!result.cancelled) report(Phase::Done, 1);
   return result;

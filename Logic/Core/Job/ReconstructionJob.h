@@ -38,10 +38,10 @@ struct ReconstructionResult {
   double noise = 0;                  // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;  // left out of the fit
   int iterations = 0;                // of the model, those of earlier runs included
-  int sweeps = 0;                    // of them in this run
+  int iterationsRun = 0;             // of them in this run
   DensifyCounts densified;           // by this run, all members
   double seconds = 0;                // everything
-  double fitSeconds = 0;             // sweeps of this model alone; 0: stopped before the first
+  double fitSeconds = 0;             // iterations of this model alone; 0: stopped before the first
   Settings settings;                 // with every optional filled in
   DeviceUse device;                  // where the fit ended
   std::string instructionSet;        // what ran on the CPU

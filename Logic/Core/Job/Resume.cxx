@@ -33,19 +33,20 @@ std::string settingsKey(const Settings& s, const std::string& fingerprint) {
          std::to_string(static_cast<int>(s.loss.value_or(LossKind::L2))) + " " + number(s.huberDelta) + " " +
          number(s.pointWeight.value_or(1)) + " " + number(s.ssimWeight.value_or(0)) + schedule + densify +
          ", gaussians " + std::to_string(s.gaussians.value_or(0)) + ", iterations " +
-         std::to_string(s.iterations.value_or(0)) + ", members " + std::to_string(s.members.value_or(1)) +
-         ", stop rule " + std::to_string(s.paperStopRule.value_or(false)) + ", relocate " +
-         std::to_string(s.relocate) + ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
+         std::to_string(s.iterations.value_or(0)) + ", members " +
+         std::to_string(s.ensembleSize.value_or(1)) + ", stop rule " +
+         std::to_string(s.paperStopRule.value_or(false)) + ", relocate " + std::to_string(s.relocate) +
+         ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
 }
 
-void checkResumable(const Checkpoint& c, int sweeps) {
+void checkResumable(const Checkpoint& c, int iterations) {
   const auto require = [](bool ok) {
     if (!ok)
       throw Error(ErrorCode::FileFormat,
                   "The state of the fit to resume is damaged: start anew or from an earlier model.");
   };
   require(c.finished >= 0 && c.finished <= c.field.size());
-  require(c.iteration >= 0 && c.iteration <= sweeps);
+  require(c.iteration >= 0 && c.iteration <= iterations);
   const auto open = static_cast<std::size_t>(c.field.size() - c.finished);
   for (const auto* moment : {&c.moment1, &c.moment2}) {
     require(moment->size() == (c.moment1.empty() ? 0 : 16 * open));
@@ -55,8 +56,8 @@ void checkResumable(const Checkpoint& c, int sweeps) {
   require(!c.moment1.empty() || open == 0);
   require(c.losses.size() <= static_cast<std::size_t>(c.iteration));
   require(std::all_of(c.losses.begin(), c.losses.end(), [](float x) { return std::isfinite(x); }));
-  require(c.pulls.empty() || c.pulls.size() == open);
-  require(std::all_of(c.pulls.begin(), c.pulls.end(), [](float x) { return x >= 0 && x <= 1e30f; }));
+  require(c.gradients.empty() || c.gradients.size() == open);
+  require(std::all_of(c.gradients.begin(), c.gradients.end(), [](float x) { return x >= 0 && x <= 1e30f; }));
 }
 
 } // namespace innergs

@@ -7,8 +7,8 @@ namespace innergs {
 /// on bit for bit.
 std::string settingsKey(const Settings& settings, const std::string& fingerprint);
 
-/// Throws Error(FileFormat) when a checkpoint's state cannot belong to a fit of this many sweeps (lengths,
-/// counts, moments out of range).
-void checkResumable(const Checkpoint& checkpoint, int sweeps);
+/// Throws Error(FileFormat) when a checkpoint's state cannot belong to a fit of this many iterations
+/// (lengths, counts, moments out of range).
+void checkResumable(const Checkpoint& checkpoint, int iterations);
 
 } // namespace innergs

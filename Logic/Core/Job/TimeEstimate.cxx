@@ -21,10 +21,10 @@ constexpr double kFewVoxels = 12e3, kMoreVoxels = 96e3; // of the job that is ti
 constexpr double kTooShort = 0.006;                     // seconds: timed again with more voxels
 constexpr std::int64_t kMostOutput = 200'000;           // voxels that the small job renders
 constexpr double kOld = 60;                             // seconds: timed again, other programs come and go
-constexpr int kFewSweeps = 20;                          // too few to tell a device's speed
-constexpr int kSweeps = 4;                              // at most half of them coarse
+constexpr int kFewIterations = 20;                      // too few to tell a device's speed
+constexpr int kTrialIterations = 4;                     // at most half of them coarse
 
-/// Seconds of the parts of a small job; those of the sweeps for one each.
+/// Seconds of the parts of a small job; those of the iterations for one each.
 struct Timing {
   double voxels = 0, outputVoxels = 0; // of the small job
   double start = 0, coarse = 0, fine = 0, refine = 0, render = 0;
@@ -98,8 +98,8 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
   small.outputGrid = smallOutput(part, output.spacing);
   Settings settings = filled;
   settings.device = "cpu";
-  settings.iterations = kSweeps;
-  settings.members = 1;
+  settings.iterations = kTrialIterations;
+  settings.ensembleSize = 1;
   const double share = traits.volume / geometryTraits(input.stacks).volume;
   const auto scaled = [&](std::int64_t count) {
     return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
@@ -111,12 +111,12 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
   t.outputVoxels = static_cast<double>(small.outputGrid->voxelCount());
   Settings again = settings;
   const int coarse = makePlan(again, traits).coarseIterations;
-  double sweeps[kSweeps] = {}, fitted = 0, rendering = 0, ended = 0;
+  double iterations[kTrialIterations] = {}, fitted = 0, rendering = 0, ended = 0;
   ReconstructionJob job(std::move(small), settings);
   double last = 0;
   job.onProgress([&](const Progress& p) {
-    if (p.phase == Phase::Fitting && p.iteration > 0 && p.iteration <= kSweeps) {
-      sweeps[p.iteration - 1] = p.elapsed - last;
+    if (p.phase == Phase::Fitting && p.iteration > 0 && p.iteration <= kTrialIterations) {
+      iterations[p.iteration - 1] = p.elapsed - last;
       if (p.iteration == 1) t.start = p.elapsed;
       fitted = p.elapsed;
     }
@@ -125,9 +125,9 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
     last = p.elapsed;
   });
   job.run();
-  // The first sweep also pays for what is made on demand; the quickest of several is the least disturbed.
-  t.fine = *std::min_element(sweeps + coarse, sweeps + kSweeps);
-  t.coarse = coarse > 0 ? *std::min_element(sweeps, sweeps + coarse) : t.fine;
+  // The first iteration also pays for what is made on demand; the quickest of several is the least disturbed.
+  t.fine = *std::min_element(iterations + coarse, iterations + kTrialIterations);
+  t.coarse = coarse > 0 ? *std::min_element(iterations, iterations + coarse) : t.fine;
   t.start = std::max(0.0, t.start - t.coarse);
   t.refine = std::max(0.0, rendering - fitted);
   t.render = std::max(0.0, ended - rendering);
@@ -145,16 +145,16 @@ struct Remembered {
 std::map<std::string, Remembered> timings; // by what they depend on
 
 struct Speed {
-  double sweep = 0; // seconds per voxel
-  double rest = 0;  // seconds per voxel read or written
+  double iteration = 0; // seconds per voxel
+  double rest = 0;      // seconds per voxel read or written
 };
 std::map<std::string, Speed> speeds; // by device
 
 /// What a timing depends on, machine aside.
 std::string keyOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
   Settings settings = filled;
-  settings.iterations = kSweeps;
-  settings.members = 1;
+  settings.iterations = kTrialIterations;
+  settings.ensembleSize = 1;
   settings.seed = 1;
   std::string lattices;
   const auto add = [&](double x) { lattices += formatted("%.17g ", x); };
@@ -207,31 +207,32 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
   const double voxels = voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
-  const double members = *filled.members;
+  const double members = *filled.ensembleSize;
   const double fits =
       input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
-  device.weigh(voxels * (plan.allAxes ? 3 : 1), *filled.members * plan.iterations);
+  device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);
   if (!device.onCpu()) {
     const std::lock_guard lock(mutex);
     const auto speed = speeds.find(device.use.id);
     if (speed == speeds.end()) return 0;
-    return fits * (speed->second.sweep * voxels * members * plan.iterations +
+    return fits * (speed->second.iteration * voxels * members * plan.iterations +
                    speed->second.rest * (voxels + outputVoxels));
   }
   const Timing t = timingOf(input, filled, output);
-  const double sweeps = plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
-  return fits * (voxels / t.voxels * (members * (t.start + sweeps) + t.refine) +
+  const double iterations =
+      plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
+  return fits * (voxels / t.voxels * (members * (t.start + iterations) + t.refine) +
                  outputVoxels / t.outputVoxels * t.render);
 }
 
 void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result) {
-  if (result.cancelled || result.device.id == "cpu" || result.sweeps < kFewSweeps) return;
+  if (result.cancelled || result.device.id == "cpu" || result.iterationsRun < kFewIterations) return;
   const double voxels = voxelsOf(input.stacks),
                output = static_cast<double>(result.volume.geometry.voxelCount());
   if (voxels <= 0) return;
   const std::lock_guard lock(mutex);
-  speeds[result.device.id] = {result.fitSeconds / (voxels * result.sweeps),
+  speeds[result.device.id] = {result.fitSeconds / (voxels * result.iterationsRun),
                               std::max(0.0, result.seconds - result.fitSeconds) / (voxels + output)};
 }
 

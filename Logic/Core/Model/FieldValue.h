@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Model/DetailSampler.h"
 #include "Core/Model/DomainBox.h"
+#include "Core/Model/ResidualSampler.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ public:
   };
 
   FieldValue(const GaussianField& field, const Affine3& indexToWorld, const Options& options)
-      : ownChannel_(options.ownChannel), detail_(field, indexToWorld),
+      : ownChannel_(options.ownChannel), residual_(field, indexToWorld),
         box_(options.bounded ? field.region() : field.domain, indexToWorld) {
     const bool units = options.scannerUnits && ownChannel_;
     if (units) {
@@ -62,9 +62,9 @@ public:
 
   /// In the units asked for, where the field has a value.
   float operator()(float blended, const Vec3& index) const {
-    return final(ownChannel_ ? blended + detail_(index) : blended);
+    return final(ownChannel_ ? blended + residual_(index) : blended);
   }
-  /// The same of a value that has its detail.
+  /// The same of a value that has its residual.
   float final(float value) const {
     return std::clamp(static_cast<float>(scale_ * value + offset_), low_, high_);
   }
@@ -84,7 +84,7 @@ public:
 
 private:
   bool ownChannel_;
-  DetailSampler detail_;
+  ResidualSampler residual_;
   DomainBox box_;
   double scale_ = 1, offset_ = 0;
   float outside_ = 0, low_ = -std::numeric_limits<float>::infinity(),

@@ -61,12 +61,12 @@ void checkField(const GaussianField& field) {
   if (field.blending == Blending::Alpha && field.linearIntensity)
     fail("alpha blending has no linear intensity.");
   if (field.domain != GridGeometry{}) checkGeometry(field.domain, "The model's domain");
-  if (!field.detail.voxels.empty()) {
-    checkGeometry(field.detail.geometry, "The model's detail grid");
-    if (static_cast<std::int64_t>(field.detail.voxels.size()) != field.detail.geometry.voxelCount())
-      fail("its detail grid has another size than it says.");
-    for (float x : field.detail.voxels)
-      if (!(std::fabs(x) <= 1e12f)) fail("its detail grid is not finite.");
+  if (!field.residual.voxels.empty()) {
+    checkGeometry(field.residual.geometry, "The model's residual grid");
+    if (static_cast<std::int64_t>(field.residual.voxels.size()) != field.residual.geometry.voxelCount())
+      fail("its residual grid has another size than it says.");
+    for (float x : field.residual.voxels)
+      if (!(std::fabs(x) <= 1e12f)) fail("its residual grid is not finite.");
   }
   if (!field.support.voxels.empty()) {
     checkGeometry(field.support.geometry, "The model's support");

@@ -23,8 +23,8 @@ struct GaussianField {
   GridGeometry domain; // the region that was fitted, outside which there is no value (I = 0); no voxels =
                        // unlimited
   std::vector<Gaussian> gaussians;
-  Volume detail; // what the data still demand beyond the Gaussians (data consistency): patient-space lattice,
-                 // units of I, added by trilinear interpolation inside its box; no voxels = none
+  Volume residual; // what the data still demand beyond the Gaussians (data consistency): patient-space
+                   // lattice, units of I, added by trilinear interpolation inside its box; no voxels = none
 
   Mask support; // of a masked fit: voxels of the domain's lattice, cut to the mask's box, in which there are
                 // values; no voxels = in all of the domain

@@ -7,7 +7,7 @@
 
 namespace innergs {
 
-/// A field kept on a device to be looked at. Values are I in the field's own units: without detail grid,
+/// A field kept on a device to be looked at. Values are I in the field's own units: without residual grid,
 /// domain, intensity map. `values`: one per Gaussian, replaces intensity and slope when not empty. Out of
 /// device memory: Error(Memory); stopped: Error(Cancelled).
 class FieldDevice {

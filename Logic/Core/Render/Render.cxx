@@ -158,9 +158,9 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
     blank.observed = supportedVoxels(value, blank);
   }
   std::vector<float> weights, numerators, slice;
-  const std::vector<float> detail = field.detail.voxels.empty() || !options.values.empty()
-                                        ? std::vector<float>{}
-                                        : projectToStack(field.detail, blank, pool);
+  const std::vector<float> residual = field.residual.voxels.empty() || !options.values.empty()
+                                          ? std::vector<float>{}
+                                          : projectToStack(field.residual, blank, pool);
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
   for (const Observation& o : observe(blank, field.modelToWorld, {}, closedForm)) {
     weights.resize(o.lattice.bufferSize());
@@ -179,7 +179,7 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
       std::size_t at = static_cast<std::size_t>(o.sourceSlice[s]) * o.lattice.nx * o.lattice.ny;
       for (int y = 0; y < o.lattice.ny; ++y)
         for (int x = 0; x < o.lattice.nx; ++x, ++at) {
-          const float fine = detail.empty() || !std::isfinite(detail[at]) ? 0.f : detail[at];
+          const float fine = residual.empty() || !std::isfinite(residual[at]) ? 0.f : residual[at];
           if (blank.observed.empty() || blank.observed[at])
             volume.voxels[at] =
                 value.final(slice[static_cast<std::size_t>(y) * o.lattice.stride() + x] + fine);

@@ -20,7 +20,7 @@ void checkBlending(const Settings& s) {
   const Blending blending = chosenBlending(s);
   if (blending == Blending::Normalised) return;
   const std::string name = blending == Blending::Additive ? "Additive" : "Alpha";
-  require(s.members.value_or(1) <= 1, name + " fields cannot be merged: use one member.");
+  require(s.ensembleSize.value_or(1) <= 1, name + " fields cannot be merged: use one member.");
   require(!s.linearIntensity.value_or(false),
           name + " blending has no linear intensity: leave one of the two out.");
 }
@@ -33,7 +33,7 @@ void checkSchedule(const Settings& s) {
   require(insideUnit(s.beta1.value_or(0.5)) && insideUnit(s.beta2.value_or(0.5)),
           "Adam's beta1 and beta2 must lie between 0 and 1.");
   require(s.plateau.patience >= 1 && s.plateau.patience <= 1'000'000,
-          "The patience of the plateau schedule must be between 1 and 1,000,000 sweeps.");
+          "The patience of the plateau schedule must be between 1 and 1,000,000 iterations.");
   require(s.plateau.factor > 0 && s.plateau.factor < 1,
           "The factor of the plateau schedule must lie between 0 and 1.");
   require(s.plateau.lowest > 0 && s.plateau.lowest <= 1,
@@ -44,7 +44,7 @@ void checkSchedule(const Settings& s) {
 
 void checkDensification(const Settings& s) {
   require(!s.densifyEvery || (*s.densifyEvery >= 0 && *s.densifyEvery <= 1'000'000),
-          "The sweeps between densifications must be between 0 (never) and 1,000,000.");
+          "The iterations between densifications must be between 0 (never) and 1,000,000.");
   require(!s.densify.opacity || (atLeastZero(*s.densify.opacity) && *s.densify.opacity < 1),
           "The opacity below which Gaussians are pruned must be at least 0 and below 1.");
   require(std::isfinite(s.densify.size) && s.densify.size > 0,
@@ -70,7 +70,7 @@ void checkSettings(const Settings& s) {
           "The number of Gaussians must be at most 1,000,000,000.");
   require(!s.iterations || (*s.iterations > 0 && *s.iterations <= 1'000'000),
           "The number of iterations must be between 1 and 1,000,000.");
-  require(!s.members || (*s.members > 0 && *s.members <= 64),
+  require(!s.ensembleSize || (*s.ensembleSize > 0 && *s.ensembleSize <= 64),
           "The number of members must be between 1 and 64.");
   require(!s.cutoff || (*s.cutoff >= 1 && *s.cutoff <= 5),
           "The cut-off radius must be between 1 and 5 standard deviations.");

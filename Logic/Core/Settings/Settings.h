@@ -19,19 +19,19 @@ enum class Initialisation {
   Grid      // an even grid, as the paper's 42³
 };
 enum class Schedule {
-  Exponential, // the learning rates decay to a fixed share over the sweeps
+  Exponential, // the learning rates decay to a fixed share over the iterations
   Plateau      // they are reduced whenever the loss stops improving
 };
 
 /// When learning rates drop under Schedule::Plateau.
 struct PlateauRule {
-  int patience = 10;       // sweeps without a mean loss below the best so far by 1e-4 of it
+  int patience = 10;       // iterations without a mean loss below the best so far by 1e-4 of it
   double factor = 0.5;     // what the rates are multiplied by
   double lowest = 0.01;    // share of the first rates that they never fall below
   double threshold = 1e-4; // relative improvement that counts
 };
 
-/// Pruning and densification between two sweeps, see Densify.h.
+/// Pruning and densification between two iterations, see Densify.h.
 struct DensifyThresholds {
   std::optional<double> opacity; // τ_α: less is pruned; 0.3 for alpha blending, 0.01 for the others
   double size = 20;              // largest σ in voxels: more is pruned
@@ -54,12 +54,12 @@ struct Settings {
   double huberDelta = 0.02;                     // normalised intensity
   std::optional<std::int64_t> gaussians;        // the budget: Gaussians of one member at its start
   std::optional<std::int64_t> maxGaussians;     // that densification may reach; as many as at the start
-  std::optional<int> iterations;                // sweeps over the data, per member
-  std::optional<int> members;                   // fields fitted independently and merged (see Plan.h)
+  std::optional<int> iterations;                // iterations over the data, per member
+  std::optional<int> ensembleSize;              // fields fitted independently and merged (see Plan.h)
   std::optional<Schedule> schedule;             // exponential; preset Paper: plateau
   PlateauRule plateau;
   std::optional<double> beta1, beta2; // Adam's shares of the old moments: 0.8, 0.95
-  std::optional<int> densifyEvery;    // sweeps; 0 = never, preset Paper: 10
+  std::optional<int> densifyEvery;    // iterations; 0 = never, preset Paper: 10
   DensifyThresholds densify;
   std::optional<bool> allAxes; // fit the slices of one scan along all three of its axes; alpha: where its
                                // voxels are nearly cubes

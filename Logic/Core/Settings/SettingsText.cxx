@@ -27,7 +27,7 @@ std::string settingsText(const Settings& s, double heldOutFraction) {
   addIf("gaussians", s.gaussians);
   addIf("maxGaussians", s.maxGaussians);
   addIf("iterations", s.iterations);
-  addIf("members", s.members);
+  addIf("members", s.ensembleSize);
   addIf("linearIntensity", s.linearIntensity);
   addWord("initialisation", s.initialisation, starts);
   addWord("loss", s.loss, losses);

@@ -4,23 +4,23 @@
 
 namespace innergs::cuda {
 
-/// The sums of one sweep.
-struct SweepSums {
+/// The sums of one iteration.
+struct IterationSums {
   double loss, squared;
   std::int64_t samples;
 };
 
-/// What several sweeps find out on the device, read once at their end.
-struct SweepStatus {
+/// What several iterations find out on the device, read once at their end.
+struct IterationStatus {
   static constexpr int kMost = 64;
   std::int64_t pairs; // the most (Gaussian, bin) pairs of any slab
-  std::int64_t done;  // sweeps that changed the parameters
-  SweepSums sums[kMost];
+  std::int64_t done;  // iterations that changed the parameters
+  IterationSums sums[kMost];
 };
 
 /// Nothing may change any more once there were more pairs than room for them.
 struct Guard {
-  const SweepStatus* status = nullptr;
+  const IterationStatus* status = nullptr;
   std::int64_t limit = 0;
 
   INNERGS_HD bool closed() const { return status && status->pairs > limit; }
@@ -67,7 +67,7 @@ struct EmitPairs {
   std::uint64_t* keys;
   std::uint32_t* ids;
   std::uint32_t* owners; // TileReach only
-  SweepStatus* status;
+  IterationStatus* status;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {

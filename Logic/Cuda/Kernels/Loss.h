@@ -117,7 +117,7 @@ struct PointLosses {
   }
 };
 
-/// Adds the partial sums to those of the sweep; one block.
+/// Adds the partial sums to those of the iteration; one block.
 struct SumLosses {
   static constexpr int kThreads = 256;
   struct Shared {
@@ -126,7 +126,7 @@ struct SumLosses {
   };
   const PartialLoss* partial;
   std::int64_t count;
-  SweepSums* sums;
+  IterationSums* sums;
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {

@@ -112,7 +112,7 @@ struct DensifyMarks {
   static constexpr int kThreads = 128, kUpper = 32;
   using Shared = Nothing;
   const Gaussian* gaussians;
-  const float* pulls;
+  const float* gradients;
   std::int64_t count;
   reshape::Rules rules;
   std::int64_t* marks;
@@ -126,9 +126,10 @@ struct DensifyMarks {
         marks[i] = 0;
         return;
       }
-      const bool stays = !reshape::pruned(gaussians[i], rules), pulled = stays && pulls[i] > rules.pull;
+      const bool stays = !reshape::pruned(gaussians[i], rules),
+                 pulled = stays && gradients[i] > rules.gradient;
       marks[i] = static_cast<std::int64_t>(stays) + (static_cast<std::int64_t>(pulled) << kUpper);
-      keys[i] = pulled ? static_cast<std::uint32_t>(~orderedBits(pulls[i])) : 0xffffffffu;
+      keys[i] = pulled ? static_cast<std::uint32_t>(~orderedBits(gradients[i])) : 0xffffffffu;
       ids[i] = static_cast<std::uint32_t>(i);
     });
   }

@@ -28,7 +28,7 @@ struct Chain {
   }
 };
 
-/// Adam and the pulls of Densify.h, and a sweep more is done.
+/// Adam and the gradients of Densify.h, and an iteration more is done.
 struct Update {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -37,9 +37,9 @@ struct Update {
   AdamStep step;
   Gaussian* gaussians;
   float *moment1, *moment2;
-  float* pulls; // null: not asked for
-  float pullUnit;
-  SweepStatus* status;
+  float* gradients; // null: not asked for
+  float gradientUnit;
+  IterationStatus* status;
   Guard guard;
 
   template <class Block>
@@ -50,7 +50,8 @@ struct Update {
       const Record g = loaded(recordsAt(gradient) + i);
       Record first = loaded(recordsAt(moment1) + i), second = loaded(recordsAt(moment2) + i);
       Gaussian gaussian = loaded(gaussians + i);
-      if (pulls) pulls[i] += pullUnit * std::sqrt(g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
+      if (gradients)
+        gradients[i] += gradientUnit * std::sqrt(g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
       applyAdam(step, g.v, gaussian, first.v, second.v);
       stored(gaussians + i, gaussian);
       stored(recordsAt(moment1) + i, first);

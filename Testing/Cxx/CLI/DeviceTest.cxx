@@ -117,14 +117,14 @@ TEST_F(DeviceTest, IsChosenReportedAndLeftWhenItFails) {
   EXPECT_EQ(report["device"]["name"], "Fake Two");
   EXPECT_TRUE(report["warnings"].empty());
 
-  const Outcome failing = reconstruct("cuda:0", fake("good", "sweep:3"));
+  const Outcome failing = reconstruct("cuda:0", fake("good", "iteration:3"));
   ASSERT_EQ(failing.exitCode, 0) << failing.err;
   EXPECT_TRUE(has(failing.err, "innergs: warning: ")) << failing.err;
   EXPECT_TRUE(has(failing.err, "The device has no memory left.")) << failing.err;
   report = reportOf(contents("out/r.json"));
   EXPECT_EQ(report["device"]["asked"], "cuda:0");
   EXPECT_EQ(report["device"]["used"], "cpu");
-  EXPECT_TRUE(has(report["device"]["reason"], "Fake One (cuda:0) failed after sweep 2"))
+  EXPECT_TRUE(has(report["device"]["reason"], "Fake One (cuda:0) failed after iteration 2"))
       << report["device"]["reason"];
   EXPECT_EQ(report["iterations"], 6);
 

@@ -84,12 +84,13 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   for (const char* name :
        {"blending", "initialisation", "densification", "optimiser", "gaussians", "selection"}) {
     const std::string densified = name == std::string("densification") ? "pruned,split,cloned," : "";
-    expectTable(table(std::string("ablation-") + name),
-                "choice,gaussians,sweeps,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,ms_sweep,render_ms,"
-                "fitted_samples_psnr_db," +
-                    densified + "measured_on");
+    expectTable(
+        table(std::string("ablation-") + name),
+        "choice,gaussians,iterations,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,ms_iteration,render_ms,"
+        "fitted_samples_psnr_db," +
+            densified + "measured_on");
     expectTable(table(std::string("ablation-") + name + "-curves"),
-                "choice,sweep,seconds,psnr_db,measured_on");
+                "choice,iteration,seconds,psnr_db,measured_on");
   }
   for (const char* name :
        {"contour", "static", "ablation-blending", "ablation-initialisation", "ablation-densification",

@@ -92,7 +92,7 @@ TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
 
 TEST_F(InterruptTest, WhileTheQualityIsJudgedTheFitIsKept) {
   auto arguments = longFit("judged.innergs");
-  arguments[5] = "20"; // sweeps
+  arguments[5] = "20"; // iterations
   auto plain = arguments;
   plain.back() = path("plain.innergs");
   for (const auto& word :

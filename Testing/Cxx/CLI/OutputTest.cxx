@@ -165,7 +165,7 @@ TEST_F(OutputTest, PlySaysInNumbersWhatItLeavesOut) {
   writeVolume(phantom({24, 28, 8}, 4), path("thick.nii"));
   const Outcome outcome = run(quickly({"reconstruct", path("thick.nii"), "-q", "--ply", path("out/m.ply")}));
   EXPECT_EQ(outcome.exitCode, 0);
-  EXPECT_NE(outcome.err.find(" Gaussians alone: it leaves out the detail grid of "), std::string::npos)
+  EXPECT_NE(outcome.err.find(" Gaussians alone: it leaves out the residual grid of "), std::string::npos)
       << outcome.err;
   EXPECT_NE(outcome.err.find(" values (RMS "), std::string::npos) << outcome.err;
 }

@@ -91,7 +91,7 @@ inline ::testing::AssertionResult sameField(const GaussianField& a, const Gaussi
       return ::testing::AssertionFailure() << "Gaussian " << i << " of " << a.size() << " differs";
   if (a.cutoff != b.cutoff || a.intensityScale != b.intensityScale || a.intensityOffset != b.intensityOffset)
     return ::testing::AssertionFailure() << "cut-off or intensity map differ";
-  if (a.detail.voxels != b.detail.voxels) return ::testing::AssertionFailure() << "the detail differs";
+  if (a.residual.voxels != b.residual.voxels) return ::testing::AssertionFailure() << "the detail differs";
   return ::testing::AssertionSuccess();
 }
 

@@ -10,13 +10,13 @@ using namespace innergs::testing;
 
 namespace {
 
-/// Sweeps of which some see half the resolution, some relocate, and Gaussians grow fast.
-std::vector<SweepOrder> ordersOf(const Scene& scene, int count, double growth = 0.09) {
-  std::vector<SweepOrder> orders;
+/// Iterations of which some see half the resolution, some relocate, and Gaussians grow fast.
+std::vector<IterationOptions> ordersOf(const Scene& scene, int count, double growth = 0.09) {
+  std::vector<IterationOptions> orders;
   for (int step = 1; step <= count; ++step) {
-    SweepOrder order = orderOf(scene, step);
+    IterationOptions order = orderOf(scene, step);
     order.coarse = step <= 3;
-    order.pulls = step > 6;
+    order.accumulateGradients = step > 6;
     order.rates.logScale = growth;
     if (step % 5 == 0) order.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
     orders.push_back(order);
@@ -28,10 +28,10 @@ struct Reached {
   std::vector<double> losses;
   GaussianField field;
   Adam adam{0};
-  PullSum pulls;
+  GradientAccumulator gradients;
 
   void add(const LossSum& sum) { losses.push_back(sum.loss); }
-  void fetch(FitDevice& fit) { fit.download(&field, &adam, &pulls); }
+  void fetch(FitDevice& fit) { fit.download(&field, &adam, &gradients); }
 };
 
 void expectSame(const Reached& a, const Reached& b) {
@@ -39,23 +39,23 @@ void expectSame(const Reached& a, const Reached& b) {
   EXPECT_TRUE(same(a.field, b.field));
   EXPECT_EQ(a.adam.moment1, b.adam.moment1);
   EXPECT_EQ(a.adam.moment2, b.adam.moment2);
-  EXPECT_EQ(a.pulls.sum, b.pulls.sum);
-  EXPECT_EQ(a.pulls.sweeps, b.pulls.sweeps);
+  EXPECT_EQ(a.gradients.sum, b.gradients.sum);
+  EXPECT_EQ(a.gradients.iterations, b.gradients.iterations);
 }
 
-Reached oneByOne(const Scene& scene, std::span<const SweepOrder> orders) {
+Reached oneByOne(const Scene& scene, std::span<const IterationOptions> orders) {
   cuda::Fit fit(cuda::makeHostExecutor(), scene.request());
   fit.upload(scene.field, Adam(scene.field.size()), {});
   Reached reached;
-  for (const SweepOrder& order : orders)
-    reached.add(fit.sweep(order));
+  for (const IterationOptions& order : orders)
+    reached.add(fit.iterate(order));
   reached.fetch(fit);
   return reached;
 }
 
 } // namespace
 
-TEST(SweepsOfOneWait, GiveTheSameBitsAsOneByOne) {
+TEST(IterationsOfOneWait, GiveTheSameBitsAsOneByOne) {
   for (const FitCase& c : kFitCases)
     for (const double growth : {0.09, 0.9}) { // the latter needs more and more room for pairs
       SCOPED_TRACE(std::string(c.name) + (growth > 0.5 ? ", growing" : ""));
@@ -70,7 +70,7 @@ TEST(SweepsOfOneWait, GiveTheSameBitsAsOneByOne) {
       fit.upload(scene.field, Adam(scene.field.size()), {});
       Reached found;
       const int before = cuda::downloads(host);
-      for (const LossSum& sum : fit.sweeps(orders))
+      for (const LossSum& sum : fit.iterateMany(orders))
         found.add(sum);
       const int waits = cuda::downloads(host) - before;
       if (growth < 0.5)
@@ -82,7 +82,7 @@ TEST(SweepsOfOneWait, GiveTheSameBitsAsOneByOne) {
     }
 }
 
-TEST(SweepsOfOneWait, AreAsManyAsTheTrainerAllows) {
+TEST(IterationsOfOneWait, AreAsManyAsTheTrainerAllows) {
   for (const FitCase& c : kFitCases) {
     SCOPED_TRACE(c.name);
     Scene scene(c, 13);
@@ -106,8 +106,8 @@ TEST(SweepsOfOneWait, AreAsManyAsTheTrainerAllows) {
         EXPECT_TRUE(before >= coarse || many.iteration() <= coarse) << "half resolution tells no time";
         EXPECT_EQ(static_cast<int>(many.losses().size()), many.iteration());
       }
-      // Full resolution and every densification end a run of sweeps, every loss does where it decides how the
-      // fit goes on.
+      // Full resolution and every densification end a run of iterations, every loss does where it decides how
+      // the fit goes on.
       const int waits = comparing ? 30 : c.densify ? 4 : 3;
       EXPECT_EQ(steps, waits);
       const int state = 3; // field and moments, at the end
@@ -119,7 +119,7 @@ TEST(SweepsOfOneWait, AreAsManyAsTheTrainerAllows) {
   }
 }
 
-TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenStopped) {
+TEST(IterationsOfOneWait, KeepThoseThatWereDoneWhenStopped) {
   const Scene scene(kFitCases[0], 13);
   const auto orders = ordersOf(scene, 60);
   for (const int wait : {0, 2, 5, 10}) { // ms
@@ -132,7 +132,7 @@ TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenStopped) {
     });
     Reached found;
     try {
-      for (const LossSum& sum : fit.sweeps(orders))
+      for (const LossSum& sum : fit.iterateMany(orders))
         found.add(sum);
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::Cancelled);
@@ -140,11 +140,11 @@ TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenStopped) {
     found.fetch(fit);
     expectSame(found, oneByOne(scene, {orders.data(), found.losses.size()}));
     stopper.join();
-    EXPECT_THROW(fit.sweeps(orders), Error);
+    EXPECT_THROW(fit.iterateMany(orders), Error);
   }
 }
 
-TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
+TEST(IterationsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
   const Scene scene(kFitCases[0], 11);
   const auto orders = ordersOf(scene, 8);
   bool some = false, none = false;
@@ -157,7 +157,7 @@ TEST(SweepsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
     cuda::failAllocations(memory, allocation, 1 << 30);
     Reached found;
     try {
-      for (const LossSum& sum : fit.sweeps(orders))
+      for (const LossSum& sum : fit.iterateMany(orders))
         found.add(sum);
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::Memory);

@@ -93,11 +93,11 @@ struct Scene {
   }
 };
 
-inline SweepOrder orderOf(const Scene& scene, int step) {
-  SweepOrder order;
+inline IterationOptions orderOf(const Scene& scene, int step) {
+  IterationOptions order;
   order.rates = scene.plan.rates;
   order.step = step;
-  order.pulls = true;
+  order.accumulateGradients = true;
   return order;
 }
 

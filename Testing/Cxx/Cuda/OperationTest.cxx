@@ -159,7 +159,7 @@ void keepClear(GaussianField& field, const Observation& o) {
   ASSERT_GE(field.gaussians.size(), all - all / 8);
 }
 
-/// What a sweep computes on one observation before Adam.
+/// What an iteration computes on one observation before Adam.
 struct Computed {
   std::vector<float> a, b;   // W and N, [plane][ny][nx]
   std::vector<float> f0, f1; // the same shape
@@ -237,7 +237,7 @@ Computed onExecutor(cuda::Executor& executor, const Observation& o, const Gaussi
                    field.size());
   c.gradient.resize(16 * field.gaussians.size());
   gradient.download(c.gradient.data(), static_cast<std::int64_t>(c.gradient.size()));
-  const cuda::SweepSums sums = passes.status().sums[0];
+  const cuda::IterationSums sums = passes.status().sums[0];
   c.loss = {sums.loss, sums.squared, sums.samples};
   return c;
 }
@@ -346,11 +346,11 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
   DensifyPlan densify;
   densify.voxel = 0.7;
   densify.coverage = 3;
-  PullSum pulls;
+  GradientAccumulator gradients;
   ThreadPool pool(1);
   Buffer<Gaussian> gaussians(*executor);
   Buffer<float> m1(*executor), m2(*executor), gradient(*executor), sums(*executor);
-  Buffer<cuda::SweepStatus> status(*executor);
+  Buffer<cuda::IterationStatus> status(*executor);
   gaussians.upload(field.gaussians.data(), n);
   m1.upload(adam.moment1.data(), 16 * n);
   m2.upload(adam.moment2.data(), 16 * n);
@@ -363,7 +363,7 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
     for (float& x : g)
       x = static_cast<float>(random(-1, 1));
     gradient.upload(g.data(), 16 * n);
-    pulls.add(g, densify, pool);
+    gradients.add(g, densify, pool);
     adam.apply(field, g, rates, bounds, step, pool);
     executor->runOver(
         cuda::Update{gradient.data(),
@@ -390,7 +390,7 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
   EXPECT_LE(relativeError(floats(found), floats(field.gaussians)), kTolerance);
   EXPECT_LE(relativeError(a, adam.moment1), kTolerance);
   EXPECT_LE(relativeError(b, adam.moment2), kTolerance);
-  EXPECT_LE(relativeError(s, pulls.sum), kTolerance);
+  EXPECT_LE(relativeError(s, gradients.sum), kTolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Everywhere, Kernels, ::testing::ValuesIn(kEverywhere),

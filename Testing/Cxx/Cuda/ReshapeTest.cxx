@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// The state of a fit in the middle of its training: moments and pulls of any size, some of them equal.
+/// The state of a fit in the middle of its training: moments and gradients of any size, some of them equal.
 FitState stateOf(int gaussians, Blending blending, int seed) {
   FitState state;
   state.field = randomField(gaussians, {}, seed, blending, blending == Blending::Normalised);
@@ -24,10 +24,10 @@ FitState stateOf(int gaussians, Blending blending, int seed) {
   for (int i = 0; i < gaussians; i += 7)
     std::fill_n(state.adam.moment2.begin() + 16 * i, 16, 0.f);
   for (int i = 0; i < gaussians; ++i) {
-    state.pulls.sum.push_back(static_cast<float>(std::floor(random(0, 30)) / 10));
+    state.gradients.sum.push_back(static_cast<float>(std::floor(random(0, 30)) / 10));
     state.field.gaussians[i].logWeight = static_cast<float>(random(-6, 3));
   }
-  state.pulls.sweeps = 3;
+  state.gradients.iterations = 3;
   return state;
 }
 
@@ -41,7 +41,7 @@ public:
     executor.upload(fit.field(), state.field.gaussians.data(), n * sizeof(Gaussian));
     fit.moment1.upload(state.adam.moment1.data(), 16 * n);
     fit.moment2.upload(state.adam.moment2.data(), 16 * n);
-    fit.pulls.upload(state.pulls.sum.data(), n);
+    fit.gradients.upload(state.gradients.sum.data(), n);
   }
 
   void expectAs(const FitState& expected) const {
@@ -115,8 +115,9 @@ TEST_P(Reshaping, DensifiesAsTheCpu) {
       plan.limit = p.limit;
       plan.voxel = 0.8;
       plan.minLogScale = -0.5;
-      const DensifyCounts counts = cuda::densify(*executor, found.fit, blending, expected.pulls.sweeps, plan);
-      const DensifyCounts cpu = densifyGaussians(expected.field, expected.adam, expected.pulls, plan);
+      const DensifyCounts counts =
+          cuda::densify(*executor, found.fit, blending, expected.gradients.iterations, plan);
+      const DensifyCounts cpu = densifyGaussians(expected.field, expected.adam, expected.gradients, plan);
       EXPECT_EQ(counts.pruned, cpu.pruned);
       EXPECT_EQ(counts.split, cpu.split);
       EXPECT_EQ(counts.cloned, cpu.cloned);
@@ -142,11 +143,11 @@ TEST(ReshapingWithRealThreads, GivesTheSame) {
   found.expectAs(expected);
 }
 
-TEST(ReshapingOnTheHostExecutor, ChangesNothingAfterASweepWithoutRoom) {
+TEST(ReshapingOnTheHostExecutor, ChangesNothingAfterAIterationWithoutRoom) {
   const auto executor = cuda::makeHostExecutor();
   const FitState start = stateOf(300, Blending::Normalised, 5);
   OnExecutor found(*executor, start);
-  cuda::SweepStatus status{};
+  cuda::IterationStatus status{};
   status.pairs = 11;
   found.relocate({0.1, -0.5}, {&status, 10});
   found.expectAs(start);
@@ -159,7 +160,7 @@ TEST(ReshapingOnTheHostExecutor, IsAllOrNothing) {
   DensifyPlan plan;
   plan.thresholds = {0.3, 4, 0.05, 4};
   plan.limit = 800;
-  densifyGaussians(densified.field, densified.adam, densified.pulls, plan);
+  densifyGaussians(densified.field, densified.adam, densified.gradients, plan);
   for (const bool relocating : {true, false}) {
     SCOPED_TRACE(relocating ? "relocation" : "densification");
     bool all = false;

@@ -11,19 +11,19 @@ namespace {
 struct State {
   GaussianField field;
   Adam adam{0};
-  PullSum pulls;
-  explicit State(cuda::Fit& fit) { fit.download(&field, &adam, &pulls); }
+  GradientAccumulator gradients;
+  explicit State(cuda::Fit& fit) { fit.download(&field, &adam, &gradients); }
 
   void expectAs(const State& expected) const {
     EXPECT_TRUE(same(field, expected.field));
     EXPECT_EQ(adam.moment1, expected.adam.moment1);
     EXPECT_EQ(adam.moment2, expected.adam.moment2);
-    EXPECT_EQ(pulls.sum, expected.pulls.sum);
-    EXPECT_EQ(pulls.sweeps, expected.pulls.sweeps);
+    EXPECT_EQ(gradients.sum, expected.gradients.sum);
+    EXPECT_EQ(gradients.iterations, expected.gradients.iterations);
   }
 };
 
-/// A fit after three sweeps, the second of which relocates where the scene does.
+/// A fit after three iterations, the second of which relocates where the scene does.
 struct Swept {
   cuda::Executor* memory;
   std::unique_ptr<cuda::Fit> fit;
@@ -34,9 +34,9 @@ struct Swept {
     fit = std::make_unique<cuda::Fit>(std::move(executor), scene.request());
     fit->upload(scene.field, Adam(scene.field.size()), {});
     for (int step = 1; step <= 3; ++step) {
-      SweepOrder order = orderOf(scene, step);
+      IterationOptions order = orderOf(scene, step);
       if (step == 2) order.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
-      fit->sweep(order);
+      fit->iterate(order);
     }
   }
 };
@@ -76,7 +76,7 @@ TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
   const State grown(*plain.fit);
   EXPECT_EQ(grown.field.size(), before + expected.split + expected.cloned - expected.pruned);
   const std::size_t kept = plain.memory->freeBytes();
-  const LossSum next = plain.fit->sweep(orderOf(scene, 4));
+  const LossSum next = plain.fit->iterate(orderOf(scene, 4));
   const State after(*plain.fit);
 
   const int allocations = failingOnce(
@@ -88,9 +88,9 @@ TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
         EXPECT_EQ(counts.pruned, expected.pruned);
       },
       [&](cuda::Fit& fit, std::size_t free) {
-        EXPECT_GT(free, kept) << "the buffers of the sweeps were not given back";
+        EXPECT_GT(free, kept) << "the buffers of the iterations were not given back";
         State(fit).expectAs(grown);
-        EXPECT_EQ(fit.sweep(orderOf(scene, 4)).loss, next.loss);
+        EXPECT_EQ(fit.iterate(orderOf(scene, 4)).loss, next.loss);
         State(fit).expectAs(after);
       });
   EXPECT_GT(allocations, 10);

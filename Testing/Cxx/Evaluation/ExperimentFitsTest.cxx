@@ -34,7 +34,7 @@ std::size_t column(const ExperimentTable& table, const std::string& name) {
 /// Rows without what is measured by a clock.
 std::vector<std::vector<std::string>> figures(const ExperimentTable& table) {
   std::vector<std::vector<std::string>> rows = table.rows;
-  for (const char* name : {"seconds", "ms_sweep", "render_ms"})
+  for (const char* name : {"seconds", "ms_iteration", "render_ms"})
     for (auto& row : rows)
       row[column(table, name)].clear();
   return rows;

@@ -64,11 +64,11 @@ TEST(RealData, BaselinesReachTheirKnownScores) {
             first[0] + i + n[0] * (first[1] + j + n[1] * (first[2] + k)))]);
   EvaluationOptions options;
   options.gaussians = false;
-  const auto thick = evaluateHonest(crop, {HonestCase::Kind::Thick, 4, 2, 0}, options);
+  const auto thick = evaluateHeldOut(crop, {HeldOutCase::Kind::Thick, 4, 2, 0}, options);
   EXPECT_NEAR(psnrOf(thick, "linear"), 27.94, 0.1);
   EXPECT_NEAR(psnrOf(thick, "cubic"), 29.09, 0.1);
   EXPECT_NEAR(psnrOf(thick, "lanczos"), 29.18, 0.1);
   EXPECT_NEAR(psnrOf(thick, "backprojection"), 29.46, 0.1);
-  const auto orthogonal = evaluateHonest(crop, {HonestCase::Kind::Orthogonal, 4, 2, 0}, options);
+  const auto orthogonal = evaluateHeldOut(crop, {HeldOutCase::Kind::Orthogonal, 4, 2, 0}, options);
   EXPECT_NEAR(psnrOf(orthogonal, "backprojection"), 35.6, 0.2);
 }

@@ -20,7 +20,7 @@ Checkpoint checkpointOf(int count, bool linearIntensity, bool resumable) {
     for (int n = 0; n < checkpoint.iteration; ++n)
       checkpoint.losses.push_back(1 / (1 + static_cast<float>(n)));
     for (int n = 0; n < count; ++n)
-      checkpoint.pulls.push_back(0.3f * static_cast<float>(n));
+      checkpoint.gradients.push_back(0.3f * static_cast<float>(n));
   }
   return checkpoint;
 }
@@ -31,7 +31,7 @@ void expectSame(const Checkpoint& read, const Checkpoint& written) {
   EXPECT_EQ(read.moment1, written.moment1);
   EXPECT_EQ(read.moment2, written.moment2);
   EXPECT_EQ(read.losses, written.losses);
-  EXPECT_EQ(read.pulls, written.pulls);
+  EXPECT_EQ(read.gradients, written.gradients);
   EXPECT_EQ(read.iteration, written.iteration);
   EXPECT_EQ(read.settingsKey, written.settingsKey);
 }

@@ -122,9 +122,9 @@ TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
           std::fill_n(field.support.voxels.begin(), 25 * 30 * 23, std::uint8_t{0});
           field.fill = 12.5f;
           field.range = {-500, 0};
-          field.detail.geometry = withSpacing(field.domain, {3, 3, 3});
-          for (std::int64_t v = 0; v < field.detail.geometry.voxelCount(); ++v)
-            field.detail.voxels.push_back(0.1f * std::sin(static_cast<float>(v)));
+          field.residual.geometry = withSpacing(field.domain, {3, 3, 3});
+          for (std::int64_t v = 0; v < field.residual.geometry.voxelCount(); ++v)
+            field.residual.voxels.push_back(0.1f * std::sin(static_cast<float>(v)));
         }
         writeModel(checkpoint, folder / "model.innergs");
         std::string script = documentedCode() + "\nwith open('out.txt', 'w') as out:\n";

@@ -61,15 +61,15 @@ Mat3 covarianceOf(const double* q, const float* logScale) {
 TEST(Ply, SaysInNumbersWhatItLeavesOut) {
   GaussianField field = randomField(1234, true);
   EXPECT_EQ(droppedByPly(field), "");
-  field.detail = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
-  field.detail.voxels[5] = -0.25f;
+  field.residual = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
+  field.residual.voxels[5] = -0.25f;
   field.intensityScale = -10;
   const std::string sentence = droppedByPly(field);
   for (const char* part : {"1,234 Gaussians", "2x3x4 values", "RMS 2.5 "})
     EXPECT_NE(sentence.find(part), std::string::npos) << sentence;
-  field.support = {field.detail.geometry, std::vector<std::uint8_t>(24, 1)};
+  field.support = {field.residual.geometry, std::vector<std::uint8_t>(24, 1)};
   EXPECT_NE(droppedByPly(field).find("mask of 24 voxels"), std::string::npos);
-  field.detail = {};
+  field.residual = {};
   EXPECT_EQ(droppedByPly(field).find("detail"), std::string::npos) << droppedByPly(field);
 }
 

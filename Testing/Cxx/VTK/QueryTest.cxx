@@ -18,15 +18,16 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A field in an oblique frame, with a region of its own and a detail grid.
+/// A field in an oblique frame, with a region of its own and a residual grid.
 GaussianField framedField() {
   GaussianField field = randomSmallField();
   field.modelToWorld = {obliqueDirection(0.7), {12, -30, 8}};
   field.intensityScale = 50;
   field.intensityOffset = -7;
   field.domain = grid(14, 12, 10, {1, 1, 1.2}, field.modelToWorld({-6.5, -5.5, -5.4}), obliqueDirection(0.7));
-  field.detail = volumeOf(grid(7, 6, 6, {2, 2, 2}, field.modelToWorld({-6, -5, -5}), obliqueDirection(0.7)),
-                          [](auto i, auto j, auto k) { return 0.05 * std::sin(double(i + 2 * j + 3 * k)); });
+  field.residual =
+      volumeOf(grid(7, 6, 6, {2, 2, 2}, field.modelToWorld({-6, -5, -5}), obliqueDirection(0.7)),
+               [](auto i, auto j, auto k) { return 0.05 * std::sin(double(i + 2 * j + 3 * k)); });
   return field;
 }
 

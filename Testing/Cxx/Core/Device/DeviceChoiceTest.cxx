@@ -81,10 +81,10 @@ TEST_F(Choice, AutoLeavesSmallFitsToTheCpu) {
   Observation observation;
   observation.samples = 1'000'000;
   request.observations = std::make_shared<const std::vector<Observation>>(1, observation);
-  const auto chosen = [&](const char* asked, int sweeps) {
+  const auto chosen = [&](const char* asked, int iterations) {
     DeviceChoice choice(asked);
-    request.sweeps = sweeps;
-    choice.weigh(request);
+    request.iterations = iterations;
+    choice.considerSize(request);
     return choice.use;
   };
   EXPECT_EQ(chosen("auto", 100).id, "cuda:1");

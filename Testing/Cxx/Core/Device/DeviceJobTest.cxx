@@ -9,8 +9,8 @@ namespace {
 
 class DeviceJob : public FakeDevice {
 protected:
-  /// A run that stops in its n-th sweep (−1: never) and collects what progress said of the device.
-  ReconstructionResult runUntil(int sweep, const ReconstructionInput& input, const Settings& settings,
+  /// A run that stops in its n-th iteration (−1: never) and collects what progress said of the device.
+  ReconstructionResult runUntil(int iteration, const ReconstructionInput& input, const Settings& settings,
                                 bool previews = false) {
     notes.clear();
     shown = 0;
@@ -21,7 +21,7 @@ protected:
       if (!p.note.empty()) notes.push_back(p.note);
       EXPECT_GE(p.fraction, fraction);
       fraction = p.fraction;
-      if (p.phase == Phase::Fitting && p.iteration == sweep) stop.request_stop();
+      if (p.phase == Phase::Fitting && p.iteration == iteration) stop.request_stop();
     });
     if (previews) job.onPreview([&](const Volume&) { ++shown; });
     return job.run(stop.get_token());
@@ -67,16 +67,16 @@ TEST_F(DeviceJob, IsEstimatedByTheLastFitOnTheDevice) {
   longer.iterations = 3 * *longer.iterations;
   const double once = estimateSeconds(input, fit), thrice = estimateSeconds(input, longer);
   EXPECT_NEAR(thrice - once, 2 * result.fitSeconds, 1e-6 + 0.01 * result.fitSeconds);
-  EXPECT_EQ(result.sweeps, result.iterations);
+  EXPECT_EQ(result.iterationsRun, result.iterations);
 
-  // A model that is gone on with: only the sweeps of the run count, and a few tell nothing.
+  // A model that is gone on with: only the iterations of the run count, and a few tell nothing.
   const auto stopped = runUntil(*result.settings.iterations - 5, input, fit);
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput goingOn = input;
   goingOn.resume = stopped.checkpoint;
   const auto resumed = runUntil(-1, goingOn, fit);
   EXPECT_EQ(resumed.iterations, result.iterations);
-  EXPECT_EQ(resumed.sweeps, resumed.iterations - stopped.iterations);
+  EXPECT_EQ(resumed.iterations, resumed.iterations - stopped.iterations);
   EXPECT_EQ(estimateSeconds(input, fit), once);
 }
 
@@ -124,15 +124,17 @@ TEST_F(DeviceJob, FallsBackToTheCpuAtTheStart) {
 
 TEST_F(DeviceJob, GoesOnOnTheCpuMidway) {
   Settings settings = quickSettings(12);
-  settings.members = 2;
+  settings.ensembleSize = 2;
   const auto cpu = runUntil(-1, anisotropicInput(), reference(settings));
-  for (const char* how : {"upload", "sweep:1", "sweep:7", "sweep:20", "lost:7", "lost:20", "download"}) {
+  for (const char* how :
+       {"upload", "iteration:1", "iteration:7", "iteration:20", "lost:7", "lost:20", "download"}) {
     SCOPED_TRACE(how);
     fails(how);
     const auto result = runUntil(-1, anisotropicInput(), on("cuda", settings));
     EXPECT_FALSE(result.cancelled);
     EXPECT_EQ(result.device.id, "cpu");
-    EXPECT_TRUE(has(result.device.reason, "Fake Two (cuda:1) failed after sweep")) << result.device.reason;
+    EXPECT_TRUE(has(result.device.reason, "Fake Two (cuda:1) failed after iteration"))
+        << result.device.reason;
     ASSERT_EQ(result.warnings.size(), 1u);
     EXPECT_EQ(result.warnings[0], result.device.reason);
     ASSERT_EQ(notes.size(), 2u) << "where it began and where it went";
@@ -184,7 +186,7 @@ TEST_F(DeviceJob, StoppedWithALostDeviceKeepsWhatItHas) {
   Settings settings = quickSettings(12);
   const auto stopped = runUntil(5, isotropicInput(), on("cuda", settings));
   EXPECT_TRUE(stopped.cancelled);
-  EXPECT_EQ(stopped.iterations, 0) << "the sweeps went with the device";
+  EXPECT_EQ(stopped.iterations, 0) << "the iterations went with the device";
   ASSERT_FALSE(stopped.checkpoint->field.gaussians.empty());
   fails("");
   ReconstructionInput rest = isotropicInput();

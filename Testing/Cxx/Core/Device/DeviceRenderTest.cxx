@@ -33,7 +33,7 @@ TEST_F(DeviceRender, GivesTheCpusValuesWithDetailDomainUnitsAndChannels) {
     SCOPED_TRACE(blendingName(blending));
     const ReconstructionInput input = anisotropicInput();
     const GaussianField field = fitted(input, blending);
-    EXPECT_FALSE(field.detail.voxels.empty());
+    EXPECT_FALSE(field.residual.voxels.empty());
     GridGeometry plane = grid(40, 36, 3, {0.9, 0.9, 2}, {-38, 5, 3}, obliqueDirection(0.7)); // partly outside
     std::vector<float> channel;
     for (std::int64_t i = 0; i < field.size(); ++i)

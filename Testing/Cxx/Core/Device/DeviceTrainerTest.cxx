@@ -57,7 +57,7 @@ protected:
     EXPECT_TRUE(sameField(a.field(), b.field()));
     EXPECT_EQ(a.adam().moment1, b.adam().moment1);
     EXPECT_EQ(a.adam().moment2, b.adam().moment2);
-    EXPECT_EQ(a.pulls(), b.pulls());
+    EXPECT_EQ(a.gradients(), b.gradients());
     EXPECT_EQ(a.iteration(), b.iteration());
     EXPECT_EQ(a.gaussians(), b.gaussians());
     EXPECT_EQ(a.losses(), b.losses());
@@ -76,11 +76,11 @@ protected:
 
 TEST_F(DeviceTrainer, GoesTheSameWayOnAnyDevice) {
   Trainer cpu = onCpu(), device = onDevice();
-  for (int sweep = 0; cpu.step(); ++sweep) {
+  for (int iteration = 0; cpu.step(); ++iteration) {
     ASSERT_TRUE(device.step());
     EXPECT_EQ(cpu.loss(), device.loss());
     EXPECT_EQ(cpu.gaussians(), device.gaussians());
-    if (sweep % 9 == 0) same(cpu, device);
+    if (iteration % 9 == 0) same(cpu, device);
   }
   EXPECT_FALSE(device.step());
   same(cpu, device);
@@ -94,14 +94,15 @@ TEST_F(DeviceTrainer, GoesOnOnTheCpuAsIfNothingHadHappened) {
   Trainer cpu = onCpu();
   while (cpu.step()) {
   }
-  for (const char* how : {"upload", "sweep:1", "sweep:3", "sweep:12", "sweep:40", "reshape", "evaluate"}) {
+  for (const char* how :
+       {"upload", "iteration:1", "iteration:3", "iteration:12", "iteration:40", "reshape", "evaluate"}) {
     SCOPED_TRACE(how);
     fails(how);
     Trainer device = onDevice();
-    int sweeps = 0;
+    int iterations = 0;
     while (device.step())
-      ++sweeps;
-    EXPECT_EQ(sweeps, 40);
+      ++iterations;
+    EXPECT_EQ(iterations, 40);
     EXPECT_EQ(cpu.evaluate(field).loss, device.evaluate(field).loss);
     same(cpu, device);
     EXPECT_EQ(device.failure(), "The device has no memory left.");
@@ -112,16 +113,16 @@ TEST_F(DeviceTrainer, GoesBackToTheLastStateItHasWhenTheDeviceIsLost) {
   Trainer cpu = onCpu();
   while (cpu.step()) {
   }
-  for (const int fetch : {0, 3, 11, 14}) { // sweeps after which the state is looked at
+  for (const int fetch : {0, 3, 11, 14}) { // iterations after which the state is looked at
     SCOPED_TRACE(fetch);
     fails("lost:17");
     Trainer device = onDevice();
-    int sweeps = 0;
+    int iterations = 0;
     while (device.step())
-      if (++sweeps == fetch) {
+      if (++iterations == fetch) {
         EXPECT_GT(device.field().size(), 0);
       }
-    EXPECT_EQ(sweeps, 17 + 40 - fetch); // the 17th is the one that failed
+    EXPECT_EQ(iterations, 17 + 40 - fetch); // the 17th is the one that failed
     same(cpu, device);
     EXPECT_EQ(device.failure(), "The device fell off the bus.");
   }
@@ -159,10 +160,10 @@ TEST_F(DeviceTrainer, RestartsAndRestoresOnAnyDevice) {
   same(cpu, device);
   const GaussianField reached = device.field();
   const Adam adam = device.adam();
-  const auto losses = device.losses(), pulls = device.pulls();
+  const auto losses = device.losses(), gradients = device.gradients();
   for (Trainer* trainer : {&cpu, &device}) { // each from what the other device reached
     trainer->restart(reached);
-    trainer->restore(adam.moment1, adam.moment2, 9, losses, pulls);
+    trainer->restore(adam.moment1, adam.moment2, 9, losses, gradients);
     while (trainer->step()) {
     }
   }

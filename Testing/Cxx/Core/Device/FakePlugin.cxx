@@ -1,6 +1,6 @@
 // A device plugin whose devices are the CPU in disguise. The environment variable INNERGS_FAKE says what goes
-// wrong: none, small, short (after three sweeps), throws, make, upload, sweep:N, lost:N, reshape, evaluate,
-// download, render, mark (renders values that are 1 too high), later (likewise, but not in a
+// wrong: none, small, short (after three iterations), throws, make, upload, iteration:N, lost:N, reshape,
+// evaluate, download, render, mark (renders values that are 1 too high), later (likewise, but not in a
 // self-check that comes first).
 #include "Core/Base/Error.h"
 #include "Core/Device/DevicePlugin.h"
@@ -34,23 +34,23 @@ public:
   explicit FakeFit(const FitRequest& request) : pool_(2), inner_(request, kernelSet("scalar"), pool_) {
     pool_.setStop(request.stop);
   }
-  void upload(const GaussianField& field, const Adam& adam, const PullSum& pulls) override {
+  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) override {
     if (fault("upload")) outOfMemory();
-    inner_.upload(field, adam, pulls);
+    inner_.upload(field, adam, gradients);
   }
-  void download(GaussianField* field, Adam* adam, PullSum* pulls) override {
+  void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) override {
     if (lost_ || fault("download")) throw std::runtime_error("The device fell off the bus.");
-    inner_.download(field, adam, pulls);
+    inner_.download(field, adam, gradients);
   }
-  LossSum sweep(const SweepOrder& order) override {
+  LossSum iterate(const IterationOptions& order) override {
     int at = 0;
-    ++sweeps_;
-    if (fault("sweep", &at) && sweeps_ == at) outOfMemory();
-    if (fault("lost", &at) && sweeps_ == at) {
+    ++iterations_;
+    if (fault("iteration", &at) && iterations_ == at) outOfMemory();
+    if (fault("lost", &at) && iterations_ == at) {
       lost_ = true;
       throw Error(ErrorCode::Internal, "The device fell off the bus.");
     }
-    return inner_.sweep(order);
+    return inner_.iterate(order);
   }
   DensifyCounts densify() override {
     if (fault("reshape")) outOfMemory();
@@ -62,20 +62,21 @@ public:
   }
 
   std::string remark() const override {
-    return fault("short") && sweeps_ > 3 ? "Its memory is short: the slices go through it in 7 parts." : "";
+    return fault("short") && iterations_ > 3 ? "Its memory is short: the slices go through it in 7 parts."
+                                             : "";
   }
 
 private:
   ThreadPool pool_;
   CpuFitDevice inner_;
-  int sweeps_ = 0;
+  int iterations_ = 0;
   bool lost_ = false;
 };
 
 class FakeField : public FieldDevice {
 public:
   explicit FakeField(const GaussianField& field) : field_(field) {
-    field_.detail = {};
+    field_.residual = {};
     field_.domain = {};
   }
   void renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std::span<const float> values,

@@ -72,7 +72,7 @@ bool same(const GaussianField& a, const GaussianField& b) {
          std::memcmp(a.gaussians.data(), b.gaussians.data(), a.gaussians.size() * sizeof(Gaussian)) == 0;
 }
 
-/// The mean absolute move of all Gaussians in one more sweep.
+/// The mean absolute move of all Gaussians in one more iteration.
 double move(Trainer& trainer) {
   const auto before = trainer.field().gaussians;
   trainer.step();
@@ -104,7 +104,7 @@ TEST(Plateau, SlowsTheFitDownWhereTheExponentialScheduleDoesNot) {
   scene.plan.finalRate = 1;
   Trainer steady = scene.trainer(pool);
   scene.plan.schedule = Schedule::Plateau;
-  scene.plan.plateau = {1, 0.1, 1e-3, 0.9}; // no sweep but the first counts as improvement
+  scene.plan.plateau = {1, 0.1, 1e-3, 0.9}; // no iteration but the first counts as improvement
   Trainer slowed = scene.trainer(pool);
   for (int i = 0; i < 6; ++i) {
     steady.step();
@@ -136,7 +136,7 @@ TEST(Training, WithDensificationIsTheSameForAnyNumberOfThreads) {
   }
 }
 
-TEST(Training, GoesOnFromAnySweepAsIfItHadNotStopped) {
+TEST(Training, GoesOnFromAnyIterationAsIfItHadNotStopped) {
   Scene scene;
   useAll(scene.plan);
   scene.plan.coarseIterations = 4;
@@ -151,10 +151,10 @@ TEST(Training, GoesOnFromAnySweepAsIfItHadNotStopped) {
     Scene rest = scene;
     rest.field = before.field();
     Trainer after = rest.trainer(pool);
-    after.restore(before.adam().moment1, before.adam().moment2, stop, before.losses(), before.pulls());
+    after.restore(before.adam().moment1, before.adam().moment2, stop, before.losses(), before.gradients());
     while (after.step()) {
     }
-    EXPECT_TRUE(same(after.field(), whole.field())) << "stopped after sweep " << stop;
+    EXPECT_TRUE(same(after.field(), whole.field())) << "stopped after iteration " << stop;
     EXPECT_EQ(after.losses(), whole.losses());
   }
 }
@@ -190,11 +190,11 @@ TEST(Pull, MeansTheSameAtAnyVolumeAndVoxelSize) {
     scene.plan.densify.every = 20;
     Trainer trainer = scene.trainer(pool);
     trainer.step();
-    std::vector<float> pulls = trainer.pulls();
-    EXPECT_EQ(pulls.size(), static_cast<std::size_t>(trainer.field().size()));
-    std::sort(pulls.begin(), pulls.end(), std::greater<>());
-    pulls.resize(100);
-    return pulls;
+    std::vector<float> gradients = trainer.gradients();
+    EXPECT_EQ(gradients.size(), static_cast<std::size_t>(trainer.field().size()));
+    std::sort(gradients.begin(), gradients.end(), std::greater<>());
+    gradients.resize(100);
+    return gradients;
   };
   const auto reference = strongest(Scene(Blending::Normalised, 18, 1, 18));
   EXPECT_GT(reference.front(), 0.01);

@@ -43,7 +43,7 @@ protected:
   Settings settings = [] {
     Settings s = quickSettings(4);
     s.gaussians = 120;
-    s.members = GetParam().members;
+    s.ensembleSize = GetParam().members;
     return s;
   }();
 };
@@ -137,25 +137,25 @@ INSTANTIATE_TEST_SUITE_P(Inputs, Cancel,
                                            Kind{"Orthogonal", orthogonalInput, 2}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-TEST(CancelFromAnotherThread, EndsWithinACoupleOfSweeps) {
+TEST(CancelFromAnotherThread, EndsWithinACoupleOfIterations) {
   Settings settings = quickSettings(100000);
   ReconstructionJob job(isotropicInput(), settings);
-  std::atomic<int> sweeps{0}, atRequest{-1};
+  std::atomic<int> iterations{0}, atRequest{-1};
   job.onProgress([&](const Progress& p) {
-    if (p.phase == Phase::Fitting) ++sweeps;
+    if (p.phase == Phase::Fitting) ++iterations;
   });
   std::stop_source stop;
   std::jthread user([&] {
-    while (sweeps < 5)
+    while (iterations < 5)
       std::this_thread::yield();
     stop.request_stop();
-    atRequest = sweeps.load();
+    atRequest = iterations.load();
   });
   const auto result = job.run(stop.get_token());
   user.join();
   EXPECT_TRUE(result.cancelled);
   EXPECT_GE(result.iterations, 5);
-  EXPECT_LE(sweeps - atRequest, 2);
+  EXPECT_LE(iterations - atRequest, 2);
   EXPECT_FALSE(result.checkpoint->field.gaussians.empty());
 }
 
@@ -175,15 +175,15 @@ TEST(Resume, WithOtherSettingsStartsANewFitFromTheModel) {
 TEST(Resume, OfMergedMembersUnderOtherSettingsRefitsThemAsOneField) {
   ReconstructionInput input = anisotropicInput();
   Settings settings = quickSettings(4);
-  settings.members = 3;
+  settings.ensembleSize = 3;
   settings.gaussians = 120;
   const auto first = reconstruct(input, settings);
   input.resume = first.checkpoint;
   settings.loss = LossKind::Huber;
   settings.blending = Blending::Additive; // the model's own holds
-  settings.members = 1;
+  settings.ensembleSize = 1;
   const auto second = reconstruct(input, settings);
-  EXPECT_EQ(second.settings.members, 1);
+  EXPECT_EQ(second.settings.ensembleSize, 1);
   EXPECT_EQ(second.settings.blending, Blending::Normalised);
   EXPECT_EQ(second.checkpoint->field.blending, Blending::Normalised);
   EXPECT_EQ(second.checkpoint->field.size(), first.checkpoint->field.size());

@@ -131,7 +131,7 @@ TEST(JobSettings, OutOfRangeAreRefused) {
   for (int n : {0, -1})
     EXPECT_TRUE(refused([&](Settings& s) { s.iterations = n; })) << n;
   for (int n : {0, -1, 1000})
-    EXPECT_TRUE(refused([&](Settings& s) { s.members = n; })) << n;
+    EXPECT_TRUE(refused([&](Settings& s) { s.ensembleSize = n; })) << n;
   for (double x : {0.0, -0.1, kNaN, std::numeric_limits<double>::infinity()})
     EXPECT_TRUE(refused([&](Settings& s) { s.huberDelta = x; })) << x;
   for (double x : {-0.1, kNaN, std::numeric_limits<double>::infinity()})
@@ -153,7 +153,7 @@ TEST(JobSettings, OutOfRangeAreRefused) {
   }));
   EXPECT_TRUE(refused([](Settings& s) {
     s.blending = Blending::Alpha;
-    s.members = 2;
+    s.ensembleSize = 2;
   }));
   EXPECT_TRUE(refused([](Settings& s) { s.pointWeight = 0; }));
 }

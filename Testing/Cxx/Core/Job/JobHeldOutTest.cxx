@@ -67,16 +67,16 @@ TEST(HeldOut, TellsOfItsOwnSweepsAndOfTheTimeOfBoth) {
   const Attempt run = runUntil({}, heldOutInput(), quickSettings(12));
   double fraction = 0;
   Progress fitted;
-  std::vector<int> judgingSweeps;
+  std::vector<int> judgingIterations;
   for (const Progress& p : run.states) {
     EXPECT_GE(p.fraction, fraction);
     fraction = p.fraction;
     if (p.phase < Phase::Judging) {
-      EXPECT_TRUE(judgingSweeps.empty()) << "phases come in their order";
+      EXPECT_TRUE(judgingIterations.empty()) << "phases come in their order";
       fitted = p;
       EXPECT_LE(p.fraction, 1 / 1.75 + 1e-9);
     } else if (p.phase == Phase::Judging) {
-      judgingSweeps.push_back(p.iteration);
+      judgingIterations.push_back(p.iteration);
       EXPECT_EQ(p.loss, fitted.loss) << "of the model that is delivered";
       EXPECT_EQ(p.trainingPsnr, fitted.trainingPsnr);
       EXPECT_EQ(p.gaussians, fitted.gaussians);
@@ -84,10 +84,10 @@ TEST(HeldOut, TellsOfItsOwnSweepsAndOfTheTimeOfBoth) {
       if (p.fraction < 1) EXPECT_GT(p.remaining, 0);
     }
   }
-  ASSERT_GT(judgingSweeps.size(), 12u);
-  EXPECT_EQ(judgingSweeps.front(), 0);
-  EXPECT_EQ(judgingSweeps.back(), 12);
-  EXPECT_TRUE(std::is_sorted(judgingSweeps.begin(), judgingSweeps.end()));
+  ASSERT_GT(judgingIterations.size(), 12u);
+  EXPECT_EQ(judgingIterations.front(), 0);
+  EXPECT_EQ(judgingIterations.back(), 12);
+  EXPECT_TRUE(std::is_sorted(judgingIterations.begin(), judgingIterations.end()));
   EXPECT_EQ(run.states.back().phase, Phase::Done);
   EXPECT_EQ(run.states.back().fraction, 1);
   EXPECT_EQ(run.states.back().remaining, 0);
@@ -97,10 +97,10 @@ TEST(HeldOut, TellsOfItsOwnSweepsAndOfTheTimeOfBoth) {
 TEST(HeldOut, StoppedWhileJudgingKeepsTheFit) {
   const ReconstructionInput input = heldOutInput();
   const Attempt whole = runUntil({}, input, quickSettings(6));
-  for (const int sweep : {0, 3, 6}) {
+  for (const int iteration : {0, 3, 6}) {
     const Attempt run =
-        runUntil([&](const Progress& p) { return p.phase == Phase::Judging && p.iteration == sweep; }, input,
-                 quickSettings(6));
+        runUntil([&](const Progress& p) { return p.phase == Phase::Judging && p.iteration == iteration; },
+                 input, quickSettings(6));
     EXPECT_FALSE(run.result.cancelled);
     EXPECT_EQ(run.result.judging, Judging::Stopped);
     EXPECT_TRUE(std::isnan(run.result.heldOutPsnr));
@@ -119,7 +119,7 @@ TEST(HeldOut, GoesOnFromAStoppedFitAndThenJudges) {
       runUntil([](const Progress& p) { return p.iteration == 3; }, input, quickSettings(8));
   ASSERT_TRUE(stopped.result.cancelled);
   EXPECT_EQ(stopped.result.judging, Judging::NotAsked);
-  EXPECT_GT(stopped.result.fitSeconds, 0) << "of the sweeps that were made";
+  EXPECT_GT(stopped.result.fitSeconds, 0) << "of the iterations that were made";
   input.resume = stopped.result.checkpoint;
   const auto rest = reconstruct(input, quickSettings(8));
   EXPECT_TRUE(rest.warnings.empty());

@@ -109,7 +109,7 @@ TEST(MaskedJob, StaysWithinTheMaskedRange) {
   const auto result = reconstruct(input, filled(20));
   const auto range = result.checkpoint->field.range;
   ASSERT_TRUE(range);
-  EXPECT_EQ(result.checkpoint->field.detail.geometry, result.checkpoint->field.support.geometry)
+  EXPECT_EQ(result.checkpoint->field.residual.geometry, result.checkpoint->field.support.geometry)
       << "refined where the mask is alone";
   EXPECT_GE(range->low, 60);
   for (const float v : result.volume.voxels)
@@ -140,14 +140,14 @@ TEST(MaskedJob, GoesOnWhereItWasStopped) {
   Settings other = filled(12);
   other.fill = 9;
   const auto again = reconstruct(on, other);
-  EXPECT_EQ(again.sweeps, 0);
+  EXPECT_EQ(again.iterations, 0);
   EXPECT_EQ(again.checkpoint->field.fill, 9);
 }
 
 TEST(ValueRange, OfAStepEdgeIsKept) {
   const auto result = reconstruct(stepInput(), quickSettings(30));
   const GaussianField& field = result.checkpoint->field;
-  ASSERT_FALSE(field.detail.voxels.empty());
+  ASSERT_FALSE(field.residual.voxels.empty());
   expectWithin(result.volume.voxels, 0, 1000);
   RenderOptions unbounded;
   unbounded.bounded = false;

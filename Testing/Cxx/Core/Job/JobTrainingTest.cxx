@@ -35,7 +35,7 @@ TEST(PaperPreset, IsItsAlgorithm) {
   EXPECT_EQ(settings.initialisation, Initialisation::Grid);
   EXPECT_EQ(settings.gaussians, 74088);
   EXPECT_EQ(settings.maxGaussians, 74088);
-  EXPECT_EQ(settings.members, 1);
+  EXPECT_EQ(settings.ensembleSize, 1);
   EXPECT_EQ(settings.allAxes, true);
   EXPECT_EQ(plan.loss.kind, LossKind::L1);
   EXPECT_EQ(plan.loss.pointWeight, 0.8);
@@ -126,7 +126,7 @@ TEST(AlphaBlending, GetsSensibleDefaultsFromOurPresets) {
       settings.blending = Blending::Alpha;
       const FitPlan plan = makePlan(settings, traitsOf(input));
       EXPECT_FALSE(plan.linearIntensity);
-      EXPECT_EQ(settings.members, 1);
+      EXPECT_EQ(settings.ensembleSize, 1);
       EXPECT_EQ(plan.densify.every, 0);
       EXPECT_EQ(plan.allAxes, geometryTraits(input.stacks).cubes);
       EXPECT_EQ(plan.allAxes, input.stacks.size() == 1 && input.stacks[0].image.geometry.spacing[2] < 1.5);
@@ -160,8 +160,8 @@ TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
   EXPECT_TRUE(geometryTraits(blurred.stacks).cubes);
   blurred.stacks[0].thickness = 2;
   EXPECT_FALSE(geometryTraits(blurred.stacks).cubes);
-  // A normalised field has one value per point: three views of it ask for what one asks for. A few sweeps:
-  // over many, rounding leads the two fits apart.
+  // A normalised field has one value per point: three views of it ask for what one asks for. A few
+  // iterations: over many, rounding leads the two fits apart.
   Settings one = quickSettings(4), three = one;
   three.allAxes = true;
   const ReconstructionInput input = isotropicInput();
@@ -255,8 +255,8 @@ TEST(PaperFit, StoppedAnywhereGoesOnToTheSameResult) {
     };
     EXPECT_TRUE(refused([](Checkpoint& c) { c.losses.resize(1000); }));
     EXPECT_TRUE(refused([](Checkpoint& c) { c.losses[0] = std::numeric_limits<float>::quiet_NaN(); }));
-    EXPECT_TRUE(refused([](Checkpoint& c) { c.pulls.resize(7); }));
-    EXPECT_TRUE(refused([](Checkpoint& c) { c.pulls.assign(c.field.size(), -1.f); }));
+    EXPECT_TRUE(refused([](Checkpoint& c) { c.gradients.resize(7); }));
+    EXPECT_TRUE(refused([](Checkpoint& c) { c.gradients.assign(c.field.size(), -1.f); }));
   }
 }
 

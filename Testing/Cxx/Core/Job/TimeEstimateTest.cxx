@@ -31,7 +31,7 @@ TEST(TimeEstimate, GrowsWithSweepsAndMembersInProportion) {
   const double few = estimateSeconds(input, settings);
   settings.iterations = 2000;
   const double many = estimateSeconds(input, settings);
-  settings.members = 3;
+  settings.ensembleSize = 3;
   const double members = estimateSeconds(input, settings);
   EXPECT_GT(few, 0);
   EXPECT_TRUE(std::isfinite(many));

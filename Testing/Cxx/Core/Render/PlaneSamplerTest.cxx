@@ -24,8 +24,8 @@ std::shared_ptr<const GaussianField> fieldOf(Blending blending) {
   field->intensityOffset = 3;
   field->domain =
       grid(38, 38, 38, {1, 1, 1}, field->modelToWorld({-18.5, -18.5, -18.5}), obliqueDirection(0.4));
-  field->detail = volumeOf(grid(10, 10, 10, {3, 3, 3}, field->modelToWorld({-13, -13, -13})),
-                           [](auto i, auto j, auto k) { return 0.01 * double(i - j + k); });
+  field->residual = volumeOf(grid(10, 10, 10, {3, 3, 3}, field->modelToWorld({-13, -13, -13})),
+                             [](auto i, auto j, auto k) { return 0.01 * double(i - j + k); });
   return field;
 }
 

@@ -258,33 +258,33 @@ TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
   GaussianField field = fieldOn(oblique(), Blending::Normalised, true);
   field.domain = oblique();
   const GaussianField plain = field;
-  field.detail =
+  field.residual =
       randomVolume(grid(9, 8, 7, {1.5, 1.3, 1.4}, oblique().centre() - Vec3{5, 4, 5}, obliqueDirection(-0.2)),
                    -0.3, 0.3, 4);
   EXPECT_NO_THROW(checkField(field));
   const Volume with = render(field, oblique()), without = render(plain, oblique());
   const auto points = pointsOf(oblique());
   const auto queried = renderPoints(field, points);
-  const Affine3 toIndex = inverse(field.detail.geometry.indexToWorld());
+  const Affine3 toIndex = inverse(field.residual.geometry.indexToWorld());
   int inside = 0;
   for (std::size_t v = 0; v < points.size(); ++v) {
     const Vec3 x = toIndex(points[v]);
     bool in = true;
     for (int a = 0; a < 3; ++a)
-      in = in && x[a] >= -0.5 && x[a] <= static_cast<double>(field.detail.geometry.size[a]) - 0.5;
+      in = in && x[a] >= -0.5 && x[a] <= static_cast<double>(field.residual.geometry.size[a]) - 0.5;
     inside += in;
-    const double expected = without.voxels[v] + (in ? sampleLinear(field.detail, x) : 0.f);
+    const double expected = without.voxels[v] + (in ? sampleLinear(field.residual, x) : 0.f);
     ASSERT_NEAR(with.voxels[v], expected, 1e-5);
     ASSERT_NEAR(queried[v], expected, 1e-5);
   }
   EXPECT_GT(inside, 300);
   EXPECT_LT(inside, static_cast<int>(points.size()) - 300);
-  // Another channel has no detail.
+  // Another channel has no residual.
   const std::vector<float> ones(field.gaussians.size(), 1.f);
   RenderOptions channel;
   channel.values = ones;
   EXPECT_EQ(render(field, oblique(), channel).voxels, render(plain, oblique(), channel).voxels);
-  field.detail.voxels.pop_back();
+  field.residual.voxels.pop_back();
   EXPECT_THROW(checkField(field), Error);
 }
 

@@ -1,4 +1,4 @@
-#include "Stragglers.h"
+#include "DetachedTasks.h"
 
 #include "Core/Base/Error.h"
 
@@ -15,7 +15,7 @@ bool isOver(const std::future<bool>& done, std::chrono::milliseconds patience) {
 
 } // namespace
 
-bool Stragglers::run(std::function<bool()> work, const std::stop_token& stop) {
+bool DetachedTasks::run(std::function<bool()> work, const std::stop_token& stop) {
   const auto wait = [&](const std::future<bool>& done) {
     while (!isOver(done, std::chrono::milliseconds(stop.stop_requested() ? 0 : 10)))
       if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");

@@ -49,19 +49,19 @@ TEST(Protocols, SliceAxesFollowTheAnatomy) {
   }
 }
 
-TEST(HonestProtocol, WithheldVoxelsNeverReachTheInput) {
+TEST(HeldOutProtocol, WithheldVoxelsNeverReachTheInput) {
   const Volume truth = randomVolume(grid(12, 14, 18), 0, 100);
   for (int k = 2; k <= 6; ++k) {
-    HonestCase c;
+    HeldOutCase c;
     c.factor = k;
-    const EvaluationInput input = honestInput(truth, c);
+    const EvaluationInput input = heldOutInput(truth, c);
     Volume wild = truth;
     std::vector<std::uint8_t> withheld(static_cast<std::size_t>(truth.geometry.size[2]), 0);
     for (std::int64_t slice : input.testSlices)
       withheld[slice] = 1;
     for (std::size_t p = 0; p < wild.voxels.size(); ++p)
       if (withheld[p / (12 * 14)]) wild.voxels[p] = 1e6f * float(p % 13) - 4e6f;
-    const EvaluationInput other = honestInput(wild, c);
+    const EvaluationInput other = heldOutInput(wild, c);
     ASSERT_EQ(input.stacks.size(), 1u);
     EXPECT_EQ(input.stacks[0].image.voxels, other.stacks[0].image.voxels);
     EXPECT_EQ(input.stacks[0].image.geometry, other.stacks[0].image.geometry);
@@ -76,41 +76,41 @@ TEST(HonestProtocol, WithheldVoxelsNeverReachTheInput) {
   }
 }
 
-TEST(HonestProtocol, ThickInputsAreTheSimulatedStacksOfTheCutTruth) {
+TEST(HeldOutProtocol, ThickInputsAreTheSimulatedStacksOfTheCutTruth) {
   const Volume truth = randomVolume(grid(13, 14, 18), 0, 100);
-  HonestCase c{HonestCase::Kind::Orthogonal, 4, 3, 0};
-  const EvaluationInput input = honestInput(truth, c);
+  HeldOutCase c{HeldOutCase::Kind::Orthogonal, 4, 3, 0};
+  const EvaluationInput input = heldOutInput(truth, c);
   EXPECT_EQ(input.truth.geometry.size, (std::array<std::int64_t, 3>{12, 12, 16}));
   ASSERT_EQ(input.stacks.size(), 3u);
   const int axes[3] = {2, 1, 0}; // axial, coronal, sagittal
   for (int s = 0; s < 3; ++s)
     EXPECT_EQ(input.stacks[s].image.voxels, simulateThickStack(input.truth, axes[s], 4).image.voxels);
-  c.kind = HonestCase::Kind::Thick;
-  EXPECT_EQ(honestInput(truth, c).truth.geometry.size, (std::array<std::int64_t, 3>{13, 14, 16}));
+  c.kind = HeldOutCase::Kind::Thick;
+  EXPECT_EQ(heldOutInput(truth, c).truth.geometry.size, (std::array<std::int64_t, 3>{13, 14, 16}));
 }
 
-TEST(HonestProtocol, AxialSlicesAreFoundInAnyLattice) {
+TEST(HeldOutProtocol, AxialSlicesAreFoundInAnyLattice) {
   const Volume k = phantom(grid(16, 18, 20));
   // The same patient stored with the axial direction along I.
   const Volume i = withSliceAxis(k, 0);
   ASSERT_EQ(sliceAxis(i.geometry, Plane::Axial), 1);
-  HonestCase c;
+  HeldOutCase c;
   c.factor = 3;
-  const auto a = evaluateHonest(k, c, baselinesOnly()), b = evaluateHonest(i, c, baselinesOnly());
+  const auto a = evaluateHeldOut(k, c, baselinesOnly()), b = evaluateHeldOut(i, c, baselinesOnly());
   EXPECT_EQ(a.voxels, b.voxels);
   EXPECT_NEAR(method(a, "cubic").psnr, method(b, "cubic").psnr, 1e-3);
 }
 
-TEST(HonestProtocol, SlicesCanBeThoseThatTheScanHas) {
+TEST(HeldOutProtocol, SlicesCanBeThoseThatTheScanHas) {
   const Volume axial = randomVolume(grid(12, 14, 18), 0, 100);
-  HonestCase c;
+  HeldOutCase c;
   c.factor = 3;
   c.axis = 0;
-  const EvaluationInput input = honestInput(axial, c);
+  const EvaluationInput input = heldOutInput(axial, c);
   EXPECT_EQ(input.truth.geometry.size[2], (12 - 1) / 3 * 3 + 1);
   EXPECT_EQ(input.stacks[0].image.voxels, keepEvery(withSliceAxis(axial, 0), 2, 3).image.voxels);
   EXPECT_EQ(input.stacks[0].name, "sagittal");
-  const EvaluationReport report = evaluateHonest(phantom(grid(24, 26, 29)), c, baselinesOnly());
+  const EvaluationReport report = evaluateHeldOut(phantom(grid(24, 26, 29)), c, baselinesOnly());
   EXPECT_NE(report.samples.find("the sagittal slices between the kept ones"), std::string::npos)
       << report.samples;
   GridGeometry sagittal = grid(17, 40, 40, {5, 1, 1});
@@ -122,18 +122,18 @@ TEST(HonestProtocol, SlicesCanBeThoseThatTheScanHas) {
   sagittal = grid(9, 40, 40, {1, 1, 1});
   EXPECT_EQ(usualGap(sagittal, 0), 2) << "so few slices";
   c.axis = 3;
-  EXPECT_THROW(honestInput(axial, c), Error);
-  EXPECT_THROW(honestInput(axial, {HonestCase::Kind::Orthogonal, 4, 2, 0, 0}), Error);
+  EXPECT_THROW(heldOutInput(axial, c), Error);
+  EXPECT_THROW(heldOutInput(axial, {HeldOutCase::Kind::Orthogonal, 4, 2, 0, 0}), Error);
 }
 
-TEST(HonestProtocol, WithAMaskFitsAndScoresInsideIt) {
+TEST(HeldOutProtocol, WithAMaskFitsAndScoresInsideIt) {
   const Volume truth = phantom(grid(24, 26, 29));
   const GridGeometry half = cropped(truth.geometry, {0, 0, 0}, {12, 26, 29});
   auto options = baselinesOnly();
   options.mask = Mask{half, std::vector<std::uint8_t>(static_cast<std::size_t>(half.voxelCount()), 1)};
-  HonestCase c;
-  const EvaluationReport report = evaluateHonest(truth, c, options);
-  const auto tested = static_cast<std::int64_t>(honestInput(truth, c).testSlices.size());
+  HeldOutCase c;
+  const EvaluationReport report = evaluateHeldOut(truth, c, options);
+  const auto tested = static_cast<std::int64_t>(heldOutInput(truth, c).testSlices.size());
   EXPECT_EQ(report.voxels, 12 * 26 * tested);
   EXPECT_NE(report.samples.find("inside the mask"), std::string::npos) << report.samples;
   // What lies outside is not fitted either.
@@ -144,35 +144,35 @@ TEST(HonestProtocol, WithAMaskFitsAndScoresInsideIt) {
   for (std::size_t p = 0; p < other.voxels.size(); ++p)
     if (p % 24 >= 12) other.voxels[p] *= 0.5f;
   const auto error = [&](const Volume& volume) { // dB, whatever the peak
-    const EvaluationReport r = evaluateHonest(volume, c, options);
+    const EvaluationReport r = evaluateHeldOut(volume, c, options);
     return method(r, "gaussians").psnr - 20 * std::log10(r.peak);
   };
   EXPECT_NEAR(error(truth), error(other), 1e-6);
   options.mask->geometry.origin[0] += 1000;
-  EXPECT_THROW(evaluateHonest(truth, c, options), Error);
+  EXPECT_THROW(evaluateHeldOut(truth, c, options), Error);
 }
 
-TEST(HonestProtocol, TheUsualGapFollowsTheSlicesDistance) {
+TEST(HeldOutProtocol, TheUsualGapFollowsTheSlicesDistance) {
   Volume truth = phantom(grid(24, 26, 29));
   truth.geometry.spacing = {1, 1, 1};
   EXPECT_EQ(usualGap(truth.geometry), 4);
   truth.geometry.spacing[sliceAxis(truth.geometry, Plane::Axial)] = 5;
   EXPECT_EQ(usualGap(truth.geometry), 2);
-  const EvaluationReport report = evaluateHonest(truth, {HonestCase::Kind::KeepEvery, 0}, baselinesOnly());
+  const EvaluationReport report = evaluateHeldOut(truth, {HeldOutCase::Kind::KeepEvery, 0}, baselinesOnly());
   EXPECT_EQ(report.caseName, "keep-every-2");
   EXPECT_NE(report.samples.find("every 2nd, 10 mm apart"), std::string::npos) << report.samples;
   const ReconstructionInput kept = keptOutline(truth.geometry, 0);
-  const EvaluationInput input = honestInput(truth, {HonestCase::Kind::KeepEvery, 0});
+  const EvaluationInput input = heldOutInput(truth, {HeldOutCase::Kind::KeepEvery, 0});
   EXPECT_EQ(kept.stacks[0].image.geometry.size, input.stacks[0].image.geometry.size);
   EXPECT_EQ(kept.stacks[0].image.geometry.spacing, input.stacks[0].image.geometry.spacing);
 }
 
-TEST(HonestProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
+TEST(HeldOutProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
   const Volume truth = phantom(grid(24, 26, 29));
-  HonestCase c; // keep every 4th
+  HeldOutCase c; // keep every 4th
   auto options = baselinesOnly();
   options.keepVolumes = true;
-  const EvaluationReport report = evaluateHonest(truth, c, options);
+  const EvaluationReport report = evaluateHeldOut(truth, c, options);
   EXPECT_EQ(report.protocol, "honest");
   EXPECT_EQ(report.caseName, "keep-every-4");
   EXPECT_EQ(names(report), (std::vector<std::string>{"linear", "cubic", "lanczos"}));
@@ -195,10 +195,10 @@ TEST(HonestProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
   EXPECT_NE(report.samples.find(std::to_string(count)), std::string::npos);
 }
 
-TEST(HonestProtocol, OrthogonalStacksBeatOneAndBackProjectionBeatsTheAverage) {
+TEST(HeldOutProtocol, OrthogonalStacksBeatOneAndBackProjectionBeatsTheAverage) {
   const Volume truth = phantom(grid(32, 32, 32));
-  HonestCase c{HonestCase::Kind::Orthogonal, 4, 2, 0};
-  const EvaluationReport report = evaluateHonest(truth, c, baselinesOnly());
+  HeldOutCase c{HeldOutCase::Kind::Orthogonal, 4, 2, 0};
+  const EvaluationReport report = evaluateHeldOut(truth, c, baselinesOnly());
   EXPECT_EQ(report.caseName, "orthogonal-2-thick-4");
   EXPECT_EQ(names(report),
             (std::vector<std::string>{"linear", "cubic", "lanczos", "average", "backprojection"}));
@@ -206,32 +206,32 @@ TEST(HonestProtocol, OrthogonalStacksBeatOneAndBackProjectionBeatsTheAverage) {
   EXPECT_GT(method(report, "backprojection").psnr, method(report, "average").psnr + 1);
 }
 
-TEST(HonestProtocol, GaussiansAreScoredBesideTheBaselines) {
+TEST(HeldOutProtocol, GaussiansAreScoredBesideTheBaselines) {
   EvaluationOptions options;
   options.settings.preset = Preset::Fast;
   options.settings.gaussians = 2000;
   std::vector<std::string> announced;
   options.onMethod = [&](const std::string& name) { announced.push_back(name); };
-  HonestCase c;
+  HeldOutCase c;
   c.factor = 2;
-  const EvaluationReport report = evaluateHonest(phantom(grid(24, 24, 25)), c, options);
+  const EvaluationReport report = evaluateHeldOut(phantom(grid(24, 24, 25)), c, options);
   EXPECT_EQ(names(report), announced);
   ASSERT_EQ(report.methods.front().name, "gaussians");
   EXPECT_GT(report.methods.front().psnr, 15);
   EXPECT_GT(report.methods.front().seconds, 0);
 }
 
-TEST(HonestProtocol, RefusesWhatMakesNoSense) {
+TEST(HeldOutProtocol, RefusesWhatMakesNoSense) {
   const Volume truth = randomVolume(grid(12, 14, 18), 0, 100);
-  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::KeepEvery, 1, 2, 0}, baselinesOnly()), Error);
-  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::Thick, 12, 2, 0}, baselinesOnly()), Error);
-  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::Orthogonal, 4, 4, 0}, baselinesOnly()), Error);
-  EXPECT_THROW(evaluateHonest(truth, {HonestCase::Kind::Thick, 4, 2, -1}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHeldOut(truth, {HeldOutCase::Kind::KeepEvery, 1, 2, 0}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHeldOut(truth, {HeldOutCase::Kind::Thick, 12, 2, 0}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHeldOut(truth, {HeldOutCase::Kind::Orthogonal, 4, 4, 0}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHeldOut(truth, {HeldOutCase::Kind::Thick, 4, 2, -1}, baselinesOnly()), Error);
   const Volume flat = volumeOf(grid(12, 14, 18), [](auto, auto, auto) { return 5; });
-  EXPECT_THROW(evaluateHonest(flat, {}, baselinesOnly()), Error);
+  EXPECT_THROW(evaluateHeldOut(flat, {}, baselinesOnly()), Error);
   auto stopped = baselinesOnly();
   std::stop_source source;
   source.request_stop();
   stopped.stop = source.get_token();
-  EXPECT_THROW(evaluateHonest(truth, {}, stopped), Error);
+  EXPECT_THROW(evaluateHeldOut(truth, {}, stopped), Error);
 }

@@ -1,4 +1,4 @@
-#include "CLI/Shades.h"
+#include "CLI/ColorMaps.h"
 
 #include <algorithm>
 #include <cmath>

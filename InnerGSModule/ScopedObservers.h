@@ -5,12 +5,12 @@
 #include <vector>
 
 /// Observers of VTK objects, which may go before it; they end with this.
-class Watches {
+class ScopedObservers {
 public:
-  Watches() = default;
-  ~Watches() { clear(); }
-  Watches(const Watches&) = delete;
-  Watches& operator=(const Watches&) = delete;
+  ScopedObservers() = default;
+  ~ScopedObservers() { clear(); }
+  ScopedObservers(const ScopedObservers&) = delete;
+  ScopedObservers& operator=(const ScopedObservers&) = delete;
 
   template <class Owner>
   void add(vtkObject* object, unsigned long event, Owner* owner,

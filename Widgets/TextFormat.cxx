@@ -1,4 +1,4 @@
-#include "Widgets/Words.h"
+#include "Widgets/TextFormat.h"
 
 #include "Core/Base/Quantities.h"
 

@@ -30,41 +30,41 @@ struct Target {
   }
 };
 
-std::vector<Target> targets(const std::string& volume, const std::string& honestCase, const Scores& s) {
+std::vector<Target> targets(const std::string& volume, const std::string& heldOutCase, const Scores& s) {
   std::vector<Target> all{{"best interpolation", s.bestInterpolation(), 0}};
   if (volume != "studyforrest T1") return all;
-  if (honestCase == "keep-every-4") all = {{"best interpolation", s.bestInterpolation(), 0.5}};
-  if (honestCase == "thick-4")
+  if (heldOutCase == "keep-every-4") all = {{"best interpolation", s.bestInterpolation(), 0.5}};
+  if (heldOutCase == "thick-4")
     all = {{"cubic", s.psnr("cubic"), 0.8}, {"back-projection", s.psnr("backprojection"), 0.4}};
-  if (honestCase == "orthogonal-2-thick-4") all = {{"back-projection", s.psnr("backprojection"), 0.7}};
+  if (heldOutCase == "orthogonal-2-thick-4") all = {{"back-projection", s.psnr("backprojection"), 0.7}};
   return all;
 }
 
-std::string measuredOn(const std::string& honestCase, const nlohmann::json& report) {
-  const std::string where = honestCase.starts_with("keep-every") ? "withheld slices" : "whole volume";
+std::string measuredOn(const std::string& heldOutCase, const nlohmann::json& report) {
+  const std::string where = heldOutCase.starts_with("keep-every") ? "withheld slices" : "whole volume";
   return where + ", body, " + fixed(report.at("voxels").get<double>() / 1e6, 2) + " M voxels";
 }
 
 } // namespace
 
-std::string honestTable(const std::vector<HonestOutcome>& outcomes) {
+std::string honestTable(const std::vector<HeldOutOutcome>& outcomes) {
   MarkdownTable table({"volume", "case", "measured on", "Gaussians", "linear", "cubic", "Lanczos", "average",
                        "back-projection", "over best interpolation", "over back-projection", "target", "met",
                        "seconds"});
-  for (const auto& [volume, honestCase, outcome] : outcomes) {
+  for (const auto& [volume, heldOutCase, outcome] : outcomes) {
     if (!outcome.json) {
-      table.add({volume, honestCase.empty() ? "all" : honestCase, outcome.missing});
+      table.add({volume, heldOutCase.empty() ? "all" : heldOutCase, outcome.missing});
       continue;
     }
     const Scores s(*outcome.json);
     const double psnr = s.psnr("gaussians");
     std::string wanted, met;
-    for (const Target& t : targets(volume, honestCase, s)) {
+    for (const Target& t : targets(volume, heldOutCase, s)) {
       const double distance = psnr - t.reference - t.margin;
       wanted += (wanted.empty() ? "" : "; ") + t.text();
       met += (met.empty() ? "" : "; ") + verdict(distance >= 0, distance, 2, "dB");
     }
-    table.add({volume, honestCase, measuredOn(honestCase, *outcome.json), s.text("gaussians"),
+    table.add({volume, heldOutCase, measuredOn(heldOutCase, *outcome.json), s.text("gaussians"),
                s.text("linear"), s.text("cubic"), s.text("lanczos"), s.text("average"),
                s.text("backprojection"), withSign(psnr - s.bestInterpolation(), 2),
                std::isnan(s.psnr("backprojection")) ? "" : withSign(psnr - s.psnr("backprojection"), 2),

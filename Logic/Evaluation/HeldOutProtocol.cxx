@@ -4,7 +4,7 @@
 #include "Core/Image/Simulate.h"
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
-#include "Evaluation/Scoring.h"
+#include "Evaluation/EvaluationRuns.h"
 
 #include <algorithm>
 
@@ -23,30 +23,30 @@ Volume croppedTo(const Volume& volume, const std::array<std::int64_t, 3>& size) 
   return result;
 }
 
-void checkCase(const HonestCase& c) {
-  const bool chosen = c.factor == 0 && c.kind == HonestCase::Kind::KeepEvery;
+void checkCase(const HeldOutCase& c) {
+  const bool chosen = c.factor == 0 && c.kind == HeldOutCase::Kind::KeepEvery;
   if (!chosen && (c.factor < 2 || c.factor > 64))
-    throw Error(ErrorCode::InvalidArgument, c.kind == HonestCase::Kind::KeepEvery
+    throw Error(ErrorCode::InvalidArgument, c.kind == HeldOutCase::Kind::KeepEvery
                                                 ? "Keeping every k-th slice needs a k from 2 to 64."
                                                 : "The slice thickness must be 2 to 64 voxels.");
-  if (c.kind == HonestCase::Kind::Orthogonal && c.stacks != 2 && c.stacks != 3)
+  if (c.kind == HeldOutCase::Kind::Orthogonal && c.stacks != 2 && c.stacks != 3)
     throw Error(ErrorCode::InvalidArgument, "The number of orthogonal stacks must be 2 or 3.");
-  if (c.axis < -1 || c.axis > 2 || (c.axis >= 0 && c.kind == HonestCase::Kind::Orthogonal))
+  if (c.axis < -1 || c.axis > 2 || (c.axis >= 0 && c.kind == HeldOutCase::Kind::Orthogonal))
     throw Error(ErrorCode::InvalidArgument,
                 "The slices' axis must be -1 (axial), 0, 1 or 2, and -1 for orthogonal stacks.");
   if (!std::isfinite(c.noise) || c.noise < 0)
     throw Error(ErrorCode::InvalidArgument, "The noise must be finite and at least zero.");
 }
 
-HonestCase resolved(HonestCase c, const GridGeometry& geometry) {
+HeldOutCase resolved(HeldOutCase c, const GridGeometry& geometry) {
   if (c.axis == -1) c.axis = sliceAxis(geometry, Plane::Axial);
-  if (c.kind == HonestCase::Kind::KeepEvery && c.factor == 0) c.factor = usualGap(geometry, c.axis);
+  if (c.kind == HeldOutCase::Kind::KeepEvery && c.factor == 0) c.factor = usualGap(geometry, c.axis);
   return c;
 }
 
-std::string caseName(const HonestCase& c) {
-  std::string name = c.kind == HonestCase::Kind::KeepEvery ? formatted("keep-every-%d", c.factor)
-                     : c.kind == HonestCase::Kind::Thick
+std::string caseName(const HeldOutCase& c) {
+  std::string name = c.kind == HeldOutCase::Kind::KeepEvery ? formatted("keep-every-%d", c.factor)
+                     : c.kind == HeldOutCase::Kind::Thick
                          ? formatted("thick-%d", c.factor)
                          : formatted("orthogonal-%d-thick-%d", c.stacks, c.factor);
   if (c.noise > 0) name += formatted("-noise-%g", c.noise);
@@ -54,9 +54,9 @@ std::string caseName(const HonestCase& c) {
 }
 
 // Lattice axes of the stacks: K after the permutation, then coronal and sagittal.
-std::vector<int> stackAxes(const GridGeometry& geometry, const HonestCase& c) {
+std::vector<int> stackAxes(const GridGeometry& geometry, const HeldOutCase& c) {
   std::vector<int> axes{2};
-  if (c.kind == HonestCase::Kind::Orthogonal) {
+  if (c.kind == HeldOutCase::Kind::Orthogonal) {
     axes.push_back(sliceAxis(geometry, Plane::Coronal));
     if (c.stacks == 3) axes.push_back(sliceAxis(geometry, Plane::Sagittal));
   }
@@ -85,10 +85,10 @@ ReconstructionInput keptOutline(const GridGeometry& scan, int factor, int axis) 
   return kept;
 }
 
-EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, std::uint64_t seed) {
+EvaluationInput heldOutInput(const Volume& volume, const HeldOutCase& heldOutCase, std::uint64_t seed) {
   checkGeometry(volume.geometry, "The volume");
-  checkCase(honestCase);
-  const HonestCase c = resolved(honestCase, volume.geometry);
+  checkCase(heldOutCase);
+  const HeldOutCase c = resolved(heldOutCase, volume.geometry);
   EvaluationInput input;
   input.truth = withSliceAxis(volume, c.axis);
   const std::vector<int> axes = stackAxes(input.truth.geometry, c);
@@ -96,14 +96,15 @@ EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, 
   for (int axis : axes) {
     const std::int64_t n = size[axis];
     size[axis] =
-        c.kind == HonestCase::Kind::KeepEvery ? (n - 1) / c.factor * c.factor + 1 : n / c.factor * c.factor;
-    const std::int64_t slices = c.kind == HonestCase::Kind::KeepEvery ? (n - 1) / c.factor + 1 : n / c.factor;
+        c.kind == HeldOutCase::Kind::KeepEvery ? (n - 1) / c.factor * c.factor + 1 : n / c.factor * c.factor;
+    const std::int64_t slices =
+        c.kind == HeldOutCase::Kind::KeepEvery ? (n - 1) / c.factor + 1 : n / c.factor;
     if (slices < 2)
       throw Error(ErrorCode::InvalidArgument, "The volume has " + std::to_string(n) +
                                                   " slices, too few for this case: lower its factor.");
   }
   input.truth = croppedTo(input.truth, size);
-  if (c.kind == HonestCase::Kind::KeepEvery) {
+  if (c.kind == HeldOutCase::Kind::KeepEvery) {
     Volume noisy = input.truth;
     if (c.noise > 0) noisy.voxels = simulateThickStack(noisy, 2, 1, c.noise, seed).image.voxels;
     input.stacks.push_back(keepEvery(noisy, 2, c.factor));
@@ -120,12 +121,12 @@ EvaluationInput honestInput(const Volume& volume, const HonestCase& honestCase, 
   return input;
 }
 
-EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCase,
-                                const EvaluationOptions& options) {
+EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOutCase,
+                                 const EvaluationOptions& options) {
   checkGeometry(volume.geometry, "The volume");
-  checkCase(honestCase);
-  const HonestCase c = resolved(honestCase, volume.geometry);
-  EvaluationInput input = honestInput(volume, honestCase, options.settings.seed);
+  checkCase(heldOutCase);
+  const HeldOutCase c = resolved(heldOutCase, volume.geometry);
+  EvaluationInput input = heldOutInput(volume, heldOutCase, options.settings.seed);
   const GridGeometry grid = input.truth.geometry;
   const bool several = input.stacks.size() > 1;
   const int threads = options.settings.threads;
@@ -169,7 +170,7 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCa
         "linear, cubic and lanczos see the axial stack alone; average is the mean of all stacks, "
         "each interpolated by cubic B-splines.");
   }
-  if (c.kind != HonestCase::Kind::KeepEvery)
+  if (c.kind != HeldOutCase::Kind::KeepEvery)
     add("backprojection", [&] {
       BackProjectionSettings settings;
       settings.threads = threads;
@@ -178,7 +179,7 @@ EvaluationReport evaluateHonest(const Volume& volume, const HonestCase& honestCa
     });
 
   const std::string where =
-      c.kind == HonestCase::Kind::KeepEvery
+      c.kind == HeldOutCase::Kind::KeepEvery
           ? formatted("the %s slices between the kept ones, every %s, %g mm apart (no method saw them in any "
                       "plane)",
                       planeName(planeAcross(grid, 2)),

@@ -1,4 +1,4 @@
-#include "Core/Device/DeviceTrust.h"
+#include "Core/Device/DeviceValidation.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Device/DeviceCheck.h"
@@ -16,53 +16,54 @@ namespace {
 
 using namespace std::chrono_literals;
 
-struct Trusts {
+struct Validations {
   std::mutex mutex;
   std::map<int, std::string> known; // refusals, empty ones included
-  std::map<int, std::shared_future<DeviceTrust>> running;
+  std::map<int, std::shared_future<DeviceValidation>> running;
   std::atomic<int> active{0};
 };
 
 /// Never destroyed: a comparison may outlive main().
-Trusts& trusts() {
-  static Trusts* all = new Trusts;
+Validations& validations() {
+  static Validations* all = new Validations;
   return *all;
 }
 
 /// A device must not be at work while its driver is unloaded; nor may one that hangs keep the program.
-struct Farewell {
-  ~Farewell() {
-    for (int n = 0; n < 100 && trusts().active > 0; ++n)
+struct WaitAtExit {
+  ~WaitAtExit() {
+    for (int n = 0; n < 100 && validations().active > 0; ++n)
       std::this_thread::sleep_for(20ms);
   }
 };
 
-DeviceTrust compare(DevicePlugin& plugin, int device, const std::string& name) {
-  DeviceTrust trust;
+DeviceValidation compare(DevicePlugin& plugin, int device, const std::string& name) {
+  DeviceValidation validation;
   std::string why;
   try {
     why = deviceDisagreement(plugin, device);
   } catch (const std::exception& error) {
-    trust.lasting = false;
+    validation.lasting = false;
     why = std::string("it failed: ") + error.what();
   } catch (...) {
-    trust.lasting = false;
+    validation.lasting = false;
     why = "it failed";
   }
-  if (why.empty()) return trust;
+  if (why.empty()) return validation;
   while (why.back() == '.')
     why.pop_back();
-  trust.refused =
+  validation.refused =
       name + " (cuda:" + std::to_string(device) + ") is not used: in its self-check, " + why + ".";
-  return trust;
+  return validation;
 }
 
 } // namespace
 
-DeviceTrust trustIn(DevicePlugin& plugin, int device, const std::string& name, const std::stop_token& stop) {
-  Trusts& all = trusts();
-  static const Farewell farewell;
-  std::shared_future<DeviceTrust> result;
+DeviceValidation validateDevice(DevicePlugin& plugin, int device, const std::string& name,
+                                const std::stop_token& stop) {
+  Validations& all = validations();
+  static const WaitAtExit waitAtExit;
+  std::shared_future<DeviceValidation> result;
   {
     const std::lock_guard lock(all.mutex);
     const auto known = all.known.find(device);
@@ -71,18 +72,18 @@ DeviceTrust trustIn(DevicePlugin& plugin, int device, const std::string& name, c
     if (running != all.running.end()) {
       result = running->second;
     } else {
-      std::promise<DeviceTrust> promise;
+      std::promise<DeviceValidation> promise;
       result = promise.get_future().share();
       std::thread worker;
       try {
         worker = std::thread([&all, &plugin, device, name, promise = std::move(promise)]() mutable {
-          const DeviceTrust trust = compare(plugin, device, name);
+          const DeviceValidation validation = compare(plugin, device, name);
           {
             const std::lock_guard done(all.mutex); // waits until it counts as running
-            if (trust.lasting) all.known[device] = trust.refused;
+            if (validation.lasting) all.known[device] = validation.refused;
             all.running.erase(device);
           }
-          promise.set_value(trust);
+          promise.set_value(validation);
           --all.active;
         });
       } catch (const std::system_error&) {
@@ -101,7 +102,7 @@ DeviceTrust trustIn(DevicePlugin& plugin, int device, const std::string& name, c
 }
 
 std::string knownRefusal(int device) {
-  Trusts& all = trusts();
+  Validations& all = validations();
   const std::lock_guard lock(all.mutex);
   const auto known = all.known.find(device);
   return known == all.known.end() ? std::string() : known->second;
