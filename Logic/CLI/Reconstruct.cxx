@@ -35,7 +35,8 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
                   "--profile point for infinitely thin ones.");
   for (std::size_t n = 1; n < options.inputs.size(); ++n)
     for (std::size_t before = 0; before < n; ++before)
-      if (isSameFile(options.inputs[before], options.inputs[n]))
+      if (isSameFile(options.inputs[before], options.inputs[n]) &&
+          !(options.series.size() > 1 && std::filesystem::is_directory(options.inputs[n])))
         throw Error(ErrorCode::InvalidArgument,
                     innergs::quoted(options.inputs[n]) + " is given twice; give each scan once.");
   OutputFiles files;

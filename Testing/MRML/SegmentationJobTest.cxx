@@ -194,7 +194,7 @@ TEST_F(SegmentationJobTest, MaskBesideTheImages) {
   auto* parameters = addParameters(input);
   parameters->SetMaskNode(node);
   EXPECT_FALSE(logic->Reconstruct(parameters));
-  EXPECT_NE(logic->GetLastError().find("does not cover"), std::string::npos) << logic->GetLastError();
+  EXPECT_NE(logic->GetLastError().find("holds no centre"), std::string::npos) << logic->GetLastError();
 }
 
 TEST_F(SegmentationJobTest, CancelWhileLabelmapsAreMergedAndBefore) {

@@ -133,9 +133,10 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
         pool.throwIfStopped();
         observations.push_back(std::move(o));
       }
-  const std::int64_t most =
+  std::int64_t most =
       std::max(checkpoint.field.size(),
                members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
+  most += mostBridges(most);
   FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
   request.iterations *= members;
   std::unique_ptr<FitDevice> placed = place(request, result);
@@ -194,9 +195,56 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   checkpoint.losses.clear();
   checkpoint.gradients.clear();
   checkpoint.finished = checkpoint.field.size();
+  coverMask(prepared, pool);
   if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
   result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
   noticeFailure(trainer, member * perMember, result);
+}
+
+/// How many Gaussians coverMask() may add to so many.
+std::int64_t ReconstructionJob::Impl::mostBridges(std::int64_t gaussians) const {
+  return input.mask && settings.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
+}
+
+/// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it any gradient
+/// that would bring one back: it gets one of its own, too small to reach its neighbours.
+void ReconstructionJob::Impl::coverMask(const PreparedInput& prepared, ThreadPool& pool) {
+  GaussianField& field = checkpoint.field;
+  const std::size_t limit = field.gaussians.size() + mostBridges(field.size());
+  if (limit == field.gaussians.size()) return;
+  const std::vector<float> ones(field.gaussians.size(), 1.f);
+  RenderOptions options = renderOptions(field, pool.stopToken());
+  options.bounded = false;
+  options.values = ones;
+  std::vector<Gaussian> added;
+  for (const Stack& stack : prepared.stacks) {
+    if (!stack.poses.empty()) continue;
+    const GridGeometry& g = stack.image.geometry;
+    const Volume reached = render(field, g, options); // W / (W + ε): 0 where no Gaussian reaches
+    const Affine3 toModel = inverse(field.modelToWorld) * g.indexToWorld();
+    const double spacing = *std::min_element(g.spacing.begin(), g.spacing.end());
+    for (std::size_t v = 0; v < reached.voxels.size(); ++v) {
+      const float value = stack.image.voxels[v];
+      if (reached.voxels[v] > 0.5f || !stack.observed[v] || !std::isfinite(value)) continue;
+      if (ones.size() + added.size() >= limit) break;
+      const auto index = static_cast<std::int64_t>(v);
+      const Vec3 at =
+          toModel({static_cast<double>(index % g.size[0]), static_cast<double>(index / g.size[0] % g.size[1]),
+                   static_cast<double>(index / (g.size[0] * g.size[1]))});
+      Gaussian gaussian{};
+      for (int a = 0; a < 3; ++a) {
+        gaussian.mean[a] = static_cast<float>(at[a]);
+        gaussian.logScale[a] = static_cast<float>(std::log(0.95 * spacing / field.cutoff));
+      }
+      gaussian.quaternion[0] = 1;
+      gaussian.intensity = static_cast<float>((value - field.intensityOffset) / field.intensityScale);
+      added.push_back(gaussian);
+    }
+  }
+  if (added.empty()) return;
+  field.gaussians.insert(field.gaussians.end(), added.begin(), added.end());
+  field.gaussians = inMortonOrder(std::move(field.gaussians));
+  checkpoint.finished = field.size();
 }
 
 /// The fit on the chosen device; null: on the CPU.

@@ -102,7 +102,7 @@ const Wrong kWrong[] = {
        std::fill_n(static_cast<unsigned char*>(mask->GetScalarPointer()), mask->GetNumberOfPoints(), 0);
        f->SetMaskData(mask);
      },
-     "mask does not cover", R::NoDataError},
+     "mask holds no centre", R::NoDataError},
     {"ColourMask", [](R* f) { f->SetMaskData(otherImage(4)); }, "The mask has 4 values",
      R::UnsupportedImageError},
     {"EmptyModelToResume", [](R* f) { f->SetResumeModel(vtkSmartPointer<vtkInnerGSModel>::New()); },

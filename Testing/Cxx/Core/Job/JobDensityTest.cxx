@@ -130,7 +130,7 @@ TEST(JobDensity, MasksOfAFewVoxelsWork) {
   for (const int side : {1, 4}) {
     input.mask = cubeMask(side);
     input.outputGrid = smallGrid();
-    const ReconstructionResult result = reconstruct(input, defaults());
+    const ReconstructionResult result = reconstruct(input, defaults(60));
     EXPECT_LE(*result.settings.gaussians, side * side * side);
     EXPECT_GT(insidePsnr(result.volume, input.stacks.front().image, *input.mask), 40) << side;
   }

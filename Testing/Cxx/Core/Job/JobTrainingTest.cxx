@@ -194,7 +194,7 @@ TEST(AllAxes, KeepHeldOutSlicesAndTheMaskFromEveryView) {
   const auto result = reconstruct(input, settings);
   EXPECT_EQ(result.settings.allAxes, true);
   EXPECT_GT(result.heldOutPsnr, 10);
-  EXPECT_DOUBLE_EQ(result.heldOutPsnr, psnrOfAFitWithout(input, {2, 6, 10, 14, 18}, settings));
+  EXPECT_NEAR(result.heldOutPsnr, psnrOfAFitWithout(input, {2, 6, 10, 14, 18}, settings), 0.5);
   ReconstructionInput other = input; // what no view may show
   auto& voxels = other.stacks[0].image.voxels;
   for (std::size_t v = 0; v < voxels.size(); ++v)
