@@ -2,6 +2,7 @@
 #include "CommandRunner.h"
 #include "SyntheticImages.h"
 
+#include "Core/Base/NumberText.h"
 #include "IO/VolumeIO.h"
 
 #include <nlohmann/json.hpp>
@@ -174,7 +175,7 @@ TEST_F(OutputTest, PlySaysInNumbersWhatItLeavesOut) {
 TEST_F(OutputTest, PositionsInEitherFrame) {
   const Vec3 c = phantom().geometry.centre();
   const auto numbers = [](const Vec3& v) {
-    return std::to_string(v[0]) + "," + std::to_string(v[1]) + "," + std::to_string(v[2]);
+    return formatted("%f", v[0]) + "," + formatted("%f", v[1]) + "," + formatted("%f", v[2]);
   };
   const auto written = [&](std::vector<std::string> words, const std::string& name) {
     words.insert(words.end(), {"-q", "-o", path(name)});
@@ -189,10 +190,10 @@ TEST_F(OutputTest, PositionsInEitherFrame) {
   };
   const std::string m = path("m.innergs");
   const Vec3 a{c[0] + 2, c[1] - 3, c[2] + 1}, flipped{-a[0], -a[1], a[2]};
-  expectSame({"slice", m, "--plane", "sagittal", "--position", std::to_string(a[0])},
-             {"slice", m, "--plane", "sagittal", "--position", std::to_string(-a[0])});
-  expectSame({"slice", m, "--plane", "axial", "--position", std::to_string(a[2])},
-             {"slice", m, "--plane", "axial", "--position", std::to_string(a[2])});
+  expectSame({"slice", m, "--plane", "sagittal", "--position", formatted("%f", a[0])},
+             {"slice", m, "--plane", "sagittal", "--position", formatted("%f", -a[0])});
+  expectSame({"slice", m, "--plane", "axial", "--position", formatted("%f", a[2])},
+             {"slice", m, "--plane", "axial", "--position", formatted("%f", a[2])});
   expectSame({"slice", m, "--normal", "1,2,3", "--center", numbers(a)},
              {"slice", m, "--normal", "-1,-2,3", "--center", numbers(flipped)});
   expectSame({"slice", m, "--u", "1,0,0", "--v", "0,0.8,0.6", "--origin", numbers(a), "--size", "5"},
@@ -200,12 +201,12 @@ TEST_F(OutputTest, PositionsInEitherFrame) {
   const auto box = [&](const Vec3& v) {
     std::string roi;
     for (const double x : {v[0], v[1], v[2]})
-      roi += (roi.empty() ? "" : ",") + std::to_string(x - 4) + "," + std::to_string(x + 5);
+      roi += (roi.empty() ? "" : ",") + formatted("%f", x - 4) + "," + formatted("%f", x + 5);
     return roi;
   };
   const auto turned = [&](const Vec3& v) {
     const auto pair = [](double low, double high) {
-      return std::to_string(low) + "," + std::to_string(high);
+      return formatted("%f", low) + "," + formatted("%f", high);
     };
     return pair(-v[0] - 5, -v[0] + 4) + "," + pair(-v[1] - 5, -v[1] + 4) + "," + pair(v[2] - 4, v[2] + 5);
   };

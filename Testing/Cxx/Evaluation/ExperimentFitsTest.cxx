@@ -1,4 +1,5 @@
 #include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 #include "Core/Base/SystemMemory.h"
 #include "Evaluation/ExperimentAblation.h"
 #include "Evaluation/ExperimentStatic.h"
@@ -102,14 +103,14 @@ TEST(ExperimentFits, SelectionIsTheOnlyDifferenceWithinAGroup) {
   const ExperimentTable& table = ablation.table;
   ASSERT_EQ(table.rows.size(), 9u);
   const std::size_t psnr = column(table, "psnr_db");
-  const auto value = [&](std::size_t row) { return std::stod(table.rows[row][psnr]); };
+  const auto value = [&](std::size_t row) { return leadingNumber(table.rows[row][psnr]).value(); };
   // At 2.2 sigma all three reach every pixel; the fits part by rounding alone.
   EXPECT_NEAR(value(1), value(0), 0.5) << table.rows[1][0];
   EXPECT_NEAR(value(2), value(0), 0.5) << table.rows[2][0];
   EXPECT_NE(table.rows[3], table.rows[0]); // 3 sigma is another fit
   EXPECT_GT(std::abs(value(3) - value(0)), 0.01);
   for (const auto& row : table.rows)
-    EXPECT_GT(std::stod(row[column(table, "render_ms")]), 0) << row[0];
+    EXPECT_GT(leadingNumber(row[column(table, "render_ms")]).value(), 0) << row[0];
 }
 
 TEST(ExperimentFits, OptimisersAreVaried) {
