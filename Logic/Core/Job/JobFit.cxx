@@ -136,12 +136,13 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   std::int64_t most =
       std::max(checkpoint.field.size(),
                members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
-  most += mostBridges(most);
+  most += coverLimit(most);
   FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
   request.iterations *= members;
   std::unique_ptr<FitDevice> placed = place(request, result);
   Trainer trainer(std::move(field), std::move(request), plan, kernels, pool, std::move(placed));
   if (complete) {
+    coverMask(prepared, pool); // the run before may have been stopped there
     result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
     noticeFailure(trainer, member * perMember, result);
     return;
@@ -202,7 +203,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
 }
 
 /// How many Gaussians coverMask() may add to so many.
-std::int64_t ReconstructionJob::Impl::mostBridges(std::int64_t gaussians) const {
+std::int64_t ReconstructionJob::Impl::coverLimit(std::int64_t gaussians) const {
   return input.mask && settings.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
 }
 
@@ -210,7 +211,7 @@ std::int64_t ReconstructionJob::Impl::mostBridges(std::int64_t gaussians) const 
 /// that would bring one back: it gets one of its own, too small to reach its neighbours.
 void ReconstructionJob::Impl::coverMask(const PreparedInput& prepared, ThreadPool& pool) {
   GaussianField& field = checkpoint.field;
-  const std::size_t limit = field.gaussians.size() + mostBridges(field.size());
+  const std::size_t limit = field.gaussians.size() + coverLimit(field.size());
   if (limit == field.gaussians.size()) return;
   const std::vector<float> ones(field.gaussians.size(), 1.f);
   RenderOptions options = renderOptions(field, pool.stopToken());
@@ -220,17 +221,30 @@ void ReconstructionJob::Impl::coverMask(const PreparedInput& prepared, ThreadPoo
   for (const Stack& stack : prepared.stacks) {
     if (!stack.poses.empty()) continue;
     const GridGeometry& g = stack.image.geometry;
-    const Volume reached = render(field, g, options); // W / (W + ε): 0 where no Gaussian reaches
-    const Affine3 toModel = inverse(field.modelToWorld) * g.indexToWorld();
+    std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds what is observed
+    for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+      if (!stack.observed[v]) continue;
+      const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
+      for (int a = 0; a < 3; ++a) {
+        first[a] = std::min(first[a], at[a]);
+        size[a] = std::max(size[a], at[a] + 1);
+      }
+    }
+    if (size[0] == 0) continue;
+    for (int a = 0; a < 3; ++a)
+      size[a] -= first[a];
+    const GridGeometry block = cropped(g, first, size);
+    const Volume reached = render(field, block, options); // W / (W + ε): 0 where no Gaussian reaches
+    const Affine3 toModel = inverse(field.modelToWorld) * block.indexToWorld();
     const double spacing = *std::min_element(g.spacing.begin(), g.spacing.end());
-    for (std::size_t v = 0; v < reached.voxels.size(); ++v) {
+    for (std::int64_t n = 0; n < block.voxelCount(); ++n) {
+      if (reached.voxels[n] > 0.5f) continue;
+      const std::int64_t i = n % size[0], j = n / size[0] % size[1], k = n / (size[0] * size[1]);
+      const std::int64_t v = first[0] + i + g.size[0] * (first[1] + j + g.size[1] * (first[2] + k));
       const float value = stack.image.voxels[v];
-      if (reached.voxels[v] > 0.5f || !stack.observed[v] || !std::isfinite(value)) continue;
+      if (!stack.observed[v] || !std::isfinite(value)) continue;
       if (ones.size() + added.size() >= limit) break;
-      const auto index = static_cast<std::int64_t>(v);
-      const Vec3 at =
-          toModel({static_cast<double>(index % g.size[0]), static_cast<double>(index / g.size[0] % g.size[1]),
-                   static_cast<double>(index / (g.size[0] * g.size[1]))});
+      const Vec3 at = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
       Gaussian gaussian{};
       for (int a = 0; a < 3; ++a) {
         gaussian.mean[a] = static_cast<float>(at[a]);

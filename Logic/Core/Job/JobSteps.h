@@ -72,7 +72,7 @@ struct ReconstructionJob::Impl {
   void noticeFailure(const Trainer& trainer, int before, ReconstructionResult& result);
   void iterate(Trainer& trainer, const GridGeometry& grid, int before, ThreadPool& pool,
                ReconstructionResult& result);
-  std::int64_t mostBridges(std::int64_t gaussians) const;
+  std::int64_t coverLimit(std::int64_t gaussians) const;
   void coverMask(const PreparedInput& prepared, ThreadPool& pool);
   void addResidual(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   void scoreHeldOut(const PreparedInput& prepared, const GaussianField& field, const RenderOptions& options,
