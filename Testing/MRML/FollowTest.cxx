@@ -7,9 +7,6 @@
 #include <vtkThinPlateSplineTransform.h>
 #include <vtkTransform.h>
 
-#include <chrono>
-#include <thread>
-
 namespace {
 
 using FollowTest = QueryTest;
@@ -186,14 +183,16 @@ TEST_F(FollowTest, InFullAtRest) {
   slice->SetFieldOfView(40, 30, 1);
   auto* volume = logic->FollowSlice(model, slice);
   ASSERT_NE(volume, nullptr) << logic->GetLastError();
-  const auto columns = [&] { return volume->GetImageData()->GetDimensions()[0]; };
-  EXPECT_LT(columns(), 400);
-  const auto waitInFull = [&] {
-    for (int n = 0; n < 1000 && columns() < 400; ++n) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  const auto columnsOf = [](vtkMRMLVolumeNode* node) { return node->GetImageData()->GetDimensions()[0]; };
+  const auto pumpUntilInFull = [&](vtkMRMLVolumeNode* node) {
+    waitUntil([&] {
       logic->ProcessPendingEvents();
-    }
-    ASSERT_EQ(columns(), 400);
+      return columnsOf(node) == 400;
+    });
+  };
+  EXPECT_LT(columnsOf(volume), 400);
+  const auto waitInFull = [&] {
+    pumpUntilInFull(volume);
     ASSERT_EQ(volume->GetImageData()->GetDimensions()[1], 300);
     vtkNew<vtkMatrix4x4> toWorld;
     volume->GetIJKToRASMatrix(toWorld);
@@ -211,8 +210,7 @@ TEST_F(FollowTest, InFullAtRest) {
   slice->SetSliceOffset(5); // and none of what is no longer followed
   vtkSmartPointer<vtkImageData> last = volume->GetImageData();
   logic->StopFollowing(volume);
-  std::this_thread::sleep_for(std::chrono::milliseconds(600));
-  logic->ProcessPendingEvents();
+  pumpUntilInFull(logic->FollowSlice(model, slice)); // ordered later, comes later
   EXPECT_EQ(volume->GetImageData(), last);
 }
 

@@ -15,9 +15,7 @@ TEST_F(JobTest, AskingEndsWithAnApplication) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(5);
   vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
-  const auto start = Clock::now();
-  while (logic->IsRunning() && since(start) < 20)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  waitUntil([&] { return !logic->IsRunning(); });
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
   application->TerminateProcessingThread();
   logic->SetMRMLApplicationLogic(nullptr);
@@ -39,11 +37,10 @@ TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
   parameters->SetNumberOfIterations(300);
   vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
   ASSERT_NE(job, nullptr);
-  const auto start = Clock::now();
-  while (!job->IsDone() && since(start) < 60) {
+  waitUntil([&] {
     application->ProcessModified(); // what the application's timer calls
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
+    return job->IsDone();
+  });
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
   EXPECT_GT(progress, 1);
   EXPECT_EQ(finished, 1);
@@ -71,12 +68,10 @@ TEST_F(JobTest, ApplicationLogicGoesWhileRunning) {
     ASSERT_NE(job, nullptr);
     int count = 0; // a new one is rung for what the old one did not pass on
     Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void*) { ++count; });
-    const auto start = Clock::now();
-    while (count < 2 && since(start) < 10) {
+    waitUntil([&] {
       application->ProcessModified();
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    EXPECT_GE(count, 2);
+      return count >= 2;
+    });
     vtkWeakPointer<vtkSlicerApplicationLogic> weak = application.Get();
     application->TerminateProcessingThread();
     application = nullptr;

@@ -6,23 +6,24 @@ TEST_F(JobTest, EventsOnTheMainThreadInOrder) {
   const auto main = std::this_thread::get_id();
   std::vector<unsigned long> order;
   double last = 0;
+  vtkSmartPointer<vtkSlicerInnerGSJob> job;
   Observer watch(logic,
                  {Logic::JobStartedEvent, Logic::JobProgressEvent, Logic::JobPreviewEvent,
                   Logic::JobFinishedEvent, Logic::JobFailedEvent, Logic::JobCancelledEvent},
                  [&](unsigned long event, void* data) {
+                   if (jobOf(data) != job) return;
                    EXPECT_EQ(std::this_thread::get_id(), main);
                    if (order.empty() || order.back() != event) order.push_back(event);
                    EXPECT_GE(jobOf(data)->GetProgress(), last);
                    last = jobOf(data)->GetProgress();
                    EXPECT_FALSE(jobOf(data)->GetDescription().empty());
                  });
-  auto* job = logic->StartReconstruction(addParameters(addVolume()));
+  job = logic->StartReconstruction(addParameters(addVolume()));
   ASSERT_NE(job, nullptr) << logic->GetLastError();
   EXPECT_EQ(logic->GetNumberOfJobs(), 1);
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  waitForWorker();
   EXPECT_TRUE(order.empty()); // nothing without asking
-  while (logic->IsRunning())
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  waitUntil([&] { return !logic->IsRunning(); });
   ASSERT_GE(order.size(), 3u);
   EXPECT_EQ(order.front(), Logic::JobStartedEvent);
   EXPECT_EQ(order[1], Logic::JobProgressEvent);
@@ -61,10 +62,8 @@ TEST_F(JobTest, PreviewHasDataAndGeometry) {
                 truth(0, 0, 0), 40);
     logic->Cancel(job);
   });
-  const auto start = Clock::now();
   ASSERT_FALSE(logic->Reconstruct(parameters));
   EXPECT_TRUE(seen);
-  EXPECT_LT(since(start), 10);
   EXPECT_EQ(logic->GetLastJob()->GetState(), vtkSlicerInnerGSJob::Cancelled);
   EXPECT_EQ(logic->GetLastError(), "");
 }
@@ -84,22 +83,23 @@ TEST_F(JobTest, NothingIsHeldOutBeforeItIsMeasured) {
 TEST_F(JobTest, QueueInOrderAndCancelOne) {
   auto* input = addVolume();
   auto* parameters = addParameters(input);
-  parameters->SetNumberOfIterations(30);
   std::vector<vtkSmartPointer<vtkSlicerInnerGSJob>> jobs;
-  for (int n = 0; n < 4; ++n)
+  for (const int iterations : {100000, 30, 30, 30}) {
+    parameters->SetNumberOfIterations(iterations);
     jobs.emplace_back(logic->StartReconstruction(parameters));
+  }
   EXPECT_EQ(logic->GetNumberOfJobs(), 4);
   EXPECT_EQ(logic->GetCurrentJob(), jobs[0]);
-  const auto start = Clock::now();
-  logic->Cancel(jobs[2]); // waiting: at once
-  EXPECT_LT(since(start), 0.3);
+  logic->Cancel(jobs[2]); // does not wait for those before it
   EXPECT_EQ(jobs[2]->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_FALSE(jobs[0]->IsDone());
+  logic->Cancel(jobs[0]);
   std::vector<vtkSlicerInnerGSJob*> ended;
   Observer watch(logic, {Logic::JobFinishedEvent},
                  [&](unsigned long, void* data) { ended.push_back(jobOf(data)); });
   ASSERT_TRUE(logic->WaitForJob());
-  EXPECT_EQ(ended, (std::vector<vtkSlicerInnerGSJob*>{jobs[0], jobs[1], jobs[3]}));
-  EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 3);
+  EXPECT_EQ(ended, (std::vector<vtkSlicerInnerGSJob*>{jobs[1], jobs[3]}));
+  EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 2);
   EXPECT_FALSE(logic->IsRunning());
   EXPECT_EQ(logic->GetCurrentJob(), nullptr);
 }
@@ -146,18 +146,17 @@ TEST_F(JobTest, SaysWhereItRunsAndWhy) {
   EXPECT_EQ(logic->DescribeDevice(parameters), "On the CPU, as asked.");
   EXPECT_EQ(logic->DescribeDevice(nullptr), "");
   int fitting = 0;
+  vtkSmartPointer<vtkSlicerInnerGSJob> job;
   Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
-    if (jobOf(data)->GetCurrentIteration() == 0) return;
+    if (jobOf(data) != job || job->GetCurrentIteration() == 0) return;
     ++fitting;
-    EXPECT_EQ(jobOf(data)->GetDeviceNote(), "On the CPU, as asked.") << jobOf(data)->GetPhase();
+    EXPECT_EQ(job->GetDeviceNote(), "On the CPU, as asked.") << job->GetPhase();
   });
-  vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+  job = logic->StartReconstruction(parameters);
   ASSERT_NE(job, nullptr);
   EXPECT_EQ(job->GetDeviceNote(), "");
-  while (!job->IsDone()) { // slowly: many reports become one
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    logic->ProcessPendingEvents();
-  }
+  waitForWorker(); // many reports become one
+  ASSERT_TRUE(logic->WaitForJob(job));
   EXPECT_GT(fitting, 0);
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
   EXPECT_EQ(job->GetDeviceNote(), "On the CPU, as asked.");

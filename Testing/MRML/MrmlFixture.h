@@ -19,10 +19,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <functional>
+#include <thread>
 
 /// Calls a function for events of an object while it lives.
 class Observer {
@@ -38,6 +40,12 @@ private:
   Call call_;
   vtkNew<vtkCallbackCommand> command_;
 };
+
+/// Asks again until it holds; the time limit of a test ends the wait for what never comes.
+inline void waitUntil(const std::function<bool()>& holds) {
+  while (!holds())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
 
 /// A scene with the logic and, on request, a smooth synthetic head in it.
 class MrmlFixture : public testing::Test {

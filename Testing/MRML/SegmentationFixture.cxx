@@ -8,6 +8,7 @@ vtkStandardNewMacro(WatchedRule);
 std::mutex WatchedRule::mutex;
 std::set<std::thread::id> WatchedRule::threads;
 bool WatchedRule::held = false;
+int WatchedRule::done = 0;
 std::condition_variable WatchedRule::changed;
 
 bool WatchedRule::Convert(vtkSegment* segment) {
@@ -17,19 +18,42 @@ bool WatchedRule::Convert(vtkSegment* segment) {
     changed.notify_all();
     changed.wait(lock, [] { return !held; });
   }
-  return this->Superclass::Convert(segment);
+  const bool converted = this->Superclass::Convert(segment);
+  std::lock_guard lock(mutex);
+  ++done;
+  return converted;
+}
+
+void WatchedRule::waitForEntry() {
+  std::unique_lock lock(mutex);
+  changed.wait(lock, [] { return !threads.empty(); });
+}
+
+WatchedRules::WatchedRules() {
+  vtkSegmentationConverterFactory::GetInstance()->RegisterConverterRule(rule_);
+  std::lock_guard lock(WatchedRule::mutex);
+  WatchedRule::threads.clear();
+  WatchedRule::done = 0;
+}
+
+WatchedRules::~WatchedRules() {
+  vtkSegmentationConverterFactory::GetInstance()->UnregisterConverterRule(rule_);
+}
+
+vtkSmartPointer<vtkPolyData> ballSurface(double r, double radius) {
+  vtkNew<vtkSphereSource> sphere;
+  sphere->SetCenter(r, -2, 3);
+  sphere->SetRadius(radius);
+  sphere->SetThetaResolution(24);
+  sphere->SetPhiResolution(24);
+  sphere->Update();
+  return sphere->GetOutput();
 }
 
 SegmentationFixture::SegmentationFixture() {
-  vtkSegmentationConverterFactory::GetInstance()->RegisterConverterRule(rule);
-  WatchedRule::threads.clear();
   input = addVolume();
   node = vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Organs"));
   segments = node->GetSegmentation();
-}
-
-SegmentationFixture::~SegmentationFixture() {
-  vtkSegmentationConverterFactory::GetInstance()->UnregisterConverterRule(rule);
 }
 
 vtkSmartPointer<vtkOrientedImageData>
@@ -62,14 +86,8 @@ void SegmentationFixture::addSegment(const std::string& id, vtkDataObject* data,
 }
 
 void SegmentationFixture::addSurface(const std::string& id, double r, double radius) {
-  vtkNew<vtkSphereSource> sphere;
-  sphere->SetCenter(r, -2, 3);
-  sphere->SetRadius(radius);
-  sphere->SetThetaResolution(24);
-  sphere->SetPhiResolution(24);
-  sphere->Update();
   segments->SetSourceRepresentationName(kSurface);
-  addSegment(id, sphere->GetOutput());
+  addSegment(id, ballSurface(r, radius));
 }
 
 void SegmentationFixture::addLabelmaps() {

@@ -5,6 +5,7 @@
 
 #include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
 #include <vtkOrientedImageData.h>
+#include <vtkPolyData.h>
 #include <vtkSegment.h>
 #include <vtkSegmentation.h>
 #include <vtkSegmentationConverter.h>
@@ -27,18 +28,35 @@ public:
   vtkSegmentationConverterRule* CreateRuleInstance() override { return WatchedRule::New(); }
   unsigned int GetConversionCost(vtkDataObject*, vtkDataObject*) override { return 1; } // before the other
   bool Convert(vtkSegment* segment) override;
+  /// Returns when it runs on some thread.
+  static void waitForEntry();
 
   static std::mutex mutex; // of what follows
   static std::set<std::thread::id> threads;
   static bool held;
+  static int done; // conversions
   static std::condition_variable changed;
 };
+
+/// While it lives, Slicer makes voxels of surfaces by a WatchedRule.
+class WatchedRules {
+public:
+  WatchedRules();
+  ~WatchedRules();
+  WatchedRules(const WatchedRules&) = delete;
+  WatchedRules& operator=(const WatchedRules&) = delete;
+
+private:
+  vtkNew<WatchedRule> rule_;
+};
+
+/// A sphere's surface with its centre at (r, -2, 3).
+vtkSmartPointer<vtkPolyData> ballSurface(double r, double radius);
 
 /// A volume and an empty segmentation 'Organs'.
 class SegmentationFixture : public MrmlFixture {
 protected:
   SegmentationFixture();
-  ~SegmentationFixture() override;
 
   /// Balls (centre and radius in mm of the node) with the labels 1, 2, ... on one lattice.
   static vtkSmartPointer<vtkOrientedImageData> balls(vtkMatrix4x4* toNode, const int extent[6], int type,
@@ -48,7 +66,7 @@ protected:
   /// Two on one lattice, one on a finer, turned one, one without a voxel, one empty.
   void addLabelmaps();
 
-  vtkNew<WatchedRule> rule;
+  WatchedRules rules;
   vtkMRMLScalarVolumeNode* input = nullptr;
   vtkMRMLSegmentationNode* node = nullptr;
   vtkSegmentation* segments = nullptr;

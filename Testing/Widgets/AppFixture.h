@@ -43,13 +43,8 @@ innergs::ui::Report reconstructAndWait(innergs::app::AppHost& host, const innerg
 /// A fit that takes a second at most; or, long: one that goes on for minutes.
 innergs::ui::Request request(const QString& id, bool longFit = false);
 
-/// The longest time (ms) that the main thread's event loop was not served while `until` is not yet true, and
-/// the most processor time (ms) that the main thread spent at a stretch. −1: it took longer than `limit`.
-struct Gap {
-  double wall = 0, cpu = 0;
-  bool done = false;
-};
-Gap measureGap(const std::function<bool()>& until, int limit);
+/// How often the main thread's event loop turns until it holds.
+int turnsUntil(const std::function<bool()>& until);
 
 /// Clicks the button with this text (without &) in the open message box with this object name ("": Qt's own),
 /// as soon as there is one; what the box said comes back through *text.

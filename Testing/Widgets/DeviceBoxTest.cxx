@@ -54,7 +54,7 @@ private Q_SLOTS:
     box.setDevice("cpu"); // while it looks
     QSignalSpy listed(&box, &DeviceBox::listed);
     driver.answer();
-    QVERIFY(listed.wait());
+    QVERIFY(listed.wait(60000));
     QCOMPARE(combo->count(), 4);
     QCOMPARE(box.device(), QString("cpu"));
     QCOMPARE(combo->itemText(2), QString("GPU A (cuda:0, 79.0 GB free)"));
@@ -69,7 +69,7 @@ private Q_SLOTS:
     box.setDevice("cuda:1");
     QCOMPARE(box.device(), QString("cuda:1"));
     QSignalSpy listed(&box, &DeviceBox::listed);
-    QVERIFY(listed.wait());
+    QVERIFY(listed.wait(60000));
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->currentText(), QString("GPU B (cuda:1, 500 MB free)"));
     box.setDevice("cuda:7");
@@ -82,7 +82,7 @@ private Q_SLOTS:
   void saysWhyThereIsNone() {
     DeviceBox box(nullptr, [] { return innergs::DeviceList{{}, "The CUDA backend is not installed."}; });
     QSignalSpy listed(&box, &DeviceBox::listed);
-    QVERIFY(listed.wait());
+    QVERIFY(listed.wait(60000));
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->count(), 2);
     QCOMPARE(combo->itemData(0, Qt::ToolTipRole).toString(), QString("The CUDA backend is not installed."));
@@ -95,7 +95,7 @@ private Q_SLOTS:
       return list;
     });
     QSignalSpy listed(&box, &DeviceBox::listed);
-    QVERIFY(listed.wait());
+    QVERIFY(listed.wait(60000));
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->itemText(2), QString("GPU A (cuda:0, not used)"));
     QCOMPARE(combo->itemData(2, Qt::ToolTipRole).toString(),

