@@ -18,12 +18,12 @@
 namespace innergs::cli {
 namespace {
 
-enum class Protocol { Honest, Paper, Both };
+enum class Protocol { HeldOut, Paper, Both };
 
 struct EvaluateOptions {
   std::string volume;
   ReadOptions reading;
-  Protocol protocol = Protocol::Honest;
+  Protocol protocol = Protocol::HeldOut;
   int keepEvery = 0, thickness = 0, orthogonal = 0;
   double noise = 0, withheld = 0.05;
   Settings settings;
@@ -81,7 +81,7 @@ int evaluate(const EvaluateOptions& o) {
   options.stop = interrupt.token();
   std::vector<EvaluationReport> reports;
   if (o.protocol != Protocol::Paper) reports.push_back(evaluateHeldOut(volume, heldOutCase(o), options));
-  if (o.protocol != Protocol::Honest) reports.push_back(evaluatePaper(volume, options));
+  if (o.protocol != Protocol::HeldOut) reports.push_back(evaluatePaper(volume, options));
   display.finish();
 
   std::cout << textReport(reports) << std::flush;
@@ -110,30 +110,30 @@ Subcommand addEvaluate(CLI::App& app) {
   addReading(*command, o->reading);
   addChoice<Protocol>(
       *command, "--protocol", o->protocol,
-      {{"honest", Protocol::Honest}, {"paper", Protocol::Paper}, {"both", Protocol::Both}},
-      "honest: what is withheld is withheld in every plane; paper: withheld per plane, so that the\n"
-      "other planes still show it [honest]");
+      {{"held-out", Protocol::HeldOut}, {"paper", Protocol::Paper}, {"both", Protocol::Both}},
+      "held-out: what is withheld is withheld in every plane; paper: withheld per plane, so that the\n"
+      "other planes still show it [held-out]");
   auto* keepEvery =
       command
           ->add_option("--keep-every", o->keepEvery,
-                       "Honest: keep every k-th axial slice, score on the others [4, without other case]")
+                       "Held-out: keep every k-th axial slice, score on the others [4, without other case]")
           ->type_name("K")
           ->check(CLI::Range(2, 64));
   command
       ->add_option("--thickness", o->thickness,
-                   "Honest: slices averaged over k voxels, score on the whole volume")
+                   "Held-out: slices averaged over k voxels, score on the whole volume")
       ->type_name("K")
       ->check(CLI::Range(2, 64))
       ->excludes(keepEvery);
   command
       ->add_option("--orthogonal", o->orthogonal,
-                   "Honest: this many thick scans at right angles, with --thickness [4]")
+                   "Held-out: this many thick scans at right angles, with --thickness [4]")
       ->type_name("N")
       ->check(CLI::Range(2, 3))
       ->excludes(keepEvery);
   command
       ->add_option("--noise", o->noise,
-                   "Honest: standard deviation of noise added to the input, image units [0]")
+                   "Held-out: standard deviation of noise added to the input, image units [0]")
       ->type_name("SD")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--withheld", o->withheld, "Paper: fraction of each plane's slices withheld [0.05]")
@@ -151,7 +151,7 @@ Subcommand addEvaluate(CLI::App& app) {
   command->add_flag("-q,--quiet", o->quiet, "No progress; the table only");
   addSettings(*command->add_option_group("Fit"), o->settings);
   command->footer(
-      "PSNR in dB on the range of the truth, pooled over the body (honest) or a mean over slices (paper);\n"
+      "PSNR in dB on the range of the truth, pooled over the body (held-out) or a mean over slices (paper);\n"
       "SSIM with an 11x11 window of sigma 1.5 on slices.\n"
       "Examples:\n"
       "  innergs evaluate t1.nii.gz --keep-every 4\n"

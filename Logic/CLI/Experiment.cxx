@@ -216,7 +216,7 @@ Subcommand addExperiment(CLI::App& app) {
       ->add_option("names", o->names,
                    "selection: simulation of the candidate selections\n"
                    "contour: the conditional splat against the sliced 3D Gaussian\n"
-                   "static: every blending by the paper's and the honest protocol\n"
+                   "static: every blending by the paper's and the held-out protocol\n"
                    "ablation: what each choice is worth, or one of them: " +
                        joined(ablations()))
       ->type_name("NAME");

@@ -166,7 +166,7 @@ void Fit::throwIfStopped() const {
   if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 }
 
-void Fit::upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) {
+void Fit::upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& accumulator) {
   const std::int64_t count = field.size();
   state_.reserve(*executor_, count);
   const auto put = [&](Buffer<float>& buffer, const std::vector<float>& from, std::int64_t size) {
@@ -180,15 +180,15 @@ void Fit::upload(const GaussianField& field, const Adam& adam, const GradientAcc
   numbers_.gaussians.clear();
   beta1_ = adam.beta1;
   beta2_ = adam.beta2;
-  gradientSums_ = !gradients.sum.empty();
-  accumulatedIterations_ = gradients.iterations;
+  gradientSums_ = !accumulator.sum.empty();
+  accumulatedIterations_ = accumulator.iterations;
   executor_->upload(state_.field(), field.gaussians.data(), count * sizeof(Gaussian));
   put(state_.moment1, adam.moment1, 16 * count);
   put(state_.moment2, adam.moment2, 16 * count);
-  put(state_.gradients, gradients.sum, count);
+  put(state_.gradientSums, accumulator.sum, count);
 }
 
-void Fit::download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) {
+void Fit::download(GaussianField* field, Adam* adam, GradientAccumulator* accumulator) {
   const std::int64_t count = state_.count;
   if (field) {
     *field = numbers_;
@@ -203,10 +203,10 @@ void Fit::download(GaussianField* field, Adam* adam, GradientAccumulator* gradie
     state_.moment1.download(adam->moment1.data(), 16 * count);
     state_.moment2.download(adam->moment2.data(), 16 * count);
   }
-  if (gradients) {
-    gradients->iterations = accumulatedIterations_;
-    gradients->sum.resize(gradientSums_ ? count : 0);
-    if (gradientSums_) state_.gradients.download(gradients->sum.data(), count);
+  if (accumulator) {
+    accumulator->iterations = accumulatedIterations_;
+    accumulator->sum.resize(gradientSums_ ? count : 0);
+    if (gradientSums_) state_.gradientSums.download(accumulator->sum.data(), count);
   }
 }
 
@@ -250,35 +250,35 @@ std::vector<LossSum> Fit::settled(int queued, bool updating) {
 }
 
 /// An iteration as number `slot` of those that are waited for together. A throw has changed no parameter.
-void Fit::queue(const IterationOptions& order, int slot) {
-  std::vector<View>& views = order.coarse && !coarse_.empty() ? coarse_ : fine_;
+void Fit::queue(const IterationOptions& options, int slot) {
+  std::vector<View>& views = options.coarse && !coarse_.empty() ? coarse_ : fine_;
   const AdamStep step =
-      adamStep(order.rates, rules_.bounds, beta1_, beta2_, order.step, numbers_.linearIntensity);
+      adamStep(options.rates, rules_.bounds, beta1_, beta2_, options.step, numbers_.linearIntensity);
   throwIfStopped();
   gradient_.reserve(16 * state_.count);
-  if (order.relocate) relocation_.reserve(state_.count);
+  if (options.relocate) relocation_.reserve(state_.count);
   enqueue(views, numbers_, state_.field(), state_.count, true, slot);
   throwIfStopped();
   executor_->runOver(Update{gradient_.data(), state_.count, step, state_.field(), state_.moment1.data(),
                             state_.moment2.data(),
-                            order.accumulateGradients ? state_.gradients.data() : nullptr,
+                            options.accumulateGradients ? state_.gradientSums.data() : nullptr,
                             static_cast<float>(rules_.densify.voxel / rules_.densify.coverage),
                             passes_.deviceStatus(), passes_.guard()},
                      state_.count);
-  if (order.relocate) relocation_.run(state_, gradient_, *order.relocate, passes_.guard());
+  if (options.relocate) relocation_.run(state_, gradient_, *options.relocate, passes_.guard());
 }
 
-std::vector<LossSum> Fit::iterateMany(std::span<const IterationOptions> orders) {
+std::vector<LossSum> Fit::iterateMany(std::span<const IterationOptions> iterations) {
   std::vector<LossSum> sums;
   std::exception_ptr failure;
-  while (sums.size() < orders.size() && !failure) {
+  while (sums.size() < iterations.size() && !failure) {
     bool full = false;
     int queued = 0;
     passes_.clearStatus();
     try {
-      for (const IterationOptions& order : orders.subspan(sums.size())) {
+      for (const IterationOptions& options : iterations.subspan(sums.size())) {
         if (queued == IterationStatus::kMost) break;
-        queue(order, queued);
+        queue(options, queued);
         ++queued;
       }
     } catch (const Error& error) {
@@ -288,7 +288,7 @@ std::vector<LossSum> Fit::iterateMany(std::span<const IterationOptions> orders) 
       failure = std::current_exception();
     }
     for (const LossSum& sum : settled(queued, true)) {
-      if (orders[sums.size()].accumulateGradients) {
+      if (iterations[sums.size()].accumulateGradients) {
         gradientSums_ = true;
         ++accumulatedIterations_;
       }
@@ -300,8 +300,8 @@ std::vector<LossSum> Fit::iterateMany(std::span<const IterationOptions> orders) 
   return sums;
 }
 
-LossSum Fit::iterate(const IterationOptions& order) {
-  return iterateMany({&order, 1}).front();
+LossSum Fit::iterate(const IterationOptions& options) {
+  return iterateMany({&options, 1}).front();
 }
 
 /// Work that throws Error(Memory) before it has changed anything: once more without what iterations keep.
@@ -324,7 +324,7 @@ DensifyCounts Fit::densify() {
   withMemory([&] {
     counts = cuda::densify(*executor_, state_, numbers_.blending, accumulatedIterations_, rules_.densify);
   });
-  state_.gradients.fill(0, state_.count);
+  state_.gradientSums.fill(0, state_.count);
   gradientSums_ = false;
   accumulatedIterations_ = 0;
   return counts;

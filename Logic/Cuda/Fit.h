@@ -21,10 +21,10 @@ public:
   Fit(std::unique_ptr<Executor> executor, const FitRequest& request);
   ~Fit() override;
 
-  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) override;
-  void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) override;
-  LossSum iterate(const IterationOptions& order) override;
-  std::vector<LossSum> iterateMany(std::span<const IterationOptions> orders) override;
+  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& accumulator) override;
+  void download(GaussianField* field, Adam* adam, GradientAccumulator* accumulator) override;
+  LossSum iterate(const IterationOptions& options) override;
+  std::vector<LossSum> iterateMany(std::span<const IterationOptions> iterations) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
   std::string remark() const override;
@@ -42,7 +42,7 @@ private:
   void throwIfStopped() const;
   void enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
                std::int64_t count, bool backward, int iteration);
-  void queue(const IterationOptions& order, int slot);
+  void queue(const IterationOptions& options, int slot);
   std::vector<LossSum> settled(int queued, bool updating);
   template <class Work>
   void withMemory(const Work& work);

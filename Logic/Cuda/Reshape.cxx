@@ -29,13 +29,14 @@ void take(Executor& executor, const float* in, const std::uint32_t* ids, std::in
 } // namespace
 
 void FitBuffers::reserve(Executor& executor, std::int64_t size) {
-  if (16 * size <= std::min({gaussians.size(), moment1.size(), moment2.size()}) && size <= gradients.size())
+  if (16 * size <= std::min({gaussians.size(), moment1.size(), moment2.size()}) &&
+      size <= gradientSums.size())
     return;
   FitBuffers larger(executor);
   larger.gaussians.reserve(16 * size);
   larger.moment1.reserve(16 * size);
   larger.moment2.reserve(16 * size);
-  larger.gradients.reserve(size);
+  larger.gradientSums.reserve(size);
   *this = std::move(larger);
 }
 
@@ -102,14 +103,14 @@ DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, in
   const std::int64_t n = fit.count;
   const reshape::Rules rules = densifyRules(plan, blending, iterations);
   DensifyCounts counts;
-  Ranking pulled(executor), curve(executor);
+  Ranking growing(executor), curve(executor);
   Buffer<std::int64_t> marks(executor), place(executor);
-  pulled.reserve(n);
+  growing.reserve(n);
   marks.reserve(n + 1);
   place.reserve(n + 1);
-  executor.runOver(
-      DensifyMarks{fit.field(), fit.gradients.data(), n, rules, marks.data(), pulled.keys(), pulled.ids()},
-      n + 1);
+  executor.runOver(DensifyMarks{fit.field(), fit.gradientSums.data(), n, rules, marks.data(), growing.keys(),
+                                growing.ids()},
+                   n + 1);
   executor.scan(marks.data(), place.data(), n + 1);
   std::int64_t totals = 0;
   executor.download(&totals, place.data() + n, sizeof totals);
@@ -133,9 +134,9 @@ DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, in
   source.reserve(size);
   reserveBoxes(boxes, size);
 
-  pulled.sort(n, kScoreBits);
+  growing.sort(n, kScoreBits);
   Gaussian* merged = reinterpret_cast<Gaussian*>(unsorted.data());
-  executor.runOver(Densify{pulled.ids(), chosen, n, rules, fit.field(), merged + kept, fit.moment1.data(),
+  executor.runOver(Densify{growing.ids(), chosen, n, rules, fit.field(), merged + kept, fit.moment1.data(),
                            fit.moment2.data(), order.data() + kept, splits.data()},
                    chosen + 1);
   executor.scan(splits.data(), splitsBefore.data(), chosen + 1);

@@ -8,7 +8,7 @@ namespace innergs::cuda {
 /// What a fit holds where an executor runs. Gaussians are kept as the 16 floats that they are, so that one
 /// kernel reorders them and their moments.
 struct FitBuffers {
-  explicit FitBuffers(Executor& e) : gaussians(e), moment1(e), moment2(e), gradients(e) {}
+  explicit FitBuffers(Executor& e) : gaussians(e), moment1(e), moment2(e), gradientSums(e) {}
 
   Gaussian* field() const { return reinterpret_cast<Gaussian*>(gaussians.data()); }
   /// Room for `size` at least; what they held is lost when they grow. All or nothing.
@@ -16,7 +16,7 @@ struct FitBuffers {
 
   std::int64_t count = 0;
   Buffer<float> gaussians, moment1, moment2; // 16 a Gaussian
-  Buffer<float> gradients;
+  Buffer<float> gradientSums;
 };
 
 /// Numbers of Gaussians with their keys, to be sorted.

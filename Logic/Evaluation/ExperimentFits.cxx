@@ -80,20 +80,20 @@ void ExperimentFits::densify(Settings& settings) const {
   if (setup_.quick) settings.densifyEvery = kQuickDensifyEvery;
 }
 
-const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& settings, bool honest,
+const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& settings, bool heldOut,
                                       bool keep) {
   EvaluationOptions options;
   const bool alpha = chosenBlending(settings) == Blending::Alpha;
   const EvaluationInput input =
-      honest ? heldOutInput(setup_.volume, kEveryFourth, settings.seed)
-             : paperInput(setup_.volume, options.withheldFraction, settings.seed, alpha);
+      heldOut ? heldOutInput(setup_.volume, kEveryFourth, settings.seed)
+              : paperInput(setup_.volume, options.withheldFraction, settings.seed, alpha);
   const IntensityMap map = chooseIntensityMap(input.stacks);
   Settings filled = settings;
   const int coarse = makePlan(filled, measureTraits(input.stacks, map)).coarseIterations;
-  const std::string key = settingsKey(filled, honest ? "H" : "P");
+  const std::string key = settingsKey(filled, heldOut ? "H" : "P");
   for (const auto& [name, outcome] : done_)
     if (name == key && (!keep || outcome.gaussians.volume)) return outcome;
-  if (setup_.say) setup_.say(std::string(honest ? "Protocol H: " : "Protocol P: ") + label);
+  if (setup_.say) setup_.say(std::string(heldOut ? "Protocol H: " : "Protocol P: ") + label);
 
   FitOutcome outcome;
   options.settings = settings;
@@ -119,7 +119,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
     if (setup_.progress) setup_.progress(p);
   };
   outcome.report =
-      honest ? evaluateHeldOut(setup_.volume, kEveryFourth, options) : evaluatePaper(setup_.volume, options);
+      heldOut ? evaluateHeldOut(setup_.volume, kEveryFourth, options) : evaluatePaper(setup_.volume, options);
   outcome.densified = outcome.report.densified;
   for (const MethodScore& method : outcome.report.methods)
     if (method.name == "gaussians") outcome.gaussians = method;

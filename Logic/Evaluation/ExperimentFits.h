@@ -65,7 +65,7 @@ public:
 
   /// Protocol P, or protocol H keeping every 4th slice. `label`: for the progress. keep: with the Gaussians'
   /// volume and model. The reference lives as long as this object.
-  const FitOutcome& run(const std::string& label, const Settings& settings, bool honest = false,
+  const FitOutcome& run(const std::string& label, const Settings& settings, bool heldOut = false,
                         bool keep = false);
 
 private:

@@ -55,7 +55,7 @@ StaticExperiment runStatic(ExperimentFits& fits) {
   result.perPlane.columns = {"method",     "plane",      "gaussians", "psnr_db",       "paper_psnr_db",
                              "ssim",       "paper_ssim", "seconds",   "paper_seconds", "estimated_memory_mb",
                              "measured_on"};
-  result.held.name = "static-honest";
+  result.held.name = "static-held-out";
   result.held.title = "The same blendings by protocol H: every 4th axial slice of " + setup.volumeName +
                       " kept, all others withheld in every plane";
   result.held.columns = {"method",  "gaussians",           "psnr_db",    "paper_psnr_db", "ssim",
@@ -68,14 +68,14 @@ StaticExperiment runStatic(ExperimentFits& fits) {
         {label, &fits.run(label, settings, false, true), &fits.run(label, free, true, false)});
     const auto& row = result.rows.back();
     addPerPlane(result.perPlane, label, row.paper->gaussians, row.paper);
-    result.held.add({label, std::to_string(row.honest->count), decimals(row.honest->gaussians.psnr, 2), "",
-                     decimals(row.honest->gaussians.ssim, 4), decimals(row.honest->gaussians.seconds, 1),
-                     megabytes(*row.honest), kHeldH});
+    result.held.add({label, std::to_string(row.heldOut->count), decimals(row.heldOut->gaussians.psnr, 2), "",
+                     decimals(row.heldOut->gaussians.ssim, 4), decimals(row.heldOut->gaussians.seconds, 1),
+                     megabytes(*row.heldOut), kHeldH});
   }
   const auto& last = result.rows.back();
   for (const MethodScore& method : last.paper->report.methods)
     if (method.name != "gaussians") addPerPlane(result.perPlane, method.name, method, nullptr);
-  for (const MethodScore& method : last.honest->report.methods)
+  for (const MethodScore& method : last.heldOut->report.methods)
     if (method.name != "gaussians")
       result.held.add({method.name, "", decimals(method.psnr, 2), "", decimals(method.ssim, 4),
                        decimals(method.seconds, 1), "", kHeldH});
@@ -91,7 +91,7 @@ StaticExperiment runStatic(ExperimentFits& fits) {
       "Memory is estimated before the start, beside the input. The paper's time is of an RTX 4070, ours of "
       "this machine's processor.");
   notePapersFigures(setup, result.perPlane);
-  result.held.notes = {"Measured on " + last.honest->report.samples, last.honest->report.range,
+  result.held.notes = {"Measured on " + last.heldOut->report.samples, last.heldOut->report.range,
                        "The paper has no figures by this protocol."};
 
   const EvaluationInput input =

@@ -8,7 +8,7 @@ namespace innergs {
 struct StaticExperiment {
   struct Row {
     std::string label;
-    const FitOutcome *paper, *honest; // owned by the fits
+    const FitOutcome *paper, *heldOut; // owned by the fits
   };
   std::vector<Row> rows;
   ExperimentTable perPlane, held; // protocol P, protocol H

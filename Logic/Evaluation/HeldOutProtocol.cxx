@@ -101,7 +101,8 @@ EvaluationInput heldOutInput(const Volume& volume, const HeldOutCase& heldOutCas
         c.kind == HeldOutCase::Kind::KeepEvery ? (n - 1) / c.factor + 1 : n / c.factor;
     if (slices < 2)
       throw Error(ErrorCode::InvalidArgument, "The volume has " + std::to_string(n) +
-                                                  " slices, too few for this case: lower its factor.");
+                                                  (n == 1 ? " slice" : " slices") +
+                                                  ", too few for this case: lower its factor.");
   }
   input.truth = croppedTo(input.truth, size);
   if (c.kind == HeldOutCase::Kind::KeepEvery) {
@@ -136,7 +137,7 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
     throw Error(ErrorCode::NoData, "The mask does not meet the volume: check that it belongs to it.");
 
   EvaluationReport report;
-  report.protocol = "honest";
+  report.protocol = "held-out";
   report.caseName = caseName(c);
   report.peak = intensityRange(input.truth);
   report.range = formatted("PSNR peak: the truth's maximum minus minimum, %g.", report.peak);

@@ -101,11 +101,11 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     progress.elapsed = secondsSince(*interpolating);
     compared(progress);
   };
-  HeldOutCase honest;
-  honest.factor = *keepEvery_;
-  honest.axis = 2; // a stack counts its slices along K
+  HeldOutCase heldOut;
+  heldOut.factor = *keepEvery_;
+  heldOut.axis = 2; // a stack counts its slices along K
   try {
-    judged.quality = evaluateHeldOut(volume, honest, options);
+    judged.quality = evaluateHeldOut(volume, heldOut, options);
     if (result.judging == Judging::NotAsked) result.judging = Judging::Done;
   } catch (...) {
     const Failure failure = failureOf();

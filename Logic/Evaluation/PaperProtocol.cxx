@@ -243,7 +243,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
   report.notes.push_back(formatted(
       "This protocol leaks: copying the voxels seen in the other planes and taking the nearest seen voxel "
       "for "
-      "the rest scores %.2f dB pooled over the withheld slices (SSIM %.4f). Judge by the honest protocol.",
+      "the rest scores %.2f dB pooled over the withheld slices (SSIM %.4f). Judge by the held-out protocol.",
       leak.pooledPsnr, leak.ssim));
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));

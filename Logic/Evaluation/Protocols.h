@@ -16,7 +16,7 @@ int sliceAxis(const GridGeometry& geometry, Plane plane);
 /// The plane whose slices a lattice axis counts.
 Plane planeAcross(const GridGeometry& geometry, int axis);
 
-/// One case of the honest protocol (H): what is withheld is withheld in every plane.
+/// One case of the held-out protocol (H): what is withheld is withheld in every plane.
 struct HeldOutCase {
   enum class Kind {
     KeepEvery, // every factor-th slice kept; tested on the others
@@ -60,7 +60,7 @@ struct MethodScore {
 
 /// What one evaluation found, and on which samples.
 struct EvaluationReport {
-  std::string protocol; // "honest" or "paper"
+  std::string protocol; // "held-out" or "paper"
   std::string caseName; // "keep-every-4", "thick-4", "orthogonal-2-thick-4", "withheld-5%"
   std::string samples;  // a sentence: the voxels that the scores were computed on
   std::string range;    // a sentence: the PSNR's peak

@@ -13,7 +13,7 @@ std::vector<const EvaluationReport*> heldOutFirst(std::span<const EvaluationRepo
   for (const EvaluationReport& report : reports)
     order.push_back(&report);
   std::stable_partition(order.begin(), order.end(),
-                        [](const EvaluationReport* report) { return report->protocol == "honest"; });
+                        [](const EvaluationReport* report) { return report->protocol == "held-out"; });
   return order;
 }
 
@@ -62,7 +62,7 @@ std::string textReport(std::span<const EvaluationReport> reports) {
   for (const EvaluationReport* report : heldOutFirst(reports)) {
     if (!text.empty()) text += "\n";
     const bool paper = report->protocol == "paper";
-    text += paper ? "Protocol P (paper), " : "Protocol H (honest), ";
+    text += paper ? "Protocol P (paper), " : "Protocol H (held-out), ";
     text += report->caseName + "\n";
     text += "Samples: " + report->samples + "\n" + report->range + "\n";
     text += padded("method", 16, true) + padded("PSNR dB", 9) + padded("SSIM", 9) + padded("seconds", 10);

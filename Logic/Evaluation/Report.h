@@ -5,7 +5,7 @@
 
 namespace innergs {
 
-/// Tables for people and programs; honest reports come first whatever the order given.
+/// Tables for people and programs; held-out reports come first whatever the order given.
 
 std::string textReport(std::span<const EvaluationReport> reports);
 

@@ -57,9 +57,9 @@ public:
     if (o_.wants("paper"))
       numbers +=
           "\n### Protocol P: BrainWeb T1 145×174×145, preset balanced, all cores\n\n" + paperTable(paper());
-    if (o_.wants("honest"))
+    if (o_.wants("held-out"))
       numbers += "\n### Protocol H: preset balanced, PSNR in dB pooled over the body / SSIM\n\n" +
-                 honestTable(honest());
+                 heldOutTable(heldOut());
     std::cout << "\n" << numbers << std::flush;
     writeFileAtomically(o_.document, document(numbers));
     std::cout << "\nWritten to " << o_.document << "\n";
@@ -155,7 +155,7 @@ private:
             one("Preview and cancel", "paper-response.json", {"--responsiveness"})};
   }
 
-  std::vector<HeldOutOutcome> honest() {
+  std::vector<HeldOutOutcome> heldOut() {
     struct Case {
       std::string name;
       std::vector<std::string> options;
@@ -173,7 +173,7 @@ private:
         continue;
       }
       for (const Case& c : cases) {
-        const std::string json = "honest-" + std::to_string(v) + "-" + c.name + ".json";
+        const std::string json = "held-out-" + std::to_string(v) + "-" + c.name + ".json";
         std::vector<std::string> words{o_.innergs, "evaluate", volume.path, "--quiet",
                                        "--preset", "balanced", "--json",    workFile(json)};
         words.insert(words.end(), c.options.begin(), c.options.end());
@@ -235,7 +235,7 @@ int main(int argc, char** argv) {
   app.add_option("--brainweb", options.brainweb, "BrainWeb T1, 145x174x145");
   app.add_option("--brainweb-script", options.brainwebScript, "Fetches it into the folder it is given");
   app.add_option("--document", options.document, "Markdown file to write the numbers into")->required();
-  app.add_option("--only", options.only, "speed, paper, honest")->delimiter(',');
+  app.add_option("--only", options.only, "speed, paper, held-out")->delimiter(',');
   app.add_flag("--reuse", options.reuse, "Keep results in the work folder that are newer than the programs");
   app.add_flag("--trial", options.trial, "A few iterations, to see that everything runs; not a measurement");
   CLI11_PARSE(app, argc, argv);

@@ -136,13 +136,13 @@ private:
     Profile profile;
     cuda::Fit fit(std::make_unique<TimedExecutor>(executorOf(options_), profile), request);
     fit.upload(scene.field, Adam(scene.field.size()), {});
-    IterationOptions order;
-    fit.iterate(order);
-    fit.iterate(order); // the room for pairs is known now
+    IterationOptions options;
+    fit.iterate(options);
+    fit.iterate(options); // the room for pairs is known now
     profile.clear();
     constexpr int kTrialIterations = 5;
     for (int i = 0; i < kTrialIterations; ++i)
-      fit.iterate(order);
+      fit.iterate(options);
     double sum = 0;
     for (const auto& [name, t] : profile)
       sum += t.seconds;

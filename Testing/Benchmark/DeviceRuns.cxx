@@ -130,18 +130,18 @@ FitRequest requestOf(const Scene& scene) {
 double iterationSeconds(cuda::Fit& fit, const GaussianField& field, int repeats, int relocateEvery) {
   const std::size_t run = repeats > 1 ? 20 : 2;
   fit.upload(field, Adam(field.size()), {});
-  std::vector<IterationOptions> orders(run);
+  std::vector<IterationOptions> iterations(run);
   int step = 0;
   const auto iteration = [&] {
-    for (IterationOptions& order : orders) {
-      order.step = ++step;
-      order.relocate.reset();
-      if (relocateEvery > 0 && step % relocateEvery == 0) order.relocate = RelocationPlan{0.02, -3};
+    for (IterationOptions& options : iterations) {
+      options.step = ++step;
+      options.relocate.reset();
+      if (relocateEvery > 0 && step % relocateEvery == 0) options.relocate = RelocationPlan{0.02, -3};
     }
     for (std::size_t done = 0; done < run;)
-      done += fit.iterateMany(std::span(orders).subspan(done)).size();
+      done += fit.iterateMany(std::span(iterations).subspan(done)).size();
   };
-  iterate(); // loads the kernels, finds the room
+  iteration(); // loads the kernels, finds the room
   std::vector<double> seconds;
   for (int i = 0; i < repeats; ++i)
     seconds.push_back(timed(iteration) / static_cast<double>(run));

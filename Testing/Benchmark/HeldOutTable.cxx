@@ -47,7 +47,7 @@ std::string measuredOn(const std::string& heldOutCase, const nlohmann::json& rep
 
 } // namespace
 
-std::string honestTable(const std::vector<HeldOutOutcome>& outcomes) {
+std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes) {
   MarkdownTable table({"volume", "case", "measured on", "Gaussians", "linear", "cubic", "Lanczos", "average",
                        "back-projection", "over best interpolation", "over back-projection", "target", "met",
                        "seconds"});

@@ -25,6 +25,6 @@ struct HeldOutOutcome {
   std::string volume, heldOutCase; // "studyforrest T1", "keep-every-4"; no case: all of them
   Outcome outcome;
 };
-std::string honestTable(const std::vector<HeldOutOutcome>& outcomes);
+std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes);
 
 } // namespace innergs::bench

@@ -195,13 +195,13 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   const std::unique_ptr<FitDevice> fit = plugin.makeFit(device, probe.request);
   if (!fit) throw Error(ErrorCode::Internal, "it offers no fit");
   const Adam adam(probe.field.size());
-  IterationOptions order;
-  order.accumulateGradients = true;
-  order.rates = {0.02, 0.01, 0.01, 0.02, 0.01, 0.001};
+  IterationOptions options;
+  options.accumulateGradients = true;
+  options.rates = {0.02, 0.01, 0.01, 0.02, 0.01, 0.001};
   FitState found, expected;
   const auto fetch = [&] {
-    fit->download(&found.field, &found.adam, &found.gradients);
-    cpu.download(&expected.field, &expected.adam, &expected.gradients);
+    fit->download(&found.field, &found.adam, &found.accumulator);
+    cpu.download(&expected.field, &expected.adam, &expected.accumulator);
     align(found, expected);
     judge.compareColumns("gradient", found.adam.moment1, expected.adam.moment1);
     judge.compareColumns("squared gradient", found.adam.moment2, expected.adam.moment2);
@@ -209,26 +209,26 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   };
   fit->upload(probe.field, adam, {});
   cpu.upload(probe.field, adam, {});
-  const LossSum a = fit->iterate(order), b = cpu.iterate(order);
+  const LossSum a = fit->iterate(options), b = cpu.iterate(options);
   judge.compare("loss", a.loss, b.loss);
   judge.compare("error", a.squared, b.squared);
   judge.compare("number of samples", static_cast<double>(a.samples), static_cast<double>(b.samples));
   fetch();
   judgeStep(probe.field, found, expected, judge);
-  judge.compare("positional gradient", found.gradients.sum, expected.gradients.sum);
+  judge.compare("positional gradient", found.accumulator.sum, expected.accumulator.sum);
   // From the same state on: rounding must not decide who is chosen.
-  fit->upload(expected.field, expected.adam, expected.gradients);
+  fit->upload(expected.field, expected.adam, expected.accumulator);
   const DensifyCounts grown = fit->densify(), cpuGrown = cpu.densify();
   judge.compare("number of Gaussians", static_cast<double>(grown.split + grown.cloned - grown.pruned),
                 static_cast<double>(cpuGrown.split + cpuGrown.cloned - cpuGrown.pruned));
   fetch();
   const Adam clear = clearMoments(probe.field);
-  order.accumulateGradients = false;
-  order.relocate = RelocationPlan{0.1, probe.request.rules.bounds.minLogScale};
+  options.accumulateGradients = false;
+  options.relocate = RelocationPlan{0.1, probe.request.rules.bounds.minLogScale};
   fit->upload(probe.field, clear, {});
   cpu.upload(probe.field, clear, {});
-  fit->iterate(order);
-  cpu.iterate(order);
+  fit->iterate(options);
+  cpu.iterate(options);
   fetch();
 }
 

@@ -27,34 +27,34 @@ CpuFitDevice::View CpuFitDevice::view(const Observation& o) const {
 }
 
 void CpuFitDevice::upload(const GaussianField& field, const Adam& adam,
-                          const GradientAccumulator& gradients) {
-  state_ = {field, adam, gradients};
+                          const GradientAccumulator& accumulator) {
+  state_ = {field, adam, accumulator};
 }
 
-void CpuFitDevice::download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) {
+void CpuFitDevice::download(GaussianField* field, Adam* adam, GradientAccumulator* accumulator) {
   if (field) *field = state_.field;
   if (adam) *adam = state_.adam;
-  if (gradients) *gradients = state_.gradients;
+  if (accumulator) *accumulator = state_.accumulator;
 }
 
-LossSum CpuFitDevice::iterate(const IterationOptions& order) {
+LossSum CpuFitDevice::iterate(const IterationOptions& options) {
   gradient_.resize(16 * state_.field.gaussians.size());
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
-  for (View& view : order.coarse ? coarse_ : fine_) {
+  for (View& view : options.coarse ? coarse_ : fine_) {
     view.renderer->forward(state_.field, {}, weights_.data(), numerators_.data());
     total +=
         lossPass(*view.observation, state_.field, rules_.loss, weights_.data(), numerators_.data(), pool_);
     view.renderer->backward(state_.field, weights_.data(), numerators_.data(), gradient_);
   }
-  if (order.accumulateGradients) state_.gradients.add(gradient_, rules_.densify, pool_);
-  state_.adam.apply(state_.field, gradient_, order.rates, rules_.bounds, order.step, pool_);
-  if (order.relocate) relocateGaussians(state_.field, state_.adam, *order.relocate);
+  if (options.accumulateGradients) state_.accumulator.add(gradient_, rules_.densify, pool_);
+  state_.adam.apply(state_.field, gradient_, options.rates, rules_.bounds, options.step, pool_);
+  if (options.relocate) relocateGaussians(state_.field, state_.adam, *options.relocate);
   return total;
 }
 
 DensifyCounts CpuFitDevice::densify() {
-  return densifyGaussians(state_.field, state_.adam, state_.gradients, rules_.densify);
+  return densifyGaussians(state_.field, state_.adam, state_.accumulator, rules_.densify);
 }
 
 LossSum CpuFitDevice::evaluate(const GaussianField& field) {

@@ -11,12 +11,12 @@ public:
   CpuFitDevice(const FitRequest& request, const KernelSet& kernels, ThreadPool& pool);
   ~CpuFitDevice() override;
 
-  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) override;
+  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& accumulator) override;
   void take(FitState&& state) override { state_ = std::move(state); }
-  void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) override;
+  void download(GaussianField* field, Adam* adam, GradientAccumulator* accumulator) override;
   const FitState* resident() const override { return &state_; }
 
-  LossSum iterate(const IterationOptions& order) override;
+  LossSum iterate(const IterationOptions& options) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
 

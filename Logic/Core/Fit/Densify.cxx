@@ -37,31 +37,31 @@ reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int iter
           static_cast<float>(plan.minLogScale)};
 }
 
-DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, GradientAccumulator& gradients,
+DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, GradientAccumulator& accumulator,
                                const DensifyPlan& plan) {
   DensifyCounts counts;
   const std::int64_t n = field.size();
-  const reshape::Rules rules = densifyRules(plan, field.blending, gradients.iterations);
-  gradients.sum.resize(n, 0.f);
+  const reshape::Rules rules = densifyRules(plan, field.blending, accumulator.iterations);
+  accumulator.sum.resize(n, 0.f);
   std::vector<std::uint32_t> kept;
   for (std::int64_t i = 0; i < n; ++i)
     if (!reshape::pruned(field.gaussians[i], rules)) kept.push_back(static_cast<std::uint32_t>(i));
-  if (kept.empty()) return gradients.clear(), counts; // a field of nothing could not be fitted any further
+  if (kept.empty()) return accumulator.clear(), counts; // a field of nothing could not be fitted any further
   counts.pruned = n - static_cast<std::int64_t>(kept.size());
-  std::vector<std::uint32_t> pulled;
-  std::copy_if(kept.begin(), kept.end(), std::back_inserter(pulled),
-               [&](std::uint32_t i) { return gradients.sum[i] > rules.gradient; });
-  std::stable_sort(pulled.begin(), pulled.end(),
-                   [&](std::uint32_t a, std::uint32_t b) { return gradients.sum[a] > gradients.sum[b]; });
+  std::vector<std::uint32_t> growing;
+  std::copy_if(kept.begin(), kept.end(), std::back_inserter(growing),
+               [&](std::uint32_t i) { return accumulator.sum[i] > rules.gradient; });
+  std::stable_sort(growing.begin(), growing.end(),
+                   [&](std::uint32_t a, std::uint32_t b) { return accumulator.sum[a] > accumulator.sum[b]; });
   const std::int64_t room = std::max<std::int64_t>(0, plan.limit - static_cast<std::int64_t>(kept.size()));
-  if (static_cast<std::int64_t>(pulled.size()) > room) pulled.resize(room);
-  gradients.clear();
-  if (counts.pruned == 0 && pulled.empty()) return counts;
+  if (static_cast<std::int64_t>(growing.size()) > room) growing.resize(room);
+  accumulator.clear();
+  if (counts.pruned == 0 && growing.empty()) return counts;
 
-  std::vector<Gaussian> added(pulled.size());
-  for (std::size_t k = 0; k < pulled.size(); ++k) {
-    const std::ptrdiff_t at = 16 * static_cast<std::ptrdiff_t>(pulled[k]);
-    if (reshape::densify(field.gaussians[pulled[k]], adam.moment1.data() + at, rules, added[k])) {
+  std::vector<Gaussian> added(growing.size());
+  for (std::size_t k = 0; k < growing.size(); ++k) {
+    const std::ptrdiff_t at = 16 * static_cast<std::ptrdiff_t>(growing[k]);
+    if (reshape::densify(field.gaussians[growing[k]], adam.moment1.data() + at, rules, added[k])) {
       std::fill_n(adam.moment1.begin() + at, 16, 0.f);
       std::fill_n(adam.moment2.begin() + at, 16, 0.f);
       ++counts.split;

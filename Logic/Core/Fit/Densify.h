@@ -50,13 +50,13 @@ struct DensifyCounts {
 /// The plan's thresholds in the units of the field; iterations: that the gradients were summed over.
 reshape::Rules densifyRules(const DensifyPlan& plan, Blending blending, int iterations);
 
-/// Prunes Gaussians whose α is below τ_α or whose largest σ is above the limit; of the others, those pulled
-/// harder than τ_p (mean over the iterations) become two, the hardest pulled first, while there is room:
+/// Prunes Gaussians whose α is below τ_α or whose largest σ is above the limit; of the others, those
+/// whose gradient is above τ_p (mean over the iterations) become two, the largest first, while there is room:
 /// split along their longest axis when ‖Σ‖_F is above τ_s, else cloned (two that together blend as the one
 /// did at its centre, the copy shifted half its smallest σ the way the gradient points). New ones start with
-/// Adam moments of 0. A field that changed is sorted along a Morton curve; `gradients` start anew. At least
-/// one Gaussian is left.
-DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, GradientAccumulator& gradients,
+/// Adam moments of 0. A field that changed is sorted along a Morton curve; `accumulator` starts anew. At
+/// least one Gaussian is left.
+DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, GradientAccumulator& accumulator,
                                const DensifyPlan& plan);
 
 } // namespace innergs

@@ -46,7 +46,7 @@ struct FitRequest {
 struct FitState {
   GaussianField field;
   Adam adam{0};
-  GradientAccumulator gradients;
+  GradientAccumulator accumulator;
 };
 
 /// Where the iterations of a fit run: holds observations, field, Adam's moments and gradients, and gives them
@@ -57,13 +57,14 @@ public:
   virtual ~FitDevice() = default;
 
   /// The field to fit and Adam's moments (zeros at the start) and gradients.
-  virtual void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) = 0;
+  virtual void upload(const GaussianField& field, const Adam& adam,
+                      const GradientAccumulator& accumulator) = 0;
   /// What upload() gave, as it is now. Whatever is null is left out.
-  virtual void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) = 0;
+  virtual void download(GaussianField* field, Adam* adam, GradientAccumulator* accumulator) = 0;
 
   /// upload() of a state that the caller gives away.
   virtual void take(FitState&& state) {
-    upload(state.field, state.adam, state.gradients);
+    upload(state.field, state.adam, state.accumulator);
     state = {};
   }
   /// The state where it lies in host memory anyway: the same as download(), without the copy. Else null.
@@ -71,11 +72,11 @@ public:
 
   /// Forward, loss, gradient, Adam, relocation. Stopped in between: throws Error(Cancelled) and leaves field
   /// and moments as they were. Out of device memory: Error(Memory), likewise.
-  virtual LossSum iterate(const IterationOptions& order) = 0;
+  virtual LossSum iterate(const IterationOptions& options) = 0;
   /// Several iterations that nobody needs to look at in between, at least the first: a device waits for their
   /// sums together. Stopped or failing after the first: the sums of those that were done.
-  virtual std::vector<LossSum> iterateMany(std::span<const IterationOptions> orders) {
-    return {iterate(orders.front())};
+  virtual std::vector<LossSum> iterateMany(std::span<const IterationOptions> iterations) {
+    return {iterate(iterations.front())};
   }
   virtual DensifyCounts densify() = 0;
 

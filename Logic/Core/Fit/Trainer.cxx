@@ -46,7 +46,7 @@ void Trainer::restart(GaussianField field) {
   state_.adam = Adam(state_.field.size());
   state_.adam.beta1 = plan_.beta1;
   state_.adam.beta2 = plan_.beta2;
-  state_.gradients = {};
+  state_.accumulator = {};
   uploaded_ = false;
   history_.clear();
   plateau_ = {};
@@ -69,10 +69,10 @@ void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, in
   for (float loss : losses)
     record(loss);
   iteration_ = iteration;
-  state_.gradients.sum = std::move(gradients);
+  state_.accumulator.sum = std::move(gradients);
   if (densifying()) {
     const int last = iteration - iteration % plan_.densify.every;
-    state_.gradients.iterations = std::max(0, iteration - std::max(plan_.coarseIterations, last));
+    state_.accumulator.iterations = std::max(0, iteration - std::max(plan_.coarseIterations, last));
   }
   mark();
 }
@@ -90,7 +90,7 @@ void Trainer::upload() {
   if (onCpu_)
     device_->take(std::move(state_));
   else
-    device_->upload(state_.field, state_.adam, state_.gradients);
+    device_->upload(state_.field, state_.adam, state_.accumulator);
   uploaded_ = true;
 }
 
@@ -100,14 +100,14 @@ const FitState& Trainer::state() {
   if (fresh_) return state_;
   try {
     FitState now;
-    device_->download(&now.field, &now.adam, &now.gradients);
+    device_->download(&now.field, &now.adam, &now.accumulator);
     const std::size_t count = now.field.gaussians.size();
     if (count == 0 || now.adam.moment1.size() != 16 * count || now.adam.moment2.size() != 16 * count)
       throw Error(ErrorCode::Internal, "The device gave back a state that does not belong together.");
     state_.field.gaussians = std::move(now.field.gaussians);
     state_.adam.moment1 = std::move(now.adam.moment1);
     state_.adam.moment2 = std::move(now.adam.moment2);
-    state_.gradients = std::move(now.gradients);
+    state_.accumulator = std::move(now.accumulator);
     mark();
   } catch (const std::exception& error) {
     if (failure_.empty()) failure_ = error.what();
@@ -195,32 +195,32 @@ bool Trainer::step(int most) {
 
 /// What the iteration after so many is to do.
 IterationOptions Trainer::options(int iteration) const {
-  IterationOptions order;
-  order.coarse = iteration < plan_.coarseIterations;
-  order.accumulateGradients = densifying(iteration);
-  order.rates = plan_.rates;
-  order.step = iteration + 1;
+  IterationOptions options;
+  options.coarse = iteration < plan_.coarseIterations;
+  options.accumulateGradients = densifying(iteration);
+  options.rates = plan_.rates;
+  options.step = iteration + 1;
   const double rate = rateShare(iteration);
-  for (double* r : {&order.rates.mean, &order.rates.logScale, &order.rates.quaternion, &order.rates.logWeight,
-                    &order.rates.intensity, &order.rates.slope})
+  for (double* r : {&options.rates.mean, &options.rates.logScale, &options.rates.quaternion,
+                    &options.rates.logWeight, &options.rates.intensity, &options.rates.slope})
     *r *= rate;
-  if (!order.coarse && plan_.relocateEvery > 0 && order.step % plan_.relocateEvery == 0 &&
-      order.step <= plan_.relocateUntil * plan_.iterations)
-    order.relocate = {plan_.relocateShare, plan_.bounds.minLogScale};
-  return order;
+  if (!options.coarse && plan_.relocateEvery > 0 && options.step % plan_.relocateEvery == 0 &&
+      options.step <= plan_.relocateUntil * plan_.iterations)
+    options.relocate = {plan_.relocateShare, plan_.bounds.minLogScale};
+  return options;
 }
 
 void Trainer::iterate(int most) {
   upload();
   // The plateau schedule and the stop rule look at every loss.
   if (plan_.schedule == Schedule::Plateau || plan_.paperStopRule) most = 1;
-  std::vector<IterationOptions> orders{options(iteration_)};
+  std::vector<IterationOptions> iterations{options(iteration_)};
   for (int next = iteration_ + 1; next < std::min(iteration_ + most, plan_.iterations); ++next) {
     if (densifies(next) || next == plan_.coarseIterations) break; // what follows takes another time
-    orders.push_back(options(next));
+    iterations.push_back(options(next));
   }
-  const std::vector<LossSum> sums = device_->iterateMany(orders);
-  if (sums.empty() || sums.size() > orders.size())
+  const std::vector<LossSum> sums = device_->iterateMany(iterations);
+  if (sums.empty() || sums.size() > iterations.size())
     throw Error(ErrorCode::Internal, "The device did another number of iterations than it was asked for.");
   fresh_ = false;
   for (const LossSum& sum : sums) {

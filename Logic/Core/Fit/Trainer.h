@@ -78,7 +78,7 @@ public:
   /// What the fit has reached, fetched from the device: ask for these before iteration() and the like.
   const GaussianField& field() { return state().field; }
   const Adam& adam() { return state().adam; }
-  const std::vector<float>& gradients() { return state().gradients.sum; } // since the last densification
+  const std::vector<float>& gradients() { return state().accumulator.sum; } // since the last densification
   std::int64_t gaussians() const { return gaussians_; }
   double loss() const { return loss_; }                         // mean per sample, last iteration
   double mse() const { return mse_; }                           // last iteration, normalised intensity²

@@ -107,12 +107,12 @@ struct Relocate {
 };
 
 /// Densification: what stays counts 1 in the lower half of a mark, what is to become two 1 in the upper one;
-/// one more entry of 0. Keys sort the latter by falling pull, all others behind them.
+/// one more entry of 0. Keys sort the latter by falling gradient, all others behind them.
 struct DensifyMarks {
   static constexpr int kThreads = 128, kUpper = 32;
   using Shared = Nothing;
   const Gaussian* gaussians;
-  const float* gradients;
+  const float* gradientSums;
   std::int64_t count;
   reshape::Rules rules;
   std::int64_t* marks;
@@ -127,9 +127,9 @@ struct DensifyMarks {
         return;
       }
       const bool stays = !reshape::pruned(gaussians[i], rules),
-                 pulled = stays && gradients[i] > rules.gradient;
-      marks[i] = static_cast<std::int64_t>(stays) + (static_cast<std::int64_t>(pulled) << kUpper);
-      keys[i] = pulled ? static_cast<std::uint32_t>(~orderedBits(gradients[i])) : 0xffffffffu;
+                 growing = stays && gradientSums[i] > rules.gradient;
+      marks[i] = static_cast<std::int64_t>(stays) + (static_cast<std::int64_t>(growing) << kUpper);
+      keys[i] = growing ? static_cast<std::uint32_t>(~orderedBits(gradientSums[i])) : 0xffffffffu;
       ids[i] = static_cast<std::uint32_t>(i);
     });
   }
@@ -151,12 +151,12 @@ struct TakeKept {
   }
 };
 
-/// One more of each of those pulled hardest, Gaussian number count + k; splits: whether by a split, with one
-/// more entry of 0. The parent of a split starts with moments of 0.
+/// One more of each of those with the largest gradients, Gaussian number count + k; splits: whether by a
+/// split, with one more entry of 0. The parent of a split starts with moments of 0.
 struct Densify {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
-  const std::uint32_t* pulled;
+  const std::uint32_t* growing;
   std::int64_t chosen, count;
   reshape::Rules rules;
   Gaussian *gaussians, *added;
@@ -169,7 +169,7 @@ struct Densify {
     forEachItem<kThreads>(block, chosen + 1, [&](std::int64_t k) {
       splits[k] = 0;
       if (k == chosen) return;
-      const std::int64_t i = pulled[k];
+      const std::int64_t i = growing[k];
       order[k] = static_cast<std::uint32_t>(count + k);
       if (!reshape::densify(gaussians[i], moment1 + 16 * i, rules, added[k])) return;
       splits[k] = 1;

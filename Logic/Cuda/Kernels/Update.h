@@ -37,7 +37,7 @@ struct Update {
   AdamStep step;
   Gaussian* gaussians;
   float *moment1, *moment2;
-  float* gradients; // null: not asked for
+  float* gradientSums; // null: not asked for
   float gradientUnit;
   IterationStatus* status;
   Guard guard;
@@ -50,8 +50,8 @@ struct Update {
       const Record g = loaded(recordsAt(gradient) + i);
       Record first = loaded(recordsAt(moment1) + i), second = loaded(recordsAt(moment2) + i);
       Gaussian gaussian = loaded(gaussians + i);
-      if (gradients)
-        gradients[i] += gradientUnit * std::sqrt(g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
+      if (gradientSums)
+        gradientSums[i] += gradientUnit * std::sqrt(g.v[0] * g.v[0] + g.v[1] * g.v[1] + g.v[2] * g.v[2]);
       applyAdam(step, g.v, gaussian, first.v, second.v);
       stored(gaussians + i, gaussian);
       stored(recordsAt(moment1) + i, first);

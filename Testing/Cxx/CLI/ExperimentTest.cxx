@@ -80,7 +80,7 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   expectTable(table("contour"), "measure,value,paper,compared,measured_on");
   expectTable(table("static"), "method,plane,gaussians,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,"
                                "paper_seconds,estimated_memory_mb,measured_on");
-  expectTable(table("static-honest"),
+  expectTable(table("static-held-out"),
               "method,gaussians,psnr_db,paper_psnr_db,ssim,seconds,estimated_memory_mb,measured_on");
   for (const char* name :
        {"blending", "initialisation", "densification", "optimiser", "gaussians", "selection"}) {

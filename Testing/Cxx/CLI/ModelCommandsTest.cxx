@@ -184,7 +184,7 @@ TEST_F(ModelCommandsTest, Evaluate) {
                    "--save-model", path("out/m.innergs")}));
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const auto report = nlohmann::json::parse(contents("out/t.json"));
-  EXPECT_EQ(report.at("protocol"), "honest");
+  EXPECT_EQ(report.at("protocol"), "held-out");
   for (const char* method : {"gaussians", "linear", "cubic", "lanczos", "backprojection"}) {
     const auto& scores = report.at("methods").at(method);
     EXPECT_GT(scores.at("psnr").get<double>(), 5) << method;
@@ -204,7 +204,7 @@ TEST_F(ModelCommandsTest, EvaluateBothProtocols) {
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const auto reports = nlohmann::json::parse(contents("out/t.json"));
   ASSERT_EQ(reports.size(), 2u);
-  EXPECT_EQ(reports[0].at("protocol"), "honest");
+  EXPECT_EQ(reports[0].at("protocol"), "held-out");
   EXPECT_EQ(reports[1].at("protocol"), "paper");
   EXPECT_FALSE(reports[1].at("methods").contains("gaussians"));
   EXPECT_GT(reports[1].at("methods").at("linear").at("per_plane").size(), 2u);

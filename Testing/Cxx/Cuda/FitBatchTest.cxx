@@ -1,9 +1,9 @@
 #include "FitScene.h"
+#include "RoundingExecutor.h"
 
 #include "Core/Render/Kernels.h"
 
-#include <chrono>
-#include <thread>
+#include <stop_token>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -11,27 +11,27 @@ using namespace innergs::testing;
 namespace {
 
 /// Iterations of which some see half the resolution, some relocate, and Gaussians grow fast.
-std::vector<IterationOptions> ordersOf(const Scene& scene, int count, double growth = 0.09) {
-  std::vector<IterationOptions> orders;
+std::vector<IterationOptions> iterationsOf(const Scene& scene, int count, double growth = 0.09) {
+  std::vector<IterationOptions> iterations;
   for (int step = 1; step <= count; ++step) {
-    IterationOptions order = orderOf(scene, step);
-    order.coarse = step <= 3;
-    order.accumulateGradients = step > 6;
-    order.rates.logScale = growth;
-    if (step % 5 == 0) order.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
-    orders.push_back(order);
+    IterationOptions options = optionsOf(scene, step);
+    options.coarse = step <= 3;
+    options.accumulateGradients = step > 6;
+    options.rates.logScale = growth;
+    if (step % 5 == 0) options.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
+    iterations.push_back(options);
   }
-  return orders;
+  return iterations;
 }
 
 struct Reached {
   std::vector<double> losses;
   GaussianField field;
   Adam adam{0};
-  GradientAccumulator gradients;
+  GradientAccumulator accumulator;
 
   void add(const LossSum& sum) { losses.push_back(sum.loss); }
-  void fetch(FitDevice& fit) { fit.download(&field, &adam, &gradients); }
+  void fetch(FitDevice& fit) { fit.download(&field, &adam, &accumulator); }
 };
 
 void expectSame(const Reached& a, const Reached& b) {
@@ -39,19 +39,32 @@ void expectSame(const Reached& a, const Reached& b) {
   EXPECT_TRUE(same(a.field, b.field));
   EXPECT_EQ(a.adam.moment1, b.adam.moment1);
   EXPECT_EQ(a.adam.moment2, b.adam.moment2);
-  EXPECT_EQ(a.gradients.sum, b.gradients.sum);
-  EXPECT_EQ(a.gradients.iterations, b.gradients.iterations);
+  EXPECT_EQ(a.accumulator.sum, b.accumulator.sum);
+  EXPECT_EQ(a.accumulator.iterations, b.accumulator.iterations);
 }
 
-Reached oneByOne(const Scene& scene, std::span<const IterationOptions> orders) {
+Reached oneByOne(const Scene& scene, std::span<const IterationOptions> iterations) {
   cuda::Fit fit(cuda::makeHostExecutor(), scene.request());
   fit.upload(scene.field, Adam(scene.field.size()), {});
   Reached reached;
-  for (const IterationOptions& order : orders)
-    reached.add(fit.iterate(order));
+  for (const IterationOptions& options : iterations)
+    reached.add(fit.iterate(options));
   reached.fetch(fit);
   return reached;
 }
+
+/// Asks for a stop in the n-th update of the Gaussians.
+struct StopsInAnUpdate {
+  inline static std::stop_source stop;
+  inline static int updatesLeft = 0;
+
+  template <class Kernel>
+  static void run(const Kernel& kernel, std::int64_t blocks) {
+    cuda::runAll(kernel, blocks);
+    if constexpr (std::is_same_v<Kernel, cuda::Update>)
+      if (--updatesLeft == 0) stop.request_stop();
+  }
+};
 
 } // namespace
 
@@ -60,8 +73,8 @@ TEST(IterationsOfOneWait, GiveTheSameBitsAsOneByOne) {
     for (const double growth : {0.09, 0.9}) { // the latter needs more and more room for pairs
       SCOPED_TRACE(std::string(c.name) + (growth > 0.5 ? ", growing" : ""));
       const Scene scene(c, 13);
-      const auto orders = ordersOf(scene, 12, growth);
-      const Reached expected = oneByOne(scene, orders);
+      const auto iterations = iterationsOf(scene, 12, growth);
+      const Reached expected = oneByOne(scene, iterations);
       auto executor = cuda::makeHostExecutor();
       cuda::Executor& host = *executor;
       FitRequest request = scene.request();
@@ -70,7 +83,7 @@ TEST(IterationsOfOneWait, GiveTheSameBitsAsOneByOne) {
       fit.upload(scene.field, Adam(scene.field.size()), {});
       Reached found;
       const int before = cuda::downloads(host);
-      for (const LossSum& sum : fit.iterateMany(orders))
+      for (const LossSum& sum : fit.iterateMany(iterations))
         found.add(sum);
       const int waits = cuda::downloads(host) - before;
       if (growth < 0.5)
@@ -121,32 +134,31 @@ TEST(IterationsOfOneWait, AreAsManyAsTheTrainerAllows) {
 
 TEST(IterationsOfOneWait, KeepThoseThatWereDoneWhenStopped) {
   const Scene scene(kFitCases[0], 13);
-  const auto orders = ordersOf(scene, 60);
-  for (const int wait : {0, 2, 5, 10}) { // ms
+  const auto iterations = iterationsOf(scene, 60);
+  for (const int updates : {1, 2, 17, 60}) {
     std::stop_source stop;
-    cuda::Fit fit(cuda::makeHostExecutor(), scene.request(stop.get_token()));
+    StopsInAnUpdate::stop = stop;
+    StopsInAnUpdate::updatesLeft = updates;
+    auto executor = std::make_unique<cuda::HostExecutor<StopsInAnUpdate>>(std::size_t{1} << 40);
+    cuda::Fit fit(std::move(executor), scene.request(stop.get_token()));
     fit.upload(scene.field, Adam(scene.field.size()), {});
-    std::jthread stopper([&] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(wait));
-      stop.request_stop();
-    });
     Reached found;
     try {
-      for (const LossSum& sum : fit.iterateMany(orders))
+      for (const LossSum& sum : fit.iterateMany(iterations))
         found.add(sum);
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::Cancelled);
     }
     found.fetch(fit);
-    expectSame(found, oneByOne(scene, {orders.data(), found.losses.size()}));
-    stopper.join();
-    EXPECT_THROW(fit.iterateMany(orders), Error);
+    expectSame(found, oneByOne(scene, {iterations.data(), found.losses.size()}));
+    EXPECT_TRUE(stop.stop_requested());
+    EXPECT_THROW(fit.iterateMany(iterations), Error);
   }
 }
 
 TEST(IterationsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
   const Scene scene(kFitCases[0], 11);
-  const auto orders = ordersOf(scene, 8);
+  const auto iterations = iterationsOf(scene, 8);
   bool some = false, none = false;
   for (int allocation = 1; allocation < 60; ++allocation) {
     SCOPED_TRACE(allocation);
@@ -157,7 +169,7 @@ TEST(IterationsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
     cuda::failAllocations(memory, allocation, 1 << 30);
     Reached found;
     try {
-      for (const LossSum& sum : fit.iterateMany(orders))
+      for (const LossSum& sum : fit.iterateMany(iterations))
         found.add(sum);
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::Memory);
@@ -165,9 +177,9 @@ TEST(IterationsOfOneWait, KeepThoseThatWereDoneWhenMemoryEnds) {
     const bool failed = cuda::allocationsToFailure(memory) == 0;
     cuda::failAllocations(memory, 0, 0);
     found.fetch(fit);
-    expectSame(found, oneByOne(scene, {orders.data(), found.losses.size()}));
+    expectSame(found, oneByOne(scene, {iterations.data(), found.losses.size()}));
     if (!failed) break;
-    some = some || (!found.losses.empty() && found.losses.size() < orders.size());
+    some = some || (!found.losses.empty() && found.losses.size() < iterations.size());
     none = none || found.losses.empty();
   }
   EXPECT_TRUE(some);

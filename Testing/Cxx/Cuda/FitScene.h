@@ -93,12 +93,12 @@ struct Scene {
   }
 };
 
-inline IterationOptions orderOf(const Scene& scene, int step) {
-  IterationOptions order;
-  order.rates = scene.plan.rates;
-  order.step = step;
-  order.accumulateGradients = true;
-  return order;
+inline IterationOptions optionsOf(const Scene& scene, int step) {
+  IterationOptions options;
+  options.rates = scene.plan.rates;
+  options.step = step;
+  options.accumulateGradients = true;
+  return options;
 }
 
 inline bool same(const GaussianField& a, const GaussianField& b) {

@@ -22,24 +22,24 @@ TEST_P(Fits, IterationAsTheCpu) {
     SCOPED_TRACE(coarse ? "coarse" : "fine");
     cpu.upload(scene.field, adam, {});
     fit.upload(scene.field, adam, {});
-    IterationOptions order = orderOf(scene, 1);
-    order.coarse = coarse;
-    const LossSum expected = cpu.iterate(order), found = fit.iterate(order);
+    IterationOptions options = optionsOf(scene, 1);
+    options.coarse = coarse;
+    const LossSum expected = cpu.iterate(options), found = fit.iterate(options);
     EXPECT_EQ(found.samples, expected.samples);
     EXPECT_NEAR(found.loss, expected.loss, 1e-4 * expected.loss);
     EXPECT_NEAR(found.squared, expected.squared, 1e-4 * expected.squared);
     Adam foundAdam(0), cpuAdam(0);
-    GradientAccumulator foundGradients, cpuGradients;
+    GradientAccumulator foundAccumulator, cpuAccumulator;
     GaussianField field;
-    fit.download(&field, &foundAdam, &foundGradients);
-    cpu.download(nullptr, &cpuAdam, &cpuGradients);
+    fit.download(&field, &foundAdam, &foundAccumulator);
+    cpu.download(nullptr, &cpuAdam, &cpuAccumulator);
     ASSERT_EQ(field.size(), scene.field.size());
     EXPECT_EQ(field.blending, scene.field.blending);
     EXPECT_FALSE(same(field, scene.field));
     EXPECT_LE(relativeError(foundAdam.moment1, cpuAdam.moment1), 1e-4);
     EXPECT_LE(relativeError(foundAdam.moment2, cpuAdam.moment2), 2e-4);
-    EXPECT_LE(relativeError(foundGradients.sum, cpuGradients.sum), 1e-4);
-    EXPECT_EQ(foundGradients.iterations, cpuGradients.iterations);
+    EXPECT_LE(relativeError(foundAccumulator.sum, cpuAccumulator.sum), 1e-4);
+    EXPECT_EQ(foundAccumulator.iterations, cpuAccumulator.iterations);
   }
   const LossSum a = fit.evaluate(scene.field), b = cpu.evaluate(scene.field);
   EXPECT_NEAR(a.loss, b.loss, 1e-4 * b.loss);
@@ -74,13 +74,13 @@ TEST_P(Fits, StopAndLeaveTheStateAsItWas) {
   std::stop_source stop;
   cuda::Fit fit(std::move(executor), scene.request(stop.get_token()));
   fit.upload(scene.field, Adam(scene.field.size()), {});
-  fit.iterate(orderOf(scene, 1));
+  fit.iterate(optionsOf(scene, 1));
   GaussianField before, after;
   Adam adamBefore(0), adamAfter(0);
   fit.download(&before, &adamBefore, nullptr);
   stop.request_stop();
   try {
-    fit.iterate(orderOf(scene, 2));
+    fit.iterate(optionsOf(scene, 2));
     FAIL() << "not stopped";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Cancelled);
@@ -109,7 +109,7 @@ TEST(FitOnTheHostExecutor, ComputesTheSameInSmallerSlabs) {
     for (cuda::Fit* fit : {&whole, &slabs})
       fit->upload(scene.field, Adam(scene.field.size()), {});
     for (int step = 1; step <= 2; ++step) {
-      const LossSum a = whole.iterate(orderOf(scene, step)), b = slabs.iterate(orderOf(scene, step));
+      const LossSum a = whole.iterate(optionsOf(scene, step)), b = slabs.iterate(optionsOf(scene, step));
       EXPECT_EQ(a.samples, b.samples);
       EXPECT_NEAR(a.loss, b.loss, 1e-4 * a.loss);
     }
@@ -161,7 +161,7 @@ TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
       cuda::failAllocations(memory, allocation, 1);
       bool all = false;
       try {
-        fit.iterate(orderOf(scene, 1));
+        fit.iterate(optionsOf(scene, 1));
         all = cuda::allocationsToFailure(memory) > 0;
         smaller = smaller || fit.slabs() > 1;
       } catch (const Error& error) {
@@ -174,7 +174,7 @@ TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
       cuda::failAllocations(memory, 0, 0);
       GaussianField field;
       fit.download(&field, nullptr, nullptr);
-      EXPECT_NO_THROW(fit.iterate(orderOf(scene, 1)));
+      EXPECT_NO_THROW(fit.iterate(optionsOf(scene, 1)));
       if (all) break; // the iteration made fewer allocations than that
     }
     EXPECT_TRUE(smaller);
@@ -188,7 +188,7 @@ TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
       cuda::failAllocations(memory, allocation, 1 << 30);
       bool swept = false;
       try {
-        fit.iterate(orderOf(scene, 1));
+        fit.iterate(optionsOf(scene, 1));
         swept = true;
       } catch (const Error&) {
       }
@@ -197,7 +197,7 @@ TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
       GaussianField field;
       fit.download(&field, nullptr, nullptr);
       EXPECT_EQ(same(field, scene.field), !swept);
-      EXPECT_EQ(fit.iterate(orderOf(scene, 1)).samples, samples) << "a slab is missing";
+      EXPECT_EQ(fit.iterate(optionsOf(scene, 1)).samples, samples) << "a slab is missing";
     }
   }
 }

@@ -346,7 +346,7 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
   DensifyPlan densify;
   densify.voxel = 0.7;
   densify.coverage = 3;
-  GradientAccumulator gradients;
+  GradientAccumulator accumulator;
   ThreadPool pool(1);
   Buffer<Gaussian> gaussians(*executor);
   Buffer<float> m1(*executor), m2(*executor), gradient(*executor), sums(*executor);
@@ -363,7 +363,7 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
     for (float& x : g)
       x = static_cast<float>(random(-1, 1));
     gradient.upload(g.data(), 16 * n);
-    gradients.add(g, densify, pool);
+    accumulator.add(g, densify, pool);
     adam.apply(field, g, rates, bounds, step, pool);
     executor->runOver(
         cuda::Update{gradient.data(),
@@ -390,7 +390,7 @@ TEST_P(Kernels, TakesTheStepsOfAdam) {
   EXPECT_LE(relativeError(floats(found), floats(field.gaussians)), kTolerance);
   EXPECT_LE(relativeError(a, adam.moment1), kTolerance);
   EXPECT_LE(relativeError(b, adam.moment2), kTolerance);
-  EXPECT_LE(relativeError(s, gradients.sum), kTolerance);
+  EXPECT_LE(relativeError(s, accumulator.sum), kTolerance);
 }
 
 INSTANTIATE_TEST_SUITE_P(Everywhere, Kernels, ::testing::ValuesIn(kEverywhere),

@@ -24,10 +24,10 @@ FitState stateOf(int gaussians, Blending blending, int seed) {
   for (int i = 0; i < gaussians; i += 7)
     std::fill_n(state.adam.moment2.begin() + 16 * i, 16, 0.f);
   for (int i = 0; i < gaussians; ++i) {
-    state.gradients.sum.push_back(static_cast<float>(std::floor(random(0, 30)) / 10));
+    state.accumulator.sum.push_back(static_cast<float>(std::floor(random(0, 30)) / 10));
     state.field.gaussians[i].logWeight = static_cast<float>(random(-6, 3));
   }
-  state.gradients.iterations = 3;
+  state.accumulator.iterations = 3;
   return state;
 }
 
@@ -41,7 +41,7 @@ public:
     executor.upload(fit.field(), state.field.gaussians.data(), n * sizeof(Gaussian));
     fit.moment1.upload(state.adam.moment1.data(), 16 * n);
     fit.moment2.upload(state.adam.moment2.data(), 16 * n);
-    fit.gradients.upload(state.gradients.sum.data(), n);
+    fit.gradientSums.upload(state.accumulator.sum.data(), n);
   }
 
   void expectAs(const FitState& expected) const {
@@ -116,8 +116,8 @@ TEST_P(Reshaping, DensifiesAsTheCpu) {
       plan.voxel = 0.8;
       plan.minLogScale = -0.5;
       const DensifyCounts counts =
-          cuda::densify(*executor, found.fit, blending, expected.gradients.iterations, plan);
-      const DensifyCounts cpu = densifyGaussians(expected.field, expected.adam, expected.gradients, plan);
+          cuda::densify(*executor, found.fit, blending, expected.accumulator.iterations, plan);
+      const DensifyCounts cpu = densifyGaussians(expected.field, expected.adam, expected.accumulator, plan);
       EXPECT_EQ(counts.pruned, cpu.pruned);
       EXPECT_EQ(counts.split, cpu.split);
       EXPECT_EQ(counts.cloned, cpu.cloned);
@@ -160,7 +160,7 @@ TEST(ReshapingOnTheHostExecutor, IsAllOrNothing) {
   DensifyPlan plan;
   plan.thresholds = {0.3, 4, 0.05, 4};
   plan.limit = 800;
-  densifyGaussians(densified.field, densified.adam, densified.gradients, plan);
+  densifyGaussians(densified.field, densified.adam, densified.accumulator, plan);
   for (const bool relocating : {true, false}) {
     SCOPED_TRACE(relocating ? "relocation" : "densification");
     bool all = false;

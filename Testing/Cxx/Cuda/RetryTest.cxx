@@ -11,15 +11,15 @@ namespace {
 struct State {
   GaussianField field;
   Adam adam{0};
-  GradientAccumulator gradients;
-  explicit State(cuda::Fit& fit) { fit.download(&field, &adam, &gradients); }
+  GradientAccumulator accumulator;
+  explicit State(cuda::Fit& fit) { fit.download(&field, &adam, &accumulator); }
 
   void expectAs(const State& expected) const {
     EXPECT_TRUE(same(field, expected.field));
     EXPECT_EQ(adam.moment1, expected.adam.moment1);
     EXPECT_EQ(adam.moment2, expected.adam.moment2);
-    EXPECT_EQ(gradients.sum, expected.gradients.sum);
-    EXPECT_EQ(gradients.iterations, expected.gradients.iterations);
+    EXPECT_EQ(accumulator.sum, expected.accumulator.sum);
+    EXPECT_EQ(accumulator.iterations, expected.accumulator.iterations);
   }
 };
 
@@ -34,9 +34,9 @@ struct Swept {
     fit = std::make_unique<cuda::Fit>(std::move(executor), scene.request());
     fit->upload(scene.field, Adam(scene.field.size()), {});
     for (int step = 1; step <= 3; ++step) {
-      IterationOptions order = orderOf(scene, step);
-      if (step == 2) order.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
-      fit->iterate(order);
+      IterationOptions options = optionsOf(scene, step);
+      if (step == 2) options.relocate = RelocationPlan{0.05, scene.plan.bounds.minLogScale};
+      fit->iterate(options);
     }
   }
 };
@@ -76,7 +76,7 @@ TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
   const State grown(*plain.fit);
   EXPECT_EQ(grown.field.size(), before + expected.split + expected.cloned - expected.pruned);
   const std::size_t kept = plain.memory->freeBytes();
-  const LossSum next = plain.fit->iterate(orderOf(scene, 4));
+  const LossSum next = plain.fit->iterate(optionsOf(scene, 4));
   const State after(*plain.fit);
 
   const int allocations = failingOnce(
@@ -90,7 +90,7 @@ TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
       [&](cuda::Fit& fit, std::size_t free) {
         EXPECT_GT(free, kept) << "the buffers of the iterations were not given back";
         State(fit).expectAs(grown);
-        EXPECT_EQ(fit.iterate(orderOf(scene, 4)).loss, next.loss);
+        EXPECT_EQ(fit.iterate(optionsOf(scene, 4)).loss, next.loss);
         State(fit).expectAs(after);
       });
   EXPECT_GT(allocations, 10);

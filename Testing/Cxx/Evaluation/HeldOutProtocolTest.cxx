@@ -173,7 +173,7 @@ TEST(HeldOutProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
   auto options = baselinesOnly();
   options.keepVolumes = true;
   const EvaluationReport report = evaluateHeldOut(truth, c, options);
-  EXPECT_EQ(report.protocol, "honest");
+  EXPECT_EQ(report.protocol, "held-out");
   EXPECT_EQ(report.caseName, "keep-every-4");
   EXPECT_EQ(names(report), (std::vector<std::string>{"linear", "cubic", "lanczos"}));
   const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());

@@ -45,10 +45,10 @@ TEST(JudgedReconstruction, GivesTheFullFitAndProtocolHOfTheFirstStackInsideTheMa
   EvaluationOptions options;
   options.settings = quickSettings(8);
   options.mask = input.mask;
-  HeldOutCase honest;
-  honest.factor = 2;
-  honest.axis = 2;
-  const EvaluationReport direct = evaluateHeldOut(input.stacks.front().image, honest, options);
+  HeldOutCase heldOut;
+  heldOut.factor = 2;
+  heldOut.axis = 2;
+  const EvaluationReport direct = evaluateHeldOut(input.stacks.front().image, heldOut, options);
   ASSERT_TRUE(run.result.quality);
   ASSERT_EQ(run.result.quality->methods.size(), direct.methods.size());
   for (std::size_t m = 0; m < direct.methods.size(); ++m) {

@@ -44,23 +44,23 @@ TEST(Report, JsonHasTheAgreedShape) {
   EXPECT_DOUBLE_EQ(json["methods"]["gaussians"]["per_plane"]["axial"]["psnr"], 30);
   EXPECT_EQ(json["methods"]["gaussians"]["per_plane"]["coronal"]["slices"], 8);
   EXPECT_TRUE(json["methods"]["linear"]["psnr"].is_null());
-  const std::vector<EvaluationReport> two{report("paper"), report("honest")};
+  const std::vector<EvaluationReport> two{report("paper"), report("held-out")};
   const auto array = nlohmann::json::parse(jsonReport(two));
   ASSERT_EQ(array.size(), 2u);
-  EXPECT_EQ(array[0]["protocol"], "honest");
+  EXPECT_EQ(array[0]["protocol"], "held-out");
 }
 
 TEST(Report, TextPutsTheHonestNumbersFirstAndNamesTheSamples) {
-  const std::vector<EvaluationReport> two{report("paper"), report("honest")};
+  const std::vector<EvaluationReport> two{report("paper"), report("held-out")};
   const std::string text = textReport(two);
-  EXPECT_LT(text.find("Protocol H (honest), thick-4"), text.find("Protocol P (paper), withheld-5%"));
+  EXPECT_LT(text.find("Protocol H (held-out), thick-4"), text.find("Protocol P (paper), withheld-5%"));
   EXPECT_NE(text.find("Samples: 12 voxels"), std::string::npos);
   EXPECT_NE(text.find("31.25"), std::string::npos);
   EXPECT_NE(text.find("30.00 / 0.9000"), std::string::npos);
 }
 
 TEST(Report, CsvHasOneRowPerMethodAndPlane) {
-  const std::vector<EvaluationReport> two{report("paper"), report("honest")};
+  const std::vector<EvaluationReport> two{report("paper"), report("held-out")};
   const std::string csv = csvReport(two);
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 1 + 2 + 4);
   EXPECT_NE(csv.find("paper,withheld-5%,gaussians,axial,30.0000,0.900000,29.0000,2.500,12,"),

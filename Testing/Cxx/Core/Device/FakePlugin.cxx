@@ -34,15 +34,15 @@ public:
   explicit FakeFit(const FitRequest& request) : pool_(2), inner_(request, kernelSet("scalar"), pool_) {
     pool_.setStop(request.stop);
   }
-  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& gradients) override {
+  void upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& accumulator) override {
     if (fault("upload")) outOfMemory();
-    inner_.upload(field, adam, gradients);
+    inner_.upload(field, adam, accumulator);
   }
-  void download(GaussianField* field, Adam* adam, GradientAccumulator* gradients) override {
+  void download(GaussianField* field, Adam* adam, GradientAccumulator* accumulator) override {
     if (lost_ || fault("download")) throw std::runtime_error("The device fell off the bus.");
-    inner_.download(field, adam, gradients);
+    inner_.download(field, adam, accumulator);
   }
-  LossSum iterate(const IterationOptions& order) override {
+  LossSum iterate(const IterationOptions& options) override {
     int at = 0;
     ++iterations_;
     if (fault("iteration", &at) && iterations_ == at) outOfMemory();
@@ -50,7 +50,7 @@ public:
       lost_ = true;
       throw Error(ErrorCode::Internal, "The device fell off the bus.");
     }
-    return inner_.iterate(order);
+    return inner_.iterate(options);
   }
   DensifyCounts densify() override {
     if (fault("reshape")) outOfMemory();

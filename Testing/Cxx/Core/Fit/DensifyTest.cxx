@@ -47,11 +47,11 @@ DensifyPlan planOf(std::int64_t limit = kCount) {
   return plan;
 }
 
-GradientAccumulator gradientsOf(int count = kCount) {
-  GradientAccumulator gradients;
-  gradients.sum.assign(count, 0.f);
-  gradients.iterations = 4;
-  return gradients;
+GradientAccumulator accumulatorOf(int count = kCount) {
+  GradientAccumulator accumulator;
+  accumulator.sum.assign(count, 0.f);
+  accumulator.iterations = 4;
+  return accumulator;
 }
 
 } // namespace
@@ -71,8 +71,8 @@ TEST_P(Densification, PrunesTheFaintAndTheLarge) {
     field.gaussians[3 * i + 1].logScale[1] = std::log(5.1f);
   field.gaussians[50].logScale[2] = std::log(4.9f);
   Adam adam = namedMoments();
-  GradientAccumulator gradients = gradientsOf();
-  const DensifyCounts counts = densifyGaussians(field, adam, gradients, planOf());
+  GradientAccumulator accumulator = accumulatorOf();
+  const DensifyCounts counts = densifyGaussians(field, adam, accumulator, planOf());
   EXPECT_EQ(counts.pruned, 15);
   EXPECT_EQ(counts.split + counts.cloned, 0);
   ASSERT_EQ(field.size(), 85);
@@ -84,21 +84,21 @@ TEST_P(Densification, PrunesTheFaintAndTheLarge) {
     EXPECT_GT(field.gaussians[i].intensity, 1.f);
     EXPECT_LE(field.gaussians[i].logScale[1], std::log(5.f));
   }
-  EXPECT_TRUE(gradients.sum.empty());
-  EXPECT_EQ(gradients.iterations, 0);
+  EXPECT_TRUE(accumulator.sum.empty());
+  EXPECT_EQ(accumulator.iterations, 0);
 }
 
 TEST_P(Densification, SplitsLargeAndClonesSmallOnesThatArePulled) {
   GaussianField field = lineOf(GetParam());
-  GradientAccumulator gradients = gradientsOf();
+  GradientAccumulator accumulator = accumulatorOf();
   for (int i = 0; i < 6; ++i) {
-    gradients.sum[10 + i] = 4.1f;                        // mean of four iterations just above 1
+    accumulator.sum[10 + i] = 4.1f;                      // mean of four iterations just above 1
     field.gaussians[10 + i].logScale[0] = std::log(2.f); // ‖Σ‖_F = √18
-    gradients.sum[40 + 2 * i] = 4.1f;                    // ‖Σ‖_F = √3
-    gradients.sum[70 + i] = 3.9f;
+    accumulator.sum[40 + 2 * i] = 4.1f;                  // ‖Σ‖_F = √3
+    accumulator.sum[70 + i] = 3.9f;
   }
   Adam adam = namedMoments();
-  const DensifyCounts counts = densifyGaussians(field, adam, gradients, planOf(1000));
+  const DensifyCounts counts = densifyGaussians(field, adam, accumulator, planOf(1000));
   EXPECT_EQ(counts.pruned, 0);
   EXPECT_EQ(counts.split, 6);
   EXPECT_EQ(counts.cloned, 6);
@@ -127,12 +127,12 @@ TEST_P(Densification, SplitsLargeAndClonesSmallOnesThatArePulled) {
 
 TEST_P(Densification, StaysWithinTheLimitAndTakesTheHardestPulled) {
   GaussianField field = lineOf(GetParam());
-  GradientAccumulator gradients = gradientsOf();
+  GradientAccumulator accumulator = accumulatorOf();
   for (int i = 0; i < kCount; ++i)
-    gradients.sum[i] = 5.f + static_cast<float>((i * 37) % kCount);
+    accumulator.sum[i] = 5.f + static_cast<float>((i * 37) % kCount);
   field.gaussians[0].logScale[0] = std::log(6.f); // pruned: room for one more
   Adam adam = namedMoments();
-  const DensifyCounts counts = densifyGaussians(field, adam, gradients, planOf(kCount + 9));
+  const DensifyCounts counts = densifyGaussians(field, adam, accumulator, planOf(kCount + 9));
   EXPECT_EQ(counts.pruned, 1);
   EXPECT_EQ(counts.cloned, 10);
   ASSERT_EQ(field.size(), kCount + 9);
@@ -152,9 +152,9 @@ TEST_P(Densification, OfACloneBlendsAsTheOneDid) {
     const GridGeometry point = grid(1, 1, 1);
     const float before = render(field, point).voxels[0];
     Adam adam(1); // no gradient yet: the copy stays in place
-    GradientAccumulator gradients = gradientsOf(1);
-    gradients.sum[0] = 100;
-    EXPECT_EQ(densifyGaussians(field, adam, gradients, planOf()).cloned, 1);
+    GradientAccumulator accumulator = accumulatorOf(1);
+    accumulator.sum[0] = 100;
+    EXPECT_EQ(densifyGaussians(field, adam, accumulator, planOf()).cloned, 1);
     // The field's p is the exponential less its value at the cut-off, which α sees squared.
     EXPECT_NEAR(render(field, point).voxels[0], before, 0.01 * before) << weight;
   }
@@ -164,13 +164,13 @@ TEST_P(Densification, OfNothingChangesNothingAndNeverEmptiesAField) {
   GaussianField field = lineOf(GetParam());
   const GaussianField before = field;
   Adam adam = namedMoments();
-  GradientAccumulator gradients = gradientsOf();
-  const DensifyCounts none = densifyGaussians(field, adam, gradients, planOf());
+  GradientAccumulator accumulator = accumulatorOf();
+  const DensifyCounts none = densifyGaussians(field, adam, accumulator, planOf());
   EXPECT_EQ(none.pruned + none.split + none.cloned, 0);
   EXPECT_EQ(std::memcmp(field.gaussians.data(), before.gaussians.data(), kCount * sizeof(Gaussian)), 0);
   DensifyPlan strict = planOf();
   strict.thresholds.size = 0.5;
-  EXPECT_EQ(densifyGaussians(field, adam, gradients, strict).pruned, 0);
+  EXPECT_EQ(densifyGaussians(field, adam, accumulator, strict).pruned, 0);
   EXPECT_EQ(field.size(), kCount);
 }
 
@@ -182,7 +182,7 @@ INSTANTIATE_TEST_SUITE_P(Blendings, Densification,
                            return name;
                          });
 
-TEST(Pull, IsTheLossOfOneVoxelsMoveForAnyNumberOfThreads) {
+TEST(GradientAccumulator, IsTheLossOfOneVoxelsMoveForAnyNumberOfThreads) {
   Numbers random(5);
   constexpr int n = 40000;
   std::vector<float> gradient(16 * n);
@@ -194,13 +194,13 @@ TEST(Pull, IsTheLossOfOneVoxelsMoveForAnyNumberOfThreads) {
   std::vector<float> first;
   for (int threads : {1, 2, 5}) {
     ThreadPool pool(threads);
-    GradientAccumulator gradients;
-    gradients.add(gradient, plan, pool);
-    gradients.add(gradient, plan, pool);
-    EXPECT_EQ(gradients.iterations, 2);
-    ASSERT_EQ(gradients.sum.size(), static_cast<std::size_t>(n));
-    if (first.empty()) first = gradients.sum;
-    EXPECT_EQ(gradients.sum, first);
+    GradientAccumulator accumulator;
+    accumulator.add(gradient, plan, pool);
+    accumulator.add(gradient, plan, pool);
+    EXPECT_EQ(accumulator.iterations, 2);
+    ASSERT_EQ(accumulator.sum.size(), static_cast<std::size_t>(n));
+    if (first.empty()) first = accumulator.sum;
+    EXPECT_EQ(accumulator.sum, first);
   }
   for (int i = 0; i < n; i += 999) {
     const float* g = gradient.data() + 16 * i;

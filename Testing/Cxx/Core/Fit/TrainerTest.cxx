@@ -183,7 +183,7 @@ TEST(StopRule, LooksBackBeyondAResumption) {
   EXPECT_TRUE(same(after.field(), whole.field()));
 }
 
-TEST(Pull, MeansTheSameAtAnyVolumeAndVoxelSize) {
+TEST(GradientAccumulator, MeansTheSameAtAnyVolumeAndVoxelSize) {
   const auto strongest = [](const Scene& s) {
     ThreadPool pool(2);
     Scene scene = s;
