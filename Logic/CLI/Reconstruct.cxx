@@ -120,19 +120,8 @@ ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult
   std::string inputs;
   for (const auto& path : options.inputs)
     inputs += (inputs.empty() ? "" : "; ") + utf8(std::filesystem::path(path).filename());
-  const auto decibels = [](double psnr) { return fmt::format("{:.3f}", psnr); };
-  ModelNotes notes{{"Version", INNERGS_VERSION},
-                   {"Inputs", inputs},
-                   {"Settings", settingsText(result.settings, options.heldOut)},
-                   {"InstructionSet", result.instructionSet},
-                   {"Device", result.device.id},
-                   {"TrainingPSNR", decibels(result.trainingPsnr)}};
-  if (!options.mask.empty()) notes["Mask"] = utf8(std::filesystem::path(options.mask).filename());
-  if (!std::isnan(result.heldOutPsnr)) { // of a second fit
-    notes["HeldOutPSNR"] = decibels(result.heldOutPsnr);
-    notes["HeldOutSlices"] = fmt::format("{}", result.heldOutSlices);
-  }
-  return notes;
+  return notesOf(result, inputs, utf8(std::filesystem::path(options.mask).filename()),
+                 settingsText(result.settings, options.heldOut));
 }
 
 // Adds to the result's warnings. The report goes last: it names what exists.

@@ -168,6 +168,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
   const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json settings = toJson(result.settings);
   settings["instruction_set"] = result.instructionSet;
+  settings["threads"] = result.threads;
   const Json device{{"asked", result.device.asked},
                     {"used", result.device.id},
                     {"name", result.device.name},

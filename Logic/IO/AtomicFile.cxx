@@ -17,7 +17,7 @@ namespace {
 fs::path fileOf(const fs::path& path) {
   std::error_code failed;
   if (!fs::is_symlink(path, failed)) return path;
-  const fs::path file = followed(path);
+  fs::path file = followed(path);
   if (fs::is_symlink(file, failed))
     throw Error(ErrorCode::Io, quoted(path) + " is a link that leads nowhere; choose another name.");
   return file;

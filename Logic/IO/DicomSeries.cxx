@@ -59,7 +59,7 @@ Slice readSlice(const std::string& file) {
                  });
 }
 
-/// What tells the images of a folder apart, from the header of one.
+/// From the header of one image: what tells the images of a folder apart.
 struct Header {
   std::string file, uid, description, number;
   GridGeometry geometry;
@@ -178,14 +178,17 @@ DicomEntry entryOf(const Headers& headers, const std::string& detail) {
   return entry;
 }
 
+[[noreturn]] void refuseRepeatedSlices(const std::string& what) {
+  throw Error(ErrorCode::UnsupportedImage,
+              what + " holds several images per slice position (a time series or several echoes); convert it "
+                     "to a NIfTI file and choose one of its frames.");
+}
+
 /// Every slice must have the lattice of the first and stand a whole number of even steps from it.
 void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::string& what) {
   const GridGeometry& first = slices.front().geometry;
   const double gap = norm(step);
-  if (!(gap > 1e-4))
-    throw Error(ErrorCode::UnsupportedImage, what + " holds several images per slice position (a time series "
-                                                    "or several echoes); convert it to NIfTI and "
-                                                    "choose one with --frame N.");
+  if (!(gap > 1e-4)) refuseRepeatedSlices(what);
   for (std::size_t k = 0; k < slices.size(); ++k) {
     const GridGeometry& g = slices[k].geometry;
     bool same = g.size == first.size;
@@ -200,10 +203,7 @@ void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::
                          "of one stack in the folder.");
     if (k == 0) continue;
     const double distance = norm(g.origin - slices[k - 1].geometry.origin);
-    if (distance < 1e-3 * gap)
-      throw Error(ErrorCode::UnsupportedImage,
-                  what + " holds several images per slice position (a time series or several "
-                         "echoes); convert it to NIfTI and choose one with --frame N.");
+    if (distance < 1e-3 * gap) refuseRepeatedSlices(what);
     if (norm(g.origin - (first.origin + double(k) * step)) > 0.02 * gap + 1e-3) {
       throw Error(
           ErrorCode::Geometry,
@@ -285,7 +285,7 @@ DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<i
     throw Error(chosen ? ErrorCode::InvalidArgument : ErrorCode::FileFormat,
                 what + " holds " + std::to_string(count) + " DICOM series" +
                     (chosen ? ", so there is no series " + std::to_string(*chosen) : "") +
-                    "; choose one with --series N: " + list + ".");
+                    "; choose a series: " + list + ".");
   }
   std::vector<Slice> slices;
   for (const std::string& file : entries[static_cast<std::size_t>(chosen.value_or(1) - 1)].files)

@@ -19,11 +19,11 @@ struct DicomSeries {
   double sliceThickness = 0; // mm, (0018,0050); 0 when absent
 };
 
-/// One stack of a folder, as a person tells it from the others: parts of a series that differ in size,
-/// spacing, orientation, echo or time are stacks of their own.
+/// One stack of a folder, described so that people can tell it from the others. Parts of a series that differ
+/// in size, spacing, orientation, echo or time are stacks of their own.
 struct DicomEntry {
   std::string description; // (0008,103E), may be empty
-  std::string detail;      // what sets it apart from others of its series: "echo time 80", or empty
+  std::string detail;      // tells it from others of its series: "echo time 80", or empty
   std::int64_t images = 0;
   std::array<std::int64_t, 2> size{};
   double thickness = 0;           // mm, 0 when absent
@@ -44,8 +44,8 @@ std::string textOf(const DicomEntry& entry);
 /// position.
 DicomSeries readDicomSeries(const std::filesystem::path& folder, std::optional<int> series = {});
 
-/// Throws Error(FileFormat) when uncompressed pixel data end before their stated length: GDCM then reads what
-/// there is.
+/// Throws Error(FileFormat) when uncompressed pixel data end before their stated length: GDCM would read
+/// what there is.
 void checkDicomPixels(const itk::ImageIOBase& io, const std::string& what);
 
 } // namespace innergs

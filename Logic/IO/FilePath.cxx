@@ -37,7 +37,7 @@ std::string fullExtension(const fs::path& path) {
                    [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
     return text;
   };
-  const std::string last = lower(utf8(path.extension()));
+  std::string last = lower(utf8(path.extension()));
   if (last != ".gz") return last;
   return lower(utf8(path.stem().extension())) + last;
 }

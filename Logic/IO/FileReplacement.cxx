@@ -98,7 +98,7 @@ std::error_code replaceFile(const fs::path& file, const fs::path& target) {
   if (fsync(written) != 0 && errno != EINVAL && errno != ENOTSUP) return lastError(); // some cannot
   if (std::rename(file.c_str(), target.c_str()) != 0) return lastError();
   const Descriptor folder(target.has_parent_path() ? target.parent_path() : fs::path("."), O_RDONLY);
-  if (folder >= 0) fsync(folder); // the file is there already: whatever comes of it
+  if (folder >= 0) fsync(folder); // the file is there already, so errors do not matter
   return {};
 }
 #endif

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// What each operating system does in its own way when a new file takes another's place.
+/// Replacing a file by a new one, which each operating system does in its own way.
 
 /// Creates an empty file; as the user's default permissions say, or for the owner alone when it is to
 /// replace an existing `target`.

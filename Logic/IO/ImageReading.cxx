@@ -32,8 +32,8 @@ std::string firstBytes(const fs::path& path, std::size_t count) {
   return bytes;
 }
 
-/// By content where the format has a magic number, else by extension: so a reader never sees a file that is
-/// not its own.
+/// By content where the format has a magic number, else by extension, so that a reader never sees a foreign
+/// file.
 Format formatOf(const fs::path& path) {
   const std::string head = firstBytes(path, 132), extension = fullExtension(path);
   if (head.starts_with("NRRD000")) return Format::Nrrd;
@@ -82,16 +82,16 @@ void turnRasToLps(GridGeometry& geometry) {
 }
 
 std::int64_t chooseFrame(const ItkHeader& header, const ReadOptions& options, const std::string& what) {
-  const std::string range = "--frame N (0 to " + std::to_string(header.frames - 1) + ")";
+  const std::string range = "0 to " + std::to_string(header.frames - 1);
   if (!options.frame && header.frames > 1)
     throw Error(ErrorCode::UnsupportedImage, what + " is a 4D file with " + std::to_string(header.frames) +
-                                                 " frames and a 3D image is needed; choose one with " +
-                                                 range + ".");
+                                                 " frames and a 3D image is needed; choose a frame (" +
+                                                 range + ").");
   const std::int64_t frame = options.frame.value_or(0);
   if (frame < 0 || frame >= header.frames)
     throw Error(ErrorCode::InvalidArgument,
                 what + " has " + std::to_string(header.frames) + (header.frames == 1 ? " frame" : " frames") +
-                    ", so there is no frame " + std::to_string(frame) + "; use " + range + ".");
+                    ", so there is no frame " + std::to_string(frame) + "; choose one (" + range + ").");
   return frame;
 }
 
@@ -134,7 +134,7 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
   checkInputFile(given);
   if (options.series)
     throw Error(ErrorCode::InvalidArgument,
-                quoted(given) + " is a file; --series N chooses a series of a DICOM folder.");
+                quoted(given) + " is a file; only a DICOM folder has series to choose from.");
   fs::path path = given;
   const Format format = formatOf(path);
   if (format == Format::Nifti && fullExtension(path).starts_with(".img")) {

@@ -14,7 +14,7 @@
 
 namespace innergs {
 
-/// Silences ITK's warnings on standard error while it lives: what matters becomes an Error.
+/// Silences ITK's warnings on standard error while it lives; errors become an Error.
 class QuietItk {
 public:
   QuietItk() : before_(itk::Object::GetGlobalWarningDisplay()) {
@@ -26,11 +26,11 @@ public:
 
 private:
   bool before_;
-  MuteStandardError mute_; // niftilib, MetaIO and HDF5 know no switch
+  MuteStandardError mute_; // niftilib, MetaIO and HDF5 have no switch
 };
 
-/// While one lives, in any thread, new C++ streams have a decimal point: MetaIO's follow the program's global
-/// locale.
+/// While one lives, in any thread, new C++ streams write a decimal point: MetaIO's streams follow the
+/// program's global locale.
 class ClassicStreams {
 public:
   ClassicStreams();

@@ -2,8 +2,8 @@
 
 namespace innergs {
 
-/// For a program whose standard error is its own: from now on what libraries print there while they read or
-/// write an image is dropped, for an Error says it.
+/// For a program that owns its standard error: from now on, what libraries print there while they read or
+/// write an image is dropped, since an Error says it.
 void dropLibraryMessages();
 
 /// While one lives, in any thread, standard error leads nowhere; without dropLibraryMessages() it does

@@ -1,6 +1,7 @@
 #include "IO/ModelFile.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 #include "IO/FilePath.h"
 #include "IO/MemoryCheck.h"
 #include "IO/Ply.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -213,6 +215,19 @@ void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path)
 
 } // namespace
 
+ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs, const std::string& mask,
+                   const std::string& settings) {
+  ModelNotes notes{{"Version", INNERGS_VERSION}, {"Inputs", inputs},
+                   {"Settings", settings},       {"InstructionSet", result.instructionSet},
+                   {"Device", result.device.id}, {"TrainingPSNR", formatted("%.3f", result.trainingPsnr)}};
+  if (!mask.empty()) notes["Mask"] = mask;
+  if (!std::isnan(result.heldOutPsnr)) { // of a second fit
+    notes["HeldOutPSNR"] = formatted("%.3f", result.heldOutPsnr);
+    notes["HeldOutSlices"] = std::to_string(result.heldOutSlices);
+  }
+  return notes;
+}
+
 void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path, const ModelNotes& notes) {
   const std::vector<Gaussian>& gaussians = checkpoint.field.gaussians;
   const std::int64_t count = checkpoint.field.size();
@@ -247,9 +262,8 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
   const Volume& residual = checkpoint.field.residual;
   if (!residual.voxels.empty())
     tensors.push_back({"detail", residualShape(residual.geometry), [&residual] { return residual.voxels; }});
-  const std::vector<std::uint32_t> runs = checkpoint.field.support.voxels.empty()
-                                              ? std::vector<std::uint32_t>{}
-                                              : runsOf(checkpoint.field.support);
+  std::vector<std::uint32_t> runs;
+  if (!checkpoint.field.support.voxels.empty()) runs = runsOf(checkpoint.field.support);
   if (!runs.empty())
     tensors.push_back({"support", {static_cast<std::int64_t>(runs.size())}, [&runs] { return runs; }});
   auto metadata = metadataOf(checkpoint);

@@ -11,6 +11,10 @@ namespace innergs {
 /// like, text to text. Optional in a file.
 using ModelNotes = std::map<std::string, std::string>;
 
+/// Of a reconstruction's model. inputs, mask: names; no mask: "". settings: settingsText().
+ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs, const std::string& mask,
+                   const std::string& settings);
+
 /// Model files (.innergs): a safetensors container (8-byte little-endian header length, JSON header, raw
 /// little-endian tensors), so any safetensors reader opens them; format and version in Docs/model-format.md.
 /// Throws Error(Io).

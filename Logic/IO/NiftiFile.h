@@ -9,7 +9,7 @@
 
 namespace innergs {
 
-/// The fields of a NIfTI-1 header that ITK's reader hides or repairs silently.
+/// The fields of a NIfTI-1 header that ITK's reader hides or silently repairs.
 struct NiftiHeader {
   std::filesystem::path voxelFile; // the same file, or the .img of a pair
   bool swapped = false;            // of the other byte order

@@ -6,8 +6,8 @@
 
 namespace innergs {
 
-/// The files that a run writes: checked before it starts, against what it reads as well, and each tried in
-/// the end, so that one that cannot be written costs none of the others.
+/// The files that a run writes. They are checked before the start, also against what it reads, and each is
+/// tried at the end, so that one failure costs none of the others.
 class OutputFiles {
 public:
   enum class Kind { Any, Volume, Model, Ply, Png };
@@ -18,14 +18,14 @@ public:
   /// folder that is missing or not writable, too long a name, what is read, or another output. "" is ignored.
   void add(const std::filesystem::path& output, Kind kind = Kind::Any);
 
-  /// Calls `write` with the path; whatever it throws is kept for check(). False when it threw, and for "".
+  /// Calls `write` with the path and stores what it throws for check(). False when it threw, and for "".
   bool write(const std::filesystem::path& output,
              const std::function<void(const std::filesystem::path&)>& write);
   /// "a.nii.gz, b.innergs"
   std::string written() const;
   /// One sentence for each failure; empty without one.
   const std::vector<std::string>& failures() const { return failures_; }
-  /// Throws Error(Io) with all failures, and what was written all the same.
+  /// Throws Error(Io) with all failures and the list of what was written.
   void check() const;
 
 private:

@@ -8,11 +8,11 @@
 
 namespace innergs {
 
-/// What the voxels of a written volume are.
+/// The voxel type of a written volume.
 enum class OutputType { Float32, UInt8, Int16, UInt16, Int32 };
 
-/// What a type has to hold: the finite values' ends, whether all are whole numbers, and how many are not
-/// finite.
+/// What a type must be able to store: the smallest and largest finite value, whether all are whole numbers,
+/// and how many are not finite.
 struct VoxelValues {
   explicit VoxelValues(std::span<const float> voxels);
   void join(const VoxelValues& other);

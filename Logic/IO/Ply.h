@@ -9,12 +9,12 @@ namespace innergs {
 /// Binary little-endian PLY with the property names of 3D Gaussian splatting: x y z (LPS mm) nx ny nz
 /// f_dc_0..2 opacity (logit) scale_0..2 (ln mm) rot_0..3 (w x y z). What those names cannot hold (blending,
 /// weight beyond the logit's range, slopes, frame, intensity map, value range, domain) goes into extra
-/// properties and `comment innergs` lines that other readers ignore. What has no place there is left out:
+/// properties and `comment innergs` lines that other readers ignore. The rest is left out:
 /// droppedByPly().
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
-/// A sentence on what a PLY file of a field leaves out, with numbers: the residual grid, a mask; "" where it
-/// keeps all.
+/// What a PLY file of a field leaves out (the residual grid, a mask), as a sentence with numbers; "" if it
+/// keeps everything.
 std::string droppedByPly(const GaussianField& field);
 
 /// Whether a file is read as a PLY file: by its extension or its first bytes.

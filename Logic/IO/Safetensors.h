@@ -11,7 +11,7 @@
 
 namespace innergs {
 
-/// A float32 or unsigned 32-bit tensor to write: its values are made when they are needed.
+/// A float32 or unsigned 32-bit tensor to write, with its values made on demand.
 struct TensorToWrite {
   std::string name;
   std::vector<std::int64_t> shape;

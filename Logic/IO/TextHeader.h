@@ -5,7 +5,7 @@
 
 namespace innergs {
 
-/// What the NRRD and MetaImage readers of ITK hide, repair silently or fail on with text of their own. Both
+/// What ITK's NRRD and MetaImage readers hide, silently repair or reject with text of their own. Both
 /// constructors throw Error(Geometry) for spacings, directions or origins that are zero, negative or not
 /// finite, and Error(FileFormat) when a required field is missing.
 struct NrrdHeader {

@@ -27,7 +27,7 @@ using Component = itk::CommonEnums::IOComponent;
 struct Format {
   itk::ImageIOBase::Pointer io;
   bool compressed;
-  std::string headerEnd; // what the voxels follow; empty: they follow 352 bytes (NIfTI)
+  std::string headerEnd; // the voxels follow it; empty: they follow 352 bytes (NIfTI)
 };
 
 Format formatOf(const fs::path& path) {

@@ -62,11 +62,10 @@ IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>
 }
 
 [[noreturn]] void doNotMeet(const std::string& what) {
-  throw Error(
-      ErrorCode::Geometry,
-      "The region of interest lies outside " + what +
-          ": give it in mm in patient space, LPS (x to the left, y to the back, z to the head) or, with "
-          "--ras, RAS.");
+  throw Error(ErrorCode::Geometry, "The region of interest lies outside " + what +
+                                       ": give it in mm in patient space, LPS (x to the left, y to the back, "
+                                       "z to the head) unless RAS was "
+                                       "asked for.");
 }
 
 std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const Corners& corners) {

@@ -146,6 +146,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   result.nonFiniteVoxels = prepared.nonFinite;
   result.warnings = prepared.warnings;
   ThreadPool pool(settings.threads);
+  result.threads = pool.threads();
   pool.setStop(stop);
   checkpoint = input.resume ? *input.resume : Checkpoint{};
   result.iterations = checkpoint.iteration;

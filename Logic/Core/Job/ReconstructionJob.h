@@ -45,6 +45,7 @@ struct ReconstructionResult {
   Settings settings;                 // with every optional filled in
   DeviceUse device;                  // where the fit ended
   std::string instructionSet;        // what ran on the CPU
+  int threads = 0;                   // that ran there; 0: stopped before the first
   std::vector<std::string> warnings; // sentences for the user
 };
 

@@ -64,7 +64,7 @@ TEST_F(BadInputTest, SingleSlice) {
 
 TEST_F(BadInputTest, FourDimensionsNameTheOption) {
   const std::string movie = file("movie.nii", niftiBytes({8, 8, 8, 3}, 16, 32));
-  expectRefused({movie}, "--frame");
+  expectRefused({movie}, "choose a frame (0 to 2)");
   expectRefused({movie, "--frame", "3"}, "3");
 }
 
@@ -197,8 +197,8 @@ TEST_F(BadInputTest, RealFiles) {
   expectRefused({(data / "G_shear_sform.nii.gz").string()}, "G_shear_sform");
   expectRefused({(data / "G_rgb24_ct_perfusion.nii.gz").string()}, "G_rgb24");
   expectRefused({(data / "G_single_slice.nii.gz").string()}, "slice");
-  expectRefused({(data / "G_oblique_4d_TR2000.nii.gz").string()}, "--frame");
-  expectRefused({(data / "G_minc2_4d.mnc").string()}, "--frame");
+  expectRefused({(data / "G_oblique_4d_TR2000.nii.gz").string()}, "choose a frame");
+  expectRefused({(data / "G_minc2_4d.mnc").string()}, "choose a frame");
   expectRefused({(data / "C_labels117_names.json").string()}, "C_labels117_names");
 }
 

@@ -48,6 +48,7 @@ TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   EXPECT_EQ(readPly(path("out/m.ply")).size(), model.field.size());
   EXPECT_EQ(report.at("settings").at("seed"), 7);
   EXPECT_EQ(report.at("settings").at("iterations"), 40);
+  EXPECT_EQ(report.at("settings").at("threads"), 2);
   EXPECT_EQ(report.at("settings").at("preset"), "balanced");
   EXPECT_FALSE(report.at("settings").at("instruction_set").get<std::string>().empty());
   EXPECT_EQ(report.at("inputs").size(), 1u);
@@ -87,7 +88,7 @@ TEST_F(ReconstructTest, TakesTheSeriesOfADicomFolderThatIsChosen) {
   expectOneSentence(run(quickly({"reconstruct", folder.string(), "--series", "3", "-o", output})), 1,
                     "series 3");
   expectOneSentence(run(quickly({"reconstruct", scan("a.nii", phantom()), "--series", "1", "-o", output})), 1,
-                    "--series");
+                    "series");
   const Outcome chosen = run(quickly({"reconstruct", folder.string(), folder.string(), "--series", "2,1",
                                       "--report", path("out/r.json"), "-o", output}));
   EXPECT_EQ(chosen.exitCode, 0) << chosen.err;

@@ -96,7 +96,7 @@ TEST(DicomSeries, SeveralSeriesAreListed) {
   const Error error = errorOf([&] { readVolume(folder.path()); });
   EXPECT_EQ(error.code(), ErrorCode::FileFormat);
   EXPECT_TRUE(contains(error, "2 DICOM series") && contains(error, "10 images of 274 x 384")) << error.what();
-  EXPECT_TRUE(contains(error, "--series N")) << error.what();
+  EXPECT_TRUE(contains(error, "choose a series: ")) << error.what();
   EXPECT_EQ(readVolume(folder.path(), {.series = 2}).geometry.size[2], 10);
 }
 
@@ -119,7 +119,7 @@ TEST(DicomFolder, OfSeveralSeriesIsListedAndOneChosen) {
   EXPECT_EQ(textOf(entries[1]), "'T2 coronal', 5 images of 6 x 5, coronal tilted by 6 degrees");
   const Error error = errorOf([&] { readVolume(folder.path()); });
   EXPECT_EQ(error.code(), ErrorCode::FileFormat);
-  EXPECT_TRUE(contains(error, "holds 2 DICOM series; choose one with --series N: 1: 'T2 axial', 4 images"))
+  EXPECT_TRUE(contains(error, "holds 2 DICOM series; choose a series: 1: 'T2 axial', 4 images"))
       << error.what();
   EXPECT_EQ(slices(folder.path(), 1), 4);
   EXPECT_EQ(slices(folder.path(), 2), 5);

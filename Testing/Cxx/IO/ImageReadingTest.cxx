@@ -58,7 +58,8 @@ TEST(ImageReading, FramesOfFourDimensionalFiles) {
     SCOPED_TRACE(name);
     const Error refused = errorOf([&] { readVolume(folder / name); });
     EXPECT_EQ(refused.code(), ErrorCode::UnsupportedImage);
-    EXPECT_TRUE(contains(refused, "3 frames") && contains(refused, "--frame N")) << refused.what();
+    EXPECT_TRUE(contains(refused, "3 frames") && contains(refused, "choose a frame (0 to 2)"))
+        << refused.what();
     for (int f = 0; f < 3; ++f) {
       const Volume volume = readVolume(folder / name, frame(f));
       EXPECT_EQ(volume.geometry.size, (std::array<std::int64_t, 3>{2, 2, 2}));
