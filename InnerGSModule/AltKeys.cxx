@@ -9,7 +9,7 @@
 
 namespace {
 
-/// Where the letter after a single "&" is; −1: nowhere.
+/// Index of the letter after a single "&"; −1: none.
 int keyAt(const QString& text) {
   for (int i = 0; i + 1 < text.size(); ++i)
     if (text[i] == '&') {

@@ -4,7 +4,7 @@
 class QMenuBar;
 class QWidget;
 
-/// Gives every Alt key of a panel to one place: the menus keep theirs, then who comes first in the panel.
-/// Another letter of its text, or none, for the rest. Not for what is in `fixed` or renames itself, whose
-/// letters are kept free: `reserved`.
+/// Makes the Alt keys of a panel unique: menus keep theirs, then the first in the panel; the rest get another
+/// letter of their text, or none. Leaves `fixed` alone, whose texts change, and keeps their letters,
+/// `reserved`, free.
 void shareAltKeys(QWidget* panel, QMenuBar* menus, const QList<const QWidget*>& fixed, const char* reserved);

@@ -2,6 +2,6 @@
 
 class vtkMRMLScene;
 
-/// Frames the scene's 3D views on a box (RAS mm: xmin, xmax, ymin, ...), those alone whose camera is where
-/// every new one is: nobody chose what they show.
+/// Frames the scene's 3D views on a box (RAS mm: xmin, xmax, ymin, ...), but only those whose camera is still
+/// where every new one is.
 void frameUntouchedCameras(vtkMRMLScene* scene, const double bounds[6]);

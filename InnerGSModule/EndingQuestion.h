@@ -12,15 +12,15 @@ namespace innergs::ui {
 class Host;
 }
 
-/// Asks before a person ends a running reconstruction by closing the application's window or the scene: a
-/// "no" leaves everything as it was. What scripts close is not asked for.
+/// Asks before a person ends a running reconstruction by closing the application's window or the scene; "no"
+/// leaves everything as it was. Does not ask scripts.
 class EndingQuestion : public QObject {
   Q_DECLARE_TR_FUNCTIONS(EndingQuestion)
 public:
   EndingQuestion(innergs::ui::Host* host, QMainWindow* window, QObject* parent);
   ~EndingQuestion() override;
 
-  /// Lets an action that calls a slot of the window ask first. Nothing, where it does not.
+  /// Makes an action that calls a slot of the window ask first; does nothing if there is no such action.
   void guard(const char* action, const char* slot, const QString& question);
 
 protected:
@@ -31,5 +31,5 @@ private:
 
   QPointer<innergs::ui::Host> host_;
   QPointer<QMainWindow> window_;
-  std::vector<std::function<void()>> undo_; // leaves the actions as they were
+  std::vector<std::function<void()>> undo_; // restores the actions
 };

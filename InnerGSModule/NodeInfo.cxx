@@ -47,9 +47,9 @@ QString orientationOf(vtkMatrix4x4* ijkToRAS, int sliceAxis) {
   return QCoreApplication::translate("innergs", "oblique");
 }
 
-constexpr const char* kEllipsoids = "InnerGSEllipsoids"; // tells them from scripts' nodes of points
+constexpr const char* kEllipsoids = "InnerGSEllipsoids"; // distinguishes them from scripts' nodes of points
 
-/// A node that refers to the model as what it was made from, with the attribute, if one is named.
+/// A node made from the model, with the attribute if one is named.
 template <class Node>
 Node* madeFrom(vtkMRMLInnerGSModelNode* model, const char* className, const char* attribute = nullptr) {
   vtkMRMLScene* scene = model->GetScene();
@@ -75,7 +75,7 @@ std::array<double, 2> sampledValuesOf(vtkInnerGSModel* model) {
   }
   vtkNew<vtkInnerGSResample> sample;
   sample->SetModel(model);
-  sample->SetDevice("cpu"); // looking for others takes longer than so few points
+  sample->SetDevice("cpu"); // finding others takes longer than these few points
   sample->SetReferenceGrid(grid, n, n, n);
   sample->Update();
   vtkImageData* image = sample->GetOutput();
@@ -86,7 +86,7 @@ std::array<double, 2> sampledValuesOf(vtkInnerGSModel* model) {
   return {sorted[sorted.size() / 100], sorted[sorted.size() * 99 / 100]};
 }
 
-/// The same, found once for the last few models.
+/// The same, cached for the last few models.
 std::array<double, 2> valuesOf(vtkInnerGSModel* model) {
   struct Known {
     std::weak_ptr<const Checkpoint> of;

@@ -22,11 +22,11 @@ Report reportOf(vtkSlicerInnerGSJob* job);
 vtkMRMLModelNode* ellipsoidsOf(vtkMRMLInnerGSModelNode* node);
 vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node);
 void setEllipsoidsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLModelNode* ellipsoids);
-/// Whether InnerGS made it, of a model or beside one.
+/// Whether InnerGS made it, from a model or beside one.
 bool isMade(vtkMRMLNode* node);
 /// Whether a volume is one to reconstruct: it has voxels, people can choose it, and InnerGS did not make it.
 bool isScan(vtkMRMLNode* node);
-/// Where the model came from is where the node does.
+/// Gives the node the model's provenance.
 void setMadeFrom(vtkMRMLNode* node, vtkMRMLInnerGSModelNode* model);
 /// In the subject hierarchy.
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);

@@ -37,7 +37,7 @@ std::vector<Point> cut(const std::vector<Point>& polygon, int axis, double at, d
   return rest;
 }
 
-/// What of the picture lies in the model's box, with the picture's texture coordinates.
+/// The part of the picture in the model's box, with its texture coordinates.
 vtkSmartPointer<vtkPolyData> polygonOf(const innergs::ui::PlaneImage& picture,
                                        const std::array<double, 6>& bounds) {
   const double size[2] = {double(picture.task.columns), double(picture.task.rows)};

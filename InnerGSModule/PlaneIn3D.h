@@ -11,16 +11,16 @@ class vtkImageMapToWindowLevelColors;
 class vtkMRMLModelNode;
 class vtkMRMLScene;
 
-/// The query panel's plane in the 3D views: a hidden model node with the plane's picture on it, which is not
-/// saved.
+/// The query panel's plane in the 3D views: a hidden model node, not saved, textured with the plane's
+/// picture.
 class PlaneIn3D {
 public:
   PlaneIn3D();
   ~PlaneIn3D();
   void setScene(vtkMRMLScene* scene);
-  /// Whether it is to be seen; without a picture nothing is.
+  /// Shows or hides it; without a picture there is nothing to show.
   void setShown(bool shown);
-  /// bounds: the model's (RAS mm), outside of which nothing is shown.
+  /// bounds: of the model (RAS mm); the picture is clipped to them.
   void setPicture(const innergs::ui::PlaneImage& picture, const std::array<double, 6>& bounds);
   /// What is black and white, scanner units.
   void setWindow(double lower, double upper);

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-/// Observers of VTK objects, which may go before it; they end with this.
+/// Observers of VTK objects that end with this. The objects may be deleted earlier.
 class ScopedObservers {
 public:
   ScopedObservers() = default;

@@ -1,22 +1,42 @@
 #include "qSlicerInnerGSHost.h"
 
+#include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Job/Progress.h"
 #include "Core/Job/ReconstructionJob.h"
+#include "EllipsoidNodes.h"
 #include "NodeInfo.h"
+#include "NodeTransform.h"
 #include "ParameterRequest.h"
 #include "qSlicerInnerGSSelector.h"
+#include "vtkInnerGSModel.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
+#include <vtkMRMLMarkupsDisplayNode.h>
+#include <vtkMRMLMarkupsROINode.h>
 #include <vtkMRMLModelNode.h>
+#include <vtkMRMLScalarVolumeDisplayNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
+#include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLTransformNode.h>
+#include <vtkSlicerInnerGSJob.h>
 #include <vtkSlicerInnerGSLogic.h>
+
+#include <vtkImageData.h>
+#include <vtkMatrix3x3.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+#include <vtkSegmentation.h>
 
 #include <QDir>
 #include <QEventLoop>
 #include <QRunnable>
 #include <QSettings>
 
+#include <initializer_list>
 #include <utility>
 
 using namespace innergs;
@@ -31,11 +51,14 @@ constexpr const char* kFolder = "InnerGS/Folder";
 qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
   qRegisterMetaType<Progress>("innergs::Progress");
   qRegisterMetaType<Report>("innergs::ui::Report");
+  ellipsoids_ = new EllipsoidNodes([this](const auto& work) { run(work); }, this);
+  connect(ellipsoids_, &EllipsoidNodes::changed, this, &Host::modelsChanged);
+  connect(ellipsoids_, &EllipsoidNodes::failed, this, &Host::logged);
   changed_.setSingleShot(true);
   changed_.setInterval(0);
   connect(&changed_, &QTimer::timeout, this, [this] {
     if (scene_ && (scene_->IsClosing() || scene_->IsImporting() || scene_->IsBatchProcessing())) return;
-    removeOrphans();
+    ellipsoids_->removeOrphans();
     watchModels();
     watchVolumes();
     volumesBefore_ = volumesNow();
@@ -43,9 +66,7 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
     Q_EMIT modelsChanged();
     for (const QString& id : std::exchange(remade_, {})) {
       vtkMRMLInnerGSModelNode* node = modelNode(id);
-      vtkMRMLModelNode* ellipsoids = node ? ellipsoidsOf(node) : nullptr;
-      if (ellipsoidsWanted_.contains(id) || (ellipsoids && ellipsoids->GetDisplayVisibility()))
-        showEllipsoids(id, true); // of the new model
+      if (node && ellipsoids_->areShown(node)) showEllipsoids(id, true); // of the new model
     }
   });
   modelsMoved_.setSingleShot(true);
@@ -90,6 +111,7 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   watched_ = watchedMask_ = watchedRegion_ = nullptr;
   places_.clear();
   scene_ = scene;
+  ellipsoids_->setMRMLScene(scene);
   if (scene)
     for (const unsigned long event : {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
                                       vtkMRMLScene::NodeRemovedEvent, vtkMRMLScene::EndBatchProcessEvent,
@@ -130,11 +152,11 @@ vtkMRMLInnerGSModelNode* qSlicerInnerGSHost::modelNode(const QString& id) const 
 
 QString qSlicerInnerGSHost::lastError() const {
   return logic_ ? QString::fromStdString(logic_->GetLastError())
-                : tr("The InnerGS module is not loaded completely: restart Slicer.");
+                : tr("The InnerGS module is not completely loaded: restart Slicer.");
 }
 
-/// `work` on a thread, and then what it returns here, while this lives. What it throws is logged, and nothing
-/// is called then.
+/// Does `work` on a thread, then here what it returns, while this lives. What it throws is logged, and
+/// nothing follows.
 void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work) {
   struct Runnable : QRunnable {
     std::function<void()> call;
@@ -150,7 +172,8 @@ void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work)
   threads_.start(runnable);
 }
 
-/// `work` on a thread, while windows are drawn and jobs go on here. What it throws, a sentence; "" else.
+/// Does `work` on a thread, while windows are drawn and jobs go on here. Returns what it throws, as a
+/// sentence, or "".
 QString qSlicerInnerGSHost::runAndWait(const std::function<void()>& work) {
   QEventLoop loop;
   std::string problem;
@@ -180,4 +203,394 @@ QString qSlicerInnerGSHost::folder() const {
 
 void qSlicerInnerGSHost::setFolder(const QString& folder) {
   QSettings().setValue(kFolder, folder);
+}
+
+//------------------------------------------------------------------------------ reconstructions
+
+Estimate qSlicerInnerGSHost::estimate(const Request& request) {
+  Estimate estimate;
+  if (!active_) return estimate;
+  if (!logic_ || !parameters_) {
+    estimate.refusal = tr("There is no parameter set: choose or create one above.");
+    return estimate;
+  }
+  store(request);
+  estimate.refusal = QString::fromStdString(logic_->CheckParameters(parameters_));
+  estimate.memory = logic_->EstimateMemory(parameters_); // 0 where that is not why it is refused
+  estimate.available = availableMemory();
+  if (!estimate.refusal.isEmpty()) return estimate;
+  fillSlowly(estimate);
+  return estimate;
+}
+
+/// Times a small fit and loads a device on a thread; estimateChanged() follows.
+void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
+  std::string key;
+  const auto later = logic_->EstimateLater(parameters_, &key);
+  const QString known = QString::fromStdString(key);
+  if (const auto found = slow_.constFind(known); found != slow_.constEnd()) {
+    estimate.seconds = found->seconds;
+    estimate.reason = QString::fromStdString(found->device);
+    estimate.refusal = QString::fromStdString(found->refusal);
+    return;
+  }
+  if (!later || estimating_ || isRunning()) return; // a time measured then means nothing
+  estimating_ = true;
+  run([this, later, known]() -> std::function<void()> {
+    vtkSlicerInnerGSLogic::SlowEstimate found;
+    const std::string problem = sentenceOf([&] { found = later(); });
+    if (!problem.empty()) found.device = problem;
+    return [this, found, known] {
+      estimating_ = false;
+      slow_.insert(known, found);
+      Q_EMIT estimateChanged();
+    };
+  });
+}
+
+bool qSlicerInnerGSHost::start(const Request& request) {
+  if (isRunning()) {
+    Q_EMIT failed(tr("A reconstruction is running: wait for its end or cancel it."));
+    return false;
+  }
+  if (!logic_ || !parameters_) {
+    Q_EMIT failed(tr("There is no parameter set: choose or create one above."));
+    return false;
+  }
+  store(request);
+  job_ = logic_->StartReconstruction(parameters_, false);
+  if (!job_) {
+    Q_EMIT failed(lastError());
+    return false;
+  }
+  phase_.reset();
+  deviceNote_.clear();
+  cancelling_ = false;
+  Q_EMIT started();
+  if (isQueued()) {
+    Q_EMIT waiting();
+    Q_EMIT logged(tr("Waiting for another reconstruction to end."));
+  }
+  return true;
+}
+
+/// What ended a job that nobody cancelled, as a sentence; else "".
+QString qSlicerInnerGSHost::whyEnded(vtkSlicerInnerGSJob* job) const {
+  if (cancelling_) return {};
+  if (!scene_ || scene_->IsClosing()) return tr("Closing the scene ended the reconstruction.");
+  vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode();
+  return parameters && parameters->GetScene() == scene_
+             ? QString()
+             : tr("Deleting its parameter set ended the reconstruction.");
+}
+
+void qSlicerInnerGSHost::cancel() {
+  cancelling_ = true;
+  if (logic_ && job_) logic_->RequestCancel(job_);
+}
+
+/// Whether it waits for another job, a script's.
+bool qSlicerInnerGSHost::isQueued() const {
+  return job_ && job_->GetState() == vtkSlicerInnerGSJob::Queued && logic_ && logic_->GetCurrentJob() != job_;
+}
+
+bool qSlicerInnerGSHost::isRunning() const {
+  return job_ && !job_->IsDone();
+}
+
+void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
+  if (!job_ || data != job_.Get()) return; // a script's
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = job_;
+  switch (event) {
+  case vtkSlicerInnerGSLogic::JobStartedEvent: // no longer waiting
+    Q_EMIT progressed(Progress{Phase::Preparing});
+    return;
+  case vtkSlicerInnerGSLogic::JobProgressEvent: {
+    Progress progress = job->GetProgressReport();
+    if (progress.phase != phase_) Q_EMIT logged(QString::fromStdString(job->GetDescription()));
+    phase_ = progress.phase;
+    progress.note.clear();
+    if (const std::string note = job->GetDeviceNote(); note != deviceNote_)
+      progress.note = deviceNote_ = note; // once
+    Q_EMIT progressed(progress);
+    return;
+  }
+  case vtkSlicerInnerGSLogic::JobPreviewEvent:
+    Q_EMIT previewed(job->GetPreviewImage(), job->GetPreviewIJKToRASMatrix());
+    return;
+  default:
+    break;
+  }
+  job_ = nullptr;
+  slow_.clear(); // a fit on a device tells how long others take there
+  if (event == vtkSlicerInnerGSLogic::JobFinishedEvent) {
+    const Report report = reportOf(job);
+    watchModels();
+    Q_EMIT volumesChanged();
+    Q_EMIT modelsChanged();
+    Q_EMIT finished(report);
+  } else if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
+    Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
+  } else if (const QString why = whyEnded(job); !why.isEmpty()) {
+    Q_EMIT failed(why);
+  } else {
+    Q_EMIT cancelled();
+  }
+}
+
+//------------------------------------------------------------------------------ models
+
+ModelInfo qSlicerInnerGSHost::modelInfo(const QString& id) const {
+  ModelInfo info = infoOf(modelNode(id));
+  info.ellipsoidsShown = info.ellipsoidsShown || ellipsoids_->arePending(id);
+  return info;
+}
+
+vtkInnerGSModel* qSlicerInnerGSHost::model(const QString& id) const {
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  return node && !node->IsEmpty() && placeOf(node).problem.isEmpty() ? node->GetModel() : nullptr;
+}
+
+vtkSmartPointer<vtkAbstractTransform> qSlicerInnerGSHost::toModel(const QString& id) const {
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  return node ? placeOf(node).toModel : nullptr;
+}
+
+QString qSlicerInnerGSHost::modelProblem(const QString& id) const {
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  return node && !node->IsEmpty() ? placeOf(node).problem : QString();
+}
+
+const qSlicerInnerGSHost::Place& qSlicerInnerGSHost::placeOf(vtkMRMLInnerGSModelNode* node) const {
+  vtkMRMLTransformNode* parent = node->GetParentTransformNode();
+  const vtkMTimeType changed = parent ? parent->GetTransformToWorldMTime() : 0;
+  const auto found = places_.constFind(idOf(node));
+  if (found != places_.constEnd() && found->parent == parent && found->changed == changed) return *found;
+  Place place{parent, changed, nullptr, {}};
+  try {
+    place.toModel = mrml::transformFromWorld(node);
+  } catch (const Error& error) {
+    place.problem = QString::fromStdString(error.what());
+  }
+  return *places_.insert(idOf(node), place);
+}
+
+QString qSlicerInnerGSHost::loadModel(const QString& file, QString* error) {
+  vtkMRMLNode* node = nullptr;
+  if (logic_) {
+    const auto read = logic_->LoadModelLater(QDir::toNativeSeparators(file).toStdString());
+    std::function<vtkMRMLInnerGSModelNode*()> make;
+    const QString problem = runAndWait([&] { make = read(); });
+    if (!problem.isEmpty()) {
+      if (error) *error = problem;
+      return {};
+    }
+    node = make();
+  }
+  if (!node && error) *error = lastError();
+  if (node) Q_EMIT logged(tr("Loaded %1").arg(file));
+  return idOf(node);
+}
+
+QString qSlicerInnerGSHost::saveModel(const QString& id, const QString& file) {
+  if (!logic_) return lastError();
+  const auto write = logic_->SaveModelLater(modelNode(id), QDir::toNativeSeparators(file).toStdString());
+  std::function<bool()> note;
+  const QString problem = runAndWait([&] { note = write(); });
+  if (!problem.isEmpty()) return problem;
+  if (!note()) return lastError();
+  Q_EMIT logged(tr("Saved %1").arg(file));
+  Q_EMIT modelsChanged();
+  return {};
+}
+
+QString qSlicerInnerGSHost::showEllipsoids(const QString& id, bool shown) {
+  vtkMRMLInnerGSModelNode* node = modelNode(id);
+  if (!node || node->IsEmpty()) return tr("There is no model: choose one.");
+  if (shown)
+    ellipsoids_->show(node);
+  else
+    ellipsoids_->hide(node);
+  Q_EMIT modelsChanged();
+  return {};
+}
+
+QString qSlicerInnerGSHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                                      QString* error) {
+  if (!scene_ || !image) {
+    if (error) *error = tr("There is no scene to add a volume to.");
+    return {};
+  }
+  auto* node = vtkMRMLScalarVolumeNode::SafeDownCast(scene_->AddNewNodeByClass(
+      "vtkMRMLScalarVolumeNode", scene_->GenerateUniqueName(name.toStdString()).c_str()));
+  vtkNew<vtkImageData> own; // a volume node has its geometry in its matrix alone
+  own->DeepCopy(image);
+  own->SetOrigin(0, 0, 0);
+  own->SetSpacing(1, 1, 1);
+  own->GetDirectionMatrix()->Identity();
+  node->SetAndObserveImageData(own);
+  node->SetIJKToRASMatrix(ijkToRAS);
+  node->CreateDefaultDisplayNodes();
+  return idOf(node);
+}
+
+QString qSlicerInnerGSHost::addVolumeOf(const QString& modelId, const std::array<double, 2>& window,
+                                        vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
+                                        QString* error) {
+  const QString id = addVolume(image, ijkToRAS, name, error);
+  auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(
+      id.isEmpty() ? nullptr : scene_->GetNodeByID(id.toUtf8().constData()));
+  if (!volume) return id;
+  if (vtkMRMLScalarVolumeDisplayNode* display = volume->GetScalarVolumeDisplayNode()) {
+    display->SetAutoWindowLevel(0);
+    display->SetWindowLevelMinMax(window[0], window[1]);
+  }
+  if (vtkMRMLInnerGSModelNode* from = modelNode(modelId)) {
+    setMadeFrom(volume, from);
+    placeBeside(volume, from);
+  }
+  return id;
+}
+
+//------------------------------------------------------------------------------ changes of nodes
+
+void qSlicerInnerGSHost::onScene(vtkObject*, unsigned long event, void* data) {
+  if (event == vtkMRMLScene::NodeAboutToBeRemovedEvent) { // while its references are there
+    auto* node = vtkMRMLInnerGSModelNode::SafeDownCast(static_cast<vtkMRMLNode*>(data));
+    if (node && !scene_->IsClosing()) ellipsoids_->orphan(node);
+    return;
+  }
+  changed_.start();
+}
+
+void qSlicerInnerGSHost::onModel(vtkObject* caller, unsigned long event, void*) {
+  if (event == vtkMRMLTransformableNode::TransformModifiedEvent) {
+    places_.remove(idOf(vtkMRMLNode::SafeDownCast(caller)));
+    ellipsoids_->place(vtkMRMLInnerGSModelNode::SafeDownCast(caller));
+    if (!modelsMoved_.isActive()) modelsMoved_.start();
+    return;
+  }
+  if (event == vtkMRMLInnerGSModelNode::ModelModifiedEvent)
+    remade_.insert(idOf(vtkMRMLNode::SafeDownCast(caller)));
+  if (!changed_.isActive()) changed_.start();
+}
+
+void qSlicerInnerGSHost::onVolume(vtkObject*, unsigned long, void*) {
+  if (!volumesEdited_.isActive()) volumesEdited_.start();
+}
+
+void qSlicerInnerGSHost::watchVolumes() {
+  volumeObservers_.clear();
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene_ && active_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
+  for (vtkMRMLNode* node : nodes)
+    for (const unsigned long event :
+         {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
+          static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent),
+          static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
+      volumeObservers_.add(node, event, this, &qSlicerInnerGSHost::onVolume);
+}
+
+/// What the panels show of the volumes, without their voxels.
+QString qSlicerInnerGSHost::volumesNow() const {
+  QString text;
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
+  for (vtkMRMLNode* node : nodes) {
+    auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
+    if (volume->GetNodeReferenceID("InnerGSModel")) continue; // made here, some at each move of a view
+    text += idOf(node) + QChar('\n') + QString::fromUtf8(node->GetName()) + QChar('\n') +
+            QString::fromUtf8(volume->GetTransformNodeID());
+    vtkNew<vtkMatrix4x4> matrix;
+    volume->GetIJKToRASMatrix(matrix);
+    vtkNew<vtkMatrix4x4> toWorld;
+    if (vtkMRMLTransformNode* parent = volume->GetParentTransformNode()) {
+      const bool linear = parent->IsTransformToWorldLinear();
+      if (linear) parent->GetMatrixTransformToWorld(toWorld);
+      text += QString::number(linear);
+    }
+    vtkMatrix4x4::Multiply4x4(toWorld, matrix, matrix);
+    for (int i = 0; i < 16; ++i)
+      text += QStringLiteral(" %1").arg(matrix->GetData()[i]);
+    int size[3] = {0, 0, 0};
+    if (volume->GetImageData()) volume->GetImageData()->GetDimensions(size);
+    for (const int n : size)
+      text += QStringLiteral(" %1").arg(n);
+  }
+  return text;
+}
+
+void qSlicerInnerGSHost::watchModels() {
+  modelObservers_.clear();
+  std::vector<vtkMRMLNode*> nodes;
+  if (scene_) scene_->GetNodesByClass("vtkMRMLInnerGSModelNode", nodes);
+  for (vtkMRMLNode* node : nodes)
+    for (const unsigned long event :
+         {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
+          static_cast<unsigned long>(vtkMRMLInnerGSModelNode::ModelModifiedEvent),
+          static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
+      modelObservers_.add(node, event, this, &qSlicerInnerGSHost::onModel);
+  for (const QString& id : places_.keys())
+    if (!modelNode(id)) places_.remove(id);
+}
+
+/// Observes what else a request depends on, while the panels are shown.
+void qSlicerInnerGSHost::watchChosen() {
+  vtkMRMLInnerGSParameterNode* parameters = active_ ? parameters_.GetPointer() : nullptr;
+  vtkMRMLNode* mask = parameters ? parameters->GetMaskNode() : nullptr;
+  vtkMRMLNode* region = parameters ? parameters->GetROINode() : nullptr;
+  if (parameters == watched_ && mask == watchedMask_ && region == watchedRegion_) return;
+  watched_ = parameters;
+  watchedMask_ = mask;
+  watchedRegion_ = region;
+  chosenEdited_.stop();
+  chosenObservers_.clear();
+  chosenObservers_.add(parameters, vtkCommand::ModifiedEvent, this, &qSlicerInnerGSHost::onParameters);
+  const auto watch = [this](vtkMRMLNode* node, std::initializer_list<unsigned long> events) {
+    for (const unsigned long event : events)
+      chosenObservers_.add(node, event, this, &qSlicerInnerGSHost::onChosen);
+  };
+  watch(region, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent,
+                 vtkMRMLMarkupsNode::PointModifiedEvent});
+  watch(mask, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent});
+  if (vtkMRMLSegmentationNode::SafeDownCast(mask)) // of any representation: painted
+    watch(mask,
+          {vtkMRMLSegmentationNode::SegmentationChangedEvent, vtkSegmentation::SegmentAdded,
+           vtkSegmentation::SegmentRemoved, vtkSegmentation::SegmentModified,
+           vtkSegmentation::RepresentationModified, vtkSegmentation::ContainedRepresentationNamesModified});
+  else
+    watch(mask, {vtkMRMLVolumeNode::ImageDataModifiedEvent});
+}
+
+void qSlicerInnerGSHost::onParameters(vtkObject*, unsigned long, void*) {
+  watchChosen();
+}
+
+void qSlicerInnerGSHost::onChosen(vtkObject*, unsigned long, void*) {
+  if (!chosenEdited_.isActive()) chosenEdited_.start();
+}
+
+/// A new region begins as the first input's box.
+void qSlicerInnerGSHost::fitRegion(vtkMRMLNode* node) {
+  auto* region = vtkMRMLMarkupsROINode::SafeDownCast(node);
+  vtkMRMLVolumeNode* input = parameters_ ? parameters_->GetInputVolumeNode(0) : nullptr;
+  if (!region || !input || !input->GetImageData()) return;
+  double bounds[6];
+  input->GetRASBounds(bounds);
+  region->SetCenter((bounds[0] + bounds[1]) / 2, (bounds[2] + bounds[3]) / 2, (bounds[4] + bounds[5]) / 2);
+  region->SetSize(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]);
+  region->CreateDefaultDisplayNodes();
+  if (auto* display =
+          vtkMRMLMarkupsDisplayNode::SafeDownCast(region->GetDisplayNode())) { // not over the scan
+    display->SetFillVisibility(false);
+    display->SetOutlineVisibility(true);
+  }
+}
+
+VolumeInfo qSlicerInnerGSHost::volumeInfo(const QString& id) const {
+  auto* node =
+      vtkMRMLVolumeNode::SafeDownCast(scene_ ? scene_->GetNodeByID(id.toUtf8().constData()) : nullptr);
+  VolumeInfo info = infoOf(node);
+  if (logic_ && info.sliceAxis == 2) info.sliceThickness = logic_->GetDicomSliceThickness(node);
+  return info;
 }

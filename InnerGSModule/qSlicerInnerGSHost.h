@@ -15,20 +15,17 @@
 #include <array>
 #include <functional>
 #include <optional>
-#include <vector>
 
+class EllipsoidNodes;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
-class vtkMRMLModelNode;
 class vtkMRMLNode;
 class vtkMRMLScene;
 class vtkMRMLTransformNode;
 class vtkObject;
-class vtkPolyData;
 class vtkSlicerInnerGSJob;
 
-/// Shows the scene and the module's logic to the panels. What they ask for goes into the parameter node
-/// first.
+/// The scene and the module's logic as the panels' host. Requests are written to the parameter node first.
 class qSlicerInnerGSHost : public innergs::ui::Host {
   Q_OBJECT
 public:
@@ -37,15 +34,15 @@ public:
 
   void setLogic(vtkSlicerInnerGSLogic* logic);
   void setMRMLScene(vtkMRMLScene* scene);
-  /// The set of parameters that requests are written to.
+  /// The parameter set that requests are written to.
   void setParameterNode(vtkMRMLInnerGSParameterNode* node);
   vtkMRMLInnerGSParameterNode* parameterNode() const;
-  /// While the panels are not looked at nothing is written to the parameter node, and nothing estimated.
+  /// While the panels are hidden, nothing is written to the parameter node or estimated.
   void setActive(bool active);
   /// Writes it, unless the scene is being closed or loaded.
   void store(const innergs::ui::Request& request);
   vtkMRMLInnerGSModelNode* modelNode(const QString& id) const;
-  /// Why model() is null for a model that is there (a transform it cannot follow), a sentence; "" else.
+  /// Why model() is null for an existing model (a transform it cannot follow), as a sentence; else "".
   QString modelProblem(const QString& id) const;
 
   bool offers(Role role) const override;
@@ -85,10 +82,6 @@ private:
   QString volumesNow() const;
   QString whyEnded(vtkSlicerInnerGSJob* job) const;
   void fillSlowly(innergs::ui::Estimate& estimate);
-  void findEllipsoids(vtkMRMLInnerGSModelNode* node);
-  void placeEllipsoids(vtkMRMLInnerGSModelNode* node);
-  void removeOrphans();
-  void showSurfaces(const QString& id, vtkPolyData* surfaces, const std::array<double, 2>& window);
   void run(const std::function<std::function<void()>()>& work);
   QString runAndWait(const std::function<void()>& work);
   void fitRegion(vtkMRMLNode* region);
@@ -104,15 +97,14 @@ private:
   QTimer modelsMoved_;    // one for many moves of a transform
   QTimer volumesEdited_;  // names and geometry of volumes
   QTimer chosenEdited_;   // the mask or the region
-  QString volumesBefore_; // as they were told of
+  QString volumesBefore_; // as last reported
   bool active_ = false;
   QMap<QString, vtkSlicerInnerGSLogic::SlowEstimate> slow_; // by the outline's key
   bool estimating_ = false;
-  QSet<QString> ellipsoidsWanted_;                        // IDs of models whose surfaces are being made
-  QSet<QString> remade_;                                  // and of those whose model is another now
-  std::vector<vtkWeakPointer<vtkMRMLModelNode>> orphans_; // ellipsoids whose model was removed
-  QThreadPool threads_;                                   // ends before the rest goes
-  std::optional<innergs::Phase> phase_;                   // of the log's last line
+  EllipsoidNodes* ellipsoids_;
+  QSet<QString> remade_;                // IDs of models that have been replaced
+  QThreadPool threads_;                 // ends before the rest goes
+  std::optional<innergs::Phase> phase_; // of the log's last line
   std::string deviceNote_;
   bool cancelling_ = false; // by the panel
   /// A model's transform: what toModel() gives.

@@ -41,7 +41,7 @@ QIcon qSlicerInnerGSModelPlugin::icon(vtkIdType itemID) {
 }
 
 QIcon qSlicerInnerGSModelPlugin::visibilityIcon(int) {
-  return {}; // a model is looked at through the volumes and ellipsoids made from it
+  return {}; // models are seen through the volumes and ellipsoids made from them
 }
 
 QString qSlicerInnerGSModelPlugin::tooltip(vtkIdType itemID) const {

@@ -8,7 +8,7 @@
 
 class qSlicerInnerGSModuleWidgetPrivate;
 
-/// The panels over the scene's parameter sets, beside the slice and 3D views.
+/// The panels, on the scene's parameter sets and with its slice and 3D views.
 class Q_SLICER_QTMODULES_INNERGS_EXPORT qSlicerInnerGSModuleWidget : public qSlicerAbstractModuleWidget {
   Q_OBJECT
 public:

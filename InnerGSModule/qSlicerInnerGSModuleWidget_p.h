@@ -42,19 +42,19 @@ public:
 
   vtkMRMLInnerGSParameterNode* parameters() const;
   void setParameters(vtkMRMLNode* node);
-  /// Takes the set of a scene that was opened, the first one else, or makes one; an empty one gets the volume
-  /// that is shown.
+  /// Takes the set of an opened scene, else the first one, or makes one. An empty one gets the volume that is
+  /// shown.
   void ensureParameters();
   void sceneWillClose();
   void sceneWillImport();
-  /// Of a scene that was opened: its set, or the one that is kept.
+  /// The set of an opened scene, or the one in use before.
   vtkMRMLInnerGSParameterNode* openedParameters();
   void showOpenedModel();
-  /// What is chosen, for a scene that will be saved.
+  /// Stores the choices in the scene, for when it is saved.
   void remember();
-  /// One that has come since the last call, rather one that is shown; null when none has.
+  /// A scan added since the last call, preferably one that is shown; null if none was.
   vtkMRMLScalarVolumeNode* newScan();
-  /// A scan that has come while nothing is chosen is chosen.
+  /// Chooses a scan that was added while none was chosen.
   void chooseNewScan();
   void fromNode();
   void toNode();
@@ -63,11 +63,11 @@ public:
   void enableModelInView();
   void showPlaneIn3D();
   void explainTransform(); // where a model's planes cannot be shown
-  void explainMask();      // where only one segment of it counts, which no panel can choose
+  void explainMask();      // where only one segment counts, which no panel can choose
   void updateViewButtons();
   /// Volume rendering of one volume at a time; "" or a sentence.
   QString showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown);
-  /// The result made last, or that of the parameter set chosen since.
+  /// The last result, or that of a parameter set chosen since.
   vtkMRMLScalarVolumeNode* shownVolume() const;
   vtkMRMLScalarVolumeNode* viewedVolume() const; // in a slice view's background, no result
   vtkMRMLScene* scene() const { return q_ptr->mrmlScene(); }
@@ -86,7 +86,7 @@ public:
   QPushButton* rendering = nullptr;
   QLabel *message = nullptr, *transformMessage = nullptr, *maskMessage = nullptr;
   bool updating = false;
-  bool opened = true; // a scene was imported, and what it says was not looked at
+  bool opened = true; // a scene was imported, and its choices have not been applied
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> made, kept; // by ensureParameters(); in use before the import
-  QSet<QString> scans;                                    // that were there, IDs
+  QSet<QString> scans;                                    // IDs of those already known
 };

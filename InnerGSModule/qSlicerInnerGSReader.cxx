@@ -38,7 +38,7 @@ bool qSlicerInnerGSReader::load(const IOProperties& properties) {
   this->setLoadedNodes({});
   this->userMessages()->ClearMessages();
   if (!logic_) return false;
-  vtkNew<vtkCallbackCommand> quiet; // the dialog tells the sentence
+  vtkNew<vtkCallbackCommand> quiet; // the dialog shows the sentence
   const unsigned long tag = logic_->AddObserver(vtkCommand::ErrorEvent, quiet);
   vtkMRMLInnerGSModelNode* node = logic_->LoadModel(properties["fileName"].toString().toStdString());
   logic_->RemoveObserver(tag);

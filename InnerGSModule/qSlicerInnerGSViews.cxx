@@ -29,7 +29,7 @@ namespace mrml = innergs::mrml;
 
 namespace {
 
-/// A volume for a view alone: in no list, tree, save dialog or saved scene.
+/// A volume only for a view: in no list, tree, save dialog or saved scene.
 vtkSmartPointer<vtkMRMLScalarVolumeNode> addPicture(vtkMRMLInnerGSModelNode* model) {
   vtkNew<vtkMRMLScalarVolumeNode> node;
   const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " slice";

@@ -21,12 +21,12 @@ public:
   qSlicerInnerGSViews(vtkSlicerInnerGSLogic* logic, vtkSlicerApplicationLogic* application, QObject* parent);
   ~qSlicerInnerGSViews() override;
 
-  /// In the background of all slice views, which stay where they are.
+  /// Puts it in the background of all slice views, which stay where they are.
   void showInSlices(vtkMRMLScalarVolumeNode* volume);
   /// Volume rendering; "" or a sentence.
   QString showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown);
   static bool isShownIn3D(vtkMRMLScalarVolumeNode* volume);
-  /// The 3D views that nobody has turned or moved are framed on it.
+  /// Frames the 3D views that nobody has turned or moved on it.
   static void frameIn3D(vtkMRMLScalarVolumeNode* volume);
 
   ///@{
@@ -36,7 +36,7 @@ public:
   void setPlane(vtkMatrix4x4* planeToRAS);
   /// The model's plane as the linked view's background; null model: what was there before. "" or a sentence.
   QString showModel(vtkMRMLInnerGSModelNode* model);
-  /// A slice view that shows a model according to the scene, and which; null when none does.
+  /// The slice view that shows a model according to the scene, and that model; null if none does.
   vtkMRMLSliceNode* remembered(vtkMRMLInnerGSModelNode** model) const;
   ///@}
 

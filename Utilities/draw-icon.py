@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Draws the icon: an axial slice of a head, splatted from a few hundred Gaussians. Needs NumPy.
 
-    Utilities/draw-icon.py InnerGSModule/Resources/Icons/InnerGS.png InnerGS.png
+    Utilities/draw-icon.py Resources/Icons/InnerGS.png
 """
 
 import struct

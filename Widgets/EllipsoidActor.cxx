@@ -62,7 +62,7 @@ vtkSmartPointer<vtkPolyData> ellipsoidCentres(vtkInnerGSModel* model, const Elli
                                               QString* error) {
   if (error) error->clear();
   vtkNew<vtkInnerGSToPolyData> filter;
-  vtkNew<vtkCallbackCommand> silent; // what it says is handed on
+  vtkNew<vtkCallbackCommand> silent; // its error is passed on
   silent->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
   filter->AddObserver(vtkCommand::ErrorEvent, silent);
   vtkNew<vtkInnerGSModel> own; // shares the Gaussians, not the pipeline of another thread
@@ -135,7 +135,7 @@ vtkSmartPointer<vtkActor> ellipsoidActor(vtkPolyData* centres, const EllipsoidOp
   vtkNew<vtkLookupTable> greys;
   greys->SetHueRange(0, 0);
   greys->SetSaturationRange(0, 0);
-  greys->SetValueRange(0.1, 1); // black ones could not be told from what is behind them
+  greys->SetValueRange(0.1, 1); // black ones would vanish in front of a black background
   greys->SetRange(options.window.data());
   greys->Build();
   mapper->SetLookupTable(greys);

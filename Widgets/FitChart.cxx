@@ -50,9 +50,8 @@ struct FitChart::Scale {
 FitChart::FitChart(QWidget* parent) : QWidget(parent) {
   setMinimumHeight(9 * fontMetrics().lineSpacing());
   setAccessibleName(tr("PSNR on the fitted samples and loss over the iterations"));
-  setToolTip(
-      tr("Over the iterations through the scans, left axis: PSNR in dB on the fitted samples, not held out\n"
-         "(thick); right axis: the loss, without unit, on a logarithmic scale (thin)."));
+  setToolTip(tr("Thick, left axis: PSNR in dB on the fitted samples (not held out), iteration by iteration.\n"
+                "Thin, right axis: the loss, which has no unit, on a logarithmic scale."));
   setAttribute(Qt::WA_OpaquePaintEvent);
 }
 
@@ -71,7 +70,7 @@ void FitChart::add(const Progress& progress) {
   if (progress.iterations > 0) sweepsPerMember_ = static_cast<double>(progress.iterations) / members_;
   const auto iteration = static_cast<double>(progress.iteration);
   if (iteration <= (points_.empty() ? 0 : points_.back().iteration) || !(progress.loss > 0)) return;
-  if (points_.size() >= kMostPoints) { // every second goes
+  if (points_.size() >= kMostPoints) { // drops every second one
     std::size_t kept = 0;
     for (std::size_t n = 0; n < points_.size(); n += 2)
       points_[kept++] = points_[n];
@@ -203,7 +202,7 @@ void FitChart::drawAxes(QPainter& painter, const Scale& iterations, const Scale&
     painter.restore();
   };
   drawSide(0.1 * line, tr("PSNR, fitted samples (dB)"));
-  drawSide(right + 0.1 * line, tr("Loss")); // its number stands beside the chart
+  drawSide(right + 0.1 * line, tr("Loss")); // its value is shown beside the chart
 }
 
 template <class Height>

@@ -6,8 +6,8 @@
 
 namespace innergs::ui {
 
-/// A widget that takes whatever width there is and the height that it then needs (Base::heightForWidth). That
-/// height is its least one as well: not every container above a panel passes on that it depends on the width.
+/// A widget that takes the width it is given and the height that this needs (Base::heightForWidth), which is
+/// its minimum as well: not every container above a panel passes height for width on.
 template <class Base>
 class HeightForWidth : public Base {
 public:

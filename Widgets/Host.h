@@ -72,10 +72,10 @@ public:
   virtual vtkSmartPointer<vtkAbstractTransform> toModel(const QString& /*id*/) const { return nullptr; }
   /// The ID of what was read, or "" with a sentence in *error. Files: .innergs, .ply.
   virtual QString loadModel(const QString& file, QString* error) = 0;
-  /// "" or a sentence. A .ply file holds the Gaussians alone: the model is not saved by it.
+  /// "" or a sentence. A .ply file holds only the Gaussians, so the model stays unsaved.
   virtual QString saveModel(const QString& id, const QString& file) = 0;
   virtual QString showEllipsoids(const QString& id, bool shown) = 0;
-  /// Puts a volume among the host's; its ID, or "" with a sentence in *error.
+  /// Adds a volume to the host's; its ID, or "" with a sentence in *error.
   virtual QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                             QString* error) = 0;
   /// The same for what was made from a model, shown from lower (black) to upper (white) intensities.
@@ -86,7 +86,7 @@ public:
   }
   ///@}
 
-  /// The folder that file dialogs open in; remembered.
+  /// The folder that file dialogs open in. It is remembered.
   virtual QString folder() const = 0;
   virtual void setFolder(const QString& folder) = 0;
 

@@ -22,7 +22,7 @@ public:
   void setChoice(const InputChoice& choice);
   /// The row's number, from 1, for names and mnemonics; whether it is the only one.
   void setPlace(int number, bool alone);
-  /// Shows the volume anew: it may have changed in the host.
+  /// Shows the volume again after a change in the host.
   void refresh();
   /// The Tab key comes here from the last field of another row.
   void setTabAfter(InputRow* other);

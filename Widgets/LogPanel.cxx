@@ -27,11 +27,11 @@ LogPanel::LogPanel(Host* host, QWidget* parent) : QWidget(parent), edit_(new QPl
   edit_->setTabChangesFocus(true);
   edit_->setMaximumBlockCount(kMostLines);
   edit_->setMinimumHeight(6 * fontMetrics().lineSpacing());
-  edit_->setToolTip(tr("What happened so far, with the time of day."));
+  edit_->setToolTip(tr("What has happened so far, with the time of day."));
   edit_->setAccessibleName(tr("Log"));
   auto* copyButton = new QPushButton(tr("Cop&y"), this);
   copyButton->setObjectName("copyLog");
-  copyButton->setToolTip(tr("Copies the whole log, to be pasted into a message."));
+  copyButton->setToolTip(tr("Copies the whole log to the clipboard."));
   auto* clearButton = new QPushButton(tr("C&lear"), this);
   clearButton->setObjectName("clearLog");
   clearButton->setToolTip(tr("Empties the log."));

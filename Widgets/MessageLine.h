@@ -5,7 +5,7 @@ class QLabel;
 
 namespace innergs::ui {
 
-/// A line of words in a panel, with an icon; hidden while empty. Text can be selected.
+/// A message in a panel, with an icon; hidden while empty. Its text can be selected.
 class MessageLine : public QWidget {
   Q_OBJECT
 public:

@@ -40,7 +40,7 @@ ModelPanel::ModelPanel(Host* host, QWidget* parent) : QWidget(parent), host_(hos
   connect(save_, &QPushButton::clicked, this, &ModelPanel::save);
   connect(ellipsoids_, &QCheckBox::clicked, this, [this](bool shown) {
     say(host_->showEllipsoids(modelId_, shown), true);
-    refresh(); // as it is, not as it was asked for
+    refresh(); // shows what is, not what was asked for
   });
   refresh();
 }
@@ -74,22 +74,22 @@ void ModelPanel::build() {
     title->setSizePolicy(QSizePolicy::Preferred, QSizePolicy::Expanding);
     form->addRow(title, value);
   };
-  row(state_, "modelState", tr("State"), tr("Whether a file holds the model as it is"));
-  row(gaussians_, "modelGaussians", tr("Gaussians"), tr("How many Gaussians the model is made of"));
-  row(memory_, "modelMemory", tr("Memory"), tr("What the model takes in memory"));
+  row(state_, "modelState", tr("State"), tr("Whether the model is saved in a file"));
+  row(gaussians_, "modelGaussians", tr("Gaussians"), tr("Number of Gaussians in the model"));
+  row(memory_, "modelMemory", tr("Memory"), tr("Memory that the model takes"));
   row(size_, "modelSize", tr("Extent"),
       tr("Size (mm) of the region that was fitted, along right–left, anterior–posterior "
          "and superior–inferior"));
-  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file that it came from"));
-  row(file_, "modelFile", tr("File"), tr("Where it was last read from or saved to, and its size there"));
+  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file that it comes from"));
+  row(file_, "modelFile", tr("File"), tr("The file that it was last read from or saved to, and its size"));
   row(description_, "modelDescription", tr("Summary"),
       tr("Its Gaussians, how they are blended, its extent and memory"));
   all->addLayout(form);
 
   ellipsoids_ = new QCheckBox(tr("Show &ellipsoids"));
   ellipsoids_->setObjectName(QStringLiteral("modelEllipsoids"));
-  ellipsoids_->setToolTip(
-      tr("Show the heaviest Gaussians as ellipsoids (one standard deviation) in the 3D view"));
+  ellipsoids_->setToolTip(tr(
+      "Show the Gaussians with the largest weights as ellipsoids (one standard deviation) in the 3D view"));
   load_ = new QPushButton(tr("&Load…"));
   load_->setObjectName(QStringLiteral("modelLoad"));
   load_->setToolTip(tr("Read a model (.innergs) or Gaussians (.ply) from a file"));
@@ -103,7 +103,8 @@ void ModelPanel::build() {
   buttons->addWidget(save_);
   all->addLayout(buttons);
   shown_ = makeWrappedLabel(QStringLiteral("modelEllipsoidsShown"), this);
-  shown_->setToolTip(tr("The heaviest ones, without those that hardly differ from the background"));
+  shown_->setToolTip(
+      tr("Those with the largest weights, without those that hardly differ from the background"));
   all->addWidget(shown_);
 
   message_ = new MessageLine;

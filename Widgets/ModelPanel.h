@@ -9,8 +9,8 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// What a model is, where it came from and whether it is saved; loads and saves models and shows their
-/// Gaussians.
+/// Says what a model is, where it comes from and whether it is saved; loads and saves models and shows
+/// their Gaussians.
 class ModelPanel : public QWidget {
   Q_OBJECT
 public:

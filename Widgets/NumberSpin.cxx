@@ -11,7 +11,7 @@
 namespace innergs::ui {
 namespace {
 
-/// What stands for automatic: below all numbers of the range.
+/// Stands for automatic: below the range.
 double automaticValue(const NumberSpin::Range& range) {
   return range.lowest - 1;
 }

@@ -53,7 +53,7 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
   gridForm->addRow(tr("Result &grid:"), grid_);
   layout->addLayout(gridForm);
   layout->addWidget(explanation_);
-  // A hidden row of a form leaves a gap, so what comes and goes is a widget of its own.
+  // A hidden row of a form leaves a gap, so each row that comes and goes is a widget of its own.
   spacingRow_ = new QWidget(this);
   addForm(spacingRow_)->addRow(tr("Voxel s&ize:"), spacing_);
   layout->addWidget(spacingRow_);

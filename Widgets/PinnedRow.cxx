@@ -13,7 +13,7 @@
 namespace innergs::ui {
 namespace {
 
-/// The part of a widget that its ancestors do not cut off, in its own coordinates.
+/// The visible part of a widget, in its own coordinates.
 QRect seenPart(const QWidget* widget) {
   QRect seen = widget->rect();
   QPoint at;
@@ -136,7 +136,7 @@ void PinnedRow::place() {
                               : Bar::Line::None);
 }
 
-/// What gets the keyboard is scrolled out from under the row, where the areas alone would leave it.
+/// Scrolls a widget that gets the keyboard out from under the row, where the areas alone would leave it.
 void PinnedRow::uncover(QWidget* focused) {
   if (!focused || !isVisible() || !panel_->isAncestorOf(focused) || bar_->isAncestorOf(focused)) return;
   const QRect at(focused->mapTo(panel_, QPoint(0, 0)), focused->size()), bar = bar_->geometry();

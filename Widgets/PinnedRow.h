@@ -5,15 +5,15 @@
 
 namespace innergs::ui {
 
-/// A row of a panel that stays in view: while the scroll areas around the panel have scrolled its place away,
-/// it lies at their lower edge, over the panel.
+/// A row of a panel that stays visible: scrolled out of sight, it lies over the panel at the lower edge of
+/// the scroll areas around it.
 class PinnedRow : public QWidget {
   Q_OBJECT
 public:
   /// panel: its parent or a further ancestor, which it does not leave.
   explicit PinnedRow(QWidget* panel);
   ~PinnedRow() override;
-  /// What it shows, once. Becomes a child of the panel.
+  /// Sets its content, once; the panel owns it.
   void setContent(QWidget* content);
   /// Whether it stays at the upper edge as well.
   void setPinnedAtTop(bool pinned);

@@ -11,7 +11,7 @@ class QPalette;
 
 namespace innergs::ui {
 
-/// What one can take hold of on a plane.
+/// The handles of a plane.
 enum class PlaneHandle {
   None,
   Move,           // in the middle: along the normal, by dragging up and down
@@ -37,7 +37,7 @@ private:
   double radius_, unit_;
 };
 
-/// One line about what dragging it does.
+/// What dragging it does, in one line.
 QString hintOf(PlaneHandle handle);
 
 } // namespace innergs::ui

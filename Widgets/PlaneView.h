@@ -20,7 +20,7 @@ namespace innergs::ui {
 /// lets the plane be turned and moved by handles. Left drag: window and level; middle or Shift+left: pan;
 /// right or Ctrl+wheel: zoom; wheel: along the normal. Keys: arrows tilt, Shift+arrows pan, Ctrl+left/right
 /// turn, Page Up/Down move, +/− zoom, Home fits; with the keyboard in it a cross marks the middle. It
-/// computes nothing: who owns it gives the images for the poses.
+/// computes nothing: its owner provides the images.
 class PlaneView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:

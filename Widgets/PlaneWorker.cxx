@@ -7,12 +7,15 @@
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSPlaneQuery.h"
 
+#include <QStringList>
+
 #include <vtkCallbackCommand.h>
 #include <vtkCommand.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 
+#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -26,17 +29,17 @@ struct PlaneWorker::Work {
   std::mutex mutex; // for what follows
   std::condition_variable wake;
   std::optional<PlaneTask> plane, point;
-  std::deque<PlaneTask> toKeep;
+  std::deque<PlaneTask> toExport;
   bool stopping = false;
   bool showing = false;               // the query is at work on a plane to be shown
-  vtkNew<vtkInnerGSPlaneQuery> query; // used by the thread alone, but for Cancel()
+  vtkNew<vtkInnerGSPlaneQuery> query; // used by the thread alone, except for Cancel()
   std::shared_ptr<const Checkpoint> queried;
   std::thread thread;
 
-  /// Of the thread. Waits for a task; false at the end.
+  /// On the thread. Waits for a task; false at the end.
   bool next(PlaneTask& task, Signal& signal) {
     std::unique_lock lock(mutex);
-    wake.wait(lock, [this] { return stopping || point || plane || !toKeep.empty(); });
+    wake.wait(lock, [this] { return stopping || point || plane || !toExport.empty(); });
     if (stopping) return false;
     if (point) {
       task = *std::exchange(point, std::nullopt);
@@ -46,9 +49,9 @@ struct PlaneWorker::Work {
       signal = &PlaneWorker::shown;
       showing = true;
     } else {
-      task = toKeep.front();
-      toKeep.pop_front();
-      signal = &PlaneWorker::kept;
+      task = toExport.front();
+      toExport.pop_front();
+      signal = &PlaneWorker::exported;
     }
     return true;
   }
@@ -72,7 +75,7 @@ struct PlaneWorker::Work {
       query->SetPlaneToRASMatrix(matrix);
       query->SetSpacing(task.pixelSize, task.pixelSize);
       query->SetDimensions(task.columns, task.rows);
-      query->Modified(); // its last output was given away
+      query->Modified(); // so that it makes a new output: the last one was given away
       query->Update();
       result.error = QString::fromStdString(query->GetErrorMessage());
       if (query->GetAborted() || !result.error.isEmpty()) return result;
@@ -106,7 +109,7 @@ struct PlaneWorker::Work {
         if (!result.image && result.error.isEmpty()) { // stopped: again, unless there is something newer
           if (signal == &PlaneWorker::shown && !plane) plane = task;
           if (signal == &PlaneWorker::probed && !point) point = task;
-          if (signal == &PlaneWorker::kept) toKeep.push_front(task);
+          if (signal == &PlaneWorker::exported) toExport.push_front(task);
           continue;
         }
       }
@@ -121,10 +124,29 @@ struct PlaneWorker::Work {
   }
 };
 
+QString commandOf(const PlaneTask& task, const QString& modelFile) {
+  const auto numbers = [](const Vec3& v) {
+    QStringList words;
+    for (const double x : v)
+      words << QString::number(std::abs(x) < 5e-7 ? 0 : x, 'f', 6);
+    return words.join(QLatin1Char(','));
+  };
+  const Mat3 axes = task.pose.axes();
+  // The command's rows run down.
+  return QStringLiteral("innergs slice \"%1\" --ras --u %2 --v %3 --center %4 --size %5,%6 --spacing %7 "
+                        "-o plane.nii.gz")
+      .arg(modelFile, numbers(column(axes, 0)), numbers(-1 * column(axes, 1)),
+           numbers(task.pose.toRAS(task.left + 0.5 * (task.columns - 1) * task.pixelSize,
+                                   task.bottom + 0.5 * (task.rows - 1) * task.pixelSize)))
+      .arg(task.columns)
+      .arg(task.rows)
+      .arg(task.pixelSize, 0, 'g', 6);
+}
+
 PlaneWorker::PlaneWorker(QObject* parent) : QObject(parent), work_(std::make_unique<Work>()) {
   work_->query->CentredOff();
   work_->query->GeometryInImageOff();
-  vtkNew<vtkCallbackCommand> silent; // errors are told by the results
+  vtkNew<vtkCallbackCommand> silent; // the results carry the errors
   silent->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
   work_->query->AddObserver(vtkCommand::ErrorEvent, silent);
 }
@@ -176,11 +198,11 @@ void PlaneWorker::probe(const PlaneTask& task) {
   work_->wake.notify_one();
 }
 
-void PlaneWorker::keep(const PlaneTask& task) {
-  if (!start(task, &PlaneWorker::kept)) return;
+void PlaneWorker::exportPlane(const PlaneTask& task) {
+  if (!start(task, &PlaneWorker::exported)) return;
   {
     std::lock_guard lock(work_->mutex);
-    work_->toKeep.push_back(task);
+    work_->toExport.push_back(task);
   }
   work_->wake.notify_one();
 }

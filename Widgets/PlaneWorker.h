@@ -44,26 +44,26 @@ struct PlaneImage {
 };
 
 /// Queries planes on a thread of its own. What is shown and probed follows the latest request, and requests
-/// in between are skipped; every one to keep is done. Signals come on the thread that the object lives in.
+/// in between are skipped; every export is done. Signals come on the thread that the object lives in.
 class PlaneWorker : public QObject {
   Q_OBJECT
 public:
   explicit PlaneWorker(QObject* parent = nullptr);
   ~PlaneWorker() override;
 
-  /// hurry: stop what is being queried to be shown, for this will be much faster.
+  /// hurry: stops the query in progress, because this one will be much faster.
   void show(const PlaneTask& task, bool hurry = false);
   /// The model's value at a point: pixel (0, 0) of the task.
   void probe(const PlaneTask& task);
   /// In full, e.g. to export it.
-  void keep(const PlaneTask& task);
-  /// Forgets what has not begun, but what is to keep.
+  void exportPlane(const PlaneTask& task);
+  /// Drops what has not begun, except exports.
   void clear();
 
 Q_SIGNALS:
   void shown(const innergs::ui::PlaneImage& image);
   void probed(const innergs::ui::PlaneImage& point);
-  void kept(const innergs::ui::PlaneImage& image);
+  void exported(const innergs::ui::PlaneImage& image);
 
 private:
   using Signal = void (PlaneWorker::*)(const PlaneImage&);

@@ -82,8 +82,8 @@ ProgressCard::ProgressCard(QWidget* parent)
   bar_->setObjectName("progressBar");
   bar_->setRange(0, kBarSteps);
   bar_->setFormat(tr("%p %"));
-  bar_->setToolTip(tr("How much of all the work is done (%), with the measuring of the quality."));
-  remaining_->setToolTip(tr("Time until all the work is done, as far as it can be told now."));
+  bar_->setToolTip(tr("Share of the whole work that is done (%), the quality measurement included."));
+  remaining_->setToolTip(tr("Estimated time until everything is done."));
   numbers_->setToolTip(tr("PSNR in dB: more is better. The loss has no unit: less is better."));
   chart_->setObjectName("fitChart");
   preview_->setObjectName("preview");
@@ -142,7 +142,7 @@ void ProgressCard::setProgress(const Progress& progress) {
 
 void ProgressCard::showLatest() {
   if (!std::exchange(fresh_, false)) return;
-  if (latest_.phase != shown_.phase) sinceRemaining_.invalidate(); // told anew at once
+  if (latest_.phase != shown_.phase) sinceRemaining_.invalidate(); // shown at once
   shown_ = latest_;
   timer_.start();
   chart_->update();

@@ -21,7 +21,7 @@ class ProgressCard : public QWidget {
   Q_OBJECT
 public:
   explicit ProgressCard(QWidget* parent = nullptr);
-  /// Seen while it runs; whoever shows the card may put it elsewhere.
+  /// Visible while it runs; who shows the card may place it elsewhere.
   QWidget* head() const { return head_; }
   /// Before the first report.
   void begin();

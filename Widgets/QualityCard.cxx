@@ -24,7 +24,7 @@ QString decibel(double psnr) {
   return std::isfinite(psnr) ? QLocale().toString(psnr, 'f', 2) : QString::fromUtf8("–");
 }
 
-/// What the scores do not speak of.
+/// What the scores do not say.
 QString scopeText(const Report& report) {
   if (report.quality.isEmpty() || report.scans < 2) return {};
   return QualityCard::tr("Judged on the first scan alone, which says little about the %n scans together. ",
@@ -47,7 +47,7 @@ QString ssimText(const Measured& ssim) {
                          : QualityCard::tr("the same SSIM as %1").arg(other);
 }
 
-/// How InnerGS stands against the best of the others, in words.
+/// How InnerGS compares with the best of the others.
 QString verdictText(const Report& report) {
   const Comparison found = compare(report.quality);
   QStringList measures;
@@ -126,7 +126,7 @@ void QualityCard::setReport(const Report& report) {
     set(heldOut_, tr("%1 dB PSNR on %n withheld slices, from a second fit that did not see them.", nullptr,
                      report.heldOutSlices)
                       .arg(decibel(report.heldOutPsnr)));
-  else // where it was asked for and did not succeed, the warnings say why
+  else // if it was asked for and failed, the warnings say why
     set(heldOut_, report.quality.isEmpty() && report.judging == Judging::NotAsked
                       ? tr("The quality between slices was not measured: tick \"Measure the quality\" before "
                            "the next start.")

@@ -2,14 +2,21 @@
 
 #include "Core/Job/ReconstructionJob.h"
 #include "Widgets/MessageLine.h"
+#include "Widgets/PanelTools.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/ValueSlider.h"
-
 #include "vtkInnerGSModel.h"
 
+#include <QApplication>
 #include <QCheckBox>
+#include <QClipboard>
 #include <QCursor>
+#include <QDir>
 #include <QDoubleSpinBox>
+#include <QFileDialog>
+#include <QFileInfo>
+#include <QGridLayout>
+#include <QHBoxLayout>
 #include <QLabel>
 #include <QLocale>
 #include <QPushButton>
@@ -37,6 +44,26 @@ Vec3 middleOf(const std::array<double, 6>& b) {
   return {0.5 * (b[0] + b[1]), 0.5 * (b[2] + b[3]), 0.5 * (b[4] + b[5])};
 }
 
+QDoubleSpinBox* numberBox(const QString& name, const QString& suffix, int decimals, const QString& toolTip) {
+  auto* box = new QDoubleSpinBox;
+  box->setObjectName(name);
+  box->setSuffix(suffix);
+  box->setDecimals(decimals);
+  box->setAlignment(Qt::AlignRight);
+  box->setKeyboardTracking(false);
+  box->setToolTip(toolTip);
+  return box;
+}
+
+QLabel* labelFor(QWidget* buddy, const QString& text) {
+  auto* label = new QLabel(text);
+  label->setBuddy(buddy);
+  label->setToolTip(buddy->toolTip());
+  return label;
+}
+
+constexpr double mostExported = 64e6; // pixels
+
 } // namespace
 
 QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(host) {
@@ -50,7 +77,7 @@ QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(hos
   updateModel();
 }
 
-// Its parts go after it: what they still say is for nobody.
+// Its children outlive it: their signals must not reach it any more.
 QueryPanel::~QueryPanel() {
   for (QObject* part : findChildren<QObject*>())
     part->disconnect(this);
@@ -117,13 +144,13 @@ void QueryPanel::connectAll() {
     showWindow();
   });
   connect(handles_, &QCheckBox::toggled, view_, &PlaneView::setHandlesShown);
-  connect(exportVolume_, &QPushButton::clicked, this, [this] { keep({}); });
+  connect(exportVolume_, &QPushButton::clicked, this, [this] { exportPlane({}); });
   connect(savePicture_, &QPushButton::clicked, this, &QueryPanel::choosePictureFile);
   connect(copyCommand_, &QToolButton::clicked, this, &QueryPanel::copyCommand);
   connect(&settle_, &QTimer::timeout, this, &QueryPanel::settle);
   connect(worker_, &PlaneWorker::shown, this, &QueryPanel::showImage);
   connect(worker_, &PlaneWorker::probed, this, &QueryPanel::showProbe);
-  connect(worker_, &PlaneWorker::kept, this, &QueryPanel::kept);
+  connect(worker_, &PlaneWorker::exported, this, &QueryPanel::finishExport);
 }
 
 void QueryPanel::setModelId(const QString& id) {
@@ -185,7 +212,7 @@ void QueryPanel::updateModel() {
 void QueryPanel::setPlane(vtkMatrix4x4* planeToRAS) {
   const auto pose = poseOf(planeToRAS);
   if (!pose) {
-    say(tr("The plane was not taken over: its axes must be finite and span a plane."), true);
+    say(tr("This plane cannot be shown: its axes must be finite and span a plane."), true);
     return;
   }
   placed_ = linked_ = true;
@@ -360,6 +387,239 @@ void QueryPanel::showEvent(QShowEvent* event) {
   if (!waiting_) return;
   waiting_ = false;
   query(false);
+}
+
+void QueryPanel::build() {
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(0, 0, 0, 0);
+
+  selector_ = host_->createSelector(Host::Role::Model, this);
+  selector_->setObjectName(QStringLiteral("queryModel"));
+  selector_->setToolTip(tr("The model to look at"));
+  auto* choice = new QHBoxLayout;
+  choice->addWidget(labelFor(selector_, tr("&Model")));
+  choice->addWidget(selector_, 1);
+  all->addLayout(choice);
+
+  controls_ = new QWidget;
+  auto* rows = new QVBoxLayout(controls_);
+  rows->setContentsMargins(0, 0, 0, 0);
+
+  auto* buttons = new QHBoxLayout;
+  const struct {
+    const char* name;
+    QString text, toolTip;
+  } kinds[3] = {
+      {"queryAxial", tr("&Axial"), tr("From the feet: the patient's right on the left, anterior up")},
+      {"queryCoronal", tr("&Coronal"), tr("From the front: the patient's right on the left, superior up")},
+      {"querySagittal", tr("&Sagittal"), tr("From the side: anterior on the left, superior up")}};
+  for (int i = 0; i < 3; ++i) {
+    auto* button = orientations_[i] = new QToolButton;
+    button->setObjectName(QString::fromLatin1(kinds[i].name));
+    button->setText(kinds[i].text);
+    button->setToolTip(kinds[i].toolTip);
+    button->setCheckable(true);
+    button->setFocusPolicy(Qt::StrongFocus);
+    button->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    buttons->addWidget(button, 1);
+  }
+  home_ = new QPushButton(tr("C&entre"));
+  home_->setObjectName(QStringLiteral("queryCentre"));
+  home_->setToolTip(tr("Centre the plane and show the whole model; the orientation stays"));
+  buttons->addWidget(home_);
+  rows->addLayout(buttons);
+
+  position_ = new ValueSlider(tr(" mm"), 1);
+  position_->describe(
+      QStringLiteral("queryPosition"), tr("Position along the normal"),
+      tr("Distance (mm) of the plane from the origin of the patient's coordinates, along its normal: "
+         "to the right (R), left (L), front (A), back (P), head (S) or feet (I)"));
+  tiltUp_ = new ValueSlider(tr("°"), 1);
+  tiltUp_->describe(
+      QStringLiteral("queryTiltHorizontal"), tr("Tilt about the horizontal axis"),
+      tr("Angle (degrees) about the view's horizontal axis, from the orientation chosen above"));
+  tiltSide_ = new ValueSlider(tr("°"), 1);
+  tiltSide_->describe(
+      QStringLiteral("queryTiltVertical"), tr("Tilt about the vertical axis"),
+      tr("Angle (degrees) about the view's vertical axis, from the orientation chosen above"));
+  inPlane_ = new ValueSlider(tr("°"), 1);
+  inPlane_->describe(QStringLiteral("queryInPlane"), tr("Rotation in the plane"),
+                     tr("Angle (degrees) about the plane's own normal: the picture turns clockwise"));
+  for (ValueSlider* angle : {tiltUp_, tiltSide_, inPlane_}) {
+    angle->setRange(-180, 180);
+    angle->setSingleStep(1);
+    angle->setWrapping(true);
+  }
+  auto* grid = new QGridLayout;
+  const std::pair<ValueSlider*, QString> sliders[] = {{position_, tr("&Position")},
+                                                      {tiltUp_, tr("Tilt up and &down")},
+                                                      {tiltSide_, tr("T&ilt left and right")},
+                                                      {inPlane_, tr("&Turn in plane")}};
+  int row = 0;
+  for (const auto& [slider, text] : sliders) {
+    grid->addWidget(labelFor(slider->spinBox(), text), row, 0);
+    grid->addWidget(slider, row++, 1);
+  }
+  pixelSize_ = numberBox(QStringLiteral("queryPixelSize"), tr(" mm"), 3,
+                         tr("Distance (mm) between the plane's pixels: as shown and as exported"));
+  pixelSize_->setRange(0.01, 100);
+  pixelSize_->setSingleStep(0.1);
+  pixelSize_->setValue(1);
+  size_ = new QLabel;
+  size_->setObjectName(QStringLiteral("querySize"));
+  size_->setToolTip(tr("Columns and rows of the plane across the whole model"));
+  auto* pixels = new QHBoxLayout;
+  pixels->addWidget(pixelSize_);
+  pixels->addWidget(size_);
+  pixels->addStretch(1);
+  grid->addWidget(labelFor(pixelSize_, tr("Pi&xel size")), row, 0);
+  grid->addLayout(pixels, row, 1);
+  grid->setColumnStretch(1, 1);
+  rows->addLayout(grid);
+
+  view_ = new PlaneView;
+  view_->setObjectName(QStringLiteral("queryView"));
+  view_->setAccessibleName(tr("The plane"));
+  view_->setWhatsThis(tr("Left drag: window and level. Middle drag, or Shift and left drag: pan. Right drag, "
+                         "or Ctrl and wheel: zoom. Wheel: "
+                         "along the normal. Handles tilt, turn and move the plane. Keys: arrows tilt, "
+                         "Ctrl+Left and Ctrl+Right turn, Shift and arrows pan, Page Up "
+                         "and Page Down move along the normal, + and − zoom, Home centres."));
+  view_->setToolTip(tr("Keys: arrows tilt, Ctrl+Left and Ctrl+Right turn, Shift+arrows pan,\n"
+                       "Page Up and Page Down move, + and − zoom, Home centres.\n"
+                       "While this view has the keyboard, the value in the middle is shown."));
+  rows->addWidget(view_, 1);
+
+  readout_ = new QLabel;
+  readout_->setObjectName(QStringLiteral("queryReadout"));
+  readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
+  readout_->setToolTip(
+      tr("Position under the mouse, or in the middle while the view has the keyboard (RAS mm; "
+         "R, A, S: to the patient's right, anterior, superior) and the model's "
+         "value there, in the scanner's units"));
+  readout_->setMinimumWidth(1); // its text never widens the panel
+  copyCommand_ = new QToolButton;
+  copyCommand_->setObjectName(QStringLiteral("queryCopyCommand"));
+  copyCommand_->setText(tr("Cop&y"));
+  copyCommand_->setFocusPolicy(Qt::StrongFocus);
+  copyCommand_->setToolTip(tr("Copy the plane as a command line of innergs, with its place in RAS mm"));
+  auto* place = new QHBoxLayout;
+  place->addWidget(readout_, 1);
+  place->addWidget(copyCommand_);
+  rows->addLayout(place);
+
+  window_ = numberBox(QStringLiteral("queryWindow"), {}, 1,
+                      tr("Range of values from black to white (scanner units)"));
+  level_ = numberBox(QStringLiteral("queryLevel"), {}, 1, tr("Value shown as middle grey (scanner units)"));
+  window_->setRange(0.001, 1e9);
+  level_->setRange(-1e9, 1e9);
+  for (QDoubleSpinBox* box : {window_, level_}) {
+    box->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    box->setMinimumWidth(fontMetrics().horizontalAdvance(QStringLiteral("-000000.0")) +
+                         2 * fontMetrics().height());
+  }
+  autoWindow_ = new QPushButton(tr("A&uto"));
+  autoWindow_->setObjectName(QStringLiteral("queryAutoWindow"));
+  autoWindow_->setToolTip(tr("Set window and level to suit the model"));
+  handles_ = new QCheckBox(tr("Ha&ndles"));
+  handles_->setObjectName(QStringLiteral("queryHandles"));
+  handles_->setToolTip(tr("Show the handles that tilt, turn and move the plane"));
+  handles_->setChecked(true);
+  auto* grey = new QHBoxLayout;
+  grey->addWidget(labelFor(window_, tr("&Window")));
+  grey->addWidget(window_, 1);
+  grey->addWidget(labelFor(level_, tr("&Level")));
+  grey->addWidget(level_, 1);
+  grey->addWidget(autoWindow_);
+  rows->addLayout(grey);
+
+  exportVolume_ = new QPushButton(tr("Exp&ort as a volume"));
+  exportVolume_->setObjectName(QStringLiteral("queryExportVolume"));
+  exportVolume_->setToolTip(
+      tr("Add the plane to the volumes, at its pixel size and in its place in the patient; "
+         "from there it can be saved"));
+  savePicture_ = new QPushButton(tr("Save pictu&re…"));
+  savePicture_->setObjectName(QStringLiteral("querySavePicture"));
+  savePicture_->setToolTip(tr("Save the plane as a PNG picture with this window and level"));
+  auto* exports = new QHBoxLayout;
+  exports->addWidget(handles_);
+  exports->addStretch(1);
+  exports->addWidget(exportVolume_);
+  exports->addWidget(savePicture_);
+  rows->addLayout(exports);
+  all->addWidget(controls_, 1);
+
+  message_ = new MessageLine;
+  message_->setObjectName(QStringLiteral("queryMessage"));
+  all->addWidget(message_);
+  guardWheel(this);
+}
+
+QString QueryPanel::planeName() const {
+  const QString words[] = {tr("axial"), tr("coronal"), tr("sagittal")};
+  return tr("%1 %2 %3 mm")
+      .arg(info_.name, pose_.isStraight() ? words[static_cast<int>(pose_.orientation)] : tr("oblique"),
+           QLocale().toString(pose_.position(), 'f', 1));
+}
+
+void QueryPanel::exportPlane(const QString& file) {
+  if (!model_) return;
+  PlaneTask task = taskFor(pixelSize_->value());
+  if (static_cast<double>(task.columns) * task.rows > mostExported) {
+    say(tr("The plane would have %1 × %2 pixels: choose a larger pixel size.")
+            .arg(task.columns)
+            .arg(task.rows),
+        true);
+    return;
+  }
+  exports_.append({planeName(), modelId_});
+  task.picture = file;
+  task.lower = view_->lower();
+  task.upper = view_->upper();
+  worker_->exportPlane(task);
+}
+
+void QueryPanel::finishExport(const PlaneImage& image) {
+  const auto [name, modelId] = exports_.takeFirst();
+  const QString file = image.task.picture;
+  QString error = image.error;
+  if (error.isEmpty() && file.isEmpty()) {
+    const std::array<double, 2> window{image.task.lower, image.task.upper};
+    host_->addVolumeOf(modelId, window, image.image, image.ijkToRAS, name, &error);
+    if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(name));
+  } else if (error.isEmpty()) {
+    say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));
+  }
+  if (!error.isEmpty()) say(error, true);
+}
+
+void QueryPanel::copyCommand() {
+  if (!model_) return;
+  if (toModel_)
+    return say(tr("The model has been moved by a transform, which a command line does not know: harden the "
+                  "transform and save the model first."),
+               true);
+  const bool saved = info_.saved && !info_.file.isEmpty();
+  QApplication::clipboard()->setText(
+      commandOf(taskFor(pixelSize_->value()),
+                saved ? QDir::toNativeSeparators(info_.file) : QStringLiteral("%1.innergs").arg(info_.name)));
+  say(saved ? tr("Copied the plane as a command line (RAS mm).")
+            : tr("Copied the plane as a command line (RAS mm); save the model and put its file's name in."));
+}
+
+void QueryPanel::choosePictureFile() {
+  auto* dialog =
+      new QFileDialog(this, tr("Save the plane as a picture"), host_->folder(), tr("PNG picture (*.png)"));
+  dialog->setObjectName(QStringLiteral("queryPictureDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setAcceptMode(QFileDialog::AcceptSave);
+  dialog->setDefaultSuffix(QStringLiteral("png"));
+  dialog->selectFile(planeName().replace(QLatin1Char('/'), QLatin1Char('-')) + QStringLiteral(".png"));
+  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
+    host_->setFolder(QFileInfo(file).absolutePath());
+    exportPlane(file);
+  });
+  dialog->open();
 }
 
 } // namespace innergs::ui

@@ -68,8 +68,8 @@ private:
   void showProbe(const PlaneImage& point);
   void clearReadout();
   void showImage(const PlaneImage& image);
-  void keep(const QString& file);
-  void kept(const PlaneImage& image);
+  void exportPlane(const QString& file);
+  void finishExport(const PlaneImage& image);
   void choosePictureFile();
   void copyCommand();
   QString planeName() const;
@@ -89,10 +89,10 @@ private:
   bool waiting_ = false;  // for the panel to be seen
   double msPerPixel_ = 0; // of the last query
   QTimer settle_{this};
-  struct Kept {
+  struct Export {
     QString name, modelId;
   };
-  QList<Kept> kept_; // in the order of the worker's
+  QList<Export> exports_; // in the order of the worker's
 
   Selector* selector_ = nullptr;
   QWidget* controls_ = nullptr;

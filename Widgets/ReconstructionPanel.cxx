@@ -34,6 +34,7 @@
 #include <utility>
 
 namespace innergs::ui {
+
 namespace {
 
 constexpr int kEstimateDelay = 250; // ms after the last change
@@ -42,13 +43,13 @@ constexpr int kAskedAgain = 2000;   // ms: memory that is missing may become fre
 QString presetText(Preset preset) {
   switch (preset) {
   case Preset::Fast:
-    return ReconstructionPanel::tr("The least work, for a first look.");
+    return ReconstructionPanel::tr("Least work, for a first look.");
   case Preset::Balanced:
     return ReconstructionPanel::tr("The usual choice: good quality without a long wait.");
   case Preset::Best:
-    return ReconstructionPanel::tr("The most work: somewhat better, several times slower.");
+    return ReconstructionPanel::tr("Most work: somewhat better, several times slower.");
   case Preset::Paper:
-    return ReconstructionPanel::tr("The published method, to compare: slow, and poor between slices.");
+    return ReconstructionPanel::tr("The published method, for comparison: slow, and poor between slices.");
   }
   return {};
 }
@@ -64,6 +65,13 @@ QString estimateText(const Estimate& estimate) {
   if (time.isEmpty()) return ReconstructionPanel::tr("Takes %1.").arg(memory);
   if (memory.isEmpty()) return ReconstructionPanel::tr("Takes %1.").arg(time);
   return ReconstructionPanel::tr("Takes %1, %2.").arg(time, memory);
+}
+
+QFormLayout* makeForm(QWidget* parent) {
+  auto* form = parent ? new QFormLayout(parent) : new QFormLayout;
+  form->setFieldGrowthPolicy(QFormLayout::AllNonFixedFieldsGrow);
+  form->setRowWrapPolicy(QFormLayout::WrapLongRows);
+  return form;
 }
 
 } // namespace
@@ -135,13 +143,13 @@ void ReconstructionPanel::connectHost() {
   connect(host_, &Host::failed, this, [this](const QString& text) {
     progress_->hide();
     message_->setMessage(MessageLine::Kind::Error,
-                         sentence(text) + '\n' + tr("No result was made. Start again after a change."));
+                         sentence(text) + '\n' + tr("There is no result. Change something and start again."));
     setState(State::Idle);
     reveal(message_, message_);
   });
   connect(host_, &Host::cancelled, this, [this] {
     progress_->hide();
-    message_->setMessage(MessageLine::Kind::Information, tr("Cancelled: nothing was made."));
+    message_->setMessage(MessageLine::Kind::Information, tr("Cancelled: there is no result."));
     setState(State::Idle);
   });
 }
@@ -278,7 +286,7 @@ void ReconstructionPanel::setState(State state) {
     break;
   case State::Running:
     button_->setText(tr("&Cancel"));
-    button_->setToolTip(tr("Stops the reconstruction within a moment. What is complete is kept."));
+    button_->setToolTip(tr("Stops the reconstruction. What is complete is kept."));
     break;
   case State::Cancelling:
     button_->setText(tr("Cancelling…"));
@@ -322,6 +330,162 @@ void ReconstructionPanel::startOrCancel() {
 void ReconstructionPanel::showEvent(QShowEvent* event) {
   QWidget::showEvent(event);
   if (state_ == State::Idle) estimateTimer_.start(0);
+}
+
+QWidget* ReconstructionPanel::makeInputs() {
+  auto* group = new QGroupBox(tr("Scans"), this);
+  auto* layout = new QVBoxLayout(group);
+  inputs_ = new InputsTable(host_, group);
+  inputs_->setObjectName("inputs");
+  layout->addWidget(inputs_);
+  connect(inputs_, &InputsTable::changed, this, &ReconstructionPanel::edited);
+  connect(inputs_, &InputsTable::refreshed, this, [this] {
+    if (quiet_) return;
+    explain();
+    estimateTimer_.start();
+  });
+  QFormLayout* form = nullptr;
+  const auto add = [&](Host::Role role, const char* name, const QString& label, const QString& tip) {
+    if (!host_->offers(role)) return static_cast<Selector*>(nullptr);
+    if (!form) {
+      form = makeForm(nullptr);
+      layout->addLayout(form);
+    }
+    Selector* selector = host_->createSelector(role, group);
+    selector->setObjectName(name);
+    selector->setToolTip(tip);
+    form->addRow(label, selector);
+    connect(selector, &Selector::currentIdChanged, this, &ReconstructionPanel::edited);
+    return selector;
+  };
+  mask_ = add(Host::Role::Mask, "maskSelector", tr("Mas&k:"),
+              tr("Reconstructs only what is inside this segmentation, and up to one slice around it.\n"
+                 "None: everything."));
+  if (mask_) {
+    fill_ = new NumberSpin({-1e9, 1e9}, group);
+    fill_->setObjectName("fillValue");
+    fill_->setToolTip(tr("Value outside the mask, in the result and wherever the model is shown."));
+    form->addRow(tr("Outside the mask:"), fill_);
+    connect(fill_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
+    connect(mask_, &Selector::currentIdChanged, this, &ReconstructionPanel::enableFill);
+    enableFill();
+  }
+  region_ = add(Host::Role::Region, "regionSelector", tr("R&egion:"),
+                tr("Reconstructs only what is inside this box. None: everything."));
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeOutput() {
+  auto* group = new QGroupBox(tr("Result"), this);
+  auto* layout = new QVBoxLayout(group);
+  output_ = new OutputBox(host_, group);
+  output_->setObjectName("output");
+  layout->addWidget(output_);
+  connect(output_, &OutputBox::changed, this, &ReconstructionPanel::edited);
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeFit() {
+  auto* group = new QGroupBox(tr("Quality and time"), this);
+  auto* form = makeForm(group);
+  preset_ = new QComboBox(group);
+  preset_->setObjectName("preset");
+  preset_->addItem(tr("Fast"), static_cast<int>(Preset::Fast));
+  preset_->addItem(tr("Balanced"), static_cast<int>(Preset::Balanced));
+  preset_->addItem(tr("Best"), static_cast<int>(Preset::Best));
+  preset_->addItem(tr("Paper"), static_cast<int>(Preset::Paper));
+  preset_->setCurrentIndex(1);
+  preset_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  preset_->setToolTip(tr("How much work the fit does."));
+  presetLine_ = makeWrappedLabel("presetLine", group);
+  device_ = new DeviceBox(group);
+  device_->setObjectName("deviceBox");
+  evaluate_ = new QCheckBox(tr("&Measure the quality (a second fit)"), group);
+  evaluate_->setObjectName("evaluateQuality");
+  evaluate_->setChecked(true);
+  evaluate_->setToolTip(tr("Fits the first scan again with slices left out, and compares the result with\n"
+                           "interpolation on those slices. The result itself uses all slices."));
+  form->addRow(tr("&Preset:"), preset_);
+  form->addRow(presetLine_);
+  form->addRow(tr("&Device:"), device_);
+  form->addRow(evaluate_);
+  connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &ReconstructionPanel::edited);
+  connect(device_, &DeviceBox::changed, this, &ReconstructionPanel::edited);
+  connect(evaluate_, &QCheckBox::toggled, this, &ReconstructionPanel::edited);
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeAdvanced() {
+  auto* section = new Section(tr("Advanced &settings"), this);
+  section->setObjectName("advanced");
+  auto* content = new QWidget(section);
+  auto* layout = new QVBoxLayout(content);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addWidget(makeQualityOptions());
+  settings_ = new SettingsPanel(content);
+  settings_->setObjectName("settings");
+  layout->addWidget(settings_);
+  section->setContent(content);
+  connect(settings_, &SettingsPanel::settingsChanged, this, &ReconstructionPanel::edited);
+  return section;
+}
+
+QWidget* ReconstructionPanel::makeQualityOptions() {
+  auto* group = new QGroupBox(tr("How the quality is measured"), this);
+  auto* form = makeForm(group);
+  gap_ = new QSpinBox(group);
+  gap_->setObjectName("qualityGap");
+  gap_->setRange(1, 64); // 1: the usual one
+  gap_->setSpecialValueText(tr("automatic"));
+  gap_->setToolTip(tr("The second fit keeps every n-th slice of the first scan and is scored on the others;\n"
+                      "automatic: every 2nd of thick slices, every 4th of thin ones."));
+  heldOut_ = new QDoubleSpinBox(group);
+  heldOut_->setObjectName("heldOutFraction");
+  heldOut_->setRange(0, 50);
+  heldOut_->setDecimals(1);
+  heldOut_->setSuffix(tr(" %"));
+  heldOut_->setSpecialValueText(tr("none"));
+  heldOut_->setToolTip(
+      tr("Share of each scan's slices withheld from a second fit, to measure the quality on them\n"
+         "(0 to 50 %). The result itself is fitted to all slices; it takes about twice the time."));
+  for (QAbstractSpinBox* spin :
+       {static_cast<QAbstractSpinBox*>(gap_), static_cast<QAbstractSpinBox*>(heldOut_)}) {
+    spin->setKeyboardTracking(false);
+    spin->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+  }
+  form->addRow(tr("Keep one slice in:"), gap_);
+  form->addRow(tr("Withhold slices:"), heldOut_);
+  connect(gap_, QOverload<int>::of(&QSpinBox::valueChanged), this, [this](int gap) {
+    qualityGap_ = gap > 1 ? gap : 0;
+    edited();
+  });
+  connect(heldOut_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this](double percent) {
+    heldOutFraction_ = percent / 100;
+    edited();
+  });
+  return group;
+}
+
+QWidget* ReconstructionPanel::makeStart() {
+  auto* content = new QWidget(this);
+  estimate_ = makeWrappedLabel("estimateText", content);
+  estimate_->setToolTip(tr("Estimated time, and memory (GB) beyond that of the scans."));
+  estimate_->hide();
+  refusalLine_ = new MessageLine(content);
+  refusalLine_->setObjectName("refusal");
+  button_ = new QPushButton(content);
+  button_->setObjectName("reconstruct");
+  button_->setMinimumHeight(2 * fontMetrics().lineSpacing());
+  auto* row = new QHBoxLayout;
+  row->addWidget(progress_->head(), 1);
+  row->addWidget(button_, 0);
+  auto* layout = new QVBoxLayout(content);
+  const int gap = layout->spacing() / 2;
+  layout->setContentsMargins(0, gap, 0, gap);
+  layout->addWidget(estimate_);
+  layout->addWidget(refusalLine_);
+  layout->addLayout(row);
+  return content;
 }
 
 } // namespace innergs::ui

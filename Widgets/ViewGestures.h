@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-/// What the hand does in every view of a plane.
+/// The gestures of every view of a plane.
 namespace innergs::ui {
 
 /// In the widget's own pixels.

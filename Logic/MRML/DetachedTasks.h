@@ -5,12 +5,12 @@
 
 namespace innergs::mrml {
 
-/// Runs what cannot be stopped (others' code) so that a stop need not wait for it: left to itself then, it
-/// must own what it works on, and its end is waited for with that of this object.
+/// Runs others' code, which cannot be stopped, so that a stop need not wait for it. It is left to itself
+/// then, so it must own what it works on; the destructor waits for its end.
 class DetachedTasks {
 public:
-  /// Returns what work returns, throws what it throws, or Error(Cancelled) as soon as a stop is asked for. By
-  /// one thread at a time; what was left before is waited for first.
+  /// Returns what work returns, throws what it throws, or Error(Cancelled) as soon as a stop is requested.
+  /// For one thread at a time; waits first for what was left to itself before.
   bool run(std::function<bool()> work, const std::stop_token& stop);
 
 private:

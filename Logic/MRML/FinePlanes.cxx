@@ -21,7 +21,7 @@ constexpr std::chrono::milliseconds kRest{250}; // without a move
 FinePlanes::FinePlanes(std::function<void()> wake) : wake_(std::move(wake)) {
   query_->CentredOff();
   query_->GeometryInImageOff();
-  vtkNew<vtkCallbackCommand> quiet; // the coarse plane stays, and said what is wrong
+  vtkNew<vtkCallbackCommand> quiet; // the coarse plane stays, and has reported the error
   query_->AddObserver(vtkCommand::ErrorEvent, quiet);
 }
 
@@ -35,10 +35,10 @@ FinePlanes::~FinePlanes() {
   if (thread_.joinable()) thread_.join();
 }
 
-void FinePlanes::order(const std::shared_ptr<SliceFollower>& follower, PlaneOrder order) {
+void FinePlanes::request(const std::shared_ptr<SliceFollower>& follower, PlaneRequest request) {
   {
     std::lock_guard lock(mutex_);
-    waiting_[follower] = {std::move(order), Clock::now() + kRest};
+    waiting_[follower] = {std::move(request), Clock::now() + kRest};
     if (current_.lock() == follower) query_->Cancel();
   }
   changed_.notify_all();
@@ -54,15 +54,15 @@ std::optional<FinePlanes::Plane> FinePlanes::fetch() {
   return plane;
 }
 
-FinePlanes::Plane FinePlanes::query(const Key& follower, const PlaneOrder& order) {
-  Plane plane{follower, order.revision, nullptr, vtkSmartPointer<vtkMatrix4x4>::New()};
+FinePlanes::Plane FinePlanes::query(const Key& follower, const PlaneRequest& request) {
+  Plane plane{follower, request.revision, nullptr, vtkSmartPointer<vtkMatrix4x4>::New()};
   vtkNew<vtkInnerGSModel> model; // of its own, which shares the Gaussians
-  model->SetCheckpoint(order.model);
+  model->SetCheckpoint(request.model);
   query_->SetModel(model);
-  query_->SetTransformToModel(order.toModel);
-  query_->SetPlaneToRASMatrix(order.planeToRAS);
-  query_->SetDimensions(order.columns, order.rows);
-  query_->SetSpacing(order.spacing, order.spacing);
+  query_->SetTransformToModel(request.toModel);
+  query_->SetPlaneToRASMatrix(request.planeToRAS);
+  query_->SetDimensions(request.columns, request.rows);
+  query_->SetSpacing(request.spacing, request.spacing);
   query_->Modified(); // its last output was given away
   query_->Update();
   if (!query_->GetAborted() && query_->GetErrorMessage().empty()) {
@@ -91,17 +91,18 @@ void FinePlanes::work() {
       continue;
     }
     const Key follower = first->first;
-    const PlaneOrder order = std::move(first->second.order);
+    const PlaneRequest request = std::move(first->second.request);
     waiting_.erase(first);
     if (follower.expired()) continue;
     current_ = follower;
     lock.unlock();
     Plane plane;
-    sentenceOf([&] { plane = query(follower, order); }); // without it the coarse one stays
+    sentenceOf([&] { plane = query(follower, request); }); // without it the coarse one stays
     lock.lock();
     current_.reset();
     if (quit_) continue;
-    if (query_->GetAborted()) waiting_.try_emplace(follower, Waiting{order, Clock::now()}); // for one before
+    if (query_->GetAborted())
+      waiting_.try_emplace(follower, Waiting{request, Clock::now()}); // for one before
     if (!plane.image) continue;
     done_.push_back(std::move(plane));
     lock.unlock();

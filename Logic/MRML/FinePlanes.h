@@ -25,18 +25,18 @@ namespace innergs::mrml {
 
 class SliceFollower;
 
-/// A plane of a model, apart from all nodes.
-struct PlaneOrder {
+/// A plane of a model, independent of all nodes.
+struct PlaneRequest {
   std::shared_ptr<const Checkpoint> model;
-  vtkSmartPointer<vtkAbstractTransform> toModel; // another thread may use it: it never changes; null: none
+  vtkSmartPointer<vtkAbstractTransform> toModel; // immutable, so another thread may use it; null: none
   vtkSmartPointer<vtkMatrix4x4> planeToRAS;
   int columns = 1, rows = 1;
   double spacing = 1; // of the pixels, in the plane's own units
   int revision = 0;   // the follower's, which drops what is older
 };
 
-/// Queries planes in full on a thread, once their views have been at rest. Everything but the thread's work
-/// is called on the main thread.
+/// Queries planes in full on a thread, once their views have been at rest. Call everything on the main
+/// thread.
 class FinePlanes {
 public:
   struct Plane {
@@ -51,19 +51,19 @@ public:
   FinePlanes(const FinePlanes&) = delete;
   FinePlanes& operator=(const FinePlanes&) = delete;
 
-  /// Replaces the follower's order before, and stops it.
-  void order(const std::shared_ptr<SliceFollower>& follower, PlaneOrder order);
+  /// Replaces the follower's last request, and stops it.
+  void request(const std::shared_ptr<SliceFollower>& follower, PlaneRequest request);
   std::optional<Plane> fetch();
 
 private:
   using Clock = std::chrono::steady_clock;
   using Key = std::weak_ptr<SliceFollower>;
   struct Waiting {
-    PlaneOrder order;
+    PlaneRequest request;
     Clock::time_point due;
   };
   void work();
-  Plane query(const Key& follower, const PlaneOrder& order);
+  Plane query(const Key& follower, const PlaneRequest& request);
 
   std::function<void()> wake_;
   std::mutex mutex_;
@@ -72,7 +72,7 @@ private:
   std::deque<Plane> done_;
   Key current_; // being queried
   bool quit_ = false;
-  vtkNew<vtkInnerGSPlaneQuery> query_; // the thread's, but for Cancel()
+  vtkNew<vtkInnerGSPlaneQuery> query_; // the thread's, except for Cancel()
   std::thread thread_;
 };
 

@@ -5,16 +5,16 @@
 
 namespace innergs::mrml {
 
-/// A model moved by an affine map (LPS mm), and what of the map it could not take: map = rest ∘ (what was
-/// taken).
+/// A model moved by an affine map (LPS mm), and the part of the map that could not be applied: map = rest ∘
+/// (what was applied).
 struct HardenedModel {
   std::shared_ptr<const Checkpoint> checkpoint;
   Affine3 rest;
   bool complete = true; // rest is the identity
 };
 
-/// Means, covariances, slopes, domain, support and residual grid take rotations, shifts, scalings and
-/// mirrorings along the axes of the model's lattices, and everything when it has no lattice. A shear of a
+/// Moves means, covariances, slopes, domain, support and residual grid by rotations, shifts, scalings and
+/// mirrorings along the axes of the model's lattices, or by anything when it has no lattice. A shear of a
 /// lattice stays in `rest`. A fit that was interrupted cannot go on from a moved model. Throws Error when the
 /// map cannot be inverted or takes the model out of range.
 HardenedModel harden(const Checkpoint& model, const Affine3& map);

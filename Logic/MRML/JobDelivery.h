@@ -5,16 +5,16 @@ class vtkSlicerInnerGSLogic;
 
 namespace innergs::mrml {
 
-/// Makes the worker's update the job's state, the logic's events and, in the end, nodes. On the main thread.
+/// Turns the worker's updates into the job's state, the logic's events and, at the end, nodes. Main thread.
 class JobDelivery {
 public:
   using ErrorHandler = std::function<void(const Failure&)>;
   JobDelivery(vtkSlicerInnerGSLogic* logic, ErrorHandler onError);
 
   void deliver(JobUpdate& update);
-  /// Cancelled at once, whatever update is still to come.
+  /// Cancels at once, whatever updates are still to come.
   void abandon(vtkSlicerInnerGSJob* job, bool tell = true);
-  /// What is being made into nodes is not wanted any more: the scene goes.
+  /// Drops what is being made into nodes: the scene is closing.
   void discard();
 
 private:

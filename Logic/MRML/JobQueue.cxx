@@ -13,7 +13,7 @@
 namespace innergs::mrml {
 namespace {
 
-/// Calls a function for an event of the filter, on the filter's thread.
+/// Calls a function at an event of the filter, on the filter's thread.
 class Observation {
 public:
   Observation(vtkObject* object, unsigned long event, std::function<void(void*)> call)
@@ -55,7 +55,7 @@ JobQueue::~JobQueue() {
 void JobQueue::submit(std::shared_ptr<Task> task) {
   try {
     if (!worker_.joinable()) worker_ = std::thread([this] { work(); });
-  } catch (...) { // no thread to be had
+  } catch (...) { // no thread could be started
     task->failure = failureOf();
   }
   const bool fails = !task->failure.sentence.empty();
@@ -76,7 +76,7 @@ void JobQueue::cancel(const std::shared_ptr<Task>& task) {
     std::lock_guard lock(mutex_);
     const auto found = std::find(waiting_.begin(), waiting_.end(), task);
     waiting = found != waiting_.end();
-    if (waiting) waiting_.erase(found); // it need not wait for those before it
+    if (waiting) waiting_.erase(found); // it need not wait for those before
   }
   task->stop.request_stop();
   if (!waiting) {
@@ -100,7 +100,7 @@ std::optional<JobUpdate> JobQueue::fetch() {
     const auto at = updates_.find(task.get());
     if (at == updates_.end()) continue;
     if (found == updates_.end() || at->second.done) found = at;
-    if (at->second.done) break; // a running task that tells much must not keep others from ending
+    if (at->second.done) break; // frequent updates of a running task must not keep others from ending
   }
   if (found == updates_.end()) return std::nullopt;
   JobUpdate& rest = found->second;
@@ -144,7 +144,7 @@ void JobQueue::post(std::shared_ptr<Task> task, const std::function<void(JobUpda
 }
 
 void JobQueue::work() {
-  lowerThreadPriority(); // the application's views come first
+  lowerThreadPriority(); // the application's views have priority
   for (;;) {
     std::shared_ptr<Task> task;
     {

@@ -94,7 +94,7 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
   return inputs;
 }
 
-/// Of a segmentation only that it can be one: taking it is for the start.
+/// Only checks that a segmentation is usable: it is copied at the start.
 void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   auto* node = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
                                                     "The mask", "a label map or segmentation");
@@ -115,7 +115,7 @@ void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   filter->SetMaskIJKToRASMatrix(matrix);
 }
 
-/// What only this thread can have of a segmentation that is the mask.
+/// Copies what the mask needs of a segmentation while this is the main thread.
 void takeMask(JobFilter* filter, Parameters* parameters, vtkMRMLVolumeNode* like) {
   auto* node = vtkMRMLSegmentationNode::SafeDownCast(parameters->GetMaskNode());
   if (!node) return;
@@ -219,7 +219,7 @@ void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
   filter->SetInstructionSet(p->GetInstructionSet());
   filter->SetSeed(static_cast<vtkTypeUInt64>(p->GetSeed()));
   filter->SetHeldOutFraction(p->GetHeldOutFraction());
-  filter->GeometryInImageOff(); // volume nodes keep it themselves
+  filter->GeometryInImageOff(); // volume nodes have it themselves
 }
 
 void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>& inputs, Task& task) {
@@ -279,7 +279,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
     refuse(ErrorCode::InvalidArgument, "The parameter node is not in the scene: add it first.");
   checkOutputs(parameters, inputsOf(parameters), task);
   auto filter = vtkSmartPointer<JobFilter>::New();
-  vtkNew<vtkCallbackCommand> quiet; // the sentence is taken from the filter: no second message
+  vtkNew<vtkCallbackCommand> quiet; // the caller takes the sentence from the filter
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
   configure(filter, parameters, thicknessOf);
   checkSettings(filter->MakeSettings());

@@ -24,14 +24,14 @@ namespace innergs::mrml {
 class SegmentationMask;
 class DetachedTasks;
 
-/// The filter with its settings open to this layer, which also judges its quality by protocol H.
+/// The filter, which also judges its quality by protocol H, with its settings open to this layer.
 class JobFilter : public vtkInnerGSReconstruct {
 public:
   static JobFilter* New();
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
   using vtkInnerGSReconstruct::MakeSettings;
   using vtkInnerGSReconstruct::WithOutline;
-  /// Made on the worker, before the fit, with what its parts may leave behind.
+  /// The worker makes it before the fit; what cannot be stopped is left to `unstoppable`.
   std::unique_ptr<SegmentationMask> mask;
   DetachedTasks* unstoppable = nullptr;
   /// See JudgedReconstruction.
@@ -57,11 +57,11 @@ struct Task {
   // What the worker found.
   Failure failure; // no sentence: none
   bool cancelled = false;
-  bool judging = false; // the fit is complete: who cancels now only ends the judging of its quality
+  bool judging = false; // the fit is complete: a cancel now ends only the judging of its quality
   std::optional<EvaluationReport> report;
 
   // For the main thread, when it is done.
-  bool discard = false;                                    // nobody wants the result any more
+  bool discard = false;                                    // the result is no longer wanted
   std::string inputNames, maskName;                        // "" without a mask
   bool newVolume = true, newModel = true, newTable = true; // none was chosen at the start
   vtkWeakPointer<vtkMRMLScene> scene;
@@ -72,32 +72,32 @@ struct Task {
   vtkWeakPointer<vtkMRMLTableNode> table;
 };
 
-/// What 0 leads to as an input's slice thickness: mm, 0 for the distance between slices.
+/// The slice thickness (mm) of an input for which 0 is set; 0: the distance between slices.
 using ThicknessOf = std::function<double(vtkMRMLVolumeNode*)>;
 
-/// Everything that can be checked without looking at voxels; the filter as configured. Throws Error.
+/// Checks everything that needs no voxels; returns the configured filter. Throws Error.
 vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
                                  const ThicknessOf& thicknessOf);
 
 /// Where a job with these settings will run, and why.
 std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 
-/// What a job will fit, without voxels: the job itself, and for its quality table. Knows no nodes: for any
-/// thread.
+/// What a job will fit, for itself and for its quality table, without voxels. Knows no nodes, so any thread
+/// may use it.
 struct Outline {
   Settings settings;
   std::vector<ReconstructionInput> fits;
   double seconds() const; // roughly; 0: unknown. May throw Error
-  /// Where it will run, and why; "" and the sentence with which that is refused.
+  /// Where it will run, and why; "" with a sentence in `refusal` when the device is refused.
   std::string device(std::string& refusal) const;
   MemoryNeed memory() const;
-  std::string key() const; // the same for what is estimated alike
+  std::string key() const; // equal keys: equal estimates
 };
 /// Throws Error.
 Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
                   const ThicknessOf& thicknessOf);
 
-/// check() and the one copy of the voxels; without it the worker makes it, from voxels shared with the nodes.
+/// check(), and copies the voxels; without `copy` the worker copies them from what it shares with the nodes.
 /// Throws Error.
 std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
                               const ThicknessOf& thicknessOf, bool copy);

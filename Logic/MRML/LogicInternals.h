@@ -10,7 +10,7 @@
 
 #include <mutex>
 
-/// What the logic keeps: its jobs, the slice views that are followed, and the way from the worker to the main
+/// The state of the logic: its jobs, the followed slice views, and the way from the worker to the main
 /// thread.
 struct vtkSlicerInnerGSLogic::Internals {
   vtkSlicerInnerGSLogic* logic;
@@ -21,10 +21,10 @@ struct vtkSlicerInnerGSLogic::Internals {
   innergs::mrml::JobDelivery delivery;
   DicomLookup dicom;
 
-  // The application's event loop modifies the bell on the main thread when the worker asks for it.
+  // The application's event loop modifies the bell on the main thread when the worker requests it.
   vtkNew<vtkObject> bell;
   vtkNew<vtkCallbackCommand> onBell;
-  std::mutex applicationMutex; // the worker must not ring at one that is going
+  std::mutex applicationMutex; // the worker must not ring one that is being deleted
   vtkSlicerApplicationLogic* application = nullptr;
   vtkNew<vtkCallbackCommand> onApplicationGone, onOwnEnd;
 
@@ -62,13 +62,14 @@ struct vtkSlicerInnerGSLogic::Internals {
     }
     if (!next) return;
     next->AddObserver(vtkCommand::DeleteEvent, onApplicationGone);
-    if (!queue.tasks().empty()) next->RequestModified(bell); // the one before may not have passed on the call
+    if (!queue.tasks().empty())
+      next->RequestModified(bell); // the last one may not have delivered the request
   }
   void abandonJobs() {
     for (const auto& task : queue.tasks()) {
       task->discard = true;
       queue.cancel(task);
-      delivery.abandon(task->job, false); // an event of an object that is going must not reach Python
+      delivery.abandon(task->job, false); // an event of an object being deleted must not reach Python
     }
   }
 
@@ -77,7 +78,7 @@ struct vtkSlicerInnerGSLogic::Internals {
     if (application) application->RequestModified(bell);
   }
 
-  /// Runs the task; what it throws becomes an ErrorEvent and the last error. False then.
+  /// Runs the task; what it throws becomes an ErrorEvent and the last error, and it returns false.
   bool guard(const std::function<void()>& task);
   void fail(const innergs::Failure& failure);
   innergs::mrml::Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters) const; // throws Error

@@ -14,7 +14,7 @@
 #include <exception>
 #include <limits>
 
-// The logic's part that looks at models and keeps them in files.
+// The logic's queries of models, and their files.
 
 using innergs::Error;
 using innergs::ErrorCode;
@@ -22,21 +22,21 @@ namespace mrml = innergs::mrml;
 
 namespace {
 
-/// What a caller may hold as a plain pointer: null when an observer removed the node from the scene and
-/// nobody else keeps it.
+/// Safe to hold as a plain pointer: null when an observer removed the node from the scene and nobody else
+/// holds it.
 template <class Node>
 Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
   return made && ((made == given && made->GetReferenceCount() > 1) || made->GetScene()) ? made.Get()
                                                                                         : nullptr;
 }
 
-/// For other threads, which must not copy a weak pointer of VTK's.
+/// For other threads, which must not copy VTK's weak pointers.
 template <class Object>
 std::shared_ptr<vtkWeakPointer<Object>> weakly(Object* object) {
   return std::make_shared<vtkWeakPointer<Object>>(object);
 }
 
-/// For another thread than the one that can tell of it.
+/// For a thread other than the one that reports it.
 std::exception_ptr thrownBy(const std::function<void()>& task) {
   try {
     task();
@@ -112,8 +112,8 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
     const auto follower = std::make_shared<mrml::SliceFollower>(
         model, slice, this->MaximumFollowPixels,
         [this](const innergs::Failure& failure) { this->Work->fail(failure); },
-        [this](const std::shared_ptr<mrml::SliceFollower>& coarse, mrml::PlaneOrder order) {
-          this->Work->fine.order(coarse, std::move(order));
+        [this](const std::shared_ptr<mrml::SliceFollower>& coarse, mrml::PlaneRequest request) {
+          this->Work->fine.request(coarse, std::move(request));
         });
     follower->query(); // throws before anything is changed
     shown = mrml::volumeFor(this->GetMRMLScene(), output, model, " slice");

@@ -23,7 +23,7 @@ namespace innergs::mrml {
 
 namespace {
 
-/// What a storage node fails with becomes an Error, by its own code and sentence if it has one.
+/// Turns a storage node's failure into an Error, with its own code and sentence if it has one.
 void transfer(vtkMRMLInnerGSModelStorageNode* storage, const std::function<int()>& task, ErrorCode code,
               const std::string& otherwise) {
   vtkNew<vtkCallbackCommand> quiet;
@@ -111,7 +111,7 @@ vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRML
   filter->SetModel(modelOf(model));
   filter->SetMaximumNumberOfGaussians(maximum);
   run(filter);
-  // Observers of what follows may remove the node.
+  // Observers of the following may remove the node.
   vtkSmartPointer<vtkMRMLModelNode> made = output;
   if (!made) {
     if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a model to: set one.");

@@ -9,8 +9,8 @@ class vtkMRMLInnerGSModelStorageNode;
 class vtkMRMLModelNode;
 class vtkMRMLScene;
 
-/// Model nodes from and to files, and their Gaussians as nodes for 3D views. All throw Error and then change
-/// nothing.
+/// Model nodes from and to files, and their Gaussians as nodes for 3D views. Everything throws Error and
+/// changes nothing then.
 namespace innergs::mrml {
 
 /// A new node with its storage node from an .innergs or .ply file. Made on the main thread, read on any, and

@@ -31,7 +31,7 @@ vtkSmartPointer<vtkAbstractTransform> copyOf(vtkAbstractTransform* part) {
   } else {
     vtkMRMLTransformNode::DeepCopyTransform(copy, part);
   }
-  // An inverse that is not found exactly somewhere is no reason to fill the console.
+  // An inexact inverse somewhere is no reason to fill the console.
   vtkNew<vtkCallbackCommand> quiet;
   copy->AddObserver(vtkCommand::WarningEvent, quiet);
   return copy;

@@ -77,13 +77,13 @@ vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className,
 
 void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
                vtkMRMLVolumeNode* like) {
-  // Observers of what follows may remove the node or drop the scene.
+  // Observers of the following may remove the node or drop the scene.
   const vtkSmartPointer<vtkMRMLScalarVolumeNode> alive = node;
   const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
   const vtkSmartPointer<vtkMRMLVolumeNode> likeAlive = like;
   MRMLNodeModifyBlocker blocker(node);
-  if (node->GetParentTransformNode()) node->SetAndObserveTransformNodeID(nullptr); // results are in the world
-  vtkNew<vtkImageData> own; // the maker's output may be written again
+  if (node->GetParentTransformNode()) node->SetAndObserveTransformNodeID(nullptr); // results lie in the world
+  vtkNew<vtkImageData> own; // the filter may write into its own output again
   own->ShallowCopy(image);
   node->SetAndObserveImageData(own);
   node->SetIJKToRASMatrix(ijkToRAS);
@@ -143,7 +143,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   image->ShallowCopy(task.filter->GetOutputImage());
 
   // Every change of a node is an event, whose observers may remove nodes, clear or drop the scene, and run
-  // out of memory. Step by step: what one cannot do takes nothing away from what the others made.
+  // out of memory. Step by step, so that one failure takes nothing away from the others.
   Outputs made;
   const auto step = [&](const std::function<void()>& what) {
     if (task.discard) return true;

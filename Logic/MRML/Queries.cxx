@@ -90,10 +90,10 @@ void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* 
 
 namespace {
 
-/// What observers of the nodes that are made may remove from the scene.
-struct Kept {
-  Kept(vtkMRMLInnerGSModelNode* model, vtkMRMLScalarVolumeNode* output,
-       vtkMRMLVolumeNode* reference = nullptr)
+/// Keeps alive what observers of new nodes may remove from the scene.
+struct Alive {
+  Alive(vtkMRMLInnerGSModelNode* model, vtkMRMLScalarVolumeNode* output,
+        vtkMRMLVolumeNode* reference = nullptr)
       : model(model), output(output), reference(reference) {}
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLScalarVolumeNode> output;
@@ -105,7 +105,7 @@ void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4
                 double spacing) {
   vtkNew<vtkMatrix4x4> ijkToModel, ijkToWorld;
   int size[3];
-  if (spacing == 0 || !model->GetDomain(ijkToModel, size)) return; // the filter says what is missing
+  if (spacing == 0 || !model->GetDomain(ijkToModel, size)) return; // the filter reports what is missing
   vtkMatrix4x4::Multiply4x4(modelToWorld, ijkToModel, ijkToWorld);
   double local[3];
   for (int axis = 0; axis < 3; ++axis) {
@@ -117,7 +117,7 @@ void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4
   filter->SetOutputSpacing(local);
 }
 
-/// A lattice is asked for where the parent transform bends it. Throws Error(Geometry).
+/// Refuses a lattice where the parent transform bends space. Throws Error(Geometry).
 void refuseBend(vtkMRMLInnerGSModelNode* model) {
   vtkMRMLTransformNode* parent = model->GetParentTransformNode();
   if (parent && !parent->IsTransformToWorldLinear())
@@ -126,7 +126,7 @@ void refuseBend(vtkMRMLInnerGSModelNode* model) {
                                          "or remove the transform.");
 }
 
-/// The same where it shears it.
+/// Refuses a lattice that the parent transform shears.
 void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* lattice) {
   const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
   try {
@@ -148,7 +148,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
   if (columns < 1 || rows < 1 || !(spacing > 0))
     throw Error(ErrorCode::InvalidArgument,
                 "A plane needs at least one pixel a side and a spacing above 0 mm.");
-  const Kept kept(model, output);
+  const Alive alive(model, output);
   vtkNew<vtkInnerGSPlaneQuery> query;
   query->SetModel(modelOf(model));
   query->SetTransformToModel(transformFromWorld(model));
@@ -166,7 +166,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
 vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                   double spacing, vtkMRMLScalarVolumeNode* output) {
   if (!(spacing >= 0)) throw Error(ErrorCode::InvalidArgument, "The spacing must be above 0 mm, or 0.");
-  const Kept kept(model, output);
+  const Alive alive(model, output);
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
   filter->GeometryInImageOff();
@@ -194,10 +194,10 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   if (!reference) throw Error(ErrorCode::InvalidArgument, "There is no reference volume: choose one.");
   if (output == reference)
     throw Error(ErrorCode::InvalidArgument, "The output is the reference as well: choose another.");
-  const Kept kept(model, output, reference);
+  const Alive alive(model, output, reference);
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
-  const GridGeometry grid = gridOf(reference); // refuses what is no lattice
+  const GridGeometry grid = gridOf(reference); // throws for what is no lattice
   vtkNew<vtkMatrix4x4> toModel, referenceToWorld, ijkToModel;
   refuseBend(model);
   fromWorld(model, toModel);

@@ -14,7 +14,7 @@ class vtkMRMLScene;
 class vtkMRMLVolumeNode;
 class vtkPoints;
 
-/// Asking a model node, which its parent transform may have moved.
+/// Queries of a model node, which its parent transform may have moved.
 namespace innergs::mrml {
 
 /// The model that a node holds. Throws Error(InvalidArgument) without node, Error(NoData) without Gaussians.
@@ -35,7 +35,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLS
 /// "InnerGSModel") on a node made from the model.
 void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model);
 
-/// What the logic's methods of like names do; nothing is changed when they throw Error.
+/// The logic's methods of these names; they change nothing when they throw Error.
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
 vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     vtkMatrix4x4* planeToRAS, int columns, int rows,

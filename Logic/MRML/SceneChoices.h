@@ -6,8 +6,8 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLScene;
 class vtkMRMLSliceCompositeNode;
 
-/// What was chosen in the panels and shown in the slice views, as references of nodes that every scene has,
-/// so that a saved scene knows it. Null stands for nothing.
+/// The choices of the panels and slice views, as references of nodes that every scene has, so that they are
+/// saved with the scene. Null stands for nothing.
 namespace innergs::mrml {
 
 void rememberChoices(vtkMRMLScene* scene, vtkMRMLInnerGSParameterNode* parameters,
@@ -15,13 +15,13 @@ void rememberChoices(vtkMRMLScene* scene, vtkMRMLInnerGSParameterNode* parameter
 vtkMRMLInnerGSParameterNode* chosenParameters(vtkMRMLScene* scene);
 vtkMRMLInnerGSModelNode* chosenModel(vtkMRMLScene* scene);
 
-/// The model whose plane a slice view shows, and the background that it took the place of.
+/// The model whose plane a slice view shows, and the background that it replaced.
 void rememberShownModel(vtkMRMLSliceCompositeNode* view, vtkMRMLInnerGSModelNode* model,
                         vtkMRMLScalarVolumeNode* before);
 vtkMRMLInnerGSModelNode* shownModel(vtkMRMLSliceCompositeNode* view);
 
-/// Puts back what the shown models' planes, which are not saved, took the place of: for a scene that was
-/// read.
+/// Restores the backgrounds that the planes of shown models replaced, in a scene that was read: such planes
+/// are not saved.
 void restoreBackgrounds(vtkMRMLScene* scene);
 
 } // namespace innergs::mrml

@@ -29,7 +29,7 @@
 namespace innergs::mrml {
 namespace {
 
-constexpr std::int64_t kBlock = std::int64_t{1} << 21; // voxels between two looks at the stop token
+constexpr std::int64_t kBlock = std::int64_t{1} << 21; // voxels between checks of the stop token
 
 std::string labelmapName() {
   return vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
@@ -277,7 +277,7 @@ void SegmentationMask::addLayer(vtkOrientedImageData* image, int label) {
 }
 
 void SegmentationMask::makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable) {
-  vtkNew<vtkCallbackCommand> quiet; // the sentence is ours
+  vtkNew<vtkCallbackCommand> quiet; // this file words the error
   converter_->AddObserver(vtkCommand::ErrorEvent, quiet);
   for (const auto& segment : others_) {
     // A segmentation converts what is added to it.

@@ -20,23 +20,23 @@ namespace innergs::mrml {
 
 class DetachedTasks;
 
-/// A segmentation as a job's mask. The main thread takes what cannot be had later, the worker makes the mask
-/// of it: there, labelmaps are merged and surfaces made voxels.
+/// A segmentation as a job's mask. The main thread copies what may change; the worker makes the mask of it,
+/// merging labelmaps and making voxels of surfaces.
 class SegmentationMask {
 public:
-  /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for, and where there
-  /// are none the surfaces. segment: an ID, or "" for all. `like`: whose voxels surfaces get.
+  /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for, or the surfaces
+  /// where there are none. segment: an ID, or "" for all. `like`: gives surfaces their voxels.
   /// Throws Error.
   SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                    const std::vector<GridGeometry>& grids);
   ~SegmentationMask();
-  /// Whether there is such a mask, without looking at voxels. Throws Error.
+  /// Only checks that a segmentation is usable, without looking at voxels. Throws Error.
   static void check(vtkMRMLSegmentationNode* node, const std::string& segment);
   SegmentationMask(const SegmentationMask&) = delete;
   SegmentationMask& operator=(const SegmentationMask&) = delete;
 
-  /// All segments in one (LPS), on any thread. Uses up what was taken. Slicer's rules that make voxels know
-  /// no stop. Throws Error, Error(Cancelled).
+  /// All segments in one (LPS), on any thread; uses the copies up. Slicer's conversion of surfaces cannot be
+  /// stopped. Throws Error, Error(Cancelled).
   Mask make(const std::stop_token& stop, DetachedTasks& unstoppable);
 
 private:
@@ -59,7 +59,7 @@ private:
   std::map<vtkOrientedImageData*, vtkSmartPointer<vtkOrientedImageData>> copies_;
   std::vector<Layer> layers_;
   std::vector<vtkSmartPointer<vtkSegment>> others_; // without a labelmap
-  // Slicer's ways to do it, with the node's parameters.
+  // Slicer's conversion rules, with the node's parameters.
   vtkSmartPointer<vtkSegmentation> converter_;
   vtkNew<vtkSegmentation> merger_;
 };

@@ -103,13 +103,13 @@ bool SliceFollower::query() {
   ++revision_;
   wanted_.reset();
   if (step > fine) {
-    wanted_ = PlaneOrder{modelOf(model_)->GetCheckpoint(),
-                         toModel_,
-                         vtkSmartPointer<vtkMatrix4x4>::New(),
-                         std::max(1, int(size[0] / fine)),
-                         std::max(1, int(size[1] / fine)),
-                         fine,
-                         revision_};
+    wanted_ = PlaneRequest{modelOf(model_)->GetCheckpoint(),
+                           toModel_,
+                           vtkSmartPointer<vtkMatrix4x4>::New(),
+                           std::max(1, int(size[0] / fine)),
+                           std::max(1, int(size[1] / fine)),
+                           fine,
+                           revision_};
     wanted_->planeToRAS->DeepCopy(slice_->GetXYToRAS());
   }
   return true;

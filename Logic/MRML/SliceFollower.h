@@ -23,25 +23,25 @@ class vtkMRMLSliceNode;
 
 namespace innergs::mrml {
 
-/// Keeps a volume node on a slice view's plane of a model. Shared, so that an observer of what it changes may
-/// end it.
+/// Keeps a volume node on a slice view's plane of a model. Shared, so that an observer of its changes may end
+/// it.
 class SliceFollower : public std::enable_shared_from_this<SliceFollower> {
 public:
   using ErrorHandler = std::function<void(const Failure&)>;
-  /// fine: called with what to query in full once the view is at rest, when a plane was made coarsely.
-  using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, PlaneOrder)>;
+  /// fine: called after a coarse plane, with what to query in full once the view is at rest.
+  using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, PlaneRequest)>;
   SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                 ErrorHandler onError, FineHandler fine);
   ~SliceFollower();
   SliceFollower(const SliceFollower&) = delete;
   SliceFollower& operator=(const SliceFollower&) = delete;
 
-  /// Looks up the plane, with fewer pixels where all would take too long; throws Error and changes no node.
+  /// Queries the plane, with fewer pixels where all would take too long, and changes no node. Throws Error.
   /// False when the view is not shown.
   bool query();
-  /// What was looked up last goes into the output.
+  /// Puts the last query's plane into the output.
   void show();
-  /// The plane in full, unless the view has moved since.
+  /// Shows the plane in full, unless the view has moved since.
   void show(const FinePlanes::Plane& plane);
   void setOutput(vtkMRMLScalarVolumeNode* output);
   bool concerns(vtkMRMLNode* node) const;
@@ -57,13 +57,13 @@ private:
   ErrorHandler onError_;
   std::string lastError_; // reported once, not with every drag
   bool updating_ = false;
-  bool remade_ = false;                           // the model is another than the output's attributes say
+  bool remade_ = false;                           // the output's attributes speak of an earlier model
   bool found_ = false;                            // image_ and toWorld_ are the view's
   bool placed_ = false;                           // toModel_ is the model's transform now
   double msPerPixel_ = 0, msPerBentPixel_ = 1e-3; // of planes alike; 0: none was measured
   int revision_ = 0;                              // of the plane
   FineHandler fine_;
-  std::optional<PlaneOrder> wanted_; // what the plane should be, where it is coarse
+  std::optional<PlaneRequest> wanted_; // the plane in full, where the shown one is coarse
   vtkSmartPointer<vtkAbstractTransform> toModel_;
   vtkSmartPointer<vtkImageData> image_;
   vtkNew<vtkMatrix4x4> toWorld_;

@@ -132,7 +132,7 @@ bool vtkMRMLInnerGSModelNode::CanApplyNonLinearTransforms() const {
 void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
   this->Rest = nullptr;
   if (!matrix || this->IsEmpty()) return;
-  // HardenTransform() calls this with the parent's matrix, whatever comes of it, and then removes the parent.
+  // HardenTransform() calls this with the parent's matrix and then removes the parent, whatever the outcome.
   vtkNew<vtkMatrix4x4> parentToWorld;
   vtkMRMLTransformNode* parent = this->GetParentTransformNode();
   if (parent) parent->GetMatrixTransformToWorld(parentToWorld);

@@ -11,8 +11,8 @@
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 
-/// A reconstructed model: a continuous volume made of 3D Gaussians. It lies where its parent transform puts
-/// it, also one that bends space; queries through vtkSlicerInnerGSLogic honour that.
+/// A reconstructed model: a continuous volume made of 3D Gaussians. Queries through vtkSlicerInnerGSLogic
+/// honour its parent transform, also one that bends space.
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelNode : public vtkMRMLTransformableNode {
 public:
   static vtkMRMLInnerGSModelNode* New();
@@ -27,7 +27,7 @@ public:
 
   enum { ModelModifiedEvent = 18750 };
 
-  /// What the node holds; null or empty: nothing yet. Setting it invokes ModelModifiedEvent.
+  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent.
   vtkInnerGSModel* GetModel();
   void SetModel(vtkInnerGSModel* model);
   bool IsEmpty();
@@ -53,7 +53,7 @@ protected:
   void OnNodeReferenceRemoved(vtkMRMLNodeReference* reference) override;
 
   vtkSmartPointer<vtkInnerGSModel> Model;
-  vtkSmartPointer<vtkMatrix4x4> Rest; // what hardening leaves to a parent transform, until the old one goes
+  vtkSmartPointer<vtkMatrix4x4> Rest; // left to a new parent transform when the old one is hardened
 };
 
 #endif

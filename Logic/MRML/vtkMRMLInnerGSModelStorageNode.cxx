@@ -24,7 +24,7 @@ std::filesystem::path pathOf(const std::string& name) { // MRML's file names are
   return std::filesystem::path(std::u8string(name.begin(), name.end()));
 }
 
-/// Whether Gaussians alone are meant; throws for a name that says neither that nor a model.
+/// Whether the name is that of a PLY file; throws when it is neither that nor a model's.
 bool isPly(const std::filesystem::path& path) {
   const std::string extension = innergs::fullExtension(path);
   if (extension != ".ply" && extension != ".innergs")
@@ -99,7 +99,7 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
   }
 }
 
-/// With the exception that is being handled.
+/// Of the exception being handled.
 int vtkMRMLInnerGSModelStorageNode::Fail() {
   const innergs::Failure failure = innergs::failureOf();
   this->ErrorMessage = failure.sentence;

@@ -20,11 +20,11 @@ public:
   /// node this is counts as unsaved then.
   int WriteData(vtkMRMLNode* node) override;
 
-  /// The sentence of the last reading or writing that failed; "" after success.
+  /// The sentence with which the last reading or writing failed; "" after success.
   vtkGetMacro(ErrorMessage, std::string);
   vtkGetMacro(ErrorCode, int); // 0 or one of vtkInnerGSAlgorithm::ErrorCodes
 
-  /// The file was written by other means: what the node has now is in it.
+  /// Notes that the node's content was written to the file by other means.
   void NoteStored();
 
 protected:

@@ -26,7 +26,7 @@ class JobDelivery;
 } // namespace innergs
 #endif
 
-/// One reconstruction of vtkSlicerInnerGSLogic: how far it is and what it gave. The call data of the logic's
+/// One reconstruction of vtkSlicerInnerGSLogic: its progress and its result. The call data of the logic's
 /// events. Changes on the main thread only.
 class VTK_SLICER_INNERGS_MODULE_LOGIC_EXPORT vtkSlicerInnerGSJob : public vtkObject {
 public:
@@ -46,7 +46,7 @@ public:
   ///@{
   /// How far it is.
   std::string GetPhase(); // for people: "Preparing", "Fitting", ...
-  /// The fit is complete, and a second one judges its quality: a cancel only ends that.
+  /// The fit is complete and a second one judges its quality: a cancel ends only that.
   bool IsJudging();
   double GetProgress();      // of the whole job, 0 to 1
   int GetCurrentIteration(); // of the second fit while the quality is judged

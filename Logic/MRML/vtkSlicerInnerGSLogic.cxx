@@ -207,7 +207,7 @@ int vtkSlicerInnerGSLogic::ProcessPendingEvents() {
   while (const auto plane = this->Work->fine.fetch())
     if (const auto follower = plane->follower.lock()) this->Work->showFine(follower, *plane);
   int count = 0;
-  // One round: a worker that tells faster than observers listen must not keep the main thread here.
+  // One round: a worker faster than the observers must not keep the main thread here.
   const int limit = 4 * this->GetNumberOfJobs(); // started, progress, preview, done
   for (; count < limit; ++count) {
     std::optional<mrml::JobUpdate> update = this->Work->queue.fetch();
@@ -230,7 +230,7 @@ int vtkSlicerInnerGSLogic::GetLastErrorCode() {
 std::string vtkSlicerInnerGSLogic::CheckParameters(vtkMRMLInnerGSParameterNode* parameters) {
   return innergs::sentenceOf([&] {
     mrml::check(parameters, this->GetMRMLScene(), this->Work->thicknessOf());
-    if (this->GetNumberOfJobs() > 0) return; // what others need is free again when its turn comes
+    if (this->GetNumberOfJobs() > 0) return; // memory in use now is free again when its turn comes
     if (const std::string refusal = this->Work->outlineOf(parameters).memory().refusal; !refusal.empty())
       throw Error(ErrorCode::Memory, refusal);
   });

@@ -2,6 +2,7 @@
 #include "AppFixture.h"
 #include "SyntheticDicom.h"
 
+#include "IO/ModelFile.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/SampleBrain.h"
@@ -117,8 +118,9 @@ private Q_SLOTS:
   }
 
   void savesAndReadsBack() {
-    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
-    const ui::Report report = reconstructAndWait(*host_, apptest::request(id));
+    ui::Request request = apptest::request(openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz")));
+    request.maskId = openAndWait(*host_, writeBall(*sandbox_, "mask.nii.gz"));
+    const ui::Report report = reconstructAndWait(*host_, request);
     const QString volumeFile = sandbox_->path("result.nii.gz"), modelFile = sandbox_->path("result.innergs");
     QCOMPARE(host_->save(report.volumeId, volumeFile), QString());
     QCOMPARE(host_->saveModel(report.modelId, sandbox_->path("alone.ply")), QString());
@@ -127,6 +129,11 @@ private Q_SLOTS:
     QCOMPARE(host_->saveModel(report.modelId, modelFile), QString());
     QVERIFY(!host_->document().hasUnsaved());
     QCOMPARE(host_->modelInfo(report.modelId).file, modelFile);
+    ModelNotes notes;
+    readModel(modelFile.toStdString(), &notes);
+    QCOMPARE(notes["Inputs"], std::string("ball"));
+    QCOMPARE(notes["Mask"], std::string("mask"));
+    QCOMPARE(notes["Settings"], report.settings.toStdString());
     const Volume back = readVolume(volumeFile.toStdString());
     QVERIFY(back.voxels == host_->document().volume(report.volumeId)->volume->voxels);
     QVERIFY(sameLattice(back.geometry, host_->document().volume(report.volumeId)->volume->geometry));

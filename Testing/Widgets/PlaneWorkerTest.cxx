@@ -66,30 +66,30 @@ private Q_SLOTS:
 
   void whatIsToKeepIsAllDone() {
     PlaneWorker worker;
-    QVector<double> kept;
-    connect(&worker, &PlaneWorker::kept, this, [&](const PlaneImage& image) {
+    QVector<double> exported;
+    connect(&worker, &PlaneWorker::exported, this, [&](const PlaneImage& image) {
       QVERIFY(image.image);
-      kept.append(image.task.pose.origin[2]);
+      exported.append(image.task.pose.origin[2]);
     });
     for (int i = 0; i < 5; ++i) {
-      worker.keep(task(i));
+      worker.exportPlane(task(i));
       worker.show(task(10 * i, 512), true);
       worker.probe(task(i));
     }
     worker.clear();
-    QTRY_COMPARE(kept.size(), 5);
-    QCOMPARE(kept, (QVector<double>{0, 1, 2, 3, 4}));
+    QTRY_COMPARE(exported.size(), 5);
+    QCOMPARE(exported, (QVector<double>{0, 1, 2, 3, 4}));
   }
 
   void aKeptImageIsNotOverwritten() {
     PlaneWorker worker;
-    QVector<PlaneImage> kept;
-    connect(&worker, &PlaneWorker::kept, this, [&](const PlaneImage& image) { kept.append(image); });
-    worker.keep(task(0));
-    worker.keep(task(39));
-    QTRY_COMPARE(kept.size(), 2);
-    QVERIFY(kept[0].image->GetScalarComponentAsDouble(32, 32, 0, 0) >
-            5 + kept[1].image->GetScalarComponentAsDouble(32, 32, 0, 0));
+    QVector<PlaneImage> exported;
+    connect(&worker, &PlaneWorker::exported, this, [&](const PlaneImage& image) { exported.append(image); });
+    worker.exportPlane(task(0));
+    worker.exportPlane(task(39));
+    QTRY_COMPARE(exported.size(), 2);
+    QVERIFY(exported[0].image->GetScalarComponentAsDouble(32, 32, 0, 0) >
+            5 + exported[1].image->GetScalarComponentAsDouble(32, 32, 0, 0));
   }
 
   void errorsAreSentences() {
@@ -117,9 +117,9 @@ private Q_SLOTS:
     for (int i = 0; i < 20; ++i) {
       PlaneWorker worker;
       connect(&worker, &PlaneWorker::shown, this, [&] { ++done; });
-      connect(&worker, &PlaneWorker::kept, this, [&] { ++done; });
+      connect(&worker, &PlaneWorker::exported, this, [&] { ++done; });
       worker.show(task(0, 2000));
-      worker.keep(task(0, 2000));
+      worker.exportPlane(task(0, 2000));
     }
     QCoreApplication::processEvents();
     QCOMPARE(done, 0); // nobody is there to be told

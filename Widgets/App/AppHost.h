@@ -1,4 +1,5 @@
 #pragma once
+#include "Widgets/App/Document.h"
 #include "Widgets/App/Runner.h"
 #include "Widgets/Host.h"
 
@@ -40,8 +41,8 @@ public:
   QString folder() const override;
   void setFolder(const QString& folder) override;
 
-  /// Reads files and DICOM folders, every series of them, one after another on a thread; each ends with
-  /// opened(), with the ID of its first item, or openFailed().
+  /// Reads files and DICOM folders (every series) one after another on a thread; each ends with opened(),
+  /// which gives the ID of its first item, or with openFailed().
   void open(const QStringList& paths);
   /// Makes an item another frame (from 0) of its 4D file; keeps its ID and window. On the thread: ends with
   /// frameShown() or openFailed(); of several that wait the last one is read.
@@ -59,12 +60,13 @@ Q_SIGNALS:
   void frameShown(const QString& id);
 
 private:
-  /// The snapshot; throws Error for what is wrong with the request.
-  Order orderFor(const ui::Request& request) const;
+  /// A snapshot of what is needed; throws Error when something is wrong with the request.
+  ReconstructionTask taskFor(const ui::Request& request) const;
   void deliver(Outcome outcome);
   void readWantedFrame(const QString& id);
-  /// What takes its time, found out on a thread: asking a driver, timing a small fit.
-  void fillSlowly(const Order& order, const std::vector<ReconstructionInput>& fits, ui::Estimate& estimate);
+  /// The slow parts, on a thread: asking a driver, timing a small fit.
+  void fillSlowly(const ReconstructionTask& task, const std::vector<ReconstructionInput>& fits,
+                  ui::Estimate& estimate);
 
   Document document_;
   Background* background_; // files

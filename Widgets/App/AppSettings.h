@@ -6,11 +6,11 @@
 
 namespace innergs::app {
 
-/// What the app remembers: the user's own, or the INI file that the environment variable INNERGS_SETTINGS
-/// names (tests, scripts).
+/// The app's stored settings: the user's own, or the INI file named by the environment variable
+/// INNERGS_SETTINGS (tests, scripts).
 std::unique_ptr<QSettings> appSettings();
 
-/// Files and folders opened last, newest first.
+/// Recently opened files and folders, newest first.
 QStringList recentFiles();
 void addRecentFile(const QString& path);
 void clearRecentFiles();

@@ -9,13 +9,13 @@
 
 namespace innergs::app {
 
-/// A thread that does one piece of work after another: reading and writing files. Where the system has no
-/// more threads, the main thread does it.
+/// Does tasks, such as reading and writing files, one after another on a thread; where the system has no more
+/// threads, on the main thread.
 class Background : public QObject {
   Q_OBJECT
 public:
   explicit Background(QObject* parent = nullptr);
-  /// Waits for the piece of work in progress; what waits is dropped.
+  /// Waits for the task in progress and drops those that wait.
   ~Background() override;
 
   /// `work` runs on the thread; what it returns is called on the main thread afterwards. `text`: for the busy
@@ -29,9 +29,9 @@ public:
   void runAndWait(const QString& text, const std::function<void()>& work);
 
 Q_SIGNALS:
-  /// Text of the piece of work in progress, or "" when there is none left.
+  /// Text of the task in progress, or "" when there is none left.
   void busyChanged(const QString& text);
-  /// A piece of work threw: what it was, in a sentence.
+  /// A task threw: what, as a sentence.
   void failed(const QString& sentence);
 
 private:

@@ -3,7 +3,7 @@
 
 namespace innergs::app {
 
-/// What `innergs-app` was asked for.
+/// The options of `innergs-app`.
 struct CommandLine {
   QStringList files;
   bool sample = false, reconstruct = false, dark = false;

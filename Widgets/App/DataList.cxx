@@ -71,11 +71,11 @@ DataList::DataList(ViewState* state, QWidget* parent)
   frameLayout->addWidget(frame_);
   frameLayout->addWidget(time_, 1);
   save_->setObjectName(QStringLiteral("saveItem"));
-  save_->setToolTip(tr("Write the selected volume or model to a file"));
+  save_->setToolTip(tr("Save the selected volume or model to a file"));
   rename_->setObjectName(QStringLiteral("renameItem"));
-  rename_->setToolTip(tr("Give the selected volume or model another name (F2)"));
+  rename_->setToolTip(tr("Rename the selected volume or model (F2)"));
   close_->setObjectName(QStringLiteral("closeItem"));
-  close_->setToolTip(tr("Remove the selected volume or model from the list (Del); its file stays"));
+  close_->setToolTip(tr("Remove the selected volume or model from the list (Del); its file is kept"));
   auto* buttons = new QHBoxLayout;
   for (QPushButton* button : {save_, rename_, close_})
     buttons->addWidget(button);

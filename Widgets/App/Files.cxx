@@ -30,11 +30,12 @@ std::size_t nonFinite(const Volume& volume) {
 }
 
 ModelItem readModelItem(const QString& path) {
-  auto model = std::make_shared<const Checkpoint>(readModel(pathOf(path)));
+  ModelNotes notes;
+  auto model = std::make_shared<const Checkpoint>(readModel(pathOf(path), &notes));
   if (model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
-  return makeItem(std::move(model), nameOf(path), path);
+  return makeItem(std::move(model), nameOf(path), path, std::move(notes));
 }
 
 } // namespace
@@ -146,7 +147,7 @@ void saveItem(const ModelItem& item, const QString& file) {
   if (isPly(file))
     writePly(item.model->GetCheckpoint()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
-    writeModel(*item.model->GetCheckpoint(), pathOf(file));
+    writeModel(*item.model->GetCheckpoint(), pathOf(file), item.notes);
   else
     throw Error(ErrorCode::InvalidArgument,
                 tr("'%1' has no extension of a model: name it .innergs (keeps everything) "

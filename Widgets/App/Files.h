@@ -1,5 +1,7 @@
 #pragma once
-#include "Widgets/App/Document.h"
+#include "Widgets/App/DataItems.h"
+
+#include <QStringList>
 
 #include <filesystem>
 #include <optional>

@@ -52,9 +52,9 @@ MainWindow::MainWindow(QWidget* parent)
   setCentralWidget(views_);
   pointed_ = new QLabel(this);
   pointed_->setObjectName(QStringLiteral("pointed"));
-  pointed_->setToolTip(
-      tr("Place (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) under the mouse, or\n"
-         "at the crosshair while the keyboard is in a slice view"));
+  pointed_->setToolTip(tr(
+      "Position (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) under the mouse, or\n"
+      "at the crosshair while a slice view has the keyboard"));
   busyText_ = new QLabel(this);
   busyText_->setObjectName(QStringLiteral("busyText"));
   busy_ = new QProgressBar(this);

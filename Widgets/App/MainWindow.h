@@ -24,7 +24,7 @@ namespace innergs::app {
 
 class DataList;
 
-/// The desktop app's window: views in the middle, the panels and the list of data in docks.
+/// The desktop app's window: views in the middle; panels and data list in docks.
 class MainWindow : public QMainWindow {
   Q_OBJECT
 public:
@@ -43,7 +43,7 @@ public:
 
   /// Opens files and DICOM folders on a thread; the views show the last volume.
   void open(const QStringList& paths);
-  /// Asks for the head where none is found.
+  /// Asks for the head if none is found.
   void openSample();
   /// Presses Reconstruct; with `all`, from all volumes that are open.
   void reconstruct(bool all);
@@ -74,7 +74,7 @@ private:
   bool saveAs(const QString& id);
   /// Asks when the item is not saved.
   void closeItem(const QString& id);
-  /// Whether what is not saved may go; asks.
+  /// Asks whether unsaved items may be lost.
   bool mayDiscard();
   void tell(const QString& sentence);
   void tellErrors();

@@ -111,11 +111,9 @@ bool MainWindow::saveAs(const QString& id) {
   fillRecent();
   const auto after = host_->document().model(id);
   if (!after || after->saved || !isPly(to)) return true;
-  tell(
-      tr("'%1' holds the Gaussians alone, without the residual grid and the state of the fit: save the model "
-         "as "
-         ".innergs as well to keep all of it.")
-          .arg(QFileInfo(to).fileName()));
+  tell(tr("'%1' holds only the Gaussians, without the residual grid and the state of the fit: save the model "
+          "as .innergs as well to keep everything.")
+           .arg(QFileInfo(to).fileName()));
   return false;
 }
 

@@ -61,7 +61,7 @@ void MainWindow::makeFileMenu() {
       [this] { saveAs(modelId_); }, ctrl("Shift+S"));
   menu->addSeparator();
   add(
-      menu, "quit", tr("&Quit"), tr("Asks about what is not saved"), [this] { close(); }, ctrl("Q"));
+      menu, "quit", tr("&Quit"), tr("Asks before unsaved items are lost"), [this] { close(); }, ctrl("Q"));
 }
 
 void MainWindow::fillRecent() {
@@ -114,7 +114,7 @@ void MainWindow::makeViewMenu() {
   menu->addSeparator();
   rendering_ = add(
       menu, "volumeRendering", tr("3D &Volume Rendering"),
-      tr("Show the whole volume in the 3D view; needs a good graphics card to be fluent"),
+      tr("Show the whole volume in the 3D view; smooth only on a good graphics card"),
       [this] { views_->threeD()->setVolumeRendered(rendering_->isChecked()); }, ctrl("R"));
   rendering_->setCheckable(true);
   QAction* planes =
@@ -122,8 +122,9 @@ void MainWindow::makeViewMenu() {
   planes->setCheckable(true);
   planes->setChecked(true);
   connect(planes, &QAction::toggled, views_->threeD(), &ThreeDView::setPlanesShown);
-  QAction* query = add(menu, "queryPlane", tr("&Query Plane in 3D"),
-                       tr("While the panel Slice query is seen, show its plane in the 3D view"), [] {});
+  QAction* query =
+      add(menu, "queryPlane", tr("&Query Plane in 3D"),
+          tr("Show the plane of the panel Slice query in the 3D view while that panel is open"), [] {});
   query->setCheckable(true);
   query->setChecked(true);
   auto* panel = findChild<QDockWidget*>(QStringLiteral("queryDock"));
@@ -139,10 +140,11 @@ void MainWindow::makeViewMenu() {
   ellipsoids_->setCheckable(true);
   menu->addSeparator();
   needVolume_ << add(
-                     menu, "resetWindow", tr("Reset &Window and Level"), tr("As when the volume was opened"),
+                     menu, "resetWindow", tr("Reset &Window and Level"),
+                     tr("Restore window and level as they were when the volume was opened"),
                      [this] { state_->resetWindow(); }, ctrl("W"))
               << add(
-                     menu, "fit", tr("&Fit to Views"), tr("Every view shows the whole volume again"),
+                     menu, "fit", tr("&Fit to Views"), tr("Show the whole volume in every view"),
                      [this] { views_->fit(); }, ctrl("0"))
               << add(
                      menu, "nextVolume", tr("&Next Volume"),
@@ -163,7 +165,7 @@ void MainWindow::makeViewMenu() {
     const QString name = QString::fromLatin1(dock);
     add(
         panels, "", findChild<QDockWidget*>(name)->windowTitle(),
-        tr("Bring this panel to the front and the keyboard to it"), [this, name] { goToPanel(name); },
+        tr("Show this panel and move the keyboard focus to it"), [this, name] { goToPanel(name); },
         QKeySequence(panelKey));
   }
   menu->addMenu(panels_);

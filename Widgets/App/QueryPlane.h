@@ -9,7 +9,7 @@ struct PlaneImage;
 
 namespace innergs::app {
 
-/// The query panel's picture where it lies in space (RAS mm), with an outline; not shown at first.
+/// The query panel's picture at its place in space (RAS mm), with an outline; hidden at first.
 class QueryPlane {
 public:
   explicit QueryPlane(vtkRenderer* renderer);

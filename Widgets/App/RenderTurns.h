@@ -8,14 +8,14 @@
 
 namespace innergs::app {
 
-/// Draws one view in each turn of the event loop: all in one turn hold it as long as all of them take.
+/// Draws one view per turn of the event loop: all of them in one turn would block it for too long.
 class RenderTurns : public QObject {
   Q_OBJECT
 public:
   using QObject::QObject;
-  /// Calls `draw` in a turn of its own, once for many calls, and not when the view is gone by then.
+  /// Calls `draw` in a turn of its own: once for many calls, and not after the view is gone.
   void add(QObject* view, std::function<void()> draw);
-  /// Whether no view waits to be drawn.
+  /// Whether no view is waiting to be drawn.
   bool isIdle() const { return waiting_.empty(); }
 
 private:

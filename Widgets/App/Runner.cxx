@@ -44,22 +44,22 @@ Stack stackOf(const VolumeItem& item, const ui::InputChoice& choice, bool voxels
   return stack;
 }
 
-GridGeometry outputGrid(const Order& order, std::span<const Stack> stacks) {
-  switch (order.request.grid) {
+GridGeometry outputGrid(const ReconstructionTask& task, std::span<const Stack> stacks) {
+  switch (task.request.grid) {
   case ui::OutputGrid::Input:
-    return order.inputs.front().volume->geometry;
+    return task.inputs.front().volume->geometry;
   case ui::OutputGrid::Reference:
-    if (!order.reference)
+    if (!task.reference)
       throw Error(
           ErrorCode::InvalidArgument,
           Runner::tr("There is no reference volume to take the output grid from: choose one.").toStdString());
-    return order.reference->volume->geometry;
+    return task.reference->volume->geometry;
   case ui::OutputGrid::Spacing: {
-    const double s = order.request.spacing;
+    const double s = task.request.spacing;
     if (!(s > 0) || !std::isfinite(s))
       throw Error(ErrorCode::InvalidArgument,
                   Runner::tr("The output spacing must be above 0 mm.").toStdString());
-    const GridGeometry& first = order.inputs.front().volume->geometry;
+    const GridGeometry& first = task.inputs.front().volume->geometry;
     for (const double length : first.extent())
       if (length / s > 1e5)
         throw Error(
@@ -82,23 +82,23 @@ Mask maskOf(const Volume& volume) {
 
 } // namespace
 
-ReconstructionInput makeInput(const Order& order, bool voxels) {
-  if (order.inputs.empty())
+ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
+  if (task.inputs.empty())
     throw Error(ErrorCode::InvalidArgument,
                 Runner::tr("There is no input volume: choose at least one.").toStdString());
   ReconstructionInput input;
-  for (std::size_t n = 0; n < order.inputs.size(); ++n)
-    input.stacks.push_back(stackOf(order.inputs[n], order.request.inputs[static_cast<int>(n)], voxels));
-  input.outputGrid = outputGrid(order, input.stacks);
-  input.heldOutFraction = order.request.heldOutFraction;
+  for (std::size_t n = 0; n < task.inputs.size(); ++n)
+    input.stacks.push_back(stackOf(task.inputs[n], task.request.inputs[static_cast<int>(n)], voxels));
+  input.outputGrid = outputGrid(task, input.stacks);
+  input.heldOutFraction = task.request.heldOutFraction;
   input.cropToMask =
-      order.request.grid == ui::OutputGrid::Automatic || order.request.grid == ui::OutputGrid::Spacing;
-  if (voxels && order.mask) input.mask = maskOf(*order.mask->volume);
+      task.request.grid == ui::OutputGrid::Automatic || task.request.grid == ui::OutputGrid::Spacing;
+  if (voxels && task.mask) input.mask = maskOf(*task.mask->volume);
   return input;
 }
 
-std::optional<int> keepEvery(const Order& order) {
-  return order.request.evaluateQuality ? std::optional(order.request.qualityGap) : std::nullopt;
+std::optional<int> keepEvery(const ReconstructionTask& task) {
+  return task.request.evaluateQuality ? std::optional(task.request.qualityGap) : std::nullopt;
 }
 
 Runner::Runner(QObject* parent) : QObject(parent) {}
@@ -115,15 +115,14 @@ void Runner::deliver(Call call) {
   QMetaObject::invokeMethod(this, std::move(call), Qt::QueuedConnection);
 }
 
-void Runner::start(Order order) {
+void Runner::start(ReconstructionTask task) {
   running_ = true;
   {
     const std::lock_guard lock(mutex_);
     latest_.reset();
   }
   const QString problem = sentenceOf([&] {
-    thread_ =
-        std::jthread([this, order = std::move(order)](const std::stop_token& stop) { work(order, stop); });
+    thread_ = std::jthread([this, task = std::move(task)](const std::stop_token& stop) { work(task, stop); });
   });
   if (problem.isEmpty()) return;
   deliver([this, problem] {
@@ -167,13 +166,13 @@ void Runner::post(const Volume& preview) {
   });
 }
 
-void Runner::work(const Order& order, const std::stop_token& stop) {
+void Runner::work(const ReconstructionTask& task, const std::stop_token& stop) {
   lowerThreadPriority(); // the windows come first
   std::shared_ptr<Outcome> outcome;
   bool stopped = false;
   const QString error = sentenceOf([&] {
     try {
-      outcome = reconstruct(order, stop);
+      outcome = reconstruct(task, stop);
     } catch (const Error& caught) {
       if (caught.code() != ErrorCode::Cancelled) throw;
       stopped = true;
@@ -191,14 +190,14 @@ void Runner::work(const Order& order, const std::stop_token& stop) {
   });
 }
 
-std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop_token& stop) {
-  JudgedReconstruction job(makeInput(order, true), order.request.settings, keepEvery(order));
+std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, const std::stop_token& stop) {
+  JudgedReconstruction job(makeInput(task, true), task.request.settings, keepEvery(task));
   job.onProgress([&](const Progress& progress) { post(progress); });
   job.onPreview([&](const Volume& volume) { post(volume); });
   auto [result, quality] = job.run(stop);
   if (result.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 
-  const VolumeItem& first = order.inputs.front();
+  const VolumeItem& first = task.inputs.front();
   auto outcome = std::make_shared<Outcome>();
   ui::Report& report = outcome->report;
   for (const std::string& warning : result.warnings)
@@ -210,19 +209,22 @@ std::shared_ptr<Outcome> Runner::reconstruct(const Order& order, const std::stop
   report.gaussians = result.checkpoint->field.size();
   report.device =
       QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
-  report.settings = QString::fromStdString(settingsText(result.settings, order.request.heldOutFraction));
-  report.scans = static_cast<int>(order.inputs.size());
+  report.settings = QString::fromStdString(settingsText(result.settings, task.request.heldOutFraction));
+  report.scans = static_cast<int>(task.inputs.size());
   if (quality) {
     for (const MethodScore& score : quality->methods)
       report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
     report.qualitySamples = QString::fromStdString(quality->samples);
   }
   report.seconds = result.seconds;
-  outcome->model = makeItem(result.checkpoint, tr("%1 model").arg(first.name));
-  outcome->model.window = order.window;
   QStringList names;
-  for (const VolumeItem& input : order.inputs)
+  for (const VolumeItem& input : task.inputs)
     names << input.name;
+  const std::string mask = task.mask ? task.mask->name.toStdString() : "";
+  outcome->model = makeItem(
+      result.checkpoint, tr("%1 model").arg(first.name), {},
+      notesOf(result, names.join(QStringLiteral("; ")).toStdString(), mask, report.settings.toStdString()));
+  outcome->model.window = task.window;
   outcome->model.origin = names.join(QStringLiteral(", "));
   outcome->model.saved = false;
   outcome->volume = makeItem(std::move(result.volume), tr("%1 reconstructed").arg(first.name));

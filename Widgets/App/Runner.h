@@ -1,6 +1,6 @@
 #pragma once
 #include "Evaluation/JudgedReconstruction.h"
-#include "Widgets/App/Document.h"
+#include "Widgets/App/DataItems.h"
 #include "Widgets/Request.h"
 
 #include <QObject>
@@ -12,8 +12,8 @@
 
 namespace innergs::app {
 
-/// What a reconstruction works on, apart from the document: volumes that never change, and the request.
-struct Order {
+/// What a reconstruction works on, apart from the document: the request, and volumes that never change.
+struct ReconstructionTask {
   ui::Request request;
   std::vector<VolumeItem> inputs; // in the request's order
   std::optional<VolumeItem> mask, reference;
@@ -21,11 +21,11 @@ struct Order {
 };
 
 /// The engine's input; without voxels (to estimate) nothing large is copied. Throws Error.
-ReconstructionInput makeInput(const Order& order, bool voxels);
-/// Every how many-th slice protocol H keeps to judge the quality; none: not asked for.
-std::optional<int> keepEvery(const Order& order);
+ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels);
+/// Protocol H keeps every n-th slice to judge the quality; none: not asked for.
+std::optional<int> keepEvery(const ReconstructionTask& task);
 
-/// What came out, on its way to the document.
+/// The result, on its way to the document.
 struct Outcome {
   VolumeItem volume;
   ModelItem model;
@@ -40,10 +40,10 @@ public:
   /// Stops what runs, waits for it (≤ 200 ms) and drops it.
   ~Runner() override;
 
-  /// Where no thread can be started, that is the failure that follows.
-  void start(Order order);
-  /// Returns at once. What is finished already, or at its very end, or has its quality judged, still comes
-  /// out as finished.
+  /// Ends with failed() where no thread can be started.
+  void start(ReconstructionTask task);
+  /// Returns at once. A fit that is complete, its quality perhaps still being judged, still ends with
+  /// finished().
   void cancel();
   bool isRunning() const { return running_; }
 
@@ -56,8 +56,8 @@ Q_SIGNALS:
   void cancelled();
 
 private:
-  void work(const Order& order, const std::stop_token& stop);
-  std::shared_ptr<Outcome> reconstruct(const Order& order, const std::stop_token& stop);
+  void work(const ReconstructionTask& task, const std::stop_token& stop);
+  std::shared_ptr<Outcome> reconstruct(const ReconstructionTask& task, const std::stop_token& stop);
   void post(const Progress& progress);
   void post(const Volume& preview);
   template <class Call>

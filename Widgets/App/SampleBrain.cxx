@@ -69,7 +69,7 @@ std::vector<VolumeItem> makeSample(const QString& brain) {
   const int slices = static_cast<int>(std::lround(thickness / step));
   if (step > coarsest || head.geometry.size[2] < 4 * slices)
     throw Error(ErrorCode::InvalidArgument,
-                tr("'%1' is not fine enough to make a sample of: choose a whole head with slices about 1 mm "
+                tr("'%1' is too coarse to make a sample from: choose a whole head with slices about 1 mm "
                    "apart.")
                     .arg(brain)
                     .toStdString());

@@ -1,5 +1,5 @@
 #pragma once
-#include "Widgets/App/Document.h"
+#include "Widgets/App/DataItems.h"
 
 namespace innergs::app {
 

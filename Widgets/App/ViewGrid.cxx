@@ -29,7 +29,7 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
   name->setBuddy(slider_);
   slider_->setObjectName(QStringLiteral("slider"));
   slider_->setAccessibleName(tr("%1 slice").arg(name->text()));
-  slider_->setToolTip(tr("Go through the slices; its number beside it is the position in mm"));
+  slider_->setToolTip(tr("Scroll through the slices; the number beside it is the position in mm"));
   position_->setObjectName(QStringLiteral("position"));
   position_->setAccessibleName(tr("%1 position").arg(name->text()));
   position_->setDecimals(1);

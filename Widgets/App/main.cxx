@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   QApplication::setApplicationName(QStringLiteral("InnerGS"));
   QApplication::setApplicationVersion(QStringLiteral(INNERGS_VERSION));
   QApplication::setDesktopFileName(QStringLiteral("innergs-app"));
-  QApplication::setWindowIcon(QIcon(QStringLiteral(":/innergs/innergs.png")));
+  QApplication::setWindowIcon(QIcon(QStringLiteral(":/Icons/InnerGS.png")));
   innergs::app::loadTranslations(QLocale::system(), innergs::app::translationFolders());
   if (line.dark) innergs::app::useDarkPalette();
   innergs::app::MainWindow window;

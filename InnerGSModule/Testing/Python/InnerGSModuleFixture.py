@@ -1,4 +1,4 @@
-"""What the module's self tests share: a scan of a ball, and the panel as a person handles it."""
+"""Shared by the module's self tests: a scan of a ball, and the panel as a person uses it."""
 
 import time
 import unittest
@@ -9,7 +9,7 @@ import vtk
 
 
 def until(condition, seconds=120.0):
-    """Lets the application's events be handled until the condition holds; whether it does."""
+    """Handles the application's events until the condition holds; returns whether it does."""
     end = time.time() + seconds
     while time.time() < end:
         slicer.app.processEvents()
@@ -120,5 +120,5 @@ class ModuleFixture(unittest.TestCase):
         return node
 
     def said(self, name):
-        """The words of a line of the panel."""
+        """The text of a line of the panel."""
         return " ".join(label.text for label in slicer.util.findChildren(self.find(name), className="QLabel"))

@@ -1,4 +1,4 @@
-"""What becomes of nodes: results in 3D, ellipsoids, pictures of views, masks of one segment, jobs that wait."""
+"""Nodes: results in 3D, ellipsoids, pictures of views, masks of one segment, waiting jobs."""
 
 import os
 import tempfile

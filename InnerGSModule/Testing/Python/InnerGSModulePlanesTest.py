@@ -33,7 +33,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
         self.find("SliceViewComboBox").setCurrentNode(None)
 
     def transforms(self):
-        """One of each kind that a model may lie under."""
+        """One of each kind that a model may be under."""
         add = slicer.mrmlScene.AddNewNodeByClass
         turn = vtk.vtkTransform()
         turn.Translate(4, -3, 2)
@@ -59,7 +59,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
         return [None, turned, sheared, self.bend(), bent, both]
 
     def expected(self, volume, model):
-        """Values at some pixels of a plane: of the model at the points that its transform takes them from."""
+        """The model's values at some pixels of a plane, through its transform."""
         fixed = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLInnerGSModelNode", "Fixed")
         fixed.SetModel(model.GetModel())
         matrix, columns = vtk.vtkMatrix4x4(), volume.GetImageData().GetDimensions()[0]

@@ -1,4 +1,4 @@
-"""What the panel does as volumes and scenes come and go, and before a running fit is ended."""
+"""The panel as volumes and scenes come and go, and before a running fit ends."""
 
 import os
 import tempfile
@@ -21,7 +21,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
             slicer.app.processEvents()
 
     def answer(self, button, action):
-        """Does what leads to a question and answers it; what was asked."""
+        """Does what leads to a question and answers it; returns the question."""
         asked = []
 
         def click():

@@ -1,8 +1,9 @@
+#include "Widgets/App/DataItems.h"
+
 #include "Core/Base/Error.h"
 #include "Core/Image/SliceAxis.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
-#include "Widgets/App/Document.h"
 
 #include <vtkCommand.h>
 #include <vtkFloatArray.h>
@@ -113,10 +114,12 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file, dou
   return item;
 }
 
-ModelItem makeItem(std::shared_ptr<const Checkpoint> model, const QString& name, const QString& file) {
+ModelItem makeItem(std::shared_ptr<const Checkpoint> model, const QString& name, const QString& file,
+                   ModelNotes notes) {
   ModelItem item;
   item.name = name;
   item.file = item.origin = file;
+  item.notes = std::move(notes);
   item.window = {model->field.intensityOffset, model->field.intensityOffset + model->field.intensityScale};
   item.model = vtkSmartPointer<vtkInnerGSModel>::New();
   item.model->SetCheckpoint(std::move(model));
