@@ -1,11 +1,11 @@
 #!/bin/sh
-# Installs with apt what building, testing and the demo need; silent and quick when everything is there.
-# On other systems: says what is needed and goes on (CMake then finds it or says what it misses).
+# Installs with apt what building, testing and the demo need; silent and quick when nothing is missing.
+# On other systems it says what is needed and goes on; CMake then reports what it cannot find.
 set -eu
 packages="g++ cmake ninja-build pkg-config libinsighttoolkit5-dev libhwy-dev libcli11-dev nlohmann-json3-dev \
-locales libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \
+clang-tidy locales libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \
 qtbase5-dev libvtk9-qt-dev xvfb \
-python3-dev python3-venv googletest mricron-data"
+python3-dev python3-numpy python3-venv googletest mricron-data"
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   echo "Not a Debian system: InnerGS needs a C++20 compiler, CMake, Ninja, ITK 5, Highway, CLI11, nlohmann-json," \

@@ -1,0 +1,27 @@
+#!/bin/sh
+# Runs clang-tidy (.clang-tidy) on the sources that changed since a commit, those of the working tree included, as far as
+# the default build compiles them. Fails where it finds something.
+# Usage: check-tidy.sh [COMMIT]   HEAD~1 by default; "all": every source. Checks 60 files at most unless all are asked for.
+set -eu
+cd "$(dirname "$0")/.."
+since=${1:-HEAD~1}
+nothing() { echo "$1: nothing was checked by clang-tidy." >&2; exit 0; }
+command -v clang-tidy >/dev/null || nothing "clang-tidy is not installed"
+[ -e build/compile_commands.json ] || nothing "There is no default build"
+if [ "$since" = all ]; then
+  files=$(git ls-files '*.cxx')
+else
+  git rev-parse --verify --quiet "$since^{commit}" >/dev/null || nothing "There is no commit $since"
+  files=$(git diff --name-only --diff-filter=d "$since" -- '*.cxx')
+fi
+compiled=$(for file in $files; do
+  if grep -q "\"file\": \"$PWD/$file\"" build/compile_commands.json; then echo "$file"; fi
+done)
+count=$(echo "$compiled" | grep -c . || true)
+[ "$count" -gt 0 ] || nothing "No source changed"
+if [ "$since" != all ] && [ "$count" -gt 60 ]; then
+  echo "$count files changed: clang-tidy checks the first 60; '$0 all' checks every one." >&2
+  compiled=$(echo "$compiled" | head -n 60)
+fi
+# Errors of the compiler come out with the findings; stderr counts warnings in the system's headers.
+echo "$compiled" | xargs -P "$(nproc)" -n 1 clang-tidy -p build --quiet --warnings-as-errors='*' 2>/dev/null
