@@ -1,4 +1,4 @@
-# A thin front: the work is in CMake and Utilities/. All set-up is included (Debian: apt, as root or through sudo).
+# A thin front to CMake and Utilities/. Every target sets up what it needs (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
 .PHONY: build demo test test-locale bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies
@@ -15,7 +15,7 @@ test: dependencies
 	cmake --build --preset default
 	ctest --preset default
 
-# The tests once more in a host whose numbers have a decimal comma; after `make test`.
+# The tests once more in a host with a decimal comma; after `make test`.
 test-locale: dependencies
 	@rm -f build/skipped-locale
 	@Utilities/make-locale.sh build/locales || { [ $$? = 3 ] && touch build/skipped-locale; }
@@ -23,7 +23,7 @@ test-locale: dependencies
 	  echo '**** SKIPPED: the tests were not run with a decimal comma, for the reason above. ****' >&2; else \
 	  ctest --preset decimal-comma; fi
 
-# The desktop app: built and started. Files: build/bin/innergs-app FILES...
+# Builds and starts the desktop app. With files: build/bin/innergs-app FILES...
 app: dependencies
 	cmake --preset default --log-level=WARNING
 	cmake --build --preset default --target innergs_app innergs_plugins
@@ -43,7 +43,7 @@ asan tsan: dependencies
 	cmake --build --preset $@
 	ctest --preset $@
 
-# The CUDA plugin (Docs/cuda.md): compiled wherever nvcc is, run where there is a device; says so where not.
+# The CUDA plugin (Docs/cuda.md): compiled where nvcc is found, run where there is a device; says so where not.
 test-cuda: dependencies
 	cmake --preset cuda --log-level=WARNING
 	cmake --build --preset cuda --target innergs_cuda innergs_cuda_kernel_tests innergs_cuda_tests
@@ -56,14 +56,14 @@ bench-cuda: dependencies
 	cmake --build --preset cuda --target innergs_cuda innergs_cuda_benchmark
 	INNERGS_PLUGIN_PATH=build-cuda/lib build-cuda/bin/innergs_cuda_benchmark --output build-cuda/benchmark.md
 
-# What a machine with a GPU and without these tools needs: build-cuda-bundle/run.sh test|bench|sanitize (Docs/cuda.md).
+# For a machine with a GPU but without these tools: build-cuda-bundle/run.sh test|bench|sanitize (Docs/cuda.md).
 cuda-bundle: dependencies
 	cmake --preset cuda -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
 	cmake --build --preset cuda --target innergs_cuda innergs_cuda_kernel_tests innergs_cuda_tests innergs_cuda_benchmark \
 	  innergs_host_plugin
 	Utilities/cuda-bundle.sh build-cuda build-cuda-bundle "$(INNERGS_BRAINWEB)"
 
-# Against Slicer's own libraries from PyPI; says so and goes on where they cannot be had.
+# Against Slicer's own libraries from PyPI; says so and goes on where they are unavailable.
 mrml: dependencies
 	@mkdir -p build-mrml && rm -f build-mrml/skipped
 	@Utilities/fetch-slicer-core.sh build-mrml/slicer-core || { [ $$? = 3 ] && touch build-mrml/skipped; }
@@ -71,7 +71,7 @@ mrml: dependencies
 	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
 	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
 
-# The same under the address sanitizer; after `make mrml`, and skipped where that was.
+# The same under the address sanitizer; after `make mrml`, skipped where that was skipped.
 mrml-asan: dependencies
 	@if [ -e build-mrml/skipped ] || [ ! -e build-mrml/slicer-core/complete ]; then \
 	  echo '**** SKIPPED: the MRML layer was not tested under sanitizers: make mrml has not built it. ****' >&2; else \

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs the extension built in the given folder below a temporary one, as its package would be made, and checks that
-# nothing is missing, nothing is there that a package should not hold, and that the Slicer in Slicer_DIR runs it from there.
+# Installs the extension built in the given folder into a temporary one, as for its package, and checks that no file is
+# missing or superfluous and that the Slicer in Slicer_DIR runs it from there.
 set -eu
 : "${Slicer_DIR:?the folder of SlicerConfig.cmake}"
 build=$(cd "$1" && pwd)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks that includes go one way: between the layers, and between the folders of Logic/Core. Prints every include that does
-not, and exits with 1 if there is one."""
+"""Checks that includes go one way: between the layers, and between the folders of Logic/Core. Prints every other include,
+and exits with 1 if there is one."""
 import pathlib
 import re
 import sys

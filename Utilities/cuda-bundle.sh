@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Puts what a machine with a GPU needs to test and measure the CUDA backend into one folder: the plugin, its tests, the
-# benchmark, their libraries, a volume and a script. That machine needs a driver and the C library, nothing else.
+# Collects in one folder what a machine with a GPU needs to test and measure the CUDA backend: the plugin, its tests, the
+# benchmark, their libraries, a volume and a script. That machine needs only a driver and the C library.
 # Usage: Utilities/cuda-bundle.sh BUILD FOLDER [VOLUME.nii|VOLUME.nii.gz]
 set -euo pipefail
 build=${1:?usage: cuda-bundle.sh BUILD FOLDER [VOLUME]} out=${2:?usage: cuda-bundle.sh BUILD FOLDER [VOLUME]} volume=${3:-}

@@ -1,5 +1,5 @@
 #!/bin/sh
-# The main job on a real head: three orthogonal 5 mm thick-slice scans of Colin27, and the 1 mm volume out of them.
+# Reconstructs a real head, Colin27, at 1 mm from three orthogonal scans with 5 mm slices.
 # Usage: demo.sh INNERGS FOLDER
 set -eu
 innergs=${1:?usage: demo.sh INNERGS FOLDER}

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
-# Fetches what Logic/MRML is built and tested against where there is no Slicer: Slicer's own MRML and logic libraries with
-# their headers (slicer-core and slicer-core-sdk from PyPI), the VTK wheel that they need, and VTK's headers and wrapping
-# tools, which no wheel has, from the Debian release that ships exactly that version.
+# Fetches what Logic/MRML is built and tested against without a Slicer: Slicer's own MRML and logic libraries and headers
+# (slicer-core and slicer-core-sdk from PyPI), the VTK wheel that they need, and, since no wheel has them, VTK's headers and
+# wrapping tools from the Debian release with exactly that version.
 # Usage: fetch-slicer-core.sh FOLDER     Quick when FOLDER is complete. Nothing outside FOLDER changes.
-# Exit status 3: it cannot be had here, with the reason as the last line on stderr.
+# Exit status 3: unavailable here; the last line on stderr says why.
 set -euo pipefail
 slicer=5.13.31053.0
 suite=forky # Debian release with VTK's headers
@@ -33,7 +33,7 @@ timeout "$limit" venv/bin/python -m pip install --quiet --disable-pip-version-ch
   unavailable "pip got no slicer-core $slicer with its SDK for $($python --version) within $limit s."
 vtk=$(venv/bin/python -c 'from importlib.metadata import version; print(version("vtk"))')
 
-# From Debian, with a private apt: its own sources, lists and cache, and the mirror that this machine uses.
+# From Debian, with a private apt: its own sources, lists and cache, and this machine's mirror.
 mirror=$(apt-get indextargets --format '$(LABEL) $(REPO_URI)' 'Created-By: Packages' 2>/dev/null |
   sed -n 's/^Debian //p' | head -n 1)
 [ -n "$mirror" ] || mirror=$(cat /etc/apt/sources.list /etc/apt/sources.list.d/* 2>/dev/null |
@@ -63,7 +63,7 @@ mv apt/root/usr/include/vtk-* include
 version=$(sed -n 's/^#define VTK_VERSION "\(.*\)"/\1/p' include/vtkVersionMacros.h)
 [ "$version" = "$vtk" ] || unavailable "the wheel is VTK $vtk, Debian $suite has the headers of VTK $version."
 
-# The wrapping tools want a newer C library than this machine may have: they run through their own loader, with the
+# The wrapping tools need a newer C library than this machine may have, so they run through their own loader, with the
 # wheel's library of the same version.
 lib=apt/root/usr/lib/x86_64-linux-gnu
 mkdir -p tools/lib tools/hierarchy

@@ -1,5 +1,5 @@
 #!/bin/sh
-# Writes the pictures of the desktop app (Docs/screenshots/app-*.png), from the demo's packaged brain, on a display of its own.
+# Updates the screenshots of the desktop app (Docs/screenshots/app-*.png) from the demo's brain, on a virtual display.
 # Usage: screenshots.sh PROGRAM FOLDER   (PROGRAM: build/bin/innergs_screenshots)
 set -eu
 program=${1:?usage: screenshots.sh PROGRAM FOLDER}

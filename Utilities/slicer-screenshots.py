@@ -1,4 +1,4 @@
-"""Takes the pictures of the module for Docs/screenshots in a real Slicer:
+"""Updates the module's screenshots in Docs/screenshots from a real Slicer:
 
 Slicer --no-splash --disable-settings --additional-module-paths <build>/lib/Slicer-5.x/qt-loadable-modules \
     --python-script Utilities/slicer-screenshots.py <folder> <scan>...

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Builds the extension against the Slicer build tree named by Slicer_DIR (or found by CMake) into the given folder, checks
-# what its package would hold and runs the module's tests on a virtual display. Exit code 3, with the reason: there is no Slicer.
+# Builds the extension against the Slicer build tree in Slicer_DIR (or found by CMake) into the given folder, checks the
+# content of its package and runs the module's tests on a virtual display. Exits with 3, and the reason, without a Slicer.
 set -eu
 build=${1:-build-slicer}
 source=$(cd "$(dirname "$0")/.." && pwd)
