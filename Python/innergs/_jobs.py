@@ -8,12 +8,12 @@ from ._parameters import temporary
 from ._scene import Cancelled, Error, logic, logic_of, quiet
 
 Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings")
-Result.__doc__ = """What a reconstruction gave: nodes (table: None unless quality was asked for), PSNR in dB on the fitted
+Result.__doc__ = """The result of a reconstruction: nodes (table: None unless quality was asked for), PSNR in dB on the fitted
 samples and, of a second fit, on the slices withheld from it (NaN without), and sentences that the user should read."""
 
 
 class Job:
-    """A reconstruction in the background. Where no application delivers events, asking it for anything does."""
+    """A reconstruction in the background. Where no application delivers events, using it does."""
 
     def __init__(self, owner, job, node=None, progress=None, preview=None):
         self._logic, self._job, self._node = owner, job, node
@@ -70,7 +70,7 @@ class Job:
 
     @property
     def device(self):
-        """Where the fit runs and why, a sentence; "" before that is known."""
+        """Where the fit runs and why, as a sentence; "" until known."""
         return self._current().GetDeviceNote()
 
     @property
@@ -80,11 +80,11 @@ class Job:
         return (job.GetPreviewImage(), job.GetPreviewIJKToRASMatrix()) if job.GetPreviewImage() else None
 
     def cancel(self):
-        """Ends it within 200 ms; no node is changed, unless only the quality was still being judged."""
+        """Ends it within 200 ms and changes no node, unless only the quality was still being judged."""
         self._logic.Cancel(self._job)
 
     def result(self, timeout=None):
-        """Waits (at most timeout seconds) and gives the Result. Raises Error, Cancelled, or TimeoutError."""
+        """Waits (at most timeout seconds) and returns the Result. Raises Error, Cancelled, or TimeoutError."""
         import time
 
         end = None if timeout is None else time.monotonic() + timeout
@@ -141,7 +141,7 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     reference    a volume node whose voxels the output gets; input_grid=True: those of the first input
     mask         a label map or segmentation node: only what is inside is fitted (segment: one segment's ID), and the
                  model has values there and up to one slice distance beyond alone; fill: its value elsewhere, 0
-    roi          a markups ROI node: only that box is fitted and put out
+    roi          a markups ROI node: only that box is fitted and output
     thickness    slice thickness in mm, one number or one per volume; by default as DICOM says in
                  Slicer, else the distance between slices
     profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
@@ -164,12 +164,12 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
 
 
 Estimate = collections.namedtuple("Estimate", "seconds bytes device")
-Estimate.__doc__ = """What a reconstruction will take: seconds, roughly (0: unknown), bytes of memory beyond its inputs, and where it
-will run and why, a sentence."""
+Estimate.__doc__ = """What a reconstruction will take: rough seconds (0: unknown), bytes of memory beyond its inputs, and where it
+will run and why, as a sentence."""
 
 
 def estimate(volumes, spacing=None, *, parameter_node=None, **choices):
-    """What reconstruct() with these arguments would take, as an Estimate. Voxels are not looked at."""
+    """Estimates what reconstruct() with these arguments would take, without looking at voxels."""
     node = _node_of(volumes, spacing, parameter_node, choices)
     owner = logic_of(node)
     try:

@@ -1,4 +1,4 @@
-"""Asking, showing, loading and saving models."""
+"""Querying, showing, loading and saving models."""
 
 from __future__ import annotations
 

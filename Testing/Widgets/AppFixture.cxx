@@ -135,15 +135,6 @@ ui::Request request(const QString& id, bool longFit) {
   return request;
 }
 
-int turnsUntil(const std::function<bool()>& until) {
-  QTimer tick; // that there is always something to turn for
-  tick.start(5);
-  int turns = 0;
-  for (; !until(); ++turns)
-    QCoreApplication::processEvents(QEventLoop::WaitForMoreEvents);
-  return turns;
-}
-
 void answerBox(const char* name, const QString& button, QString* text) {
   auto* timer = new QTimer(qApp);
   auto clock = std::make_shared<QElapsedTimer>();

@@ -43,9 +43,6 @@ innergs::ui::Report reconstructAndWait(innergs::app::AppHost& host, const innerg
 /// A fit that takes a second at most; or, long: one that goes on for minutes.
 innergs::ui::Request request(const QString& id, bool longFit = false);
 
-/// How often the main thread's event loop turns until it holds.
-int turnsUntil(const std::function<bool()>& until);
-
 /// Clicks the button with this text (without &) in the open message box with this object name ("": Qt's own),
 /// as soon as there is one; what the box said comes back through *text.
 void answerBox(const char* name, const QString& button, QString* text = nullptr);

@@ -27,7 +27,7 @@ namespace innergs::app {
 
 namespace {
 
-/// Everything that the time and the device depend on.
+/// Everything that time and device depend on.
 QString keyOf(const ReconstructionTask& task, const ReconstructionInput& input) {
   const Settings& s = task.request.settings;
   QString key = QString::fromStdString(settingsText(s, input.heldOutFraction) + "|" + s.instructionSet);
@@ -62,7 +62,7 @@ AppHost::AppHost(QObject* parent)
   connect(runner_, &Runner::previewed, this, &AppHost::previewed);
   for (Background* thread : {background_, estimates_})
     connect(thread, &Background::failed, this, &AppHost::logged);
-  const auto ended = [this] { // before anybody is told of it
+  const auto ended = [this] { // before anyone hears of it
     ++runs_;
     slow_.clear(); // a fit tells how long others take
   };
@@ -155,7 +155,7 @@ QString AppHost::saveModel(const QString& id, const QString& file) {
 }
 
 QString AppHost::save(const QString& id, const QString& file) {
-  // Copies, which share the content: the document's items may be replaced while the thread writes.
+  // Copies that share the content: the document's items may be replaced while the thread writes.
   std::optional<VolumeItem> volume;
   std::optional<ModelItem> model;
   if (const auto item = document_.volume(id)) volume = *item;
@@ -348,7 +348,7 @@ void AppHost::fillSlowly(const ReconstructionTask& task, const std::vector<Recon
     estimate.seconds = found->seconds;
     return;
   }
-  if (isRunning()) return; // all processors are at work: a time measured now says nothing
+  if (isRunning()) return; // a time measured beside a fit means nothing
   slow_.insert(key, {});   // asked for
   estimates_->run({}, [this, key, settings = task.request.settings, fits, run = runs_] {
     auto slow = std::make_shared<Slow>();
@@ -370,7 +370,7 @@ void AppHost::fillSlowly(const ReconstructionTask& task, const std::vector<Recon
       if (run == runs_)
         slow_.insert(key, *slow);
       else
-        slow_.remove(key); // measured beside a reconstruction: again
+        slow_.remove(key); // measured beside a reconstruction: repeat
       Q_EMIT estimateChanged();
     };
   });
@@ -413,7 +413,7 @@ bool AppHost::start(const ui::Request& request) {
 
 void AppHost::deliver(Outcome outcome) {
   ui::Report report = std::move(outcome.report);
-  // A chosen output that was closed meanwhile becomes a new one: a result is never lost.
+  // A chosen output that was closed meanwhile becomes a new one, so no result is lost.
   if (!request_.outputVolumeId.isEmpty() && document_.volume(request_.outputVolumeId)) {
     report.volumeId = request_.outputVolumeId;
     document_.replace(report.volumeId, std::move(outcome.volume));

@@ -40,7 +40,7 @@ vtkSmartPointer<vtkImageData> imageOf(const std::shared_ptr<const Volume>& volum
   vtkNew<vtkFloatArray> voxels;
   voxels->SetName("Intensity");
   voxels->SetArray(const_cast<float*>(volume->voxels.data()), static_cast<vtkIdType>(volume->voxels.size()),
-                   1); // 1: not the array's to free
+                   1); // 1: the array does not free them
   vtkNew<KeepAlive> keep;
   keep->volume = volume;
   voxels->AddObserver(vtkCommand::UserEvent, keep);
@@ -48,7 +48,7 @@ vtkSmartPointer<vtkImageData> imageOf(const std::shared_ptr<const Volume>& volum
   image->SetDimensions(static_cast<int>(volume->geometry.size[0]), static_cast<int>(volume->geometry.size[1]),
                        static_cast<int>(volume->geometry.size[2]));
   image->GetPointData()->SetScalars(voxels);
-  image->GetScalarRange(); // found here, not by whoever first draws it
+  image->GetScalarRange(); // computed here, not when it is first drawn
   return image;
 }
 

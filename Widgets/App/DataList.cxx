@@ -90,7 +90,7 @@ DataList::DataList(ViewState* state, QWidget* parent)
   });
   connect(save_, &QPushButton::clicked, this, [this] { Q_EMIT saveRequested(currentId()); });
   connect(close_, &QPushButton::clicked, this, [this] { Q_EMIT closeRequested(currentId()); });
-  // Without mnemonics: the list is seen beside every panel.
+  // Without mnemonics: the list stands beside every panel.
   auto* del = new QShortcut(QKeySequence::Delete, tree_, nullptr, nullptr, Qt::WidgetShortcut);
   connect(del, &QShortcut::activated, close_, &QPushButton::click);
   connect(rename_, &QPushButton::clicked, this, [this] { tree_->editItem(tree_->currentItem(), 0); });
@@ -179,7 +179,7 @@ void DataList::showFrame() {
   const QSignalBlocker blocker(frame_);
   frame_->setSuffix(tr(" of %1").arg(frames.count));
   frame_->setMaximum(frames.count);
-  // While it is read on and on, the one that was chosen last stays.
+  // While frames are read one after another, the last choice stays.
   if (waitingFor_ != item->id || frame_->value() == frames.shown + 1) waitingFor_.clear();
   if (waitingFor_.isEmpty()) frame_->setValue(frames.shown + 1);
   time_->setText(frames.seconds > 0
@@ -196,7 +196,7 @@ void DataList::choose() {
 
 void DataList::changed(QTreeWidgetItem* item) {
   const QString id = item->data(0, kIdRole).toString(), name = item->text(0);
-  // Later: the list is made anew, and the editor is still at work on this line.
+  // Later: this rebuilds the list, and the editor is still at work on this line.
   QMetaObject::invokeMethod(
       this,
       [this, id, name] {

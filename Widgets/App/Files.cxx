@@ -45,7 +45,7 @@ std::filesystem::path pathOf(const QString& path) {
   return std::filesystem::path(std::u8string(utf8.begin(), utf8.end()));
 }
 
-/// A name for people: the file's without folder and extension.
+/// A name for people: the file's, without folder and extension.
 QString nameOf(const QString& path) {
   QString name = QFileInfo(QDir::cleanPath(path)).fileName();
   if (QFileInfo(path).isDir()) return name;

@@ -38,7 +38,7 @@ QString modelFilter();
 ///@}
 
 std::filesystem::path pathOf(const QString& path);
-/// A name for people: the file's without folder and extension.
+/// A name for people: the file's, without folder and extension.
 QString nameOf(const QString& path);
 
 } // namespace innergs::app

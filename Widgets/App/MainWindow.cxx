@@ -30,7 +30,7 @@ namespace {
 const QString kGeometry = QStringLiteral("window/geometry"), kState = QStringLiteral("window/state"),
               kLayout = QStringLiteral("window/layout");
 
-/// As wide as what it shows needs: scrolls up and down only.
+/// As wide as its content: scrolls vertically only.
 class PanelArea : public QScrollArea {
 public:
   using QScrollArea::QScrollArea;
@@ -138,7 +138,7 @@ MainWindow::MainWindow(QWidget* parent)
 }
 
 MainWindow::~MainWindow() {
-  // The views and panels look at the host's data.
+  // Views and panels use the host's data.
   disconnect(host_, nullptr, this, nullptr);
   disconnect(&host_->document(), nullptr, this, nullptr);
   disconnect(state_, nullptr, this, nullptr);
@@ -176,7 +176,7 @@ void MainWindow::makeDocks() {
   reconstruction_ = new ui::ReconstructionPanel(host_, this);
   query_ = new ui::QueryPanel(host_, this);
   model_ = new ui::ModelPanel(host_, this);
-  auto* modelTop = new QWidget(this); // at the top: its lines are not spread
+  auto* modelTop = new QWidget(this); // keeps its lines at the top
   auto* modelLayout = new QVBoxLayout(modelTop);
   modelLayout->setContentsMargins(0, 0, 0, 0);
   modelLayout->addWidget(model_);
@@ -268,7 +268,7 @@ bool MainWindow::focusNextPrevChild(bool next) {
       if (auto* area = dynamic_cast<PanelArea*>(above)) area->ensureWidgetVisible(now);
       dock = qobject_cast<QDockWidget*>(above);
     }
-    // Qt counts what lies in docks behind tabs as visible: not a place for the keyboard.
+    // Qt counts docks behind tabs as visible: no place for the keyboard.
     if (!dock || !dock->visibleRegion().isEmpty() || now == first) return true;
   }
   return false;
@@ -276,7 +276,7 @@ bool MainWindow::focusNextPrevChild(bool next) {
 
 void MainWindow::setModel(const QString& id) {
   if (id == modelId_) return updateActions();
-  modelId_ = id; // first: the panels tell of it
+  modelId_ = id; // first: the panels signal the change
   query_->setModelId(id);
   model_->setModelId(id);
   updateActions();

@@ -207,7 +207,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
 void MainWindow::reconstructionEnded() {
   if (!closeWhenEnded_) return;
   closeWhenEnded_ = false;
-  // A result that was finished before the stop is asked about like any other.
+  // A result finished before the stop is asked about like any other.
   QMetaObject::invokeMethod(
       this, [this] { close(); }, Qt::QueuedConnection);
 }

@@ -18,7 +18,7 @@ QKeySequence ctrl(const char* key) {
   return QKeySequence(QStringLiteral("Ctrl+") + QString::fromLatin1(key));
 }
 
-/// Of docks behind tabs Qt says that they are visible.
+/// Qt says that docks behind tabs are visible.
 bool isInFront(const QDockWidget* dock) {
   return dock->isVisible() && !dock->visibleRegion().isEmpty();
 }

@@ -144,7 +144,7 @@ void Runner::post(const Progress& progress) {
     latest_ = progress;
     if (latest_->note.empty()) latest_->note = note;
   }
-  if (!first) return; // the one under way takes the newest
+  if (!first) return; // the call under way delivers the newest
   deliver([this] {
     std::optional<Progress> progress;
     {
@@ -167,7 +167,7 @@ void Runner::post(const Volume& preview) {
 }
 
 void Runner::work(const ReconstructionTask& task, const std::stop_token& stop) {
-  lowerThreadPriority(); // the windows come first
+  lowerThreadPriority(); // the windows have priority
   std::shared_ptr<Outcome> outcome;
   bool stopped = false;
   const QString error = sentenceOf([&] {

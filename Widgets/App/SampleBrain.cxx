@@ -22,7 +22,7 @@ QString tr(const char* text) {
   return QCoreApplication::translate("innergs::app", text);
 }
 
-/// Folders in which ch2.nii.gz may lie.
+/// Folders that may hold ch2.nii.gz.
 QStringList places() {
   const QString program = QCoreApplication::applicationDirPath();
   QStringList folders{program, program + QStringLiteral("/data"), program + QStringLiteral("/../Resources"),

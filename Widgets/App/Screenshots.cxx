@@ -31,7 +31,7 @@ bool waitFor(const std::function<bool()>& condition, int limit) {
 }
 
 void settle() {
-  waitFor([] { return false; }, 1200); // estimates, previews and views are drawn a moment later
+  waitFor([] { return false; }, 1200); // estimates, previews and views appear a moment later
 }
 
 bool save(QWidget* widget, const QString& file) {

@@ -253,7 +253,7 @@ void SliceView::resizeEvent(QResizeEvent* event) {
 }
 
 //------------------------------------------------------------------------------
-// Where things are.
+// Positions.
 
 double SliceView::millimetresPerPixel() const {
   return 2 * scene_->renderer->GetActiveCamera()->GetParallelScale() / std::max(1, height());
@@ -302,7 +302,7 @@ void SliceView::stepSlices(int count) {
 }
 
 //------------------------------------------------------------------------------
-// The hand.
+// Mouse and keyboard.
 
 void SliceView::mousePressEvent(QMouseEvent* event) {
   if (button_ != Qt::NoButton || !state_->volume()) return;

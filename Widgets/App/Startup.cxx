@@ -21,7 +21,7 @@
 namespace innergs::app {
 namespace {
 
-// The views draw a moment after they were told to.
+// The views draw a moment after the request.
 constexpr int kDrawn = 500; // ms
 
 void takePicture(MainWindow* window, const QString& file, bool failed) {

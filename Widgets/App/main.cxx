@@ -11,9 +11,9 @@ int main(int argc, char** argv) {
   int exitCode = 0;
   if (!innergs::app::parse(argc, argv, line, &exitCode)) return exitCode;
   innergs::app::prepare();
-  int one = 1; // the options are ours, not Qt's
+  int one = 1; // the app parses the options, not Qt
   QApplication app(one, argv);
-  std::setlocale(LC_NUMERIC, "C"); // Qt took the user's: files are written with points
+  std::setlocale(LC_NUMERIC, "C"); // Qt set the user's; files need decimal points
   QApplication::setApplicationName(QStringLiteral("InnerGS"));
   QApplication::setApplicationVersion(QStringLiteral(INNERGS_VERSION));
   QApplication::setDesktopFileName(QStringLiteral("innergs-app"));
