@@ -46,7 +46,7 @@ QString SaveDialog::withoutEnd(const QString& file) const {
 
 QString SaveDialog::complete(const QString& file) {
   if (withoutEnd(file) != file) return file;
-  const QString whole = file + endOf(selectedNameFilter());
+  QString whole = file + endOf(selectedNameFilter());
   if (!QFileInfo::exists(whole)) return whole;
   QMessageBox box(QMessageBox::Warning, windowTitle(),
                   tr("“%1” exists already. Replace it?").arg(QDir::toNativeSeparators(whole)),

@@ -145,7 +145,7 @@ QString AppHost::loadModel(const QString& file, QString* error) {
     Q_EMIT logged(sentence);
     return {};
   }
-  const QString id = document_.add(std::move(*loaded.model));
+  QString id = document_.add(std::move(*loaded.model));
   Q_EMIT opened(id, file);
   return id;
 }

@@ -50,7 +50,7 @@ QString Document::nextId(const QString& kind) {
 QString Document::add(VolumeItem item) {
   item.id = nextId(QStringLiteral("volume"));
   item.name = uniqueName(item.name);
-  const QString id = item.id;
+  QString id = item.id;
   volumes_.push_back(std::make_shared<VolumeItem>(std::move(item)));
   Q_EMIT volumesChanged();
   return id;
@@ -59,7 +59,7 @@ QString Document::add(VolumeItem item) {
 QString Document::add(ModelItem item) {
   item.id = nextId(QStringLiteral("model"));
   item.name = uniqueName(item.name);
-  const QString id = item.id;
+  QString id = item.id;
   models_.push_back(std::make_shared<ModelItem>(std::move(item)));
   Q_EMIT modelsChanged();
   return id;
