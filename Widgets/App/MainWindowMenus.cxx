@@ -68,7 +68,7 @@ void MainWindow::fillRecent() {
   recent_->clear();
   const QStringList files = recentFiles();
   for (int n = 0; n < files.size(); ++n) {
-    const QString file = files[n];
+    const QString& file = files[n];
     QAction* action = recent_->addAction(QStringLiteral("&%1 %2").arg(n + 1).arg(
         QFileInfo(file).fileName().replace(QLatin1Char('&'), QLatin1String("&&"))));
     action->setToolTip(file);

@@ -13,6 +13,8 @@
 namespace innergs::test {
 namespace {
 
+const std::string kPython = INNERGS_PYTHON;
+
 bool runs(const std::string& command) {
 #ifdef _WIN32
   return std::system((command + " >NUL 2>NUL").c_str()) == 0;
@@ -25,7 +27,7 @@ bool runs(const std::string& command) {
 std::vector<double> runPython(const TemporaryFolder& folder, const std::string& script) {
   const std::string start = "import os\nos.chdir(r'" + folder.path().string() + "')\n";
   writeBytes(folder / "script.py", start + script);
-  EXPECT_EQ(std::system(("python3 \"" + (folder / "script.py").string() + "\"").c_str()), 0);
+  EXPECT_EQ(std::system((kPython + " \"" + (folder / "script.py").string() + "\"").c_str()), 0);
   std::istringstream words(readBytes(folder / "out.txt"));
   words.imbue(std::locale::classic());
   std::vector<double> values;
@@ -74,7 +76,7 @@ double valueAt(const GaussianField& field, const Vec3& world) {
 }
 
 TEST(ModelFromPython, StandardLibraryReadsIt) {
-  if (!runs("python3 --version")) GTEST_SKIP() << "no python3";
+  if (!runs(kPython + " --version")) GTEST_SKIP() << "no " << kPython;
   const TemporaryFolder folder;
   Checkpoint checkpoint;
   checkpoint.field = randomField(9, true);
@@ -104,7 +106,7 @@ with open("out.txt", "w") as out:
 }
 
 TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
-  if (!runs("python3 -c \"import numpy\"")) GTEST_SKIP() << "no python3 with numpy";
+  if (!runs(kPython + " -c \"import numpy\"")) GTEST_SKIP() << kPython << " has no numpy";
   const std::vector<Vec3> inModel{{0, 0, 0}, {3, -4, 5}, {-8, 2, 1}, {60, 0, 0}, {-5, 3, 2}, {1, 1, -2}};
   for (const bool linearIntensity : {false, true})
     for (const Blending blending : {Blending::Normalised, Blending::Additive})
