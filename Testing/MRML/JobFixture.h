@@ -11,7 +11,7 @@ protected:
     mask->GetSegmentation()->SetSourceRepresentationName(kSurface);
     vtkNew<vtkSegment> segment;
     segment->AddRepresentation(kSurface, ballSurface(0, 12));
-    mask->GetSegmentation()->AddSegment(segment);
+    mask->GetSegmentation()->AddSegment(segment, "Ball");
     auto* input = addVolume();
     auto* parameters = addParameters(input);
     parameters->SetMaskNode(mask);
