@@ -132,7 +132,7 @@ innergs::vtk::OutputChoice vtkInnerGSReconstruct::MakeOutputChoice() {
 innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<vtkImageData*>& images,
                                                               vtkImageData* mask, std::stop_token stop) {
   innergs::ReconstructionInput input =
-      this->Work->inputs.read(images, mask, this->MakeOutputChoice(), std::move(stop));
+      this->Work->inputs.read(images, mask, this->MakeOutputChoice(), stop);
   input.heldOutFraction = this->HeldOutFraction;
   if (this->Work->resume) {
     if (this->Work->resume->IsEmpty())

@@ -60,7 +60,7 @@ inline std::filesystem::path dataFile(const std::string& name) {
 /// Leaves the test as skipped when a real volume is not on this machine.
 #define INNERGS_NEED(name)                                                                                   \
   if (!std::filesystem::exists(innergs::test::dataFile(name)))                                               \
-  GTEST_SKIP() << name << " is not in " INNERGS_TEST_DATA
+  GTEST_SKIP() << (name) << " is not in " INNERGS_TEST_DATA
 
 /// The error that `work` throws; its sentence must be one line that ends with a full stop.
 template <typename Work>
