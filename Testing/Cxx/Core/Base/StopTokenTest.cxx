@@ -53,8 +53,8 @@ TEST(StopTokenCompat, ThreadsAreStoppedAndJoined) {
     jthread first(wait);
     EXPECT_TRUE(first.joinable());
     jthread second(std::move(first));
-    EXPECT_FALSE(first.joinable());
-    second = jthread(wait); // ends the one before
+    EXPECT_FALSE(first.joinable()); // NOLINT(bugprone-use-after-move): what is left is tested
+    second = jthread(wait);         // ends the one before
     EXPECT_EQ(ended, 1);
     EXPECT_EQ(second.get_stop_token().stop_requested(), false);
   }

@@ -7,6 +7,7 @@
 #include <atomic>
 #include <cerrno>
 #include <limits>
+#include <new>
 
 namespace {
 
@@ -40,7 +41,8 @@ extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* 
     ++left;
     return EAGAIN;
   }
-  return create(thread, attributes, counted, new Call{start, argument});
+  auto* call = new (std::nothrow) Call{start, argument};
+  return call ? create(thread, attributes, counted, call) : EAGAIN;
 }
 
 innergs::test::ThreadShortage::ThreadShortage(int allowed) {

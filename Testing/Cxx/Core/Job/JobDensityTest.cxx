@@ -37,7 +37,7 @@ Volume head() {
   return phantom(grid(40, 38, 36, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
 }
 
-void expectAsGoodInside(ReconstructionInput input, const Volume& truth, Settings settings) {
+void expectAsGoodInside(ReconstructionInput input, const Volume& truth, const Settings& settings) {
   input.outputGrid = truth.geometry;
   const ReconstructionResult whole = reconstruct(input, settings);
   for (const double radius : {9.0, 13.0}) {
