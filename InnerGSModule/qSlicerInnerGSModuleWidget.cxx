@@ -296,7 +296,7 @@ void qSlicerInnerGSModuleWidgetPrivate::setParameters(vtkMRMLNode* node) {
 void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
   vtkMRMLScene* in = scene();
   if (!in || in->IsClosing() || in->IsImporting() || in->IsBatchProcessing()) return;
-  const bool first = std::exchange(opened, false);
+  const bool first = opened;
   auto* node = vtkMRMLInnerGSParameterNode::SafeDownCast(parameterSets->currentNode());
   if (vtkMRMLInnerGSParameterNode* found = first ? openedParameters() : nullptr) node = found;
   std::vector<vtkMRMLNode*> sets;
@@ -317,6 +317,7 @@ void qSlicerInnerGSModuleWidgetPrivate::ensureParameters() {
       !made->GetResultVolumeNode())
     in->RemoveNode(made); // it was never used
   if (first) showOpenedModel();
+  opened = false; // not before: the scene's choices would be overwritten
   remember();
 }
 

@@ -3,6 +3,7 @@
 import os
 import tempfile
 import unittest
+import zipfile
 
 import slicer
 
@@ -98,13 +99,20 @@ class InnerGSModuleNodesTest(ModuleFixture):
             self.assertEqual(self.background(), before)
             self.assertFalse(slicer.mrmlScene.IsNodePresent(picture) or slicer.mrmlScene.IsNodePresent(display))
             self.find("SliceViewComboBox").setCurrentNode(None)
+            with zipfile.ZipFile(scene) as bundle:
+                files = bundle.namelist()
+                nodes = bundle.read([name for name in files if name.endswith(".mrml")][0]).decode()
+            self.assertNotIn(picture.GetName(), nodes)
+            self.assertFalse([name for name in files if picture.GetName() in name])
             slicer.util.loadScene(scene, {"clear": True})
-            until(lambda: False, 0.3)
-        names = [node.GetName() for node in slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode")]
-        self.assertEqual(len(names), 2, names)
-        self.assertFalse([name for name in names if name.endswith("slice")])
-        if self.background():
-            self.assertIsNotNone(slicer.mrmlScene.GetNodeByID(self.background()))
+            self.assertTrue(until(lambda: self.find("ModelInViewCheckBox").checked, 20))
+        # Of what was saved; the view's picture is made anew.
+        volumes = slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode")
+        saved = [node.GetName() for node in volumes if not self.logic.IsFollowing(node)]
+        self.assertEqual(len(saved), 2, saved)
+        self.assertEqual(len(volumes), 3)
+        self.assertTrue(self.logic.IsFollowing(slicer.mrmlScene.GetNodeByID(self.background())))
+        self.find("SliceViewComboBox").setCurrentNode(None)
 
     def segmentation(self, name):
         node = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLSegmentationNode", name)
