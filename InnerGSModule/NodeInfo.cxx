@@ -18,12 +18,16 @@
 #include <vtkSlicerInnerGSJob.h>
 #include <vtkSlicerInnerGSLogic.h>
 
+#include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
+#include <vtkPolyData.h>
 #include <vtkTable.h>
 
 #include <QCoreApplication>
+#include <QDir>
 
 #include <algorithm>
 #include <deque>
@@ -202,11 +206,15 @@ ModelInfo infoOf(vtkMRMLInnerGSModelNode* node) {
 
   vtkMRMLStorageNode* storage = node->GetStorageNode();
   if (storage && storage->GetFileName()) info.file = QString::fromUtf8(storage->GetFileName());
+  if (QDir::isRelativePath(info.file)) info.file.clear(); // a name within the scene's bundle
   info.saved = !info.file.isEmpty() && !node->GetModifiedSinceRead();
   const char* inputs = node->GetAttribute("InnerGS.Inputs");
   info.origin = inputs ? QString::fromUtf8(inputs) : info.file;
   vtkMRMLModelNode* ellipsoids = ellipsoidsOf(node);
   info.ellipsoidsShown = ellipsoids && ellipsoids->GetDisplayVisibility();
+  vtkPolyData* surfaces = ellipsoids ? ellipsoids->GetPolyData() : nullptr;
+  if (vtkDataArray* count = surfaces ? surfaces->GetFieldData()->GetArray("Gaussians") : nullptr)
+    info.ellipsoids = static_cast<std::int64_t>(count->GetComponent(0, 0));
   return info;
 }
 

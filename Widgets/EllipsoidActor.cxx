@@ -10,7 +10,9 @@
 #include <vtkCellArray.h>
 #include <vtkCommand.h>
 #include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkGlyph3DMapper.h>
+#include <vtkIdTypeArray.h>
 #include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -118,6 +120,10 @@ vtkSmartPointer<vtkPolyData> ellipsoidSurfaces(vtkInnerGSModel* model, const Ell
   glyph->Update();
   vtkSmartPointer<vtkPolyData> surfaces = glyph->GetOutput();
   if (vtkDataArray* scalars = surfaces->GetPointData()->GetScalars()) scalars->SetName("Intensity");
+  vtkNew<vtkIdTypeArray> count;
+  count->SetName("Gaussians");
+  count->InsertNextValue(centres->GetNumberOfPoints());
+  surfaces->GetFieldData()->AddArray(count);
   return surfaces;
 }
 

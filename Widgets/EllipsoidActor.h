@@ -25,7 +25,8 @@ struct EllipsoidOptions {
 /// Centres with the arrays of vtkInnerGSToPolyData.
 vtkSmartPointer<vtkPolyData> ellipsoidCentres(vtkInnerGSModel* model, const EllipsoidOptions& options,
                                               QString* error);
-/// Closed surfaces with "Intensity" at their points, e.g. for a model node: about 60 points each.
+/// Closed surfaces with "Intensity" at their points, e.g. for a model node: about 60 points each. The field array
+/// "Gaussians" holds how many they are.
 vtkSmartPointer<vtkPolyData> ellipsoidSurfaces(vtkInnerGSModel* model, const EllipsoidOptions& options,
                                                QString* error);
 ///@}

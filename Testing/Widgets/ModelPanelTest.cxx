@@ -9,6 +9,7 @@
 #include <vtkActor.h>
 #include <vtkCamera.h>
 #include <vtkDataArray.h>
+#include <vtkFieldData.h>
 #include <vtkGlyph3DMapper.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
@@ -220,6 +221,7 @@ private Q_SLOTS:
     options.radius = 2;
     const auto surface = ellipsoidSurfaces(threeGaussians(), options, &error);
     QVERIFY(surface && surface->GetNumberOfPolys() > 20);
+    QCOMPARE(surface->GetFieldData()->GetArray("Gaussians")->GetComponent(0, 0), 1.);
     double bounds[6];
     surface->GetBounds(bounds);
     QVERIFY(std::abs(bounds[1] - bounds[0] - 16) < 0.6); // twice two standard deviations of 4 mm

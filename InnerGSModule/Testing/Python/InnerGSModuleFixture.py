@@ -74,7 +74,8 @@ class ModuleFixture(unittest.TestCase):
         button = self.find("reconstruct")
         self.assertTrue(until(lambda: button.enabled, 10), self.find("refusal").toolTip)
         button.click()
-        self.assertTrue(until(lambda: "ancel" in button.text, 10), "The button did not become Cancel")
+        # At once: a short fit may end while events are handled.
+        self.assertIn("ancel", button.text, self.find("refusal").toolTip)
 
     def ended(self):
         return "econstruct" in self.find("reconstruct").text

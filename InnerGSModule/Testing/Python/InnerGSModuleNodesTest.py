@@ -61,6 +61,9 @@ class InnerGSModuleNodesTest(ModuleFixture):
         self.find("modelEllipsoids").click()
         self.assertTrue(until(lambda: len(self.meshes()) == 2))
         mesh = [node for node in self.meshes() if node != points][0]
+        shown = self.find("modelEllipsoidsShown")
+        self.assertTrue(until(lambda: shown.visible, 10))
+        self.assertIn("of {:,} Gaussians".format(model.GetModel().GetNumberOfGaussians()), shown.text)
         moved = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", "Moved")
         model.SetAndObserveTransformNodeID(moved.GetID())
         self.assertEqual(mesh.GetParentTransformNode(), moved)

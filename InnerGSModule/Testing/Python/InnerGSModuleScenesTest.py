@@ -79,6 +79,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
         for name in ("queryModel", "modelSelector"):
             self.assertTrue(until(lambda: self.combo(name).currentNode() is not None, 20), name)
             self.assertEqual(self.combo(name).currentNode().GetName(), "Of the first set")
+        self.assertNotIn("no longer there", self.find("modelFile").text)  # in the bundle
 
     def test_a_scene_that_is_added_leaves_what_is_in_use(self):
         with tempfile.TemporaryDirectory() as folder:
