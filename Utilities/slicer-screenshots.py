@@ -91,7 +91,7 @@ def main():
     turn.RotateY(20)
     red.GetSliceToRAS().DeepCopy(turn.GetMatrix())
     red.UpdateMatrices()
-    for _ in range(3):
+    for _ in range(2):
         view.zoomOut()
     rest(1)
     picture("query")
