@@ -1,5 +1,6 @@
 #include "Widgets/InputsTable.h"
 
+#include "Core/Image/SliceOverlap.h"
 #include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/TextFormat.h"
@@ -41,7 +42,7 @@ QString slicesText(const VolumeInfo& info, int axis) {
 InputRow::InputRow(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), selector_(host->createSelector(Host::Role::Input, this)),
       title_(new QLabel(this)), description_(makeWrappedLabel("inputDescription", this)),
-      thickness_(new NumberSpin({0, 1000}, this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
+      thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
       remove_(new QToolButton(this)) {
   setObjectName("inputRow");
   selector_->setObjectName("inputSelector");
@@ -190,6 +191,7 @@ void InputRow::refresh() {
   thickness_->setSpecialValueText(
       known ? tr("auto (%1 mm)").arg(lengthText(said ? info.sliceThickness : info.spacing[axis]))
             : tr("auto"));
+  if (known) thickness_->setHighest(kMostOverlap * info.spacing[axis]);
   thickness_->setMinimumWidth(thickness_->sizeHint().width()); // the hint for the minimum leaves the unit out
   axis_->setItemText(0,
                      known ? tr("auto (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)]) : tr("auto"));

@@ -30,6 +30,11 @@ NumberSpin::NumberSpin(const Range& range, QWidget* parent) : QDoubleSpinBox(par
   setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
 }
 
+void NumberSpin::setHighest(double highest) {
+  range_.highest = highest;
+  setMaximum(std::max(highest, value()));
+}
+
 std::optional<double> NumberSpin::number() const {
   if (range_.automatic && value() == minimum()) return std::nullopt;
   return value();

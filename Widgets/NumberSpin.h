@@ -18,6 +18,8 @@ public:
     double first = 0; // where steps begin from automatic; 0: the lowest
   };
 
+  /// Of what is typed or stepped to; a greater value that is there stays.
+  void setHighest(double highest);
   explicit NumberSpin(const Range& range, QWidget* parent = nullptr);
   /// Nothing for automatic.
   std::optional<double> number() const;

@@ -550,6 +550,16 @@ private Q_SLOTS:
     panel_->startOrCancel();
     QCOMPARE(host_->requests.last().inputs[0].sliceThickness, 2.5);
   }
+
+  void aThicknessThatWouldBeRefusedCannotBeTyped() {
+    choose("head"); // slices 4 mm apart
+    auto* thickness = child<QDoubleSpinBox>("sliceThickness");
+    thickness->setFocus();
+    thickness->selectAll();
+    QTest::keyClicks(thickness, "65");
+    QTest::keyClick(thickness, Qt::Key_Return);
+    QCOMPARE(thickness->value(), 64.0);
+  }
 };
 
 QTEST_MAIN(ReconstructionPanelTest)

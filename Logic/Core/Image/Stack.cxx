@@ -2,15 +2,13 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Image/SliceOverlap.h"
 
 #include <algorithm>
 #include <limits>
 
 namespace innergs {
 namespace {
-
-constexpr double mostOverlap =
-    16; // slice thickness over distance: CT reconstructs 10 mm slices every 0.625 mm
 
 bool isRigid(const Affine3& pose) {
   const Mat3 gram = transpose(pose.linear) * pose.linear;
@@ -30,11 +28,11 @@ void checkThickness(double thickness, const GridGeometry& geometry, const std::s
                 what + " has a slice thickness that is negative or not finite: give it in mm, or 0 for the "
                        "distance between slices.");
   const double distance = geometry.spacing[2];
-  if (thickness > mostOverlap * distance * (1 + 1e-6))
+  if (thickness > kMostOverlap * distance * (1 + 1e-6))
     throw Error(ErrorCode::InvalidArgument, what + " has a slice thickness of " + numberText(thickness) +
                                                 " mm, and its slices lie " + numberText(distance) +
                                                 " mm apart: give the thickness in mm, at most " +
-                                                numberText(mostOverlap * distance) + ".");
+                                                numberText(kMostOverlap * distance) + ".");
 }
 
 void checkStack(const Stack& stack) {
