@@ -40,20 +40,6 @@ namespace {
 constexpr int kEstimateDelay = 250; // ms after the last change
 constexpr int kAskedAgain = 2000;   // ms: memory that is missing may become free
 
-QString presetText(Preset preset) {
-  switch (preset) {
-  case Preset::Fast:
-    return ReconstructionPanel::tr("Least work, for a first look.");
-  case Preset::Balanced:
-    return ReconstructionPanel::tr("The usual choice: good quality without a long wait.");
-  case Preset::Best:
-    return ReconstructionPanel::tr("Most work: somewhat better, several times slower.");
-  case Preset::Paper:
-    return ReconstructionPanel::tr("The published method, for comparison: slow, and poor between slices.");
-  }
-  return {};
-}
-
 QString estimateText(const Estimate& estimate) {
   const QString memory = estimate.memory <= 0 ? QString()
                          : estimate.available > 0
@@ -217,7 +203,8 @@ void ReconstructionPanel::edited() {
 
 void ReconstructionPanel::explain() {
   const Request request = this->request();
-  presetLine_->setText(presetText(request.settings.preset));
+  const auto preset = static_cast<std::size_t>(request.settings.preset);
+  presetLine_->setText(settingText(settingNamed("preset").words.at(preset).text));
   output_->explain(request.inputs);
   gap_->setEnabled(request.evaluateQuality);
   if (settings_->settings().preset != request.settings.preset) {
@@ -362,10 +349,11 @@ QWidget* ReconstructionPanel::makeInputs() {
               tr("Reconstructs only what is inside this segmentation, and up to one slice around it.\n"
                  "None: everything."));
   if (mask_) {
-    fill_ = new NumberSpin({-1e9, 1e9}, group);
+    const Setting& row = settingNamed("fill");
+    fill_ = new NumberSpin(settingRange(row), group);
     fill_->setObjectName("fillValue");
-    fill_->setToolTip(tr("Value outside the mask, in the result and wherever the model is shown."));
-    form->addRow(tr("Outside the mask:"), fill_);
+    fill_->setToolTip(settingTip(row));
+    form->addRow(settingText(row.label) + ":", fill_);
     connect(fill_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
     connect(mask_, &Selector::currentIdChanged, this, &ReconstructionPanel::enableFill);
     enableFill();
@@ -390,10 +378,8 @@ QWidget* ReconstructionPanel::makeFit() {
   auto* form = makeForm(group);
   preset_ = new QComboBox(group);
   preset_->setObjectName("preset");
-  preset_->addItem(tr("Fast"), static_cast<int>(Preset::Fast));
-  preset_->addItem(tr("Balanced"), static_cast<int>(Preset::Balanced));
-  preset_->addItem(tr("Best"), static_cast<int>(Preset::Best));
-  preset_->addItem(tr("Paper"), static_cast<int>(Preset::Paper));
+  for (const SettingWord& word : settingNamed("preset").words)
+    preset_->addItem(settingText(word.label), preset_->count());
   preset_->setCurrentIndex(1);
   preset_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
   preset_->setToolTip(tr("How much work the fit does."));

@@ -149,7 +149,7 @@ Subcommand addEvaluate(CLI::App& app) {
       ->type_name("FILE");
   command->add_option("--save-model", o->saveModel, "The Gaussians' model (.innergs)")->type_name("FILE");
   command->add_flag("-q,--quiet", o->quiet, "No progress; the table only");
-  addSettings(*command->add_option_group("Fit"), o->settings);
+  addSettings(*command, o->settings);
   command->footer(
       "PSNR in dB on the range of the truth, pooled over the body (held-out) or a mean over slices (paper);\n"
       "SSIM with an 11x11 window of sigma 1.5 on slices.\n"

@@ -230,14 +230,9 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_flag("--quick", o->quick, "A small crop and a few iterations: shows that it runs, no more");
   command->add_option("--gaussians", o->gaussians, "Gaussians at the start of a fit [74088, the paper's]")
       ->type_name("N");
-  command->add_option("--seed", o->settings.seed, "Of withheld slices, starts and simulations [1]")
-      ->type_name("N");
-  addThreads(*command, o->settings.threads);
-  addDevice(*command, o->settings.device, "Where fits run [auto]");
-  command
-      ->add_option("--instruction-set", o->settings.instructionSet,
-                   "Force one of those that 'innergs info' lists, e.g. scalar [best available]")
-      ->type_name("NAME");
+  addSetting(*command, o->settings, "seed", "Of withheld slices, starts and simulations [1]");
+  for (const char* name : {"threads", "device", "instructionSet"})
+    addSetting(*command, o->settings, name);
   command->add_flag("-q,--quiet", o->quiet, "No progress; the tables only");
   command->footer("Tables go to the standard output and, as CSV, to the folder; Docs/experiments.md explains "
                   "them.\n"

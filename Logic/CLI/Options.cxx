@@ -1,10 +1,10 @@
 #include "CLI/Options.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Job/ReconstructionJob.h"
-#include "Core/Settings/DeviceRequest.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -24,22 +24,76 @@ std::vector<double> parseNumbers(const std::string& text, const std::string& opt
   while (begin <= text.size()) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string word = text.substr(begin, end - begin);
-    std::size_t used = 0;
-    double value = 0;
-    try {
-      value = std::stod(word, &used);
-    } catch (const std::exception&) {
-      used = 0;
-    }
-    if (used == 0 || used != word.size() || !std::isfinite(value))
+    const auto value = wholeTextNumber(word);
+    if (!value || !std::isfinite(*value))
       throw CLI::ValidationError(option, "'" + word + "' is not a number");
-    values.push_back(value);
+    values.push_back(*value);
     begin = end + 1;
   }
   return values;
 }
 
+/// In lines that fit beside the options' names.
+std::string wrapped(const std::string& text) {
+  std::string lines;
+  std::size_t length = 0;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find(' ', begin), text.size());
+    if (!lines.empty()) lines += length + end - begin > 96 ? '\n' : ' ';
+    length = lines.empty() || lines.back() == '\n' ? end - begin : length + 1 + end - begin;
+    lines.append(text, begin, end - begin);
+    begin = end + 1;
+  }
+  return lines;
+}
+
+std::string typeName(const Setting& row) {
+  using Type = Setting::Type;
+  if (row.type() == Type::Choice) return row.rangeText().substr(std::string("one of ").size());
+  if (row.type() == Type::Integer || row.type() == Type::Natural) return "N";
+  return row.type() == Type::Real ? "X" : "NAME";
+}
+
+std::string helpOf(const Setting& row) {
+  std::string text = row.text, notes = automaticText(row);
+  if (text.ends_with('.')) text.pop_back();
+  const bool number = row.type() == Setting::Type::Integer || row.type() == Setting::Type::Real;
+  if (const std::string range = number ? row.rangeText() : ""; !range.empty()) notes += "; " + range;
+  if (*row.unit) notes += (notes.ends_with(row.rangeText()) ? " " : "; ") + std::string(row.unit);
+  if (*row.zero) notes += std::string("; 0: ") + row.zero;
+  return text + " [" + notes + "]";
+}
+
 } // namespace
+
+CLI::Option* addSetting(CLI::App& app, Settings& settings, const std::string& name, const std::string& help) {
+  const Setting& row = settingNamed(name);
+  const std::string option = "--" + row.option();
+  const auto set = [&row, &settings, option](const std::string& text) {
+    try {
+      row.setText(settings, text);
+    } catch (const Error& error) {
+      throw CLI::ValidationError(option, error.what());
+    }
+    row.check(settings);
+  };
+  const std::string text = wrapped(help.empty() ? helpOf(row) : help);
+  if (row.type() == Setting::Type::Flag)
+    return app.add_flag_function(
+        option + ",!--no-" + row.option(), [set](std::int64_t count) { set(count > 0 ? "true" : "false"); },
+        text);
+  return app.add_option_function<std::string>(option, set, text)->type_name(typeName(row));
+}
+
+void addSettings(CLI::App& app, Settings& settings) {
+  CLI::Option_group* group = nullptr;
+  std::string title;
+  for (const Setting& row : settingsTable()) {
+    const std::string next = row.group == Setting::Group::Basic ? "Settings" : groupTitle(row.group);
+    if (!group || next != title) group = app.add_option_group(title = next);
+    addSetting(*group, settings, row.name);
+  }
+}
 
 CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<double>& target,
                         const std::vector<std::size_t>& counts, const std::string& help) {
@@ -76,42 +130,12 @@ CLI::Option* addOutputType(CLI::App& app, OutputType& type) {
                                "Voxel type of the output; one that the values do not fit is refused [float]");
 }
 
-CLI::Option* addSelection(CLI::App& app, Selection& selection) {
-  return addChoice<Selection>(
-      app, "--selection", selection,
-      {{"exact", Selection::Exact}, {"method1", Selection::Method1}, {"method2", Selection::Method2}},
-      "Where a Gaussian is evaluated: exactly where it contributes, or as the paper's two methods do, to\n"
-      "compare times (and, at cut-offs above 2.2, what method2 misses) [exact]");
-}
-
-CLI::Option* addThreads(CLI::App& app, int& threads) {
-  return app.add_option("--threads", threads, "Threads to use; 0 = all cores [0]")
-      ->type_name("N")
-      ->check(CLI::Range(0, 4096));
-}
-
 std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
                                           std::int64_t samples, Selection selection) {
   std::string problem;
   auto device = renderingDevice(asked, field, samples, "", selection, &problem);
   if (!problem.empty()) fmt::print(stderr, "innergs: warning: {}\n", problem);
   return device;
-}
-
-CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help) {
-  return app
-      .add_option_function<std::string>(
-          "--device",
-          [&device](const std::string& name) {
-            try {
-              parseDeviceRequest(name);
-            } catch (const Error& error) {
-              throw CLI::ValidationError("--device", error.what());
-            }
-            device = name;
-          },
-          help)
-      ->type_name("auto|cpu|cuda[:N]");
 }
 
 void Frame::add(CLI::App& app) {

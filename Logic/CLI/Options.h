@@ -2,7 +2,7 @@
 #include "Core/Device/Devices.h"
 #include "Core/Image/Region.h"
 #include "Core/Model/GaussianField.h"
-#include "Core/Settings/Selection.h"
+#include "Core/Settings/SettingsTable.h"
 #include "IO/VolumeIO.h"
 
 #include <CLI/CLI.hpp>
@@ -44,18 +44,19 @@ CLI::Option* addChoice(CLI::App& app, const std::string& name, T& target,
       ->type_name(names);
 }
 
+/// The option of one setting, with what the table says of it or another help; out of range throws Error.
+CLI::Option* addSetting(CLI::App& app, Settings& settings, const std::string& name,
+                        const std::string& help = "");
+/// The options of all settings, in the table's groups.
+void addSettings(CLI::App& app, Settings& settings);
+
 /// --frame and --series.
 void addReading(CLI::App& app, ReadOptions& reading);
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);
-CLI::Option* addThreads(CLI::App& app, int& threads);
-CLI::Option* addSelection(CLI::App& app, Selection& selection);
 /// The field where it is rendered fastest, for so many samples; null: the CPU. auto: a GPU takes longer to
 /// start than the CPU to render a few million.
 std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
                                           std::int64_t samples, Selection selection);
-
-/// Where to compute; throws a usage error for what is no device's name.
-CLI::Option* addDevice(CLI::App& app, std::string& device, const std::string& help);
 
 /// The frame of the positions and directions that a person gives and is told: LPS or, with --ras, RAS.
 struct Frame {

@@ -7,7 +7,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
-#include "Core/Settings/SettingsText.h"
+#include "Core/Settings/SettingsTable.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"

@@ -4,9 +4,6 @@
 
 namespace innergs::cli {
 
-/// The options that choose how a fit runs; shared by reconstruct and evaluate.
-void addSettings(CLI::App& app, Settings& settings);
-
 /// What `innergs reconstruct` was asked for.
 struct ReconstructOptions {
   std::vector<std::string> inputs;

@@ -7,69 +7,20 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <thread>
 
 namespace innergs::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-template <class T>
-Json orNull(const std::optional<T>& value) {
-  return value ? Json(*value) : Json();
-}
-
 const char* name(SliceProfile profile) {
-  switch (profile) {
-  case SliceProfile::Point:
-    return "point";
-  case SliceProfile::Box:
-    return "box";
-  case SliceProfile::Gaussian:
-    return "gaussian";
-  }
-  return "";
-}
-
-const char* name(Preset preset) {
-  switch (preset) {
-  case Preset::Fast:
-    return "fast";
-  case Preset::Balanced:
-    return "balanced";
-  case Preset::Best:
-    return "best";
-  case Preset::Paper:
-    return "paper";
-  }
-  return "";
-}
-
-const char* name(LossKind loss) {
-  switch (loss) {
-  case LossKind::L1:
-    return "l1";
-  case LossKind::L2:
-    return "l2";
-  case LossKind::Huber:
-    return "huber";
-  }
-  return "";
+  return std::array{"point", "box", "gaussian"}.at(static_cast<std::size_t>(profile));
 }
 
 const char* name(Judging judging) {
-  switch (judging) {
-  case Judging::NotAsked:
-    return "not asked";
-  case Judging::Done:
-    return "done";
-  case Judging::Stopped:
-    return "stopped";
-  case Judging::Failed:
-    return "failed";
-  }
-  return "";
+  return std::array{"not asked", "done", "stopped", "failed"}.at(static_cast<std::size_t>(judging));
 }
 
 } // namespace
@@ -84,42 +35,15 @@ Json toJson(const GridGeometry& geometry) {
           {"direction_lps", direction}};
 }
 
-Json toJson(const Settings& s) {
-  return {{"preset", name(s.preset)},
-          {"blending", blendingName(chosenBlending(s))},
-          {"linear_intensity", orNull(s.linearIntensity)},
-          {"all_axes", orNull(s.allAxes)},
-          {"initialisation", s.initialisation == Initialisation::Grid ? "grid" : "adaptive"},
-          {"loss", name(s.loss.value_or(LossKind::L2))},
-          {"huber_delta", s.huberDelta},
-          {"loss_weight", orNull(s.pointWeight)},
-          {"ssim_weight", orNull(s.ssimWeight)},
-          {"schedule", s.schedule == Schedule::Plateau ? "plateau" : "exponential"},
-          {"plateau",
-           {{"patience", s.plateau.patience},
-            {"factor", s.plateau.factor},
-            {"lowest", s.plateau.lowest},
-            {"threshold", s.plateau.threshold}}},
-          {"adam", {{"beta1", orNull(s.beta1)}, {"beta2", orNull(s.beta2)}}},
-          {"densify_every", orNull(s.densifyEvery)},
-          {"densify",
-           {{"opacity", orNull(s.densify.opacity)},
-            {"size_voxels", s.densify.size},
-            {"gradient", s.densify.gradient},
-            {"split_voxels2", s.densify.split}}},
-          {"gaussians", orNull(s.gaussians)},
-          {"max_gaussians", orNull(s.maxGaussians)},
-          {"iterations", orNull(s.iterations)},
-          {"members", orNull(s.ensembleSize)},
-          {"paper_stop_rule", orNull(s.paperStopRule)},
-          {"relocation", s.relocate},
-          {"consistency", s.consistency},
-          {"fill", s.fill},
-          {"threads", s.threads > 0 ? s.threads : static_cast<int>(std::thread::hardware_concurrency())},
-          {"selection", selectionName(s.selection)},
-          {"cutoff_sigma", orNull(s.cutoff)},
-          {"instruction_set", s.instructionSet},
-          {"seed", s.seed}};
+Json toJson(const Settings& settings) {
+  using Type = Setting::Type;
+  Json json;
+  for (const Setting& row : settingsTable()) {
+    const std::string text = row.textIn(settings);
+    const bool word = row.type() == Type::Choice || row.type() == Type::Text;
+    json[row.name] = !row.isIn(settings) ? Json() : word ? Json(text) : Json::parse(text);
+  }
+  return json;
 }
 
 Json versions() {
@@ -167,7 +91,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
   const auto file = [](const std::string& path) { return path.empty() ? Json() : Json(path); };
   const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json settings = toJson(result.settings);
-  settings["instruction_set"] = result.instructionSet;
+  settings["instructionSet"] = result.instructionSet;
   settings["threads"] = result.threads;
   const Json device{{"asked", result.device.asked},
                     {"used", result.device.id},
@@ -199,6 +123,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"split", result.densified.split},
             {"cloned", result.densified.cloned}}},
           {"iterations", result.iterations},
+          {"prediction", result.prediction.empty() ? Json() : Json(result.prediction)},
           {"noise", finite(result.noise)},
           {"non_finite_voxels", result.nonFiniteVoxels},
           {"seconds", timings},

@@ -14,9 +14,7 @@ struct ResampleOptions {
   std::string model, output;
   GridOptions grid;
   OutputType type = OutputType::Float32;
-  int threads = 0;
-  Selection selection = Selection::Exact;
-  std::string device = "auto";
+  Settings settings; // threads, selection and device
   bool quiet = false;
 };
 
@@ -30,10 +28,10 @@ int resample(const ResampleOptions& o) {
   const GridGeometry grid = o.grid.choose(field.region(), field.region());
   checkMemory(8 * grid.voxelCount(), "The volume");
   RenderOptions render;
-  render.threads = o.threads;
-  render.selection = o.selection;
+  render.threads = o.settings.threads;
+  render.selection = o.settings.selection;
   render.stop = interrupt.token();
-  render.device = renderDevice(o.device, field, grid.voxelCount(), o.selection);
+  render.device = renderDevice(o.settings.device, field, grid.voxelCount(), o.settings.selection);
   writeRendered(innergs::render(field, grid, render), field, o.output, o.type);
   if (!o.quiet)
     fmt::print(stderr, "Wrote {} ({}x{}x{} voxels of {:g}x{:g}x{:g} mm).\n", o.output, grid.size[0],
@@ -54,9 +52,9 @@ Subcommand addResample(CLI::App& app) {
       ->type_name("FILE");
   o->grid.add(*command, "the grid that was fitted, cut to the mask's box");
   addOutputType(*command, o->type);
-  addThreads(*command, o->threads);
-  addSelection(*command, o->selection);
-  addDevice(*command, o->device, "Where to render; auto takes a GPU for many voxels [auto]");
+  addSetting(*command, o->settings, "threads");
+  addSetting(*command, o->settings, "selection");
+  addSetting(*command, o->settings, "device", "Where to render; auto takes a GPU for many voxels [auto]");
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer("Examples:\n"
                   "  innergs resample head.innergs --spacing 0.5 -o fine.nii.gz\n"

@@ -25,9 +25,7 @@ struct SliceOptions {
   Frame frame;
   std::optional<double> window, level;
   OutputType type = OutputType::Float32;
-  int threads = 0;
-  Selection selection = Selection::Exact;
-  std::string device = "auto";
+  Settings settings; // threads, selection and device
   bool quiet = false;
 };
 
@@ -169,9 +167,9 @@ int slice(const SliceOptions& o) {
   const GridGeometry plane = slicePlane(o, field.region());
   checkMemory(8 * plane.voxelCount(), "The slice");
   RenderOptions render;
-  render.threads = o.threads;
-  render.selection = o.selection;
-  render.device = renderDevice(o.device, field, plane.voxelCount(), o.selection);
+  render.threads = o.settings.threads;
+  render.selection = o.settings.selection;
+  render.device = renderDevice(o.settings.device, field, plane.voxelCount(), o.settings.selection);
   const Volume image = innergs::render(field, plane, render);
   if (png)
     writeGreyPng(image, o);
@@ -239,9 +237,9 @@ Subcommand addSlice(CLI::App& app) {
       ->check(CLI::PositiveNumber);
   command->add_option("--level", o->level, "PNG: middle of the grey window, scanner units")->type_name("L");
   addOutputType(*command, o->type);
-  addThreads(*command, o->threads);
-  addSelection(*command, o->selection);
-  addDevice(*command, o->device, "Where to render; auto takes a GPU for many pixels [auto]");
+  addSetting(*command, o->settings, "threads");
+  addSetting(*command, o->settings, "selection");
+  addSetting(*command, o->settings, "device", "Where to render; auto takes a GPU for many pixels [auto]");
   command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
   command->footer(
       "Examples:\n"

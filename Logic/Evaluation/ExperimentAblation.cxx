@@ -24,7 +24,7 @@ constexpr auto adam = [](double beta1, double beta2) {
 constexpr auto plateau = [](Settings& s) { s.schedule = Schedule::Plateau; };
 constexpr auto paperLoss = [](Settings& s) {
   s.loss = LossKind::L1;
-  s.pointWeight = 0.8;
+  s.lossWeight = 0.8;
   s.ssimWeight = 0.4;
 };
 

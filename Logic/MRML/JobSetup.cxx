@@ -5,7 +5,7 @@
 #include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/TimeEstimate.h"
-#include "Core/Settings/SettingsText.h"
+#include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
 #include "SegmentationMask.h"
@@ -182,46 +182,6 @@ void setGrid(vtkInnerGSReconstruct* filter, Parameters* parameters,
   setReference(filter, withSpacing(*box, {spacing, spacing, spacing}));
 }
 
-void setSettings(vtkInnerGSReconstruct* filter, Parameters* p) {
-  filter->SetPreset(p->GetPreset());
-  filter->SetBlending(p->GetBlending());
-  filter->SetLinearIntensity(p->GetLinearIntensity());
-  filter->SetInitialisation(p->GetInitialisation());
-  filter->SetLoss(p->GetLoss());
-  filter->SetHuberDelta(p->GetHuberDelta());
-  filter->SetSSIMWeight(p->GetSSIMWeight());
-  filter->SetNumberOfGaussians(p->GetNumberOfGaussians());
-  filter->SetNumberOfIterations(p->GetNumberOfIterations());
-  filter->SetEnsembleSize(p->GetEnsembleSize());
-  filter->SetPaperStopRule(p->GetPaperStopRule());
-  filter->SetAllAxes(p->GetAllAxes());
-  filter->SetSchedule(p->GetSchedule());
-  filter->SetDensifyEvery(p->GetDensifyEvery());
-  filter->SetMaximumNumberOfGaussians(p->GetMaximumNumberOfGaussians());
-  filter->SetPointWeight(p->GetPointWeight());
-  filter->SetSelection(p->GetSelection());
-  filter->SetPlateauPatience(p->GetPlateauPatience());
-  filter->SetPlateauFactor(p->GetPlateauFactor());
-  filter->SetPlateauLowest(p->GetPlateauLowest());
-  filter->SetPlateauThreshold(p->GetPlateauThreshold());
-  filter->SetPruneOpacity(p->GetPruneOpacity());
-  filter->SetPruneSize(p->GetPruneSize());
-  filter->SetDensifyGradient(p->GetDensifyGradient());
-  filter->SetSplitSize(p->GetSplitSize());
-  filter->SetCutoff(p->GetCutoff());
-  filter->SetBeta1(p->GetBeta1());
-  filter->SetBeta2(p->GetBeta2());
-  filter->SetDevice(p->GetDevice());
-  filter->SetRelocate(p->GetRelocate());
-  filter->SetConsistency(p->GetConsistency());
-  filter->SetFillValue(p->GetFillValue());
-  filter->SetNumberOfThreads(p->GetNumberOfThreads());
-  filter->SetInstructionSet(p->GetInstructionSet());
-  filter->SetSeed(static_cast<vtkTypeUInt64>(p->GetSeed()));
-  filter->SetHeldOutFraction(p->GetHeldOutFraction());
-  filter->GeometryInImageOff(); // volume nodes have it themselves
-}
-
 void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>& inputs, Task& task) {
   task.volume = referenced<vtkMRMLScalarVolumeNode>(parameters, Parameters::GetOutputVolumeReferenceRole(), 0,
                                                     "The output", "a scalar volume");
@@ -248,7 +208,9 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
 
 void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const ThicknessOf& thicknessOf) {
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
-  setSettings(filter, parameters);
+  filter->SetSettings(parameters->GetSettings());
+  filter->SetHeldOutFraction(parameters->GetHeldOutFraction());
+  filter->GeometryInImageOff(); // volume nodes keep it themselves
   for (std::size_t n = 0; n < inputs.size(); ++n) {
     vtkMRMLVolumeNode* input = inputs[n];
     const int index = static_cast<int>(n);
@@ -282,7 +244,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   vtkNew<vtkCallbackCommand> quiet; // the caller takes the sentence from the filter
   filter->AddObserver(vtkCommand::ErrorEvent, quiet);
   configure(filter, parameters, thicknessOf);
-  checkSettings(filter->MakeSettings());
+  checkSettings(filter->GetSettings());
   checkHeldOutFraction(parameters->GetHeldOutFraction());
   if (parameters->GetEvaluateQuality()) checkKeepEvery(*(filter->keepEvery = parameters->GetQualityGap()));
   return filter;
@@ -300,7 +262,7 @@ vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene,
 
 std::string describeDevice(Parameters* parameters) {
   vtkNew<JobFilter> filter;
-  setSettings(filter, parameters);
+  filter->SetSettings(parameters->GetSettings());
   return filter->DescribeDevice();
 }
 
@@ -348,7 +310,7 @@ std::string Outline::key() const {
 Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf) {
   const auto filter = check(parameters, scene, thicknessOf);
   Outline outline;
-  outline.settings = filter->MakeSettings();
+  outline.settings = filter->GetSettings();
   filter->WithOutline(
       [&](const ReconstructionInput& input) { outline.fits = fitOutlines(input, filter->keepEvery); });
   return outline;

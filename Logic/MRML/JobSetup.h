@@ -29,7 +29,6 @@ class JobFilter : public vtkInnerGSReconstruct {
 public:
   static JobFilter* New();
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
-  using vtkInnerGSReconstruct::MakeSettings;
   using vtkInnerGSReconstruct::WithOutline;
   /// The worker makes it before the fit; what cannot be stopped is left to `unstoppable`.
   std::unique_ptr<SegmentationMask> mask;

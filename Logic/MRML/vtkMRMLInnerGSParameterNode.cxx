@@ -1,5 +1,7 @@
 #include "vtkMRMLInnerGSParameterNode.h"
 
+#include "Core/Base/NumberText.h"
+#include "SettingsAccess.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
 #include <vtkMRMLNodePropertyMacros.h>
@@ -15,43 +17,38 @@
 
 vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
 
-// Every setting once: (kind of macro, XML attribute, property).
+vtkInnerGSSettingsAccessMacro(vtkMRMLInnerGSParameterNode);
+
+namespace {
+
+/// As scenes had it before settings had one name.
+std::string formerName(const std::string& name) {
+  static const std::map<std::string, std::string> former{
+      {"gaussians", "numberOfGaussians"},  {"iterations", "numberOfIterations"},
+      {"ensembleSize", "numberOfMembers"}, {"maxGaussians", "maximumNumberOfGaussians"},
+      {"lossWeight", "pointWeight"},       {"fill", "fillValue"},
+      {"threads", "numberOfThreads"}};
+  const auto found = former.find(name);
+  return found == former.end() ? name : found->second;
+}
+
+/// A choice was a number then, and what is out of range, -1 or 0, stood for unset.
+void setFormer(innergs::Settings& settings, const innergs::Setting& row, const std::string& text) {
+  const innergs::Settings before = settings;
+  if (row.type() == innergs::Setting::Type::Text)
+    row.setText(settings, text);
+  else if (const auto number = innergs::wholeTextNumber(text);
+           number && !(row.member.optional && *number < 0))
+    row.setNumber(settings, number);
+  else if (!number)
+    row.setText(settings, text);
+  if (row.member.optional && !innergs::sentenceOf([&] { row.check(settings); }).empty()) settings = before;
+}
+
+} // namespace
+
+// What else is set: (kind of macro, XML attribute, property).
 #define INNERGS_SETTINGS(DO)                                                                                 \
-  DO(Int, preset, Preset)                                                                                    \
-  DO(Int, blending, Blending)                                                                                \
-  DO(Int, linearIntensity, LinearIntensity)                                                                  \
-  DO(Int, initialisation, Initialisation)                                                                    \
-  DO(Int, loss, Loss)                                                                                        \
-  DO(Float, huberDelta, HuberDelta)                                                                          \
-  DO(Float, ssimWeight, SSIMWeight)                                                                          \
-  DO(Int, numberOfGaussians, NumberOfGaussians)                                                              \
-  DO(Int, numberOfIterations, NumberOfIterations)                                                            \
-  DO(Int, numberOfMembers, EnsembleSize)                                                                     \
-  DO(Int, paperStopRule, PaperStopRule)                                                                      \
-  DO(Int, allAxes, AllAxes)                                                                                  \
-  DO(Int, schedule, Schedule)                                                                                \
-  DO(Int, densifyEvery, DensifyEvery)                                                                        \
-  DO(Int, maximumNumberOfGaussians, MaximumNumberOfGaussians)                                                \
-  DO(Float, pointWeight, PointWeight)                                                                        \
-  DO(Int, selection, Selection)                                                                              \
-  DO(Int, plateauPatience, PlateauPatience)                                                                  \
-  DO(Float, plateauFactor, PlateauFactor)                                                                    \
-  DO(Float, plateauLowest, PlateauLowest)                                                                    \
-  DO(Float, plateauThreshold, PlateauThreshold)                                                              \
-  DO(Float, pruneOpacity, PruneOpacity)                                                                      \
-  DO(Float, pruneSize, PruneSize)                                                                            \
-  DO(Float, densifyGradient, DensifyGradient)                                                                \
-  DO(Float, splitSize, SplitSize)                                                                            \
-  DO(Float, cutoff, Cutoff)                                                                                  \
-  DO(Float, beta1, Beta1)                                                                                    \
-  DO(Float, beta2, Beta2)                                                                                    \
-  DO(StdString, device, Device)                                                                              \
-  DO(Boolean, relocate, Relocate)                                                                            \
-  DO(Boolean, consistency, Consistency)                                                                      \
-  DO(Float, fillValue, FillValue)                                                                            \
-  DO(Int, numberOfThreads, NumberOfThreads)                                                                  \
-  DO(StdString, instructionSet, InstructionSet)                                                              \
-  DO(Int, seed, Seed)                                                                                        \
   DO(Float, heldOutFraction, HeldOutFraction)                                                                \
   DO(Boolean, evaluateQuality, EvaluateQuality)                                                              \
   DO(Int, qualityGap, QualityGap)                                                                            \
@@ -63,7 +60,7 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSParameterNode);
   DO(StdString, maskSegmentID, MaskSegmentID)                                                                \
   DO(StdString, inputSettings, InputSettings)
 
-vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() {
+vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() : Choices(std::make_unique<innergs::Settings>()) {
   for (const char* role :
        {GetInputVolumeReferenceRole(), GetMaskReferenceRole(), GetROIReferenceRole(),
         GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(), GetOutputModelReferenceRole(),
@@ -81,6 +78,23 @@ void vtkMRMLInnerGSParameterNode::ReadXMLAttributes(const char** atts) {
   vtkMRMLReadXMLBeginMacro(atts);
   INNERGS_PROPERTIES(INNERGS_READ)
   vtkMRMLReadXMLEndMacro();
+  std::map<std::string, std::string> given;
+  for (; atts[0]; atts += 2)
+    given[atts[0]] = atts[1];
+  const bool former = given.count("numberOfGaussians") > 0; // always written then, now only what is set
+  innergs::Settings settings;
+  for (const innergs::Setting& row : innergs::settingsTable()) {
+    const auto found = given.find(former ? formerName(row.name) : row.name);
+    if (found == given.end()) continue;
+    const std::string refusal = innergs::sentenceOf([&] {
+      if (former)
+        setFormer(settings, row, found->second);
+      else
+        row.setText(settings, found->second);
+    });
+    if (!refusal.empty()) vtkWarningMacro(<< refusal);
+  }
+  this->SetSettings(settings);
   this->EndModify(wasModifying);
 }
 
@@ -91,6 +105,9 @@ void vtkMRMLInnerGSParameterNode::WriteXML(ostream& of, int indent) {
   vtkMRMLWriteXMLBeginMacro(of);
   INNERGS_PROPERTIES(INNERGS_WRITE)
   vtkMRMLWriteXMLEndMacro();
+  for (const innergs::Setting& row : innergs::settingsTable())
+    if (const std::string text = row.textIn(*this->Choices); !text.empty())
+      of << " " << row.name << "=\"" << vtkMRMLNode::XMLAttributeEncodeString(text) << "\"";
   of.precision(precision);
 }
 
@@ -101,6 +118,7 @@ void vtkMRMLInnerGSParameterNode::CopyContent(vtkMRMLNode* node, bool deepCopy) 
   vtkMRMLCopyBeginMacro(node);
   INNERGS_PROPERTIES(INNERGS_COPY)
   vtkMRMLCopyEndMacro();
+  if (auto* source = SafeDownCast(node)) this->SetSettings(source->GetSettings());
 }
 
 void vtkMRMLInnerGSParameterNode::PrintSelf(ostream& os, vtkIndent indent) {
@@ -109,6 +127,7 @@ void vtkMRMLInnerGSParameterNode::PrintSelf(ostream& os, vtkIndent indent) {
   vtkMRMLPrintBeginMacro(os, indent);
   INNERGS_PROPERTIES(INNERGS_PRINT)
   vtkMRMLPrintEndMacro();
+  os << indent << "Settings: " << innergs::settingsText(*this->Choices, this->HeldOutFraction) << "\n";
 }
 
 void vtkMRMLInnerGSParameterNode::ResetSettings() {
@@ -116,6 +135,17 @@ void vtkMRMLInnerGSParameterNode::ResetSettings() {
   vtkNew<vtkMRMLInnerGSParameterNode> fresh;
 #define INNERGS_RESET(Kind, attribute, Property) this->Set##Property(fresh->Get##Property());
   INNERGS_SETTINGS(INNERGS_RESET)
+  this->SetSettings({});
+}
+
+const innergs::Settings& vtkMRMLInnerGSParameterNode::GetSettings() const {
+  return *this->Choices;
+}
+
+void vtkMRMLInnerGSParameterNode::SetSettings(const innergs::Settings& settings) {
+  if (settings == *this->Choices) return;
+  *this->Choices = settings;
+  this->Modified();
 }
 
 void vtkMRMLInnerGSParameterNode::UpdateReferenceID(const char* oldID, const char* newID) {
@@ -205,26 +235,21 @@ void vtkMRMLInnerGSParameterNode::SetReference(const char* role, vtkMRMLNode* no
 }
 
 // Setter and getter of a node that is referenced by role.
+#define INNERGS_GET_REFERENCE(Type, Name, Role)                                                              \
+  Type* vtkMRMLInnerGSParameterNode::Get##Name() {                                                           \
+    return Type::SafeDownCast(this->GetNodeReference(Get##Role##ReferenceRole()));                           \
+  }
 #define INNERGS_REFERENCE(Type, Name, Role)                                                                  \
   void vtkMRMLInnerGSParameterNode::Set##Name(Type* node) {                                                  \
     this->SetReference(Get##Role##ReferenceRole(), node);                                                    \
   }                                                                                                          \
-  Type* vtkMRMLInnerGSParameterNode::Get##Name() {                                                           \
-    return Type::SafeDownCast(this->GetNodeReference(Get##Role##ReferenceRole()));                           \
-  }
+  INNERGS_GET_REFERENCE(Type, Name, Role)
 INNERGS_REFERENCE(vtkMRMLNode, MaskNode, Mask)
 INNERGS_REFERENCE(vtkMRMLNode, ROINode, ROI)
 INNERGS_REFERENCE(vtkMRMLVolumeNode, ReferenceVolumeNode, ReferenceVolume)
 INNERGS_REFERENCE(vtkMRMLScalarVolumeNode, OutputVolumeNode, OutputVolume)
 INNERGS_REFERENCE(vtkMRMLInnerGSModelNode, OutputModelNode, OutputModel)
 INNERGS_REFERENCE(vtkMRMLTableNode, QualityTableNode, QualityTable)
-
-vtkMRMLScalarVolumeNode* vtkMRMLInnerGSParameterNode::GetResultVolumeNode() {
-  return vtkMRMLScalarVolumeNode::SafeDownCast(this->GetNodeReference(GetResultVolumeReferenceRole()));
-}
-vtkMRMLInnerGSModelNode* vtkMRMLInnerGSParameterNode::GetResultModelNode() {
-  return vtkMRMLInnerGSModelNode::SafeDownCast(this->GetNodeReference(GetResultModelReferenceRole()));
-}
-vtkMRMLTableNode* vtkMRMLInnerGSParameterNode::GetResultTableNode() {
-  return vtkMRMLTableNode::SafeDownCast(this->GetNodeReference(GetResultTableReferenceRole()));
-}
+INNERGS_GET_REFERENCE(vtkMRMLScalarVolumeNode, ResultVolumeNode, ResultVolume)
+INNERGS_GET_REFERENCE(vtkMRMLInnerGSModelNode, ResultModelNode, ResultModel)
+INNERGS_GET_REFERENCE(vtkMRMLTableNode, ResultTableNode, ResultTable)

@@ -1,16 +1,23 @@
 #ifndef vtkMRMLInnerGSParameterNode_h
 #define vtkMRMLInnerGSParameterNode_h
 
+#include "vtkInnerGSSettingsMacro.h"
 #include "vtkMRMLNode.h"
 #include "vtkSlicerInnerGSModuleMRMLExport.h"
 
 #include <map>    // std::map
+#include <memory> // std::unique_ptr
 #include <string> // returned
 
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLTableNode;
 class vtkMRMLVolumeNode;
+#ifndef __VTK_WRAP__
+namespace innergs {
+struct Settings;
+}
+#endif
 
 /// Everything that a reconstruction is asked for: inputs, region, output grid and settings. Saved with the
 /// scene.
@@ -27,13 +34,6 @@ public:
   vtkMRMLCopyContentMacro(vtkMRMLInnerGSParameterNode);
   void UpdateReferenceID(const char* oldID, const char* newID) override;
 
-  enum Presets { Fast, Balanced, Best, Paper };
-  enum { Automatic = -1 }; // chosen by the program from preset and data
-  enum Blendings { Normalised, Additive, Alpha };
-  enum Losses { L1, L2, Huber };
-  enum Initialisations { Adaptive, Grid };
-  enum Schedules { Exponential, Plateau };
-  enum Selections { ExactSelection, Method1, Method2 };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
   enum OutputGrids {
     AutomaticGrid, // isotropic at the finest spacing of all inputs, over the first one's box or the ROI
@@ -74,8 +74,6 @@ public:
   vtkMRMLNode* GetMaskNode();
   vtkSetMacro(MaskSegmentID, const std::string&);
   vtkGetMacro(MaskSegmentID, std::string);
-  vtkSetMacro(FillValue, double); // scanner units: the model's value outside the mask; 0 by default
-  vtkGetMacro(FillValue, double);
   /// A markups ROI: only what it contains is fitted and put out. Null: everything.
   void SetROINode(vtkMRMLNode* node);
   vtkMRMLNode* GetROINode();
@@ -106,77 +104,15 @@ public:
   ///@}
 
   ///@{
-  /// Settings. Automatic (-1), or 0 for counts, stands for "chosen from preset and data".
-  vtkSetClampMacro(Preset, int, Fast, Paper);
-  vtkGetMacro(Preset, int);
-  vtkSetClampMacro(Blending, int, Automatic, Alpha);
-  vtkGetMacro(Blending, int);
-  vtkSetClampMacro(Selection, int, ExactSelection, Method2); // of the pixels a Gaussian is evaluated on
-  vtkGetMacro(Selection, int);
-  vtkSetClampMacro(LinearIntensity, int, -1, 1);
-  vtkGetMacro(LinearIntensity, int);
-  vtkSetClampMacro(Initialisation, int, Automatic, Grid);
-  vtkGetMacro(Initialisation, int);
-  vtkSetClampMacro(Loss, int, Automatic, Huber);
-  vtkGetMacro(Loss, int);
-  vtkSetMacro(HuberDelta, double); // fraction of the intensity range
-  vtkGetMacro(HuberDelta, double);
-  vtkSetMacro(SSIMWeight, double); // below 0 (default): chosen
-  vtkGetMacro(SSIMWeight, double);
-  vtkSetMacro(NumberOfGaussians, int);
-  vtkGetMacro(NumberOfGaussians, int);
-  vtkSetMacro(NumberOfIterations, int); // iterations over the data, per member
-  vtkGetMacro(NumberOfIterations, int);
-  vtkSetMacro(EnsembleSize, int); // fields fitted independently and merged
-  vtkGetMacro(EnsembleSize, int);
-  vtkSetClampMacro(PaperStopRule, int, -1, 1);
-  vtkGetMacro(PaperStopRule, int);
-  vtkSetClampMacro(AllAxes, int, -1, 1); // fit the slices of one scan along all its axes
-  vtkGetMacro(AllAxes, int);
-  vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
-  vtkGetMacro(Schedule, int);
-  vtkSetMacro(PlateauPatience, int); // Plateau: iterations without improvement before the rates fall
-  vtkGetMacro(PlateauPatience, int);
-  vtkSetMacro(PlateauFactor, double); // what they are multiplied by then
-  vtkGetMacro(PlateauFactor, double);
-  vtkSetMacro(PlateauLowest, double); // share of the first rates that they never fall below
-  vtkGetMacro(PlateauLowest, double);
-  vtkSetMacro(PlateauThreshold, double); // relative improvement of the loss that counts
-  vtkGetMacro(PlateauThreshold, double);
-  vtkSetMacro(DensifyEvery, int); // iterations; Automatic (default); 0: never
-  vtkGetMacro(DensifyEvery, int);
-  vtkSetMacro(MaximumNumberOfGaussians, int); // that densification may reach
-  vtkGetMacro(MaximumNumberOfGaussians, int);
-  vtkSetMacro(PruneOpacity, double); // densification prunes below it; below 0 (default): chosen
-  vtkGetMacro(PruneOpacity, double);
-  vtkSetMacro(PruneSize, double); // voxels: and above this standard deviation
-  vtkGetMacro(PruneSize, double);
-  vtkSetMacro(DensifyGradient, double); // Gaussians pulled harder become two, see innergs::DensifyThresholds
-  vtkGetMacro(DensifyGradient, double);
-  vtkSetMacro(SplitSize, double); // voxels squared: with a larger covariance they are split, else cloned
-  vtkGetMacro(SplitSize, double);
-  vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
-  vtkGetMacro(PointWeight, double);
-  vtkSetMacro(Cutoff, double); // Mahalanobis radius of a Gaussian, 1 to 5; below 0 (default): chosen
-  vtkGetMacro(Cutoff, double);
-  vtkSetMacro(Beta1, double); // Adam's share of the old first moment, 0 to 1; below 0 (default): chosen
-  vtkGetMacro(Beta1, double);
-  vtkSetMacro(Beta2, double); // and of the second
-  vtkGetMacro(Beta2, double);
-  vtkSetMacro(Relocate, bool);
-  vtkGetMacro(Relocate, bool);
-  vtkBooleanMacro(Relocate, bool);
-  vtkSetMacro(Consistency, bool); // data-consistency step after the fit
-  vtkGetMacro(Consistency, bool);
-  vtkBooleanMacro(Consistency, bool);
-  vtkSetMacro(NumberOfThreads, int); // 0: all cores
-  vtkGetMacro(NumberOfThreads, int);
-  vtkSetMacro(InstructionSet, const std::string&); // "": the best that the processor has
-  vtkGetMacro(InstructionSet, std::string);
-  vtkSetMacro(Device, const std::string&); // "auto" (default): a GPU where it suffices; or "cpu", "cuda:N"
-  vtkGetMacro(Device, std::string);
-  vtkSetClampMacro(Seed, int, 0, VTK_INT_MAX); // same seed, same result, bit for bit
-  vtkGetMacro(Seed, int);
+  /// Settings: any of them by its name in Docs/settings.md as text, the usual ones as numbers too.
+  vtkInnerGSSettingsMacro();
+  vtkInnerGSSettingMacro(NumberOfThreads, threads, int);
+  vtkInnerGSTextSettingMacro(Device, device);
+  vtkInnerGSTextSettingMacro(InstructionSet, instructionSet);
+#ifndef __VTK_WRAP__
+  const innergs::Settings& GetSettings() const;
+  void SetSettings(const innergs::Settings& settings);
+#endif
   ///@}
 
   ///@{
@@ -197,16 +133,36 @@ public:
   /// All settings as at the start; inputs, region and outputs stay.
   void ResetSettings();
 
-  static const char* GetInputVolumeReferenceRole() { return "inputVolume"; }
-  static const char* GetMaskReferenceRole() { return "mask"; }
-  static const char* GetROIReferenceRole() { return "roi"; }
-  static const char* GetReferenceVolumeReferenceRole() { return "referenceVolume"; }
-  static const char* GetOutputVolumeReferenceRole() { return "outputVolume"; }
-  static const char* GetOutputModelReferenceRole() { return "outputModel"; }
-  static const char* GetQualityTableReferenceRole() { return "qualityTable"; }
-  static const char* GetResultVolumeReferenceRole() { return "resultVolume"; }
-  static const char* GetResultModelReferenceRole() { return "resultModel"; }
-  static const char* GetResultTableReferenceRole() { return "resultTable"; }
+  static const char* GetInputVolumeReferenceRole() {
+    return "inputVolume";
+  }
+  static const char* GetMaskReferenceRole() {
+    return "mask";
+  }
+  static const char* GetROIReferenceRole() {
+    return "roi";
+  }
+  static const char* GetReferenceVolumeReferenceRole() {
+    return "referenceVolume";
+  }
+  static const char* GetOutputVolumeReferenceRole() {
+    return "outputVolume";
+  }
+  static const char* GetOutputModelReferenceRole() {
+    return "outputModel";
+  }
+  static const char* GetQualityTableReferenceRole() {
+    return "qualityTable";
+  }
+  static const char* GetResultVolumeReferenceRole() {
+    return "resultVolume";
+  }
+  static const char* GetResultModelReferenceRole() {
+    return "resultModel";
+  }
+  static const char* GetResultTableReferenceRole() {
+    return "resultTable";
+  }
 
 protected:
   vtkMRMLInnerGSParameterNode();
@@ -218,32 +174,21 @@ protected:
   std::string GetInputSettings();
   void SetInputSettings(const std::string& text);
   void SetReference(const char* role, vtkMRMLNode* node);
+#ifndef __VTK_WRAP__
+  void SetSettingNumber(const char* name, double number);
+  double GetSettingNumber(const char* name);
+#endif
 
   std::string MaskSegmentID;
   int OutputGrid = AutomaticGrid;
   double OutputSpacing = 1;
-  int Preset = Balanced, Blending = Automatic, LinearIntensity = Automatic, Initialisation = Automatic,
-      Loss = Automatic;
-  double HuberDelta = 0.02, SSIMWeight = Automatic;
-  int NumberOfGaussians = 0, NumberOfIterations = 0, EnsembleSize = 0, PaperStopRule = Automatic;
-  int AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic, MaximumNumberOfGaussians = 0;
-  double PointWeight = Automatic;
-  int Selection = ExactSelection, PlateauPatience = 10;
-  double PlateauFactor = 0.5, PlateauLowest = 0.01, PlateauThreshold = 1e-4;
-  double PruneOpacity = Automatic, PruneSize = 20, DensifyGradient = 1, SplitSize = 2;
-  double Cutoff = Automatic, Beta1 = Automatic, Beta2 = Automatic;
-  std::string Device = "auto";
-  bool Relocate = true, Consistency = true;
-  double FillValue = 0;
-  int NumberOfThreads = 0;
-  std::string InstructionSet;
-  int Seed = 1;
   double HeldOutFraction = 0;
   bool EvaluateQuality = false;
   int QualityGap = 0;
 
 private:
 #ifndef __VTK_WRAP__
+  std::unique_ptr<innergs::Settings> Choices;
   struct StackSettings {
     double Thickness = 0;
     int Profile = BoxProfile, Axis = Automatic;

@@ -12,7 +12,5 @@ set(INNERGS_VTK_CLASSES
 set(INNERGS_VTK_PRIVATE_SOURCES
   Geometry.cxx
   ImageVoxels.cxx
-  ReconstructChoices.cxx
   ReconstructInputs.cxx
-  ReconstructSettings.cxx
 )

@@ -4,6 +4,7 @@
 #include "Core/Base/Failure.h"
 #include "vtkInnerGSModel.h"
 
+#include "vtkDataObject.h"
 #include "vtkDemandDrivenPipeline.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -38,11 +39,23 @@ vtkInnerGSAlgorithm::~vtkInnerGSAlgorithm() = default;
 void vtkInnerGSAlgorithm::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "NumberOfThreads: " << this->NumberOfThreads << "\n";
+  os << indent << "Device: " << this->Device << "\n";
   os << indent << "InstructionSet: " << (this->InstructionSet.empty() ? "best" : this->InstructionSet)
      << "\n";
   os << indent << "GeometryInImage: " << this->GeometryInImage << "\n";
   os << indent << "Aborted: " << this->Aborted << "\n";
   os << indent << "ErrorMessage: " << this->State->message << "\n";
+}
+
+int vtkInnerGSAlgorithm::FillInputPortInformation(int, vtkInformation* information) {
+  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkInnerGSModel");
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  return 1;
+}
+
+int vtkInnerGSAlgorithm::FillOutputPortInformation(int, vtkInformation* information) {
+  information->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkImageData");
+  return 1;
 }
 
 std::string vtkInnerGSAlgorithm::GetErrorMessage() {
@@ -180,6 +193,15 @@ vtkInnerGSModel* vtkInnerGSAlgorithm::RequireModel(vtkInformationVector** inputs
     throw innergs::Error(innergs::ErrorCode::NoData,
                          "There is no model, or it has no Gaussians: reconstruct or load one first.");
   return model;
+}
+
+void vtkInnerGSAlgorithm::SetModel(vtkInnerGSModel* model) {
+  this->SetInputDataObject(0, model);
+}
+
+vtkInnerGSModel* vtkInnerGSAlgorithm::GetModel() {
+  return this->GetNumberOfInputConnections(0) ? vtkInnerGSModel::SafeDownCast(this->GetInputDataObject(0, 0))
+                                              : nullptr;
 }
 
 void vtkInnerGSAlgorithm::SetInputData(vtkDataObject* data) {

@@ -58,6 +58,11 @@ public:
   vtkSetMacro(InstructionSet, const std::string&);
   vtkGetMacro(InstructionSet, std::string);
 
+  /// Where to compute: "auto" (a GPU where that pays), "cpu", "cuda" or "cuda:N". What a device cannot hold
+  /// is computed on the CPU.
+  vtkSetMacro(Device, const std::string&);
+  vtkGetMacro(Device, std::string);
+
   /// Whether output images carry their geometry (RAS) in origin, spacing and direction. On by default; off:
   /// origin 0, spacing 1, as image data of Slicer's volume nodes must be.
   vtkSetMacro(GeometryInImage, bool);
@@ -84,9 +89,18 @@ public:
   void AddInputData(int port, vtkDataObject* data);
   ///@}
 
+  ///@{
+  /// Of filters whose input is a model; the same as SetInputData.
+  void SetModel(vtkInnerGSModel* model);
+  vtkInnerGSModel* GetModel();
+  ///@}
+
 protected:
   vtkInnerGSAlgorithm();
   ~vtkInnerGSAlgorithm() override;
+  /// A model, which may be missing (a sentence of our own says so), and an image.
+  int FillInputPortInformation(int port, vtkInformation* information) override;
+  int FillOutputPortInformation(int port, vtkInformation* information) override;
 
 #ifndef __VTK_WRAP__
   /// May throw innergs::Error: reported, the outputs emptied.
@@ -103,7 +117,7 @@ protected:
   bool Aborted = false;
   bool GeometryInImage = true;
   int NumberOfThreads = 0;
-  std::string InstructionSet;
+  std::string InstructionSet, Device = "auto";
 
 private:
   vtkInnerGSAlgorithm(const vtkInnerGSAlgorithm&) = delete;

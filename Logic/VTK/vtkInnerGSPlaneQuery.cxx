@@ -67,29 +67,19 @@ void vtkInnerGSPlaneQuery::Internals::samplePoints(const innergs::Affine3& toRAS
   std::copy(values.begin(), values.end(), out.begin());
 }
 
-vtkInnerGSPlaneQuery::vtkInnerGSPlaneQuery() : Work(std::make_unique<Internals>()) {}
+vtkInnerGSPlaneQuery::vtkInnerGSPlaneQuery() : Work(std::make_unique<Internals>()) {
+  this->Device = "cpu";
+}
 vtkInnerGSPlaneQuery::~vtkInnerGSPlaneQuery() = default;
 
 void vtkInnerGSPlaneQuery::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Dimensions: " << this->Dimensions[0] << " " << this->Dimensions[1] << "\n";
   os << indent << "Spacing: " << this->Spacing[0] << " " << this->Spacing[1] << "\n";
-  os << indent << "Device: " << this->Device << "\n";
   os << indent << "Centred: " << this->Centred << "\n";
   os << indent << "QueryMilliseconds: " << this->QueryMilliseconds << "\n";
   os << indent << "PlaneToRASMatrix:\n";
   this->Work->planeToRAS->PrintSelf(os, indent.GetNextIndent());
-}
-
-int vtkInnerGSPlaneQuery::FillInputPortInformation(int, vtkInformation* information) {
-  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkInnerGSModel");
-  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a sentence of our own when there is none
-  return 1;
-}
-
-int vtkInnerGSPlaneQuery::FillOutputPortInformation(int, vtkInformation* information) {
-  information->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkImageData");
-  return 1;
 }
 
 void vtkInnerGSPlaneQuery::SetPlaneToRASMatrix(vtkMatrix4x4* planeToRAS) {
@@ -117,15 +107,6 @@ void vtkInnerGSPlaneQuery::SetTransformToModel(vtkAbstractTransform* rasToModel)
 
 vtkAbstractTransform* vtkInnerGSPlaneQuery::GetTransformToModel() {
   return this->Work->rasToModel;
-}
-
-void vtkInnerGSPlaneQuery::SetModel(vtkInnerGSModel* model) {
-  this->SetInputDataObject(0, model);
-}
-
-vtkInnerGSModel* vtkInnerGSPlaneQuery::GetModel() {
-  return this->GetNumberOfInputConnections(0) ? vtkInnerGSModel::SafeDownCast(this->GetInputDataObject(0, 0))
-                                              : nullptr;
 }
 
 vtkImageData* vtkInnerGSPlaneQuery::GetOutput() {

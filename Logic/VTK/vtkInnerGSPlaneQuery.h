@@ -41,16 +41,7 @@ public:
   vtkAbstractTransform* GetTransformToModel();
   ///@}
 
-  ///@{
-  /// Where to compute: "cpu" (default: a plane takes it some milliseconds), "auto" or "cuda:N", where the
-  /// model then stays. What a device cannot hold is computed on the CPU.
-  vtkSetMacro(Device, const std::string&);
-  vtkGetMacro(Device, std::string);
-  ///@}
-
-  /// The model to query; the same as SetInputData.
-  void SetModel(vtkInnerGSModel* model);
-  vtkInnerGSModel* GetModel();
+  /// Device: the CPU by default, as a plane takes it some milliseconds; on another one the model then stays.
 
   vtkImageData* GetOutput();
   /// Of the output image.
@@ -63,8 +54,6 @@ public:
 protected:
   vtkInnerGSPlaneQuery();
   ~vtkInnerGSPlaneQuery() override;
-  int FillInputPortInformation(int port, vtkInformation* information) override;
-  int FillOutputPortInformation(int port, vtkInformation* information) override;
 #ifndef __VTK_WRAP__
   void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
@@ -73,7 +62,6 @@ protected:
   int Dimensions[2] = {256, 256};
   double Spacing[2] = {1, 1};
   bool Centred = true;
-  std::string Device = "cpu";
   double QueryMilliseconds = 0;
 
 private:

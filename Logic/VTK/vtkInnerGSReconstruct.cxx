@@ -4,9 +4,10 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/TimeEstimate.h"
-#include "Core/Settings/SettingsText.h"
 #include "ImageVoxels.h"
-#include "ReconstructInternals.h"
+#include "ReconstructInputs.h"
+#include "SettingsAccess.h"
+#include "vtkInnerGSModel.h"
 
 #include "vtkDataObject.h"
 #include "vtkImageData.h"
@@ -19,6 +20,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 vtkStandardNewMacro(vtkInnerGSReconstruct);
 
@@ -42,6 +44,19 @@ std::string progressText(const innergs::Progress& p) {
 
 } // namespace
 
+struct vtkInnerGSReconstruct::Internals {
+  innergs::Settings settings;
+  innergs::vtk::ReconstructInputs inputs;
+  innergs::vtk::ReferenceGrid reference;
+  vtkSmartPointer<vtkMatrix4x4> regionToRAS;
+  vtkSmartPointer<vtkInnerGSModel> resume;
+  std::optional<innergs::ReconstructionInput> snapshot;
+  vtkNew<vtkMatrix4x4> outputToRAS, previewToRAS;
+  vtkNew<vtkImageData> preview;
+  innergs::Phase phase = innergs::Phase::Preparing;
+  std::vector<std::string> warnings;
+};
+
 vtkInnerGSReconstruct::vtkInnerGSReconstruct()
     : TrainingPSNR(kNaN), HeldOutPSNR(kNaN), Work(std::make_unique<Internals>()) {
   this->SetNumberOfInputPorts(2);
@@ -52,16 +67,10 @@ vtkInnerGSReconstruct::~vtkInnerGSReconstruct() = default;
 
 void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "Preset: " << this->Preset << "\n";
-  os << indent << "Blending: " << this->Blending << "\n";
-  os << indent << "NumberOfGaussians: " << this->NumberOfGaussians << "\n";
-  os << indent << "NumberOfIterations: " << this->NumberOfIterations << "\n";
-  os << indent << "Seed: " << this->Seed << "\n";
-  os << indent << "FillValue: " << this->FillValue << "\n";
-  os << indent << "HeldOutFraction: " << this->HeldOutFraction << "\n";
+  os << indent << "Settings: " << innergs::settingsText(this->GetSettings(), this->HeldOutFraction) << "\n";
   os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
      << this->OutputSpacing[2] << "\n";
-  os << indent << "UsedSettings: " << this->Work->usedSettings << "\n";
+  os << indent << "UsedSettings: " << this->UsedSettings << "\n";
   os << indent << "TrainingPSNR: " << this->TrainingPSNR << "\n";
   os << indent << "HeldOutPSNR: " << this->HeldOutPSNR << "\n";
 }
@@ -76,6 +85,115 @@ int vtkInnerGSReconstruct::FillInputPortInformation(int port, vtkInformation* in
 int vtkInnerGSReconstruct::FillOutputPortInformation(int port, vtkInformation* information) {
   information->Set(vtkDataObject::DATA_TYPE_NAME(), port == 0 ? "vtkInnerGSModel" : "vtkImageData");
   return 1;
+}
+
+//------------------------------------------------------------------------------
+// Settings.
+
+vtkInnerGSSettingsAccessMacro(vtkInnerGSReconstruct);
+
+innergs::Settings vtkInnerGSReconstruct::GetSettings() const {
+  innergs::Settings settings = this->Work->settings;
+  settings.device = this->Device;
+  settings.threads = this->NumberOfThreads;
+  settings.instructionSet = this->InstructionSet;
+  return settings;
+}
+
+void vtkInnerGSReconstruct::SetSettings(const innergs::Settings& settings) {
+  if (settings == this->GetSettings()) return;
+  this->Work->settings = settings;
+  this->Device = settings.device;
+  this->NumberOfThreads = settings.threads;
+  this->InstructionSet = settings.instructionSet;
+  this->Modified();
+}
+
+//------------------------------------------------------------------------------
+// What belongs to one input.
+
+template <class Change>
+void vtkInnerGSReconstruct::ChangeInput(int index, Change change) {
+  if (auto* input = this->Work->inputs.at(index); !input)
+    vtkErrorMacro(<< "There is no input with the index " << index << ": give 0 or more.");
+  else if (change(*input))
+    this->Modified();
+}
+
+#define innergsInputMacro(Property, member, Type, Given)                                                     \
+  void vtkInnerGSReconstruct::SetInput##Property(int index, Given value) {                                   \
+    this->ChangeInput(index, [&](auto& input) { return std::exchange(input.member, value) != value; });      \
+  }                                                                                                          \
+  Type vtkInnerGSReconstruct::GetInput##Property(int index) {                                                \
+    return this->Work->inputs.get(index).member;                                                             \
+  }
+innergsInputMacro(SliceThickness, thickness, double, double);
+innergsInputMacro(SliceProfile, profile, int, int);
+innergsInputMacro(SliceAxis, axis, int, int);
+innergsInputMacro(Name, name, std::string, const std::string&);
+#undef innergsInputMacro
+
+void vtkInnerGSReconstruct::SetInputIJKToRASMatrix(int index, vtkMatrix4x4* ijkToRAS) {
+  this->ChangeInput(index, [&](auto& input) { return innergs::vtk::assignCopy(input.ijkToRAS, ijkToRAS); });
+}
+
+vtkMatrix4x4* vtkInnerGSReconstruct::GetInputIJKToRASMatrix(int index) {
+  auto* input = this->Work->inputs.at(index);
+  return input ? input->ijkToRAS.Get() : nullptr;
+}
+
+//------------------------------------------------------------------------------
+// What belongs to all.
+
+void vtkInnerGSReconstruct::ClearInputs() {
+  this->RemoveAllInputConnections(0);
+  this->RemoveAllInputConnections(1);
+  this->Work->inputs = {};
+  this->Work->snapshot.reset();
+  this->Modified();
+}
+
+void vtkInnerGSReconstruct::SetMaskData(vtkImageData* mask) {
+  if (mask)
+    this->SetInputDataObject(1, mask);
+  else
+    this->RemoveAllInputConnections(1);
+}
+
+void vtkInnerGSReconstruct::SetMaskIJKToRASMatrix(vtkMatrix4x4* ijkToRAS) {
+  if (innergs::vtk::assignCopy(this->Work->inputs.maskToRAS, ijkToRAS)) this->Modified();
+}
+
+void vtkInnerGSReconstruct::SetRegionToRASMatrix(vtkMatrix4x4* regionToRAS) {
+  if (innergs::vtk::assignCopy(this->Work->regionToRAS, regionToRAS)) this->Modified();
+}
+
+vtkMatrix4x4* vtkInnerGSReconstruct::GetRegionToRASMatrix() {
+  return this->Work->regionToRAS;
+}
+
+void vtkInnerGSReconstruct::SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ,
+                                             int dimensionK) {
+  const int dimensions[3] = {dimensionI, dimensionJ, dimensionK}, first[3] = {0, 0, 0};
+  if (this->Work->reference.set(ijkToRAS, dimensions, first)) this->Modified();
+}
+
+void vtkInnerGSReconstruct::SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
+  if (this->Work->reference.set(image, ijkToRAS)) this->Modified();
+}
+
+bool vtkInnerGSReconstruct::HasReferenceGrid() {
+  return this->Work->reference.given();
+}
+
+void vtkInnerGSReconstruct::SetResumeModel(vtkInnerGSModel* model) {
+  if (this->Work->resume == model) return;
+  this->Work->resume = model;
+  this->Modified();
+}
+
+vtkInnerGSModel* vtkInnerGSReconstruct::GetResumeModel() {
+  return this->Work->resume;
 }
 
 //------------------------------------------------------------------------------
@@ -105,18 +223,6 @@ int vtkInnerGSReconstruct::GetNumberOfWarnings() {
 std::string vtkInnerGSReconstruct::GetWarning(int index) {
   return index >= 0 && index < this->GetNumberOfWarnings() ? this->Work->warnings[index] : "";
 }
-std::string vtkInnerGSReconstruct::GetUsedSettings() {
-  return this->Work->usedSettings;
-}
-std::string vtkInnerGSReconstruct::GetUsedInstructionSet() {
-  return this->Work->usedInstructionSet;
-}
-std::string vtkInnerGSReconstruct::GetUsedDevice() {
-  return this->Work->usedDevice;
-}
-std::string vtkInnerGSReconstruct::GetDeviceNote() {
-  return this->Work->deviceNote;
-}
 
 //------------------------------------------------------------------------------
 // Work.
@@ -142,16 +248,20 @@ innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<
   return input;
 }
 
+std::vector<vtkImageData*> vtkInnerGSReconstruct::GetInputImages() {
+  std::vector<vtkImageData*> images;
+  for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
+    images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
+  return images;
+}
+
 bool vtkInnerGSReconstruct::TakeSnapshot() {
   this->Work->snapshot.reset();
   const bool done = this->Guard([&] {
-    std::vector<vtkImageData*> images;
-    for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
-      images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
     vtkImageData* mask = this->GetNumberOfInputConnections(1)
                              ? vtkImageData::SafeDownCast(this->GetInputDataObject(1, 0))
                              : nullptr;
-    this->Work->snapshot = this->MakeInput(images, mask, {});
+    this->Work->snapshot = this->MakeInput(this->GetInputImages(), mask, {});
   });
   if (!done) return false;
   this->RemoveAllInputConnections(0);
@@ -169,9 +279,7 @@ bool vtkInnerGSReconstruct::WithOutline(const std::function<void(const innergs::
     use(*this->Work->snapshot);
     return true;
   }
-  std::vector<vtkImageData*> images;
-  for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
-    images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
+  const std::vector<vtkImageData*> images = this->GetInputImages();
   if (images.empty()) return false;
   innergs::ReconstructionInput input = this->Work->inputs.outline(images, this->MakeOutputChoice());
   input.heldOutFraction = this->HeldOutFraction;
@@ -182,7 +290,7 @@ bool vtkInnerGSReconstruct::WithOutline(const std::function<void(const innergs::
 vtkTypeInt64 vtkInnerGSReconstruct::EstimateMemory() {
   vtkTypeInt64 bytes = 0;
   this->Guard([&] {
-    this->WithOutline([&](const auto& input) { bytes = estimateMemory(input, this->MakeSettings()); });
+    this->WithOutline([&](const auto& input) { bytes = estimateMemory(input, this->GetSettings()); });
   });
   return bytes;
 }
@@ -190,14 +298,14 @@ vtkTypeInt64 vtkInnerGSReconstruct::EstimateMemory() {
 double vtkInnerGSReconstruct::EstimateSeconds() {
   double seconds = 0;
   this->Guard([&] {
-    this->WithOutline([&](const auto& input) { seconds = estimateSeconds(input, this->MakeSettings()); });
+    this->WithOutline([&](const auto& input) { seconds = estimateSeconds(input, this->GetSettings()); });
   });
   return seconds;
 }
 
 std::string vtkInnerGSReconstruct::DescribeDevice() {
   try {
-    const innergs::Settings s = this->MakeSettings();
+    const innergs::Settings s = this->GetSettings();
     return innergs::DeviceChoice(s.device, s.instructionSet, s.selection).use.reason;
   } catch (const Error& error) {
     return error.what();
@@ -232,7 +340,7 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->CurrentGaussians = static_cast<vtkIdType>(p.gaussians);
   this->ElapsedSeconds = p.elapsed;
   this->RemainingSeconds = p.remaining;
-  if (!p.note.empty()) this->Work->deviceNote = p.note; // told once, kept for whoever looks later
+  if (!p.note.empty()) this->DeviceNote = p.note; // told once, kept for whoever looks later
   this->SetProgressText(progressText(p).c_str());
   this->UpdateProgress(p.fraction);
 }
@@ -260,15 +368,14 @@ void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
 void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   Internals& work = *this->Work;
   work.warnings.clear();
-  work.usedSettings.clear();
-  work.usedInstructionSet.clear();
-  work.usedDevice.clear();
-  work.deviceNote.clear();
+  for (std::string* last :
+       {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice, &this->DeviceNote})
+    last->clear();
   this->NumberOfHeldOutSlices = 0;
   this->QualityState = QualityNotAsked;
   this->ReportProgress({});
   const std::stop_token stop = this->GetStopToken();
-  const innergs::Settings settings = this->MakeSettings();
+  const innergs::Settings settings = this->GetSettings();
   checkSettings(settings);
   innergs::checkHeldOutFraction(this->HeldOutFraction);
   innergs::ReconstructionInput input;
@@ -300,10 +407,10 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->Noise = result.noise;
   this->NumberOfNonFiniteVoxels = static_cast<vtkIdType>(result.nonFiniteVoxels);
   work.warnings = std::move(result.warnings);
-  work.usedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
-  work.usedInstructionSet = result.instructionSet;
-  work.usedDevice = result.device.id;
-  work.deviceNote = result.device.reason;
+  this->UsedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
+  this->UsedInstructionSet = result.instructionSet;
+  this->UsedDevice = result.device.id;
+  this->DeviceNote = result.device.reason;
   vtkInnerGSModel::GetData(outputs, 0)->SetCheckpoint(result.checkpoint);
   if (this->Aborted) return;
   vtkImageData* image = vtkImageData::GetData(outputs, 1);

@@ -3,6 +3,7 @@
 
 #include "vtkCommand.h" // vtkCommand::UserEvent
 #include "vtkInnerGSAlgorithm.h"
+#include "vtkInnerGSSettingsMacro.h"
 
 #include <vector> // std::vector
 
@@ -37,13 +38,6 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   enum Events { PreviewEvent = vtkCommand::UserEvent + 1871 };
-  enum Presets { Fast, Balanced, Best, Paper }; // Paper: the paper's Algorithm 1
-  enum { Automatic = -1 };                      // chosen from preset and data
-  enum Blendings { Normalised, Additive, Alpha };
-  enum Losses { L1, L2, Huber };
-  enum Initialisations { Adaptive, Grid };
-  enum Schedules { Exponential, Plateau };
-  enum Selections { ExactSelection, Method1, Method2 };
   enum SliceProfiles { PointProfile, BoxProfile, GaussianProfile };
   /// Of the judging of the quality by a second fit, as innergs::Judging: the outputs are complete anyway.
   enum QualityStates { QualityNotAsked, QualityMeasured, QualityStopped, QualityFailed };
@@ -104,77 +98,13 @@ public:
   ///@}
 
   ///@{
-  /// Settings, as innergs::Settings explains them. Automatic (−1), or 0 for counts, stands for "chosen from
-  /// preset and data" and is the default of most.
-  vtkSetClampMacro(Preset, int, Fast, Paper);
-  vtkGetMacro(Preset, int);
-  vtkSetClampMacro(Blending, int, Automatic, Alpha);
-  vtkGetMacro(Blending, int);
-  vtkSetClampMacro(Selection, int, ExactSelection, Method2); // of the pixels a Gaussian is evaluated on
-  vtkGetMacro(Selection, int);
-  vtkSetMacro(NumberOfGaussians, vtkIdType);
-  vtkGetMacro(NumberOfGaussians, vtkIdType);
-  vtkSetMacro(NumberOfIterations, int); // iterations over the data, per member
-  vtkGetMacro(NumberOfIterations, int);
-  vtkSetMacro(EnsembleSize, int); // fields fitted independently and merged
-  vtkGetMacro(EnsembleSize, int);
-  vtkSetClampMacro(LinearIntensity, int, -1, 1); // Automatic, 0: off, 1: on
-  vtkGetMacro(LinearIntensity, int);
-  vtkSetClampMacro(Loss, int, Automatic, Huber);
-  vtkGetMacro(Loss, int);
-  vtkSetMacro(HuberDelta, double); // fraction of the intensity range
-  vtkGetMacro(HuberDelta, double);
-  vtkSetMacro(SSIMWeight, double); // below 0 (default): chosen
-  vtkGetMacro(SSIMWeight, double);
-  vtkSetClampMacro(Initialisation, int, Automatic, Grid);
-  vtkGetMacro(Initialisation, int);
-  vtkSetClampMacro(PaperStopRule, int, -1, 1);
-  vtkGetMacro(PaperStopRule, int);
-  vtkSetClampMacro(AllAxes, int, -1, 1); // fit the slices of one scan along all its axes
-  vtkGetMacro(AllAxes, int);
-  vtkSetClampMacro(Schedule, int, Automatic, Plateau); // of the learning rates
-  vtkGetMacro(Schedule, int);
-  vtkSetMacro(PlateauPatience, int); // Plateau: iterations without improvement before the rates fall
-  vtkGetMacro(PlateauPatience, int);
-  vtkSetMacro(PlateauFactor, double); // what they are multiplied by then
-  vtkGetMacro(PlateauFactor, double);
-  vtkSetMacro(PlateauLowest, double); // share of the first rates that they never fall below
-  vtkGetMacro(PlateauLowest, double);
-  vtkSetMacro(PlateauThreshold, double); // relative improvement of the loss that counts
-  vtkGetMacro(PlateauThreshold, double);
-  vtkSetMacro(DensifyEvery, int); // iterations; Automatic; 0: never
-  vtkGetMacro(DensifyEvery, int);
-  vtkSetMacro(MaximumNumberOfGaussians,
-              vtkIdType); // that densification may reach; 0: as many as at the start
-  vtkGetMacro(MaximumNumberOfGaussians, vtkIdType);
-  vtkSetMacro(PruneOpacity, double); // densification prunes below it; below 0 (default): chosen
-  vtkGetMacro(PruneOpacity, double);
-  vtkSetMacro(PruneSize, double); // voxels: and above this standard deviation
-  vtkGetMacro(PruneSize, double);
-  vtkSetMacro(DensifyGradient, double); // Gaussians pulled harder become two, see innergs::DensifyThresholds
-  vtkGetMacro(DensifyGradient, double);
-  vtkSetMacro(SplitSize, double); // voxels squared: with a larger covariance they are split, else cloned
-  vtkGetMacro(SplitSize, double);
-  vtkSetMacro(PointWeight, double); // of the loss beside SSIM; below 0 (default): chosen
-  vtkGetMacro(PointWeight, double);
-  vtkSetMacro(Cutoff, double); // Mahalanobis radius of a Gaussian, 1 to 5; below 0 (default): chosen
-  vtkGetMacro(Cutoff, double);
-  vtkSetMacro(Beta1, double); // Adam's share of the old first moment, 0 to 1; below 0 (default): chosen
-  vtkGetMacro(Beta1, double);
-  vtkSetMacro(Beta2, double); // and of the second
-  vtkGetMacro(Beta2, double);
-  vtkSetMacro(Relocate, bool);
-  vtkGetMacro(Relocate, bool);
-  vtkBooleanMacro(Relocate, bool);
-  vtkSetMacro(Consistency, bool); // data-consistency step after the fit
-  vtkGetMacro(Consistency, bool);
-  vtkBooleanMacro(Consistency, bool);
-  vtkSetMacro(FillValue, double); // scanner units: the model's value outside a mask; 0 by default
-  vtkGetMacro(FillValue, double);
-  vtkSetMacro(Device, const std::string&); // "auto" (default): a GPU where it suffices; or "cpu", "cuda:N"
-  vtkGetMacro(Device, std::string);
-  vtkSetMacro(Seed, vtkTypeUInt64); // same seed, same result, bit for bit
-  vtkGetMacro(Seed, vtkTypeUInt64);
+  /// Settings: any of them by its name in Docs/settings.md as text, the usual ones as numbers too; Device,
+  /// NumberOfThreads and InstructionSet are among them.
+  vtkInnerGSSettingsMacro();
+#ifndef __VTK_WRAP__
+  innergs::Settings GetSettings() const;
+  void SetSettings(const innergs::Settings& settings);
+#endif
   /// Share of each input's slices withheld from a second fit, which takes about the same time again, to
   /// report the quality on them; 0 (default) to 0.5. The outputs are fitted to all slices.
   vtkSetMacro(HeldOutFraction, double);
@@ -227,7 +157,7 @@ public:
   vtkGetMacro(CurrentGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double); // estimated
-  std::string GetDeviceNote();           // where the fit runs and why, a sentence; "" before that is known
+  vtkGetMacro(DeviceNote, std::string);  // where the fit runs and why, a sentence; "" before that is known
   ///@}
 
   ///@{
@@ -238,9 +168,9 @@ public:
   int GetNumberOfWarnings();
   std::string GetWarning(int index); // a sentence for the user
   /// "name=value" pairs separated by "; ": every setting as it was used, with what was chosen filled in.
-  std::string GetUsedSettings();
-  std::string GetUsedInstructionSet();
-  std::string GetUsedDevice(); // where the fit ended: "cpu", "cuda:N"
+  vtkGetMacro(UsedSettings, std::string);
+  vtkGetMacro(UsedInstructionSet, std::string);
+  vtkGetMacro(UsedDevice, std::string); // where the fit ended: "cpu", "cuda:N"
   ///@}
 
 protected:
@@ -252,7 +182,11 @@ protected:
   void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
 
-  innergs::Settings MakeSettings();
+  template <class Change>
+  void ChangeInput(int index, Change change);
+  void SetSettingNumber(const char* name, double number);
+  double GetSettingNumber(const char* name);
+  std::vector<vtkImageData*> GetInputImages();
   innergs::vtk::OutputChoice MakeOutputChoice();
   innergs::ReconstructionInput MakeInput(const std::vector<vtkImageData*>& images, vtkImageData* mask,
                                          std::stop_token stop);
@@ -270,26 +204,13 @@ protected:
   double Region[6] = {0, 0, 0, 0, 0, 0};
   bool UseRegion = false;
   double OutputSpacing[3] = {0, 0, 0};
-  int Preset = Balanced, Blending = Automatic, Loss = Automatic, Initialisation = Automatic,
-      LinearIntensity = Automatic;
-  vtkIdType NumberOfGaussians = 0;
-  int NumberOfIterations = 0, EnsembleSize = 0;
-  double HuberDelta = 0.02, SSIMWeight = Automatic, HeldOutFraction = 0;
-  int PaperStopRule = Automatic, AllAxes = Automatic, Schedule = Automatic, DensifyEvery = Automatic;
-  vtkIdType MaximumNumberOfGaussians = 0;
-  double PointWeight = Automatic;
-  int Selection = ExactSelection, PlateauPatience = 10;
-  double PlateauFactor = 0.5, PlateauLowest = 0.01, PlateauThreshold = 1e-4;
-  double PruneOpacity = Automatic, PruneSize = 20, DensifyGradient = 1, SplitSize = 2;
-  double Cutoff = Automatic, Beta1 = Automatic, Beta2 = Automatic, FillValue = 0;
-  std::string Device = "auto";
-  bool Relocate = true, Consistency = true, KeepModelWhenAborted = false;
-  vtkTypeUInt64 Seed = 1;
-
+  double HeldOutFraction = 0;
+  bool KeepModelWhenAborted = false;
   int CurrentIteration = 0, TotalIterations = 0, NumberOfHeldOutSlices = 0, QualityState = QualityNotAsked;
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;
   double FitSeconds = 0, Noise = 0;
+  std::string UsedSettings, UsedInstructionSet, UsedDevice, DeviceNote;
 
 private:
   vtkInnerGSReconstruct(const vtkInnerGSReconstruct&) = delete;

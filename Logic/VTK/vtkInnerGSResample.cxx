@@ -54,19 +54,7 @@ void vtkInnerGSResample::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
      << this->OutputSpacing[2] << "\n";
-  os << indent << "Device: " << this->Device << "\n";
   os << indent << "ReferenceGrid: " << (this->Work->reference.given() ? "given" : "none") << "\n";
-}
-
-int vtkInnerGSResample::FillInputPortInformation(int, vtkInformation* information) {
-  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkInnerGSModel");
-  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a sentence of our own when there is none
-  return 1;
-}
-
-int vtkInnerGSResample::FillOutputPortInformation(int, vtkInformation* information) {
-  information->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkImageData");
-  return 1;
 }
 
 void vtkInnerGSResample::SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ,
@@ -81,15 +69,6 @@ void vtkInnerGSResample::SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ij
 
 bool vtkInnerGSResample::HasReferenceGrid() {
   return this->Work->reference.given();
-}
-
-void vtkInnerGSResample::SetModel(vtkInnerGSModel* model) {
-  this->SetInputDataObject(0, model);
-}
-
-vtkInnerGSModel* vtkInnerGSResample::GetModel() {
-  return this->GetNumberOfInputConnections(0) ? vtkInnerGSModel::SafeDownCast(this->GetInputDataObject(0, 0))
-                                              : nullptr;
 }
 
 vtkImageData* vtkInnerGSResample::GetOutput() {

@@ -25,16 +25,7 @@ public:
   bool HasReferenceGrid();
   ///@}
 
-  ///@{
-  /// Where to compute: "auto" (default: a GPU from eight million voxels on), "cpu" or "cuda:N". What a device
-  /// cannot hold is computed on the CPU.
-  vtkSetMacro(Device, const std::string&);
-  vtkGetMacro(Device, std::string);
-  ///@}
-
-  /// The model to resample; the same as SetInputData.
-  void SetModel(vtkInnerGSModel* model);
-  vtkInnerGSModel* GetModel();
+  /// Device: by default a GPU from eight million voxels on.
 
   vtkImageData* GetOutput();
   /// Of the output image.
@@ -43,15 +34,12 @@ public:
 protected:
   vtkInnerGSResample();
   ~vtkInnerGSResample() override;
-  int FillInputPortInformation(int port, vtkInformation* information) override;
-  int FillOutputPortInformation(int port, vtkInformation* information) override;
 #ifndef __VTK_WRAP__
   void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
 #endif
 
   double OutputSpacing[3] = {0, 0, 0};
-  std::string Device = "auto";
 
 private:
   vtkInnerGSResample(const vtkInnerGSResample&) = delete;

@@ -87,24 +87,9 @@ void vtkInnerGSToPolyData::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "ComputeDisagreement: " << this->ComputeDisagreement << "\n";
 }
 
-int vtkInnerGSToPolyData::FillInputPortInformation(int, vtkInformation* information) {
-  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkInnerGSModel");
-  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a sentence of our own when there is none
-  return 1;
-}
-
 int vtkInnerGSToPolyData::FillOutputPortInformation(int, vtkInformation* information) {
   information->Set(vtkDataObject::DATA_TYPE_NAME(), "vtkPolyData");
   return 1;
-}
-
-void vtkInnerGSToPolyData::SetModel(vtkInnerGSModel* model) {
-  this->SetInputDataObject(0, model);
-}
-
-vtkInnerGSModel* vtkInnerGSToPolyData::GetModel() {
-  return this->GetNumberOfInputConnections(0) ? vtkInnerGSModel::SafeDownCast(this->GetInputDataObject(0, 0))
-                                              : nullptr;
 }
 
 vtkPolyData* vtkInnerGSToPolyData::GetOutput() {

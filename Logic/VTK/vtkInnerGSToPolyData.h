@@ -39,16 +39,11 @@ public:
   vtkGetMacro(ComputeDisagreement, bool);
   vtkBooleanMacro(ComputeDisagreement, bool);
 
-  /// The model to export; the same as SetInputData.
-  void SetModel(vtkInnerGSModel* model);
-  vtkInnerGSModel* GetModel();
-
   vtkPolyData* GetOutput();
 
 protected:
   vtkInnerGSToPolyData();
   ~vtkInnerGSToPolyData() override;
-  int FillInputPortInformation(int port, vtkInformation* information) override;
   int FillOutputPortInformation(int port, vtkInformation* information) override;
 #ifndef __VTK_WRAP__
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;

@@ -153,12 +153,9 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
                  slices, the 4th of thin ones) in a table node
     output, output_model  nodes to write to instead of new ones
     progress, preview     called with the Job from time to time
-    preset       "fast", "balanced" (default), "best" or "paper"; further settings: blending, loss, initialisation,
-                 schedule (plateau_patience, plateau_factor, plateau_lowest, plateau_threshold), gaussians,
-                 densify_every (maximum_gaussians, prune_opacity, prune_size, densify_gradient, split_size), iterations,
-                 members, linear_intensity, huber_delta, point_weight, ssim_weight, cutoff, beta1, beta2, all_axes,
-                 paper_stop_rule, relocate, consistency, selection, device ("auto", "cpu", "cuda", "cuda:N"), threads,
-                 instruction_set, seed
+    preset       "fast", "balanced" (default), "best" or "paper"; further settings by their names in Docs/settings.md,
+                 huber_delta for huberDelta: gaussians, iterations, seed, device ("auto", "cpu", "cuda", "cuda:N"), ...;
+                 None: chosen from preset and data
     """
     return start(volumes, spacing, progress=progress, preview=preview, parameter_node=parameter_node, **choices).result()
 

@@ -4,38 +4,18 @@ from __future__ import annotations
 
 from ._scene import Error, logic_of
 
-_CHOICES = {
-    "preset": ("fast", "balanced", "best", "paper"),
-    "blending": ("normalised", "additive", "alpha"),
-    "loss": ("l1", "l2", "huber"),
-    "initialisation": ("adaptive", "grid"),
-    "schedule": ("exponential", "plateau"),
-    "selection": ("exact", "method1", "method2"),
-}
-_NUMBERS = {
-    "gaussians": "NumberOfGaussians", "iterations": "NumberOfIterations", "members": "EnsembleSize",
-    "linear_intensity": "LinearIntensity", "huber_delta": "HuberDelta", "ssim_weight": "SSIMWeight",
-    "paper_stop_rule": "PaperStopRule", "all_axes": "AllAxes", "densify_every": "DensifyEvery",
-    "maximum_gaussians": "MaximumNumberOfGaussians", "prune_opacity": "PruneOpacity", "prune_size": "PruneSize",
-    "densify_gradient": "DensifyGradient", "split_size": "SplitSize", "plateau_patience": "PlateauPatience",
-    "plateau_factor": "PlateauFactor", "plateau_lowest": "PlateauLowest", "plateau_threshold": "PlateauThreshold",
-    "point_weight": "PointWeight", "cutoff": "Cutoff", "beta1": "Beta1", "beta2": "Beta2",
-    "relocate": "Relocate", "consistency": "Consistency", "fill": "FillValue", "device": "Device", "threads": "NumberOfThreads",
-    "instruction_set": "InstructionSet", "seed": "Seed",
-}
 _PROFILES = ("point", "box", "gaussian")
 
 
 def _apply(node, settings):
     for name, value in settings.items():
-        if name in _CHOICES:
-            if value not in _CHOICES[name]:
-                raise Error("%s is one of %s, not %r." % (name, ", ".join(_CHOICES[name]), value))
-            getattr(node, "Set" + name.capitalize())(_CHOICES[name].index(value))
-        elif name in _NUMBERS:
-            getattr(node, "Set" + _NUMBERS[name])(value)
-        else:
-            raise Error("There is no setting %r; there are %s." % (name, ", ".join(sorted([*_CHOICES, *_NUMBERS]))))
+        first, *others = name.split("_")
+        setting = first + "".join(word.capitalize() for word in others)
+        text = "" if value is None else str(value).lower() if isinstance(value, bool) else str(value)
+        refusal = node.CheckSetting(setting, text)
+        if refusal:
+            raise Error(refusal)
+        node.SetSetting(setting, text)
 
 
 def _of_volume(node, name, value):

@@ -1,4 +1,5 @@
 #include "MrmlFixture.h"
+#include "SettingTexts.h"
 
 #include <vtkMRMLTableNode.h>
 
@@ -8,41 +9,10 @@ using ParameterNodeTest = MrmlFixture;
 using Parameters = vtkMRMLInnerGSParameterNode;
 
 void fill(Parameters* p) {
-  p->SetPreset(Parameters::Best);
-  p->SetBlending(Parameters::Additive);
-  p->SetLinearIntensity(0);
-  p->SetInitialisation(Parameters::Grid);
-  p->SetLoss(Parameters::Huber);
-  p->SetHuberDelta(1.0 / 3);
-  p->SetSSIMWeight(0.123456789012345);
-  p->SetNumberOfGaussians(123456);
-  p->SetNumberOfIterations(77);
-  p->SetEnsembleSize(3);
-  p->SetPaperStopRule(1);
-  p->SetAllAxes(1);
-  p->SetSchedule(Parameters::Plateau);
-  p->SetDensifyEvery(9);
-  p->SetMaximumNumberOfGaussians(99999);
-  p->SetPointWeight(0.8);
-  p->SetSelection(Parameters::Method2);
-  p->SetPlateauPatience(7);
-  p->SetPlateauFactor(0.3);
-  p->SetPlateauLowest(0.02);
-  p->SetPlateauThreshold(2e-4);
-  p->SetPruneOpacity(0.05);
-  p->SetPruneSize(12.5);
-  p->SetDensifyGradient(0.75);
-  p->SetSplitSize(3.5);
-  p->SetFillValue(-1024);
-  p->SetCutoff(2.3);
-  p->SetBeta1(0.81);
-  p->SetBeta2(0.97);
-  p->SetDevice("cuda:1");
-  p->RelocateOff();
-  p->ConsistencyOff();
-  p->SetNumberOfThreads(2);
-  p->SetInstructionSet("scalar");
-  p->SetSeed(42);
+  for (const innergs::Setting& row : innergs::settingsTable())
+    ASSERT_TRUE(p->SetSetting(row.name, innergs::test::otherText(row))) << row.name;
+  p->SetFillValue(1.0 / 3);
+  p->SetInstructionSet("\"none\" <&> such");
   p->SetHeldOutFraction(0.1);
   p->EvaluateQualityOn();
   p->SetQualityGap(6);
@@ -52,41 +22,12 @@ void fill(Parameters* p) {
 }
 
 void expectFilled(Parameters* p) {
-  EXPECT_EQ(p->GetPreset(), Parameters::Best);
-  EXPECT_EQ(p->GetBlending(), Parameters::Additive);
-  EXPECT_EQ(p->GetLinearIntensity(), 0);
-  EXPECT_EQ(p->GetInitialisation(), Parameters::Grid);
-  EXPECT_EQ(p->GetLoss(), Parameters::Huber);
-  EXPECT_EQ(p->GetHuberDelta(), 1.0 / 3);
-  EXPECT_EQ(p->GetSSIMWeight(), 0.123456789012345);
-  EXPECT_EQ(p->GetNumberOfGaussians(), 123456);
-  EXPECT_EQ(p->GetNumberOfIterations(), 77);
-  EXPECT_EQ(p->GetEnsembleSize(), 3);
-  EXPECT_EQ(p->GetPaperStopRule(), 1);
-  EXPECT_EQ(p->GetAllAxes(), 1);
-  EXPECT_EQ(p->GetSchedule(), Parameters::Plateau);
-  EXPECT_EQ(p->GetDensifyEvery(), 9);
-  EXPECT_EQ(p->GetMaximumNumberOfGaussians(), 99999);
-  EXPECT_EQ(p->GetPointWeight(), 0.8);
-  EXPECT_EQ(p->GetSelection(), Parameters::Method2);
-  EXPECT_EQ(p->GetPlateauPatience(), 7);
-  EXPECT_EQ(p->GetPlateauFactor(), 0.3);
-  EXPECT_EQ(p->GetPlateauLowest(), 0.02);
-  EXPECT_EQ(p->GetPlateauThreshold(), 2e-4);
-  EXPECT_EQ(p->GetPruneOpacity(), 0.05);
-  EXPECT_EQ(p->GetPruneSize(), 12.5);
-  EXPECT_EQ(p->GetDensifyGradient(), 0.75);
-  EXPECT_EQ(p->GetSplitSize(), 3.5);
-  EXPECT_EQ(p->GetFillValue(), -1024);
-  EXPECT_EQ(p->GetCutoff(), 2.3);
-  EXPECT_EQ(p->GetBeta1(), 0.81);
-  EXPECT_EQ(p->GetBeta2(), 0.97);
-  EXPECT_EQ(p->GetDevice(), "cuda:1");
-  EXPECT_FALSE(p->GetRelocate());
-  EXPECT_FALSE(p->GetConsistency());
-  EXPECT_EQ(p->GetNumberOfThreads(), 2);
-  EXPECT_EQ(p->GetInstructionSet(), "scalar");
-  EXPECT_EQ(p->GetSeed(), 42);
+  vtkNew<Parameters> filled;
+  fill(filled);
+  for (const innergs::Setting& row : innergs::settingsTable())
+    EXPECT_EQ(p->GetSetting(row.name), filled->GetSetting(row.name)) << row.name;
+  EXPECT_EQ(p->GetFillValue(), 1.0 / 3);
+  EXPECT_EQ(p->GetSeed(), 18000000000000000001u);
   EXPECT_EQ(p->GetHeldOutFraction(), 0.1);
   EXPECT_TRUE(p->GetEvaluateQuality());
   EXPECT_EQ(p->GetQualityGap(), 6);
@@ -144,14 +85,65 @@ TEST_F(ParameterNodeTest, CopiedAndReset) {
   target->ResetSettings();
   EXPECT_EQ(target->GetPreset(), Parameters::Balanced);
   EXPECT_EQ(target->GetBlending(), Parameters::Automatic);
-  EXPECT_EQ(target->GetNumberOfGaussians(), 0);
-  EXPECT_LT(target->GetPruneOpacity(), 0);
-  EXPECT_EQ(target->GetCutoff(), Parameters::Automatic);
-  EXPECT_EQ(target->GetBeta1(), Parameters::Automatic);
-  EXPECT_EQ(target->GetBeta2(), Parameters::Automatic);
+  EXPECT_EQ(target->GetNumberOfGaussians(), Parameters::Automatic);
   EXPECT_EQ(target->GetDevice(), "auto");
+  EXPECT_TRUE(target->GetSettings() == innergs::Settings());
   EXPECT_EQ(target->GetMaskSegmentID(), "Segment \"1\" <&>"); // the input's, not a setting
-  EXPECT_EQ(source->GetSeed(), 42);
+  expectFilled(source);
+}
+
+TEST_F(ParameterNodeTest, SettingsHaveOneSpellingAndOneUnset) {
+  vtkNew<Parameters> node;
+  int errors = 0, changes = 0;
+  Observer failed(node, {vtkCommand::ErrorEvent}, [&](unsigned long, void*) { ++errors; });
+  Observer changed(node, {vtkCommand::ModifiedEvent}, [&](unsigned long, void*) { ++changes; });
+  for (const char* text : {"2.5", "2.5", "9", "nan", "2,5"})
+    node->SetSetting("cutoff", text);
+  EXPECT_EQ(changes, 1);
+  EXPECT_EQ(errors, 3);
+  EXPECT_EQ(node->GetSetting("cutoff"), "2.5");
+  EXPECT_TRUE(node->UnsetSetting("cutoff"));
+  EXPECT_EQ(node->GetSetting("cutoff"), "");
+  node->SetNumberOfIterations(30);
+  EXPECT_EQ(node->GetSetting("iterations"), "30");
+  node->SetNumberOfIterations(Parameters::Automatic);
+  EXPECT_EQ(node->GetSetting("iterations"), "");
+  EXPECT_EQ(changes, 4);
+}
+
+/// As version 0.1 wrote them: other names, choices as numbers, -1 and 0 for unset.
+TEST_F(ParameterNodeTest, ReadsScenesOfOldVersions) {
+  const std::string start = R"(<MRML version="Slicer4.4.0" userTags="">
+ <InnerGSParameters id="vtkMRMLInnerGSParameterNode1" name="Old" preset="2")";
+  const std::string end = R"( seed="42" heldOutFraction="0.1"></InnerGSParameters></MRML>)";
+  const auto read = [&](const std::string& attributes) {
+    scene->SetLoadFromXMLString(1);
+    scene->SetSceneXMLString(start + attributes + end);
+    EXPECT_TRUE(scene->Connect());
+    return Parameters::SafeDownCast(scene->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode"));
+  };
+  auto* unset = read(
+      R"( blending="-1" linearIntensity="-1" initialisation="-1" loss="-1" huberDelta="0.02" ssimWeight="-1" numberOfGaussians="0" numberOfIterations="0" numberOfMembers="0" paperStopRule="-1" allAxes="-1" schedule="-1" densifyEvery="-1" maximumNumberOfGaussians="0" pointWeight="-1" selection="0" plateauPatience="10" plateauFactor="0.5" plateauLowest="0.01" plateauThreshold="0.0001" pruneOpacity="-1" pruneSize="20" densifyGradient="1" splitSize="2" cutoff="-1" beta1="-1" beta2="-1" device="auto" relocate="true" consistency="true" fillValue="0" numberOfThreads="0" instructionSet="")");
+  ASSERT_NE(unset, nullptr);
+  innergs::Settings expected;
+  expected.preset = innergs::Preset::Best;
+  expected.seed = 42;
+  EXPECT_TRUE(unset->GetSettings() == expected);
+  EXPECT_EQ(unset->GetHeldOutFraction(), 0.1);
+  auto* set = read(
+      R"( blending="1" linearIntensity="0" initialisation="1" loss="2" huberDelta="0.3333333333333333" ssimWeight="0" numberOfGaussians="1000" numberOfIterations="77" numberOfMembers="3" paperStopRule="1" allAxes="0" schedule="1" densifyEvery="0" maximumNumberOfGaussians="2000" pointWeight="0.8" selection="2" plateauPatience="7" pruneOpacity="0.05" cutoff="2.3" beta1="0.81" device="cuda:1" relocate="false" consistency="false" fillValue="-1024" numberOfThreads="2" instructionSet="scalar")");
+  ASSERT_NE(set, nullptr);
+  EXPECT_EQ(
+      innergs::settingsText(set->GetSettings(), 0),
+      "preset=best; device=cuda:1; fill=-1024; blending=additive; linearIntensity=false; cutoff=2.3; "
+      "initialisation=grid; gaussians=1000; ensembleSize=3; iterations=77; loss=huber; lossWeight=0.8; "
+      "ssimWeight=0; huberDelta=0.3333333333333333; allAxes=false; relocate=false; consistency=false; "
+      "schedule=plateau; plateauPatience=7; plateauFactor=0.5; plateauLowest=0.01; plateauThreshold=0.0001; "
+      "beta1=0.81; paperStopRule=true; densifyEvery=0; maxGaussians=2000; selection=method2; seed=42; "
+      "heldOutFraction=0");
+  EXPECT_EQ(set->GetSetting("pruneOpacity"), "0.05");
+  EXPECT_EQ(set->GetNumberOfThreads(), 2);
+  EXPECT_EQ(set->GetInstructionSet(), "scalar");
 }
 
 TEST_F(ParameterNodeTest, RemovedNodesAreForgotten) {

@@ -18,6 +18,8 @@
 #include <vtkTable.h>
 #include <vtkTransform.h>
 
+#include <sstream>
+
 namespace {
 
 using ReconstructTest = MrmlFixture;
@@ -94,31 +96,25 @@ TEST_F(ReconstructTest, RemovedOutputsLeaveTheHierarchy) {
 
 TEST_F(ReconstructTest, SettingsReachTheEngine) {
   auto* parameters = addParameters(addVolume());
-  parameters->SetSelection(Parameters::Method2);
-  parameters->SetSchedule(Parameters::Plateau);
-  parameters->SetPlateauPatience(3);
-  parameters->SetPlateauFactor(0.25);
-  parameters->SetPlateauLowest(0.125);
-  parameters->SetPlateauThreshold(0.0625);
-  parameters->SetNumberOfIterations(4);
-  parameters->SetDensifyEvery(2);
-  parameters->SetPruneOpacity(0.03125);
-  parameters->SetPruneSize(12.5);
-  parameters->SetDensifyGradient(0.75);
-  parameters->SetSplitSize(3.5);
-  parameters->SetCutoff(2.5);
-  parameters->SetBeta1(0.75);
-  parameters->SetBeta2(0.9375);
-  parameters->SetDevice("cpu");
+  const auto forEachAsked = [](auto&& use) {
+    std::istringstream asked(
+        "selection=method2 schedule=plateau plateauPatience=3 plateauFactor=0.25 plateauLowest=0.125 "
+        "iterations=4 "
+        "plateauThreshold=0.0625 densifyEvery=2 pruneOpacity=0.03125 pruneSize=12.5 densifyGradient=0.75 "
+        "splitSize=3.5 cutoff=2.5 beta1=0.75 beta2=0.9375 device=cpu seed=18000000000000000001");
+    for (std::string name; std::getline(asked, name, '=');) {
+      std::string text;
+      asked >> text >> std::ws;
+      use(name, text);
+    }
+  };
+  forEachAsked([&](auto& name, auto& text) { ASSERT_TRUE(parameters->SetSetting(name, text)) << name; });
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   auto* model = logic->GetLastJob()->GetModelNode();
   const std::string used = std::string("; ") + model->GetAttribute("InnerGS.Settings") + ";";
-  for (const char* setting :
-       {"selection=method2", "plateauPatience=3", "plateauFactor=0.25", "plateauLowest=0.125",
-        "plateauThreshold=0.0625", "densifyEvery=2", "pruneOpacity=0.03125", "pruneSize=12.5",
-        "densifyGradient=0.75", "splitSize=3.5", "cutoff=2.5", "beta1=0.75", "beta2=0.9375", "device=cpu"})
-    EXPECT_NE(used.find(std::string("; ") + setting + ";"), std::string::npos)
-        << setting << " not in " << used;
+  forEachAsked([&](auto& name, auto& text) {
+    EXPECT_NE(used.find("; " + name + "=" + text + ";"), std::string::npos) << name << " not in " << used;
+  });
   EXPECT_STREQ(model->GetAttribute("InnerGS.Device"), "cpu");
 }
 

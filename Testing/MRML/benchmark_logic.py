@@ -126,8 +126,8 @@ def print_cancel_times(scene, logic, scan, gaussians, rounds=4):
     across = [add_thick(scene, scan, 2), add_thick(scene, scan, 0)]
     cases = {
         "one scan": dict(volumes=scan, gaussians=gaussians, iterations=4, held_out=0.1),
-        "thick slices": dict(volumes=across[0], iterations=2, members=2, held_out=0.1),
-        "two stacks": dict(volumes=across, iterations=2, members=1),
+        "thick slices": dict(volumes=across[0], iterations=2, ensemble_size=2, held_out=0.1),
+        "two stacks": dict(volumes=across, iterations=2, ensemble_size=1),
         "quality table": dict(volumes=scan, gaussians=gaussians, iterations=2, quality=True),
     }
     for name, choices in cases.items():

@@ -7,6 +7,7 @@
 #include <QSignalSpy>
 #include <QTest>
 
+#include "SettingTexts.h"
 #include "TestTools.h"
 #include "Widgets/NumberSpin.h"
 
@@ -19,72 +20,17 @@ namespace {
 /// Every field differs from its default.
 Settings unusualSettings() {
   Settings s;
-  s.preset = innergs::Preset::Best;
-  s.blending = innergs::Blending::Additive;
-  s.selection = innergs::Selection::Method2;
-  s.cutoff = 3;
-  s.linearIntensity = false;
-  s.initialisation = innergs::Initialisation::Grid;
-  s.loss = innergs::LossKind::Huber;
-  s.pointWeight = 1.0 / 3; // more digits than a field shows
-  s.ssimWeight = 0.25;
-  s.huberDelta = 0.05;
+  for (const innergs::Setting& row : innergs::settingsTable())
+    row.setText(s, innergs::test::otherText(row));
   s.gaussians = 12345;
-  s.maxGaussians = 999'999'999;
-  s.iterations = 77;
-  s.ensembleSize = 1;
-  s.schedule = innergs::Schedule::Plateau;
-  s.plateau = {7, 0.25, 0.002, 3e-5};
-  s.beta1 = 0.9;
-  s.beta2 = 0.999;
-  s.densifyEvery = 0;
-  s.densify = {0.05, 12, 2.5, 4};
-  s.allAxes = true;
-  s.paperStopRule = false;
-  s.relocate = false;
-  s.consistency = false;
+  s.plateau.threshold = 3e-5;
   s.threads = 3;
-  s.instructionSet = "scalar";
-  s.device = "cpu";
-  s.seed = 18'000'000'000'000'000'001ULL; // more than a double holds
   return s;
 }
 
 void compare(const Settings& a, const Settings& b) {
-  QCOMPARE(a.preset, b.preset);
-  QCOMPARE(a.blending, b.blending);
-  QCOMPARE(a.selection, b.selection);
-  QCOMPARE(a.cutoff, b.cutoff);
-  QCOMPARE(a.linearIntensity, b.linearIntensity);
-  QCOMPARE(a.initialisation, b.initialisation);
-  QCOMPARE(a.loss, b.loss);
-  QCOMPARE(a.pointWeight, b.pointWeight);
-  QCOMPARE(a.ssimWeight, b.ssimWeight);
-  QCOMPARE(a.huberDelta, b.huberDelta);
-  QCOMPARE(a.gaussians, b.gaussians);
-  QCOMPARE(a.maxGaussians, b.maxGaussians);
-  QCOMPARE(a.iterations, b.iterations);
-  QCOMPARE(a.ensembleSize, b.ensembleSize);
-  QCOMPARE(a.schedule, b.schedule);
-  QCOMPARE(a.plateau.patience, b.plateau.patience);
-  QCOMPARE(a.plateau.factor, b.plateau.factor);
-  QCOMPARE(a.plateau.lowest, b.plateau.lowest);
-  QCOMPARE(a.plateau.threshold, b.plateau.threshold);
-  QCOMPARE(a.beta1, b.beta1);
-  QCOMPARE(a.beta2, b.beta2);
-  QCOMPARE(a.densifyEvery, b.densifyEvery);
-  QCOMPARE(a.densify.opacity, b.densify.opacity);
-  QCOMPARE(a.densify.size, b.densify.size);
-  QCOMPARE(a.densify.gradient, b.densify.gradient);
-  QCOMPARE(a.densify.split, b.densify.split);
-  QCOMPARE(a.allAxes, b.allAxes);
-  QCOMPARE(a.paperStopRule, b.paperStopRule);
-  QCOMPARE(a.relocate, b.relocate);
-  QCOMPARE(a.consistency, b.consistency);
-  QCOMPARE(a.threads, b.threads);
-  QCOMPARE(a.instructionSet, b.instructionSet);
-  QCOMPARE(a.device, b.device);
-  QCOMPARE(a.seed, b.seed);
+  for (const innergs::Setting& row : innergs::settingsTable())
+    QVERIFY2(row.textIn(a) == row.textIn(b), row.name);
 }
 
 } // namespace
@@ -120,8 +66,8 @@ private Q_SLOTS:
 
   /// Every field can be edited by keyboard, and an emptied one is automatic again.
   void numbersAreTypedAndEmptied() {
-    for (const char* name : {"gaussians", "maxGaussians", "iterations", "members", "cutoff", "pointWeight",
-                             "ssimWeight", "beta1", "beta2", "densifyEvery"}) {
+    for (const char* name : {"gaussians", "maxGaussians", "iterations", "ensembleSize", "cutoff",
+                             "lossWeight", "ssimWeight", "beta1", "beta2", "densifyEvery"}) {
       const QString typed = QString(name).startsWith("beta") ? "0.5" : "2";
       type(name, typed);
       QVERIFY2(spin(name)->number() == typed.toDouble(), name);
@@ -187,8 +133,9 @@ private Q_SLOTS:
     QTest::keyClick(button, Qt::Key_Space);
     QCOMPARE(changed.count(), 1);
     Settings expected;
-    expected.preset = innergs::Preset::Best;
-    expected.device = "cpu";
+    expected.preset = unusualSettings().preset;
+    expected.device = unusualSettings().device;
+    expected.fill = unusualSettings().fill;
     compare(panel_->settings(), expected);
     QVERIFY(combo("loss")->currentText().startsWith("automatic"));
     QVERIFY(panel_->findChild<QCheckBox*>("consistency")->isChecked());
@@ -207,12 +154,13 @@ private Q_SLOTS:
     compare(panel_->settings(), Settings());
   }
 
-  void everyFieldHasATooltip() {
-    for (auto* field : panel_->findChildren<QWidget*>())
-      if (qobject_cast<QComboBox*>(field) || qobject_cast<NumberSpin*>(field) ||
-          qobject_cast<QCheckBox*>(field))
-        QVERIFY2(!field->toolTip().isEmpty() && !field->objectName().isEmpty(),
-                 qPrintable(field->objectName()));
+  void everySettingOfTheTableHasAField() {
+    for (const innergs::Setting& row : innergs::settingsTable())
+      if (row.group != innergs::Setting::Group::Basic) {
+        auto* field = panel_->findChild<QWidget*>(row.name);
+        QVERIFY2(field, row.name);
+        QVERIFY2(field->toolTip().contains(QString(row.text).toHtmlEscaped()), row.name);
+      }
   }
 
 private:

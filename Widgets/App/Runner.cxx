@@ -3,7 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/ThreadPriority.h"
 #include "Core/Job/JobInput.h"
-#include "Core/Settings/SettingsText.h"
+#include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/Background.h"

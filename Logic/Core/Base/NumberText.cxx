@@ -55,12 +55,28 @@ std::string numberText(double value) {
   return formatted("%g", value);
 }
 
-std::optional<double> leadingNumber(const std::string& text) {
+std::string exactText(double value) {
+  std::string text;
+  for (int digits = 15; digits <= 17; ++digits) {
+    text = formatted("%.*g", digits, value);
+    if (leadingNumber(text) == value) break;
+  }
+  return text;
+}
+
+std::optional<double> leadingNumber(const std::string& text, std::size_t* length) {
   const ClassicNumbers classic;
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
+  if (length) *length = static_cast<std::size_t>(end - text.c_str());
   if (end == text.c_str()) return std::nullopt;
   return value;
+}
+
+std::optional<double> wholeTextNumber(const std::string& text) {
+  std::size_t length = 0;
+  const auto value = leadingNumber(text, &length);
+  return length == text.size() ? value : std::nullopt;
 }
 
 } // namespace innergs

@@ -32,8 +32,14 @@ formatted(const char* pattern, ...);
 /// For sentences: six significant digits ("0.9", "1e-06").
 std::string numberText(double value);
 
+/// The fewest significant digits that read back as the value ("0.1", "0.3333333333333333").
+std::string exactText(double value);
+
+/// The number that the whole text is, "nan" and "inf" too; nothing for any other text.
+std::optional<double> wholeTextNumber(const std::string& text);
+
 /// The number that a text begins with, blanks skipped, as std::strtod takes it in the C locale ("nan" and
-/// "inf" too).
-std::optional<double> leadingNumber(const std::string& text);
+/// "inf" too), and how long it is.
+std::optional<double> leadingNumber(const std::string& text, std::size_t* length = nullptr);
 
 } // namespace innergs

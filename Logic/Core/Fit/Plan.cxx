@@ -12,7 +12,6 @@ namespace innergs {
 namespace {
 
 constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
-constexpr int kDensifyEvery = 10;
 constexpr std::int64_t kFewestGaussians = 64;
 
 template <class Visit>
@@ -160,21 +159,10 @@ namespace {
 
 /// What the preset says where neither the user nor the data do.
 void fillChoices(Settings& s, const DataTraits& traits) {
-  const bool paper = s.preset == Preset::Paper;
-  s.blending = chosenBlending(s);
+  s = withPresetValues(s);
   if (!s.linearIntensity)
-    s.linearIntensity = *s.blending == Blending::Normalised && !paper && !traits.superResolution();
-  if (!s.initialisation) s.initialisation = paper ? Initialisation::Grid : Initialisation::Adaptive;
-  if (!s.loss) s.loss = paper ? LossKind::L1 : LossKind::L2;
-  if (!s.pointWeight) s.pointWeight = paper ? 0.8 : 1.0;
-  if (!s.ssimWeight) s.ssimWeight = paper ? 0.4 : 0.0;
-  if (!s.schedule) s.schedule = paper ? Schedule::Plateau : Schedule::Exponential;
-  if (!s.cutoff) s.cutoff = 2.2;
-  if (!s.beta1) s.beta1 = 0.8;
-  if (!s.beta2) s.beta2 = 0.95;
-  if (!s.densifyEvery) s.densifyEvery = paper || s.maxGaussians ? kDensifyEvery : 0;
-  if (!s.densify.opacity) s.densify.opacity = *s.blending == Blending::Alpha ? 0.3 : 0.01;
-  if (!s.paperStopRule) s.paperStopRule = paper;
+    s.linearIntensity =
+        s.blending == Blending::Normalised && s.preset != Preset::Paper && !traits.superResolution();
   if (s.allAxes.value_or(false) && !traits.cubes)
     throw Error(
         ErrorCode::InvalidArgument,
@@ -247,7 +235,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   fillChoices(settings, traits);
   FitPlan plan;
   plan.linearIntensity = *settings.linearIntensity;
-  plan.loss = {*settings.loss, settings.huberDelta, *settings.ssimWeight, *settings.pointWeight};
+  plan.loss = {*settings.loss, settings.huberDelta, *settings.ssimWeight, *settings.lossWeight};
   plan.rates = {0.24 * traits.voxel, 0.09, 0.09, 0.15, 0.03, 0.01 / traits.voxel};
   plan.beta1 = *settings.beta1;
   plan.beta2 = *settings.beta2;

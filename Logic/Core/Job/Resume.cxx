@@ -1,42 +1,22 @@
 #include "Core/Job/Resume.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Base/NumberText.h"
+#include "Core/Settings/SettingsTable.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace innergs {
 
-std::string settingsKey(const Settings& s, const std::string& fingerprint) {
-  const auto number = [](double x) { return formatted("%.17g", x); };
-  std::string schedule, densify; // only what has an effect
-  if (s.schedule == Schedule::Plateau)
-    schedule = ", plateau " + std::to_string(s.plateau.patience) + " " + number(s.plateau.factor) + " " +
-               number(s.plateau.lowest) + " " + number(s.plateau.threshold);
-  if (s.densifyEvery.value_or(0) > 0)
-    densify = ", densify " + std::to_string(*s.densifyEvery) + " " + number(s.densify.opacity.value_or(0)) +
-              " " + number(s.densify.size) + " " + number(s.densify.gradient) + " " +
-              number(s.densify.split) + " " + std::to_string(s.maxGaussians.value_or(0));
-  if (s.allAxes.value_or(false)) schedule += ", all axes";
-  if (s.selection != Selection::Exact) schedule += std::string(", selection ") + selectionName(s.selection);
-  const auto other = [&](const char* name, const std::optional<double>& value, double usual) {
-    if (value.value_or(usual) != usual) schedule += name + number(*value);
-  };
-  other(", cutoff ", s.cutoff, 2.2);
-  other(", beta1 ", s.beta1, 0.8);
-  other(", beta2 ", s.beta2, 0.95);
-  return "preset " + std::to_string(static_cast<int>(s.preset)) + ", blending " +
-         std::to_string(static_cast<int>(chosenBlending(s))) + ", linear " +
-         std::to_string(s.linearIntensity.value_or(false)) + ", start " +
-         std::to_string(static_cast<int>(s.initialisation.value_or(Initialisation::Adaptive))) + ", loss " +
-         std::to_string(static_cast<int>(s.loss.value_or(LossKind::L2))) + " " + number(s.huberDelta) + " " +
-         number(s.pointWeight.value_or(1)) + " " + number(s.ssimWeight.value_or(0)) + schedule + densify +
-         ", gaussians " + std::to_string(s.gaussians.value_or(0)) + ", iterations " +
-         std::to_string(s.iterations.value_or(0)) + ", members " +
-         std::to_string(s.ensembleSize.value_or(1)) + ", stop rule " +
-         std::to_string(s.paperStopRule.value_or(false)) + ", relocate " + std::to_string(s.relocate) +
-         ", seed " + std::to_string(s.seed) + ", input " + fingerprint;
+std::string settingsKey(const Settings& settings, const std::string& fingerprint) {
+  const Settings usual; // left out, so that a new setting leaves older keys as they are
+  std::string key;
+  for (const Setting& row : settingsTable()) {
+    const std::string text = row.textIn(settings);
+    if (row.part == Setting::Part::Fit && text != row.textIn(usual) && row.hasEffectIn(settings))
+      key += row.name + ("=" + text) + "; ";
+  }
+  return key + "input=" + fingerprint;
 }
 
 void checkResumable(const Checkpoint& c, int iterations) {

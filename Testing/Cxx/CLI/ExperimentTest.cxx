@@ -148,7 +148,7 @@ TEST_F(ExperimentTest, BadArgumentsAreOneSentence) {
   expectOneSentence(run({"experiment", "static", "--volume", path("none.nii"), "-o", out}), 1, "none.nii");
   expectOneSentence(
       run({"experiment", "static", "--volume", path("head.nii"), "-o", out, "--gaussians", "0"}), 1,
-      "at least 1");
+      "between 1 and");
   expectOneSentence(run({"experiment", "ablation-selection", "--volume", path("head.nii"), "-o", out,
                          "--gaussians", "1000000000", "-q"}),
                     1, "memory");

@@ -50,7 +50,7 @@ TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   EXPECT_EQ(report.at("settings").at("iterations"), 40);
   EXPECT_EQ(report.at("settings").at("threads"), 2);
   EXPECT_EQ(report.at("settings").at("preset"), "balanced");
-  EXPECT_FALSE(report.at("settings").at("instruction_set").get<std::string>().empty());
+  EXPECT_FALSE(report.at("settings").at("instructionSet").get<std::string>().empty());
   EXPECT_EQ(report.at("inputs").size(), 1u);
   EXPECT_EQ(report.at("inputs")[0].at("size"), (std::vector<int>{24, 28, 20}));
   EXPECT_EQ(report.at("output").at("grid").at("size"), (std::vector<int>{24, 28, 20}));

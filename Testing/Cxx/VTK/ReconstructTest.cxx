@@ -1,4 +1,5 @@
 #include "ReconstructFixtures.h"
+#include "SettingTexts.h"
 
 #include <vtkImageShiftScale.h>
 
@@ -285,7 +286,7 @@ TEST(ReconstructFilter, EstimatesItsTimeBeforeTheStart) {
   ASSERT_TRUE(filter->TakeSnapshot());
   EXPECT_EQ(filter->EstimateSeconds(), longer);
   Errors errors(filter);
-  filter->SetNumberOfIterations(-1);
+  filter->SetNumberOfIterations(0);
   EXPECT_EQ(filter->EstimateSeconds(), 0);
   EXPECT_EQ(errors.texts.size(), 1u);
 }
@@ -328,4 +329,34 @@ TEST(ReconstructFilter, HandsOutPreviewsWhileItRuns) {
   EXPECT_EQ(kept->GetNumberOfPoints(), input.stacks[0].image.geometry.voxelCount());
   EXPECT_TRUE(closeTo(filter->GetPreviewIJKToRASMatrix(), rasMatrix(input.stacks[0].image.geometry)));
   EXPECT_NEAR(kept->GetScalarRange()[1], 200, 40);
+}
+
+/// By name, as the table lists them; what is refused changes nothing.
+TEST(Settings, AreReachedByName) {
+  vtkNew<vtkInnerGSReconstruct> filter;
+  Errors errors(filter);
+  const Settings before = filter->GetSettings();
+  EXPECT_TRUE(before == Settings());
+  EXPECT_EQ(filter->GetNumberOfSettings(), static_cast<int>(settingsTable().size()));
+  for (const Setting& row : settingsTable()) {
+    SCOPED_TRACE(row.name);
+    const auto time = filter->GetMTime();
+    EXPECT_TRUE(filter->SetSetting(row.name, test::otherText(row)));
+    EXPECT_GT(filter->GetMTime(), time);
+    EXPECT_EQ(filter->GetSetting(row.name), row.textIn(filter->GetSettings()));
+    EXPECT_FALSE(filter->GetSettings() == before);
+    EXPECT_TRUE(filter->UnsetSetting(row.name));
+    EXPECT_TRUE(filter->GetSettings() == before);
+  }
+  EXPECT_TRUE(errors.texts.empty());
+  for (const auto& [name, text] : {std::pair{"plateauFactor", "2"}, {"device", "abacus"}, {"nothing", "5"}})
+    EXPECT_FALSE(filter->SetSetting(name, text)) << name;
+  filter->SetPreset(17);
+  EXPECT_EQ(errors.texts.size(), 4u);
+  EXPECT_TRUE(filter->GetSettings() == before);
+  filter->SetPreset(vtkInnerGSReconstruct::Paper);
+  EXPECT_EQ(filter->GetSetting("preset"), "paper");
+  EXPECT_EQ(filter->GetBlending(), vtkInnerGSReconstruct::Automatic);
+  filter->SetNumberOfThreads(3);
+  EXPECT_EQ(filter->GetSetting("threads"), "3");
 }

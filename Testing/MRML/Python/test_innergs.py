@@ -157,8 +157,11 @@ class InnerGSTest(unittest.TestCase):
             (lambda: innergs.reconstruct(empty), "'Empty' has no voxels"),
             (lambda: innergs.reconstruct(source, spacing=-1), "above 0 mm"),
             (lambda: innergs.reconstruct(source, spacing=1, input_grid=True), "one output grid"),
-            (lambda: innergs.reconstruct(source, preset="magic"), "fast, balanced, best, paper"),
+            (lambda: innergs.reconstruct(source, preset="magic"), "fast|balanced|best|paper"),
             (lambda: innergs.reconstruct(source, colour="red"), "no setting 'colour'"),
+            (lambda: innergs.reconstruct(source, plateau_faktor=1), "did you mean plateauFactor"),
+            (lambda: innergs.reconstruct(source, cutoff=9), "between 1 and 5"),
+            (lambda: innergs.reconstruct(source, seed=-1), "seed"),
             (lambda: innergs.reconstruct(source, gaussians=-1), "Gaussians"),
             (lambda: innergs.reconstruct(source, gaussians="many"), ""),
             (lambda: innergs.reconstruct(source, thickness=[1, 2]), "2 values of thickness"),
@@ -173,13 +176,13 @@ class InnerGSTest(unittest.TestCase):
 
     def test_parameter_node(self):
         node = innergs.parameters(add_volume(self.scene), input_grid=True, preset="fast", seed=3, selection="method1",
-                                  device="cpu", schedule="plateau", plateau_patience=5, densify_every=3, prune_size=9,
-                                  cutoff=2.5, beta1=0.75, beta2=0.875)
+                                  device="cpu", schedule="plateau", plateau_patience=5, densifyEvery=3, prune_size=9,
+                                  cutoff=2.5, beta1=0.75, beta2=0.875, relocate=False, loss=None)
         result = innergs.reconstruct(None, parameter_node=node)
         self.assertIs(node.GetResultVolumeNode(), result.volume)
         used = result.model.GetAttribute("InnerGS.Settings").split("; ")
         for setting in ("seed=3", "selection=method1", "device=cpu", "plateauPatience=5", "densifyEvery=3", "pruneSize=9",
-                        "cutoff=2.5", "beta1=0.75", "beta2=0.875"):
+                        "relocate=false", "loss=l2", "cutoff=2.5", "beta1=0.75", "beta2=0.875"):
             self.assertIn(setting, used)
 
     def test_temporary_parameter_node(self):

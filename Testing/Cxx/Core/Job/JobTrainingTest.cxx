@@ -96,7 +96,7 @@ TEST(PaperPreset, YieldsToWhatIsSetExplicitly) {
   settings.blending = Blending::Normalised;
   settings.initialisation = Initialisation::Adaptive;
   settings.loss = LossKind::L2;
-  settings.pointWeight = 1;
+  settings.lossWeight = 1;
   settings.ssimWeight = 0;
   settings.schedule = Schedule::Exponential;
   settings.densifyEvery = 0;

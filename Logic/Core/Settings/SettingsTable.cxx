@@ -1,0 +1,251 @@
+#include "Core/Settings/SettingsTable.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Settings/DeviceRequest.h"
+
+#include <algorithm>
+
+namespace innergs {
+namespace {
+
+#define MEMBER(path) settingMember([](auto& s) -> auto& { return s.path; })
+
+/// Marks a text for lupdate, in the context of this namespace.
+constexpr const char* tr(const char* text) {
+  return text;
+}
+
+constexpr SettingRange between(double lowest, double highest) {
+  return {lowest, highest};
+}
+constexpr SettingRange nonNegative{.lowest = 0}, positive{.lowest = 0, .open = true};
+constexpr SettingRange insideUnit{0, 1, true, true}, belowOne{0, 1, false, true};
+
+bool plateaus(const Settings& s) {
+  return s.schedule == Schedule::Plateau;
+}
+bool densifies(const Settings& s) {
+  return s.densifyEvery.value_or(0) > 0;
+}
+
+} // namespace
+
+const std::vector<Setting>& settingsTable() {
+  using enum Setting::Group;
+  constexpr auto Result = Setting::Part::Result, Speed = Setting::Part::Speed;
+  static const std::vector<Setting> rows{
+      Setting(
+          "preset", MEMBER(preset), Basic, tr("Preset"),
+          tr("How much work to put in: seconds, about a minute, minutes; or the paper's own method, "
+             "where no other setting says otherwise."),
+          {.words = {{"fast", tr("Fast"), tr("The least work, for a first look.")},
+                     {"balanced", tr("Balanced"), tr("The usual choice: good quality without a long wait.")},
+                     {"best", tr("Best"), tr("The most work: somewhat better, several times slower.")},
+                     {"paper", tr("Paper"),
+                      tr("The published method, to compare: slow, and poor between slices.")}}}),
+      Setting("device", MEMBER(device), Basic, tr("Device"),
+              tr("Where the fit runs: auto takes a GPU that is there and whose memory suffices; or cpu, "
+                 "cuda, cuda:N."),
+              {.part = Result, .checkText = [](const std::string& text) { parseDeviceRequest(text); }}),
+      Setting("fill", MEMBER(fill), Basic, tr("Outside the mask"),
+              tr("Value of the volume, and of every later query of the model, outside the mask."),
+              {.part = Result, .range = between(-1e30, 1e30)}),
+
+      Setting("blending", MEMBER(blending), Model, tr("Blending"),
+              tr("How overlapping Gaussians add up: their weighted mean, their sum, or one behind the other "
+                 "along the slices, as in the paper."),
+              {.words = {{"normalised", tr("normalised")},
+                         {"additive", tr("additive")},
+                         {"alpha", tr("alpha")}}}),
+      Setting("linearIntensity", MEMBER(linearIntensity), Model, tr("Linear intensity"),
+              tr("Each Gaussian's intensity may slope across it (normalised blending only)."),
+              {.automatic = tr("chosen from the data")}),
+      Setting("cutoff", MEMBER(cutoff), Model, tr("Cut-off radius"),
+              tr("Where Gaussians end, in standard deviations; the paper's: 3."),
+              {.range = between(1, 5), .unit = tr("σ")}),
+      Setting("initialisation", MEMBER(initialisation), Model, tr("Start"),
+              tr("Where Gaussians start: where the structure is, or on an even grid."),
+              {.words = {{"adaptive", tr("adaptive")}, {"grid", tr("even grid")}}}),
+      Setting("gaussians", MEMBER(gaussians), Model, tr("Gaussians"),
+              tr("Gaussians of one field at its start."),
+              {.range = between(1, 1e9), .automatic = tr("chosen from the data"), .usual = 10000}),
+      Setting("ensembleSize", MEMBER(ensembleSize), Model, tr("Merged fields"),
+              tr("Fields fitted independently and merged: more is slower and less noisy between slices."),
+              {.range = between(1, 64), .automatic = tr("chosen from preset and gap"), .usual = 1}),
+
+      Setting("iterations", MEMBER(iterations), Fit, tr("Iterations"),
+              tr("Iterations over the data, for each field."),
+              {.range = between(1, 1e6), .automatic = tr("chosen from preset and data"), .usual = 100}),
+      Setting("loss", MEMBER(loss), Fit, tr("Loss"), tr("What the fit minimises between scan and model."),
+              {.words = {{"l1", tr("L1")}, {"l2", tr("L2")}, {"huber", tr("Huber")}}}),
+      Setting("lossWeight", MEMBER(lossWeight), Fit, tr("Weight of the loss"),
+              tr("Weight of the loss beside that of 1 − SSIM."), {.range = nonNegative}),
+      Setting("ssimWeight", MEMBER(ssimWeight), Fit, tr("Weight of 1 − SSIM"),
+              tr("Weight of structural dissimilarity beside the loss."),
+              {.range = nonNegative, .usual = 0.4}),
+      Setting("huberDelta", MEMBER(huberDelta), Fit, tr("Huber's δ"),
+              tr("Where the Huber loss turns linear, as a fraction of the intensity range."),
+              {.range = positive, .applies = [](const Settings& s) { return s.loss == LossKind::Huber; }}),
+      Setting("allAxes", MEMBER(allAxes), Fit, tr("Slices of all axes"),
+              tr("Fit the slices of one scan along all three of its axes."),
+              {.automatic = tr("with alpha blending of nearly cubic voxels")}),
+      Setting("relocate", MEMBER(relocate), Fit, tr("Move useless Gaussians"),
+              tr("On an even grid: prune Gaussians without use and split those where the error is.")),
+      Setting("consistency", MEMBER(consistency), Fit, tr("Data-consistency step"),
+              tr("After the fit, put back what the slices still demand, as far as it is not noise (where "
+                 "slices are far apart or several scans are fitted)."),
+              {.part = Result}),
+
+      Setting("schedule", MEMBER(schedule), LearningRates, tr("Schedule"),
+              tr("Learning rates decay over the iterations, or fall when the loss stops improving."),
+              {.words = {{"exponential", tr("exponential")}, {"plateau", tr("plateau")}}}),
+      Setting("plateauPatience", MEMBER(plateau.patience), LearningRates, tr("Patience"),
+              tr("Plateau: how long without improvement before the rates fall."),
+              {.range = between(1, 1e6), .unit = tr("iterations"), .applies = plateaus}),
+      Setting("plateauFactor", MEMBER(plateau.factor), LearningRates, tr("Factor"),
+              tr("Plateau: what the rates are multiplied by then."),
+              {.range = insideUnit, .applies = plateaus}),
+      Setting("plateauLowest", MEMBER(plateau.lowest), LearningRates, tr("Lowest share"),
+              tr("Plateau: the share of the first rates that they never fall below."),
+              {.range = {0, 1, true}, .applies = plateaus}),
+      Setting("plateauThreshold", MEMBER(plateau.threshold), LearningRates, tr("Improvement"),
+              tr("Plateau: the relative fall of the loss that counts as an improvement."),
+              {.range = belowOne, .applies = plateaus}),
+      Setting("beta1", MEMBER(beta1), LearningRates, tr("Adam's β₁"),
+              tr("Share of the old mean of the gradient in the new one."), {.range = insideUnit}),
+      Setting("beta2", MEMBER(beta2), LearningRates, tr("Adam's β₂"),
+              tr("Share of the old mean of the gradient's square in the new one."), {.range = insideUnit}),
+      Setting("paperStopRule", MEMBER(paperStopRule), LearningRates, tr("Paper's stop rule"),
+              tr("Stop when the loss fell by less than 1e-4 over 100 iterations, after 1000 at the latest.")),
+
+      Setting("densifyEvery", MEMBER(densifyEvery), Densification, tr("Densify every"),
+              tr("Prune and densify Gaussians every so many iterations; a largest number of Gaussians turns "
+                 "it on."),
+              {.range = between(0, 1e6), .unit = tr("iterations"), .zero = tr("never"), .usual = 10}),
+      Setting("maxGaussians", MEMBER(maxGaussians), Densification, tr("Most Gaussians"),
+              tr("Gaussians that densification may reach."),
+              {.range = between(1, 1e9), .automatic = tr("as many as at the start"), .usual = 100000}),
+      Setting("pruneOpacity", MEMBER(densify.opacity), Densification, tr("Prune below opacity"),
+              tr("Gaussians of a lower opacity are pruned; with alpha blending usually 0.3."),
+              {.range = belowOne, .applies = densifies}),
+      Setting("pruneSize", MEMBER(densify.size), Densification, tr("Prune above σ"),
+              tr("Gaussians with a larger standard deviation are pruned."),
+              {.range = positive, .unit = tr("voxels"), .applies = densifies}),
+      Setting("densifyGradient", MEMBER(densify.gradient), Densification, tr("Densify above pull"),
+              tr("Gaussians whose move by one voxel would lower the loss by more than that of so many "
+                 "samples become two."),
+              {.range = nonNegative, .unit = tr("samples"), .applies = densifies}),
+      Setting("splitSize", MEMBER(densify.split), Densification, tr("Split above"),
+              tr("Those whose covariance has a larger norm are split, the others cloned."),
+              {.range = nonNegative, .unit = tr("voxels²"), .applies = densifies}),
+
+      Setting("selection", MEMBER(selection), Computation, tr("Candidates"),
+              tr("Where a Gaussian is evaluated: exactly where it contributes, or as the paper's two methods "
+                 "do, to compare times (and, at cut-offs above 2.2, what method2 misses); CPU only."),
+              {.words = {{"exact", tr("exact")},
+                         {"method1", tr("paper's method 1")},
+                         {"method2", tr("paper's method 2")}}}),
+      Setting("threads", MEMBER(threads), Computation, tr("Threads"),
+              tr("CPU threads to use; the result does not depend on it."),
+              {.part = Speed, .range = between(0, 4096), .zero = tr("all cores")}),
+      Setting("instructionSet", MEMBER(instructionSet), Computation, tr("Instruction set"),
+              tr("Of the CPU's vector units, one of those that 'innergs info' lists; scalar is the plain "
+                 "reference."),
+              {.part = Speed, .automatic = tr("best available")}),
+      Setting("seed", MEMBER(seed), Computation, tr("Seed"),
+              tr("The same seed gives the same result, bit for bit, on any number of threads.")),
+  };
+  return rows;
+}
+
+#undef MEMBER
+
+const char* groupTitle(Setting::Group group) {
+  using enum Setting::Group;
+  switch (group) {
+  case Basic:
+    return tr("Basic");
+  case Model:
+    return tr("Model");
+  case Fit:
+    return tr("Fit");
+  case LearningRates:
+    return tr("Learning rates");
+  case Densification:
+    return tr("Densification");
+  case Computation:
+    return tr("Computation");
+  }
+  return "";
+}
+
+namespace {
+
+/// Insertions, deletions and replacements from one word to another, whatever their case (Levenshtein 1966).
+std::size_t distance(const std::string& a, const std::string& b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j)
+    row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t replaced = diagonal + (lower(a[i - 1]) != lower(b[j - 1]));
+      diagonal = row[j];
+      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row.back();
+}
+
+} // namespace
+
+const Setting& settingNamed(const std::string& name) {
+  const auto& rows = settingsTable();
+  const auto found =
+      std::find_if(rows.begin(), rows.end(), [&](const auto& row) { return row.name == name; });
+  if (found != rows.end()) return *found;
+  const auto nearest = std::min_element(rows.begin(), rows.end(), [&](const auto& a, const auto& b) {
+    return distance(name, a.name) < distance(name, b.name);
+  });
+  throw Error(ErrorCode::InvalidArgument,
+              "There is no setting '" + name + "': did you mean " + nearest->name + "?");
+}
+
+std::string settingsText(const Settings& settings, double heldOutFraction) {
+  std::string text;
+  for (const Setting& row : settingsTable())
+    if (row.part != Setting::Part::Speed && row.isIn(settings) && row.hasEffectIn(settings))
+      text += row.name + ("=" + row.textIn(settings)) + "; ";
+  return text + "heldOutFraction=" + exactText(heldOutFraction);
+}
+
+std::string automaticText(const Setting& row) {
+  const auto shown = [&](Preset preset) {
+    Settings settings;
+    settings.preset = preset;
+    const std::string text = row.textIn(withPresetValues(settings));
+    return text == "0" && *row.zero ? std::string(row.zero) : text;
+  };
+  const std::string usual = shown(Preset::Balanced), paper = shown(Preset::Paper);
+  if (usual.empty()) return row.automatic;
+  return row.member.optional && usual != paper ? usual + "; preset paper: " + paper : usual;
+}
+
+std::string settingsMarkdown() {
+  std::string text = "| setting | values | when unset | |\n|---|---|---|---|\n";
+  for (const Setting& row : settingsTable()) {
+    std::string values = row.words.empty() ? row.rangeText() : "";
+    for (const SettingWord& word : row.words)
+      values += (values.empty() ? "" : ", ") + std::string(word.name);
+    if (*row.unit) values += (values.empty() ? "" : " ") + std::string(row.unit);
+    if (*row.zero) values += std::string("; 0: ") + row.zero;
+    text += "| `" + std::string(row.name) + "` | " + values + " | " + automaticText(row) + " | " + row.text +
+            " |\n";
+  }
+  return text;
+}
+
+} // namespace innergs

@@ -1,0 +1,62 @@
+#pragma once
+#include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
+#include "Core/Settings/SettingsTable.h"
+
+#include <string>
+
+/// The bodies of vtkInnerGSSettingsMacro().
+#define vtkInnerGSSettingsAccessMacro(Class)                                                                 \
+  bool Class::SetSetting(const std::string& name, const std::string& text) {                                 \
+    return innergs::vtk::change(this,                                                                        \
+                                [&](innergs::Settings& s) { s = innergs::vtk::checked(s, name, text); });    \
+  }                                                                                                          \
+  std::string Class::GetSetting(const std::string& name) {                                                   \
+    std::string text;                                                                                        \
+    const std::string refusal =                                                                              \
+        innergs::sentenceOf([&] { text = innergs::settingNamed(name).textIn(this->GetSettings()); });        \
+    if (!refusal.empty()) vtkErrorMacro(<< refusal);                                                         \
+    return text;                                                                                             \
+  }                                                                                                          \
+  std::string Class::CheckSetting(const std::string& name, const std::string& text) {                        \
+    return innergs::sentenceOf([&] { innergs::vtk::checked({}, name, text); });                              \
+  }                                                                                                          \
+  int Class::GetNumberOfSettings() {                                                                         \
+    return static_cast<int>(innergs::settingsTable().size());                                                \
+  }                                                                                                          \
+  std::string Class::GetSettingName(int index) {                                                             \
+    return index >= 0 && index < GetNumberOfSettings() ? innergs::settingsTable()[index].name : "";          \
+  }                                                                                                          \
+  void Class::SetSettingNumber(const char* name, double number) {                                            \
+    innergs::vtk::change(this, [&](innergs::Settings& s) {                                                   \
+      const innergs::Setting& row = innergs::settingNamed(name);                                             \
+      const bool unset = row.member.optional && number == -1;                                                \
+      row.setNumber(s, unset ? std::nullopt : std::optional(number));                                        \
+    });                                                                                                      \
+  }                                                                                                          \
+  double Class::GetSettingNumber(const char* name) {                                                         \
+    return innergs::settingNamed(name).numberIn(this->GetSettings()).value_or(-1);                           \
+  }
+
+namespace innergs::vtk {
+
+inline Settings checked(Settings settings, const std::string& name, const std::string& text) {
+  const Setting& row = settingNamed(name);
+  row.setText(settings, text);
+  row.check(settings);
+  return settings;
+}
+
+/// Changes the object's settings; what the change throws is an ErrorEvent. Whether it did not throw.
+template <class Object, class Edit>
+bool change(Object* self, Edit edit) {
+  Settings settings = self->GetSettings();
+  const std::string refusal = sentenceOf([&] { edit(settings); });
+  if (refusal.empty())
+    self->SetSettings(settings);
+  else
+    vtkErrorWithObjectMacro(self, << refusal);
+  return refusal.empty();
+}
+
+} // namespace innergs::vtk
