@@ -16,7 +16,8 @@ namespace {
 using Fields = std::map<std::string, std::string>;
 struct Header {
   Fields fields;
-  std::uint64_t end = 0; // bytes from the start of the file
+  std::size_t longestField = 0; // characters of a line that is neither a comment nor NRRD's key:=value
+  std::uint64_t end = 0;        // bytes from the start of the file
 };
 
 std::string trimmed(const std::string& text) {
@@ -33,6 +34,8 @@ Header readHeader(const std::filesystem::path& path, char separator, const std::
   for (std::string line; header.end < longestHeader && std::getline(in, line);) {
     header.end += line.size() + 1;
     if (trimmed(line).empty()) break;
+    if (!line.starts_with('#') && line.find(":=") == std::string::npos)
+      header.longestField = std::max(header.longestField, line.size());
     const std::size_t at = line.find(separator);
     if (at == std::string::npos) continue;
     const std::string key = trimmed(line.substr(0, at));
@@ -82,11 +85,17 @@ void checkSpacing(const Fields& fields, const std::string& key, const std::strin
 } // namespace
 
 NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& what) {
-  const Fields fields = readHeader(path, ':', "").fields;
+  const Header header = readHeader(path, ':', "");
+  const Fields& fields = header.fields;
   for (const char* key : {"type", "dimension", "sizes", "encoding"})
     if (!fields.contains(key))
       throw Error(ErrorCode::FileFormat,
                   what + " is not a NRRD image or is damaged (no '" + key + "'); export it again.");
+  // NrrdIO writes a line that it cannot parse into a message of fixed size, however long the line is.
+  if (constexpr std::size_t most = 512; header.longestField > most)
+    throw Error(ErrorCode::FileFormat, what + " has a damaged header (a line of " +
+                                           std::to_string(header.longestField) +
+                                           " characters); export it again.");
   if (numbers(fields.at("sizes")).size() >= 3) checkSpacing(fields, "spacings", what);
   checkFinite(fields, "space directions", "a direction", what);
   checkFinite(fields, "space origin", "an origin", what);

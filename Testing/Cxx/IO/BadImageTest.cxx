@@ -79,6 +79,14 @@ TEST_F(BadImage, PixelsThatAreNotOneNumber) {
       ErrorCode::UnsupportedImage);
 }
 
+TEST_F(BadImage, LongLineInNrrd) { // NrrdIO aborts the process on such lines
+  const std::string noise(1800, '?');
+  EXPECT_EQ(codeOf("a.nrrd", nrrd(noise)), ErrorCode::FileFormat);
+  EXPECT_EQ(codeOf("a.nrrd", nrrd("space: " + noise)), ErrorCode::FileFormat);
+  writeBytes(folder / "a.nrrd", nrrd("# " + noise + "\nSegment0_Name:=" + noise));
+  EXPECT_EQ(readVolume(folder / "a.nrrd").voxels.size(), 8u);
+}
+
 TEST_F(BadImage, SpacingOfNifti) {
   for (const float spacing : {0.f, -1.f, nan32, std::numeric_limits<float>::infinity()})
     for (int axis = 0; axis < 3; ++axis) {
