@@ -73,6 +73,7 @@ QString methodText(const QString& method) {
   if (name == QLatin1String("lanczos")) return Words::tr("Lanczos interpolation");
   if (name == QLatin1String("average")) return Words::tr("Average of the scans");
   if (name == QLatin1String("backprojection")) return Words::tr("Back-projection");
+  if (name == QLatin1String("totalvariation")) return Words::tr("Total variation");
   return method;
 }
 

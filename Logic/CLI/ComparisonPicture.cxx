@@ -126,7 +126,7 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
   const Vec3 extent = g.extent();
   const double step = std::max(finest / 2, *std::max_element(extent.begin(), extent.end()) / 440);
   std::vector<View> views;
-  int columnWidth = Picture::textWidth("error of backprojection", textScale),
+  int columnWidth = Picture::textWidth("error of totalvariation", textScale),
       height = margin + 4 * lineHeight + margin;
   for (const Plane plane : {Plane::Axial, Plane::Coronal, Plane::Sagittal}) {
     views.emplace_back(g, plane, step);

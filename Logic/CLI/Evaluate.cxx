@@ -74,6 +74,7 @@ int evaluate(const EvaluateOptions& o) {
   EvaluationOptions options;
   options.settings = o.settings;
   options.gaussians = !o.baselinesOnly;
+  options.totalVariation = true;
   options.keepVolumes = keep;
   options.withheldFraction = o.withheld;
   options.progress = [&](const Progress& progress) { display.show(progress); };

@@ -5,6 +5,7 @@
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
+#include "Evaluation/TotalVariation.h"
 
 #include <algorithm>
 
@@ -177,6 +178,14 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
       settings.threads = threads;
       settings.stop = options.stop;
       return backProject(input.stacks, grid, settings);
+    });
+
+  if (options.totalVariation)
+    add("totalvariation", [&] {
+      TotalVariationSettings settings;
+      settings.threads = threads;
+      settings.stop = options.stop;
+      return totalVariation(input.stacks, grid, settings);
     });
 
   const std::string where =

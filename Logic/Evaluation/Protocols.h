@@ -34,6 +34,7 @@ struct HeldOutCase {
 struct EvaluationOptions {
   Settings settings;                                // of the Gaussians; seed and threads are used throughout
   bool gaussians = true;                            // false: baselines only
+  bool totalVariation = false;                      // protocol H: by far the slowest baseline as well
   bool keepVolumes = false;                         // keep every method's volume (pictures)
   double withheldFraction = 0.05;                   // protocol P
   ProgressCallback progress;                        // of the Gaussian fit
@@ -50,7 +51,7 @@ struct PlaneScore {
 };
 
 struct MethodScore {
-  std::string name; // gaussians, linear, cubic, lanczos, average, backprojection
+  std::string name; // gaussians, linear, cubic, lanczos, average, backprojection, totalvariation
   double psnr = 0, ssim = 0;
   double pooledPsnr = 0; // protocol P only (in protocol H, psnr is pooled already)
   double seconds = 0;

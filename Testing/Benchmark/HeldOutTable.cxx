@@ -49,8 +49,8 @@ std::string measuredOn(const std::string& heldOutCase, const nlohmann::json& rep
 
 std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes) {
   MarkdownTable table({"volume", "case", "measured on", "Gaussians", "linear", "cubic", "Lanczos", "average",
-                       "back-projection", "over best interpolation", "over back-projection", "target", "met",
-                       "seconds"});
+                       "back-projection", "total variation", "over best interpolation",
+                       "over back-projection", "target", "met", "seconds"});
   for (const auto& [volume, heldOutCase, outcome] : outcomes) {
     if (!outcome.json) {
       table.add({volume, heldOutCase.empty() ? "all" : heldOutCase, outcome.missing});
@@ -66,7 +66,7 @@ std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes) {
     }
     table.add({volume, heldOutCase, measuredOn(heldOutCase, *outcome.json), s.text("gaussians"),
                s.text("linear"), s.text("cubic"), s.text("lanczos"), s.text("average"),
-               s.text("backprojection"), withSign(psnr - s.bestInterpolation(), 2),
+               s.text("backprojection"), s.text("totalvariation"), withSign(psnr - s.bestInterpolation(), 2),
                std::isnan(s.psnr("backprojection")) ? "" : withSign(psnr - s.psnr("backprojection"), 2),
                wanted, met, fixed(s.get("gaussians", "seconds"), 1)});
   }

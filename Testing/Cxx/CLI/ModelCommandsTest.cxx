@@ -185,7 +185,7 @@ TEST_F(ModelCommandsTest, Evaluate) {
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const auto report = nlohmann::json::parse(contents("out/t.json"));
   EXPECT_EQ(report.at("protocol"), "held-out");
-  for (const char* method : {"gaussians", "linear", "cubic", "lanczos", "backprojection"}) {
+  for (const char* method : {"gaussians", "linear", "cubic", "lanczos", "backprojection", "totalvariation"}) {
     const auto& scores = report.at("methods").at(method);
     EXPECT_GT(scores.at("psnr").get<double>(), 5) << method;
     EXPECT_GT(scores.at("ssim").get<double>(), 0) << method;
