@@ -134,7 +134,10 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
   for (std::size_t i = 0; i < images.size(); ++i) {
     Stack& stack = input.stacks[i];
     const GridGeometry whole = stack.image.geometry;
-    if (choice.box) stack.image.geometry = cropped(whole, *choice.box, margin);
+    if (choice.box) {
+      stack.image.geometry = cropped(whole, *choice.box, margin);
+      stack.isRegion = stack.image.geometry.size != whole.size;
+    }
     if (!voxels) continue;
     const VoxelBlock block = blockOf(whole, stack.image.geometry, get(static_cast<int>(i)).axis);
     stack.image.voxels = voxelsOf(images[i], block, stack.name, stop);

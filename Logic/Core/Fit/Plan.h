@@ -13,6 +13,7 @@ struct DataTraits {
   std::int64_t samples = 0; // finite observed voxels
   double volume = 0;  // of the finite voxels, observed or not, mm³; what several stacks see counts once
   double reached = 1; // share of a start over all of it that matters to what is observed (reachedShare)
+  bool region = false; // of larger scans
   bool cubes = false; // one stack in one piece, thin slices, voxels that are nearly cubes
   /// One stack with slices clearly farther apart than its pixels: the fit must bridge the gaps.
   bool singleAnisotropic() const { return stacks == 1 && gap > 1.4 * voxel; }

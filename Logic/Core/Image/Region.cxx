@@ -151,6 +151,7 @@ Stack cropped(const Stack& stack, const Region& region, double margin) {
   part.image.geometry = cropped(from, box.first, size);
   part.thickness = stack.thickness;
   part.profile = stack.profile;
+  part.isRegion = stack.isRegion || size != from.size;
   part.name = stack.name;
   part.image.voxels.reserve(part.image.geometry.voxelCount());
   for (std::int64_t k = box.first[2]; k <= box.last[2]; ++k)

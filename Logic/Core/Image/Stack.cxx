@@ -90,6 +90,7 @@ Stack withSliceAxis(const Stack& stack, int axis) {
   result.profile = stack.profile;
   if (!stack.observed.empty())
     result.observed = withSliceAxis(Mask{stack.image.geometry, stack.observed}, axis).voxels;
+  result.isRegion = stack.isRegion;
   result.name = stack.name;
   return result;
 }

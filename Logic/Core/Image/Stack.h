@@ -20,6 +20,7 @@ struct Stack {
   std::vector<std::uint8_t> observed; // per voxel, 0 = withheld or outside the mask; empty = all observed
   std::vector<Affine3> poses; // per slice: rigid map (LPS mm) applied after indexToWorld; empty = identity
   std::vector<double> times;  // per slice, seconds; empty = static
+  bool isRegion = false;      // a box cut out of a larger scan
   std::string name;           // for messages and reports (file name)
 };
 

@@ -1,4 +1,5 @@
 #include "Core/Fit/Plan.h"
+#include "Core/Image/Region.h"
 #include "JobInputs.h"
 
 using namespace innergs;
@@ -99,6 +100,37 @@ TEST(JobDensity, TheOrderOfTheInputsDoesNotMatter) {
       EXPECT_GT(budget, 40 * 38 * 36 / 60); // one per 50 voxels of the larger one
     }
   }
+}
+
+TEST(JobDensity, ARegionIsAsGoodAsInTheWholeFit) {
+  ReconstructionInput input;
+  input.stacks.resize(1);
+  input.stacks.front().image = head();
+  input.stacks.front().profile = SliceProfile::Point;
+  const Volume& truth = input.stacks.front().image;
+  input.outputGrid = truth.geometry;
+  for (const double radius : {7.0, 11.0}) {
+    Mask box{truth.geometry, {}};
+    Region region;
+    const Vec3 centre = truth.geometry.centre();
+    for (int a = 0; a < 3; ++a) {
+      region.min[a] = centre[a] - radius;
+      region.max[a] = centre[a] + radius;
+    }
+    const Volume inside = volumeInSpace(truth.geometry, [&](const Vec3& x) {
+      const Vec3 d = x - centre;
+      return std::max({std::abs(d[0]), std::abs(d[1]), std::abs(d[2])}) < radius ? 1.0 : 0.0;
+    });
+    for (const float v : inside.voxels)
+      box.voxels.push_back(v > 0);
+    ReconstructionInput part = input;
+    part.stacks.front() = cropped(input.stacks.front(), region, 2);
+    ASSERT_TRUE(part.stacks.front().isRegion);
+    const Volume whole = reconstruct(input, defaults()).volume, cut = reconstruct(part, defaults()).volume;
+    EXPECT_GT(insidePsnr(cut, truth, box), insidePsnr(whole, truth, box) - 0.3) << radius;
+  }
+  Region everywhere{{-500, -500, -500}, {500, 500, 500}};
+  EXPECT_FALSE(cropped(input.stacks.front(), everywhere).isRegion);
 }
 
 TEST(JobDensity, VolumeThatSeveralStacksSeeCountsOnce) {
