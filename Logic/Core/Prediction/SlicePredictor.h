@@ -57,8 +57,8 @@ struct Prediction {
   std::vector<std::uint8_t> predicted;
   std::vector<float> expectedError; // per K slice of image: RMS in image units, 0 on an acquired thin slice
   PairErrors pairs;
-  double blur = 0;      // σ of the matching blur, in in-plane samples
-  int phases = 0;       // samples predicted per slice distance
+  double blur = 0; // σ of the matching blur, in in-plane samples
+  int phases = 0;  // samples predicted per slice distance
   double learningSeconds = 0, applyingSeconds = 0;
 };
 

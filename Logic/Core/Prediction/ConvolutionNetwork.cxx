@@ -1,0 +1,179 @@
+#include "Core/Prediction/ConvolutionNetwork.h"
+
+#include "Core/Base/Random.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+constexpr int kPatch = PatchFeatures::stride;
+
+/// Images with a border of zeros: rows of `width` samples (a border column at either end), one row above and
+/// below, and one sample before and after all.
+struct Bordered {
+  std::int64_t width, samples; // of the image, border columns included
+  int channels;
+
+  Bordered(const PatchFeatures& features, int imageChannels)
+      : width(features.paddedColumns()), samples(features.samples()), channels(imageChannels) {}
+  std::size_t size() const { return static_cast<std::size_t>((samples + 2 * width + 2) * channels); }
+  std::int64_t first() const { return (width + 1) * channels; } // of the image's first sample
+  /// What a tap row of the first sample's neighbourhood begins with.
+  std::int64_t tapRow(int row, int taps) const {
+    return first() + ((row - taps / 2) * width - taps / 2) * channels;
+  }
+};
+
+void fillBias(float* image, std::int64_t samples, int channels, const float* bias) {
+  for (std::int64_t s = 0; s < samples; ++s)
+    std::copy_n(bias, channels, image + s * channels);
+}
+
+void clearBorders(float* image, std::int64_t rows, std::int64_t width, int channels) {
+  for (std::int64_t r = 0; r < rows; ++r) {
+    std::fill_n(image + r * width * channels, channels, 0.f);
+    std::fill_n(image + ((r + 1) * width - 1) * channels, channels, 0.f);
+  }
+}
+
+void rectify(float* values, std::int64_t count) {
+  for (std::int64_t i = 0; i < count; ++i)
+    values[i] = values[i] > 0 ? values[i] : 0;
+}
+
+/// gradient = 0 where the activation was.
+void rectifyBack(const float* activation, float* gradient, std::int64_t count) {
+  for (std::int64_t i = 0; i < count; ++i)
+    gradient[i] = activation[i] > 0 ? gradient[i] : 0;
+}
+
+void addSums(const float* image, std::int64_t samples, int channels, float* sums) {
+  for (std::int64_t s = 0; s < samples; ++s)
+    for (int c = 0; c < channels; ++c)
+      sums[c] += image[s * channels + c];
+}
+
+void convolve(const Bordered& in, const float* image, const float* weights, int taps, int outputs,
+              const MatrixKernels& kernels, float* out) {
+  for (int row = 0; row < taps; ++row)
+    kernels.multiplyAdd({in.samples, taps * in.channels, outputs, image + in.tapRow(row, taps), in.channels,
+                         1, weights + static_cast<std::int64_t>(row) * taps * in.channels * outputs, out});
+}
+
+} // namespace
+
+ConvolutionNetwork::ConvolutionNetwork(const Shape& shape, std::uint64_t seed) : shape_(shape) {
+  const int last = shape.layers + 1;
+  parameters_.assign(layerBias(last) + outputsOf(last), 0.f);
+  Random random(seed);
+  const auto draw = [&](std::size_t at, std::size_t count, double inputs) {
+    const double limit = std::sqrt(6 / inputs); // uniform, of variance 2 / inputs
+    for (std::size_t i = 0; i < count; ++i)
+      parameters_[at + i] = static_cast<float>(limit * (2 * random.uniform() - 1));
+  };
+  const auto channels = static_cast<std::size_t>(shape.channels), taps = static_cast<std::size_t>(shape.taps);
+  draw(firstWeights(), PatchFeatures::count * channels, PatchFeatures::count);
+  for (int layer = 1; layer < last; ++layer)
+    draw(layerWeights(layer), taps * taps * channels * channels, static_cast<double>(taps * taps * channels));
+}
+
+std::size_t ConvolutionNetwork::firstBias() const {
+  return static_cast<std::size_t>(kPatch) * shape_.channels;
+}
+
+std::size_t ConvolutionNetwork::layerWeights(int layer) const {
+  const auto channels = static_cast<std::size_t>(shape_.channels),
+             taps = static_cast<std::size_t>(shape_.taps);
+  return firstBias() + channels + (layer - 1) * (taps * taps * channels * channels + channels);
+}
+
+int ConvolutionNetwork::outputsOf(int layer) const {
+  return layer <= shape_.layers ? shape_.channels : outputStride(shape_.phases);
+}
+
+std::size_t ConvolutionNetwork::layerBias(int layer) const {
+  return layerWeights(layer) +
+         static_cast<std::size_t>(shape_.taps * shape_.taps) * shape_.channels * outputsOf(layer);
+}
+
+void ConvolutionNetwork::forward(const PatchFeatures& features, const MatrixKernels& kernels,
+                                 Workspace& work) const {
+  const Bordered image(features, shape_.channels);
+  const float* p = parameters_.data();
+  work.activations.resize(static_cast<std::size_t>(shape_.layers) + 1);
+  for (int layer = 0; layer <= shape_.layers; ++layer) {
+    auto& activation = work.activations[layer];
+    if (activation.size() != image.size()) activation.assign(image.size(), 0.f);
+    float* out = activation.data() + image.first();
+    if (layer == 0) {
+      fillBias(out, image.samples, shape_.channels, p + firstBias());
+      kernels.multiplyAdd({image.samples, PatchFeatures::count, shape_.channels, features.values.data(),
+                           kPatch, 1, p + firstWeights(), out});
+    } else {
+      fillBias(out, image.samples, shape_.channels, p + layerBias(layer));
+      convolve(image, work.activations[layer - 1].data(), p + layerWeights(layer), shape_.taps,
+               shape_.channels, kernels, out);
+    }
+    rectify(out, image.samples * shape_.channels);
+    clearBorders(out, features.slices, image.width, shape_.channels);
+  }
+  const int last = shape_.layers + 1, outputs = outputsOf(last);
+  work.outputs.resize(static_cast<std::size_t>(image.samples) * outputs);
+  fillBias(work.outputs.data(), image.samples, outputs, p + layerBias(last));
+  convolve(image, work.activations[shape_.layers].data(), p + layerWeights(last), shape_.taps, outputs,
+           kernels, work.outputs.data());
+}
+
+std::vector<float> ConvolutionNetwork::transposedWeights() const {
+  std::vector<float> transposed(parameters_.size(), 0.f);
+  const int channels = shape_.channels, taps = shape_.taps;
+  for (int layer = 1; layer <= shape_.layers + 1; ++layer) {
+    const int outputs = outputsOf(layer);
+    const float* from = parameters_.data() + layerWeights(layer);
+    float* to = transposed.data() + layerWeights(layer);
+    for (int tap = 0; tap < taps * taps; ++tap)
+      for (int i = 0; i < channels; ++i)
+        for (int o = 0; o < outputs; ++o)
+          to[((taps * taps - 1 - tap) * outputs + o) * channels + i] =
+              from[(tap * channels + i) * outputs + o];
+  }
+  return transposed;
+}
+
+void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vector<float>& outputGradient,
+                                  const std::vector<float>& transposed, const MatrixKernels& kernels,
+                                  Workspace& work, std::vector<float>& gradient) const {
+  const Bordered image(features, shape_.channels);
+  const int last = shape_.layers + 1, taps = shape_.taps;
+  // The gradient by a layer's outputs, with a border of zeros.
+  const Bordered lastImage(features, outputsOf(last));
+  work.gradient.assign(lastImage.size(), 0.f);
+  std::copy(outputGradient.begin(), outputGradient.end(), work.gradient.begin() + lastImage.first());
+  for (int layer = last; layer >= 0; --layer) {
+    const Bordered outer(features, outputsOf(layer));
+    const float* by = work.gradient.data() + outer.first();
+    addSums(by, outer.samples, outer.channels,
+            gradient.data() + (layer == 0 ? firstBias() : layerBias(layer)));
+    if (layer == 0) {
+      kernels.multiplyAdd({PatchFeatures::count, image.samples, shape_.channels, features.values.data(), 1,
+                           kPatch, by, gradient.data() + firstWeights()});
+      break;
+    }
+    const float* input = work.activations[layer - 1].data();
+    for (int row = 0; row < taps; ++row)
+      kernels.multiplyAdd({taps * image.channels, image.samples, outer.channels,
+                           input + image.tapRow(row, taps), 1, image.channels, by,
+                           gradient.data() + layerWeights(layer) +
+                               static_cast<std::size_t>(row) * taps * image.channels * outer.channels});
+    work.previous.assign(image.size(), 0.f);
+    float* in = work.previous.data() + image.first();
+    convolve(outer, work.gradient.data(), transposed.data() + layerWeights(layer), taps, shape_.channels,
+             kernels, in);
+    rectifyBack(input + image.first(), in, image.samples * image.channels); // borders: activation 0
+    work.gradient.swap(work.previous);
+  }
+}
+
+} // namespace innergs

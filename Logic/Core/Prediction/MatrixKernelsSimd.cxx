@@ -1,0 +1,61 @@
+#include "Core/Base/Error.h"
+#include "Core/Prediction/MatrixKernels.h"
+
+// Vectors are array elements below, which sizeless types cannot be.
+#define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "Core/Prediction/MatrixKernelsSimd.cxx"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// after foreach_target.h
+#include "Core/Prediction/SimdMatrix-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace innergs::HWY_NAMESPACE {
+
+MatrixKernels simdMatrixKernels() {
+  return {hwy::TargetName(HWY_TARGET), multiplyAdd, adam};
+}
+
+} // namespace innergs::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace innergs {
+HWY_EXPORT(simdMatrixKernels);
+
+namespace {
+
+std::vector<MatrixKernels> findMatrixKernels() {
+  std::vector<MatrixKernels> found;
+  for (std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    if (target == HWY_SCALAR || target == HWY_EMU128) continue; // the plain reference is better known
+    hwy::SetSupportedTargetsForTest(target);
+    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+    found.push_back(HWY_DYNAMIC_DISPATCH(simdMatrixKernels)());
+  }
+  hwy::SetSupportedTargetsForTest(0);
+  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  found.push_back(scalarMatrixKernels());
+  return found;
+}
+
+} // namespace
+
+const std::vector<MatrixKernels>& matrixKernelSets() {
+  static const std::vector<MatrixKernels> sets = findMatrixKernels();
+  return sets;
+}
+
+const MatrixKernels& matrixKernels(const std::string& name) {
+  const auto& sets = matrixKernelSets();
+  if (name.empty()) return sets.front();
+  for (const auto& set : sets)
+    if (set.name == name) return set;
+  throw Error(ErrorCode::InvalidArgument,
+              "Instruction set '" + name + "' is not available on this processor: choose another.");
+}
+
+} // namespace innergs
+#endif

@@ -1,0 +1,155 @@
+#include "Core/Prediction/NetworkTraining.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace innergs {
+namespace {
+
+// Columns at either side of a pair that do not count: a pair ends where the image goes on.
+constexpr int kSide = 4;
+
+double rateAt(const TrainingPlan& plan, int step) {
+  const double warm = 0.05 * plan.steps, t = step + 0.5;
+  if (t < warm) return plan.rate * t / warm;
+  return plan.rate * 0.5 * (1 + std::cos(std::numbers::pi * (t - warm) / (plan.steps - warm)));
+}
+
+struct PairWork {
+  Random random{0};
+  TrainingPair pair;
+  TrainingBatch batch;
+  ConvolutionNetwork::Workspace network;
+  std::vector<float> gradient;
+  double loss = 0, counted = 0;
+};
+
+void batchOf(const TrainingPair& pair, int phases, float floor, TrainingBatch& batch) {
+  makeFeatures(pair.low.data(), pair.slices, pair.columns, floor, batch.features);
+  const int side = pair.columns > 4 * kSide ? kSide : 0;
+  batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * phases);
+  batch.counts.assign(static_cast<std::size_t>(batch.features.samples()), 0);
+  for (int s = 0; s < pair.slices; ++s)
+    for (int c = side; c < pair.columns - side; ++c) {
+      const std::int64_t at = batch.features.at(s, c);
+      const std::size_t v = static_cast<std::size_t>(s) * pair.columns + c;
+      batch.counts[at] = pair.inside[v];
+      std::copy_n(pair.thin.data() + v * phases, phases, batch.thin.data() + at * phases);
+    }
+}
+
+/// Patches from everywhere.
+void scatteredBatch(const TrainingPlanes& planes, const SliceSampling& sampling, int samples, double noise,
+                    float floor, Random& random, TrainingPair& pair, TrainingBatch& batch) {
+  constexpr int rows = PatchFeatures::rows, width = PatchFeatures::width;
+  PatchFeatures& f = batch.features;
+  f.slices = 1;
+  f.columns = samples;
+  f.values.assign(static_cast<std::size_t>(f.samples()) * PatchFeatures::stride, 0.f);
+  f.mean.assign(static_cast<std::size_t>(f.samples()), 0.f);
+  f.deviation.assign(static_cast<std::size_t>(f.samples()), 0.f);
+  batch.thin.assign(static_cast<std::size_t>(f.samples()) * sampling.phases, 0.f);
+  batch.counts.assign(static_cast<std::size_t>(f.samples()), 0);
+  for (int c = 0; c < samples; ++c) {
+    const std::int64_t at = f.at(0, c);
+    for (int t = 0; t < 8 && !batch.counts[at]; ++t) {
+      const PairPlace place = randomPlace(planes.learning, sampling, {rows, width}, random);
+      makePair(planes.learning[place.plane], place, sampling, rows, width, noise, random, pair);
+      const std::size_t middle = rows / 2 * width + width / 2;
+      if (!pair.inside[middle]) continue;
+      batch.counts[at] = 1;
+      float* values = f.values.data() + at * PatchFeatures::stride;
+      std::copy(pair.low.begin(), pair.low.end(), values);
+      normalisePatch(floor, values, f.mean[at], f.deviation[at]);
+      std::copy_n(pair.thin.data() + middle * sampling.phases, sampling.phases,
+                  batch.thin.data() + at * sampling.phases);
+    }
+  }
+}
+
+} // namespace
+
+double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, const TrainingBatch& batch,
+                 const std::vector<float>& transposed, const MatrixKernels& kernels,
+                 ConvolutionNetwork::Workspace& work, std::vector<float>& gradient, double& counted) {
+  const PatchFeatures& features = batch.features;
+  const int outputs = outputStride(filter.phases);
+  network.forward(features, kernels, work);
+  std::vector<float> rest(work.outputs);
+  applyFilter(filter, features, kernels, rest.data());
+  double loss = 0;
+  counted = 0;
+  for (std::int64_t at = 0; at < features.samples(); ++at) {
+    float* r = rest.data() + at * outputs;
+    if (!batch.counts[at]) {
+      std::fill_n(r, outputs, 0.f);
+      continue;
+    }
+    const float scale = 1 / features.deviation[at];
+    for (int q = 0; q < filter.phases; ++q) {
+      r[q] -= (batch.thin[at * filter.phases + q] - features.mean[at]) * scale;
+      loss += static_cast<double>(r[q]) * r[q];
+      r[q] *= 2;
+    }
+    std::fill(r + filter.phases, r + outputs, 0.f);
+    counted += filter.phases;
+  }
+  network.backward(features, rest, transposed, kernels, work, gradient);
+  return loss;
+}
+
+ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSampling& sampling,
+                                const PatchFilter& filter, const PairShape& shape, const TrainingPlan& plan,
+                                double pairNoise, std::uint64_t seed, const MatrixKernels& kernels,
+                                ThreadPool& pool, const std::function<void(double)>& progress) {
+  ConvolutionNetwork network({sampling.phases, plan.channels, plan.layers, plan.taps}, seed);
+  const auto count = static_cast<std::int64_t>(network.parameters().size());
+  std::vector<float> moment1(network.parameters().size(), 0.f), moment2 = moment1, sum = moment1;
+  std::vector<PairWork> works(plan.pairs);
+  constexpr double beta1 = 0.9, beta2 = 0.98;
+  constexpr std::int64_t block = 4096;
+  for (int step = 0; step < plan.steps; ++step) {
+    const std::vector<float> transposed = network.transposedWeights();
+    pool.run(plan.pairs, [&](std::int64_t p) {
+      PairWork& work = works[p];
+      work.random = randomOf(seed + 1, static_cast<std::int64_t>(step) * plan.pairs + p);
+      if (plan.taps == 1) {
+        scatteredBatch(planes, sampling, plan.samples, pairNoise, plan.floor, work.random, work.pair,
+                       work.batch);
+      } else {
+        const PairPlace place = randomPlace(planes.learning, sampling, shape, work.random);
+        makePair(planes.learning[place.plane], place, sampling, shape.slices, shape.columns, pairNoise,
+                 work.random, work.pair);
+        batchOf(work.pair, sampling.phases, plan.floor, work.batch);
+      }
+      work.gradient.assign(static_cast<std::size_t>(count), 0.f);
+      work.loss = batchLoss(network, filter, work.batch, transposed, kernels, work.network, work.gradient,
+                            work.counted);
+    });
+    double counted = 0;
+    for (const PairWork& work : works)
+      counted += work.counted;
+    if (!(counted > 0)) continue;
+    const auto scale = static_cast<float>(1 / counted);
+    const double correction1 = 1 - std::pow(beta1, step + 1), correction2 = 1 - std::pow(beta2, step + 1);
+    const AdamScalars adam{static_cast<float>(rateAt(plan, step) / correction1), static_cast<float>(beta1),
+                           static_cast<float>(beta2), static_cast<float>(1 / correction2)};
+    pool.runToEnd((count + block - 1) / block, [&](std::int64_t b) {
+      const std::int64_t first = b * block, last = std::min(count, first + block);
+      for (std::int64_t i = first; i < last; ++i) {
+        float g = 0;
+        for (const PairWork& work : works)
+          g += work.gradient[i];
+        sum[i] = g * scale;
+      }
+      kernels.adam(adam, last - first, sum.data() + first, moment1.data() + first, moment2.data() + first,
+                   network.parameters().data() + first);
+    });
+    pool.throwIfStopped();
+    if (progress && step % 8 == 0) progress(static_cast<double>(step + 1) / plan.steps);
+  }
+  return network;
+}
+
+} // namespace innergs

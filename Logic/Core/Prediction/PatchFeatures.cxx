@@ -1,0 +1,83 @@
+#include "Core/Prediction/PatchFeatures.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+int reflected(int i, int n) {
+  if (n == 1) return 0;
+  const int period = 2 * (n - 1);
+  i = ((i % period) + period) % period;
+  return i < n ? i : period - i;
+}
+
+} // namespace
+
+void normalisePatch(float floor, float* values, float& mean, float& deviation) {
+  constexpr int lanes = 16;
+  float sums[lanes] = {};
+  values[PatchFeatures::count] = 0;
+  for (int i = 0; i < PatchFeatures::stride; i += lanes)
+    for (int l = 0; l < lanes; ++l)
+      sums[l] += values[i + l];
+  float sum = 0;
+  for (const float s : sums)
+    sum += s;
+  mean = sum / PatchFeatures::count;
+  for (int i = 0; i < PatchFeatures::stride; ++i)
+    values[i] -= mean;
+  values[PatchFeatures::count] = 0;
+  deviation = 1;
+  if (floor <= 0) return;
+  float squares[lanes] = {};
+  for (int i = 0; i < PatchFeatures::stride; i += lanes)
+    for (int l = 0; l < lanes; ++l)
+      squares[l] += values[i + l] * values[i + l];
+  sum = 0;
+  for (const float s : squares)
+    sum += s;
+  deviation = std::sqrt(sum / PatchFeatures::count + floor * floor);
+  const float scale = 1 / deviation;
+  for (int i = 0; i < PatchFeatures::stride; ++i)
+    values[i] *= scale;
+}
+
+void makeFeatures(const float* low, int slices, int columns, float floor, PatchFeatures& features) {
+  constexpr int halfRows = PatchFeatures::rows / 2, halfWidth = PatchFeatures::width / 2;
+  features.slices = slices;
+  features.columns = columns;
+  features.values.resize(static_cast<std::size_t>(features.samples()) * PatchFeatures::stride);
+  features.mean.assign(static_cast<std::size_t>(features.samples()), 0.f);
+  features.deviation.assign(static_cast<std::size_t>(features.samples()), 0.f);
+  const int paddedWidth = columns + 2 * halfWidth;
+  std::vector<float> padded(static_cast<std::size_t>(slices) * paddedWidth);
+  for (int s = 0; s < slices; ++s) {
+    const float* in = low + static_cast<std::size_t>(s) * columns;
+    float* out = padded.data() + static_cast<std::size_t>(s) * paddedWidth;
+    std::copy_n(in, columns, out + halfWidth);
+    for (int c = 0; c < halfWidth; ++c) {
+      out[halfWidth - 1 - c] = in[reflected(-1 - c, columns)];
+      out[halfWidth + columns + c] = in[reflected(columns + c, columns)];
+    }
+  }
+  for (int s = 0; s < slices; ++s) {
+    std::fill_n(features.values.data() + features.at(s, -1) * PatchFeatures::stride, PatchFeatures::stride,
+                0.f);
+    std::fill_n(features.values.data() + features.at(s, columns) * PatchFeatures::stride,
+                PatchFeatures::stride, 0.f);
+    const float* rows[PatchFeatures::rows];
+    for (int r = 0; r < PatchFeatures::rows; ++r)
+      rows[r] = padded.data() + static_cast<std::size_t>(reflected(s + r - halfRows, slices)) * paddedWidth;
+    for (int c = 0; c < columns; ++c) {
+      const std::int64_t at = features.at(s, c);
+      float* out = features.values.data() + at * PatchFeatures::stride;
+      for (int r = 0; r < PatchFeatures::rows; ++r)
+        std::copy_n(rows[r] + c, PatchFeatures::width, out + r * PatchFeatures::width);
+      normalisePatch(floor, out, features.mean[at], features.deviation[at]);
+    }
+  }
+}
+
+} // namespace innergs

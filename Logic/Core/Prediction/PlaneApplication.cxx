@@ -1,0 +1,133 @@
+#include "Core/Prediction/PlaneApplication.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace innergs {
+namespace {
+
+struct Flip {
+  bool rows = false, columns = false;
+};
+
+std::vector<Flip> flipsOf(Reflections reflections, const SliceSampling& sampling) {
+  // Reflected slices must find thin samples where there are some.
+  const bool rows = std::abs(2 * sampling.centre - std::round(2 * sampling.centre)) < 1e-3;
+  if (reflections == Reflections::None) return {{}};
+  if (reflections == Reflections::Two) return {{}, {rows, true}};
+  if (!rows) return {{}, {false, true}};
+  return {{}, {true, false}, {false, true}, {true, true}};
+}
+
+int floorDivide(int a, int b) {
+  return a >= 0 ? a / b : -((b - 1 - a) / b);
+}
+
+int reflected(int i, int n) {
+  if (n == 1) return 0;
+  const int period = 2 * (n - 1);
+  i = ((i % period) + period) % period;
+  return i < n ? i : period - i;
+}
+
+/// The planes along one in-plane axis and the normal.
+class Planes {
+public:
+  Planes(const SliceModel& model, const Volume& image, const Volume& thin, int axis)
+      : model_(model), image_(image), columns_(static_cast<int>(image.geometry.size[axis])),
+        slices_(static_cast<int>(image.geometry.size[2])), rows_(static_cast<int>(thin.geometry.size[2])) {
+    const auto& n = image.geometry.size;
+    columnStep_ = axis == 0 ? 1 : n[0];
+    planeStep_ = axis == 0 ? n[0] : 1;
+    sliceStep_ = n[0] * n[1];
+    // Slices beyond the stack whose thin samples are asked for; reflected ones may need one more.
+    const SliceSampling& s = model.sampling;
+    before_ = std::max(0, -floorDivide(-s.firstPhase, s.phases)) + 1;
+    after_ = std::max(0, floorDivide(rows_ - 1 - s.firstPhase, s.phases) - slices_ + 1) + 1;
+  }
+
+  void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels, float weight,
+               bool add, Volume& thin) const {
+    const int low = slices_ + before_ + after_, phases = model_.sampling.phases;
+    const int outputs = outputStride(phases);
+    const int twiceCentre = static_cast<int>(std::lround(2 * model_.sampling.centre));
+    std::vector<float> slices(static_cast<std::size_t>(low) * columns_), output;
+    std::vector<float> sum(static_cast<std::size_t>(rows_) * columns_, 0.f);
+    ConvolutionNetwork::Workspace work;
+    PatchFeatures features;
+    for (const Flip flip : flips) {
+      const auto sliceOf = [&](int s) { return flip.rows ? slices_ - 1 - (s - after_) : s - before_; };
+      const auto columnOf = [&](int c) { return flip.columns ? columns_ - 1 - c : c; };
+      for (int s = 0; s < low; ++s) {
+        const float* in =
+            image_.voxels.data() + reflected(sliceOf(s), slices_) * sliceStep_ + plane * planeStep_;
+        float* out = slices.data() + static_cast<std::size_t>(s) * columns_;
+        for (int c = 0; c < columns_; ++c)
+          out[c] = in[columnOf(c) * columnStep_];
+      }
+      makeFeatures(slices.data(), low, columns_, model_.floor, features);
+      predictSamples(model_, features, kernels, work, output);
+      for (int s = 0; s < low; ++s)
+        for (int q = 0; q < phases; ++q) {
+          const int phase = model_.sampling.firstPhase + q;
+          const int t = sliceOf(s) * phases + (flip.rows ? twiceCentre - phase : phase);
+          if (t < 0 || t >= rows_) continue;
+          float* out = sum.data() + static_cast<std::size_t>(t) * columns_;
+          for (int c = 0; c < columns_; ++c) {
+            const std::int64_t at = features.at(s, columnOf(c));
+            out[c] += features.mean[at] + features.deviation[at] * output[at * outputs + q];
+          }
+        }
+    }
+    const float share = weight / static_cast<float>(flips.size());
+    for (int t = 0; t < rows_; ++t) {
+      float* out = thin.voxels.data() + t * sliceStep_ + plane * planeStep_;
+      const float* in = sum.data() + static_cast<std::size_t>(t) * columns_;
+      for (int c = 0; c < columns_; ++c) {
+        float& value = out[c * columnStep_];
+        value = (add ? value : 0) + share * in[c];
+      }
+    }
+  }
+
+private:
+  const SliceModel& model_;
+  const Volume& image_;
+  int columns_, slices_, rows_, before_ = 0, after_ = 0;
+  std::int64_t columnStep_ = 0, planeStep_ = 0, sliceStep_ = 0;
+};
+
+} // namespace
+
+void predictSamples(const SliceModel& model, const PatchFeatures& features, const MatrixKernels& kernels,
+                    ConvolutionNetwork::Workspace& work, std::vector<float>& output) {
+  if (model.network) {
+    model.network->forward(features, kernels, work);
+    output.swap(work.outputs);
+  } else {
+    output.assign(static_cast<std::size_t>(features.samples()) * outputStride(model.filter.phases), 0.f);
+  }
+  applyFilter(model.filter, features, kernels, output.data());
+}
+
+void applyAcrossSlices(const SliceModel& model, const Volume& image, Reflections reflections,
+                       const MatrixKernels& kernels, Volume& thin, ThreadPool& pool,
+                       const std::function<void(double)>& progress) {
+  const std::vector<Flip> flips = flipsOf(reflections, model.sampling);
+  const auto& n = image.geometry.size;
+  const double all = static_cast<double>(n[0] + n[1]);
+  constexpr std::int64_t band = 16; // planes between two reports
+  for (const int axis : {0, 1}) {
+    const Planes planes(model, image, thin, axis);
+    const std::int64_t count = n[1 - axis];
+    for (std::int64_t start = 0; start < count; start += band) {
+      pool.run(std::min(band, count - start),
+               [&](std::int64_t p) { planes.predict(start + p, flips, kernels, 0.5f, axis == 1, thin); });
+      if (progress)
+        progress(static_cast<double>((axis == 1 ? n[1] : 0) + std::min(count, start + band)) / all);
+    }
+  }
+}
+
+} // namespace innergs

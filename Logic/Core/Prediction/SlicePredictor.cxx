@@ -1,0 +1,466 @@
+#include "Core/Prediction/SlicePredictor.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/BodyMask.h"
+#include "Core/Image/NoiseEstimate.h"
+#include "Core/Prediction/NetworkTraining.h"
+#include "Core/Prediction/PlaneApplication.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-plane spacing
+constexpr std::int64_t kFewestSlices = 5, kFewestPixels = 24;
+constexpr int kMostPhases = 24;
+constexpr double kAligned = 1e-3;
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double ratioOf(const GridGeometry& stack) {
+  return stack.spacing[2] / std::min(stack.spacing[0], stack.spacing[1]);
+}
+
+int usualPhases(const GridGeometry& stack) {
+  return std::max(2, static_cast<int>(std::lround(std::min(ratioOf(stack), 64.0))));
+}
+
+/// The stack's lattice with `phases` samples per slice from slice index `first` on.
+GridGeometry thinLattice(const GridGeometry& stack, double first, int phases, std::int64_t count) {
+  GridGeometry thin = stack;
+  thin.origin = stack.indexToWorld()({0, 0, first});
+  thin.spacing[2] = stack.spacing[2] / phases;
+  thin.size[2] = count;
+  return thin;
+}
+
+double firstSliceOf(const GridGeometry& grid, const GridGeometry& stack) {
+  return dot(grid.origin - stack.origin, column(stack.direction, 2)) / stack.spacing[2];
+}
+
+void checkGrid(const GridGeometry& grid, const GridGeometry& stack) {
+  checkGeometry(grid, "The grid of the prediction");
+  const Vec3 shift = grid.origin - stack.origin;
+  bool same = grid.size[0] == stack.size[0] && grid.size[1] == stack.size[1];
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      same = same && std::abs(grid.direction[a][b] - stack.direction[a][b]) < 1e-4;
+  for (int a = 0; a < 2; ++a)
+    same = same && std::abs(grid.spacing[a] / stack.spacing[a] - 1) < 1e-4 &&
+           std::abs(dot(shift, column(stack.direction, a))) < 0.01 * stack.spacing[a];
+  if (!same)
+    throw Error(ErrorCode::InvalidArgument,
+                "A prediction across slices keeps the stack's pixels: give it a grid that differs from the "
+                "stack's along the slice normal alone.");
+}
+
+/// The lattice to learn and predict on, and the asked-for samples in its own.
+struct ThinLattice {
+  GridGeometry geometry;
+  int phases = 0;
+  LinePositions positions; // K index here of K index there
+};
+
+ThinLattice thinLatticeFor(const GridGeometry& grid, const GridGeometry& stack) {
+  const double perSlice = stack.spacing[2] / grid.spacing[2], first = firstSliceOf(grid, stack);
+  const int usual = usualPhases(stack);
+  ThinLattice thin;
+  thin.phases = usual;
+  const double whole = std::round(perSlice);
+  if (whole >= 1 && std::abs(perSlice - whole) < kAligned) {
+    const int times = std::max(1, static_cast<int>(std::lround(usual / whole)));
+    if (whole * times <= kMostPhases) {
+      thin.phases = std::max(2, static_cast<int>(whole) * times);
+      thin.positions.step = thin.phases / whole;
+    }
+  }
+  const bool aligned = std::abs(thin.phases / perSlice - thin.positions.step) < kAligned;
+  const double start = aligned ? first : 0.5 / thin.phases - 0.5;
+  thin.positions = {(first - start) * thin.phases, thin.phases / perSlice};
+  if (aligned) thin.positions = {0, std::round(thin.positions.step)};
+  const double last =
+      std::max(thin.positions.first, 0.0) + thin.positions.step * static_cast<double>(grid.size[2] - 1);
+  const auto count =
+      aligned ? static_cast<std::int64_t>(std::llround(last)) + 1 : stack.size[2] * thin.phases;
+  thin.geometry = thinLattice(stack, start, thin.phases, count);
+  return thin;
+}
+
+/// The stack with square pixels of the finer in-plane spacing, where they are clearly not.
+Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes) {
+  const GridGeometry& g = stack.image.geometry;
+  axes = {true, true};
+  const int coarse = g.spacing[0] > g.spacing[1] ? 0 : 1;
+  const double ratio = g.spacing[coarse] / g.spacing[1 - coarse];
+  if (ratio < 1.1) return stack;
+  axes[coarse] = false; // no detail there as fine as across it
+  Stack square = stack;
+  GridGeometry& s = square.image.geometry;
+  s.spacing[coarse] = g.spacing[1 - coarse];
+  s.size[coarse] = static_cast<std::int64_t>(std::floor((g.size[coarse] - 1) * ratio + 1e-6)) + 1;
+  const LinePositions positions{0, 1 / ratio};
+  const std::int64_t outer = coarse == 0 ? g.size[1] * g.size[2] : g.size[2];
+  const std::int64_t inner = coarse == 0 ? 1 : g.size[0];
+  // Values that are not finite, or not observed, would spread: they are marked instead.
+  const FilledImage filled = filledImage(stack);
+  square.image.voxels =
+      resampledAlong(filled.image.voxels.data(), outer, g.size[coarse], inner, positions, s.size[coarse]);
+  square.observed.clear();
+  if (!filled.known.empty()) {
+    square.observed.resize(square.image.voxels.size());
+    for (std::int64_t o = 0; o < outer; ++o)
+      for (std::int64_t t = 0; t < s.size[coarse]; ++t) {
+        const double x = static_cast<double>(t) / ratio;
+        const auto low = static_cast<std::int64_t>(x);
+        const std::int64_t high = std::min(low + 1, g.size[coarse] - 1);
+        for (std::int64_t i = 0; i < inner; ++i)
+          square.observed[(o * s.size[coarse] + t) * inner + i] =
+              filled.known[(o * g.size[coarse] + low) * inner + i] &&
+              filled.known[(o * g.size[coarse] + high) * inner + i];
+      }
+  }
+  square.poses.clear();
+  square.times.clear();
+  return square;
+}
+
+/// The thin samples where they were asked for.
+void putOnGrid(const ThinLattice& thin, const GridGeometry& grid, const GridGeometry& stack, Volume image,
+               std::vector<std::uint8_t> predicted, Prediction& result) {
+  const bool same = thin.positions.first == 0 && thin.positions.step == 1 && image.geometry.size == grid.size;
+  if (!same) {
+    const auto& n = image.geometry.size;
+    const std::int64_t area = n[0] * n[1], slices = grid.size[2];
+    image.voxels = resampledAlong(image.voxels.data(), 1, n[2], area, thin.positions, slices);
+    image.geometry.size[2] = slices;
+    if (!predicted.empty()) {
+      std::vector<std::uint8_t> there(static_cast<std::size_t>(area * slices));
+      for (std::int64_t k = 0; k < slices; ++k) {
+        const double x = thin.positions.first + thin.positions.step * static_cast<double>(k);
+        const std::int64_t from = std::clamp<std::int64_t>(std::llround(x), 0, n[2] - 1);
+        std::copy_n(predicted.begin() + from * area, area, there.begin() + k * area);
+      }
+      predicted.swap(there);
+    }
+    if (image.geometry.size != grid.size) {
+      const GridGeometry& s = image.geometry;
+      const int coarse = s.size[0] != stack.size[0] ? 0 : 1;
+      const LinePositions positions{0, stack.spacing[coarse] / s.spacing[coarse]};
+      const std::int64_t outer = coarse == 0 ? s.size[1] * slices : slices,
+                         inner = coarse == 0 ? 1 : s.size[0];
+      image.voxels =
+          resampledAlong(image.voxels.data(), outer, s.size[coarse], inner, positions, stack.size[coarse]);
+      if (!predicted.empty()) {
+        std::vector<std::uint8_t> there(image.voxels.size());
+        for (std::int64_t o = 0; o < outer; ++o)
+          for (std::int64_t t = 0; t < stack.size[coarse]; ++t) {
+            const std::int64_t from = std::min<std::int64_t>(
+                std::llround(positions.step * static_cast<double>(t)), s.size[coarse] - 1);
+            std::copy_n(predicted.begin() + (o * s.size[coarse] + from) * inner, inner,
+                        there.begin() + (o * stack.size[coarse] + t) * inner);
+          }
+        predicted.swap(there);
+      }
+    }
+  }
+  result.image = {grid, std::move(image.voxels)};
+  result.predicted = std::move(predicted);
+}
+
+std::vector<float> errorBySlice(const ThinLattice& thin, const SliceSampling& sampling,
+                                const GridGeometry& grid, const std::vector<double>& byPhase) {
+  std::vector<float> error(static_cast<std::size_t>(grid.size[2]));
+  for (std::int64_t k = 0; k < grid.size[2]; ++k) {
+    const double x = thin.positions.first + thin.positions.step * static_cast<double>(k);
+    const auto phase = (std::llround(x) - sampling.firstPhase) % sampling.phases;
+    const double fromSlice = (x - sampling.centre) / sampling.phases;
+    const bool acquired =
+        sampling.slice.weights.size() == 1 && std::abs(fromSlice - std::round(fromSlice)) < 1e-4;
+    error[k] = acquired ? 0.f
+                        : static_cast<float>(
+                              byPhase[static_cast<std::size_t>(phase < 0 ? phase + sampling.phases : phase)]);
+  }
+  return error;
+}
+
+/// 1 where a voxel that was not known lies within two slices and three pixels.
+std::vector<std::uint8_t> nearUnknown(const FilledImage& filled, ThreadPool& pool) {
+  const auto& n = filled.image.geometry.size;
+  std::vector<std::uint8_t> near(filled.known.size());
+  for (std::size_t v = 0; v < near.size(); ++v)
+    near[v] = !filled.known[v];
+  const std::int64_t steps[3] = {1, n[0], n[0] * n[1]};
+  const std::int64_t reach[3] = {3, 3, 2};
+  for (int axis = 0; axis < 3; ++axis) {
+    const std::vector<std::uint8_t> before = near;
+    pool.blocks(n[1] * n[2], 64, [&](std::int64_t from, std::int64_t to) {
+      for (std::int64_t row = from; row < to; ++row)
+        for (std::int64_t i = 0; i < n[0]; ++i) {
+          const std::int64_t index[3] = {i, row % n[1], row / n[1]}, v = row * n[0] + i;
+          for (std::int64_t d = -reach[axis]; d <= reach[axis]; ++d)
+            if (index[axis] + d >= 0 && index[axis] + d < n[axis] && before[v + d * steps[axis]]) near[v] = 1;
+        }
+    });
+  }
+  return near;
+}
+
+/// Interpolates where unknown voxels lie near, puts acquired thin slices where they are, and keeps within
+/// the observed range. Returns what is predicted, empty for all.
+std::vector<std::uint8_t> finish(const FilledImage& filled, const SliceSampling& sampling, Volume& thin,
+                                 ThreadPool& pool) {
+  const auto& n = filled.image.geometry.size;
+  const std::int64_t area = n[0] * n[1];
+  float low = filled.image.voxels[0], high = low; // filled voxels repeat known ones
+  for (const float v : filled.image.voxels) {
+    low = std::min(low, v);
+    high = std::max(high, v);
+  }
+  std::vector<std::uint8_t> near, predicted;
+  if (!filled.known.empty()) {
+    near = nearUnknown(filled, pool);
+    predicted.assign(thin.voxels.size(), 1);
+  }
+  const bool acquired = sampling.slice.weights.size() == 1;
+  pool.run(thin.geometry.size[2], [&](std::int64_t t) {
+    const double slice = (static_cast<double>(t) - sampling.centre) / sampling.phases;
+    const double inside = std::clamp(slice, 0.0, static_cast<double>(n[2] - 1));
+    const auto below = static_cast<std::int64_t>(inside);
+    const std::int64_t above = std::min(below + 1, n[2] - 1);
+    const auto share = static_cast<float>(inside - static_cast<double>(below));
+    const auto nearest = static_cast<std::int64_t>(std::lround(inside));
+    const bool onSlice = acquired && std::abs(slice - static_cast<double>(nearest)) < 1e-4;
+    float* out = thin.voxels.data() + t * area;
+    for (std::int64_t p = 0; p < area; ++p) {
+      const float a = filled.image.voxels[below * area + p], b = filled.image.voxels[above * area + p];
+      if (!near.empty() && (near[below * area + p] || near[above * area + p])) {
+        out[p] = a + share * (b - a);
+        predicted[t * area + p] = 0;
+      } else if (onSlice) {
+        out[p] = filled.image.voxels[nearest * area + p];
+      }
+      out[p] = std::clamp(out[p], low, high);
+    }
+  });
+  return predicted;
+}
+
+struct Effort {
+  TrainingPlan training;
+  Reflections reflections = Reflections::None;
+};
+
+Effort effortOf(PredictionEffort effort) {
+  Effort e;
+  TrainingPlan& plan = e.training;
+  if (effort == PredictionEffort::Fast) {
+    plan.channels = 16;
+    plan.steps = 600;
+  } else if (effort == PredictionEffort::Best) {
+    plan.steps = 6000;
+    e.reflections = Reflections::Two;
+  }
+  return e;
+}
+
+/// Errors on the planes kept back, per phase in image units.
+struct Measured {
+  PairErrors errors;
+  std::vector<double> phase; // of what is predicted
+};
+
+Measured measure(const SliceModel& model, const TrainingPlanes& planes, const PairShape& shape,
+                 double pairNoise, std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool) {
+  constexpr std::int64_t pairs = 48;
+  struct Part {
+    double linear = 0, cubic = 0, filter = 0;
+    std::vector<double> network;
+    std::int64_t samples = 0;
+  };
+  const int phases = model.sampling.phases, outputs = outputStride(phases);
+  const PatchFilter linear = interpolationFilter(model.sampling, false),
+                    cubic = interpolationFilter(model.sampling, true);
+  std::vector<Part> parts(pairs);
+  pool.run(pairs, [&](std::int64_t p) {
+    Part& part = parts[p];
+    part.network.assign(phases, 0);
+    Random random = randomOf(seed + 2, p);
+    const PairPlace place = randomPlace(planes.measuring, model.sampling, shape, random);
+    TrainingPair pair;
+    makePair(planes.measuring[place.plane], place, model.sampling, shape.slices, shape.columns, pairNoise,
+             random, pair);
+    PatchFeatures features;
+    makeFeatures(pair.low.data(), pair.slices, pair.columns, model.floor, features);
+    ConvolutionNetwork::Workspace work;
+    std::vector<float> network;
+    predictSamples(model, features, kernels, work, network);
+    const auto filtered = [&](const PatchFilter& filter) {
+      std::vector<float> out(network.size(), 0.f);
+      applyFilter(filter, features, kernels, out.data());
+      return out;
+    };
+    const std::vector<float> byLinear = filtered(linear), byCubic = filtered(cubic),
+                             byFilter = filtered(model.filter);
+    const int edge = pair.slices > 8 ? 2 : 0, side = pair.columns > 16 ? 4 : 0;
+    for (int s = edge; s < pair.slices - edge; ++s)
+      for (int c = side; c < pair.columns - side; ++c) {
+        const std::size_t v = static_cast<std::size_t>(s) * pair.columns + c;
+        if (!pair.inside[v]) continue;
+        const std::int64_t at = features.at(s, c);
+        for (int q = 0; q < phases; ++q) {
+          const double truth = pair.thin[v * phases + q];
+          const auto squared = [&](const std::vector<float>& by) {
+            const double e = features.mean[at] + features.deviation[at] * by[at * outputs + q] - truth;
+            return e * e;
+          };
+          part.linear += squared(byLinear);
+          part.cubic += squared(byCubic);
+          part.filter += squared(byFilter);
+          part.network[q] += squared(network);
+        }
+        ++part.samples;
+      }
+  });
+  Measured measured;
+  measured.phase.assign(phases, 0);
+  PairErrors& e = measured.errors;
+  for (const Part& part : parts) {
+    e.samples += part.samples;
+    e.linear += part.linear;
+    e.cubic += part.cubic;
+    e.filter += part.filter;
+    for (int q = 0; q < phases; ++q)
+      measured.phase[q] += part.network[q];
+  }
+  const double count = static_cast<double>(std::max<std::int64_t>(1, e.samples));
+  for (double& p : measured.phase) {
+    e.network += p;
+    p = std::sqrt(p / count);
+  }
+  for (double* sum : {&e.linear, &e.cubic, &e.filter, &e.network})
+    *sum = std::sqrt(*sum / (count * phases));
+  e.samples *= phases;
+  return measured;
+}
+
+std::string gainText(const PairErrors& e) {
+  const double gain = 20 * std::log10(std::min(e.linear, e.cubic) / e.network);
+  return formatted("%.1f dB", gain);
+}
+
+} // namespace
+
+const char* predictionPhaseName(PredictionPhase phase) {
+  return phase == PredictionPhase::Matching   ? "matching"
+         : phase == PredictionPhase::Learning ? "learning"
+                                              : "applying";
+}
+
+GridGeometry predictionGrid(const GridGeometry& stack) {
+  const int phases = usualPhases(stack);
+  return thinLattice(stack, 0.5 / phases - 0.5, phases, stack.size[2] * phases);
+}
+
+Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& options, ThreadPool& pool,
+                               const PredictionCallback& progress) {
+  checkStack(given);
+  const GridGeometry& g = given.image.geometry;
+  const GridGeometry grid = options.grid.value_or(predictionGrid(g));
+  checkGrid(grid, g);
+  const MatrixKernels& kernels = matrixKernels(options.instructionSet);
+  const auto start = std::chrono::steady_clock::now();
+  const auto report = [&](PredictionPhase phase, double fraction) {
+    if (progress) progress({phase, fraction});
+  };
+  Prediction result;
+  const auto nothing = [&](const std::string& why) {
+    result.sentence = "Nothing was learned across the slices: " + why;
+    result.learningSeconds = secondsSince(start);
+    return result;
+  };
+  report(PredictionPhase::Matching, 0);
+  const double ratio = ratioOf(g);
+  if (ratio < kLeastRatio) return nothing("they lie as close as the pixels.");
+  if (ratio > kMostRatio)
+    return nothing(
+        formatted("they lie %.0f pixels apart, and more than %.0f are too many.", ratio, kMostRatio));
+  if (g.size[2] < kFewestSlices)
+    return nothing(formatted("%d slices are too few.", static_cast<int>(g.size[2])));
+  if (std::min(g.size[0], g.size[1]) < std::max<std::int64_t>(kFewestPixels, std::llround(5 * ratio)))
+    return nothing("they have too few pixels.");
+
+  std::array<bool, 2> axes;
+  const Stack stack = withSquarePixels(given, axes);
+  const GridGeometry& working = stack.image.geometry;
+  GridGeometry workingGrid = grid;
+  for (int a = 0; a < 2; ++a) {
+    workingGrid.size[a] = working.size[a];
+    workingGrid.spacing[a] = working.spacing[a];
+  }
+  const ThinLattice thin = thinLatticeFor(workingGrid, working);
+  SliceModel model;
+  model.sampling = sliceSampling(stack, thin.geometry, thin.phases);
+  const FilledImage filled = filledImage(stack);
+  pool.throwIfStopped();
+  std::vector<std::uint8_t> body = bodyMask(filled.image, pool.stopToken());
+  if (!filled.known.empty())
+    for (std::size_t v = 0; v < body.size(); ++v)
+      body[v] &= filled.known[v];
+  const double noise = estimateNoise(filled.image, body);
+  if (!(noise > 0)) return nothing("the image is constant, or one of labels.");
+  double squares = 0;
+  for (const float w : model.sampling.slice.weights)
+    squares += static_cast<double>(w) * w;
+  const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
+  pool.throwIfStopped();
+
+  TrainingPlanesRequest request;
+  request.axes = axes;
+  result.blur = options.matchingBlur ? *options.matchingBlur : 0;
+  request.sigma = result.blur;
+  const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
+  Effort effort = effortOf(options.effort);
+  const PairShape shape = pairShape(planes, model.sampling, working.size[2], effort.training.most);
+  if (planes.learning.empty() || planes.measuring.empty() || shape.slices < 4)
+    return nothing("too little of the image can be learned from.");
+  report(PredictionPhase::Learning, 0.05);
+  model.filter = learnFilter(planes, model.sampling, shape, pairNoise, options.seed, kernels, pool);
+  model.floor = effort.training.floor = static_cast<float>(std::max(0.05 * model.filter.typical, noise));
+  const bool filterOnly = options.effort == PredictionEffort::Filter;
+  if (!filterOnly)
+    model.network =
+        trainNetwork(planes, model.sampling, model.filter, shape, effort.training, pairNoise, options.seed,
+                     kernels, pool, [&](double f) { report(PredictionPhase::Learning, 0.05 + 0.65 * f); });
+  Measured measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool);
+  if (measured.errors.samples == 0) return nothing("too little of the image can be learned from.");
+  if (model.network && measured.errors.network > measured.errors.filter) {
+    model.network.reset();
+    measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool);
+  }
+  result.pairs = measured.errors;
+  result.phases = thin.phases;
+  result.learningSeconds = secondsSince(start);
+
+  const auto applying = std::chrono::steady_clock::now();
+  Volume image{thin.geometry, std::vector<float>(static_cast<std::size_t>(thin.geometry.voxelCount()))};
+  applyAcrossSlices(model, filled.image, effort.reflections, kernels, image, pool, [&](double f) {
+    report(PredictionPhase::Applying, (filterOnly ? 0.1 : 0.7) + (filterOnly ? 0.9 : 0.3) * f);
+  });
+  std::vector<std::uint8_t> predicted = finish(filled, model.sampling, image, pool);
+  pool.throwIfStopped();
+  result.expectedError = errorBySlice(thin, model.sampling, grid, measured.phase);
+  putOnGrid(thin, grid, g, std::move(image), std::move(predicted), result);
+  result.learned = true;
+  result.sentence = "Learned across the slices from the images along them: " + gainText(result.pairs) +
+                    " better than interpolation where it was tried on them.";
+  result.applyingSeconds = secondsSince(applying);
+  return result;
+}
+
+} // namespace innergs

@@ -1,0 +1,130 @@
+#include "Core/Prediction/SliceSampling.h"
+
+#include "Core/Acquisition/Observation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace innergs {
+namespace {
+
+constexpr double kOnSample = 1e-4;
+
+// Windowed sinc (radius 4) at fraction f in [0, 1) after the fourth of eight samples.
+std::array<double, 8> sincWeights(double f) {
+  std::array<double, 8> weights{};
+  double sum = 0;
+  for (int t = 0; t < 8; ++t) {
+    const double x = std::numbers::pi * (f - (t - 3));
+    weights[t] = std::abs(x) < 1e-9 ? 1 : 4 * std::sin(x) * std::sin(x / 4) / (x * x);
+    sum += weights[t];
+  }
+  for (double& w : weights)
+    w /= sum;
+  return weights;
+}
+
+LineFilter trimmed(int first, std::vector<double> weights) {
+  double sum = 0;
+  for (double w : weights)
+    sum += w;
+  std::size_t begin = 0, end = weights.size();
+  while (end - begin > 1 && std::abs(weights[begin]) < 1e-6 * sum)
+    ++begin;
+  while (end - begin > 1 && std::abs(weights[end - 1]) < 1e-6 * sum)
+    --end;
+  LineFilter filter{first + static_cast<int>(begin), {}};
+  for (std::size_t i = begin; i < end; ++i)
+    filter.weights.push_back(static_cast<float>(weights[i] / sum));
+  return filter;
+}
+
+LineFilter sampleAt(double centre) {
+  const double base = std::floor(centre + kOnSample), f = centre - base;
+  if (std::abs(f) <= kOnSample) return {static_cast<int>(base), {1.f}};
+  const auto w = sincWeights(f);
+  return trimmed(static_cast<int>(base) - 3, {w.begin(), w.end()});
+}
+
+// Thin samples are averages over their own cell, so that a box weighs them by what it covers of the cell.
+LineFilter box(double centre, double width) {
+  const int first = static_cast<int>(std::floor(centre - width / 2 + 0.5 + kOnSample));
+  const int last = static_cast<int>(std::ceil(centre + width / 2 - 0.5 - kOnSample));
+  std::vector<double> weights;
+  for (int i = first; i <= last; ++i)
+    weights.push_back(
+        std::max(0.0, std::min(i + 0.5, centre + width / 2) - std::max(i - 0.5, centre - width / 2)));
+  return trimmed(first, weights);
+}
+
+LineFilter gaussianAt(double centre, double sigma) {
+  const double reach = std::max(1.0, 3.2 * sigma);
+  std::vector<double> weights;
+  const int first = static_cast<int>(std::ceil(centre - reach));
+  for (int i = first; i <= centre + reach; ++i)
+    weights.push_back(std::exp(-0.5 * (i - centre) * (i - centre) / (sigma * sigma)));
+  return trimmed(first, weights);
+}
+
+} // namespace
+
+LineFilter gaussianFilter(double sigma) {
+  if (sigma < 0.05) return {0, {1.f}};
+  if (sigma >= 0.5) return gaussianAt(0, sigma);
+  // A sampled Gaussian this narrow is narrower than it says: three samples of the same variance instead.
+  const auto side = static_cast<float>(sigma * sigma / 2);
+  return {-1, {side, 1 - 2 * side, side}};
+}
+
+SliceSampling sliceSampling(const Stack& stack, const GridGeometry& thin, int phases) {
+  const GridGeometry& g = stack.image.geometry;
+  SliceSampling s;
+  s.phases = phases;
+  s.pitch = g.spacing[2] / phases;
+  const double firstThin = dot(thin.origin - g.origin, column(g.direction, 2)) / g.spacing[2];
+  s.centre = -firstThin * phases;
+  s.firstPhase = static_cast<int>(std::floor(s.centre - 0.5 * (phases - 1) + 0.5 + kOnSample));
+  const double width = effectiveThickness(stack) / s.pitch;
+  if (stack.profile == SliceProfile::Point || width <= 1 + kOnSample)
+    s.slice = sampleAt(s.centre);
+  else if (stack.profile == SliceProfile::Box)
+    s.slice = box(s.centre, width);
+  else
+    s.slice = gaussianAt(s.centre, std::max(0.4, width / 2.355));
+  return s;
+}
+
+std::vector<float> resampledAlong(const float* values, std::int64_t outer, std::int64_t n, std::int64_t inner,
+                                  const LinePositions& positions, std::int64_t count) {
+  std::vector<float> out(static_cast<std::size_t>(outer * count * inner), 0.f);
+  for (std::int64_t t = 0; t < count; ++t) {
+    const double x = std::clamp(positions.first + positions.step * static_cast<double>(t), 0.0,
+                                static_cast<double>(n - 1));
+    const double nearest = std::round(x);
+    std::array<double, 8> weights{};
+    std::int64_t base = static_cast<std::int64_t>(std::floor(x)) - 3;
+    int taps = 8;
+    if (std::abs(x - nearest) < kOnSample) {
+      base = static_cast<std::int64_t>(nearest);
+      weights[0] = 1;
+      taps = 1;
+    } else {
+      weights = sincWeights(x - std::floor(x));
+    }
+    for (int w = 0; w < taps; ++w) {
+      const std::int64_t from = std::clamp<std::int64_t>(base + w, 0, n - 1);
+      const auto weight = static_cast<float>(weights[w]);
+      for (std::int64_t o = 0; o < outer; ++o) {
+        const float* in = values + (o * n + from) * inner;
+        float* to = out.data() + (o * count + t) * inner;
+        for (std::int64_t i = 0; i < inner; ++i)
+          to[i] += weight * in[i];
+      }
+    }
+  }
+  return out;
+}
+
+} // namespace innergs

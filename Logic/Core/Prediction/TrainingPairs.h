@@ -1,0 +1,62 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Base/Random.h"
+#include "Core/Prediction/SliceSampling.h"
+
+namespace innergs {
+
+/// A stack ready to learn from: every voxel finite, `known` 0 where it was unobserved or not finite and the
+/// nearest known value stands in. Empty: all known.
+struct FilledImage {
+  Volume image;
+  std::vector<std::uint8_t> known;
+};
+FilledImage filledImage(const Stack& stack);
+
+/// An in-plane image with the axis to be degraded along its rows, in thin samples: values[row][column].
+struct TrainingPlane {
+  int rows = 0, columns = 0;
+  std::vector<float> values;
+  std::vector<std::uint8_t> inside; // in the body and known; the same shape
+  double share = 0;                 // of it inside
+};
+
+/// The in-plane images of a scan that teach, and those kept back to measure what was learned.
+struct TrainingPlanes {
+  std::vector<TrainingPlane> learning, measuring;
+  double noise = 0; // standard deviation in image units
+};
+
+struct TrainingPlanesRequest {
+  std::array<bool, 2> axes{true, true}; // in-plane axes that are degraded
+  double sigma = 0;                     // of the matching blur, in in-plane samples
+  std::int64_t mostSamples = 8'000'000; // of all planes together
+};
+/// From slices evenly spread over the stack; every sixth of them is kept back. body: 1 inside, as the image.
+TrainingPlanes trainingPlanes(const FilledImage& filled, const std::vector<std::uint8_t>& body,
+                              const SliceSampling& sampling, const TrainingPlanesRequest& request,
+                              ThreadPool& pool);
+
+/// A piece of a plane as slices show it, and what lay between them.
+struct TrainingPair {
+  int slices = 0, columns = 0;
+  std::vector<float> low;           // [slice][column]
+  std::vector<float> thin;          // [slice][column][phase]
+  std::vector<std::uint8_t> inside; // [slice][column]: scored
+};
+
+/// Size and place of a pair within its plane.
+struct PairPlace {
+  int plane = 0, row = 0, column = 0; // thin sample of the first slice, first column
+  bool flipRows = false, flipColumns = false;
+};
+
+/// Thin rows that a pair of so many slices needs.
+int thinRows(const SliceSampling& sampling, int slices);
+
+/// Degrades as the slices are; `noise`, the standard deviation that averaging took away from the slices, is
+/// added to them again.
+void makePair(const TrainingPlane& plane, const PairPlace& place, const SliceSampling& sampling, int slices,
+              int columns, double noise, Random& random, TrainingPair& pair);
+
+} // namespace innergs
