@@ -6,6 +6,7 @@
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Prediction/NetworkTraining.h"
 #include "Core/Prediction/PlaneApplication.h"
+#include "Core/Prediction/ProfileEstimate.h"
 
 #include <algorithm>
 #include <chrono>
@@ -422,7 +423,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
 
   TrainingPlanesRequest request;
   request.axes = axes;
-  result.blur = options.matchingBlur ? *options.matchingBlur : 0;
+  result.blur = options.matchingBlur ? *options.matchingBlur : estimateProfile(stack, pool).blur;
   request.sigma = result.blur;
   const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
   Effort effort = effortOf(options.effort);

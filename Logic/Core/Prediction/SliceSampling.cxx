@@ -78,6 +78,20 @@ LineFilter gaussianFilter(double sigma) {
   return {-1, {side, 1 - 2 * side, side}};
 }
 
+LineFilter convolved(const LineFilter& a, const LineFilter& b) {
+  LineFilter result{a.first + b.first, std::vector<float>(a.weights.size() + b.weights.size() - 1, 0.f)};
+  for (std::size_t i = 0; i < a.weights.size(); ++i)
+    for (std::size_t j = 0; j < b.weights.size(); ++j)
+      result.weights[i + j] += a.weights[i] * b.weights[j];
+  return result;
+}
+
+LineFilter profileFilter(SliceProfile profile, double width, double centre) {
+  if (profile == SliceProfile::Point || width <= 1 + kOnSample) return sampleAt(centre);
+  if (profile == SliceProfile::Box) return box(centre, width);
+  return gaussianAt(centre, std::max(0.4, width / 2.355));
+}
+
 SliceSampling sliceSampling(const Stack& stack, const GridGeometry& thin, int phases) {
   const GridGeometry& g = stack.image.geometry;
   SliceSampling s;
@@ -87,12 +101,7 @@ SliceSampling sliceSampling(const Stack& stack, const GridGeometry& thin, int ph
   s.centre = -firstThin * phases;
   s.firstPhase = static_cast<int>(std::floor(s.centre - 0.5 * (phases - 1) + 0.5 + kOnSample));
   const double width = effectiveThickness(stack) / s.pitch;
-  if (stack.profile == SliceProfile::Point || width <= 1 + kOnSample)
-    s.slice = sampleAt(s.centre);
-  else if (stack.profile == SliceProfile::Box)
-    s.slice = box(s.centre, width);
-  else
-    s.slice = gaussianAt(s.centre, std::max(0.4, width / 2.355));
+  s.slice = profileFilter(stack.profile, width, s.centre);
   return s;
 }
 

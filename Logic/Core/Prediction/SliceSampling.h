@@ -16,6 +16,13 @@ struct LineFilter {
 /// Gaussian of σ (samples), weights summing to 1; the identity for σ below 0.05.
 LineFilter gaussianFilter(double sigma);
 
+/// One after the other.
+LineFilter convolved(const LineFilter& a, const LineFilter& b);
+
+/// A slice profile of `width` samples (box width or FWHM) around a sample; the identity where it is no wider
+/// than one. `centre`: of the profile, in samples after that one.
+LineFilter profileFilter(SliceProfile profile, double width, double centre = 0);
+
 /// How slices sample a line of thin samples: slice c is `slice` applied around thin sample c·phases, and the
 /// thin samples that belong to it are c·phases + firstPhase … + phases − 1.
 struct SliceSampling {
