@@ -8,6 +8,8 @@
 namespace innergs {
 namespace {
 
+constexpr float kLeak = 0.1f; // of a rectifier below 0: without it channels die while learning
+constexpr int kTaps = 3;      // of a convolution, along either axis
 constexpr int kPatch = PatchFeatures::stride;
 
 /// Images with a border of zeros: rows of `width` samples (a border column at either end), one row above and
@@ -21,9 +23,7 @@ struct Bordered {
   std::size_t size() const { return static_cast<std::size_t>((samples + 2 * width + 2) * channels); }
   std::int64_t first() const { return (width + 1) * channels; } // of the image's first sample
   /// What a tap row of the first sample's neighbourhood begins with.
-  std::int64_t tapRow(int row, int taps) const {
-    return first() + ((row - taps / 2) * width - taps / 2) * channels;
-  }
+  std::int64_t tapRow(int row) const { return first() + ((row - kTaps / 2) * width - kTaps / 2) * channels; }
 };
 
 void fillBias(float* image, std::int64_t samples, int channels, const float* bias) {
@@ -40,13 +40,12 @@ void clearBorders(float* image, std::int64_t rows, std::int64_t width, int chann
 
 void rectify(float* values, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i)
-    values[i] = values[i] > 0 ? values[i] : 0;
+    values[i] = values[i] > 0 ? values[i] : kLeak * values[i];
 }
 
-/// gradient = 0 where the activation was.
 void rectifyBack(const float* activation, float* gradient, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i)
-    gradient[i] = activation[i] > 0 ? gradient[i] : 0;
+    gradient[i] = activation[i] > 0 ? gradient[i] : kLeak * gradient[i];
 }
 
 void addSums(const float* image, std::int64_t samples, int channels, float* sums) {
@@ -55,11 +54,11 @@ void addSums(const float* image, std::int64_t samples, int channels, float* sums
       sums[c] += image[s * channels + c];
 }
 
-void convolve(const Bordered& in, const float* image, const float* weights, int taps, int outputs,
+void convolve(const Bordered& in, const float* image, const float* weights, int outputs,
               const MatrixKernels& kernels, float* out) {
-  for (int row = 0; row < taps; ++row)
-    kernels.multiplyAdd({in.samples, taps * in.channels, outputs, image + in.tapRow(row, taps), in.channels,
-                         1, weights + static_cast<std::int64_t>(row) * taps * in.channels * outputs, out});
+  for (int row = 0; row < kTaps; ++row)
+    kernels.multiplyAdd({in.samples, kTaps * in.channels, outputs, image + in.tapRow(row), in.channels, 1,
+                         weights + static_cast<std::int64_t>(row) * kTaps * in.channels * outputs, out});
 }
 
 } // namespace
@@ -73,10 +72,11 @@ ConvolutionNetwork::ConvolutionNetwork(const Shape& shape, std::uint64_t seed) :
     for (std::size_t i = 0; i < count; ++i)
       parameters_[at + i] = static_cast<float>(limit * (2 * random.uniform() - 1));
   };
-  const auto channels = static_cast<std::size_t>(shape.channels), taps = static_cast<std::size_t>(shape.taps);
+  const auto channels = static_cast<std::size_t>(shape.channels);
   draw(firstWeights(), PatchFeatures::count * channels, PatchFeatures::count);
   for (int layer = 1; layer < last; ++layer)
-    draw(layerWeights(layer), taps * taps * channels * channels, static_cast<double>(taps * taps * channels));
+    draw(layerWeights(layer), kTaps * kTaps * channels * channels,
+         static_cast<double>(kTaps * kTaps * channels));
 }
 
 std::size_t ConvolutionNetwork::firstBias() const {
@@ -84,9 +84,8 @@ std::size_t ConvolutionNetwork::firstBias() const {
 }
 
 std::size_t ConvolutionNetwork::layerWeights(int layer) const {
-  const auto channels = static_cast<std::size_t>(shape_.channels),
-             taps = static_cast<std::size_t>(shape_.taps);
-  return firstBias() + channels + (layer - 1) * (taps * taps * channels * channels + channels);
+  const auto channels = static_cast<std::size_t>(shape_.channels);
+  return firstBias() + channels + (layer - 1) * (kTaps * kTaps * channels * channels + channels);
 }
 
 int ConvolutionNetwork::outputsOf(int layer) const {
@@ -94,8 +93,14 @@ int ConvolutionNetwork::outputsOf(int layer) const {
 }
 
 std::size_t ConvolutionNetwork::layerBias(int layer) const {
-  return layerWeights(layer) +
-         static_cast<std::size_t>(shape_.taps * shape_.taps) * shape_.channels * outputsOf(layer);
+  return layerWeights(layer) + static_cast<std::size_t>(kTaps * kTaps) * shape_.channels * outputsOf(layer);
+}
+
+std::vector<ConvolutionNetwork::Matrix> ConvolutionNetwork::matrices() const {
+  std::vector<Matrix> all{{firstWeights(), kPatch, shape_.channels}};
+  for (int layer = 1; layer <= shape_.layers + 1; ++layer)
+    all.push_back({layerWeights(layer), kTaps * kTaps * shape_.channels, outputsOf(layer)});
+  return all;
 }
 
 void ConvolutionNetwork::forward(const PatchFeatures& features, const MatrixKernels& kernels,
@@ -113,8 +118,8 @@ void ConvolutionNetwork::forward(const PatchFeatures& features, const MatrixKern
                            kPatch, 1, p + firstWeights(), out});
     } else {
       fillBias(out, image.samples, shape_.channels, p + layerBias(layer));
-      convolve(image, work.activations[layer - 1].data(), p + layerWeights(layer), shape_.taps,
-               shape_.channels, kernels, out);
+      convolve(image, work.activations[layer - 1].data(), p + layerWeights(layer), shape_.channels, kernels,
+               out);
     }
     rectify(out, image.samples * shape_.channels);
     clearBorders(out, features.slices, image.width, shape_.channels);
@@ -122,21 +127,21 @@ void ConvolutionNetwork::forward(const PatchFeatures& features, const MatrixKern
   const int last = shape_.layers + 1, outputs = outputsOf(last);
   work.outputs.resize(static_cast<std::size_t>(image.samples) * outputs);
   fillBias(work.outputs.data(), image.samples, outputs, p + layerBias(last));
-  convolve(image, work.activations[shape_.layers].data(), p + layerWeights(last), shape_.taps, outputs,
-           kernels, work.outputs.data());
+  convolve(image, work.activations[shape_.layers].data(), p + layerWeights(last), outputs, kernels,
+           work.outputs.data());
 }
 
 std::vector<float> ConvolutionNetwork::transposedWeights() const {
   std::vector<float> transposed(parameters_.size(), 0.f);
-  const int channels = shape_.channels, taps = shape_.taps;
+  const int channels = shape_.channels;
   for (int layer = 1; layer <= shape_.layers + 1; ++layer) {
     const int outputs = outputsOf(layer);
     const float* from = parameters_.data() + layerWeights(layer);
     float* to = transposed.data() + layerWeights(layer);
-    for (int tap = 0; tap < taps * taps; ++tap)
+    for (int tap = 0; tap < kTaps * kTaps; ++tap)
       for (int i = 0; i < channels; ++i)
         for (int o = 0; o < outputs; ++o)
-          to[((taps * taps - 1 - tap) * outputs + o) * channels + i] =
+          to[((kTaps * kTaps - 1 - tap) * outputs + o) * channels + i] =
               from[(tap * channels + i) * outputs + o];
   }
   return transposed;
@@ -146,7 +151,7 @@ void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vect
                                   const std::vector<float>& transposed, const MatrixKernels& kernels,
                                   Workspace& work, std::vector<float>& gradient) const {
   const Bordered image(features, shape_.channels);
-  const int last = shape_.layers + 1, taps = shape_.taps;
+  const int last = shape_.layers + 1;
   // The gradient by a layer's outputs, with a border of zeros.
   const Bordered lastImage(features, outputsOf(last));
   work.gradient.assign(lastImage.size(), 0.f);
@@ -162,16 +167,17 @@ void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vect
       break;
     }
     const float* input = work.activations[layer - 1].data();
-    for (int row = 0; row < taps; ++row)
-      kernels.multiplyAdd({taps * image.channels, image.samples, outer.channels,
-                           input + image.tapRow(row, taps), 1, image.channels, by,
+    for (int row = 0; row < kTaps; ++row)
+      kernels.multiplyAdd({kTaps * image.channels, image.samples, outer.channels, input + image.tapRow(row),
+                           1, image.channels, by,
                            gradient.data() + layerWeights(layer) +
-                               static_cast<std::size_t>(row) * taps * image.channels * outer.channels});
+                               static_cast<std::size_t>(row) * kTaps * image.channels * outer.channels});
     work.previous.assign(image.size(), 0.f);
     float* in = work.previous.data() + image.first();
-    convolve(outer, work.gradient.data(), transposed.data() + layerWeights(layer), taps, shape_.channels,
-             kernels, in);
-    rectifyBack(input + image.first(), in, image.samples * image.channels); // borders: activation 0
+    convolve(outer, work.gradient.data(), transposed.data() + layerWeights(layer), shape_.channels, kernels,
+             in);
+    rectifyBack(input + image.first(), in, image.samples * image.channels);
+    clearBorders(in, features.slices, image.width, image.channels);
     work.gradient.swap(work.previous);
   }
 }

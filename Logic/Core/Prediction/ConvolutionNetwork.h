@@ -13,9 +13,15 @@ public:
     int phases = 4;
     int channels = 32; // a multiple of 16
     int layers = 4;
-    int taps = 3; // of a convolution along either axis: 3, or 1 for a perceptron of its own for every sample
     bool operator==(const Shape&) const = default;
   };
+
+  /// A layer's weights among the parameters: [rows][columns], one column per output. Biases follow.
+  struct Matrix {
+    std::size_t at = 0;
+    std::int64_t rows = 0, columns = 0;
+  };
+  std::vector<Matrix> matrices() const;
 
   /// What one pass needs; grows as needed and may be used again.
   struct Workspace {

@@ -39,6 +39,52 @@ void solveCholesky(std::vector<double>& a, std::vector<double>& b, int n, int m)
   }
 }
 
+/// The equations of many pairs.
+struct NormalSums {
+  static constexpr int n = PatchFeatures::count;
+  int phases;
+  std::vector<double> square, cross;
+  double samples = 0;
+
+  explicit NormalSums(int outputs)
+      : phases(outputs), square(static_cast<std::size_t>(n) * n, 0.0),
+        cross(static_cast<std::size_t>(n) * outputs, 0.0) {}
+
+  void add(const NormalEquations& part, int outputs) {
+    if (part.square.empty()) return;
+    samples += static_cast<double>(part.samples);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j)
+        square[i * n + j] += part.square[i * kStride + j];
+      for (int q = 0; q < phases; ++q)
+        cross[i * phases + q] += part.cross[i * outputs + q];
+    }
+  }
+
+  double trace() const {
+    double sum = 0;
+    for (int i = 0; i < n; ++i)
+      sum += square[i * n + i];
+    return sum;
+  }
+  double meanSquare() const { return samples > 0 ? trace() / (n * samples) : 0; }
+
+  /// `prior` and what the pairs say beyond it: ridge regression.
+  std::vector<float> solve(std::vector<float> prior, int outputs) {
+    constexpr double ridge = 1e-4, worth = 1e3; // of the mean variance of a patch's samples; samples
+    const double sum = trace();
+    if (samples < worth) return prior;
+    const double weight = sum / n * ridge * (1 + worth / samples);
+    for (int i = 0; i < n; ++i)
+      square[i * n + i] += weight;
+    solveCholesky(square, cross, n, phases);
+    for (int i = 0; i < n; ++i)
+      for (int q = 0; q < phases; ++q)
+        prior[i * outputs + q] += static_cast<float>(cross[i * phases + q]);
+    return prior;
+  }
+};
+
 double keys(double x) { // Keys' cubic convolution, a = -1/2
   x = std::abs(x);
   return x < 1 ? (1.5 * x - 2.5) * x * x + 1 : x < 2 ? ((-0.5 * x + 2.5) * x - 4) * x + 2 : 0;
@@ -65,8 +111,12 @@ PatchFilter interpolationFilter(const SliceSampling& s, bool cubic) {
 PairShape pairShape(const TrainingPlanes& planes, const SliceSampling& sampling, std::int64_t stackSlices,
                     PairShape most) {
   PairShape shape{static_cast<int>(std::min<std::int64_t>(stackSlices, most.slices)), most.columns};
+  constexpr double part = 0.6; // of a plane: pairs should begin and end anywhere in the body
+  constexpr int fewest = 8;
   for (const auto* set : {&planes.learning, &planes.measuring})
     for (const TrainingPlane& plane : *set) {
+      while (shape.slices > fewest && thinRows(sampling, shape.slices) > part * plane.rows)
+        --shape.slices;
       while (shape.slices > 0 && thinRows(sampling, shape.slices) > plane.rows)
         --shape.slices;
       shape.columns = std::min(shape.columns, plane.columns);
@@ -113,10 +163,10 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
                         double pairNoise, std::uint64_t seed, const MatrixKernels& kernels,
                         ThreadPool& pool) {
   constexpr std::int64_t pairs = 96;
-  constexpr double ridge = 1e-4; // of the mean variance of a patch's samples
+  constexpr int classes = 2 * PatchFilter::reach + 1; // the last: away from the ends
   const int outputs = outputStride(sampling.phases);
   const PatchFilter interpolation = interpolationFilter(sampling, true);
-  std::vector<NormalEquations> parts(pairs);
+  std::vector<std::array<NormalEquations, classes>> parts(pairs);
   pool.run(pairs, [&](std::int64_t p) {
     Random random = randomOf(seed, p);
     TrainingPair pair;
@@ -125,19 +175,18 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
              pair);
     PatchFeatures features;
     makeFeatures(pair.low.data(), pair.slices, pair.columns, 0, features);
-    NormalEquations& part = parts[p];
     const std::int64_t samples = features.samples();
     std::vector<float> rest(static_cast<std::size_t>(samples) * outputs, 0.f);
     applyFilter(interpolation, features, kernels, rest.data());
-    const int edge = std::min(2, (pair.slices - 1) / 2), side = std::min(4, (pair.columns - 1) / 2);
-    for (int s = 0; s < pair.slices; ++s)
+    const int side = std::min(4, (pair.columns - 1) / 2);
+    for (int s = 0; s < pair.slices; ++s) {
+      const int end = PatchFilter::endOf(s, pair.slices);
+      NormalEquations& part = parts[p][end < 0 ? classes - 1 : end];
       for (int c = -1; c <= pair.columns; ++c) {
         const std::int64_t at = features.at(s, c);
         float* r = rest.data() + at * outputs;
         const std::size_t v = static_cast<std::size_t>(s) * pair.columns + std::max(0, c);
-        const bool counts =
-            c >= side && c < pair.columns - side && s >= edge && s < pair.slices - edge && pair.inside[v];
-        if (!counts) {
+        if (c < side || c >= pair.columns - side || !pair.inside[v]) {
           std::fill_n(r, outputs, 0.f);
           std::fill_n(features.values.data() + at * kStride, kStride, 0.f);
           continue;
@@ -146,46 +195,55 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
         for (int q = 0; q < sampling.phases; ++q)
           r[q] = pair.thin[v * sampling.phases + q] - features.mean[at] - r[q];
       }
-    part.square.assign(static_cast<std::size_t>(kStride) * kStride, 0.f);
-    part.cross.assign(static_cast<std::size_t>(kStride) * outputs, 0.f);
-    const float* f = features.values.data();
-    kernels.multiplyAdd({kStride, samples, kStride, f, 1, kStride, f, part.square.data()});
-    kernels.multiplyAdd({kStride, samples, outputs, f, 1, kStride, rest.data(), part.cross.data()});
-  });
-  constexpr int n = PatchFeatures::count;
-  std::vector<double> square(static_cast<std::size_t>(n) * n, 0.0);
-  std::vector<double> cross(static_cast<std::size_t>(n) * sampling.phases, 0.0);
-  double samples = 0;
-  for (const NormalEquations& part : parts) {
-    samples += static_cast<double>(part.samples);
-    for (int i = 0; i < n; ++i) {
-      for (int j = 0; j < n; ++j)
-        square[i * n + j] += part.square[i * kStride + j];
-      for (int q = 0; q < sampling.phases; ++q)
-        cross[i * sampling.phases + q] += part.cross[i * outputs + q];
+      part.square.resize(static_cast<std::size_t>(kStride) * kStride, 0.f);
+      part.cross.resize(static_cast<std::size_t>(kStride) * outputs, 0.f);
+      const std::int64_t width = features.paddedColumns();
+      const float* f = features.values.data() + s * width * kStride;
+      kernels.multiplyAdd({kStride, width, kStride, f, 1, kStride, f, part.square.data()});
+      kernels.multiplyAdd(
+          {kStride, width, outputs, f, 1, kStride, rest.data() + s * width * outputs, part.cross.data()});
     }
-  }
-  double trace = 0;
-  for (int i = 0; i < n; ++i)
-    trace += square[i * n + i];
+  });
   PatchFilter filter = interpolation;
-  if (!(trace > 0)) return filter;
-  // A prior worth a thousand samples besides, for scans that have few.
-  const double weight = trace / n * (ridge + 1e3 * ridge / samples);
-  for (int i = 0; i < n; ++i)
-    square[i * n + i] += weight;
-  solveCholesky(square, cross, n, sampling.phases);
-  for (int i = 0; i < n; ++i)
-    for (int q = 0; q < sampling.phases; ++q)
-      filter.weights[i * outputs + q] += static_cast<float>(cross[i * sampling.phases + q]);
-  filter.typical = static_cast<float>(std::sqrt(trace / (n * samples)));
+  for (int end = 0; end < classes; ++end) {
+    NormalSums sums(sampling.phases);
+    for (const auto& part : parts)
+      sums.add(part[end], outputs);
+    const bool inner = end == classes - 1;
+    std::vector<float> weights = sums.solve(interpolation.weights, outputs);
+    (inner ? filter.weights : filter.ends[end]) = std::move(weights);
+    if (inner && sums.samples > 0) filter.typical = static_cast<float>(std::sqrt(sums.meanSquare()));
+  }
+  if (parts[0][classes - 1].square.empty()) { // a stack too short for an inside
+    filter.weights = interpolation.weights;
+    filter.typical = 0;
+    NormalSums sums(sampling.phases);
+    for (const auto& part : parts)
+      for (int end = 0; end < classes - 1; ++end)
+        sums.add(part[end], outputs);
+    filter.typical = static_cast<float>(std::sqrt(sums.meanSquare()));
+  }
   return filter;
 }
 
 void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const MatrixKernels& kernels,
                  float* out) {
-  kernels.multiplyAdd({features.samples(), PatchFeatures::count, outputStride(filter.phases),
-                       features.values.data(), PatchFeatures::stride, 1, filter.weights.data(), out});
+  const int outputs = outputStride(filter.phases), stack = features.slices - features.before - features.after;
+  const auto weightsOf = [&](int slice) -> const std::vector<float>& {
+    const int end = PatchFilter::endOf(slice - features.before, stack);
+    return end < 0 || filter.ends[end].empty() ? filter.weights : filter.ends[end];
+  };
+  for (int first = 0; first < features.slices;) {
+    const std::vector<float>& weights = weightsOf(first);
+    int last = first + 1;
+    while (last < features.slices && &weightsOf(last) == &weights)
+      ++last;
+    const std::int64_t at = static_cast<std::int64_t>(first) * features.paddedColumns();
+    kernels.multiplyAdd({(last - first) * static_cast<std::int64_t>(features.paddedColumns()),
+                         PatchFeatures::count, outputs, features.values.data() + at * kStride, kStride, 1,
+                         weights.data(), out + at * outputs});
+    first = last;
+  }
 }
 
 } // namespace innergs

@@ -3,6 +3,9 @@
 #include "Core/Prediction/PatchFeatures.h"
 #include "Core/Prediction/TrainingPairs.h"
 
+#include <algorithm>
+#include <array>
+
 namespace innergs {
 
 /// Linear in the patch: thin sample = patch mean + deviation · (weights · patch).
@@ -10,6 +13,17 @@ struct PatchFilter {
   int phases = 0;
   float typical = 1;          // deviation of the patches that it was learned from, image units
   std::vector<float> weights; // [PatchFeatures::stride][outputStride(phases)]
+  /// Instead of them where the patch reaches beyond the first slice (0: around that slice itself, 1, 2) and
+  /// beyond the last (3, 4, 5). Empty: none of their own.
+  static constexpr int reach = PatchFeatures::rows / 2;
+  std::array<std::vector<float>, 2 * reach> ends;
+
+  /// Which of `ends` slice `slice` of `slices` needs; −1: none.
+  static int endOf(int slice, int slices) {
+    const int first = std::max(slice, 0), last = std::max(slices - 1 - slice, 0);
+    if (std::min(first, last) >= reach) return -1;
+    return first <= last ? first : reach + last;
+  }
 };
 
 /// Interpolation between the slices as a filter, by Keys' cubic or linearly.

@@ -1,4 +1,5 @@
 #include "Core/Base/Error.h"
+#include "Core/Base/InstructionSets.h"
 #include "Core/Prediction/MatrixKernels.h"
 
 // Vectors are array elements below, which sizeless types cannot be.
@@ -28,15 +29,10 @@ HWY_EXPORT(simdMatrixKernels);
 namespace {
 
 std::vector<MatrixKernels> findMatrixKernels() {
+  std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+  std::erase_if(targets, [](std::int64_t t) { return t == HWY_SCALAR || t == HWY_EMU128; }); // the reference
   std::vector<MatrixKernels> found;
-  for (std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    if (target == HWY_SCALAR || target == HWY_EMU128) continue; // the plain reference is better known
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    found.push_back(HWY_DYNAMIC_DISPATCH(simdMatrixKernels)());
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  forEachInstructionSet(targets, [&] { found.push_back(HWY_DYNAMIC_DISPATCH(simdMatrixKernels)()); });
   found.push_back(scalarMatrixKernels());
   return found;
 }

@@ -1,4 +1,5 @@
 #include "Core/Prediction/NetworkTraining.h"
+#include "Core/Prediction/Orthogonal.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +10,7 @@ namespace {
 
 // Columns at either side of a pair that do not count: a pair ends where the image goes on.
 constexpr int kSide = 4;
+constexpr float kMomentum = 0.95f;
 
 double rateAt(const TrainingPlan& plan, int step) {
   const double warm = 0.05 * plan.steps, t = step + 0.5;
@@ -37,35 +39,6 @@ void batchOf(const TrainingPair& pair, int phases, float floor, TrainingBatch& b
       batch.counts[at] = pair.inside[v];
       std::copy_n(pair.thin.data() + v * phases, phases, batch.thin.data() + at * phases);
     }
-}
-
-/// Patches from everywhere.
-void scatteredBatch(const TrainingPlanes& planes, const SliceSampling& sampling, int samples, double noise,
-                    float floor, Random& random, TrainingPair& pair, TrainingBatch& batch) {
-  constexpr int rows = PatchFeatures::rows, width = PatchFeatures::width;
-  PatchFeatures& f = batch.features;
-  f.slices = 1;
-  f.columns = samples;
-  f.values.assign(static_cast<std::size_t>(f.samples()) * PatchFeatures::stride, 0.f);
-  f.mean.assign(static_cast<std::size_t>(f.samples()), 0.f);
-  f.deviation.assign(static_cast<std::size_t>(f.samples()), 0.f);
-  batch.thin.assign(static_cast<std::size_t>(f.samples()) * sampling.phases, 0.f);
-  batch.counts.assign(static_cast<std::size_t>(f.samples()), 0);
-  for (int c = 0; c < samples; ++c) {
-    const std::int64_t at = f.at(0, c);
-    for (int t = 0; t < 8 && !batch.counts[at]; ++t) {
-      const PairPlace place = randomPlace(planes.learning, sampling, {rows, width}, random);
-      makePair(planes.learning[place.plane], place, sampling, rows, width, noise, random, pair);
-      const std::size_t middle = rows / 2 * width + width / 2;
-      if (!pair.inside[middle]) continue;
-      batch.counts[at] = 1;
-      float* values = f.values.data() + at * PatchFeatures::stride;
-      std::copy(pair.low.begin(), pair.low.end(), values);
-      normalisePatch(floor, values, f.mean[at], f.deviation[at]);
-      std::copy_n(pair.thin.data() + middle * sampling.phases, sampling.phases,
-                  batch.thin.data() + at * sampling.phases);
-    }
-  }
 }
 
 } // namespace
@@ -103,26 +76,21 @@ ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSamplin
                                 const PatchFilter& filter, const PairShape& shape, const TrainingPlan& plan,
                                 double pairNoise, std::uint64_t seed, const MatrixKernels& kernels,
                                 ThreadPool& pool, const std::function<void(double)>& progress) {
-  ConvolutionNetwork network({sampling.phases, plan.channels, plan.layers, plan.taps}, seed);
+  ConvolutionNetwork network({sampling.phases, plan.channels, plan.layers}, seed);
   const auto count = static_cast<std::int64_t>(network.parameters().size());
   std::vector<float> moment1(network.parameters().size(), 0.f), moment2 = moment1, sum = moment1;
   std::vector<PairWork> works(plan.pairs);
+  const std::vector<ConvolutionNetwork::Matrix> matrices = network.matrices();
   constexpr double beta1 = 0.9, beta2 = 0.98;
-  constexpr std::int64_t block = 4096;
   for (int step = 0; step < plan.steps; ++step) {
     const std::vector<float> transposed = network.transposedWeights();
     pool.run(plan.pairs, [&](std::int64_t p) {
       PairWork& work = works[p];
       work.random = randomOf(seed + 1, static_cast<std::int64_t>(step) * plan.pairs + p);
-      if (plan.taps == 1) {
-        scatteredBatch(planes, sampling, plan.samples, pairNoise, plan.floor, work.random, work.pair,
-                       work.batch);
-      } else {
-        const PairPlace place = randomPlace(planes.learning, sampling, shape, work.random);
-        makePair(planes.learning[place.plane], place, sampling, shape.slices, shape.columns, pairNoise,
-                 work.random, work.pair);
-        batchOf(work.pair, sampling.phases, plan.floor, work.batch);
-      }
+      const PairPlace place = randomPlace(planes.learning, sampling, shape, work.random);
+      makePair(planes.learning[place.plane], place, sampling, shape.slices, shape.columns, pairNoise,
+               work.random, work.pair);
+      batchOf(work.pair, sampling.phases, plan.floor, work.batch);
       work.gradient.assign(static_cast<std::size_t>(count), 0.f);
       work.loss = batchLoss(network, filter, work.batch, transposed, kernels, work.network, work.gradient,
                             work.counted);
@@ -135,16 +103,31 @@ ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSamplin
     const double correction1 = 1 - std::pow(beta1, step + 1), correction2 = 1 - std::pow(beta2, step + 1);
     const AdamScalars adam{static_cast<float>(rateAt(plan, step) / correction1), static_cast<float>(beta1),
                            static_cast<float>(beta2), static_cast<float>(1 / correction2)};
-    pool.runToEnd((count + block - 1) / block, [&](std::int64_t b) {
-      const std::int64_t first = b * block, last = std::min(count, first + block);
-      for (std::int64_t i = first; i < last; ++i) {
-        float g = 0;
+    pool.runToEnd(static_cast<std::int64_t>(matrices.size()), [&](std::int64_t m) {
+      const ConvolutionNetwork::Matrix& matrix = matrices[m];
+      const std::int64_t size = matrix.rows * matrix.columns, biases = matrix.columns;
+      float* g = sum.data() + matrix.at;
+      float* momentum = moment1.data() + matrix.at;
+      float* parameters = network.parameters().data() + matrix.at;
+      for (std::int64_t i = 0; i < size + biases; ++i) {
+        g[i] = 0;
         for (const PairWork& work : works)
-          g += work.gradient[i];
-        sum[i] = g * scale;
+          g[i] += work.gradient[matrix.at + i];
+        g[i] *= scale;
       }
-      kernels.adam(adam, last - first, sum.data() + first, moment1.data() + first, moment2.data() + first,
-                   network.parameters().data() + first);
+      std::vector<float> direction(static_cast<std::size_t>(size));
+      for (std::int64_t i = 0; i < size; ++i) {
+        momentum[i] = kMomentum * momentum[i] + g[i];
+        direction[i] = g[i] + kMomentum * momentum[i];
+      }
+      orthogonalise(direction, matrix.rows, matrix.columns, kernels);
+      // As large as Adam's steps are.
+      const auto rate = static_cast<float>(
+          rateAt(plan, step) * 0.2 * std::sqrt(static_cast<double>(std::max(matrix.rows, matrix.columns))));
+      for (std::int64_t i = 0; i < size; ++i)
+        parameters[i] -= rate * direction[i];
+      kernels.adam(adam, biases, g + size, momentum + size, moment2.data() + matrix.at + size,
+                   parameters + size);
     });
     pool.throwIfStopped();
     if (progress && step % 8 == 0) progress(static_cast<double>(step + 1) / plan.steps);

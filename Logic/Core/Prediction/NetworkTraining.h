@@ -6,15 +6,14 @@
 
 namespace innergs {
 
-/// How a network is trained: Adam on the mean squared error of what the filter leaves, the rate rising to
-/// `rate` and falling to 0.
+/// How a network is trained on the mean squared error of what the filter leaves: weights by orthogonalised
+/// momentum, biases by Adam, the rate rising to `rate` and falling to 0.
 struct TrainingPlan {
-  int channels = 32, layers = 4, taps = 3;
-  int samples = 512; // per pair with one tap: that many patches from everywhere
-  int steps = 2500;
+  int channels = 32, layers = 4;
+  int steps = 3000;
   int pairs = 2; // per step
   PairShape most{24, 48};
-  double rate = 2e-3;
+  double rate = 4e-3;
   float floor = 1; // of the deviation, image units
 };
 

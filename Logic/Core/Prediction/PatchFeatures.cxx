@@ -44,16 +44,20 @@ void normalisePatch(float floor, float* values, float& mean, float& deviation) {
     values[i] *= scale;
 }
 
-void makeFeatures(const float* low, int slices, int columns, float floor, PatchFeatures& features) {
+void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features, int before,
+                  int after) {
   constexpr int halfRows = PatchFeatures::rows / 2, halfWidth = PatchFeatures::width / 2;
+  const int slices = stack + before + after;
   features.slices = slices;
+  features.before = before;
+  features.after = after;
   features.columns = columns;
   features.values.resize(static_cast<std::size_t>(features.samples()) * PatchFeatures::stride);
   features.mean.assign(static_cast<std::size_t>(features.samples()), 0.f);
   features.deviation.assign(static_cast<std::size_t>(features.samples()), 0.f);
   const int paddedWidth = columns + 2 * halfWidth;
-  std::vector<float> padded(static_cast<std::size_t>(slices) * paddedWidth);
-  for (int s = 0; s < slices; ++s) {
+  std::vector<float> padded(static_cast<std::size_t>(stack) * paddedWidth);
+  for (int s = 0; s < stack; ++s) {
     const float* in = low + static_cast<std::size_t>(s) * columns;
     float* out = padded.data() + static_cast<std::size_t>(s) * paddedWidth;
     std::copy_n(in, columns, out + halfWidth);
@@ -69,7 +73,8 @@ void makeFeatures(const float* low, int slices, int columns, float floor, PatchF
                 PatchFeatures::stride, 0.f);
     const float* rows[PatchFeatures::rows];
     for (int r = 0; r < PatchFeatures::rows; ++r)
-      rows[r] = padded.data() + static_cast<std::size_t>(reflected(s + r - halfRows, slices)) * paddedWidth;
+      rows[r] =
+          padded.data() + static_cast<std::size_t>(reflected(s - before + r - halfRows, stack)) * paddedWidth;
     for (int c = 0; c < columns; ++c) {
       const std::int64_t at = features.at(s, c);
       float* out = features.values.data() + at * PatchFeatures::stride;

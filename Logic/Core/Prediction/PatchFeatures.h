@@ -6,10 +6,10 @@ namespace innergs {
 /// What a linear filter and a network see of every sample of an image of slices [slice][column]: the samples
 /// around it, less their mean, by their deviation.
 struct PatchFeatures {
-  static constexpr int rows = 7, width = 9, count = rows * width, stride = 64;
+  static constexpr int rows = 9, width = 7, count = rows * width, stride = 64;
 
   int slices = 0, columns = 0;
-  // Samples in memory order with a column more on either side, where everything is 0: neighbours along a row
+  int before = 0, after = 0; // of the slices, those beyond the stack's ends
   // are neighbours of the image or border.
   std::vector<float> values; // [slice][1 + columns + 1][stride]
   // Of the patch, image units; [slice][1 + columns + 1].
@@ -22,9 +22,11 @@ struct PatchFeatures {
   }
 };
 
-/// The image continues by reflection. `floor`: image units; no deviation is taken for smaller. 0: values are
-/// not divided at all, deviation is 1.
-void makeFeatures(const float* low, int slices, int columns, float floor, PatchFeatures& features);
+/// low: [slice][column] of a stack of `stack` slices, continued by reflection, also for the slices asked for
+/// `before` and `after` it. `floor`: image units; no deviation is taken for smaller. 0: values are not
+/// divided at all, deviation is 1.
+void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features,
+                  int before = 0, int after = 0);
 
 /// Of one sample: `values` holds its patch [rows][width], stride long; it becomes features.
 void normalisePatch(float floor, float* values, float& mean, float& deviation);

@@ -24,13 +24,6 @@ int floorDivide(int a, int b) {
   return a >= 0 ? a / b : -((b - 1 - a) / b);
 }
 
-int reflected(int i, int n) {
-  if (n == 1) return 0;
-  const int period = 2 * (n - 1);
-  i = ((i % period) + period) % period;
-  return i < n ? i : period - i;
-}
-
 /// The planes along one in-plane axis and the normal.
 class Planes {
 public:
@@ -41,37 +34,40 @@ public:
     columnStep_ = axis == 0 ? 1 : n[0];
     planeStep_ = axis == 0 ? n[0] : 1;
     sliceStep_ = n[0] * n[1];
-    // Slices beyond the stack whose thin samples are asked for; reflected ones may need one more.
+    // Slices beyond the stack whose thin samples are asked for, as it is or reflected.
     const SliceSampling& s = model.sampling;
-    before_ = std::max(0, -floorDivide(-s.firstPhase, s.phases)) + 1;
-    after_ = std::max(0, floorDivide(rows_ - 1 - s.firstPhase, s.phases) - slices_ + 1) + 1;
+    const int mirrored = static_cast<int>(std::lround(2 * s.centre)) - s.firstPhase - s.phases + 1;
+    for (const int phase : {s.firstPhase, mirrored}) {
+      before_ = std::max(before_, -floorDivide(-phase, s.phases));
+      after_ = std::max(after_, floorDivide(rows_ - 1 - phase, s.phases) - slices_ + 1);
+    }
   }
 
   void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels, float weight,
                bool add, Volume& thin) const {
-    const int low = slices_ + before_ + after_, phases = model_.sampling.phases;
+    const int phases = model_.sampling.phases;
     const int outputs = outputStride(phases);
     const int twiceCentre = static_cast<int>(std::lround(2 * model_.sampling.centre));
-    std::vector<float> slices(static_cast<std::size_t>(low) * columns_), output;
+    std::vector<float> slices(static_cast<std::size_t>(slices_) * columns_), output;
     std::vector<float> sum(static_cast<std::size_t>(rows_) * columns_, 0.f);
     ConvolutionNetwork::Workspace work;
     PatchFeatures features;
     for (const Flip flip : flips) {
-      const auto sliceOf = [&](int s) { return flip.rows ? slices_ - 1 - (s - after_) : s - before_; };
+      const int before = flip.rows ? after_ : before_, after = flip.rows ? before_ : after_;
+      const auto sliceOf = [&](int s) { return flip.rows ? slices_ - 1 - s : s; };
       const auto columnOf = [&](int c) { return flip.columns ? columns_ - 1 - c : c; };
-      for (int s = 0; s < low; ++s) {
-        const float* in =
-            image_.voxels.data() + reflected(sliceOf(s), slices_) * sliceStep_ + plane * planeStep_;
+      for (int s = 0; s < slices_; ++s) {
+        const float* in = image_.voxels.data() + sliceOf(s) * sliceStep_ + plane * planeStep_;
         float* out = slices.data() + static_cast<std::size_t>(s) * columns_;
         for (int c = 0; c < columns_; ++c)
           out[c] = in[columnOf(c) * columnStep_];
       }
-      makeFeatures(slices.data(), low, columns_, model_.floor, features);
+      makeFeatures(slices.data(), slices_, columns_, model_.floor, features, before, after);
       predictSamples(model_, features, kernels, work, output);
-      for (int s = 0; s < low; ++s)
+      for (int s = 0; s < features.slices; ++s)
         for (int q = 0; q < phases; ++q) {
           const int phase = model_.sampling.firstPhase + q;
-          const int t = sliceOf(s) * phases + (flip.rows ? twiceCentre - phase : phase);
+          const int t = sliceOf(s - before) * phases + (flip.rows ? twiceCentre - phase : phase);
           if (t < 0 || t >= rows_) continue;
           float* out = sum.data() + static_cast<std::size_t>(t) * columns_;
           for (int c = 0; c < columns_; ++c) {

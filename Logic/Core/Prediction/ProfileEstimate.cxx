@@ -50,6 +50,19 @@ double matchingBlur(const Stack& stack, const std::vector<StructureLines>& lines
   return rootInSquares(sigma, roughness).value_or(sigma.back());
 }
 
+/// Takes two pixels off the body's outline in every slice.
+void erode(std::vector<std::uint8_t>& body, const std::array<std::int64_t, 3>& n) {
+  for (int round = 0; round < 2; ++round) {
+    const std::vector<std::uint8_t> before = body;
+    for (std::int64_t row = 0; row < n[1] * n[2]; ++row)
+      for (std::int64_t i = 0; i < n[0]; ++i) {
+        const std::int64_t v = row * n[0] + i, j = row % n[1];
+        body[v] = before[v] && (i == 0 || before[v - 1]) && (i + 1 == n[0] || before[v + 1]) &&
+                  (j == 0 || before[v - n[0]]) && (j + 1 == n[1] || before[v + n[0]]);
+      }
+  }
+}
+
 std::string millimetres(double value) {
   return numberText(std::round(value * 10) / 10);
 }
@@ -74,6 +87,7 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
     for (std::size_t v = 0; v < body.size(); ++v)
       body[v] &= filled.known[v];
   const double noise = estimateNoise(filled.image, body);
+  erode(body, g.size);
   if (!(noise > 0)) return unknown("it is constant, or one of labels.");
 
   const double finer = std::min(g.spacing[0], g.spacing[1]);
@@ -81,7 +95,7 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
   std::vector<double> pixel;
   for (const int axis : {0, 1}) {
     if (g.spacing[axis] > 1.1 * finer) continue;
-    lines.emplace_back(filled.image, body, filled.known, axis, noise);
+    lines.emplace_back(filled.image, body, axis, noise);
     pixel.push_back(g.spacing[axis]);
   }
   // The thickness that makes the image, blurred so along an in-plane axis, alike along it and across.

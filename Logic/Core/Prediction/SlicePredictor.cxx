@@ -262,10 +262,11 @@ Effort effortOf(PredictionEffort effort) {
   TrainingPlan& plan = e.training;
   if (effort == PredictionEffort::Fast) {
     plan.channels = 16;
-    plan.steps = 600;
+    plan.layers = 3;
+    plan.steps = 1200;
   } else if (effort == PredictionEffort::Best) {
-    plan.steps = 6000;
-    e.reflections = Reflections::Two;
+    plan.steps = 10000;
+    e.reflections = Reflections::Four;
   }
   return e;
 }
@@ -308,8 +309,8 @@ Measured measure(const SliceModel& model, const TrainingPlanes& planes, const Pa
     };
     const std::vector<float> byLinear = filtered(linear), byCubic = filtered(cubic),
                              byFilter = filtered(model.filter);
-    const int edge = pair.slices > 8 ? 2 : 0, side = pair.columns > 16 ? 4 : 0;
-    for (int s = edge; s < pair.slices - edge; ++s)
+    const int side = pair.columns > 16 ? 4 : 0;
+    for (int s = 0; s < pair.slices; ++s)
       for (int c = side; c < pair.columns - side; ++c) {
         const std::size_t v = static_cast<std::size_t>(s) * pair.columns + c;
         if (!pair.inside[v]) continue;
@@ -415,16 +416,18 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
       body[v] &= filled.known[v];
   const double noise = estimateNoise(filled.image, body);
   if (!(noise > 0)) return nothing("the image is constant, or one of labels.");
-  double squares = 0;
-  for (const float w : model.sampling.slice.weights)
-    squares += static_cast<double>(w) * w;
-  const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
   pool.throwIfStopped();
 
   TrainingPlanesRequest request;
   request.axes = axes;
   result.blur = options.matchingBlur ? *options.matchingBlur : estimateProfile(stack, pool).blur;
   request.sigma = result.blur;
+  // What blurring and degrading took off the pairs' noise, the slices still have.
+  const double perThin = std::min(working.spacing[0], working.spacing[1]) / model.sampling.pitch;
+  double squares = 0;
+  for (const float w : convolved(gaussianFilter(result.blur * perThin), model.sampling.slice).weights)
+    squares += static_cast<double>(w) * w;
+  const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
   const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
   Effort effort = effortOf(options.effort);
   const PairShape shape = pairShape(planes, model.sampling, working.size[2], effort.training.most);

@@ -35,8 +35,8 @@ double StructureFunctions::roughness() const {
   return std::log(along[0] / along[1]) - std::log(across[0] / across[1]);
 }
 
-StructureLines::StructureLines(const Volume& image, const std::vector<std::uint8_t>& counts,
-                               const std::vector<std::uint8_t>& known, int axis, double noise)
+StructureLines::StructureLines(const Volume& image, const std::vector<std::uint8_t>& inside, int axis,
+                               double noise)
     : noise_(noise) {
   const auto& n = image.geometry.size;
   length_ = n[axis];
@@ -47,7 +47,6 @@ StructureLines::StructureLines(const Volume& image, const std::vector<std::uint8
   const std::int64_t step = axis == 0 ? 1 : n[0], lineStep = axis == 0 ? n[0] : 1;
   const auto total = static_cast<std::size_t>(lines_ * slices_ * length_);
   values_.resize(total);
-  counts_.resize(total);
   margin_.resize(total);
   for (std::int64_t l = 0; l < lines_; ++l)
     for (std::int64_t k = 0; k < slices_; ++k) {
@@ -56,8 +55,7 @@ StructureLines::StructureLines(const Volume& image, const std::vector<std::uint8
       std::int64_t margin = 0;
       for (std::int64_t t = 0; t < length_; ++t) {
         values_[to + t] = image.voxels[from + t * step];
-        counts_[to + t] = counts[from + t * step];
-        margin = !known.empty() && !known[from + t * step] ? 0 : margin + 1;
+        margin = inside[from + t * step] ? margin + 1 : 0;
         margin_[to + t] = static_cast<std::uint16_t>(std::min<std::int64_t>(margin, 65535));
       }
       margin = 0;
@@ -77,7 +75,8 @@ StructureFunctions StructureLines::after(const LineFilter& filter, ThreadPool& p
   for (int l = 0; l < lags; ++l) {
     const double lag = perSlice_ * (l + 1);
     below[l] = static_cast<std::int64_t>(std::floor(lag + 1e-6));
-    fraction[l] = std::max(0.0, lag - static_cast<double>(below[l]));
+    fraction[l] = lag - static_cast<double>(below[l]);
+    if (fraction[l] < 1e-3) fraction[l] = 0;
   }
   std::vector<LineSums> parts(static_cast<std::size_t>(lines_));
   pool.run(lines_, [&](std::int64_t line) {
@@ -87,26 +86,33 @@ StructureFunctions StructureLines::after(const LineFilter& filter, ThreadPool& p
     for (std::int64_t k = 0; k < slices_; ++k)
       for (std::int64_t t = 0; t < length_; ++t) {
         const std::int64_t v = k * length_ + t;
-        use[v] = counts_[start + v] && margin_[start + v] > reach;
+        use[v] = margin_[start + v] > reach;
         if (!use[v]) continue;
         float sum = 0;
         for (std::size_t i = 0; i < filter.weights.size(); ++i)
           sum += filter.weights[i] * values_[start + v + filter.first + static_cast<std::int64_t>(i)];
         out[v] = sum;
       }
+    // Along and across from the same voxels: the body is not the same everywhere.
     LineSums& sums = parts[line];
-    for (std::int64_t k = 0; k < slices_; ++k)
-      for (std::int64_t t = 0; t < length_; ++t) {
+    const std::int64_t farthest = below[lags - 1] + (fraction[lags - 1] > 0);
+    for (std::int64_t k = 0; k + lags < slices_; ++k)
+      for (std::int64_t t = farthest; t + farthest < length_; ++t) {
         const std::int64_t v = k * length_ + t;
-        if (!use[v]) continue;
+        bool all = use[v];
+        for (int l = 0; l < lags && all; ++l) {
+          all = use[v + (l + 1) * length_];
+          for (int side = 0; side < (fraction[l] > 0 ? 2 : 1); ++side)
+            all = all && use[v + below[l] + side] && use[v - below[l] - side];
+        }
+        if (!all) continue;
+        const double here = out[v];
         for (int l = 0; l < lags; ++l) {
-          for (int side = 0; side < 2; ++side) {
-            const std::int64_t other = t + below[l] + side;
-            if (other < length_ && use[k * length_ + other])
-              sums.along[l][side].add(static_cast<double>(out[v]) - out[k * length_ + other]);
+          for (int side = 0; side < (fraction[l] > 0 ? 2 : 1); ++side) {
+            sums.along[l][side].add(here - out[v + below[l] + side]);
+            sums.along[l][side].add(here - out[v - below[l] - side]);
           }
-          if (k + l + 1 < slices_ && use[v + (l + 1) * length_])
-            sums.across[l].add(static_cast<double>(out[v]) - out[v + (l + 1) * length_]);
+          sums.across[l].add(here - out[v + (l + 1) * length_]);
         }
       }
   });

@@ -22,9 +22,9 @@ struct StructureFunctions {
 /// Lines of an image along one in-plane axis, enough of them for the means.
 class StructureLines {
 public:
-  /// counts: 1 where a voxel counts, known: 1 where it may be looked at (empty: everywhere); as the image.
-  StructureLines(const Volume& image, const std::vector<std::uint8_t>& counts,
-                 const std::vector<std::uint8_t>& known, int axis, double noise);
+  /// inside: 1 where the image may be looked at. The body's own outline is no structure of its inside and
+  /// should lie without.
+  StructureLines(const Volume& image, const std::vector<std::uint8_t>& inside, int axis, double noise);
 
   /// After `filter` was applied along the in-plane axis. Blurred so by the slice profile, an isotropic image
   /// changes as fast along the axis as across the slices.
@@ -35,8 +35,7 @@ private:
   double perSlice_ = 1; // samples along the axis per slice distance
   double noise_ = 0;
   std::vector<float> values_;         // [line][slice][sample]
-  std::vector<std::uint8_t> counts_;  // the same
-  std::vector<std::uint16_t> margin_; // samples to the nearest that may not be looked at, along the axis
+  std::vector<std::uint16_t> margin_; // samples to the nearest outside, along the axis; 0: outside
 };
 
 } // namespace innergs

@@ -1,6 +1,6 @@
 #include "Core/Prediction/TrainingPairs.h"
 
-#include "Core/Image/NoiseEstimate.h"
+#include "Core/Prediction/PatchFeatures.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,13 +27,20 @@ void filterRows(TrainingPlane& plane, const LineFilter& filter) {
   plane.values = std::move(out);
 }
 
-/// A row counts only where every row that the filter reaches does.
-void shrinkInside(TrainingPlane& plane, const std::vector<std::uint8_t>& known, int reach) {
+/// Only samples count whose patch, blurred and degraded, sees nothing unknown.
+void shrinkInside(TrainingPlane& plane, const std::vector<std::uint8_t>& known, int rows, int columns) {
+  const auto at = [&](int r, int c) { return static_cast<std::size_t>(r) * plane.columns + c; };
+  std::vector<std::uint8_t> near(known.size(), 0);
   for (int r = 0; r < plane.rows; ++r)
     for (int c = 0; c < plane.columns; ++c)
-      for (int n = std::max(0, r - reach); n <= std::min(plane.rows - 1, r + reach); ++n)
-        if (!known[static_cast<std::size_t>(n) * plane.columns + c])
-          plane.inside[static_cast<std::size_t>(r) * plane.columns + c] = 0;
+      if (!known[at(r, c)])
+        for (int n = std::max(0, c - columns); n <= std::min(plane.columns - 1, c + columns); ++n)
+          near[at(r, n)] = 1;
+  for (int r = 0; r < plane.rows; ++r)
+    for (int c = 0; c < plane.columns; ++c)
+      if (near[at(r, c)])
+        for (int n = std::max(0, r - rows); n <= std::min(plane.rows - 1, r + rows); ++n)
+          plane.inside[at(n, c)] = 0;
 }
 
 std::vector<std::uint8_t> resampledNearest(const std::vector<std::uint8_t>& values, int rows, int columns,
@@ -69,7 +76,13 @@ TrainingPlane planeOf(const FilledImage& filled, const std::vector<std::uint8_t>
       if (!known.empty()) known[to] = filled.known[from];
     }
   const LineFilter blur = gaussianFilter(sigma);
-  if (!known.empty()) shrinkInside(plane, known, std::max(1, blur.last()));
+  if (!known.empty()) {
+    const double perThin = sampling.pitch / g.spacing[axis];
+    const double reach = (PatchFeatures::rows / 2 + 1) * sampling.phases +
+                         std::max(-sampling.slice.first, sampling.slice.last());
+    shrinkInside(plane, known, static_cast<int>(std::ceil(reach * perThin)) + blur.last(),
+                 PatchFeatures::width / 2);
+  }
   filterRows(plane, blur);
   const double step = sampling.pitch / g.spacing[axis];
   if (std::abs(step - 1) > 0.01) {

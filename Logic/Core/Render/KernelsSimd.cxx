@@ -1,4 +1,5 @@
 #include "Core/Base/Error.h"
+#include "Core/Base/InstructionSets.h"
 #include "Core/Render/KernelsScalar.h"
 
 // Vectors are members and array elements below, which sizeless types cannot be.
@@ -37,15 +38,10 @@ HWY_EXPORT(kernels);
 namespace {
 
 std::vector<KernelSet> find(Selection selection) {
+  std::vector<std::int64_t> targets = hwy::SupportedAndGeneratedTargets();
+  std::erase_if(targets, [](std::int64_t t) { return t == HWY_SCALAR || t == HWY_EMU128; }); // the reference
   std::vector<KernelSet> found;
-  for (std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
-    if (target == HWY_SCALAR || target == HWY_EMU128) continue; // the plain reference is better known
-    hwy::SetSupportedTargetsForTest(target);
-    hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    found.push_back(HWY_DYNAMIC_DISPATCH(kernels)(selection));
-  }
-  hwy::SetSupportedTargetsForTest(0);
-  hwy::GetChosenTarget().Update(hwy::SupportedTargets());
+  forEachInstructionSet(targets, [&] { found.push_back(HWY_DYNAMIC_DISPATCH(kernels)(selection)); });
   found.push_back(scalarKernels(selection));
   return found;
 }
@@ -53,7 +49,6 @@ std::vector<KernelSet> find(Selection selection) {
 } // namespace
 
 const std::vector<KernelSet>& kernelSets(Selection selection) {
-  // All at once: finding them switches Highway's global choice of target, which must happen once only.
   static const std::array<std::vector<KernelSet>, 3> sets{find(Selection::Exact), find(Selection::Method1),
                                                           find(Selection::Method2)};
   return sets[static_cast<std::size_t>(selection)];

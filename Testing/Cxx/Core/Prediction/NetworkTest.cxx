@@ -1,0 +1,101 @@
+#include "Core/Prediction/NetworkTraining.h"
+#include "Core/Prediction/Orthogonal.h"
+
+#include <gtest/gtest.h>
+
+namespace innergs {
+namespace {
+
+struct Example {
+  ConvolutionNetwork network{{3, 16, 2}, 3};
+  PatchFilter filter;
+  TrainingBatch batch;
+
+  Example() {
+    Random random(5);
+    const auto draw = [&] { return static_cast<float>(2 * random.uniform() - 1); };
+    for (float& p : network.parameters())
+      p += 0.1f * draw();
+    constexpr int slices = 6, columns = 9;
+    std::vector<float> low(slices * columns);
+    for (float& v : low)
+      v = draw();
+    makeFeatures(low.data(), slices, columns, 0.1f, batch.features);
+    batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * 3);
+    for (float& v : batch.thin)
+      v = draw();
+    batch.counts.assign(static_cast<std::size_t>(batch.features.samples()), 0);
+    for (int s = 0; s < slices; ++s)
+      for (int c = 1; c < columns - 1; ++c)
+        batch.counts[batch.features.at(s, c)] = 1;
+    filter.phases = 3;
+    filter.weights.assign(static_cast<std::size_t>(PatchFeatures::stride) * outputStride(3), 0.f);
+    for (int i = 0; i < PatchFeatures::count; ++i)
+      for (int q = 0; q < 3; ++q)
+        filter.weights[static_cast<std::size_t>(i) * outputStride(3) + q] = 0.1f * draw();
+  }
+
+  double loss(std::vector<float>& gradient, const char* set = "scalar") {
+    gradient.assign(network.parameters().size(), 0.f);
+    ConvolutionNetwork::Workspace work;
+    double counted = 0;
+    const double sum = batchLoss(network, filter, batch, network.transposedWeights(), matrixKernels(set),
+                                 work, gradient, counted);
+    EXPECT_EQ(counted, 6 * 7 * 3);
+    return sum;
+  }
+};
+
+TEST(Network, GradientsAgreeWithFiniteDifferences) {
+  Example example;
+  std::vector<float> gradient, unused;
+  example.loss(gradient);
+  auto& parameters = example.network.parameters();
+  Random random(9);
+  int outside = 0;
+  double largest = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    const std::size_t i = random.next() % parameters.size();
+    const float before = parameters[i], h = 2e-3f;
+    parameters[i] = before + h;
+    const double above = example.loss(unused);
+    parameters[i] = before - h;
+    const double below = example.loss(unused);
+    parameters[i] = before;
+    const double difference = (above - below) / (2 * h);
+    largest = std::max(largest, std::abs(difference));
+    outside += std::abs(difference - gradient[i]) > 0.02 * (1 + std::abs(difference));
+  }
+  EXPECT_GT(largest, 1);
+  EXPECT_LE(outside, 6); // where a rectifier's kink lies between the two
+}
+
+TEST(Network, InstructionSetsAgreeInLossAndGradient) {
+  Example example;
+  std::vector<float> reference, gradient;
+  const double expected = example.loss(reference);
+  for (const MatrixKernels& set : matrixKernelSets()) {
+    EXPECT_NEAR(example.loss(gradient, set.name.c_str()), expected, 1e-4 * expected) << set.name;
+    for (std::size_t i = 0; i < gradient.size(); ++i)
+      ASSERT_NEAR(gradient[i], reference[i], 1e-3) << set.name << " " << i;
+  }
+}
+
+TEST(Network, OrthogonalisedColumnsAreNearlyOrthonormal) {
+  constexpr std::int64_t rows = 40, columns = 16;
+  std::vector<float> values(rows * columns);
+  Random random(2);
+  for (float& v : values)
+    v = static_cast<float>(2 * random.uniform() - 1);
+  orthogonalise(values, rows, columns, matrixKernels("scalar"));
+  for (std::int64_t a = 0; a < columns; ++a)
+    for (std::int64_t b = 0; b < columns; ++b) {
+      double product = 0;
+      for (std::int64_t r = 0; r < rows; ++r)
+        product += static_cast<double>(values[r * columns + a]) * values[r * columns + b];
+      EXPECT_NEAR(product, a == b, a == b ? 0.6 : 0.35);
+    }
+}
+
+} // namespace
+} // namespace innergs
