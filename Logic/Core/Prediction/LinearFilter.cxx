@@ -93,7 +93,8 @@ double keys(double x) { // Keys' cubic convolution, a = -1/2
 } // namespace
 
 PatchFilter interpolationFilter(const SliceSampling& s, bool cubic) {
-  PatchFilter filter{s.phases, 1, {}};
+  PatchFilter filter;
+  filter.phases = s.phases;
   const int outputs = outputStride(s.phases);
   filter.weights.assign(static_cast<std::size_t>(kStride) * outputs, 0.f);
   for (int q = 0; q < s.phases; ++q) {

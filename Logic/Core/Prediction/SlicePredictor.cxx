@@ -18,6 +18,8 @@ namespace {
 constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-plane spacing
 constexpr std::int64_t kFewestSlices = 5, kFewestPixels = 24;
 constexpr int kMostPhases = 24;
+constexpr double kMostRounds = 40; // how often a small scan is gone through
+constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
 
 double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -94,7 +96,7 @@ ThinLattice thinLatticeFor(const GridGeometry& grid, const GridGeometry& stack) 
 }
 
 /// The stack with square pixels of the finer in-plane spacing, where they are clearly not.
-Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes) {
+Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes, ThreadPool& pool) {
   const GridGeometry& g = stack.image.geometry;
   axes = {true, true};
   const int coarse = g.spacing[0] > g.spacing[1] ? 0 : 1;
@@ -110,8 +112,8 @@ Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes) {
   const std::int64_t inner = coarse == 0 ? 1 : g.size[0];
   // Values that are not finite, or not observed, would spread: they are marked instead.
   const FilledImage filled = filledImage(stack);
-  square.image.voxels =
-      resampledAlong(filled.image.voxels.data(), outer, g.size[coarse], inner, positions, s.size[coarse]);
+  square.image.voxels = resampledAlong(filled.image.voxels.data(), outer, g.size[coarse], inner, positions,
+                                       s.size[coarse], &pool);
   square.observed.clear();
   if (!filled.known.empty()) {
     square.observed.resize(square.image.voxels.size());
@@ -133,12 +135,12 @@ Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes) {
 
 /// The thin samples where they were asked for.
 void putOnGrid(const ThinLattice& thin, const GridGeometry& grid, const GridGeometry& stack, Volume image,
-               std::vector<std::uint8_t> predicted, Prediction& result) {
+               std::vector<std::uint8_t> predicted, Prediction& result, ThreadPool& pool) {
   const bool same = thin.positions.first == 0 && thin.positions.step == 1 && image.geometry.size == grid.size;
   if (!same) {
     const auto& n = image.geometry.size;
     const std::int64_t area = n[0] * n[1], slices = grid.size[2];
-    image.voxels = resampledAlong(image.voxels.data(), 1, n[2], area, thin.positions, slices);
+    image.voxels = resampledAlong(image.voxels.data(), 1, n[2], area, thin.positions, slices, &pool);
     image.geometry.size[2] = slices;
     if (!predicted.empty()) {
       std::vector<std::uint8_t> there(static_cast<std::size_t>(area * slices));
@@ -398,7 +400,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     return nothing("they have too few pixels.");
 
   std::array<bool, 2> axes;
-  const Stack stack = withSquarePixels(given, axes);
+  const Stack stack = withSquarePixels(given, axes, pool);
   const GridGeometry& working = stack.image.geometry;
   GridGeometry workingGrid = grid;
   for (int a = 0; a < 2; ++a) {
@@ -433,6 +435,13 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   const PairShape shape = pairShape(planes, model.sampling, working.size[2], effort.training.most);
   if (planes.learning.empty() || planes.measuring.empty() || shape.slices < 4)
     return nothing("too little of the image can be learned from.");
+  double thinSamples = 0;
+  for (const TrainingPlane& plane : planes.learning)
+    thinSamples += static_cast<double>(plane.values.size());
+  const double perStep =
+      static_cast<double>(effort.training.pairs) * shape.slices * shape.columns * thin.phases;
+  effort.training.steps = std::min(
+      effort.training.steps, std::max(kFewestSteps, static_cast<int>(kMostRounds * thinSamples / perStep)));
   report(PredictionPhase::Learning, 0.05);
   model.filter = learnFilter(planes, model.sampling, shape, pairNoise, options.seed, kernels, pool);
   model.floor = effort.training.floor = static_cast<float>(std::max(0.05 * model.filter.typical, noise));
@@ -459,7 +468,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   std::vector<std::uint8_t> predicted = finish(filled, model.sampling, image, pool);
   pool.throwIfStopped();
   result.expectedError = errorBySlice(thin, model.sampling, grid, measured.phase);
-  putOnGrid(thin, grid, g, std::move(image), std::move(predicted), result);
+  putOnGrid(thin, grid, g, std::move(image), std::move(predicted), result, pool);
   result.learned = true;
   result.sentence = "Learned across the slices from the images along them: " + gainText(result.pairs) +
                     " better than interpolation where it was tried on them.";

@@ -106,33 +106,41 @@ SliceSampling sliceSampling(const Stack& stack, const GridGeometry& thin, int ph
 }
 
 std::vector<float> resampledAlong(const float* values, std::int64_t outer, std::int64_t n, std::int64_t inner,
-                                  const LinePositions& positions, std::int64_t count) {
-  std::vector<float> out(static_cast<std::size_t>(outer * count * inner), 0.f);
+                                  const LinePositions& positions, std::int64_t count, ThreadPool* pool) {
+  struct Taps {
+    std::int64_t first = 0;
+    int count = 8;
+    std::array<double, 8> weights{};
+  };
+  std::vector<Taps> taps(static_cast<std::size_t>(count));
   for (std::int64_t t = 0; t < count; ++t) {
     const double x = std::clamp(positions.first + positions.step * static_cast<double>(t), 0.0,
                                 static_cast<double>(n - 1));
     const double nearest = std::round(x);
-    std::array<double, 8> weights{};
-    std::int64_t base = static_cast<std::int64_t>(std::floor(x)) - 3;
-    int taps = 8;
-    if (std::abs(x - nearest) < kOnSample) {
-      base = static_cast<std::int64_t>(nearest);
-      weights[0] = 1;
-      taps = 1;
-    } else {
-      weights = sincWeights(x - std::floor(x));
-    }
-    for (int w = 0; w < taps; ++w) {
-      const std::int64_t from = std::clamp<std::int64_t>(base + w, 0, n - 1);
-      const auto weight = static_cast<float>(weights[w]);
-      for (std::int64_t o = 0; o < outer; ++o) {
-        const float* in = values + (o * n + from) * inner;
-        float* to = out.data() + (o * count + t) * inner;
+    if (std::abs(x - nearest) < kOnSample)
+      taps[t] = {static_cast<std::int64_t>(nearest), 1, {1}};
+    else
+      taps[t] = {static_cast<std::int64_t>(std::floor(x)) - 3, 8, sincWeights(x - std::floor(x))};
+  }
+  std::vector<float> out(static_cast<std::size_t>(outer * count * inner), 0.f);
+  const auto fill = [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t row = from; row < to; ++row) {
+      const std::int64_t o = row / count, t = row % count;
+      float* line = out.data() + row * inner;
+      for (int w = 0; w < taps[t].count; ++w) {
+        const std::int64_t at = std::clamp<std::int64_t>(taps[t].first + w, 0, n - 1);
+        const float* in = values + (o * n + at) * inner;
+        const auto weight = static_cast<float>(taps[t].weights[w]);
         for (std::int64_t i = 0; i < inner; ++i)
-          to[i] += weight * in[i];
+          line[i] += weight * in[i];
       }
     }
-  }
+  };
+  constexpr std::int64_t piece = 1 << 16; // samples
+  if (pool)
+    pool->blocks(outer * count, std::max<std::int64_t>(1, piece / inner), fill);
+  else
+    fill(0, outer * count);
   return out;
 }
 

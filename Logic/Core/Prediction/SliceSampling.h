@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Base/Parallel.h"
 #include "Core/Image/Stack.h"
 
 #include <vector>
@@ -42,8 +43,10 @@ struct LinePositions {
 };
 
 /// A memory-order array [outer][n][inner] with its middle axis sampled at `count` positions, windowed sinc of
-/// radius 4, the border sample repeated. Copies where the positions are the samples.
+/// radius 4, the border sample repeated. Copies where the positions are the samples. With a pool, on its
+/// threads.
 std::vector<float> resampledAlong(const float* values, std::int64_t outer, std::int64_t n, std::int64_t inner,
-                                  const LinePositions& positions, std::int64_t count);
+                                  const LinePositions& positions, std::int64_t count,
+                                  ThreadPool* pool = nullptr);
 
 } // namespace innergs
