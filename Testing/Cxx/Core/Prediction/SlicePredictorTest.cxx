@@ -18,8 +18,8 @@ using testing::spherePhantom;
 
 constexpr int kGap = 3;
 
-Stack smallStack() {
-  Volume truth = spherePhantom(48, 37);
+Stack smallStack(std::int64_t width = 48, std::int64_t depth = 37) {
+  Volume truth = spherePhantom(width, depth);
   addNoise(truth.voxels, 1, 7);
   return keepEvery(truth, 2, kGap);
 }
@@ -83,7 +83,7 @@ TEST(SlicePredictor, BeatsInterpolationOnStructureItHasSeenAlongTheSlices) {
 }
 
 TEST(SlicePredictor, IsBitIdenticalAtAnyNumberOfThreads) {
-  const Stack stack = smallStack();
+  const Stack stack = smallStack(32, 25);
   const Prediction one = predict(stack, with(PredictionEffort::Fast), 1);
   ASSERT_TRUE(one.learned) << one.sentence;
   for (const int threads : {2, 5}) {
@@ -255,7 +255,7 @@ TEST(SlicePredictor, SaysWhyNothingIsLearned) {
 }
 
 TEST(SlicePredictor, StopsInEveryPhaseAndItsProgressNeverFalls) {
-  const Stack stack = smallStack();
+  const Stack stack = smallStack(32, 25);
   for (const auto phase : {PredictionPhase::Matching, PredictionPhase::Learning, PredictionPhase::Applying}) {
     std::stop_source source;
     ThreadPool pool(2);
