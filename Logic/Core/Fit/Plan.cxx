@@ -142,8 +142,15 @@ DataTraits geometryTraits(std::span<const Stack> stacks) {
   const Stack& first = stacks.front();
   const Vec3& spacing = first.image.geometry.spacing;
   const auto [low, high] = std::minmax({spacing[0], spacing[1], spacing[2]});
+  for (const Stack& stack : stacks)
+    t.posed = t.posed || !stack.poses.empty();
   t.cubes = stacks.size() == 1 && first.poses.empty() && t.thickness == 0 && high <= 1.4 * low;
   return t;
+}
+
+bool predicts(const Settings& settings, const DataTraits& traits) {
+  return settings.prediction != PredictionKind::None && settings.preset != Preset::Paper &&
+         chosenBlending(settings) == Blending::Normalised && traits.singleAnisotropic() && !traits.posed;
 }
 
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
@@ -162,8 +169,8 @@ namespace {
 void fillChoices(Settings& s, const DataTraits& traits) {
   s = withPresetValues(s);
   if (!s.linearIntensity)
-    s.linearIntensity =
-        s.blending == Blending::Normalised && s.preset != Preset::Paper && !traits.superResolution();
+    s.linearIntensity = s.blending == Blending::Normalised && s.preset != Preset::Paper &&
+                        (!traits.superResolution() || predicts(s, traits));
   if (s.allAxes.value_or(false) && !traits.cubes)
     throw Error(
         ErrorCode::InvalidArgument,
@@ -183,6 +190,10 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.equalCounts = true;
     budget = std::llround(kPaperGaussians * traits.reached);
     iterations = 1000;
+  } else if (predicts(settings, traits)) {
+    budget = static_cast<std::int64_t>(voxels / std::array{100.0, 60.0, 30.0}[level]);
+    iterations = std::array{12, 30, 60}[level];
+    plan.coarseIterations = std::array{8, 15, 20}[level];
   } else if (traits.singleAnisotropic()) {
     // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and may turn: they shear along
     // structures.

@@ -11,15 +11,20 @@ struct DataTraits {
   double noise = 0;     // standard deviation, normalised intensity
   int stacks = 1;
   std::int64_t samples = 0; // finite observed voxels
-  double volume = 0;  // of the finite voxels, observed or not, mm³; what several stacks see counts once
-  double reached = 1; // share of a start over all of it that matters to what is observed (reachedShare)
+  double volume = 0;   // of the finite voxels, observed or not, mm³; what several stacks see counts once
+  double reached = 1;  // share of a start over all of it that matters to what is observed (reachedShare)
   bool region = false; // of larger scans
-  bool cubes = false; // one stack in one piece, thin slices, voxels that are nearly cubes
+  bool posed = false;  // slices with poses
+  bool cubes = false;  // one stack in one piece, thin slices, voxels that are nearly cubes
   /// One stack with slices clearly farther apart than its pixels: the fit must bridge the gaps.
   bool singleAnisotropic() const { return stacks == 1 && gap > 1.4 * voxel; }
   bool superResolution() const { return gap > 1.4 * voxel; }
 };
-/// What the lattices alone say: voxel, gap, thickness, stacks, volume (as if all were observed), cubes.
+/// Whether a fit of these data begins with a prediction of what lies between the slices: the field is then
+/// fitted to an isotropic volume.
+bool predicts(const Settings& settings, const DataTraits& traits);
+/// What the lattices alone say: voxel, gap, thickness, stacks, volume (as if all were observed), posed,
+/// cubes.
 DataTraits geometryTraits(std::span<const Stack> stacks);
 /// All but reached; the same whatever the order of the stacks.
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);

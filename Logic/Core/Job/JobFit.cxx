@@ -30,13 +30,14 @@ void ReconstructionJob::Impl::choose(const PreparedInput& prepared, ThreadPool& 
   map = chooseIntensityMap(prepared.stacks);
   pool.throwIfStopped();
   traits = measureTraits(prepared.stacks, map);
+  predict(prepared, pool, result);
   const Settings asked = settings;
   if (!settings.gaussians) {
     Settings whole = settings;
     const InitialisationPlan start = makePlan(whole, traits).start;
     std::vector<Stack> bridged;
     traits.reached =
-        reachedShare(startStacks(prepared, bridged), map, start, traits.volume, traits.voxel, pool);
+        reachedShare(startedStacks(prepared, bridged), map, start, traits.volume, traits.voxel, pool);
   }
   plan = makePlan(settings, traits);
   key = settingsKey(settings, prepared.fingerprint);
@@ -73,7 +74,7 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
   setPlace(field, prepared);
   std::vector<Stack> bridged;
   const ProxyVolume proxy =
-      makeProxy(startStacks(prepared, bridged), field.modelToWorld, map, traits.voxel, pool);
+      makeProxy(startedStacks(prepared, bridged), field.modelToWorld, map, traits.voxel, pool);
   initialise(field, proxy, plan.start, settings.seed + static_cast<std::uint64_t>(member), pool);
   if (field.gaussians.empty())
     throw Error(ErrorCode::NoData,
@@ -125,7 +126,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   }
   std::vector<Observation> observations;
   const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
-  for (const Stack& stack : prepared.stacks)
+  for (const Stack& stack : fittedStacks(prepared))
     for (int axis = 2; axis >= (plan.allAxes ? 0 : 2); --axis)
       for (Observation& o :
            observe(withSliceAxis(stack, axis), field.modelToWorld,
@@ -218,7 +219,7 @@ void ReconstructionJob::Impl::coverMask(const PreparedInput& prepared, ThreadPoo
   options.bounded = false;
   options.values = ones;
   std::vector<Gaussian> added;
-  for (const Stack& stack : prepared.stacks) {
+  for (const Stack& stack : fittedStacks(prepared)) {
     if (!stack.poses.empty()) continue;
     const GridGeometry& g = stack.image.geometry;
     std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds what is observed
@@ -310,8 +311,9 @@ void ReconstructionJob::Impl::iterate(Trainer& trainer, const GridGeometry& grid
     state.iteration = before + trainer.iteration();
     state.loss = trainer.loss();
     state.trainingPsnr = psnrOf(trainer.mse());
+    const double starts = predicted ? kPredictionEnds : kFitStarts;
     const double share = static_cast<double>(state.iteration) / std::max(1, state.iterations);
-    report(Phase::Fitting, kFitStarts + (kFitEnds - kFitStarts) * share);
+    report(Phase::Fitting, starts + (kFitEnds - starts) * share);
     if (preview && !trainer.finished() && secondsSince(start) >= nextPreview) {
       pool.throwIfStopped();
       const auto begun = Clock::now();

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Fit/Plan.h"
+#include "Core/Acquisition/BackProjection.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Render/Kernels.h"
@@ -13,6 +14,7 @@
 /// The steps of a reconstruction: for ReconstructionJob's own sources.
 namespace innergs {
 
+constexpr double kPredictionEnds = 0.5; // where there is one
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97; // of the progress bar
 
 inline double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -64,6 +66,18 @@ struct ReconstructionJob::Impl {
 
   ReconstructionResult run(std::stop_token stop, bool renderWhenCancelled);
   void choose(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
+  ReconstructionResult fieldAlone(const Stack& stack, const GridGeometry& grid, const std::stop_token& stop,
+                                  double from, double to);
+  void predict(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
+  void keepPrediction(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
+  /// What Gaussians are fitted to: the stacks, or the prediction from the only one.
+  std::span<const Stack> fittedStacks(const PreparedInput& prepared) const {
+    return predicted ? std::span<const Stack>(fitted) : prepared.stacks;
+  }
+  /// And what they start on.
+  std::span<const Stack> startedStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) const {
+    return predicted ? std::span<const Stack>(fitted) : startStacks(prepared, bridged);
+  }
   void setPlace(GaussianField& field, const PreparedInput& prepared) const;
   GaussianField startField(const PreparedInput& prepared, int member, ThreadPool& pool);
   void fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
@@ -86,6 +100,8 @@ struct ReconstructionJob::Impl {
     return input.resume && !input.resume->field.gaussians.empty() && input.resume->settingsKey != key;
   }
 
+  bool predicted = false;    // what lies between the slices
+  std::vector<Stack> fitted; // the prediction as thin slices
   bool withheld = false; // this is the second fit
   IntensityMap map;
   DataTraits traits;

@@ -8,6 +8,7 @@ namespace innergs {
 
 enum class Phase {
   Preparing,
+  Predicting, // what lies between the slices of one scan
   Initialising,
   Fitting,
   Refining,

@@ -34,6 +34,8 @@ const char* phaseName(Phase phase) {
   switch (phase) {
   case Phase::Preparing:
     return "Preparing";
+  case Phase::Predicting:
+    return "Predicting between slices";
   case Phase::Initialising:
     return "Placing Gaussians";
   case Phase::Fitting:
@@ -87,6 +89,7 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
 
 void ReconstructionJob::Impl::addResidual(const PreparedInput& prepared, ThreadPool& pool,
                                           ReconstructionResult& result) {
+  if (predicted) return keepPrediction(prepared, pool, result);
   GaussianField& field = checkpoint.field;
   if (!settings.consistency || traits.thickness <= 0) return;
   if (std::any_of(prepared.stacks.begin(), prepared.stacks.end(),

@@ -35,6 +35,7 @@ struct ReconstructionResult {
   double heldOutPsnr = std::numeric_limits<double>::quiet_NaN(); // dB, pooled; NaN: unknown
   std::int64_t heldOutSlices = 0;                                // that were scored, over all stacks
   double judgingSeconds = 0;
+  std::string prediction;            // a sentence: what was put between the slices; empty: nothing
   double noise = 0;                  // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;  // left out of the fit
   int iterations = 0;                // of the model, those of earlier runs included

@@ -23,6 +23,15 @@ enum class Schedule {
   Plateau      // they are reduced whenever the loss stops improving
 };
 
+/// What the gaps of one scan of distant slices are filled with before Gaussians are fitted to slices and filling
+/// together.
+enum class PredictionKind {
+  Auto,          // Learned
+  None,          // nothing: the Gaussians bridge the gaps themselves
+  Interpolation, // a mixture of classical interpolations, chosen by what the scan itself shows
+  Learned        // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
+};
+
 /// When learning rates drop under Schedule::Plateau.
 struct PlateauRule {
   int patience = 10;       // iterations without a mean loss below the best so far by 1e-4 of it
@@ -66,6 +75,7 @@ struct Settings {
   std::optional<bool> paperStopRule; // stop when the loss fell by < 1e-4 over 100 iterations; at most 1000
   bool relocate = true;              // not beside densification
   bool consistency = true;           // super-resolution only
+  PredictionKind prediction = PredictionKind::Auto; // one scan of distant slices, normalised blending
   double fill = 0;                   // scanner units
   int threads = 0;                   // 0: all cores
   std::string instructionSet;        // "": best available; "scalar": the plain reference

@@ -1,0 +1,400 @@
+#include "Core/Prediction/CandidateChoice.h"
+
+#include "Core/Acquisition/Observation.h"
+#include "Core/Image/BodyMask.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+constexpr std::int64_t kSlices = 12;          // whose images are degraded, at most
+constexpr std::int64_t kLineSamples = 400'000; // of the images along one axis, about
+constexpr std::int64_t kFewest = 500;         // samples to judge by
+constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
+constexpr int kPlausible = 3;                 // blurs that are hedged between
+constexpr int kSteps = 20;                    // of a share
+constexpr int kBackProjections = 12;
+
+/// Samples along an axis: value[n·width + line].
+struct Lines {
+  std::int64_t length = 0, width = 0;
+  std::vector<float> value;
+  std::vector<std::uint8_t> inside;
+};
+
+Lines filtered(const Lines& in, std::span<const double> kernel) {
+  Lines out = in;
+  const auto reach = static_cast<std::int64_t>(kernel.size() / 2);
+  for (std::int64_t n = 0; n < in.length; ++n) {
+    float* to = out.value.data() + n * in.width;
+    std::fill_n(to, in.width, 0.f);
+    for (std::int64_t t = -reach; t <= reach; ++t) {
+      const float* from = in.value.data() + std::clamp<std::int64_t>(n + t, 0, in.length - 1) * in.width;
+      const auto w = static_cast<float>(kernel[t + reach]);
+      for (std::int64_t i = 0; i < in.width; ++i)
+        to[i] += w * from[i];
+    }
+  }
+  return out;
+}
+
+std::vector<double> normalised(std::vector<double> kernel) {
+  double sum = 0;
+  for (const double w : kernel)
+    sum += w;
+  for (double& w : kernel)
+    w /= sum;
+  return kernel;
+}
+
+std::vector<double> gaussianKernel(double sigma) {
+  if (sigma < 1e-3) return {1};
+  const auto reach = static_cast<std::int64_t>(std::ceil(3.5 * sigma));
+  std::vector<double> kernel;
+  for (std::int64_t t = -reach; t <= reach; ++t)
+    kernel.push_back(std::exp(-0.5 * static_cast<double>(t * t) / (sigma * sigma)));
+  return normalised(std::move(kernel));
+}
+
+/// A slice's profile in samples along the axis.
+std::vector<double> profileKernel(const Stack& stack, double sample) {
+  const double width = effectiveThickness(stack) / sample;
+  if (stack.profile == SliceProfile::Point || width < 1.2) return {1};
+  if (stack.profile == SliceProfile::Gaussian) return gaussianKernel(width / 2.3548200450309493);
+  const auto reach = static_cast<std::int64_t>(std::ceil(0.5 * width - 0.5));
+  std::vector<double> kernel;
+  for (std::int64_t t = -reach; t <= reach; ++t) {
+    const double low = std::max(-0.5 * width, static_cast<double>(t) - 0.5),
+                 high = std::min(0.5 * width, static_cast<double>(t) + 0.5);
+    kernel.push_back(std::max(0.0, high - low));
+  }
+  return normalised(std::move(kernel));
+}
+
+/// Every factor-th sample.
+Lines decimated(const Lines& in, std::int64_t factor, std::int64_t phase = 0) {
+  Lines out;
+  out.length = in.length > phase ? (in.length - 1 - phase) / factor + 1 : 0;
+  out.width = in.width;
+  for (std::int64_t n = 0; n < out.length; ++n) {
+    const std::int64_t at = (phase + n * factor) * in.width;
+    out.value.insert(out.value.end(), in.value.begin() + at, in.value.begin() + at + in.width);
+    out.inside.insert(out.inside.end(), in.inside.begin() + at, in.inside.begin() + at + in.width);
+  }
+  return out;
+}
+
+std::vector<float> interpolated(const Lines& low, const SliceWeights& weights) {
+  std::vector<float> out(weights.first.size() * static_cast<std::size_t>(low.width), 0.f);
+  for (std::size_t z = 0; z < weights.first.size(); ++z) {
+    float* to = out.data() + static_cast<std::int64_t>(z) * low.width;
+    for (std::size_t t = 0; t < weights.weight[z].size(); ++t) {
+      const float w = weights.weight[z][t];
+      const float* from = low.value.data() + (weights.first[z] + static_cast<std::int64_t>(t)) * low.width;
+      for (std::int64_t i = 0; i < low.width; ++i)
+        to[i] += w * from[i];
+    }
+  }
+  return out;
+}
+
+/// Sums of products of the candidates' errors.
+struct Errors {
+  Covariance sum{};
+  std::int64_t samples = 0;
+
+  void add(const Errors& other) {
+    for (int a = 0; a < kCandidates; ++a)
+      for (int b = 0; b < kCandidates; ++b)
+        sum[a][b] += other.sum[a][b];
+    samples += other.samples;
+  }
+  Covariance mean() const {
+    Covariance mean = sum;
+    for (auto& row : mean)
+      for (double& x : row)
+        x /= static_cast<double>(std::max<std::int64_t>(1, samples));
+    return mean;
+  }
+};
+
+/// counts(row): whether a row of the truth is scored.
+template <class Counts>
+Errors errorsOf(const Lines& truth, const std::array<std::vector<float>, kCandidates>& guess,
+                const Counts& counts) {
+  Errors errors;
+  for (std::int64_t n = 0; n < truth.length; ++n) {
+    if (!counts(n)) continue;
+    for (std::int64_t i = n * truth.width; i < (n + 1) * truth.width; ++i) {
+      if (!truth.inside[i]) continue;
+      double e[kCandidates];
+      for (int c = 0; c < kCandidates; ++c)
+        e[c] = static_cast<double>(guess[c][i]) - truth.value[i];
+      for (int a = 0; a < kCandidates; ++a)
+        for (int b = 0; b < kCandidates; ++b)
+          errors.sum[a][b] += e[a] * e[b];
+      ++errors.samples;
+    }
+  }
+  return errors;
+}
+
+std::vector<double> positions(std::int64_t count, double perSample) {
+  std::vector<double> p;
+  for (std::int64_t n = 0; n < count; ++n)
+    p.push_back(static_cast<double>(n) * perSample);
+  return p;
+}
+
+/// What the candidates miss of slices withheld from their neighbours, every second one in turn.
+Errors withheldErrors(const Lines& slices) {
+  Errors errors;
+  for (std::int64_t phase = 0; phase < 2; ++phase) {
+    const Lines kept = decimated(slices, 2, phase);
+    if (kept.length < 3) continue;
+    std::vector<double> at;
+    for (std::int64_t n = 0; n < slices.length; ++n)
+      at.push_back(0.5 * static_cast<double>(n - phase));
+    std::array<std::vector<float>, kCandidates> guess;
+    for (int c = 0; c < kCandidates; ++c)
+      guess[c] = interpolated(kept, candidateWeights(static_cast<Candidate>(c), kept.length, at));
+    errors.add(errorsOf(slices, guess, [&](std::int64_t n) {
+      return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
+    }));
+  }
+  return errors;
+}
+
+/// The step of back-projection along the axis: x += U(low − P x).
+void backProjectLines(std::vector<float>& x, const Lines& low, const Lines& truth,
+                      std::span<const double> profile, std::int64_t factor, const SliceWeights& linear) {
+  Lines now = truth;
+  for (int iteration = 0; iteration < kBackProjections; ++iteration) {
+    now.value = x;
+    Lines rest = decimated(filtered(now, profile), factor);
+    for (std::size_t i = 0; i < rest.value.size(); ++i)
+      rest.value[i] = low.value[i] - rest.value[i];
+    const std::vector<float> step = interpolated(rest, linear);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      x[i] += step[i];
+  }
+}
+
+/// How often the strongest changes over two slices have a value between in the slice amid: 0 for steps, 1 for
+/// slopes.
+double slopeShare(const Lines& slices) {
+  std::vector<float> change;
+  const auto visit = [&](auto&& see) {
+    for (std::int64_t n = 1; n + 1 < slices.length; ++n)
+      for (std::int64_t i = n * slices.width; i < (n + 1) * slices.width; ++i) {
+        const std::int64_t below = i - slices.width, above = i + slices.width;
+        if (slices.inside[below] && slices.inside[i] && slices.inside[above])
+          see(slices.value[below], slices.value[i], slices.value[above]);
+      }
+  };
+  visit([&](float a, float, float c) { change.push_back(std::abs(c - a)); });
+  if (static_cast<std::int64_t>(change.size()) < kFewest) return 0;
+  const auto strong = change.begin() + static_cast<std::ptrdiff_t>(change.size() * 4 / 5);
+  std::nth_element(change.begin(), strong, change.end());
+  const float threshold = std::max(*strong, std::numeric_limits<float>::min());
+  double sum = 0, count = 0;
+  visit([&](float a, float b, float c) {
+    if (std::abs(c - a) < threshold) return;
+    const double p = std::clamp((static_cast<double>(b) - a) / (static_cast<double>(c) - a), 0.0, 1.0);
+    sum += 4 * p * (1 - p);
+    ++count;
+  });
+  return count > 0 ? sum / count : 0;
+}
+
+/// The slices themselves, every so many columns.
+Lines linesAcross(const Stack& stack, std::span<const float> complete, std::span<const std::uint8_t> inside) {
+  const auto& size = stack.image.geometry.size;
+  const std::int64_t plane = size[0] * size[1], step = std::max<std::int64_t>(1, plane * size[2] / 2'000'000);
+  Lines lines;
+  lines.length = size[2];
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (std::int64_t p = 0; p < plane; p += step) {
+      lines.value.push_back(complete[k * plane + p]);
+      lines.inside.push_back(inside[k * plane + p]);
+    }
+  lines.width = static_cast<std::int64_t>(lines.value.size()) / std::max<std::int64_t>(1, lines.length);
+  return lines;
+}
+
+/// Lines along an in-plane axis of some of the slices.
+Lines linesWithin(const Stack& stack, std::span<const float> complete, std::span<const std::uint8_t> inside,
+                  int axis) {
+  const auto& size = stack.image.geometry.size;
+  const std::int64_t slices = std::min(kSlices, size[2]), other = size[1 - axis];
+  const std::int64_t step =
+      std::max<std::int64_t>(1, slices * other * size[axis] / kLineSamples);
+  std::vector<std::int64_t> starts;
+  for (std::int64_t s = 0; s < slices; ++s) {
+    const std::int64_t k = (2 * s + 1) * size[2] / (2 * slices);
+    for (std::int64_t q = s % step; q < other; q += step)
+      starts.push_back(k * size[0] * size[1] + q * (axis == 0 ? size[0] : 1));
+  }
+  Lines lines;
+  lines.length = size[axis];
+  lines.width = static_cast<std::int64_t>(starts.size());
+  const std::int64_t stride = axis == 0 ? 1 : size[0];
+  for (std::int64_t n = 0; n < lines.length; ++n)
+    for (const std::int64_t start : starts) {
+      lines.value.push_back(complete[start + n * stride]);
+      lines.inside.push_back(inside[start + n * stride]);
+    }
+  return lines;
+}
+
+/// What one blur of the in-plane images leads to.
+struct Simulation {
+  double blur = 0;
+  Errors plain, projected; // against the images; with back-projection
+  Errors withheld;         // as withheldErrors() of their slices
+  double slope = 0;
+};
+
+void simulate(const Lines& image, const Stack& stack, double sample, double blur, Simulation& result) {
+  const double distance = stack.image.geometry.spacing[2] / sample;
+  const auto factor = std::max<std::int64_t>(2, std::llround(distance));
+  Lines truth = filtered(image, gaussianKernel(blur / sample));
+  truth.length = (truth.length - 1) / factor * factor + 1;
+  truth.value.resize(truth.length * truth.width);
+  truth.inside.resize(truth.value.size());
+  if (truth.length < 4 * factor) return;
+  const std::vector<double> profile = profileKernel(stack, sample);
+  const Lines low = decimated(filtered(truth, profile), factor);
+  const std::vector<double> at = positions(truth.length, 1.0 / static_cast<double>(factor));
+  std::array<std::vector<float>, kCandidates> guess;
+  for (int c = 0; c < kCandidates; ++c)
+    guess[c] = interpolated(low, candidateWeights(static_cast<Candidate>(c), low.length, at));
+  const bool thick = profile.size() > 1;
+  const auto counts = [&](std::int64_t n) { return thick || n % factor != 0; };
+  result.plain.add(errorsOf(truth, guess, counts));
+  if (thick) {
+    const SliceWeights linear = candidateWeights(Candidate::Linear, low.length, at);
+    for (auto& x : guess)
+      backProjectLines(x, low, truth, profile, factor, linear);
+    result.projected.add(errorsOf(truth, guess, counts));
+  }
+  result.withheld.add(withheldErrors(low));
+  result.slope += slopeShare(low);
+}
+
+/// How far a simulation lies from what the scan shows.
+double misfit(const Simulation& s, const Errors& withheld, double slope) {
+  double sum = 0;
+  const Covariance a = s.withheld.mean(), b = withheld.mean();
+  for (int c = 1; c < kCandidates; ++c)
+    if (a[0][0] > 0 && b[0][0] > 0 && a[c][c] > 0 && b[c][c] > 0)
+      sum += std::abs(std::log(a[c][c] / a[0][0]) - std::log(b[c][c] / b[0][0]));
+  if (slope > 0 && s.slope > 0) sum += std::abs(std::log(0.5 * s.slope / slope));
+  return sum;
+}
+
+/// What the slices withheld from each other say, brought from twice the distance to the distance itself by
+/// the simulation.
+Covariance calibrated(const Covariance& withheld, const Covariance& near, const Covariance& far) {
+  Covariance result = withheld;
+  for (int a = 0; a < kCandidates; ++a)
+    for (int b = 0; b < kCandidates; ++b)
+      result[a][b] *= std::sqrt(near[a][a] / far[a][a] * near[b][b] / far[b][b]);
+  return result;
+}
+
+double mixed(const Covariance& c, const std::array<double, kCandidates>& share) {
+  double sum = 0;
+  for (int a = 0; a < kCandidates; ++a)
+    for (int b = 0; b < kCandidates; ++b)
+      sum += share[a] * share[b] * c[a][b];
+  return sum;
+}
+
+} // namespace
+
+std::array<double, kCandidates> convexShares(std::span<const Covariance> cases) {
+  std::vector<std::array<double, kCandidates>> tried;
+  for (int a = 0; a <= kSteps; ++a)
+    for (int b = 0; a + b <= kSteps; ++b)
+      tried.push_back({a / double(kSteps), b / double(kSteps), (kSteps - a - b) / double(kSteps)});
+  std::vector<double> best(cases.size(), std::numeric_limits<double>::infinity());
+  for (std::size_t n = 0; n < cases.size(); ++n)
+    for (const auto& share : tried)
+      best[n] = std::min(best[n], mixed(cases[n], share));
+  std::array<double, kCandidates> chosen{0, 1, 0};
+  double least = std::numeric_limits<double>::infinity();
+  for (const auto& share : tried) {
+    double worst = 0;
+    for (std::size_t n = 0; n < cases.size(); ++n)
+      worst = std::max(worst, best[n] > 0 ? mixed(cases[n], share) / best[n] : 1);
+    if (worst >= least) continue;
+    least = worst;
+    chosen = share;
+  }
+  return chosen;
+}
+
+CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool) {
+  CandidateChoice choice;
+  const GridGeometry& g = stack.image.geometry;
+  std::vector<std::uint8_t> inside =
+      bodyMask({g, {complete.begin(), complete.end()}}, pool.stopToken());
+  for (std::size_t v = 0; v < inside.size(); ++v)
+    inside[v] = inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+  const Lines across = linesAcross(stack, complete, inside);
+  const Errors withheld = withheldErrors(across);
+  const double slope = slopeShare(across);
+  const bool shown = withheld.samples >= kFewest;
+  if (shown)
+    for (int c = 0; c < kCandidates; ++c)
+      choice.withheldError[c] = std::sqrt(withheld.mean()[c][c]);
+  const Lines within[2] = {linesWithin(stack, complete, inside, 0), linesWithin(stack, complete, inside, 1)};
+  std::vector<Simulation> simulations(std::size(kBlurs));
+  pool.run(static_cast<std::int64_t>(simulations.size()), [&](std::int64_t n) {
+    simulations[n].blur = kBlurs[n] * g.spacing[2];
+    for (int axis = 0; axis < 2; ++axis)
+      simulate(within[axis], stack, g.spacing[axis], simulations[n].blur, simulations[n]);
+  });
+  std::erase_if(simulations, [](const Simulation& s) { return s.plain.samples < kFewest; });
+  if (simulations.empty()) {
+    if (shown) choice.share = convexShares(std::vector{withheld.mean()});
+    return choice;
+  }
+  if (shown) {
+    std::stable_sort(simulations.begin(), simulations.end(), [&](const Simulation& a, const Simulation& b) {
+      return misfit(a, withheld, slope) < misfit(b, withheld, slope);
+    });
+    simulations.resize(std::min<std::size_t>(simulations.size(), kPlausible));
+  } else {
+    simulations.resize(1);
+  }
+  const Simulation& nearest = simulations.front();
+  choice.judged = true;
+  choice.blur = nearest.blur / std::min(g.spacing[0], g.spacing[1]);
+  const bool thick = nearest.projected.samples > 0;
+  choice.backProject = thick;
+  std::vector<Covariance> cases;
+  for (const Simulation& s : simulations) {
+    const Covariance near = (thick ? s.projected : s.plain).mean();
+    cases.push_back(near);
+    if (shown && s.withheld.samples >= kFewest)
+      cases.push_back(calibrated(withheld.mean(), near, s.withheld.mean()));
+  }
+  choice.share = convexShares(cases);
+  const Covariance pairs = (thick ? nearest.projected : nearest.plain).mean();
+  for (int c = 0; c < kCandidates; ++c)
+    choice.pairError[c] = std::sqrt(pairs[c][c]);
+  choice.error = std::sqrt(std::max(0.0, mixed(pairs, choice.share)));
+  const Covariance far = nearest.withheld.mean();
+  if (far[0][0] > 0 && mixed(far, choice.share) > 0) {
+    choice.linearFall = std::sqrt(pairs[0][0] / far[0][0]);
+    choice.fall = std::sqrt(mixed(pairs, choice.share) / mixed(far, choice.share));
+  }
+  return choice;
+}
+
+} // namespace innergs
