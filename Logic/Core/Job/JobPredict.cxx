@@ -4,6 +4,7 @@
 #include "Core/Job/JobSteps.h"
 #include "Core/Prediction/CandidateChoice.h"
 #include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/SlicePredictor.h"
 
 #include <algorithm>
 
@@ -13,10 +14,10 @@ namespace innergs {
 namespace {
 
 constexpr double kMostFieldVoxels = 40e6; // of a prediction that a field fitted to the slices takes part in
-constexpr double kWorthwhile = 0.995;     // error that a further candidate must bring the mixture's down to
+constexpr double kLeastShare = 0.1; // of a further candidate that is worth its time
 
-/// Every second slice, from the first.
-Stack everySecond(const Stack& stack, std::int64_t first) {
+/// Every second slice.
+Stack everySecond(const Stack& stack) {
   Stack half = stack;
   GridGeometry& g = half.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
@@ -25,14 +26,13 @@ Stack everySecond(const Stack& stack, std::int64_t first) {
   half.observed.clear();
   half.times.clear();
   std::int64_t count = 0;
-  for (std::int64_t k = first; k < g.size[2]; k += 2, ++count) {
+  for (std::int64_t k = 0; k < g.size[2]; k += 2, ++count) {
     half.image.voxels.insert(half.image.voxels.end(), stack.image.voxels.begin() + k * plane,
                              stack.image.voxels.begin() + (k + 1) * plane);
     if (!stack.observed.empty())
       half.observed.insert(half.observed.end(), stack.observed.begin() + k * plane,
                            stack.observed.begin() + (k + 1) * plane);
   }
-  g.origin = g.indexToWorld()({0, 0, static_cast<double>(first)});
   g.size[2] = count;
   g.spacing[2] *= 2;
   return half;
@@ -70,6 +70,126 @@ ReconstructionResult ReconstructionJob::Impl::fieldAlone(const Stack& stack, con
   return result;
 }
 
+/// guess += M (slices − guess seen as slices), with the mixture's interpolation M: what a guess misses of the
+/// slices themselves is interpolated.
+void ReconstructionJob::Impl::anchor(Volume& guess, const Stack& scan, const CandidateChoice& choice,
+                                     ThreadPool& pool) const {
+  const GridGeometry& g = scan.image.geometry;
+  Stack rest = scan;
+  const std::vector<float> seen = projectToStack(guess, scan, pool);
+  for (std::size_t v = 0; v < seen.size(); ++v)
+    rest.image.voxels[v] -= seen[v]; // NaN where it is not seen
+  const std::vector<float> complete = completeSlices(rest, pool);
+  std::vector<float> correction(guess.voxels.size());
+  applyWeights(combinedWeights(choice.share, g.size[2], planePositions(g, guess.geometry)), complete,
+               g.size[0] * g.size[1], correction, pool);
+  for (std::size_t v = 0; v < correction.size(); ++v)
+    guess.voxels[v] += correction[v];
+}
+
+/// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices alone,
+/// and what is learned across them. from, to: of the progress.
+ReconstructionJob::Impl::Further ReconstructionJob::Impl::furtherCandidates(
+    const Stack& scan, const GridGeometry& grid, const CandidateChoice& choice, const Further& wanted,
+    bool trial, ThreadPool& pool, double from, double to) {
+  Further found;
+  const double middle = wanted.field && wanted.learned ? 0.5 * (from + to) : wanted.field ? to : from;
+  if (wanted.field) {
+    found.field = fieldAlone(scan, grid, pool.stopToken(), from, middle).volume;
+    anchor(*found.field, scan, choice, pool);
+  }
+  if (wanted.learned) {
+    PredictionOptions options;
+    options.effort = trial || settings.preset == Preset::Fast ? PredictionEffort::Fast
+                     : settings.preset == Preset::Best        ? PredictionEffort::Best
+                                                              : PredictionEffort::Balanced;
+    options.grid = grid;
+    options.matchingBlur = choice.blur;
+    options.seed = settings.seed;
+    options.instructionSet = settings.instructionSet;
+    Prediction prediction = predictAcrossSlices(scan, options, pool, [&](const PredictionProgress& p) {
+      report(Phase::Predicting, middle + (to - middle) * p.fraction);
+    });
+    found.sentence = prediction.sentence;
+    if (prediction.learned) {
+      found.learned = std::move(prediction.image);
+      anchor(*found.learned, scan, choice, pool);
+    }
+  }
+  return found;
+}
+
+/// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
+/// as it helps where every second slice of the scan is withheld.
+void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice, ThreadPool& pool,
+                                            ReconstructionResult& result) {
+  const GridGeometry& g = scan.image.geometry;
+  const std::int64_t plane = g.size[0] * g.size[1];
+  Volume& between = fitted.front().image;
+  const bool withField = static_cast<double>(between.voxels.size()) <= kMostFieldVoxels;
+  const Stack even = everySecond(scan);
+  GridGeometry middle = even.image.geometry; // every second plane is a withheld slice's
+  middle.spacing[2] = g.spacing[2];
+  middle.size[2] = 2 * even.image.geometry.size[2] - 1;
+  Further wanted;
+  if (withField) wanted.field.emplace();
+  wanted.learned.emplace();
+  const Further tried = furtherCandidates(even, middle, choice, wanted, true, pool, 0.15 * kPredictionEnds,
+                                          0.4 * kPredictionEnds);
+  Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
+  applyWeights(combinedWeights(choice.share, even.image.geometry.size[2],
+                               planePositions(even.image.geometry, middle)),
+               completeSlices(even, pool), plane, mixture.voxels, pool);
+  const Volume* guesses[3] = {&mixture, tried.field ? &*tried.field : nullptr,
+                              tried.learned ? &*tried.learned : nullptr};
+  // Thick slices withheld are compared with slices as thick.
+  std::array<std::vector<float>, 3> seen;
+  Stack all = scan;
+  all.image.geometry = middle;
+  all.image.voxels.assign(static_cast<std::size_t>(middle.voxelCount()), 0.f);
+  all.observed.clear();
+  for (int n = 0; n < 3; ++n)
+    if (guesses[n]) seen[n] = projectToStack(*guesses[n], all, pool);
+  const std::vector<std::uint8_t> body = bodyMask(scan.image, pool.stopToken());
+  Covariance errors{};
+  for (std::int64_t k = 1; k < middle.size[2]; k += 2)
+    for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
+      const float truth = scan.image.voxels[v];
+      if (!body[v] || !std::isfinite(truth) || (!scan.observed.empty() && !scan.observed[v])) continue;
+      double e[3];
+      for (int n = 0; n < 3; ++n)
+        e[n] = guesses[n] ? static_cast<double>(seen[n][v]) - truth : 0;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+          errors[a][b] += e[a] * e[b];
+    }
+  for (int n = 1; n < 3; ++n)
+    if (!guesses[n])
+      for (int m = 0; m < 3; ++m)
+        errors[n][m] = errors[m][n] = m == n ? 1e6 * errors[0][0] : 0;
+  auto share = convexShares({&errors, 1});
+  for (int n = 1; n < 3; ++n)
+    if (!guesses[n] || share[n] < kLeastShare) share[n] = 0;
+  if (wanted.learned && !tried.learned) result.warnings.push_back(tried.sentence);
+  wanted = {};
+  if (share[1] > 0) wanted.field.emplace();
+  if (share[2] > 0) wanted.learned.emplace();
+  const Further found = furtherCandidates(scan, between.geometry, choice, wanted, false, pool,
+                                          0.4 * kPredictionEnds, 0.9 * kPredictionEnds);
+  const auto field = static_cast<float>(found.field ? share[1] : 0),
+             learned = static_cast<float>(found.learned ? share[2] : 0);
+  for (std::size_t v = 0; v < between.voxels.size(); ++v) {
+    float value = between.voxels[v] * (1 - field - learned);
+    if (found.field) value += field * found.field->voxels[v];
+    if (found.learned) value += learned * found.learned->voxels[v];
+    between.voxels[v] = value;
+  }
+  if (field > 0) result.prediction += formatted(", %.0f %% a field fitted to the slices", 100.0 * field);
+  if (learned > 0)
+    result.prediction += formatted(", %.0f %% learned from the slices' own detail", 100.0 * learned);
+  result.prediction += formatted(" (%.0f %% the former)", 100.0 * (1 - field - learned));
+}
+
 void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool& pool,
                                       ReconstructionResult& result) {
   fitted.clear();
@@ -87,84 +207,36 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
   told(0.02);
   const CandidateChoice choice = chooseCandidates(scan, complete, pool);
   told(0.1);
-  Stack& thin = fitted.emplace_back();
-  thin.image.geometry = predictionLattice(g, prepared.outputGrid);
-  thin.image.voxels.resize(static_cast<std::size_t>(thin.image.geometry.voxelCount()));
-  applyWeights(combinedWeights(choice.share, g.size[2], planePositions(g, thin.image.geometry)), complete,
-               plane, thin.image.voxels, pool);
+  Volume& between = fitted.emplace_back().image;
+  between.geometry = predictionLattice(g, prepared.outputGrid);
+  between.voxels.resize(static_cast<std::size_t>(between.geometry.voxelCount()));
+  applyWeights(combinedWeights(choice.share, g.size[2], planePositions(g, between.geometry)), complete,
+               plane, between.voxels, pool);
   told(0.15);
   result.prediction = "Between the slices: " + mixtureText(choice);
-  double fieldShare = 0;
-  const bool withField = settings.prediction != PredictionKind::Interpolation && choice.fall > 0 &&
-                         g.size[2] >= 6 &&
-                         static_cast<double>(thin.image.voxels.size()) <= kMostFieldVoxels;
-  if (withField) {
-    const Stack even = everySecond(scan, 0), odd = everySecond(scan, 1);
-    const ReconstructionResult half =
-        fieldAlone(even, odd.image.geometry, pool.stopToken(), 0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
-    RenderOptions options = renderOptions(half.checkpoint->field, pool.stopToken());
-    const Volume field = renderStack(half.checkpoint->field, odd, options);
-    std::vector<double> at;
-    for (std::int64_t k = 1; k < g.size[2]; k += 2)
-      at.push_back(0.5 * static_cast<double>(k));
-    std::vector<float> mixture(field.voxels.size());
-    applyWeights(combinedWeights(choice.share, even.image.geometry.size[2], at),
-                 completeSlices(even, pool), plane, mixture, pool);
-    std::vector<std::uint8_t> body = bodyMask({g, complete}, pool.stopToken());
-    Covariance c{};
-    double count = 0;
-    for (std::int64_t k = 1, n = 0; k + 1 < g.size[2]; k += 2, ++n)
-      for (std::int64_t p = 0; p < plane; ++p) {
-        const std::int64_t v = k * plane + p;
-        const float truth = scan.image.voxels[v];
-        if (!body[v] || !std::isfinite(truth) || (!scan.observed.empty() && !scan.observed[v])) continue;
-        const double a = static_cast<double>(mixture[n * plane + p]) - truth,
-                     b = static_cast<double>(field.voxels[n * plane + p]) - truth;
-        c[0][0] += a * a;
-        c[0][1] += a * b;
-        c[1][1] += b * b;
-        ++count;
-      }
-    // From twice the distance to the distance itself; the field gains no more than linear interpolation does.
-    const double fall[2] = {choice.fall, choice.linearFall};
-    if (count > 0) {
-      c[0][0] *= fall[0] * fall[0];
-      c[0][1] *= fall[0] * fall[1];
-      c[1][1] *= fall[1] * fall[1];
-      const double spread = c[0][0] + c[1][1] - 2 * c[0][1];
-      if (spread > 0) fieldShare = std::clamp((c[0][0] - c[0][1]) / spread, 0.0, 1.0);
-      const double mixed = (1 - fieldShare) * (1 - fieldShare) * c[0][0] +
-                           2 * fieldShare * (1 - fieldShare) * c[0][1] + fieldShare * fieldShare * c[1][1];
-      if (!(mixed < kWorthwhile * c[0][0])) fieldShare = 0;
-    }
+  if (settings.prediction != PredictionKind::Interpolation && choice.fall > 0 && g.size[2] >= 6) {
+    complete = {};
+    addCandidates(scan, choice, pool, result);
   }
   complete = {};
-  if (fieldShare > 0) {
-    const Volume field = fieldAlone(scan, thin.image.geometry, pool.stopToken(), 0.4 * kPredictionEnds,
-                                    0.9 * kPredictionEnds)
-                             .volume;
-    const auto share = static_cast<float>(fieldShare);
-    for (std::size_t v = 0; v < field.voxels.size(); ++v)
-      thin.image.voxels[v] += share * (field.voxels[v] - thin.image.voxels[v]);
-    result.prediction += formatted(", with %.0f %% of a field fitted to the slices", 100 * fieldShare);
-  }
-  for (float& v : thin.image.voxels)
+  for (float& v : between.voxels)
     v = std::clamp(v, prepared.range.low, prepared.range.high);
   told(0.9);
   if (settings.consistency && choice.backProject && scan.profile != SliceProfile::Point) {
     BackProjectionPlan refinement;
     refinement.noise = traits.noise * map.scale;
     refinement.range = prepared.range;
-    backProject(thin.image, {&scan, 1}, refinement, pool);
+    backProject(between, {&scan, 1}, refinement, pool);
   }
   result.prediction += ", as slices withheld from the scan suggest.";
   state.note = result.prediction;
   told(1);
   state.note.clear();
+  Stack& thin = fitted.front();
   thin.profile = SliceProfile::Point;
   thin.name = scan.name;
   if (!prepared.support.voxels.empty())
-    thin.observed = resampleMask(prepared.support, thin.image.geometry, pool.stopToken());
+    thin.observed = resampleMask(prepared.support, between.geometry, pool.stopToken());
   predicted = true;
 }
 

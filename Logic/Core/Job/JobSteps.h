@@ -3,6 +3,7 @@
 #include "Core/Acquisition/BackProjection.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
+#include "Core/Prediction/CandidateChoice.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/Render.h"
 
@@ -68,6 +69,15 @@ struct ReconstructionJob::Impl {
   void choose(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   ReconstructionResult fieldAlone(const Stack& stack, const GridGeometry& grid, const std::stop_token& stop,
                                   double from, double to);
+  void anchor(Volume& guess, const Stack& scan, const CandidateChoice& choice, ThreadPool& pool) const;
+  struct Further {
+    std::optional<Volume> field, learned;
+    std::string sentence; // of the learning
+  };
+  Further furtherCandidates(const Stack& scan, const GridGeometry& grid, const CandidateChoice& choice,
+                            const Further& wanted, bool trial, ThreadPool& pool, double from, double to);
+  void addCandidates(const Stack& scan, const CandidateChoice& choice, ThreadPool& pool,
+                     ReconstructionResult& result);
   void predict(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   void keepPrediction(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   /// What Gaussians are fitted to: the stacks, or the prediction from the only one.
