@@ -14,6 +14,7 @@ namespace innergs {
 namespace {
 
 constexpr double kMostFieldVoxels = 40e6; // of a prediction that a field fitted to the slices takes part in
+constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to everyone's own
 constexpr double kLeastShare = 0.1; // of a further candidate that is worth its time
 
 /// Every second slice.
@@ -113,6 +114,7 @@ ReconstructionJob::Impl::Further ReconstructionJob::Impl::furtherCandidates(
     found.sentence = prediction.sentence;
     if (prediction.learned) {
       found.learned = std::move(prediction.image);
+      found.known = std::move(prediction.predicted);
       anchor(*found.learned, scan, choice, pool);
     }
   }
@@ -150,7 +152,7 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
   all.observed.clear();
   for (int n = 0; n < 3; ++n)
     if (guesses[n]) seen[n] = projectToStack(*guesses[n], all, pool);
-  const std::vector<std::uint8_t> body = bodyMask(scan.image, pool.stopToken());
+  const std::vector<std::uint8_t> body = bodyMask({g, completeSlices(scan, pool)}, pool.stopToken());
   Covariance errors{};
   for (std::int64_t k = 1; k < middle.size[2]; k += 2)
     for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
@@ -167,6 +169,8 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
     if (!guesses[n])
       for (int m = 0; m < 3; ++m)
         errors[n][m] = errors[m][n] = m == n ? 1e6 * errors[0][0] : 0;
+  for (int n = 0; n < 3; ++n) // at twice the distance: hedged towards all
+    errors[n][n] += kHedge * errors[0][0];
   auto share = convexShares({&errors, 1});
   for (int n = 1; n < 3; ++n)
     if (!guesses[n] || share[n] < kLeastShare) share[n] = 0;
@@ -179,10 +183,10 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
   const auto field = static_cast<float>(found.field ? share[1] : 0),
              learned = static_cast<float>(found.learned ? share[2] : 0);
   for (std::size_t v = 0; v < between.voxels.size(); ++v) {
-    float value = between.voxels[v] * (1 - field - learned);
-    if (found.field) value += field * found.field->voxels[v];
-    if (found.learned) value += learned * found.learned->voxels[v];
-    between.voxels[v] = value;
+    const float interpolated = between.voxels[v];
+    if (found.field) between.voxels[v] += field * (found.field->voxels[v] - interpolated);
+    if (found.learned && (found.known.empty() || found.known[v]))
+      between.voxels[v] += learned * (found.learned->voxels[v] - interpolated);
   }
   if (field > 0) result.prediction += formatted(", %.0f %% a field fitted to the slices", 100.0 * field);
   if (learned > 0)

@@ -72,6 +72,7 @@ struct ReconstructionJob::Impl {
   void anchor(Volume& guess, const Stack& scan, const CandidateChoice& choice, ThreadPool& pool) const;
   struct Further {
     std::optional<Volume> field, learned;
+    std::vector<std::uint8_t> known; // voxels that were learned; empty: all
     std::string sentence; // of the learning
   };
   Further furtherCandidates(const Stack& scan, const GridGeometry& grid, const CandidateChoice& choice,

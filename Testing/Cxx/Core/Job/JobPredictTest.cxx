@@ -1,0 +1,156 @@
+#include "Core/Render/PlaneSampler.h"
+#include "JobInputs.h"
+
+#include <algorithm>
+
+namespace innergs::testing {
+namespace {
+
+/// A scan of slices four pixels apart with some structure to learn from.
+ReconstructionInput gappedInput(std::int64_t size = 48) {
+  ReconstructionInput input;
+  input.stacks.push_back(
+      keepEvery(phantom(grid(size, size - 4, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3))), 2, 4));
+  return input;
+}
+
+Settings quick(PredictionKind kind = PredictionKind::Auto) {
+  Settings settings;
+  settings.preset = Preset::Fast;
+  settings.threads = 2;
+  settings.device = "cpu";
+  settings.prediction = kind;
+  return settings;
+}
+
+TEST(JobPrediction, IsNotBelowInterpolationAndSaysWhatItIs) {
+  const ReconstructionInput input = gappedInput();
+  ReconstructionInput same = input;
+  const Volume truth = phantom(grid(48, 44, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
+  same.outputGrid = truth.geometry;
+  const auto field = reconstruct(same, quick(PredictionKind::None));
+  const auto interpolated = reconstruct(same, quick(PredictionKind::Interpolation));
+  const auto chosen = reconstruct(same, quick());
+  EXPECT_TRUE(field.prediction.empty());
+  EXPECT_NE(interpolated.prediction.find("interpolation"), std::string::npos);
+  EXPECT_FALSE(chosen.prediction.empty());
+  EXPECT_GE(psnr(chosen.volume, truth), psnr(interpolated.volume, truth) - 0.02);
+  EXPECT_GE(psnr(chosen.volume, truth), psnr(field.volume, truth) - 0.3);
+}
+
+TEST(JobPrediction, IsOneFieldForVolumePlanesAndPoints) {
+  const auto result = reconstruct(gappedInput(), quick());
+  const GaussianField& field = result.checkpoint->field;
+  const GridGeometry& g = result.volume.geometry;
+  std::vector<Vec3> points;
+  std::vector<float> values;
+  for (std::int64_t n = 0; n < 200; ++n) {
+    const std::int64_t v = n * 7919 % g.voxelCount();
+    const std::int64_t i = v % g.size[0], j = v / g.size[0] % g.size[1], k = v / (g.size[0] * g.size[1]);
+    points.push_back(g.indexToWorld()({double(i), double(j), double(k)}));
+    values.push_back(result.volume.voxels[v]);
+  }
+  const std::vector<float> found = renderPoints(field, points);
+  for (std::size_t n = 0; n < points.size(); ++n)
+    EXPECT_NEAR(found[n], values[n], 2e-3);
+}
+
+TEST(JobPrediction, IsTheSameWithAnyNumberOfThreads) {
+  Settings settings = quick();
+  settings.threads = 1;
+  const auto one = reconstruct(gappedInput(), settings);
+  for (const int threads : {2, 5}) {
+    settings.threads = threads;
+    const auto several = reconstruct(gappedInput(), settings);
+    EXPECT_TRUE(sameField(one.checkpoint->field, several.checkpoint->field)) << threads;
+    EXPECT_EQ(one.volume.voxels, several.volume.voxels) << threads;
+    EXPECT_EQ(one.prediction, several.prediction);
+  }
+}
+
+TEST(JobPrediction, NeverSeesWithheldOrMaskedVoxels) {
+  ReconstructionInput input = gappedInput();
+  Stack& stack = input.stacks.front();
+  const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
+  stack.observed.assign(stack.image.voxels.size(), 1);
+  std::fill_n(stack.observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  for (std::int64_t v = 0; v < plane / 3; ++v)
+    stack.observed[2 * plane + v] = 0;
+  const auto before = reconstruct(input, quick());
+  for (std::size_t v = 0; v < stack.observed.size(); ++v)
+    if (!stack.observed[v]) stack.image.voxels[v] = v % 2 ? 1e5f : std::nanf("");
+  const auto after = reconstruct(input, quick());
+  EXPECT_EQ(before.volume.voxels, after.volume.voxels);
+  for (const float v : after.volume.voxels)
+    ASSERT_TRUE(std::isfinite(v));
+}
+
+TEST(JobPrediction, StopsInItsOwnPhaseAndGoesOn) {
+  const auto whole = reconstruct(gappedInput(), quick());
+  for (const double share : {0.05, 0.2, 0.4}) {
+    std::stop_source stop;
+    bool predicting = false;
+    ReconstructionJob job(gappedInput(), quick());
+    job.onProgress([&](const Progress& p) {
+      if (p.phase != Phase::Predicting || p.fraction < share) return;
+      predicting = true;
+      stop.request_stop();
+    });
+    const auto stopped = job.run(stop.get_token());
+    EXPECT_TRUE(predicting);
+    ASSERT_TRUE(stopped.cancelled);
+    EXPECT_TRUE(stopped.checkpoint->field.gaussians.empty());
+    ReconstructionInput again = gappedInput();
+    again.resume = stopped.checkpoint;
+    EXPECT_TRUE(sameField(reconstruct(again, quick()).checkpoint->field, whole.checkpoint->field));
+  }
+  std::stop_source stop;
+  ReconstructionJob job(gappedInput(), quick());
+  job.onProgress([&](const Progress& p) {
+    if (p.phase == Phase::Fitting && p.iteration == 5) stop.request_stop();
+  });
+  const auto stopped = job.run(stop.get_token());
+  ASSERT_TRUE(stopped.cancelled);
+  ReconstructionInput again = gappedInput();
+  again.resume = stopped.checkpoint;
+  const auto resumed = reconstruct(again, quick());
+  EXPECT_TRUE(sameField(resumed.checkpoint->field, whole.checkpoint->field));
+  again.resume = resumed.checkpoint; // complete: only the detail is made again
+  EXPECT_TRUE(sameField(reconstruct(again, quick()).checkpoint->field, whole.checkpoint->field));
+}
+
+TEST(JobPrediction, FallsBackInASentence) {
+  ReconstructionInput few = gappedInput(); // too few slices
+  Stack& stack = few.stacks.front();
+  stack.image.geometry.size[2] = 3;
+  stack.image.voxels.resize(static_cast<std::size_t>(stack.image.geometry.voxelCount()));
+  const auto result = reconstruct(few, quick());
+  EXPECT_NE(result.prediction.find("interpolation"), std::string::npos) << result.prediction;
+  ReconstructionInput constant = gappedInput();
+  std::fill(constant.stacks[0].image.voxels.begin(), constant.stacks[0].image.voxels.end(), 7.f);
+  for (const float v : reconstruct(constant, quick()).volume.voxels)
+    ASSERT_NEAR(v, 7, 1e-4);
+  ReconstructionInput labels = gappedInput();
+  for (float& v : labels.stacks[0].image.voxels)
+    v = v > 50 ? 1.f : 0.f;
+  for (const float v : reconstruct(labels, quick()).volume.voxels)
+    ASSERT_TRUE(v >= 0 && v <= 1);
+}
+
+TEST(JobPrediction, LeavesOtherFitsAlone) {
+  for (const ReconstructionInput& input : {isotropicInput(), orthogonalInput()}) {
+    const auto asked = reconstruct(input, quickSettings()), none = [&] {
+      Settings settings = quickSettings();
+      settings.prediction = PredictionKind::None;
+      return reconstruct(input, settings);
+    }();
+    EXPECT_TRUE(asked.prediction.empty());
+    EXPECT_TRUE(sameField(asked.checkpoint->field, none.checkpoint->field));
+  }
+  Settings additive = quickSettings();
+  additive.blending = Blending::Additive;
+  EXPECT_TRUE(reconstruct(anisotropicInput(), additive).prediction.empty());
+}
+
+} // namespace
+} // namespace innergs::testing

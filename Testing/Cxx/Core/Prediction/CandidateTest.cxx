@@ -1,0 +1,168 @@
+#include "Core/Prediction/CandidateChoice.h"
+
+#include "Core/Image/Simulate.h"
+#include "Core/Prediction/CandidateLattice.h"
+#include "TestVolumes.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numeric>
+
+namespace innergs::testing {
+namespace {
+
+/// Waves of several lengths along every axis, the shortest of `shortest` voxels along the third.
+Volume waves(double shortest) {
+  Volume v{grid(48, 44, 49, {1, 1, 1}, {0, 0, 0}, obliqueDirection(0.2)), {}};
+  for (std::int64_t k = 0; k < 49; ++k)
+    for (std::int64_t j = 0; j < 44; ++j)
+      for (std::int64_t i = 0; i < 48; ++i) {
+        double sum = 0;
+        for (int n = 1; n <= 4; ++n) {
+          const double w = 2 * 3.14159265358979 / (shortest * n);
+          sum += std::sin(w * i + n) + std::sin(w * j - n) + std::sin(w * k + 2 * n) +
+                 std::sin(w * (0.7 * i + 0.7 * k));
+        }
+        v.voxels.push_back(static_cast<float>(100 + 10 * sum));
+      }
+  return v;
+}
+
+/// Balls with sharp edges.
+Volume balls() {
+  Volume v = waves(20);
+  std::size_t at = 0;
+  for (std::int64_t k = 0; k < 49; ++k)
+    for (std::int64_t j = 0; j < 44; ++j)
+      for (std::int64_t i = 0; i < 48; ++i, ++at) {
+        double value = 60;
+        for (int b = 0; b < 40; ++b) {
+          const double x = i - (7 * b + 3) % 48, y = j - (11 * b + 5) % 44, z = k - (13 * b + 1) % 49;
+          if (x * x + y * y + z * z < 30 + b % 5 * 8) value = 80 + 3 * b;
+        }
+        v.voxels[at] = static_cast<float>(value);
+      }
+  return v;
+}
+
+double mean2(const Volume& a, const std::vector<float>& b, int k) {
+  const std::int64_t plane = a.geometry.size[0] * a.geometry.size[1];
+  double sum = 0, count = 0;
+  for (std::int64_t z = 0; z < a.geometry.size[2]; ++z)
+    for (std::int64_t p = z * plane; z % k && p < (z + 1) * plane; ++p, ++count)
+      sum += std::pow(static_cast<double>(a.voxels[p]) - b[p], 2);
+  return sum / count;
+}
+
+TEST(Candidates, KeepSlicesAndConstantsAndFollowLines) {
+  std::vector<double> at;
+  for (int n = 0; n <= 60; ++n)
+    at.push_back(-1 + n * 0.2);
+  for (const Candidate c : {Candidate::Linear, Candidate::Cubic, Candidate::Lanczos}) {
+    const SliceWeights w = candidateWeights(c, 10, at);
+    for (std::size_t z = 0; z < at.size(); ++z) {
+      EXPECT_NEAR(std::accumulate(w.weight[z].begin(), w.weight[z].end(), 0.0), 1, 1e-5);
+      const double inside = std::clamp(at[z], 0.0, 9.0);
+      if (std::abs(inside - std::round(inside)) < 1e-9) {
+        ASSERT_EQ(w.weight[z].size(), 1u) << candidateName(c);
+        EXPECT_EQ(w.first[z], std::llround(inside));
+      }
+      double line = 0;
+      for (std::size_t t = 0; t < w.weight[z].size(); ++t)
+        line += w.weight[z][t] * static_cast<double>(w.first[z] + t);
+      if (inside > 4 && inside < 5) EXPECT_NEAR(line, inside, c == Candidate::Linear ? 1e-6 : 0.02);
+    }
+  }
+}
+
+TEST(Candidates, NeverLookAtWithheldOrBrokenVoxels) {
+  ThreadPool pool(2);
+  Stack stack = keepEvery(balls(), 2, 3);
+  const std::int64_t plane = 48 * 44;
+  stack.observed.assign(stack.image.voxels.size(), 1);
+  std::fill_n(stack.observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  stack.image.voxels[2 * plane + 700] = std::nanf("");
+  const std::vector<float> before = completeSlices(stack, pool);
+  const CandidateChoice chosen = chooseCandidates(stack, before, pool);
+  for (float& v : std::span(stack.image.voxels).subspan(5 * plane, plane))
+    v = -1e6f;
+  const std::vector<float> after = completeSlices(stack, pool);
+  EXPECT_EQ(before, after);
+  EXPECT_EQ(chooseCandidates(stack, after, pool).share, chosen.share);
+  for (const float v : after)
+    ASSERT_TRUE(std::isfinite(v));
+}
+
+TEST(Candidates, AreWeighedAlikeByAnyNumberOfThreads) {
+  const Stack stack = simulateThickStack(balls(), 2, 3);
+  std::vector<CandidateChoice> choices;
+  for (const int threads : {1, 2, 5}) {
+    ThreadPool pool(threads);
+    choices.push_back(chooseCandidates(stack, stack.image.voxels, pool));
+  }
+  for (const CandidateChoice& choice : choices) {
+    EXPECT_EQ(choice.share, choices[0].share);
+    EXPECT_EQ(choice.error, choices[0].error);
+    EXPECT_EQ(choice.blur, choices[0].blur);
+  }
+}
+
+TEST(Candidates, AreHardlyBelowTheBestOfThemSmoothOrSharp) {
+  ThreadPool pool(2);
+  for (const Volume& truth : {waves(7), waves(12), balls()})
+    for (const int gap : {2, 3, 4}) {
+      const Stack stack = keepEvery(truth, 2, gap);
+      Volume inside = truth;
+      inside.geometry.size[2] = (stack.image.geometry.size[2] - 1) * gap + 1;
+      const CandidateChoice choice = chooseCandidates(stack, stack.image.voxels, pool);
+      EXPECT_TRUE(choice.judged);
+      const std::vector<double> at = planePositions(stack.image.geometry, inside.geometry);
+      std::vector<float> guess(static_cast<std::size_t>(inside.geometry.voxelCount()));
+      double best = 1e300;
+      for (int c = 0; c < kCandidates; ++c) {
+        applyWeights(candidateWeights(static_cast<Candidate>(c), stack.image.geometry.size[2], at),
+                     stack.image.voxels, 48 * 44, guess, pool);
+        best = std::min(best, mean2(inside, guess, gap));
+      }
+      applyWeights(combinedWeights(choice.share, stack.image.geometry.size[2], at), stack.image.voxels, 48 * 44,
+                   guess, pool);
+      EXPECT_LT(10 * std::log10(mean2(inside, guess, gap) / best), 0.1) << gap;
+    }
+}
+
+TEST(Candidates, ShareWhatErrsDifferently) {
+  Covariance apart{};
+  apart[0][0] = apart[1][1] = 1;
+  apart[2][2] = 9;
+  const auto share = convexShares({&apart, 1});
+  EXPECT_NEAR(share[0], 0.5, 0.06);
+  EXPECT_NEAR(share[1], 0.45, 0.06);
+  EXPECT_LT(share[2], 0.11);
+  Covariance worse = apart;
+  worse[0][0] = 100;
+  const Covariance both[] = {apart, worse};
+  EXPECT_LT(convexShares(both)[0], share[0]) << "hedged";
+}
+
+TEST(CandidateLattice, IsInStepWithTheGridThatIsWanted) {
+  const Volume truth = balls();
+  for (const int gap : {2, 3, 4}) {
+    const Stack kept = keepEvery(truth, 2, gap), thick = simulateThickStack(truth, 2, gap);
+    for (const Stack* stack : {&kept, &thick}) {
+      const GridGeometry lattice = predictionLattice(stack->image.geometry, truth.geometry);
+      const Affine3 map = inverse(truth.geometry.indexToWorld()) * lattice.indexToWorld();
+      EXPECT_NEAR(map.offset[2], std::round(map.offset[2]), 1e-6);
+      EXPECT_NEAR(lattice.spacing[2], 1, 1e-9);
+      const std::vector<double> at = planePositions(stack->image.geometry, lattice);
+      EXPECT_LE(at.front() - 0.5 / gap, -0.5 + 1e-6);
+      EXPECT_GE(at.back() + 0.5 / gap, static_cast<double>(stack->image.geometry.size[2]) - 0.5 - 1e-6);
+      EXPECT_LT(lattice.size[2], gap * stack->image.geometry.size[2] + 2);
+    }
+    GridGeometry other = truth.geometry;
+    other.direction = obliqueDirection(0.7);
+    EXPECT_NEAR(predictionLattice(kept.image.geometry, other).spacing[2], 1, 0.05);
+  }
+}
+
+} // namespace
+} // namespace innergs::testing
