@@ -1,6 +1,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/BodyMask.h"
+#include "Core/Image/Region.h"
 #include "Core/Job/JobSteps.h"
 #include "Core/Prediction/CandidateChoice.h"
 #include "Core/Prediction/CandidateLattice.h"
@@ -13,7 +14,6 @@
 namespace innergs {
 namespace {
 
-constexpr double kMostFieldVoxels = 40e6; // of a prediction that a field fitted to the slices takes part in
 constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to everyone's own
 constexpr double kLeastShare = 0.1; // of a further candidate that is worth its time
 
@@ -39,6 +39,18 @@ Stack everySecond(const Stack& stack) {
   return half;
 }
 
+Volume croppedTo(const Volume& volume, const IndexBlock& block) {
+  Volume part{cropped(volume.geometry, block.first, block.size), {}};
+  const auto& n = volume.geometry.size;
+  for (std::int64_t k = 0; k < block.size[2]; ++k)
+    for (std::int64_t j = 0; j < block.size[1]; ++j) {
+      const auto row =
+          volume.voxels.begin() + block.first[0] + n[0] * (block.first[1] + j + n[1] * (block.first[2] + k));
+      part.voxels.insert(part.voxels.end(), row, row + block.size[0]);
+    }
+  return part;
+}
+
 std::string mixtureText(const CandidateChoice& choice) {
   std::string text;
   for (int c = 0; c < kCandidates; ++c)
@@ -52,17 +64,11 @@ std::string mixtureText(const CandidateChoice& choice) {
 
 /// A field fitted to slices alone, one member of it.
 ReconstructionResult ReconstructionJob::Impl::fieldAlone(const Stack& stack, const GridGeometry& grid,
-                                                         const std::stop_token& stop, double from, double to) {
+                                                         const std::stop_token& stop, double from,
+                                                         double to) {
   Impl other;
   other.withheld = true; // the input is prepared as it is to be seen
-  other.settings.preset = settings.preset == Preset::Fast ? Preset::Fast : Preset::Balanced;
-  other.settings.prediction = PredictionKind::None;
-  other.settings.ensembleSize = 1;
-  other.settings.consistency = settings.consistency;
-  other.settings.threads = settings.threads;
-  other.settings.instructionSet = settings.instructionSet;
-  other.settings.device = settings.device;
-  other.settings.seed = settings.seed;
+  other.settings = fieldSettings(settings);
   other.input.stacks = {stack};
   other.input.outputGrid = grid;
   other.progress = [&](const Progress& p) { report(Phase::Predicting, from + (to - from) * p.fraction); };
@@ -88,11 +94,12 @@ void ReconstructionJob::Impl::anchor(Volume& guess, const Stack& scan, const Can
     guess.voxels[v] += correction[v];
 }
 
-/// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices alone,
-/// and what is learned across them. from, to: of the progress.
-ReconstructionJob::Impl::Further ReconstructionJob::Impl::furtherCandidates(
-    const Stack& scan, const GridGeometry& grid, const CandidateChoice& choice, const Further& wanted,
-    bool trial, ThreadPool& pool, double from, double to) {
+/// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices
+/// alone, and what is learned across them. from, to: of the progress.
+ReconstructionJob::Impl::Further
+ReconstructionJob::Impl::furtherCandidates(const Stack& scan, const GridGeometry& grid,
+                                           const CandidateChoice& choice, const Further& wanted, bool trial,
+                                           ThreadPool& pool, double from, double to) {
   Further found;
   const double middle = wanted.field && wanted.learned ? 0.5 * (from + to) : wanted.field ? to : from;
   if (wanted.field) {
@@ -123,8 +130,8 @@ ReconstructionJob::Impl::Further ReconstructionJob::Impl::furtherCandidates(
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
 /// as it helps where every second slice of the scan is withheld.
-void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice, ThreadPool& pool,
-                                            ReconstructionResult& result) {
+void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice,
+                                            ThreadPool& pool, ReconstructionResult& result) {
   const GridGeometry& g = scan.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   Volume& between = fitted.front().image;
@@ -139,9 +146,9 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
   const Further tried = furtherCandidates(even, middle, choice, wanted, true, pool, 0.15 * kPredictionEnds,
                                           0.4 * kPredictionEnds);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
-  applyWeights(combinedWeights(choice.share, even.image.geometry.size[2],
-                               planePositions(even.image.geometry, middle)),
-               completeSlices(even, pool), plane, mixture.voxels, pool);
+  applyWeights(
+      combinedWeights(choice.share, even.image.geometry.size[2], planePositions(even.image.geometry, middle)),
+      completeSlices(even, pool), plane, mixture.voxels, pool);
   const Volume* guesses[3] = {&mixture, tried.field ? &*tried.field : nullptr,
                               tried.learned ? &*tried.learned : nullptr};
   // Thick slices withheld are compared with slices as thick.
@@ -173,7 +180,15 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
     errors[n][n] += kHedge * errors[0][0];
   auto share = convexShares({&errors, 1});
   for (int n = 1; n < 3; ++n)
-    if (!guesses[n] || share[n] < kLeastShare) share[n] = 0;
+    if (!guesses[n] || share[n] < kLeastShare) {
+      share[0] += share[n];
+      share[n] = 0;
+    }
+  if (share[1] > 0 && share[2] > 0) { // the two err differently; at twice the distance the field is at a loss
+    const double both = share[1] + share[2];
+    share[1] = 0.5 * share[1] + 0.25 * both;
+    share[2] = both - share[1];
+  }
   if (wanted.learned && !tried.learned) result.warnings.push_back(tried.sentence);
   wanted = {};
   if (share[1] > 0) wanted.field.emplace();
@@ -214,8 +229,8 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
   Volume& between = fitted.emplace_back().image;
   between.geometry = predictionLattice(g, prepared.outputGrid);
   between.voxels.resize(static_cast<std::size_t>(between.geometry.voxelCount()));
-  applyWeights(combinedWeights(choice.share, g.size[2], planePositions(g, between.geometry)), complete,
-               plane, between.voxels, pool);
+  applyWeights(combinedWeights(choice.share, g.size[2], planePositions(g, between.geometry)), complete, plane,
+               between.voxels, pool);
   told(0.15);
   result.prediction = "Between the slices: " + mixtureText(choice);
   if (settings.prediction != PredictionKind::Interpolation && choice.fall > 0 && g.size[2] >= 6) {
@@ -239,8 +254,11 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
   Stack& thin = fitted.front();
   thin.profile = SliceProfile::Point;
   thin.name = scan.name;
-  if (!prepared.support.voxels.empty())
-    thin.observed = resampleMask(prepared.support, between.geometry, pool.stopToken());
+  if (!prepared.support.voxels.empty()) {
+    if (const auto block = blockOver(thin.image.geometry, boxOf(prepared.support.geometry)))
+      thin.image = croppedTo(thin.image, *block);
+    thin.observed = resampleMask(prepared.support, thin.image.geometry, pool.stopToken());
+  }
   predicted = true;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Fit/Plan.h"
 #include "Core/Acquisition/BackProjection.h"
+#include "Core/Fit/Plan.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Prediction/CandidateChoice.h"
@@ -15,7 +15,7 @@
 /// The steps of a reconstruction: for ReconstructionJob's own sources.
 namespace innergs {
 
-constexpr double kPredictionEnds = 0.5; // where there is one
+constexpr double kPredictionEnds = 0.5;                                    // where there is one
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97; // of the progress bar
 
 inline double secondsSince(std::chrono::steady_clock::time_point start) {
@@ -24,6 +24,22 @@ inline double secondsSince(std::chrono::steady_clock::time_point start) {
 
 /// Reconstructions that run in this process now.
 int runningJobs();
+
+constexpr double kMostFieldVoxels = 8e6; // of a prediction that a field fitted to the slices takes part in
+
+/// Of the field, fitted to the slices alone, that takes part in a prediction.
+inline Settings fieldSettings(const Settings& settings) {
+  Settings field;
+  field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
+  field.prediction = PredictionKind::None;
+  field.ensembleSize = 1;
+  field.consistency = settings.consistency;
+  field.threads = settings.threads;
+  field.instructionSet = settings.instructionSet;
+  field.device = settings.device;
+  field.seed = settings.seed;
+  return field;
+}
 
 /// dB, of a mean squared error in normalised intensity.
 inline double psnrOf(double mse) {
@@ -73,7 +89,7 @@ struct ReconstructionJob::Impl {
   struct Further {
     std::optional<Volume> field, learned;
     std::vector<std::uint8_t> known; // voxels that were learned; empty: all
-    std::string sentence; // of the learning
+    std::string sentence;            // of the learning
   };
   Further furtherCandidates(const Stack& scan, const GridGeometry& grid, const CandidateChoice& choice,
                             const Further& wanted, bool trial, ThreadPool& pool, double from, double to);
@@ -113,7 +129,7 @@ struct ReconstructionJob::Impl {
 
   bool predicted = false;    // what lies between the slices
   std::vector<Stack> fitted; // the prediction as thin slices
-  bool withheld = false; // this is the second fit
+  bool withheld = false;     // this is the second fit
   IntensityMap map;
   DataTraits traits;
   FitPlan plan;

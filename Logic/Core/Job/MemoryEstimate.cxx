@@ -3,6 +3,8 @@
 #include "Core/Base/Quantities.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Job/JobInput.h"
+#include "Core/Job/JobSteps.h"
+#include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/Projected.h"
 
 #include <algorithm>
@@ -58,9 +60,44 @@ double alphaScratch(const FitPlan& plan, const DataTraits& traits, const Lattice
 
 } // namespace
 
+namespace {
+
+/// With a prediction: the fit to it as to thin slices, beside the slices; and while it is made the
+/// prediction, two candidates and what corrects them, with a field's own fit.
+std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
+                             const GridGeometry& grid) {
+  ReconstructionInput thin;
+  Stack& stack = thin.stacks.emplace_back();
+  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, grid);
+  stack.profile = SliceProfile::Point;
+  thin.outputGrid = grid;
+  filled.prediction = PredictionKind::None;
+  const double slices = static_cast<double>(input.stacks.front().image.geometry.voxelCount()),
+               voxels = static_cast<double>(stack.image.geometry.voxelCount());
+  const double fit = static_cast<double>(estimateMemory(thin, filled)) + 5 * slices;
+  double candidates = 16 * voxels;
+  if (settings.prediction != PredictionKind::Interpolation && voxels <= kMostFieldVoxels) {
+    ReconstructionInput field;
+    field.stacks = input.stacks;
+    field.outputGrid = stack.image.geometry;
+    candidates = std::max(candidates,
+                          static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
+  }
+  const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0;
+  return static_cast<std::int64_t>(std::max(fit, candidates + 20 * slices)) + kept;
+}
+
+} // namespace
+
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings) {
   if (input.stacks.empty()) return 0;
   const DataTraits traits = geometryTraits(input.stacks);
+  if (predicts(settings, traits)) {
+    Settings filled = settings;
+    makePlan(filled, traits);
+    return predictedMemory(input, settings, filled,
+                           input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks));
+  }
   const GridGeometry domain = dataDomain(input.stacks);
   const Vec3 extent = domain.extent();
   const double proxy = extent[0] * extent[1] * extent[2] / std::pow(traits.voxel, 3);

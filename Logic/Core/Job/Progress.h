@@ -24,10 +24,10 @@ enum class Judging { NotAsked, Done, Stopped, Failed };
 /// A job's state, given to its progress callback on the worker thread.
 struct Progress {
   Phase phase = Phase::Preparing;
-  double fraction = 0; // of the whole job, 0…1, never decreases
-  int iteration = 0;   // iterations over the data so far; while Judging those of the second fit
-  int iterations = 0;  // iterations planned, likewise
-  int members = 1;     // of the ensemble, fitted one after the other: iterations / members each
+  double fraction = 0;      // of the whole job, 0…1, never decreases
+  int iteration = 0;        // iterations over the data so far; while Judging those of the second fit
+  int iterations = 0;       // iterations planned, likewise
+  int members = 1;          // of the ensemble, fitted one after the other: iterations / members each
   int coarseIterations = 0; // the first iterations of each member, which see the data at half resolution
   // Of the model that is delivered, also while Judging.
   double loss = 0; // of the last iteration, normalised intensity units

@@ -6,8 +6,10 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/JobSteps.h"
 #include "Core/Job/Resume.h"
+#include "Core/Prediction/CandidateLattice.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -22,7 +24,11 @@ constexpr double kTooShort = 0.006;                     // seconds: timed again 
 constexpr std::int64_t kMostOutput = 200'000;           // voxels that the small job renders
 constexpr double kOld = 60;                             // seconds: timed again, other programs come and go
 constexpr int kFewIterations = 20;                      // too few to tell a device's speed
-constexpr int kTrialIterations = 4;                     // at most half of them coarse
+/// What learning across slices takes, in the time that an iteration of the fit takes for so many voxels: for
+/// the presets fast, balanced and best; applying it per voxel of the prediction.
+constexpr double kLearning[] = {12e6, 90e6, 220e6};
+constexpr double kApplying[] = {8, 14, 28};
+constexpr int kTrialIterations = 4; // at most half of them coarse
 
 /// Seconds of the parts of a small job; those of the iterations for one each.
 struct Timing {
@@ -194,6 +200,44 @@ Timing timingOf(const ReconstructionInput& input, const Settings& filled, const 
 
 } // namespace
 
+namespace {
+
+/// The prediction as thin slices, without voxels.
+ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
+  ReconstructionInput thin;
+  Stack& stack = thin.stacks.emplace_back();
+  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, output);
+  stack.profile = SliceProfile::Point;
+  thin.outputGrid = output;
+  return thin;
+}
+
+/// Of the prediction, its fit and a field that takes part in it.
+double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
+                        const GridGeometry& output) {
+  ReconstructionInput thin = predictionOutline(input, output);
+  Settings fitted = filled;
+  fitted.prediction = PredictionKind::None;
+  double seconds = estimateSeconds(thin, fitted);
+  if (settings.prediction == PredictionKind::Interpolation) return seconds;
+  ReconstructionInput slices;
+  slices.stacks = input.stacks;
+  slices.outputGrid = thin.stacks.front().image.geometry;
+  const double voxels = static_cast<double>(slices.outputGrid->voxelCount());
+  const bool withField = voxels <= kMostFieldVoxels;
+  if (withField) seconds += 1.5 * estimateSeconds(slices, fieldSettings(settings));
+  if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
+    return 0;
+  // The learning, in iterations of the fit over so many voxels: measured.
+  const Timing t = timingOf(thin, fitted, output);
+  const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Best ? 2 : 1;
+  const double learning = std::array{kLearning[0] + kLearning[0], kLearning[0] + kLearning[1],
+                                     kLearning[0] + kLearning[2]}[level];
+  return seconds + t.fine / t.voxels * (learning + kApplying[level] * voxels);
+}
+
+} // namespace
+
 double estimateSeconds(const ReconstructionInput& input, const Settings& settings) {
   checkSettings(settings);
   checkHeldOutFraction(input.heldOutFraction);
@@ -210,6 +254,7 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
   const double members = *filled.ensembleSize;
   const double fits =
       input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too
+  if (predicts(settings, traits)) return fits * predictedSeconds(input, settings, filled, output);
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);
   if (!device.onCpu()) {

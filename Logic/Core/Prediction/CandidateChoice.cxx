@@ -10,12 +10,12 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kSlices = 12;          // whose images are degraded, at most
-constexpr std::int64_t kLineSamples = 400'000; // of the images along one axis, about
-constexpr std::int64_t kFewest = 500;         // samples to judge by
+constexpr std::int64_t kSlices = 12;                                   // whose images are degraded, at most
+constexpr std::int64_t kLineSamples = 400'000;                         // of the images along one axis, about
+constexpr std::int64_t kFewest = 500;                                  // samples to judge by
 constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
-constexpr int kPlausible = 3;                 // blurs that are hedged between
-constexpr int kSteps = 20;                    // of a share
+constexpr int kPlausible = 3;                                          // blurs that are hedged between
+constexpr int kSteps = 20;                                             // of a share
 constexpr int kBackProjections = 12;
 
 /// Samples along an axis: value[n·width + line].
@@ -230,8 +230,7 @@ Lines linesWithin(const Stack& stack, std::span<const float> complete, std::span
                   int axis) {
   const auto& size = stack.image.geometry.size;
   const std::int64_t slices = std::min(kSlices, size[2]), other = size[1 - axis];
-  const std::int64_t step =
-      std::max<std::int64_t>(1, slices * other * size[axis] / kLineSamples);
+  const std::int64_t step = std::max<std::int64_t>(1, slices * other * size[axis] / kLineSamples);
   std::vector<std::int64_t> starts;
   for (std::int64_t s = 0; s < slices; ++s) {
     const std::int64_t k = (2 * s + 1) * size[2] / (2 * slices);
@@ -341,10 +340,10 @@ std::array<double, kCandidates> convexShares(std::span<const Covariance> cases) 
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool) {
   CandidateChoice choice;
   const GridGeometry& g = stack.image.geometry;
-  std::vector<std::uint8_t> inside =
-      bodyMask({g, {complete.begin(), complete.end()}}, pool.stopToken());
+  std::vector<std::uint8_t> inside = bodyMask({g, {complete.begin(), complete.end()}}, pool.stopToken());
   for (std::size_t v = 0; v < inside.size(); ++v)
-    inside[v] = inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
+    inside[v] =
+        inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
   const Lines across = linesAcross(stack, complete, inside);
   const Errors withheld = withheldErrors(across);
   const double slope = slopeShare(across);

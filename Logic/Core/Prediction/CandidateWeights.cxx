@@ -9,10 +9,10 @@
 namespace innergs {
 namespace {
 
-constexpr double kOnSlice = 1e-6;      // slice distances: a position that close is the slice itself
-constexpr double kNegligible = 1e-7;   // weights that are left out
-constexpr std::int64_t kReach = 14;    // slices: the spline's weights fall by 0.27 from one to the next
-constexpr std::int64_t kPiece = 2048;  // samples of a plane that one task computes
+constexpr double kOnSlice = 1e-6;     // slice distances: a position that close is the slice itself
+constexpr double kNegligible = 1e-7;  // weights that are left out
+constexpr std::int64_t kReach = 14;   // slices: the spline's weights fall by 0.27 from one to the next
+constexpr std::int64_t kPiece = 2048; // samples of a plane that one task computes
 
 struct Position {
   std::int64_t base;
@@ -144,7 +144,8 @@ std::vector<double> planePositions(const GridGeometry& stack, const GridGeometry
   for (int a = 0; a < 3; ++a)
     for (int b = 0; b < 3; ++b)
       if (a != 2 || b != 2)
-        same = same && std::abs(map.linear[a][b] - (a == b ? 1 : 0)) * static_cast<double>(grid.size[b]) < 1e-3;
+        same =
+            same && std::abs(map.linear[a][b] - (a == b ? 1 : 0)) * static_cast<double>(grid.size[b]) < 1e-3;
   same = same && std::abs(map.offset[0]) < 1e-3 && std::abs(map.offset[1]) < 1e-3 && map.linear[2][2] > 0;
   if (!same)
     throw Error(ErrorCode::InvalidArgument,
@@ -166,7 +167,8 @@ void fillColumn(const std::vector<std::int64_t>& at, std::vector<double>& value,
   double* m = curvature.data();
   double* c = m + n;
   for (std::size_t i = 1; i + 1 < n; ++i) {
-    const auto before = static_cast<double>(at[i] - at[i - 1]), after = static_cast<double>(at[i + 1] - at[i]);
+    const auto before = static_cast<double>(at[i] - at[i - 1]),
+               after = static_cast<double>(at[i + 1] - at[i]);
     const double right = 6 * ((value[i + 1] - value[i]) / after - (value[i] - value[i - 1]) / before);
     const double pivot = 2 * (before + after) - before * c[i - 1];
     c[i] = after / pivot;

@@ -93,7 +93,10 @@ TEST_P(Cancel, AgainAndAgainStillEndsAtTheSameResult) {
       const Attempt run = runUntil(input, settings, first + (checkpoint ? 0 : 1) + runs, checkpoint);
       last = run.result;
       if (!last.cancelled) break;
-      ASSERT_FALSE(last.checkpoint->field.gaussians.empty());
+      if (last.checkpoint->field.gaussians.empty()) { // stopped while it predicted
+        EXPECT_FALSE(checkpoint);
+        continue;
+      }
       // A run that is stopped before it did anything keeps what it was given.
       const Attempt nothing = runUntil(input, settings, 0, last.checkpoint);
       ASSERT_TRUE(nothing.result.cancelled);

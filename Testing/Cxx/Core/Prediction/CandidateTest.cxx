@@ -124,8 +124,8 @@ TEST(Candidates, AreHardlyBelowTheBestOfThemSmoothOrSharp) {
                      stack.image.voxels, 48 * 44, guess, pool);
         best = std::min(best, mean2(inside, guess, gap));
       }
-      applyWeights(combinedWeights(choice.share, stack.image.geometry.size[2], at), stack.image.voxels, 48 * 44,
-                   guess, pool);
+      applyWeights(combinedWeights(choice.share, stack.image.geometry.size[2], at), stack.image.voxels,
+                   48 * 44, guess, pool);
       EXPECT_LT(10 * std::log10(mean2(inside, guess, gap) / best), 0.1) << gap;
     }
 }
