@@ -129,9 +129,9 @@ ReconstructionJob::Impl::furtherCandidates(const Stack& scan, const GridGeometry
 }
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
-/// as it helps where every second slice of the scan is withheld.
-void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice,
-                                            ThreadPool& pool, ReconstructionResult& result) {
+/// as it helps where every second slice of the scan is withheld. Returns why nothing was learned, or "".
+std::string ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice,
+                                                   ThreadPool& pool, ReconstructionResult& result) {
   const GridGeometry& g = scan.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   Volume& between = fitted.front().image;
@@ -172,6 +172,14 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
         for (int b = 0; b < 3; ++b)
           errors[a][b] += e[a] * e[b];
     }
+  // From twice the distance to the distance itself: in smooth scans interpolation's error falls faster than
+  // that of others will.
+  const double rise = std::max(1.0, std::sqrt(choice.linearFall / choice.fall));
+  for (int n = 1; n < 3; ++n)
+    for (int m = 0; m < 3; ++m) {
+      errors[n][m] *= rise;
+      errors[m][n] *= rise;
+    }
   for (int n = 1; n < 3; ++n)
     if (!guesses[n])
       for (int m = 0; m < 3; ++m)
@@ -189,7 +197,7 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
     share[1] = 0.5 * share[1] + 0.25 * both;
     share[2] = both - share[1];
   }
-  if (wanted.learned && !tried.learned) result.warnings.push_back(tried.sentence);
+  const std::string nothing = tried.learned ? std::string() : " " + tried.sentence;
   wanted = {};
   if (share[1] > 0) wanted.field.emplace();
   if (share[2] > 0) wanted.learned.emplace();
@@ -207,6 +215,7 @@ void ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateCh
   if (learned > 0)
     result.prediction += formatted(", %.0f %% learned from the slices' own detail", 100.0 * learned);
   result.prediction += formatted(" (%.0f %% the former)", 100.0 * (1 - field - learned));
+  return nothing;
 }
 
 void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool& pool,
@@ -233,9 +242,10 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
                between.voxels, pool);
   told(0.15);
   result.prediction = "Between the slices: " + mixtureText(choice);
+  std::string nothing; // was learned, and why
   if (settings.prediction != PredictionKind::Interpolation && choice.fall > 0 && g.size[2] >= 6) {
     complete = {};
-    addCandidates(scan, choice, pool, result);
+    nothing = addCandidates(scan, choice, pool, result);
   }
   complete = {};
   for (float& v : between.voxels)
@@ -247,7 +257,7 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
     refinement.range = prepared.range;
     backProject(between, {&scan, 1}, refinement, pool);
   }
-  result.prediction += ", as slices withheld from the scan suggest.";
+  result.prediction += ", as slices withheld from the scan suggest." + nothing;
   state.note = result.prediction;
   told(1);
   state.note.clear();
