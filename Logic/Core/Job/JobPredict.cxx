@@ -15,6 +15,7 @@ namespace innergs {
 namespace {
 
 constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to everyone's own
+constexpr double kUsualFall = 1.1;  // of linear interpolation beside the mixture, where a scan is sharp
 constexpr double kLeastShare = 0.1; // of a further candidate that is worth its time
 
 /// Every second slice.
@@ -174,7 +175,7 @@ std::string ReconstructionJob::Impl::addCandidates(const Stack& scan, const Cand
     }
   // From twice the distance to the distance itself: in smooth scans interpolation's error falls faster than
   // that of others will.
-  const double rise = std::max(1.0, std::sqrt(choice.linearFall / choice.fall));
+  const double rise = std::max(1.0, std::sqrt(choice.linearFall / choice.fall) / kUsualFall);
   for (int n = 1; n < 3; ++n)
     for (int m = 0; m < 3; ++m) {
       errors[n][m] *= rise;
