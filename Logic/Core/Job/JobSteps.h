@@ -25,7 +25,7 @@ inline double secondsSince(std::chrono::steady_clock::time_point start) {
 /// Reconstructions that run in this process now.
 int runningJobs();
 
-constexpr double kMostFieldVoxels = 8e6; // of a prediction that a field fitted to the slices takes part in
+constexpr double kMostFieldVoxels = 10e6; // of a prediction that a field fitted to the slices takes part in
 
 /// Of the field, fitted to the slices alone, that takes part in a prediction.
 inline Settings fieldSettings(const Settings& settings) {
