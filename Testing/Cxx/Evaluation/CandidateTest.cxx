@@ -1,5 +1,5 @@
-#include "Core/Prediction/CandidateWeights.h"
 #include "Core/Image/Simulate.h"
+#include "Core/Prediction/CandidateWeights.h"
 #include "Evaluation/Baselines.h"
 
 #include <gtest/gtest.h>

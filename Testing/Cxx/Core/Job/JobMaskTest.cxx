@@ -109,8 +109,8 @@ TEST(MaskedJob, StaysWithinTheMaskedRange) {
   const auto result = reconstruct(input, filled(20));
   const auto range = result.checkpoint->field.range;
   ASSERT_TRUE(range);
-  EXPECT_TRUE(
-      sameLattice(result.checkpoint->field.residual.geometry, result.checkpoint->field.support.geometry, 1e-6))
+  EXPECT_TRUE(sameLattice(result.checkpoint->field.residual.geometry,
+                          result.checkpoint->field.support.geometry, 1e-6))
       << "refined where the mask is alone";
   EXPECT_GE(range->low, 60);
   for (const float v : result.volume.voxels)
