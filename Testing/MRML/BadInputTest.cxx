@@ -99,6 +99,7 @@ TEST_F(BadInputTest, EstimatesAndChecksLookAtNoVoxels) {
   auto* parameters = addParameters(addThickVolume());
   parameters->SetDevice("cpu");
   parameters->SetNumberOfIterations(20);
+  parameters->SetSetting("prediction", "none");
   const double seconds = logic->EstimateSeconds(parameters);
   EXPECT_GT(seconds, 0);
   EXPECT_LT(seconds, 600);

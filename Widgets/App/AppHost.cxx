@@ -5,7 +5,7 @@
 #include "Core/Device/Devices.h"
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/TimeEstimate.h"
-#include "Core/Settings/SettingsText.h"
+#include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "IO/FilePath.h"
 #include "ImageVoxels.h"

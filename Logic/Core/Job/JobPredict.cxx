@@ -52,13 +52,18 @@ Volume croppedTo(const Volume& volume, const IndexBlock& block) {
   return part;
 }
 
-std::string mixtureText(const CandidateChoice& choice) {
+/// "55 % linear and 45 % cubic interpolation, 20 % a field fitted to the slices".
+std::string mixtureText(const CandidateChoice& choice, double field, double learned) {
   std::string text;
+  const auto add = [&text](double share, const std::string& what) {
+    if (share > 0.005) text += (text.empty() ? "" : ", ") + formatted("%.0f %% ", 100 * share) + what;
+  };
   for (int c = 0; c < kCandidates; ++c)
-    if (choice.share[c] > 0)
-      text += (text.empty() ? "" : " and ") + formatted("%.0f %% ", 100 * choice.share[c]) +
-              candidateName(static_cast<Candidate>(c));
-  return text + " interpolation";
+    add((1 - field - learned) * choice.share[c],
+        candidateName(static_cast<Candidate>(c)) + std::string(" interpolation"));
+  add(field, "a field fitted to the slices");
+  add(learned, "learned from the slices' own detail");
+  return text;
 }
 
 } // namespace
@@ -130,9 +135,9 @@ ReconstructionJob::Impl::furtherCandidates(const Stack& scan, const GridGeometry
 }
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
-/// as it helps where every second slice of the scan is withheld. Returns why nothing was learned, or "".
-std::string ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice,
-                                                   ThreadPool& pool, ReconstructionResult& result) {
+/// as it helps where every second slice of the scan is withheld.
+ReconstructionJob::Impl::Added
+ReconstructionJob::Impl::addCandidates(const Stack& scan, const CandidateChoice& choice, ThreadPool& pool) {
   const GridGeometry& g = scan.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   Volume& between = fitted.front().image;
@@ -198,7 +203,6 @@ std::string ReconstructionJob::Impl::addCandidates(const Stack& scan, const Cand
     share[1] = 0.5 * share[1] + 0.25 * both;
     share[2] = both - share[1];
   }
-  const std::string nothing = tried.learned ? std::string() : " " + tried.sentence;
   wanted = {};
   if (share[1] > 0) wanted.field.emplace();
   if (share[2] > 0) wanted.learned.emplace();
@@ -212,11 +216,7 @@ std::string ReconstructionJob::Impl::addCandidates(const Stack& scan, const Cand
     if (found.learned && (found.known.empty() || found.known[v]))
       between.voxels[v] += learned * (found.learned->voxels[v] - interpolated);
   }
-  if (field > 0) result.prediction += formatted(", %.0f %% a field fitted to the slices", 100.0 * field);
-  if (learned > 0)
-    result.prediction += formatted(", %.0f %% learned from the slices' own detail", 100.0 * learned);
-  result.prediction += formatted(" (%.0f %% the former)", 100.0 * (1 - field - learned));
-  return nothing;
+  return {field, learned, tried.learned ? std::string() : " " + tried.sentence};
 }
 
 void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool& pool,
@@ -242,11 +242,10 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
   applyWeights(combinedWeights(choice.share, g.size[2], planePositions(g, between.geometry)), complete, plane,
                between.voxels, pool);
   told(0.15);
-  result.prediction = "Between the slices: " + mixtureText(choice);
-  std::string nothing; // was learned, and why
+  Added added;
   if (settings.prediction != PredictionKind::Interpolation && choice.fall > 0 && g.size[2] >= 6) {
     complete = {};
-    nothing = addCandidates(scan, choice, pool, result);
+    added = addCandidates(scan, choice, pool);
   }
   complete = {};
   for (float& v : between.voxels)
@@ -258,7 +257,8 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
     refinement.range = prepared.range;
     backProject(between, {&scan, 1}, refinement, pool);
   }
-  result.prediction += ", as slices withheld from the scan suggest." + nothing;
+  result.prediction = "Between the slices: " + mixtureText(choice, added.field, added.learned) +
+                      ", as slices withheld from the scan suggest." + added.nothingLearned;
   state.note = result.prediction;
   told(1);
   state.note.clear();

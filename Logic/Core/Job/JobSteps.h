@@ -93,8 +93,11 @@ struct ReconstructionJob::Impl {
   };
   Further furtherCandidates(const Stack& scan, const GridGeometry& grid, const CandidateChoice& choice,
                             const Further& wanted, bool trial, ThreadPool& pool, double from, double to);
-  std::string addCandidates(const Stack& scan, const CandidateChoice& choice, ThreadPool& pool,
-                            ReconstructionResult& result);
+  struct Added {                   // to the interpolation
+    double field = 0, learned = 0; // shares
+    std::string nothingLearned;    // a sentence
+  };
+  Added addCandidates(const Stack& scan, const CandidateChoice& choice, ThreadPool& pool);
   void predict(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   void keepPrediction(const PreparedInput& prepared, ThreadPool& pool, ReconstructionResult& result);
   /// What Gaussians are fitted to: the stacks, or the prediction from the only one.

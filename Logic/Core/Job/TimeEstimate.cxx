@@ -24,8 +24,8 @@ constexpr double kTooShort = 0.006;                     // seconds: timed again 
 constexpr std::int64_t kMostOutput = 200'000;           // voxels that the small job renders
 constexpr double kOld = 60;                             // seconds: timed again, other programs come and go
 constexpr int kFewIterations = 20;                      // too few to tell a device's speed
-/// What learning across slices takes, in the time that an iteration of the fit takes for so many voxels: for
-/// the presets fast, balanced and best; applying it per voxel of the prediction.
+/// What learning across slices takes, roughly, in the time that an iteration of the fit takes for so many
+/// voxels: for the presets fast, balanced and best; applying it per voxel of the prediction.
 constexpr double kLearning[] = {12e6, 90e6, 220e6};
 constexpr double kApplying[] = {8, 14, 28};
 constexpr int kTrialIterations = 4; // at most half of them coarse
@@ -228,7 +228,7 @@ double predictedSeconds(const ReconstructionInput& input, const Settings& settin
   if (withField) seconds += 1.5 * estimateSeconds(slices, fieldSettings(settings));
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
-  // The learning, in iterations of the fit over so many voxels: measured.
+  // The learning, in iterations of the fit over so many voxels.
   const Timing t = timingOf(thin, fitted, output);
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Best ? 2 : 1;
   const double learning = std::array{kLearning[0] + kLearning[0], kLearning[0] + kLearning[1],

@@ -96,6 +96,18 @@ const std::vector<Setting>& settingsTable() {
               tr("After the fit, put back what the slices still demand, as far as it is not noise (where "
                  "slices are far apart or several scans are fitted)."),
               {.part = Result}),
+      Setting(
+          "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
+          tr("One scan of distant slices: what its gaps are filled with before Gaussians are fitted to "
+             "slices "
+             "and filling together; with none, the Gaussians bridge the gaps themselves."),
+          {.words = {{"auto", tr("automatic"), tr("As learned.")},
+                     {"none", tr("nothing"), tr("The Gaussians bridge the gaps.")},
+                     {"interpolation", tr("interpolation"),
+                      tr("A mixture of classical interpolations, chosen by slices withheld from the scan.")},
+                     {"learned", tr("learned"),
+                      tr("What is learned from the scan's own in-plane detail; where that does not pay, "
+                         "interpolation.")}}}),
 
       Setting("schedule", MEMBER(schedule), LearningRates, tr("Schedule"),
               tr("Learning rates decay over the iterations, or fall when the loss stops improving."),
