@@ -51,7 +51,11 @@ std::vector<float> resampleWithItk(const Volume& image, const GridGeometry& grid
     interpolator->SetInputImage(input);
     return evaluate(*interpolator, image.geometry, grid, pool);
   };
-  if (kind == Interpolation::Linear) return run(itk::LinearInterpolateImageFunction<Image, double>::New());
+  // ITK's cubic B-splines read beyond an image of fewer than three voxels along an axis.
+  const auto& size = image.geometry.size;
+  const bool thin = kind == Interpolation::Cubic && *std::min_element(size.begin(), size.end()) < 3;
+  if (kind == Interpolation::Linear || thin)
+    return run(itk::LinearInterpolateImageFunction<Image, double>::New());
   if (kind == Interpolation::Cubic) {
     auto interpolator = itk::BSplineInterpolateImageFunction<Image, double, double>::New();
     interpolator->SetSplineOrder(3);

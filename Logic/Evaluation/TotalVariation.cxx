@@ -96,12 +96,12 @@ SliceOperator makeOperator(const Stack& stack, const GridGeometry& grid, double 
 
 Volume totalVariation(std::span<const Stack> stacks, const GridGeometry& grid,
                       const TotalVariationSettings& settings) {
-  Volume volume = averageUpsampled(stacks, grid, Interpolation::Cubic, settings.threads, settings.stop);
   const ValueRange range = observedRange(stacks);
   const double scale = range.high > range.low ? static_cast<double>(range.high) - range.low : 1;
   std::vector<SliceOperator> operators;
   for (const Stack& stack : stacks)
     operators.push_back(makeOperator(stack, grid, scale));
+  Volume volume = averageUpsampled(stacks, grid, Interpolation::Cubic, settings.threads, settings.stop);
   for (float& value : volume.voxels)
     value = static_cast<float>(value / scale);
 

@@ -86,6 +86,15 @@ TEST(Baselines, ConstantsStayConstantEverywhere) {
 }
 
 // The fast separable way must be ITK's answer.
+TEST(Baselines, TwoSlicesAcrossAnObliqueLattice) {
+  const GridGeometry image = grid(12, 11, 2, {1, 1, 3});
+  const Stack stack = stackOf(volumeInSpace(image, [](const Vec3&) { return 7.0; }));
+  const GridGeometry oblique = grid(12, 11, 4, {1, 1, 1}, {0, 0, 0}, obliqueDirection(0.3));
+  for (const Interpolation kind : allKinds)
+    for (const float v : upsample(stack, oblique, kind).volume.voxels)
+      ASSERT_NEAR(v, 7, 1e-4);
+}
+
 TEST(Baselines, SeparableResamplingAgreesWithItk) {
   const GridGeometry image = grid(14, 13, 9, {1, 1.5, 4}, {3, 4, 5}, obliqueDirection(0.4, true));
   const Volume v = randomVolume(image, 0, 100);
