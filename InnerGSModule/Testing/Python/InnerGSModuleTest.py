@@ -110,7 +110,7 @@ class InnerGSModuleTest(ModuleFixture):
         slicer.mrmlScene.Clear(0)
         self.assertTrue(until(self.ended, 10), "The panel still waits")
         self.assertFalse(self.logic.IsRunning())
-        self.assertIn("scene was closed", self.said("message"))
+        self.assertIn("the scene ended", self.said("message"))
         self.assertIsNotNone(self.parameters)  # a new set, for the next volume
         self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 0)
         self.assertTrue(until(lambda: not self.find("reconstruct").enabled, 5))
@@ -130,7 +130,7 @@ class InnerGSModuleTest(ModuleFixture):
         slicer.mrmlScene.RemoveNode(self.parameters)
         self.assertTrue(until(self.ended, 10))
         self.assertFalse(self.logic.IsRunning())
-        self.assertIn("parameter set was deleted", self.said("message"))
+        self.assertIn("its parameter set ended", self.said("message"))
         self.assertTrue(sets.removeEnabled)
 
     def test_leave_the_module_while_running(self):
