@@ -106,7 +106,7 @@ const Wrong kWrong[] = {
      [](R* f) {
        f->AddInputData(otherImage(1));
        vtkNew<vtkMatrix4x4> far;
-       far->SetElement(2, 3, 5000);
+       far->SetElement(2, 3, 500);
        f->SetInputIJKToRASMatrix(1, far);
        f->SetInputName(1, "T2 of somebody else");
      },
