@@ -2,7 +2,6 @@
 
 #include "Core/Acquisition/Observation.h"
 #include "Core/Base/NumberText.h"
-#include "Core/Image/BodyMask.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Prediction/StructureFunction.h"
 #include "Core/Prediction/TrainingPairs.h"
@@ -82,10 +81,7 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
   if (std::min(g.size[0], g.size[1]) < kFewestPixels) return unknown("they have too few pixels.");
   const FilledImage filled = filledImage(stack);
   pool.throwIfStopped();
-  std::vector<std::uint8_t> body = bodyMask(filled.image, pool.stopToken());
-  if (!filled.known.empty())
-    for (std::size_t v = 0; v < body.size(); ++v)
-      body[v] &= filled.known[v];
+  std::vector<std::uint8_t> body = knownBody(filled, pool.stopToken());
   const double noise = estimateNoise(filled.image, body);
   erode(body, g.size);
   if (!(noise > 0)) return unknown("it is constant, or one of labels.");

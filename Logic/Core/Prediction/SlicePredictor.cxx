@@ -2,7 +2,6 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
-#include "Core/Image/BodyMask.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Prediction/NetworkTraining.h"
 #include "Core/Prediction/PlaneApplication.h"
@@ -412,10 +411,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   model.sampling = sliceSampling(stack, thin.geometry, thin.phases);
   const FilledImage filled = filledImage(stack);
   pool.throwIfStopped();
-  std::vector<std::uint8_t> body = bodyMask(filled.image, pool.stopToken());
-  if (!filled.known.empty())
-    for (std::size_t v = 0; v < body.size(); ++v)
-      body[v] &= filled.known[v];
+  std::vector<std::uint8_t> body = knownBody(filled, pool.stopToken());
   const double noise = estimateNoise(filled.image, body);
   if (!(noise > 0)) return nothing("the image is constant, or one of labels.");
   pool.throwIfStopped();

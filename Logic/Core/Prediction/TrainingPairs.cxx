@@ -1,5 +1,6 @@
 #include "Core/Prediction/TrainingPairs.h"
 
+#include "Core/Image/BodyMask.h"
 #include "Core/Prediction/PatchFeatures.h"
 
 #include <algorithm>
@@ -105,6 +106,14 @@ double gaussian(Random& random) {
 }
 
 } // namespace
+
+std::vector<std::uint8_t> knownBody(const FilledImage& filled, const std::stop_token& stop) {
+  std::vector<std::uint8_t> body = bodyMask(filled.image, stop);
+  if (!filled.known.empty())
+    for (std::size_t v = 0; v < body.size(); ++v)
+      body[v] &= filled.known[v];
+  return body;
+}
 
 FilledImage filledImage(const Stack& stack) {
   FilledImage filled{stack.image, {}};

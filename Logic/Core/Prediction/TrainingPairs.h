@@ -12,6 +12,8 @@ struct FilledImage {
   std::vector<std::uint8_t> known;
 };
 FilledImage filledImage(const Stack& stack);
+/// The known voxels of its body mask.
+std::vector<std::uint8_t> knownBody(const FilledImage& filled, const std::stop_token& stop);
 
 /// An in-plane image with the axis to be degraded along its rows, in thin samples: values[row][column].
 struct TrainingPlane {
