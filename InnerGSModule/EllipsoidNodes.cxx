@@ -41,20 +41,20 @@ void EllipsoidNodes::show(vtkMRMLInnerGSModelNode* model) {
   EllipsoidOptions options;
   options.most = 5000;
   options.window = infoOf(model).window;
-  const auto checkpoint = model->GetModel()->GetCheckpoint();
-  run_([this, id, options, checkpoint]() -> std::function<void()> {
+  const auto core = model->GetModel()->GetCoreModel();
+  run_([this, id, options, core]() -> std::function<void()> {
     QString problem;
     vtkNew<vtkInnerGSModel> copy; // the node's may become another
-    copy->SetCheckpoint(checkpoint);
+    copy->SetCoreModel(core);
     vtkSmartPointer<vtkPolyData> surfaces;
     const std::string thrown =
         innergs::sentenceOf([&] { surfaces = ellipsoidSurfaces(copy, options, &problem); });
     if (!thrown.empty()) problem = QString::fromStdString(thrown);
-    return [this, id, options, checkpoint, problem, surfaces] {
+    return [this, id, options, core, problem, surfaces] {
       auto* now = vtkMRMLInnerGSModelNode::SafeDownCast(scene_ ? scene_->GetNodeByID(id.toUtf8().constData())
                                                                : nullptr);
-      if (!pending_.contains(id)) return;                                                   // hidden again
-      if (now && now->GetModel() && now->GetModel()->GetCheckpoint() != checkpoint) return; // others follow
+      if (!pending_.contains(id)) return;                                            // hidden again
+      if (now && now->GetModel() && now->GetModel()->GetCoreModel() != core) return; // others follow
       pending_.remove(id);
       if (!surfaces) Q_EMIT failed(problem);
       if (now && surfaces) showSurfaces(now, surfaces, options.window);

@@ -93,14 +93,14 @@ std::array<double, 2> sampledValuesOf(vtkInnerGSModel* model) {
 /// The same, cached for the last few models.
 std::array<double, 2> valuesOf(vtkInnerGSModel* model) {
   struct Known {
-    std::weak_ptr<const Checkpoint> of;
+    std::weak_ptr<const Model> of;
     std::array<double, 2> values;
   };
   static std::deque<Known> known;
-  const auto checkpoint = model->GetCheckpoint();
+  const auto core = model->GetCoreModel();
   for (const Known& one : known)
-    if (one.of.lock() == checkpoint) return one.values;
-  known.push_front({checkpoint, sampledValuesOf(model)});
+    if (one.of.lock() == core) return one.values;
+  known.push_front({core, sampledValuesOf(model)});
   if (known.size() > 16) known.pop_back();
   return known.front().values;
 }

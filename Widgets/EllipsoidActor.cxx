@@ -68,7 +68,7 @@ vtkSmartPointer<vtkPolyData> ellipsoidCentres(vtkInnerGSModel* model, const Elli
   silent->SetCallback([](vtkObject*, unsigned long, void*, void*) {});
   filter->AddObserver(vtkCommand::ErrorEvent, silent);
   vtkNew<vtkInnerGSModel> own; // shares the Gaussians, not the pipeline of another thread
-  if (model) own->SetCheckpoint(model->GetCheckpoint());
+  if (model) own->SetCoreModel(model->GetCoreModel());
   filter->SetModel(own);
   filter->ComputeDisagreementOff();
   filter->SetEllipsoidRadius(options.radius);

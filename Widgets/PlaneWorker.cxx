@@ -33,7 +33,7 @@ struct PlaneWorker::Work {
   bool stopping = false;
   bool showing = false;               // the query is at work on a plane to be shown
   vtkNew<vtkInnerGSPlaneQuery> query; // used by the thread alone, except for Cancel()
-  std::shared_ptr<const Checkpoint> queried;
+  std::shared_ptr<const Model> queried;
   std::thread thread;
 
   /// On the thread. Waits for a task; false at the end.
@@ -63,7 +63,7 @@ struct PlaneWorker::Work {
     try {
       if (queried != task.model) { // a data object of the thread's own, which shares the Gaussians
         vtkNew<vtkInnerGSModel> model;
-        model->SetCheckpoint(task.model);
+        model->SetCoreModel(task.model);
         query->SetModel(model);
         queried = task.model;
       }

@@ -14,14 +14,14 @@ class vtkImageData;
 class vtkMatrix4x4;
 
 namespace innergs {
-struct Checkpoint;
+struct Model;
 }
 
 namespace innergs::ui {
 
 /// Pixels on a plane of a model.
 struct PlaneTask {
-  std::shared_ptr<const Checkpoint> model;
+  std::shared_ptr<const Model> model;
   vtkSmartPointer<vtkAbstractTransform> toModel; // as Host::toModel()
   PlanePose pose;
   double left = 0, bottom = 0; // centre of pixel (0, 0) in plane coordinates, mm

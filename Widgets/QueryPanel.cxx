@@ -161,7 +161,7 @@ void QueryPanel::setModelId(const QString& id) {
 void QueryPanel::updateModel() {
   const QString id = selector_->currentId();
   vtkInnerGSModel* data = id.isEmpty() ? nullptr : host_->model(id);
-  const auto model = data ? data->GetCheckpoint() : nullptr;
+  const auto model = data ? data->GetCoreModel() : nullptr;
   const auto toModel = model ? host_->toModel(id) : nullptr;
   const bool otherId = id != modelId_, otherModel = model != model_, moved = toModel != toModel_;
   modelId_ = id;

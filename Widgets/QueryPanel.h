@@ -77,7 +77,7 @@ private:
 
   Host* host_;
   QString modelId_;
-  std::shared_ptr<const Checkpoint> model_;
+  std::shared_ptr<const Model> model_;
   vtkSmartPointer<vtkAbstractTransform> toModel_;
   ModelInfo info_;
   PlanePose pose_;

@@ -75,12 +75,12 @@ Json fieldInfo(const GaussianField& field) {
 
 Json modelInfo(const std::filesystem::path& path) {
   ModelNotes notes;
-  const Checkpoint checkpoint = readModel(path, &notes);
-  Json info = fieldInfo(checkpoint.field);
+  const Model model = readModel(path, &notes);
+  Json info = fieldInfo(model.field);
   if (isPly(path)) return info;
   info["kind"] = "model";
-  info["fit_complete"] = checkpoint.moment1.empty();
-  info["iteration"] = checkpoint.iteration;
+  info["fit_complete"] = model.complete();
+  info["iteration"] = model.iteration;
   if (!notes.empty()) info["notes"] = notes;
   return info;
 }

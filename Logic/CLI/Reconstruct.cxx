@@ -95,7 +95,7 @@ void keepRegion(std::vector<Stack>& stacks, const Region& region) {
 ReconstructionInput readInput(const ReconstructOptions& options, std::vector<ScanRecord>& scans) {
   ReconstructionInput input;
   input.heldOutFraction = options.heldOut;
-  if (!options.resume.empty()) input.resume = std::make_shared<const Checkpoint>(readModel(options.resume));
+  if (!options.resume.empty()) input.resume = std::make_shared<const Model>(readModel(options.resume));
   input.stacks = readScans(options);
   for (std::size_t n = 0; n < input.stacks.size(); ++n)
     scans.push_back(record(options.inputs[n], input.stacks[n]));
@@ -137,12 +137,12 @@ void writeResults(const ReconstructOptions& options, const std::vector<ScanRecor
     if (!sentence.empty()) result.warnings.push_back(sentence);
   };
   write(&ReconstructOptions::saveModel,
-        [&](const auto& path) { writeModel(*result.checkpoint, path, notesOf(options, result)); });
+        [&](const auto& path) { writeModel(*result.model, path, notesOf(options, result)); });
   write(&ReconstructOptions::output,
         [&](const auto& path) { warn(writeVolume(result.volume, path, options.type, values)); });
   write(&ReconstructOptions::ply, [&](const auto& path) {
-    writePly(result.checkpoint->field, path);
-    warn(droppedByPly(result.checkpoint->field));
+    writePly(result.model->field, path);
+    warn(droppedByPly(result.model->field));
   });
   for (const auto& warning : result.warnings)
     fmt::print(stderr, "innergs: warning: {}\n", warning);
@@ -170,7 +170,7 @@ int reconstruct(const ReconstructOptions& options) {
   job.onProgress([&](const Progress& progress) { display.show(progress); });
   ReconstructionResult result = job.run(interrupt.token(), !options.output.empty());
   display.finish();
-  if (result.cancelled && (!result.checkpoint || result.checkpoint->field.gaussians.empty()))
+  if (result.cancelled && (!result.model || result.model->field.gaussians.empty()))
     throw Error(ErrorCode::Cancelled, "Interrupted before the fit began; nothing was written.");
   writeResults(options, scans, values, result, display, files);
   files.check();
@@ -181,7 +181,7 @@ int reconstruct(const ReconstructOptions& options) {
                files.written());
     return Interrupted;
   }
-  display.say(fmt::format("{} Gaussians, {} iterations, {}. {}\nWrote {}.", result.checkpoint->field.size(),
+  display.say(fmt::format("{} Gaussians, {} iterations, {}. {}\nWrote {}.", result.model->field.size(),
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
   return result.judging == Judging::Stopped ? Interrupted : Success;

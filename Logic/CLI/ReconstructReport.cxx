@@ -117,7 +117,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"held_out_psnr_db", finite(result.heldOutPsnr)},
             {"fitted_psnr_db", finite(result.trainingPsnr)},
             {"statement", qualitySentence(result)}}},
-          {"gaussians", result.checkpoint ? result.checkpoint->field.size() : 0},
+          {"gaussians", result.model ? result.model->field.size() : 0},
           {"densified",
            {{"pruned", result.densified.pruned},
             {"split", result.densified.split},

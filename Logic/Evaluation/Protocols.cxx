@@ -60,7 +60,7 @@ Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry
   ReconstructionResult result = job.run(options.stop);
   if (result.cancelled) throw Error(ErrorCode::Cancelled, "The evaluation was cancelled.");
   report.densified = result.densified;
-  if (options.keepVolumes) report.model = result.checkpoint;
+  if (options.keepVolumes) report.model = result.model;
   return std::move(result.volume);
 }
 

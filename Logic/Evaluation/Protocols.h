@@ -72,7 +72,7 @@ struct EvaluationReport {
   std::vector<std::string> notes;
   std::shared_ptr<const Volume> truth; // with keepVolumes: the lattice that was scored, slices along K
   std::shared_ptr<const std::vector<Stack>> input; // with keepVolumes
-  std::shared_ptr<const Checkpoint> model;         // with keepVolumes: the Gaussians
+  std::shared_ptr<const Model> model;              // with keepVolumes: the Gaussians
 };
 
 /// What a protocol lets a method see. truth is cut to what the input covers, its slices (axial ones unless

@@ -84,8 +84,8 @@ std::vector<std::uint8_t> voxelsOf(const std::vector<std::uint32_t>& runs) {
   return voxels;
 }
 
-std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
-  const GaussianField& field = checkpoint.field;
+std::map<std::string, std::string> metadataOf(const Model& model) {
+  const GaussianField& field = model.field;
   const Mat3& r = field.modelToWorld.linear;
   const Vec3& t = field.modelToWorld.offset;
   const json pose = {r[0][0], r[0][1], r[0][2], t[0], r[1][0], r[1][1], r[1][2], t[1],
@@ -106,9 +106,9 @@ std::map<std::string, std::string> metadataOf(const Checkpoint& checkpoint) {
       {"intensity_scale", json(field.intensityScale).dump()},
       {"intensity_offset", json(field.intensityOffset).dump()},
       {"domain", toJson(field.domain).dump()},
-      {"iteration", std::to_string(checkpoint.iteration)},
-      {"finished_gaussians", std::to_string(checkpoint.finished)},
-      {"settings_key", checkpoint.settingsKey}};
+      {"iteration", std::to_string(model.iteration)},
+      {"finished_gaussians", std::to_string(model.finished)},
+      {"settings_key", model.settingsKey}};
   if (!field.residual.voxels.empty()) metadata["detail_grid"] = toJson(field.residual.geometry).dump();
   if (!field.support.voxels.empty()) {
     metadata["support_grid"] = toJson(field.support.geometry).dump();
@@ -228,12 +228,12 @@ ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs
   return notes;
 }
 
-void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path, const ModelNotes& notes) {
-  const std::vector<Gaussian>& gaussians = checkpoint.field.gaussians;
-  const std::int64_t count = checkpoint.field.size();
+void writeModel(const Model& model, const std::filesystem::path& path, const ModelNotes& notes) {
+  const std::vector<Gaussian>& gaussians = model.field.gaussians;
+  const std::int64_t count = model.field.size();
   std::vector<TensorToWrite> tensors;
   for (const Part& part : parts) {
-    if (&part == &parts[slopePart] && !checkpoint.field.linearIntensity) continue;
+    if (&part == &parts[slopePart] && !model.field.linearIntensity) continue;
     tensors.push_back({part.name, shapeOf(part, count), [&gaussians, part] {
                          std::vector<float> values;
                          values.reserve(gaussians.size() * static_cast<std::size_t>(part.count));
@@ -245,36 +245,36 @@ void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
   }
   const auto addMoment = [&](const char* name, const std::vector<float>& moment) {
     if (moment.empty()) return;
-    const std::int64_t open = count - checkpoint.finished;
+    const std::int64_t open = count - model.finished;
     if (open < 1 || moment.size() != static_cast<std::size_t>(open) * floatsPerGaussian)
       throw Error(ErrorCode::Internal,
                   "The optimiser's state does not match the Gaussians; please report this.");
     tensors.push_back({name, {open, floatsPerGaussian}, [&moment] { return moment; }});
   };
-  addMoment("adam_moment1", checkpoint.moment1);
-  addMoment("adam_moment2", checkpoint.moment2);
+  addMoment("adam_moment1", model.optimizer.moment1);
+  addMoment("adam_moment2", model.optimizer.moment2);
   const auto addValues = [&](const char* name, const std::vector<float>& values) {
     if (!values.empty())
       tensors.push_back({name, {static_cast<std::int64_t>(values.size())}, [&values] { return values; }});
   };
-  addValues("losses", checkpoint.losses);
-  addValues("pulls", checkpoint.gradients);
-  const Volume& residual = checkpoint.field.residual;
+  addValues("losses", model.optimizer.losses);
+  addValues("pulls", model.optimizer.gradients);
+  const Volume& residual = model.field.residual;
   if (!residual.voxels.empty())
     tensors.push_back({"detail", residualShape(residual.geometry), [&residual] { return residual.voxels; }});
   std::vector<std::uint32_t> runs;
-  if (!checkpoint.field.support.voxels.empty()) runs = runsOf(checkpoint.field.support);
+  if (!model.field.support.voxels.empty()) runs = runsOf(model.field.support);
   if (!runs.empty())
     tensors.push_back({"support", {static_cast<std::int64_t>(runs.size())}, [&runs] { return runs; }});
-  auto metadata = metadataOf(checkpoint);
+  auto metadata = metadataOf(model);
   if (!notes.empty()) // names of nodes may be in any encoding
     metadata["notes"] = json(notes).dump(-1, ' ', false, json::error_handler_t::replace);
   writeSafetensors(path, metadata, tensors);
 }
 
-Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
+Model readModel(const std::filesystem::path& path, ModelNotes* notes) {
   if (isPly(path)) {
-    Checkpoint gaussians;
+    Model gaussians;
     gaussians.field = readPly(path);
     gaussians.finished = gaussians.field.size();
     if (notes) notes->clear();
@@ -289,8 +289,8 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
   const bool resumable = file.find("adam_moment1") != nullptr;
   checkMemoryFor(double(count) * sizeof(Gaussian) * (resumable ? 3 : 1), quoted(path));
 
-  Checkpoint checkpoint;
-  GaussianField& field = checkpoint.field;
+  Model model;
+  GaussianField& field = model.field;
   const auto blending = blendingNamed(metadata.text("blending"));
   if (!blending) metadata.fail("blending");
   field.blending = *blending;
@@ -301,10 +301,10 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
   field.intensityScale = metadata.number("intensity_scale");
   field.intensityOffset = metadata.number("intensity_offset");
   field.domain = metadata.grid("domain");
-  checkpoint.iteration = metadata.integer("iteration");
-  checkpoint.finished = metadata.integer("finished_gaussians");
-  if (checkpoint.finished > count) metadata.fail("finished_gaussians");
-  checkpoint.settingsKey = metadata.text("settings_key");
+  model.iteration = metadata.integer("iteration");
+  model.finished = metadata.integer("finished_gaussians");
+  if (model.finished > count) metadata.fail("finished_gaussians");
+  model.settingsKey = metadata.text("settings_key");
 
   field.gaussians.assign(static_cast<std::size_t>(count), Gaussian{});
   for (const Part& part : parts) {
@@ -315,12 +315,12 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
                   floats(field.gaussians[i]) + part.first);
   }
   if (resumable) {
-    const std::int64_t open = count - checkpoint.finished;
-    checkpoint.moment1 = file.read("adam_moment1", {open, floatsPerGaussian});
-    checkpoint.moment2 = file.read("adam_moment2", {open, floatsPerGaussian});
-    for (const std::vector<float>* moment : {&checkpoint.moment1, &checkpoint.moment2})
+    const std::int64_t open = count - model.finished;
+    model.optimizer.moment1 = file.read("adam_moment1", {open, floatsPerGaussian});
+    model.optimizer.moment2 = file.read("adam_moment2", {open, floatsPerGaussian});
+    for (const std::vector<float>* moment : {&model.optimizer.moment1, &model.optimizer.moment2})
       for (const float value : *moment)
-        if (!(std::fabs(value) <= 1e30f) || (moment == &checkpoint.moment2 && value < 0))
+        if (!(std::fabs(value) <= 1e30f) || (moment == &model.optimizer.moment2 && value < 0))
           metadata.fail("adam_moment1, adam_moment2");
     const auto readValues = [&](const char* name, std::int64_t atMost) -> std::vector<float> {
       const SafetensorsFile::Tensor* tensor = file.find(name);
@@ -328,8 +328,8 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
       if (tensor->shape.size() != 1 || tensor->shape[0] > atMost) metadata.fail(name);
       return file.read(name, tensor->shape);
     };
-    checkpoint.losses = readValues("losses", checkpoint.iteration);
-    checkpoint.gradients = readValues("pulls", open);
+    model.optimizer.losses = readValues("losses", model.iteration);
+    model.optimizer.gradients = readValues("pulls", open);
   }
   if (file.find("detail") != nullptr) {
     field.residual.geometry = metadata.grid("detail_grid");
@@ -355,7 +355,7 @@ Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes) {
   }
   checkField(field);
   if (notes) *notes = metadata.notes();
-  return checkpoint;
+  return model;
 }
 
 } // namespace innergs

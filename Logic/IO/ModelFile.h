@@ -18,12 +18,11 @@ ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs
 /// Model files (.innergs): a safetensors container (8-byte little-endian header length, JSON header, raw
 /// little-endian tensors), so any safetensors reader opens them; format and version in Docs/model-format.md.
 /// Throws Error(Io).
-void writeModel(const Checkpoint& checkpoint, const std::filesystem::path& path,
-                const ModelNotes& notes = {});
+void writeModel(const Model& model, const std::filesystem::path& path, const ModelNotes& notes = {});
 
 /// A model file, or a PLY file of Gaussians as a model without residual grid and fit state (Ply.h). Every
 /// length, offset, shape and value is checked before use. Throws Error(FileNotFound | FileFormat | Memory).
 /// `notes`: receives those of the file, empty when it has none.
-Checkpoint readModel(const std::filesystem::path& path, ModelNotes* notes = nullptr);
+Model readModel(const std::filesystem::path& path, ModelNotes* notes = nullptr);
 
 } // namespace innergs

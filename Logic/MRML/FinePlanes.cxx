@@ -57,7 +57,7 @@ std::optional<FinePlanes::Plane> FinePlanes::fetch() {
 FinePlanes::Plane FinePlanes::query(const Key& follower, const PlaneRequest& request) {
   Plane plane{follower, request.revision, nullptr, vtkSmartPointer<vtkMatrix4x4>::New()};
   vtkNew<vtkInnerGSModel> model; // of its own, which shares the Gaussians
-  model->SetCheckpoint(request.model);
+  model->SetCoreModel(request.model);
   query_->SetModel(model);
   query_->SetTransformToModel(request.toModel);
   query_->SetPlaneToRASMatrix(request.planeToRAS);

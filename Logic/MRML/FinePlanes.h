@@ -18,7 +18,7 @@
 class vtkInnerGSPlaneQuery;
 
 namespace innergs {
-struct Checkpoint;
+struct Model;
 }
 
 namespace innergs::mrml {
@@ -27,7 +27,7 @@ class SliceFollower;
 
 /// A plane of a model, independent of all nodes.
 struct PlaneRequest {
-  std::shared_ptr<const Checkpoint> model;
+  std::shared_ptr<const Model> model;
   vtkSmartPointer<vtkAbstractTransform> toModel; // immutable, so another thread may use it; null: none
   vtkSmartPointer<vtkMatrix4x4> planeToRAS;
   int columns = 1, rows = 1;

@@ -110,12 +110,12 @@ void move(Gaussian& g, const Mat3& linear, const Mat3& slopeMap) {
 
 } // namespace
 
-HardenedModel harden(const Checkpoint& model, const Affine3& map) {
+HardenedModel harden(const Model& model, const Affine3& map) {
   if (!(std::abs(determinant(map.linear)) > 1e-9) || !std::isfinite(norm(map.offset)))
     throw Error(ErrorCode::Geometry, "The transform cannot be inverted: correct or remove it.");
   const Affine3 taken = takeable(model.field, map);
   HardenedModel result;
-  auto moved = std::make_shared<Checkpoint>(model);
+  auto moved = std::make_shared<Model>(model);
   GaussianField& field = moved->field;
   const Mat3 frame = field.modelToWorld.linear;
   if (isRigid(taken.linear)) {
@@ -137,13 +137,11 @@ HardenedModel harden(const Checkpoint& model, const Affine3& map) {
   if (field.domain.voxelCount() > 0) move(field.domain, taken);
   if (!field.support.voxels.empty()) move(field.support.geometry, taken);
   if (!field.residual.voxels.empty()) move(field.residual.geometry, taken);
-  moved->moment1.clear();
-  moved->moment2.clear();
-  moved->gradients.clear();
+  moved->optimizer = {};
   moved->finished = field.size();
   moved->settingsKey.clear();
   checkField(field);
-  result.checkpoint = std::move(moved);
+  result.model = std::move(moved);
   result.complete = taken == map;
   if (!result.complete) result.rest = map * inverse(taken);
   return result;

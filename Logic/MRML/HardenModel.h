@@ -8,7 +8,7 @@ namespace innergs::mrml {
 /// A model moved by an affine map (LPS mm), and the part of the map that could not be applied: map = rest ∘
 /// (what was applied).
 struct HardenedModel {
-  std::shared_ptr<const Checkpoint> checkpoint;
+  std::shared_ptr<const Model> model;
   Affine3 rest;
   bool complete = true; // rest is the identity
 };
@@ -17,6 +17,6 @@ struct HardenedModel {
 /// mirrorings along the axes of the model's lattices, or by anything when it has no lattice. A shear of a
 /// lattice stays in `rest`. A fit that was interrupted cannot go on from a moved model. Throws Error when the
 /// map cannot be inverted or takes the model out of range.
-HardenedModel harden(const Checkpoint& model, const Affine3& map);
+HardenedModel harden(const Model& model, const Affine3& map);
 
 } // namespace innergs::mrml

@@ -103,7 +103,7 @@ bool SliceFollower::query() {
   ++revision_;
   wanted_.reset();
   if (step > fine) {
-    wanted_ = PlaneRequest{modelOf(model_)->GetCheckpoint(),
+    wanted_ = PlaneRequest{modelOf(model_)->GetCoreModel(),
                            toModel_,
                            vtkSmartPointer<vtkMatrix4x4>::New(),
                            std::max(1, int(size[0] / fine)),

@@ -87,9 +87,9 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     const std::filesystem::path path = pathOf(name);
     isPly(path); // or a model by its name
     innergs::ModelNotes notes;
-    auto checkpoint = std::make_shared<const innergs::Checkpoint>(innergs::readModel(path, &notes));
+    auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes));
     vtkNew<vtkInnerGSModel> model;
-    model->SetCheckpoint(std::move(checkpoint));
+    model->SetCoreModel(std::move(core));
     MRMLNodeModifyBlocker blocker(modelNode);
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
@@ -130,12 +130,12 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
       throw innergs::Error(innergs::ErrorCode::InvalidArgument,
                            "There is no file name to save the model under: choose one.");
     const std::filesystem::path path = pathOf(name);
-    const auto checkpoint = modelNode->GetModel()->GetCheckpoint();
+    const auto core = modelNode->GetModel()->GetCoreModel();
     if (isPly(path)) {
-      innergs::writePly(checkpoint->field, path);
-      const std::string dropped = innergs::droppedByPly(checkpoint->field);
-      this->Partly = !dropped.empty() || !checkpoint->moment1.empty() || checkpoint->iteration > 0 ||
-                     !notesOf(modelNode).empty();
+      innergs::writePly(core->field, path);
+      const std::string dropped = innergs::droppedByPly(core->field);
+      this->Partly =
+          !dropped.empty() || !core->complete() || core->iteration > 0 || !notesOf(modelNode).empty();
       if (this->Partly)
         this->GetUserMessages()->AddMessage(
             vtkCommand::WarningEvent,
@@ -143,7 +143,7 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
                 "The state of the fit and what the model was made from are not in a PLY file either: until "
                 "it is saved as an .innergs file the model counts as unsaved.");
     } else {
-      innergs::writeModel(*checkpoint, path, notesOf(modelNode));
+      innergs::writeModel(*core, path, notesOf(modelNode));
     }
     return 1;
   } catch (...) {

@@ -27,41 +27,42 @@ void vtkInnerGSModel::PrintSelf(ostream& os, vtkIndent indent) {
 
 void vtkInnerGSModel::Initialize() {
   this->Superclass::Initialize();
-  this->Checkpoint.reset();
+  this->CoreModel.reset();
 }
 
 void vtkInnerGSModel::ShallowCopy(vtkDataObject* source) {
   this->Superclass::ShallowCopy(source);
-  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->Checkpoint = model->Checkpoint;
+  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->CoreModel = model->CoreModel;
 }
 
 void vtkInnerGSModel::DeepCopy(vtkDataObject* source) {
   this->Superclass::DeepCopy(source);
-  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->Checkpoint = model->Checkpoint;
+  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->CoreModel = model->CoreModel;
 }
 
 unsigned long vtkInnerGSModel::GetActualMemorySize() {
   unsigned long size = this->Superclass::GetActualMemorySize();
-  if (this->Checkpoint) {
-    const auto& c = *this->Checkpoint;
+  if (this->CoreModel) {
+    const auto& c = *this->CoreModel;
     const std::size_t bytes =
         c.field.gaussians.size() * sizeof(innergs::Gaussian) +
-        (c.moment1.size() + c.moment2.size() + c.field.residual.voxels.size()) * sizeof(float) +
+        (c.optimizer.moment1.size() + c.optimizer.moment2.size() + c.field.residual.voxels.size()) *
+            sizeof(float) +
         c.field.support.voxels.size();
     size += static_cast<unsigned long>((bytes + 1023) / 1024);
   }
   return size;
 }
 
-void vtkInnerGSModel::SetCheckpoint(std::shared_ptr<const innergs::Checkpoint> checkpoint) {
-  if (checkpoint == this->Checkpoint) return;
-  this->Checkpoint = std::move(checkpoint);
+void vtkInnerGSModel::SetCoreModel(std::shared_ptr<const innergs::Model> core) {
+  if (core == this->CoreModel) return;
+  this->CoreModel = std::move(core);
   this->Modified();
 }
 
 std::shared_ptr<const innergs::GaussianField> vtkInnerGSModel::GetField() const {
-  if (!this->Checkpoint || this->Checkpoint->field.gaussians.empty()) return nullptr;
-  return {this->Checkpoint, &this->Checkpoint->field};
+  if (!this->CoreModel || this->CoreModel->field.gaussians.empty()) return nullptr;
+  return {this->CoreModel, &this->CoreModel->field};
 }
 
 bool vtkInnerGSModel::IsEmpty() {
@@ -69,20 +70,20 @@ bool vtkInnerGSModel::IsEmpty() {
 }
 
 vtkIdType vtkInnerGSModel::GetNumberOfGaussians() {
-  return this->Checkpoint ? static_cast<vtkIdType>(this->Checkpoint->field.size()) : 0;
+  return this->CoreModel ? static_cast<vtkIdType>(this->CoreModel->field.size()) : 0;
 }
 
 int vtkInnerGSModel::GetNumberOfIterations() {
-  return this->Checkpoint ? this->Checkpoint->iteration : 0;
+  return this->CoreModel ? this->CoreModel->iteration : 0;
 }
 
 std::string vtkInnerGSModel::GetBlendingName() {
-  return this->IsEmpty() ? "" : innergs::blendingName(this->Checkpoint->field.blending);
+  return this->IsEmpty() ? "" : innergs::blendingName(this->CoreModel->field.blending);
 }
 
 std::string vtkInnerGSModel::GetDescription() {
   if (this->IsEmpty()) return "Empty model";
-  const auto& field = this->Checkpoint->field;
+  const auto& field = this->CoreModel->field;
   std::string text = innergs::countText(this->GetNumberOfGaussians()) + " Gaussians, " +
                      this->GetBlendingName() + " blending";
   if (field.region().voxelCount() > 0) {
@@ -134,7 +135,7 @@ bool vtkInnerGSModel::GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]) {
 }
 
 bool vtkInnerGSModel::IsMasked() {
-  return this->Checkpoint && !this->Checkpoint->field.support.voxels.empty();
+  return this->CoreModel && !this->CoreModel->field.support.voxels.empty();
 }
 
 bool vtkInnerGSModel::IsInside(double r, double a, double s) {
@@ -143,18 +144,18 @@ bool vtkInnerGSModel::IsInside(double r, double a, double s) {
 }
 
 double vtkInnerGSModel::GetFillValue() {
-  return this->IsMasked() ? this->Checkpoint->field.fill : this->GetBackgroundValue();
+  return this->IsMasked() ? this->CoreModel->field.fill : this->GetBackgroundValue();
 }
 
 bool vtkInnerGSModel::GetValueRange(double range[2]) {
-  if (this->IsEmpty() || !this->Checkpoint->field.range) return false;
-  range[0] = this->Checkpoint->field.range->low;
-  range[1] = this->Checkpoint->field.range->high;
+  if (this->IsEmpty() || !this->CoreModel->field.range) return false;
+  range[0] = this->CoreModel->field.range->low;
+  range[1] = this->CoreModel->field.range->high;
   return true;
 }
 
 double vtkInnerGSModel::GetBackgroundValue() {
-  return this->IsEmpty() ? 0 : this->Checkpoint->field.intensityOffset;
+  return this->IsEmpty() ? 0 : this->CoreModel->field.intensityOffset;
 }
 
 vtkInnerGSModel* vtkInnerGSModel::GetData(vtkInformation* information) {

@@ -8,7 +8,7 @@
 #include <string> // returned
 
 namespace innergs {
-struct Checkpoint;
+struct Model;
 struct GaussianField;
 } // namespace innergs
 class vtkInformation;
@@ -17,7 +17,7 @@ class vtkMatrix4x4;
 
 /// A fitted model: a continuous volume made of 3D Gaussians. What it holds never changes once set, so copies,
 /// shallow and deep alike, share it. Everything seen through VTK is in RAS millimetres; the innergs
-/// structures behind GetCheckpoint() are in LPS as ever.
+/// structures behind GetCoreModel() are in LPS as ever.
 class VTKINNERGS_EXPORT vtkInnerGSModel : public vtkDataObject {
 public:
   static vtkInnerGSModel* New();
@@ -66,11 +66,11 @@ public:
 
 #ifndef __VTK_WRAP__
   /// For C++: what Logic/Core and Logic/IO work with. Null when empty.
-  std::shared_ptr<const innergs::Checkpoint> GetCheckpoint() const {
-    return this->Checkpoint;
+  std::shared_ptr<const innergs::Model> GetCoreModel() const {
+    return this->CoreModel;
   }
-  void SetCheckpoint(std::shared_ptr<const innergs::Checkpoint> checkpoint);
-  /// Shares ownership of the checkpoint; null when empty.
+  void SetCoreModel(std::shared_ptr<const innergs::Model> core);
+  /// Shares ownership of the model; null when empty.
   std::shared_ptr<const innergs::GaussianField> GetField() const;
 #endif
 
@@ -83,7 +83,7 @@ private:
   void operator=(const vtkInnerGSModel&) = delete;
 
 #ifndef __VTK_WRAP__
-  std::shared_ptr<const innergs::Checkpoint> Checkpoint;
+  std::shared_ptr<const innergs::Model> CoreModel;
 #endif
 };
 

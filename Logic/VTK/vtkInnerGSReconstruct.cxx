@@ -237,13 +237,12 @@ innergs::vtk::OutputChoice vtkInnerGSReconstruct::MakeOutputChoice() {
 
 innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<vtkImageData*>& images,
                                                               vtkImageData* mask, std::stop_token stop) {
-  innergs::ReconstructionInput input =
-      this->Work->inputs.read(images, mask, this->MakeOutputChoice(), stop);
+  innergs::ReconstructionInput input = this->Work->inputs.read(images, mask, this->MakeOutputChoice(), stop);
   input.heldOutFraction = this->HeldOutFraction;
   if (this->Work->resume) {
     if (this->Work->resume->IsEmpty())
       throw Error(ErrorCode::NoData, "The model to go on from has no Gaussians: choose another or none.");
-    input.resume = this->Work->resume->GetCheckpoint();
+    input.resume = this->Work->resume->GetCoreModel();
   }
   return input;
 }
@@ -391,12 +390,12 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   innergs::ReconstructionResult result = this->Reconstruct(std::move(input), settings, stop);
   // A stop while the quality was judged ended that alone.
   if (result.cancelled || (stop.stop_requested() && result.judging == innergs::Judging::NotAsked)) {
-    if (!this->KeepModelWhenAborted || result.checkpoint->field.gaussians.empty())
+    if (!this->KeepModelWhenAborted || result.model->field.gaussians.empty())
       throw Error(ErrorCode::Cancelled, "Stopped on request.");
     this->Aborted = true;
   }
   this->CurrentIteration = result.iterations;
-  this->CurrentGaussians = static_cast<vtkIdType>(result.checkpoint->field.size());
+  this->CurrentGaussians = static_cast<vtkIdType>(result.model->field.size());
   this->TrainingPSNR = result.trainingPsnr;
   this->HeldOutPSNR = result.heldOutPsnr;
   this->NumberOfHeldOutSlices = static_cast<int>(result.heldOutSlices);
@@ -411,7 +410,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->UsedInstructionSet = result.instructionSet;
   this->UsedDevice = result.device.id;
   this->DeviceNote = result.device.reason;
-  vtkInnerGSModel::GetData(outputs, 0)->SetCheckpoint(result.checkpoint);
+  vtkInnerGSModel::GetData(outputs, 0)->SetCoreModel(result.model);
   if (this->Aborted) return;
   vtkImageData* image = vtkImageData::GetData(outputs, 1);
   std::copy(result.volume.voxels.begin(), result.volume.voxels.end(),

@@ -109,7 +109,7 @@ Scene sceneOf(const Volume& volume, const Sizes& sizes, Blending blending) {
   const Stack stack = stackOf(volume);
   input.stacks = {stack};
   Scene scene;
-  scene.field = ReconstructionJob(std::move(input), settings).run().checkpoint->field;
+  scene.field = ReconstructionJob(std::move(input), settings).run().model->field;
   for (int axis = 2; axis >= (blending == Blending::Alpha ? 0 : 2); --axis)
     for (Observation& o : observe(withSliceAxis(stack, axis), scene.field.modelToWorld,
                                   {scene.field.intensityScale, scene.field.intensityOffset}, false))

@@ -82,7 +82,7 @@ Scene makeScene(Blending blending) {
   settings.gaussians = kPaperGaussians;
   settings.iterations = kSceneIterations;
   settings.ensembleSize = 1;
-  scene.field = ReconstructionJob(std::move(input), settings).run().checkpoint->field;
+  scene.field = ReconstructionJob(std::move(input), settings).run().model->field;
   scene.map = {scene.field.intensityScale, scene.field.intensityOffset};
   return scene;
 }

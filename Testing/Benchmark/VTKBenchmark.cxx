@@ -22,10 +22,10 @@ void planeQuery(benchmark::State& state) {
   const GridGeometry& grid = scene().stack.image.geometry;
   const Vec3 extent = grid.extent(), centre = grid.centre();
   if (calls == 0) {
-    auto checkpoint = std::make_shared<Checkpoint>();
-    checkpoint->field = scene().field;
+    auto core = std::make_shared<Model>();
+    core->field = scene().field;
     vtkNew<vtkInnerGSModel> model;
-    model->SetCheckpoint(checkpoint);
+    model->SetCoreModel(core);
     query->SetModel(model);
     query->SetDimensions(512, 512);
     const double pixel = 1.2 * std::max({extent[0], extent[1], extent[2]}) / 512;

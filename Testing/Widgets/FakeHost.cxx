@@ -56,8 +56,8 @@ void FakeHost::removeVolume(const QString& id) {
 
 QString FakeHost::addBallModel(const QString& name, int gaussians) {
   constexpr float radius = 40;
-  auto checkpoint = std::make_shared<innergs::Checkpoint>();
-  auto& field = checkpoint->field;
+  auto core = std::make_shared<innergs::Model>();
+  auto& field = core->field;
   field.intensityScale = 100;
   field.domain.size = {80, 80, 80};
   field.domain.origin = {-39.5, -39.5, -39.5};
@@ -75,7 +75,7 @@ QString FakeHost::addBallModel(const QString& name, int gaussians) {
     field.gaussians.push_back(g);
   }
   auto data = vtkSmartPointer<vtkInnerGSModel>::New();
-  data->SetCheckpoint(checkpoint);
+  data->SetCoreModel(core);
   const QString id = QString("model%1").arg(models.size() + 1);
   ModelInfo info;
   info.name = name;

@@ -70,8 +70,8 @@ struct Shown {
 
 /// Three Gaussians: a heavy one of the background, a heavy long one, a light round one.
 vtkSmartPointer<vtkInnerGSModel> threeGaussians() {
-  auto checkpoint = std::make_shared<Checkpoint>();
-  auto& field = checkpoint->field;
+  auto core = std::make_shared<Model>();
+  auto& field = core->field;
   field.intensityScale = 100;
   const float weights[3] = {2, 1, 0}, intensities[3] = {0, 0.8f, 0.9f};
   for (int i = 0; i < 3; ++i) {
@@ -84,7 +84,7 @@ vtkSmartPointer<vtkInnerGSModel> threeGaussians() {
     field.gaussians.push_back(g);
   }
   auto model = vtkSmartPointer<vtkInnerGSModel>::New();
-  model->SetCheckpoint(checkpoint);
+  model->SetCoreModel(core);
   return model;
 }
 
@@ -138,9 +138,9 @@ private Q_SLOTS:
     QCOMPARE(shown.text("modelState"), QString("Saved"));
     QVERIFY(!shown.panel.findChild<QLabel*>("modelState")->font().bold());
     QVERIFY(shown.message().contains("head.innergs"));
-    Checkpoint checkpoint = *shown.host.modelData[shown.id]->GetCheckpoint();
-    checkpoint.field.residual = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
-    shown.host.modelData[shown.id]->SetCheckpoint(std::make_shared<const Checkpoint>(std::move(checkpoint)));
+    Model core = *shown.host.modelData[shown.id]->GetCoreModel();
+    core.field.residual = {{{2, 3, 4}, {0, 0, 0}, {1, 1, 1}, {}}, std::vector<float>(24, 0.25f)};
+    shown.host.modelData[shown.id]->SetCoreModel(std::make_shared<const Model>(std::move(core)));
     shown.answer("modelSave", "modelSaveDialog", folder.filePath("head.PLY"));
     QCOMPARE(shown.host.savedFiles.last(), folder.filePath("head.PLY"));
     QVERIFY2(shown.message().contains("residual grid of 2x3x4 values (RMS "), qPrintable(shown.message()));
@@ -237,18 +237,18 @@ private Q_SLOTS:
   }
 
   void instancesLieAsTheSurfacesDo() {
-    auto checkpoint = std::make_shared<Checkpoint>();
+    auto core = std::make_shared<Model>();
     Gaussian g{}; // long along (1, 1, 0) in LPS, which is (−1, −1, 0) in RAS, and raised a little
     g.quaternion[0] = std::cos(3.14159265f / 8), g.quaternion[3] = std::sin(3.14159265f / 8);
     g.logScale[0] = std::log(8.f);
     g.intensity = 1;
-    checkpoint->field.gaussians = {g};
-    checkpoint->field.gaussians.push_back(g); // and one across, smaller and to the left
-    checkpoint->field.gaussians[1].quaternion[3] *= -1;
-    checkpoint->field.gaussians[1].logScale[0] = std::log(4.f);
-    checkpoint->field.gaussians[1].mean[0] = 12;
+    core->field.gaussians = {g};
+    core->field.gaussians.push_back(g); // and one across, smaller and to the left
+    core->field.gaussians[1].quaternion[3] *= -1;
+    core->field.gaussians[1].logScale[0] = std::log(4.f);
+    core->field.gaussians[1].mean[0] = 12;
     vtkNew<vtkInnerGSModel> model;
-    model->SetCheckpoint(checkpoint);
+    model->SetCoreModel(core);
     const EllipsoidOptions options;
     const auto actor = ellipsoidActor(ellipsoidCentres(model, options, nullptr), options);
     vtkNew<vtkPolyDataMapper> mapper;

@@ -16,7 +16,7 @@ using namespace innergs::ui;
 class PlaneWorkerTest : public QObject {
   Q_OBJECT
   FakeHost host_;
-  std::shared_ptr<const Checkpoint> model_;
+  std::shared_ptr<const Model> model_;
 
   PlaneTask task(double position, int side = 64) {
     PlaneTask task;
@@ -28,7 +28,7 @@ class PlaneWorkerTest : public QObject {
   }
 
 private Q_SLOTS:
-  void initTestCase() { model_ = host_.model(host_.addBallModel())->GetCheckpoint(); }
+  void initTestCase() { model_ = host_.model(host_.addBallModel())->GetCoreModel(); }
 
   void theLatestIsShownAndOthersSkipped() {
     PlaneWorker worker;
@@ -106,7 +106,7 @@ private Q_SLOTS:
     QTRY_COMPARE(seen.size(), 2);
     QVERIFY(seen[1].image && seen[1].error.isEmpty());
     bad = task(0);
-    bad.model = std::make_shared<Checkpoint>();
+    bad.model = std::make_shared<Model>();
     worker.show(bad);
     QTRY_COMPARE(seen.size(), 3);
     QVERIFY2(seen[2].error.endsWith("."), qPrintable(seen[2].error));

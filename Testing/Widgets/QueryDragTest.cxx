@@ -21,8 +21,8 @@ namespace {
 
 /// The model of many Gaussians that a fit would take minutes for.
 vtkSmartPointer<vtkInnerGSModel> largeModel(int count, float sigma = 1.2f) {
-  auto checkpoint = std::make_shared<Checkpoint>();
-  auto& field = checkpoint->field;
+  auto core = std::make_shared<Model>();
+  auto& field = core->field;
   field.intensityScale = 1000;
   field.domain.size = {180, 216, 180};
   field.domain.origin = {-89.5, -107.5, -89.5};
@@ -40,7 +40,7 @@ vtkSmartPointer<vtkInnerGSModel> largeModel(int count, float sigma = 1.2f) {
     field.gaussians.push_back(g);
   }
   auto model = vtkSmartPointer<vtkInnerGSModel>::New();
-  model->SetCheckpoint(checkpoint);
+  model->SetCoreModel(core);
   return model;
 }
 

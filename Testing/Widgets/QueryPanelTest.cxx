@@ -344,9 +344,9 @@ private Q_SLOTS:
     QTRY_VERIFY(shown.message().contains("The disk is full: free some space."));
     shown.host.modelError.clear();
     vtkNew<vtkInnerGSModel> huge; // 36 m wide
-    auto checkpoint = std::make_shared<Checkpoint>(*ramp_->GetCheckpoint());
-    checkpoint->field.domain.spacing = {2000, 2000, 2000};
-    huge->SetCheckpoint(checkpoint);
+    auto core = std::make_shared<Model>(*ramp_->GetCoreModel());
+    core->field.domain.spacing = {2000, 2000, 2000};
+    huge->SetCoreModel(core);
     addModel(shown.host, "huge", huge, {0, 1});
     shown.panel.setModelId("huge");
     QTest::mouseClick(shown.find<QPushButton>("queryExportVolume"), Qt::LeftButton);

@@ -114,7 +114,7 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file, dou
   return item;
 }
 
-ModelItem makeItem(std::shared_ptr<const Checkpoint> model, const QString& name, const QString& file,
+ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file,
                    ModelNotes notes) {
   ModelItem item;
   item.name = name;
@@ -122,7 +122,7 @@ ModelItem makeItem(std::shared_ptr<const Checkpoint> model, const QString& name,
   item.notes = std::move(notes);
   item.window = {model->field.intensityOffset, model->field.intensityOffset + model->field.intensityScale};
   item.model = vtkSmartPointer<vtkInnerGSModel>::New();
-  item.model->SetCheckpoint(std::move(model));
+  item.model->SetCoreModel(std::move(model));
   return item;
 }
 

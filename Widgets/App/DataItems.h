@@ -66,7 +66,7 @@ struct ModelItem {
 /// threads. Throws Error(Geometry | NoData).
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file = {}, double thickness = 0,
                     int sliceAxis = -1);
-ModelItem makeItem(std::shared_ptr<const Checkpoint> model, const QString& name, const QString& file = {},
+ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},
                    ModelNotes notes = {});
 
 /// "axial", "coronal", "sagittal" or "oblique": how the slices along an axis lie.

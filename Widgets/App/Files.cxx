@@ -31,7 +31,7 @@ std::size_t nonFinite(const Volume& volume) {
 
 ModelItem readModelItem(const QString& path) {
   ModelNotes notes;
-  auto model = std::make_shared<const Checkpoint>(readModel(pathOf(path), &notes));
+  auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes));
   if (model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
@@ -145,9 +145,9 @@ void saveItem(const VolumeItem& item, const QString& file) {
 
 void saveItem(const ModelItem& item, const QString& file) {
   if (isPly(file))
-    writePly(item.model->GetCheckpoint()->field, pathOf(file));
+    writePly(item.model->GetCoreModel()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
-    writeModel(*item.model->GetCheckpoint(), pathOf(file), item.notes);
+    writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes);
   else
     throw Error(ErrorCode::InvalidArgument,
                 tr("'%1' has no extension of a model: name it .innergs (keeps everything) "

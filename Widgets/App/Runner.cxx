@@ -206,7 +206,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
   report.judging = result.judging;
   report.heldOutPsnr = result.heldOutPsnr;
   report.heldOutSlices = static_cast<int>(result.heldOutSlices);
-  report.gaussians = result.checkpoint->field.size();
+  report.gaussians = result.model->field.size();
   report.device =
       QString::fromStdString(result.device.reason.empty() ? result.device.name : result.device.reason);
   report.settings = QString::fromStdString(settingsText(result.settings, task.request.heldOutFraction));
@@ -222,7 +222,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
     names << input.name;
   const std::string mask = task.mask ? task.mask->name.toStdString() : "";
   outcome->model = makeItem(
-      result.checkpoint, tr("%1 model").arg(first.name), {},
+      result.model, tr("%1 model").arg(first.name), {},
       notesOf(result, names.join(QStringLiteral("; ")).toStdString(), mask, report.settings.toStdString()));
   outcome->model.window = task.window;
   outcome->model.origin = names.join(QStringLiteral(", "));

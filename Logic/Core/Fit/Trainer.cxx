@@ -62,14 +62,13 @@ LossSum Trainer::evaluate(const GaussianField& field) {
   return sum;
 }
 
-void Trainer::restore(std::vector<float> moment1, std::vector<float> moment2, int iteration,
-                      std::span<const float> losses, std::vector<float> gradients) {
-  state_.adam.moment1 = std::move(moment1);
-  state_.adam.moment2 = std::move(moment2);
-  for (float loss : losses)
+void Trainer::restore(OptimizerState state, int iteration) {
+  state_.adam.moment1 = std::move(state.moment1);
+  state_.adam.moment2 = std::move(state.moment2);
+  for (float loss : state.losses)
     record(loss);
   iteration_ = iteration;
-  state_.accumulator.sum = std::move(gradients);
+  state_.accumulator.sum = std::move(state.gradients);
   if (densifying()) {
     const int last = iteration - iteration % plan_.densify.every;
     state_.accumulator.iterations = std::max(0, iteration - std::max(plan_.coarseIterations, last));

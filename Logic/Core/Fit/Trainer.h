@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Fit/FitDevice.h"
 #include "Core/Fit/Initialise.h"
+#include "Core/Model/OptimizerState.h"
 #include "Core/Render/Kernels.h"
 
 #include <limits>
@@ -64,8 +65,7 @@ public:
   void restart(GaussianField field);
 
   /// Continues from a saved state; without its losses, stop rule and plateau schedule start anew.
-  void restore(std::vector<float> moment1, std::vector<float> moment2, int iteration,
-               std::span<const float> losses = {}, std::vector<float> gradients = {});
+  void restore(OptimizerState state, int iteration);
 
   /// One iteration: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in
   /// between, throws Error(Cancelled) and leaves the state as it was. `most`: a device that keeps its own
@@ -79,6 +79,7 @@ public:
   const GaussianField& field() { return state().field; }
   const Adam& adam() { return state().adam; }
   const std::vector<float>& gradients() { return state().accumulator.sum; } // since the last densification
+  OptimizerState optimizer() { return {adam().moment1, adam().moment2, losses(), gradients()}; }
   std::int64_t gaussians() const { return gaussians_; }
   double loss() const { return loss_; }                         // mean per sample, last iteration
   double mse() const { return mse_; }                           // last iteration, normalised intensity²

@@ -84,7 +84,7 @@ GaussianField ReconstructionJob::Impl::startField(const PreparedInput& prepared,
 
 void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet& kernels, ThreadPool& pool,
                                   ReconstructionResult& result) {
-  const Checkpoint* resume = input.resume.get();
+  const Model* resume = input.resume.get();
   if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
   const bool same = resume && !refitting;
   const int members = *settings.ensembleSize, perMember = *settings.iterations;
@@ -105,10 +105,10 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   }
   if (same) {
     checkResumable(*resume, state.iterations);
-    checkpoint = *resume; // stopped before anything is done: what was given
-    setPlace(checkpoint.field, prepared);
-    checkpoint.field.residual = {};
-    complete = resume->moment1.empty() && resume->iteration > (members - 1) * perMember;
+    model = *resume; // stopped before anything is done: what was given
+    setPlace(model.field, prepared);
+    model.field.residual = {};
+    complete = resume->complete() && resume->iteration > (members - 1) * perMember;
   }
   if (same && !complete) {
     const auto open = field.gaussians.begin() + resume->finished;
@@ -134,9 +134,8 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
         pool.throwIfStopped();
         observations.push_back(std::move(o));
       }
-  std::int64_t most =
-      std::max(checkpoint.field.size(),
-               members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
+  std::int64_t most = std::max(
+      model.field.size(), members * std::max(field.size(), plan.densify.every > 0 ? plan.densify.limit : 0));
   most += coverLimit(most);
   FitRequest request = fitRequest(std::move(observations), plan, field, pool.stopToken(), most);
   request.iterations *= members;
@@ -144,31 +143,26 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
   Trainer trainer(std::move(field), std::move(request), plan, kernels, pool, std::move(placed));
   if (complete) {
     coverMask(prepared, pool); // the run before may have been stopped there
-    result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+    result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(model.field));
     noticeFailure(trainer, member * perMember, result);
     return;
   }
-  if (same && !resume->moment1.empty())
-    trainer.restore(resume->moment1, resume->moment2, resume->iteration % perMember, resume->losses,
-                    resume->gradients);
-  checkpoint = {};
-  checkpoint.field = merged;
-  checkpoint.settingsKey = key;
+  if (same && !resume->complete()) trainer.restore(resume->optimizer, resume->iteration % perMember);
+  model = {};
+  model.field = merged;
+  model.settingsKey = key;
   bool between = false;   // the last member is done, the next one has no Gaussians yet
   const auto keep = [&] { // the state to go on from
     const GaussianField& reached = trainer.field();
-    checkpoint.finished = checkpoint.field.size();
-    checkpoint.field.cutoff = reached.cutoff;
-    checkpoint.iteration = member * perMember + (between ? 0 : trainer.iteration());
+    model.finished = model.field.size();
+    model.field.cutoff = reached.cutoff;
+    model.iteration = member * perMember + (between ? 0 : trainer.iteration());
     if (!between) {
       const auto& open = reached.gaussians;
-      checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), open.begin(), open.end());
-      checkpoint.moment1 = trainer.adam().moment1;
-      checkpoint.moment2 = trainer.adam().moment2;
-      checkpoint.losses = trainer.losses();
-      checkpoint.gradients = trainer.gradients();
+      model.field.gaussians.insert(model.field.gaussians.end(), open.begin(), open.end());
+      model.optimizer = trainer.optimizer();
     }
-    result.iterations = checkpoint.iteration;
+    result.iterations = model.iteration;
     result.trainingPsnr = state.trainingPsnr;
     if (!between) result.densified += trainer.densified();
   };
@@ -177,7 +171,7 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
       iterate(trainer, prepared.outputGrid, member * perMember, pool, result);
       if (member + 1 >= members) break;
       const auto& done = trainer.field().gaussians;
-      checkpoint.field.gaussians.insert(checkpoint.field.gaussians.end(), done.begin(), done.end());
+      model.field.gaussians.insert(model.field.gaussians.end(), done.begin(), done.end());
       result.densified += trainer.densified();
       ++member;
       between = true;
@@ -192,14 +186,11 @@ void ReconstructionJob::Impl::fit(const PreparedInput& prepared, const KernelSet
     throw;
   }
   keep();
-  checkpoint.moment1.clear();
-  checkpoint.moment2.clear();
-  checkpoint.losses.clear();
-  checkpoint.gradients.clear();
-  checkpoint.finished = checkpoint.field.size();
+  model.optimizer = {};
+  model.finished = model.field.size();
   coverMask(prepared, pool);
-  if (members > 1) checkpoint.field.gaussians = inMortonOrder(std::move(checkpoint.field.gaussians));
-  result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(checkpoint.field));
+  if (members > 1) model.field.gaussians = inMortonOrder(std::move(model.field.gaussians));
+  result.trainingPsnr = state.trainingPsnr = psnrOf(trainer.evaluate(model.field));
   noticeFailure(trainer, member * perMember, result);
 }
 
@@ -211,7 +202,7 @@ std::int64_t ReconstructionJob::Impl::coverLimit(std::int64_t gaussians) const {
 /// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it any gradient
 /// that would bring one back: it gets one of its own, too small to reach its neighbours.
 void ReconstructionJob::Impl::coverMask(const PreparedInput& prepared, ThreadPool& pool) {
-  GaussianField& field = checkpoint.field;
+  GaussianField& field = model.field;
   const std::size_t limit = field.gaussians.size() + coverLimit(field.size());
   if (limit == field.gaussians.size()) return;
   const std::vector<float> ones(field.gaussians.size(), 1.f);
@@ -259,7 +250,7 @@ void ReconstructionJob::Impl::coverMask(const PreparedInput& prepared, ThreadPoo
   if (added.empty()) return;
   field.gaussians.insert(field.gaussians.end(), added.begin(), added.end());
   field.gaussians = inMortonOrder(std::move(field.gaussians));
-  checkpoint.finished = field.size();
+  model.finished = field.size();
 }
 
 /// The fit on the chosen device; null: on the CPU.
@@ -307,7 +298,7 @@ void ReconstructionJob::Impl::iterate(Trainer& trainer, const GridGeometry& grid
       result.device = device->use;
       reportDevice(state.phase);
     }
-    state.gaussians = checkpoint.field.size() + trainer.gaussians();
+    state.gaussians = model.field.size() + trainer.gaussians();
     state.iteration = before + trainer.iteration();
     state.loss = trainer.loss();
     state.trainingPsnr = psnrOf(trainer.mse());

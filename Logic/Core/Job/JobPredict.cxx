@@ -276,7 +276,7 @@ void ReconstructionJob::Impl::predict(const PreparedInput& prepared, ThreadPool&
 /// What the Gaussians leave of the prediction, on its own lattice: with it the model is the prediction there.
 void ReconstructionJob::Impl::keepPrediction(const PreparedInput& prepared, ThreadPool& pool,
                                              ReconstructionResult& result) {
-  GaussianField& field = checkpoint.field;
+  GaussianField& field = model.field;
   report(Phase::Refining, kFitEnds);
   RenderOptions options = renderOptions(field, pool.stopToken());
   options.bounded = false;

@@ -139,7 +139,7 @@ struct ReconstructionJob::Impl {
   std::optional<DeviceChoice> device;
   std::string key;
   bool refitting = false; // the model to resume is the start of another fit
-  Checkpoint checkpoint;  // of this run; its field holds the finished members
+  Model model;            // of this run; its field holds the finished members
 };
 
 } // namespace innergs

@@ -90,7 +90,7 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
 void ReconstructionJob::Impl::addResidual(const PreparedInput& prepared, ThreadPool& pool,
                                           ReconstructionResult& result) {
   if (predicted) return keepPrediction(prepared, pool, result);
-  GaussianField& field = checkpoint.field;
+  GaussianField& field = model.field;
   if (!settings.consistency || traits.thickness <= 0) return;
   if (std::any_of(prepared.stacks.begin(), prepared.stacks.end(),
                   [](const Stack& s) { return !s.poses.empty(); }))
@@ -140,9 +140,8 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
     result.settings = settings;
     result.trainingPsnr = kNaN;
     // What was given is what was reached; without its volume it counts as nothing.
-    result.checkpoint =
-        input.resume && !renderWhenCancelled ? input.resume : std::make_shared<const Checkpoint>();
-    result.iterations = result.checkpoint->iteration;
+    result.model = input.resume && !renderWhenCancelled ? input.resume : std::make_shared<const Model>();
+    result.iterations = result.model->iteration;
     result.seconds = secondsSince(start);
     return result;
   }
@@ -151,13 +150,13 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
   ThreadPool pool(settings.threads);
   result.threads = pool.threads();
   pool.setStop(stop);
-  checkpoint = input.resume ? *input.resume : Checkpoint{};
-  result.iterations = checkpoint.iteration;
+  model = input.resume ? *input.resume : Model{};
+  result.iterations = model.iteration;
   result.settings = settings;
   result.trainingPsnr = kNaN;
   std::optional<std::chrono::steady_clock::time_point> begun; // the fit, until it has ended
   const auto endFit = [&] {
-    result.iterations = checkpoint.iteration;
+    result.iterations = model.iteration;
     if (begun) result.fitSeconds = secondsSince(*begun);
     begun.reset();
   };
@@ -172,7 +171,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
     result.cancelled = true;
     endFit();
   }
-  const GaussianField& field = checkpoint.field;
+  const GaussianField& field = model.field;
   const auto finish = [&](const std::stop_token& token) {
     report(Phase::Rendering, kResidualEnds);
     const RenderOptions options = renderOptions(field, token);
@@ -191,7 +190,7 @@ ReconstructionResult ReconstructionJob::Impl::run(std::stop_token stop, bool ren
     }
   }
   if (result.cancelled && renderWhenCancelled && !field.gaussians.empty()) finish({});
-  result.checkpoint = std::make_shared<const Checkpoint>(std::move(checkpoint));
+  result.model = std::make_shared<const Model>(std::move(model));
   result.seconds = secondsSince(start);
   const bool goesOn = input.resume && !refitting && !input.resume->field.gaussians.empty();
   result.iterationsRun = std::max(0, result.iterations - (goesOn ? input.resume->iteration : 0));

@@ -3,7 +3,7 @@
 #include "Core/Fit/Densify.h"
 #include "Core/Image/Stack.h"
 #include "Core/Job/Progress.h"
-#include "Core/Model/Checkpoint.h"
+#include "Core/Model/Model.h"
 #include "Core/Settings/Settings.h"
 
 #include <memory>
@@ -22,14 +22,14 @@ struct ReconstructionInput {
   /// Above 0, up to 0.5: of every stack's slices, to be withheld from a second fit with the same settings
   /// that judges the quality on them. What is delivered is fitted to all slices.
   double heldOutFraction = 0;
-  std::shared_ptr<const Checkpoint> resume; // go on from here
+  std::shared_ptr<const Model> resume; // go on from here
 };
 
 struct ReconstructionResult {
-  std::shared_ptr<const Checkpoint> checkpoint; // the model is checkpoint->field
-  Volume volume;                                // on the output grid, scanner units
-  bool cancelled = false;                       // true: state at the stop, volume rendered only if asked for
-  double trainingPsnr = 0;                      // dB, fitted samples
+  std::shared_ptr<const Model> model;
+  Volume volume;           // on the output grid, scanner units
+  bool cancelled = false;  // true: state at the stop, volume rendered only if asked for
+  double trainingPsnr = 0; // dB, fitted samples
   // Of a second fit, on slices that it did not see; the model above saw them.
   Judging judging = Judging::NotAsked;
   double heldOutPsnr = std::numeric_limits<double>::quiet_NaN(); // dB, pooled; NaN: unknown
@@ -66,7 +66,7 @@ public:
   /// A rendering of the output grid's lattice at reduced size, a few times during the fit.
   void onPreview(std::function<void(const Volume&)> callback);
 
-  /// Blocks. A stop request ends it within 200 ms with cancelled = true and the checkpoint reached; while the
+  /// Blocks. A stop request ends it within 200 ms with cancelled = true and the model reached; while the
   /// quality is judged it only ends that. Throws Error. renderWhenCancelled: also render the volume of a
   /// stopped fit.
   ReconstructionResult run(std::stop_token stop = {}, bool renderWhenCancelled = false);

@@ -19,25 +19,28 @@ std::string settingsKey(const Settings& settings, const std::string& fingerprint
   return key + "input=" + fingerprint;
 }
 
-void checkResumable(const Checkpoint& c, int iterations) {
+void checkResumable(const Model& model, int iterations) {
   const auto require = [](bool ok) {
     if (!ok)
       throw Error(ErrorCode::FileFormat,
                   "The state of the fit to resume is damaged: start anew or from an earlier model.");
   };
-  require(c.finished >= 0 && c.finished <= c.field.size());
-  require(c.iteration >= 0 && c.iteration <= iterations);
-  const auto open = static_cast<std::size_t>(c.field.size() - c.finished);
-  for (const auto* moment : {&c.moment1, &c.moment2}) {
-    require(moment->size() == (c.moment1.empty() ? 0 : 16 * open));
-    const float lowest = moment == &c.moment2 ? 0.f : -1e30f; // the second is a mean of squares
+  const OptimizerState& optimizer = model.optimizer;
+  require(model.finished >= 0 && model.finished <= model.field.size());
+  require(model.iteration >= 0 && model.iteration <= iterations);
+  const auto open = static_cast<std::size_t>(model.field.size() - model.finished);
+  for (const auto* moment : {&optimizer.moment1, &optimizer.moment2}) {
+    require(moment->size() == (optimizer.moment1.empty() ? 0 : 16 * open));
+    const float lowest = moment == &optimizer.moment2 ? 0.f : -1e30f; // the second is a mean of squares
     require(std::all_of(moment->begin(), moment->end(), [&](float x) { return x >= lowest && x <= 1e30f; }));
   }
-  require(!c.moment1.empty() || open == 0);
-  require(c.losses.size() <= static_cast<std::size_t>(c.iteration));
-  require(std::all_of(c.losses.begin(), c.losses.end(), [](float x) { return std::isfinite(x); }));
-  require(c.gradients.empty() || c.gradients.size() == open);
-  require(std::all_of(c.gradients.begin(), c.gradients.end(), [](float x) { return x >= 0 && x <= 1e30f; }));
+  require(!model.complete() || open == 0);
+  require(optimizer.losses.size() <= static_cast<std::size_t>(model.iteration));
+  require(std::all_of(optimizer.losses.begin(), optimizer.losses.end(),
+                      [](float x) { return std::isfinite(x); }));
+  require(optimizer.gradients.empty() || optimizer.gradients.size() == open);
+  require(std::all_of(optimizer.gradients.begin(), optimizer.gradients.end(),
+                      [](float x) { return x >= 0 && x <= 1e30f; }));
 }
 
 } // namespace innergs

@@ -78,9 +78,9 @@ TEST_F(InterruptTest, KeepsWhatWasAskedForAndResumesToTheSameResult) {
   const auto told = nlohmann::json::parse(contents("r.json"));
   EXPECT_TRUE(told.at("interrupted").get<bool>());
   EXPECT_GT(told.at("seconds").at("fit").get<double>(), 0);
-  const Checkpoint part = readModel(path("part.innergs"));
+  const Model part = readModel(path("part.innergs"));
   EXPECT_LT(part.iteration, 200);
-  EXPECT_FALSE(part.moment1.empty());
+  EXPECT_FALSE(part.complete());
 
   auto resumed = longFit("resumed.innergs"), whole = longFit("whole.innergs");
   for (const auto& word : {std::string("--resume"), path("part.innergs")})

@@ -41,7 +41,7 @@ TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   EXPECT_TRUE(sameLattice(volume.geometry, truth.geometry));
   EXPECT_GT(pooledPsnr(volume.voxels, truth.voxels, {}, 1000), 25);
 
-  const Checkpoint model = readModel(path("out/m.innergs"));
+  const Model model = readModel(path("out/m.innergs"));
   const auto report = nlohmann::json::parse(contents("out/r.json"));
   EXPECT_EQ(report.at("gaussians"), model.field.size());
   EXPECT_LE(model.field.size(), 3000);

@@ -68,7 +68,7 @@ inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std
   for (const std::int64_t k : slices)
     std::fill_n(stack.observed.begin() + k * plane, plane, std::uint8_t{0});
   const auto result = reconstruct(input, settings);
-  const GaussianField& field = result.checkpoint->field;
+  const GaussianField& field = result.model->field;
   RenderOptions options;
   options.threads = settings.threads;
   options.instructionSet = settings.instructionSet;

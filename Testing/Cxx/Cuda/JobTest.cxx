@@ -60,8 +60,7 @@ TEST_P(Jobs, GiveTheVolumeOfTheCpu) {
 TEST_P(Jobs, AnswerQueriesAsTheCpu) {
   Settings settings = quickSettings(6);
   settings.blending = GetParam().blending;
-  const auto field =
-      std::make_shared<GaussianField>(reconstruct(GetParam().input(), settings).checkpoint->field);
+  const auto field = std::make_shared<GaussianField>(reconstruct(GetParam().input(), settings).model->field);
   const double tolerance = 1e-4 * std::abs(field->intensityScale);
   const auto expectNear = [&](std::span<const float> found, std::span<const float> expected) {
     ASSERT_EQ(found.size(), expected.size());

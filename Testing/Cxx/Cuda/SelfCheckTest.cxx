@@ -175,5 +175,5 @@ TEST_F(SelfCheck, LeadsToTheCpuWhereNoDeviceIsRight) {
   EXPECT_EQ(result.device.id, "cpu");
   EXPECT_TRUE(has(result.device.reason, "On the CPU. Has no memory (cuda:2) is not used"));
   EXPECT_EQ(note, result.device.reason);
-  EXPECT_TRUE(sameField(result.checkpoint->field, cpu.checkpoint->field));
+  EXPECT_TRUE(sameField(result.model->field, cpu.model->field));
 }

@@ -39,7 +39,7 @@ TEST(JudgedReconstruction, GivesTheFullFitAndProtocolHOfTheFirstStackInsideTheMa
   input.mask = lowerHalf();
   const Attempt run = runUntil({}, input, 2);
   const auto full = reconstruct(input, quickSettings(8));
-  EXPECT_TRUE(sameField(run.result.reconstruction.checkpoint->field, full.checkpoint->field));
+  EXPECT_TRUE(sameField(run.result.reconstruction.model->field, full.model->field));
   EXPECT_EQ(run.result.reconstruction.volume.voxels, full.volume.voxels);
   EXPECT_EQ(run.result.reconstruction.judging, Judging::Done);
   EvaluationOptions options;
@@ -96,7 +96,7 @@ TEST(JudgedReconstruction, StoppedWhileJudgingKeepsTheFit) {
     EXPECT_FALSE(result.cancelled);
     EXPECT_EQ(result.judging, Judging::Stopped);
     EXPECT_FALSE(run.result.quality);
-    EXPECT_TRUE(sameField(result.checkpoint->field, full.checkpoint->field));
+    EXPECT_TRUE(sameField(result.model->field, full.model->field));
     EXPECT_EQ(result.volume.voxels, full.volume.voxels);
     ASSERT_EQ(result.warnings.size(), 1u);
     EXPECT_NE(result.warnings[0].find("stopped"), std::string::npos);

@@ -7,31 +7,31 @@
 namespace innergs::test {
 namespace {
 
-Checkpoint checkpointOf(int count, bool linearIntensity, bool resumable) {
-  Checkpoint checkpoint;
-  checkpoint.field = randomField(count, linearIntensity);
-  checkpoint.iteration = 137;
-  checkpoint.settingsKey = "preset=balanced \"quoted\" {1,2} \xC3\xA4";
+Model modelOf(int count, bool linearIntensity, bool resumable) {
+  Model model;
+  model.field = randomField(count, linearIntensity);
+  model.iteration = 137;
+  model.settingsKey = "preset=balanced \"quoted\" {1,2} \xC3\xA4";
   if (resumable) {
     for (int n = 0; n < 16 * count; ++n) {
-      checkpoint.moment1.push_back(0.001f * static_cast<float>(n) / 3);
-      checkpoint.moment2.push_back(1e-9f * static_cast<float>(n * n));
+      model.optimizer.moment1.push_back(0.001f * static_cast<float>(n) / 3);
+      model.optimizer.moment2.push_back(1e-9f * static_cast<float>(n * n));
     }
-    for (int n = 0; n < checkpoint.iteration; ++n)
-      checkpoint.losses.push_back(1 / (1 + static_cast<float>(n)));
+    for (int n = 0; n < model.iteration; ++n)
+      model.optimizer.losses.push_back(1 / (1 + static_cast<float>(n)));
     for (int n = 0; n < count; ++n)
-      checkpoint.gradients.push_back(0.3f * static_cast<float>(n));
+      model.optimizer.gradients.push_back(0.3f * static_cast<float>(n));
   }
-  return checkpoint;
+  return model;
 }
 
-void expectSame(const Checkpoint& read, const Checkpoint& written) {
+void expectSame(const Model& read, const Model& written) {
   expectSameFrame(read.field, written.field);
   EXPECT_TRUE(sameBits(read.field.gaussians, written.field.gaussians));
-  EXPECT_EQ(read.moment1, written.moment1);
-  EXPECT_EQ(read.moment2, written.moment2);
-  EXPECT_EQ(read.losses, written.losses);
-  EXPECT_EQ(read.gradients, written.gradients);
+  EXPECT_EQ(read.optimizer.moment1, written.optimizer.moment1);
+  EXPECT_EQ(read.optimizer.moment2, written.optimizer.moment2);
+  EXPECT_EQ(read.optimizer.losses, written.optimizer.losses);
+  EXPECT_EQ(read.optimizer.gradients, written.optimizer.gradients);
   EXPECT_EQ(read.iteration, written.iteration);
   EXPECT_EQ(read.settingsKey, written.settingsKey);
 }
@@ -42,35 +42,35 @@ TEST(ModelFile, RoundTripIsExact) {
     for (const bool resumable : {false, true})
       for (const Blending blending : {Blending::Normalised, Blending::Additive, Blending::Alpha}) {
         if (linearIntensity && blending == Blending::Alpha) continue;
-        Checkpoint checkpoint = checkpointOf(57, linearIntensity, resumable);
-        checkpoint.field.blending = blending;
-        writeModel(checkpoint, folder / "a.innergs");
-        expectSame(readModel(folder / "a.innergs"), checkpoint);
+        Model model = modelOf(57, linearIntensity, resumable);
+        model.field.blending = blending;
+        writeModel(model, folder / "a.innergs");
+        expectSame(readModel(folder / "a.innergs"), model);
       }
   EXPECT_EQ(folder.fileCount(), 1);
 }
 
 TEST(ModelFile, NotesAreKeptAndOptional) {
   const TemporaryFolder folder;
-  const Checkpoint checkpoint = checkpointOf(5, false, false);
+  const Model model = modelOf(5, false, false);
   const ModelNotes written{
       {"Settings", "preset=fast; seed=1"}, {"Inputs", "Kopf \xC3\xA4 \"1\""}, {"Empty", ""}};
-  writeModel(checkpoint, folder / "a.innergs", written);
+  writeModel(model, folder / "a.innergs", written);
   ModelNotes read{{"Stale", "x"}};
-  expectSame(readModel(folder / "a.innergs", &read), checkpoint);
+  expectSame(readModel(folder / "a.innergs", &read), model);
   EXPECT_EQ(read, written);
-  writeModel(checkpoint, folder / "b.innergs"); // as versions before wrote them
+  writeModel(model, folder / "b.innergs"); // as versions before wrote them
   readModel(folder / "b.innergs", &read);
   EXPECT_TRUE(read.empty());
-  writeModel(checkpoint, folder / "c.innergs", {{"Inputs", "broken \xFF bytes"}});
+  writeModel(model, folder / "c.innergs", {{"Inputs", "broken \xFF bytes"}});
   readModel(folder / "c.innergs", &read);
   EXPECT_NE(read["Inputs"].find("broken"), std::string::npos);
 }
 
 TEST(ModelFile, UnknownTensorsAndKeysAreIgnored) {
   const TemporaryFolder folder;
-  const Checkpoint checkpoint = checkpointOf(5, true, false);
-  writeModel(checkpoint, folder / "a.innergs");
+  const Model model = modelOf(5, true, false);
+  writeModel(model, folder / "a.innergs");
   std::string bytes = readBytes(folder / "a.innergs");
   std::uint64_t length;
   std::memcpy(&length, bytes.data(), 8);
@@ -84,7 +84,7 @@ TEST(ModelFile, UnknownTensorsAndKeysAreIgnored) {
   std::string extended(8, '\0');
   std::memcpy(extended.data(), &longer, 8);
   writeBytes(folder / "b.innergs", extended + header + bytes.substr(8 + length) + std::string(12, '\7'));
-  expectSame(readModel(folder / "b.innergs"), checkpoint);
+  expectSame(readModel(folder / "b.innergs"), model);
 }
 
 /// The file with one piece of its header replaced by another of the same length or not.
@@ -106,7 +106,7 @@ std::string withHeader(const std::string& bytes, const std::string& from, const 
 
 TEST(ModelFile, ForgedHeaders) {
   const TemporaryFolder folder;
-  writeModel(checkpointOf(5, true, true), folder / "a.innergs");
+  writeModel(modelOf(5, true, true), folder / "a.innergs");
   const std::string bytes = readBytes(folder / "a.innergs");
   const std::pair<const char*, const char*> forgeries[] = {
       {"\"format\":\"InnerGS\"", "\"format\":\"Other\""},
@@ -154,21 +154,21 @@ TEST(ModelFile, ForgedHeaders) {
 }
 
 /// With a support of 4×3×2 voxels, of which the runs 2, 7, 1, 14 are outside, inside, outside, inside.
-Checkpoint maskedCheckpoint() {
-  Checkpoint checkpoint = checkpointOf(5, false, false);
-  GaussianField& field = checkpoint.field;
+Model maskedCheckpoint() {
+  Model model = modelOf(5, false, false);
+  GaussianField& field = model.field;
   field.support.geometry = cropped(field.domain, {3, 5, 7}, {4, 3, 2});
   field.support.voxels.assign(24, 1);
   for (const int outside : {0, 1, 9})
     field.support.voxels[outside] = 0;
   field.fill = -1.0f / 3;
   field.range = {-1000.0f / 7, 1234.5f};
-  return checkpoint;
+  return model;
 }
 
 TEST(ModelFile, KeepsSupportFillAndRange) {
   const TemporaryFolder folder;
-  const Checkpoint written = maskedCheckpoint();
+  const Model written = maskedCheckpoint();
   writeModel(written, folder / "a.innergs");
   GaussianField read = readModel(folder / "a.innergs").field;
   EXPECT_EQ(read.support.geometry, written.field.support.geometry);
@@ -178,13 +178,13 @@ TEST(ModelFile, KeepsSupportFillAndRange) {
   EXPECT_EQ(read.range->low, written.field.range->low);
   EXPECT_EQ(read.range->high, written.field.range->high);
   for (const std::uint8_t all : {0, 1}) {
-    Checkpoint whole = written;
+    Model whole = written;
     whole.field.support.voxels.assign(24, all);
     writeModel(whole, folder / "b.innergs");
     EXPECT_EQ(readModel(folder / "b.innergs").field.support.voxels, whole.field.support.voxels);
   }
   // Without a mask, and as versions before wrote them: neither, at no cost.
-  writeModel(checkpointOf(5, false, false), folder / "c.innergs");
+  writeModel(modelOf(5, false, false), folder / "c.innergs");
   read = readModel(folder / "c.innergs").field;
   EXPECT_TRUE(read.support.voxels.empty());
   EXPECT_FALSE(read.range);
@@ -223,12 +223,12 @@ TEST(ModelFile, DamagedSupportIsRefused) {
 TEST(ModelFile, NonFiniteValues) {
   const TemporaryFolder folder;
   for (int part = 0; part < 3; ++part) {
-    Checkpoint checkpoint = checkpointOf(5, true, true);
+    Model model = modelOf(5, true, true);
     const float nan = std::numeric_limits<float>::quiet_NaN();
-    if (part == 0) checkpoint.field.gaussians[3].mean[1] = nan;
-    if (part == 1) checkpoint.moment1[7] = nan;
-    if (part == 2) checkpoint.moment2[7] = -nan;
-    writeModel(checkpoint, folder / "a.innergs");
+    if (part == 0) model.field.gaussians[3].mean[1] = nan;
+    if (part == 1) model.optimizer.moment1[7] = nan;
+    if (part == 2) model.optimizer.moment2[7] = -nan;
+    writeModel(model, folder / "a.innergs");
     EXPECT_EQ(errorOf([&] { readModel(folder / "a.innergs"); }).code(), ErrorCode::FileFormat) << part;
   }
 }
@@ -253,7 +253,7 @@ TEST(ModelFile, NoModel) {
 
 TEST(ModelFile, TruncatedAtAnyLength) {
   const TemporaryFolder folder;
-  writeModel(checkpointOf(7, true, true), folder / "a.innergs");
+  writeModel(modelOf(7, true, true), folder / "a.innergs");
   const std::string bytes = readBytes(folder / "a.innergs");
   for (std::size_t length = 0; length < bytes.size(); length += length < 64 ? 1 : 23) {
     writeBytes(folder / "b.innergs", bytes.substr(0, length));
@@ -263,8 +263,8 @@ TEST(ModelFile, TruncatedAtAnyLength) {
 
 TEST(ModelFile, FlippedHeaderBytesNeverCrash) {
   const TemporaryFolder folder;
-  const Checkpoint checkpoint = checkpointOf(3, true, false);
-  writeModel(checkpoint, folder / "a.innergs");
+  const Model model = modelOf(3, true, false);
+  writeModel(model, folder / "a.innergs");
   const std::string bytes = readBytes(folder / "a.innergs");
   std::uint64_t length;
   std::memcpy(&length, bytes.data(), 8);
@@ -287,7 +287,7 @@ TEST(ModelFile, FlippedHeaderBytesNeverCrash) {
 
 TEST(ModelFile, UnwritableFolderLeavesNothing) {
   const TemporaryFolder folder;
-  EXPECT_EQ(errorOf([&] { writeModel(checkpointOf(3, false, false), folder / "missing/a.innergs"); }).code(),
+  EXPECT_EQ(errorOf([&] { writeModel(modelOf(3, false, false), folder / "missing/a.innergs"); }).code(),
             ErrorCode::Io);
   EXPECT_EQ(folder.fileCount(), 0);
 }

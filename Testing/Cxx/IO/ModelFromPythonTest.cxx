@@ -78,9 +78,9 @@ double valueAt(const GaussianField& field, const Vec3& world) {
 TEST(ModelFromPython, StandardLibraryReadsIt) {
   if (!runs(kPython + " --version")) GTEST_SKIP() << "no " << kPython;
   const TemporaryFolder folder;
-  Checkpoint checkpoint;
-  checkpoint.field = randomField(9, true);
-  writeModel(checkpoint, folder / "model.innergs");
+  Model model;
+  model.field = randomField(9, true);
+  writeModel(model, folder / "model.innergs");
   const std::vector<double> values = runPython(folder, R"(
 import json, struct
 raw = open("model.innergs", "rb").read()
@@ -98,11 +98,11 @@ with open("out.txt", "w") as out:
 )");
   ASSERT_EQ(values.size(), 27u + 16 + 1 + 3);
   for (std::size_t n = 0; n < 27; ++n)
-    EXPECT_EQ(values[n], checkpoint.field.gaussians[n / 3].mean[n % 3]);
-  EXPECT_EQ(values[27 + 1], checkpoint.field.modelToWorld.linear[0][1]);
-  EXPECT_EQ(values[27 + 7], checkpoint.field.modelToWorld.offset[1]);
-  EXPECT_EQ(values[27 + 16], checkpoint.field.intensityScale);
-  EXPECT_EQ(values[27 + 17 + 2], checkpoint.field.domain.spacing[2]);
+    EXPECT_EQ(values[n], model.field.gaussians[n / 3].mean[n % 3]);
+  EXPECT_EQ(values[27 + 1], model.field.modelToWorld.linear[0][1]);
+  EXPECT_EQ(values[27 + 7], model.field.modelToWorld.offset[1]);
+  EXPECT_EQ(values[27 + 16], model.field.intensityScale);
+  EXPECT_EQ(values[27 + 17 + 2], model.field.domain.spacing[2]);
 }
 
 TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
@@ -112,8 +112,8 @@ TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
     for (const Blending blending : {Blending::Normalised, Blending::Additive})
       for (const bool masked : {false, true}) {
         const TemporaryFolder folder;
-        Checkpoint checkpoint;
-        GaussianField& field = checkpoint.field;
+        Model model;
+        GaussianField& field = model.field;
         field = randomField(300, linearIntensity);
         field.blending = blending;
         field.domain.origin =
@@ -128,7 +128,7 @@ TEST(ModelFromPython, DocumentedCodeEvaluatesTheField) {
           for (std::int64_t v = 0; v < field.residual.geometry.voxelCount(); ++v)
             field.residual.voxels.push_back(0.1f * std::sin(static_cast<float>(v)));
         }
-        writeModel(checkpoint, folder / "model.innergs");
+        writeModel(model, folder / "model.innergs");
         std::string script = documentedCode() + "\nwith open('out.txt', 'w') as out:\n";
         std::vector<Vec3> points;
         for (const Vec3& x : inModel) {

@@ -29,11 +29,11 @@ TEST(Ply, IsAModelWhoseFitIsOver) {
   const GaussianField field = randomField(41, true);
   writePly(field, folder / "a.PLY");
   ModelNotes notes{{"Version", "of an earlier file"}};
-  const Checkpoint model = readModel(folder / "a.PLY", &notes);
+  const Model model = readModel(folder / "a.PLY", &notes);
   EXPECT_TRUE(sameBits(model.field.gaussians, field.gaussians));
   EXPECT_EQ(model.finished, 41);
   EXPECT_EQ(model.iteration, 0);
-  EXPECT_TRUE(model.moment1.empty() && notes.empty());
+  EXPECT_TRUE(model.complete() && notes.empty());
   std::filesystem::copy_file(folder / "a.PLY", folder / "renamed");
   EXPECT_TRUE(isPly(folder / "renamed"));
   EXPECT_EQ(readModel(folder / "renamed").finished, 41);

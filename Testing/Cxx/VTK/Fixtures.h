@@ -83,10 +83,10 @@ inline ::testing::AssertionResult closeTo(vtkMatrix4x4* a, vtkMatrix4x4* b, doub
 
 /// A field as a model in VTK.
 inline vtkSmartPointer<vtkInnerGSModel> modelOf(GaussianField field) {
-  auto checkpoint = std::make_shared<Checkpoint>();
-  checkpoint->field = std::move(field);
+  auto core = std::make_shared<Model>();
+  core->field = std::move(field);
   auto model = vtkSmartPointer<vtkInnerGSModel>::New();
-  model->SetCheckpoint(checkpoint);
+  model->SetCoreModel(core);
   return model;
 }
 

@@ -61,18 +61,18 @@ TEST(Model, CopiesShareWhatNeverChanges) {
   vtkNew<vtkInnerGSModel> shallow, deep;
   shallow->ShallowCopy(model);
   deep->DeepCopy(model);
-  const std::weak_ptr<const Checkpoint> watched = model->GetCheckpoint();
-  EXPECT_EQ(shallow->GetCheckpoint(), model->GetCheckpoint());
+  const std::weak_ptr<const Model> watched = model->GetCoreModel();
+  EXPECT_EQ(shallow->GetCoreModel(), model->GetCoreModel());
   EXPECT_EQ(deep->GetNumberOfGaussians(), model->GetNumberOfGaussians());
   EXPECT_GE(model->GetActualMemorySize() * 1024, 200 * sizeof(Gaussian));
   const auto before = model->GetMTime();
-  model->SetCheckpoint(model->GetCheckpoint());
+  model->SetCoreModel(model->GetCoreModel());
   EXPECT_EQ(model->GetMTime(), before);
   model->Initialize();
   shallow->Initialize();
   EXPECT_FALSE(deep->IsEmpty());
   EXPECT_FALSE(watched.expired());
-  deep->SetCheckpoint(nullptr);
+  deep->SetCoreModel(nullptr);
   EXPECT_TRUE(watched.expired());
   EXPECT_TRUE(deep->IsEmpty());
 }
@@ -82,7 +82,7 @@ TEST(Model, AndFiltersGoWithTheirLastReference) {
   vtkWeakPointer<vtkImageData> image, input;
   vtkWeakPointer<vtkInnerGSReconstruct> filter;
   vtkWeakPointer<vtkInnerGSPlaneQuery> query;
-  std::weak_ptr<const Checkpoint> checkpoint;
+  std::weak_ptr<const Model> core;
   {
     auto reconstruct = quickFilter(isotropicInput(), 2);
     vtkNew<vtkInnerGSPlaneQuery> plane;
@@ -94,8 +94,8 @@ TEST(Model, AndFiltersGoWithTheirLastReference) {
     model = reconstruct->GetOutputModel();
     image = reconstruct->GetOutputImage();
     input = vtkImageData::SafeDownCast(reconstruct->GetInputDataObject(0, 0));
-    checkpoint = reconstruct->GetOutputModel()->GetCheckpoint();
-    ASSERT_FALSE(checkpoint.expired());
+    core = reconstruct->GetOutputModel()->GetCoreModel();
+    ASSERT_FALSE(core.expired());
     EXPECT_GT(plane->GetOutput()->GetNumberOfPoints(), 0);
   }
   EXPECT_FALSE(model);
@@ -103,7 +103,7 @@ TEST(Model, AndFiltersGoWithTheirLastReference) {
   EXPECT_FALSE(input);
   EXPECT_FALSE(filter);
   EXPECT_FALSE(query);
-  EXPECT_TRUE(checkpoint.expired());
+  EXPECT_TRUE(core.expired());
 }
 
 TEST(PolyData, HoldsCentresEllipsoidsAndValues) {

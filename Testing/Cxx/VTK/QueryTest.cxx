@@ -156,9 +156,9 @@ TEST_P(Query, AMaskCountsForAllFilters) {
   std::fill_n(masked.support.voxels.begin(), 8 * 7 * 2, std::uint8_t{0});
   masked.fill = 1234;
   masked.range = {0, 50};
-  auto checkpoint = std::make_shared<Checkpoint>();
-  checkpoint->field = masked;
-  model->SetCheckpoint(checkpoint);
+  auto core = std::make_shared<Model>();
+  core->field = masked;
+  model->SetCoreModel(core);
   EXPECT_NE(model->GetDescription().find("inside a mask"), std::string::npos);
   double range[2];
   ASSERT_TRUE(model->GetValueRange(range));
@@ -253,7 +253,7 @@ TEST(PlaneQuery, FollowsItsModelPlaneAndSize) {
   EXPECT_EQ(valuesOf(query->GetOutput()), first);
   GaussianField brighter = field;
   brighter.intensityOffset += 100;
-  model->SetCheckpoint(modelOf(brighter)->GetCheckpoint()); // the same object with other contents
+  model->SetCoreModel(modelOf(brighter)->GetCoreModel()); // the same object with other contents
   query->Update();
   EXPECT_NEAR(valuesOf(query->GetOutput())[210], first[210] + 100, 1e-3);
   query->SetNumberOfThreads(1);

@@ -24,7 +24,7 @@ inline ReconstructionInput posedInput(const Pose& pose, bool thick) {
 /// The same up to what the way through a matrix rounds: a fit follows its input's last bit.
 inline void expectSame(vtkInnerGSReconstruct* filter, const ReconstructionResult& expected) {
   ASSERT_EQ(filter->GetErrorMessage(), "");
-  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfGaussians(), expected.checkpoint->field.size());
+  EXPECT_EQ(filter->GetOutputModel()->GetNumberOfGaussians(), expected.model->field.size());
   EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), expected.iterations);
   const auto values = valuesOf(filter->GetOutputImage());
   ASSERT_EQ(values.size(), expected.volume.voxels.size());

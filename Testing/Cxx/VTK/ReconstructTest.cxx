@@ -156,7 +156,7 @@ TEST(ReconstructFilter, MasksAndWithholds) {
   filter->SetHeldOutFraction(0);
   filter->Update();
   expectSame(filter, reconstruct(input, quickSettings()));
-  EXPECT_EQ(filter->GetOutputModel()->GetCheckpoint()->settingsKey, expected.checkpoint->settingsKey)
+  EXPECT_EQ(filter->GetOutputModel()->GetCoreModel()->settingsKey, expected.model->settingsKey)
       << "of all slices, whatever was withheld to judge it";
   EXPECT_TRUE(std::isnan(filter->GetHeldOutPSNR()));
   EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);

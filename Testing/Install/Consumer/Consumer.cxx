@@ -11,7 +11,7 @@
 
 int main(int, char** arguments) {
   const float width = std::log(100.0F); // mm
-  innergs::Checkpoint model;
+  innergs::Model model;
   model.field.gaussians = {{{1.5F, 1.5F, 1.5F}, {width, width, width}, {1, 0, 0, 0}, 0, 7.5F, {0, 0, 0}, 0}};
   innergs::GridGeometry grid;
   grid.size = {4, 4, 4};

@@ -50,7 +50,7 @@ TEST_F(DeviceJob, RunsOnTheDeviceAndSaysSo) {
     EXPECT_EQ(device.device.name, "Fake Two");
     EXPECT_EQ(device.device.reason, notes[0]);
     EXPECT_TRUE(device.warnings.empty());
-    EXPECT_TRUE(sameField(cpu.checkpoint->field, device.checkpoint->field));
+    EXPECT_TRUE(sameField(cpu.model->field, device.model->field));
     EXPECT_EQ(cpu.trainingPsnr, device.trainingPsnr);
     EXPECT_EQ(cpu.iterations, device.iterations);
   }
@@ -73,7 +73,7 @@ TEST_F(DeviceJob, IsEstimatedByTheLastFitOnTheDevice) {
   const auto stopped = runUntil(*result.settings.iterations - 5, input, fit);
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput goingOn = input;
-  goingOn.resume = stopped.checkpoint;
+  goingOn.resume = stopped.model;
   const auto resumed = runUntil(-1, goingOn, fit);
   EXPECT_EQ(resumed.iterations, result.iterations);
   EXPECT_EQ(resumed.iterationsRun, resumed.iterations - stopped.iterations);
@@ -87,7 +87,7 @@ TEST_F(DeviceJob, RendersResultHeldOutSlicesAndPreviewsOnTheDevice) {
   fails("mark");
   const auto marked = runUntil(-1, input, on("cuda:0"));
   ASSERT_EQ(plain.volume.voxels.size(), marked.volume.voxels.size());
-  const double range = plain.checkpoint->field.intensityScale;
+  const double range = plain.model->field.intensityScale;
   const std::size_t middle = plain.volume.voxels.size() / 2;
   EXPECT_GT(marked.volume.voxels[middle] - plain.volume.voxels[middle], 0.9 * range) << "up to the range";
   EXPECT_LT(marked.heldOutPsnr, 3);
@@ -140,7 +140,7 @@ TEST_F(DeviceJob, GoesOnOnTheCpuMidway) {
     EXPECT_EQ(result.warnings[0], result.device.reason);
     ASSERT_EQ(notes.size(), 2u) << "where it began and where it went";
     EXPECT_EQ(result.iterations, cpu.iterations);
-    EXPECT_EQ(result.checkpoint->field.size(), cpu.checkpoint->field.size());
+    EXPECT_EQ(result.model->field.size(), cpu.model->field.size());
     EXPECT_NEAR(result.trainingPsnr, cpu.trainingPsnr, 0.05);
   }
 }
@@ -174,10 +174,10 @@ TEST_F(DeviceJob, StopsAndGoesOnOnTheOtherDevice) {
     EXPECT_EQ(stopped.iterations, 5);
     EXPECT_EQ(stopped.device.id, deviceFirst ? "cuda:1" : "cpu");
     ReconstructionInput rest = isotropicInput();
-    rest.resume = stopped.checkpoint;
+    rest.resume = stopped.model;
     const auto result = runUntil(-1, rest, second);
     EXPECT_TRUE(result.warnings.empty());
-    EXPECT_TRUE(sameField(result.checkpoint->field, whole.checkpoint->field));
+    EXPECT_TRUE(sameField(result.model->field, whole.model->field));
     EXPECT_EQ(result.iterations, whole.iterations);
   }
 }
@@ -188,13 +188,13 @@ TEST_F(DeviceJob, StoppedWithALostDeviceKeepsWhatItHas) {
   const auto stopped = runUntil(5, isotropicInput(), on("cuda", settings));
   EXPECT_TRUE(stopped.cancelled);
   EXPECT_EQ(stopped.iterations, 0) << "the iterations went with the device";
-  ASSERT_FALSE(stopped.checkpoint->field.gaussians.empty());
+  ASSERT_FALSE(stopped.model->field.gaussians.empty());
   fails("");
   ReconstructionInput rest = isotropicInput();
-  rest.resume = stopped.checkpoint;
+  rest.resume = stopped.model;
   const auto result = runUntil(-1, rest, on("cuda", settings));
   const auto whole = runUntil(-1, isotropicInput(), reference(settings));
-  EXPECT_TRUE(sameField(result.checkpoint->field, whole.checkpoint->field));
+  EXPECT_TRUE(sameField(result.model->field, whole.model->field));
 }
 
 TEST_F(DeviceJob, ShowsPreviewsWhileItRunsOnTheDevice) {
@@ -225,7 +225,7 @@ TEST_F(DeviceJob, AutoKeepsASmallFitOnTheCpu) {
   ASSERT_EQ(notes.size(), 1u);
   EXPECT_EQ(notes[0], result.device.reason);
   EXPECT_TRUE(result.warnings.empty()) << "nothing went wrong";
-  EXPECT_TRUE(sameField(result.checkpoint->field, cpu.checkpoint->field));
+  EXPECT_TRUE(sameField(result.model->field, cpu.model->field));
 }
 
 TEST_F(DeviceJob, SaysThatItGoesOnInSmallerParts) {

@@ -22,7 +22,7 @@ protected:
     Settings settings = reference();
     settings.blending = blending;
     settings.linearIntensity = false;
-    return reconstruct(input, settings).checkpoint->field;
+    return reconstruct(input, settings).model->field;
   }
 };
 

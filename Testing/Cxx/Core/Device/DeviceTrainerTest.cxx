@@ -159,11 +159,10 @@ TEST_F(DeviceTrainer, RestartsAndRestoresOnAnyDevice) {
   }
   same(cpu, device);
   const GaussianField reached = device.field();
-  const Adam adam = device.adam();
-  const auto losses = device.losses(), gradients = device.gradients();
+  const OptimizerState state = device.optimizer();
   for (Trainer* trainer : {&cpu, &device}) { // each from what the other device reached
     trainer->restart(reached);
-    trainer->restore(adam.moment1, adam.moment2, 9, losses, gradients);
+    trainer->restore(state, 9);
     while (trainer->step()) {
     }
   }

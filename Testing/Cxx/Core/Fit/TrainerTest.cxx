@@ -151,7 +151,7 @@ TEST(Training, GoesOnFromAnyIterationAsIfItHadNotStopped) {
     Scene rest = scene;
     rest.field = before.field();
     Trainer after = rest.trainer(pool);
-    after.restore(before.adam().moment1, before.adam().moment2, stop, before.losses(), before.gradients());
+    after.restore(before.optimizer(), stop);
     while (after.step()) {
     }
     EXPECT_TRUE(same(after.field(), whole.field())) << "stopped after iteration " << stop;
@@ -176,7 +176,7 @@ TEST(StopRule, LooksBackBeyondAResumption) {
     before.step();
   rest.field = before.field();
   Trainer after = rest.trainer(pool);
-  after.restore(before.adam().moment1, before.adam().moment2, end - 10, before.losses());
+  after.restore(before.optimizer(), end - 10);
   while (after.step()) {
   }
   EXPECT_EQ(after.iteration(), end);

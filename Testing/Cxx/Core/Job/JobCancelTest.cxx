@@ -21,7 +21,7 @@ struct Attempt {
 
 /// A run that asks to stop in its n-th progress callback (counted from 0; −1: never).
 Attempt runUntil(const ReconstructionInput& input, const Settings& settings, int stopAt,
-                 std::shared_ptr<const Checkpoint> resume = {}) {
+                 std::shared_ptr<const Model> resume = {}) {
   Attempt run;
   ReconstructionInput from = input;
   from.resume = std::move(resume);
@@ -63,19 +63,19 @@ TEST_P(Cancel, AtAnyPointEndsPromptlyAndGoesOnWhereItStopped) {
     EXPECT_LE(static_cast<int>(stopped.states.size()), at + 2);
     EXPECT_NE(stopped.states.back().phase, Phase::Done);
     EXPECT_TRUE(stopped.result.volume.voxels.empty()) << "nobody asked for it";
-    ASSERT_TRUE(stopped.result.checkpoint);
-    EXPECT_EQ(stopped.result.iterations, stopped.result.checkpoint->iteration);
-    if (stopped.result.checkpoint->field.gaussians.empty()) {
+    ASSERT_TRUE(stopped.result.model);
+    EXPECT_EQ(stopped.result.iterations, stopped.result.model->iteration);
+    if (stopped.result.model->field.gaussians.empty()) {
       EXPECT_LE(static_cast<int>(state.phase), static_cast<int>(Phase::Initialising));
       continue;
     }
-    EXPECT_NO_THROW(checkField(stopped.result.checkpoint->field));
-    const Attempt rest = runUntil(input, settings, -1, stopped.result.checkpoint);
+    EXPECT_NO_THROW(checkField(stopped.result.model->field));
+    const Attempt rest = runUntil(input, settings, -1, stopped.result.model);
     ++resumed;
     EXPECT_FALSE(rest.result.cancelled);
     EXPECT_TRUE(rest.result.warnings.empty()) << rest.result.warnings[0];
     EXPECT_LT(rest.states.size(), whole.states.size());
-    EXPECT_TRUE(sameField(rest.result.checkpoint->field, whole.result.checkpoint->field));
+    EXPECT_TRUE(sameField(rest.result.model->field, whole.result.model->field));
     EXPECT_EQ(rest.result.volume.voxels, whole.result.volume.voxels);
     EXPECT_EQ(rest.result.iterations, whole.result.iterations);
   }
@@ -86,26 +86,26 @@ TEST_P(Cancel, AgainAndAgainStillEndsAtTheSameResult) {
   const Attempt whole = runUntil(input, settings, -1);
   for (const int first : {1, 2, 3}) {
     SCOPED_TRACE(::testing::Message() << "stops in callbacks " << first << ", " << first + 1 << ", ...");
-    std::shared_ptr<const Checkpoint> checkpoint;
+    std::shared_ptr<const Model> model;
     ReconstructionResult last;
     int runs = 0;
     for (; runs < 60; ++runs) {
-      const Attempt run = runUntil(input, settings, first + (checkpoint ? 0 : 1) + runs, checkpoint);
+      const Attempt run = runUntil(input, settings, first + (model ? 0 : 1) + runs, model);
       last = run.result;
       if (!last.cancelled) break;
-      if (last.checkpoint->field.gaussians.empty()) { // stopped while it predicted
-        EXPECT_FALSE(checkpoint);
+      if (last.model->field.gaussians.empty()) { // stopped while it predicted
+        EXPECT_FALSE(model);
         continue;
       }
       // A run that is stopped before it did anything keeps what it was given.
-      const Attempt nothing = runUntil(input, settings, 0, last.checkpoint);
+      const Attempt nothing = runUntil(input, settings, 0, last.model);
       ASSERT_TRUE(nothing.result.cancelled);
-      EXPECT_EQ(nothing.result.checkpoint->iteration, last.checkpoint->iteration);
-      checkpoint = nothing.result.checkpoint;
-      ASSERT_FALSE(checkpoint->field.gaussians.empty());
+      EXPECT_EQ(nothing.result.model->iteration, last.model->iteration);
+      model = nothing.result.model;
+      ASSERT_FALSE(model->field.gaussians.empty());
     }
     EXPECT_LT(runs, 60);
-    EXPECT_TRUE(sameField(last.checkpoint->field, whole.result.checkpoint->field));
+    EXPECT_TRUE(sameField(last.model->field, whole.result.model->field));
     EXPECT_EQ(last.volume.voxels, whole.result.volume.voxels);
   }
 }
@@ -130,7 +130,7 @@ TEST_P(Cancel, BeforeTheStartDoesNothing) {
   const auto result = ReconstructionJob(input, settings).run(stop.get_token());
   EXPECT_TRUE(result.cancelled);
   EXPECT_EQ(result.iterations, 0);
-  ASSERT_TRUE(result.checkpoint);
+  ASSERT_TRUE(result.model);
 }
 
 INSTANTIATE_TEST_SUITE_P(Inputs, Cancel,
@@ -159,7 +159,7 @@ TEST(CancelFromAnotherThread, EndsWithinACoupleOfIterations) {
   EXPECT_TRUE(result.cancelled);
   EXPECT_GE(result.iterations, 5);
   EXPECT_LE(iterations - atRequest, 2);
-  EXPECT_FALSE(result.checkpoint->field.gaussians.empty());
+  EXPECT_FALSE(result.model->field.gaussians.empty());
 }
 
 TEST(Resume, WithOtherSettingsStartsANewFitFromTheModel) {
@@ -167,12 +167,12 @@ TEST(Resume, WithOtherSettingsStartsANewFitFromTheModel) {
   Settings settings = quickSettings(5);
   const auto first = reconstruct(input, settings);
   ReconstructionInput again = input;
-  again.resume = first.checkpoint;
+  again.resume = first.model;
   settings.loss = LossKind::L1;
   const auto second = reconstruct(again, settings);
   ASSERT_FALSE(second.warnings.empty());
   EXPECT_EQ(second.iterations, 5);
-  EXPECT_FALSE(sameField(first.checkpoint->field, second.checkpoint->field));
+  EXPECT_FALSE(sameField(first.model->field, second.model->field));
 }
 
 TEST(Resume, OfMergedMembersUnderOtherSettingsRefitsThemAsOneField) {
@@ -181,24 +181,24 @@ TEST(Resume, OfMergedMembersUnderOtherSettingsRefitsThemAsOneField) {
   settings.ensembleSize = 3;
   settings.gaussians = 120;
   const auto first = reconstruct(input, settings);
-  input.resume = first.checkpoint;
+  input.resume = first.model;
   settings.loss = LossKind::Huber;
   settings.blending = Blending::Additive; // the model's own holds
   settings.ensembleSize = 1;
   const auto second = reconstruct(input, settings);
   EXPECT_EQ(second.settings.ensembleSize, 1);
   EXPECT_EQ(second.settings.blending, Blending::Normalised);
-  EXPECT_EQ(second.checkpoint->field.blending, Blending::Normalised);
-  EXPECT_EQ(second.checkpoint->field.size(), first.checkpoint->field.size());
+  EXPECT_EQ(second.model->field.blending, Blending::Normalised);
+  EXPECT_EQ(second.model->field.size(), first.model->field.size());
   EXPECT_GT(second.trainingPsnr, first.trainingPsnr - 3);
 }
 
 TEST(Resume, OfACompleteFitOnlyRendersAgain) {
   ReconstructionInput input = isotropicInput();
   const auto first = reconstruct(input, quickSettings(5));
-  input.resume = first.checkpoint;
+  input.resume = first.model;
   const auto second = reconstruct(input, quickSettings(5));
-  EXPECT_TRUE(sameField(first.checkpoint->field, second.checkpoint->field));
+  EXPECT_TRUE(sameField(first.model->field, second.model->field));
   EXPECT_EQ(first.volume.voxels, second.volume.voxels);
   EXPECT_NEAR(first.trainingPsnr, second.trainingPsnr, 1e-6);
   EXPECT_TRUE(second.warnings.empty());
@@ -206,7 +206,7 @@ TEST(Resume, OfACompleteFitOnlyRendersAgain) {
 
 TEST(Resume, OfABrokenModelIsRefused) {
   ReconstructionInput input = isotropicInput();
-  auto broken = std::make_shared<Checkpoint>(*reconstruct(input, quickSettings(2)).checkpoint);
+  auto broken = std::make_shared<Model>(*reconstruct(input, quickSettings(2)).model);
   broken->field.gaussians[3].mean[0] = std::numeric_limits<float>::quiet_NaN();
   input.resume = broken;
   EXPECT_THROW(reconstruct(input, quickSettings(2)), Error);
@@ -219,7 +219,7 @@ TEST(Resume, OfAForgedStateIsRefused) {
   const Attempt stopped = runUntil(input, settings, 4);
   ASSERT_TRUE(stopped.result.cancelled);
   const auto refused = [&](auto&& change) {
-    auto forged = std::make_shared<Checkpoint>(*stopped.result.checkpoint);
+    auto forged = std::make_shared<Model>(*stopped.result.model);
     change(*forged);
     ReconstructionInput from = input;
     from.resume = forged;
@@ -230,11 +230,11 @@ TEST(Resume, OfAForgedStateIsRefused) {
     }
     return false;
   };
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.moment1.pop_back(); }));
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.moment2.clear(); }));
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.finished = -1; }));
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.finished = c.field.size() + 1; }));
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.iteration = -3; }));
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.iteration = 1 << 30; }));
-  EXPECT_TRUE(refused([](Checkpoint& c) { c.moment2[7] = std::numeric_limits<float>::quiet_NaN(); }));
+  EXPECT_TRUE(refused([](Model& c) { c.optimizer.moment1.pop_back(); }));
+  EXPECT_TRUE(refused([](Model& c) { c.optimizer.moment2.clear(); }));
+  EXPECT_TRUE(refused([](Model& c) { c.finished = -1; }));
+  EXPECT_TRUE(refused([](Model& c) { c.finished = c.field.size() + 1; }));
+  EXPECT_TRUE(refused([](Model& c) { c.iteration = -3; }));
+  EXPECT_TRUE(refused([](Model& c) { c.iteration = 1 << 30; }));
+  EXPECT_TRUE(refused([](Model& c) { c.optimizer.moment2[7] = std::numeric_limits<float>::quiet_NaN(); }));
 }

@@ -131,7 +131,7 @@ TEST_P(Poses, ReconstructTheSameVolumeFromDisplacedSlices) {
   EXPECT_GT(plainPsnr, 45);
   EXPECT_GT(posedPsnr, 45); // moved slices leave corners of the grid unseen
   // What each slice shows is what the field shows through the pose.
-  const Volume seen = renderStack(b.checkpoint->field, moved);
+  const Volume seen = renderStack(b.model->field, moved);
   EXPECT_GT(psnr(seen, moved.image), plainPsnr - 3);
 }
 

@@ -43,8 +43,8 @@ TEST(HeldOut, JudgesByASecondFitAndDeliversTheFullOne) {
   plain.heldOutFraction = 0;
   const Settings settings = quickSettings(25);
   const auto result = reconstruct(input, settings), full = reconstruct(plain, settings);
-  EXPECT_TRUE(sameField(result.checkpoint->field, full.checkpoint->field));
-  EXPECT_EQ(result.checkpoint->settingsKey, full.checkpoint->settingsKey);
+  EXPECT_TRUE(sameField(result.model->field, full.model->field));
+  EXPECT_EQ(result.model->settingsKey, full.model->settingsKey);
   EXPECT_EQ(result.volume.voxels, full.volume.voxels);
   EXPECT_EQ(result.trainingPsnr, full.trainingPsnr);
   EXPECT_EQ(result.iterations, full.iterations);
@@ -123,7 +123,7 @@ TEST(HeldOut, StoppedWhileJudgingKeepsTheFit) {
     EXPECT_FALSE(run.result.cancelled);
     EXPECT_EQ(run.result.judging, Judging::Stopped);
     EXPECT_TRUE(std::isnan(run.result.heldOutPsnr));
-    EXPECT_TRUE(sameField(run.result.checkpoint->field, whole.result.checkpoint->field));
+    EXPECT_TRUE(sameField(run.result.model->field, whole.result.model->field));
     EXPECT_EQ(run.result.volume.voxels, whole.result.volume.voxels);
     ASSERT_EQ(run.result.warnings.size(), 1u);
     EXPECT_NE(run.result.warnings[0].find("stopped"), std::string::npos);
@@ -139,10 +139,10 @@ TEST(HeldOut, GoesOnFromAStoppedFitAndThenJudges) {
   ASSERT_TRUE(stopped.result.cancelled);
   EXPECT_EQ(stopped.result.judging, Judging::NotAsked);
   EXPECT_GT(stopped.result.fitSeconds, 0) << "of the iterations that were made";
-  input.resume = stopped.result.checkpoint;
+  input.resume = stopped.result.model;
   const auto rest = reconstruct(input, quickSettings(8));
   EXPECT_TRUE(rest.warnings.empty());
-  EXPECT_TRUE(sameField(rest.checkpoint->field, whole.result.checkpoint->field));
+  EXPECT_TRUE(sameField(rest.model->field, whole.result.model->field));
   EXPECT_DOUBLE_EQ(rest.heldOutPsnr, whole.result.heldOutPsnr) << "the second fit starts anew";
 }
 

@@ -53,7 +53,7 @@ void expectWithin(const std::vector<float>& values, float low, float high) {
 TEST(MaskedJob, GivesTheFillValueBeyondTheMasksMargin) {
   const ReconstructionInput input = maskedInput();
   const auto result = reconstruct(input, filled());
-  const GaussianField& field = result.checkpoint->field;
+  const GaussianField& field = result.model->field;
   const Volume whole = render(field, smallGrid());
   const double margin = input.stacks[0].image.geometry.spacing[2];
   EXPECT_EQ(margin, 4);
@@ -84,7 +84,7 @@ TEST(MaskedJob, CutsTheGridToTheMasksBoxUnlessOneIsGiven) {
   ReconstructionInput input = maskedInput();
   const auto result = reconstruct(input, filled());
   const GridGeometry& cut = result.volume.geometry;
-  EXPECT_TRUE(sameLattice(cut, result.checkpoint->field.support.geometry, 1e-9));
+  EXPECT_TRUE(sameLattice(cut, result.model->field.support.geometry, 1e-9));
   EXPECT_LT(cut.voxelCount(), smallGrid().voxelCount());
   const Vec3 first = inverse(smallGrid().indexToWorld())(cut.origin);
   std::array<std::int64_t, 3> begin;
@@ -95,7 +95,7 @@ TEST(MaskedJob, CutsTheGridToTheMasksBoxUnlessOneIsGiven) {
   input.outputGrid = smallGrid();
   const auto given = reconstruct(input, filled());
   EXPECT_EQ(given.volume.geometry, smallGrid());
-  EXPECT_EQ(given.volume.voxels, render(given.checkpoint->field, smallGrid()).voxels);
+  EXPECT_EQ(given.volume.voxels, render(given.model->field, smallGrid()).voxels);
   input.cropToMask = true;
   EXPECT_TRUE(sameLattice(reconstruct(input, filled()).volume.geometry, cut, 1e-9));
 }
@@ -107,10 +107,9 @@ TEST(MaskedJob, StaysWithinTheMaskedRange) {
     for (std::int64_t v = 0; v < stack.image.geometry.voxelCount(); ++v)
       stack.image.voxels[v] = std::max(stack.image.voxels[v], 60.f);
   const auto result = reconstruct(input, filled(20));
-  const auto range = result.checkpoint->field.range;
+  const auto range = result.model->field.range;
   ASSERT_TRUE(range);
-  EXPECT_TRUE(sameLattice(result.checkpoint->field.residual.geometry,
-                          result.checkpoint->field.support.geometry, 1e-6))
+  EXPECT_TRUE(sameLattice(result.model->field.residual.geometry, result.model->field.support.geometry, 1e-6))
       << "refined where the mask is alone";
   EXPECT_GE(range->low, 60);
   for (const float v : result.volume.voxels)
@@ -131,23 +130,23 @@ TEST(MaskedJob, GoesOnWhereItWasStopped) {
   const auto stopped = first.run(stop.get_token());
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput on = input;
-  on.resume = stopped.checkpoint;
+  on.resume = stopped.model;
   const auto resumed = reconstruct(on, filled(12));
-  EXPECT_TRUE(sameField(resumed.checkpoint->field, straight.checkpoint->field));
+  EXPECT_TRUE(sameField(resumed.model->field, straight.model->field));
   EXPECT_EQ(resumed.volume.voxels, straight.volume.voxels);
-  EXPECT_EQ(resumed.checkpoint->field.support.voxels, straight.checkpoint->field.support.voxels);
+  EXPECT_EQ(resumed.model->field.support.voxels, straight.model->field.support.voxels);
   // The value outside is no part of the fit: another one does not begin it anew.
-  on.resume = straight.checkpoint;
+  on.resume = straight.model;
   Settings other = filled(12);
   other.fill = 9;
   const auto again = reconstruct(on, other);
   EXPECT_EQ(again.iterationsRun, 0);
-  EXPECT_EQ(again.checkpoint->field.fill, 9);
+  EXPECT_EQ(again.model->field.fill, 9);
 }
 
 TEST(ValueRange, OfAStepEdgeIsKept) {
   const auto result = reconstruct(stepInput(), quickSettings(30));
-  GaussianField field = result.checkpoint->field;
+  GaussianField field = result.model->field;
   ASSERT_FALSE(field.residual.voxels.empty());
   expectWithin(result.volume.voxels, 0, 1000);
   for (float& v : field.residual.voxels) // so that there is something to keep

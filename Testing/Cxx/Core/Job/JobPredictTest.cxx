@@ -39,7 +39,7 @@ TEST(JobPrediction, IsNotBelowInterpolationAndSaysWhatItIs) {
 
 TEST(JobPrediction, IsOneFieldForVolumePlanesAndPoints) {
   const auto result = reconstruct(gappedInput(), quick());
-  const GaussianField& field = result.checkpoint->field;
+  const GaussianField& field = result.model->field;
   const GridGeometry& g = result.volume.geometry;
   std::vector<Vec3> points;
   std::vector<float> values;
@@ -61,7 +61,7 @@ TEST(JobPrediction, IsTheSameWithAnyNumberOfThreads) {
   for (const int threads : {2, 5}) {
     settings.threads = threads;
     const auto several = reconstruct(gappedInput(), settings);
-    EXPECT_TRUE(sameField(one.checkpoint->field, several.checkpoint->field)) << threads;
+    EXPECT_TRUE(sameField(one.model->field, several.model->field)) << threads;
     EXPECT_EQ(one.volume.voxels, several.volume.voxels) << threads;
     EXPECT_EQ(one.prediction, several.prediction);
   }
@@ -98,10 +98,10 @@ TEST(JobPrediction, StopsInItsOwnPhaseAndGoesOn) {
     const auto stopped = job.run(stop.get_token());
     EXPECT_TRUE(predicting);
     ASSERT_TRUE(stopped.cancelled);
-    EXPECT_TRUE(stopped.checkpoint->field.gaussians.empty());
+    EXPECT_TRUE(stopped.model->field.gaussians.empty());
     ReconstructionInput again = gappedInput();
-    again.resume = stopped.checkpoint;
-    EXPECT_TRUE(sameField(reconstruct(again, quick()).checkpoint->field, whole.checkpoint->field));
+    again.resume = stopped.model;
+    EXPECT_TRUE(sameField(reconstruct(again, quick()).model->field, whole.model->field));
   }
   std::stop_source stop;
   ReconstructionJob job(gappedInput(), quick());
@@ -111,11 +111,11 @@ TEST(JobPrediction, StopsInItsOwnPhaseAndGoesOn) {
   const auto stopped = job.run(stop.get_token());
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput again = gappedInput();
-  again.resume = stopped.checkpoint;
+  again.resume = stopped.model;
   const auto resumed = reconstruct(again, quick());
-  EXPECT_TRUE(sameField(resumed.checkpoint->field, whole.checkpoint->field));
-  again.resume = resumed.checkpoint; // complete: only the detail is made again
-  EXPECT_TRUE(sameField(reconstruct(again, quick()).checkpoint->field, whole.checkpoint->field));
+  EXPECT_TRUE(sameField(resumed.model->field, whole.model->field));
+  again.resume = resumed.model; // complete: only the detail is made again
+  EXPECT_TRUE(sameField(reconstruct(again, quick()).model->field, whole.model->field));
 }
 
 TEST(JobPrediction, FallsBackInASentence) {
@@ -144,7 +144,7 @@ TEST(JobPrediction, LeavesOtherFitsAlone) {
       return reconstruct(input, settings);
     }();
     EXPECT_TRUE(asked.prediction.empty());
-    EXPECT_TRUE(sameField(asked.checkpoint->field, none.checkpoint->field));
+    EXPECT_TRUE(sameField(asked.model->field, none.model->field));
   }
   Settings additive = quickSettings();
   additive.blending = Blending::Additive;

@@ -26,11 +26,11 @@ TEST_P(Job, IsTheSameForAnyNumberOfThreads) {
   settings.threads = 1;
   const auto one = reconstruct(input, settings);
   ASSERT_FALSE(one.cancelled);
-  ASSERT_GT(one.checkpoint->field.size(), 20);
+  ASSERT_GT(one.model->field.size(), 20);
   for (int threads : {2, 3, 5}) {
     settings.threads = threads;
     const auto other = reconstruct(input, settings);
-    EXPECT_TRUE(sameField(one.checkpoint->field, other.checkpoint->field)) << threads << " threads";
+    EXPECT_TRUE(sameField(one.model->field, other.model->field)) << threads << " threads";
     EXPECT_EQ(one.volume.voxels, other.volume.voxels) << threads << " threads";
     EXPECT_EQ(one.trainingPsnr, other.trainingPsnr);
   }
@@ -40,10 +40,10 @@ TEST_P(Job, FollowsTheSeed) {
   Settings settings = quickSettings(5);
   settings.seed = 7;
   const auto a = reconstruct(input, settings), b = reconstruct(input, settings);
-  EXPECT_TRUE(sameField(a.checkpoint->field, b.checkpoint->field));
+  EXPECT_TRUE(sameField(a.model->field, b.model->field));
   EXPECT_EQ(a.volume.voxels, b.volume.voxels);
   settings.seed = 8;
-  EXPECT_FALSE(sameField(a.checkpoint->field, reconstruct(input, settings).checkpoint->field));
+  EXPECT_FALSE(sameField(a.model->field, reconstruct(input, settings).model->field));
 }
 
 TEST_P(Job, ImprovesOnItsStart) {
@@ -85,7 +85,7 @@ TEST_P(Job, ImprovesOnItsStart) {
   EXPECT_TRUE(result.settings.gaussians && result.settings.iterations && result.settings.linearIntensity);
   EXPECT_EQ(result.instructionSet, instructionSets().front());
   EXPECT_GT(result.seconds, 0);
-  EXPECT_TRUE(sameLattice(result.checkpoint->field.domain, truth.geometry));
+  EXPECT_TRUE(sameLattice(result.model->field.domain, truth.geometry));
 }
 
 TEST_P(Job, AgreesBetweenInstructionSets) {
@@ -117,7 +117,7 @@ TEST_P(Job, WithEveryLossAndBlendingFits) {
         settings.ssimWeight = ssim;
         const auto result = reconstruct(input, settings);
         EXPECT_GT(psnr(result.volume, truth), 16);
-        EXPECT_EQ(result.checkpoint->field.blending, blending);
+        EXPECT_EQ(result.model->field.blending, blending);
       }
 }
 
@@ -189,7 +189,7 @@ TEST(JobWithAMask, FitsOnlyInside) {
   ReconstructionInput other = input;
   for (std::size_t v = 0; v < other.stacks[0].image.voxels.size(); ++v)
     if (!mask.voxels[v]) other.stacks[0].image.voxels[v] += 77;
-  EXPECT_TRUE(sameField(result.checkpoint->field, reconstruct(other, quickSettings(15)).checkpoint->field));
+  EXPECT_TRUE(sameField(result.model->field, reconstruct(other, quickSettings(15)).model->field));
 }
 
 TEST(JobWithTheStopRule, EndsAConvergedFitEarly) {

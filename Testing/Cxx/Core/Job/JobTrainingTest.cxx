@@ -71,11 +71,11 @@ TEST(Training, CutoffAndAdamAreChoicesOfTheFit) {
 
   Settings settings = quickSettings();
   const ReconstructionResult base = reconstruct(isotropicInput(), settings);
-  EXPECT_EQ(base.checkpoint->field.cutoff, 2.2);
+  EXPECT_EQ(base.model->field.cutoff, 2.2);
   settings.beta2 = 0.999;
-  EXPECT_FALSE(sameField(reconstruct(isotropicInput(), settings).checkpoint->field, base.checkpoint->field));
+  EXPECT_FALSE(sameField(reconstruct(isotropicInput(), settings).model->field, base.model->field));
   settings.cutoff = 3;
-  EXPECT_EQ(reconstruct(isotropicInput(), settings).checkpoint->field.cutoff, 3);
+  EXPECT_EQ(reconstruct(isotropicInput(), settings).model->field.cutoff, 3);
 }
 
 TEST(Training, CountsWhatDensificationDid) {
@@ -86,8 +86,8 @@ TEST(Training, CountsWhatDensificationDid) {
   Settings settings = paperSettings(1); // as placed: none has happened yet
   const ReconstructionResult start = reconstruct(isotropicInput(), settings);
   EXPECT_EQ(start.densified.pruned + start.densified.split + start.densified.cloned, 0);
-  EXPECT_EQ(result.checkpoint->field.size(),
-            start.checkpoint->field.size() + counts.split + counts.cloned - counts.pruned);
+  EXPECT_EQ(result.model->field.size(),
+            start.model->field.size() + counts.split + counts.cloned - counts.pruned);
 }
 
 TEST(PaperPreset, YieldsToWhatIsSetExplicitly) {
@@ -140,7 +140,7 @@ TEST(AlphaBlending, FitsEveryKindOfInput) {
     Settings settings = quickSettings(40);
     settings.blending = Blending::Alpha;
     const auto result = reconstruct(input, settings);
-    EXPECT_EQ(result.checkpoint->field.blending, Blending::Alpha);
+    EXPECT_EQ(result.model->field.blending, Blending::Alpha);
     EXPECT_GT(psnr(result.volume, truth), input.stacks.size() == 1 ? 17 : 14);
   }
 }
@@ -200,7 +200,7 @@ TEST(AllAxes, KeepHeldOutSlicesAndTheMaskFromEveryView) {
   for (std::size_t v = 0; v < voxels.size(); ++v)
     if (!mask.voxels[v]) voxels[v] = 3;
   const auto changed = reconstruct(other, settings);
-  EXPECT_TRUE(sameField(result.checkpoint->field, changed.checkpoint->field));
+  EXPECT_TRUE(sameField(result.model->field, changed.model->field));
   EXPECT_DOUBLE_EQ(result.heldOutPsnr, changed.heldOutPsnr);
 }
 
@@ -216,11 +216,11 @@ TEST(PaperFit, ImprovesGrowsAndIsTheSameForAnyNumberOfThreads) {
   ASSERT_EQ(counts.size(), 40u);
   EXPECT_GT(counts.back(), counts.front());
   EXPECT_LE(*std::max_element(counts.begin(), counts.end()), 400);
-  EXPECT_EQ(counts.back(), result.checkpoint->field.size());
+  EXPECT_EQ(counts.back(), result.model->field.size());
   EXPECT_GT(result.trainingPsnr, 18);
   for (int threads : {1, 3}) {
     settings.threads = threads;
-    EXPECT_TRUE(sameField(result.checkpoint->field, reconstruct(input, settings).checkpoint->field));
+    EXPECT_TRUE(sameField(result.model->field, reconstruct(input, settings).model->field));
   }
 }
 
@@ -236,14 +236,14 @@ TEST(PaperFit, StoppedAnywhereGoesOnToTheSameResult) {
     });
     const auto stopped = job.run(stop.get_token());
     ASSERT_TRUE(stopped.cancelled);
-    EXPECT_EQ(stopped.checkpoint->losses.size(), static_cast<std::size_t>(at));
+    EXPECT_EQ(stopped.model->optimizer.losses.size(), static_cast<std::size_t>(at));
     ReconstructionInput rest = input;
-    rest.resume = stopped.checkpoint;
+    rest.resume = stopped.model;
     const auto resumed = reconstruct(rest, settings);
     EXPECT_TRUE(resumed.warnings.empty());
-    EXPECT_TRUE(sameField(resumed.checkpoint->field, whole.checkpoint->field)) << "stopped at " << at;
+    EXPECT_TRUE(sameField(resumed.model->field, whole.model->field)) << "stopped at " << at;
     const auto refused = [&](auto&& change) {
-      auto forged = std::make_shared<Checkpoint>(*stopped.checkpoint);
+      auto forged = std::make_shared<Model>(*stopped.model);
       change(*forged);
       rest.resume = forged;
       try {
@@ -253,10 +253,10 @@ TEST(PaperFit, StoppedAnywhereGoesOnToTheSameResult) {
       }
       return false;
     };
-    EXPECT_TRUE(refused([](Checkpoint& c) { c.losses.resize(1000); }));
-    EXPECT_TRUE(refused([](Checkpoint& c) { c.losses[0] = std::numeric_limits<float>::quiet_NaN(); }));
-    EXPECT_TRUE(refused([](Checkpoint& c) { c.gradients.resize(7); }));
-    EXPECT_TRUE(refused([](Checkpoint& c) { c.gradients.assign(c.field.size(), -1.f); }));
+    EXPECT_TRUE(refused([](Model& c) { c.optimizer.losses.resize(1000); }));
+    EXPECT_TRUE(refused([](Model& c) { c.optimizer.losses[0] = std::numeric_limits<float>::quiet_NaN(); }));
+    EXPECT_TRUE(refused([](Model& c) { c.optimizer.gradients.resize(7); }));
+    EXPECT_TRUE(refused([](Model& c) { c.optimizer.gradients.assign(c.field.size(), -1.f); }));
   }
 }
 
@@ -264,10 +264,10 @@ TEST(Resume, OfAnAlphaModelUnderOtherSettingsSeesAllItsAxes) {
   ReconstructionInput input = isotropicInput();
   Settings settings = quickSettings(8);
   settings.blending = Blending::Alpha;
-  input.resume = reconstruct(input, settings).checkpoint;
+  input.resume = reconstruct(input, settings).model;
   Settings other = quickSettings(3);
   const auto result = reconstruct(input, other);
-  EXPECT_EQ(result.checkpoint->field.blending, Blending::Alpha);
+  EXPECT_EQ(result.model->field.blending, Blending::Alpha);
   EXPECT_EQ(result.settings.allAxes, true);
   EXPECT_EQ(result.settings.linearIntensity, false);
 }
