@@ -1,5 +1,6 @@
 #include "Evaluation/JudgedReconstruction.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "Core/Fit/Plan.h"
@@ -18,10 +19,6 @@ constexpr int kInterpolations = 3; // that protocol H compares with
 constexpr double kInterpolationIterations =
     5;                                    // that interpolating and scoring a voxel takes as long as, roughly
 constexpr double kCoarseIteration = 0.15; // of the time of an iteration at full resolution
-
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 /// Samples times iterations.
 double costOf(const ReconstructionInput& fit, Settings settings) {

@@ -1,5 +1,6 @@
 #include "Evaluation/Protocols.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Evaluation/EvaluationRuns.h"
 
@@ -70,7 +71,7 @@ TimedVolume runMethod(const std::string& name, const EvaluationOptions& options,
   if (options.onMethod) options.onMethod(name);
   const auto start = std::chrono::steady_clock::now();
   auto volume = std::make_shared<const Volume>(method());
-  return {std::move(volume), std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+  return {std::move(volume), secondsSince(start)};
 }
 
 } // namespace innergs

@@ -3,7 +3,7 @@
 #include "Core/Base/Quantities.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Job/JobInput.h"
-#include "Core/Job/JobSteps.h"
+#include "Core/Job/SlicePrediction.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/Projected.h"
 

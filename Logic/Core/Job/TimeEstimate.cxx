@@ -1,11 +1,13 @@
 #include "Core/Job/TimeEstimate.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Job/JobInput.h"
-#include "Core/Job/JobSteps.h"
+#include "Core/Job/ReconstructionRun.h"
 #include "Core/Job/Resume.h"
+#include "Core/Job/SlicePrediction.h"
 #include "Core/Prediction/CandidateLattice.h"
 
 #include <algorithm>

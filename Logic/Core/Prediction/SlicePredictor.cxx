@@ -1,5 +1,6 @@
 #include "Core/Prediction/SlicePredictor.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/NoiseEstimate.h"
@@ -20,10 +21,6 @@ constexpr int kMostPhases = 24;
 constexpr double kMostRounds = 40; // how often a small scan is gone through
 constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
-
-double secondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 double ratioOf(const GridGeometry& stack) {
   return stack.spacing[2] / std::min(stack.spacing[0], stack.spacing[1]);

@@ -1,0 +1,560 @@
+#include "Core/Job/ReconstructionRun.h"
+
+#include "Core/Acquisition/BackProjection.h"
+#include "Core/Base/Elapsed.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/SystemMemory.h"
+#include "Core/Device/DevicePlugin.h"
+#include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/Resume.h"
+#include "Core/Job/SlicePrediction.h"
+#include "Core/Job/TimeEstimate.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <utility>
+
+namespace innergs {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+std::atomic<int> running{0};
+
+/// dB, of a mean squared error in normalised intensity.
+double psnrOf(double mse) {
+  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
+
+double psnrOf(const LossSum& sum) {
+  return psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
+}
+
+constexpr double kReportEvery = 0.05; // seconds, at least, while a device iterates
+
+/// The lattice reduced so that no axis has more than `most` voxels.
+GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
+  Vec3 spacing = g.spacing;
+  for (int a = 0; a < 3; ++a)
+    spacing[a] *= std::max(1.0, static_cast<double>(g.size[a]) / static_cast<double>(most));
+  return withSpacing(g, spacing);
+}
+
+} // namespace
+
+int runningJobs() {
+  return running;
+}
+
+ReconstructionRun::ReconstructionRun(const ReconstructionInput& input, const Settings& settings,
+                                     bool withheld, ProgressCallback progress,
+                                     std::function<void(const Volume&)> preview)
+    : input_(input), settings_(settings), withheld_(withheld), progress_(std::move(progress)),
+      preview_(std::move(preview)) {
+  ++running;
+}
+
+ReconstructionRun::~ReconstructionRun() {
+  --running;
+}
+
+ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool renderWhenCancelled) {
+  checkSettings(settings_);
+  kernels_ = &kernelSet(settings_.instructionSet, settings_.selection);
+  device_.emplace(settings_.device, settings_.instructionSet, settings_.selection);
+  progress_.report(Phase::Preparing, 0);
+  result_.device = device_->use;
+  result_.instructionSet = kernels_->name;
+  for (const Stack& stack : input_.stacks)
+    checkStack(stack);
+  if (!withheld_) // before the first fit, for both
+    if (const std::string refusal = memoryRefusal(estimateMemory(input_, settings_), availableMemory());
+        !refusal.empty())
+      throw Error(ErrorCode::Memory, refusal);
+  try {
+    prepared_ = prepareInput(input_, stop, withheld_);
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::Cancelled) throw;
+    result_.cancelled = true;
+    result_.settings = settings_;
+    result_.trainingPsnr = kNaN;
+    // What was given is what was reached; without its volume it counts as nothing.
+    result_.model = input_.resume && !renderWhenCancelled ? input_.resume : std::make_shared<const Model>();
+    result_.iterations = result_.model->iteration;
+    result_.seconds = progress_.elapsed();
+    return std::move(result_);
+  }
+  result_.nonFiniteVoxels = prepared_.nonFinite;
+  result_.warnings = prepared_.warnings;
+  pool_ = std::make_unique<ThreadPool>(settings_.threads);
+  result_.threads = pool_->threads();
+  pool_->setStop(stop);
+  model_ = input_.resume ? *input_.resume : Model{};
+  result_.iterations = model_.iteration;
+  result_.settings = settings_;
+  result_.trainingPsnr = kNaN;
+  std::optional<std::chrono::steady_clock::time_point> begun; // the fit, until it has ended
+  const auto endFit = [&] {
+    result_.iterations = model_.iteration;
+    if (begun) result_.fitSeconds = secondsSince(*begun);
+    begun.reset();
+  };
+  try {
+    choose();
+    begun = std::chrono::steady_clock::now();
+    fit();
+    endFit();
+    addResidual();
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::Cancelled) throw;
+    result_.cancelled = true;
+    endFit();
+  }
+  if (!result_.cancelled) {
+    try {
+      renderResult(stop);
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Cancelled) throw;
+      result_.cancelled = true;
+      result_.volume = {};
+    }
+  }
+  if (result_.cancelled && renderWhenCancelled && !model_.field.gaussians.empty()) renderResult({});
+  result_.model = std::make_shared<const Model>(std::move(model_));
+  result_.seconds = progress_.elapsed();
+  const bool goesOn = input_.resume && !refitting_ && !input_.resume->field.gaussians.empty();
+  result_.iterationsRun = std::max(0, result_.iterations - (goesOn ? input_.resume->iteration : 0));
+  rememberSpeed(input_, result_);
+  if (!result_.cancelled) progress_.report(Phase::Done, 1);
+  return std::move(result_);
+}
+
+void ReconstructionRun::choose() {
+  pool_->throwIfStopped();
+  map_ = chooseIntensityMap(prepared_.stacks);
+  pool_->throwIfStopped();
+  traits_ = measureTraits(prepared_.stacks, map_);
+  if (predicts(settings_, traits_)) {
+    SlicePrediction prediction(
+        prepared_, settings_, traits_.noise * map_.scale,
+        [this](const Stack& slices, const GridGeometry& grid, double from, double to) {
+          return fieldAlone(slices, grid, from, to);
+        },
+        progress_, *pool_);
+    predicted_ = prediction.predict();
+    result_.prediction = prediction.sentence();
+  }
+  const Settings asked = settings_;
+  if (!settings_.gaussians) {
+    Settings whole = settings_;
+    const InitialisationPlan start = makePlan(whole, traits_).start;
+    std::vector<Stack> bridged;
+    traits_.reached =
+        reachedShare(startedStacks(bridged), map_, start, traits_.volume, traits_.voxel, *pool_);
+  }
+  plan_ = makePlan(settings_, traits_);
+  key_ = settingsKey(settings_, prepared_.fingerprint);
+  if (input_.resume && !input_.resume->field.gaussians.empty() && input_.resume->settingsKey != key_) {
+    // One field to refit, as it is: further members would start in another frame.
+    settings_ = asked;
+    settings_.ensembleSize = 1;
+    settings_.blending = input_.resume->field.blending;
+    settings_.linearIntensity = input_.resume->field.linearIntensity;
+    plan_ = makePlan(settings_, traits_);
+    key_ = settingsKey(settings_, prepared_.fingerprint);
+    refitting_ = true;
+  }
+  result_.noise = traits_.noise * map_.scale;
+  result_.settings = settings_;
+}
+
+/// Of a field fitted to slices alone, one member of it.
+Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& grid, double from, double to) {
+  ReconstructionInput input;
+  input.stacks = {stack};
+  input.outputGrid = grid;
+  // Withheld: the slices are prepared already.
+  ReconstructionRun other(input, fieldSettings(settings_), true, [&](const Progress& p) {
+    progress_.report(Phase::Predicting, from + (to - from) * p.fraction);
+  });
+  ReconstructionResult found = other.run(pool_->stopToken(), false);
+  if (found.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  return std::move(found.volume);
+}
+
+/// What Gaussians are fitted to: the stacks, or the prediction from the only one.
+std::span<const Stack> ReconstructionRun::fittedStacks() const {
+  return predicted_ ? std::span<const Stack>(&*predicted_, 1) : prepared_.stacks;
+}
+
+/// And what they start on.
+std::span<const Stack> ReconstructionRun::startedStacks(std::vector<Stack>& bridged) const {
+  return predicted_ ? fittedStacks() : startStacks(prepared_, bridged);
+}
+
+/// Where the field has values, and which.
+void ReconstructionRun::setPlace(GaussianField& field) const {
+  field.domain = prepared_.domain;
+  field.support = prepared_.support;
+  field.fill = static_cast<float>(settings_.fill);
+  field.range = prepared_.range;
+}
+
+GaussianField ReconstructionRun::startField(int member) {
+  GaussianField field;
+  field.blending = *settings_.blending;
+  field.linearIntensity = plan_.linearIntensity;
+  field.modelToWorld = modelFrame(prepared_.stacks.front().image.geometry);
+  field.intensityScale = map_.scale;
+  field.intensityOffset = map_.offset;
+  field.cutoff = plan_.cutoff;
+  setPlace(field);
+  std::vector<Stack> bridged;
+  const ProxyVolume proxy =
+      makeProxy(startedStacks(bridged), field.modelToWorld, map_, traits_.voxel, *pool_);
+  initialise(field, proxy, plan_.start, settings_.seed + static_cast<std::uint64_t>(member), *pool_);
+  if (field.gaussians.empty())
+    throw Error(ErrorCode::NoData,
+                "No Gaussian could be placed: the images observe no voxel of their own grid.");
+  return field;
+}
+
+std::vector<Observation> ReconstructionRun::observations(const GaussianField& field) const {
+  std::vector<Observation> observations;
+  const bool closedForm = field.blending == Blending::Additive && !field.linearIntensity;
+  for (const Stack& stack : fittedStacks())
+    for (int axis = 2; axis >= (plan_.allAxes ? 0 : 2); --axis)
+      for (Observation& o :
+           observe(withSliceAxis(stack, axis), field.modelToWorld,
+                   {field.intensityScale, field.intensityOffset}, closedForm, plan_.smoothAlongNormal)) {
+        pool_->throwIfStopped();
+        observations.push_back(std::move(o));
+      }
+  return observations;
+}
+
+void ReconstructionRun::fit() {
+  const Model* resume = input_.resume.get();
+  if (resume && resume->field.gaussians.empty()) resume = nullptr; // stopped before its first Gaussians
+  const bool same = resume && !refitting_;
+  const int members = *settings_.ensembleSize, perMember = *settings_.iterations;
+  progress_.state.iterations = members * perMember;
+  progress_.state.members = members;
+  progress_.state.coarseIterations = plan_.coarseIterations;
+  int member = same ? resume->iteration / perMember : 0;
+  GaussianField field, merged;
+  bool complete = false; // only detail and volume are to be made again
+  if (resume) {
+    checkField(resume->field);
+    field = resume->field;
+    field.residual = {};
+    setPlace(field);
+    if (!same)
+      result_.warnings.push_back(
+          "The model to resume was made with other settings or images: its Gaussians are the start of a new "
+          "fit.");
+  }
+  if (same) {
+    checkResumable(*resume, progress_.state.iterations);
+    model_ = *resume; // stopped before anything is done: what was given
+    setPlace(model_.field);
+    model_.field.residual = {};
+    complete = resume->complete() && resume->iteration > (members - 1) * perMember;
+  }
+  if (same && !complete) {
+    const auto open = field.gaussians.begin() + resume->finished;
+    merged = field;
+    merged.gaussians.assign(field.gaussians.begin(), open);
+    field.gaussians.erase(field.gaussians.begin(), open);
+  }
+  if (field.gaussians.empty()) {
+    progress_.report(Phase::Initialising, 0.02);
+    field = startField(member);
+  }
+  if (!same) {
+    merged = field;
+    merged.gaussians.clear();
+  }
+  std::int64_t most =
+      std::max(model_.field.size(),
+               members * std::max(field.size(), plan_.densify.every > 0 ? plan_.densify.limit : 0));
+  most += coverLimit(most);
+  FitRequest request = fitRequest(observations(field), plan_, field, pool_->stopToken(), most);
+  request.iterations *= members;
+  std::unique_ptr<FitDevice> placed = place(request);
+  Trainer trainer(std::move(field), std::move(request), plan_, *kernels_, *pool_, std::move(placed));
+  if (complete) {
+    coverMask(); // the run before may have been stopped there
+    setTrainingPsnr(psnrOf(trainer.evaluate(model_.field)));
+    noticeFailure(trainer, member * perMember);
+    return;
+  }
+  if (same && !resume->complete()) trainer.restore(resume->optimizer, resume->iteration % perMember);
+  model_ = {};
+  model_.field = merged;
+  model_.settingsKey = key_;
+  bool between = false;   // the last member is done, the next one has no Gaussians yet
+  const auto keep = [&] { // the state to go on from
+    const GaussianField& reached = trainer.field();
+    model_.finished = model_.field.size();
+    model_.field.cutoff = reached.cutoff;
+    model_.iteration = member * perMember + (between ? 0 : trainer.iteration());
+    if (!between) {
+      const auto& open = reached.gaussians;
+      model_.field.gaussians.insert(model_.field.gaussians.end(), open.begin(), open.end());
+      model_.optimizer = trainer.optimizer();
+    }
+    result_.iterations = model_.iteration;
+    result_.trainingPsnr = progress_.state.trainingPsnr;
+    if (!between) result_.densified += trainer.densified();
+  };
+  try {
+    for (;;) {
+      iterate(trainer, member * perMember);
+      if (member + 1 >= members) break;
+      const auto& done = trainer.field().gaussians;
+      model_.field.gaussians.insert(model_.field.gaussians.end(), done.begin(), done.end());
+      result_.densified += trainer.densified();
+      ++member;
+      between = true;
+      trainer.restart(startField(member));
+      between = false;
+    }
+  } catch (const Error& error) {
+    if (error.code() == ErrorCode::Cancelled) {
+      keep();
+      noticeFailure(trainer, member * perMember);
+    }
+    throw;
+  }
+  keep();
+  model_.optimizer = {};
+  model_.finished = model_.field.size();
+  coverMask();
+  if (members > 1) model_.field.gaussians = inMortonOrder(std::move(model_.field.gaussians));
+  setTrainingPsnr(psnrOf(trainer.evaluate(model_.field)));
+  noticeFailure(trainer, member * perMember);
+}
+
+/// How many Gaussians coverMask() may add to so many.
+std::int64_t ReconstructionRun::coverLimit(std::int64_t gaussians) const {
+  return input_.mask && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
+}
+
+/// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it any gradient
+/// that would bring one back: it gets one of its own, too small to reach its neighbours.
+void ReconstructionRun::coverMask() {
+  GaussianField& field = model_.field;
+  const std::size_t limit = field.gaussians.size() + coverLimit(field.size());
+  if (limit == field.gaussians.size()) return;
+  const std::vector<float> ones(field.gaussians.size(), 1.f);
+  RenderOptions options = renderOptions(field, pool_->stopToken());
+  options.bounded = false;
+  options.values = ones;
+  std::vector<Gaussian> added;
+  for (const Stack& stack : fittedStacks()) {
+    if (!stack.poses.empty()) continue;
+    const GridGeometry& g = stack.image.geometry;
+    std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds what is observed
+    for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+      if (!stack.observed[v]) continue;
+      const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
+      for (int a = 0; a < 3; ++a) {
+        first[a] = std::min(first[a], at[a]);
+        size[a] = std::max(size[a], at[a] + 1);
+      }
+    }
+    if (size[0] == 0) continue;
+    for (int a = 0; a < 3; ++a)
+      size[a] -= first[a];
+    const GridGeometry block = cropped(g, first, size);
+    const Volume reached = render(field, block, options); // W / (W + ε): 0 where no Gaussian reaches
+    const Affine3 toModel = inverse(field.modelToWorld) * block.indexToWorld();
+    const double spacing = *std::min_element(g.spacing.begin(), g.spacing.end());
+    for (std::int64_t n = 0; n < block.voxelCount(); ++n) {
+      if (reached.voxels[n] > 0.5f) continue;
+      const std::int64_t i = n % size[0], j = n / size[0] % size[1], k = n / (size[0] * size[1]);
+      const std::int64_t v = first[0] + i + g.size[0] * (first[1] + j + g.size[1] * (first[2] + k));
+      const float value = stack.image.voxels[v];
+      if (!stack.observed[v] || !std::isfinite(value)) continue;
+      if (ones.size() + added.size() >= limit) break;
+      const Vec3 at = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+      Gaussian gaussian{};
+      for (int a = 0; a < 3; ++a) {
+        gaussian.mean[a] = static_cast<float>(at[a]);
+        gaussian.logScale[a] = static_cast<float>(std::log(0.95 * spacing / field.cutoff));
+      }
+      gaussian.quaternion[0] = 1;
+      gaussian.intensity = static_cast<float>((value - field.intensityOffset) / field.intensityScale);
+      added.push_back(gaussian);
+    }
+  }
+  if (added.empty()) return;
+  field.gaussians.insert(field.gaussians.end(), added.begin(), added.end());
+  field.gaussians = inMortonOrder(std::move(field.gaussians));
+  model_.finished = field.size();
+}
+
+/// The fit on the chosen device; null: on the CPU.
+std::unique_ptr<FitDevice> ReconstructionRun::place(const FitRequest& request) {
+  device_->considerSize(request);
+  const bool hoped = !device_->onCpu();
+  std::unique_ptr<FitDevice> placed = device_->makeFit(request);
+  if (hoped && !placed) result_.warnings.push_back(device_->use.reason);
+  result_.device = device_->use;
+  reportDevice();
+  return placed;
+}
+
+/// A fit that left its device is the user's to know.
+void ReconstructionRun::noticeFailure(const Trainer& trainer, int before) {
+  if (trainer.failure().empty() || device_->onCpu()) return;
+  const int from = before + trainer.iteration();
+  const std::string lost = from <= progress_.state.iteration && !trainer.finished()
+                               ? " again from iteration " + std::to_string(from)
+                               : std::string();
+  device_->leave(device_->use.name + " (" + device_->use.id + ") failed after iteration " +
+                 std::to_string(progress_.state.iteration) + ", and the fit went on" + lost + ": " +
+                 trainer.failure());
+  result_.device = device_->use;
+  result_.warnings.push_back(device_->use.reason);
+  reportDevice();
+}
+
+void ReconstructionRun::iterate(Trainer& trainer, int before) {
+  int most = 1; // iterations of a device from one report to the next
+  for (;;) {
+    const auto asked = Clock::now();
+    const int from = trainer.iteration();
+    if (!trainer.step(most)) break;
+    const int done = trainer.iteration() - from;
+    if (done > 0)
+      most = std::clamp(
+          static_cast<int>(std::min(kReportEvery * done / std::max(secondsSince(asked), 1e-6), 1e6)), 1,
+          2 * done);
+    if (trainer.iteration() == plan_.coarseIterations) most = 1; // what follows takes several times as long
+    noticeFailure(trainer, before);
+    if (device_->note(trainer.remark())) {
+      result_.device = device_->use;
+      reportDevice();
+    }
+    progress_.state.gaussians = model_.field.size() + trainer.gaussians();
+    progress_.state.iteration = before + trainer.iteration();
+    progress_.state.loss = trainer.loss();
+    progress_.state.trainingPsnr = psnrOf(trainer.mse());
+    const double starts = predicted_ ? kPredictionEnds : kFitStarts;
+    const double share =
+        static_cast<double>(progress_.state.iteration) / std::max(1, progress_.state.iterations);
+    progress_.report(Phase::Fitting, starts + (kFitEnds - starts) * share);
+    if (preview_ && !trainer.finished() && progress_.elapsed() >= nextPreview_) {
+      pool_->throwIfStopped();
+      const auto begun = Clock::now();
+      const GaussianField& field = trainer.field();
+      preview_(render(field, reduced(prepared_.outputGrid, 96), renderOptions(field, pool_->stopToken())));
+      nextPreview_ = progress_.elapsed() + std::max(2.0, 20 * secondsSince(begun));
+    }
+  }
+}
+
+void ReconstructionRun::addResidual() {
+  if (predicted_) return keepPrediction();
+  GaussianField& field = model_.field;
+  if (!settings_.consistency || traits_.thickness <= 0) return;
+  if (std::any_of(prepared_.stacks.begin(), prepared_.stacks.end(),
+                  [](const Stack& s) { return !s.poses.empty(); }))
+    return;
+  progress_.report(Phase::Refining, kFitEnds);
+  RenderOptions options = renderOptions(field, pool_->stopToken());
+  options.bounded = false;
+  Volume volume = render(field, field.region(), options);
+  const std::vector<float> before = volume.voxels;
+  BackProjectionPlan refinement;
+  refinement.noise = result_.noise;
+  refinement.range = prepared_.range;
+  const double rms = backProject(volume, prepared_.stacks, refinement, *pool_);
+  for (std::size_t v = 0; v < before.size(); ++v)
+    volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
+  if (std::any_of(volume.voxels.begin(), volume.voxels.end(), [](float x) { return x != 0; }))
+    field.residual = std::move(volume);
+  setTrainingPsnr(psnrOf(rms * rms / (field.intensityScale * field.intensityScale)));
+}
+
+/// What the Gaussians leave of the prediction, on its own lattice: with it the model is the prediction
+/// there.
+void ReconstructionRun::keepPrediction() {
+  GaussianField& field = model_.field;
+  progress_.report(Phase::Refining, kFitEnds);
+  RenderOptions options = renderOptions(field, pool_->stopToken());
+  options.bounded = false;
+  Volume rest = render(field, predicted_->image.geometry, options);
+  const std::vector<float>& wanted = predicted_->image.voxels;
+  const auto scale = static_cast<float>(1 / field.intensityScale);
+  pool_->blocks(static_cast<std::int64_t>(wanted.size()), 1 << 20, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t v = from; v < to; ++v)
+      rest.voxels[v] = (wanted[v] - rest.voxels[v]) * scale;
+  });
+  field.residual = std::move(rest);
+  const Stack& scan = prepared_.stacks.front();
+  const std::vector<float> seen = projectToStack(predicted_->image, scan, *pool_);
+  double squared = 0;
+  std::int64_t count = 0;
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    const double e = (static_cast<double>(seen[v]) - scan.image.voxels[v]) * scale;
+    if (!std::isfinite(e)) continue;
+    squared += e * e;
+    ++count;
+  }
+  setTrainingPsnr(psnrOf(squared / static_cast<double>(std::max<std::int64_t>(1, count))));
+}
+
+void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
+  const GaussianField& field = model_.field;
+  double squared = 0;
+  std::int64_t count = 0;
+  for (std::size_t s = 0; s < prepared_.stacks.size(); ++s) {
+    if (prepared_.heldOut[s].empty()) continue;
+    const Stack& whole = input_.stacks[s];
+    const auto& scored = prepared_.scored[s];
+    const Volume rendered = renderStack(field, whole, options);
+    const std::int64_t plane = whole.image.geometry.size[0] * whole.image.geometry.size[1];
+    for (std::int64_t k : prepared_.heldOut[s]) {
+      const std::int64_t before = count;
+      for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
+        const float truth = whole.image.voxels[v];
+        if (!std::isfinite(truth) || (!scored.empty() && !scored[v])) continue;
+        const double e = (rendered.voxels[v] - truth) / field.intensityScale;
+        squared += e * e;
+        ++count;
+      }
+      result_.heldOutSlices += count > before;
+    }
+  }
+  if (count > 0) result_.heldOutPsnr = psnrOf(squared / static_cast<double>(count));
+  progress_.state.heldOutPsnr = result_.heldOutPsnr;
+}
+
+void ReconstructionRun::renderResult(const std::stop_token& stop) {
+  progress_.report(Phase::Rendering, kResidualEnds);
+  const RenderOptions options = renderOptions(model_.field, stop);
+  result_.volume = render(model_.field, prepared_.outputGrid, options);
+  if (withheld_) scoreHeldOut(options);
+}
+
+RenderOptions ReconstructionRun::renderOptions(const GaussianField& field, std::stop_token stop) {
+  RenderOptions options;
+  options.threads = settings_.threads;
+  options.instructionSet = settings_.instructionSet;
+  options.selection = settings_.selection;
+  options.device = device_->makeField(field, stop);
+  options.stop = std::move(stop);
+  return options;
+}
+
+void ReconstructionRun::reportDevice() {
+  progress_.say(device_->use.reason);
+}
+
+} // namespace innergs

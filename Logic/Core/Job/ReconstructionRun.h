@@ -1,0 +1,72 @@
+#pragma once
+#include "Core/Device/Devices.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Fit/Trainer.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Job/JobProgress.h"
+#include "Core/Render/Kernels.h"
+#include "Core/Render/Render.h"
+
+namespace innergs {
+
+/// Reconstructions that run in this process now.
+int runningJobs();
+
+/// One fit of a model to its input, with what is predicted before it, what is refined after it and its
+/// volume. A job makes one, and a second one to judge its quality.
+class ReconstructionRun {
+public:
+  /// The input has to outlive the run. withheld: without the slices that heldOutFraction speaks of, on which
+  /// the result is scored.
+  ReconstructionRun(const ReconstructionInput& input, const Settings& settings, bool withheld,
+                    ProgressCallback progress, std::function<void(const Volume&)> preview = {});
+  ~ReconstructionRun();
+
+  /// ReconstructionJob's, without the judging.
+  ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
+
+private:
+  void choose();
+  Volume fieldAlone(const Stack& stack, const GridGeometry& grid, double from, double to);
+  std::span<const Stack> fittedStacks() const;
+  std::span<const Stack> startedStacks(std::vector<Stack>& bridged) const;
+  void setPlace(GaussianField& field) const;
+  GaussianField startField(int member);
+  std::vector<Observation> observations(const GaussianField& field) const;
+  std::unique_ptr<FitDevice> place(const FitRequest& request);
+  void fit();
+  void iterate(Trainer& trainer, int before);
+  void noticeFailure(const Trainer& trainer, int before);
+  std::int64_t coverLimit(std::int64_t gaussians) const;
+  void coverMask();
+  void addResidual();
+  void keepPrediction();
+  void renderResult(const std::stop_token& stop);
+  void scoreHeldOut(const RenderOptions& options);
+  RenderOptions renderOptions(const GaussianField& field, std::stop_token stop);
+  /// Says where the fit runs.
+  void reportDevice();
+  void setTrainingPsnr(double psnr) { result_.trainingPsnr = progress_.state.trainingPsnr = psnr; }
+
+  const ReconstructionInput& input_;
+  Settings settings_;
+  const bool withheld_;
+  JobProgress progress_;
+  std::function<void(const Volume&)> preview_;
+  double nextPreview_ = 1.0; // seconds
+
+  PreparedInput prepared_;
+  std::unique_ptr<ThreadPool> pool_;
+  const KernelSet* kernels_ = nullptr;
+  std::optional<DeviceChoice> device_;
+  IntensityMap map_;
+  DataTraits traits_;
+  FitPlan plan_;
+  std::string key_;
+  bool refitting_ = false;         // the model to resume is the start of another fit
+  std::optional<Stack> predicted_; // what lies between the slices, as thin slices
+  Model model_;                    // its field holds the finished members
+  ReconstructionResult result_;
+};
+
+} // namespace innergs

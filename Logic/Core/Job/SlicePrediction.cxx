@@ -1,0 +1,266 @@
+#include "Core/Job/SlicePrediction.h"
+
+#include "Core/Acquisition/BackProjection.h"
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Image/BodyMask.h"
+#include "Core/Image/Region.h"
+#include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/SlicePredictor.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace innergs {
+namespace {
+
+constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to everyone's own
+constexpr double kUsualFall = 1.1;  // of linear interpolation beside the mixture, where a scan is sharp
+constexpr double kLeastShare = 0.1; // of a further candidate that is worth its time
+
+/// Every second slice.
+Stack everySecond(const Stack& stack) {
+  Stack half = stack;
+  GridGeometry& g = half.image.geometry;
+  const std::int64_t plane = g.size[0] * g.size[1];
+  half.thickness = effectiveThickness(stack);
+  half.image.voxels.clear();
+  half.observed.clear();
+  half.times.clear();
+  std::int64_t count = 0;
+  for (std::int64_t k = 0; k < g.size[2]; k += 2, ++count) {
+    half.image.voxels.insert(half.image.voxels.end(), stack.image.voxels.begin() + k * plane,
+                             stack.image.voxels.begin() + (k + 1) * plane);
+    if (!stack.observed.empty())
+      half.observed.insert(half.observed.end(), stack.observed.begin() + k * plane,
+                           stack.observed.begin() + (k + 1) * plane);
+  }
+  g.size[2] = count;
+  g.spacing[2] *= 2;
+  return half;
+}
+
+Volume croppedTo(const Volume& volume, const IndexBlock& block) {
+  Volume part{cropped(volume.geometry, block.first, block.size), {}};
+  const auto& n = volume.geometry.size;
+  for (std::int64_t k = 0; k < block.size[2]; ++k)
+    for (std::int64_t j = 0; j < block.size[1]; ++j) {
+      const auto row =
+          volume.voxels.begin() + block.first[0] + n[0] * (block.first[1] + j + n[1] * (block.first[2] + k));
+      part.voxels.insert(part.voxels.end(), row, row + block.size[0]);
+    }
+  return part;
+}
+
+/// "55 % linear and 45 % cubic interpolation, 20 % a field fitted to the slices".
+std::string mixtureText(const CandidateChoice& choice, double field, double learned) {
+  std::string text;
+  const auto add = [&text](double share, const std::string& what) {
+    if (share > 0.005) text += (text.empty() ? "" : ", ") + formatted("%.0f %% ", 100 * share) + what;
+  };
+  for (int c = 0; c < kCandidates; ++c)
+    add((1 - field - learned) * choice.share[c],
+        candidateName(static_cast<Candidate>(c)) + std::string(" interpolation"));
+  add(field, "a field fitted to the slices");
+  add(learned, "learned from the slices' own detail");
+  return text;
+}
+
+} // namespace
+
+Settings fieldSettings(const Settings& settings) {
+  Settings field;
+  field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
+  field.prediction = PredictionKind::None;
+  field.ensembleSize = 1;
+  field.consistency = settings.consistency;
+  field.threads = settings.threads;
+  field.instructionSet = settings.instructionSet;
+  field.device = settings.device;
+  field.seed = settings.seed;
+  return field;
+}
+
+SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings settings, double noise,
+                                 FieldFit fitField, JobProgress& progress, ThreadPool& pool)
+    : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), noise_(noise),
+      fitField_(std::move(fitField)), progress_(progress), pool_(pool) {}
+
+/// guess += M (slices − guess seen as slices), with the mixture's interpolation M: what a guess misses of the
+/// slices themselves is interpolated.
+void SlicePrediction::anchor(Volume& guess, const Stack& scan) const {
+  const GridGeometry& g = scan.image.geometry;
+  Stack rest = scan;
+  const std::vector<float> seen = projectToStack(guess, scan, pool_);
+  for (std::size_t v = 0; v < seen.size(); ++v)
+    rest.image.voxels[v] -= seen[v]; // NaN where it is not seen
+  const std::vector<float> complete = completeSlices(rest, pool_);
+  std::vector<float> correction(guess.voxels.size());
+  applyWeights(combinedWeights(choice_.share, g.size[2], planePositions(g, guess.geometry)), complete,
+               g.size[0] * g.size[1], correction, pool_);
+  for (std::size_t v = 0; v < correction.size(); ++v)
+    guess.voxels[v] += correction[v];
+}
+
+/// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices
+/// alone, and what is learned across them. from, to: of the progress.
+SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, const GridGeometry& grid,
+                                                            bool withField, bool withLearned, bool trial,
+                                                            double from, double to) {
+  Further found;
+  const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
+  if (withField) {
+    found.field = fitField_(scan, grid, from, middle);
+    anchor(*found.field, scan);
+  }
+  if (withLearned) {
+    PredictionOptions options;
+    options.effort = trial || settings_.preset == Preset::Fast ? PredictionEffort::Fast
+                     : settings_.preset == Preset::Best        ? PredictionEffort::Best
+                                                               : PredictionEffort::Balanced;
+    options.grid = grid;
+    options.matchingBlur = choice_.blur;
+    options.seed = settings_.seed;
+    options.instructionSet = settings_.instructionSet;
+    Prediction prediction = predictAcrossSlices(scan, options, pool_, [&](const PredictionProgress& p) {
+      progress_.report(Phase::Predicting, middle + (to - middle) * p.fraction);
+    });
+    found.sentence = prediction.sentence;
+    if (prediction.learned) {
+      found.learned = std::move(prediction.image);
+      found.known = std::move(prediction.predicted);
+      anchor(*found.learned, scan);
+    }
+  }
+  return found;
+}
+
+/// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
+/// as it helps where every second slice of the scan is withheld.
+SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
+  const GridGeometry& g = scan_.image.geometry;
+  const std::int64_t plane = g.size[0] * g.size[1];
+  const bool withField = static_cast<double>(between.voxels.size()) <= kMostFieldVoxels;
+  const Stack even = everySecond(scan_);
+  GridGeometry middle = even.image.geometry; // every second plane is a withheld slice's
+  middle.spacing[2] = g.spacing[2];
+  middle.size[2] = 2 * even.image.geometry.size[2] - 1;
+  const Further tried =
+      furtherCandidates(even, middle, withField, true, true, 0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
+  Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
+  applyWeights(combinedWeights(choice_.share, even.image.geometry.size[2],
+                               planePositions(even.image.geometry, middle)),
+               completeSlices(even, pool_), plane, mixture.voxels, pool_);
+  const Volume* guesses[3] = {&mixture, tried.field ? &*tried.field : nullptr,
+                              tried.learned ? &*tried.learned : nullptr};
+  // Thick slices withheld are compared with slices as thick.
+  std::array<std::vector<float>, 3> seen;
+  Stack all = scan_;
+  all.image.geometry = middle;
+  all.image.voxels.assign(static_cast<std::size_t>(middle.voxelCount()), 0.f);
+  all.observed.clear();
+  for (int n = 0; n < 3; ++n)
+    if (guesses[n]) seen[n] = projectToStack(*guesses[n], all, pool_);
+  const std::vector<std::uint8_t> body = bodyMask({g, completeSlices(scan_, pool_)}, pool_.stopToken());
+  Covariance errors{};
+  for (std::int64_t k = 1; k < middle.size[2]; k += 2)
+    for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
+      const float truth = scan_.image.voxels[v];
+      if (!body[v] || !std::isfinite(truth) || (!scan_.observed.empty() && !scan_.observed[v])) continue;
+      double e[3];
+      for (int n = 0; n < 3; ++n)
+        e[n] = guesses[n] ? static_cast<double>(seen[n][v]) - truth : 0;
+      for (int a = 0; a < 3; ++a)
+        for (int b = 0; b < 3; ++b)
+          errors[a][b] += e[a] * e[b];
+    }
+  // From twice the distance to the distance itself: in smooth scans interpolation's error falls faster than
+  // that of others will.
+  const double rise = std::max(1.0, std::sqrt(choice_.linearFall / choice_.fall) / kUsualFall);
+  for (int n = 1; n < 3; ++n)
+    for (int m = 0; m < 3; ++m) {
+      errors[n][m] *= rise;
+      errors[m][n] *= rise;
+    }
+  for (int n = 1; n < 3; ++n)
+    if (!guesses[n])
+      for (int m = 0; m < 3; ++m)
+        errors[n][m] = errors[m][n] = m == n ? 1e6 * errors[0][0] : 0;
+  for (int n = 0; n < 3; ++n) // at twice the distance: hedged towards all
+    errors[n][n] += kHedge * errors[0][0];
+  auto share = convexShares({&errors, 1});
+  for (int n = 1; n < 3; ++n)
+    if (!guesses[n] || share[n] < kLeastShare) {
+      share[0] += share[n];
+      share[n] = 0;
+    }
+  if (share[1] > 0 && share[2] > 0) { // the two err differently; at twice the distance the field is at a loss
+    const double both = share[1] + share[2];
+    share[1] = 0.5 * share[1] + 0.25 * both;
+    share[2] = both - share[1];
+  }
+  const Further found = furtherCandidates(scan_, between.geometry, share[1] > 0, share[2] > 0, false,
+                                          0.4 * kPredictionEnds, 0.9 * kPredictionEnds);
+  const auto field = static_cast<float>(found.field ? share[1] : 0),
+             learned = static_cast<float>(found.learned ? share[2] : 0);
+  for (std::size_t v = 0; v < between.voxels.size(); ++v) {
+    const float interpolated = between.voxels[v];
+    if (found.field) between.voxels[v] += field * (found.field->voxels[v] - interpolated);
+    if (found.learned && (found.known.empty() || found.known[v]))
+      between.voxels[v] += learned * (found.learned->voxels[v] - interpolated);
+  }
+  return {field, learned, tried.learned ? std::string() : " " + tried.sentence};
+}
+
+Stack SlicePrediction::predict() {
+  const GridGeometry& g = scan_.image.geometry;
+  const std::int64_t plane = g.size[0] * g.size[1];
+  const auto told = [&](double share) {
+    progress_.report(Phase::Predicting, 0.01 + (kPredictionEnds - 0.01) * share);
+    pool_.throwIfStopped();
+  };
+  told(0);
+  std::vector<float> complete = completeSlices(scan_, pool_);
+  told(0.02);
+  choice_ = chooseCandidates(scan_, complete, pool_);
+  told(0.1);
+  Stack thin;
+  Volume& between = thin.image;
+  between.geometry = predictionLattice(g, prepared_.outputGrid);
+  between.voxels.resize(static_cast<std::size_t>(between.geometry.voxelCount()));
+  applyWeights(combinedWeights(choice_.share, g.size[2], planePositions(g, between.geometry)), complete,
+               plane, between.voxels, pool_);
+  told(0.15);
+  Added added;
+  if (settings_.prediction != PredictionKind::Interpolation && choice_.fall > 0 && g.size[2] >= 6) {
+    complete = {};
+    added = addCandidates(between);
+  }
+  complete = {};
+  for (float& v : between.voxels)
+    v = std::clamp(v, prepared_.range.low, prepared_.range.high);
+  told(0.9);
+  if (settings_.consistency && choice_.backProject && scan_.profile != SliceProfile::Point) {
+    BackProjectionPlan refinement;
+    refinement.noise = noise_;
+    refinement.range = prepared_.range;
+    backProject(between, {&scan_, 1}, refinement, pool_);
+  }
+  sentence_ = "Between the slices: " + mixtureText(choice_, added.field, added.learned) +
+              ", as slices withheld from the scan suggest." + added.nothingLearned;
+  progress_.state.note = sentence_;
+  told(1);
+  progress_.state.note.clear();
+  thin.profile = SliceProfile::Point;
+  thin.name = scan_.name;
+  if (!prepared_.support.voxels.empty()) {
+    if (const auto block = blockOver(thin.image.geometry, boxOf(prepared_.support.geometry)))
+      thin.image = croppedTo(thin.image, *block);
+    thin.observed = resampleMask(prepared_.support, thin.image.geometry, pool_.stopToken());
+  }
+  return thin;
+}
+
+} // namespace innergs

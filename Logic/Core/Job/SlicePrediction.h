@@ -1,0 +1,56 @@
+#pragma once
+#include "Core/Job/JobInput.h"
+#include "Core/Job/JobProgress.h"
+#include "Core/Prediction/CandidateChoice.h"
+
+namespace innergs {
+
+constexpr double kMostFieldVoxels = 10e6; // of a prediction that a field fitted to the slices takes part in
+
+/// Of the field, fitted to the slices alone, that takes part in a prediction.
+Settings fieldSettings(const Settings& settings);
+
+/// What lies between the slices of one scan, predicted before the fit: the Gaussians are fitted to it, and
+/// what they leave of it is kept with them.
+class SlicePrediction {
+public:
+  /// The volume on a lattice of a field fitted to slices alone; from, to: its part of the progress.
+  using FieldFit =
+      std::function<Volume(const Stack& slices, const GridGeometry& grid, double from, double to)>;
+
+  /// noise: of the scan, scanner units. All but the settings are used by predict().
+  SlicePrediction(const PreparedInput& prepared, Settings settings, double noise, FieldFit fitField,
+                  JobProgress& progress, ThreadPool& pool);
+
+  /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
+  Stack predict();
+  /// What was put between the slices.
+  const std::string& sentence() const { return sentence_; }
+
+private:
+  struct Further {
+    std::optional<Volume> field, learned;
+    std::vector<std::uint8_t> known; // voxels that were learned; empty: all
+    std::string sentence;            // of the learning
+  };
+  struct Added {                   // to the interpolation
+    double field = 0, learned = 0; // shares
+    std::string nothingLearned;    // a sentence
+  };
+  void anchor(Volume& guess, const Stack& scan) const;
+  Further furtherCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
+                            bool trial, double from, double to);
+  Added addCandidates(Volume& between);
+
+  const PreparedInput& prepared_;
+  const Stack& scan_;
+  const Settings settings_;
+  const double noise_;
+  const FieldFit fitField_;
+  JobProgress& progress_;
+  ThreadPool& pool_;
+  CandidateChoice choice_;
+  std::string sentence_;
+};
+
+} // namespace innergs
