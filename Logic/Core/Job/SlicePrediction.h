@@ -35,8 +35,11 @@ private:
   };
   struct Added {                   // to the interpolation
     double field = 0, learned = 0; // shares
+    double gain = 0;               // dB over interpolation alone, on the slices that chose them
     std::string nothingLearned;    // a sentence
   };
+  void interpolate(const Stack& stack, std::span<const float> complete, const GridGeometry& grid,
+                   std::span<float> planes) const;
   void anchor(Volume& guess, const Stack& scan) const;
   Further furtherCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
                             bool trial, double from, double to);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace innergs {
 namespace {
@@ -15,6 +16,9 @@ constexpr std::int64_t kLineSamples = 400'000;                         // of the
 constexpr std::int64_t kFewest = 500;                                  // samples to judge by
 constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
 constexpr int kPlausible = 3;                                          // blurs that are hedged between
+constexpr int kClassical = 3;                                          // candidates that need no blur
+constexpr double kKrigingBlurs[] = {0, 0.15, 0.25, 0.35, 0.5, 0.7, 1}; // in slice distances
+constexpr double kAsGood = 1.02;                                       // squared errors
 constexpr int kSteps = 20;                                             // of a share
 constexpr int kBackProjections = 12;
 
@@ -103,7 +107,7 @@ std::vector<float> interpolated(const Lines& low, const SliceWeights& weights) {
 
 /// Sums of products of the candidates' errors.
 struct Errors {
-  Covariance sum{};
+  Covariance<kCandidates> sum{};
   std::int64_t samples = 0;
 
   void add(const Errors& other) {
@@ -112,8 +116,8 @@ struct Errors {
         sum[a][b] += other.sum[a][b];
     samples += other.samples;
   }
-  Covariance mean() const {
-    Covariance mean = sum;
+  Covariance<kCandidates> mean() const {
+    Covariance<kCandidates> mean = sum;
     for (auto& row : mean)
       for (double& x : row)
         x /= static_cast<double>(std::max<std::int64_t>(1, samples));
@@ -121,10 +125,11 @@ struct Errors {
   }
 };
 
+using Guesses = std::array<std::vector<float>, kCandidates>; // empty: left out
+
 /// counts(row): whether a row of the truth is scored.
 template <class Counts>
-Errors errorsOf(const Lines& truth, const std::array<std::vector<float>, kCandidates>& guess,
-                const Counts& counts) {
+Errors errorsOf(const Lines& truth, const Guesses& guess, const Counts& counts) {
   Errors errors;
   for (std::int64_t n = 0; n < truth.length; ++n) {
     if (!counts(n)) continue;
@@ -132,7 +137,7 @@ Errors errorsOf(const Lines& truth, const std::array<std::vector<float>, kCandid
       if (!truth.inside[i]) continue;
       double e[kCandidates];
       for (int c = 0; c < kCandidates; ++c)
-        e[c] = static_cast<double>(guess[c][i]) - truth.value[i];
+        e[c] = guess[c].empty() ? 0 : static_cast<double>(guess[c][i]) - truth.value[i];
       for (int a = 0; a < kCandidates; ++a)
         for (int b = 0; b < kCandidates; ++b)
           errors.sum[a][b] += e[a] * e[b];
@@ -149,8 +154,30 @@ std::vector<double> positions(std::int64_t count, double perSample) {
   return p;
 }
 
+/// How slices see along the axis, in slice distances.
+struct SliceView {
+  SliceProfile profile = SliceProfile::Point;
+  double thickness = 0;
+};
+
+/// Of the candidates from `first` on.
+Guesses guessesFrom(const Lines& low, std::span<const double> at, const SliceView& view, double blur,
+                    int first = 0) {
+  Guesses guess;
+  const Kriging kriging(blur, view.profile, view.thickness);
+  for (int c = first; c < kCandidates; ++c)
+    guess[c] = interpolated(low, candidateWeights(static_cast<Candidate>(c), kriging, low.length, at));
+  return guess;
+}
+
 /// What the candidates miss of slices withheld from their neighbours, every second one in turn.
-Errors withheldErrors(const Lines& slices) {
+Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
+  // The kriging is to find slices here, not what they see.
+  const double profileVariance = view.profile == SliceProfile::Point ? 0
+                                 : view.profile == SliceProfile::Box
+                                     ? view.thickness * view.thickness / 12
+                                     : view.thickness * view.thickness / (8 * std::numbers::ln2);
+  const double seenBlur = std::sqrt(blur * blur + profileVariance);
   Errors errors;
   for (std::int64_t phase = 0; phase < 2; ++phase) {
     const Lines kept = decimated(slices, 2, phase);
@@ -158,9 +185,7 @@ Errors withheldErrors(const Lines& slices) {
     std::vector<double> at;
     for (std::int64_t n = 0; n < slices.length; ++n)
       at.push_back(0.5 * static_cast<double>(n - phase));
-    std::array<std::vector<float>, kCandidates> guess;
-    for (int c = 0; c < kCandidates; ++c)
-      guess[c] = interpolated(kept, candidateWeights(static_cast<Candidate>(c), kept.length, at));
+    const Guesses guess = guessesFrom(kept, at, {}, 0.5 * seenBlur);
     errors.add(errorsOf(slices, guess, [&](std::int64_t n) {
       return (n - phase) % 2 != 0 && n > phase && n < phase + 2 * (kept.length - 1);
     }));
@@ -251,16 +276,21 @@ Lines linesWithin(const Stack& stack, std::span<const float> complete, std::span
 
 /// What one blur of the in-plane images leads to.
 struct Simulation {
-  double blur = 0;
+  double blur = 0;         // mm
   Errors plain, projected; // against the images; with back-projection
   Errors withheld;         // as withheldErrors() of their slices
   double slope = 0;
+
+  const Errors& best() const { return projected.samples > 0 ? projected : plain; }
 };
 
-void simulate(const Lines& image, const Stack& stack, double sample, double blur, Simulation& result) {
+/// krigingBlur: in slice distances. first: candidate; those before it are left out, and the slices are not
+/// withheld from each other.
+void simulate(const Lines& image, const Stack& stack, double sample, double krigingBlur, int first,
+              Simulation& result) {
   const double distance = stack.image.geometry.spacing[2] / sample;
   const auto factor = std::max<std::int64_t>(2, std::llround(distance));
-  Lines truth = filtered(image, gaussianKernel(blur / sample));
+  Lines truth = filtered(image, gaussianKernel(result.blur / sample));
   truth.length = (truth.length - 1) / factor * factor + 1;
   truth.value.resize(truth.length * truth.width);
   truth.inside.resize(truth.value.size());
@@ -268,27 +298,29 @@ void simulate(const Lines& image, const Stack& stack, double sample, double blur
   const std::vector<double> profile = profileKernel(stack, sample);
   const Lines low = decimated(filtered(truth, profile), factor);
   const std::vector<double> at = positions(truth.length, 1.0 / static_cast<double>(factor));
-  std::array<std::vector<float>, kCandidates> guess;
-  for (int c = 0; c < kCandidates; ++c)
-    guess[c] = interpolated(low, candidateWeights(static_cast<Candidate>(c), low.length, at));
   const bool thick = profile.size() > 1;
+  const SliceView view{thick ? stack.profile : SliceProfile::Point,
+                       effectiveThickness(stack) / sample / static_cast<double>(factor)};
+  Guesses guess = guessesFrom(low, at, view, krigingBlur, first);
   const auto counts = [&](std::int64_t n) { return thick || n % factor != 0; };
   result.plain.add(errorsOf(truth, guess, counts));
   if (thick) {
-    const SliceWeights linear = candidateWeights(Candidate::Linear, low.length, at);
+    const SliceWeights linear =
+        candidateWeights(Candidate::Linear, Kriging(0, SliceProfile::Point, 0), low.length, at);
     for (auto& x : guess)
-      backProjectLines(x, low, truth, profile, factor, linear);
+      if (!x.empty()) backProjectLines(x, low, truth, profile, factor, linear);
     result.projected.add(errorsOf(truth, guess, counts));
   }
-  result.withheld.add(withheldErrors(low));
+  if (first > 0) return;
+  result.withheld.add(withheldErrors(low, view, krigingBlur));
   result.slope += slopeShare(low);
 }
 
 /// How far a simulation lies from what the scan shows.
 double misfit(const Simulation& s, const Errors& withheld, double slope) {
   double sum = 0;
-  const Covariance a = s.withheld.mean(), b = withheld.mean();
-  for (int c = 1; c < kCandidates; ++c)
+  const Covariance<kCandidates> a = s.withheld.mean(), b = withheld.mean();
+  for (int c = 1; c < kClassical; ++c)
     if (a[0][0] > 0 && b[0][0] > 0 && a[c][c] > 0 && b[c][c] > 0)
       sum += std::abs(std::log(a[c][c] / a[0][0]) - std::log(b[c][c] / b[0][0]));
   if (slope > 0 && s.slope > 0) sum += std::abs(std::log(0.5 * s.slope / slope));
@@ -297,45 +329,100 @@ double misfit(const Simulation& s, const Errors& withheld, double slope) {
 
 /// What the slices withheld from each other say, brought from twice the distance to the distance itself by
 /// the simulation.
-Covariance calibrated(const Covariance& withheld, const Covariance& near, const Covariance& far) {
-  Covariance result = withheld;
+Covariance<kCandidates> calibrated(const Covariance<kCandidates>& withheld,
+                                   const Covariance<kCandidates>& near, const Covariance<kCandidates>& far) {
+  Covariance<kCandidates> result = withheld;
   for (int a = 0; a < kCandidates; ++a)
     for (int b = 0; b < kCandidates; ++b)
       result[a][b] *= std::sqrt(near[a][a] / far[a][a] * near[b][b] / far[b][b]);
   return result;
 }
 
-double mixed(const Covariance& c, const std::array<double, kCandidates>& share) {
-  double sum = 0;
-  for (int a = 0; a < kCandidates; ++a)
-    for (int b = 0; b < kCandidates; ++b)
-      sum += share[a] * share[b] * c[a][b];
-  return sum;
+/// Every way to share kSteps among the guesses from `at` on.
+template <std::size_t N>
+void addShares(std::array<double, N> share, std::size_t at, int left,
+               std::vector<std::array<double, N>>& all) {
+  if (at + 1 == N) {
+    share[at] = left / double(kSteps);
+    all.push_back(share);
+    return;
+  }
+  for (int n = 0; n <= left; ++n) {
+    share[at] = n / double(kSteps);
+    addShares(share, at + 1, left - n, all);
+  }
 }
 
 } // namespace
 
-std::array<double, kCandidates> convexShares(std::span<const Covariance> cases) {
-  std::vector<std::array<double, kCandidates>> tried;
-  for (int a = 0; a <= kSteps; ++a)
-    for (int b = 0; a + b <= kSteps; ++b)
-      tried.push_back({a / double(kSteps), b / double(kSteps), (kSteps - a - b) / double(kSteps)});
+template <std::size_t N>
+std::array<double, N> convexShares(std::span<const Covariance<N>> cases) {
+  std::vector<std::array<double, N>> tried;
+  addShares<N>({}, 0, kSteps, tried);
   std::vector<double> best(cases.size(), std::numeric_limits<double>::infinity());
   for (std::size_t n = 0; n < cases.size(); ++n)
     for (const auto& share : tried)
-      best[n] = std::min(best[n], mixed(cases[n], share));
-  std::array<double, kCandidates> chosen{0, 1, 0};
+      best[n] = std::min(best[n], meanSquare(cases[n], share));
+  std::array<double, N> chosen{0, 1};
   double least = std::numeric_limits<double>::infinity();
   for (const auto& share : tried) {
     double worst = 0;
     for (std::size_t n = 0; n < cases.size(); ++n)
-      worst = std::max(worst, best[n] > 0 ? mixed(cases[n], share) / best[n] : 1);
+      worst = std::max(worst, best[n] > 0 ? meanSquare(cases[n], share) / best[n] : 1);
     if (worst >= least) continue;
     least = worst;
     chosen = share;
   }
   return chosen;
 }
+template std::array<double, 3> convexShares(std::span<const Covariance<3>>);
+template std::array<double, 4> convexShares(std::span<const Covariance<4>>);
+
+namespace {
+
+std::array<double, kCandidates> rootsOf(const Covariance<kCandidates>& errors) {
+  std::array<double, kCandidates> roots;
+  for (int c = 0; c < kCandidates; ++c)
+    roots[c] = std::sqrt(errors[c][c]);
+  return roots;
+}
+
+/// The images along both in-plane axes, blurred by blur mm.
+Simulation simulated(const Lines (&within)[2], const Stack& stack, double blur, double krigingBlur,
+                     int first) {
+  Simulation result;
+  result.blur = blur;
+  for (int axis = 0; axis < 2; ++axis)
+    simulate(within[axis], stack, stack.image.geometry.spacing[axis], krigingBlur, first, result);
+  return result;
+}
+
+/// The kriging's blur, in slice distances, whose excess over the best of the classical candidates is the
+/// least in the worst simulation.
+double bestKrigingBlur(const Lines (&within)[2], const Stack& stack, std::span<const Simulation> simulations,
+                       ThreadPool& pool) {
+  std::vector<double> worst(std::size(kKrigingBlurs), 0.0);
+  pool.run(static_cast<std::int64_t>(worst.size()), [&](std::int64_t n) {
+    for (const Simulation& s : simulations) {
+      const Simulation mine =
+          simulated(within, stack, s.blur, kKrigingBlurs[n], static_cast<int>(Candidate::Kriging));
+      constexpr auto k = static_cast<std::size_t>(Candidate::Kriging);
+      const Covariance<kCandidates> classical = s.best().mean(), kriged = mine.best().mean();
+      double least = classical[0][0];
+      for (int c = 1; c < kClassical; ++c)
+        least = std::min(least, classical[c][c]);
+      if (least > 0) worst[n] = std::max(worst[n], kriged[k][k] / least);
+    }
+  });
+  // Of blurs that are as good the largest: scans are smoother than slices withheld from each other look.
+  const double enough = kAsGood * *std::min_element(worst.begin(), worst.end());
+  std::size_t chosen = worst.size() - 1;
+  while (worst[chosen] > enough)
+    --chosen;
+  return kKrigingBlurs[chosen];
+}
+
+} // namespace
 
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool) {
   CandidateChoice choice;
@@ -345,22 +432,26 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
     inside[v] =
         inside[v] && std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
   const Lines across = linesAcross(stack, complete, inside);
-  const Errors withheld = withheldErrors(across);
+  const SliceView view{stack.profile, effectiveThickness(stack) / g.spacing[2]};
+  Errors withheld = withheldErrors(across, view, 0);
   const double slope = slopeShare(across);
   const bool shown = withheld.samples >= kFewest;
-  if (shown)
-    for (int c = 0; c < kCandidates; ++c)
-      choice.withheldError[c] = std::sqrt(withheld.mean()[c][c]);
   const Lines within[2] = {linesWithin(stack, complete, inside, 0), linesWithin(stack, complete, inside, 1)};
   std::vector<Simulation> simulations(std::size(kBlurs));
-  pool.run(static_cast<std::int64_t>(simulations.size()), [&](std::int64_t n) {
+  const auto simulateAll = [&](double krigingBlur) {
+    pool.run(static_cast<std::int64_t>(simulations.size()), [&](std::int64_t n) {
+      simulations[n] = simulated(within, stack, simulations[n].blur, krigingBlur, 0);
+    });
+  };
+  for (std::size_t n = 0; n < simulations.size(); ++n)
     simulations[n].blur = kBlurs[n] * g.spacing[2];
-    for (int axis = 0; axis < 2; ++axis)
-      simulate(within[axis], stack, g.spacing[axis], simulations[n].blur, simulations[n]);
-  });
+  simulateAll(0);
   std::erase_if(simulations, [](const Simulation& s) { return s.plain.samples < kFewest; });
   if (simulations.empty()) {
-    if (shown) choice.share = convexShares(std::vector{withheld.mean()});
+    if (shown) {
+      choice.share = convexShares<kCandidates>(std::vector{withheld.mean()});
+      choice.withheldError = rootsOf(withheld.mean());
+    }
     return choice;
   }
   if (shown) {
@@ -371,27 +462,32 @@ CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> comp
   } else {
     simulations.resize(1);
   }
+  const double krigingBlur = bestKrigingBlur(within, stack, simulations, pool);
+  choice.krigingBlur = krigingBlur * g.spacing[2];
+  if (krigingBlur > 0) {
+    simulateAll(krigingBlur);
+    withheld = withheldErrors(across, view, krigingBlur);
+  }
+  if (shown) choice.withheldError = rootsOf(withheld.mean());
   const Simulation& nearest = simulations.front();
   choice.judged = true;
   choice.blur = nearest.blur / std::min(g.spacing[0], g.spacing[1]);
-  const bool thick = nearest.projected.samples > 0;
-  choice.backProject = thick;
-  std::vector<Covariance> cases;
+  choice.backProject = nearest.projected.samples > 0;
+  std::vector<Covariance<kCandidates>> cases;
   for (const Simulation& s : simulations) {
-    const Covariance near = (thick ? s.projected : s.plain).mean();
+    const Covariance<kCandidates> near = s.best().mean();
     cases.push_back(near);
     if (shown && s.withheld.samples >= kFewest)
       cases.push_back(calibrated(withheld.mean(), near, s.withheld.mean()));
   }
-  choice.share = convexShares(cases);
-  const Covariance pairs = (thick ? nearest.projected : nearest.plain).mean();
-  for (int c = 0; c < kCandidates; ++c)
-    choice.pairError[c] = std::sqrt(pairs[c][c]);
-  choice.error = std::sqrt(std::max(0.0, mixed(pairs, choice.share)));
-  const Covariance far = nearest.withheld.mean();
-  if (far[0][0] > 0 && mixed(far, choice.share) > 0) {
+  choice.share = convexShares<kCandidates>(cases);
+  const Covariance<kCandidates> pairs = nearest.best().mean();
+  choice.pairError = rootsOf(pairs);
+  choice.error = std::sqrt(std::max(0.0, meanSquare(pairs, choice.share)));
+  const Covariance<kCandidates> far = nearest.withheld.mean();
+  if (far[0][0] > 0 && meanSquare(far, choice.share) > 0) {
     choice.linearFall = std::sqrt(pairs[0][0] / far[0][0]);
-    choice.fall = std::sqrt(mixed(pairs, choice.share) / mixed(far, choice.share));
+    choice.fall = std::sqrt(meanSquare(pairs, choice.share) / meanSquare(far, choice.share));
   }
   return choice;
 }

@@ -3,10 +3,11 @@
 
 namespace innergs {
 
-/// How the classical interpolations of one scan are weighed, by what the scan itself shows: its slices,
+/// How the interpolations of one scan are weighed, by what the scan itself shows: its slices,
 /// withheld from each other, and its in-plane images, blurred and degraded as its slices are.
 struct CandidateChoice {
-  std::array<double, kCandidates> share{0, 1, 0}; // convex
+  std::array<double, kCandidates> share{0, 1, 0, 0}; // convex
+  double krigingBlur = 0;                            // mm: σ of what the kriging expects
   bool backProject = true; // thick slices: demanding the scan's own values of the result pays
   bool judged = false;     // false: too little to judge by, the shares are a guess
   double blur = 0;         // σ of the in-plane images' blur that fits the scan best, in in-plane samples
@@ -23,9 +24,22 @@ struct CandidateChoice {
 /// Error(Cancelled).
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool);
 
-/// The shares, at least 0 and 1 in sum, whose excess over the best possible is the least in the worst of the
-/// cases: error covariances of the candidates, [row][column].
-using Covariance = std::array<std::array<double, kCandidates>, kCandidates>;
-std::array<double, kCandidates> convexShares(std::span<const Covariance> cases);
+/// Of three or four guesses' errors, [row][column].
+template <std::size_t N>
+using Covariance = std::array<std::array<double, N>, N>;
+
+/// Mean squared error of the guesses mixed so.
+template <std::size_t N>
+double meanSquare(const Covariance<N>& errors, const std::array<double, N>& share) {
+  double sum = 0;
+  for (std::size_t a = 0; a < N; ++a)
+    for (std::size_t b = 0; b < N; ++b)
+      sum += share[a] * share[b] * errors[a][b];
+  return sum;
+}
+
+/// The shares, at least 0 and 1 in sum, whose excess over the best possible is the least in the worst case.
+template <std::size_t N>
+std::array<double, N> convexShares(std::span<const Covariance<N>> cases);
 
 } // namespace innergs

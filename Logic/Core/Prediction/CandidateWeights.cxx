@@ -1,5 +1,6 @@
 #include "Core/Prediction/CandidateWeights.h"
 
+#include "Core/Acquisition/Observation.h"
 #include "Core/Base/Error.h"
 
 #include <algorithm>
@@ -59,8 +60,12 @@ void addLanczos(const Position& p, std::int64_t slices, double share, std::vecto
     row[std::clamp<std::int64_t>(p.base + t - 3, 0, slices - 1)] += share * weights[t] / sum;
 }
 
-void addWeights(Candidate candidate, const Position& p, std::int64_t slices, double share,
-                std::vector<double>& row) {
+void addWeights(Candidate candidate, const Kriging& kriging, const Position& p, std::int64_t slices,
+                double share, std::vector<double>& row) {
+  if (candidate == Candidate::Kriging) {
+    kriging.addWeights(static_cast<double>(p.base) + p.fraction, share, row);
+    return;
+  }
   if (p.fraction == 0) {
     row[p.base] += share;
     return;
@@ -80,25 +85,33 @@ void addWeights(Candidate candidate, const Position& p, std::int64_t slices, dou
   }
   case Candidate::Lanczos:
     addLanczos(p, slices, share, row);
+    return;
+  case Candidate::Kriging:
+    return;
   }
 }
 
 } // namespace
 
 const char* candidateName(Candidate candidate) {
-  constexpr const char* names[] = {"linear", "cubic", "Lanczos"};
+  constexpr const char* names[] = {"linear", "cubic", "Lanczos", "kriging"};
   return names[static_cast<int>(candidate)];
 }
 
-SliceWeights combinedWeights(const std::array<double, kCandidates>& share, std::int64_t slices,
-                             std::span<const double> positions) {
+Kriging krigingOf(const Stack& stack, double blur) {
+  const double distance = stack.image.geometry.spacing[2];
+  return {blur / distance, stack.profile, effectiveThickness(stack) / distance};
+}
+
+SliceWeights combinedWeights(const std::array<double, kCandidates>& share, const Kriging& kriging,
+                             std::int64_t slices, std::span<const double> positions) {
   SliceWeights result;
   std::vector<double> row(static_cast<std::size_t>(slices));
   for (const double position : positions) {
     std::fill(row.begin(), row.end(), 0.0);
     const Position p = positionAt(position, slices);
     for (int c = 0; c < kCandidates; ++c)
-      if (share[c] != 0) addWeights(static_cast<Candidate>(c), p, slices, share[c], row);
+      if (share[c] != 0) addWeights(static_cast<Candidate>(c), kriging, p, slices, share[c], row);
     std::int64_t first = 0, last = slices - 1;
     while (first < last && std::abs(row[first]) < kNegligible)
       ++first;
@@ -110,10 +123,11 @@ SliceWeights combinedWeights(const std::array<double, kCandidates>& share, std::
   return result;
 }
 
-SliceWeights candidateWeights(Candidate candidate, std::int64_t slices, std::span<const double> positions) {
+SliceWeights candidateWeights(Candidate candidate, const Kriging& kriging, std::int64_t slices,
+                              std::span<const double> positions) {
   std::array<double, kCandidates> share{};
   share[static_cast<std::size_t>(candidate)] = 1;
-  return combinedWeights(share, slices, positions);
+  return combinedWeights(share, kriging, slices, positions);
 }
 
 void applyWeights(const SliceWeights& weights, std::span<const float> slices, std::int64_t samples,

@@ -1,15 +1,15 @@
 #pragma once
 #include "Core/Base/Parallel.h"
-#include "Core/Image/Stack.h"
+#include "Core/Prediction/Kriging.h"
 
 #include <array>
 #include <vector>
 
 namespace innergs {
 
-/// The classical interpolations along the slice axis.
-enum class Candidate { Linear, Cubic /* B-spline through the samples */, Lanczos /* radius 4 */ };
-constexpr int kCandidates = 3;
+/// The interpolations along the slice axis.
+enum class Candidate { Linear, Cubic /* B-spline through the samples */, Lanczos /* radius 4 */, Kriging };
+constexpr int kCandidates = 4;
 const char* candidateName(Candidate candidate);
 
 /// A linear map from the slices of a scan to samples between them: value[z] = Σ weight[z][t]·slice[first[z] +
@@ -19,11 +19,15 @@ struct SliceWeights {
   std::vector<std::vector<float>> weight;
 };
 
+/// Kriging between the slices of a stack, of a signal blurred by σ = blur mm.
+Kriging krigingOf(const Stack& stack, double blur);
+
 /// positions: in slices, from 0; beyond the outermost slices their value continues.
-SliceWeights candidateWeights(Candidate candidate, std::int64_t slices, std::span<const double> positions);
+SliceWeights candidateWeights(Candidate candidate, const Kriging& kriging, std::int64_t slices,
+                              std::span<const double> positions);
 /// Σ share[c]·candidate c.
-SliceWeights combinedWeights(const std::array<double, kCandidates>& share, std::int64_t slices,
-                             std::span<const double> positions);
+SliceWeights combinedWeights(const std::array<double, kCandidates>& share, const Kriging& kriging,
+                             std::int64_t slices, std::span<const double> positions);
 
 /// planes: [positions][samples] from slices [slices][samples].
 void applyWeights(const SliceWeights& weights, std::span<const float> slices, std::int64_t samples,

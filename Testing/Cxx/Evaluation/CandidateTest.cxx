@@ -23,8 +23,8 @@ TEST(Candidates, AreTheBaselinesToRounding) {
                                                            {Candidate::Lanczos, Interpolation::Lanczos}};
       for (const auto& [candidate, baseline] : kinds) {
         std::vector<float> found(truth.voxels.size());
-        applyWeights(candidateWeights(candidate, stack->image.geometry.size[2], at), stack->image.voxels,
-                     14 * 11, found, pool);
+        applyWeights(candidateWeights(candidate, krigingOf(*stack, 0), stack->image.geometry.size[2], at),
+                     stack->image.voxels, 14 * 11, found, pool);
         const Volume expected = averageUpsampled({stack, 1}, truth.geometry, baseline, 2);
         for (std::size_t v = 0; v < found.size(); ++v)
           ASSERT_NEAR(found[v], expected.voxels[v], 2e-2) << candidateName(candidate) << " " << gap;

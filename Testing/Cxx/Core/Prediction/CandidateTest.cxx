@@ -58,8 +58,8 @@ TEST(Candidates, KeepSlicesAndConstantsAndFollowLines) {
   std::vector<double> at;
   for (int n = 0; n <= 60; ++n)
     at.push_back(-1 + n * 0.2);
-  for (const Candidate c : {Candidate::Linear, Candidate::Cubic, Candidate::Lanczos}) {
-    const SliceWeights w = candidateWeights(c, 10, at);
+  for (const Candidate c : {Candidate::Linear, Candidate::Cubic, Candidate::Lanczos, Candidate::Kriging}) {
+    const SliceWeights w = candidateWeights(c, Kriging(0.4, SliceProfile::Point, 0), 10, at);
     for (std::size_t z = 0; z < at.size(); ++z) {
       EXPECT_NEAR(std::accumulate(w.weight[z].begin(), w.weight[z].end(), 0.0), 1, 1e-5);
       const double inside = std::clamp(at[z], 0.0, 9.0);
@@ -118,30 +118,31 @@ TEST(Candidates, AreHardlyBelowTheBestOfThemSmoothOrSharp) {
       EXPECT_TRUE(choice.judged);
       const std::vector<double> at = planePositions(stack.image.geometry, inside.geometry);
       std::vector<float> guess(static_cast<std::size_t>(inside.geometry.voxelCount()));
+      const Kriging kriging = krigingOf(stack, choice.krigingBlur);
       double best = 1e300;
       for (int c = 0; c < kCandidates; ++c) {
-        applyWeights(candidateWeights(static_cast<Candidate>(c), stack.image.geometry.size[2], at),
+        applyWeights(candidateWeights(static_cast<Candidate>(c), kriging, stack.image.geometry.size[2], at),
                      stack.image.voxels, 48 * 44, guess, pool);
         best = std::min(best, mean2(inside, guess, gap));
       }
-      applyWeights(combinedWeights(choice.share, stack.image.geometry.size[2], at), stack.image.voxels,
-                   48 * 44, guess, pool);
+      applyWeights(combinedWeights(choice.share, kriging, stack.image.geometry.size[2], at),
+                   stack.image.voxels, 48 * 44, guess, pool);
       EXPECT_LT(10 * std::log10(mean2(inside, guess, gap) / best), 0.1) << gap;
     }
 }
 
 TEST(Candidates, ShareWhatErrsDifferently) {
-  Covariance apart{};
+  Covariance<3> apart{};
   apart[0][0] = apart[1][1] = 1;
   apart[2][2] = 9;
-  const auto share = convexShares({&apart, 1});
+  const auto share = convexShares<3>({&apart, 1});
   EXPECT_NEAR(share[0], 0.5, 0.06);
   EXPECT_NEAR(share[1], 0.45, 0.06);
   EXPECT_LT(share[2], 0.11);
-  Covariance worse = apart;
+  Covariance<3> worse = apart;
   worse[0][0] = 100;
-  const Covariance both[] = {apart, worse};
-  EXPECT_LT(convexShares(both)[0], share[0]) << "hedged";
+  const Covariance<3> both[] = {apart, worse};
+  EXPECT_LT(convexShares<3>(both)[0], share[0]) << "hedged";
 }
 
 TEST(CandidateLattice, IsInStepWithTheGridThatIsWanted) {
