@@ -1,5 +1,6 @@
 #include "Document.h"
 #include "Platform.h"
+#include "SweepVolumes.h"
 #include "Tables.h"
 
 #include "Core/Base/Error.h"
@@ -60,6 +61,11 @@ public:
     if (o_.wants("held-out"))
       numbers += "\n### Protocol H: preset balanced, PSNR in dB pooled over the body / SSIM\n\n" +
                  heldOutTable(heldOut());
+    if (o_.wants("sweep"))
+      numbers += "\n### Protocol H on the middle of every volume, along each axis, as it is and blurred "
+                 "along it by 1 and 2 "
+                 "slices: preset fast\n\n" +
+                 sweepTable(sweep());
     std::cout << "\n" << numbers << std::flush;
     writeFileAtomically(o_.document, document(numbers));
     std::cout << "\nWritten to " << o_.document << "\n";
@@ -185,6 +191,45 @@ private:
     return outcomes;
   }
 
+  /// The middle of each volume, along its axes, sharp and smooth.
+  std::vector<HeldOutOutcome> sweep() {
+    const fs::path data = o_.data;
+    std::vector<TestVolume> volumes = volumes_;
+    for (const auto& [name, file] : {std::pair{"abdominal MR", "B_abdomen_spgr_FA15.nii.gz"},
+                                     {"wrist", "B_wrist01_LAVA_static.nii.gz"},
+                                     {"CT", "C_ct_abdomen_pelvis_3mm.nii.gz"},
+                                     {"fetal MR", "F_fetal_run-1_T2w.nii.gz"}})
+      volumes.push_back(
+          {name, (data / file).string(),
+           fs::exists(data / file) ? "" : std::string(file) + " is not in the folder INNERGS_TEST_DATA"});
+    std::vector<HeldOutOutcome> outcomes;
+    for (std::size_t v = 0; v < volumes.size(); ++v) {
+      const std::string title = "Sweep, " + volumes[v].name;
+      if (!volumes[v].missing.empty()) {
+        outcomes.push_back({volumes[v].name, "", skipped(title, volumes[v])});
+        continue;
+      }
+      const std::string folder = "sweep-" + std::to_string(v);
+      for (const SweepVolume& part : makeSweepVolumes(volumes[v].path, workFile(folder)))
+        for (const auto& [option, k] : {std::pair{"--keep-every", "2"},
+                                        {"--keep-every", "3"},
+                                        {"--keep-every", "4"},
+                                        {"--keep-every", "5"},
+                                        {"--keep-every", "6"},
+                                        {"--thickness", "2"},
+                                        {"--thickness", "4"},
+                                        {"--thickness", "6"}}) {
+          const std::string name = part.name + (option + 1) + "-" + k, json = folder + "-" + name + ".json";
+          std::vector<std::string> words{
+              o_.innergs, "evaluate", part.path.string(), "--quiet",     "--preset", "fast",
+              option,     k,          "--json",           workFile(json)};
+          if (o_.trial) words.insert(words.end(), {"--iterations", "2"});
+          outcomes.push_back({volumes[v].name, name, measure(title + ", " + name, json, std::move(words))});
+        }
+    }
+    return outcomes;
+  }
+
   std::string git(std::vector<std::string> words) {
     const std::string log = workFile("git.log");
     fs::remove(log);
@@ -235,7 +280,7 @@ int main(int argc, char** argv) {
   app.add_option("--brainweb", options.brainweb, "BrainWeb T1, 145x174x145");
   app.add_option("--brainweb-script", options.brainwebScript, "Fetches it into the folder it is given");
   app.add_option("--document", options.document, "Markdown file to write the numbers into")->required();
-  app.add_option("--only", options.only, "speed, paper, held-out")->delimiter(',');
+  app.add_option("--only", options.only, "speed, paper, held-out, sweep")->delimiter(',');
   app.add_flag("--reuse", options.reuse, "Keep results in the work folder that are newer than the programs");
   app.add_flag("--trial", options.trial, "A few iterations, to see that everything runs; not a measurement");
   CLI11_PARSE(app, argc, argv);

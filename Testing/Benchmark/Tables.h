@@ -27,4 +27,7 @@ struct HeldOutOutcome {
 };
 std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes);
 
+/// A row for each volume: how far above the best interpolation, on the mean and in the worst case.
+std::string sweepTable(const std::vector<HeldOutOutcome>& outcomes);
+
 } // namespace innergs::bench
