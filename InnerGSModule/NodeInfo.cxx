@@ -232,6 +232,7 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
   report.seconds = job->GetElapsedSeconds();
   if (vtkMRMLInnerGSModelNode* model = job->GetModelNode())
     report.gaussians = model->IsEmpty() ? 0 : model->GetModel()->GetNumberOfGaussians();
+  report.prediction = QString::fromStdString(job->GetPredictionNote());
   report.device = QString::fromStdString(job->GetDeviceNote());
   report.settings = QString::fromStdString(job->GetUsedSettings());
   if (vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode())

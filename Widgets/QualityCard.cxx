@@ -82,6 +82,7 @@ QString verdictText(const Report& report) {
 
 QualityCard::QualityCard(QWidget* parent)
     : QWidget(parent), summary_(makeWrappedLabel("resultSummary", this)),
+      prediction_(makeWrappedLabel("resultPrediction", this)),
       verdict_(makeWrappedLabel("qualityVerdict", this)), heldOut_(makeWrappedLabel("heldOutQuality", this)),
       samples_(makeWrappedLabel("qualitySamples", this)),
       training_(makeWrappedLabel("trainingQuality", this)), warnings_(new MessageLine(this)),
@@ -90,9 +91,10 @@ QualityCard::QualityCard(QWidget* parent)
   warnings_->setObjectName("resultWarnings");
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
-  for (QWidget* part : {static_cast<QWidget*>(summary_), static_cast<QWidget*>(warnings_),
-                        static_cast<QWidget*>(verdict_), table_, static_cast<QWidget*>(samples_),
-                        static_cast<QWidget*>(heldOut_), static_cast<QWidget*>(training_)})
+  for (QWidget* part :
+       {static_cast<QWidget*>(summary_), static_cast<QWidget*>(prediction_), static_cast<QWidget*>(warnings_),
+        static_cast<QWidget*>(verdict_), table_, static_cast<QWidget*>(samples_),
+        static_cast<QWidget*>(heldOut_), static_cast<QWidget*>(training_)})
     layout->addWidget(part);
   hide();
 }
@@ -118,6 +120,7 @@ void QualityCard::setReport(const Report& report) {
     label->setText(text);
     label->setVisible(!text.isEmpty());
   };
+  set(prediction_, report.prediction);
   set(verdict_, scopeText(report) + verdictText(report));
   setTable(report.quality);
   set(samples_,
@@ -136,6 +139,9 @@ void QualityCard::setReport(const Report& report) {
           ? tr("%1 dB PSNR on the fitted samples, not held out, of the finished model: how closely "
                "it follows the scans, not how true it is between their slices.")
                 .arg(decibel(report.trainingPsnr))
+      : std::isinf(report.trainingPsnr)
+          ? tr("The finished model has the values of the scans in their slices; how true it is between them "
+               "this does not say.")
           : QString());
   show();
 }

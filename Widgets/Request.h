@@ -74,6 +74,7 @@ struct QualityRow {
 struct Report {
   QString volumeId, modelId, tableId; // what it made; tableId may be ""
   QStringList warnings;               // sentences
+  QString prediction;                 // what was put between the slices, a sentence; "": nothing
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out
   Judging judging = Judging::NotAsked;
   double heldOutPsnr = NAN; // dB on withheld slices, of a second fit that did not see them; NaN: unknown

@@ -20,7 +20,7 @@ std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
   if (progress.phase != Phase::Judging) { // whose iterations are another fit's
-    if (progress.trainingPsnr > 0)
+    if (progress.trainingPsnr > 0 && std::isfinite(progress.trainingPsnr))
       text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
     else if (progress.loss > 0)
       text += fmt::format("  loss {:.2e}", progress.loss);

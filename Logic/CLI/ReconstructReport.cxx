@@ -58,16 +58,17 @@ ScanRecord record(const std::string& file, const Stack& stack) {
 }
 
 std::string qualitySentence(const ReconstructionResult& result) {
+  const std::string fitted =
+      std::isinf(result.trainingPsnr) ? "no error" : fmt::format("PSNR {:.2f} dB", result.trainingPsnr);
   if (result.judging == Judging::Done)
     return fmt::format("PSNR {:.2f} dB on {} withheld slice{}, from a second fit that did not see them; the "
-                       "result is fitted to all slices (PSNR {:.2f} dB on these).",
+                       "result is fitted to all slices ({} on these).",
                        result.heldOutPsnr, result.heldOutSlices, result.heldOutSlices == 1 ? "" : "s",
-                       result.trainingPsnr);
+                       fitted);
   if (std::isnan(result.trainingPsnr)) return "No iteration was made: the quality is unknown.";
-  return fmt::format(
-      "PSNR {:.2f} dB on the fitted samples themselves: it says how well the model reproduces the "
-      "scans, not how true the volume between them is (--held-out measures that).",
-      result.trainingPsnr);
+  return fmt::format("{} on the fitted samples themselves: it says how well the model reproduces the "
+                     "scans, not how true the volume between them is (--held-out measures that).",
+                     std::isinf(result.trainingPsnr) ? "No error" : fitted);
 }
 
 Json reconstructReport(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,

@@ -27,7 +27,8 @@ void JobDelivery::deliver(JobUpdate& update) {
   }
   if (update.progress && !task->discard) {
     *job->Told = *update.progress;
-    if (!update.progress->note.empty()) job->DeviceNote = update.progress->note;
+    if (const std::string& note = update.progress->note; !note.empty())
+      (update.progress->phase == Phase::Predicting ? job->PredictionNote : job->DeviceNote) = note;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobProgressEvent, job);
   }
   if (update.preview && !task->discard) {
@@ -41,6 +42,7 @@ void JobDelivery::deliver(JobUpdate& update) {
 void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   vtkSlicerInnerGSJob* job = task.job;
   job->UsedSettings = task.filter->GetUsedSettings();
+  job->PredictionNote = task.filter->GetPredictionNote();
   job->DeviceNote = task.filter->GetDeviceNote();
   job->Told->trainingPsnr = task.filter->GetTrainingPSNR();
   job->Told->heldOutPsnr = task.filter->GetHeldOutPSNR();

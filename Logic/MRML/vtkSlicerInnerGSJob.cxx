@@ -23,6 +23,7 @@ void vtkSlicerInnerGSJob::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "State: " << GetStateAsString(this->State) << "\n";
   os << indent << "Description: " << this->GetDescription() << "\n";
+  os << indent << "PredictionNote: " << this->PredictionNote << "\n";
   os << indent << "DeviceNote: " << this->DeviceNote << "\n";
   os << indent << "UsedSettings: " << this->UsedSettings << "\n";
   for (const std::string& warning : this->Warnings)
@@ -45,7 +46,7 @@ std::string vtkSlicerInnerGSJob::GetDescription() {
   std::string line =
       innergs::formatted("%.60s, %.0f %%", innergs::phaseName(told.phase), 100 * told.fraction);
   if (told.iteration > 0) line += innergs::formatted(", iteration %d of %d", told.iteration, told.iterations);
-  if (!std::isnan(told.trainingPsnr))
+  if (std::isfinite(told.trainingPsnr))
     line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);
   if (told.remaining >= 1) line += innergs::formatted(", about %.0f s left", std::ceil(told.remaining));
   return line;

@@ -62,6 +62,7 @@ public:
   const innergs::Progress& GetProgressReport() const;
 #endif
   /// Where the fit runs, or ran in the end, and why; "" before that is known.
+  vtkGetMacro(PredictionNote, std::string); // what was put between the slices, a sentence; "": nothing yet
   vtkGetMacro(DeviceNote, std::string);
   /// One line for people.
   std::string GetDescription();
@@ -99,7 +100,7 @@ protected:
   int State = Queued;
   std::unique_ptr<innergs::Progress> Told;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
-  std::string DeviceNote, ErrorMessage, UsedSettings;
+  std::string PredictionNote, DeviceNote, ErrorMessage, UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;

@@ -339,7 +339,9 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->CurrentGaussians = static_cast<vtkIdType>(p.gaussians);
   this->ElapsedSeconds = p.elapsed;
   this->RemainingSeconds = p.remaining;
-  if (!p.note.empty()) this->DeviceNote = p.note; // told once, kept for whoever looks later
+  if (!p.note.empty())
+    (p.phase == innergs::Phase::Predicting ? this->PredictionNote : this->DeviceNote) =
+        p.note; // told once, kept for whoever looks later
   this->SetProgressText(progressText(p).c_str());
   this->UpdateProgress(p.fraction);
 }
@@ -367,8 +369,8 @@ void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
 void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   Internals& work = *this->Work;
   work.warnings.clear();
-  for (std::string* last :
-       {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice, &this->DeviceNote})
+  for (std::string* last : {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice,
+                            &this->PredictionNote, &this->DeviceNote})
     last->clear();
   this->NumberOfHeldOutSlices = 0;
   this->QualityState = QualityNotAsked;
@@ -409,6 +411,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->UsedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
   this->UsedInstructionSet = result.instructionSet;
   this->UsedDevice = result.device.id;
+  this->PredictionNote = result.prediction;
   this->DeviceNote = result.device.reason;
   vtkInnerGSModel::GetData(outputs, 0)->SetCoreModel(result.model);
   if (this->Aborted) return;

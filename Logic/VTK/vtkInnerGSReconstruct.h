@@ -156,8 +156,9 @@ public:
   vtkGetMacro(QualityState, int);
   vtkGetMacro(CurrentGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
-  vtkGetMacro(RemainingSeconds, double); // estimated
-  vtkGetMacro(DeviceNote, std::string);  // where the fit runs and why, a sentence; "" before that is known
+  vtkGetMacro(RemainingSeconds, double);    // estimated
+  vtkGetMacro(PredictionNote, std::string); // what was put between one scan's slices, a sentence; "": nothing
+  vtkGetMacro(DeviceNote, std::string);     // where the fit runs and why, a sentence; "" before that is known
   ///@}
 
   ///@{
@@ -210,7 +211,7 @@ protected:
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;
   double FitSeconds = 0, Noise = 0;
-  std::string UsedSettings, UsedInstructionSet, UsedDevice, DeviceNote;
+  std::string UsedSettings, UsedInstructionSet, UsedDevice, PredictionNote, DeviceNote;
 
 private:
   vtkInnerGSReconstruct(const vtkInnerGSReconstruct&) = delete;
