@@ -15,8 +15,6 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
-#include <map>
-#include <mutex>
 
 namespace innergs {
 namespace {
@@ -31,13 +29,6 @@ constexpr int kFewIterations = 20;                      // too few to tell a dev
 constexpr double kLearning[] = {12e6, 90e6, 220e6};
 constexpr double kApplying[] = {8, 14, 28};
 constexpr int kTrialIterations = 4; // at most half of them coarse
-
-/// Seconds of the parts of a small job; those of the iterations for one each.
-struct Timing {
-  double voxels = 0, outputVoxels = 0; // of the small job
-  double start = 0, coarse = 0, fine = 0, refine = 0, render = 0;
-  double total = 0;
-};
 
 double voxelsOf(const std::vector<Stack>& stacks) {
   double count = 0;
@@ -97,31 +88,10 @@ GridGeometry smallOutput(const GridGeometry& part, Vec3 spacing) {
   return grid;
 }
 
-Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
-             double voxels) {
-  ReconstructionInput small;
-  small.stacks = pieceOf(input.stacks, voxels);
-  const GridGeometry& part = small.stacks.front().image.geometry;
-  const DataTraits traits = geometryTraits(small.stacks);
-  small.outputGrid = smallOutput(part, output.spacing);
-  Settings settings = filled;
-  settings.device = "cpu";
-  settings.iterations = kTrialIterations;
-  settings.ensembleSize = 1;
-  const double share = traits.volume / geometryTraits(input.stacks).volume;
-  const auto scaled = [&](std::int64_t count) {
-    return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
-  };
-  settings.gaussians = scaled(*filled.gaussians);
-  settings.maxGaussians = std::max(*settings.gaussians, scaled(*filled.maxGaussians));
-  Timing t;
-  t.voxels = voxelsOf(small.stacks);
-  t.outputVoxels = static_cast<double>(small.outputGrid->voxelCount());
-  Settings again = settings;
-  const int coarse = makePlan(again, traits).coarseIterations;
-  double iterations[kTrialIterations] = {}, fitted = 0, rendering = 0, ended = 0;
+TrialTimes timeTrial(ReconstructionInput small, const Settings& settings, int coarse) {
+  TrialTimes t;
+  double iterations[kTrialIterations] = {}, fitted = 0, rendering = 0, last = 0;
   ReconstructionJob job(std::move(small), settings);
-  double last = 0;
   job.onProgress([&](const Progress& p) {
     if (p.phase == Phase::Fitting && p.iteration > 0 && p.iteration <= kTrialIterations) {
       iterations[p.iteration - 1] = p.elapsed - last;
@@ -129,7 +99,7 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
       fitted = p.elapsed;
     }
     if (p.phase == Phase::Rendering) rendering = p.elapsed;
-    if (p.phase == Phase::Done) ended = p.elapsed;
+    if (p.phase == Phase::Done) t.total = p.elapsed;
     last = p.elapsed;
   });
   job.run();
@@ -138,25 +108,9 @@ Timing timed(const ReconstructionInput& input, const Settings& filled, const Gri
   t.coarse = coarse > 0 ? *std::min_element(iterations, iterations + coarse) : t.fine;
   t.start = std::max(0.0, t.start - t.coarse);
   t.refine = std::max(0.0, rendering - fitted);
-  t.render = std::max(0.0, ended - rendering);
-  t.total = ended;
+  t.render = std::max(0.0, t.total - rendering);
   return t;
 }
-
-std::mutex mutex;
-
-struct Remembered {
-  Timing timing; // the quickest so far
-  std::chrono::steady_clock::time_point when;
-  bool disturbed = false; // by another job of this process
-};
-std::map<std::string, Remembered> timings; // by what they depend on
-
-struct Speed {
-  double iteration = 0; // seconds per voxel
-  double rest = 0;      // seconds per voxel read or written
-};
-std::map<std::string, Speed> speeds; // by device
 
 /// What a timing depends on, machine aside.
 std::string keyOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
@@ -180,30 +134,6 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
          std::to_string(settings.consistency);
 }
 
-Timing timingOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
-  const std::string key = keyOf(input, filled, output);
-  const std::lock_guard lock(mutex);
-  const auto known = timings.find(key);
-  if (known != timings.end() && secondsSince(known->second.when) < kOld &&
-      (!known->second.disturbed || runningJobs() > 0))
-    return known->second.timing;
-  bool disturbed = runningJobs() > 0;
-  Timing timing = timed(input, filled, output, kFewVoxels);
-  if (timing.total < kTooShort && voxelsOf(input.stacks) > 2 * kFewVoxels)
-    timing = timed(input, filled, output, kMoreVoxels);
-  disturbed = disturbed || runningJobs() > 0;
-  if (known != timings.end() &&
-      known->second.timing.total * timing.voxels < timing.total * known->second.timing.voxels)
-    timing = known->second.timing;
-  if (known == timings.end() && timings.size() >= 64) timings.clear();
-  timings[key] = {timing, std::chrono::steady_clock::now(), disturbed};
-  return timing;
-}
-
-} // namespace
-
-namespace {
-
 /// The prediction as thin slices, without voxels.
 ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
   ReconstructionInput thin;
@@ -214,20 +144,75 @@ ReconstructionInput predictionOutline(const ReconstructionInput& input, const Gr
   return thin;
 }
 
+TimeEstimator& estimator() {
+  static TimeEstimator only(timeTrial);
+  return only;
+}
+
+} // namespace
+
+TimeEstimator::Timing TimeEstimator::timed(const ReconstructionInput& input, const Settings& filled,
+                                           const GridGeometry& output, double voxels) const {
+  ReconstructionInput small;
+  small.stacks = pieceOf(input.stacks, voxels);
+  const DataTraits traits = geometryTraits(small.stacks);
+  small.outputGrid = smallOutput(small.stacks.front().image.geometry, output.spacing);
+  Settings settings = filled;
+  settings.device = "cpu";
+  settings.iterations = kTrialIterations;
+  settings.ensembleSize = 1;
+  const double share = traits.volume / geometryTraits(input.stacks).volume;
+  const auto scaled = [&](std::int64_t count) {
+    return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
+  };
+  settings.gaussians = scaled(*filled.gaussians);
+  settings.maxGaussians = std::max(*settings.gaussians, scaled(*filled.maxGaussians));
+  Timing timing;
+  timing.voxels = voxelsOf(small.stacks);
+  timing.outputVoxels = static_cast<double>(small.outputGrid->voxelCount());
+  timing.disturbed = runningJobs() > 0;
+  Settings again = settings;
+  timing.times = trial_(std::move(small), settings, makePlan(again, traits).coarseIterations);
+  timing.disturbed = timing.disturbed || runningJobs() > 0;
+  timing.when = std::chrono::steady_clock::now();
+  return timing;
+}
+
+TimeEstimator::Timing TimeEstimator::timingOf(const ReconstructionInput& input, const Settings& filled,
+                                              const GridGeometry& output) {
+  const std::string key = keyOf(input, filled, output);
+  const std::lock_guard lock(mutex_);
+  const auto known = timings_.find(key);
+  if (known != timings_.end() && secondsSince(known->second.when) < kOld &&
+      (!known->second.disturbed || runningJobs() > 0))
+    return known->second;
+  Timing timing = timed(input, filled, output, kFewVoxels);
+  if (timing.times.total < kTooShort && voxelsOf(input.stacks) > 2 * kFewVoxels)
+    timing = timed(input, filled, output, kMoreVoxels);
+  if (known != timings_.end() &&
+      known->second.times.total * timing.voxels < timing.times.total * known->second.voxels) {
+    timing.times = known->second.times;
+    timing.voxels = known->second.voxels;
+    timing.outputVoxels = known->second.outputVoxels;
+  }
+  if (known == timings_.end() && timings_.size() >= 64) timings_.clear();
+  return timings_[key] = timing;
+}
+
 /// Of the prediction, its fit and a field that takes part in it.
-double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
-                        const GridGeometry& output) {
+double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const Settings& settings,
+                                       const Settings& filled, const GridGeometry& output) {
   ReconstructionInput thin = predictionOutline(input, output);
   Settings fitted = filled;
   fitted.prediction = PredictionKind::None;
-  double seconds = estimateSeconds(thin, fitted);
+  double seconds = this->seconds(thin, fitted);
   if (settings.prediction == PredictionKind::Interpolation) return seconds;
   ReconstructionInput slices;
   slices.stacks = input.stacks;
   slices.outputGrid = thin.stacks.front().image.geometry;
   const double voxels = static_cast<double>(slices.outputGrid->voxelCount());
   const bool withField = voxels <= kMostFieldVoxels;
-  if (withField) seconds += 1.5 * estimateSeconds(slices, fieldSettings(settings));
+  if (withField) seconds += 1.5 * this->seconds(slices, fieldSettings(settings));
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
   // The learning, in iterations of the fit over so many voxels.
@@ -235,12 +220,10 @@ double predictedSeconds(const ReconstructionInput& input, const Settings& settin
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Best ? 2 : 1;
   const double learning = std::array{kLearning[0] + kLearning[0], kLearning[0] + kLearning[1],
                                      kLearning[0] + kLearning[2]}[level];
-  return seconds + t.fine / t.voxels * (learning + kApplying[level] * voxels);
+  return seconds + t.times.fine / t.voxels * (learning + kApplying[level] * voxels);
 }
 
-} // namespace
-
-double estimateSeconds(const ReconstructionInput& input, const Settings& settings) {
+double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {
   checkSettings(settings);
   checkHeldOutFraction(input.heldOutFraction);
   if (input.stacks.empty())
@@ -260,27 +243,36 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);
   if (!device.onCpu()) {
-    const std::lock_guard lock(mutex);
-    const auto speed = speeds.find(device.use.id);
-    if (speed == speeds.end()) return 0;
+    const std::lock_guard lock(mutex_);
+    const auto speed = speeds_.find(device.use.id);
+    if (speed == speeds_.end()) return 0;
     return fits * (speed->second.iteration * voxels * members * plan.iterations +
                    speed->second.rest * (voxels + outputVoxels));
   }
-  const Timing t = timingOf(input, filled, output);
+  const Timing timing = timingOf(input, filled, output);
+  const TrialTimes& t = timing.times;
   const double iterations =
       plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
-  return fits * (voxels / t.voxels * (members * (t.start + iterations) + t.refine) +
-                 outputVoxels / t.outputVoxels * t.render);
+  return fits * (voxels / timing.voxels * (members * (t.start + iterations) + t.refine) +
+                 outputVoxels / timing.outputVoxels * t.render);
 }
 
-void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result) {
+void TimeEstimator::remember(const ReconstructionInput& input, const ReconstructionResult& result) {
   if (result.cancelled || result.device.id == "cpu" || result.iterationsRun < kFewIterations) return;
   const double voxels = voxelsOf(input.stacks),
                output = static_cast<double>(result.volume.geometry.voxelCount());
   if (voxels <= 0) return;
-  const std::lock_guard lock(mutex);
-  speeds[result.device.id] = {result.fitSeconds / (voxels * result.iterationsRun),
-                              std::max(0.0, result.seconds - result.fitSeconds) / (voxels + output)};
+  const std::lock_guard lock(mutex_);
+  speeds_[result.device.id] = {result.fitSeconds / (voxels * result.iterationsRun),
+                               std::max(0.0, result.seconds - result.fitSeconds) / (voxels + output)};
+}
+
+double estimateSeconds(const ReconstructionInput& input, const Settings& settings) {
+  return estimator().seconds(input, settings);
+}
+
+void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result) {
+  estimator().remember(input, result);
 }
 
 } // namespace innergs

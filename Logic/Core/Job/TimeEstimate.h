@@ -1,6 +1,10 @@
 #pragma once
 #include "Core/Job/ReconstructionJob.h"
 
+#include <chrono>
+#include <map>
+#include <mutex>
+
 namespace innergs {
 
 /// Seconds that a job will take with its second fit, roughly: often within a factor of two where nothing else
@@ -13,5 +17,47 @@ double estimateSeconds(const ReconstructionInput& input, const Settings& setting
 
 /// What a fit that ran to its end on another device than the CPU took, for estimates to come.
 void rememberSpeed(const ReconstructionInput& input, const ReconstructionResult& result);
+
+/// Seconds of the parts of a small fit.
+struct TrialTimes {
+  double start = 0;            // before the first iteration
+  double coarse = 0, fine = 0; // of one iteration
+  double refine = 0, render = 0;
+  double total = 0;
+};
+
+/// What estimateSeconds() works with: the timing of small fits, remembered.
+class TimeEstimator {
+public:
+  /// Runs a fit of a few iterations, the first ones coarse.
+  using Trial = std::function<TrialTimes(ReconstructionInput small, const Settings& settings, int coarse)>;
+
+  explicit TimeEstimator(Trial trial) : trial_(std::move(trial)) {}
+
+  double seconds(const ReconstructionInput& input, const Settings& settings);
+  void remember(const ReconstructionInput& input, const ReconstructionResult& result);
+
+private:
+  struct Timing {
+    TrialTimes times;
+    double voxels = 0, outputVoxels = 0; // of the small fit
+    std::chrono::steady_clock::time_point when;
+    bool disturbed = false; // by another job of this process
+  };
+  struct Speed {
+    double iteration = 0; // seconds per voxel
+    double rest = 0;      // seconds per voxel read or written
+  };
+  Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
+               double voxels) const;
+  Timing timingOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output);
+  double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
+                          const GridGeometry& output);
+
+  Trial trial_;
+  std::mutex mutex_;
+  std::map<std::string, Timing> timings_; // the quickest so far, by what they depend on
+  std::map<std::string, Speed> speeds_;   // by device
+};
 
 } // namespace innergs
