@@ -1,7 +1,7 @@
 #include "Evaluation/Baselines.h"
 
 #include "Core/Base/Error.h"
-#include "Evaluation/Gaps.h"
+#include "Core/Image/FilledImage.h"
 #include "Evaluation/ItkInterpolation.h"
 #include "Evaluation/SeparableResample.h"
 
@@ -43,7 +43,7 @@ Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation k
                 "Interpolation of a stack needs slices on one lattice: remove the slice poses.");
   ThreadPool pool(threads);
   pool.setStop(stop);
-  const FilledStack filled = fillGaps(stack, stop);
+  const FilledImage filled = filledImage(stack, stop);
   Upsampled result{{grid, resample(filled.image, grid, kind, pool)},
                    insideBox(stack.image.geometry, grid, pool)};
   if (!filled.known.empty()) {

@@ -1,8 +1,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Image/FilledImage.h"
 #include "Core/Render/Render.h"
 #include "Evaluation/EvaluationRuns.h"
-#include "Evaluation/Gaps.h"
 #include "Evaluation/SliceInterpolation.h"
 
 #include <algorithm>
@@ -238,7 +238,7 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
         "or picture shows the rendering along the axial slices' normal alone.");
 
   MethodScore leak;
-  const Volume copy = fillGaps(unionStack(input)).image;
+  const Volume copy = filledImage(unionStack(input)).image;
   score(leak, input, report.peak, [&](int) -> const Volume& { return copy; });
   report.notes.push_back(formatted(
       "This protocol leaks: copying the voxels seen in the other planes and taking the nearest seen voxel "

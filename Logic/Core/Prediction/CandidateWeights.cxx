@@ -2,6 +2,7 @@
 
 #include "Core/Acquisition/Observation.h"
 #include "Core/Base/Error.h"
+#include "Core/Image/FilledImage.h"
 
 #include <algorithm>
 #include <cmath>
@@ -232,29 +233,13 @@ std::vector<float> completeSlices(const Stack& stack, ThreadPool& pool) {
         voxels[k * plane + p] = column[k];
     }
   });
-  std::vector<std::int64_t> front, next;
-  for (std::int64_t p = 0; p < plane; ++p)
-    if (!empty[p]) front.push_back(p);
-  while (!front.empty() && static_cast<std::int64_t>(front.size()) < plane) {
-    pool.throwIfStopped();
-    next.clear();
-    for (const std::int64_t p : front) {
-      const std::int64_t i = p % size[0], j = p / size[0];
-      const auto visit = [&](std::int64_t q) {
-        if (!empty[q]) return;
-        empty[q] = 0;
-        for (std::int64_t k = 0; k < size[2]; ++k)
-          voxels[k * plane + q] = voxels[k * plane + p];
-        next.push_back(q);
-      };
-      if (i > 0) visit(p - 1);
-      if (i + 1 < size[0]) visit(p + 1);
-      if (j > 0) visit(p - size[0]);
-      if (j + 1 < size[1]) visit(p + size[0]);
-    }
-    front.swap(next);
-  }
-  return voxels;
+  if (std::find(empty.begin(), empty.end(), 1) == empty.end()) return voxels;
+  Stack columns;
+  columns.image = {stack.image.geometry, std::move(voxels)};
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (const std::uint8_t none : empty)
+      columns.observed.push_back(!none);
+  return filledImage(columns, pool.stopToken()).image.voxels;
 }
 
 } // namespace innergs

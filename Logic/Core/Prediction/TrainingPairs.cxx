@@ -115,44 +115,6 @@ std::vector<std::uint8_t> knownBody(const FilledImage& filled, const std::stop_t
   return body;
 }
 
-FilledImage filledImage(const Stack& stack) {
-  FilledImage filled{stack.image, {}};
-  std::vector<float>& voxels = filled.image.voxels;
-  std::vector<std::uint8_t> known(voxels.size());
-  bool all = true;
-  for (std::size_t v = 0; v < voxels.size(); ++v) {
-    known[v] = std::isfinite(voxels[v]) && (stack.observed.empty() || stack.observed[v]);
-    all = all && known[v];
-  }
-  if (all) return filled;
-  const auto& n = filled.image.geometry.size;
-  std::vector<std::int64_t> front, next;
-  std::vector<std::uint8_t> reached = known;
-  for (std::size_t v = 0; v < voxels.size(); ++v)
-    if (known[v]) front.push_back(static_cast<std::int64_t>(v));
-  while (!front.empty()) {
-    next.clear();
-    for (const std::int64_t p : front) {
-      const std::int64_t i = p % n[0], j = p / n[0] % n[1], k = p / (n[0] * n[1]);
-      const auto visit = [&](bool exists, std::int64_t q) {
-        if (!exists || reached[q]) return;
-        reached[q] = 1;
-        voxels[q] = voxels[p];
-        next.push_back(q);
-      };
-      visit(k > 0, p - n[0] * n[1]);
-      visit(k + 1 < n[2], p + n[0] * n[1]);
-      visit(i > 0, p - 1);
-      visit(i + 1 < n[0], p + 1);
-      visit(j > 0, p - n[0]);
-      visit(j + 1 < n[1], p + n[0]);
-    }
-    front.swap(next);
-  }
-  filled.known = std::move(known);
-  return filled;
-}
-
 TrainingPlanes trainingPlanes(const FilledImage& filled, const std::vector<std::uint8_t>& body,
                               const SliceSampling& sampling, const TrainingPlanesRequest& request,
                               ThreadPool& pool) {

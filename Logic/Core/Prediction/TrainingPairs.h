@@ -1,18 +1,12 @@
 #pragma once
 #include "Core/Base/Parallel.h"
 #include "Core/Base/Random.h"
+#include "Core/Image/FilledImage.h"
 #include "Core/Prediction/SliceSampling.h"
 
 namespace innergs {
 
-/// A stack ready to learn from: every voxel finite, `known` 0 where it was unobserved or not finite and the
-/// nearest known value stands in. Empty: all known.
-struct FilledImage {
-  Volume image;
-  std::vector<std::uint8_t> known;
-};
-FilledImage filledImage(const Stack& stack);
-/// The known voxels of its body mask.
+/// The known voxels of the image's body mask.
 std::vector<std::uint8_t> knownBody(const FilledImage& filled, const std::stop_token& stop);
 
 /// An in-plane image with the axis to be degraded along its rows, in thin samples: values[row][column].
