@@ -228,21 +228,21 @@ void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
   std::string key;
   const auto later = logic_->EstimateLater(parameters_, &key);
   const QString known = QString::fromStdString(key);
-  if (const auto found = slow_.constFind(known); found != slow_.constEnd()) {
+  if (const auto found = forecasts_.constFind(known); found != forecasts_.constEnd()) {
     estimate.seconds = found->seconds;
-    estimate.reason = QString::fromStdString(found->device);
+    estimate.reason = QString::fromStdString(found->reason);
     estimate.refusal = QString::fromStdString(found->refusal);
     return;
   }
   if (!later || estimating_ || isRunning()) return; // a time measured then means nothing
   estimating_ = true;
   run([this, later, known]() -> std::function<void()> {
-    vtkSlicerInnerGSLogic::SlowEstimate found;
+    JobForecast found;
     const std::string problem = sentenceOf([&] { found = later(); });
-    if (!problem.empty()) found.device = problem;
+    if (!problem.empty()) found.reason = problem;
     return [this, found, known] {
       estimating_ = false;
-      slow_.insert(known, found);
+      forecasts_.insert(known, found);
       Q_EMIT estimateChanged();
     };
   });
@@ -322,7 +322,7 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     break;
   }
   job_ = nullptr;
-  slow_.clear(); // a fit on a device tells how long others take there
+  forecasts_.clear(); // a fit on a device tells how long others take there
   if (event == vtkSlicerInnerGSLogic::JobFinishedEvent) {
     const Report report = reportOf(job);
     watchModels();

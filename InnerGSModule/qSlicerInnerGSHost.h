@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Job/JobOutline.h"
 #include "ScopedObservers.h"
 #include "Widgets/Host.h"
 
@@ -99,7 +100,7 @@ private:
   QTimer chosenEdited_;   // the mask or the region
   QString volumesBefore_; // as last reported
   bool active_ = false;
-  QMap<QString, vtkSlicerInnerGSLogic::SlowEstimate> slow_; // by the outline's key
+  QMap<QString, innergs::JobForecast> forecasts_; // by the outline's key
   bool estimating_ = false;
   EllipsoidNodes* ellipsoids_;
   QSet<QString> remade_;                // IDs of models that have been replaced

@@ -25,7 +25,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 namespace innergs::mrml {
 
@@ -266,50 +265,9 @@ std::string describeDevice(Parameters* parameters) {
   return filter->DescribeDevice();
 }
 
-double Outline::seconds() const {
-  double sum = 0;
-  for (const ReconstructionInput& fit : fits) {
-    const double seconds = innergs::estimateSeconds(fit, settings);
-    if (seconds == 0) return 0;
-    sum += seconds;
-  }
-  return sum;
-}
-
-std::string Outline::device(std::string& refusal) const {
-  std::string reason;
-  refusal = sentenceOf([&] {
-    reason = DeviceChoice(settings.device, settings.instructionSet, settings.selection).use.reason;
-  });
-  return reason;
-}
-
-MemoryNeed Outline::memory() const {
-  return memoryNeed(fits, settings);
-}
-
-std::string Outline::key() const {
-  std::ostringstream key;
-  key.precision(17);
-  key << settingsText(settings, 0) << '|' << settings.instructionSet << '|' << settings.threads;
-  const auto add = [&](const GridGeometry& grid) {
-    for (int a = 0; a < 3; ++a)
-      key << '|' << grid.size[a] << 'x' << grid.spacing[a];
-  };
-  for (const ReconstructionInput& fit : fits) {
-    key << "|fit " << fit.heldOutFraction;
-    for (const Stack& stack : fit.stacks) {
-      add(stack.image.geometry);
-      key << '/' << stack.thickness << '/' << static_cast<int>(stack.profile);
-    }
-    if (fit.outputGrid) add(*fit.outputGrid);
-  }
-  return key.str();
-}
-
-Outline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf) {
+JobOutline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf) {
   const auto filter = check(parameters, scene, thicknessOf);
-  Outline outline;
+  JobOutline outline;
   outline.settings = filter->GetSettings();
   filter->WithOutline(
       [&](const ReconstructionInput& input) { outline.fits = fitOutlines(input, filter->keepEvery); });

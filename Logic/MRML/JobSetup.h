@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Base/Failure.h"
-#include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/JobOutline.h"
 #include "Evaluation/JudgedReconstruction.h"
 #include "vtkInnerGSReconstruct.h"
 
@@ -81,20 +81,9 @@ vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRM
 /// Where a job with these settings will run, and why.
 std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 
-/// What a job will fit, for itself and for its quality table, without voxels. Knows no nodes, so any thread
-/// may use it.
-struct Outline {
-  Settings settings;
-  std::vector<ReconstructionInput> fits;
-  double seconds() const; // roughly; 0: unknown. May throw Error
-  /// Where it will run, and why; "" with a sentence in `refusal` when the device is refused.
-  std::string device(std::string& refusal) const;
-  MemoryNeed memory() const;
-  std::string key() const; // equal keys: equal estimates
-};
-/// Throws Error.
-Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
-                  const ThicknessOf& thicknessOf);
+/// Of the job and its quality table; knows no nodes, so any thread may use it. Throws Error.
+JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
+                     const ThicknessOf& thicknessOf);
 
 /// check(), and copies the voxels; without `copy` the worker copies them from what it shares with the nodes.
 /// Throws Error.

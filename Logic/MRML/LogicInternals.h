@@ -81,7 +81,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   /// Runs the task; what it throws becomes an ErrorEvent and the last error, and it returns false.
   bool guard(const std::function<void()>& task);
   void fail(const innergs::Failure& failure);
-  innergs::mrml::Outline outlineOf(vtkMRMLInnerGSParameterNode* parameters) const; // throws Error
+  innergs::JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters) const; // throws Error
   innergs::mrml::ThicknessOf thicknessOf() const;
   void showFine(const std::shared_ptr<innergs::mrml::SliceFollower>& follower,
                 const innergs::mrml::FinePlanes::Plane& plane);

@@ -60,7 +60,8 @@ void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::Slic
   }
 }
 
-mrml::Outline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) const {
+innergs::JobOutline
+vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) const {
   return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf());
 }
 
@@ -246,27 +247,18 @@ vtkTypeInt64 vtkSlicerInnerGSLogic::EstimateMemory(vtkMRMLInnerGSParameterNode* 
 
 double vtkSlicerInnerGSLogic::EstimateSeconds(vtkMRMLInnerGSParameterNode* parameters) {
   try {
-    return this->Work->outlineOf(parameters).seconds();
+    return this->Work->outlineOf(parameters).forecast().seconds;
   } catch (const std::exception&) {
     return 0;
   }
 }
 
-std::function<vtkSlicerInnerGSLogic::SlowEstimate()>
+std::function<innergs::JobForecast()>
 vtkSlicerInnerGSLogic::EstimateLater(vtkMRMLInnerGSParameterNode* parameters, std::string* key) {
   try {
-    const auto outline = std::make_shared<mrml::Outline>(this->Work->outlineOf(parameters));
+    const auto outline = std::make_shared<innergs::JobOutline>(this->Work->outlineOf(parameters));
     if (key) *key = outline->key();
-    return [outline] {
-      SlowEstimate estimate;
-      estimate.device = outline->device(estimate.refusal);
-      if (!estimate.refusal.empty()) return estimate;
-      try {
-        estimate.seconds = outline->seconds();
-      } catch (const std::exception&) { // unknown
-      }
-      return estimate;
-    };
+    return [outline] { return outline->forecast(); };
   } catch (const std::exception&) {
     return {};
   }

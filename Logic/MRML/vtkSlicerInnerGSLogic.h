@@ -98,13 +98,9 @@ public:
   std::string DescribeDevice(vtkMRMLInnerGSParameterNode* parameters);
 #ifndef __VTK_WRAP__
   /// The seconds and the device of what the parameters say now, to be found on any thread; empty for
-  /// parameters that are refused. key: the same for what leads to the same answer.
-  struct SlowEstimate {
-    double seconds = 0;
-    std::string device;
-    std::string refusal; // the sentence with which the device would refuse it; "" when it will not
-  };
-  std::function<SlowEstimate()> EstimateLater(vtkMRMLInnerGSParameterNode* parameters, std::string* key);
+  /// parameters that are refused. key: JobOutline's.
+  std::function<innergs::JobForecast()> EstimateLater(vtkMRMLInnerGSParameterNode* parameters,
+                                                      std::string* key);
 #endif
   ///@}
 

@@ -137,11 +137,11 @@ TEST_F(BadInputTest, EstimateOnAnotherThread) {
   const auto later = logic->EstimateLater(parameters, &key);
   ASSERT_TRUE(later);
   scene->RemoveNode(parameters->GetInputVolumeNode(0)); // it knows no nodes
-  vtkSlicerInnerGSLogic::SlowEstimate estimate;
+  JobForecast estimate;
   std::thread([&] { estimate = later(); }).join();
   EXPECT_GT(estimate.seconds, 0);
   EXPECT_LT(estimate.seconds, 600);
-  EXPECT_EQ(estimate.device, "On the CPU, as asked.");
+  EXPECT_EQ(estimate.reason, "On the CPU, as asked.");
   EXPECT_FALSE(logic->EstimateLater(parameters, nullptr)); // nothing is left to estimate
 
   parameters->SetInputVolumeNode(addThickVolume("The same again"));

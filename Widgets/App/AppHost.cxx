@@ -28,23 +28,6 @@ namespace innergs::app {
 namespace {
 
 /// Everything that time and device depend on.
-QString keyOf(const ReconstructionTask& task, const ReconstructionInput& input) {
-  const Settings& s = task.request.settings;
-  QString key = QString::fromStdString(settingsText(s, input.heldOutFraction) + "|" + s.instructionSet);
-  key += QStringLiteral("|%1|%2").arg(s.threads).arg(task.request.evaluateQuality ? task.request.qualityGap
-                                                                                  : -1);
-  const auto add = [&](const GridGeometry& grid) {
-    for (int a = 0; a < 3; ++a)
-      key += QStringLiteral("|%1x%2").arg(grid.size[a]).arg(grid.spacing[a]);
-  };
-  for (const Stack& stack : input.stacks) {
-    add(stack.image.geometry);
-    key += QStringLiteral("/%1/%2").arg(stack.thickness).arg(static_cast<int>(stack.profile));
-  }
-  add(*input.outputGrid);
-  return key;
-}
-
 [[noreturn]] void refuse(const QString& sentence) {
   throw Error(ErrorCode::InvalidArgument, sentence.toStdString());
 }
@@ -64,7 +47,7 @@ AppHost::AppHost(QObject* parent)
     connect(thread, &Background::failed, this, &AppHost::logged);
   const auto ended = [this] { // before anyone hears of it
     ++runs_;
-    slow_.clear(); // a fit tells how long others take
+    forecasts_.clear(); // a fit tells how long others take
   };
   connect(runner_, &Runner::finished, this, ended);
   connect(runner_, &Runner::failed, this, ended);
@@ -337,40 +320,24 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   return task;
 }
 
-void AppHost::fillSlowly(const ReconstructionTask& task, const std::vector<ReconstructionInput>& fits,
-                         ui::Estimate& estimate) {
-  const QString key = keyOf(task, fits.front());
-  const auto found = slow_.constFind(key);
-  if (found != slow_.constEnd()) {
-    estimate.refusal = found->refusal;
-    estimate.device = found->device;
-    estimate.reason = found->reason;
+void AppHost::fillSlowly(const JobOutline& outline, ui::Estimate& estimate) {
+  const QString key = QString::fromStdString(outline.key());
+  if (const auto found = forecasts_.constFind(key); found != forecasts_.constEnd()) {
+    estimate.refusal = QString::fromStdString(found->refusal);
+    estimate.device = QString::fromStdString(found->device);
+    estimate.reason = QString::fromStdString(found->reason);
     estimate.seconds = found->seconds;
     return;
   }
-  if (isRunning()) return; // a time measured beside a fit means nothing
-  slow_.insert(key, {});   // asked for
-  estimates_->run({}, [this, key, settings = task.request.settings, fits, run = runs_] {
-    auto slow = std::make_shared<Slow>();
-    slow->refusal = sentenceOf([&] {
-      const DeviceChoice choice(settings.device, settings.instructionSet, settings.selection);
-      slow->device = QString::fromStdString(choice.use.name);
-      slow->reason = QString::fromStdString(choice.use.reason);
-    });
-    sentenceOf([&] { // without it the time is unknown
-      double sum = 0;
-      for (const ReconstructionInput& fit : fits) {
-        const double seconds = estimateSeconds(fit, settings);
-        if (seconds == 0) return;
-        sum += seconds;
-      }
-      slow->seconds = sum;
-    });
-    return [this, key, slow, run] {
+  if (isRunning()) return;    // a time measured beside a fit means nothing
+  forecasts_.insert(key, {}); // asked for
+  estimates_->run({}, [this, key, outline, run = runs_] {
+    const JobForecast forecast = outline.forecast();
+    return [this, key, forecast, run] {
       if (run == runs_)
-        slow_.insert(key, *slow);
+        forecasts_.insert(key, forecast);
       else
-        slow_.remove(key); // measured beside a reconstruction: repeat
+        forecasts_.remove(key); // measured beside a reconstruction: repeat
       Q_EMIT estimateChanged();
     };
   });
@@ -381,10 +348,10 @@ ui::Estimate AppHost::estimate(const ui::Request& request) {
   estimate.available = availableMemory();
   const QString refusal = sentenceOf([&] {
     const ReconstructionTask task = taskFor(request);
-    const std::vector<ReconstructionInput> fits = fitOutlines(makeInput(task, false), keepEvery(task));
-    const MemoryNeed need = memoryNeed(fits, request.settings, estimate.available);
+    const JobOutline outline{request.settings, fitOutlines(makeInput(task, false), keepEvery(task))};
+    const MemoryNeed need = memoryNeed(outline.fits, outline.settings, estimate.available);
     estimate.memory = need.bytes;
-    fillSlowly(task, fits, estimate);
+    fillSlowly(outline, estimate);
     if (!need.refusal.empty() && !isRunning()) throw Error(ErrorCode::Memory, need.refusal);
   });
   if (!refusal.isEmpty()) estimate.refusal = refusal;

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Job/JobOutline.h"
 #include "Widgets/App/Document.h"
 #include "Widgets/App/Runner.h"
 #include "Widgets/Host.h"
@@ -65,8 +66,7 @@ private:
   void deliver(Outcome outcome);
   void readWantedFrame(const QString& id);
   /// The slow parts, on a thread: asking a driver, timing a small fit.
-  void fillSlowly(const ReconstructionTask& task, const std::vector<ReconstructionInput>& fits,
-                  ui::Estimate& estimate);
+  void fillSlowly(const JobOutline& outline, ui::Estimate& estimate);
 
   Document document_;
   Background* background_; // files
@@ -74,12 +74,8 @@ private:
   ui::Request request_;              // of the reconstruction that runs
   QHash<QString, int> wantedFrames_; // by item, while one is read
   Background* estimates_;
-  struct Slow {
-    QString refusal, device, reason;
-    double seconds = 0;
-  };
-  QHash<QString, Slow> slow_; // by what was asked for
-  int runs_ = 0;              // reconstructions begun and ended: times measured across one say nothing
+  QHash<QString, JobForecast> forecasts_; // by the outline's key
+  int runs_ = 0; // reconstructions begun and ended: times measured across one say nothing
 };
 
 } // namespace innergs::app
