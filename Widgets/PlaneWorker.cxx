@@ -75,13 +75,9 @@ struct PlaneWorker::Work {
       query->SetPlaneToRASMatrix(matrix);
       query->SetSpacing(task.pixelSize, task.pixelSize);
       query->SetDimensions(task.columns, task.rows);
-      query->Modified(); // so that it makes a new output: the last one was given away
-      query->Update();
+      result.image = query->Query();
       result.error = QString::fromStdString(query->GetErrorMessage());
-      if (query->GetAborted() || !result.error.isEmpty()) return result;
-      result.image = vtkSmartPointer<vtkImageData>::New();
-      result.image->ShallowCopy(query->GetOutput());
-      query->GetOutput()->Initialize();
+      if (!result.image) return result;
       result.ijkToRAS->DeepCopy(query->GetOutputIJKToRASMatrix());
       result.milliseconds = query->GetQueryMilliseconds();
       if (task.columns == 1 && task.rows == 1) {

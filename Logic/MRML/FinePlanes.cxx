@@ -63,14 +63,8 @@ FinePlanes::Plane FinePlanes::query(const Key& follower, const PlaneRequest& req
   query_->SetPlaneToRASMatrix(request.planeToRAS);
   query_->SetDimensions(request.columns, request.rows);
   query_->SetSpacing(request.spacing, request.spacing);
-  query_->Modified(); // its last output was given away
-  query_->Update();
-  if (!query_->GetAborted() && query_->GetErrorMessage().empty()) {
-    plane.image = vtkSmartPointer<vtkImageData>::New();
-    plane.image->ShallowCopy(query_->GetOutput());
-    plane.toRAS->DeepCopy(query_->GetOutputIJKToRASMatrix());
-  }
-  query_->GetOutput()->Initialize();
+  plane.image = query_->Query();
+  if (plane.image) plane.toRAS->DeepCopy(query_->GetOutputIJKToRASMatrix());
   query_->SetModel(nullptr);
   return plane;
 }

@@ -113,6 +113,16 @@ vtkImageData* vtkInnerGSPlaneQuery::GetOutput() {
   return vtkImageData::SafeDownCast(this->GetOutputDataObject(0));
 }
 
+vtkSmartPointer<vtkImageData> vtkInnerGSPlaneQuery::Query() {
+  this->Modified(); // the last output was given away
+  this->Update();
+  if (this->GetAborted() || !this->GetErrorMessage().empty()) return nullptr;
+  const auto image = vtkSmartPointer<vtkImageData>::New();
+  image->ShallowCopy(this->GetOutput());
+  this->GetOutput()->Initialize();
+  return image;
+}
+
 vtkMatrix4x4* vtkInnerGSPlaneQuery::GetOutputIJKToRASMatrix() {
   return this->Work->outputToRAS;
 }

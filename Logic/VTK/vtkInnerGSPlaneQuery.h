@@ -3,6 +3,8 @@
 
 #include "vtkInnerGSAlgorithm.h"
 
+#include "vtkSmartPointer.h"
+
 class vtkAbstractTransform;
 class vtkImageData;
 class vtkMatrix4x4;
@@ -44,6 +46,10 @@ public:
   /// Device: the CPU by default, as a plane takes it some milliseconds; on another one the model then stays.
 
   vtkImageData* GetOutput();
+#ifndef __VTK_WRAP__
+  /// Executes and gives the output away; null when it was stopped or failed.
+  vtkSmartPointer<vtkImageData> Query();
+#endif
   /// Of the output image.
   vtkMatrix4x4* GetOutputIJKToRASMatrix();
   /// Milliseconds that the last execution took.
