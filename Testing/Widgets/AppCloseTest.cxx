@@ -191,7 +191,7 @@ private Q_SLOTS:
   }
 
   void closedWhileAFileIsRead() {
-    window_->open({writeBall(*sandbox_, "large.nii.gz", {128, 128, 60}, {1, 1, 1})});
+    window_->host()->open({writeBall(*sandbox_, "large.nii.gz", {128, 128, 60}, {1, 1, 1})});
     QVERIFY(host().background().isBusy());
     QVERIFY(!window_->close());
     QVERIFY(window_->findChild<QMessageBox*>("busyBox")->isVisible());
@@ -200,7 +200,7 @@ private Q_SLOTS:
   }
 
   void closingWhileAFileIsReadIsTakenBack() {
-    window_->open(
+    window_->host()->open(
         {writeBall(*sandbox_, "large.nii.gz", {160, 160, 80}, {1, 1, 1}), sandbox_->path("absent.nii")});
     QVERIFY(!window_->close());
     QVERIFY(!window_->close()); // one box
@@ -216,7 +216,7 @@ private Q_SLOTS:
     app::VolumeItem item = app::makeItem(ball({8, 8, 8}, {1, 1, 1}), "result");
     item.saved = false;
     host().document().add(std::move(item));
-    window_->open({sandbox_->path("absent.nii")});
+    window_->host()->open({sandbox_->path("absent.nii")});
     answerBox("unsavedBox", "Cancel");
     QVERIFY(!window_->close());
     QVERIFY(errorText().contains("does not exist; check the path."));

@@ -24,12 +24,12 @@ class AppFilesTest : public AppWindowTest {
   Q_OBJECT
 private Q_SLOTS:
   void saysWhatIsWrong() {
-    window_->open({sandbox_->path("absent.nii")});
+    window_->host()->open({sandbox_->path("absent.nii")});
     QVERIFY(errorText().contains("does not exist; check the path."));
-    window_->open({writeRgb(*sandbox_, "rgb.nii")});
+    window_->host()->open({writeRgb(*sandbox_, "rgb.nii")});
     QVERIFY(errorText().contains("colour (RGB) pixels; convert it to grey values first."));
     // Several at once in one box.
-    window_->open({writeBall(*sandbox_, "slice.nii", {16, 16, 1}), sandbox_->path("absent.innergs"),
+    window_->host()->open({writeBall(*sandbox_, "slice.nii", {16, 16, 1}), sandbox_->path("absent.innergs"),
                    writeBall(*sandbox_, "fine.nii")});
     const QString text = errorText();
     QVERIFY(text.contains("single slice") && text.contains("absent.innergs"));
@@ -81,7 +81,7 @@ private Q_SLOTS:
 
   void opensLargeFilesWithoutHoldingTheWindow() {
     const QString file = writeBall(*sandbox_, "large.nii.gz", {160, 160, 120}, {1, 1, 1});
-    window_->open({file});
+    window_->host()->open({file});
     QVERIFY(host().background().isBusy()); // on its thread
     QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), 60000);
     QCOMPARE(lines(), QStringList{"large"});
@@ -160,7 +160,7 @@ private Q_SLOTS:
     QVERIFY(tree->topLevelItem(0)->toolTip(0).contains("2 of 512 voxels"));
     QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("tracked sweep"));
     QVERIFY(logged.last().first().toString().contains("tracked sweep"));
-    window_->open({nothing});
+    window_->host()->open({nothing});
     QVERIFY(errorText().contains("no voxel with a finite value"));
   }
 

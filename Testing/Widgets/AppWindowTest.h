@@ -37,7 +37,7 @@ protected:
     return names;
   }
   void open(const QStringList& paths) {
-    window_->open(paths);
+    window_->host()->open(paths);
     QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), 60000);
   }
   void setQuick(bool longFit = false) {

@@ -23,6 +23,7 @@ class ReconstructionPanel;
 namespace innergs::app {
 
 class DataList;
+class FileDialogs;
 
 /// The desktop app's window: views in the middle; panels and data list in docks.
 class MainWindow : public QMainWindow {
@@ -33,6 +34,7 @@ public:
 
   AppHost* host() { return host_; }
   ViewState* state() { return state_; }
+  FileDialogs* files() { return files_; }
   ViewGrid* views() { return views_; }
   ui::ReconstructionPanel* reconstruction() { return reconstruction_; }
   ui::QueryPanel* query() { return query_; }
@@ -41,10 +43,6 @@ public:
   /// The same, and the keyboard goes to its first control.
   void goToPanel(const QString& name);
 
-  /// Opens files and DICOM folders on a thread; the views show the last volume.
-  void open(const QStringList& paths);
-  /// Asks for the head if none is found.
-  void openSample();
   /// Presses Reconstruct; with `all`, from all volumes that are open.
   void reconstruct(bool all);
 
@@ -66,23 +64,15 @@ private:
   void updateActions();
   /// That panels and menus act on.
   void setModel(const QString& id);
+  void remember(const QString& file);
   void fillRecent();
-
-  void openFiles();
-  void openFolder();
-  /// Asks where; false when it was not written.
-  bool saveAs(const QString& id);
-  /// Asks when the item is not saved.
-  void closeItem(const QString& id);
-  /// Asks whether unsaved items may be lost.
-  bool mayDiscard();
-  void tell(const QString& sentence);
   void tellErrors();
   void showFinished(const ui::Report& report);
   void reconstructionEnded();
 
   AppHost* host_;
   ViewState* state_;
+  FileDialogs* files_;
   ViewGrid* views_;
   DataList* list_ = nullptr;
   ui::ReconstructionPanel* reconstruction_ = nullptr;

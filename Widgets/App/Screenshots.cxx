@@ -1,6 +1,7 @@
 // Writes the pictures of Docs/screenshots: drives the app as a person would, from the sample brain.
 // Usage: innergs_screenshots FOLDER [all|scaled]
 #include "Widgets/App/Background.h"
+#include "Widgets/App/FileDialogs.h"
 #include "Widgets/App/MainWindow.h"
 #include "Widgets/App/Startup.h"
 #include "Widgets/QueryPanel.h"
@@ -72,7 +73,7 @@ int main(int argc, char** argv) {
   auto* host = window.host();
   QObject::connect(host, &innergs::app::AppHost::failed,
                    [](const QString& sentence) { QTextStream(stderr) << sentence << "\n"; });
-  window.openSample();
+  window.files()->openSample();
   if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().volumes().empty())
     return 1;
   innergs::ui::Request request = window.reconstruction()->request();

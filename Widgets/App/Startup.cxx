@@ -1,6 +1,7 @@
 #include "Widgets/App/Startup.h"
 
 #include "Widgets/App/Background.h"
+#include "Widgets/App/FileDialogs.h"
 #include "Widgets/App/MainWindow.h"
 
 #include <QVTKOpenGLNativeWidget.h>
@@ -75,9 +76,9 @@ void carryOut(MainWindow* window, const CommandLine& line) {
     once->deleteLater();
     afterOpening();
   });
-  if (line.sample && line.screenshot.isEmpty()) window->openSample();
+  if (line.sample && line.screenshot.isEmpty()) window->files()->openSample();
   if (line.sample && !line.screenshot.isEmpty()) host->openSample(); // a script chooses no files
-  window->open(files);
+  window->host()->open(files);
 }
 
 void prepare() {
