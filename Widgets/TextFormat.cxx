@@ -16,6 +16,13 @@ struct Words {
   Q_DECLARE_TR_FUNCTIONS(innergs::ui::Words)
 };
 
+/// With the locale's separators; a number has one kind of them.
+QString localized(const std::string& number) {
+  QString text = QString::fromStdString(number);
+  return text.contains(QLatin1Char(',')) ? text.replace(QLatin1Char(','), QLocale().groupSeparator())
+                                         : text.replace(QLatin1Char('.'), QLocale().decimalPoint());
+}
+
 } // namespace
 
 QString roughDuration(double seconds) {
@@ -44,13 +51,11 @@ QString exactDuration(double seconds) {
 }
 
 QString memorySize(std::int64_t bytes) {
-  QString text = QString::fromStdString(bytesText(static_cast<double>(bytes)));
-  return text.replace(QLatin1Char('.'), QLocale().decimalPoint());
+  return localized(bytesText(static_cast<double>(bytes)));
 }
 
 QString countText(std::int64_t count) {
-  QString text = QString::fromStdString(innergs::countText(count));
-  return text.replace(QLatin1Char(','), QLocale().groupSeparator());
+  return localized(innergs::countText(count));
 }
 
 QString gaussiansText(std::int64_t count) {
@@ -83,7 +88,7 @@ bool isOurMethod(const QString& method) {
 }
 
 QString lengthText(double mm) {
-  return QLocale().toString(mm, 'g', 3);
+  return localized(innergs::lengthText(mm));
 }
 
 QString sentence(const QString& text) {

@@ -1,5 +1,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/BackProjection.h"
@@ -190,16 +191,16 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
 
   const std::string where =
       c.kind == HeldOutCase::Kind::KeepEvery
-          ? formatted("the %s slices between the kept ones, every %s, %g mm apart (no method saw them in any "
+          ? formatted("the %s slices between the kept ones, every %s, %s mm apart (no method saw them in any "
                       "plane)",
                       planeName(planeAcross(grid, 2)),
                       c.factor == 2   ? "2nd"
                       : c.factor == 3 ? "3rd"
                                       : (std::to_string(c.factor) + "th").c_str(),
-                      c.factor * grid.spacing[2])
+                      lengthText(c.factor * grid.spacing[2]).c_str())
           : "the whole volume that the thick slices cover (no method saw the thin slices)";
   report.samples = formatted(
-      "%lld voxels: %s, inside %s.", static_cast<long long>(report.voxels), where.c_str(),
+      "%s voxels: %s, inside %s.", countText(report.voxels).c_str(), where.c_str(),
       options.mask ? "the mask of the reconstruction"
                    : "the body mask of the truth (Otsu's threshold, largest component, holes filled)");
   if (options.keepVolumes) {

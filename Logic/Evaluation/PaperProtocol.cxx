@@ -1,5 +1,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Base/Quantities.h"
 #include "Core/Image/FilledImage.h"
 #include "Core/Render/Render.h"
 #include "Evaluation/EvaluationRuns.h"
@@ -196,11 +197,10 @@ EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& op
         counts[static_cast<int>(plane)] * input.truth.geometry.voxelCount() / input.truth.geometry.size[axis];
   }
   report.samples =
-      formatted("the %lld axial, %lld coronal and %lld sagittal withheld slices that are not empty, "
+      formatted("the %s axial, %s coronal and %s sagittal withheld slices that are not empty, "
                 "background included; nearly all of "
                 "their voxels were seen in the other two planes.",
-                static_cast<long long>(counts[0]), static_cast<long long>(counts[1]),
-                static_cast<long long>(counts[2]));
+                countText(counts[0]).c_str(), countText(counts[1]).c_str(), countText(counts[2]).c_str());
 
   if (options.gaussians) {
     MethodScore method;

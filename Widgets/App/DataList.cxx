@@ -30,9 +30,7 @@ QString tipOf(const VolumeItem& item) {
   QString tip =
       DataList::tr("%1 voxels of %2 × %3 × %4 mm, %5 slices\n%6")
           .arg(sizeOf(item))
-          .arg(g.spacing[0], 0, 'g', 4)
-          .arg(g.spacing[1], 0, 'g', 4)
-          .arg(g.spacing[2], 0, 'g', 4)
+          .arg(ui::lengthText(g.spacing[0]), ui::lengthText(g.spacing[1]), ui::lengthText(g.spacing[2]))
           .arg(orientationOf(g, item.sliceAxis), item.saved ? item.file : DataList::tr("Not saved yet"));
   return item.note.isEmpty() ? tip : tip + QLatin1Char('\n') + item.note;
 }

@@ -5,6 +5,7 @@
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/TextFormat.h"
 
 #include <QCoreApplication>
 #include <QFileInfo>
@@ -76,11 +77,11 @@ std::vector<VolumeItem> makeSample(const QString& brain) {
   Stack scan = simulateThickStack(head, 2, slices);
   const QString name =
       QFileInfo(brain).fileName().startsWith(QLatin1String("ch2")) ? tr("Brain") : nameOf(brain);
-  const auto length = [](double mm) { return QString::number(mm, 'g', 3); };
   std::vector<VolumeItem> items;
-  items.push_back(makeItem(std::move(scan.image), tr("%1, %2 mm slices").arg(name, length(scan.thickness)),
-                           {}, scan.thickness, 2));
-  items.push_back(makeItem(std::move(head), tr("%1, %2 mm").arg(name, length(step)), brain));
+  items.push_back(makeItem(std::move(scan.image),
+                           tr("%1, %2 mm slices").arg(name, ui::lengthText(scan.thickness)), {},
+                           scan.thickness, 2));
+  items.push_back(makeItem(std::move(head), tr("%1, %2 mm").arg(name, ui::lengthText(step)), brain));
   items.back().role = VolumeRole::Truth;
   return items;
 }

@@ -3,6 +3,7 @@
 #include "Core/Base/NumberText.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace innergs {
 
@@ -11,6 +12,10 @@ std::string bytesText(double bytes) {
   if (bytes < 999.5e6) return formatted("%.0f MB", bytes * 1e-6);
   if (bytes < 99.95e9) return formatted("%.1f GB", bytes * 1e-9);
   return formatted("%.0f GB", std::min(bytes, 1e21) * 1e-9);
+}
+
+std::string lengthText(double mm) {
+  return formatted(std::abs(mm) < 999.5 ? "%.3g" : "%.0f", mm);
 }
 
 std::string countText(std::int64_t count) {

@@ -9,5 +9,7 @@ namespace innergs {
 std::string bytesText(double bytes);
 /// "1,045,528".
 std::string countText(std::int64_t count);
+/// Without its unit, to three significant digits: "0.9", "4", "2.67", "1250".
+std::string lengthText(double mm);
 
 } // namespace innergs

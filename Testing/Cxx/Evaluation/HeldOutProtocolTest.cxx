@@ -1,4 +1,5 @@
 #include "Core/Base/Error.h"
+#include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/Baselines.h"
@@ -192,7 +193,7 @@ TEST(HeldOutProtocol, ScoresAreThoseOfTheMethodsOnTheNamedSamples) {
   EXPECT_EQ(report.voxels, count);
   EXPECT_NEAR(method(report, "linear").psnr,
               10 * std::log10(report.peak * report.peak * double(count) / squares), 1e-4);
-  EXPECT_NE(report.samples.find(std::to_string(count)), std::string::npos);
+  EXPECT_NE(report.samples.find(countText(count) + " voxels"), std::string::npos);
 }
 
 TEST(HeldOutProtocol, OrthogonalStacksBeatOneAndBackProjectionBeatsTheAverage) {

@@ -20,3 +20,10 @@ TEST(Quantities, GroupsTheDigitsOfCounts) {
   EXPECT_EQ(countText(1'045'528), "1,045,528");
   EXPECT_EQ(countText(-123'456), "-123,456");
 }
+
+TEST(Quantities, SaysLengthsToThreeDigits) {
+  EXPECT_EQ(lengthText(0.9), "0.9");
+  EXPECT_EQ(lengthText(4), "4");
+  EXPECT_EQ(lengthText(8. / 3), "2.67");
+  EXPECT_EQ(lengthText(1250.4), "1250");
+}
