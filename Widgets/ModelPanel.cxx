@@ -78,8 +78,8 @@ void ModelPanel::build() {
   row(gaussians_, "modelGaussians", tr("Gaussians"), tr("Number of Gaussians in the model"));
   row(memory_, "modelMemory", tr("Memory"), tr("Memory that the model takes"));
   row(size_, "modelSize", tr("Extent"),
-      tr("Size (mm) of the region that was fitted, along right–left, anterior–posterior "
-         "and superior–inferior"));
+      tr("Size of the box that holds the fitted region, along right–left, anterior–posterior and "
+         "superior–inferior"));
   row(origin_, "modelOrigin", tr("From"), tr("The scans or the file that it comes from"));
   row(file_, "modelFile", tr("File"), tr("The file that it was last read from or saved to, and its size"));
   row(description_, "modelDescription", tr("Summary"),
@@ -133,7 +133,7 @@ void ModelPanel::refresh() {
     return locale.toString(info.bounds[2 * axis + 1] - info.bounds[2 * axis], 'f', 1);
   };
   size_->setText(known && info.bounds[1] >= info.bounds[0]
-                     ? tr("%1 × %2 × %3 mm").arg(length(0), length(1), length(2))
+                     ? tr("%1 × %2 × %3 mm along R, A, S").arg(length(0), length(1), length(2))
                      : none);
   origin_->setText(info.origin.isEmpty() ? none : info.origin);
   const QFileInfo file(info.file);

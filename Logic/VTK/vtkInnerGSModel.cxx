@@ -87,8 +87,10 @@ std::string vtkInnerGSModel::GetDescription() {
   std::string text = innergs::countText(this->GetNumberOfGaussians()) + " Gaussians, " +
                      this->GetBlendingName() + " blending";
   if (field.region().voxelCount() > 0) {
-    const innergs::Vec3 extent = field.region().extent();
-    text += innergs::formatted(", %.1f x %.1f x %.1f mm", extent[0], extent[1], extent[2]);
+    double b[6];
+    this->GetBounds(b);
+    text +=
+        innergs::formatted(", %.1f x %.1f x %.1f mm along R, A, S", b[1] - b[0], b[3] - b[2], b[5] - b[4]);
   }
   if (!field.residual.voxels.empty()) text += ", with a residual grid";
   if (this->IsMasked()) text += ", inside a mask";

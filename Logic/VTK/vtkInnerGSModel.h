@@ -37,7 +37,7 @@ public:
   int GetNumberOfIterations();
   /// "normalised", "additive", "alpha"; "" when empty.
   std::string GetBlendingName();
-  /// One line for people: count, blending, size, memory.
+  /// One line for people: count, blending, size of GetBounds(), memory.
   std::string GetDescription();
 
   /// The axis-aligned RAS box (xmin, xmax, ymin, ...; mm, to voxel edges) of the region that was fitted, cut

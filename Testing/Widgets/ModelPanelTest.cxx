@@ -98,7 +98,7 @@ private Q_SLOTS:
     QCOMPARE(shown.panel.modelId(), shown.id);
     QCOMPARE(shown.text("modelGaussians"), QString("400"));
     QCOMPARE(shown.text("modelMemory"), QString("26 kB"));
-    QCOMPARE(shown.text("modelSize"), QString("80.0 × 80.0 × 80.0 mm"));
+    QCOMPARE(shown.text("modelSize"), QString("80.0 × 80.0 × 80.0 mm along R, A, S"));
     QCOMPARE(shown.text("modelOrigin"), QString("head, side"));
     QCOMPARE(shown.text("modelState"), QString("Not saved yet"));
     QVERIFY(shown.panel.findChild<QLabel*>("modelState")->font().bold());

@@ -34,7 +34,8 @@ TEST(Model, KnowsItsPlaceInRAS) {
   EXPECT_TRUE(closeTo(matrix, rasMatrix(field.domain)));
   EXPECT_TRUE(model->IsInside(-14.4, 7.9, -5.4));
   EXPECT_FALSE(model->IsInside(-14.6, 7.9, -5.4));
-  EXPECT_NE(model->GetDescription().find("normalised blending, 10.0 x 16.0 x 18.0 mm"), std::string::npos)
+  EXPECT_NE(model->GetDescription().find("normalised blending, 10.0 x 16.0 x 18.0 mm along R, A, S"),
+            std::string::npos)
       << model->GetDescription();
 }
 
