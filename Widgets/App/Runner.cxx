@@ -93,7 +93,7 @@ ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
   input.heldOutFraction = task.request.heldOutFraction;
   input.cropToMask =
       task.request.grid == ui::OutputGrid::Automatic || task.request.grid == ui::OutputGrid::Spacing;
-  if (voxels && task.mask) input.mask = maskOf(*task.mask->volume);
+  if (task.mask) input.mask = maskOf(*task.mask->volume);
   return input;
 }
 

@@ -20,7 +20,7 @@ struct ReconstructionTask {
   std::array<double, 2> window{0, 1}; // of the first input: the views change theirs meanwhile
 };
 
-/// The engine's input; without voxels (to estimate) nothing large is copied. Throws Error.
+/// The engine's input; without voxels (to estimate) only the mask's are copied. Throws Error.
 ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels);
 /// Protocol H keeps every n-th slice to judge the quality; none: not asked for.
 std::optional<int> keepEvery(const ReconstructionTask& task);

@@ -149,6 +149,14 @@ std::int64_t usable(const Stack& stack) {
 
 } // namespace
 
+double maskedShare(const ReconstructionInput& input, double volume) {
+  if (!input.mask || input.mask->voxels.empty()) return 1;
+  const Vec3& s = input.mask->geometry.spacing;
+  const auto inside = std::count_if(input.mask->voxels.begin(), input.mask->voxels.end(),
+                                    [](std::uint8_t voxel) { return voxel != 0; });
+  return std::clamp(static_cast<double>(inside) * s[0] * s[1] * s[2] / volume, 1e-3, 1.0);
+}
+
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) {
   if (std::all_of(prepared.heldOut.begin(), prepared.heldOut.end(),
                   [](const auto& withheld) { return withheld.empty(); }))

@@ -27,6 +27,9 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
 /// Throws Error(InvalidArgument) unless it is from 0 to 0.5.
 void checkHeldOutFraction(double fraction);
 
+/// The share of the stacks' volume (mm³) that the mask holds; 1 without a mask, or without its voxels.
+double maskedShare(const ReconstructionInput& input, double volume);
+
 /// What Gaussians start on: the stacks with their withheld slices filled in from the nearest fitted ones on
 /// either side. The copies that this takes are in `bridged`.
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);

@@ -3,6 +3,7 @@
 #include "Core/Base/Failure.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Device/Devices.h"
+#include "Core/Job/JobInput.h"
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 
@@ -47,6 +48,7 @@ std::string JobOutline::key() const {
       add(static_cast<double>(stack.profile));
     }
     if (fit.outputGrid) addGrid(*fit.outputGrid);
+    if (fit.mask) add(maskedShare(fit, 1e9));
   }
   return key;
 }

@@ -10,7 +10,7 @@ struct JobForecast {
   double seconds = 0;         // roughly; 0: unknown
 };
 
-/// The fits that a job makes one after the other, without voxels: for estimates.
+/// The fits that a job makes one after the other, for estimates: without voxels but for the mask's.
 struct JobOutline {
   Settings settings;
   std::vector<ReconstructionInput> fits;

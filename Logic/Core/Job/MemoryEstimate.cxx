@@ -91,7 +91,8 @@ std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& s
 
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings) {
   if (input.stacks.empty()) return 0;
-  const DataTraits traits = geometryTraits(input.stacks);
+  DataTraits traits = geometryTraits(input.stacks);
+  traits.reached = maskedShare(input, traits.volume);
   if (predicts(settings, traits)) {
     Settings filled = settings;
     makePlan(filled, traits);

@@ -233,13 +233,14 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
   const DataTraits traits = geometryTraits(input.stacks);
+  const double share = maskedShare(input, traits.volume); // of the voxels that are fitted
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
-  const double voxels = voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
+  const double voxels = share * voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.ensembleSize;
   const double fits =
       input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too
-  if (predicts(settings, traits)) return fits * predictedSeconds(input, settings, filled, output);
+  if (predicts(settings, traits)) return fits * share * predictedSeconds(input, settings, filled, output);
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);
   if (!device.onCpu()) {

@@ -63,6 +63,21 @@ TEST_F(TimeEstimate, GrowsWithTheVolumeInProportion) {
   EXPECT_NEAR(estimator.seconds(outline(160), settings), 8 * estimator.seconds(outline(80), settings), 1e-6);
 }
 
+TEST_F(TimeEstimate, IsThatOfWhatTheMaskHolds) {
+  ReconstructionInput input = outline(60);
+  perOutputVoxel = 0;
+  Settings settings = threaded();
+  settings.iterations = 100;
+  const double whole = estimator.seconds(input, settings);
+  input.mask = Mask{input.stacks[0].image.geometry, {}};
+  EXPECT_EQ(estimator.seconds(input, settings), whole) << "its voxels are not known";
+  input.mask->voxels.resize(60 * 60 * 60);
+  std::fill_n(input.mask->voxels.begin(), 60 * 60 * 15, std::uint8_t{1});
+  EXPECT_NEAR(estimator.seconds(input, settings), 0.25 * whole, 1e-6 * whole);
+  const Settings best = threaded(Preset::Best);
+  EXPECT_LT(estimateMemory(input, best), estimateMemory(outline(60), best));
+}
+
 TEST(TimeEstimateOfThisMachine, IsForEverySettingAboveZero) {
   for (const Preset preset : {Preset::Fast, Preset::Balanced, Preset::Best, Preset::Paper})
     for (const double gap : {1.0, 4.0}) {
