@@ -233,8 +233,19 @@ void writeRendered(const Volume& volume, const GaussianField& field, const std::
   if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
 }
 
-GaussianField loadField(const std::filesystem::path& path) {
-  return readModel(path).field;
+GaussianField loadField(const std::filesystem::path& path, std::optional<double> fill) {
+  GaussianField field = readModel(path).field;
+  if (fill && field.support.voxels.empty())
+    throw Error(ErrorCode::InvalidArgument,
+                quoted(path) + " was not fitted inside a mask, so nothing is outside: leave --fill out.");
+  if (fill) field.fill = static_cast<float>(*fill);
+  return field;
+}
+
+void addFill(CLI::App& command, std::optional<double>& fill) {
+  command.add_option("--fill", fill, "Value outside the mask [the model's own]")
+      ->type_name("VALUE")
+      ->check(CLI::Range(-1e30, 1e30));
 }
 
 bool looksLikeModel(const std::filesystem::path& path) {

@@ -97,7 +97,9 @@ void writeRendered(const Volume& volume, const GaussianField& field, const std::
                    OutputType type);
 
 /// Reads a model file or a PLY.
-GaussianField loadField(const std::filesystem::path& path);
+GaussianField loadField(const std::filesystem::path& path, std::optional<double> fill = {});
+/// --fill, for loadField().
+void addFill(CLI::App& command, std::optional<double>& fill);
 /// True when the file begins as a model or a PLY does, so that it is not an image.
 bool looksLikeModel(const std::filesystem::path& path);
 

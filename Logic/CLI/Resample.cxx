@@ -13,6 +13,7 @@ namespace {
 struct ResampleOptions {
   std::string model, output;
   GridOptions grid;
+  std::optional<double> fill;
   OutputType type = OutputType::Float32;
   Settings settings; // threads, selection and device
   bool quiet = false;
@@ -24,7 +25,7 @@ int resample(const ResampleOptions& o) {
   files.read(o.grid.reference);
   files.add(o.output, OutputFiles::Kind::Volume);
   Interrupt interrupt;
-  const GaussianField field = loadField(o.model);
+  const GaussianField field = loadField(o.model, o.fill);
   const GridGeometry grid = o.grid.choose(field.region(), field.region());
   checkMemory(8 * grid.voxelCount(), "The volume");
   RenderOptions render;
@@ -52,6 +53,7 @@ Subcommand addResample(CLI::App& app) {
       ->type_name("FILE");
   o->grid.add(*command, "the grid that was fitted, cut to the mask's box");
   addOutputType(*command, o->type);
+  addFill(*command, o->fill);
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "selection");
   addSetting(*command, o->settings, "device", "Where to render; auto takes a GPU for many voxels [auto]");

@@ -23,7 +23,7 @@ struct SliceOptions {
   std::optional<double> position;
   std::vector<double> centre, origin, normal, u, v, size, spacing;
   Frame frame;
-  std::optional<double> window, level;
+  std::optional<double> window, level, fill;
   OutputType type = OutputType::Float32;
   Settings settings; // threads, selection and device
   bool quiet = false;
@@ -163,7 +163,7 @@ int slice(const SliceOptions& o) {
   OutputFiles files;
   files.read(o.model);
   files.add(o.output, png ? OutputFiles::Kind::Png : OutputFiles::Kind::Volume);
-  const GaussianField field = loadField(o.model);
+  const GaussianField field = loadField(o.model, o.fill);
   const GridGeometry plane = slicePlane(o, field.region());
   checkMemory(8 * plane.voxelCount(), "The slice");
   RenderOptions render;
@@ -237,6 +237,7 @@ Subcommand addSlice(CLI::App& app) {
       ->check(CLI::PositiveNumber);
   command->add_option("--level", o->level, "PNG: middle of the grey window, scanner units")->type_name("L");
   addOutputType(*command, o->type);
+  addFill(*command, o->fill);
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "selection");
   addSetting(*command, o->settings, "device", "Where to render; auto takes a GPU for many pixels [auto]");

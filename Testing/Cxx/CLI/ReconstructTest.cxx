@@ -237,6 +237,12 @@ TEST_F(ReconstructTest, NothingIsInventedOutsideALabelMap) {
   EXPECT_GT(std::count(oblique.begin(), oblique.end(), -55.f), 10);
   for (const float v : oblique)
     ASSERT_TRUE(v == -55 || (v >= range.low && v <= range.high));
+  const Outcome refilled = run({"slice", path("out/m.innergs"), "--normal", "1,2,3", "--fill", "-1024", "-o",
+                                path("out/f.nii"), "-q"});
+  ASSERT_EQ(refilled.exitCode, 0) << refilled.err;
+  const std::vector<float> other = readVolume(path("out/f.nii")).voxels;
+  for (std::size_t v = 0; v < other.size(); ++v)
+    ASSERT_EQ(other[v], oblique[v] == -55 ? -1024 : oblique[v]) << v;
   const auto info = nlohmann::json::parse(run({"info", path("out/m.innergs"), "--json"}).out);
   EXPECT_EQ(info.at("notes").at("Mask"), "labels.nii");
   EXPECT_EQ(info.at("fill_value"), -55);
@@ -248,6 +254,10 @@ TEST_F(ReconstructTest, APlyFileOfAMaskedFitIsWarnedOf) {
       {"reconstruct", scan("scan.nii", phantom()), "--mask", path("scan.nii"), "--ply", path("out/m.ply")}));
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   EXPECT_NE(outcome.err.find("it leaves out the mask of"), std::string::npos) << outcome.err;
+  const Outcome filled =
+      run({"resample", path("out/m.ply"), "--fill", "0", "-o", path("out/filled.nii"), "-q"});
+  EXPECT_EQ(filled.exitCode, 1) << filled.err;
+  EXPECT_NE(filled.err.find("leave --fill out"), std::string::npos) << filled.err;
 }
 
 TEST_F(ReconstructTest, ConstantVolumeWorks) {
