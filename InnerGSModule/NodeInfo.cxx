@@ -6,12 +6,12 @@
 #include "vtkInnerGSResample.h"
 
 #include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLInnerGSModelStorageNode.h>
 #include <vtkMRMLInnerGSParameterNode.h>
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScalarVolumeDisplayNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
-#include <vtkMRMLStorageNode.h>
 #include <vtkMRMLSubjectHierarchyNode.h>
 #include <vtkMRMLTableNode.h>
 #include <vtkMRMLTransformNode.h>
@@ -28,6 +28,7 @@
 
 #include <QCoreApplication>
 #include <QDir>
+#include <QFileInfo>
 
 #include <algorithm>
 #include <deque>
@@ -204,10 +205,18 @@ ModelInfo infoOf(vtkMRMLInnerGSModelNode* node) {
         std::min({lengthOfColumn(domain, 0), lengthOfColumn(domain, 1), lengthOfColumn(domain, 2)});
   }
 
-  vtkMRMLStorageNode* storage = node->GetStorageNode();
+  auto* storage = vtkMRMLInnerGSModelStorageNode::SafeDownCast(node->GetStorageNode());
   if (storage && storage->GetFileName()) info.file = QString::fromUtf8(storage->GetFileName());
-  if (QDir::isRelativePath(info.file)) info.file.clear(); // a name within the scene's bundle
-  info.saved = !info.file.isEmpty() && !node->GetModifiedSinceRead();
+  if (!QFileInfo(info.file).isAbsolute() ||
+      !QFileInfo::exists(info.file)) { // unpacked from the scene's bundle
+    const char* url = node->GetScene() ? node->GetScene()->GetURL() : nullptr;
+    const QString bundle = QString::fromUtf8(url ? url : "");
+    if (bundle.endsWith(QLatin1String(".mrb"), Qt::CaseInsensitive))
+      info.file = bundle;
+    else if (QDir::isRelativePath(info.file))
+      info.file.clear();
+  }
+  info.saved = storage && storage->Holds(node);
   const char* inputs = node->GetAttribute("InnerGS.Inputs");
   info.origin = inputs ? QString::fromUtf8(inputs) : info.file;
   vtkMRMLModelNode* ellipsoids = ellipsoidsOf(node);

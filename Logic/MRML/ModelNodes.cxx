@@ -101,7 +101,7 @@ void ModelWriting::note() {
       vtkMRMLInnerGSModelStorageNode::SafeDownCast(model->GetStorageNode());
   if (!storage) return;
   storage->SetFileName(file_.c_str());
-  storage->NoteStored();
+  storage->NoteStored(model);
 }
 
 vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,

@@ -61,7 +61,12 @@ bool vtkMRMLInnerGSModelStorageNode::CanReadInReferenceNode(vtkMRMLNode* node) {
   return node && node->IsA("vtkMRMLInnerGSModelNode");
 }
 
-void vtkMRMLInnerGSModelStorageNode::NoteStored() {
+bool vtkMRMLInnerGSModelStorageNode::Holds(vtkMRMLInnerGSModelNode* node) {
+  return node && !node->IsEmpty() && this->Stored.lock() == node->GetModel()->GetCoreModel();
+}
+
+void vtkMRMLInnerGSModelStorageNode::NoteStored(vtkMRMLInnerGSModelNode* node) {
+  this->Stored = node->GetModel()->GetCoreModel();
   this->StoredTime->Modified();
 }
 
@@ -89,7 +94,8 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     innergs::ModelNotes notes;
     auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes));
     vtkNew<vtkInnerGSModel> model;
-    model->SetCoreModel(std::move(core));
+    model->SetCoreModel(core);
+    this->Stored = core;
     MRMLNodeModifyBlocker blocker(modelNode);
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
@@ -145,6 +151,8 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
     } else {
       innergs::writeModel(*core, path, notesOf(modelNode));
     }
+    this->Stored = core;
+    if (this->Partly) this->Stored.reset();
     return 1;
   } catch (...) {
     return this->Fail();

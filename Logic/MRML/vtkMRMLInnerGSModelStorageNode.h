@@ -4,7 +4,13 @@
 #include "vtkMRMLStorageNode.h"
 #include "vtkSlicerInnerGSModuleMRMLExport.h"
 
+#include <memory> // std::weak_ptr
 #include <string>
+
+class vtkMRMLInnerGSModelNode;
+namespace innergs {
+struct Model;
+}
 
 /// Model files (.innergs, everything) and PLY files of Gaussians (.ply, without residual grid and fit state).
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelStorageNode : public vtkMRMLStorageNode {
@@ -24,8 +30,12 @@ public:
   vtkGetMacro(ErrorMessage, std::string);
   vtkGetMacro(ErrorCode, int); // 0 or one of vtkInnerGSAlgorithm::ErrorCodes
 
+  /// Whether the model is, as a whole, what was last read from or written to a file. Unlike the node's
+  /// GetModifiedSinceRead() it stays true when the file was a scene bundle's, which Slicer unpacks and
+  /// removes.
+  bool Holds(vtkMRMLInnerGSModelNode* node);
   /// Notes that the node's content was written to the file by other means.
-  void NoteStored();
+  void NoteStored(vtkMRMLInnerGSModelNode* node);
 
 protected:
   vtkMRMLInnerGSModelStorageNode();
@@ -42,6 +52,9 @@ protected:
   std::string ErrorMessage;
   int ErrorCode = 0;
   bool Partly = false; // written last, and not everything
+#ifndef __VTK_WRAP__
+  std::weak_ptr<const innergs::Model> Stored;
+#endif
 };
 
 #endif

@@ -55,6 +55,10 @@ TEST_F(SceneFileTest, SavedToAFolderAndReopened) {
   EXPECT_FALSE(restored->IsEmpty());
   EXPECT_EQ(other->GetValueAtRAS(restored, 4, -5, 6), value);
   EXPECT_FALSE(restored->GetModifiedSinceRead());
+  auto* storage = vtkMRMLInnerGSModelStorageNode::SafeDownCast(restored->GetStorageNode());
+  ASSERT_NE(storage, nullptr);
+  storage->InvalidateFile(); // as for a file that was unpacked from a bundle
+  EXPECT_TRUE(storage->Holds(restored));
   EXPECT_STREQ(restored->GetAttribute("InnerGS.Inputs"), "Thick");
   auto* again =
       vtkMRMLInnerGSParameterNode::SafeDownCast(reopened->GetFirstNodeByClass("vtkMRMLInnerGSParameterNode"));
