@@ -26,6 +26,16 @@ Sandbox::~Sandbox() {
   qunsetenv("INNERGS_SETTINGS");
 }
 
+void HostTest::init() {
+  sandbox_ = std::make_unique<Sandbox>();
+  host_ = std::make_unique<innergs::app::AppHost>();
+}
+
+void HostTest::cleanup() {
+  host_.reset();
+  sandbox_.reset();
+}
+
 Volume ball(std::array<std::int64_t, 3> size, const Vec3& spacing, bool oblique) {
   Volume volume;
   GridGeometry& g = volume.geometry;

@@ -3,6 +3,8 @@
 
 #include <QTemporaryDir>
 
+#include <memory>
+
 class QWidget;
 
 namespace apptest {
@@ -16,6 +18,18 @@ public:
 
 private:
   QTemporaryDir folder_;
+};
+
+/// The app's host, without a window, with settings of its own for every test.
+class HostTest : public QObject {
+  Q_OBJECT
+protected:
+  std::unique_ptr<Sandbox> sandbox_;
+  std::unique_ptr<innergs::app::AppHost> host_;
+
+protected Q_SLOTS:
+  void init();
+  void cleanup();
 };
 
 /// A smooth ball (values 0 to about 100) of `size` voxels of `spacing` mm around the origin, oblique to the

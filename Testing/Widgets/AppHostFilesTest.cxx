@@ -24,22 +24,9 @@ using namespace innergs;
 using namespace apptest;
 using innergs::app::AppHost;
 
-class AppHostFilesTest : public QObject {
+class AppHostFilesTest : public HostTest {
   Q_OBJECT
-private:
-  std::unique_ptr<Sandbox> sandbox_;
-  std::unique_ptr<AppHost> host_;
-
 private Q_SLOTS:
-  void init() {
-    sandbox_ = std::make_unique<Sandbox>();
-    host_ = std::make_unique<AppHost>();
-  }
-  void cleanup() {
-    host_.reset();
-    sandbox_.reset();
-  }
-
   void opensAVolumeWithItsGeometry() {
     const QString id =
         openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {24, 20, 10}, {1.5, 1.5, 4}, true));

@@ -19,22 +19,9 @@ using namespace innergs;
 using namespace apptest;
 using innergs::app::AppHost;
 
-class AppHostTest : public QObject {
+class AppHostTest : public HostTest {
   Q_OBJECT
-private:
-  std::unique_ptr<Sandbox> sandbox_;
-  std::unique_ptr<AppHost> host_;
-
 private Q_SLOTS:
-  void init() {
-    sandbox_ = std::make_unique<Sandbox>();
-    host_ = std::make_unique<AppHost>();
-  }
-  void cleanup() {
-    host_.reset();
-    sandbox_.reset();
-  }
-
   void estimatesQuickly() {
     const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {128, 128, 40}));
     ui::Request request = apptest::request(id);

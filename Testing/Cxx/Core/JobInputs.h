@@ -102,4 +102,40 @@ inline double psnr(const Volume& image, const Volume& truth, double range = 200)
   return 10 * std::log10(range * range * static_cast<double>(truth.voxels.size()) / sum);
 }
 
+/// A kind of input, for tests that hold for all.
+struct InputKind {
+  const char* name;
+  ReconstructionInput (*input)();
+  int members = 1; // of the ensemble
+};
+
+/// A run and what it reported.
+struct Attempt {
+  ReconstructionResult result;
+  std::vector<Progress> states;
+};
+
+/// Asks to stop in the first report for which `when` holds; none: never.
+inline Attempt runUntil(const std::function<bool(const Progress&)>& when, const ReconstructionInput& input,
+                        const Settings& settings) {
+  Attempt run;
+  std::stop_source stop;
+  ReconstructionJob job(input, settings);
+  job.onProgress([&](const Progress& p) {
+    if (when && when(p)) stop.request_stop();
+    run.states.push_back(p);
+  });
+  run.result = job.run(stop.get_token());
+  return run;
+}
+
+/// The result of a fit that is stopped after so many iterations.
+inline ReconstructionResult stoppedAt(int iteration, const ReconstructionInput& input,
+                                      const Settings& settings) {
+  return runUntil(
+             [iteration](const Progress& p) { return p.phase == Phase::Fitting && p.iteration == iteration; },
+             input, settings)
+      .result;
+}
+
 } // namespace innergs::testing

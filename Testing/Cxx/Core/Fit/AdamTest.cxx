@@ -116,7 +116,7 @@ TEST(Relocation, KeepsTheCountAndMovesTheLeastUseful) {
   std::fill(adam.moment1.begin(), adam.moment1.end(), 1.f);
   std::fill(adam.moment2.begin(), adam.moment2.end(), 1.f);
   for (int i = 0; i < 10; ++i) {
-    adam.moment2[16 * 7 * i + 11] = 1e-6f;            // nothing gradients at its intensity
+    adam.moment2[16 * 7 * i + 11] = 1e-6f;            // its intensity has no gradient
     adam.moment2[16 * (7 * i + 3)] = 1e6f + 1e3f * i; // needed
   }
   const GaussianField before = field;

@@ -8,36 +8,18 @@ using namespace innergs::testing;
 
 namespace {
 
-struct Kind {
-  const char* name;
-  ReconstructionInput (*input)();
-  int members;
-};
-
-struct Attempt {
-  ReconstructionResult result;
-  std::vector<Progress> states;
-};
-
-/// A run that asks to stop in its n-th progress callback (counted from 0; −1: never).
+/// A run that asks to stop in its n-th progress report (counted from 0; −1: never).
 Attempt runUntil(const ReconstructionInput& input, const Settings& settings, int stopAt,
                  std::shared_ptr<const Model> resume = {}) {
-  Attempt run;
   ReconstructionInput from = input;
   from.resume = std::move(resume);
-  std::stop_source stop;
-  ReconstructionJob job(std::move(from), settings);
-  job.onProgress([&](const Progress& p) {
-    if (static_cast<int>(run.states.size()) == stopAt) stop.request_stop();
-    run.states.push_back(p);
-  });
-  run.result = job.run(stop.get_token());
-  return run;
+  int reports = 0;
+  return innergs::testing::runUntil([&](const Progress&) { return reports++ == stopAt; }, from, settings);
 }
 
 } // namespace
 
-class Cancel : public ::testing::TestWithParam<Kind> {
+class Cancel : public ::testing::TestWithParam<InputKind> {
 protected:
   ReconstructionInput input = GetParam().input();
   Settings settings = [] {
@@ -134,10 +116,10 @@ TEST_P(Cancel, BeforeTheStartDoesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Inputs, Cancel,
-                         ::testing::Values(Kind{"Isotropic", isotropicInput, 1},
-                                           Kind{"IsotropicMembers", isotropicInput, 2},
-                                           Kind{"Anisotropic", anisotropicInput, 3},
-                                           Kind{"Orthogonal", orthogonalInput, 2}),
+                         ::testing::Values(InputKind{"Isotropic", isotropicInput, 1},
+                                           InputKind{"IsotropicMembers", isotropicInput, 2},
+                                           InputKind{"Anisotropic", anisotropicInput, 3},
+                                           InputKind{"Orthogonal", orthogonalInput, 2}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(CancelFromAnotherThread, EndsWithinACoupleOfIterations) {

@@ -16,25 +16,6 @@ ReconstructionInput heldOutInput() {
   return input;
 }
 
-struct Attempt {
-  ReconstructionResult result;
-  std::vector<Progress> states;
-};
-
-/// Asks to stop in the first report for which `when` holds.
-Attempt runUntil(const std::function<bool(const Progress&)>& when, const ReconstructionInput& input,
-                 const Settings& settings) {
-  Attempt run;
-  std::stop_source stop;
-  ReconstructionJob job(input, settings);
-  job.onProgress([&](const Progress& p) {
-    run.states.push_back(p);
-    if (when && when(p)) stop.request_stop();
-  });
-  run.result = job.run(stop.get_token());
-  return run;
-}
-
 } // namespace
 
 TEST(HeldOut, JudgesByASecondFitAndDeliversTheFullOne) {

@@ -122,12 +122,7 @@ TEST(MaskedJob, StaysWithinTheMaskedRange) {
 TEST(MaskedJob, GoesOnWhereItWasStopped) {
   const ReconstructionInput input = maskedInput();
   const auto straight = reconstruct(input, filled(12));
-  std::stop_source stop;
-  ReconstructionJob first(input, filled(12));
-  first.onProgress([&](const Progress& p) {
-    if (p.iteration == 5) stop.request_stop();
-  });
-  const auto stopped = first.run(stop.get_token());
+  const auto stopped = stoppedAt(5, input, filled(12));
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput on = input;
   on.resume = stopped.model;

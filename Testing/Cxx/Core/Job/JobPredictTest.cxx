@@ -87,28 +87,17 @@ TEST(JobPrediction, NeverSeesWithheldOrMaskedVoxels) {
 TEST(JobPrediction, StopsInItsOwnPhaseAndGoesOn) {
   const auto whole = reconstruct(gappedInput(), quick());
   for (const double share : {0.05, 0.2, 0.4}) {
-    std::stop_source stop;
-    bool predicting = false;
-    ReconstructionJob job(gappedInput(), quick());
-    job.onProgress([&](const Progress& p) {
-      if (p.phase != Phase::Predicting || p.fraction < share) return;
-      predicting = true;
-      stop.request_stop();
-    });
-    const auto stopped = job.run(stop.get_token());
-    EXPECT_TRUE(predicting);
+    const auto stopped =
+        runUntil([&](const Progress& p) { return p.phase == Phase::Predicting && p.fraction >= share; },
+                 gappedInput(), quick())
+            .result;
     ASSERT_TRUE(stopped.cancelled);
     EXPECT_TRUE(stopped.model->field.gaussians.empty());
     ReconstructionInput again = gappedInput();
     again.resume = stopped.model;
     EXPECT_TRUE(sameField(reconstruct(again, quick()).model->field, whole.model->field));
   }
-  std::stop_source stop;
-  ReconstructionJob job(gappedInput(), quick());
-  job.onProgress([&](const Progress& p) {
-    if (p.phase == Phase::Fitting && p.iteration == 5) stop.request_stop();
-  });
-  const auto stopped = job.run(stop.get_token());
+  const auto stopped = stoppedAt(5, gappedInput(), quick());
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput again = gappedInput();
   again.resume = stopped.model;

@@ -6,16 +6,7 @@
 using namespace innergs;
 using namespace innergs::testing;
 
-namespace {
-
-struct Kind {
-  const char* name;
-  ReconstructionInput (*input)();
-};
-
-} // namespace
-
-class Job : public ::testing::TestWithParam<Kind> {
+class Job : public ::testing::TestWithParam<InputKind> {
 protected:
   ReconstructionInput input = GetParam().input();
 };
@@ -122,9 +113,9 @@ TEST_P(Job, WithEveryLossAndBlendingFits) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Inputs, Job,
-                         ::testing::Values(Kind{"Isotropic", isotropicInput},
-                                           Kind{"Anisotropic", anisotropicInput},
-                                           Kind{"Orthogonal", orthogonalInput}),
+                         ::testing::Values(InputKind{"Isotropic", isotropicInput},
+                                           InputKind{"Anisotropic", anisotropicInput},
+                                           InputKind{"Orthogonal", orthogonalInput}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(JobStart, AsAnEvenGridFits) {

@@ -229,12 +229,7 @@ TEST(PaperFit, StoppedAnywhereGoesOnToTheSameResult) {
   const Settings settings = paperSettings();
   const auto whole = reconstruct(input, settings);
   for (int at : {1, 3, 4, 5, 11, 12, 13, 23}) {
-    std::stop_source stop;
-    ReconstructionJob job(input, settings);
-    job.onProgress([&](const Progress& p) {
-      if (p.phase == Phase::Fitting && p.iteration == at) stop.request_stop();
-    });
-    const auto stopped = job.run(stop.get_token());
+    const auto stopped = stoppedAt(at, input, settings);
     ASSERT_TRUE(stopped.cancelled);
     EXPECT_EQ(stopped.model->optimizer.losses.size(), static_cast<std::size_t>(at));
     ReconstructionInput rest = input;
