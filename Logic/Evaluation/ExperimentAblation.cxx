@@ -175,7 +175,7 @@ Ablation runAblation(ExperimentFits& fits, const std::string& name) {
   if (densifies)
     table.notes.push_back(
         "From half: the fit begins with half the Gaussians and may prune, split and clone "
-        "up to the number of the others (threshold of the pull 0.005, for L2). Pruned, split and cloned are "
+        "up to the number of the others (gradient threshold 0.005, for L2). Pruned, split and cloned are "
         "counted over the whole fit.");
   if (std::any_of(table.rows.begin(), table.rows.end(), [](const auto& row) { return !row[4].empty(); }))
     notePapersFigures(fits.setup(), table);

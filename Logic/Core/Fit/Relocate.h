@@ -9,10 +9,10 @@ struct RelocationPlan {
   double minLogScale = -10;
 };
 
-/// Pruning and densification within one budget: Gaussians whose intensity the residual has hardly pulled at
-/// are dropped, and those with the strongest positional gradient relative to their size (paper: ‖∇μ‖ above
-/// τ_p) are split in two along their longest axis. Both are read off Adam's second moments; those of the
-/// moved ones restart at 0. The field is sorted along a Morton curve afterwards.
+/// Pruning and densification within one budget, as relocation in 3DGS-MCMC: Gaussians with the weakest
+/// intensity gradient are dropped, and those with the strongest positional gradient relative to their size
+/// (paper: ‖∇μ‖ above τ_p) are split in two along their longest axis. Adam's second moments measure both;
+/// those of the moved ones restart at 0. Afterwards the field is sorted along a Morton curve.
 void relocateGaussians(GaussianField& field, Adam& adam, const RelocationPlan& plan);
 
 /// The field and Adam's moments become those of the Gaussians named, in that order.

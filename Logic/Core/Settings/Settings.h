@@ -23,13 +23,13 @@ enum class Schedule {
   Plateau      // they are reduced whenever the loss stops improving
 };
 
-/// What the gaps of one scan of distant slices are filled with before Gaussians are fitted to slices and filling
-/// together.
+/// What the gaps of one scan of distant slices are filled with before Gaussians are fitted to slices and
+/// filling together.
 enum class PredictionKind {
   Auto,          // Learned
   None,          // nothing: the Gaussians bridge the gaps themselves
   Interpolation, // a mixture of classical interpolations, chosen by what the scan itself shows
-  Learned        // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
+  Learned // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
 };
 
 /// When learning rates drop under Schedule::Plateau.
@@ -45,7 +45,7 @@ struct PlateauRule {
 struct DensifyThresholds {
   std::optional<double> opacity; // τ_α: less is pruned; 0.3 for alpha blending, 0.01 for the others
   double size = 20;              // largest σ in voxels: more is pruned
-  double gradient = 1;           // τ_p: Gaussians pulled harder become two
+  double gradient = 1;           // τ_p: above this positional gradient they become two
   double split = 2;              // τ_s on ‖Σ‖_F in voxels²: above, they are split, else cloned
   bool operator==(const DensifyThresholds&) const = default;
 };
@@ -76,10 +76,10 @@ struct Settings {
   bool relocate = true;              // not beside densification
   bool consistency = true;           // super-resolution only
   PredictionKind prediction = PredictionKind::Auto; // one scan of distant slices, normalised blending
-  double fill = 0;                   // scanner units
-  int threads = 0;                   // 0: all cores
-  std::string instructionSet;        // "": best available; "scalar": the plain reference
-  std::string device = "auto";       // "cpu", "cuda", "cuda:N"; auto: a GPU where the fit fits
+  double fill = 0;                                  // scanner units
+  int threads = 0;                                  // 0: all cores
+  std::string instructionSet;                       // "": best available; "scalar": the plain reference
+  std::string device = "auto";                      // "cpu", "cuda", "cuda:N"; auto: a GPU where the fit fits
   std::uint64_t seed = 1;
   bool operator==(const Settings&) const = default;
 };

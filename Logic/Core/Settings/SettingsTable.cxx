@@ -144,7 +144,7 @@ const std::vector<Setting>& settingsTable() {
       Setting("pruneSize", MEMBER(densify.size), Densification, tr("Prune above σ"),
               tr("Gaussians with a larger standard deviation are pruned."),
               {.range = positive, .unit = tr("voxels"), .applies = densifies}),
-      Setting("densifyGradient", MEMBER(densify.gradient), Densification, tr("Densify above pull"),
+      Setting("densifyGradient", MEMBER(densify.gradient), Densification, tr("Densify above gradient"),
               tr("Gaussians whose move by one voxel would lower the loss by more than that of so many "
                  "samples become two."),
               {.range = nonNegative, .unit = tr("samples"), .applies = densifies}),

@@ -103,7 +103,7 @@ TEST_P(Reshaping, DensifiesAsTheCpu) {
     for (const Plan& p :
          {Plan{"all of it", {0.3, 4, 0.05, 4}, 100000}, Plan{"little room", {0.3, 4, 0.05, 4}, n},
           Plan{"no room", {0.3, 4, 0.05, 4}, 1}, Plan{"pruned alone", {1e9, 4, 0.3, 4}, 100000},
-          Plan{"pulled alone", {0.1, 1e9, 0.0, 1e9}, 2 * n}, Plan{"split alone", {0.1, 0, 0.0, 1e9}, 2 * n},
+          Plan{"clone alone", {0.1, 1e9, 0.0, 1e9}, 2 * n}, Plan{"split alone", {0.1, 0, 0.0, 1e9}, 2 * n},
           Plan{"nothing to do", {1e9, 4, 0.0, 1e9}, 100000},
           Plan{"nothing would be left", {0.3, 4, 1e9, 4}, 100000}}) {
       SCOPED_TRACE(std::to_string(n) + " Gaussians, " + p.name);

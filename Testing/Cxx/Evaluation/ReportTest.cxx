@@ -50,7 +50,7 @@ TEST(Report, JsonHasTheAgreedShape) {
   EXPECT_EQ(array[0]["protocol"], "held-out");
 }
 
-TEST(Report, TextPutsTheHonestNumbersFirstAndNamesTheSamples) {
+TEST(Report, TextPutsHeldOutNumbersFirstAndNamesTheSamples) {
   const std::vector<EvaluationReport> two{report("paper"), report("held-out")};
   const std::string text = textReport(two);
   EXPECT_LT(text.find("Protocol H (held-out), thick-4"), text.find("Protocol P (paper), withheld-5%"));
