@@ -4,6 +4,7 @@
 #include "Core/Base/Random.h"
 #include "Core/Fit/Initialise.h"
 #include "Core/Fit/Trainer.h"
+#include "Core/Job/TimeEstimate.h"
 #include "Core/Render/Kernels.h"
 
 namespace innergs::bench {
@@ -80,6 +81,21 @@ void initialisation(benchmark::State& state) {
   }
 }
 
+/// A whole fit, and how its time was foreseen.
+void wholeFit(benchmark::State& state) {
+  ReconstructionInput input;
+  input.stacks = {scene().stack};
+  Settings settings;
+  settings.preset = Preset::Fast;
+  settings.threads = 2;
+  settings.device = "cpu";
+  const double estimated = estimateSeconds(input, settings);
+  double seconds = 0;
+  for (auto _ : state)
+    seconds = ReconstructionJob(input, settings).run().seconds;
+  state.counters["estimated_over_real"] = estimated / seconds;
+}
+
 } // namespace
 
 void registerFitBenchmarks() {
@@ -92,6 +108,12 @@ void registerFitBenchmarks() {
       ->ArgNames({"axes", "threads"})
       ->Args({1, 2})
       ->Args({3, 2})
+      ->UseRealTime();
+  benchmark::RegisterBenchmark("whole_fit", wholeFit)
+      ->Iterations(1)
+      ->Repetitions(3)
+      ->ReportAggregatesOnly(true)
+      ->Unit(benchmark::kMillisecond)
       ->UseRealTime();
   steady(benchmark::RegisterBenchmark("adam", adamStep));
   steady(benchmark::RegisterBenchmark("projection", projection));

@@ -90,6 +90,12 @@ std::string speedTable(const Outcome& outcome) {
                fixed(alpha, 0) + " ms, " + fixed(alpha / two, 2) + "× normalised over one axis", "≤ 4×",
                verdict(alpha <= 4 * two, alpha / two - 4, 2, "×")});
   }
+  if (const auto* fit = medians.find("whole_fit")) {
+    const double ratio = fit->at("estimated_over_real").get<double>();
+    table.add({"time estimated before the start over the time taken", volume + ", preset fast, 2 threads",
+               fixed(ratio, 2), "0.5 to 2",
+               verdict(ratio >= 0.5 && ratio <= 2, ratio < 1 ? ratio - 0.5 : ratio - 2, 2, "")});
+  }
   const double oblique = medians.milliseconds("oblique_slice");
   table.add({"oblique 512×512 slice, render()", field, fixed(oblique, 1) + " ms", "≤ 50 ms (aim 16)",
              verdict(oblique <= 50, oblique - 50, 1, "ms")});
