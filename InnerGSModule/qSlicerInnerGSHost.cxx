@@ -277,7 +277,10 @@ bool qSlicerInnerGSHost::start(const Request& request) {
 /// What ended a job that nobody cancelled, as a sentence; else "".
 QString qSlicerInnerGSHost::whyEnded(vtkSlicerInnerGSJob* job) const {
   if (cancelling_) return {};
-  if (!scene_ || scene_->IsClosing()) return tr("Closing the scene ended the reconstruction.");
+  if (!scene_ || scene_->IsClosing())
+    return tr(
+        "Closing the scene ended the reconstruction, as opening another one in its place does: open its "
+        "scans again and start anew.");
   vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode();
   return parameters && parameters->GetScene() == scene_
              ? QString()
