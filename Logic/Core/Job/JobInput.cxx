@@ -149,12 +149,26 @@ std::int64_t usable(const Stack& stack) {
 
 } // namespace
 
-double maskedShare(const ReconstructionInput& input, double volume) {
+double maskedShare(const ReconstructionInput& input, double volume, double reach) {
   if (!input.mask || input.mask->voxels.empty()) return 1;
-  const Vec3& s = input.mask->geometry.spacing;
-  const auto inside = std::count_if(input.mask->voxels.begin(), input.mask->voxels.end(),
-                                    [](std::uint8_t voxel) { return voxel != 0; });
-  return std::clamp(static_cast<double>(inside) * s[0] * s[1] * s[2] / volume, 1e-3, 1.0);
+  const GridGeometry& g = input.mask->geometry;
+  std::array<std::int64_t, 3> edge, blocks;
+  for (int a = 0; a < 3; ++a) {
+    edge[a] = std::clamp<std::int64_t>(std::llround(reach / g.spacing[a]), 1, g.size[a]);
+    blocks[a] = (g.size[a] + edge[a] - 1) / edge[a];
+  }
+  std::vector<std::uint8_t> held(static_cast<std::size_t>(blocks[0] * blocks[1] * blocks[2]), 0);
+  std::size_t v = 0;
+  for (std::int64_t k = 0; k < g.size[2]; ++k)
+    for (std::int64_t j = 0; j < g.size[1]; ++j) {
+      std::uint8_t* row = held.data() + blocks[0] * (j / edge[1] + blocks[1] * (k / edge[2]));
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        row[i / edge[0]] |= input.mask->voxels[v++] != 0;
+    }
+  const double block =
+      g.spacing[0] * g.spacing[1] * g.spacing[2] * static_cast<double>(edge[0] * edge[1] * edge[2]);
+  const auto count = static_cast<double>(std::count(held.begin(), held.end(), 1));
+  return std::clamp(count * block / volume, 1e-3, 1.0);
 }
 
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) {

@@ -27,8 +27,9 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
 /// Throws Error(InvalidArgument) unless it is from 0 to 0.5.
 void checkHeldOutFraction(double fraction);
 
-/// The share of the stacks' volume (mm³) that the mask holds; 1 without a mask, or without its voxels.
-double maskedShare(const ReconstructionInput& input, double volume);
+/// The share of the stacks' volume (mm³) that a fit inside the mask works on, roughly: blocks of `reach` mm
+/// that hold a voxel of the mask. 1 without a mask, or without its voxels.
+double maskedShare(const ReconstructionInput& input, double volume, double reach);
 
 /// What Gaussians start on: the stacks with their withheld slices filled in from the nearest fitted ones on
 /// either side. The copies that this takes are in `bridged`.

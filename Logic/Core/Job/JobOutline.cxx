@@ -48,7 +48,7 @@ std::string JobOutline::key() const {
       add(static_cast<double>(stack.profile));
     }
     if (fit.outputGrid) addGrid(*fit.outputGrid);
-    if (fit.mask) add(maskedShare(fit, 1e9));
+    if (fit.mask) add(maskedShare(fit, 1e9, 0));
   }
   return key;
 }

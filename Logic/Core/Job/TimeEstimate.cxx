@@ -233,10 +233,12 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
   const DataTraits traits = geometryTraits(input.stacks);
-  const double share = maskedShare(input, traits.volume); // of the voxels that are fitted
+  // Of the voxels that are fitted: Gaussians reach some voxels, or a slice, beyond the mask.
+  const double share = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
-  const double voxels = share * voxelsOf(input.stacks), outputVoxels = static_cast<double>(output.voxelCount());
+  const double voxels = share * voxelsOf(input.stacks),
+               outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.ensembleSize;
   const double fits =
       input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too

@@ -11,8 +11,8 @@ namespace innergs {
 /// runs, an upper bound where a stop rule may end the fit. On the CPU a job of the same kind on a few
 /// thousand voxels is timed for that, some tens of milliseconds at the first call for given settings and
 /// spacings; on another device the last fit there counts, and before the first one the time is unknown: 0. As
-/// for the memory, the lattices of the stacks and of the output are enough; of a mask's voxels, where they are
-/// given, the number counts. Throws Error for settings and lattices that the job would refuse.
+/// for the memory, the lattices of the stacks and of the output are enough; of a mask's voxels, where they
+/// are given, the number counts. Throws Error for settings and lattices that the job would refuse.
 double estimateSeconds(const ReconstructionInput& input, const Settings& settings);
 
 /// What a fit that ran to its end on another device than the CPU took, for estimates to come.
