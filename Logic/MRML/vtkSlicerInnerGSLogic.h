@@ -20,6 +20,11 @@ class vtkMRMLSliceNode;
 class vtkMRMLVolumeNode;
 class vtkPoints;
 class vtkSlicerInnerGSJob;
+#ifndef __VTK_WRAP__
+namespace innergs {
+struct JobForecast;
+}
+#endif
 
 /// Reconstructs volumes into continuous models and looks at them.
 ///

@@ -1,5 +1,5 @@
 #include "Core/Base/SystemMemory.h"
-#include "Core/Job/ReconstructionJob.h"
+#include "Core/Job/JobOutline.h"
 #include "MrmlFixture.h"
 #include "vtkInnerGSAlgorithm.h"
 
@@ -137,7 +137,7 @@ TEST_F(BadInputTest, EstimateOnAnotherThread) {
   const auto later = logic->EstimateLater(parameters, &key);
   ASSERT_TRUE(later);
   scene->RemoveNode(parameters->GetInputVolumeNode(0)); // it knows no nodes
-  JobForecast estimate;
+  innergs::JobForecast estimate;
   std::thread([&] { estimate = later(); }).join();
   EXPECT_GT(estimate.seconds, 0);
   EXPECT_LT(estimate.seconds, 600);
