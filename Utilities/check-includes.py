@@ -19,7 +19,7 @@ LAYERS = {
     "InnerGSModule": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Logic/MRML", "Widgets"],
 }
 # A folder of Logic/Core may include itself and those before it.
-CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Prediction", "Render", "Fit", "Device", "Job"]
+CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Fit", "Device", "Job"]
 ROOTS = ["Logic", "Logic/VTK", "Logic/MRML", "Widgets", "Widgets/App", "InnerGSModule", "."]
 SUFFIXES = {".h", ".cxx", ".cu", ".cuh"}
 

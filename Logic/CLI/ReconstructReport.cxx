@@ -71,6 +71,30 @@ std::string qualitySentence(const ReconstructionResult& result) {
                      std::isinf(result.trainingPsnr) ? "No error" : fitted);
 }
 
+namespace {
+
+/// Of each scan: LPS mm, degrees, dB.
+Json alignmentOf(const ReconstructionResult& result) {
+  Json scans = Json::array();
+  for (const StackAlignment& a : result.alignment) {
+    Json matrix = Json::array();
+    for (int row = 0; row < 3; ++row)
+      matrix.push_back({a.toOthers.linear[row][0], a.toOthers.linear[row][1], a.toOthers.linear[row][2],
+                        a.toOthers.offset[row]});
+    scans.push_back({{"fits", a.fits},
+                     {"displacement_mm", a.displacement},
+                     {"angle_degrees", a.angle},
+                     {"gain", a.gain},
+                     {"matrix_lps", matrix},
+                     {"correlation", finite(a.correlation)},
+                     {"psnr_to_others_db", finite(a.psnrAfter)},
+                     {"psnr_to_others_before_db", finite(a.psnrBefore)}});
+  }
+  return scans;
+}
+
+} // namespace
+
 Json reconstructReport(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,
                        const ReconstructionResult& result,
                        const std::vector<std::pair<std::string, double>>& phases) {
@@ -124,6 +148,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"split", result.densified.split},
             {"cloned", result.densified.cloned}}},
           {"iterations", result.iterations},
+          {"alignment", alignmentOf(result)},
           {"prediction", result.prediction.empty() ? Json() : Json(result.prediction)},
           {"noise", finite(result.noise)},
           {"non_finite_voxels", result.nonFiniteVoxels},

@@ -14,10 +14,6 @@
 namespace innergs {
 namespace {
 
-std::string nameOf(const Stack& stack, std::size_t index) {
-  return stack.name.empty() ? "Stack " + std::to_string(index + 1) : stack.name;
-}
-
 /// Whether some sample points of lattice a lie inside lattice b's box. With a gap: from face to face of a's
 /// slices, and as far as that before or after b's, in its slice distances.
 bool reaches(const GridGeometry& a, const GridGeometry& b, double gap) {
@@ -171,6 +167,10 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
   return std::clamp(count * block / volume, 1e-3, 1.0);
 }
 
+std::string nameOf(const Stack& stack, std::size_t index) {
+  return stack.name.empty() ? "Stack " + std::to_string(index + 1) : stack.name;
+}
+
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged) {
   if (std::all_of(prepared.heldOut.begin(), prepared.heldOut.end(),
                   [](const auto& withheld) { return withheld.empty(); }))
@@ -239,7 +239,8 @@ void checkHeldOutFraction(double fraction) {
     throw Error(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
 }
 
-PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld) {
+PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld,
+                           const AlignStacks& align) {
   const auto throwIfStopped = [&] {
     if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
   };
@@ -282,13 +283,14 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
             ? "The mask holds no centre of a finite voxel of the images: check that it belongs to them "
               "and is not smaller than their voxels."
             : "The images have no finite observed voxel: there is nothing to fit.");
-  prepared.domain = dataDomain(stacks);
-  if (input.mask)
-    prepared.support = supportOf(*input.mask, stacks, prepared.domain, supportMargin(stacks), stop);
   for (const Stack& stack : stacks)
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
+  if (align && stacks.size() > 1) prepared.warnings = align(stacks);
+  prepared.domain = dataDomain(stacks);
+  if (input.mask)
+    prepared.support = supportOf(*input.mask, stacks, prepared.domain, supportMargin(stacks), stop);
   prepared.range = observedRange(stacks);
   for (const Stack& stack : stacks) {
     throwIfStopped();

@@ -74,8 +74,20 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
     if (const std::string refusal = memoryRefusal(estimateMemory(input_, settings_), availableMemory());
         !refusal.empty())
       throw Error(ErrorCode::Memory, refusal);
+  pool_ = std::make_unique<ThreadPool>(settings_.threads);
+  result_.threads = pool_->threads();
+  pool_->setStop(stop);
   try {
-    prepared_ = prepareInput(input_, stop, withheld_);
+    const AlignStacks align = [&](std::span<Stack> stacks) {
+      result_.alignment = alignStacks(stacks, *pool_);
+      applyAlignment(result_.alignment, stacks);
+      std::vector<std::string> sentences;
+      for (std::size_t s = 0; s < stacks.size(); ++s)
+        if (std::string said = alignmentSentence(result_.alignment[s], nameOf(stacks[s], s)); !said.empty())
+          sentences.push_back(std::move(said));
+      return sentences;
+    };
+    prepared_ = prepareInput(input_, stop, withheld_, settings_.align ? align : AlignStacks{});
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result_.cancelled = true;
@@ -89,9 +101,6 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   }
   result_.nonFiniteVoxels = prepared_.nonFinite;
   result_.warnings = prepared_.warnings;
-  pool_ = std::make_unique<ThreadPool>(settings_.threads);
-  result_.threads = pool_->threads();
-  pool_->setStop(stop);
   model_ = input_.resume ? *input_.resume : Model{};
   result_.iterations = model_.iteration;
   result_.settings = settings_;

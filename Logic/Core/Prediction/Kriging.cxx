@@ -1,6 +1,6 @@
 #include "Core/Prediction/Kriging.h"
 
-#include "Core/Prediction/Cholesky.h"
+#include "Core/Base/Cholesky.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "Core/Prediction/LinearFilter.h"
 
-#include "Core/Prediction/Cholesky.h"
+#include "Core/Base/Cholesky.h"
 
 #include <algorithm>
 #include <cmath>

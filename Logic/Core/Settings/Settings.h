@@ -76,6 +76,7 @@ struct Settings {
   bool relocate = true;              // not beside densification
   bool consistency = true;           // super-resolution only
   PredictionKind prediction = PredictionKind::Auto; // one scan of distant slices, normalised blending
+  bool align = true;                                // several scans: see Alignment/StackAlignment.h
   double fill = 0;                                  // scanner units
   int threads = 0;                                  // 0: all cores
   std::string instructionSet;                       // "": best available; "scalar": the plain reference

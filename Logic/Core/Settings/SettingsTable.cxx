@@ -109,6 +109,10 @@ const std::vector<Setting>& settingsTable() {
                       tr("What is learned from the scan's own in-plane detail; where that does not pay, "
                          "interpolation.")}}}),
 
+      Setting("align", MEMBER(align), Fit, tr("Align the scans"),
+              tr("Several scans: move and scale each after the first as a whole to fit the others, and say "
+                 "by how much.")),
+
       Setting("schedule", MEMBER(schedule), LearningRates, tr("Schedule"),
               tr("Learning rates decay over the iterations, or fall when the loss stops improving."),
               {.words = {{"exponential", tr("exponential")}, {"plateau", tr("plateau")}}}),

@@ -1,4 +1,4 @@
-#include "Core/Prediction/Cholesky.h"
+#include "Core/Base/Cholesky.h"
 
 #include <cmath>
 

@@ -1,0 +1,353 @@
+#include "Core/Alignment/StackAlignment.h"
+
+#include "Core/Alignment/BlurredStack.h"
+#include "Core/Base/Cholesky.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/Otsu.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace innergs {
+namespace {
+
+constexpr int kParameters = 7; // translation, rotation, gain
+constexpr std::int64_t kMostPoints = 40'000, kFewestPoints = 300, kBlock = 4096;
+constexpr int kSteps = 25;           // at either resolution
+constexpr int kRounds = 3;           // over the scans, once there are more than two
+constexpr double kConverged = 0.005; // mm
+constexpr double kArm = 50;          // mm: what an angle is multiplied by, for the equations
+constexpr double kStill = 0.1;       // mm: still scans seem to be displaced by less
+constexpr double kSameGain = 0.005;  // and to differ by less
+constexpr double kWorthwhile = 0.5;  // dB
+constexpr double kAlike = 0.8;       // least correlation of scans of the same tissue
+constexpr double kTukey = 4.685 * 1.4826;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+Mat3 rotation(const Vec3& w) { // Rodrigues
+  const double angle = norm(w);
+  if (angle < 1e-15) return {};
+  const Vec3 u = (1 / angle) * w;
+  const double c = std::cos(angle), s = std::sin(angle);
+  Mat3 r;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b)
+      r[a][b] = (a == b ? c : 0) + (1 - c) * u[a] * u[b];
+  r[0][1] -= s * u[2], r[0][2] += s * u[1], r[1][2] -= s * u[0];
+  r[1][0] += s * u[2], r[2][0] -= s * u[1], r[2][1] += s * u[0];
+  return r;
+}
+
+double angleOf(const Mat3& r) {
+  return std::acos(std::clamp(0.5 * (r[0][0] + r[1][1] + r[2][2] - 1), -1.0, 1.0)) * 180 / std::numbers::pi;
+}
+
+/// One scan at one resolution, as it lies now.
+struct Placed {
+  const BlurredStack* image;
+  Affine3 place; // of the scan's own space in that of the first
+  Affine3 inverse;
+  double gain;
+
+  std::optional<double> at(const Vec3& x) const {
+    const auto value = image->at(inverse(x));
+    if (!value) return {};
+    return gain * *value;
+  }
+};
+
+Placed placed(const BlurredStack& image, const StackAlignment& a) {
+  return {&image, a.toOthers, inverse(a.toOthers), a.gain};
+}
+
+/// The mean of those that show the place.
+std::optional<double> meanAt(std::span<const Placed> scans, const Vec3& x) {
+  double sum = 0;
+  int count = 0;
+  for (const Placed& scan : scans)
+    if (const auto value = scan.at(x)) {
+      sum += *value;
+      ++count;
+    }
+  if (count == 0) return {};
+  return sum / count;
+}
+
+/// Places spread evenly over a lattice's box: Roberts' quasi-random sequence in three dimensions. Regular
+/// ones would see slices at always the same fractions of their distance, and so at another resolution.
+std::vector<Vec3> spread(const GridGeometry& box, double distance) {
+  double volume = 1;
+  for (int a = 0; a < 3; ++a)
+    volume *= static_cast<double>(box.size[a]) * box.spacing[a];
+  const auto count = static_cast<std::int64_t>(
+      std::clamp(volume / (distance * distance * distance), 1.0, static_cast<double>(kMostPoints)));
+  constexpr double root = 1.2207440846057596; // x⁴ = x + 1
+  const Affine3 map = box.indexToWorld();
+  std::vector<Vec3> points;
+  double step = 1, position[3];
+  for (double& p : position)
+    p = step /= root;
+  for (std::int64_t n = 1; n <= count; ++n) {
+    Vec3 index;
+    for (int a = 0; a < 3; ++a)
+      index[a] =
+          std::fmod(0.5 + static_cast<double>(n) * position[a], 1.0) * static_cast<double>(box.size[a]) - 0.5;
+    points.push_back(map(index));
+  }
+  return points;
+}
+
+/// The part of its lattice that shows anything.
+GridGeometry seenBox(const BlurredStack& image) {
+  const GridGeometry& g = image.geometry();
+  std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
+  for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+    if (std::isnan(image.values()[v])) continue;
+    const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], at[a]);
+      high[a] = std::max(high[a], at[a]);
+    }
+  }
+  if (high[0] < 0) return g;
+  return cropped(g, low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1});
+}
+
+ValueRange valuesOf(const BlurredStack& image) {
+  ValueRange range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+  for (const float v : image.values())
+    if (std::isfinite(v)) {
+      range.low = std::min(range.low, v);
+      range.high = std::max(range.high, v);
+    }
+  return range;
+}
+
+/// What both show of a place in the body.
+struct Pair {
+  Vec3 x;
+  double other, own;
+  Vec3 gradient; // of own, per mm
+};
+
+/// Pairs at the places in the body, in their order. step: mm of the central differences; 0: no gradient.
+std::vector<Pair> pairsAt(std::span<const Vec3> points, const Placed& scan, std::span<const Placed> others,
+                          double threshold, double step, ThreadPool& pool) {
+  const auto blocks = (static_cast<std::int64_t>(points.size()) + kBlock - 1) / kBlock;
+  std::vector<std::vector<Pair>> parts(static_cast<std::size_t>(blocks));
+  pool.run(blocks, [&](std::int64_t b) {
+    const auto end = std::min<std::int64_t>(static_cast<std::int64_t>(points.size()), (b + 1) * kBlock);
+    for (std::int64_t n = b * kBlock; n < end; ++n) {
+      const Vec3& x = points[n];
+      const auto other = meanAt(others, x), own = other ? scan.at(x) : std::nullopt;
+      if (!own || std::max(*other, *own) < threshold) continue;
+      Pair pair{x, *other, *own, {}};
+      bool whole = true;
+      for (int a = 0; step > 0 && whole && a < 3; ++a) {
+        Vec3 low = x, high = x;
+        low[a] -= step;
+        high[a] += step;
+        const auto below = scan.at(low), above = scan.at(high);
+        whole = below && above;
+        if (whole) pair.gradient[a] = (*above - *below) / (2 * step);
+      }
+      if (whole) parts[b].push_back(pair);
+    }
+  });
+  std::vector<Pair> all;
+  for (const auto& part : parts)
+    all.insert(all.end(), part.begin(), part.end());
+  return all;
+}
+
+struct Agreement {
+  double squared = 0, correlation = kNaN; // mean squared difference
+};
+
+/// Where both show body: edges of it would agree in any contrast.
+Agreement agreementOf(std::vector<Pair> pairs, double threshold) {
+  std::erase_if(pairs, [&](const Pair& p) { return std::min(p.own, p.other) < threshold; });
+  if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) return {kNaN, kNaN};
+  const auto n = static_cast<double>(pairs.size());
+  double a = 0, b = 0, aa = 0, bb = 0, ab = 0, squared = 0;
+  for (const Pair& p : pairs) {
+    a += p.other;
+    b += p.own;
+    aa += p.other * p.other;
+    bb += p.own * p.own;
+    ab += p.other * p.own;
+    squared += (p.own - p.other) * (p.own - p.other);
+  }
+  const double va = aa - a * a / n, vb = bb - b * b / n;
+  return {squared / n, va > 0 && vb > 0 ? (ab - a * b / n) / std::sqrt(va * vb) : kNaN};
+}
+
+/// Tukey's biweight of the differences.
+std::vector<double> weightsOf(const std::vector<Pair>& pairs) {
+  std::vector<double> size;
+  for (const Pair& p : pairs)
+    size.push_back(std::abs(p.own - p.other));
+  const auto middle = size.begin() + static_cast<std::ptrdiff_t>(size.size() / 2);
+  std::vector<double> sorted = size;
+  std::nth_element(sorted.begin(), sorted.begin() + (middle - size.begin()), sorted.end());
+  const double width = kTukey * sorted[static_cast<std::size_t>(middle - size.begin())];
+  for (double& s : size) {
+    const double t = width > 0 ? s / width : 0;
+    s = t < 1 ? (1 - t * t) * (1 - t * t) : 0;
+  }
+  return size;
+}
+
+/// One Gauss-Newton step; how far it moved the scan, mm.
+double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const Vec3& centre, bool moves,
+               bool scales) {
+  const std::vector<double> weights = weightsOf(pairs);
+  std::vector<double> square(kParameters * kParameters), right(kParameters);
+  for (std::size_t n = 0; n < pairs.size(); ++n) {
+    const Pair& p = pairs[n];
+    const Vec3 turn = cross(p.x - centre, p.gradient);
+    const double r = p.own - p.other;
+    double j[kParameters];
+    for (int a = 0; a < 3; ++a) {
+      j[a] = moves ? -p.gradient[a] : 0;
+      j[3 + a] = moves ? -turn[a] / kArm : 0;
+    }
+    j[6] = scales ? p.own : 0;
+    for (int a = 0; a < kParameters; ++a) {
+      for (int b = 0; b < kParameters; ++b)
+        square[a * kParameters + b] += weights[n] * j[a] * j[b];
+      right[a] -= weights[n] * j[a] * r;
+    }
+  }
+  for (int a = 0; a < kParameters; ++a) { // what is not asked for stays
+    double& d = square[a * kParameters + a];
+    d = d > 0 ? d * (1 + 1e-9) : 1;
+  }
+  solveCholesky(square, right, kParameters, 1);
+  const Vec3 shift{right[0], right[1], right[2]}, turn{right[3] / kArm, right[4] / kArm, right[5] / kArm};
+  const Mat3 r = rotation(turn);
+  alignment.toOthers = Affine3{r, centre + shift - r * centre} * alignment.toOthers;
+  alignment.gain *= 1 + std::clamp(right[6], -0.3, 0.3);
+  return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
+}
+
+} // namespace
+
+std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPool& pool) {
+  std::vector<StackAlignment> result(stacks.size());
+  for (StackAlignment& a : result)
+    a.correlation = a.psnrBefore = a.psnrAfter = kNaN;
+  std::vector<std::size_t> part;
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    if (stacks[s].poses.empty()) part.push_back(s);
+  if (part.size() < 2) return result;
+  const std::size_t first = part.front();
+  double sigma = 0;
+  for (const std::size_t s : part)
+    for (int axis = 0; axis < 3; ++axis)
+      sigma = std::max(sigma, std::sqrt(resolutionVariance(stacks[s], axis)));
+  const Vec3 centre = stacks[first].image.geometry.centre();
+  for (const double level : {4.0, 2.0, 1.0}) {
+    std::vector<BlurredStack> images;
+    for (const std::size_t s : part)
+      images.emplace_back(stacks[s], level * sigma, pool);
+    const std::vector<Vec3> points = spread(seenBox(images.front()), 0.7 * level * sigma);
+    const ValueRange values = valuesOf(images.front());
+    const double threshold = 0.5 * (values.low + otsuThreshold(images.front().values()));
+    const auto low = [&](std::size_t n) {
+      const ValueRange own = valuesOf(images[n]);
+      return own.low < -0.05f * (own.high - own.low);
+    };
+    const auto against = [&](std::size_t n) {
+      std::vector<Placed> others;
+      for (std::size_t m = 0; m < part.size(); ++m)
+        if (m != n && result[part[m]].fits) others.push_back(placed(images[m], result[part[m]]));
+      return others;
+    };
+    const auto seen = [&](std::size_t n, const StackAlignment& alignment, double step) {
+      return pairsAt(points, placed(images[n], alignment), against(n), threshold, step, pool);
+    };
+    for (int round = 0; round < (part.size() > 2 ? kRounds : 1); ++round)
+      for (std::size_t n = 1; n < part.size(); ++n) {
+        StackAlignment& mine = result[part[n]];
+        const bool scales = !low(n) && !low(0); // values with an offset, as in CT, are scaled by nothing
+        for (int step = 0; step < kSteps; ++step) {
+          const std::vector<Pair> pairs = seen(n, mine, 0.5 * level * sigma);
+          if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) break;
+          if (improve(mine, pairs, centre, true, scales) < kConverged) break;
+        }
+      }
+    if (level > 1) continue;
+    const double peak = static_cast<double>(values.high) - values.low;
+    const auto psnr = [&](const Agreement& a) { return -10 * std::log10(a.squared / (peak * peak)); };
+    for (std::size_t n = 1; n < part.size(); ++n) {
+      StackAlignment& mine = result[part[n]];
+      const StackAlignment still;
+      const std::vector<Pair> before = seen(n, still, 0);
+      const std::vector<Pair> moved = seen(n, mine, 0);
+      if (static_cast<std::int64_t>(std::min(before.size(), moved.size())) < kFewestPoints) {
+        mine = result[first];
+        continue;
+      }
+      double squares = 0;
+      const Affine3 back = inverse(mine.toOthers);
+      for (const Pair& p : moved) {
+        const Vec3 d = p.x - back(p.x);
+        squares += dot(d, d);
+      }
+      mine.displacement = std::sqrt(squares / static_cast<double>(moved.size()));
+      mine.angle = angleOf(mine.toOthers.linear);
+      if (mine.displacement < kStill) {
+        mine.toOthers = {};
+        mine.displacement = mine.angle = 0;
+      }
+      if (std::abs(mine.gain - 1) < kSameGain) mine.gain = 1;
+      const Agreement was = agreementOf(before, threshold), is = agreementOf(seen(n, mine, 0), threshold);
+      mine.psnrBefore = psnr(was);
+      mine.psnrAfter = psnr(is);
+      mine.correlation = is.correlation;
+      const bool alike = was.correlation >= kAlike;
+      if (is.correlation >= kAlike && (!alike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
+      mine.toOthers = {};
+      mine.displacement = mine.angle = 0;
+      mine.gain = 1;
+      mine.psnrAfter = mine.psnrBefore;
+      mine.correlation = was.correlation;
+      mine.fits = alike;
+    }
+  }
+  return result;
+}
+
+void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> stacks) {
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    const StackAlignment& a = alignment[s];
+    GridGeometry& g = stacks[s].image.geometry;
+    if (a.displacement > 0) {
+      g.origin = a.toOthers(g.origin);
+      g.direction = a.toOthers.linear * g.direction;
+    }
+    if (a.gain != 1)
+      for (float& v : stacks[s].image.voxels)
+        v *= static_cast<float>(a.gain);
+  }
+}
+
+std::string alignmentSentence(const StackAlignment& a, const std::string& name) {
+  if (!a.fits)
+    return name + formatted(" does not fit the other scans (correlation %.2f, PSNR %.1f dB between them): it "
+                            "was used where it "
+                            "is. Check that it shows the same body with the same contrast.",
+                            a.correlation, a.psnrAfter);
+  std::string done;
+  if (a.displacement > 0) done = formatted("moved by %.1f mm and turned by %.1f°", a.displacement, a.angle);
+  if (a.gain != 1) done += (done.empty() ? "" : ", and ") + formatted("multiplied by %.3f", a.gain);
+  if (done.empty()) return {};
+  return name + " was " + done +
+         formatted(" to fit the other scans (PSNR between them %.1f dB, before %.1f dB).", a.psnrAfter,
+                   a.psnrBefore);
+}
+
+} // namespace innergs

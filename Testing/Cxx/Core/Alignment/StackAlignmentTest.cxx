@@ -1,0 +1,143 @@
+#include "Core/Alignment/StackAlignment.h"
+
+#include "Core/Image/Simulate.h"
+#include "Prediction/SpherePhantom.h"
+
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace innergs {
+namespace {
+
+/// Balls in a ball, in air.
+Volume head() {
+  Volume volume = testing::spherePhantom(80, 80, 5);
+  const auto& n = volume.geometry.size;
+  for (std::int64_t k = 0; k < n[2]; ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j)
+      for (std::int64_t i = 0; i < n[0]; ++i)
+        if (std::hypot(static_cast<double>(i) - 40, static_cast<double>(j) - 40,
+                       static_cast<double>(k) - 40) > 32)
+          volume.voxels[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))] = 0;
+  return volume;
+}
+
+/// Three scans of 4 mm slices at right angles.
+std::vector<Stack> scans(const Volume& truth) {
+  std::vector<Stack> stacks;
+  for (const int axis : {2, 1, 0})
+    stacks.push_back(simulateThickStack(truth, axis, 4, 1.0, static_cast<std::uint64_t>(axis) + 1));
+  return stacks;
+}
+
+Affine3 turned(double degrees, const Vec3& shift, const Vec3& centre) {
+  const double a = degrees * std::numbers::pi / 180;
+  Mat3 r;
+  r[0] = {std::cos(a), -std::sin(a), 0};
+  r[1] = {std::sin(a), std::cos(a), 0};
+  return {r, centre + shift - r * centre};
+}
+
+/// As if the patient had moved before the scan: its voxels lie elsewhere than its header says.
+void displace(Stack& stack, const Affine3& motion) {
+  GridGeometry& g = stack.image.geometry;
+  g.origin = motion(g.origin);
+  g.direction = motion.linear * g.direction;
+}
+
+TEST(StackAlignment, LeavesStillScansAlone) {
+  ThreadPool pool(2);
+  const auto found = alignStacks(scans(head()), pool);
+  for (const StackAlignment& a : found) {
+    EXPECT_TRUE(a.fits);
+    EXPECT_EQ(a.displacement, 0);
+    EXPECT_EQ(a.toOthers, Affine3{});
+    EXPECT_EQ(a.gain, 1);
+    EXPECT_EQ(alignmentSentence(a, "Scan"), "");
+  }
+  EXPECT_GT(found[1].correlation, 0.95);
+}
+
+TEST(StackAlignment, FindsMotionAndGainOfScans) {
+  ThreadPool pool(2);
+  const Volume truth = head();
+  std::vector<Stack> stacks = scans(truth);
+  const Affine3 motions[] = {{}, turned(4, {2, -1.5, 1}, {40, 40, 40}), turned(-2, {0, 3, -1}, {40, 40, 40})};
+  for (int s = 1; s < 3; ++s)
+    displace(stacks[s], motions[s]);
+  for (float& v : stacks[2].image.voxels)
+    v *= 1.3f;
+  const auto found = alignStacks(stacks, pool);
+  applyAlignment(found, stacks);
+  const std::vector<Stack> still = scans(truth);
+  for (int s = 1; s < 3; ++s) {
+    EXPECT_TRUE(found[s].fits) << s;
+    EXPECT_GT(found[s].psnrAfter, found[s].psnrBefore + 5);
+    for (const Vec3& index : {Vec3{20, 20, 5}, Vec3{60, 20, 15}, Vec3{20, 60, 15}, Vec3{60, 60, 5}})
+      EXPECT_LT(norm(stacks[s].image.geometry.indexToWorld()(index) -
+                     still[s].image.geometry.indexToWorld()(index)),
+                0.25)
+          << s;
+  }
+  EXPECT_NEAR(found[1].gain, 1, 0.01);
+  EXPECT_NEAR(found[2].gain, 1 / 1.3, 0.01);
+  EXPECT_NEAR(found[1].angle, 4, 0.15);
+  EXPECT_NE(alignmentSentence(found[1], "Scan 2").find("turned by "), std::string::npos)
+      << alignmentSentence(found[1], "Scan 2");
+  EXPECT_NE(alignmentSentence(found[2], "Scan 3").find("multiplied by 0.7"), std::string::npos);
+}
+
+TEST(StackAlignment, SaysWhichScanDoesNotFit) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans(head());
+  for (float& v : stacks[1].image.voxels)
+    if (v > 20) v = 220 - v; // another contrast
+  const auto found = alignStacks(stacks, pool);
+  EXPECT_FALSE(found[1].fits);
+  EXPECT_EQ(found[1].toOthers, Affine3{});
+  EXPECT_EQ(found[1].gain, 1);
+  EXPECT_NE(alignmentSentence(found[1], "Scan 2").find("does not fit"), std::string::npos);
+}
+
+TEST(StackAlignment, NeverLooksAtUnobservedVoxels) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans(head());
+  displace(stacks[1], turned(0, {1, 0, 0}, {}));
+  Stack& stack = stacks[1];
+  const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
+  stack.observed.assign(stack.image.voxels.size(), 1);
+  std::fill_n(stack.observed.begin() + 7 * plane, plane, std::uint8_t{0});
+  const auto before = alignStacks(stacks, pool);
+  for (std::int64_t v = 7 * plane; v < 8 * plane; ++v)
+    stack.image.voxels[v] = v % 2 ? 1e6f : std::nanf("");
+  const auto after = alignStacks(stacks, pool);
+  EXPECT_EQ(before[1].toOthers, after[1].toOthers);
+  EXPECT_EQ(before[1].gain, after[1].gain);
+  EXPECT_GT(after[1].displacement, 0.8);
+}
+
+TEST(StackAlignment, IsTheSameByAnyNumberOfThreads) {
+  std::vector<Stack> stacks = scans(head());
+  displace(stacks[2], turned(3, {1, 1, -2}, {40, 40, 40}));
+  std::vector<std::vector<StackAlignment>> found;
+  for (const int threads : {1, 3}) {
+    ThreadPool pool(threads);
+    found.push_back(alignStacks(stacks, pool));
+  }
+  EXPECT_EQ(found[0][2].toOthers, found[1][2].toOthers);
+  EXPECT_EQ(found[0][2].psnrAfter, found[1][2].psnrAfter);
+}
+
+TEST(StackAlignment, LeavesScansThatShareTooLittle) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans(head());
+  stacks.resize(2);
+  displace(stacks[1], turned(0, {0, 0, 300}, {}));
+  const auto found = alignStacks(stacks, pool);
+  EXPECT_TRUE(std::isnan(found[1].correlation));
+  EXPECT_EQ(found[1].toOthers, Affine3{});
+  EXPECT_EQ(alignmentSentence(found[1], "Scan 2"), "");
+}
+
+} // namespace
+} // namespace innergs

@@ -1,0 +1,76 @@
+#include "Core/Job/JobInput.h"
+#include "JobInputs.h"
+#include "Prediction/SpherePhantom.h"
+
+namespace innergs {
+namespace {
+
+using testing::psnr;
+using testing::reconstruct;
+
+/// Two scans of thick slices across each other; before the second the patient moved by so many mm, and the
+/// receiver was set to another gain.
+ReconstructionInput twoScans(const Volume& truth, double shift, float gain) {
+  ReconstructionInput input;
+  input.stacks = {simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)};
+  input.stacks[1].image.geometry.origin[1] += shift;
+  for (float& v : input.stacks[1].image.voxels)
+    v *= gain;
+  input.stacks[0].name = "first.nii";
+  input.stacks[1].name = "second.nii";
+  input.outputGrid = truth.geometry;
+  return input;
+}
+
+Settings fewIterations() {
+  Settings settings;
+  settings.preset = Preset::Fast;
+  settings.threads = 2;
+  settings.device = "cpu";
+  return settings;
+}
+
+TEST(JobAlign, MakesUpForMotionAndGainBetweenScansAndSaysSo) {
+  const Volume truth = testing::spherePhantom(48, 48, 3);
+  const auto psnrOf = [&](const ReconstructionInput& input, bool align) {
+    Settings settings = fewIterations();
+    settings.align = align;
+    return psnr(reconstruct(input, settings).volume, truth);
+  };
+  const double still = psnrOf(twoScans(truth, 0, 1), true);
+  EXPECT_EQ(still, psnrOf(twoScans(truth, 0, 1), false)) << "scans that agree are left alone";
+  const ReconstructionInput moved = twoScans(truth, 1.5, 1.1f);
+  const double off = psnrOf(moved, false);
+  const ReconstructionResult result = reconstruct(moved, fewIterations());
+  EXPECT_GT(psnr(result.volume, truth), off + 2);
+  EXPECT_GT(psnr(result.volume, truth), still - 1);
+  ASSERT_EQ(result.alignment.size(), 2u);
+  EXPECT_NEAR(result.alignment[1].toOthers.offset[1], -1.5, 0.2);
+  EXPECT_NEAR(result.alignment[1].gain, 1 / 1.1, 0.01);
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_EQ(result.warnings[0].find("second.nii was moved by 1."), 0u) << result.warnings[0];
+}
+
+TEST(JobAlign, SeesNoWithheldSlice) {
+  const Volume truth = testing::spherePhantom(48, 48, 3);
+  ReconstructionInput input = twoScans(truth, 1.5, 1);
+  input.heldOutFraction = 0.2;
+  const PreparedInput before = prepareInput(input, {}, true);
+  ReconstructionInput changed = input;
+  for (const std::int64_t k : before.heldOut[1])
+    for (std::int64_t v = k * 48 * 48; v < (k + 1) * 48 * 48; ++v)
+      changed.stacks[1].image.voxels[v] = 5e3f;
+  ThreadPool pool(2);
+  const auto aligned = [&](const ReconstructionInput& of) {
+    std::vector<StackAlignment> found;
+    prepareInput(of, {}, true, [&](std::span<Stack> stacks) {
+      found = alignStacks(stacks, pool);
+      return std::vector<std::string>{};
+    });
+    return found.at(1).toOthers;
+  };
+  EXPECT_EQ(aligned(input), aligned(changed));
+}
+
+} // namespace
+} // namespace innergs
