@@ -7,15 +7,15 @@ using namespace innergs::testing;
 
 namespace {
 
-struct Attempt {
+struct JudgedAttempt {
   JudgedResult result;
   std::vector<Progress> states;
 };
 
 /// Asks to stop in the first report for which `when` holds.
-Attempt runUntil(const std::function<bool(const Progress&)>& when, const ReconstructionInput& input,
-                 std::optional<int> keepEvery) {
-  Attempt run;
+JudgedAttempt runUntil(const std::function<bool(const Progress&)>& when, const ReconstructionInput& input,
+                       std::optional<int> keepEvery) {
+  JudgedAttempt run;
   std::stop_source stop;
   JudgedReconstruction job(input, quickSettings(8), keepEvery);
   job.onProgress([&](const Progress& p) {
@@ -37,7 +37,7 @@ Mask lowerHalf() {
 TEST(JudgedReconstruction, GivesTheFullFitAndProtocolHOfTheFirstStackInsideTheMask) {
   ReconstructionInput input = isotropicInput();
   input.mask = lowerHalf();
-  const Attempt run = runUntil({}, input, 2);
+  const JudgedAttempt run = runUntil({}, input, 2);
   const auto full = reconstruct(input, quickSettings(8));
   EXPECT_TRUE(sameField(run.result.reconstruction.model->field, full.model->field));
   EXPECT_EQ(run.result.reconstruction.volume.voxels, full.volume.voxels);
@@ -59,7 +59,7 @@ TEST(JudgedReconstruction, GivesTheFullFitAndProtocolHOfTheFirstStackInsideTheMa
 }
 
 TEST(JudgedReconstruction, TellsOfTheSecondFitAsAPhaseOfItsOwn) {
-  const Attempt run = runUntil({}, isotropicInput(), 2);
+  const JudgedAttempt run = runUntil({}, isotropicInput(), 2);
   double fraction = 0, fitted = 0;
   int phase = 0, most = 0;
   for (const Progress& p : run.states) {
@@ -91,7 +91,7 @@ TEST(JudgedReconstruction, StoppedWhileJudgingKeepsTheFit) {
         return fitted && p.iterations == 0;
       }};
   for (const auto& moment : moments) {
-    const Attempt run = runUntil(moment, isotropicInput(), 2);
+    const JudgedAttempt run = runUntil(moment, isotropicInput(), 2);
     const ReconstructionResult& result = run.result.reconstruction;
     EXPECT_FALSE(result.cancelled);
     EXPECT_EQ(result.judging, Judging::Stopped);
@@ -101,7 +101,7 @@ TEST(JudgedReconstruction, StoppedWhileJudgingKeepsTheFit) {
     ASSERT_EQ(result.warnings.size(), 1u);
     EXPECT_NE(result.warnings[0].find("stopped"), std::string::npos);
   }
-  const Attempt before =
+  const JudgedAttempt before =
       runUntil([](const Progress& p) { return p.phase == Phase::Fitting; }, isotropicInput(), 2);
   EXPECT_TRUE(before.result.reconstruction.cancelled);
   EXPECT_EQ(before.result.reconstruction.judging, Judging::NotAsked);
@@ -109,7 +109,7 @@ TEST(JudgedReconstruction, StoppedWhileJudgingKeepsTheFit) {
 
 TEST(JudgedReconstruction, WhatCannotBeJudgedIsDeliveredWithTheReason) {
   ReconstructionInput input = isotropicInput();
-  const Attempt run = runUntil({}, input, 20); // of 20 slices
+  const JudgedAttempt run = runUntil({}, input, 20); // of 20 slices
   EXPECT_EQ(run.result.reconstruction.judging, Judging::Failed);
   EXPECT_FALSE(run.result.quality);
   EXPECT_FALSE(run.result.reconstruction.volume.voxels.empty());
@@ -129,13 +129,13 @@ TEST(JudgedReconstruction, WhatCannotBeJudgedIsDeliveredWithTheReason) {
 TEST(JudgedReconstruction, JudgesInBothWaysAtOnce) {
   ReconstructionInput input = isotropicInput();
   input.heldOutFraction = 0.25;
-  const Attempt run = runUntil({}, input, 2);
+  const JudgedAttempt run = runUntil({}, input, 2);
   const ReconstructionResult& result = run.result.reconstruction;
   EXPECT_EQ(result.judging, Judging::Done);
   EXPECT_EQ(result.heldOutSlices, 5);
   EXPECT_TRUE(run.result.quality);
   EXPECT_EQ(run.states.back().heldOutPsnr, result.heldOutPsnr);
-  const Attempt stopped =
+  const JudgedAttempt stopped =
       runUntil([](const Progress& p) { return p.phase == Phase::Judging && p.iteration == 3; }, input, 2);
   EXPECT_EQ(stopped.result.reconstruction.judging, Judging::Stopped);
   EXPECT_FALSE(stopped.result.quality);
