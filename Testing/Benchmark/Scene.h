@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Acquisition/Observation.h"
+#include "Core/Model/GaussianField.h"
 
 #include <string>
 

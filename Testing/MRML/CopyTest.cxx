@@ -49,7 +49,9 @@ TEST_F(CopyTest, QualityIsJudgedInTheRegion) {
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   const auto samples = [&] {
     auto* table = logic->GetLastJob()->GetTableNode();
-    return table ? std::atol(table->GetAttribute("InnerGS.Samples")) : -1;
+    std::string text = table ? table->GetAttribute("InnerGS.Samples") : "-1"; // "1,234 voxels: …"
+    std::erase(text, ',');
+    return std::atol(text.c_str());
   };
   const long whole = samples();
   parameters->SetROINode(roi);
