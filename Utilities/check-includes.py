@@ -19,7 +19,8 @@ LAYERS = {
     "InnerGSModule": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Logic/MRML", "Widgets"],
 }
 # A folder of Logic/Core may include itself and those before it.
-CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Fit", "Device", "Job"]
+CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Fit", "Device",
+        "Job", "Motion"]
 ROOTS = ["Logic", "Logic/VTK", "Logic/MRML", "Widgets", "Widgets/App", "InnerGSModule", "."]
 SUFFIXES = {".h", ".cxx", ".cu", ".cuh"}
 

@@ -29,6 +29,8 @@ QString phaseText(const Progress& progress) {
     return ProgressCard::tr("Preparing the scans");
   case Phase::Initialising:
     return ProgressCard::tr("Placing Gaussians");
+  case Phase::Tracking:
+    return ProgressCard::tr("Tracking the frames");
   case Phase::Fitting:
     if (progress.iterations > 0)
       return ProgressCard::tr("Fitting: iteration %1 of %2").arg(progress.iteration).arg(progress.iterations);

@@ -10,6 +10,7 @@ enum class Phase {
   Preparing,
   Predicting, // what lies between the slices of one scan
   Initialising,
+  Tracking, // a moving scan's frames, one after the other
   Fitting,
   Refining,
   Rendering,

@@ -18,6 +18,8 @@ const char* phaseName(Phase phase) {
     return "Predicting between slices";
   case Phase::Initialising:
     return "Placing Gaussians";
+  case Phase::Tracking:
+    return "Tracking frames";
   case Phase::Fitting:
     return "Fitting";
   case Phase::Refining:

@@ -1,0 +1,96 @@
+#include "Core/Motion/DynamicField.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Motion/Pose.h"
+
+#include <cmath>
+
+namespace innergs {
+
+const char* dynamicKindName(DynamicKind kind) {
+  return kind == DynamicKind::Motion ? "motion" : "intensity";
+}
+
+std::optional<DynamicKind> dynamicKindNamed(const std::string& name) {
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity})
+    if (name == dynamicKindName(kind)) return kind;
+  return {};
+}
+
+void checkDynamicField(const DynamicField& field) {
+  checkField(field.canonical);
+  const auto fail = [](const std::string& what) {
+    throw Error(ErrorCode::FileFormat, "The moving model cannot be used: " + what);
+  };
+  if (field.times.size() < 2) fail("it has fewer than two frame times.");
+  for (std::size_t f = 0; f < field.times.size(); ++f)
+    if (!std::isfinite(field.times[f]) || (f > 0 && !(field.times[f] > field.times[f - 1])))
+      fail("its frame times do not increase.");
+  const auto checkSpline = [&](const TimeSpline& s, std::span<const float> values, std::size_t each,
+                               float most) {
+    if (s.coefficients != 1 && s.coefficients < 4) fail("a spline in time has too few coefficients.");
+    if (!std::isfinite(s.start) || !std::isfinite(s.end) || !(s.end > s.start))
+      fail("a spline in time has no extent.");
+    if (values.size() != static_cast<std::size_t>(s.coefficients) * each)
+      fail("a spline in time has another size than it says.");
+    for (const float v : values)
+      if (!(std::fabs(v) <= most)) fail("a spline in time is not finite.");
+  };
+  const auto gaussians = static_cast<std::size_t>(field.size());
+  if (field.kind == DynamicKind::Intensity) return checkSpline(field.change, field.changes, gaussians, 1e12f);
+  for (int a = 0; a < 3; ++a)
+    if (field.lattice.size[a] < 2 || field.lattice.size[a] > 4096 ||
+        !std::isfinite(field.lattice.origin[a]) || !(field.lattice.spacing[a] > 0) ||
+        !(field.lattice.spacing[a] < 1e6))
+      fail("its lattice of motion is out of range.");
+  checkSpline(field.motion, field.nodes,
+              static_cast<std::size_t>(field.lattice.nodes()) * MotionLattice::kValues, 1e6f);
+  if (field.anchors.size() != 3 * gaussians) fail("its anchors are not one per Gaussian.");
+  for (const float x : field.anchors)
+    if (!(std::fabs(x) <= 1e6f)) fail("its anchors are not finite.");
+  if (!field.ownPath.empty()) checkSpline(field.own, field.ownPath, 3 * gaussians, 1e6f);
+}
+
+void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool) {
+  if (field.kind == DynamicKind::Motion) {
+    Poser(field).pose(field, time, out, pool);
+    return;
+  }
+  const TimeSpline::Weights w = field.change.at(time);
+  const auto count = static_cast<std::size_t>(field.size());
+  pool.blocks(field.size(), 4096, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      out.gaussians[i] = field.canonical.gaussians[i];
+      for (int a = 0; a < w.count; ++a)
+        out.gaussians[i].intensity += w.weight[a] * field.changes[(w.first + a) * count + i];
+    }
+  });
+}
+
+GaussianField fieldAt(const DynamicField& field, double time) {
+  GaussianField out = field.canonical;
+  ThreadPool pool(1);
+  poseAt(field, time, out, pool);
+  return out;
+}
+
+std::vector<float> displacementsAt(const DynamicField& field, double time, const GridGeometry& geometry) {
+  if (field.kind != DynamicKind::Motion) return {};
+  const std::vector<float> values = nodesAt(field, time);
+  const Affine3 toModel = inverse(field.canonical.modelToWorld) * geometry.indexToWorld();
+  std::vector<float> out;
+  out.reserve(static_cast<std::size_t>(geometry.voxelCount()) * 3);
+  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
+    for (std::int64_t j = 0; j < geometry.size[1]; ++j)
+      for (std::int64_t i = 0; i < geometry.size[0]; ++i) {
+        const Vec3 x = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+        const float at[3] = {static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
+        const auto v = field.lattice.at(field.lattice.place(at), values);
+        const Vec3 world = field.canonical.modelToWorld.linear * Vec3{v[0], v[1], v[2]};
+        for (const double d : world)
+          out.push_back(static_cast<float>(d));
+      }
+  return out;
+}
+
+} // namespace innergs

@@ -1,0 +1,54 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Model/GaussianField.h"
+#include "Core/Motion/MotionLattice.h"
+#include "Core/Motion/TimeSpline.h"
+
+namespace innergs {
+
+/// How a dynamic field changes with time.
+enum class DynamicKind {
+  Motion,   // Gaussians that are carried and turned
+  Intensity // Gaussians that stay where they are and change their intensity
+};
+/// "motion", "intensity": in files, reports and options.
+const char* dynamicKindName(DynamicKind kind);
+/// Nothing for any other word.
+std::optional<DynamicKind> dynamicKindNamed(const std::string& name);
+
+/// A continuous volume in space and time: canonical Gaussians and how they move or change. At every time it
+/// is an ordinary field.
+struct DynamicField {
+  DynamicKind kind = DynamicKind::Motion;
+  GaussianField canonical;
+  std::vector<double> times; // of the frames that were fitted, s, increasing
+
+  // Motion: mean + u(anchor, t) + r(t), rotated by the lattice's rotation at the anchor.
+  MotionLattice lattice;
+  TimeSpline motion;          // of the lattice's values
+  std::vector<float> nodes;   // [coefficient][node][6]
+  std::vector<float> anchors; // [Gaussian][3]: where each is bound to the lattice, mm, model frame
+  TimeSpline own;             // of each Gaussian's own displacement
+  std::vector<float> ownPath; // [coefficient][Gaussian][3], mm; empty: none
+
+  // Intensity: what is added to each Gaussian's.
+  TimeSpline change;
+  std::vector<float> changes; // [coefficient][Gaussian]
+
+  std::int64_t size() const { return canonical.size(); }
+};
+
+/// Throws Error(FileFormat) when a dynamic field cannot be evaluated (arrays of other sizes, values that are
+/// not finite, a canonical field that cannot be rendered).
+void checkDynamicField(const DynamicField& field);
+
+/// The field at a time (s); before the first and after the last fitted frame that at the nearer one's time.
+GaussianField fieldAt(const DynamicField& field, double time);
+/// The same into a copy of the canonical field, whose Gaussians alone are written.
+void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool);
+
+/// Where the tissue that lies at each voxel of a lattice at the canonical time has moved to: displacements in
+/// mm, LPS, three per voxel. Empty for a field without motion.
+std::vector<float> displacementsAt(const DynamicField& field, double time, const GridGeometry& geometry);
+
+} // namespace innergs

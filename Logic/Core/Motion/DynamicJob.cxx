@@ -1,0 +1,221 @@
+#include "Core/Motion/DynamicJob.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Job/MemoryEstimate.h"
+#include "Core/Motion/IntensityFit.h"
+#include "Core/Motion/MotionFit.h"
+#include "Core/Render/Render.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+constexpr double kClearly =
+    0.9; // of the other's error: in noise alone both foresee alike, and changes cost less
+constexpr std::int64_t kTrialReach = 3;  // frames on either side of where most changes
+constexpr double kVoxelsPerGaussian = 6; // of moving ones
+constexpr std::int64_t kMostGaussians = 1'000'000;
+constexpr int kRounds = 35; // of the joint refinement over all frames
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+double decibels(double mse) {
+  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
+
+std::int64_t gaussiansFor(const TimeSeries& series, const DynamicSettings& settings, DynamicKind kind) {
+  const auto voxels = static_cast<double>(series.geometry.voxelCount());
+  const double each = kind == DynamicKind::Motion ? kVoxelsPerGaussian : 1;
+  return std::clamp<std::int64_t>(settings.gaussians.value_or(std::llround(voxels / each)), 64,
+                                  kMostGaussians);
+}
+
+MotionPlan motionPlan(const TimeSeries& series, const DynamicSettings& settings) {
+  MotionPlan plan;
+  plan.gaussians = gaussiansFor(series, settings, DynamicKind::Motion);
+  plan.jointSteps = std::clamp<int>(kRounds * static_cast<int>(series.size()), 400, 6000);
+  return plan;
+}
+
+IntensityPlan intensityPlan(const TimeSeries& series, const DynamicSettings& settings) {
+  IntensityPlan plan;
+  plan.voxelsPerGaussian = static_cast<double>(series.geometry.voxelCount()) /
+                           static_cast<double>(gaussiansFor(series, settings, DynamicKind::Intensity));
+  return plan;
+}
+
+IntensityMap mapOf(const TimeSeries& series) {
+  const ValueRange range = rangeOf(series);
+  return {static_cast<double>(range.high) - static_cast<double>(range.low), static_cast<double>(range.low)};
+}
+
+/// Where a frame differs most from the one before the last: there it shows whether anything moves.
+std::int64_t liveliest(const TimeSeries& series) {
+  std::int64_t best = series.size() / 2;
+  double most = -1;
+  for (std::int64_t f = 1; f + 1 < series.size(); ++f) {
+    double sum = 0;
+    for (std::size_t v = 0; v < series.frames[f].size(); ++v) {
+      const float d = series.frames[f + 1][v] - series.frames[f - 1][v];
+      if (std::isfinite(d)) sum += static_cast<double>(d) * static_cast<double>(d);
+    }
+    if (sum > most) {
+      most = sum;
+      best = f;
+    }
+  }
+  return best;
+}
+
+} // namespace
+
+std::int64_t estimateMemory(const TimeSeries& series, const DynamicSettings& settings) {
+  const auto voxels = static_cast<std::int64_t>(series.geometry.voxelCount()), frames = series.size();
+  const std::int64_t moving = gaussiansFor(series, settings, DynamicKind::Motion),
+                     still = gaussiansFor(series, settings, DynamicKind::Intensity);
+  const std::int64_t coefficients = std::min<std::int64_t>(frames, 64);
+  const std::int64_t motion = frames * voxels * 6 + moving * (16 * 4 * 6 + coefficients * 3 * 4 * 3 + 8 * 8);
+  const std::int64_t intensity =
+      frames * voxels * 4 + voxels * (4 * 20) + still * (16 * 4 * 3 + coefficients * 4);
+  if (settings.kind == DynamicKind::Motion) return motion;
+  return settings.kind == DynamicKind::Intensity ? intensity : std::max(motion, intensity);
+}
+
+DynamicJob::DynamicJob(TimeSeries series, DynamicSettings settings)
+    : series_(std::move(series)), settings_(std::move(settings)) {}
+
+void DynamicJob::report(Phase phase, double fraction, double mse) {
+  state_.phase = phase;
+  state_.fraction = std::max(state_.fraction, fraction);
+  state_.elapsed = now() - start_;
+  state_.remaining = state_.fraction > 0.02 ? state_.elapsed * (1 - state_.fraction) / state_.fraction : 0;
+  if (mse > 0) state_.trainingPsnr = decibels(mse);
+  if (progress_) progress_(state_);
+}
+
+DynamicResult DynamicJob::run(std::stop_token stop) {
+  start_ = now();
+  state_ = {};
+  checkTimeSeries(series_);
+  if (settings_.gaussians && (*settings_.gaussians < 1 || *settings_.gaussians > kMostGaussians))
+    throw Error(ErrorCode::InvalidArgument,
+                "The number of Gaussians must be between 1 and " + std::to_string(kMostGaussians) + ".");
+  if (const std::string refusal = memoryRefusal(estimateMemory(series_, settings_), availableMemory());
+      !refusal.empty())
+    throw Error(ErrorCode::Memory, refusal);
+  const KernelSet& kernels = kernelSet(settings_.instructionSet);
+  ThreadPool pool(settings_.threads);
+  pool.setStop(stop);
+  DynamicResult result;
+  result.instructionSet = kernels.name;
+  result.threads = pool.threads();
+  report(Phase::Preparing, 0);
+  const IntensityMap map = mapOf(series_);
+  const auto share = [&](Phase phase, double from, double to) {
+    return [this, phase, from, to](double done, double mse = -1) {
+      report(phase, from + (to - from) * done, mse);
+    };
+  };
+  std::unique_ptr<MotionFit> motion;
+  bool refining = false;
+  const auto finish = [&](const DynamicField& field) {
+    result.field = std::make_shared<const DynamicField>(field);
+    result.trainingPsnr = state_.trainingPsnr;
+  };
+  try {
+    DynamicKind kind = settings_.kind.value_or(DynamicKind::Motion);
+    std::unique_ptr<IntensityFit> intensity;
+    if (!settings_.kind || kind == DynamicKind::Intensity) {
+      intensity =
+          std::make_unique<IntensityFit>(series_, map, intensityPlan(series_, settings_), kernels, pool);
+      intensity->choose(share(Phase::Initialising, 0, 0.05));
+    }
+    if (!settings_.kind) {
+      const std::int64_t centre = liveliest(series_);
+      const std::int64_t first = std::max<std::int64_t>(0, centre - kTrialReach),
+                         last = std::min(series_.size() - 1, centre + kTrialReach);
+      std::vector<std::int64_t> window;
+      for (std::int64_t f = first; f <= last; ++f)
+        window.push_back(f);
+      const TimeSeries part = framesOf(series_, window);
+      MotionFit trial(part, map, motionPlan(series_, settings_), settings_.seed, kernels, pool);
+      trial.fitCanonical(share(Phase::Initialising, 0.05, 0.06));
+      trial.track(share(Phase::Tracking, 0.06, 0.1));
+      double moved = 0, changed = 0;
+      int judged = 0;
+      for (std::int64_t f = 1; f + 1 < part.size(); ++f) {
+        if (f == trial.middle()) continue; // the canonical field knows it
+        moved += trial.foresightBetween(f);
+        changed += intensity->foresight(first + f);
+        ++judged;
+      }
+      if (judged > 0) {
+        kind = moved < kClearly * changed ? DynamicKind::Motion : DynamicKind::Intensity;
+        result.choice = std::string("Gaussians ") +
+                        (kind == DynamicKind::Motion ? "move" : "stay in place and change their intensity") +
+                        ": where the frames change most, moving ones foresaw withheld frames with " +
+                        formatted("%.2f", decibels(moved / judged)) + " dB, changing ones with " +
+                        formatted("%.2f", decibels(changed / judged)) + " dB.";
+      }
+      if (kind == DynamicKind::Motion) intensity.reset();
+    }
+    if (kind == DynamicKind::Intensity) {
+      intensity->solve(share(Phase::Fitting, 0.1, 0.98));
+      finish(intensity->field());
+    } else {
+      motion = std::make_unique<MotionFit>(series_, map, motionPlan(series_, settings_), settings_.seed,
+                                           kernels, pool);
+      motion->fitCanonical(share(Phase::Initialising, 0.1, 0.15));
+      motion->track(share(Phase::Tracking, 0.15, 0.5));
+      motion->useSpline(motion->chooseCoefficients());
+      refining = true;
+      motion->refine(share(Phase::Fitting, 0.5, 0.98));
+      finish(motion->field());
+    }
+  } catch (const Error& error) {
+    if (error.code() != ErrorCode::Cancelled) throw;
+    result.cancelled = true;
+    if (refining) finish(motion->field());
+  }
+  if (result.field && !result.cancelled) {
+    double squared = 0;
+    std::int64_t samples = 0;
+    GaussianField posed = result.field->canonical;
+    RenderOptions options;
+    options.threads = settings_.threads;
+    options.instructionSet = settings_.instructionSet;
+    options.stop = stop;
+    try {
+      for (std::int64_t f = 0; f < series_.size(); ++f) {
+        poseAt(*result.field, series_.times[f], posed, pool);
+        const Volume rendered = render(posed, series_.geometry, options);
+        for (std::size_t v = 0; v < rendered.voxels.size(); ++v) {
+          const double d =
+              (static_cast<double>(rendered.voxels[v]) - static_cast<double>(series_.frames[f][v])) /
+              map.scale;
+          if (!std::isfinite(d)) continue;
+          squared += d * d;
+          ++samples;
+        }
+      }
+      result.trainingPsnr = decibels(squared / static_cast<double>(std::max<std::int64_t>(1, samples)));
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::Cancelled) throw;
+      result.cancelled = true;
+    }
+  }
+  result.seconds = now() - start_;
+  if (!result.cancelled) report(Phase::Done, 1);
+  return result;
+}
+
+} // namespace innergs

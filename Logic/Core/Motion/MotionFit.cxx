@@ -1,0 +1,367 @@
+#include "Core/Motion/MotionFit.h"
+
+#include "Core/Base/Random.h"
+#include "Core/Fit/Trainer.h"
+#include "Core/Job/JobInput.h"
+#include "Core/Motion/Pose.h"
+#include "Core/Render/LatticeRenderer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace innergs {
+namespace {
+
+constexpr int kValues = MotionLattice::kValues;
+constexpr int kWithheldEvery = 4; // of the tracked frames, to choose the spline by
+
+/// Adam (Kingma & Ba 2015) over numbers of one rate, with a step count of its own: blocks of coefficients
+/// that a time does not reach are left alone.
+class AdamBlock {
+public:
+  explicit AdamBlock(std::size_t count) : moment1_(count, 0.f), moment2_(count, 0.f) {}
+
+  /// gradient(i) of x[i].
+  template <class Gradient, class Rate>
+  void apply(float* x, const Gradient& gradient, const Rate& rate, ThreadPool& pool) {
+    constexpr float b1 = 0.9f, b2 = 0.99f, tiny = 1e-12f;
+    ++step_;
+    const auto c1 = static_cast<float>(1 / (1 - std::pow(0.9, step_)));
+    const auto c2 = static_cast<float>(1 / (1 - std::pow(0.99, step_)));
+    constexpr std::int64_t block = 8192;
+    const auto count = static_cast<std::int64_t>(moment1_.size());
+    pool.runToEnd((count + block - 1) / block, [&](std::int64_t n) {
+      for (std::int64_t i = n * block; i < std::min(count, (n + 1) * block); ++i) {
+        const float g = gradient(i);
+        moment1_[i] = b1 * moment1_[i] + (1 - b1) * g;
+        moment2_[i] = b2 * moment2_[i] + (1 - b2) * g * g;
+        x[i] -= rate(i) * c1 * moment1_[i] / (std::sqrt(moment2_[i] * c2) + tiny);
+      }
+    });
+  }
+
+private:
+  std::vector<float> moment1_, moment2_;
+  int step_ = 0;
+};
+
+/// Frame and margin, the edge voxels repeated outward; not finite voxels stay so.
+Volume padded(const std::vector<float>& frame, const GridGeometry& g,
+              const std::array<std::int64_t, 3>& margin) {
+  Volume out;
+  out.geometry = g;
+  for (int a = 0; a < 3; ++a)
+    out.geometry.size[a] += 2 * margin[a];
+  out.geometry.origin = g.indexToWorld()(
+      {-static_cast<double>(margin[0]), -static_cast<double>(margin[1]), -static_cast<double>(margin[2])});
+  const auto& n = out.geometry.size;
+  out.voxels.reserve(static_cast<std::size_t>(out.geometry.voxelCount()));
+  const auto inside = [&](std::int64_t x, int a) {
+    return std::clamp<std::int64_t>(x - margin[a], 0, g.size[a] - 1);
+  };
+  for (std::int64_t k = 0; k < n[2]; ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j)
+      for (std::int64_t i = 0; i < n[0]; ++i)
+        out.voxels.push_back(frame[inside(i, 0) + g.size[0] * (inside(j, 1) + g.size[1] * inside(k, 2))]);
+  return out;
+}
+
+FitPlan canonicalPlan(const MotionPlan& plan, double voxel) {
+  FitPlan fit;
+  fit.iterations = plan.canonicalIterations;
+  fit.coarseIterations = std::min(8, plan.canonicalIterations / 2);
+  fit.rates = {0.24 * voxel, 0.09, 0.09, 0.15, 0.03, 0};
+  fit.cutoff = plan.cutoff;
+  fit.bounds.minLogScale = std::log(0.3 * voxel);
+  fit.bounds.maxLogScale = std::log(30 * voxel);
+  fit.start.gaussians = plan.gaussians;
+  return fit;
+}
+
+} // namespace
+
+double finestSpacing(const GridGeometry& g) {
+  return std::min({g.spacing[0], g.spacing[1], g.spacing[2]});
+}
+
+MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
+                     const KernelSet& kernels, ThreadPool& pool)
+    : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool),
+      voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
+  field_.kind = DynamicKind::Motion;
+  field_.times = series.times;
+  GaussianField& c = field_.canonical;
+  c.modelToWorld = modelFrame(series.geometry);
+  c.intensityScale = map.scale;
+  c.intensityOffset = map.offset;
+  c.cutoff = plan_.cutoff;
+  c.domain = series.geometry;
+  c.range = rangeOf(series);
+  for (const auto& frame : series.frames) {
+    pool_.throwIfStopped();
+    frames_.push_back(observation(frame, series.geometry));
+  }
+  weights_.resize(frames_.front().lattice.bufferSize());
+  numerators_.resize(weights_.size());
+}
+
+/// All planes stay, so that every frame has the same lattice.
+Observation MotionFit::observation(const std::vector<float>& frame, const GridGeometry& geometry) const {
+  Stack stack;
+  stack.image = {geometry, frame};
+  stack.profile = SliceProfile::Point;
+  std::vector<std::uint8_t> finite(frame.size());
+  for (std::size_t v = 0; v < frame.size(); ++v) {
+    finite[v] = std::isfinite(frame[v]);
+    if (!finite[v]) stack.image.voxels[v] = static_cast<float>(map_.offset);
+  }
+  Observation o = observe(stack, field_.canonical.modelToWorld, map_, false).front();
+  const int stride = o.lattice.stride(), nx = o.lattice.nx;
+  for (std::size_t v = 0; v < finite.size(); ++v)
+    if (!finite[v]) {
+      o.weight[v / nx * stride + v % nx] = 0;
+      --o.samples;
+    }
+  return o;
+}
+
+void MotionFit::fitCanonical(const Report& report) {
+  const GridGeometry& g = series_.geometry;
+  std::array<std::int64_t, 3> margin;
+  for (int a = 0; a < 3; ++a)
+    margin[a] = std::max<std::int64_t>(1, std::llround(plan_.margin * voxel_ / g.spacing[a]));
+  const Volume volume = padded(series_.frames[middle_], g, margin);
+  // Placed as if voxels were cubes, then stretched: the slices of a moving scan are often thick.
+  Stack cubes;
+  cubes.image = volume;
+  cubes.image.geometry.origin = {0, 0, 0};
+  cubes.image.geometry.spacing = {1, 1, 1};
+  cubes.image.geometry.direction = {};
+  cubes.profile = SliceProfile::Point;
+  GaussianField field = field_.canonical;
+  field.modelToWorld = {};
+  const FitPlan fit = canonicalPlan(plan_, voxel_);
+  initialise(field, makeProxy(std::span(&cubes, 1), field.modelToWorld, map_, 1.0, pool_), fit.start, seed_,
+             pool_);
+  field.modelToWorld = field_.canonical.modelToWorld;
+  const Affine3 toModel = inverse(field.modelToWorld) * volume.geometry.indexToWorld();
+  for (Gaussian& gaussian : field.gaussians) {
+    const Vec3 mean = toModel({gaussian.mean[0], gaussian.mean[1], gaussian.mean[2]});
+    for (int a = 0; a < 3; ++a) {
+      gaussian.mean[a] = static_cast<float>(mean[a]);
+      gaussian.logScale[a] += static_cast<float>(std::log(g.spacing[a]));
+    }
+  }
+  Trainer trainer(std::move(field), {observation(volume.voxels, volume.geometry)}, fit, kernels_, pool_);
+  while (trainer.step())
+    report(static_cast<double>(trainer.iteration()) / fit.iterations, trainer.mse());
+  field_.canonical.gaussians = trainer.field().gaussians;
+  field_.anchors.clear();
+  for (const Gaussian& gaussian : field_.canonical.gaussians)
+    field_.anchors.insert(field_.anchors.end(), gaussian.mean, gaussian.mean + 3);
+
+  const Affine3 indexToModel = inverse(field_.canonical.modelToWorld) * volume.geometry.indexToWorld();
+  Vec3 low = indexToModel({0, 0, 0}), high = low;
+  const Vec3 other = indexToModel(
+      {volume.geometry.size[0] - 1.0, volume.geometry.size[1] - 1.0, volume.geometry.size[2] - 1.0});
+  for (int a = 0; a < 3; ++a) {
+    high[a] = std::max(low[a], other[a]);
+    low[a] = std::min(low[a], other[a]);
+  }
+  const double distance = plan_.nodeDistance * voxel_;
+  field_.lattice = latticeOver(low, high, {distance, distance, distance});
+}
+
+/// weights_ and numerators_ become F0 and F1.
+double MotionFit::loss(const GaussianField& posed, std::int64_t frame) {
+  const LossSum sum = lossPass(frames_[frame], posed, {}, weights_.data(), numerators_.data(), pool_);
+  return sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples));
+}
+
+void MotionFit::track(const Report& report) {
+  const std::int64_t count = series_.size();
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  tracked_.assign(count, {});
+  tracked_[middle_].nodes.assign(values, 0.f);
+  LatticeRenderer renderer(frames_[middle_].lattice, kernels_, pool_);
+  Poser poser(field_);
+  GaussianField posed = field_.canonical;
+  std::vector<float> gradient(16 * posed.gaussians.size()), nodeGradient(values);
+  const double bending = plan_.bending * static_cast<double>(frames_[middle_].samples) /
+                         static_cast<double>(field_.lattice.nodes());
+  std::int64_t done = 0;
+  const auto trackFrame = [&](std::int64_t f, std::int64_t before, std::int64_t beforeThat) {
+    TrackedFrame& now = tracked_[f];
+    now.nodes = tracked_[before].nodes;
+    if (beforeThat >= 0 && beforeThat < count) {
+      const double ratio = std::clamp((series_.times[f] - series_.times[before]) /
+                                          (series_.times[before] - series_.times[beforeThat]),
+                                      0.0, 2.0);
+      for (std::size_t v = 0; v < values; ++v)
+        now.nodes[v] += static_cast<float>(ratio) * (now.nodes[v] - tracked_[beforeThat].nodes[v]);
+    }
+    AdamBlock adam(values);
+    for (int s = 0; s < plan_.trackingSteps; ++s) {
+      pool_.throwIfStopped();
+      poser.pose(field_, now.nodes, posed, pool_);
+      renderer.forward(posed, {}, weights_.data(), numerators_.data());
+      now.mse = loss(posed, f);
+      std::fill(gradient.begin(), gradient.end(), 0.f);
+      std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
+      renderer.backward(posed, weights_.data(), numerators_.data(), gradient);
+      poser.backward(field_, now.nodes, gradient, nodeGradient, pool_);
+      addBending(field_.lattice, now.nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
+      const double rate = std::pow(0.1, static_cast<double>(s) / plan_.trackingSteps);
+      const auto shift = static_cast<float>(rate * plan_.trackingShift * voxel_),
+                 turn = static_cast<float>(rate * plan_.trackingTurn);
+      adam.apply(
+          now.nodes.data(), [&](std::int64_t i) { return nodeGradient[i]; },
+          [&](std::int64_t i) { return i % kValues < 3 ? shift : turn; }, pool_);
+    }
+    report(static_cast<double>(++done) / static_cast<double>(std::max<std::int64_t>(1, count - 1)), now.mse);
+  };
+  for (std::int64_t f = middle_ + 1; f < count; ++f)
+    trackFrame(f, f - 1, f - 2 >= middle_ ? f - 2 : -1);
+  for (std::int64_t f = middle_ - 1; f >= 0; --f)
+    trackFrame(f, f + 1, f + 2 < count ? f + 2 : -1);
+}
+
+double MotionFit::errorOf(std::span<const float> nodes, std::int64_t frame) {
+  LatticeRenderer renderer(frames_[frame].lattice, kernels_, pool_);
+  GaussianField posed = field_.canonical;
+  Poser(field_).pose(field_, nodes, posed, pool_);
+  renderer.forward(posed, {}, weights_.data(), numerators_.data());
+  return loss(posed, frame);
+}
+
+double MotionFit::foresightBetween(std::int64_t f) {
+  const double w = (series_.times[f] - series_.times[f - 1]) / (series_.times[f + 1] - series_.times[f - 1]);
+  std::vector<float> nodes = tracked_[f - 1].nodes;
+  for (std::size_t v = 0; v < nodes.size(); ++v)
+    nodes[v] += static_cast<float>(w) * (tracked_[f + 1].nodes[v] - nodes[v]);
+  return errorOf(nodes, f);
+}
+
+int MotionFit::chooseCoefficients() {
+  const auto most = static_cast<int>(0.75 * static_cast<double>(series_.size()));
+  int best = 4;
+  double least = -1;
+  for (const int coefficients : {4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96, 128}) {
+    if (coefficients > most) break;
+    const double error = foresight(coefficients);
+    if (least >= 0 && error >= least) continue;
+    least = error;
+    best = coefficients;
+  }
+  return best;
+}
+
+double MotionFit::foresight(int coefficients) {
+  TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
+  std::vector<std::int64_t> kept, withheld;
+  for (std::int64_t f = 0; f < series_.size(); ++f)
+    (f % kWithheldEvery == 2 && f + 1 < series_.size() ? withheld : kept).push_back(f);
+  std::vector<double> times, where;
+  for (const std::int64_t f : kept)
+    times.push_back(series_.times[f]);
+  for (const std::int64_t f : withheld)
+    where.push_back(series_.times[f]);
+  const std::vector<double> rows = splinePrediction(spline, times, where, 0);
+  std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * kValues);
+  double sum = 0;
+  for (std::size_t i = 0; i < withheld.size(); ++i) {
+    pool_.throwIfStopped();
+    std::fill(nodes.begin(), nodes.end(), 0.f);
+    for (std::size_t t = 0; t < kept.size(); ++t) {
+      const auto w = static_cast<float>(rows[i * kept.size() + t]);
+      for (std::size_t v = 0; v < nodes.size(); ++v)
+        nodes[v] += w * tracked_[kept[t]].nodes[v];
+    }
+    sum += errorOf(nodes, withheld[i]);
+  }
+  return sum / static_cast<double>(std::max<std::size_t>(1, withheld.size()));
+}
+
+void MotionFit::useSpline(int coefficients) {
+  field_.motion = {series_.times.front(), series_.times.back(), coefficients};
+  const std::vector<double> rows = splineFit(field_.motion, series_.times, 0);
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  field_.nodes.assign(values * coefficients, 0.f);
+  for (int k = 0; k < coefficients; ++k)
+    for (std::size_t t = 0; t < tracked_.size(); ++t) {
+      const auto w = static_cast<float>(rows[k * tracked_.size() + t]);
+      for (std::size_t v = 0; v < values; ++v)
+        field_.nodes[k * values + v] += w * tracked_[t].nodes[v];
+    }
+}
+
+void MotionFit::refine(const Report& report) {
+  const std::size_t gaussians = field_.canonical.gaussians.size(), own = 3 * gaussians;
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  field_.own = field_.motion;
+  field_.ownPath.assign(own * field_.own.coefficients, 0.f);
+  std::vector<AdamBlock> nodeAdam(field_.motion.coefficients, AdamBlock(values));
+  std::vector<AdamBlock> ownAdam(field_.own.coefficients, AdamBlock(own));
+  Adam adam(static_cast<std::int64_t>(gaussians));
+  const FitPlan fit = canonicalPlan(plan_, voxel_);
+  LatticeRenderer renderer(frames_[middle_].lattice, kernels_, pool_);
+  Poser poser(field_);
+  GaussianField posed = field_.canonical;
+  std::vector<float> gradient(16 * gaussians), nodeGradient(values), move(own);
+  std::vector<std::int64_t> order(series_.size());
+  std::iota(order.begin(), order.end(), 0);
+  Random random(seed_);
+  const double bending = plan_.jointBending * static_cast<double>(frames_[middle_].samples) /
+                         static_cast<double>(field_.lattice.nodes());
+  double mse = 0;
+  for (int s = 0; s < plan_.jointSteps; ++s) {
+    pool_.throwIfStopped();
+    const std::size_t turnOf = s % order.size();
+    if (turnOf == 0)
+      for (std::size_t n = order.size() - 1; n > 0; --n)
+        std::swap(order[n], order[random.next() % (n + 1)]);
+    const std::int64_t f = order[turnOf];
+    const double time = series_.times[f];
+    poser.pose(field_, time, posed, pool_);
+    renderer.forward(posed, {}, weights_.data(), numerators_.data());
+    const double now = loss(posed, f);
+    mse = s == 0 ? now : 0.95 * mse + 0.05 * now;
+    std::fill(gradient.begin(), gradient.end(), 0.f);
+    std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
+    renderer.backward(posed, weights_.data(), numerators_.data(), gradient);
+    const std::vector<float> nodes = nodesAt(field_, time);
+    poser.backward(field_, nodes, gradient, nodeGradient, pool_);
+    addBending(field_.lattice, nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
+    const double rate = std::pow(plan_.finalRate, static_cast<double>(s) / plan_.jointSteps);
+    const auto shift = static_cast<float>(rate * plan_.jointShift * voxel_),
+               turn = static_cast<float>(rate * plan_.jointTurn);
+    const TimeSpline::Weights w = field_.motion.at(time);
+    for (int a = 0; a < w.count; ++a)
+      nodeAdam[w.first + a].apply(
+          field_.nodes.data() + (w.first + a) * values,
+          [&](std::int64_t i) { return w.weight[a] * nodeGradient[i]; },
+          [&](std::int64_t i) { return i % kValues < 3 ? shift : turn; }, pool_);
+    if (plan_.ownRate > 0) {
+      const TimeSpline::Weights p = field_.own.at(time);
+      const auto ownShift = static_cast<float>(rate * plan_.ownRate * voxel_),
+                 penalty = static_cast<float>(plan_.ownPenalty);
+      for (int a = 0; a < p.count; ++a) {
+        float* path = field_.ownPath.data() + (p.first + a) * own;
+        ownAdam[p.first + a].apply(
+            path,
+            [&](std::int64_t i) {
+              return p.weight[a] * (gradient[16 * (i / 3) + i % 3] + penalty * path[i]);
+            },
+            [&](std::int64_t) { return ownShift; }, pool_);
+      }
+    }
+    LearningRates rates = fit.rates;
+    for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity})
+      *r *= rate * plan_.canonicalRate;
+    adam.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
+    if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.jointSteps, mse);
+  }
+}
+
+} // namespace innergs

@@ -1,0 +1,93 @@
+#pragma once
+#include "Core/Acquisition/Observation.h"
+#include "Core/Job/Progress.h"
+#include "Core/Motion/DynamicField.h"
+#include "Core/Motion/TimeSeries.h"
+#include "Core/Render/Kernels.h"
+
+#include <functional>
+
+namespace innergs {
+
+/// Everything that a fit of moving Gaussians does, as numbers. Lengths in voxels are of the finest spacing.
+struct MotionPlan {
+  std::int64_t gaussians = 8'000;
+  int canonicalIterations = 80; // of the fit to the middle frame
+  double margin = 6;            // voxels around the frames that the canonical field covers as well
+  double nodeDistance = 6;      // voxels between the lattice's nodes
+
+  int trackingSteps = 24;                          // Adam's, per frame
+  double trackingShift = 0.2, trackingTurn = 0.02; // rates: voxels, Rodrigues vector
+  double bending =
+      1e-6; // weight of the lattice's second differences (mm²), per squared normalised intensity and voxel
+
+  int jointSteps = 2500;                       // Adam's, one frame each
+  double jointShift = 0.05, jointTurn = 0.004; // rates of the lattice's coefficients
+  double jointBending = 1e-6;
+  double canonicalRate = 0.3; // share of the first fit's rates
+  double ownRate = 0.02;      // voxels
+  double ownPenalty = 0.01;   // weight of the squared own displacements, mm²
+  double finalRate = 0.05;    // rates decay exponentially to this share
+  double cutoff = 2.5;        // Mahalanobis radius
+};
+
+/// Lattice values of one frame, tracked on its own.
+struct TrackedFrame {
+  std::vector<float> nodes; // six per node
+  double mse = 0;           // normalised intensity²
+};
+
+/// The steps of a fit of moving Gaussians to a series, on the CPU: bit-identical at any number of threads.
+/// `report` is told the share done of the step in hand. Each throws Error(Cancelled) when the pool is
+/// stopped.
+class MotionFit {
+public:
+  using Report = std::function<void(double share, double mse)>;
+
+  MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
+            const KernelSet& kernels, ThreadPool& pool);
+
+  /// Canonical Gaussians: fitted to the middle frame, its edge voxels repeated in the margin.
+  void fitCanonical(const Report& report);
+  /// Frame after frame outward from the middle one, the canonical field kept, each from the pose that those
+  /// before extrapolate to.
+  void track(const Report& report);
+  /// How well splines through the poses of some frames foresee the others: mean squared error at the frames
+  /// withheld (every 4th), for a number of coefficients.
+  double foresight(int coefficients);
+  /// The number of coefficients that foresees best; a few where there are too few frames to withhold any.
+  int chooseCoefficients();
+  /// The same for one frame and the poses of its two neighbours alone, interpolated linearly.
+  double foresightBetween(std::int64_t frame);
+  /// Least-squares spline through all poses.
+  void useSpline(int coefficients);
+  /// All parameters together, one frame a step in an order drawn anew for every round.
+  void refine(const Report& report);
+
+  const std::vector<TrackedFrame>& tracked() const { return tracked_; }
+  const DynamicField& field() const { return field_; }
+  std::int64_t middle() const { return middle_; }
+
+private:
+  double loss(const GaussianField& posed, std::int64_t frame);
+  double errorOf(std::span<const float> nodes, std::int64_t frame);
+  Observation observation(const std::vector<float>& frame, const GridGeometry& geometry) const;
+
+  const TimeSeries& series_;
+  IntensityMap map_;
+  MotionPlan plan_;
+  std::uint64_t seed_;
+  const KernelSet& kernels_;
+  ThreadPool& pool_;
+  double voxel_; // finest spacing, mm
+  std::int64_t middle_;
+  std::vector<Observation> frames_;
+  std::vector<TrackedFrame> tracked_;
+  DynamicField field_;
+  std::vector<float> weights_, numerators_;
+};
+
+/// mm, of the finest axis.
+double finestSpacing(const GridGeometry& geometry);
+
+} // namespace innergs

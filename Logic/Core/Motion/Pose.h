@@ -1,0 +1,44 @@
+#pragma once
+#include "Core/Motion/DynamicField.h"
+
+namespace innergs {
+
+/// The lattice's values at a time, six per node.
+std::vector<float> nodesAt(const DynamicField& field, double time);
+
+/// Carries the Gaussians of a moving field to where they are at a time, and gradients back. Sums over the
+/// Gaussians of a node run in a fixed order.
+class Poser {
+public:
+  /// Of the field's anchors and lattice, which must not change while it lives.
+  explicit Poser(const DynamicField& field);
+
+  /// Writes out.gaussians; out is a copy of the canonical field.
+  void pose(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool) const;
+  /// With the lattice's values given instead of the spline's, and no displacement of the Gaussians' own.
+  void pose(const DynamicField& field, std::span<const float> nodes, GaussianField& out,
+            ThreadPool& pool) const;
+
+  /// From dL/d(posed Gaussians), 16 floats each in the order of struct Gaussian: adds dL/d(lattice values) to
+  /// `nodes` and turns `gradient` into that of the canonical Gaussians, in place. dL/d(own displacement) is
+  /// that of the mean.
+  void backward(const DynamicField& field, std::span<const float> nodeValues, std::span<float> gradient,
+                std::span<float> nodes, ThreadPool& pool);
+
+private:
+  void poseBlock(const DynamicField& field, std::span<const float> nodes, const TimeSpline::Weights* own,
+                 GaussianField& out, ThreadPool& pool) const;
+  void listMembers();
+
+  const MotionLattice lattice_;
+  std::vector<MotionLattice::Place> places_; // of the anchors
+  struct Member {
+    std::uint32_t gaussian;
+    float weight;
+  };
+  std::vector<std::uint32_t> first_; // of a node's members
+  std::vector<Member> members_;      // by node, then by Gaussian
+  std::vector<float> pulls_;         // dL/d(the lattice's values at each Gaussian)
+};
+
+} // namespace innergs

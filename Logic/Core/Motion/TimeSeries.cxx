@@ -1,0 +1,70 @@
+#include "Core/Motion/TimeSeries.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+
+void checkTimeSeries(const TimeSeries& series) {
+  const std::string what = series.name.empty() ? "The series" : series.name;
+  checkGeometry(series.geometry, what);
+  const auto fail = [&](ErrorCode code, const std::string& sentence) { throw Error(code, what + sentence); };
+  if (series.size() < 2)
+    fail(ErrorCode::InvalidArgument,
+         " has a single frame; a moving scan needs at least two: for one volume use reconstruct.");
+  if (series.times.size() != series.frames.size())
+    fail(ErrorCode::InvalidArgument, " has " + std::to_string(series.times.size()) + " times for " +
+                                         std::to_string(series.frames.size()) +
+                                         " frames: give one per frame.");
+  const auto voxels = static_cast<std::size_t>(series.geometry.voxelCount());
+  for (const auto& frame : series.frames)
+    if (frame.size() != voxels)
+      fail(ErrorCode::Geometry, " has frames of different sizes: put them on one lattice first.");
+  for (std::size_t f = 0; f < series.times.size(); ++f) {
+    if (!std::isfinite(series.times[f]))
+      fail(ErrorCode::InvalidArgument, " has a time that is not finite: correct it.");
+    if (f > 0 && !(series.times[f] > series.times[f - 1]))
+      fail(ErrorCode::InvalidArgument, " has times that do not increase (" + numberText(series.times[f - 1]) +
+                                           " s, then " + numberText(series.times[f]) +
+                                           " s): order the frames by their times, each once.");
+  }
+  const ValueRange range = rangeOf(series);
+  bool equal = !(range.high > range.low);
+  if (!equal) {
+    equal = true;
+    const auto same = [](float a, float b) { return a == b || (!std::isfinite(a) && !std::isfinite(b)); };
+    for (std::size_t f = 1; f < series.frames.size() && equal; ++f)
+      equal = std::equal(series.frames[0].begin(), series.frames[0].end(), series.frames[f].begin(), same);
+  }
+  if (equal)
+    fail(ErrorCode::NoData, " has frames that are all equal: nothing moves in it, so one frame says it all.");
+}
+
+TimeSeries framesOf(const TimeSeries& series, const std::vector<std::int64_t>& frames) {
+  TimeSeries chosen{series.geometry, {}, {}, series.name};
+  for (const std::int64_t f : frames) {
+    chosen.frames.push_back(series.frames[f]);
+    chosen.times.push_back(series.times[f]);
+  }
+  return chosen;
+}
+
+ValueRange rangeOf(const TimeSeries& series) {
+  ValueRange range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+  for (const auto& frame : series.frames)
+    for (const float v : frame)
+      if (std::isfinite(v)) {
+        range.low = std::min(range.low, v);
+        range.high = std::max(range.high, v);
+      }
+  if (range.low > range.high)
+    throw Error(ErrorCode::NoData,
+                (series.name.empty() ? "The series" : series.name) + " has no finite voxel.");
+  return range;
+}
+
+} // namespace innergs

@@ -1,0 +1,30 @@
+#pragma once
+#include "Core/Image/Volume.h"
+
+#include <string>
+#include <vector>
+
+namespace innergs {
+
+/// Volumes of one lattice at increasing times: a moving scan. Times may lie at any distance, frames may be
+/// missing.
+struct TimeSeries {
+  GridGeometry geometry;
+  std::vector<std::vector<float>> frames; // voxels as in Volume, scanner units; not finite = not observed
+  std::vector<double> times;              // of the frames, s, increasing
+  std::string name;                       // for messages and reports (file name)
+
+  std::int64_t size() const { return static_cast<std::int64_t>(frames.size()); }
+};
+
+/// Throws Error(Geometry | InvalidArgument | NoData) for fewer than two frames, frames of another size than
+/// the lattice, times that do not increase, and frames that are all equal.
+void checkTimeSeries(const TimeSeries& series);
+
+/// The frames named, in that order.
+TimeSeries framesOf(const TimeSeries& series, const std::vector<std::int64_t>& frames);
+
+/// Smallest and largest finite value of all frames. Throws Error(NoData) where there is none.
+ValueRange rangeOf(const TimeSeries& series);
+
+} // namespace innergs
