@@ -95,14 +95,34 @@ std::int64_t chooseFrame(const ItkHeader& header, const ReadOptions& options, co
   return frame;
 }
 
-std::vector<float> readVoxels(itk::ImageIOBase& io, const ItkHeader& header, std::int64_t frame, bool oneFile,
-                              const std::string& what, const fs::path& path) {
+/// A file whose header has been read and checked.
+struct OpenFile {
+  std::filesystem::path given, path;
+  std::string what, damaged; // the file's name, and the sentence for what is wrong with it
+  Format format = Format::Nifti;
+  itk::ImageIOBase::Pointer io;
+  ItkHeader header;
+  std::optional<NiftiHeader> nifti;
+  std::optional<MetaHeader> meta;
+  std::optional<NrrdHeader> nrrd;
+  double frameSeconds = 0;
+};
+
+std::vector<std::vector<float>> readVoxels(const OpenFile& file, std::int64_t first, std::int64_t count) {
+  if (file.meta && !file.meta->holds(static_cast<std::uint64_t>(file.io->GetImageSizeInBytes())))
+    throw Error(ErrorCode::FileFormat, file.damaged);
+  if (file.nifti) return readNiftiFrames(*file.nifti, first, count, file.given);
+  itk::ImageIOBase& io = *file.io;
+  const ItkHeader& header = file.header;
+  const std::string extension = fullExtension(file.path);
+  const bool oneFile = file.format != Format::Minc && file.format != Format::Dicom && extension != ".nhdr" &&
+                       extension != ".mhd";
   const auto voxels = static_cast<std::size_t>(header.geometry.voxelCount());
   const double bytes = double(voxels) * double(header.frames) * io.GetComponentSize();
   constexpr double largestDeflateRatio = 1032;
-  if (oneFile && bytes > largestDeflateRatio * double(fs::file_size(path)))
-    throw Error(ErrorCode::FileFormat, what + " is truncated or damaged; copy or export it again.");
-  checkMemoryFor(bytes + double(voxels) * sizeof(float), what);
+  if (oneFile && bytes > largestDeflateRatio * double(fs::file_size(file.path)))
+    throw Error(ErrorCode::FileFormat, file.what + " is truncated or damaged; copy or export it again.");
+  checkMemoryFor(bytes + double(voxels) * double(count) * sizeof(float), file.what);
 
   itk::ImageIORegion all(io.GetNumberOfDimensions());
   for (unsigned axis = 0; axis < io.GetNumberOfDimensions(); ++axis)
@@ -110,14 +130,55 @@ std::vector<float> readVoxels(itk::ImageIOBase& io, const ItkHeader& header, std
   io.SetIORegion(all);
   std::vector<std::byte> buffer(static_cast<std::size_t>(bytes));
   io.Read(buffer.data());
-  std::vector<float> result(voxels);
-  const auto index = static_cast<std::size_t>(frame);
-  if (header.interleaved)
-    convertVoxels(io.GetComponentType(), buffer.data(), index, static_cast<std::size_t>(header.frames),
-                  result);
-  else
-    convertVoxels(io.GetComponentType(), buffer.data(), index * voxels, 1, result);
-  return result;
+  std::vector<std::vector<float>> frames(static_cast<std::size_t>(count), std::vector<float>(voxels));
+  for (std::int64_t f = 0; f < count; ++f) {
+    const auto index = static_cast<std::size_t>(first + f);
+    if (header.interleaved)
+      convertVoxels(io.GetComponentType(), buffer.data(), index, static_cast<std::size_t>(header.frames),
+                    frames[f]);
+    else
+      convertVoxels(io.GetComponentType(), buffer.data(), index * voxels, 1, frames[f]);
+  }
+  return frames;
+}
+
+/// Calls `use` with the open file; whatever ITK throws becomes an Error.
+template <class Use>
+auto withOpenFile(const fs::path& given, const Use& use) {
+  checkInputFile(given);
+  OpenFile file;
+  file.given = file.path = given;
+  file.format = formatOf(given);
+  if (file.format == Format::Nifti && fullExtension(given).starts_with(".img")) {
+    if (fullExtension(given) == ".img.gz") file.path.replace_extension();
+    file.path.replace_extension(".hdr");
+    checkInputFile(file.path);
+  }
+  file.what = quoted(given);
+  file.damaged = file.what + " is truncated, damaged or of an unsupported variant; copy or export it again.";
+  if (file.format == Format::Nifti) file.nifti = readNiftiHeader(file.path);
+  if (file.format == Format::Meta) file.meta.emplace(file.path, file.what);
+  if (file.format == Format::Nrrd) file.nrrd.emplace(file.path, file.what);
+  return withItk(ErrorCode::FileFormat, file.damaged, [&] {
+    file.io = makeReader(file.format);
+    if (auto* minc = dynamic_cast<itk::MINCImageIO*>(file.io.GetPointer())) useMincWorld(*minc);
+    file.io->SetFileName(utf8(file.path));
+    file.io->ReadImageInformation();
+    itk::MetaDataDictionary& entries = file.io->GetMetaDataDictionary();
+    const bool sequence =
+        file.format == Format::Minc ? entries.HasKey("tstep") : file.nrrd && file.nrrd->sequence;
+    file.header = describe(*file.io, file.what, sequence);
+    GridGeometry& geometry = file.header.geometry;
+    if (file.format == Format::Minc) turnRasToLps(geometry);
+    if (file.nifti) {
+      geometry.origin = originInMillimetres(*file.nifti, geometry.origin);
+      file.frameSeconds = file.nifti->frameSeconds;
+    }
+    if (file.format == Format::Minc && file.header.frames > 1)
+      itk::ExposeMetaData<double>(entries, "tstep", file.frameSeconds);
+    checkGeometry(geometry, file.what);
+    return use(file);
+  });
 }
 
 } // namespace
@@ -131,59 +192,49 @@ LoadedImage loadImage(const fs::path& given, const ReadOptions& options) {
     chooseFrame({series.volume.geometry, 1, false}, options, what);
     return {std::move(series.volume), series.sliceThickness, true};
   }
-  checkInputFile(given);
-  if (options.series)
+  if (options.series) {
+    checkInputFile(given);
     throw Error(ErrorCode::InvalidArgument,
                 quoted(given) + " is a file; only a DICOM folder has series to choose from.");
-  fs::path path = given;
-  const Format format = formatOf(path);
-  if (format == Format::Nifti && fullExtension(path).starts_with(".img")) {
-    if (fullExtension(path) == ".img.gz") path.replace_extension();
-    path.replace_extension(".hdr");
-    checkInputFile(path);
   }
-  const std::string what = quoted(given);
-  std::optional<NiftiHeader> nifti;
-  if (format == Format::Nifti) nifti = readNiftiHeader(path);
-  std::optional<MetaHeader> meta;
-  if (format == Format::Meta) meta.emplace(path, what);
-  bool sequence = format == Format::Nrrd && NrrdHeader(path, what).sequence;
-
-  const std::string damaged =
-      what + " is truncated, damaged or of an unsupported variant; copy or export it again.";
-  return withItk(ErrorCode::FileFormat, damaged, [&] {
-    const itk::ImageIOBase::Pointer io = makeReader(format);
-    if (auto* minc = dynamic_cast<itk::MINCImageIO*>(io.GetPointer())) useMincWorld(*minc);
-    io->SetFileName(utf8(path));
-    io->ReadImageInformation();
-    if (format == Format::Minc) sequence = io->GetMetaDataDictionary().HasKey("tstep");
-    ItkHeader header = describe(*io, what, sequence);
-    if (format == Format::Minc) turnRasToLps(header.geometry);
-    if (nifti) header.geometry.origin = originInMillimetres(*nifti, header.geometry.origin);
-    checkGeometry(header.geometry, what);
-    const std::int64_t frame = chooseFrame(header, options, what);
-
-    if (meta && !meta->holds(static_cast<std::uint64_t>(io->GetImageSizeInBytes())))
-      throw Error(ErrorCode::FileFormat, damaged);
+  return withOpenFile(given, [&](const OpenFile& file) {
+    const std::int64_t frame = chooseFrame(file.header, options, file.what);
     LoadedImage loaded;
-    loaded.volume.geometry = header.geometry;
-    loaded.frames = header.frames;
-    if (nifti) loaded.frameSeconds = nifti->frameSeconds;
-    if (format == Format::Minc && header.frames > 1)
-      itk::ExposeMetaData<double>(io->GetMetaDataDictionary(), "tstep", loaded.frameSeconds);
-    loaded.tracked = meta && meta->tracked;
-    if (format == Format::Dicom) {
-      checkDicomPixels(*io, what);
+    loaded.volume.geometry = file.header.geometry;
+    loaded.frames = file.header.frames;
+    loaded.frameSeconds = file.frameSeconds;
+    loaded.tracked = file.meta && file.meta->tracked;
+    if (file.format == Format::Dicom) {
+      checkDicomPixels(*file.io, file.what);
       std::string thickness;
-      itk::ExposeMetaData<std::string>(io->GetMetaDataDictionary(), "0018|0050", thickness);
+      itk::ExposeMetaData<std::string>(file.io->GetMetaDataDictionary(), "0018|0050", thickness);
       loaded.sliceThickness = leadingNumber(thickness).value_or(0);
       loaded.slicesAreAlongK = true;
     }
-    const std::string extension = fullExtension(path);
-    const bool oneFile =
-        format != Format::Minc && format != Format::Dicom && extension != ".nhdr" && extension != ".mhd";
-    loaded.volume.voxels =
-        nifti ? readNiftiFrame(*nifti, frame, given) : readVoxels(*io, header, frame, oneFile, what, path);
+    loaded.volume.voxels = std::move(readVoxels(file, frame, 1).front());
+    return loaded;
+  });
+}
+
+LoadedFrames loadFrames(const fs::path& given) {
+  return withOpenFile(given, [&](const OpenFile& file) {
+    LoadedFrames loaded;
+    loaded.geometry = file.header.geometry;
+    loaded.frameSeconds = file.frameSeconds;
+    if (file.nifti) {
+      loaded.firstSeconds = file.nifti->firstSeconds;
+      // The fifth axis holds vectors, and so do the intents from the vector of distances to the quaternion.
+      constexpr int symmetricMatrix = 1005, firstOfVectors = 1006, lastOfVectors = 1010, shape = 2005;
+      loaded.vectors = file.nifti->size[4] > 1 || file.nifti->intent == symmetricMatrix ||
+                       file.nifti->intent == shape ||
+                       (file.nifti->intent >= firstOfVectors && file.nifti->intent <= lastOfVectors);
+    }
+    if (file.nrrd) {
+      loaded.indexName = file.nrrd->indexName;
+      loaded.indexUnit = file.nrrd->indexUnit;
+      loaded.indexValues = file.nrrd->indexValues;
+    }
+    if (!loaded.vectors) loaded.frames = readVoxels(file, 0, file.header.frames);
     return loaded;
   });
 }

@@ -13,6 +13,20 @@ struct LoadedImage {
   bool tracked = false;         // a sweep of 2D images that lie freely in space; their places are not used
 };
 
+/// All frames of an image file, as they lie in it.
+struct LoadedFrames {
+  GridGeometry geometry; // checked
+  std::vector<std::vector<float>> frames;
+  double frameSeconds = 0,
+         firstSeconds = 0;          // from one frame to the next (0: the file does not say), and of the first
+  std::string indexName, indexUnit; // of a list of frames (.seq.nrrd)
+  std::vector<double> indexValues;
+  bool vectors = false; // the file says that the values of a voxel belong together and are no frames
+};
+
+/// Throws as readVolume does.
+LoadedFrames loadFrames(const std::filesystem::path& path);
+
 /// See readVolume.
 LoadedImage loadImage(const std::filesystem::path& path, const ReadOptions& options);
 

@@ -4,22 +4,22 @@
 #include "Core/Base/NumberText.h"
 #include "IO/FilePath.h"
 #include "IO/MemoryCheck.h"
+#include "IO/ModelMetadata.h"
 #include "IO/Ply.h"
 #include "IO/Safetensors.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numeric>
 
 namespace innergs {
 namespace {
 
-using nlohmann::json;
-constexpr int formatVersion = 1;
+constexpr int formatVersion = 1, movingVersion = 2; // static models stay what they were
 constexpr int floatsPerGaussian = 16;
 static_assert(sizeof(Gaussian) == floatsPerGaussian * sizeof(float));
 
@@ -118,102 +118,21 @@ std::map<std::string, std::string> metadataOf(const Model& model) {
   return metadata;
 }
 
-/// Reads typed values from the metadata; anything missing or malformed is one Error(FileFormat).
-class Metadata {
-public:
-  Metadata(const SafetensorsFile& file, const std::filesystem::path& path)
-      : values_(file.metadata()), path_(path) {}
-
-  [[noreturn]] void fail(const std::string& key) const {
-    throw Error(ErrorCode::FileFormat, quoted(path_) + " is not an InnerGS model or is damaged (its entry '" +
-                                           key + "' is missing or wrong); save or copy it again.");
-  }
-  bool has(const std::string& key) const { return values_.find(key) != values_.end(); }
-  std::string text(const std::string& key) const {
-    const auto found = values_.find(key);
-    if (found == values_.end()) fail(key);
-    return found->second;
-  }
-  json parsed(const std::string& key) const { return json::parse(text(key), nullptr, false); }
-  double number(const json& value, const std::string& key) const {
-    if (!value.is_number()) fail(key);
-    const double result = value.get<double>();
-    if (!std::isfinite(result)) fail(key);
-    return result;
-  }
-  double number(const std::string& key) const { return number(parsed(key), key); }
-  Vec3 vector(const json& value, const std::string& key) const {
-    if (!value.is_array() || value.size() != 3) fail(key);
-    return {number(value[0], key), number(value[1], key), number(value[2], key)};
-  }
-  int integer(const std::string& key) const {
-    const std::string digits = text(key);
-    int value = 0;
-    const auto [end, code] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-    if (code != std::errc{} || end != digits.data() + digits.size() || value < 0) fail(key);
-    return value;
-  }
-  Affine3 pose(const std::string& key) const {
-    const json value = parsed(key);
-    if (!value.is_array() || value.size() != 16) fail(key);
-    Affine3 pose;
-    for (std::size_t row = 0; row < 3; ++row) {
-      for (std::size_t axis = 0; axis < 3; ++axis)
-        pose.linear[static_cast<int>(row)][axis] = number(value[4 * row + axis], key);
-      pose.offset[row] = number(value[4 * row + 3], key);
-    }
-    return pose;
-  }
-  ModelNotes notes() const {
-    ModelNotes notes;
-    if (!has("notes")) return notes; // of an older version
-    const json value = parsed("notes");
-    if (!value.is_object()) fail("notes");
-    for (const auto& [key, text] : value.items()) {
-      if (!text.is_string()) fail("notes");
-      notes[key] = text.get<std::string>();
-    }
-    return notes;
-  }
-  GridGeometry grid(const std::string& key) const {
-    const json value = parsed(key);
-    if (!value.is_object()) fail(key);
-    for (const char* part : {"size", "origin", "spacing", "direction"})
-      if (!value.contains(part)) fail(key);
-    GridGeometry grid;
-    const json &size = value["size"], &direction = value["direction"];
-    if (!size.is_array() || size.size() != 3 || !direction.is_array() || direction.size() != 3) fail(key);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      if (!size[axis].is_number_unsigned() || size[axis].get<std::uint64_t>() > (1u << 30)) fail(key);
-      grid.size[axis] = size[axis].get<std::int64_t>();
-      grid.direction[static_cast<int>(axis)] = vector(direction[axis], key);
-    }
-    grid.origin = vector(value["origin"], key);
-    grid.spacing = vector(value["spacing"], key);
-    try {
-      checkGeometry(grid, "the domain");
-    } catch (const Error&) {
-      fail(key);
-    }
-    return grid;
-  }
-
-private:
-  const std::map<std::string, std::string>& values_;
-  const std::filesystem::path& path_;
-};
-
 void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path) {
   const auto format = file.metadata().find("format");
   if (format == file.metadata().end() || format->second != "InnerGS")
     throw Error(ErrorCode::FileFormat,
                 quoted(path) + " is a safetensors file but not an InnerGS model; choose another file.");
-  if (Metadata(file, path).integer("format_version") > formatVersion)
+  if (Metadata(file, path).integer("format_version") > (isMoving(file) ? movingVersion : formatVersion))
     throw Error(ErrorCode::FileFormat,
                 quoted(path) + " was written by a newer version of InnerGS; update InnerGS to open it.");
 }
 
 } // namespace
+
+bool isMoving(const SafetensorsFile& file) {
+  return file.metadata().contains("moving");
+}
 
 ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs, const std::string& mask,
                    const std::string& settings) {
@@ -228,7 +147,8 @@ ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs
   return notes;
 }
 
-void writeModel(const Model& model, const std::filesystem::path& path, const ModelNotes& notes) {
+void writeModelWith(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
+                    const std::map<std::string, std::string>& more, std::vector<TensorToWrite> others) {
   const std::vector<Gaussian>& gaussians = model.field.gaussians;
   const std::int64_t count = model.field.size();
   std::vector<TensorToWrite> tensors;
@@ -267,9 +187,18 @@ void writeModel(const Model& model, const std::filesystem::path& path, const Mod
   if (!runs.empty())
     tensors.push_back({"support", {static_cast<std::int64_t>(runs.size())}, [&runs] { return runs; }});
   auto metadata = metadataOf(model);
+  if (!more.empty()) {
+    metadata["format_version"] = std::to_string(movingVersion);
+    metadata.insert(more.begin(), more.end());
+  }
+  std::move(others.begin(), others.end(), std::back_inserter(tensors));
   if (!notes.empty()) // names of nodes may be in any encoding
     metadata["notes"] = json(notes).dump(-1, ' ', false, json::error_handler_t::replace);
   writeSafetensors(path, metadata, tensors);
+}
+
+void writeModel(const Model& model, const std::filesystem::path& path, const ModelNotes& notes) {
+  writeModelWith(model, path, notes, {}, {});
 }
 
 Model readModel(const std::filesystem::path& path, ModelNotes* notes) {
@@ -281,6 +210,16 @@ Model readModel(const std::filesystem::path& path, ModelNotes* notes) {
     return gaussians;
   }
   const SafetensorsFile file(path);
+  checkFormat(file, path);
+  if (isMoving(file))
+    throw Error(ErrorCode::UnsupportedImage,
+                quoted(path) +
+                    " is a model of a moving scan; make the volume of one time from it first (innergs "
+                    "interpolate --at).");
+  return readModelFrom(file, path, notes);
+}
+
+Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes) {
   checkFormat(file, path);
   const Metadata metadata(file, path);
   const SafetensorsFile::Tensor* mean = file.find("mean");

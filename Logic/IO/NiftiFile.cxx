@@ -221,6 +221,9 @@ NiftiHeader readNiftiHeader(const fs::path& path) {
   }
   const double second = secondsPerUnit(bytes[123]), between = fields.get<float>(92);
   if (dimensions > 3 && std::isfinite(between) && between > 0) header.frameSeconds = second * between;
+  if (const double offset = fields.get<float>(136); std::isfinite(offset))
+    header.firstSeconds = second * offset;
+  header.intent = fields.get<std::int16_t>(68);
   header.datatype = fields.get<std::int16_t>(70);
   header.bytesPerVoxel = bytesOf(header.datatype);
   if (header.bytesPerVoxel == 0 && !isColourOrComplex(header.datatype))
@@ -261,31 +264,35 @@ Vec3 originInMillimetres(const NiftiHeader& header, const Vec3& origin) {
   return unscaled ? header.millimetres * origin : origin;
 }
 
-std::vector<float> readNiftiFrame(const NiftiHeader& header, std::int64_t frame, const fs::path& path) {
+std::vector<std::vector<float>> readNiftiFrames(const NiftiHeader& header, std::int64_t first,
+                                                std::int64_t count, const fs::path& path) {
   const auto truncated = [&] {
     return Error(ErrorCode::FileFormat, quoted(path) + " is truncated or damaged; copy or export it again.");
   };
   const double perFrame = double(header.size[0]) * double(header.size[1]) * double(header.size[2]);
-  const double needed = header.voxelOffset + perFrame * double(frame + 1) * header.bytesPerVoxel;
+  const double needed = header.voxelOffset + perFrame * double(first + count) * header.bytesPerVoxel;
   constexpr double largestDeflateRatio = 1032;
   if (needed > largestDeflateRatio * double(checkInputFile(header.voxelFile)) + 4096) throw truncated();
-  checkMemoryFor(perFrame * sizeof(float), quoted(path));
+  checkMemoryFor(perFrame * double(count) * sizeof(float), quoted(path));
 
   const GzFile file = openGz(header.voxelFile);
   if (!file) throw truncated();
-  const auto count = static_cast<std::int64_t>(perFrame);
-  const std::int64_t start = header.voxelOffset + frame * count * header.bytesPerVoxel;
+  const auto voxels = static_cast<std::int64_t>(perFrame);
+  const std::int64_t start = header.voxelOffset + first * voxels * header.bytesPerVoxel;
   if (gzseek(file.get(), static_cast<z_off_t>(start), SEEK_SET) < 0) throw truncated();
-  std::vector<float> voxels(static_cast<std::size_t>(count));
   constexpr std::int64_t chunk = 1 << 16;
   std::vector<unsigned char> bytes(static_cast<std::size_t>(chunk * header.bytesPerVoxel));
-  for (std::int64_t done = 0; done < count; done += chunk) {
-    const std::int64_t n = std::min(chunk, count - done);
-    const int wanted = static_cast<int>(n * header.bytesPerVoxel);
-    if (gzread(file.get(), bytes.data(), static_cast<unsigned>(wanted)) != wanted) throw truncated();
-    convert(bytes, header, voxels.data() + done, static_cast<std::size_t>(n));
+  std::vector<std::vector<float>> frames(static_cast<std::size_t>(count));
+  for (auto& frame : frames) {
+    frame.resize(static_cast<std::size_t>(voxels));
+    for (std::int64_t done = 0; done < voxels; done += chunk) {
+      const std::int64_t n = std::min(chunk, voxels - done);
+      const int wanted = static_cast<int>(n * header.bytesPerVoxel);
+      if (gzread(file.get(), bytes.data(), static_cast<unsigned>(wanted)) != wanted) throw truncated();
+      convert(bytes, header, frame.data() + done, static_cast<std::size_t>(n));
+    }
   }
-  return voxels;
+  return frames;
 }
 
 } // namespace innergs

@@ -17,6 +17,8 @@ struct NiftiHeader {
   std::array<std::int64_t, 7> size{1, 1, 1, 1, 1, 1, 1};
   Vec3 spacing{1, 1, 1};        // as stored (header units)
   double frameSeconds = 0;      // from one frame to the next; 0: unknown
+  double firstSeconds = 0;      // of the first frame (toffset)
+  int intent = 0;               // what the values mean, NIfTI's code
   double millimetres = 1;       // one header unit of length in mm
   std::int64_t voxelOffset = 0; // bytes
   double slope = 1, intercept = 0;
@@ -32,9 +34,9 @@ NiftiHeader readNiftiHeader(const std::filesystem::path& path);
 /// ITK leaves the origin in the header's unit of length when that is not mm; `origin` is ITK's.
 Vec3 originInMillimetres(const NiftiHeader& header, const Vec3& origin);
 
-/// Voxels of one frame, slope and intercept applied. niftilib, below ITK, turns NaN and infinity into 0; this
-/// keeps them.
-std::vector<float> readNiftiFrame(const NiftiHeader& header, std::int64_t frame,
-                                  const std::filesystem::path& path);
+/// Voxels of `count` frames from `first` on, slope and intercept applied. niftilib, below ITK, turns NaN and
+/// infinity into 0; this keeps them.
+std::vector<std::vector<float>> readNiftiFrames(const NiftiHeader& header, std::int64_t first,
+                                                std::int64_t count, const std::filesystem::path& path);
 
 } // namespace innergs

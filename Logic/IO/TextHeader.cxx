@@ -58,6 +58,20 @@ std::vector<double> numbers(const std::string& text) {
   return values;
 }
 
+/// Between blanks; what stands in quotation marks is one word, without them.
+std::vector<std::string> words(const std::string& text) {
+  std::vector<std::string> all;
+  for (std::size_t at = text.find_first_not_of(" \t"); at < text.size();) {
+    const bool quoted = text[at] == '"';
+    const std::size_t begin = at + (quoted ? 1 : 0);
+    const std::size_t end =
+        std::min(quoted ? text.find('"', begin) : text.find_first_of(" \t", begin), text.size());
+    all.push_back(text.substr(begin, end - begin));
+    at = text.find_first_not_of(" \t", std::min(end + (quoted ? 1 : 0), text.size()));
+  }
+  return all;
+}
+
 void checkFinite(const Fields& fields, const std::string& key, const std::string& name,
                  const std::string& what) {
   const auto found = fields.find(key);
@@ -101,6 +115,26 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& wha
   checkFinite(fields, "space origin", "an origin", what);
   const auto kinds = fields.find("kinds");
   sequence = kinds != fields.end() && kinds->second.find("list") != std::string::npos;
+  if (!sequence) return;
+  const std::vector<std::string> axes = words(kinds->second);
+  const auto list = static_cast<std::size_t>(std::find(axes.begin(), axes.end(), "list") - axes.begin());
+  const auto ofList = [&](const char* field) {
+    const auto found = fields.find(field);
+    const std::vector<std::string> all =
+        found == fields.end() ? std::vector<std::string>{} : words(found->second);
+    return list < all.size() ? all[list] : std::string();
+  };
+  indexName = ofList("labels");
+  indexUnit = ofList("units");
+  if (const auto found = fields.find("axis " + std::to_string(list) + " index values"); found != fields.end())
+    for (const std::string& word : words(found->second.substr(found->second.starts_with('=') ? 1 : 0))) {
+      const auto value = wholeTextNumber(word);
+      if (!value) {
+        indexValues.clear();
+        break;
+      }
+      indexValues.push_back(*value);
+    }
 }
 
 MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& what) {

@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace innergs {
 
@@ -10,7 +11,9 @@ namespace innergs {
 /// finite, and Error(FileFormat) when a required field is missing.
 struct NrrdHeader {
   NrrdHeader(const std::filesystem::path& path, const std::string& what);
-  bool sequence = false; // one axis is a list of frames (3D Slicer's .seq.nrrd)
+  bool sequence = false;            // one axis is a list of frames (3D Slicer's .seq.nrrd)
+  std::string indexName, indexUnit; // of that axis; empty: not given
+  std::vector<double> indexValues;  // one per frame; empty: not given, or not all are numbers
 };
 
 class MetaHeader {

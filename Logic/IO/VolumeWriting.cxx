@@ -7,6 +7,7 @@
 #include "IO/FilePath.h"
 #include "IO/Inflate.h"
 #include "IO/ItkImage.h"
+#include "IO/VoxelWriting.h"
 
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
@@ -105,46 +106,52 @@ void checkVolumePath(const fs::path& path) {
   checkOutputFolder(path);
 }
 
+TypedVoxels::TypedVoxels(std::span<const float> voxels, OutputType type,
+                         const std::optional<VoxelValues>& expected, const fs::path& path)
+    : voxels_(voxels) {
+  if (type == OutputType::Float32) return;
+  const VoxelValues values(voxels);
+  checkType(type, expected.value_or(values), quoted(path));
+  IntegerVoxels rounded(voxels, type);
+  integers_ = std::move(rounded.bytes);
+  if (rounded.clamped > 0 && !(expected && isOvershoot(type, values, *expected)))
+    remark_ = countText(rounded.clamped) + " of " + countText(static_cast<std::int64_t>(voxels.size())) +
+              " values of " + quoted(path) + ", which run from " + numberText(values.low) + " to " +
+              numberText(values.high) + ", were cut off at the ends of the voxel type's range.";
+}
+
+std::string writingFailed(const fs::path& path) {
+  return quoted(path) +
+         " could not be written (the disk is full or failed); free some space or choose another folder.";
+}
+
+void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType type,
+                  const TypedVoxels& voxels) {
+  const Format format = formatOf(path);
+  if (format.headerEnd.empty())
+    for (const std::int64_t n : geometry.size)
+      if (n > std::numeric_limits<std::int16_t>::max())
+        throw Error(ErrorCode::InvalidArgument, "NIfTI holds at most 32767 voxels along an axis; write " +
+                                                    quoted(path) + " as .nrrd or .mha.");
+  const std::string failed = writingFailed(path);
+  writeAtomically(path, [&](const fs::path& temporary) {
+    withItk(ErrorCode::Io, failed, [&] {
+      writeWithItk(format, geometry, type, voxels.data(), temporary);
+      if (!isComplete(temporary, format, voxels.bytes())) throw Error(ErrorCode::Io, failed);
+    });
+  });
+}
+
 std::string writeVolume(const Volume& volume, const fs::path& path, OutputType type,
                         const std::optional<VoxelValues>& expected) {
-  const Format format = formatOf(path);
+  formatOf(path);
   checkGeometry(volume.geometry, "The volume for " + quoted(path));
   if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
     throw Error(ErrorCode::InvalidArgument,
                 "The volume for " + quoted(path) + " has fewer or more voxels than its lattice.");
-  if (format.headerEnd.empty())
-    for (const std::int64_t n : volume.geometry.size)
-      if (n > std::numeric_limits<std::int16_t>::max())
-        throw Error(ErrorCode::InvalidArgument, "NIfTI holds at most 32767 voxels along an axis; write " +
-                                                    quoted(path) + " as .nrrd or .mha.");
-
-  std::vector<std::byte> integers;
-  std::string remark;
-  if (type != OutputType::Float32) {
-    const VoxelValues values(volume.voxels);
-    checkType(type, expected.value_or(values), quoted(path));
-    IntegerVoxels rounded(volume.voxels, type);
-    integers = std::move(rounded.bytes);
-    if (rounded.clamped > 0 && !(expected && isOvershoot(type, values, *expected)))
-      remark = countText(rounded.clamped) + " of " +
-               countText(static_cast<std::int64_t>(volume.voxels.size())) + " values of " + quoted(path) +
-               ", which run from " + numberText(values.low) + " to " + numberText(values.high) +
-               ", were cut off at the ends of the voxel type's range.";
-  }
-  const void* voxels =
-      type == OutputType::Float32 ? static_cast<const void*>(volume.voxels.data()) : integers.data();
-  const std::uint64_t bytes =
-      type == OutputType::Float32 ? volume.voxels.size() * sizeof(float) : integers.size();
-  const std::string failed = quoted(path) +
-                             " could not be written (the disk is full or failed); free some space or choose "
-                             "another folder.";
-  writeAtomically(path, [&](const fs::path& temporary) {
-    withItk(ErrorCode::Io, failed, [&] {
-      writeWithItk(format, volume.geometry, type, voxels, temporary);
-      if (!isComplete(temporary, format, bytes)) throw Error(ErrorCode::Io, failed);
-    });
-  });
-  return remark;
+  const TypedVoxels voxels(volume.voxels, type, expected, path);
+  writeItkFile(path, volume.geometry, type, voxels);
+  return voxels.remark();
 }
 
 } // namespace innergs

@@ -1,0 +1,129 @@
+#include "IO/DynamicModelFile.h"
+
+#include "IO/MemoryCheck.h"
+#include "IO/ModelMetadata.h"
+
+namespace innergs {
+namespace {
+
+std::string splineText(const TimeSpline& spline) {
+  return json{{"start", spline.start}, {"end", spline.end}, {"coefficients", spline.coefficients}}.dump();
+}
+
+TimeSpline splineFrom(const Metadata& metadata, const std::string& key) {
+  const json value = metadata.parsed(key);
+  if (!value.is_object()) metadata.fail(key);
+  for (const char* part : {"start", "end", "coefficients"})
+    if (!value.contains(part)) metadata.fail(key);
+  constexpr std::uint64_t most = 1 << 16;
+  if (!value["coefficients"].is_number_unsigned() || value["coefficients"].get<std::uint64_t>() > most)
+    metadata.fail(key);
+  return {metadata.number(value["start"], key), metadata.number(value["end"], key),
+          value["coefficients"].get<int>()};
+}
+
+MotionLattice latticeFrom(const Metadata& metadata) {
+  const std::string key = "motion_lattice";
+  const json value = metadata.parsed(key);
+  if (!value.is_object()) metadata.fail(key);
+  for (const char* part : {"size", "origin", "spacing"})
+    if (!value.contains(part)) metadata.fail(key);
+  const json& size = value["size"];
+  if (!size.is_array() || size.size() != 3) metadata.fail(key);
+  MotionLattice lattice;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (!size[a].is_number_unsigned() || size[a].get<std::uint64_t>() > 4096) metadata.fail(key);
+    lattice.size[a] = size[a].get<std::int64_t>();
+  }
+  lattice.origin = metadata.vector(value["origin"], key);
+  lattice.spacing = metadata.vector(value["spacing"], key);
+  return lattice;
+}
+
+std::vector<std::int64_t> nodesShape(const DynamicField& field) {
+  const auto& n = field.lattice.size;
+  return {field.motion.coefficients, n[2], n[1], n[0], MotionLattice::kValues};
+}
+
+} // namespace
+
+void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path,
+                       const ModelNotes& notes) {
+  checkDynamicField(field);
+  Model model;
+  model.field = field.canonical;
+  model.finished = field.size();
+  std::map<std::string, std::string> more{{"moving", dynamicKindName(field.kind)},
+                                          {"times", json(field.times).dump()}};
+  std::vector<TensorToWrite> tensors;
+  const auto add = [&](const char* name, std::vector<std::int64_t> shape, const std::vector<float>& values) {
+    tensors.push_back({name, std::move(shape), [&values] { return values; }});
+  };
+  if (field.kind == DynamicKind::Motion) {
+    more["motion_lattice"] = json{
+        {"size", field.lattice.size},
+        {"origin", field.lattice.origin},
+        {"spacing",
+         field.lattice.spacing}}.dump();
+    more["motion_spline"] = splineText(field.motion);
+    add("motion_nodes", nodesShape(field), field.nodes);
+    add("anchor", {field.size(), 3}, field.anchors);
+    if (!field.ownPath.empty()) {
+      more["own_spline"] = splineText(field.own);
+      add("own_path", {field.own.coefficients, field.size(), 3}, field.ownPath);
+    }
+  } else {
+    more["change_spline"] = splineText(field.change);
+    add("intensity_change", {field.change.coefficients, field.size()}, field.changes);
+  }
+  writeModelWith(model, path, notes, more, std::move(tensors));
+}
+
+DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes) {
+  const SafetensorsFile file(path);
+  if (!isMoving(file))
+    throw Error(ErrorCode::FileFormat,
+                quoted(path) + " is not a model of a moving scan; choose another file.");
+  DynamicField field;
+  field.canonical = readModelFrom(file, path, notes).field;
+  const Metadata metadata(file, path);
+  const auto kind = dynamicKindNamed(metadata.text("moving"));
+  if (!kind) metadata.fail("moving");
+  field.kind = *kind;
+  const json times = metadata.parsed("times");
+  if (!times.is_array()) metadata.fail("times");
+  for (const json& time : times)
+    field.times.push_back(metadata.number(time, "times"));
+  const auto read = [&](const char* name, const std::vector<std::int64_t>& shape) {
+    double count = sizeof(float);
+    for (const std::int64_t n : shape)
+      count *= static_cast<double>(n);
+    checkMemoryFor(count, quoted(path));
+    return file.read(name, shape);
+  };
+  if (field.kind == DynamicKind::Motion) {
+    field.lattice = latticeFrom(metadata);
+    field.motion = splineFrom(metadata, "motion_spline");
+    field.nodes = read("motion_nodes", nodesShape(field));
+    field.anchors = read("anchor", {field.size(), 3});
+    if (file.find("own_path")) {
+      field.own = splineFrom(metadata, "own_spline");
+      field.ownPath = read("own_path", {field.own.coefficients, field.size(), 3});
+    }
+  } else {
+    field.change = splineFrom(metadata, "change_spline");
+    field.changes = read("intensity_change", {field.change.coefficients, field.size()});
+  }
+  checkDynamicField(field);
+  return field;
+}
+
+bool isDynamicModel(const std::filesystem::path& path) {
+  try {
+    return fullExtension(path) == ".innergs" && isMoving(SafetensorsFile(path));
+  } catch (const Error&) {
+    return false;
+  }
+}
+
+} // namespace innergs

@@ -1,0 +1,206 @@
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "IO/AtomicFile.h"
+#include "IO/FilePath.h"
+#include "IO/TimeSeriesIO.h"
+#include "IO/VolumeIO.h"
+#include "IO/VoxelWriting.h"
+
+#include <itk_zlib.h>
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <fstream>
+#include <limits>
+
+namespace fs = std::filesystem;
+
+namespace innergs {
+namespace {
+
+bool isNifti(const fs::path& path) {
+  return fullExtension(path).starts_with(".nii");
+}
+
+bool isSequence(const fs::path& path) {
+  return utf8(path.filename()).ends_with(".seq.nrrd");
+}
+
+const char* nrrdType(OutputType type) {
+  switch (type) {
+  case OutputType::UInt8:
+    return "unsigned char";
+  case OutputType::Int16:
+    return "short";
+  case OutputType::UInt16:
+    return "unsigned short";
+  case OutputType::Int32:
+    return "int";
+  case OutputType::Float32:
+    break;
+  }
+  return "float";
+}
+
+std::string vectorText(const Vec3& v) {
+  return "(" + exactText(v[0]) + "," + exactText(v[1]) + "," + exactText(v[2]) + ")";
+}
+
+/// Frames first: every version of 3D Slicer reads these.
+std::string nrrdHeader(const TimeSeries& series, OutputType type) {
+  const GridGeometry& g = series.geometry;
+  std::string times;
+  for (const double time : series.times)
+    times += (times.empty() ? "" : " ") + exactText(time);
+  std::string text = "NRRD0005\n";
+  text += std::string("type: ") + nrrdType(type) + "\ndimension: 4\nspace: left-posterior-superior\n";
+  text += "sizes: " + std::to_string(series.size());
+  for (const std::int64_t n : g.size)
+    text += " " + std::to_string(n);
+  text += "\nspace directions: none";
+  for (int axis = 0; axis < 3; ++axis)
+    text += " " + vectorText(g.spacing[axis] * column(g.direction, axis));
+  text +=
+      "\nkinds: list domain domain domain\nlabels: \"time\" \"\" \"\" \"\"\nunits: \"s\" \"\" \"\" \"\"\n";
+  text += "space units: \"mm\" \"mm\" \"mm\"\n";
+  text += std::string("endian: ") + (std::endian::native == std::endian::little ? "little" : "big") +
+          "\nencoding: gzip\nspace origin: " + vectorText(g.origin) + "\n";
+  text += "DataNodeClassName:=vtkMRMLScalarVolumeNode\naxis 0 index type:=numeric\naxis 0 index values:=" +
+          times + "\n\n";
+  return text;
+}
+
+/// A header and voxels after it; zlib compresses what it is told to.
+void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
+                 const fs::path& path, const std::string& failed) {
+  gzFile out = gzopen(utf8(path).c_str(), mode);
+  bool fine = out != nullptr;
+  if (fine && !header.empty()) fine = gzwrite(out, header.data(), static_cast<unsigned>(header.size())) > 0;
+  constexpr std::uint64_t chunk = std::uint64_t{1} << 24;
+  for (std::uint64_t at = 0; fine && at < bytes; at += chunk) {
+    const auto n = static_cast<unsigned>(std::min(chunk, bytes - at));
+    fine = gzwrite(out, static_cast<const char*>(voxels) + at, n) == static_cast<int>(n);
+  }
+  if (out && gzclose(out) != Z_OK) fine = false;
+  if (!fine) throw Error(ErrorCode::Io, failed);
+}
+
+void writeSequence(const TimeSeries& series, OutputType type, const TypedVoxels& voxels,
+                   const fs::path& path) {
+  const std::size_t size =
+      voxels.bytes() / static_cast<std::size_t>(series.geometry.voxelCount() * series.size());
+  const auto* bytes = static_cast<const std::byte*>(voxels.data());
+  const auto frames = static_cast<std::size_t>(series.size()),
+             count = static_cast<std::size_t>(series.geometry.voxelCount());
+  std::vector<std::byte> interleaved(voxels.bytes());
+  for (std::size_t v = 0; v < count; ++v)
+    for (std::size_t f = 0; f < frames; ++f)
+      std::copy_n(bytes + (f * count + v) * size, size, interleaved.data() + (v * frames + f) * size);
+  const std::string header = nrrdHeader(series, type), failed = writingFailed(path);
+  writeAtomically(path, [&](const fs::path& temporary) {
+    {
+      std::ofstream out(temporary, std::ios::binary);
+      out << header;
+      if (!out.flush()) throw Error(ErrorCode::Io, failed);
+    }
+    writeBehind("", interleaved.data(), interleaved.size(), "ab", temporary, failed);
+  });
+}
+
+/// ITK's writer knows neither the unit of time nor the first frame's: its header of one frame, with those and
+/// the frames.
+std::string niftiHeader(const TimeSeries& series, double interval, OutputType type, const fs::path& scratch) {
+  const std::vector<float> blank(static_cast<std::size_t>(series.geometry.voxelCount()), 0.f);
+  writeItkFile(scratch, series.geometry, type, TypedVoxels(blank, type, {}, scratch));
+  std::string header(352, '\0');
+  {
+    std::ifstream in(scratch, std::ios::binary);
+    in.read(header.data(), static_cast<std::streamsize>(header.size()));
+  }
+  std::error_code ignored;
+  fs::remove(scratch, ignored);
+  const auto set = [&](std::size_t offset, auto value) {
+    std::memcpy(header.data() + offset, &value, sizeof(value));
+  };
+  constexpr char millimetresAndSeconds = 2 | 8;
+  set(40, std::int16_t{4});
+  set(48, static_cast<std::int16_t>(series.size()));
+  set(92, static_cast<float>(interval));
+  set(123, millimetresAndSeconds);
+  set(136, static_cast<float>(series.times.front()));
+  return header;
+}
+
+void writeNifti(const TimeSeries& series, double interval, OutputType type, const TypedVoxels& voxels,
+                const fs::path& path) {
+  if (series.size() > std::numeric_limits<std::int16_t>::max())
+    throw Error(ErrorCode::InvalidArgument,
+                "NIfTI holds at most 32767 frames; write " + quoted(path) + " as .seq.nrrd.");
+  writeAtomically(path, [&](const fs::path& temporary) {
+    fs::path scratch = temporary;
+    scratch.replace_extension(); // ".nii" of ".nii.gz"
+    scratch += "-header.nii";
+    const std::string header = niftiHeader(series, interval, type, scratch);
+    const bool compressed = fullExtension(path) == ".nii.gz";
+    writeBehind(header, voxels.data(), voxels.bytes(), compressed ? "wb" : "wbT", temporary,
+                writingFailed(path));
+  });
+}
+
+/// NIfTI's header holds the first time and the interval in single precision.
+bool isEven(const std::vector<double>& times, double interval) {
+  for (std::size_t f = 0; f < times.size(); ++f)
+    if (std::abs(times[f] - times.front() - interval * static_cast<double>(f)) >
+        1e-6 * std::max(1.0, interval))
+      return false;
+  return true;
+}
+
+} // namespace
+
+void checkTimeSeriesPath(const fs::path& path) {
+  if (!isNifti(path) && !isSequence(path))
+    throw Error(ErrorCode::InvalidArgument,
+                quoted(path) + " has no extension of a moving scan; use .nii.gz, .nii or .seq.nrrd.");
+  checkOutputFolder(path);
+}
+
+std::string writeTimeSeries(const TimeSeries& series, const fs::path& path, OutputType type,
+                            const std::optional<VoxelValues>& expected) {
+  checkTimeSeriesPath(path);
+  checkGeometry(series.geometry, "The series for " + quoted(path));
+  const auto count = static_cast<std::size_t>(series.geometry.voxelCount());
+  std::vector<float> all;
+  all.reserve(count * series.frames.size());
+  for (const auto& frame : series.frames) {
+    if (frame.size() != count)
+      throw Error(ErrorCode::InvalidArgument, "The series for " + quoted(path) +
+                                                  " has a frame with fewer or more voxels than its lattice.");
+    all.insert(all.end(), frame.begin(), frame.end());
+  }
+  if (series.frames.empty() || series.times.size() != series.frames.size())
+    throw Error(ErrorCode::InvalidArgument,
+                "The series for " + quoted(path) + " needs frames, with one time each.");
+  const TypedVoxels voxels(all, type, expected, path);
+  if (isSequence(path)) {
+    writeSequence(series, type, voxels, path);
+    return voxels.remark();
+  }
+  const double interval = series.size() > 1 ? (series.times.back() - series.times.front()) /
+                                                  static_cast<double>(series.size() - 1)
+                                            : 1;
+  writeNifti(series, interval, type, voxels, path);
+  if (!isEven(series.times, interval)) {
+    std::string name = utf8(path.filename());
+    name.resize(name.size() - fullExtension(path).size());
+    name += ".json";
+    writeFileAtomically(path.parent_path() / fs::path(std::u8string(name.begin(), name.end())),
+                        nlohmann::json{{"VolumeTiming", series.times}}.dump(1) + "\n");
+  }
+  return voxels.remark();
+}
+
+} // namespace innergs

@@ -1,0 +1,36 @@
+#pragma once
+#include "Core/Image/GridGeometry.h"
+#include "IO/OutputType.h"
+
+#include <filesystem>
+
+namespace innergs {
+
+/// Voxels as a file holds them: rounded where its type is an integer.
+class TypedVoxels {
+public:
+  /// `voxels` must live as long. Throws as checkType does; `path` names the file in sentences.
+  TypedVoxels(std::span<const float> voxels, OutputType type, const std::optional<VoxelValues>& expected,
+              const std::filesystem::path& path);
+
+  const void* data() const {
+    return integers_.empty() ? static_cast<const void*>(voxels_.data()) : integers_.data();
+  }
+  std::uint64_t bytes() const { return integers_.empty() ? voxels_.size_bytes() : integers_.size(); }
+  /// Where values were cut off, else "".
+  const std::string& remark() const { return remark_; }
+
+private:
+  std::span<const float> voxels_;
+  std::vector<std::byte> integers_;
+  std::string remark_;
+};
+
+/// The sentence for a disk that is full.
+std::string writingFailed(const std::filesystem::path& path);
+
+/// Writes NIfTI, NRRD or MetaImage by ITK, atomically. Throws Error(Io | InvalidArgument).
+void writeItkFile(const std::filesystem::path& path, const GridGeometry& geometry, OutputType type,
+                  const TypedVoxels& voxels);
+
+} // namespace innergs
