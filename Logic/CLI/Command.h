@@ -18,6 +18,7 @@ struct Subcommand {
 Subcommand addReconstruct(CLI::App& app);
 Subcommand addSlice(CLI::App& app);
 Subcommand addResample(CLI::App& app);
+Subcommand addInterpolate(CLI::App& app);
 Subcommand addSimulate(CLI::App& app);
 Subcommand addEvaluate(CLI::App& app);
 Subcommand addExperiment(CLI::App& app);

@@ -1,0 +1,242 @@
+#include "CLI/Command.h"
+#include "CLI/Interrupt.h"
+#include "CLI/Options.h"
+#include "CLI/ProgressDisplay.h"
+#include "CLI/ReconstructReport.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Motion/DynamicJob.h"
+#include "Core/Render/Render.h"
+#include "IO/AtomicFile.h"
+#include "IO/DynamicModelFile.h"
+#include "IO/FilePath.h"
+#include "IO/OutputFiles.h"
+#include "IO/TimeSeriesIO.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+namespace innergs::cli {
+namespace {
+
+constexpr std::int64_t kMostFrames = 100'000;
+
+struct InterpolateOptions {
+  std::string input, output, saveModel, report;
+  std::vector<double> times;
+  std::optional<double> rate, at;
+  TimeSeriesOptions reading;
+  std::string kind = "auto";
+  GridOptions grid;
+  OutputType type = OutputType::Float32;
+  Settings settings; // Gaussians, threads, instruction set, seed
+  bool quiet = false;
+};
+
+/// What is asked for, checked against the time that the frames cover.
+std::vector<double> outputTimes(const InterpolateOptions& o, const std::vector<double>& frames) {
+  const double first = frames.front(), last = frames.back();
+  std::vector<double> times = o.at ? std::vector<double>{*o.at} : o.times;
+  if (o.rate) {
+    if ((last - first) * *o.rate > static_cast<double>(kMostFrames))
+      throw Error(ErrorCode::InvalidArgument, "--rate gives far too many frames: choose a lower one.");
+    const auto count = static_cast<std::int64_t>((last - first) * *o.rate * (1 + 1e-9));
+    for (std::int64_t f = 0; f <= count; ++f)
+      times.push_back(std::min(last, first + static_cast<double>(f) / *o.rate));
+  }
+  if (times.empty()) times = frames;
+  const double slack = 1e-6 * std::max(1.0, last - first);
+  for (std::size_t f = 0; f < times.size(); ++f) {
+    if (times[f] < first - slack || times[f] > last + slack)
+      throw Error(
+          ErrorCode::InvalidArgument,
+          fmt::format(
+              "{} s lies outside the time that the frames cover, {} s to {} s: choose a time within it.",
+              numberText(times[f]), numberText(first), numberText(last)));
+    if (f > 0 && !(times[f] > times[f - 1]))
+      throw Error(ErrorCode::InvalidArgument, "--times must increase, each time once.");
+  }
+  return times;
+}
+
+OutputFiles checkedOutputs(const InterpolateOptions& o) {
+  if (o.output.empty() && o.saveModel.empty())
+    throw CLI::ValidationError("interpolate", "needs --output or --save-model");
+  if ((o.times.empty() ? 0 : 1) + (o.rate ? 1 : 0) + (o.at ? 1 : 0) > 1)
+    throw CLI::ValidationError("interpolate", "takes one of --times, --rate and --at");
+  if (o.rate && !(std::isfinite(*o.rate) && *o.rate > 0))
+    throw Error(ErrorCode::InvalidArgument, "--rate must be above 0 frames per second.");
+  checkSettings(o.settings);
+  OutputFiles files;
+  files.read(o.input);
+  files.read(o.grid.reference);
+  if (!o.output.empty()) {
+    if (!o.at) checkTimeSeriesPath(o.output);
+    files.add(o.output, o.at ? OutputFiles::Kind::Volume : OutputFiles::Kind::Any);
+  }
+  files.add(o.saveModel, OutputFiles::Kind::Model);
+  files.add(o.report);
+  return files;
+}
+
+TimeSeries rendered(const DynamicField& field, const std::vector<double>& times, const GridGeometry& grid,
+                    const InterpolateOptions& o, std::stop_token stop) {
+  checkMemory(4 * grid.voxelCount() * static_cast<std::int64_t>(times.size()), "The frames");
+  TimeSeries series{grid, {}, times, {}};
+  RenderOptions render;
+  render.threads = o.settings.threads;
+  render.instructionSet = o.settings.instructionSet;
+  render.stop = stop;
+  ThreadPool pool(o.settings.threads);
+  pool.setStop(stop);
+  GaussianField posed = field.canonical;
+  for (const double time : times) {
+    poseAt(field, time, posed, pool);
+    series.frames.push_back(std::move(innergs::render(posed, grid, render).voxels));
+  }
+  return series;
+}
+
+VoxelValues valuesOf(const std::vector<std::vector<float>>& frames) {
+  VoxelValues values(frames.front());
+  for (std::size_t f = 1; f < frames.size(); ++f)
+    values.join(VoxelValues(frames[f]));
+  values.notFinite = 0;
+  return values;
+}
+
+nlohmann::ordered_json reportOf(const InterpolateOptions& o, const DynamicField& field,
+                                const DynamicResult& result, const std::vector<double>& times) {
+  nlohmann::ordered_json report;
+  report["command"] = "interpolate";
+  report["versions"] = versions();
+  report["input"] = o.input;
+  report["output"] = o.output;
+  report["model"] = o.saveModel;
+  report["kind"] = dynamicKindName(field.kind);
+  report["choice"] = result.choice;
+  report["gaussians"] = field.size();
+  report["coefficients_in_time"] =
+      field.kind == DynamicKind::Motion ? field.motion.coefficients : field.change.coefficients;
+  report["frame_times_s"] = field.times;
+  report["output_times_s"] = times;
+  report["training_psnr_db"] = result.seconds > 0 ? nlohmann::ordered_json(result.trainingPsnr) : nullptr;
+  report["training_psnr_note"] = "on the frames that were fitted, not on withheld ones";
+  report["seconds"] = result.seconds;
+  report["threads"] = result.threads;
+  report["instruction_set"] = result.instructionSet;
+  return report;
+}
+
+int interpolate(const InterpolateOptions& o) {
+  OutputFiles files = checkedOutputs(o);
+  ProgressDisplay display(o.quiet);
+  Interrupt interrupt;
+  DynamicResult result;
+  std::optional<VoxelValues> expected;
+  std::vector<double> times;
+  if (isDynamicModel(o.input)) {
+    result.field = std::make_shared<const DynamicField>(readDynamicModel(o.input));
+    times = outputTimes(o, result.field->times);
+  } else {
+    TimeSeries series = readTimeSeries(o.input, o.reading);
+    if (const std::string remark = remarkOnPairs(series); !remark.empty())
+      fmt::print(stderr, "innergs: warning: {}\n", remark);
+    times = outputTimes(o, series.times);
+    expected = valuesOf(series.frames);
+    checkType(o.type, *expected, "the scan");
+    DynamicSettings settings;
+    settings.kind = dynamicKindNamed(o.kind);
+    settings.gaussians = o.settings.gaussians;
+    settings.threads = o.settings.threads;
+    settings.instructionSet = o.settings.instructionSet;
+    settings.seed = o.settings.seed;
+    DynamicJob job(std::move(series), settings);
+    job.onProgress([&](const Progress& progress) { display.show(progress); });
+    result = job.run(interrupt.token());
+    display.finish();
+    if (!result.field)
+      throw Error(ErrorCode::Cancelled, "Interrupted before there was a model; nothing was written.");
+    if (!result.choice.empty()) display.say(result.choice);
+  }
+  const DynamicField& field = *result.field;
+  files.write(o.saveModel, [&](const auto& path) {
+    writeDynamicModel(field, path, {{"Inputs", utf8(std::filesystem::path(o.input).filename())}});
+  });
+  files.write(o.output, [&](const auto& path) {
+    const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
+    // What was reached is written even after a stop.
+    TimeSeries frames =
+        rendered(field, times, grid, o, result.cancelled ? std::stop_token{} : interrupt.token());
+    const std::string remark =
+        o.at ? writeVolume({grid, std::move(frames.frames.front())}, path, o.type, expected)
+             : writeTimeSeries(frames, path, o.type, expected);
+    if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
+  });
+  files.write(o.report, [&](const auto& path) {
+    writeFileAtomically(path, reportOf(o, field, result, times).dump(2) + "\n");
+  });
+  files.check();
+  if (result.cancelled) {
+    fmt::print(stderr, "innergs: Interrupted; what was reached is in {}.\n", files.written());
+    return Interrupted;
+  }
+  display.say(fmt::format("{} Gaussians ({}), {} frames from {} s to {} s. Wrote {}.", field.size(),
+                          dynamicKindName(field.kind), times.size(), numberText(times.front()),
+                          numberText(times.back()), files.written()));
+  return Success;
+}
+
+} // namespace
+
+Subcommand addInterpolate(CLI::App& app) {
+  auto* command =
+      app.add_subcommand("interpolate", "A moving scan in, frames at any time and a continuous model out");
+  auto o = std::make_shared<InterpolateOptions>();
+  command
+      ->add_option("input", o->input,
+                   "4D NIfTI or MINC2, .seq.nrrd, a folder with one image per frame and times.txt, or a\n"
+                   "model that --save-model wrote")
+      ->required()
+      ->type_name("SCAN");
+  command
+      ->add_option("-o,--output", o->output,
+                   "Frames to write: .nii.gz, .nii or .seq.nrrd; with --at one volume, .mha and .nrrd too")
+      ->type_name("FILE");
+  command->add_option("--save-model", o->saveModel, "Model of space and time to write (.innergs)")
+      ->type_name("FILE");
+  command->add_option("--report", o->report, "JSON report to write")->type_name("FILE");
+  addNumbers(*command, "--times", o->times, {},
+             "Times of the output's frames in s, as a,b,c [those of the input]")
+      ->type_name("S");
+  command->add_option("--rate", o->rate, "Frames per second of the output, over all of the input's time")
+      ->type_name("HZ");
+  command->add_option("--at", o->at, "One volume at this time in s")->type_name("S");
+  addNumbers(*command, "--frame-times", o->reading.times, {},
+             "Times of the input's frames in s [from the file]")
+      ->type_name("S");
+  command
+      ->add_option("--frame-interval", o->reading.interval,
+                   "Time from one frame of the input to the next in s [from the file]")
+      ->type_name("S");
+  addChoice<std::string>(
+      *command, "--kind", o->kind, {{"auto", "auto"}, {"motion", "motion"}, {"intensity", "intensity"}},
+      "What changes with time: Gaussians that move, or that change their intensity in place\n"
+      "(fMRI); auto: what foresees withheld frames better [auto]");
+  o->grid.add(*command, "the frames' own grid");
+  addOutputType(*command, o->type);
+  for (const char* name : {"gaussians", "seed", "threads", "instructionSet"})
+    addSetting(*command, o->settings, name);
+  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->footer("Examples:\n"
+                  "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
+                  "  innergs interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n"
+                  "  innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n"
+                  "  innergs interpolate wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\n"
+                  "Ctrl-C stops the fit; once frames are refined together, what was reached is written.");
+  return {command, [o] { return interpolate(*o); }};
+}
+
+} // namespace innergs::cli
