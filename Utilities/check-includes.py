@@ -9,18 +9,19 @@ import sys
 LAYERS = {
     "Logic/Core": [],
     "Logic/Cuda": ["Logic/Core"],
+    "Logic/Text": ["Logic/Core"],
     "Logic/IO": ["Logic/Core"],
     "Logic/Evaluation": ["Logic/Core"],
     "Logic/VTK": ["Logic/Core"],
     "Logic/MRML": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK"],
-    "Logic/CLI": ["Logic/Core", "Logic/IO", "Logic/Evaluation"],
+    "Logic/CLI": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation"],
     "Widgets": ["Logic/Core", "Logic/IO", "Logic/VTK"],
     "Widgets/App": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Widgets"],
     "InnerGSModule": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Logic/MRML", "Widgets"],
 }
 # A folder of Logic/Core may include itself and those before it.
-CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Fit", "Device",
-        "Job", "Motion"]
+CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Features", "Fit",
+        "Device", "Job", "Motion"]
 ROOTS = ["Logic", "Logic/VTK", "Logic/MRML", "Widgets", "Widgets/App", "InnerGSModule", "."]
 SUFFIXES = {".h", ".cxx", ".cu", ".cuh"}
 

@@ -1,0 +1,17 @@
+#pragma once
+#include "Text/Lexicon.h"
+
+namespace innergs {
+
+/// One reading of a text: the structures it asks for, all that are left where it names no side or number.
+struct Interpretation {
+  Structures structures;
+  double score = 0; // 1: as the lexicon has it; less for every typing error
+};
+
+/// How a text can be read, best first, each set of structures once. Every word must count: a text that says
+/// more than a structure, its side and its number ("liver mass", "T2 weighted liver") has no reading. Empty:
+/// none. Throws Error(InvalidArgument) for a text of more than 300 bytes or without a letter or digit.
+std::vector<Interpretation> interpret(const Lexicon& lexicon, std::string_view text);
+
+} // namespace innergs

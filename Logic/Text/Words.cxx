@@ -1,0 +1,121 @@
+#include "Text/Words.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <numeric>
+
+namespace innergs {
+namespace {
+
+/// The code point at `at`, which moves past it; U+FFFD for bytes that are not UTF-8.
+char32_t nextCodePoint(std::string_view text, std::size_t& at) {
+  const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
+  const unsigned char first = byte(at++);
+  if (first < 0x80) return first;
+  const int more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : first >= 0xc0 ? 1 : 0;
+  char32_t code = first & (0x3f >> more);
+  for (int n = 0; n < more; ++n) {
+    if (at >= text.size() || (byte(at) & 0xc0) != 0x80) return 0xfffd;
+    code = code << 6 | (byte(at++) & 0x3f);
+  }
+  return more == 0 ? 0xfffd : code;
+}
+
+/// Latin letters without their accents; "" for what is no letter.
+std::string plain(char32_t c) {
+  // U+00C0 to U+017F; '-' where the code point is no letter or has two letters.
+  static constexpr std::string_view latin1 = "aaaaaa-ceeeeiiiidnooooo-ouuuuy--"
+                                             "aaaaaa-ceeeeiiiidnooooo-ouuuuy-y";
+  static constexpr std::string_view extended =
+      "aaaaaaccccccccddddeeeeeeeeeegggggggghhhhiiiiiiiiii--jjkkkllllllllllnnnnnnnnnoooooo--rrrrrrssssssss"
+      "ttttttuuuuuuuuuuuuwwyyyzzzzzzs";
+  if (c >= 0xc0 && c < 0x100) {
+    const char letter = latin1[c - 0xc0];
+    if (letter != '-') return {letter};
+    return c == 0xc6 || c == 0xe6 ? "ae" : c == 0xdf ? "ss" : "";
+  }
+  if (c >= 0x100 && c < 0x100 + extended.size()) {
+    const char letter = extended[c - 0x100];
+    if (letter != '-') return {letter};
+    return c == 0x152 || c == 0x153 ? "oe" : c == 0x132 || c == 0x133 ? "ij" : "";
+  }
+  return "";
+}
+
+bool isLower(char32_t c) {
+  return c >= 'a' && c <= 'z';
+}
+bool isUpper(char32_t c) {
+  return c >= 'A' && c <= 'Z';
+}
+bool isDigit(char32_t c) {
+  return c >= '0' && c <= '9';
+}
+bool isApostrophe(char32_t c) {
+  return c == '\'' || c == 0x2019 || c == '`';
+}
+
+} // namespace
+
+std::vector<std::string> wordsOf(std::string_view text) {
+  std::vector<std::string> words;
+  std::string word;
+  const auto end = [&] {
+    if (!word.empty()) words.push_back(std::move(word));
+    word.clear();
+  };
+  char32_t before = ' ';
+  for (std::size_t at = 0; at < text.size();) {
+    const char32_t c = nextCodePoint(text, at);
+    if (isUpper(c)) {
+      if (isLower(before) && word.size() > 1) end();
+      word += static_cast<char>(c - 'A' + 'a');
+    } else if (isLower(c) || isDigit(c)) {
+      word += static_cast<char>(c);
+    } else if (isApostrophe(c)) {
+      if (word == "l" || word == "d") word.clear(); // the French article
+    } else if (c >= 0x300 && c < 0x370) {
+      // an accent of its own, as macOS writes them
+    } else {
+      const std::string letters = plain(c);
+      if (letters.empty()) end();
+      word += letters;
+    }
+    before = c;
+  }
+  end();
+  return words;
+}
+
+std::string singular(const std::string& word) {
+  const auto ends = [&](std::string_view with) {
+    return word.size() > with.size() + 1 && word.ends_with(with);
+  };
+  if (ends("ies") && word.size() > 4) return word.substr(0, word.size() - 3) + "y";
+  if (word.size() < 4 || !ends("s") || ends("ss") || ends("us") || ends("is") || ends("as")) return word;
+  return word.substr(0, word.size() - 1);
+}
+
+int editDistance(std::string_view a, std::string_view b, int limit) {
+  const int m = static_cast<int>(a.size()), n = static_cast<int>(b.size());
+  if (std::abs(m - n) > limit) return limit + 1;
+  std::vector<int> above(n + 1), before(n + 1), row(n + 1);
+  std::iota(before.begin(), before.end(), 0);
+  for (int i = 1; i <= m; ++i) {
+    row[0] = i;
+    int least = i;
+    for (int j = 1; j <= n; ++j) {
+      row[j] = std::min({before[j] + 1, row[j - 1] + 1, before[j - 1] + (a[i - 1] != b[j - 1])});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
+        row[j] = std::min(row[j], above[j - 2] + 1);
+      least = std::min(least, row[j]);
+    }
+    if (least > limit) return limit + 1;
+    std::swap(above, before);
+    std::swap(before, row);
+  }
+  return std::min(before[n], limit + 1);
+}
+
+} // namespace innergs
