@@ -1,5 +1,6 @@
 #include "Core/Image/BodyMask.h"
 #include "Core/Base/Error.h"
+#include "Core/Image/Components.h"
 #include "Core/Image/Otsu.h"
 
 #include <algorithm>
@@ -7,37 +8,11 @@
 namespace innergs {
 namespace {
 
-constexpr std::size_t stride = 1 << 18; // voxels between looks at the stop token
-
 void throwIfStopped(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The body mask was cancelled.");
 }
 
-constexpr std::uint8_t outside = 0, foreground = 1, visited = 2, largest = 3;
-
-// Flood fill from `seed` over voxels equal to `from`, 6-connected; returns the voxels reached.
-std::vector<std::int64_t> flood(std::vector<std::uint8_t>& label, const std::array<std::int64_t, 3>& n,
-                                std::int64_t seed, const std::stop_token& stop) {
-  std::vector<std::int64_t> reached{seed};
-  label[seed] = visited;
-  for (std::size_t head = 0; head < reached.size(); ++head) {
-    if (head % stride == 0) throwIfStopped(stop);
-    const std::int64_t p = reached[head], i = p % n[0], j = p / n[0] % n[1], k = p / (n[0] * n[1]);
-    const auto visit = [&](bool inside, std::int64_t q) {
-      if (inside && label[q] == foreground) {
-        label[q] = visited;
-        reached.push_back(q);
-      }
-    };
-    visit(i > 0, p - 1);
-    visit(i + 1 < n[0], p + 1);
-    visit(j > 0, p - n[0]);
-    visit(j + 1 < n[1], p + n[0]);
-    visit(k > 0, p - n[0] * n[1]);
-    visit(k + 1 < n[2], p + n[0] * n[1]);
-  }
-  return reached;
-}
+constexpr std::uint8_t outside = 0, foreground = 1, largest = 3;
 
 // Sets to 1 whatever the border of the slice cannot reach through zeros.
 void fillHoles(std::uint8_t* slice, std::int64_t width, std::int64_t height) {
@@ -82,7 +57,7 @@ std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& 
   std::vector<std::int64_t> best;
   for (std::size_t p = 0; p < label.size(); ++p)
     if (label[p] == foreground) {
-      auto component = flood(label, n, static_cast<std::int64_t>(p), stop);
+      auto component = floodFill(label, n, static_cast<std::int64_t>(p), stop);
       if (component.size() > best.size()) best.swap(component);
     }
   if (best.empty()) return std::vector<std::uint8_t>(label.size(), 1); // constant image: all of it

@@ -1,0 +1,45 @@
+#pragma once
+#include "Core/Features/IntensityScale.h"
+#include "Core/Image/GridGeometry.h"
+#include "Core/Model/GaussianField.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace innergs {
+
+/// Which classes occur where: a set of classes per block of a coarse lattice. Only they are decoded there.
+struct ClassSupport {
+  GridGeometry blocks;             // LPS mm; a voxel of it is a block
+  int words = 0;                   // of 32 bits per block
+  std::vector<std::uint32_t> bits; // [block][word], bit c % 32 of word c / 32: class c
+
+  bool has(std::int64_t block, int c) const {
+    return bits[static_cast<std::size_t>(block * words + c / 32)] >> (c % 32) & 1;
+  }
+};
+
+/// What a field's Gaussians carry beyond intensity: a latent each, and what decodes it into classes. At a
+/// point, F = Σ w p f / (Σ w p + ε), and a class's logit is F·(a + b T₁(u) + c T₂(u)): a, b, c are the
+/// class's code, T Chebyshev polynomials, u = 2·rank − 1 of the field's own intensity there. Class 0 is the
+/// background.
+struct FeatureModel {
+  static constexpr int kTerms = 3; // vectors of a class's code
+
+  int channels = 16;                 // 8, 16 or 32
+  std::vector<float> latents;        // [Gaussian][channel]
+  std::vector<std::string> names;    // per class
+  std::vector<std::uint16_t> labels; // per class: its value in label images
+  std::vector<float> codes;          // [class][term][channel]
+  IntensityScale scale;
+  ClassSupport support;
+
+  int classes() const { return static_cast<int>(names.size()); }
+  const float* codeOf(int c) const { return codes.data() + static_cast<std::size_t>(c) * kTerms * channels; }
+};
+
+/// Throws Error(FileFormat) where features do not fit the field or cannot be evaluated.
+void checkFeatures(const FeatureModel& features, const GaussianField& field);
+
+} // namespace innergs

@@ -1,0 +1,52 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Model/GaussianField.h"
+#include "Core/Render/Candidates.h"
+#include "Core/Render/Contribution.h"
+#include "Core/Render/Tiles.h"
+
+namespace innergs {
+
+/// The Gaussians of a field seen from one lattice, with what each adds to every voxel.
+class FeatureRenderer {
+public:
+  FeatureRenderer(const GaussianField& field, Lattice lattice, ThreadPool& pool);
+
+  const Lattice& lattice() const { return lattice_; }
+
+  /// F = Σ w p f / (Σ w p + ε), the normalised form whatever the field's blending; latents:
+  /// [Gaussian][channel], out: [plane][row][column][channel].
+  void render(std::span<const float> latents, int channels, float* out);
+
+  /// Calls visit(voxel, w·p) for all voxels of one Gaussian, rows in order; voxel: in memory order of
+  /// nx×ny×planes.
+  template <class Visit>
+  void forEachVoxel(std::int64_t gaussian, Visit&& visit) const {
+    visitTile(gaussian, {0, lattice_.ny, 0, lattice_.planes()}, visit);
+  }
+
+private:
+  LatticeView view() const {
+    return {lattice_.nx, lattice_.ny, lattice_.planes(), lattice_.stride(), lattice_.z.data()};
+  }
+  template <class Visit>
+  void visitTile(std::int64_t gaussian, const TileRange& tile, Visit&& visit) const {
+    const Projected& g = projected_[static_cast<std::size_t>(gaussian)];
+    forEachCandidateRow<Selection::Exact>(g, view(), tile, [&](int k, int y, int x0, int x1) {
+      Contribution c;
+      for (int x = x0; x < x1; ++x) {
+        const double index[3] = {static_cast<double>(x), static_cast<double>(y), lattice_.z[k]};
+        if (contributionAt(g, index, c))
+          visit(x + static_cast<std::int64_t>(lattice_.nx) * (y + static_cast<std::int64_t>(lattice_.ny) * k),
+                c.p);
+      }
+    });
+  }
+
+  Lattice lattice_;
+  ThreadPool& pool_;
+  float epsilon_;
+  std::vector<Projected> projected_;
+};
+
+} // namespace innergs

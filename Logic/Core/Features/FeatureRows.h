@@ -1,0 +1,42 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Features/FeatureRenderer.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace innergs {
+
+/// The linear map from the Gaussians' latents to F at some voxels, by rows (voxels) and by columns
+/// (Gaussians), so that F and the gradient of the latents are both gathered.
+class FeatureRows {
+public:
+  std::vector<std::int64_t> voxels; // per row
+
+  std::int64_t columns() const { return static_cast<std::int64_t>(columnStart.size()) - 1; }
+  bool isEmpty(std::int64_t column) const { return columnStart[column] == columnStart[column + 1]; }
+  template <class Each>
+  void forRow(std::int64_t row, Each&& each) const { // each(Gaussian, weight)
+    for (std::int64_t n = rowStart[row]; n < rowStart[row + 1]; ++n)
+      each(rowEntries[n].index, rowEntries[n].weight);
+  }
+  template <class Each>
+  void forColumn(std::int64_t column, Each&& each) const { // each(row, weight)
+    for (std::int64_t n = columnStart[column]; n < columnStart[column + 1]; ++n)
+      each(columnEntries[n].index, columnEntries[n].weight);
+  }
+
+  struct Entry {
+    std::uint32_t index;
+    float weight; // w p / (Σ w p + ε)
+  };
+  std::vector<std::int64_t> rowStart, columnStart{0};
+  std::vector<Entry> rowEntries, columnEntries;
+};
+
+/// For the voxels, of `voxelCount`, that the chosen Gaussians reach: all of them or, of very many, an even
+/// choice.
+FeatureRows rowsOf(const FeatureRenderer& renderer, const std::vector<std::uint8_t>& chosen,
+                   std::int64_t voxelCount, const GaussianField& field, ThreadPool& pool);
+
+} // namespace innergs

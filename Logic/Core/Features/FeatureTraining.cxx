@@ -1,0 +1,300 @@
+#include "Core/Features/FeatureTraining.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Features/ClassCodes.h"
+#include "Core/Features/FeatureDecoder.h"
+#include "Core/Features/FeatureRenderer.h"
+#include "Core/Features/FeatureRows.h"
+#include "Core/Features/LabelCompletion.h"
+#include "Core/Model/FieldValue.h"
+#include "Core/Render/Render.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+namespace innergs {
+namespace {
+
+constexpr int kBlock = 6;            // voxels of the labelmap along an edge of a block of the class support
+constexpr std::int64_t kAround = 4;  // voxels around a class in which it is decoded
+constexpr float kLeastShare = 0.02f; // of a class in a voxel to be decoded there
+constexpr float kStartLogit = 4;     // of the class that fills a Gaussian
+constexpr float kPure = 0.999f;      // share from which a Gaussian holds one class
+constexpr float kRate = 0.5f, kLastRate = 0.05f, kCodeRate = 0.02f;
+constexpr float kMomentum = 0.9f, kScaling = 0.99f;
+constexpr std::int64_t kCodeBlock = 8192; // rows whose gradient of the codes is summed by one task
+
+/// The labelmap's values as classes, those without a voxel left out.
+Labelmap classesOf(const Labelmap& labels, const std::vector<SegmentName>& names, FeatureModel& model) {
+  std::vector<std::uint8_t> used(65536, 0);
+  for (std::size_t n = 0; n < labels.voxels.size(); ++n)
+    used[labels.voxels[n]] = 1;
+  std::map<std::uint16_t, std::string> nameOf;
+  for (const SegmentName& s : names)
+    if (!s.name.empty()) nameOf.emplace(s.label, s.name);
+  model.names = {"background"};
+  model.labels = {0};
+  std::vector<std::uint16_t> classOf(65536, 0);
+  for (int label = 1; label < 65536; ++label) {
+    if (!used[static_cast<std::size_t>(label)]) continue;
+    const auto value = static_cast<std::uint16_t>(label);
+    const auto name = nameOf.find(value);
+    classOf[value] = static_cast<std::uint16_t>(model.names.size());
+    model.names.push_back(name == nameOf.end() ? "Segment " + std::to_string(label) : name->second);
+    model.labels.push_back(value);
+  }
+  Labelmap classes{labels.geometry, {}, labels.labelled};
+  classes.voxels.reserve(labels.voxels.size());
+  for (const std::uint16_t label : labels.voxels)
+    classes.voxels.push_back(classOf[label]);
+  return classes;
+}
+
+ClassSupport supportOf(const GridGeometry& lattice, const std::vector<SoftLabel>& soft, int classes,
+                       ThreadPool& pool) {
+  ClassSupport support;
+  const auto& n = lattice.size;
+  support.blocks = lattice;
+  support.blocks.origin =
+      lattice.indexToWorld()(Vec3{(kBlock - 1) / 2.0, (kBlock - 1) / 2.0, (kBlock - 1) / 2.0});
+  for (int a = 0; a < 3; ++a) {
+    support.blocks.size[a] = (n[a] + kBlock - 1) / kBlock;
+    support.blocks.spacing[a] *= kBlock;
+  }
+  support.words = (classes + 31) / 32;
+  support.bits.assign(static_cast<std::size_t>(support.blocks.voxelCount() * support.words), 0);
+  const auto& m = support.blocks.size;
+  // Blocks [low, high] along an axis that lie around an index.
+  const auto first = [](std::int64_t index) { return std::max<std::int64_t>(0, index - kAround) / kBlock; };
+  const auto last = [](std::int64_t index, std::int64_t blocks) {
+    return std::min(blocks - 1, (index + kAround) / kBlock);
+  };
+  pool.run(m[2], [&](std::int64_t z) { // a layer of blocks is one task's own
+    const std::int64_t end = std::min(n[2], (z + 1) * kBlock + kAround);
+    for (std::int64_t k = std::max<std::int64_t>(0, z * kBlock - kAround); k < end; ++k)
+      for (std::int64_t j = 0; j < n[1]; ++j)
+        for (std::int64_t i = 0; i < n[0]; ++i) {
+          const SoftLabel& own = soft[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))];
+          for (int s = 0; s < SoftLabel::kClasses && own.shares[s] > kLeastShare; ++s) {
+            const int c = own.classes[s];
+            for (std::int64_t y = first(j); y <= last(j, m[1]); ++y)
+              for (std::int64_t x = first(i); x <= last(i, m[0]); ++x)
+                support
+                    .bits[static_cast<std::size_t>((x + m[0] * (y + m[1] * z)) * support.words + c / 32)] |=
+                    1u << (c % 32);
+          }
+        }
+  });
+  return support;
+}
+
+Lattice latticeOf(const GaussianField& field, const GridGeometry& geometry) {
+  Lattice lattice;
+  lattice.indexToModel = inverse(field.modelToWorld) * geometry.indexToWorld();
+  lattice.nx = static_cast<int>(geometry.size[0]);
+  lattice.ny = static_cast<int>(geometry.size[1]);
+  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
+    lattice.z.push_back(static_cast<double>(k));
+  return lattice;
+}
+
+bool anyLabelInside(const GaussianField& field, const Labelmap& labels) {
+  const FieldValue value(field, labels.geometry.indexToWorld(), {});
+  std::size_t at = 0;
+  for (std::int64_t k = 0; k < labels.geometry.size[2]; ++k)
+    for (std::int64_t j = 0; j < labels.geometry.size[1]; ++j)
+      for (std::int64_t i = 0; i < labels.geometry.size[0]; ++i, ++at)
+        if (labels.voxels[at] != 0 &&
+            value.has({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}))
+          return true;
+  return false;
+}
+
+class Trainer {
+public:
+  Trainer(const GaussianField& field, const FeatureTraining& training, FeatureModel& model)
+      : field_(field), training_(training), model_(model), pool_(training.threads) {
+    pool_.setStop(training.stop);
+  }
+
+  void run(const Labelmap& classes) {
+    RenderOptions render;
+    render.threads = training_.threads;
+    render.stop = training_.stop;
+    ranks_ = innergs::render(field_, classes.geometry, render).voxels;
+    model_.scale = intensityScaleOf(ranks_);
+    pool_.blocks(static_cast<std::int64_t>(ranks_.size()), 65536, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t n = first; n < last; ++n)
+        ranks_[n] = model_.scale(ranks_[n]);
+    });
+    report(0.05);
+    soft_ =
+        completeLabels(classes, model_.classes(), ranks_, pool_, [&](double f) { report(0.05 + 0.45 * f); });
+    model_.support = supportOf(classes.geometry, soft_, model_.classes(), pool_);
+    pool_.throwIfStopped();
+    model_.codes = spreadCodes(model_.support, model_.classes(), model_.channels, training_.seed);
+    pool_.throwIfStopped();
+    const FeatureRenderer renderer(field_, latticeOf(field_, classes.geometry), pool_);
+    withChannels(model_.channels, [&]<int N>() {
+      start<N>(renderer);
+      rows_ = rowsOf(renderer, mixed_, static_cast<std::int64_t>(soft_.size()), field_, pool_);
+      listCandidates(classes.geometry);
+      report(0.55);
+      for (int iteration = 0; iteration < training_.iterations; ++iteration) {
+        step<N>(iteration);
+        report(0.55 + 0.45 * (iteration + 1) / training_.iterations);
+      }
+    });
+  }
+
+private:
+  void report(double fraction) {
+    pool_.throwIfStopped();
+    if (training_.progress) training_.progress(fraction);
+  }
+
+  /// Latents from the classes that each Gaussian covers, and which Gaussians cover several.
+  template <int N>
+  void start(const FeatureRenderer& renderer) {
+    const std::int64_t count = field_.size();
+    model_.latents.assign(static_cast<std::size_t>(count) * N, 0.f);
+    mixed_.assign(static_cast<std::size_t>(count), 0);
+    pool_.blocks(count, 64, [&](std::int64_t first, std::int64_t last) {
+      std::map<std::uint16_t, float> shares;
+      for (std::int64_t g = first; g < last; ++g) {
+        shares.clear();
+        float total = 0;
+        renderer.forEachVoxel(g, [&](std::int64_t voxel, float p) {
+          const SoftLabel& soft = soft_[static_cast<std::size_t>(voxel)];
+          for (int s = 0; s < SoftLabel::kClasses && soft.shares[s] > 0; ++s) {
+            shares[soft.classes[s]] += p * soft.shares[s];
+            total += p * soft.shares[s];
+          }
+        });
+        float greatest = 0;
+        for (const auto& [c, share] : shares) {
+          greatest = std::max(greatest, share);
+          const float* code = model_.codeOf(c);
+          for (int n = 0; n < N; ++n)
+            model_.latents[static_cast<std::size_t>(g) * N + n] += kStartLogit * share / total * code[n];
+        }
+        mixed_[static_cast<std::size_t>(g)] = total > 0 && greatest < kPure * total;
+      }
+    });
+  }
+
+  void listCandidates(const GridGeometry& geometry) {
+    lists_.emplace(model_.support);
+    const BlockFinder blockOf(model_.support.blocks, geometry.indexToWorld());
+    const std::int64_t nx = geometry.size[0], ny = geometry.size[1];
+    blocks_.resize(rows_.voxels.size());
+    for (std::size_t row = 0; row < blocks_.size(); ++row) {
+      const std::int64_t v = rows_.voxels[row];
+      blocks_[row] = blockOf({static_cast<double>(v % nx), static_cast<double>(v / nx % ny),
+                              static_cast<double>(v / (nx * ny))});
+    }
+  }
+
+  template <int N>
+  void step(int iteration) {
+    const auto count = static_cast<std::int64_t>(rows_.voxels.size());
+    const std::size_t codes = model_.codes.size();
+    const std::int64_t parts = (count + kCodeBlock - 1) / kCodeBlock;
+    gradient_.resize(static_cast<std::size_t>(count) * N);
+    codeGradients_.assign(static_cast<std::size_t>(parts) * codes, 0.f);
+    pool_.run(parts, [&](std::int64_t part) {
+      std::vector<float> residual(lists_->longest());
+      for (std::int64_t row = part * kCodeBlock; row < std::min(count, (part + 1) * kCodeBlock); ++row) {
+        float latent[N] = {};
+        rows_.forRow(row, [&](std::uint32_t g, float weight) {
+          for (int n = 0; n < N; ++n)
+            latent[n] += weight * model_.latents[static_cast<std::size_t>(g) * N + n];
+        });
+        const std::size_t voxel = static_cast<std::size_t>(rows_.voxels[static_cast<std::size_t>(row)]);
+        const auto classes = lists_->of(blocks_[static_cast<std::size_t>(row)]);
+        decode<N>(model_, latent, ranks_[voxel], classes, residual.data());
+        const SoftLabel& soft = soft_[voxel];
+        for (int s = 0; s < SoftLabel::kClasses && soft.shares[s] > 0; ++s)
+          for (std::size_t n = 0; n < classes.size(); ++n)
+            if (classes[n] == soft.classes[s]) residual[n] -= soft.shares[s];
+        float* into = gradient_.data() + row * N;
+        std::fill_n(into, N, 0.f);
+        decodeBackward<N>(model_, latent, ranks_[voxel], classes, residual.data(), into,
+                          codeGradients_.data() + static_cast<std::size_t>(part) * codes);
+      }
+    });
+    const float fraction =
+        static_cast<float>(iteration) / static_cast<float>(std::max(1, training_.iterations));
+    const float decay = 1 - fraction * (1 - kLastRate / kRate);
+    correction_[0] = 1 - std::pow(kMomentum, static_cast<float>(iteration + 1));
+    correction_[1] = 1 - std::pow(kScaling, static_cast<float>(iteration + 1));
+    moments_.resize(2 * model_.latents.size());
+    pool_.blocks(rows_.columns(), 256, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t g = first; g < last; ++g) {
+        if (rows_.isEmpty(g)) continue;
+        float sum[N] = {};
+        rows_.forColumn(g, [&](std::uint32_t row, float weight) {
+          for (int n = 0; n < N; ++n)
+            sum[n] += weight * gradient_[static_cast<std::size_t>(row) * N + n];
+        });
+        for (int n = 0; n < N; ++n)
+          adam(model_.latents[static_cast<std::size_t>(g) * N + n],
+               moments_.data() + 2 * (static_cast<std::size_t>(g) * N + n), sum[n], kRate * decay);
+      }
+    });
+    codeMoments_.resize(2 * codes);
+    for (std::size_t n = 0; n < codes; ++n) {
+      float sum = 0;
+      for (std::int64_t part = 0; part < parts; ++part)
+        sum += codeGradients_[static_cast<std::size_t>(part) * codes + n];
+      if (sum != 0) adam(model_.codes[n], codeMoments_.data() + 2 * n, sum, kCodeRate * decay);
+    }
+  }
+
+  void adam(float& x, float* moments, float gradient, float rate) const {
+    moments[0] = kMomentum * moments[0] + (1 - kMomentum) * gradient;
+    moments[1] = kScaling * moments[1] + (1 - kScaling) * gradient * gradient;
+    x -= rate * (moments[0] / correction_[0]) / (std::sqrt(moments[1] / correction_[1]) + 1e-6f);
+  }
+
+  const GaussianField& field_;
+  const FeatureTraining& training_;
+  FeatureModel& model_;
+  ThreadPool pool_;
+  std::vector<float> ranks_;
+  std::vector<SoftLabel> soft_;
+  std::vector<std::uint8_t> mixed_; // per Gaussian
+  FeatureRows rows_;
+  std::optional<SupportLists> lists_;
+  std::vector<std::int64_t> blocks_; // per row
+  std::vector<float> gradient_, codeGradients_, moments_, codeMoments_;
+  float correction_[2] = {1, 1};
+};
+
+} // namespace
+
+FeatureModel trainFeatures(const GaussianField& field, const Labelmap& labels,
+                           const std::vector<SegmentName>& names, const FeatureTraining& training) {
+  checkField(field);
+  checkGeometry(labels.geometry, "The labelmap");
+  if (static_cast<std::int64_t>(labels.voxels.size()) != labels.geometry.voxelCount() ||
+      (!labels.labelled.empty() &&
+       static_cast<std::int64_t>(labels.labelled.size()) != labels.geometry.size[2]))
+    throw Error(ErrorCode::InvalidArgument,
+                "The labelmap has fewer or more voxels or slices than its lattice.");
+  if (training.channels != 8 && training.channels != 16 && training.channels != 32)
+    throw Error(ErrorCode::InvalidArgument, "A latent has 8, 16 or 32 channels.");
+  if (training.iterations < 1 || training.iterations > 100000)
+    throw Error(ErrorCode::InvalidArgument, "The features need 1 to 100000 iterations.");
+  if (!anyLabelInside(field, labels))
+    throw Error(ErrorCode::NoData,
+                "No label lies inside the model; give labels of the same patient in the same position.");
+  FeatureModel model;
+  model.channels = training.channels;
+  Trainer(field, training, model).run(classesOf(labels, names, model));
+  return model;
+}
+
+} // namespace innergs

@@ -1,0 +1,142 @@
+#include "Core/Features/FeatureTraining.h"
+#include "Core/Base/Error.h"
+#include "Core/Features/FeatureQuery.h"
+#include "Features/BoxPhantom.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+namespace innergs::testing {
+namespace {
+
+const std::vector<SegmentName> kNames{{1, "liver"}, {2, "spleen"}, {3, "kidney_left"}, {9, "heart"}};
+
+int wrongVoxels(const ClassImage& image, const FeatureModel& model, const Labelmap& truth) {
+  int wrong = 0;
+  for (std::size_t v = 0; v < truth.voxels.size(); ++v)
+    wrong += model.labels[image.classes[v]] != truth.voxels[v];
+  return wrong;
+}
+
+TEST(FeatureTraining, NamedBoxesAreFoundExactly) {
+  const BoxPhantom phantom;
+  const FeatureModel model = trainFeatures(phantom.field, phantom.labels, kNames);
+  EXPECT_EQ(model.names, (std::vector<std::string>{"background", "liver", "spleen", "kidney_left"}));
+  EXPECT_NO_THROW(checkFeatures(model, phantom.field));
+  const std::vector<std::vector<int>> sets{{1}, {1, 2, 3}};
+  FeatureQueryOptions options;
+  options.scoreSets = sets;
+  const ClassImage image = classify(phantom.field, model, phantom.labels.geometry, options);
+  EXPECT_EQ(wrongVoxels(image, model, phantom.labels), 0);
+  for (std::size_t v = 0; v < image.classes.size(); ++v) {
+    EXPECT_EQ(image.scores[0][v] > 0.5f, image.classes[v] == 1);
+    EXPECT_EQ(image.scores[1][v] > 0.5f, image.classes[v] != 0);
+  }
+}
+
+TEST(FeatureTraining, LabelsOnAnotherGridAndQueriesOnAnyPlane) {
+  const BoxPhantom phantom;
+  GridGeometry turned = withSpacing(phantom.labels.geometry, {1.5, 1.5, 1.5});
+  turned.direction = turned.direction * Mat3{{{{0, -1, 0}, {1, 0, 0}, {0, 0, 1}}}};
+  turned.origin = turned.origin + (phantom.labels.geometry.centre() - turned.centre());
+  const FeatureModel model = trainFeatures(phantom.field, resampled(phantom.labels, turned), kNames);
+  const ClassImage image = classify(phantom.field, model, phantom.labels.geometry);
+  EXPECT_LE(wrongVoxels(image, model, phantom.labels), 0.03 * static_cast<double>(image.classes.size()));
+  const ClassImage plane =
+      classify(phantom.field, model, cropped(phantom.labels.geometry, {0, 0, 6}, {14, 14, 1}));
+  for (std::size_t v = 0; v < plane.classes.size(); ++v)
+    EXPECT_EQ(plane.classes[v], image.classes[v + 6 * 14 * 14]);
+  GridGeometry away = phantom.labels.geometry;
+  away.origin[0] += 500;
+  const ClassImage nothing = classify(phantom.field, model, away);
+  EXPECT_EQ(std::count(nothing.classes.begin(), nothing.classes.end(), 0),
+            static_cast<std::ptrdiff_t>(nothing.classes.size()));
+}
+
+TEST(FeatureTraining, SparseSlicesFollowTheImage) {
+  const BoxPhantom phantom(20);
+  const Labelmap teacher = phantom.every(5);
+  const FeatureModel model = trainFeatures(phantom.field, teacher, kNames);
+  const ClassImage image = classify(phantom.field, model, phantom.labels.geometry);
+  EXPECT_LE(wrongVoxels(image, model, phantom.labels), 0.01 * static_cast<double>(image.classes.size()));
+}
+
+TEST(FeatureTraining, SameBitsAtAnyNumberOfThreads) {
+  const BoxPhantom phantom;
+  FeatureTraining training;
+  training.iterations = 8;
+  training.threads = 1;
+  const FeatureModel one = trainFeatures(phantom.field, phantom.every(3), kNames, training);
+  training.threads = 5;
+  const FeatureModel many = trainFeatures(phantom.field, phantom.every(3), kNames, training);
+  EXPECT_EQ(one.latents, many.latents);
+  EXPECT_EQ(one.codes, many.codes);
+  FeatureQueryOptions options;
+  options.threads = 3;
+  EXPECT_EQ(classify(phantom.field, one, phantom.labels.geometry).classes,
+            classify(phantom.field, many, phantom.labels.geometry, options).classes);
+}
+
+TEST(FeatureTraining, ReportsProgressAndStops) {
+  const BoxPhantom phantom;
+  std::stop_source stop;
+  std::vector<double> seen;
+  FeatureTraining training;
+  training.stop = stop.get_token();
+  training.progress = [&](double fraction) {
+    seen.push_back(fraction);
+    if (fraction > 0.7) stop.request_stop();
+  };
+  try {
+    trainFeatures(phantom.field, phantom.every(3), kNames, training);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
+  }
+  EXPECT_TRUE(std::is_sorted(seen.begin(), seen.end()));
+  EXPECT_LT(seen.back(), 0.8);
+}
+
+TEST(FeatureTraining, RefusesWhatCannotBeLearned) {
+  const BoxPhantom phantom;
+  const auto codeOf = [&](const Labelmap& labels, FeatureTraining training) {
+    try {
+      trainFeatures(phantom.field, labels, kNames, training);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ErrorCode::Internal;
+  };
+  Labelmap away = phantom.labels;
+  away.geometry.origin[2] += 1000;
+  EXPECT_EQ(codeOf(away, {}), ErrorCode::NoData);
+  Labelmap empty = phantom.labels;
+  std::fill(empty.voxels.begin(), empty.voxels.end(), std::uint16_t{0});
+  EXPECT_EQ(codeOf(empty, {}), ErrorCode::NoData);
+  Labelmap cut = phantom.labels;
+  cut.voxels.pop_back();
+  EXPECT_EQ(codeOf(cut, {}), ErrorCode::InvalidArgument);
+  FeatureTraining training;
+  training.channels = 7;
+  EXPECT_EQ(codeOf(phantom.labels, training), ErrorCode::InvalidArgument);
+}
+
+TEST(FeatureTraining, ForgedFeaturesAreRefused) {
+  const BoxPhantom phantom(8);
+  FeatureTraining training;
+  training.iterations = 1;
+  const FeatureModel good = trainFeatures(phantom.field, phantom.labels, kNames, training);
+  FeatureModel bad = good;
+  bad.latents.pop_back();
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+  bad = good;
+  bad.codes[0] = NAN;
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+  bad = good;
+  bad.support.bits.clear();
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+}
+
+} // namespace
+} // namespace innergs::testing
