@@ -118,6 +118,73 @@ std::map<std::string, std::string> metadataOf(const Model& model) {
   return metadata;
 }
 
+json featuresJson(const FeatureModel& features) {
+  return {{"names", features.names},
+          {"labels", features.labels},
+          {"blocks", toJson(features.support.blocks)},
+          {"low_intensity", features.scale.low}};
+}
+
+/// Tensors that hold references to the features.
+void addFeatures(const FeatureModel& features, std::vector<TensorToWrite>& tensors) {
+  const std::int64_t channels = features.channels, classes = features.classes(),
+                     words = features.support.words;
+  const auto add = [&](const char* name, std::vector<std::int64_t> shape, const std::vector<float>& values) {
+    tensors.push_back({name, std::move(shape), [&values] { return values; }});
+  };
+  add("feature_latents", {static_cast<std::int64_t>(features.latents.size()) / channels, channels},
+      features.latents);
+  add("feature_codes", {classes, FeatureModel::kTerms, channels}, features.codes);
+  if (!features.scale.knots.empty())
+    add("feature_ranks", {static_cast<std::int64_t>(features.scale.knots.size())}, features.scale.knots);
+  tensors.push_back({"feature_support", {features.support.blocks.voxelCount(), words}, [&features] {
+                       return features.support.bits;
+                     }});
+}
+
+FeatureModel featuresOf(const SafetensorsFile& file, const Metadata& metadata, const GaussianField& field,
+                        const std::filesystem::path& path) {
+  FeatureModel features;
+  const json value = metadata.parsed("features");
+  if (!value.is_object() || !value.contains("names") || !value.contains("labels")) metadata.fail("features");
+  const json &names = value["names"], &labels = value["labels"];
+  if (!names.is_array() || !labels.is_array() || names.size() < 2 || names.size() > 65535)
+    metadata.fail("features");
+  for (const json& name : names) {
+    if (!name.is_string()) metadata.fail("features");
+    features.names.push_back(name.get<std::string>());
+  }
+  for (const json& label : labels) {
+    if (!label.is_number_unsigned() || label.get<std::uint64_t>() > 65535) metadata.fail("features");
+    features.labels.push_back(label.get<std::uint16_t>());
+  }
+  features.support.blocks = metadata.gridOf(value.value("blocks", json()), "features");
+  const auto* latents = file.find("feature_latents");
+  if (latents == nullptr || latents->shape.size() != 2 || latents->shape[1] < 1 || latents->shape[1] > 32)
+    metadata.fail("feature_latents");
+  features.channels = static_cast<int>(latents->shape[1]);
+  features.support.words = (features.classes() + 31) / 32;
+  const auto& n = features.support.blocks.size;
+  const double blocks = static_cast<double>(n[0]) * static_cast<double>(n[1]) * static_cast<double>(n[2]);
+  checkMemoryFor(
+      4 * (static_cast<double>(field.size()) * features.channels + blocks * features.support.words),
+      quoted(path));
+  features.latents = file.read("feature_latents", {field.size(), features.channels});
+  features.codes = file.read("feature_codes", {features.classes(), FeatureModel::kTerms, features.channels});
+  if (const auto* ranks = file.find("feature_ranks")) {
+    if (ranks->shape.size() != 1 || ranks->shape[0] > 65536) metadata.fail("feature_ranks");
+    features.scale.knots = file.read("feature_ranks", ranks->shape);
+    features.scale.low =
+        static_cast<float>(metadata.number(value.value("low_intensity", json()), "features"));
+  }
+  const auto* support = file.find("feature_support");
+  if (support == nullptr || support->shape.size() != 2 || static_cast<double>(support->shape[0]) != blocks)
+    metadata.fail("feature_support");
+  features.support.bits = file.readUnsigned("feature_support", {support->shape[0], features.support.words});
+  checkFeatures(features, field);
+  return features;
+}
+
 void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path) {
   const auto format = file.metadata().find("format");
   if (format == file.metadata().end() || format->second != "InnerGS")
@@ -187,21 +254,28 @@ void writeModelWith(const Model& model, const std::filesystem::path& path, const
   if (!runs.empty())
     tensors.push_back({"support", {static_cast<std::int64_t>(runs.size())}, [&runs] { return runs; }});
   auto metadata = metadataOf(model);
-  if (!more.empty()) {
-    metadata["format_version"] = std::to_string(movingVersion);
-    metadata.insert(more.begin(), more.end());
-  }
+  if (more.contains("moving")) metadata["format_version"] = std::to_string(movingVersion);
+  metadata.insert(more.begin(), more.end());
   std::move(others.begin(), others.end(), std::back_inserter(tensors));
   if (!notes.empty()) // names of nodes may be in any encoding
     metadata["notes"] = json(notes).dump(-1, ' ', false, json::error_handler_t::replace);
   writeSafetensors(path, metadata, tensors);
 }
 
-void writeModel(const Model& model, const std::filesystem::path& path, const ModelNotes& notes) {
-  writeModelWith(model, path, notes, {}, {});
+void writeModel(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
+                const FeatureModel* features) {
+  std::map<std::string, std::string> more;
+  std::vector<TensorToWrite> tensors;
+  if (features) {
+    checkFeatures(*features, model.field);
+    addFeatures(*features, tensors);
+    more["features"] = featuresJson(*features).dump(-1, ' ', false, json::error_handler_t::replace);
+  }
+  writeModelWith(model, path, notes, more, std::move(tensors));
 }
 
-Model readModel(const std::filesystem::path& path, ModelNotes* notes) {
+Model readModel(const std::filesystem::path& path, ModelNotes* notes, std::optional<FeatureModel>* features) {
+  if (features) features->reset();
   if (isPly(path)) {
     Model gaussians;
     gaussians.field = readPly(path);
@@ -216,10 +290,11 @@ Model readModel(const std::filesystem::path& path, ModelNotes* notes) {
                 quoted(path) +
                     " is a model of a moving scan; make the volume of one time from it first (innergs "
                     "interpolate --at).");
-  return readModelFrom(file, path, notes);
+  return readModelFrom(file, path, notes, features);
 }
 
-Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes) {
+Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes,
+                    std::optional<FeatureModel>* features) {
   checkFormat(file, path);
   const Metadata metadata(file, path);
   const SafetensorsFile::Tensor* mean = file.find("mean");
@@ -293,6 +368,7 @@ Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& pa
                    static_cast<float>(metadata.number(range[1], "value_range"))};
   }
   checkField(field);
+  if (features && metadata.has("features")) *features = featuresOf(file, metadata, field, path);
   if (notes) *notes = metadata.notes();
   return model;
 }

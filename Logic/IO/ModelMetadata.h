@@ -14,11 +14,13 @@ namespace innergs {
 
 using nlohmann::json;
 
-/// writeModel() with further entries and tensors; with any, the file says that it is a moving model's.
-void writeModelWith(const Checkpoint& checkpoint, const std::filesystem::path& path, const ModelNotes& notes,
+/// writeModel() with further entries and tensors; with an entry "moving" the file says that it is a moving
+/// model's.
+void writeModelWith(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
                     const std::map<std::string, std::string>& more, std::vector<TensorToWrite> others);
 /// readModel() of an open file, whatever else it holds.
-Checkpoint readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes);
+Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes,
+                    std::optional<FeatureModel>* features = nullptr);
 /// Whether the file is a moving model's.
 bool isMoving(const SafetensorsFile& file);
 
@@ -79,8 +81,8 @@ public:
     }
     return notes;
   }
-  GridGeometry grid(const std::string& key) const {
-    const json value = parsed(key);
+  GridGeometry grid(const std::string& key) const { return gridOf(parsed(key), key); }
+  GridGeometry gridOf(const json& value, const std::string& key) const {
     if (!value.is_object()) fail(key);
     for (const char* part : {"size", "origin", "spacing", "direction"})
       if (!value.contains(part)) fail(key);

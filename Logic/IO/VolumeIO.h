@@ -3,7 +3,9 @@
 #include "IO/OutputType.h"
 
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
 
 namespace innergs {
 
@@ -33,7 +35,8 @@ Mask readMask(const std::filesystem::path& path);
 /// expected to fit; else "". Throws Error(Io | InvalidArgument).
 std::string writeVolume(const Volume& volume, const std::filesystem::path& path,
                         OutputType type = OutputType::Float32,
-                        const std::optional<VoxelValues>& expected = {});
+                        const std::optional<VoxelValues>& expected = {},
+                        const std::map<std::string, std::string>& fields = {});
 
 /// Throws Error(InvalidArgument | Io) when `path` could not be written by writeVolume / as a file: unknown
 /// extension, no such folder. To be called before the work starts.

@@ -9,6 +9,7 @@
 #include "IO/ItkImage.h"
 #include "IO/VoxelWriting.h"
 
+#include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
@@ -126,7 +127,7 @@ std::string writingFailed(const fs::path& path) {
 }
 
 void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType type,
-                  const TypedVoxels& voxels) {
+                  const TypedVoxels& voxels, const std::map<std::string, std::string>& fields) {
   const Format format = formatOf(path);
   if (format.headerEnd.empty())
     for (const std::int64_t n : geometry.size)
@@ -134,6 +135,8 @@ void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType
         throw Error(ErrorCode::InvalidArgument, "NIfTI holds at most 32767 voxels along an axis; write " +
                                                     quoted(path) + " as .nrrd or .mha.");
   const std::string failed = writingFailed(path);
+  for (const auto& [key, value] : fields)
+    itk::EncapsulateMetaData<std::string>(format.io->GetMetaDataDictionary(), key, value);
   writeAtomically(path, [&](const fs::path& temporary) {
     withItk(ErrorCode::Io, failed, [&] {
       writeWithItk(format, geometry, type, voxels.data(), temporary);
@@ -143,14 +146,15 @@ void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType
 }
 
 std::string writeVolume(const Volume& volume, const fs::path& path, OutputType type,
-                        const std::optional<VoxelValues>& expected) {
+                        const std::optional<VoxelValues>& expected,
+                        const std::map<std::string, std::string>& fields) {
   formatOf(path);
   checkGeometry(volume.geometry, "The volume for " + quoted(path));
   if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
     throw Error(ErrorCode::InvalidArgument,
                 "The volume for " + quoted(path) + " has fewer or more voxels than its lattice.");
   const TypedVoxels voxels(volume.voxels, type, expected, path);
-  writeItkFile(path, volume.geometry, type, voxels);
+  writeItkFile(path, volume.geometry, type, voxels, fields);
   return voxels.remark();
 }
 

@@ -3,6 +3,8 @@
 #include "IO/OutputType.h"
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 namespace innergs {
 
@@ -29,8 +31,9 @@ private:
 /// The sentence for a disk that is full.
 std::string writingFailed(const std::filesystem::path& path);
 
-/// Writes NIfTI, NRRD or MetaImage by ITK, atomically. Throws Error(Io | InvalidArgument).
+/// Writes NIfTI, NRRD or MetaImage by ITK, atomically. fields: further entries of the header. Throws
+/// Error(Io | InvalidArgument).
 void writeItkFile(const std::filesystem::path& path, const GridGeometry& geometry, OutputType type,
-                  const TypedVoxels& voxels);
+                  const TypedVoxels& voxels, const std::map<std::string, std::string>& fields = {});
 
 } // namespace innergs

@@ -212,7 +212,7 @@ TEST(DynamicModelFile, ReadsBackAndIsNoStaticModel) {
     EXPECT_EQ(back.canonical.residual.voxels, field.canonical.residual.voxels);
     EXPECT_EQ(errorOf([&] { readModel(folder / "a.innergs"); }).code(), ErrorCode::UnsupportedImage);
   }
-  Checkpoint still;
+  Model still;
   still.field = smallField(DynamicKind::Motion).canonical;
   still.finished = still.field.size();
   writeModel(still, folder / "b.innergs");

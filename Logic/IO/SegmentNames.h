@@ -1,0 +1,30 @@
+#pragma once
+#include "Core/Features/FeatureTraining.h"
+
+#include <array>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+namespace innergs {
+
+/// The names of a labelmap's segments: from a JSON file ({"1": "liver"} or {"liver": 1}), or from the header
+/// of the segmentation itself where 3D Slicer wrote it (.seg.nrrd). Empty for another image. Throws
+/// Error(FileNotFound | FileFormat), and Error(UnsupportedImage) for a segmentation with overlapping
+/// segments.
+std::vector<SegmentName> readSegmentNames(const std::filesystem::path& path);
+
+/// A segment as 3D Slicer keeps it.
+struct SegmentInfo {
+  SegmentName name;
+  std::string code, meaning;                  // SNOMED CT; empty: not known
+  int side = 0;                               // 1: left, 2: right
+  std::array<double, 3> color{0.5, 0.7, 0.5}; // red, green, blue from 0 to 1
+};
+
+/// Header fields that make a labelmap of the lattice a segmentation of 3D Slicer, to be written as .seg.nrrd.
+std::map<std::string, std::string> segmentFields(const std::vector<SegmentInfo>& segments,
+                                                 const GridGeometry& geometry);
+
+} // namespace innergs
