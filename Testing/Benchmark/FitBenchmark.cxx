@@ -6,6 +6,7 @@
 #include "Core/Fit/Trainer.h"
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Render/Kernels.h"
+#include "Core/Render/Tiles.h"
 
 namespace innergs::bench {
 namespace {
@@ -99,7 +100,7 @@ void wholeFit(benchmark::State& state) {
 } // namespace
 
 void registerFitBenchmarks() {
-  steady(benchmark::RegisterBenchmark("iteration", iteration))
+  steady(benchmark::RegisterBenchmark("iteration", iterate))
       ->ArgName("threads")
       ->Arg(1)
       ->Arg(2)
