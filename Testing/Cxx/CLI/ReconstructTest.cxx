@@ -290,7 +290,8 @@ TEST_F(ReconstructTest, HeldOutQualityIsThatOfASecondFitAndTheFullOneIsDelivered
   EXPECT_EQ(judged.voxels, plain.voxels);
   EXPECT_EQ(readModel(path("out/judged.innergs")).settingsKey,
             readModel(path("out/plain.innergs")).settingsKey);
-  const auto report = nlohmann::json::parse(contents("out/r.json")), quality = report.at("quality");
+  const auto report = nlohmann::json::parse(contents("out/r.json"));
+  const auto& quality = report.at("quality");
   EXPECT_EQ(quality.at("held_out_fraction"), 0.2);
   EXPECT_EQ(quality.at("judging"), "done");
   EXPECT_EQ(quality.at("held_out_slices"), 4);
