@@ -69,7 +69,7 @@ TEST(BackProjection, GaussianProfileHasItsWidth) {
   stack.image.geometry = grid(4, 4, 161, {1, 1, 0.1}, {0, 0, 2});
   stack.image.voxels.assign(4 * 4 * 161, 0);
   const auto seen = projectToStack(truth, stack, pool);
-  const auto at = [&](int k) { return double(seen[static_cast<std::size_t>(5 + 16 * k)]); };
+  const auto at = [&](int k) { return double(seen[5 + 16 * static_cast<std::size_t>(k)]); };
   EXPECT_NEAR(at(80 + 20) / at(80), 0.5, 0.02); // half maximum at half the thickness
   EXPECT_NEAR(at(80 - 20) / at(80), 0.5, 0.02);
 }
