@@ -5,10 +5,13 @@
 #include "CLI/ProgressDisplay.h"
 
 #include "Core/Base/Error.h"
+#include "Evaluation/ExperimentDynamic.h"
 #include "Evaluation/ExperimentSelection.h"
+#include "Evaluation/JitteredPhantom.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/OutputFiles.h"
+#include "IO/TimeSeriesIO.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -23,7 +26,7 @@ constexpr std::int64_t kQuickSize = 40; // voxels along each edge
 struct ExperimentOptions {
   std::vector<std::string> names;
   bool all = false, quick = false, quiet = false;
-  std::string volume, output;
+  std::string volume, series, output;
   std::int64_t gaussians = kPaperGaussians;
   Settings settings;
 };
@@ -40,7 +43,7 @@ std::vector<std::string> ablations() {
 }
 
 std::vector<std::string> knownNames() {
-  std::vector<std::string> names{"selection", "contour", "static", "ablation"};
+  std::vector<std::string> names{"selection", "contour", "dynamic", "static", "ablation"};
   for (std::string& name : ablations())
     names.push_back(std::move(name));
   return names;
@@ -85,6 +88,8 @@ public:
       selection();
     else if (name == "contour")
       contour();
+    else if (name == "dynamic")
+      dynamic();
     else if (name == "static")
       staticReconstruction();
     else
@@ -111,6 +116,27 @@ private:
     const ContourResult result = checkContours(check, stop_);
     write(contourTable(check, result));
     write("contour.png", contourPicture(result));
+  }
+
+  void dynamic() {
+    DynamicExperiment experiment;
+    if (o_.series.empty()) {
+      JitteredPhantom phantom;
+      if (o_.quick) phantom.geometry.size = {24, 24, 6}, phantom.frames = 10;
+      experiment.series = makeJitteredPhantom(phantom);
+    } else {
+      experiment.series = readTimeSeries(o_.series);
+    }
+    experiment.name = experiment.series.name;
+    experiment.settings.threads = o_.settings.threads;
+    experiment.settings.instructionSet = o_.settings.instructionSet;
+    experiment.settings.seed = o_.settings.seed;
+    experiment.progress = [this](const Progress& progress) { display_.show(progress); };
+    experiment.say = [this](const std::string& line) { display_.say(line); };
+    experiment.stop = stop_;
+    const DynamicExperimentResult result = runDynamic(experiment);
+    write(result.methods);
+    write(result.frames);
   }
 
   void staticReconstruction() {
@@ -187,7 +213,7 @@ void makeFolder(const std::string& path) {
 int experiment(const ExperimentOptions& o) {
   const std::vector<std::string> names = chosenNames(o);
   const bool fits = std::any_of(names.begin(), names.end(),
-                                [](const auto& n) { return n != "selection" && n != "contour"; });
+                                [](const auto& n) { return n == "static" || n.starts_with("ablation"); });
   if (fits && o.volume.empty())
     throw CLI::ValidationError("experiment", "static and the ablations need --volume");
   Settings checked = o.settings;
@@ -216,6 +242,7 @@ Subcommand addExperiment(CLI::App& app) {
       ->add_option("names", o->names,
                    "selection: simulation of the candidate selections\n"
                    "contour: the conditional splat against the sliced 3D Gaussian\n"
+                   "dynamic: frames withheld from a moving scan, and what is put in their place\n"
                    "static: every blending by the paper's and the held-out protocol\n"
                    "ablation: what each choice is worth, or one of them: " +
                        joined(ablations()))
@@ -223,6 +250,10 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_flag("--all", o->all, "All of them: 10 to 30 minutes on two cores");
   command
       ->add_option("--volume", o->volume, "The truth, for static and the ablations; the paper's: BrainWeb T1")
+      ->type_name("FILE");
+  command
+      ->add_option("--series", o->series,
+                   "Moving scan for dynamic: 4D NIfTI, .seq.nrrd or a folder [a phantom that jitters]")
       ->type_name("FILE");
   command->add_option("-o,--output", o->output, "Folder for the tables (CSV) and pictures (PNG)")
       ->required()
@@ -238,6 +269,7 @@ Subcommand addExperiment(CLI::App& app) {
                   "them.\n"
                   "Examples:\n"
                   "  innergs experiment selection contour --output results\n"
+                  "  innergs experiment dynamic --series wrist.nii.gz --output results\n"
                   "  innergs experiment static --volume t1.nii.gz --output results\n"
                   "  innergs experiment --all --volume brainweb_t1_145x174x145.nii.gz --output results");
   return {command, [o] { return experiment(*o); }};

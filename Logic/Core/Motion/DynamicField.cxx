@@ -53,7 +53,7 @@ void checkDynamicField(const DynamicField& field) {
 
 void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool) {
   if (field.kind == DynamicKind::Motion) {
-    Poser(field).pose(field, time, out, pool);
+    Poser(field).pose(field, nodesAt(field, time), time, out, pool);
     return;
   }
   const TimeSpline::Weights w = field.change.at(time);

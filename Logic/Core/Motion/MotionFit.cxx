@@ -14,7 +14,7 @@ namespace innergs {
 namespace {
 
 constexpr int kValues = MotionLattice::kValues;
-constexpr int kWithheldEvery = 4; // of the tracked frames, to choose the spline by
+constexpr int kFolds = 4; // every 4th tracked frame is withheld to choose the spline by, all quarters in turn
 
 /// Adam (Kingma & Ba 2015) over numbers of one rate, with a step count of its own: blocks of coefficients
 /// that a time does not reach are left alone.
@@ -204,7 +204,7 @@ void MotionFit::track(const Report& report) {
     AdamBlock adam(values);
     for (int s = 0; s < plan_.trackingSteps; ++s) {
       pool_.throwIfStopped();
-      poser.pose(field_, now.nodes, posed, pool_);
+      poser.pose(field_, now.nodes, {}, posed, pool_);
       renderer.forward(posed, {}, weights_.data(), numerators_.data());
       now.mse = loss(posed, f);
       std::fill(gradient.begin(), gradient.end(), 0.f);
@@ -230,7 +230,7 @@ void MotionFit::track(const Report& report) {
 double MotionFit::errorOf(std::span<const float> nodes, std::int64_t frame) {
   LatticeRenderer renderer(frames_[frame].lattice, kernels_, pool_);
   GaussianField posed = field_.canonical;
-  Poser(field_).pose(field_, nodes, posed, pool_);
+  Poser(field_).pose(field_, nodes, {}, posed, pool_);
   renderer.forward(posed, {}, weights_.data(), numerators_.data());
   return loss(posed, frame);
 }
@@ -258,29 +258,33 @@ int MotionFit::chooseCoefficients() {
 }
 
 double MotionFit::foresight(int coefficients) {
-  TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
-  std::vector<std::int64_t> kept, withheld;
-  for (std::int64_t f = 0; f < series_.size(); ++f)
-    (f % kWithheldEvery == 2 && f + 1 < series_.size() ? withheld : kept).push_back(f);
-  std::vector<double> times, where;
-  for (const std::int64_t f : kept)
-    times.push_back(series_.times[f]);
-  for (const std::int64_t f : withheld)
-    where.push_back(series_.times[f]);
-  const std::vector<double> rows = splinePrediction(spline, times, where, 0);
+  const TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
   std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * kValues);
   double sum = 0;
-  for (std::size_t i = 0; i < withheld.size(); ++i) {
-    pool_.throwIfStopped();
-    std::fill(nodes.begin(), nodes.end(), 0.f);
-    for (std::size_t t = 0; t < kept.size(); ++t) {
-      const auto w = static_cast<float>(rows[i * kept.size() + t]);
-      for (std::size_t v = 0; v < nodes.size(); ++v)
-        nodes[v] += w * tracked_[kept[t]].nodes[v];
+  std::int64_t judged = 0;
+  for (int fold = 0; fold < kFolds; ++fold) {
+    std::vector<std::int64_t> kept, withheld;
+    for (std::int64_t f = 0; f < series_.size(); ++f)
+      (f % kFolds == fold && f > 0 && f + 1 < series_.size() ? withheld : kept).push_back(f);
+    if (withheld.empty() || kept.size() < 2) continue;
+    std::vector<double> times, where;
+    for (const std::int64_t f : kept)
+      times.push_back(series_.times[f]);
+    for (const std::int64_t f : withheld)
+      where.push_back(series_.times[f]);
+    const std::vector<double> rows = splinePrediction(spline, times, where, 0);
+    for (std::size_t i = 0; i < withheld.size(); ++i, ++judged) {
+      pool_.throwIfStopped();
+      std::fill(nodes.begin(), nodes.end(), 0.f);
+      for (std::size_t t = 0; t < kept.size(); ++t) {
+        const auto w = static_cast<float>(rows[i * kept.size() + t]);
+        for (std::size_t v = 0; v < nodes.size(); ++v)
+          nodes[v] += w * tracked_[kept[t]].nodes[v];
+      }
+      sum += errorOf(nodes, withheld[i]);
     }
-    sum += errorOf(nodes, withheld[i]);
   }
-  return sum / static_cast<double>(std::max<std::size_t>(1, withheld.size()));
+  return sum / static_cast<double>(std::max<std::int64_t>(1, judged));
 }
 
 void MotionFit::useSpline(int coefficients) {
@@ -323,14 +327,14 @@ void MotionFit::refine(const Report& report) {
         std::swap(order[n], order[random.next() % (n + 1)]);
     const std::int64_t f = order[turnOf];
     const double time = series_.times[f];
-    poser.pose(field_, time, posed, pool_);
+    const std::vector<float> nodes = nodesAt(field_, time);
+    poser.pose(field_, nodes, time, posed, pool_);
     renderer.forward(posed, {}, weights_.data(), numerators_.data());
     const double now = loss(posed, f);
     mse = s == 0 ? now : 0.95 * mse + 0.05 * now;
     std::fill(gradient.begin(), gradient.end(), 0.f);
     std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
     renderer.backward(posed, weights_.data(), numerators_.data(), gradient);
-    const std::vector<float> nodes = nodesAt(field_, time);
     poser.backward(field_, nodes, gradient, nodeGradient, pool_);
     addBending(field_.lattice, nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
     const double rate = std::pow(plan_.finalRate, static_cast<double>(s) / plan_.jointSteps);

@@ -52,8 +52,8 @@ public:
   /// Frame after frame outward from the middle one, the canonical field kept, each from the pose that those
   /// before extrapolate to.
   void track(const Report& report);
-  /// How well splines through the poses of some frames foresee the others: mean squared error at the frames
-  /// withheld (every 4th), for a number of coefficients.
+  /// How well splines through the poses of the other frames foresee every 4th, all quarters in turn: mean
+  /// squared error, for a number of coefficients.
   double foresight(int coefficients);
   /// The number of coefficients that foresees best; a few where there are too few frames to withhold any.
   int chooseCoefficients();

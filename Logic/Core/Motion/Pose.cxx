@@ -51,8 +51,10 @@ void Poser::listMembers() {
   }
 }
 
-void Poser::poseBlock(const DynamicField& field, std::span<const float> nodes, const TimeSpline::Weights* own,
-                      GaussianField& out, ThreadPool& pool) const {
+void Poser::pose(const DynamicField& field, std::span<const float> nodes, std::optional<double> ownTime,
+                 GaussianField& out, ThreadPool& pool) const {
+  const bool moves = ownTime && !field.ownPath.empty();
+  const TimeSpline::Weights own = moves ? field.own.at(*ownTime) : TimeSpline::Weights{};
   const std::size_t stride = 3 * places_.size();
   pool.blocks(static_cast<std::int64_t>(places_.size()), kBlock, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
@@ -64,24 +66,13 @@ void Poser::poseBlock(const DynamicField& field, std::span<const float> nodes, c
         to.mean[a] += v[a];
       const float turn[4] = {1, 0.5f * v[3], 0.5f * v[4], 0.5f * v[5]};
       product(turn, from.quaternion, to.quaternion);
-      if (!own) continue;
-      for (int k = 0; k < own->count; ++k)
+      if (!moves) continue;
+      for (int k = 0; k < own.count; ++k)
         for (int a = 0; a < 3; ++a)
           to.mean[a] +=
-              own->weight[k] * field.ownPath[static_cast<std::size_t>(own->first + k) * stride + 3 * i + a];
+              own.weight[k] * field.ownPath[static_cast<std::size_t>(own.first + k) * stride + 3 * i + a];
     }
   });
-}
-
-void Poser::pose(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool) const {
-  const std::vector<float> nodes = nodesAt(field, time);
-  const TimeSpline::Weights own = field.own.at(time);
-  poseBlock(field, nodes, field.ownPath.empty() ? nullptr : &own, out, pool);
-}
-
-void Poser::pose(const DynamicField& field, std::span<const float> nodes, GaussianField& out,
-                 ThreadPool& pool) const {
-  poseBlock(field, nodes, nullptr, out, pool);
 }
 
 void Poser::backward(const DynamicField& field, std::span<const float> nodeValues, std::span<float> gradient,

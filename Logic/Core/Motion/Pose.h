@@ -13,11 +13,10 @@ public:
   /// Of the field's anchors and lattice, which must not change while it lives.
   explicit Poser(const DynamicField& field);
 
-  /// Writes out.gaussians; out is a copy of the canonical field.
-  void pose(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool) const;
-  /// With the lattice's values given instead of the spline's, and no displacement of the Gaussians' own.
-  void pose(const DynamicField& field, std::span<const float> nodes, GaussianField& out,
-            ThreadPool& pool) const;
+  /// Writes out.gaussians; out is a copy of the canonical field. nodes: the lattice's values; ownTime: of the
+  /// Gaussians' own displacements (s), nothing leaves them out.
+  void pose(const DynamicField& field, std::span<const float> nodes, std::optional<double> ownTime,
+            GaussianField& out, ThreadPool& pool) const;
 
   /// From dL/d(posed Gaussians), 16 floats each in the order of struct Gaussian: adds dL/d(lattice values) to
   /// `nodes` and turns `gradient` into that of the canonical Gaussians, in place. dL/d(own displacement) is
@@ -26,8 +25,6 @@ public:
                 std::span<float> nodes, ThreadPool& pool);
 
 private:
-  void poseBlock(const DynamicField& field, std::span<const float> nodes, const TimeSpline::Weights* own,
-                 GaussianField& out, ThreadPool& pool) const;
   void listMembers();
 
   const MotionLattice lattice_;

@@ -97,7 +97,10 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
        {"contour", "static", "ablation-blending", "ablation-initialisation", "ablation-densification",
         "ablation-optimiser", "ablation-gaussians", "ablation-selection"})
     expectPicture(path(std::string("tables/") + name + ".png"));
-  EXPECT_EQ(filesIn("tables").size(), 4u + 6 * 2 + 8);
+  expectTable(table("dynamic"),
+              "method,gaussians,psnr_db,ssim,above_linear_db,frames_above_previous,seconds,measured_on");
+  expectTable(table("dynamic-frames"), "method,frame,time_s,psnr_db,ssim,measured_on");
+  EXPECT_EQ(filesIn("tables").size(), 6u + 6 * 2 + 8);
 
   // What a reader must be told.
   for (const char* words : {"32.47", "145x174x145", "not of 400", "withheld slices (P)",

@@ -12,7 +12,7 @@ TEST_F(UsageTest, PrintsVersionAndHelp) {
   EXPECT_EQ(version.exitCode, 0);
   EXPECT_EQ(version.out.substr(0, 8), "innergs ");
   for (const char* command :
-       {"reconstruct", "slice", "resample", "simulate", "evaluate", "experiment", "info"}) {
+       {"reconstruct", "slice", "resample", "interpolate", "simulate", "evaluate", "experiment", "info"}) {
     const Outcome help = run({command, "--help"});
     EXPECT_EQ(help.exitCode, 0);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << command;

@@ -1,0 +1,189 @@
+#include "Evaluation/ExperimentDynamic.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Image/NoiseEstimate.h"
+#include "Core/Render/Render.h"
+#include "Evaluation/FrameInterpolation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+struct Score {
+  std::string method;
+  std::int64_t gaussians = 0;
+  double seconds = 0;
+  std::vector<Quality> frames;
+  double pooled = 0, ssim = 0; // dB; mean
+};
+
+double secondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+class Run {
+public:
+  explicit Run(const DynamicExperiment& experiment) : e_(experiment) {
+    std::vector<std::int64_t> kept;
+    for (std::int64_t f = 0; f < e_.series.size(); ++f)
+      (f > 0 && f % e_.every == 0 && f + 1 < e_.series.size() ? withheld_ : kept).push_back(f);
+    if (withheld_.empty() || kept.size() < 2)
+      throw Error(ErrorCode::InvalidArgument, e_.name + " has too few frames to withhold every " +
+                                                  std::to_string(e_.every) + "th of them.");
+    training_ = framesOf(e_.series, kept);
+    for (const std::int64_t f : withheld_)
+      times_.push_back(e_.series.times[f]);
+    const ValueRange range = rangeOf(e_.series);
+    peak_ = static_cast<double>(range.high) - static_cast<double>(range.low);
+  }
+
+  void baseline(FrameMethod method) {
+    say(frameMethodName(method));
+    const auto start = std::chrono::steady_clock::now();
+    const auto frames = interpolateFrames(training_, times_, method, e_.settings.threads, e_.stop);
+    add(frameMethodName(method), 0, secondsSince(start), frames);
+  }
+
+  void demons() {
+    say("demons registration");
+    const auto start = std::chrono::steady_clock::now();
+    std::vector<std::vector<float>> frames;
+    for (const double time : times_)
+      frames.push_back(demonsFrame(training_, time, e_.stop));
+    add("motion-compensated (demons)", 0, secondsSince(start), frames);
+  }
+
+  /// Without a kind: the one that the program chooses, whose fit is not done again.
+  DynamicKind gaussians(std::optional<DynamicKind> kind) {
+    DynamicSettings settings = e_.settings;
+    settings.kind = kind;
+    say(kind ? std::string("Gaussians, ") + dynamicKindName(*kind) : "Gaussians");
+    DynamicJob job(training_, settings);
+    job.onProgress(e_.progress);
+    const DynamicResult result = job.run(e_.stop);
+    if (result.cancelled || !result.field)
+      throw Error(ErrorCode::Cancelled, "The experiments were cancelled.");
+    const DynamicField& field = *result.field;
+    RenderOptions options;
+    options.threads = e_.settings.threads;
+    options.instructionSet = e_.settings.instructionSet;
+    options.stop = e_.stop;
+    std::vector<std::vector<float>> frames;
+    for (const double time : times_)
+      frames.push_back(render(fieldAt(field, time), e_.series.geometry, options).voxels);
+    add(std::string("Gaussians, ") + dynamicKindName(field.kind) + (kind ? "" : " (chosen)"), field.size(),
+        result.seconds, frames);
+    if (!kind) choice_ = result.choice;
+    return field.kind;
+  }
+
+  DynamicExperimentResult tables() const {
+    DynamicExperimentResult result;
+    const std::string measured = "withheld frames (" + std::to_string(withheld_.size()) + " of " +
+                                 std::to_string(e_.series.size()) + ")";
+    const auto of = [&](const std::string& method) {
+      return std::find_if(scores_.begin(), scores_.end(), [&](const Score& s) { return s.method == method; });
+    };
+    const Score &previous = *of(frameMethodName(FrameMethod::Previous)),
+                &linear = *of(frameMethodName(FrameMethod::Linear));
+    ExperimentTable& methods = result.methods;
+    methods.name = "dynamic";
+    methods.title =
+        "Interpolation in time of " + e_.name + ", every " + std::to_string(e_.every) + "th frame withheld";
+    methods.columns = {"method",  "gaussians",  "psnr_db", "ssim", "above_linear_db", "frames_above_previous",
+                       "seconds", "measured_on"};
+    for (const Score& s : scores_) {
+      int above = 0;
+      for (std::size_t f = 0; f < s.frames.size(); ++f)
+        above += s.frames[f].psnr > previous.frames[f].psnr;
+      methods.add({s.method, s.gaussians > 0 ? std::to_string(s.gaussians) : "", decimals(s.pooled, 2),
+                   decimals(s.ssim, 4), decimals(s.pooled - linear.pooled, 2), std::to_string(above),
+                   decimals(s.seconds, 1), measured});
+    }
+    methods.add({"noise ceiling (estimated)", "", decimals(ceiling(), 2), "",
+                 decimals(ceiling() - linear.pooled, 2), "", "", measured});
+    methods.notes = {
+        "PSNR pooled over the voxels of all withheld frames, peak the range of the series (" +
+            numberText(peak_) + "); SSIM averaged over slices and frames.",
+        choice_,
+        "The noise ceiling is the PSNR of a perfect prediction of noisy frames, from the noise that their "
+        "second differences show.",
+        "The paper's wrist, another one: its deformation network 34.90 dB / .9649 on average, the "
+        "previous frame 30.32 dB / .9429."};
+    ExperimentTable& frames = result.frames;
+    frames.name = "dynamic-frames";
+    frames.title = "The same, frame by frame";
+    frames.columns = {"method", "frame", "time_s", "psnr_db", "ssim", "measured_on"};
+    for (const Score& s : scores_)
+      for (std::size_t f = 0; f < s.frames.size(); ++f)
+        frames.add({s.method, std::to_string(withheld_[f]), decimals(times_[f], 3),
+                    decimals(s.frames[f].psnr, 2), decimals(s.frames[f].ssim, 4), "withheld frame"});
+    return result;
+  }
+
+private:
+  void say(const std::string& what) const {
+    if (e_.stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The experiments were cancelled.");
+    if (e_.say) e_.say(e_.name + ": " + what);
+  }
+
+  void add(const std::string& method, std::int64_t gaussians, double seconds,
+           const std::vector<std::vector<float>>& frames) {
+    Score score{method, gaussians, seconds, {}, 0, 0};
+    double squared = 0, voxels = 0;
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      const Volume truth{e_.series.geometry, e_.series.frames[withheld_[f]]};
+      std::vector<std::uint8_t> finite(truth.voxels.size());
+      for (std::size_t v = 0; v < finite.size(); ++v)
+        finite[v] = std::isfinite(truth.voxels[v]);
+      const Quality q = pooledQuality({e_.series.geometry, frames[f]}, truth, finite, peak_, {}, e_.stop);
+      score.frames.push_back(q);
+      score.ssim += q.ssim / static_cast<double>(frames.size());
+      squared += std::pow(10, -q.psnr / 10) * static_cast<double>(q.voxels);
+      voxels += static_cast<double>(q.voxels);
+    }
+    score.pooled = -10 * std::log10(squared / voxels);
+    scores_.push_back(std::move(score));
+  }
+
+  double ceiling() const {
+    double sum = 0;
+    for (const std::int64_t f : withheld_) {
+      const double noise = estimateNoise({e_.series.geometry, e_.series.frames[f]});
+      sum += noise * noise / static_cast<double>(withheld_.size());
+    }
+    return sum > 0 ? -10 * std::log10(sum / (peak_ * peak_)) : kNaN;
+  }
+
+  const DynamicExperiment& e_;
+  TimeSeries training_;
+  std::vector<std::int64_t> withheld_;
+  std::vector<double> times_;
+  double peak_ = 0;
+  std::vector<Score> scores_;
+  std::string choice_;
+};
+
+} // namespace
+
+DynamicExperimentResult runDynamic(const DynamicExperiment& experiment) {
+  checkTimeSeries(experiment.series);
+  Run run(experiment);
+  for (const FrameMethod method : {FrameMethod::Previous, FrameMethod::Nearest, FrameMethod::Linear,
+                                   FrameMethod::Cubic, FrameMethod::Mean, FrameMethod::Spline})
+    run.baseline(method);
+  run.demons();
+  const DynamicKind chosen = run.gaussians({});
+  run.gaussians(chosen == DynamicKind::Motion ? DynamicKind::Intensity : DynamicKind::Motion);
+  return run.tables();
+}
+
+} // namespace innergs

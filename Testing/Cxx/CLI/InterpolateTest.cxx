@@ -1,0 +1,78 @@
+#include "CommandRunner.h"
+
+#include "Core/Motion/TimeSeries.h"
+#include "IO/TimeSeriesIO.h"
+#include "IO/VolumeIO.h"
+
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+
+namespace innergs::test {
+namespace {
+
+using InterpolateTest = CommandTest;
+
+/// A blob that moves along x, 0.5 s a frame.
+TimeSeries movingBlob(int frames) {
+  TimeSeries series;
+  series.geometry.size = {16, 12, 5};
+  for (int f = 0; f < frames; ++f) {
+    auto& frame = series.frames.emplace_back();
+    for (int k = 0; k < 5; ++k)
+      for (int j = 0; j < 12; ++j)
+        for (int i = 0; i < 16; ++i)
+          frame.push_back(static_cast<float>(
+              100 *
+              std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
+    series.times.push_back(0.5 * f);
+  }
+  return series;
+}
+
+TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
+  writeTimeSeries(movingBlob(6), path("in.nii.gz"));
+  const Outcome outcome =
+      run({"interpolate", path("in.nii.gz"), "--rate", "4", "-o", path("out.seq.nrrd"), "--save-model",
+           path("m.innergs"), "--report", path("r.json"), "--kind", "motion", "-q"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const TimeSeries out = readTimeSeries(path("out.seq.nrrd"));
+  ASSERT_EQ(out.size(), 11);
+  EXPECT_NEAR(out.times[3], 0.75, 1e-9);
+  const auto report = nlohmann::json::parse(contents("r.json"));
+  EXPECT_EQ(report.at("kind"), "motion");
+  EXPECT_EQ(report.at("output_times_s").size(), 11u);
+
+  ASSERT_EQ(run({"interpolate", path("m.innergs"), "--at", "0.75", "-o", path("one.nrrd"), "-q"}).exitCode,
+            0);
+  const Volume one = readVolume(path("one.nrrd"));
+  ASSERT_EQ(one.voxels.size(), out.frames[3].size());
+  for (std::size_t v = 0; v < one.voxels.size(); ++v)
+    ASSERT_NEAR(one.voxels[v], out.frames[3][v], 1e-3);
+  expectOneSentence(run({"resample", path("m.innergs"), "-o", path("a.nii")}), 1, "moving scan");
+}
+
+TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
+  const TimeSeries series = movingBlob(3);
+  writeTimeSeries(series, path("in.nii.gz"));
+  writeVolume({series.geometry, series.frames[0]}, path("one.nii.gz"));
+  expectOneSentence(run({"interpolate", path("one.nii.gz"), "-o", path("o.nii")}), 1, "single frame");
+  expectOneSentence(run({"interpolate", path("none.nii.gz"), "-o", path("o.nii")}), 1);
+  expectOneSentence(run({"interpolate", path("in.nii.gz")}), 2, "--output");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.mha")}), 1, ".seq.nrrd");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0,9"}), 1, "9 s");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0.5,0.2"}), 1,
+                    "increase");
+  expectOneSentence(
+      run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0.5", "--rate", "2"}), 2,
+      "one of");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--frame-times", "0,1"}), 1,
+                    "frames");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("in.nii.gz")}), 1, "replace");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--kind", "warp"}), 2,
+                    "auto|motion");
+  EXPECT_FALSE(exists("o.nii"));
+}
+
+} // namespace
+} // namespace innergs::test
