@@ -9,6 +9,7 @@
 #include "Core/Image/Orientation.h"
 #include "Core/Render/Render.h"
 #include "IO/DicomSeries.h"
+#include "IO/DynamicModelFile.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -81,6 +82,21 @@ Json modelInfo(const std::filesystem::path& path) {
   info["kind"] = "model";
   info["fit_complete"] = model.complete();
   info["iteration"] = model.iteration;
+  if (!notes.empty()) info["notes"] = notes;
+  return info;
+}
+
+Json movingInfo(const std::filesystem::path& path) {
+  ModelNotes notes;
+  const DynamicField field = readDynamicModel(path, &notes);
+  Json info = fieldInfo(field.canonical);
+  info["kind"] = "model of a moving scan";
+  info["changes_by"] = dynamicKindName(field.kind);
+  info["frames"] = field.times.size();
+  info["first_time_s"] = field.times.front();
+  info["last_time_s"] = field.times.back();
+  info["coefficients_in_time"] =
+      field.kind == DynamicKind::Motion ? field.motion.coefficients : field.change.coefficients;
   if (!notes.empty()) info["notes"] = notes;
   return info;
 }
@@ -179,6 +195,7 @@ Subcommand addInfo(CLI::App& app) {
       "Examples:\n  innergs info\n  innergs info scan.nii.gz\n  innergs info head.innergs --json");
   return {command, [o] {
             const Json info = o->file.empty()           ? programInfo()
+                              : isDynamicModel(o->file) ? movingInfo(o->file)
                               : looksLikeModel(o->file) ? modelInfo(o->file)
                                                         : imageInfo(o->file, o->reading);
             if (o->json)

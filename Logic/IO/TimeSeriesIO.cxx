@@ -104,7 +104,7 @@ std::vector<double> timesOf(const LoadedFrames& loaded, const fs::path& path,
                             const TimeSeriesOptions& options) {
   const std::string what = quoted(path);
   const std::size_t frames = loaded.frames.size();
-  if (const auto given = givenTimes(options, frames, what); !given.empty()) return given;
+  if (auto given = givenTimes(options, frames, what); !given.empty()) return given;
   const Sidecar sidecar = readSidecar(path);
   if (!sidecar.times.empty()) {
     checkCount(sidecar.times, frames, what);
@@ -142,7 +142,7 @@ bool before(const std::string& a, const std::string& b) {
         std::size_t end = at;
         while (end < s.size() && digit(s[end]))
           ++end;
-        const std::string text = begin < end ? s.substr(begin, end - begin) : std::string();
+        std::string text = begin < end ? s.substr(begin, end - begin) : std::string();
         at = end;
         return text;
       };

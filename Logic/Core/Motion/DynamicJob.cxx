@@ -59,10 +59,11 @@ IntensityMap mapOf(const TimeSeries& series) {
 }
 
 /// Where a frame differs most from the one before the last: there it shows whether anything moves.
-std::int64_t liveliest(const TimeSeries& series) {
+std::int64_t liveliest(const TimeSeries& series, const ThreadPool& pool) {
   std::int64_t best = series.size() / 2;
   double most = -1;
   for (std::int64_t f = 1; f + 1 < series.size(); ++f) {
+    pool.throwIfStopped();
     double sum = 0;
     for (std::size_t v = 0; v < series.frames[f].size(); ++v) {
       const float d = series.frames[f + 1][v] - series.frames[f - 1][v];
@@ -140,7 +141,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       intensity->choose(share(Phase::Initialising, 0, 0.05));
     }
     if (!settings_.kind) {
-      const std::int64_t centre = liveliest(series_);
+      const std::int64_t centre = liveliest(series_, pool);
       const std::int64_t first = std::max<std::int64_t>(0, centre - kTrialReach),
                          last = std::min(series_.size() - 1, centre + kTrialReach);
       std::vector<std::int64_t> window;

@@ -49,6 +49,9 @@ TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   ASSERT_EQ(one.voxels.size(), out.frames[3].size());
   for (std::size_t v = 0; v < one.voxels.size(); ++v)
     ASSERT_NEAR(one.voxels[v], out.frames[3][v], 1e-3);
+  const auto info = nlohmann::json::parse(run({"info", path("m.innergs"), "--json"}).out);
+  EXPECT_EQ(info.at("changes_by"), "motion");
+  EXPECT_EQ(info.at("frames"), 6);
   expectOneSentence(run({"resample", path("m.innergs"), "-o", path("a.nii")}), 1, "moving scan");
 }
 
