@@ -1,9 +1,9 @@
 #include "Core/Motion/DynamicJob.h"
+#include "Core/Motion/DynamicSampler.h"
 #include "MovingPhantom.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Image/Metrics.h"
-#include "Core/Render/PlaneSampler.h"
 #include "Core/Render/Render.h"
 
 #include <chrono>
@@ -191,18 +191,26 @@ TEST(DynamicJob, RefusesBeforeAnyWork) {
   EXPECT_THROW(DynamicJob(movingPhantom({0}), {}).run(), Error);
 }
 
-TEST(DynamicField, APlaneAtATimeIsTheFieldsAtThatTime) {
+TEST(DynamicSampler, APlaneAtATimeIsTheFieldsAtThatTime) {
   const TimeSeries series = movingPhantom(evenTimes(5));
-  const DynamicResult result = runOn(series, DynamicKind::Motion);
-  const auto field = std::make_shared<const GaussianField>(fieldAt(*result.field, 0.7));
-  const Volume whole = render(*field, series.geometry);
-  const int nx = 24, ny = 22;
-  std::vector<float> plane(nx * ny);
-  Affine3 pose = series.geometry.indexToWorld();
-  pose.offset = pose({0, 0, 3});
-  PlaneSampler(field).sample(pose, nx, ny, plane);
-  for (int v = 0; v < nx * ny; ++v)
-    EXPECT_NEAR(plane[v], whole.voxels[3 * nx * ny + v], 1e-3);
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity}) {
+    const DynamicResult result = runOn(series, kind);
+    DynamicSampler sampler(result.field);
+    const int nx = 24, ny = 22;
+    std::vector<float> plane(nx * ny);
+    for (const auto& [time, slice] :
+         {std::pair{0.7, 3}, std::pair{0.7, 5}, std::pair{1.9, 5}, std::pair{0.7, 3}}) {
+      const Volume whole = render(fieldAt(*result.field, time), series.geometry);
+      Affine3 pose = series.geometry.indexToWorld();
+      pose.offset = pose({0, 0, static_cast<double>(slice)});
+      sampler.sample(pose, time, nx, ny, plane);
+      for (int v = 0; v < nx * ny; ++v)
+        ASSERT_NEAR(plane[v], whole.voxels[slice * nx * ny + v], 1e-3) << dynamicKindName(kind) << time;
+    }
+    EXPECT_THROW(sampler.sample(series.geometry.indexToWorld(), std::numeric_limits<double>::quiet_NaN(), nx,
+                                ny, plane),
+                 Error);
+  }
 }
 
 TEST(DynamicField, BrokenOnesAreRefused) {
