@@ -19,6 +19,7 @@ Subcommand addReconstruct(CLI::App& app);
 Subcommand addSlice(CLI::App& app);
 Subcommand addResample(CLI::App& app);
 Subcommand addInterpolate(CLI::App& app);
+Subcommand addSegment(CLI::App& app);
 Subcommand addSimulate(CLI::App& app);
 Subcommand addEvaluate(CLI::App& app);
 Subcommand addExperiment(CLI::App& app);

@@ -76,12 +76,18 @@ Json fieldInfo(const GaussianField& field) {
 
 Json modelInfo(const std::filesystem::path& path) {
   ModelNotes notes;
-  const Model model = readModel(path, &notes);
+  std::optional<FeatureModel> features;
+  const Model model = readModel(path, &notes, &features);
   Json info = fieldInfo(model.field);
   if (isPly(path)) return info;
   info["kind"] = "model";
   info["fit_complete"] = model.complete();
   info["iteration"] = model.iteration;
+  if (features) {
+    info["features"]["channels"] = features->channels;
+    info["features"]["classes"] =
+        std::vector<std::string>(features->names.begin() + 1, features->names.end());
+  }
   if (!notes.empty()) info["notes"] = notes;
   return info;
 }

@@ -37,8 +37,8 @@ int run(int argc, char** argv) {
   app.footer("Exit codes: 0 success, 1 error in input or run, 2 wrong usage, 130 interrupted (Ctrl-C).\n"
              "'innergs COMMAND --help' explains a command, with examples.");
   std::vector<Subcommand> commands;
-  for (const auto add : {addReconstruct, addSlice, addResample, addInterpolate, addSimulate, addEvaluate,
-                         addExperiment, addInfo})
+  for (const auto add : {addReconstruct, addSlice, addResample, addInterpolate, addSegment, addSimulate,
+                         addEvaluate, addExperiment, addInfo})
     commands.push_back(add(app));
   try {
     if (argc > 1 && argv[1][0] != '-') checkName(argv[1], commands);

@@ -11,8 +11,8 @@ TEST_F(UsageTest, PrintsVersionAndHelp) {
   const Outcome version = run({"--version"});
   EXPECT_EQ(version.exitCode, 0);
   EXPECT_EQ(version.out.substr(0, 8), "innergs ");
-  for (const char* command :
-       {"reconstruct", "slice", "resample", "interpolate", "simulate", "evaluate", "experiment", "info"}) {
+  for (const char* command : {"reconstruct", "slice", "resample", "interpolate", "segment", "simulate",
+                              "evaluate", "experiment", "info"}) {
     const Outcome help = run({command, "--help"});
     EXPECT_EQ(help.exitCode, 0);
     EXPECT_NE(help.out.find("Examples:"), std::string::npos) << command;

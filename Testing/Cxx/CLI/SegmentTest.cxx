@@ -1,0 +1,102 @@
+#include "CommandRunner.h"
+#include "SyntheticImages.h"
+
+#include "IO/VolumeIO.h"
+
+#include <algorithm>
+
+namespace innergs::test {
+namespace {
+
+class SegmentTest : public CommandTest {
+protected:
+  void SetUp() override {
+    CommandTest::SetUp();
+    const Volume scan = phantom();
+    writeVolume(scan, path("scan.nii"));
+    // The left half of the lattice is the liver, a corner of the other half two kidneys.
+    labels_ = scan;
+    const auto& n = scan.geometry.size;
+    for (std::int64_t k = 0; k < n[2]; ++k)
+      for (std::int64_t j = 0; j < n[1]; ++j)
+        for (std::int64_t i = 0; i < n[0]; ++i)
+          labels_.voxels[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))] = i < n[0] / 2       ? 1.f
+                                                                                : j < n[1] / 3     ? 2.f
+                                                                                : j > 2 * n[1] / 3 ? 3.f
+                                                                                                   : 0.f;
+    writeVolume(labels_, path("labels.nii"), OutputType::UInt8);
+    write("names.json", R"({"1": "liver", "2": "kidney_left", "3": "kidney_right"})");
+    ASSERT_EQ(
+        run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})).exitCode, 0);
+  }
+  Outcome segment(std::vector<std::string> arguments, bool learn = true) {
+    std::vector<std::string> all{"segment", path(learn ? "m.innergs" : "named.innergs")};
+    if (learn)
+      for (const std::string& word :
+           {std::string("--labels"), path("labels.nii"), std::string("--names"), path("names.json")})
+        all.push_back(word);
+    all.insert(all.end(), arguments.begin(), arguments.end());
+    return run(all);
+  }
+  Volume labels_;
+};
+
+TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
+  const Outcome outcome = segment({"--query", "left kindey", "--query", "liver", "-o",
+                                   path("out/found.seg.nrrd"), "--save-model", path("named.innergs")});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("\"left kindey\" is kidney_left."), std::string::npos) << outcome.err;
+  const Volume found = readVolume(path("out/found.seg.nrrd"));
+  ASSERT_TRUE(sameLattice(found.geometry, labels_.geometry));
+  int wrong = 0;
+  for (std::size_t v = 0; v < found.voxels.size(); ++v)
+    wrong += (found.voxels[v] == 1) != (labels_.voxels[v] == 2) ||
+             (found.voxels[v] == 2) != (labels_.voxels[v] == 1);
+  EXPECT_LT(wrong, 0.1 * static_cast<double>(found.voxels.size()));
+
+  // The same from the saved model, on a grid of its own; an open side gives both.
+  ASSERT_EQ(
+      segment({"--query", "kidney", "--spacing", "2", "-o", path("out/coarse.nii"), "-q"}, false).exitCode,
+      0);
+  const Volume coarse = readVolume(path("out/coarse.nii"));
+  EXPECT_TRUE(sameLattice(coarse.geometry, withSpacing(labels_.geometry, {2, 2, 2})));
+  EXPECT_EQ(*std::max_element(coarse.voxels.begin(), coarse.voxels.end()), 2);
+
+  ASSERT_EQ(segment({"--query", "liver", "--score", path("out/score.nii"), "--threshold", "0.9", "--largest",
+                     "--minimum-size", "10", "-o", path("out/sure.nii"), "-q"},
+                    false)
+                .exitCode,
+            0);
+  const Volume score = readVolume(path("out/score.nii")), sure = readVolume(path("out/sure.nii"));
+  for (std::size_t v = 0; v < score.voxels.size(); ++v)
+    if (sure.voxels[v] == 1) {
+      ASSERT_GE(score.voxels[v], 0.9f);
+    }
+}
+
+TEST_F(SegmentTest, WhatGoesWrongIsOneSentence) {
+  const auto failing = [&](std::vector<std::string> arguments, const std::string& mention, int code = 1) {
+    expectOneSentence(segment(std::move(arguments)), code, mention);
+  };
+  failing({"-q", "--query", ""}, "empty");
+  failing({"-q", "--query", std::string(2000, 'x')}, "2000 bytes");
+  failing({"-q", "--query", "bicycle"}, "matches no segment");
+  failing({"-q", "--query", "heart"}, "not in this volume");
+  failing({"-q", "-o", path("out/x.nii")}, "--query", 2);
+  failing({"-q", "--query", "liver", "--query", "kidneys", "--score", path("out/x.nii")}, "--score", 2);
+  expectOneSentence(run({"segment", path("m.innergs"), "--query", "liver"}), 1, "--labels");
+  expectOneSentence(run({"segment", path("m.innergs"), "--labels", path("labels.nii"), "--query", "liver"}),
+                    1, "--names");
+  expectOneSentence(run({"segment", path("m.innergs"), "-q", "--labels", path("scan.nii"), "--names",
+                         path("names.json"), "--query", "liver"}),
+                    1, "labelmap");
+  Volume away = labels_;
+  away.geometry.origin[0] += 900;
+  writeVolume(away, path("away.nii"));
+  expectOneSentence(run({"segment", path("m.innergs"), "-q", "--labels", path("away.nii"), "--names",
+                         path("names.json"), "--query", "liver"}),
+                    1, "same patient");
+}
+
+} // namespace
+} // namespace innergs::test
