@@ -6,12 +6,16 @@
 
 #include "Core/Base/Error.h"
 #include "Evaluation/ExperimentDynamic.h"
+#include "Evaluation/ExperimentSegmentation.h"
 #include "Evaluation/ExperimentSelection.h"
 #include "Evaluation/JitteredPhantom.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/OutputFiles.h"
+#include "IO/SegmentNames.h"
 #include "IO/TimeSeriesIO.h"
+#include "Text/PhraseReport.h"
+#include "Text/Terminology.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -27,6 +31,7 @@ struct ExperimentOptions {
   std::vector<std::string> names;
   bool all = false, quick = false, quiet = false;
   std::string volume, series, output;
+  std::vector<std::string> labels, labelNames;
   std::int64_t gaussians = kPaperGaussians;
   Settings settings;
 };
@@ -43,7 +48,8 @@ std::vector<std::string> ablations() {
 }
 
 std::vector<std::string> knownNames() {
-  std::vector<std::string> names{"selection", "contour", "dynamic", "static", "ablation"};
+  std::vector<std::string> names{"selection", "contour",  "dynamic",     "text",
+                                 "static",    "ablation", "segmentation"};
   for (std::string& name : ablations())
     names.push_back(std::move(name));
   return names;
@@ -57,6 +63,7 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 /// What was asked for, each once, in the order of knownNames(): later ones reuse the fits of earlier ones.
+/// Without labels --all leaves segmentation out.
 std::vector<std::string> chosenNames(const ExperimentOptions& o) {
   if (o.all && !o.names.empty()) throw CLI::ValidationError("experiment", "give names or --all, not both");
   if (!o.all && o.names.empty())
@@ -70,7 +77,7 @@ std::vector<std::string> chosenNames(const ExperimentOptions& o) {
   };
   std::vector<std::string> chosen;
   for (const std::string& name : known) {
-    if (name == "ablation") continue;
+    if (name == "ablation" || (o.all && name == "segmentation" && o.labels.empty())) continue;
     const bool ablation = name.rfind("ablation-", 0) == 0;
     if (asked(name) || (ablation && asked("ablation"))) chosen.push_back(name);
   }
@@ -90,6 +97,10 @@ public:
       contour();
     else if (name == "dynamic")
       dynamic();
+    else if (name == "text")
+      text();
+    else if (name == "segmentation")
+      segmentation();
     else if (name == "static")
       staticReconstruction();
     else
@@ -137,6 +148,56 @@ private:
     const DynamicExperimentResult result = runDynamic(experiment);
     write(result.methods);
     write(result.frames);
+  }
+
+  void text() {
+    const Lexicon& lexicon = Lexicon::standard();
+    ExperimentTable table;
+    table.name = "text";
+    table.title = "Queries by the lexicon, in a scene of TotalSegmentator's 117 classes";
+    table.columns = {"phrases",      "naming_one",     "top_1",         "top_3",       "wrong",
+                     "side_flipped", "must_not_match", "false_accepts", "ms_a_phrase", "measured_on"};
+    for (const auto& [name, json, on] :
+         {std::tuple{"tuning", terminology::phrasesToTune(), "phrases tuned on"},
+          {"unseen", terminology::phrasesToReport(), "phrases not tuned on"}}) {
+      const PhraseReport r = reportOn(lexicon, phrasesFrom(lexicon, json));
+      const auto share = [](int part, int of) {
+        return decimals(static_cast<double>(part) / std::max(1, of), 3);
+      };
+      table.add({name, std::to_string(r.named), share(r.top1, r.named), share(r.top3, r.named),
+                 share(r.wrong, r.named), std::to_string(r.flipped), std::to_string(r.foreign),
+                 share(r.falseAccepts, r.foreign), decimals(r.milliseconds, 3), on});
+      for (const std::string& miss : r.misses)
+        table.notes.push_back(std::string(name) + ", missed: " + miss);
+    }
+    table.notes.push_back(
+        "top 1: the leading candidates are exactly what is meant; wrong: they hold none of it. Both "
+        "sets were written before the lexicon, by the same hand.");
+    write(table);
+  }
+
+  void segmentation() {
+    SegmentationExperiment experiment;
+    experiment.volume = readVolume(o_.volume, {});
+    experiment.volumeName = utf8(std::filesystem::path(o_.volume).filename());
+    for (std::size_t n = 0; n < o_.labels.size(); ++n) {
+      LabelSet set{
+          utf8(std::filesystem::path(o_.labels[n]).filename()), labelmapOf(readVolume(o_.labels[n], {})), {}};
+      set.names = readSegmentNames(n < o_.labelNames.size() ? o_.labelNames[n] : o_.labels[n]);
+      experiment.sets.push_back(std::move(set));
+    }
+    if (o_.quick)
+      experiment.training.iterations = 3, experiment.every = {1, 5}, experiment.settings.iterations = 3;
+    experiment.settings.threads = o_.settings.threads;
+    experiment.settings.device = o_.settings.device;
+    experiment.settings.instructionSet = o_.settings.instructionSet;
+    experiment.progress = [this](const Progress& progress) { display_.show(progress); };
+    experiment.say = [this](const std::string& line) { display_.say(line); };
+    experiment.stop = stop_;
+    const SegmentationResult result = runSegmentation(experiment);
+    write(result.methods);
+    write(result.grids);
+    writeCsv(result.classes);
   }
 
   void staticReconstruction() {
@@ -212,10 +273,13 @@ void makeFolder(const std::string& path) {
 
 int experiment(const ExperimentOptions& o) {
   const std::vector<std::string> names = chosenNames(o);
-  const bool fits = std::any_of(names.begin(), names.end(),
-                                [](const auto& n) { return n == "static" || n.starts_with("ablation"); });
+  const bool fits = std::any_of(names.begin(), names.end(), [](const auto& n) {
+    return n != "selection" && n != "contour" && n != "text" && n != "dynamic";
+  });
+  if (std::find(names.begin(), names.end(), "segmentation") != names.end() && o.labels.empty())
+    throw CLI::ValidationError("experiment", "segmentation needs --labels");
   if (fits && o.volume.empty())
-    throw CLI::ValidationError("experiment", "static and the ablations need --volume");
+    throw CLI::ValidationError("experiment", "static, the ablations and segmentation need --volume");
   Settings checked = o.settings;
   checked.gaussians = o.gaussians;
   checkSettings(checked);
@@ -244,17 +308,25 @@ Subcommand addExperiment(CLI::App& app) {
                    "contour: the conditional splat against the sliced 3D Gaussian\n"
                    "dynamic: frames withheld from a moving scan, and what is put in their place\n"
                    "static: every blending by the paper's and the held-out protocol\n"
+                   "text: queries in words, on two sets of phrases\n"
+                   "segmentation: labels of some slices carried to the others\n"
                    "ablation: what each choice is worth, or one of them: " +
                        joined(ablations()))
       ->type_name("NAME");
   command->add_flag("--all", o->all, "All of them: 10 to 30 minutes on two cores");
   command
-      ->add_option("--volume", o->volume, "The truth, for static and the ablations; the paper's: BrainWeb T1")
+      ->add_option("--volume", o->volume,
+                   "The truth, for static and the ablations; the paper's: BrainWeb T1; for segmentation its\n"
+                   "labels' own scan")
       ->type_name("FILE");
   command
       ->add_option("--series", o->series,
                    "Moving scan for dynamic: 4D NIfTI, .seq.nrrd or a folder [a phantom that jitters]")
       ->type_name("FILE");
+  command->add_option("--labels", o->labels, "Labelmaps of the volume, for segmentation")
+      ->type_name("FILE ...");
+  command->add_option("--label-names", o->labelNames, "Their names, JSON, in the same order")
+      ->type_name("FILE ...");
   command->add_option("-o,--output", o->output, "Folder for the tables (CSV) and pictures (PNG)")
       ->required()
       ->type_name("FOLDER");

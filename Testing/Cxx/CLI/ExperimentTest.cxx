@@ -78,6 +78,8 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
               "paper_false_negatives,candidates,paper_candidates,per_contributing,microseconds,"
               "scalar_microseconds,measured_on");
   expectTable(table("contour"), "measure,value,paper,compared,measured_on");
+  expectTable(table("text"), "phrases,naming_one,top_1,top_3,wrong,side_flipped,must_not_match,false_accepts,"
+                             "ms_a_phrase,measured_on");
   expectTable(table("static"), "method,plane,gaussians,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,"
                                "paper_seconds,estimated_memory_mb,measured_on");
   expectTable(table("static-held-out"),
@@ -100,12 +102,37 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   expectTable(table("dynamic"),
               "method,gaussians,psnr_db,ssim,above_linear_db,frames_above_previous,seconds,measured_on");
   expectTable(table("dynamic-frames"), "method,frame,time_s,psnr_db,ssim,measured_on");
-  EXPECT_EQ(filesIn("tables").size(), 6u + 6 * 2 + 8);
+  EXPECT_EQ(filesIn("tables").size(), 7u + 6 * 2 + 8);
 
   // What a reader must be told.
   for (const char* words : {"32.47", "145x174x145", "not of 400", "withheld slices (P)",
                             "withheld slices (H)", "Nothing is held out", "not held out"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
+}
+
+TEST_F(ExperimentTest, SegmentationComparesWithLabelsLeftOut) {
+  const Volume head = phantom({26, 30, 24});
+  Volume labels = head;
+  for (float& voxel : labels.voxels)
+    voxel = voxel > 500 ? 2.f : voxel > 200 ? 1.f : 0.f;
+  writeVolume(head, path("head.nii"));
+  writeVolume(labels, path("labels.nii"), OutputType::UInt8);
+  write("names.json", R"({"1": "skull", "2": "brain"})");
+  const std::vector<std::string> arguments{"experiment",     "segmentation", "--quick",      "--volume",
+                                           path("head.nii"), "-o",           path("tables"), "-q"};
+  expectOneSentence(run(arguments), 2, "--labels");
+  std::vector<std::string> all = arguments;
+  for (const std::string& word :
+       {std::string("--labels"), path("labels.nii"), std::string("--label-names"), path("names.json")})
+    all.push_back(word);
+  const Outcome outcome = run(all);
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const auto rows = rowsOf(contents("tables/segmentation.csv"));
+  expectTable(rows, "labels,labelled,classes,method,dice,iou,pixel_accuracy,seconds,measured_on");
+  ASSERT_EQ(rows.size(), 5u); // all slices; three methods with every 5th
+  EXPECT_EQ(rows[2].back(), "slices not labelled");
+  EXPECT_EQ(rowsOf(contents("tables/segmentation-classes.csv")).size(), 5u);
+  EXPECT_EQ(rowsOf(contents("tables/segmentation-grids.csv")).size(), 3u);
 }
 
 TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
