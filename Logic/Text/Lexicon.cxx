@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 json parsed(std::string_view text, const std::string& format) {
-  const json value = json::parse(text, nullptr, false);
+  json value = json::parse(text, nullptr, false);
   if (!value.is_object() || value.value("format", "") != format || value.value("version", 0) != 1)
     throw Error(ErrorCode::FileFormat, "The lexicon is not a file of the format '" + format +
                                            "', version 1; install InnerGS's own again.");

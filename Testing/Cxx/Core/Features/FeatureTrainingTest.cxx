@@ -100,7 +100,7 @@ TEST(FeatureTraining, ReportsProgressAndStops) {
 
 TEST(FeatureTraining, RefusesWhatCannotBeLearned) {
   const BoxPhantom phantom;
-  const auto codeOf = [&](const Labelmap& labels, FeatureTraining training) {
+  const auto codeOf = [&](const Labelmap& labels, const FeatureTraining& training) {
     try {
       trainFeatures(phantom.field, labels, kNames, training);
     } catch (const Error& error) {
