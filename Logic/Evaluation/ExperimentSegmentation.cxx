@@ -150,7 +150,7 @@ private:
     if (e_.progress) job.onProgress(e_.progress);
     const ReconstructionResult fitted = job.run(e_.stop);
     if (fitted.cancelled) throw Error(ErrorCode::Cancelled, "The experiment was cancelled.");
-    checkpoint_ = fitted.checkpoint;
+    fitted_ = fitted.model;
   }
 
   void compare(const LabelSet& set, int every) {
@@ -161,12 +161,12 @@ private:
     training.stop = e_.stop;
     training.threads = e_.settings.threads;
     auto start = Clock::now();
-    const FeatureModel model = trainFeatures(checkpoint_->field, teacher, set.names, training);
+    const FeatureModel model = trainFeatures(fitted_->field, teacher, set.names, training);
     const double seconds = secondsSince(start);
     FeatureQueryOptions query;
     query.stop = e_.stop;
     query.threads = e_.settings.threads;
-    const Labelmap ours = labelsOf(model, classify(checkpoint_->field, model, e_.volume.geometry, query));
+    const Labelmap ours = labelsOf(model, classify(fitted_->field, model, e_.volume.geometry, query));
     const LabelAgreement gaussians = agreement(ours, set.labels, judged);
     addMethod(set, every, "Gaussians", gaussians, seconds);
     LabelAgreement shape = gaussians, nearest = gaussians;
@@ -197,7 +197,7 @@ private:
       FeatureQueryOptions query;
       query.stop = e_.stop;
       query.threads = e_.settings.threads;
-      const Labelmap ours = labelsOf(model, classify(checkpoint_->field, model, grid, query));
+      const Labelmap ours = labelsOf(model, classify(fitted_->field, model, grid, query));
       const Vec3 &own = e_.volume.geometry.spacing, &other = grid.spacing;
       const double finer = own[0] * own[1] * own[2] / (other[0] * other[1] * other[2]);
       const Means m = meansOf(agreement(ours, resampled(set.labels, grid)),
@@ -225,7 +225,7 @@ private:
 
   const SegmentationExperiment& e_;
   SegmentationResult result_;
-  std::shared_ptr<const Checkpoint> checkpoint_;
+  std::shared_ptr<const Model> fitted_;
 };
 
 } // namespace
