@@ -71,6 +71,7 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
   checkSettings(o.settings);
   OutputFiles files;
   files.read(o.input);
+  if (!std::filesystem::is_directory(o.input)) files.read(sidecarOf(o.input));
   files.read(o.grid.reference);
   if (!o.output.empty()) {
     if (!o.at) checkTimeSeriesPath(o.output);
@@ -79,6 +80,11 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
   files.add(o.saveModel, OutputFiles::Kind::Model);
   files.add(o.report);
   return files;
+}
+
+/// Known once the times are.
+void addSidecar(const InterpolateOptions& o, const std::vector<double>& times, OutputFiles& files) {
+  if (!o.output.empty() && !o.at && needsSidecar(o.output, times)) files.add(sidecarOf(o.output));
 }
 
 TimeSeries rendered(const DynamicField& field, const std::vector<double>& times, const GridGeometry& grid,
@@ -140,11 +146,13 @@ int interpolate(const InterpolateOptions& o) {
   if (isDynamicModel(o.input)) {
     result.field = std::make_shared<const DynamicField>(readDynamicModel(o.input));
     times = outputTimes(o, result.field->times);
+    addSidecar(o, times, files);
   } else {
     TimeSeries series = readTimeSeries(o.input, o.reading);
     if (const std::string remark = remarkOnPairs(series); !remark.empty())
       fmt::print(stderr, "innergs: warning: {}\n", remark);
     times = outputTimes(o, series.times);
+    addSidecar(o, times, files);
     expected = valuesOf(series.frames);
     checkType(o.type, *expected, "the scan");
     DynamicSettings settings;

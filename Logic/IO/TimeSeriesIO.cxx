@@ -20,22 +20,17 @@ using nlohmann::json;
 namespace innergs {
 namespace {
 
-/// The path without what fullExtension() says.
-fs::path withoutExtension(const fs::path& path) {
-  std::string name = utf8(path.filename());
-  name.resize(name.size() - fullExtension(path).size());
-  return path.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
-}
-
 bool isFile(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
 }
 
+/// The same name with another extension.
 fs::path beside(const fs::path& path, const char* extension) {
-  fs::path other = withoutExtension(path);
-  other += extension;
-  return other;
+  std::string name = utf8(path.filename());
+  name.resize(name.size() - fullExtension(path).size());
+  name += extension;
+  return path.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
 }
 
 /// What BIDS says beside the image of its frames' times.
@@ -46,7 +41,7 @@ struct Sidecar {
 
 Sidecar readSidecar(const fs::path& image) {
   Sidecar sidecar;
-  const fs::path path = beside(image, ".json");
+  const fs::path path = sidecarOf(image);
   if (!isFile(path)) return sidecar;
   std::ifstream in(path, std::ios::binary);
   const json values = json::parse(in, nullptr, false);
@@ -214,6 +209,10 @@ TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) 
 }
 
 } // namespace
+
+fs::path sidecarOf(const fs::path& image) {
+  return beside(image, ".json");
+}
 
 TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options) {
   std::error_code ignored;

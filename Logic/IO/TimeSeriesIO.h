@@ -32,6 +32,11 @@ std::string writeTimeSeries(const TimeSeries& series, const std::filesystem::pat
                             OutputType type = OutputType::Float32,
                             const std::optional<VoxelValues>& expected = {});
 
+/// What stands beside an image and says more of it (BIDS): the same name with .json.
+std::filesystem::path sidecarOf(const std::filesystem::path& image);
+/// Whether writeTimeSeries() writes such a file for frames at these times.
+bool needsSidecar(const std::filesystem::path& path, const std::vector<double>& times);
+
 /// Throws Error(InvalidArgument | Io) when `path` could not be written by writeTimeSeries.
 void checkTimeSeriesPath(const std::filesystem::path& path);
 

@@ -150,16 +150,28 @@ void writeNifti(const TimeSeries& series, double interval, OutputType type, cons
   });
 }
 
-/// NIfTI's header holds the first time and the interval in single precision.
-bool isEven(const std::vector<double>& times, double interval) {
-  for (std::size_t f = 0; f < times.size(); ++f)
-    if (std::abs(times[f] - times.front() - interval * static_cast<double>(f)) >
-        1e-6 * std::max(1.0, interval))
-      return false;
-  return true;
+nlohmann::json existingSidecar(const fs::path& path) {
+  std::ifstream in(sidecarOf(path), std::ios::binary);
+  nlohmann::json values = in ? nlohmann::json::parse(in, nullptr, false) : nlohmann::json();
+  return values.is_object() ? values : nlohmann::json::object();
+}
+
+double meanInterval(const std::vector<double>& times) {
+  return times.size() > 1 ? (times.back() - times.front()) / static_cast<double>(times.size() - 1) : 1;
 }
 
 } // namespace
+
+/// NIfTI's header holds the first time and the interval in single precision.
+bool needsSidecar(const fs::path& path, const std::vector<double>& times) {
+  if (!isNifti(path)) return false;
+  const double interval = meanInterval(times);
+  for (std::size_t f = 0; f < times.size(); ++f)
+    if (std::abs(times[f] - times.front() - interval * static_cast<double>(f)) >
+        1e-6 * std::max(1.0, interval))
+      return true;
+  return false;
+}
 
 void checkTimeSeriesPath(const fs::path& path) {
   if (!isNifti(path) && !isSequence(path))
@@ -189,16 +201,12 @@ std::string writeTimeSeries(const TimeSeries& series, const fs::path& path, Outp
     writeSequence(series, type, voxels, path);
     return voxels.remark();
   }
-  const double interval = series.size() > 1 ? (series.times.back() - series.times.front()) /
-                                                  static_cast<double>(series.size() - 1)
-                                            : 1;
+  const double interval = meanInterval(series.times);
   writeNifti(series, interval, type, voxels, path);
-  if (!isEven(series.times, interval)) {
-    std::string name = utf8(path.filename());
-    name.resize(name.size() - fullExtension(path).size());
-    name += ".json";
-    writeFileAtomically(path.parent_path() / fs::path(std::u8string(name.begin(), name.end())),
-                        nlohmann::json{{"VolumeTiming", series.times}}.dump(1) + "\n");
+  nlohmann::json sidecar = existingSidecar(path); // its times would be read instead of the header's
+  if (needsSidecar(path, series.times) || sidecar.contains("VolumeTiming")) {
+    sidecar["VolumeTiming"] = series.times;
+    writeFileAtomically(sidecarOf(path), sidecar.dump(1) + "\n");
   }
   return voxels.remark();
 }

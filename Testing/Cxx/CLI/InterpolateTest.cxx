@@ -74,6 +74,9 @@ TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("in.nii.gz")}), 1, "replace");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--kind", "warp"}), 2,
                     "auto|motion");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0,0.1,1",
+                         "--report", path("o.json")}),
+                    1, "one file"); // uneven times go there
   EXPECT_FALSE(exists("o.nii"));
 }
 

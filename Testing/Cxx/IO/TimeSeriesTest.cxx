@@ -69,6 +69,14 @@ TEST(TimeSeriesIO, TimesComeFromTheOptionsTheSidecarOrTheHeader) {
   EXPECT_EQ(errorOfReading(folder / "a.nii.gz", {{}, -1.0}).code(), ErrorCode::InvalidArgument);
 }
 
+TEST(TimeSeriesIO, TimesOfAFileBeforeDoNotStay) {
+  const TemporaryFolder folder;
+  writeTimeSeries(ramp({0, 0.5, 2}), folder / "a.nii.gz");
+  expectTimes(readTimeSeries(folder / "a.nii.gz").times, {0, 0.5, 2});
+  writeTimeSeries(ramp({0, 1, 2}), folder / "a.nii.gz");
+  expectTimes(readTimeSeries(folder / "a.nii.gz").times, {0, 1, 2});
+}
+
 TEST(TimeSeriesIO, SequencesOf3DSlicer) {
   const TemporaryFolder folder;
   const auto write = [&](bool first, const std::string& unit, const std::string& name,
