@@ -197,7 +197,7 @@ std::vector<float> demonsFrame(const TimeSeries& series, double time, const std:
   using Demons = itk::SymmetricForcesDemonsRegistrationFilter<Image, Image, Field>;
   using Pyramid = itk::MultiResolutionPDEDeformableRegistration<Image, Image, Field>;
   const auto demons = Demons::New();
-  demons->SetStandardDeviations(3); // voxels; of 1 to 4 the best on the simulated wrist
+  demons->SetStandardDeviations(3); // voxels; of 1 to 3 the best on the simulated wrist
   demons->SetSmoothDisplacementField(true);
   const auto pyramid = Pyramid::New();
   pyramid->SetRegistrationFilter(demons);
