@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kParameters = 7; // translation, rotation, gain
 constexpr std::int64_t kMostPoints = 40'000, kFewestPoints = 300, kBlock = 4096;
-constexpr int kSteps = 25;           // at either resolution
+constexpr int kSteps = 25;           // at each resolution
 constexpr int kRounds = 3;           // over the scans, once there are more than two
 constexpr double kConverged = 0.005; // mm
 constexpr double kArm = 50;          // mm: what an angle is multiplied by, for the equations

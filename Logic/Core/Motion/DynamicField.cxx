@@ -1,6 +1,7 @@
 #include "Core/Motion/DynamicField.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Job/JobInput.h"
 #include "Core/Motion/Pose.h"
 
 #include <cmath>
@@ -15,6 +16,20 @@ std::optional<DynamicKind> dynamicKindNamed(const std::string& name) {
   for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity})
     if (name == dynamicKindName(kind)) return kind;
   return {};
+}
+
+DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const IntensityMap& map, double cutoff) {
+  DynamicField field;
+  field.kind = kind;
+  field.times = series.times;
+  GaussianField& c = field.canonical;
+  c.modelToWorld = modelFrame(series.geometry);
+  c.intensityScale = map.scale;
+  c.intensityOffset = map.offset;
+  c.cutoff = cutoff;
+  c.domain = series.geometry;
+  c.range = rangeOf(series);
+  return field;
 }
 
 void checkDynamicField(const DynamicField& field) {

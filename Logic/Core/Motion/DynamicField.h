@@ -1,7 +1,9 @@
 #pragma once
+#include "Core/Acquisition/Observation.h"
 #include "Core/Base/Parallel.h"
 #include "Core/Model/GaussianField.h"
 #include "Core/Motion/MotionLattice.h"
+#include "Core/Motion/TimeSeries.h"
 #include "Core/Motion/TimeSpline.h"
 
 namespace innergs {
@@ -37,6 +39,9 @@ struct DynamicField {
 
   std::int64_t size() const { return canonical.size(); }
 };
+
+/// A field without Gaussians over a series' lattice and times.
+DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const IntensityMap& map, double cutoff);
 
 /// Throws Error(FileFormat) when a dynamic field cannot be evaluated (arrays of other sizes, values that are
 /// not finite, a canonical field that cannot be rendered).

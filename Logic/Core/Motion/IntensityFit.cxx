@@ -58,15 +58,7 @@ void blur(std::vector<float>& map, const GridGeometry& g, double sigma, ThreadPo
 IntensityFit::IntensityFit(const TimeSeries& series, const IntensityMap& map, IntensityPlan plan,
                            const KernelSet& kernels, ThreadPool& pool)
     : series_(series), map_(map), plan_(plan), kernels_(kernels), pool_(pool) {
-  field_.kind = DynamicKind::Intensity;
-  field_.times = series.times;
-  GaussianField& c = field_.canonical;
-  c.modelToWorld = modelFrame(series.geometry);
-  c.intensityScale = map.scale;
-  c.intensityOffset = map.offset;
-  c.cutoff = plan.cutoff;
-  c.domain = series.geometry;
-  c.range = rangeOf(series);
+  field_ = emptyField(DynamicKind::Intensity, series, map, plan.cutoff);
   const int most = std::min(plan.mostCoefficients, static_cast<int>(series.size()));
   const int wanted =
       static_cast<int>(std::lround(static_cast<double>(series.size()) / plan.framesPerCoefficient));

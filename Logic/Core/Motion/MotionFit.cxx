@@ -89,15 +89,7 @@ MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPl
                      const KernelSet& kernels, ThreadPool& pool)
     : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool),
       voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
-  field_.kind = DynamicKind::Motion;
-  field_.times = series.times;
-  GaussianField& c = field_.canonical;
-  c.modelToWorld = modelFrame(series.geometry);
-  c.intensityScale = map.scale;
-  c.intensityOffset = map.offset;
-  c.cutoff = plan_.cutoff;
-  c.domain = series.geometry;
-  c.range = rangeOf(series);
+  field_ = emptyField(DynamicKind::Motion, series, map, plan_.cutoff);
   for (const auto& frame : series.frames) {
     pool_.throwIfStopped();
     frames_.push_back(observation(frame, series.geometry));
