@@ -1,6 +1,5 @@
 #include "Core/Motion/IntensityFit.h"
 
-#include "Core/Job/JobInput.h"
 #include "Core/Render/LatticeRenderer.h"
 
 #include <algorithm>

@@ -2,7 +2,6 @@
 
 #include "Core/Base/Random.h"
 #include "Core/Fit/Trainer.h"
-#include "Core/Job/JobInput.h"
 #include "Core/Motion/Pose.h"
 #include "Core/Render/LatticeRenderer.h"
 
