@@ -254,11 +254,13 @@ Stack SlicePrediction::predict() {
     refinement.range = prepared_.range;
     backProject(between, {&scan_, 1}, refinement, pool_);
   }
-  sentence_ = "Between the slices: " + mixtureText(choice_, added.field, added.learned) +
-              ", chosen on slices withheld from the scan" +
-              (added.gain > 0.005 ? formatted(" (there %.1f dB better than interpolation alone).", added.gain)
-                                  : std::string(".")) +
-              added.nothingLearned;
+  sentence_ =
+      "Between the slices: " + mixtureText(choice_, added.field, added.learned) +
+      (choice_.judged || choice_.withheldError[0] > 0 ? ", chosen on slices withheld from the scan"
+                                                      : ", as the scan shows too little to choose by") +
+      (added.gain > 0.005 ? formatted(" (there %.1f dB better than interpolation alone).", added.gain)
+                          : std::string(".")) +
+      added.nothingLearned;
   progress_.state.note = sentence_;
   told(1);
   progress_.state.note.clear();
