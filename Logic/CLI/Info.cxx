@@ -101,8 +101,7 @@ Json movingInfo(const std::filesystem::path& path) {
   info["frames"] = field.times.size();
   info["first_time_s"] = field.times.front();
   info["last_time_s"] = field.times.back();
-  info["coefficients_in_time"] =
-      field.kind == DynamicKind::Motion ? field.motion.coefficients : field.change.coefficients;
+  info["coefficients_in_time"] = coefficientsInTime(field);
   if (!notes.empty()) info["notes"] = notes;
   return info;
 }

@@ -124,8 +124,7 @@ nlohmann::ordered_json reportOf(const InterpolateOptions& o, const DynamicField&
   report["kind"] = dynamicKindName(field.kind);
   report["choice"] = result.choice;
   report["gaussians"] = field.size();
-  report["coefficients_in_time"] =
-      field.kind == DynamicKind::Motion ? field.motion.coefficients : field.change.coefficients;
+  report["coefficients_in_time"] = coefficientsInTime(field);
   report["frame_times_s"] = field.times;
   report["output_times_s"] = times;
   report["training_psnr_db"] = result.seconds > 0 ? nlohmann::ordered_json(result.trainingPsnr) : nullptr;
@@ -230,9 +229,11 @@ Subcommand addInterpolate(CLI::App& app) {
                    "Time from one frame of the input to the next in s [from the file]")
       ->type_name("S");
   addChoice<std::string>(
-      *command, "--kind", o->kind, {{"auto", "auto"}, {"motion", "motion"}, {"intensity", "intensity"}},
+      *command, "--kind", o->kind,
+      {{"auto", "auto"}, {"motion", "motion"}, {"intensity", "intensity"}, {"network", "network"}},
       "What changes with time: Gaussians that move, or that change their intensity in place\n"
-      "(fMRI); auto: what foresees withheld frames better [auto]");
+      "(fMRI); auto: the one of these that foresees withheld frames better; network: a\n"
+      "deformation network, the paper's [auto]");
   o->grid.add(*command, "the frames' own grid");
   addOutputType(*command, o->type);
   for (const char* name : {"gaussians", "seed", "threads", "instructionSet"})

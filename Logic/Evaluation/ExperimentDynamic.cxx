@@ -195,7 +195,8 @@ DynamicExperimentResult runDynamic(const DynamicExperiment& experiment) {
     run.baseline(method);
   run.demons();
   const DynamicKind chosen = run.gaussians({});
-  run.gaussians(chosen == DynamicKind::Motion ? DynamicKind::Intensity : DynamicKind::Motion);
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network})
+    if (kind != chosen) run.gaussians(kind);
   return run.tables();
 }
 

@@ -40,6 +40,56 @@ MotionLattice latticeFrom(const Metadata& metadata) {
   return lattice;
 }
 
+std::string networkText(const DeformationNetwork& network) {
+  json levels = json::array();
+  for (const auto& level : network.levels)
+    levels.push_back({{"size", level.size}, {"times", level.times}});
+  return json{{"low", network.low},
+              {"high", network.high},
+              {"start", network.start},
+              {"end", network.end},
+              {"scale", network.scale},
+              {"levels", levels},
+              {"channels", DeformationNetwork::kChannels},
+              {"width", DeformationNetwork::kWidth}}
+      .dump();
+}
+
+DeformationNetwork networkFrom(const Metadata& metadata) {
+  const std::string key = "deformation_network";
+  const json value = metadata.parsed(key);
+  if (!value.is_object()) metadata.fail(key);
+  for (const char* part : {"low", "high", "start", "end", "scale", "levels", "channels", "width"})
+    if (!value.contains(part)) metadata.fail(key);
+  DeformationNetwork network;
+  if (value["channels"] != DeformationNetwork::kChannels || value["width"] != DeformationNetwork::kWidth)
+    metadata.fail(key);
+  network.low = metadata.vector(value["low"], key);
+  network.high = metadata.vector(value["high"], key);
+  network.start = metadata.number(value["start"], key);
+  network.end = metadata.number(value["end"], key);
+  const json &scale = value["scale"], &levels = value["levels"];
+  if (!scale.is_array() || scale.size() != network.scale.size()) metadata.fail(key);
+  for (std::size_t i = 0; i < network.scale.size(); ++i)
+    network.scale[i] = static_cast<float>(metadata.number(scale[i], key));
+  if (!levels.is_array() || levels.empty() || levels.size() > 4) metadata.fail(key);
+  const auto nodes = [&](const json& count) {
+    if (!count.is_number_unsigned() || count.get<std::uint64_t>() > 4096) metadata.fail(key);
+    return count.get<int>();
+  };
+  for (const json& entry : levels) {
+    if (!entry.is_object() || !entry.contains("size") || !entry.contains("times") ||
+        !entry["size"].is_array() || entry["size"].size() != 3)
+      metadata.fail(key);
+    DeformationNetwork::Level level;
+    for (std::size_t a = 0; a < 3; ++a)
+      level.size[a] = nodes(entry["size"][a]);
+    level.times = nodes(entry["times"]);
+    network.levels.push_back(level);
+  }
+  return network;
+}
+
 std::vector<std::int64_t> nodesShape(const DynamicField& field) {
   const auto& n = field.lattice.size;
   return {field.motion.coefficients, n[2], n[1], n[0], MotionLattice::kValues};
@@ -72,6 +122,11 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
       more["own_spline"] = splineText(field.own);
       add("own_path", {field.own.coefficients, field.size(), 3}, field.ownPath);
     }
+  } else if (field.kind == DynamicKind::Network) {
+    more["deformation_network"] = networkText(field.network);
+    add("anchor", {field.size(), 3}, field.anchors);
+    add("deformation", {static_cast<std::int64_t>(field.network.parameters.size())},
+        field.network.parameters);
   } else {
     more["change_spline"] = splineText(field.change);
     add("intensity_change", {field.change.coefficients, field.size()}, field.changes);
@@ -110,6 +165,11 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
       field.own = splineFrom(metadata, "own_spline");
       field.ownPath = read("own_path", {field.own.coefficients, field.size(), 3});
     }
+  } else if (field.kind == DynamicKind::Network) {
+    field.network = networkFrom(metadata);
+    field.anchors = read("anchor", {field.size(), 3});
+    field.network.parameters =
+        read("deformation", {static_cast<std::int64_t>(field.network.parameterCount())});
   } else {
     field.change = splineFrom(metadata, "change_spline");
     field.changes = read("intensity_change", {field.change.coefficients, field.size()});

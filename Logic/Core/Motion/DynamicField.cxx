@@ -9,13 +9,25 @@
 namespace innergs {
 
 const char* dynamicKindName(DynamicKind kind) {
-  return kind == DynamicKind::Motion ? "motion" : "intensity";
+  return kind == DynamicKind::Motion ? "motion" : kind == DynamicKind::Intensity ? "intensity" : "network";
 }
 
 std::optional<DynamicKind> dynamicKindNamed(const std::string& name) {
-  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity})
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network})
     if (name == dynamicKindName(kind)) return kind;
   return {};
+}
+
+int coefficientsInTime(const DynamicField& field) {
+  switch (field.kind) {
+  case DynamicKind::Motion:
+    return field.motion.coefficients;
+  case DynamicKind::Intensity:
+    return field.change.coefficients;
+  case DynamicKind::Network:
+    return field.network.levels.empty() ? 0 : field.network.levels.front().times;
+  }
+  return 0;
 }
 
 DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const IntensityMap& map, double cutoff) {
@@ -53,6 +65,10 @@ void checkDynamicField(const DynamicField& field) {
   };
   const auto gaussians = static_cast<std::size_t>(field.size());
   if (field.kind == DynamicKind::Intensity) return checkSpline(field.change, field.changes, gaussians, 1e12f);
+  if (field.anchors.size() != 3 * gaussians) fail("its anchors are not one per Gaussian.");
+  for (const float x : field.anchors)
+    if (!(std::fabs(x) <= 1e6f)) fail("its anchors are not finite.");
+  if (field.kind == DynamicKind::Network) return checkDeformation(field.network);
   for (int a = 0; a < 3; ++a)
     if (field.lattice.size[a] < 2 || field.lattice.size[a] > 4096 ||
         !std::isfinite(field.lattice.origin[a]) || !(field.lattice.spacing[a] > 0) ||
@@ -60,15 +76,38 @@ void checkDynamicField(const DynamicField& field) {
       fail("its lattice of motion is out of range.");
   checkSpline(field.motion, field.nodes,
               static_cast<std::size_t>(field.lattice.nodes()) * MotionLattice::kValues, 1e6f);
-  if (field.anchors.size() != 3 * gaussians) fail("its anchors are not one per Gaussian.");
-  for (const float x : field.anchors)
-    if (!(std::fabs(x) <= 1e6f)) fail("its anchors are not finite.");
   if (!field.ownPath.empty()) checkSpline(field.own, field.ownPath, 3 * gaussians, 1e6f);
+}
+
+void addChanges(const GaussianField& canonical, std::span<const float> changes, GaussianField& out,
+                ThreadPool& pool) {
+  pool.blocks(canonical.size(), 4096, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i) {
+      Gaussian gaussian = canonical.gaussians[i];
+      const float* d = changes.data() + 16 * i;
+      for (int a = 0; a < 3; ++a) {
+        gaussian.mean[a] += d[a];
+        gaussian.logScale[a] += d[3 + a];
+      }
+      for (int a = 0; a < 4; ++a)
+        gaussian.quaternion[a] += d[6 + a];
+      gaussian.logWeight += d[10];
+      gaussian.intensity += d[11];
+      out.gaussians[i] = gaussian;
+    }
+  });
 }
 
 void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool) {
   if (field.kind == DynamicKind::Motion) {
     Poser(field).pose(field, nodesAt(field, time), time, out, pool);
+    return;
+  }
+  if (field.kind == DynamicKind::Network) {
+    std::vector<float> changes(16 * static_cast<std::size_t>(field.size()));
+    DeformationEvaluator(field.network, field.anchors, matrixKernels(""))
+        .forward(field.network, time, changes, pool);
+    addChanges(field.canonical, changes, out, pool);
     return;
   }
   const TimeSpline::Weights w = field.change.at(time);
@@ -90,22 +129,39 @@ GaussianField fieldAt(const DynamicField& field, double time) {
 }
 
 std::vector<float> displacementsAt(const DynamicField& field, double time, const GridGeometry& geometry) {
-  if (field.kind != DynamicKind::Motion) return {};
-  const std::vector<float> values = nodesAt(field, time);
+  if (field.kind == DynamicKind::Intensity) return {};
   const Affine3 toModel = inverse(field.canonical.modelToWorld) * geometry.indexToWorld();
-  std::vector<float> out;
-  out.reserve(static_cast<std::size_t>(geometry.voxelCount()) * 3);
+  std::vector<float> points;
+  points.reserve(static_cast<std::size_t>(geometry.voxelCount()) * 3);
   for (std::int64_t k = 0; k < geometry.size[2]; ++k)
     for (std::int64_t j = 0; j < geometry.size[1]; ++j)
-      for (std::int64_t i = 0; i < geometry.size[0]; ++i) {
-        const Vec3 x = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
-        const float at[3] = {static_cast<float>(x[0]), static_cast<float>(x[1]), static_cast<float>(x[2])};
-        const auto v = field.lattice.at(field.lattice.place(at), values);
-        const Vec3 world = field.canonical.modelToWorld.linear * Vec3{v[0], v[1], v[2]};
-        for (const double d : world)
-          out.push_back(static_cast<float>(d));
-      }
-  return out;
+      for (std::int64_t i = 0; i < geometry.size[0]; ++i)
+        for (const double x :
+             toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}))
+          points.push_back(static_cast<float>(x));
+  const std::size_t count = points.size() / 3;
+  std::vector<float> changes;
+  if (field.kind == DynamicKind::Network) {
+    ThreadPool pool(1);
+    changes.resize(16 * count);
+    DeformationEvaluator(field.network, points, matrixKernels(""))
+        .forward(field.network, time, changes, pool);
+  }
+  const std::vector<float> values =
+      field.kind == DynamicKind::Motion ? nodesAt(field, time) : std::vector<float>{};
+  for (std::size_t p = 0; p < count; ++p) {
+    Vec3 moved;
+    if (field.kind == DynamicKind::Motion) {
+      const auto v = field.lattice.at(field.lattice.place(points.data() + 3 * p), values);
+      moved = {v[0], v[1], v[2]};
+    } else {
+      moved = {changes[16 * p], changes[16 * p + 1], changes[16 * p + 2]};
+    }
+    const Vec3 world = field.canonical.modelToWorld.linear * moved;
+    for (std::size_t a = 0; a < 3; ++a)
+      points[3 * p + a] = static_cast<float>(world[a]);
+  }
+  return points;
 }
 
 } // namespace innergs

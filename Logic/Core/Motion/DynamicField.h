@@ -2,6 +2,7 @@
 #include "Core/Acquisition/Observation.h"
 #include "Core/Base/Parallel.h"
 #include "Core/Model/GaussianField.h"
+#include "Core/Motion/DeformationNetwork.h"
 #include "Core/Motion/MotionLattice.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Motion/TimeSpline.h"
@@ -10,10 +11,11 @@ namespace innergs {
 
 /// How a dynamic field changes with time.
 enum class DynamicKind {
-  Motion,   // Gaussians that are carried and turned
-  Intensity // Gaussians that stay where they are and change their intensity
+  Motion,    // Gaussians that are carried and turned
+  Intensity, // Gaussians that stay where they are and change their intensity
+  Network    // Gaussians changed by a deformation network: the paper's
 };
-/// "motion", "intensity": in files, reports and options.
+/// "motion", "intensity", "network": in files, reports and options.
 const char* dynamicKindName(DynamicKind kind);
 /// Nothing for any other word.
 std::optional<DynamicKind> dynamicKindNamed(const std::string& name);
@@ -29,7 +31,7 @@ struct DynamicField {
   MotionLattice lattice;
   TimeSpline motion;          // of the lattice's values
   std::vector<float> nodes;   // [coefficient][node][6]
-  std::vector<float> anchors; // [Gaussian][3]: where each is bound to the lattice, mm, model frame
+  std::vector<float> anchors; // [Gaussian][3]: where each is bound to the lattice or network, mm, model frame
   TimeSpline own;             // of each Gaussian's own displacement
   std::vector<float> ownPath; // [coefficient][Gaussian][3], mm; empty: none
 
@@ -37,8 +39,14 @@ struct DynamicField {
   TimeSpline change;
   std::vector<float> changes; // [coefficient][Gaussian]
 
+  // Network: what is added to each Gaussian's parameters, a function of its anchor and the time.
+  DeformationNetwork network;
+
   std::int64_t size() const { return canonical.size(); }
 };
+
+/// Numbers over time per value: of the spline, or of the network's planes.
+int coefficientsInTime(const DynamicField& field);
 
 /// A field without Gaussians over a series' lattice and times.
 DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const IntensityMap& map, double cutoff);
@@ -51,6 +59,11 @@ void checkDynamicField(const DynamicField& field);
 GaussianField fieldAt(const DynamicField& field, double time);
 /// The same into a copy of the canonical field, whose Gaussians alone are written.
 void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool);
+
+/// Writes out.gaussians: the canonical ones and what is added to them, 16 floats each in the order of struct
+/// Gaussian.
+void addChanges(const GaussianField& canonical, std::span<const float> changes, GaussianField& out,
+                ThreadPool& pool);
 
 /// Where the tissue that lies at each voxel of a lattice at the canonical time has moved to: displacements in
 /// mm, LPS, three per voxel. Empty for a field without motion.

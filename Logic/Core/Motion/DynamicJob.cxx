@@ -4,6 +4,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Job/MemoryEstimate.h"
+#include "Core/Motion/DeformationFit.h"
 #include "Core/Motion/IntensityFit.h"
 #include "Core/Motion/MotionFit.h"
 #include "Core/Render/Render.h"
@@ -22,7 +23,8 @@ constexpr double kClearly =
 constexpr std::int64_t kTrialReach = 3;  // frames on either side of where most changes
 constexpr double kVoxelsPerGaussian = 6; // of moving ones
 constexpr std::int64_t kMostGaussians = 1'000'000;
-constexpr int kRounds = 35; // of the joint refinement over all frames
+constexpr int kRounds = 35;        // of the joint refinement over all frames
+constexpr int kNetworkRounds = 80; // the same of a deformation network
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -34,15 +36,22 @@ double decibels(double mse) {
 
 std::int64_t gaussiansFor(const TimeSeries& series, const DynamicSettings& settings, DynamicKind kind) {
   const auto voxels = static_cast<double>(series.geometry.voxelCount());
-  const double each = kind == DynamicKind::Motion ? kVoxelsPerGaussian : 1;
+  const double each = kind == DynamicKind::Intensity ? 1 : kVoxelsPerGaussian;
   return std::clamp<std::int64_t>(settings.gaussians.value_or(std::llround(voxels / each)), 64,
                                   kMostGaussians);
 }
 
 MotionPlan motionPlan(const TimeSeries& series, const DynamicSettings& settings) {
   MotionPlan plan;
-  plan.gaussians = gaussiansFor(series, settings, DynamicKind::Motion);
+  plan.canonical.gaussians = gaussiansFor(series, settings, DynamicKind::Motion);
   plan.jointSteps = std::clamp<int>(kRounds * static_cast<int>(series.size()), 400, 6000);
+  return plan;
+}
+
+DeformationPlan deformationPlan(const TimeSeries& series, const DynamicSettings& settings) {
+  DeformationPlan plan;
+  plan.canonical.gaussians = gaussiansFor(series, settings, DynamicKind::Network);
+  plan.steps = std::clamp<int>(kNetworkRounds * static_cast<int>(series.size()), 1000, 6000);
   return plan;
 }
 
@@ -87,7 +96,7 @@ std::int64_t estimateMemory(const TimeSeries& series, const DynamicSettings& set
   const std::int64_t motion = frames * voxels * 6 + moving * (16 * 4 * 6 + coefficients * 3 * 4 * 3 + 8 * 8);
   const std::int64_t intensity =
       frames * voxels * 4 + voxels * (4 * 20) + still * (16 * 4 * 3 + coefficients * 4);
-  if (settings.kind == DynamicKind::Motion) return motion;
+  if (settings.kind == DynamicKind::Motion || settings.kind == DynamicKind::Network) return motion;
   return settings.kind == DynamicKind::Intensity ? intensity : std::max(motion, intensity);
 }
 
@@ -127,6 +136,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
     };
   };
   std::unique_ptr<MotionFit> motion;
+  std::unique_ptr<DeformationFit> network;
   bool refining = false;
   const auto finish = [&](const DynamicField& field) {
     result.field = std::make_shared<const DynamicField>(field);
@@ -172,6 +182,13 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
     if (kind == DynamicKind::Intensity) {
       intensity->solve(share(Phase::Fitting, 0.1, 0.98));
       finish(intensity->field());
+    } else if (kind == DynamicKind::Network) {
+      network = std::make_unique<DeformationFit>(series_, map, deformationPlan(series_, settings_),
+                                                 settings_.seed, kernels, pool);
+      network->fitCanonical(share(Phase::Initialising, 0, 0.05));
+      refining = true;
+      network->refine(share(Phase::Fitting, 0.05, 0.98));
+      finish(network->field());
     } else {
       motion = std::make_unique<MotionFit>(series_, map, motionPlan(series_, settings_), settings_.seed,
                                            kernels, pool);
@@ -185,7 +202,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
-    if (refining) finish(motion->field());
+    if (refining) finish(network ? network->field() : motion->field());
   }
   if (result.field && !result.cancelled) {
     double squared = 0;

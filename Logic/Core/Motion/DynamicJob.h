@@ -10,7 +10,7 @@ namespace innergs {
 
 /// What can be chosen for a continuous volume in space and time.
 struct DynamicSettings {
-  std::optional<DynamicKind> kind; // unset: the one that foresees withheld frames better
+  std::optional<DynamicKind> kind; // unset: motion or intensity, whichever foresees withheld frames better
   std::optional<std::int64_t>
       gaussians;   // unset: from the data (a sixth of the voxels; where they change alone, one each)
   int threads = 0; // 0: all cores

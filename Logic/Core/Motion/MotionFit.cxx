@@ -1,7 +1,8 @@
 #include "Core/Motion/MotionFit.h"
 
 #include "Core/Base/Random.h"
-#include "Core/Fit/Trainer.h"
+#include "Core/Fit/Adam.h"
+#include "Core/Motion/AdamBlock.h"
 #include "Core/Motion/Pose.h"
 #include "Core/Render/LatticeRenderer.h"
 
@@ -15,151 +16,29 @@ namespace {
 constexpr int kValues = MotionLattice::kValues;
 constexpr int kFolds = 4; // every 4th tracked frame is withheld to choose the spline by, all quarters in turn
 
-/// Adam (Kingma & Ba 2015) over numbers of one rate, with a step count of its own: blocks of coefficients
-/// that a time does not reach are left alone.
-class AdamBlock {
-public:
-  explicit AdamBlock(std::size_t count) : moment1_(count, 0.f), moment2_(count, 0.f) {}
-
-  /// gradient(i) of x[i].
-  template <class Gradient, class Rate>
-  void apply(float* x, const Gradient& gradient, const Rate& rate, ThreadPool& pool) {
-    constexpr float b1 = 0.9f, b2 = 0.99f, tiny = 1e-12f;
-    ++step_;
-    const auto c1 = static_cast<float>(1 / (1 - std::pow(0.9, step_)));
-    const auto c2 = static_cast<float>(1 / (1 - std::pow(0.99, step_)));
-    constexpr std::int64_t block = 8192;
-    const auto count = static_cast<std::int64_t>(moment1_.size());
-    pool.runToEnd((count + block - 1) / block, [&](std::int64_t n) {
-      for (std::int64_t i = n * block; i < std::min(count, (n + 1) * block); ++i) {
-        const float g = gradient(i);
-        moment1_[i] = b1 * moment1_[i] + (1 - b1) * g;
-        moment2_[i] = b2 * moment2_[i] + (1 - b2) * g * g;
-        x[i] -= rate(i) * c1 * moment1_[i] / (std::sqrt(moment2_[i] * c2) + tiny);
-      }
-    });
-  }
-
-private:
-  std::vector<float> moment1_, moment2_;
-  int step_ = 0;
-};
-
-/// Frame and margin, the edge voxels repeated outward; not finite voxels stay so.
-Volume padded(const std::vector<float>& frame, const GridGeometry& g,
-              const std::array<std::int64_t, 3>& margin) {
-  Volume out;
-  out.geometry = g;
-  for (int a = 0; a < 3; ++a)
-    out.geometry.size[a] += 2 * margin[a];
-  out.geometry.origin = g.indexToWorld()(
-      {-static_cast<double>(margin[0]), -static_cast<double>(margin[1]), -static_cast<double>(margin[2])});
-  const auto& n = out.geometry.size;
-  out.voxels.reserve(static_cast<std::size_t>(out.geometry.voxelCount()));
-  const auto inside = [&](std::int64_t x, int a) {
-    return std::clamp<std::int64_t>(x - margin[a], 0, g.size[a] - 1);
-  };
-  for (std::int64_t k = 0; k < n[2]; ++k)
-    for (std::int64_t j = 0; j < n[1]; ++j)
-      for (std::int64_t i = 0; i < n[0]; ++i)
-        out.voxels.push_back(frame[inside(i, 0) + g.size[0] * (inside(j, 1) + g.size[1] * inside(k, 2))]);
-  return out;
-}
-
-FitPlan canonicalPlan(const MotionPlan& plan, double voxel) {
-  FitPlan fit;
-  fit.iterations = plan.canonicalIterations;
-  fit.coarseIterations = std::min(8, plan.canonicalIterations / 2);
-  fit.rates = {0.24 * voxel, 0.09, 0.09, 0.15, 0.03, 0};
-  fit.cutoff = plan.cutoff;
-  fit.bounds.minLogScale = std::log(0.3 * voxel);
-  fit.bounds.maxLogScale = std::log(30 * voxel);
-  fit.start.gaussians = plan.gaussians;
-  return fit;
-}
-
 } // namespace
-
-double finestSpacing(const GridGeometry& g) {
-  return std::min({g.spacing[0], g.spacing[1], g.spacing[2]});
-}
 
 MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
                      const KernelSet& kernels, ThreadPool& pool)
     : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool),
       voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
-  field_ = emptyField(DynamicKind::Motion, series, map, plan_.cutoff);
+  field_ = emptyField(DynamicKind::Motion, series, map, plan_.canonical.cutoff);
   for (const auto& frame : series.frames) {
     pool_.throwIfStopped();
-    frames_.push_back(observation(frame, series.geometry));
+    frames_.push_back(observeFrame(frame, series.geometry, field_.canonical.modelToWorld, map));
   }
   weights_.resize(frames_.front().lattice.bufferSize());
   numerators_.resize(weights_.size());
 }
 
-/// All planes stay, so that every frame has the same lattice.
-Observation MotionFit::observation(const std::vector<float>& frame, const GridGeometry& geometry) const {
-  Stack stack;
-  stack.image = {geometry, frame};
-  stack.profile = SliceProfile::Point;
-  std::vector<std::uint8_t> finite(frame.size());
-  for (std::size_t v = 0; v < frame.size(); ++v) {
-    finite[v] = std::isfinite(frame[v]);
-    if (!finite[v]) stack.image.voxels[v] = static_cast<float>(map_.offset);
-  }
-  Observation o = observe(stack, field_.canonical.modelToWorld, map_, false).front();
-  const int stride = o.lattice.stride(), nx = o.lattice.nx;
-  for (std::size_t v = 0; v < finite.size(); ++v)
-    if (!finite[v]) {
-      o.weight[v / nx * stride + v % nx] = 0;
-      --o.samples;
-    }
-  return o;
-}
-
 void MotionFit::fitCanonical(const Report& report) {
-  const GridGeometry& g = series_.geometry;
-  std::array<std::int64_t, 3> margin;
-  for (int a = 0; a < 3; ++a)
-    margin[a] = std::max<std::int64_t>(1, std::llround(plan_.margin * voxel_ / g.spacing[a]));
-  const Volume volume = padded(series_.frames[middle_], g, margin);
-  // Placed as if voxels were cubes, then stretched: the slices of a moving scan are often thick.
-  Stack cubes;
-  cubes.image = volume;
-  cubes.image.geometry.origin = {0, 0, 0};
-  cubes.image.geometry.spacing = {1, 1, 1};
-  cubes.image.geometry.direction = {};
-  cubes.profile = SliceProfile::Point;
-  GaussianField field = field_.canonical;
-  field.modelToWorld = {};
-  const FitPlan fit = canonicalPlan(plan_, voxel_);
-  initialise(field, makeProxy(std::span(&cubes, 1), field.modelToWorld, map_, 1.0, pool_), fit.start, seed_,
-             pool_);
-  field.modelToWorld = field_.canonical.modelToWorld;
-  const Affine3 toModel = inverse(field.modelToWorld) * volume.geometry.indexToWorld();
-  for (Gaussian& gaussian : field.gaussians) {
-    const Vec3 mean = toModel({gaussian.mean[0], gaussian.mean[1], gaussian.mean[2]});
-    for (int a = 0; a < 3; ++a) {
-      gaussian.mean[a] = static_cast<float>(mean[a]);
-      gaussian.logScale[a] += static_cast<float>(std::log(g.spacing[a]));
-    }
-  }
-  Trainer trainer(std::move(field), {observation(volume.voxels, volume.geometry)}, fit, kernels_, pool_);
-  while (trainer.step())
-    report(static_cast<double>(trainer.iteration()) / fit.iterations, trainer.mse());
-  field_.canonical.gaussians = trainer.field().gaussians;
+  const GridGeometry covered =
+      innergs::fitCanonical(field_.canonical, series_.frames[middle_], series_.geometry, map_,
+                            plan_.canonical, seed_, kernels_, pool_, report);
   field_.anchors.clear();
   for (const Gaussian& gaussian : field_.canonical.gaussians)
     field_.anchors.insert(field_.anchors.end(), gaussian.mean, gaussian.mean + 3);
-
-  const Affine3 indexToModel = inverse(field_.canonical.modelToWorld) * volume.geometry.indexToWorld();
-  Vec3 low = indexToModel({0, 0, 0}), high = low;
-  const Vec3 other = indexToModel(
-      {volume.geometry.size[0] - 1.0, volume.geometry.size[1] - 1.0, volume.geometry.size[2] - 1.0});
-  for (int a = 0; a < 3; ++a) {
-    high[a] = std::max(low[a], other[a]);
-    low[a] = std::min(low[a], other[a]);
-  }
+  const auto [low, high] = boxInModel(covered, field_.canonical.modelToWorld);
   const double distance = plan_.nodeDistance * voxel_;
   field_.lattice = latticeOver(low, high, {distance, distance, distance});
 }
@@ -299,7 +178,7 @@ void MotionFit::refine(const Report& report) {
   std::vector<AdamBlock> nodeAdam(field_.motion.coefficients, AdamBlock(values));
   std::vector<AdamBlock> ownAdam(field_.own.coefficients, AdamBlock(own));
   Adam adam(static_cast<std::int64_t>(gaussians));
-  const FitPlan fit = canonicalPlan(plan_, voxel_);
+  const FitPlan fit = fitPlan(plan_.canonical, voxel_);
   LatticeRenderer renderer(frames_[middle_].lattice, kernels_, pool_);
   Poser poser(field_);
   GaussianField posed = field_.canonical;

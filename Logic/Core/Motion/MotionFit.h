@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Acquisition/Observation.h"
 #include "Core/Job/Progress.h"
+#include "Core/Motion/CanonicalFit.h"
 #include "Core/Motion/DynamicField.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Render/Kernels.h"
@@ -11,10 +11,8 @@ namespace innergs {
 
 /// Everything that a fit of moving Gaussians does, as numbers. Lengths in voxels are of the finest spacing.
 struct MotionPlan {
-  std::int64_t gaussians = 8'000;
-  int canonicalIterations = 80; // of the fit to the middle frame
-  double margin = 6;            // voxels around the frames that the canonical field covers as well
-  double nodeDistance = 6;      // voxels between the lattice's nodes
+  CanonicalPlan canonical; // of the fit to the middle frame
+  double nodeDistance = 6; // voxels between the lattice's nodes
 
   int trackingSteps = 24;                          // Adam's, per frame
   double trackingShift = 0.2, trackingTurn = 0.02; // rates: voxels, Rodrigues vector
@@ -28,7 +26,6 @@ struct MotionPlan {
   double ownRate = 0.02;      // voxels
   double ownPenalty = 0.01;   // weight of the squared own displacements, mm²
   double finalRate = 0.05;    // rates decay exponentially to this share
-  double cutoff = 2.5;        // Mahalanobis radius
 };
 
 /// Lattice values of one frame, tracked on its own.
@@ -71,7 +68,6 @@ public:
 private:
   double loss(const GaussianField& posed, std::int64_t frame);
   double errorOf(std::span<const float> nodes, std::int64_t frame);
-  Observation observation(const std::vector<float>& frame, const GridGeometry& geometry) const;
 
   const TimeSeries& series_;
   IntensityMap map_;
@@ -86,8 +82,5 @@ private:
   DynamicField field_;
   std::vector<float> weights_, numerators_;
 };
-
-/// mm, of the finest axis.
-double finestSpacing(const GridGeometry& geometry);
 
 } // namespace innergs

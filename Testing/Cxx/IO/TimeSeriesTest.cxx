@@ -187,6 +187,15 @@ DynamicField smallField(DynamicKind kind) {
     field.changes.assign(16, 0.25F);
     return field;
   }
+  if (kind == DynamicKind::Network) {
+    field.network.levels = {{{2, 3, 4}, 4}, {{3, 3, 2}, 5}};
+    field.network.low = {-1, -1, -1};
+    field.network.high = {5, 5, 6};
+    field.network.end = 1.75;
+    field.network.scale.fill(0.5F);
+    initialise(field.network, 3);
+    return field;
+  }
   field.lattice = latticeOver({-1, -1, -1}, {5, 5, 5}, {3, 3, 6});
   field.motion = {0, 1.75, 5};
   field.nodes.assign(field.lattice.nodes() * MotionLattice::kValues * 5, 0.125F);
@@ -199,7 +208,7 @@ DynamicField smallField(DynamicKind kind) {
 
 TEST(DynamicModelFile, ReadsBackAndIsNoStaticModel) {
   const TemporaryFolder folder;
-  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity}) {
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network}) {
     const DynamicField field = smallField(kind);
     writeDynamicModel(field, folder / "a.innergs", {{"Inputs", "b.nii"}});
     EXPECT_TRUE(isDynamicModel(folder / "a.innergs"));
@@ -217,6 +226,15 @@ TEST(DynamicModelFile, ReadsBackAndIsNoStaticModel) {
     EXPECT_EQ(back.anchors, field.anchors);
     EXPECT_EQ(back.ownPath, field.ownPath);
     EXPECT_EQ(back.changes, field.changes);
+    EXPECT_EQ(back.network.levels, field.network.levels);
+    EXPECT_EQ(back.network.low, field.network.low);
+    EXPECT_EQ(back.network.high, field.network.high);
+    EXPECT_EQ(back.network.start, field.network.start);
+    EXPECT_EQ(back.network.end, field.network.end);
+    EXPECT_EQ(back.network.parameters, field.network.parameters);
+    if (kind == DynamicKind::Network) {
+      EXPECT_EQ(back.network.scale, field.network.scale);
+    }
     EXPECT_EQ(back.canonical.residual.voxels, field.canonical.residual.voxels);
     EXPECT_EQ(errorOf([&] { readModel(folder / "a.innergs"); }).code(), ErrorCode::UnsupportedImage);
   }
@@ -231,8 +249,11 @@ TEST(DynamicModelFile, ReadsBackAndIsNoStaticModel) {
 
 TEST(DynamicModelFile, DamagedOnesAreRefused) {
   const TemporaryFolder folder;
-  writeDynamicModel(smallField(DynamicKind::Motion), folder / "a.innergs");
-  const std::string bytes = readBytes(folder / "a.innergs");
+  const auto bytesOf = [&](DynamicKind kind) {
+    writeDynamicModel(smallField(kind), folder / "a.innergs");
+    return readBytes(folder / "a.innergs");
+  };
+  std::string bytes = bytesOf(DynamicKind::Motion);
   const auto replaced = [&](const std::string& from, const std::string& to) {
     std::string changed = bytes;
     const std::size_t at = changed.find(from);
@@ -247,6 +268,12 @@ TEST(DynamicModelFile, DamagedOnesAreRefused) {
   replaced("\"moving\":\"motion\"", "\"moving\":\"notion\"");
   replaced("[0.0,0.5,1.75]", "[0.0,1.5,1.25]");
   replaced("\"anchor\"", "\"amchor\"");
+  const std::string motion = std::exchange(bytes, bytesOf(DynamicKind::Network));
+  replaced("times\\\":4", "times\\\":5");
+  replaced("times\\\":4", "times\\\":3");
+  replaced("channels\\\":16", "channels\\\":32");
+  replaced("\"deformation\"", "\"deformatiom\"");
+  bytes = motion;
   writeBytes(folder / "b.innergs", std::string_view(bytes).substr(0, bytes.size() - 8));
   EXPECT_EQ(errorOf([&] { readDynamicModel(folder / "b.innergs"); }).code(), ErrorCode::FileFormat);
 }

@@ -6,6 +6,7 @@
 #include "Core/Image/Metrics.h"
 #include "Core/Render/Render.h"
 
+#include <array>
 #include <chrono>
 #include <cstring>
 #include <gtest/gtest.h>
@@ -14,6 +15,8 @@ using namespace innergs;
 using namespace innergs::testing;
 
 namespace {
+
+constexpr std::array kKinds{DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network};
 
 DynamicResult runOn(const TimeSeries& series, std::optional<DynamicKind> kind, int threads = 0) {
   DynamicSettings settings;
@@ -51,18 +54,20 @@ TimeSeries glowing(int count, double noise) {
 
 } // namespace
 
-TEST(DynamicJob, RecoversARigidMotionAtTimesThatItNeverSaw) {
+class RigidMotionOf : public ::testing::TestWithParam<std::optional<DynamicKind>> {};
+
+TEST_P(RigidMotionOf, IsRecoveredAtTimesThatItNeverSaw) {
   const TimeSeries all = movingPhantom(evenTimes(13));
   const std::vector<std::int64_t> withheld{3, 6, 9};
   std::vector<std::int64_t> kept;
   for (std::int64_t f = 0; f < all.size(); ++f)
     if (std::find(withheld.begin(), withheld.end(), f) == withheld.end()) kept.push_back(f);
   const TimeSeries series = framesOf(all, kept);
-  const DynamicResult result = runOn(series, {});
+  const DynamicResult result = runOn(series, GetParam());
   ASSERT_TRUE(result.field);
   const DynamicField& field = *result.field;
-  EXPECT_EQ(field.kind, DynamicKind::Motion) << result.choice;
-  EXPECT_FALSE(result.choice.empty());
+  EXPECT_EQ(field.kind, GetParam().value_or(DynamicKind::Motion)) << result.choice;
+  EXPECT_EQ(result.choice.empty(), GetParam().has_value());
   const double reference = series.times[series.size() / 2]; // where the canonical field is fitted
   for (const std::int64_t f : withheld) {
     const auto linear = between(all.frames[f - 1], all.frames[f + 1], 0.5);
@@ -90,6 +95,9 @@ TEST(DynamicJob, RecoversARigidMotionAtTimesThatItNeverSaw) {
   }
 }
 
+INSTANTIATE_TEST_SUITE_P(DynamicJob, RigidMotionOf,
+                         ::testing::Values(std::nullopt, std::optional(DynamicKind::Network)));
+
 TEST(DynamicJob, UnevenTimesAreHonoured) {
   const std::vector<double> times{0, 0.5, 0.9, 1.2, 2, 2.3, 3.1, 3.5, 4, 4.6, 5, 5.5};
   const DynamicResult result = runOn(movingPhantom(times), DynamicKind::Motion);
@@ -104,7 +112,7 @@ TEST(DynamicJob, WhatStaysConstantStaysSo) {
   for (auto& frame : series.frames)
     frame = series.frames[0];
   series.frames[2][0] += 1e-3F; // frames that are all equal are refused
-  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity}) {
+  for (const DynamicKind kind : kKinds) {
     const DynamicResult result = runOn(series, kind);
     const Volume first = render(fieldAt(*result.field, 0), series.geometry);
     for (const double time : {0.3, 1.1, 2.5}) {
@@ -136,7 +144,7 @@ TEST(DynamicJob, BrokenVoxelsAreLeftOut) {
     for (std::size_t v = f; v < series.frames[f].size(); v += 97)
       series.frames[f][v] = std::numeric_limits<float>::quiet_NaN();
   std::fill_n(series.frames[3].begin(), 24 * 22, std::numeric_limits<float>::infinity()); // a slice
-  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity}) {
+  for (const DynamicKind kind : kKinds) {
     const DynamicResult result = runOn(series, kind);
     const Volume then = render(fieldAt(*result.field, 0.5), series.geometry);
     for (const float value : then.voxels)
@@ -148,12 +156,14 @@ TEST(DynamicJob, BrokenVoxelsAreLeftOut) {
 TEST(DynamicJob, SameBitsAtAnyNumberOfThreads) {
   const TimeSeries series = movingPhantom(evenTimes(6));
   for (const std::optional<DynamicKind> kind :
-       {std::optional(DynamicKind::Intensity), std::optional<DynamicKind>()}) {
+       {std::optional(DynamicKind::Intensity), std::optional(DynamicKind::Network),
+        std::optional<DynamicKind>()}) {
     const DynamicResult one = runOn(series, kind, 1), three = runOn(series, kind, 3);
     ASSERT_EQ(one.field->size(), three.field->size());
     EXPECT_EQ(one.field->nodes, three.field->nodes);
     EXPECT_EQ(one.field->ownPath, three.field->ownPath);
     EXPECT_EQ(one.field->changes, three.field->changes);
+    EXPECT_EQ(one.field->network.parameters, three.field->network.parameters);
     EXPECT_EQ(0, std::memcmp(one.field->canonical.gaussians.data(), three.field->canonical.gaussians.data(),
                              sizeof(Gaussian) * one.field->canonical.gaussians.size()));
   }
@@ -181,6 +191,25 @@ TEST(DynamicJob, StopsInEveryPhaseAndKeepsWhatWasRefined) {
   }
 }
 
+TEST(DynamicJob, StoppedInTheNetworksTrainingKeepsTheField) {
+  const TimeSeries series = movingPhantom(evenTimes(6));
+  DynamicSettings settings;
+  settings.kind = DynamicKind::Network;
+  for (const Phase at : {Phase::Initialising, Phase::Fitting}) {
+    std::stop_source stop;
+    DynamicJob job(series, settings);
+    job.onProgress([&](const Progress& progress) {
+      if (progress.phase == at) stop.request_stop();
+    });
+    const DynamicResult result = job.run(stop.get_token());
+    EXPECT_TRUE(result.cancelled) << phaseName(at);
+    EXPECT_EQ(result.field != nullptr, at == Phase::Fitting) << phaseName(at);
+    if (result.field) {
+      EXPECT_NO_THROW(checkDynamicField(*result.field));
+    }
+  }
+}
+
 TEST(DynamicJob, RefusesBeforeAnyWork) {
   DynamicSettings settings;
   settings.gaussians = 0;
@@ -193,7 +222,7 @@ TEST(DynamicJob, RefusesBeforeAnyWork) {
 
 TEST(DynamicSampler, APlaneAtATimeIsTheFieldsAtThatTime) {
   const TimeSeries series = movingPhantom(evenTimes(5));
-  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity}) {
+  for (const DynamicKind kind : kKinds) {
     const DynamicResult result = runOn(series, kind);
     DynamicSampler sampler(result.field);
     const int nx = 24, ny = 22;

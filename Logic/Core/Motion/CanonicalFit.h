@@ -1,0 +1,41 @@
+#pragma once
+#include "Core/Acquisition/Observation.h"
+#include "Core/Fit/Plan.h"
+#include "Core/Model/GaussianField.h"
+#include "Core/Render/Kernels.h"
+
+#include <functional>
+
+namespace innergs {
+
+/// Everything that the fit to one frame of a moving scan does, as numbers.
+struct CanonicalPlan {
+  std::int64_t gaussians = 8'000;
+  int iterations = 80;
+  double margin = 6;   // finest voxels around the frame that the Gaussians cover as well
+  double cutoff = 2.5; // Mahalanobis radius
+};
+
+/// The plan of that fit; voxel: finest spacing, mm.
+FitPlan fitPlan(const CanonicalPlan& plan, double voxel);
+
+/// A frame as samples at its voxel centres; voxels that are not finite weigh nothing. All planes stay, so
+/// that every frame has the same lattice.
+Observation observeFrame(const std::vector<float>& frame, const GridGeometry& geometry,
+                         const Affine3& modelToWorld, const IntensityMap& map);
+
+/// Replaces a field's Gaussians by ones fitted to a frame whose edge voxels are repeated in a margin. Returns
+/// the lattice of frame and margin. report: share done, mean squared error (normalised intensity²). Throws
+/// Error(Cancelled) when the pool is stopped.
+GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame, const GridGeometry& geometry,
+                          const IntensityMap& map, const CanonicalPlan& plan, std::uint64_t seed,
+                          const KernelSet& kernels, ThreadPool& pool,
+                          const std::function<void(double share, double mse)>& report);
+
+/// Corners of the box of a lattice's voxel centres, mm, model frame.
+std::array<Vec3, 2> boxInModel(const GridGeometry& lattice, const Affine3& modelToWorld);
+
+/// mm, of the finest axis.
+double finestSpacing(const GridGeometry& geometry);
+
+} // namespace innergs

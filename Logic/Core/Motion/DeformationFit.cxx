@@ -1,0 +1,103 @@
+#include "Core/Motion/DeformationFit.h"
+
+#include "Core/Base/Random.h"
+#include "Core/Fit/Adam.h"
+#include "Core/Motion/AdamBlock.h"
+#include "Core/Render/LatticeRenderer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+
+DeformationFit::DeformationFit(const TimeSeries& series, const IntensityMap& map, DeformationPlan plan,
+                               std::uint64_t seed, const KernelSet& kernels, ThreadPool& pool)
+    : series_(series), map_(map), plan_(std::move(plan)), seed_(seed), kernels_(kernels), pool_(pool),
+      voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
+  field_ = emptyField(DynamicKind::Network, series, map, plan_.canonical.cutoff);
+}
+
+void DeformationFit::fitCanonical(const Report& report) {
+  const GridGeometry covered =
+      innergs::fitCanonical(field_.canonical, series_.frames[middle_], series_.geometry, map_,
+                            plan_.canonical, seed_, kernels_, pool_, report);
+  field_.anchors.clear();
+  for (const Gaussian& gaussian : field_.canonical.gaussians)
+    field_.anchors.insert(field_.anchors.end(), gaussian.mean, gaussian.mean + 3);
+  DeformationNetwork& network = field_.network;
+  const auto [low, high] = boxInModel(covered, field_.canonical.modelToWorld);
+  network.low = low;
+  network.high = high;
+  network.start = series_.times.front();
+  network.end = series_.times.back();
+  const int times =
+      std::max(4, static_cast<int>(std::lround(static_cast<double>(series_.size()) / plan_.framesPerNode)));
+  network.levels.clear();
+  for (const double distance : plan_.nodeDistances) {
+    DeformationNetwork::Level level;
+    for (int a = 0; a < 3; ++a)
+      level.size[a] =
+          std::clamp(static_cast<int>(std::lround((high[a] - low[a]) / (distance * voxel_))) + 1, 2, 1024);
+    level.times = std::min(times, 4096);
+    network.levels.push_back(level);
+  }
+  const auto voxel = static_cast<float>(voxel_);
+  network.scale = {voxel, voxel, voxel, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.1f, 0.02f, 0, 0, 0, 0};
+  initialise(network, seed_);
+}
+
+void DeformationFit::refine(const Report& report) {
+  DeformationNetwork& network = field_.network;
+  std::vector<Observation> frames;
+  for (const auto& frame : series_.frames) {
+    pool_.throwIfStopped();
+    frames.push_back(observeFrame(frame, series_.geometry, field_.canonical.modelToWorld, map_));
+  }
+  const std::size_t gaussians = field_.canonical.gaussians.size(), planes = network.planeParameters();
+  DeformationEvaluator evaluator(network, field_.anchors, matrixKernels(kernels_.name));
+  LatticeRenderer renderer(frames[middle_].lattice, kernels_, pool_);
+  GaussianField posed = field_.canonical;
+  Adam adam(static_cast<std::int64_t>(gaussians));
+  AdamBlock networkAdam(network.parameters.size());
+  const FitPlan fit = fitPlan(plan_.canonical, voxel_);
+  std::vector<float> change(16 * gaussians), gradient(16 * gaussians), back(network.parameters.size());
+  std::vector<float> weights(frames[middle_].lattice.bufferSize()), numerators(weights.size());
+  Random random(seed_);
+  const auto samples = static_cast<double>(frames[middle_].samples);
+  double mse = 0;
+  for (int s = 0; s < plan_.steps; ++s) {
+    pool_.throwIfStopped();
+    const double reach = std::max(1.0, static_cast<double>(series_.size()) * (s + 1) /
+                                           std::max(1.0, plan_.growth * plan_.steps));
+    const std::int64_t first = std::max<std::int64_t>(0, middle_ - static_cast<std::int64_t>(reach)),
+                       last = std::min(series_.size() - 1, middle_ + static_cast<std::int64_t>(reach));
+    const std::int64_t f =
+        first + static_cast<std::int64_t>(random.next() % static_cast<std::uint64_t>(last - first + 1));
+    const double time = series_.times[f];
+    evaluator.forward(network, time, change, pool_);
+    addChanges(field_.canonical, change, posed, pool_);
+    renderer.forward(posed, {}, weights.data(), numerators.data());
+    const LossSum sum = lossPass(frames[f], posed, {}, weights.data(), numerators.data(), pool_);
+    const double now = sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples));
+    mse = s == 0 ? now : 0.95 * mse + 0.05 * now;
+    std::fill(gradient.begin(), gradient.end(), 0.f);
+    std::fill(back.begin(), back.end(), 0.f);
+    renderer.backward(posed, weights.data(), numerators.data(), gradient);
+    evaluator.backward(network, time, gradient, back, pool_);
+    addPlaneSmoothness(network, plan_.smoothInTime * samples / static_cast<double>(planes),
+                       plan_.smoothInSpace * samples / static_cast<double>(planes), back);
+    const double rate = std::pow(plan_.finalRate, static_cast<double>(s) / plan_.steps);
+    const auto planeRate = static_cast<float>(rate * plan_.planeRate),
+               weightRate = static_cast<float>(rate * plan_.weightRate);
+    networkAdam.apply(
+        network.parameters.data(), [&](std::int64_t i) { return back[i]; },
+        [&](std::int64_t i) { return static_cast<std::size_t>(i) < planes ? planeRate : weightRate; }, pool_);
+    LearningRates rates = fit.rates;
+    for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity})
+      *r *= rate * plan_.canonicalRate;
+    adam.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
+    if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.steps, mse);
+  }
+}
+
+} // namespace innergs

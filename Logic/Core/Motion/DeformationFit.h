@@ -1,0 +1,52 @@
+#pragma once
+#include "Core/Motion/CanonicalFit.h"
+#include "Core/Motion/DynamicField.h"
+#include "Core/Motion/TimeSeries.h"
+
+#include <functional>
+
+namespace innergs {
+
+/// Everything that a fit of a deformation network does, as numbers.
+struct DeformationPlan {
+  CanonicalPlan canonical;                          // of the fit to the middle frame
+  std::vector<double> nodeDistances{12, 6};         // of the levels: finest voxels between nodes in space
+  double framesPerNode = 2;                         // between nodes in time
+  int steps = 4000;                                 // Adam's, one frame each
+  double growth = 0.5;                              // share of them until all frames take part
+  double planeRate = 0.02, weightRate = 2e-3;       // of the network
+  double canonicalRate = 0.3;                       // share of the first fit's rates
+  double finalRate = 0.05;                          // rates decay exponentially to this share
+  double smoothInTime = 1e-4, smoothInSpace = 1e-5; // weights (addPlaneSmoothness), per squared normalised
+                                                    // intensity and voxel
+};
+
+/// The paper's dynamic scene: canonical Gaussians, fitted to the middle frame, and a deformation network,
+/// then all parameters together, one frame a step. Frames take part from the middle outward, so that what has
+/// moved far is reached from where it was found before. Bit-identical at any number of threads. Each step
+/// throws Error(Cancelled) when the pool is stopped.
+class DeformationFit {
+public:
+  using Report = std::function<void(double share, double mse)>;
+
+  DeformationFit(const TimeSeries& series, const IntensityMap& map, DeformationPlan plan, std::uint64_t seed,
+                 const KernelSet& kernels, ThreadPool& pool);
+
+  void fitCanonical(const Report& report);
+  void refine(const Report& report);
+
+  const DynamicField& field() const { return field_; }
+
+private:
+  const TimeSeries& series_;
+  IntensityMap map_;
+  DeformationPlan plan_;
+  std::uint64_t seed_;
+  const KernelSet& kernels_;
+  ThreadPool& pool_;
+  double voxel_; // finest spacing, mm
+  std::int64_t middle_;
+  DynamicField field_;
+};
+
+} // namespace innergs
