@@ -40,12 +40,13 @@ void clearBorders(float* image, std::int64_t rows, std::int64_t width, int chann
 
 void rectify(float* values, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i)
-    values[i] = values[i] > 0 ? values[i] : kLeak * values[i];
+    values[i] =
+        std::max(values[i], kLeak * values[i]); // without a branch, which signs at random would mislead
 }
 
 void rectifyBack(const float* activation, float* gradient, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i)
-    gradient[i] = activation[i] > 0 ? gradient[i] : kLeak * gradient[i];
+    gradient[i] *= activation[i] > 0 ? 1.0f : kLeak;
 }
 
 void addSums(const float* image, std::int64_t samples, int channels, float* sums) {
