@@ -1,0 +1,76 @@
+#include "IO/RecoveredFit.h"
+
+#include "IO/ModelFile.h"
+#include "TestFiles.h"
+
+#include "TestFields.h"
+
+namespace innergs::test {
+namespace {
+
+Model stopped() {
+  Model model;
+  model.field = randomField(5, true);
+  model.iteration = 37;
+  model.optimizer.moment1.assign(80, 0.5f);
+  model.optimizer.moment2.assign(80, 0.25f);
+  return model;
+}
+
+TEST(RecoveredFit, SaysWhatItTakesToGoOn) {
+  const TemporaryFolder folder;
+  RecoveredFit about;
+  about.inputs = "Kopf ä/ö: T2*; T1";
+  about.mask = "Brain";
+  about.settings.preset = Preset::Best;
+  about.settings.iterations = 240;
+  about.settings.seed = 1234567890123456789u;
+  about.settings.device = "cpu";
+  about.iterations = 480;
+  const auto file = writeRecoveredFit(stopped(), about, folder / "new" / "recovery");
+  const auto found = recoveredFits(folder / "new" / "recovery");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].file, file);
+  EXPECT_EQ(found[0].inputs, about.inputs);
+  EXPECT_EQ(found[0].mask, about.mask);
+  EXPECT_EQ(found[0].settings, about.settings);
+  EXPECT_EQ(found[0].iteration, 37);
+  EXPECT_EQ(found[0].iterations, 480);
+  ModelNotes notes;
+  EXPECT_EQ(readModel(file, &notes).optimizer.moment1, stopped().optimizer.moment1);
+  EXPECT_EQ(notes["Inputs"], about.inputs);
+}
+
+TEST(RecoveredFit, OthersFilesAreNone) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(recoveredFits(folder / "missing").empty());
+  writeModel(stopped(), folder / "a model.innergs", {{"Inputs", "T2"}});
+  writeBytes(folder / "damaged.innergs", "no model");
+  EXPECT_TRUE(recoveredFits(folder.path()).empty());
+}
+
+TEST(RecoveredFit, TheNewestTenStay) {
+  const TemporaryFolder folder;
+  RecoveredFit about;
+  about.inputs = std::string(200, 'x'); // longer than a file's name may be
+  std::vector<std::filesystem::path> written;
+  for (int n = 0; n < 12; ++n) {
+    written.push_back(writeRecoveredFit(stopped(), about, folder.path()));
+    // as minutes apart
+    std::filesystem::last_write_time(written.back(), std::filesystem::file_time_type::clock::now() -
+                                                         std::chrono::minutes(20 - n));
+  }
+  const auto found = recoveredFits(folder.path());
+  ASSERT_EQ(found.size(), 10u);
+  EXPECT_EQ(found.front().file, written.back());
+  EXPECT_EQ(found.back().file, written[2]);
+}
+
+TEST(RecoveredFit, AFolderThatCannotBeMadeIsRefused) {
+  const TemporaryFolder folder;
+  writeBytes(folder / "file", "x");
+  EXPECT_THROW(writeRecoveredFit(stopped(), {}, folder / "file"), Error);
+}
+
+} // namespace
+} // namespace innergs::test
