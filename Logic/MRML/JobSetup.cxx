@@ -8,6 +8,7 @@
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "NodeGeometry.h"
+#include "OutlineMask.h"
 #include "SegmentationMask.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -114,15 +115,20 @@ void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   filter->SetMaskIJKToRASMatrix(matrix);
 }
 
+/// That a mask is for.
+std::vector<GridGeometry> gridsOf(const ReconstructionInput& input) {
+  std::vector<GridGeometry> grids;
+  for (const Stack& stack : input.stacks)
+    grids.push_back(stack.image.geometry);
+  return grids;
+}
+
 /// Copies what the mask needs of a segmentation while this is the main thread.
 void takeMask(JobFilter* filter, Parameters* parameters, vtkMRMLVolumeNode* like) {
   auto* node = vtkMRMLSegmentationNode::SafeDownCast(parameters->GetMaskNode());
   if (!node) return;
   std::vector<GridGeometry> grids;
-  filter->WithOutline([&](const ReconstructionInput& input) {
-    for (const Stack& stack : input.stacks)
-      grids.push_back(stack.image.geometry);
-  });
+  filter->WithOutline([&](const ReconstructionInput& input) { grids = gridsOf(input); });
   filter->mask = std::make_unique<SegmentationMask>(node, parameters->GetMaskSegmentID(), like, grids);
 }
 
@@ -265,12 +271,16 @@ std::string describeDevice(Parameters* parameters) {
   return filter->DescribeDevice();
 }
 
-JobOutline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf) {
+JobOutline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf,
+                     OutlineMask& mask) {
   const auto filter = check(parameters, scene, thicknessOf);
   JobOutline outline;
   outline.settings = filter->GetSettings();
-  filter->WithOutline(
-      [&](const ReconstructionInput& input) { outline.fits = fitOutlines(input, filter->keepEvery); });
+  filter->WithOutline([&](ReconstructionInput input) {
+    if (const Mask* inside = mask.of(parameters, inputsOf(parameters).front(), gridsOf(input)))
+      input.mask = *inside;
+    outline.fits = fitOutlines(input, filter->keepEvery);
+  });
   return outline;
 }
 

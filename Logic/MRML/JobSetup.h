@@ -23,6 +23,7 @@ namespace innergs::mrml {
 
 class SegmentationMask;
 class DetachedTasks;
+class OutlineMask;
 
 /// The filter, which also judges its quality by protocol H, with its settings open to this layer.
 class JobFilter : public vtkInnerGSReconstruct {
@@ -83,7 +84,7 @@ std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 
 /// Of the job and its quality table; knows no nodes, so any thread may use it. Throws Error.
 JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
-                     const ThicknessOf& thicknessOf);
+                     const ThicknessOf& thicknessOf, OutlineMask& mask);
 
 /// check(), and copies the voxels; without `copy` the worker copies them from what it shares with the nodes.
 /// Throws Error.

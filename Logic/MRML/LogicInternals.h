@@ -1,5 +1,6 @@
 #pragma once
 #include "JobDelivery.h"
+#include "OutlineMask.h"
 #include "SliceFollower.h"
 #include "vtkSlicerInnerGSJob.h"
 #include "vtkSlicerInnerGSLogic.h"
@@ -20,6 +21,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   std::vector<std::shared_ptr<innergs::mrml::SliceFollower>> followers;
   innergs::mrml::JobDelivery delivery;
   DicomLookup dicom;
+  innergs::mrml::OutlineMask outlineMask;
 
   // The application's event loop modifies the bell on the main thread when the worker requests it.
   vtkNew<vtkObject> bell;
@@ -81,7 +83,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   /// Runs the task; what it throws becomes an ErrorEvent and the last error, and it returns false.
   bool guard(const std::function<void()>& task);
   void fail(const innergs::Failure& failure);
-  innergs::JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters) const; // throws Error
+  innergs::JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters); // throws Error
   innergs::mrml::ThicknessOf thicknessOf() const;
   void showFine(const std::shared_ptr<innergs::mrml::SliceFollower>& follower,
                 const innergs::mrml::FinePlanes::Plane& plane);

@@ -35,6 +35,8 @@ public:
   SegmentationMask(const SegmentationMask&) = delete;
   SegmentationMask& operator=(const SegmentationMask&) = delete;
 
+  /// Whether make() has to ask Slicer for the voxels of surfaces.
+  bool hasSurfaces() const { return !others_.empty(); }
   /// All segments in one (LPS), on any thread; uses the copies up. Slicer's conversion of surfaces cannot be
   /// stopped. Throws Error, Error(Cancelled).
   Mask make(const std::stop_token& stop, DetachedTasks& unstoppable);

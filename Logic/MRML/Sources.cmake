@@ -20,6 +20,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   ModelNodes.cxx
   NodeGeometry.cxx
   NodeTransform.cxx
+  OutlineMask.cxx
   Outputs.cxx
   QualityTable.cxx
   Queries.cxx

@@ -61,8 +61,8 @@ void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::Slic
 }
 
 innergs::JobOutline
-vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) const {
-  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf());
+vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) {
+  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf(), outlineMask);
 }
 
 mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {

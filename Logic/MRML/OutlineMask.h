@@ -1,0 +1,27 @@
+#pragma once
+#include "Core/Image/Volume.h"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+class vtkMRMLInnerGSParameterNode;
+class vtkMRMLVolumeNode;
+
+namespace innergs::mrml {
+
+/// The mask of estimates: made anew only when the mask, its voxels or its place have changed, since every
+/// choice in a panel is estimated. Main thread.
+class OutlineMask {
+public:
+  /// On its own lattice (LPS); null without a mask, for surfaces, which only Slicer's slow conversion could
+  /// count, and for what the job will refuse. `like`, grids: as SegmentationMask's.
+  const Mask* of(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLVolumeNode* like,
+                 const std::vector<GridGeometry>& grids);
+
+private:
+  std::string key_;
+  std::optional<Mask> mask_;
+};
+
+} // namespace innergs::mrml
