@@ -1,14 +1,18 @@
 #include "MrmlFixture.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 
+#include <vtkCacheManager.h>
+#include <vtkDataIOManager.h>
 #include <vtkMRMLMessageCollection.h>
 #include <vtkMRMLSubjectHierarchyNode.h>
 
 #include <fstream>
+#include <limits>
 
 namespace {
 
 using SceneFileTest = MrmlFixture;
+using Logic = vtkSlicerInnerGSLogic;
 
 TEST_F(SceneFileTest, SavedToAFolderAndReopened) {
   auto* parameters = addParameters(addThickVolume()); // a model with a residual grid
@@ -67,6 +71,66 @@ TEST_F(SceneFileTest, SavedToAFolderAndReopened) {
   ASSERT_NE(again->GetResultVolumeNode(), nullptr);
   EXPECT_STREQ(again->GetResultVolumeNode()->GetNodeReferenceID("InnerGSModel"), restored->GetID());
   ASSERT_TRUE(other->Reconstruct(again)) << other->GetLastError(); // and it works on
+}
+
+/// A scene of its own, opened from a bundle.
+struct BundleReader {
+  BundleReader(const std::string& bundle, const std::filesystem::path& folder) {
+    cache->SetRemoteCacheDirectory((folder / "cache").string().c_str());
+    io->SetCacheManager(cache);
+    scene->SetDataIOManager(io);
+    scene->SetCacheManager(cache);
+    logic->SetMRMLScene(scene);
+    read = scene->ReadFromMRB(bundle.c_str(), true);
+  }
+  ~BundleReader() {
+    scene->SetDataIOManager(nullptr);
+    scene->SetCacheManager(nullptr);
+  }
+  vtkNew<vtkCacheManager> cache;
+  vtkNew<vtkDataIOManager> io;
+  vtkNew<vtkMRMLScene> scene;
+  vtkNew<Logic> logic;
+  bool read = false;
+};
+
+// As one file with everything in it, which is unpacked to a folder that goes.
+TEST_F(SceneFileTest, BundledAndReopened) {
+  ASSERT_TRUE(logic->Reconstruct(addParameters(addThickVolume()))) << logic->GetLastError();
+  auto* model = logic->GetLastJob()->GetModelNode();
+  const std::string bundle = (folder / "everything.mrb").string();
+  const auto valueIn = [](vtkMRMLScene* opened, Logic* with) {
+    auto* restored =
+        vtkMRMLInnerGSModelNode::SafeDownCast(opened->GetFirstNodeByClass("vtkMRMLInnerGSModelNode"));
+    return restored && !restored->IsEmpty() ? with->GetValueAtRAS(restored, 4, -5, 6)
+                                            : std::numeric_limits<double>::quiet_NaN();
+  };
+  for (const bool savedBefore : {false, true}) { // where the node has a file of its own elsewhere
+    SCOPED_TRACE(savedBefore);
+    const std::string own = (folder / "own.innergs").string();
+    if (savedBefore) {
+      ASSERT_TRUE(logic->SaveModel(model, own)) << logic->GetLastError();
+    }
+    ASSERT_TRUE(scene->WriteToMRB(bundle.c_str()));
+    if (savedBefore) {
+      EXPECT_EQ(std::string(model->GetStorageNode()->GetFileName()), own); // stays its file
+      std::filesystem::remove(own);
+    }
+    const BundleReader unpacked(bundle, folder);
+    vtkMRMLScene* reopened = unpacked.scene;
+    Logic* other = unpacked.logic;
+    ASSERT_TRUE(unpacked.read);
+    EXPECT_EQ(valueIn(reopened, other), logic->GetValueAtRAS(model, 4, -5, 6));
+    auto* restored =
+        vtkMRMLInnerGSModelNode::SafeDownCast(reopened->GetFirstNodeByClass("vtkMRMLInnerGSModelNode"));
+    ASSERT_NE(restored, nullptr);
+    // Its unpacked file is gone: bundled again, the model is written from memory.
+    const std::string again = (folder / "again.mrb").string();
+    ASSERT_TRUE(reopened->WriteToMRB(again.c_str()));
+    const BundleReader third(again, folder);
+    ASSERT_TRUE(third.read);
+    EXPECT_EQ(valueIn(third.scene, third.logic), logic->GetValueAtRAS(model, 4, -5, 6));
+  }
 }
 
 TEST_F(SceneFileTest, ModelFiles) {
