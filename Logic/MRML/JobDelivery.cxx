@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "IO/FilePath.h"
 #include "Outputs.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -88,6 +89,7 @@ void JobDelivery::finish(Task& task) {
   const vtkSmartPointer<vtkMRMLScene> scene = logic_->GetMRMLScene();
   if (task.discard || task.cancelled || (task.stop.stop_requested() && !task.judging) || !scene ||
       scene != task.scene.Get() || scene->IsClosing()) {
+    tellKept(task);
     abandon(job);
     return;
   }
@@ -101,6 +103,10 @@ void JobDelivery::finish(Task& task) {
     }
     std::erase(finishing_, &task);
   }
+  if (task.discard)
+    tellKept(task);
+  else if (failure.sentence.empty())
+    forgetResumed(task);
   task.filter = nullptr; // with its volumes
   if (task.discard) {
     abandon(job);
@@ -120,6 +126,30 @@ void JobDelivery::finish(Task& task) {
   logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFailedEvent, job);
 }
 
+void JobDelivery::tellKept(Task& task) {
+  if (!task.keep) return;
+  keepFit(task);
+  if (!task.notKept.sentence.empty()) {
+    onError_({task.notKept.code, "Where the reconstruction stood could not be kept. " + task.notKept.sentence});
+    return;
+  }
+  const RecoveredFit& kept = task.recovered;
+  if (kept.file.empty()) return; // it had not begun
+  task.job->RecoveryFile = utf8(kept.file);
+  vtkWarningWithObjectMacro(logic_, "The reconstruction of '"
+                                        << kept.inputs << "' was stopped at iteration " << kept.iteration
+                                        << " of " << kept.iterations << ". Where it stood is kept in "
+                                        << quoted(kept.file)
+                                        << ": load its scans again and go on from that file.");
+}
+
+void JobDelivery::forgetResumed(const Task& task) {
+  const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
+  if (parameters && parameters->GetResumeFileName() == utf8(task.filter->resumeFile))
+    parameters->SetResumeFileName("");
+  dropResumedFile(task);
+}
+
 void JobDelivery::abandon(vtkSlicerInnerGSJob* job, bool tell) {
   if (job->IsDone()) return;
   job->State = vtkSlicerInnerGSJob::Cancelled;
@@ -128,7 +158,7 @@ void JobDelivery::abandon(vtkSlicerInnerGSJob* job, bool tell) {
 
 void JobDelivery::discard() {
   for (Task* task : finishing_)
-    task->discard = true;
+    task->discard = task->keep = true;
 }
 
 } // namespace innergs::mrml

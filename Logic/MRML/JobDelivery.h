@@ -20,6 +20,9 @@ public:
 private:
   void finish(Task& task);
   void makeNodes(Task& task, vtkMRMLScene* scene);
+  void tellKept(Task& task);
+  /// Where it went on from: it is complete.
+  static void forgetResumed(const Task& task);
 
   vtkSlicerInnerGSLogic* logic_;
   ErrorHandler onError_;

@@ -187,6 +187,7 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   filter->Update();
   filter->told = nullptr;
   task->cancelled = filter->GetAborted();
+  if (task->keep) keepFit(*task);
   task->report = std::move(filter->quality);
   filter->RethrowError();
 }

@@ -38,7 +38,7 @@ public:
 
   /// Where the worker cannot be started, the task ends with that failure.
   void submit(std::shared_ptr<Task> task);
-  /// Asks a task to end; its last update follows within 200 ms.
+  /// Asks a task to end; its last update follows within 200 ms, or when what is to be kept of it is written.
   void cancel(const std::shared_ptr<Task>& task);
 
   /// The tasks whose last update has not been fetched, in order.

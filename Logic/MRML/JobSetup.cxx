@@ -1,15 +1,19 @@
 #include "JobSetup.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/Failure.h"
 #include "Core/Device/Devices.h"
 #include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
+#include "IO/FilePath.h"
+#include "IO/ModelFile.h"
 #include "NodeGeometry.h"
 #include "OutlineMask.h"
 #include "SegmentationMask.h"
+#include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 #include "vtkSlicerInnerGSJob.h"
@@ -31,18 +35,42 @@ namespace innergs::mrml {
 
 vtkStandardNewMacro(JobFilter);
 
-JobFilter::JobFilter() = default;
+JobFilter::JobFilter() {
+  this->KeepModelWhenAbortedOn(); // for keepFit()
+}
 JobFilter::~JobFilter() = default;
 
 ReconstructionResult JobFilter::Reconstruct(ReconstructionInput&& input, const Settings& settings,
                                             const std::stop_token& stop) {
   if (mask) input.mask = std::exchange(mask, nullptr)->make(stop, *unstoppable);
+  if (!resumeFile.empty()) input.resume = std::make_shared<const Model>(readModel(resumeFile));
   JudgedReconstruction job(std::move(input), settings, keepEvery);
   job.onProgress([this](const innergs::Progress& progress) { ReportProgress(progress); });
   job.onPreview([this](const Volume& volume) { ReportPreview(volume); });
   JudgedResult result = job.run(stop);
   quality = std::move(result.quality);
   return std::move(result.reconstruction);
+}
+
+void dropResumedFile(const Task& task) {
+  std::error_code ignored;
+  const std::filesystem::path& file = task.filter->resumeFile;
+  if (!file.empty() && std::filesystem::equivalent(file.parent_path(), task.recoveryFolder, ignored))
+    std::filesystem::remove(file, ignored);
+}
+
+void keepFit(Task& task) {
+  vtkInnerGSModel* reached = task.filter ? task.filter->GetOutputModel() : nullptr;
+  if (!reached || reached->IsEmpty() || !task.recovered.file.empty()) return;
+  try {
+    const auto model = reached->GetCoreModel();
+    task.recovered.iteration = model->iteration;
+    task.recovered.iterations = task.cancelled ? task.filter->GetTotalIterations() : model->iteration;
+    task.recovered.file = writeRecoveredFit(*model, task.recovered, task.recoveryFolder);
+    dropResumedFile(task);
+  } catch (...) {
+    task.notKept = failureOf();
+  }
 }
 
 void JobFilter::ReportProgress(const innergs::Progress& progress) {
@@ -251,6 +279,10 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   configure(filter, parameters, thicknessOf);
   checkSettings(filter->GetSettings());
   checkHeldOutFraction(parameters->GetHeldOutFraction());
+  if (const std::string file = parameters->GetResumeFileName(); !file.empty()) {
+    filter->resumeFile = std::filesystem::path(std::u8string(file.begin(), file.end()));
+    checkInputFile(filter->resumeFile);
+  }
   if (parameters->GetEvaluateQuality()) checkKeepEvery(*(filter->keepEvery = parameters->GetQualityGap()));
   return filter;
 }
@@ -295,6 +327,9 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const
     task->inputNames +=
         (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");
   if (vtkMRMLNode* mask = parameters->GetMaskNode()) task->maskName = mask->GetName() ? mask->GetName() : "";
+  task->recovered.inputs = task->inputNames;
+  task->recovered.mask = task->maskName;
+  task->recovered.settings = task->filter->GetSettings();
   task->scene = scene;
   task->parameters = parameters;
   task->firstInput = inputs.front();

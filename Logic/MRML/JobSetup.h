@@ -2,11 +2,14 @@
 #include "Core/Base/Failure.h"
 #include "Core/Job/JobOutline.h"
 #include "Evaluation/JudgedReconstruction.h"
+#include "IO/RecoveredFit.h"
 #include "vtkInnerGSReconstruct.h"
 
 #include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
 
+#include <atomic>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -37,6 +40,8 @@ public:
   /// See JudgedReconstruction.
   std::optional<int> keepEvery;
   std::optional<EvaluationReport> quality;
+  /// A model file to go on from, read by the worker; empty: none.
+  std::filesystem::path resumeFile;
   /// Called on the worker.
   ProgressCallback told;
 
@@ -60,6 +65,12 @@ struct Task {
   bool judging = false; // the fit is complete: a cancel now ends only the judging of its quality
   std::optional<EvaluationReport> report;
 
+  // Where the fit stood, for what ends it from outside: what is told of the job, and the folder and file.
+  std::atomic<bool> keep{false}; // set before the stop
+  RecoveredFit recovered;        // without a file: not kept
+  std::filesystem::path recoveryFolder;
+  Failure notKept;
+
   // For the main thread, when it is done.
   bool discard = false;                                    // the result is no longer wanted
   std::string inputNames, maskName;                        // "" without a mask
@@ -71,6 +82,12 @@ struct Task {
   vtkWeakPointer<vtkMRMLInnerGSModelNode> model;
   vtkWeakPointer<vtkMRMLTableNode> table;
 };
+
+/// Writes where the task's fit stands, or its result, into its recovery folder, once and if there is something;
+/// on the thread that the task belongs to. Does not throw.
+void keepFit(Task& task);
+/// Removes the file that the task went on from, if it is a recovered one: there is a newer state.
+void dropResumedFile(const Task& task);
 
 /// The slice thickness (mm) of an input for which 0 is set; 0: the distance between slices.
 using ThicknessOf = std::function<double(vtkMRMLVolumeNode*)>;

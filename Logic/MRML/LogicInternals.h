@@ -22,6 +22,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   innergs::mrml::JobDelivery delivery;
   DicomLookup dicom;
   innergs::mrml::OutlineMask outlineMask;
+  std::string recoveryFolder; // "": the usual one
 
   // The application's event loop modifies the bell on the main thread when the worker requests it.
   vtkNew<vtkObject> bell;
@@ -69,7 +70,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   }
   void abandonJobs() {
     for (const auto& task : queue.tasks()) {
-      task->discard = true;
+      task->discard = task->keep = true;
       queue.cancel(task);
       delivery.abandon(task->job, false); // an event of an object being deleted must not reach Python
     }

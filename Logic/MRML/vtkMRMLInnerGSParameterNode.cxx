@@ -58,6 +58,7 @@ void setFormer(innergs::Settings& settings, const innergs::Setting& row, const s
 #define INNERGS_PROPERTIES(DO)                                                                               \
   INNERGS_SETTINGS(DO)                                                                                       \
   DO(StdString, maskSegmentID, MaskSegmentID)                                                                \
+  DO(StdString, resumeFileName, ResumeFileName)                                                              \
   DO(StdString, inputSettings, InputSettings)
 
 vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() : Choices(std::make_unique<innergs::Settings>()) {

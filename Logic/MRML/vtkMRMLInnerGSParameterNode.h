@@ -130,6 +130,11 @@ public:
   vtkGetMacro(QualityGap, int);
   ///@}
 
+  /// A model file to go on from instead of starting anew, UTF-8: of the same inputs and settings bit for bit,
+  /// of others its Gaussians are the start. A finished reconstruction empties it. "" (default): none.
+  vtkSetMacro(ResumeFileName, const std::string&);
+  vtkGetMacro(ResumeFileName, std::string);
+
   /// All settings as at the start; inputs, region and outputs stay.
   void ResetSettings();
 
@@ -179,7 +184,7 @@ protected:
   double GetSettingNumber(const char* name);
 #endif
 
-  std::string MaskSegmentID;
+  std::string MaskSegmentID, ResumeFileName;
   int OutputGrid = AutomaticGrid;
   double OutputSpacing = 1;
   double HeldOutFraction = 0;

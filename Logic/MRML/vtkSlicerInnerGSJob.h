@@ -79,6 +79,9 @@ public:
   vtkGetMacro(ErrorCode, int); // one of vtkInnerGSAlgorithm::ErrorCodes, or 0
   int GetNumberOfWarnings();
   std::string GetWarning(int index);
+  /// A model file to go on from (SetResumeFileName of a parameter node), where closing the scene or removing
+  /// the parameter node stopped the fit; else "".
+  vtkGetMacro(RecoveryFile, std::string);
   /// "name=value; ...": every setting as it was used.
   vtkGetMacro(UsedSettings, std::string);
   vtkGetMacro(QualityState, int); // one of vtkInnerGSReconstruct::QualityStates
@@ -100,7 +103,7 @@ protected:
   int State = Queued;
   std::unique_ptr<innergs::Progress> Told;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
-  std::string PredictionNote, DeviceNote, ErrorMessage, UsedSettings;
+  std::string PredictionNote, DeviceNote, ErrorMessage, RecoveryFile, UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "IO/FilePath.h"
 #include "LogicInternals.h"
 #include "Outputs.h"
 #include "SceneChoices.h"
@@ -18,6 +19,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <new>
 
 vtkStandardNewMacro(vtkSlicerInnerGSLogic);
@@ -116,7 +118,7 @@ void vtkSlicerInnerGSLogic::SetMRMLSceneInternal(vtkMRMLScene* scene) {
 void vtkSlicerInnerGSLogic::OnMRMLSceneStartClose() {
   this->StopFollowing();
   for (const auto& task : this->Work->queue.tasks())
-    task->discard = true;
+    task->discard = task->keep = true;
   this->Work->delivery.discard();
   this->Cancel();
 }
@@ -129,7 +131,7 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
   std::erase_if(this->Work->followers, [&](const auto& follower) { return follower->concerns(node); });
   for (const auto& task : this->Work->queue.tasks())
     if (task->parameters.Get() == node) {
-      task->discard = true;
+      task->discard = task->keep = true;
       this->Work->queue.cancel(task);
     }
   mrml::leaveHierarchy(node, this->GetMRMLScene());
@@ -145,6 +147,8 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSPa
                                                      copyVoxels || this->GetNumberOfJobs() > 0);
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->ParameterNode = parameters;
+    const std::string folder = this->GetRecoveryFolder();
+    task->recoveryFolder = std::filesystem::path(std::u8string(folder.begin(), folder.end()));
     const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
     work.queue.submit(std::move(task));
     work.lastJob = job;
@@ -266,6 +270,20 @@ vtkSlicerInnerGSLogic::EstimateLater(vtkMRMLInnerGSParameterNode* parameters, st
 
 std::string vtkSlicerInnerGSLogic::DescribeDevice(vtkMRMLInnerGSParameterNode* parameters) {
   return parameters ? mrml::describeDevice(parameters) : "";
+}
+
+void vtkSlicerInnerGSLogic::SetRecoveryFolder(const std::string& folder) {
+  this->Work->recoveryFolder = folder;
+}
+
+std::string vtkSlicerInnerGSLogic::GetRecoveryFolder() {
+  if (!this->Work->recoveryFolder.empty()) return this->Work->recoveryFolder;
+  vtkMRMLApplicationLogic* application = this->GetMRMLApplicationLogic();
+  const char* temporary = application ? application->GetTemporaryPath() : nullptr;
+  if (temporary && *temporary) return std::string(temporary) + "/InnerGS-recovery";
+  std::error_code failed;
+  const std::filesystem::path folder = std::filesystem::temp_directory_path(failed);
+  return innergs::utf8((failed ? std::filesystem::path(".") : folder) / "InnerGS-recovery");
 }
 
 double vtkSlicerInnerGSLogic::GetDicomSliceThickness(vtkMRMLVolumeNode* volume) {

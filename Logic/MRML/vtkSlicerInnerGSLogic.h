@@ -174,6 +174,14 @@ public:
 #endif
   ///@}
 
+  ///@{
+  /// Where the state of a fit goes that does not end by Cancel(): its scene is closed, its parameter node
+  /// removed, the application ends. A model file each, the newest ten; the job's GetRecoveryFile(). UTF-8;
+  /// "": InnerGS-recovery in the application's temporary folder, without an application the system's.
+  void SetRecoveryFolder(const std::string& folder);
+  std::string GetRecoveryFolder();
+  ///@}
+
   /// Its event loop delivers events; it may go before the logic, with jobs running.
   void SetMRMLApplicationLogic(vtkMRMLApplicationLogic* application) override;
 

@@ -109,6 +109,7 @@ TEST_F(JobTest, LogicAndSceneGoWhileRunning) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);
   auto other = vtkSmartPointer<Logic>::New();
+  other->SetRecoveryFolder(logic->GetRecoveryFolder());
   other->SetMRMLScene(scene);
   vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
   vtkSmartPointer<vtkSlicerInnerGSJob> waiting = other->StartReconstruction(parameters);
@@ -128,6 +129,7 @@ TEST_F(JobTest, LogicAndSceneGoWhileRunning) {
 TEST_F(JobTest, LogicDroppedByAnObserver) {
   auto* parameters = addParameters(addVolume());
   auto other = vtkSmartPointer<Logic>::New();
+  other->SetRecoveryFolder(logic->GetRecoveryFolder());
   other->SetMRMLScene(scene);
   Logic* raw = other;
   vtkNew<vtkCallbackCommand> drop;
@@ -144,6 +146,7 @@ TEST_F(JobTest, LogicDroppedByAnObserver) {
 TEST_F(JobTest, LogicDroppedWhileAskedWhetherItRuns) {
   auto* parameters = addParameters(addVolume());
   auto other = vtkSmartPointer<Logic>::New();
+  other->SetRecoveryFolder(logic->GetRecoveryFolder());
   other->SetMRMLScene(scene);
   Logic* raw = other;
   ASSERT_NE(raw->StartReconstruction(parameters), nullptr);
@@ -218,6 +221,7 @@ TEST_F(JobTest, CancelledWithoutAnEventWhenTheLogicGoes) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);
   auto other = vtkSmartPointer<Logic>::New();
+  other->SetRecoveryFolder(logic->GetRecoveryFolder());
   other->SetMRMLScene(scene);
   std::vector<vtkSmartPointer<vtkSlicerInnerGSJob>> jobs{other->StartReconstruction(parameters),
                                                          other->StartReconstruction(parameters)};

@@ -29,6 +29,7 @@ MrmlFixture::MrmlFixture() : logic(vtkSmartPointer<vtkSlicerInnerGSLogic>::New()
   std::random_device random;
   folder = std::filesystem::temp_directory_path() / ("innergs-mrml-" + std::to_string(random()));
   std::filesystem::create_directories(folder);
+  logic->SetRecoveryFolder((folder / "recovery").string());
 }
 
 MrmlFixture::~MrmlFixture() {

@@ -74,6 +74,7 @@ TEST_F(SegmentationJobTest, CancelWhileSurfacesAreMadeVoxels) {
   parameters->SetNumberOfIterations(2);
   parameters->SetMaskNode(node);
   auto other = vtkSmartPointer<vtkSlicerInnerGSLogic>::New();
+  other->SetRecoveryFolder(logic->GetRecoveryFolder());
   other->SetMRMLScene(scene);
   WatchedRule::held = true;
   vtkSmartPointer<vtkSlicerInnerGSJob> job = other->StartReconstruction(parameters);
