@@ -33,6 +33,7 @@ Request requestOf(vtkMRMLInnerGSParameterNode* node) {
   request.outputModelId = idOf(node->GetOutputModelNode());
   request.settings = node->GetSettings();
   request.heldOutFraction = node->GetHeldOutFraction();
+  request.resumeFile = QString::fromStdString(node->GetResumeFileName());
   request.evaluateQuality = node->GetEvaluateQuality();
   request.qualityGap = node->GetQualityGap();
   return request;
@@ -70,6 +71,7 @@ void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
     node->SetOutputModelNode(nodeOf<vtkMRMLInnerGSModelNode>(node, request.outputModelId));
   node->SetSettings(request.settings);
   node->SetHeldOutFraction(request.heldOutFraction);
+  node->SetResumeFileName(request.resumeFile.toStdString());
   node->SetEvaluateQuality(request.evaluateQuality);
   node->SetQualityGap(request.qualityGap);
 }

@@ -201,6 +201,10 @@ QString qSlicerInnerGSHost::folder() const {
   return QSettings().value(kFolder, QDir::homePath()).toString();
 }
 
+QString qSlicerInnerGSHost::recoveryFolder() const {
+  return logic_ ? QString::fromStdString(logic_->GetRecoveryFolder()) : QString();
+}
+
 void qSlicerInnerGSHost::setFolder(const QString& folder) {
   QSettings().setValue(kFolder, folder);
 }
@@ -277,10 +281,13 @@ bool qSlicerInnerGSHost::start(const Request& request) {
 /// What ended a job that nobody cancelled, as a sentence; else "".
 QString qSlicerInnerGSHost::whyEnded(vtkSlicerInnerGSJob* job) const {
   if (cancelling_) return {};
-  if (!scene_ || scene_->IsClosing())
-    return tr(
-        "Closing the scene ended the reconstruction, as opening another one in its place does: open its "
-        "scans again and start anew.");
+  if (!scene_ || scene_->IsClosing()) {
+    const QString why =
+        tr("Closing the scene ended the reconstruction, as opening another one in its place does.");
+    return why + ' ' +
+           (job->GetRecoveryFile().empty() ? tr("Open its scans again and start anew.")
+                                           : tr("Open its scans again to go on from where it stood."));
+  }
   vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode();
   return parameters && parameters->GetScene() == scene_
              ? QString()

@@ -65,6 +65,7 @@ public:
   QString addVolumeOf(const QString& modelId, const std::array<double, 2>& window, vtkImageData* image,
                       vtkMatrix4x4* ijkToRAS, const QString& name, QString* error) override;
   QString folder() const override;
+  QString recoveryFolder() const override;
   void setFolder(const QString& folder) override;
 
 Q_SIGNALS:

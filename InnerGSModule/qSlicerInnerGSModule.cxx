@@ -23,6 +23,7 @@
 
 #include <QFileInfo>
 #include <QHash>
+#include <QStandardPaths>
 
 #ifdef Slicer_BUILD_DICOM_SUPPORT
 namespace {
@@ -96,6 +97,10 @@ void qSlicerInnerGSModule::setup() {
 #ifdef Slicer_BUILD_DICOM_SUPPORT
   if (logic) logic->SetDicomLookup(dicomValue);
 #endif
+  if (logic) // the desktop app's as well; a temporary folder does not outlive a restart everywhere
+    logic->SetRecoveryFolder((QStandardPaths::writableLocation(QStandardPaths::GenericDataLocation) +
+                              QStringLiteral("/InnerGS/recovery"))
+                                 .toStdString());
   qSlicerCoreIOManager* files = qSlicerCoreApplication::application()->coreIOManager();
   files->registerIO(new qSlicerInnerGSReader(logic, this));
   files->registerIO(new qSlicerNodeWriter(tr("InnerGS model"), QString("InnerGSModelFile"),

@@ -176,7 +176,8 @@ void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
   auto* question = new EndingQuestion(host, window, q_ptr);
   question->guard(
       "FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
-      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene?"));
+      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene? Where it stands "
+                                     "is kept, to go on from."));
   question->guard("FileLoadSceneAction", "on_FileLoadSceneAction_triggered()",
                   qSlicerInnerGSModuleWidget::tr(
                       "A reconstruction is running. Stop it and open another scene in place of this one?"));

@@ -86,6 +86,9 @@ public:
   }
   ///@}
 
+  /// Where the state of fits that something else than cancel() has stopped is kept (IO/RecoveredFit.h); "": none is.
+  virtual QString recoveryFolder() const { return {}; }
+
   /// The folder that file dialogs open in. It is remembered.
   virtual QString folder() const = 0;
   virtual void setFolder(const QString& folder) = 0;

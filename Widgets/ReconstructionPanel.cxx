@@ -10,6 +10,7 @@
 #include "Widgets/PinnedRow.h"
 #include "Widgets/ProgressCard.h"
 #include "Widgets/QualityCard.h"
+#include "Widgets/RecoveryLine.h"
 #include "Widgets/Section.h"
 #include "Widgets/SettingsPanel.h"
 #include "Widgets/TextFormat.h"
@@ -76,11 +77,13 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
   start_->setContent(makeStart());
   message_ = new MessageLine(this);
   message_->setObjectName("message");
+  recovery_ = new RecoveryLine(host, this);
+  recovery_->setObjectName("recoveryLine");
   quality_ = new QualityCard(this);
   quality_->setObjectName("qualityCard");
   auto* layout = new QVBoxLayout(this);
   for (QWidget* part : {choices_, static_cast<QWidget*>(start_), static_cast<QWidget*>(message_),
-                        static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
+                        static_cast<QWidget*>(recovery_), static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
     layout->addWidget(part);
   layout->addStretch(1);
 
@@ -123,15 +126,26 @@ void ReconstructionPanel::connectHost() {
   connect(host_, &Host::finished, this, [this](const Report& report) {
     progress_->finish();
     quality_->setReport(report);
+    const bool resumed = !recovery_->file().isEmpty();
+    recovery_->setFile({}); // it is complete
     setState(State::Idle);
+    if (resumed) Q_EMIT requestChanged();
     reveal(quality_, quality_);
   });
   connect(host_, &Host::failed, this, [this](const QString& text) {
     progress_->hide();
-    message_->setMessage(MessageLine::Kind::Error,
-                         sentence(text) + '\n' + tr("There is no result. Change something and start again."));
     setState(State::Idle);
+    const QString next = recovery_->refresh() ? tr("There is no result yet.")
+                                              : tr("There is no result. Change something and start again.");
+    message_->setMessage(MessageLine::Kind::Error, sentence(text) + '\n' + next);
     reveal(message_, message_);
+  });
+  connect(recovery_, &RecoveryLine::dropped, this, &ReconstructionPanel::edited);
+  connect(recovery_, &RecoveryLine::chosen, this, [this](const RecoveredFit& fit) {
+    Request request = this->request();
+    request.settings = fit.settings;
+    setRequest(request);
+    edited();
   });
   connect(host_, &Host::cancelled, this, [this] {
     progress_->hide();
@@ -151,6 +165,7 @@ Request ReconstructionPanel::request() const {
   if (fill_) request.settings.fill = fill_->value();
   request.settings.device = device_->device().toStdString();
   request.heldOutFraction = heldOutFraction_;
+  request.resumeFile = recovery_->file();
   request.evaluateQuality = evaluate_->isChecked();
   request.qualityGap = qualityGap_;
   return request;
@@ -170,6 +185,7 @@ void ReconstructionPanel::setRequest(const Request& request) {
   device_->setDevice(QString::fromStdString(request.settings.device));
   settings_->setSettings(request.settings);
   heldOut_->setValue(100 * request.heldOutFraction);
+  recovery_->setFile(request.resumeFile);
   evaluate_->setChecked(request.evaluateQuality);
   gap_->setValue(std::max(1, request.qualityGap));
   heldOutFraction_ = request.heldOutFraction;
@@ -283,6 +299,7 @@ void ReconstructionPanel::setState(State state) {
   button_->setEnabled(state == State::Running || (state == State::Idle && refusal_.isEmpty()));
   start_->setPinnedAtTop(state != State::Idle);
   progress_->head()->setVisible(state != State::Idle);
+  recovery_->setEnabled(state == State::Idle);
   if (state != State::Idle) {
     estimate_->hide();
     refusalLine_->hide();
@@ -316,7 +333,9 @@ void ReconstructionPanel::startOrCancel() {
 
 void ReconstructionPanel::showEvent(QShowEvent* event) {
   QWidget::showEvent(event);
-  if (state_ == State::Idle) estimateTimer_.start(0);
+  if (state_ != State::Idle) return;
+  recovery_->refresh();
+  estimateTimer_.start(0);
 }
 
 QWidget* ReconstructionPanel::makeInputs() {

@@ -22,6 +22,7 @@ class OutputBox;
 class PinnedRow;
 class ProgressCard;
 class QualityCard;
+class RecoveryLine;
 class SettingsPanel;
 
 /// From scans to a result: what to reconstruct and how, what it will take, one button that starts and
@@ -97,6 +98,7 @@ private:
   MessageLine *refusalLine_, *message_;
   QPushButton* button_;
   PinnedRow* start_; // the button and what is said beside it
+  RecoveryLine* recovery_;
   ProgressCard* progress_;
   QualityCard* quality_;
 };

@@ -1,5 +1,6 @@
 // What becomes of results, files and reconstructions when an item or the window of the desktop app is closed.
 #include "AppWindowTest.h"
+#include "IO/RecoveredFit.h"
 
 #include <QDir>
 #include <QFile>
@@ -173,6 +174,44 @@ private Q_SLOTS:
     window_->close();
     QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
     QVERIFY(!host().isRunning());
+  }
+
+  void goesOnAfterARestart() {
+    const QString scan = writeBall(*sandbox_, "ball.nii", {48, 48, 16});
+    open({scan});
+    setQuick(true);
+    QTRY_VERIFY(button()->isEnabled());
+    QSignalSpy progress(&host(), &app::AppHost::progressed);
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 200,
+                             60000);
+    answerBox("runningBox", "Stop and Close");
+    window_->close();
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
+    const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
+    QCOMPARE(kept().size(), std::size_t(1));
+    const auto [file, reached] = std::pair(kept()[0].file, kept()[0].iteration);
+    QVERIFY(reached > 200);
+
+    window_ = std::make_unique<MainWindow>();
+    window_->show();
+    open({scan});
+    auto* goOn = window_->findChild<QPushButton*>("goOn");
+    QVERIFY(goOn->isVisible());
+    goOn->click();
+    QTRY_VERIFY(button()->isEnabled());
+    QSignalSpy further(&host(), &app::AppHost::progressed);
+    QTest::mouseClick(button(), Qt::LeftButton);
+    const auto first = [&] { // iteration that it tells of
+      for (const auto& told : further)
+        if (const int iteration = told[0].value<Progress>().iteration; iteration > 0) return iteration;
+      return 0;
+    };
+    QTRY_VERIFY_WITH_TIMEOUT(first() > 0, 60000);
+    QVERIFY(first() >= reached);
+    host().cancel();
+    QTRY_VERIFY(!host().isRunning());
+    QVERIFY(kept().size() == 1 && kept()[0].file == file); // for another time
   }
 
   void resultFinishedWhileClosingIsNotLost() {

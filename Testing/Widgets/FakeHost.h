@@ -81,6 +81,8 @@ public:
   QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                     QString* error) override;
   QString folder() const override { return folder_; }
+  QString recovery; // the folder of recovered fits
+  QString recoveryFolder() const override { return recovery; }
   void setFolder(const QString& folder) override { folder_ = folder; }
 
   /// ID → name of what a role can choose from.

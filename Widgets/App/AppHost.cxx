@@ -279,6 +279,10 @@ QString AppHost::folder() const {
   return appSettings()->value(QStringLiteral("folder"), QDir::homePath()).toString();
 }
 
+QString AppHost::recoveryFolder() const {
+  return app::recoveryFolder();
+}
+
 void AppHost::setFolder(const QString& folder) {
   appSettings()->setValue(QStringLiteral("folder"), folder);
 }
@@ -294,6 +298,7 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   for (const ui::InputChoice& choice : request.inputs)
     task.inputs.push_back(find(choice.id, tr("An input")));
   if (task.inputs.empty()) refuse(tr("There is no input volume: open a scan and choose it."));
+  task.recoveryFolder = recoveryFolder();
   task.window = {task.inputs.front().window->lower, task.inputs.front().window->upper};
   if (!request.maskId.isEmpty()) task.mask = find(request.maskId, tr("The mask"));
   if (request.grid == ui::OutputGrid::Reference) {
@@ -398,6 +403,10 @@ void AppHost::deliver(Outcome outcome) {
 
 void AppHost::cancel() {
   if (isRunning()) runner_->cancel();
+}
+
+void AppHost::stopAndKeep() {
+  if (isRunning()) runner_->stopAndKeep();
 }
 
 bool AppHost::isRunning() const {

@@ -29,6 +29,8 @@ public:
   ui::Estimate estimate(const ui::Request& request) override;
   bool start(const ui::Request& request) override;
   void cancel() override;
+  /// cancel() that keeps where the fit stands, to go on from.
+  void stopAndKeep();
   bool isRunning() const override;
 
   ui::ModelInfo modelInfo(const QString& id) const override;
@@ -40,6 +42,7 @@ public:
                     QString* error) override;
 
   QString folder() const override;
+  QString recoveryFolder() const override;
   void setFolder(const QString& folder) override;
 
   /// Reads files and DICOM folders (every series) one after another on a thread; each ends with opened(),

@@ -2,6 +2,7 @@
 
 #include <QDir>
 #include <QFileInfo>
+#include <QStandardPaths>
 
 namespace innergs::app {
 namespace {
@@ -15,6 +16,13 @@ std::unique_ptr<QSettings> appSettings() {
   const QString file = qEnvironmentVariable("INNERGS_SETTINGS");
   if (!file.isEmpty()) return std::make_unique<QSettings>(file, QSettings::IniFormat);
   return std::make_unique<QSettings>(QStringLiteral("InnerGS"), QStringLiteral("InnerGS"));
+}
+
+QString recoveryFolder() {
+  const QString file = qEnvironmentVariable("INNERGS_SETTINGS");
+  if (!file.isEmpty()) return QFileInfo(file).absolutePath() + QStringLiteral("/recovery");
+  return QStandardPaths::writableLocation(QStandardPaths::GenericDataLocation) +
+         QStringLiteral("/InnerGS/recovery");
 }
 
 QStringList recentFiles() {

@@ -516,7 +516,9 @@ void MainWindow::closeEvent(QCloseEvent* event) {
   if (host_->isRunning()) {
     auto* box =
         new QMessageBox(QMessageBox::Question, QStringLiteral("InnerGS"),
-                        tr("A reconstruction is running. Stop it and close?"), QMessageBox::NoButton, this);
+                        tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
+                           "it stands."),
+                        QMessageBox::NoButton, this);
     box->setObjectName(QStringLiteral("runningBox"));
     box->setAttribute(Qt::WA_DeleteOnClose);
     QPushButton* stop = box->addButton(tr("&Stop and Close"), QMessageBox::DestructiveRole);
@@ -525,7 +527,7 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     box->setEscapeButton(stay);
     connect(stop, &QPushButton::clicked, this, [this] {
       closeWhenEnded_ = true;
-      host_->cancel();
+      host_->stopAndKeep();
       if (!host_->isRunning()) reconstructionEnded();
     });
     box->open();

@@ -5,8 +5,11 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
+#include "IO/ModelFile.h"
+#include "IO/RecoveredFit.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/Background.h"
+#include "Widgets/App/Files.h"
 
 #include <vtkNew.h>
 
@@ -80,6 +83,24 @@ Mask maskOf(const Volume& volume) {
   return {volume.geometry, std::move(inside)};
 }
 
+QStringList namesOf(const ReconstructionTask& task) {
+  QStringList names;
+  for (const VolumeItem& input : task.inputs)
+    names << input.name;
+  return names;
+}
+
+/// Without its file.
+RecoveredFit recoveredFrom(const ReconstructionTask& task, const Model& model, int iterations) {
+  RecoveredFit fit;
+  fit.inputs = namesOf(task).join(QStringLiteral("; ")).toStdString();
+  if (task.mask) fit.mask = task.mask->name.toStdString();
+  fit.settings = task.request.settings;
+  fit.iteration = model.iteration;
+  fit.iterations = iterations;
+  return fit;
+}
+
 } // namespace
 
 ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
@@ -105,6 +126,7 @@ Runner::Runner(QObject* parent) : QObject(parent) {}
 
 Runner::~Runner() {
   if (thread_.joinable()) {
+    keep_ = true;
     thread_.request_stop();
     thread_.join();
   }
@@ -117,6 +139,7 @@ void Runner::deliver(Call call) {
 
 void Runner::start(ReconstructionTask task) {
   running_ = true;
+  keep_ = false;
   {
     const std::lock_guard lock(mutex_);
     latest_.reset();
@@ -133,6 +156,11 @@ void Runner::start(ReconstructionTask task) {
 
 void Runner::cancel() {
   thread_.request_stop();
+}
+
+void Runner::stopAndKeep() {
+  keep_ = true;
+  cancel();
 }
 
 void Runner::post(const Progress& progress) {
@@ -191,11 +219,31 @@ void Runner::work(const ReconstructionTask& task, const std::stop_token& stop) {
 }
 
 std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, const std::stop_token& stop) {
-  JudgedReconstruction job(makeInput(task, true), task.request.settings, keepEvery(task));
-  job.onProgress([&](const Progress& progress) { post(progress); });
+  ReconstructionInput input = makeInput(task, true);
+  const std::filesystem::path resumed = pathOf(task.request.resumeFile);
+  if (!resumed.empty()) input.resume = std::make_shared<const Model>(readModel(resumed));
+  JudgedReconstruction job(std::move(input), task.request.settings, keepEvery(task));
+  int iterations = 0;
+  job.onProgress([&](const Progress& progress) {
+    iterations = progress.iterations;
+    post(progress);
+  });
   job.onPreview([&](const Volume& volume) { post(volume); });
   auto [result, quality] = job.run(stop);
-  if (result.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  const std::filesystem::path recovery = pathOf(task.recoveryFolder);
+  const auto dropResumed = [&] { // there is a newer state
+    std::error_code ignored;
+    if (std::filesystem::equivalent(resumed.parent_path(), recovery, ignored))
+      std::filesystem::remove(resumed, ignored);
+  };
+  if (result.cancelled) {
+    if (keep_ && !result.model->field.gaussians.empty()) {
+      writeRecoveredFit(*result.model, recoveredFrom(task, *result.model, iterations), recovery);
+      dropResumed();
+    }
+    throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  }
+  dropResumed();
 
   const VolumeItem& first = task.inputs.front();
   auto outcome = std::make_shared<Outcome>();
@@ -218,9 +266,7 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
     report.qualitySamples = QString::fromStdString(quality->samples);
   }
   report.seconds = result.seconds;
-  QStringList names;
-  for (const VolumeItem& input : task.inputs)
-    names << input.name;
+  const QStringList names = namesOf(task);
   const std::string mask = task.mask ? task.mask->name.toStdString() : "";
   outcome->model = makeItem(
       result.model, tr("%1 model").arg(first.name), {},

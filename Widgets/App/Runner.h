@@ -5,6 +5,7 @@
 
 #include <QObject>
 
+#include <atomic>
 #include <mutex>
 #include <optional>
 #include <stop_token>
@@ -17,6 +18,7 @@ struct ReconstructionTask {
   ui::Request request;
   std::vector<VolumeItem> inputs; // in the request's order
   std::optional<VolumeItem> mask, reference;
+  QString recoveryFolder;             // where stopAndKeep() writes
   std::array<double, 2> window{0, 1}; // of the first input: the views change theirs meanwhile
 };
 
@@ -37,7 +39,7 @@ class Runner : public QObject {
   Q_OBJECT
 public:
   explicit Runner(QObject* parent = nullptr);
-  /// Stops what runs, waits for it (≤ 200 ms) and drops it.
+  /// Stops what runs, waits for it (≤ 200 ms and the writing) and keeps where it stands.
   ~Runner() override;
 
   /// Ends with failed() where no thread can be started.
@@ -45,6 +47,8 @@ public:
   /// Returns at once. A fit that is complete, its quality perhaps still being judged, still ends with
   /// finished().
   void cancel();
+  /// cancel() that keeps where the fit stands in the task's recovery folder; failed() where that cannot be.
+  void stopAndKeep();
   bool isRunning() const { return running_; }
 
 Q_SIGNALS:
@@ -64,6 +68,7 @@ private:
   void deliver(Call call);
 
   bool running_ = false; // main thread
+  std::atomic<bool> keep_{false};
   std::mutex mutex_;
   std::optional<Progress> latest_; // the newest that the main thread has not seen
   std::jthread thread_;

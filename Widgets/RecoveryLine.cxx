@@ -1,0 +1,108 @@
+#include "Widgets/RecoveryLine.h"
+
+#include "Widgets/MessageLine.h"
+
+#include <QDir>
+#include <QFile>
+#include <QFileInfo>
+#include <QHBoxLayout>
+#include <QPushButton>
+#include <QVBoxLayout>
+
+#include <algorithm>
+#include <utility>
+
+namespace innergs::ui {
+namespace {
+
+std::filesystem::path pathOf(const QString& file) {
+  return {file.toStdU16String()};
+}
+
+QString textOf(const std::filesystem::path& path) {
+  return QString::fromStdU16String(path.u16string());
+}
+
+} // namespace
+
+RecoveryLine::RecoveryLine(Host* host, QWidget* parent)
+    : QWidget(parent), host_(host), message_(new MessageLine(this)), accept_(new QPushButton(tr("Go On"), this)),
+      dismiss_(new QPushButton(this)) {
+  message_->setObjectName("recovery");
+  accept_->setObjectName("goOn");
+  accept_->setToolTip(tr("Takes the settings of that fit; the next reconstruction of its scans goes on from there."));
+  dismiss_->setObjectName("dropRecovered");
+  auto* buttons = new QHBoxLayout;
+  buttons->addStretch(1);
+  buttons->addWidget(accept_);
+  buttons->addWidget(dismiss_);
+  auto* layout = new QVBoxLayout(this);
+  layout->setContentsMargins(0, 0, 0, 0);
+  layout->addWidget(message_);
+  layout->addLayout(buttons);
+  connect(accept_, &QPushButton::clicked, this, &RecoveryLine::accept);
+  connect(dismiss_, &QPushButton::clicked, this, &RecoveryLine::dismiss);
+  refresh();
+}
+
+void RecoveryLine::setFile(const QString& file) {
+  if (file == file_) return;
+  file_ = file;
+  refresh();
+}
+
+bool RecoveryLine::refresh() {
+  const QString folder = host_->recoveryFolder();
+  const std::vector<RecoveredFit> fits =
+      folder.isEmpty() ? std::vector<RecoveredFit>() : recoveredFits(pathOf(folder));
+  const std::filesystem::path before = offered_.file;
+  offered_ = fits.empty() ? RecoveredFit() : fits.front();
+  if (!file_.isEmpty()) {
+    const auto found = std::find_if(fits.begin(), fits.end(), [this](const RecoveredFit& fit) {
+      return QFileInfo(textOf(fit.file)) == QFileInfo(file_);
+    });
+    const QString what =
+        found == fits.end() ? QFileInfo(file_).fileName() : QString::fromStdString(found->inputs);
+    message_->setMessage(MessageLine::Kind::Information,
+                         tr("The next reconstruction goes on from where that of “%1” stood: choose the same "
+                            "scans and mask, with the same settings.")
+                             .arg(what));
+  } else if (!offered_.file.empty()) {
+    const QString scans = QString::fromStdString(offered_.inputs);
+    const QString stopped =
+        offered_.iteration < offered_.iterations
+            ? tr("The reconstruction of “%1” was stopped at iteration %2 of %3.")
+                  .arg(scans)
+                  .arg(offered_.iteration)
+                  .arg(offered_.iterations)
+            : tr("The reconstruction of “%1” was stopped when its fit was complete.").arg(scans);
+    message_->setMessage(MessageLine::Kind::Information,
+                         stopped + ' ' +
+                             tr("Where it stood is kept in %1.")
+                                 .arg(QDir::toNativeSeparators(textOf(offered_.file))));
+  }
+  accept_->setVisible(file_.isEmpty());
+  dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Anew"));
+  dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be gone on from.")
+                                       : tr("The next reconstruction begins from the scans alone."));
+  setVisible(!file_.isEmpty() || !offered_.file.empty());
+  return !offered_.file.empty() && offered_.file != before;
+}
+
+void RecoveryLine::accept() {
+  const RecoveredFit fit = offered_;
+  setFile(textOf(fit.file));
+  Q_EMIT chosen(fit);
+}
+
+void RecoveryLine::dismiss() {
+  if (file_.isEmpty()) {
+    QFile::remove(textOf(offered_.file));
+    refresh();
+    return;
+  }
+  setFile({});
+  Q_EMIT dropped();
+}
+
+} // namespace innergs::ui

@@ -1,0 +1,40 @@
+#pragma once
+#include "IO/RecoveredFit.h"
+#include "Widgets/Host.h"
+
+class QPushButton;
+
+namespace innergs::ui {
+
+class MessageLine;
+
+/// Offers to go on from the newest fit in the host's recovery folder, and says when the next reconstruction
+/// goes on from one. Hidden when there is neither.
+class RecoveryLine : public QWidget {
+  Q_OBJECT
+public:
+  RecoveryLine(Host* host, QWidget* parent);
+  /// What the next reconstruction goes on from, as Request::resumeFile.
+  QString file() const { return file_; }
+  void setFile(const QString& file);
+  /// Looks again; whether another fit than before is offered.
+  bool refresh();
+
+Q_SIGNALS:
+  /// By the user, who wants to go on from it.
+  void chosen(const innergs::RecoveredFit& fit);
+  /// By the user: file() is empty now.
+  void dropped();
+
+private:
+  void accept();
+  void dismiss();
+
+  Host* host_;
+  QString file_;
+  RecoveredFit offered_; // without a file: none
+  MessageLine* message_;
+  QPushButton *accept_, *dismiss_;
+};
+
+} // namespace innergs::ui
