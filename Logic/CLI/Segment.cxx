@@ -3,40 +3,31 @@
 #include "CLI/Options.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Features/FeatureQuery.h"
 #include "Core/Features/FeatureTraining.h"
-#include "Core/Image/Components.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/OutputFiles.h"
 #include "IO/SegmentNames.h"
-#include "Text/SegmentSearch.h"
+#include "Text/SegmentFinder.h"
 
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace innergs::cli {
 namespace {
 
-struct SegmentOptions {
+struct SegmentCommand {
   std::string model, labels, names, output, score, saveModel;
   std::vector<std::string> queries;
   GridOptions grid;
   FeatureTraining training;
   Settings settings; // threads
-  double threshold = 0, minimumSize = 0;
-  bool sparse = false, largest = false, quiet = false;
+  SegmentOptions segment;
+  bool sparse = false, quiet = false;
 };
 
-/// A segment to write: the classes that it joins.
-struct Wanted {
-  std::string name;
-  std::vector<int> classes;
-};
-
-std::vector<SegmentName> namesFor(const SegmentOptions& o) {
+std::vector<SegmentName> namesFor(const SegmentCommand& o) {
   std::vector<SegmentName> names = readSegmentNames(o.names.empty() ? o.labels : o.names);
   if (names.empty())
     throw Error(
@@ -46,7 +37,7 @@ std::vector<SegmentName> namesFor(const SegmentOptions& o) {
   return names;
 }
 
-void remarkOnEmptySlices(const SegmentOptions& o, const Labelmap& labels) {
+void remarkOnEmptySlices(const SegmentCommand& o, const Labelmap& labels) {
   const Labelmap sparse = withSparseSlices(labels);
   const auto empty = std::count(sparse.labelled.begin(), sparse.labelled.end(), 0);
   if (2 * empty > static_cast<std::int64_t>(sparse.labelled.size()))
@@ -57,7 +48,7 @@ void remarkOnEmptySlices(const SegmentOptions& o, const Labelmap& labels) {
         empty, sparse.labelled.size(), innergs::quoted(o.labels));
 }
 
-FeatureModel learn(const SegmentOptions& o, const GaussianField& field, const Interrupt& interrupt) {
+FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const Interrupt& interrupt) {
   const std::vector<SegmentName> names = namesFor(o);
   Labelmap labels = labelmapOf(readVolume(o.labels));
   if (o.sparse)
@@ -78,29 +69,16 @@ FeatureModel learn(const SegmentOptions& o, const GaussianField& field, const In
   return trainFeatures(field, labels, names, training);
 }
 
-/// The segments that the queries ask for; prints what each was understood as. Throws where none is there.
-std::vector<Wanted> answer(const SegmentOptions& o, const FeatureModel& features) {
-  std::vector<NamedSegment> scene;
-  for (int c = 1; c < features.classes(); ++c)
-    scene.push_back({features.names[static_cast<std::size_t>(c)], true});
-  const SegmentSearch search(Lexicon::standard(), scene);
-  std::vector<Wanted> wanted;
+/// The segments that the queries ask for; tells what each was understood as. Throws where none is there.
+std::vector<RequestedSegment> answer(const SegmentCommand& o, const SegmentFinder& finder, bool tell) {
+  std::vector<RequestedSegment> wanted;
   std::string last;
   for (const std::string& query : o.queries) {
-    const SegmentAnswer found = search.find(query);
+    const SegmentAnswer found = finder.find(query);
     last = found.sentence;
-    const bool any = found.kind == AnswerKind::Found || found.kind == AnswerKind::Several;
-    if (any || o.queries.size() > 1) fmt::print(stderr, "{}\n", found.sentence);
-    const auto classOf = [&](std::size_t n) { return found.candidates[n].segment + 1; };
-    if (found.kind == AnswerKind::Found) {
-      Wanted one{found.leading == 1 ? scene[static_cast<std::size_t>(classOf(0) - 1)].name : query, {}};
-      for (std::size_t n = 0; n < found.leading; ++n)
-        one.classes.push_back(classOf(n));
-      wanted.push_back(std::move(one));
-    } else if (found.kind == AnswerKind::Several) { // never one of them alone
-      for (std::size_t n = 0; n < found.leading; ++n)
-        wanted.push_back({scene[static_cast<std::size_t>(classOf(n) - 1)].name, {classOf(n)}});
-    }
+    const auto requested = finder.requested(query, found);
+    if (tell && (!requested.empty() || o.queries.size() > 1)) fmt::print(stderr, "{}\n", found.sentence);
+    wanted.insert(wanted.end(), requested.begin(), requested.end());
   }
   if (wanted.empty())
     throw Error(ErrorCode::NoData,
@@ -108,40 +86,29 @@ std::vector<Wanted> answer(const SegmentOptions& o, const FeatureModel& features
   return wanted;
 }
 
-SegmentInfo infoOf(const Wanted& wanted, std::uint16_t label) {
+SegmentInfo infoOf(const SegmentTerms& terms, std::uint16_t label) {
   SegmentInfo info;
-  info.name = {label, wanted.name};
-  const double hue = std::fmod(0.61803398875 * label, 1.0) * 6; // far apart for neighbouring labels
-  const auto channel = [&](double shift) {
-    return 0.35 + 0.6 * std::clamp(std::abs(std::fmod(hue + shift, 6.0) - 3) - 1, 0.0, 1.0);
-  };
-  info.color = {channel(0), channel(4), channel(2)};
-  const Lexicon& lexicon = Lexicon::standard();
-  const auto read = interpret(lexicon, wanted.name);
-  if (!read.empty() && read[0].score == 1 && read[0].structures.size() == 1) {
-    const Structure& structure = read[0].structures[0];
-    info.code = lexicon.codeOf(structure);
-    info.meaning = lexicon.meaningOf(structure);
-    info.side = static_cast<int>(structure.side);
-  }
+  info.name = {label, terms.name};
+  info.color = terms.color;
+  info.terminology = terminologyEntry(terms);
   return info;
 }
 
-/// Where a segment lies, after the options of its parts.
-std::vector<std::uint8_t> maskOf(const SegmentOptions& o, const ClassImage& image, const Wanted& wanted,
-                                 const std::vector<float>& score, const std::stop_token& stop) {
-  std::vector<std::uint8_t> mask(image.classes.size());
-  for (std::size_t v = 0; v < mask.size(); ++v)
-    mask[v] = o.threshold > 0 ? static_cast<double>(score[v]) >= o.threshold
-                              : std::find(wanted.classes.begin(), wanted.classes.end(), image.classes[v]) !=
-                                    wanted.classes.end();
-  const Vec3& mm = image.geometry.spacing;
-  const auto least = static_cast<std::int64_t>(std::ceil(o.minimumSize / (mm[0] * mm[1] * mm[2])));
-  if (o.largest || least > 1) keepParts(mask, image.geometry.size, least, o.largest, stop);
-  return mask;
+/// Calls each(voxel of the whole lattice, voxel of the segment's part) for every voxel of the part.
+template <class Each>
+void forVoxels(const Segment& segment, const GridGeometry& whole, Each&& each) {
+  const auto& n = segment.geometry.size;
+  std::size_t at = 0;
+  for (std::int64_t k = 0; k < n[2]; ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j) {
+      const std::int64_t row = segment.first[0] + whole.size[0] * (segment.first[1] + j +
+                                                                   whole.size[1] * (segment.first[2] + k));
+      for (std::int64_t i = 0; i < n[0]; ++i, ++at)
+        each(static_cast<std::size_t>(row + i), at);
+    }
 }
 
-void checkUsage(const SegmentOptions& o) {
+void checkUsage(const SegmentCommand& o) {
   if (o.output.empty() && o.saveModel.empty() && o.queries.empty())
     throw CLI::ValidationError("segment", "needs --query with --output, or --save-model");
   if (!o.output.empty() && o.queries.empty())
@@ -152,7 +119,7 @@ void checkUsage(const SegmentOptions& o) {
     throw CLI::ValidationError("segment", "--names, --sparse and --save-model go with --labels");
 }
 
-int segment(const SegmentOptions& o) {
+int segment(const SegmentCommand& o) {
   checkUsage(o);
   OutputFiles files;
   for (const std::string& input : {o.model, o.labels, o.names, o.grid.reference})
@@ -175,39 +142,32 @@ int segment(const SegmentOptions& o) {
   files.write(o.saveModel, [&](const auto& path) { writeModel(model, path, notes, &*features); });
 
   if (!o.queries.empty()) {
-    const std::vector<Wanted> wanted = answer(o, *features);
+    SegmentFinder finder({std::shared_ptr<const Model>(), &field},
+                         std::make_shared<const FeatureModel>(std::move(*features)));
     const GridGeometry grid = o.grid.choose(field.region(), field.region());
-    const bool scored = !o.score.empty() || o.threshold > 0;
-    checkMemory(grid.voxelCount() * static_cast<std::int64_t>(16 + 4 * wanted.size() * (scored ? 1 : 0)),
-                "The labelmap");
-    std::vector<std::vector<int>> sets;
-    for (const Wanted& w : wanted)
-      if (scored) sets.push_back(w.classes);
+    checkMemory(grid.voxelCount() * 16, "The labelmap");
+    answer(o, finder, false); // a query that asks for nothing ends here, not after the grid was decoded
     FeatureQueryOptions query;
     query.threads = o.settings.threads;
     query.stop = interrupt.token();
-    query.scoreSets = sets;
-    const ClassImage image = classify(field, *features, grid, query);
-    Volume labels{grid, std::vector<float>(image.classes.size(), 0.f)}, score{grid, {}};
+    finder.encode(grid, query);
+    Volume labels{grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)}, score{grid, {}};
+    if (!o.score.empty()) score.voxels.resize(labels.voxels.size(), 0.f);
     std::vector<SegmentInfo> infos;
+    const std::vector<RequestedSegment> wanted = answer(o, finder, true);
     for (std::size_t n = 0; n < wanted.size(); ++n) {
-      const auto mask =
-          maskOf(o, image, wanted[n], scored ? image.scores[n] : std::vector<float>{}, interrupt.token());
-      std::int64_t voxels = 0;
-      for (std::size_t v = 0; v < mask.size(); ++v) {
-        if (mask[v]) labels.voxels[v] = static_cast<float>(n + 1);
-        voxels += mask[v];
-      }
-      infos.push_back(infoOf(wanted[n], static_cast<std::uint16_t>(n + 1)));
+      const Segment segment =
+          finder.probabilities()->segment(wanted[n].classes, o.segment, interrupt.token());
+      forVoxels(segment, grid, [&](std::size_t voxel, std::size_t at) {
+        if (segment.mask[at]) labels.voxels[voxel] = static_cast<float>(n + 1);
+        if (!score.voxels.empty()) // of several segments, the likeliest
+          score.voxels[voxel] = std::max(score.voxels[voxel], segment.probability[at]);
+      });
+      infos.push_back(infoOf(wanted[n].terms, static_cast<std::uint16_t>(n + 1)));
       const Vec3& mm = grid.spacing;
       if (!o.quiet)
-        fmt::print(stderr, "{}: label {}, {} voxels, {:.1f} ml\n", wanted[n].name, n + 1, voxels,
-                   static_cast<double>(voxels) * mm[0] * mm[1] * mm[2] / 1000);
-      if (scored) { // of several segments, the likeliest
-        score.voxels.resize(labels.voxels.size(), 0.f);
-        for (std::size_t v = 0; v < score.voxels.size(); ++v)
-          score.voxels[v] = std::max(score.voxels[v], image.scores[n][v]);
-      }
+        fmt::print(stderr, "{}: label {}, {} voxels, {:.1f} ml\n", wanted[n].terms.name, n + 1, segment.voxels,
+                   static_cast<double>(segment.voxels) * mm[0] * mm[1] * mm[2] / 1000);
     }
     const OutputType type = wanted.size() > 255 ? OutputType::UInt16 : OutputType::UInt8;
     files.write(o.output, [&](const auto& path) {
@@ -226,7 +186,7 @@ int segment(const SegmentOptions& o) {
 
 Subcommand addSegment(CLI::App& app) {
   auto* command = app.add_subcommand("segment", "Segments of a model by what they are called");
-  auto o = std::make_shared<SegmentOptions>();
+  auto o = std::make_shared<SegmentCommand>();
   command->add_option("model", o->model, "Model (.innergs)")->required()->type_name("MODEL");
   auto* labels =
       command
@@ -258,12 +218,17 @@ Subcommand addSegment(CLI::App& app) {
   command->add_option("--save-model", o->saveModel, "Model to write, with what was learned (.innergs)")
       ->type_name("FILE");
   command
-      ->add_option("--threshold", o->threshold,
+      ->add_option("--threshold", o->segment.threshold,
                    "Voxels with at least this probability [where it is the likeliest]")
       ->type_name("P")
       ->check(CLI::Range(0.01, 1.0));
-  command->add_flag("--largest", o->largest, "Only the largest connected part of each segment");
-  command->add_option("--minimum-size", o->minimumSize, "Only connected parts of at least so many mm3 [0]")
+  command
+      ->add_option("--smooth", o->segment.smoothing,
+                   "Smooth the segments with a Gaussian of this standard deviation in mm [0]")
+      ->type_name("MM")
+      ->check(CLI::Range(0.0, 100.0));
+  command->add_flag("--largest", o->segment.largestOnly, "Only the largest connected part of each segment");
+  command->add_option("--minimum-size", o->segment.minimumSize, "Only connected parts of at least so many mm3 [0]")
       ->type_name("MM3")
       ->check(CLI::NonNegativeNumber);
   o->grid.add(*command, "the grid that was fitted");

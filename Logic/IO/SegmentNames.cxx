@@ -101,12 +101,7 @@ std::map<std::string, std::string> segmentFields(const std::vector<SegmentInfo>&
     fields[segment + "Extent"] = extent;
     fields[segment + "Color"] =
         exactText(s.color[0]) + " " + exactText(s.color[1]) + " " + exactText(s.color[2]);
-    if (s.code.empty()) continue;
-    const char* side = s.side == 1 ? "SCT^7771000^Left" : s.side == 2 ? "SCT^24028007^Right" : "^^";
-    fields[segment + "Tags"] = "TerminologyEntry:Segmentation category and type - DICOM master list"
-                               "~SCT^123037004^Anatomical Structure~SCT^" +
-                               s.code + "^" + s.meaning + "~" + side +
-                               "~Anatomic codes - DICOM master list~^^~^^|";
+    if (!s.terminology.empty()) fields[segment + "Tags"] = "TerminologyEntry:" + s.terminology + "|";
   }
   return fields;
 }

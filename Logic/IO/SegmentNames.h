@@ -18,8 +18,7 @@ std::vector<SegmentName> readSegmentNames(const std::filesystem::path& path);
 /// A segment as 3D Slicer keeps it.
 struct SegmentInfo {
   SegmentName name;
-  std::string code, meaning;                  // SNOMED CT; empty: not known
-  int side = 0;                               // 1: left, 2: right
+  std::string terminology;                    // entry as 3D Slicer serialises it; empty: not known
   std::array<double, 3> color{0.5, 0.7, 0.5}; // red, green, blue from 0 to 1
 };
 

@@ -48,20 +48,12 @@ std::vector<float> renderFeatures(const GaussianField& field, const FeatureModel
   return latents;
 }
 
-ClassImage classify(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
-                    const FeatureQueryOptions& options) {
+void decodeLattice(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
+                   const FeatureQueryOptions& options, const DecodedVisit& visit,
+                   const std::function<void(std::int64_t, std::int64_t)>& chunkDone) {
   checkGeometry(geometry, "The output grid");
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
-  ClassImage image{geometry, {}, {}};
-  image.classes.assign(static_cast<std::size_t>(geometry.voxelCount()), 0);
-  image.scores.assign(options.scoreSets.size(), std::vector<float>(image.classes.size(), 0.f));
-  const std::size_t sets = options.scoreSets.size();
-  std::vector<std::uint8_t> member(sets * static_cast<std::size_t>(features.classes()), 0); // [class][set]
-  for (std::size_t s = 0; s < sets; ++s)
-    for (const int c : options.scoreSets[s])
-      member[static_cast<std::size_t>(c) * sets + s] = 1;
-
   const FieldValue value(field, geometry.indexToWorld(), {});
   const SupportLists lists(features.support);
   const BlockFinder blockOf(features.support.blocks, geometry.indexToWorld());
@@ -80,29 +72,37 @@ ClassImage classify(const GaussianField& field, const FeatureModel& features, co
       pool.run((last - first) * ny, [&](std::int64_t row) {
         std::vector<float> probabilities(lists.longest());
         for (std::int64_t i = 0; i < nx; ++i) {
-          const std::int64_t local = row * nx + i, voxel = local + first * nx * ny;
+          const std::int64_t local = row * nx + i;
           const Vec3 index{static_cast<double>(i), static_cast<double>(row % ny),
                            static_cast<double>(first + row / ny)};
           const std::int64_t block = value.has(index) ? blockOf(index) : -1;
           if (block < 0) continue;
           const auto classes = lists.of(block);
-          if (classes.empty()) continue;
+          if (classes.empty() || (classes.size() == 1 && classes[0] == 0)) continue;
           decode<N>(features, latents.data() + local * N,
                     features.scale(intensity.voxels[static_cast<std::size_t>(local)]), classes,
                     probabilities.data());
-          const auto best = std::max_element(
-              probabilities.begin(), probabilities.begin() + static_cast<std::ptrdiff_t>(classes.size()));
-          image.classes[static_cast<std::size_t>(voxel)] =
-              classes[static_cast<std::size_t>(best - probabilities.begin())];
-          for (std::size_t n = 0; n < classes.size(); ++n)
-            for (std::size_t s = 0; s < sets; ++s)
-              if (member[classes[n] * sets + s])
-                image.scores[s][static_cast<std::size_t>(voxel)] += probabilities[n];
+          visit(local + first * nx * ny, classes, probabilities.data());
         }
       });
     });
+    if (chunkDone) chunkDone(first, last);
     if (options.progress) options.progress(static_cast<double>(last) / static_cast<double>(geometry.size[2]));
   });
+}
+
+ClassImage classify(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
+                    const FeatureQueryOptions& options) {
+  checkGeometry(geometry, "The output grid");
+  ClassImage image{geometry, {}};
+  image.classes.assign(static_cast<std::size_t>(geometry.voxelCount()), 0);
+  decodeLattice(field, features, geometry, options,
+                [&](std::int64_t voxel, std::span<const std::uint16_t> classes, const float* probabilities) {
+                  const auto* best = std::max_element(
+                      probabilities, probabilities + static_cast<std::ptrdiff_t>(classes.size()));
+                  image.classes[static_cast<std::size_t>(voxel)] =
+                      classes[static_cast<std::size_t>(best - probabilities)];
+                });
   return image;
 }
 

@@ -10,18 +10,25 @@
 namespace innergs {
 
 struct FeatureQueryOptions {
-  int threads = 0;                             // 0 = all cores
-  std::stop_token stop;                        // stopped: throws Error(Cancelled)
-  std::function<void(double)> progress;        // fraction done
-  std::span<const std::vector<int>> scoreSets; // sets of classes whose probability is wanted
+  int threads = 0;                      // 0 = all cores
+  std::stop_token stop;                 // stopped: throws Error(Cancelled)
+  std::function<void(double)> progress; // fraction done
 };
 
 /// A lattice as a model's features decode it.
 struct ClassImage {
   GridGeometry geometry;
-  std::vector<std::uint16_t> classes;     // the likeliest class of each voxel, 0 outside the field
-  std::vector<std::vector<float>> scores; // per score set the probability of its classes
+  std::vector<std::uint16_t> classes; // the likeliest class of each voxel, 0 outside the field
 };
+
+/// The voxels of a lattice that can be something else than background: visit(voxel, its classes, their
+/// probabilities), a row along I by one thread; chunkDone(first plane, past the last plane) after every chunk
+/// of planes, on the caller's thread. Throws Error(Geometry | Cancelled).
+using DecodedVisit =
+    std::function<void(std::int64_t voxel, std::span<const std::uint16_t> classes, const float* probabilities)>;
+void decodeLattice(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
+                   const FeatureQueryOptions& options, const DecodedVisit& visit,
+                   const std::function<void(std::int64_t, std::int64_t)>& chunkDone = {});
 
 /// The latents F of a field on a lattice, [voxel][channel]: F = Σ w p f / (Σ w p + ε). Throws Error(Geometry
 /// | Cancelled).

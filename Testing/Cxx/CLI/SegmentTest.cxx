@@ -67,7 +67,12 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
                     false)
                 .exitCode,
             0);
-  const Volume score = readVolume(path("out/score.nii")), sure = readVolume(path("out/sure.nii"));
+  ASSERT_EQ(
+      segment({"--query", "liver", "--smooth", "3", "-o", path("out/smooth.nii"), "-q"}, false).exitCode, 0);
+  const Volume score = readVolume(path("out/score.nii")), sure = readVolume(path("out/sure.nii")),
+               smooth = readVolume(path("out/smooth.nii"));
+  const auto inside = [](const Volume& v) { return std::count(v.voxels.begin(), v.voxels.end(), 1.f); };
+  EXPECT_GT(inside(smooth), 0.8 * static_cast<double>(inside(sure)));
   for (std::size_t v = 0; v < score.voxels.size(); ++v)
     if (sure.voxels[v] == 1) {
       ASSERT_GE(score.voxels[v], 0.9f);
