@@ -6,6 +6,7 @@ set(INNERGS_BUILD_WIDGETS ON)
 set(Slicer_VTK_WRAP_HIERARCHY_DIR "${CMAKE_BINARY_DIR}") # not in Slicer's own build tree
 include(CMake/InnerGSDependencies.cmake)
 add_subdirectory(Logic/Core)
+add_subdirectory(Logic/Text)
 add_subdirectory(Logic/IO)
 add_subdirectory(Logic/Evaluation)
 find_package(VTK 9.1 REQUIRED COMPONENTS CommonCore CommonDataModel CommonExecutionModel CommonMath CommonTransforms)

@@ -12,12 +12,13 @@ LAYERS = {
     "Logic/Text": ["Logic/Core"],
     "Logic/IO": ["Logic/Core"],
     "Logic/Evaluation": ["Logic/Core"],
-    "Logic/VTK": ["Logic/Core"],
-    "Logic/MRML": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK"],
+    "Logic/VTK": ["Logic/Core", "Logic/Text"],
+    "Logic/MRML": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation", "Logic/VTK"],
     "Logic/CLI": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation"],
-    "Widgets": ["Logic/Core", "Logic/IO", "Logic/VTK"],
-    "Widgets/App": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Widgets"],
-    "InnerGSModule": ["Logic/Core", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Logic/MRML", "Widgets"],
+    "Widgets": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/VTK"],
+    "Widgets/App": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Widgets"],
+    "InnerGSModule": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Logic/MRML",
+                      "Widgets"],
 }
 # A folder of Logic/Core may include itself and those before it.
 CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Features", "Fit",

@@ -328,15 +328,18 @@ std::string detailText(const GaussianField& field) {
 
 } // namespace
 
-std::string droppedByPly(const GaussianField& field) {
+std::string droppedByPly(const GaussianField& field, int segments) {
   const Volume& residual = field.residual;
   const auto& support = field.support.voxels;
-  if (residual.voxels.empty() && support.empty()) return {};
+  if (residual.voxels.empty() && support.empty() && segments == 0) return {};
   std::string left;
   if (!support.empty())
     left = " the mask of " + countText(std::count(support.begin(), support.end(), 1)) +
            " voxels, beyond which the Gaussians reach";
   if (!residual.voxels.empty()) left += (left.empty() ? "" : ", and") + detailText(field);
+  if (segments > 0)
+    left += (left.empty() ? "" : ", and") + std::string(" what was learned about ") + countText(segments) +
+            (segments == 1 ? " segment" : " segments");
   return "A PLY file holds the " + countText(field.size()) + " Gaussians alone: it leaves out" + left +
          "; save an .innergs file to keep everything.";
 }

@@ -13,9 +13,9 @@ namespace innergs {
 /// droppedByPly().
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
-/// What a PLY file of a field leaves out (the residual grid, a mask), as a sentence with numbers; "" if it
-/// keeps everything.
-std::string droppedByPly(const GaussianField& field);
+/// What a PLY file of a field leaves out (the residual grid, a mask, the names of so many segments that its
+/// Gaussians have features of), as a sentence with numbers; "" if it keeps everything.
+std::string droppedByPly(const GaussianField& field, int segments = 0);
 
 /// Whether a file is read as a PLY file: by its extension or its first bytes.
 bool isPly(const std::filesystem::path& path);

@@ -113,4 +113,14 @@ GridGeometry ReferenceGrid::grid() const {
   return gridOf(matrix_, dimensions_, first_, "The reference grid");
 }
 
+GridGeometry outputGrid(const GridGeometry& region, const ReferenceGrid& reference, const double spacing[3]) {
+  if (reference.given()) return reference.grid();
+  if (region.voxelCount() == 0)
+    throw Error(
+        ErrorCode::Geometry,
+        "The model does not say which region it was fitted to: give a reference grid to resample it on.");
+  if (spacing[0] == 0 && spacing[1] == 0 && spacing[2] == 0) return region;
+  return withSpacing(region, {spacing[0], spacing[1], spacing[2]});
+}
+
 } // namespace innergs::vtk

@@ -54,4 +54,8 @@ private:
   int dimensions_[3] = {0, 0, 0}, first_[3] = {0, 0, 0};
 };
 
+/// The grid of a filter's output: the reference if one is given, else the region that a model was fitted to,
+/// at another spacing (mm) unless it is 0, 0, 0. Throws Error(Geometry).
+GridGeometry outputGrid(const GridGeometry& region, const ReferenceGrid& reference, const double spacing[3]);
+
 } // namespace innergs::vtk

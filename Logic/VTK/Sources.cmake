@@ -2,11 +2,13 @@
 # Slicer build can take it as well.
 set(INNERGS_VTK_CLASSES
   vtkInnerGSAlgorithm
+  vtkInnerGSLearnSegments
   vtkInnerGSModel
   vtkInnerGSPlaneQuery
   vtkInnerGSPointQuery
   vtkInnerGSReconstruct
   vtkInnerGSResample
+  vtkInnerGSSegment
   vtkInnerGSToPolyData
 )
 set(INNERGS_VTK_PRIVATE_SOURCES

@@ -2,6 +2,7 @@
 
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
+#include "Core/Features/FeatureModel.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "Core/Model/FieldValue.h"
 #include "Geometry.h"
@@ -28,16 +29,23 @@ void vtkInnerGSModel::PrintSelf(ostream& os, vtkIndent indent) {
 void vtkInnerGSModel::Initialize() {
   this->Superclass::Initialize();
   this->CoreModel.reset();
+  this->Features.reset();
 }
 
 void vtkInnerGSModel::ShallowCopy(vtkDataObject* source) {
   this->Superclass::ShallowCopy(source);
-  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->CoreModel = model->CoreModel;
+  this->Share(vtkInnerGSModel::SafeDownCast(source));
 }
 
 void vtkInnerGSModel::DeepCopy(vtkDataObject* source) {
   this->Superclass::DeepCopy(source);
-  if (auto* model = vtkInnerGSModel::SafeDownCast(source)) this->CoreModel = model->CoreModel;
+  this->Share(vtkInnerGSModel::SafeDownCast(source));
+}
+
+void vtkInnerGSModel::Share(vtkInnerGSModel* model) {
+  if (!model) return;
+  this->CoreModel = model->CoreModel;
+  this->Features = model->Features;
 }
 
 unsigned long vtkInnerGSModel::GetActualMemorySize() {
@@ -48,15 +56,21 @@ unsigned long vtkInnerGSModel::GetActualMemorySize() {
         c.field.gaussians.size() * sizeof(innergs::Gaussian) +
         (c.optimizer.moment1.size() + c.optimizer.moment2.size() + c.field.residual.voxels.size()) *
             sizeof(float) +
-        c.field.support.voxels.size();
+        c.field.support.voxels.size() +
+        (this->Features ? (this->Features->latents.size() + this->Features->codes.size() +
+                           this->Features->support.bits.size()) *
+                              sizeof(float)
+                        : 0);
     size += static_cast<unsigned long>((bytes + 1023) / 1024);
   }
   return size;
 }
 
-void vtkInnerGSModel::SetCoreModel(std::shared_ptr<const innergs::Model> core) {
-  if (core == this->CoreModel) return;
+void vtkInnerGSModel::SetCoreModel(std::shared_ptr<const innergs::Model> core,
+                                   std::shared_ptr<const innergs::FeatureModel> features) {
+  if (core == this->CoreModel && features == this->Features) return;
   this->CoreModel = std::move(core);
+  this->Features = std::move(features);
   this->Modified();
 }
 
@@ -94,6 +108,8 @@ std::string vtkInnerGSModel::GetDescription() {
   }
   if (!field.residual.voxels.empty()) text += ", with a residual grid";
   if (this->IsMasked()) text += ", inside a mask";
+  if (const int segments = this->GetNumberOfSegments(); segments > 0)
+    text += ", " + innergs::countText(segments) + (segments == 1 ? " named segment" : " named segments");
   return text + ", " + innergs::bytesText(1024.0 * static_cast<double>(this->GetActualMemorySize()));
 }
 
@@ -158,6 +174,16 @@ bool vtkInnerGSModel::GetValueRange(double range[2]) {
 
 double vtkInnerGSModel::GetBackgroundValue() {
   return this->IsEmpty() ? 0 : this->CoreModel->field.intensityOffset;
+}
+
+int vtkInnerGSModel::GetNumberOfSegments() {
+  return this->Features ? this->Features->classes() - 1 : 0; // without the background
+}
+
+std::string vtkInnerGSModel::GetSegmentName(int index) {
+  return index >= 0 && index < this->GetNumberOfSegments()
+             ? this->Features->names[static_cast<std::size_t>(index) + 1]
+             : "";
 }
 
 vtkInnerGSModel* vtkInnerGSModel::GetData(vtkInformation* information) {

@@ -8,6 +8,7 @@
 #include <string> // returned
 
 namespace innergs {
+struct FeatureModel;
 struct Model;
 struct GaussianField;
 } // namespace innergs
@@ -28,7 +29,7 @@ public:
   void Initialize() override;
   void ShallowCopy(vtkDataObject* source) override;
   void DeepCopy(vtkDataObject* source) override;
-  /// Kibibytes of Gaussians, optimiser state and residual grid.
+  /// Kibibytes of Gaussians, optimiser state, residual grid and features.
   unsigned long GetActualMemorySize() override;
 
   bool IsEmpty();
@@ -60,6 +61,14 @@ public:
   /// nothing changed, when they are not known.
   bool GetValueRange(double range[2]);
 
+  ///@{
+  /// The segments that the Gaussians' features decode to, once they were learned from a labelmap; 0: none
+  /// yet.
+  int GetNumberOfSegments();
+  /// As the labelmap had it: "liver", "kidney_left". "" outside 0 to GetNumberOfSegments() − 1.
+  std::string GetSegmentName(int index);
+  ///@}
+
   /// The model in a pipeline's information, or null.
   static vtkInnerGSModel* GetData(vtkInformation* information);
   static vtkInnerGSModel* GetData(vtkInformationVector* informations, int index = 0);
@@ -69,7 +78,17 @@ public:
   std::shared_ptr<const innergs::Model> GetCoreModel() const {
     return this->CoreModel;
   }
-  void SetCoreModel(std::shared_ptr<const innergs::Model> core);
+  /// features: of this model's Gaussians; null: none.
+  void SetCoreModel(std::shared_ptr<const innergs::Model> core,
+                    std::shared_ptr<const innergs::FeatureModel> features = nullptr);
+  /// Null without features.
+  std::shared_ptr<const innergs::FeatureModel> GetFeatures() const {
+    return this->Features;
+  }
+  /// Whether both hold the same, Gaussians and features.
+  bool HasContentOf(vtkInnerGSModel* other) const {
+    return other && this->CoreModel == other->CoreModel && this->Features == other->Features;
+  }
   /// Shares ownership of the model; null when empty.
   std::shared_ptr<const innergs::GaussianField> GetField() const;
 #endif
@@ -83,7 +102,10 @@ private:
   void operator=(const vtkInnerGSModel&) = delete;
 
 #ifndef __VTK_WRAP__
+  void Share(vtkInnerGSModel* model);
+
   std::shared_ptr<const innergs::Model> CoreModel;
+  std::shared_ptr<const innergs::FeatureModel> Features;
 #endif
 };
 

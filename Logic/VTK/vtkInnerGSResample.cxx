@@ -27,19 +27,6 @@ namespace {
 
 constexpr std::int64_t kSlab = std::int64_t{1} << 23; // voxels rendered between two progress events
 
-innergs::GridGeometry outputGrid(const innergs::GaussianField& field,
-                                 const innergs::vtk::ReferenceGrid& reference, const double spacing[3]) {
-  using innergs::Error;
-  using innergs::ErrorCode;
-  if (reference.given()) return reference.grid();
-  if (field.region().voxelCount() == 0)
-    throw Error(
-        ErrorCode::Geometry,
-        "The model does not say which region it was fitted to: give a reference grid to resample it on.");
-  if (spacing[0] == 0 && spacing[1] == 0 && spacing[2] == 0) return field.region();
-  return innergs::withSpacing(field.region(), {spacing[0], spacing[1], spacing[2]});
-}
-
 } // namespace
 
 struct vtkInnerGSResample::Internals {
@@ -82,14 +69,15 @@ vtkMatrix4x4* vtkInnerGSResample::GetOutputIJKToRASMatrix() {
 void vtkInnerGSResample::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   const auto field = this->RequireModel(inputs)->GetField();
   innergs::vtk::announceImage(outputs->GetInformationObject(0),
-                              outputGrid(*field, this->Work->reference, this->OutputSpacing),
+                              innergs::vtk::outputGrid(field->region(), this->Work->reference, this->OutputSpacing),
                               this->GeometryInImage);
 }
 
 void vtkInnerGSResample::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   const auto field = this->RequireModel(inputs)->GetField();
   innergs::checkField(*field);
-  const innergs::GridGeometry grid = outputGrid(*field, this->Work->reference, this->OutputSpacing);
+  const innergs::GridGeometry grid =
+      innergs::vtk::outputGrid(field->region(), this->Work->reference, this->OutputSpacing);
   const std::int64_t available = innergs::availableMemory();
   if (available > 0 && grid.voxelCount() > (available - (std::int64_t{1} << 28)) / 4)
     throw innergs::Error(

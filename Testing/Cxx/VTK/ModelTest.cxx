@@ -1,5 +1,6 @@
 #include "Fixtures.h"
 
+#include "Core/Features/FeatureModel.h"
 #include "Core/Render/Disagreement.h"
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSToPolyData.h"
@@ -76,6 +77,31 @@ TEST(Model, CopiesShareWhatNeverChanges) {
   deep->SetCoreModel(nullptr);
   EXPECT_TRUE(watched.expired());
   EXPECT_TRUE(deep->IsEmpty());
+}
+
+TEST(Model, CopiesShareFeatures) {
+  auto model = modelOf(randomSmallField());
+  const auto features = std::make_shared<FeatureModel>();
+  features->names = {"background", "liver"};
+  features->labels = {0, 5};
+  features->latents.resize(200 * 16);
+  const unsigned long before = model->GetActualMemorySize();
+  EXPECT_EQ(model->GetNumberOfSegments(), 0);
+  model->SetCoreModel(model->GetCoreModel(), features);
+  EXPECT_EQ(model->GetNumberOfSegments(), 1);
+  EXPECT_EQ(model->GetSegmentName(0), "liver");
+  EXPECT_EQ(model->GetSegmentName(1), "");
+  EXPECT_GE(model->GetActualMemorySize(), before + 12);
+  vtkNew<vtkInnerGSModel> shallow, deep;
+  shallow->ShallowCopy(model);
+  deep->DeepCopy(model);
+  EXPECT_TRUE(shallow->HasContentOf(model));
+  EXPECT_EQ(deep->GetFeatures(), features);
+  deep->SetCoreModel(deep->GetCoreModel());
+  EXPECT_EQ(deep->GetNumberOfSegments(), 0);
+  EXPECT_FALSE(deep->HasContentOf(model));
+  shallow->Initialize();
+  EXPECT_EQ(shallow->GetFeatures(), nullptr);
 }
 
 TEST(Model, AndFiltersGoWithTheirLastReference) {

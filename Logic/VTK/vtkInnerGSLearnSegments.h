@@ -1,0 +1,69 @@
+#ifndef vtkInnerGSLearnSegments_h
+#define vtkInnerGSLearnSegments_h
+
+#include "vtkInnerGSAlgorithm.h"
+
+class vtkImageData;
+class vtkInnerGSModel;
+class vtkMatrix4x4;
+
+/// Teaches a model (input) the segments of a labelmap: the output is the same model, whose Gaussians then
+/// have features that vtkInnerGSSegment decodes on any grid. The labelmap may have a grid of its own and
+/// labels on some slices alone.
+class VTKINNERGS_EXPORT vtkInnerGSLearnSegments : public vtkInnerGSAlgorithm {
+public:
+  static vtkInnerGSLearnSegments* New();
+  vtkTypeMacro(vtkInnerGSLearnSegments, vtkInnerGSAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  ///@{
+  /// Labels from 0 (background) to 65535, one component of any type; ijkToRAS is copied, null: from the
+  /// image's origin, spacing and direction.
+  void SetLabels(vtkImageData* labels, vtkMatrix4x4* ijkToRAS = nullptr);
+  /// What a label is called, e.g. "liver", "Left kidney"; labels without a name become "Segment 3". At least
+  /// one is needed. "": none.
+  void SetSegmentName(int label, const std::string& name);
+  std::string GetSegmentName(int label);
+  void RemoveAllSegmentNames();
+  ///@}
+
+  ///@{
+  /// Whether slices without any label between labelled ones were not labelled: these then follow the scan.
+  /// Off (default): they are background.
+  vtkSetMacro(SparseSlices, bool);
+  vtkGetMacro(SparseSlices, bool);
+  vtkBooleanMacro(SparseSlices, bool);
+  ///@}
+
+  ///@{
+  /// Channels of a Gaussian's latent: 8, 16 (default) or 32.
+  vtkSetMacro(NumberOfChannels, int);
+  vtkGetMacro(NumberOfChannels, int);
+  /// 60 by default.
+  vtkSetMacro(NumberOfIterations, int);
+  vtkGetMacro(NumberOfIterations, int);
+  ///@}
+
+  vtkInnerGSModel* GetOutput();
+
+protected:
+  vtkInnerGSLearnSegments();
+  ~vtkInnerGSLearnSegments() override;
+  int FillInputPortInformation(int port, vtkInformation* information) override;
+  int FillOutputPortInformation(int port, vtkInformation* information) override;
+#ifndef __VTK_WRAP__
+  void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+#endif
+
+  bool SparseSlices = false;
+  int NumberOfChannels = 16, NumberOfIterations = 60;
+
+private:
+  vtkInnerGSLearnSegments(const vtkInnerGSLearnSegments&) = delete;
+  void operator=(const vtkInnerGSLearnSegments&) = delete;
+
+  struct Internals;
+  std::unique_ptr<Internals> Work;
+};
+
+#endif
