@@ -2,9 +2,11 @@
 #include "AppFixture.h"
 #include "SyntheticDicom.h"
 
+#include "Core/Features/FeatureTraining.h"
 #include "IO/ModelFile.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
+#include "Widgets/App/Files.h"
 #include "Widgets/App/SampleBrain.h"
 
 #include <QDir>
@@ -47,6 +49,28 @@ private Q_SLOTS:
     item->ijkToRAS->MultiplyPoint(ijk, ras);
     QVERIFY(std::abs(ras[0] + lps[0]) < 1e-6 && std::abs(ras[1] + lps[1]) < 1e-6 &&
             std::abs(ras[2] - lps[2]) < 1e-6);
+  }
+
+  void keepsWhatAModelLearnedAboutSegments() {
+    const ui::Report made = reconstructAndWait(*host_, request(openAndWait(*host_, writeBall(*sandbox_, "b.nii"))));
+    const auto core = host_->document().model(made.modelId)->model->GetCoreModel();
+    Labelmap labels{core->field.region(), {}, {}};
+    for (std::int64_t n = 0; n < labels.geometry.voxelCount(); ++n)
+      labels.voxels.push_back(n % labels.geometry.size[0] < labels.geometry.size[0] / 2 ? 1 : 2);
+    FeatureTraining quick;
+    quick.iterations = 2;
+    const FeatureModel features = trainFeatures(core->field, labels, {{1, "liver"}, {2, "spleen"}}, quick);
+    writeModel(*core, app::pathOf(sandbox_->path("named.innergs")), {}, &features);
+
+    const QString id = openAndWait(*host_, sandbox_->path("named.innergs"));
+    QCOMPARE(host_->model(id)->GetNumberOfSegments(), 2);
+    QVERIFY(host_->modelInfo(id).description.contains("2 named segments"));
+    QCOMPARE(host_->saveModel(id, sandbox_->path("again.innergs")), QString());
+    std::optional<FeatureModel> again;
+    readModel(app::pathOf(sandbox_->path("again.innergs")), nullptr, &again);
+    QVERIFY(again);
+    QVERIFY(again->names == features.names);
+    QVERIFY(again->latents == features.latents);
   }
 
   void imageOutlivesTheDocument() {

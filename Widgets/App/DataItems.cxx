@@ -115,14 +115,14 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file, dou
 }
 
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file,
-                   ModelNotes notes) {
+                   ModelNotes notes, std::shared_ptr<const FeatureModel> features) {
   ModelItem item;
   item.name = name;
   item.file = item.origin = file;
   item.notes = std::move(notes);
   item.window = {model->field.intensityOffset, model->field.intensityOffset + model->field.intensityScale};
   item.model = vtkSmartPointer<vtkInnerGSModel>::New();
-  item.model->SetCoreModel(std::move(model));
+  item.model->SetCoreModel(std::move(model), std::move(features));
   return item;
 }
 

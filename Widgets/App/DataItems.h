@@ -67,7 +67,7 @@ struct ModelItem {
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file = {}, double thickness = 0,
                     int sliceAxis = -1);
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},
-                   ModelNotes notes = {});
+                   ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
 
 /// "axial", "coronal", "sagittal" or "oblique": how the slices along an axis lie.
 QString orientationOf(const GridGeometry& geometry, int sliceAxis);

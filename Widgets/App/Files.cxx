@@ -31,11 +31,13 @@ std::size_t nonFinite(const Volume& volume) {
 
 ModelItem readModelItem(const QString& path) {
   ModelNotes notes;
-  auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes));
+  std::optional<FeatureModel> features;
+  auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes, &features));
   if (model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
-  return makeItem(std::move(model), nameOf(path), path, std::move(notes));
+  return makeItem(std::move(model), nameOf(path), path, std::move(notes),
+                  features ? std::make_shared<const FeatureModel>(std::move(*features)) : nullptr);
 }
 
 } // namespace
@@ -147,7 +149,7 @@ void saveItem(const ModelItem& item, const QString& file) {
   if (isPly(file))
     writePly(item.model->GetCoreModel()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
-    writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes);
+    writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
   else
     throw Error(ErrorCode::InvalidArgument,
                 tr("'%1' has no extension of a model: name it .innergs (keeps everything) "
