@@ -110,7 +110,7 @@ void move(Gaussian& g, const Mat3& linear, const Mat3& slopeMap) {
 
 } // namespace
 
-HardenedModel harden(const Model& model, const Affine3& map) {
+HardenedModel harden(const Model& model, const FeatureModel* features, const Affine3& map) {
   if (!(std::abs(determinant(map.linear)) > 1e-9) || !std::isfinite(norm(map.offset)))
     throw Error(ErrorCode::Geometry, "The transform cannot be inverted: correct or remove it.");
   const Affine3 taken = takeable(model.field, map);
@@ -137,6 +137,11 @@ HardenedModel harden(const Model& model, const Affine3& map) {
   if (field.domain.voxelCount() > 0) move(field.domain, taken);
   if (!field.support.voxels.empty()) move(field.support.geometry, taken);
   if (!field.residual.voxels.empty()) move(field.residual.geometry, taken);
+  if (features) {
+    const auto movedFeatures = std::make_shared<FeatureModel>(*features);
+    move(movedFeatures->support.blocks, taken);
+    result.features = movedFeatures;
+  }
   moved->optimizer = {};
   moved->finished = field.size();
   moved->settingsKey.clear();

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Features/FeatureModel.h"
 #include "Core/Job/ReconstructionJob.h"
 
 #include <memory>
@@ -9,14 +10,15 @@ namespace innergs::mrml {
 /// (what was applied).
 struct HardenedModel {
   std::shared_ptr<const Model> model;
+  std::shared_ptr<const FeatureModel> features; // null: there were none
   Affine3 rest;
   bool complete = true; // rest is the identity
 };
 
-/// Moves means, covariances, slopes, domain, support and residual grid by rotations, shifts, scalings and
+/// Moves means, covariances, slopes, domain, support, residual grid and the features' blocks by rotations, shifts, scalings and
 /// mirrorings along the axes of the model's lattices, or by anything when it has no lattice. A shear of a
 /// lattice stays in `rest`. A fit that was interrupted cannot go on from a moved model. Throws Error when the
 /// map cannot be inverted or takes the model out of range.
-HardenedModel harden(const Model& model, const Affine3& map);
+HardenedModel harden(const Model& model, const FeatureModel* features, const Affine3& map);
 
 } // namespace innergs::mrml

@@ -42,6 +42,11 @@ void JobDelivery::deliver(JobUpdate& update) {
 
 void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   vtkSlicerInnerGSJob* job = task.job;
+  if (task.deliver) {
+    task.deliver();
+    job->ModelNode = task.model;
+    return;
+  }
   job->UsedSettings = task.filter->GetUsedSettings();
   job->PredictionNote = task.filter->GetPredictionNote();
   job->DeviceNote = task.filter->GetDeviceNote();
@@ -108,6 +113,8 @@ void JobDelivery::finish(Task& task) {
   else if (failure.sentence.empty())
     forgetResumed(task);
   task.filter = nullptr; // with its volumes
+  task.work = nullptr;
+  task.deliver = nullptr;
   if (task.discard) {
     abandon(job);
     return;

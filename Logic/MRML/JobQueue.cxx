@@ -45,7 +45,7 @@ JobQueue::~JobQueue() {
     quit_ = true;
     for (const auto& task : open_) {
       task->stop.request_stop();
-      task->filter->Cancel();
+      if (task->filter) task->filter->Cancel();
     }
   }
   toDo_.notify_all();
@@ -80,7 +80,7 @@ void JobQueue::cancel(const std::shared_ptr<Task>& task) {
   }
   task->stop.request_stop();
   if (!waiting) {
-    task->filter->Cancel();
+    if (task->filter) task->filter->Cancel();
     return;
   }
   task->cancelled = true;
@@ -165,9 +165,7 @@ void JobQueue::work() {
 }
 
 void JobQueue::execute(const std::shared_ptr<Task>& task) {
-  JobFilter* filter = task->filter;
-  filter->unstoppable = &unstoppable_;
-  filter->told = [&](const innergs::Progress& progress) {
+  const ProgressCallback told = [&](const innergs::Progress& progress) {
     task->judging = task->judging || progress.phase == Phase::Judging;
     post(task, [&](JobUpdate& update) {
       const std::string note = update.progress ? update.progress->note : std::string();
@@ -175,6 +173,13 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
       if (progress.note.empty()) update.progress->note = note; // told once
     });
   };
+  if (task->work) {
+    task->work(task->stop.get_token(), unstoppable_, told);
+    return;
+  }
+  JobFilter* filter = task->filter;
+  filter->unstoppable = &unstoppable_;
+  filter->told = told;
   const Observation preview(filter, vtkInnerGSReconstruct::PreviewEvent, [&](void* data) {
     const vtkSmartPointer<vtkImageData> image = static_cast<vtkImageData*>(data);
     vtkNew<vtkMatrix4x4> matrix;

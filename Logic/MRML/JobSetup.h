@@ -53,10 +53,13 @@ protected:
   void ReportProgress(const innergs::Progress& progress) override;
 };
 
-/// A reconstruction that the worker can do without looking at a node.
+/// A reconstruction, or other work on a model, that the worker can do without looking at a node.
 struct Task {
   vtkSmartPointer<vtkSlicerInnerGSJob> job; // for the main thread alone
-  vtkSmartPointer<JobFilter> filter;        // holds the snapshot
+  vtkSmartPointer<JobFilter> filter;        // holds the snapshot; null for other work
+  // Other work: on the worker, throws Error; and what makes it seen, on the main thread.
+  std::function<void(const std::stop_token&, DetachedTasks&, const ProgressCallback&)> work;
+  std::function<void()> deliver;
   std::stop_source stop;
 
   // What the worker found.

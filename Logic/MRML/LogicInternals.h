@@ -1,6 +1,7 @@
 #pragma once
 #include "JobDelivery.h"
 #include "OutlineMask.h"
+#include "SegmentQueries.h"
 #include "SliceFollower.h"
 #include "vtkSlicerInnerGSJob.h"
 #include "vtkSlicerInnerGSLogic.h"
@@ -23,6 +24,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   DicomLookup dicom;
   innergs::mrml::OutlineMask outlineMask;
   std::string recoveryFolder; // "": the usual one
+  innergs::mrml::SegmentQueries segments;
 
   // The application's event loop modifies the bell on the main thread when the worker requests it.
   vtkNew<vtkObject> bell;

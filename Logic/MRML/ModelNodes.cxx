@@ -67,7 +67,7 @@ ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fi
     : model_(model), storage_(vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New()),
       copy_(vtkSmartPointer<vtkMRMLInnerGSModelNode>::New()) {
   vtkNew<vtkInnerGSModel> content;
-  content->SetCoreModel(modelOf(model)->GetCoreModel());
+  content->ShallowCopy(modelOf(model));
   if (fileName.empty())
     throw Error(ErrorCode::InvalidArgument,
                 "There is no file name to save the model under: choose one that ends with .innergs or .ply.");
@@ -94,7 +94,7 @@ void ModelWriting::write() {
 void ModelWriting::note() {
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> model = model_.Get(); // an observer may remove it
   if (!own_ || !model || !model->GetScene() || model->IsEmpty() ||
-      model->GetModel()->GetCoreModel() != copy_->GetModel()->GetCoreModel())
+      !model->GetModel()->HasContentOf(copy_->GetModel()))
     return;
   if (!model->GetStorageNode()) model->AddDefaultStorageNode();
   const vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage =

@@ -36,7 +36,7 @@ std::string labelmapName() {
 }
 
 [[noreturn]] void refuseEmpty(const std::string& name) {
-  throw Error(ErrorCode::NoData, "The mask " + name + " is empty: draw a segment or leave it out.");
+  throw Error(ErrorCode::NoData, name + " is empty: draw a segment in it or choose another.");
 }
 
 std::string referenceName() {
@@ -125,33 +125,43 @@ vtkSmartPointer<vtkOrientedImageData> copyOf(vtkOrientedImageData* image, int pa
   return copy;
 }
 
-/// Sets the voxels of the mask, which has the extent `whole`, where the image has one of the labels.
-template <class T>
-void mark(vtkImageData* image, const std::vector<double>& labels, const int whole[6],
-          std::vector<std::uint8_t>& mask) {
+using Numbers = std::map<double, std::uint16_t>;
+
+/// What stands in a mask (bytes) or labelmap for a segment's number; 0: none.
+template <class Label>
+Label labelOf(const Numbers& numbers, double value) {
+  const auto found = numbers.find(value);
+  if (found == numbers.end()) return 0;
+  return sizeof(Label) == 1 ? Label{1} : static_cast<Label>(found->second);
+}
+
+/// Sets the voxels of a mask or labelmap, which has the extent `whole`, where the image has one of the values.
+template <class T, class Label>
+void mark(vtkImageData* image, const Numbers& numbers, const int whole[6], std::vector<Label>& mask) {
   int part[6];
   image->GetExtent(part);
   const auto* value = static_cast<const T*>(image->GetScalarPointer());
   const int components = image->GetNumberOfScalarComponents();
   const std::int64_t row = whole[1] - whole[0] + 1, slice = row * (whole[3] - whole[2] + 1);
   T last{};
-  bool isLabel = std::binary_search(labels.begin(), labels.end(), 0.0);
+  auto label = labelOf<Label>(numbers, 0);
   for (int k = part[4]; k <= part[5]; ++k)
     for (int j = part[2]; j <= part[3]; ++j) {
-      std::uint8_t* out = mask.data() + (k - whole[4]) * slice + (j - whole[2]) * row + (part[0] - whole[0]);
+      Label* out = mask.data() + (k - whole[4]) * slice + (j - whole[2]) * row + (part[0] - whole[0]);
       for (int i = part[0]; i <= part[1]; ++i, ++out, value += components) {
         if (*value != last) { // labels come in runs
           last = *value;
-          isLabel = std::binary_search(labels.begin(), labels.end(), static_cast<double>(last));
+          label = labelOf<Label>(numbers, static_cast<double>(last));
         }
-        if (isLabel) *out = 1;
+        if (label) *out = label;
       }
     }
 }
 
-/// A layer's voxels as 1 where it has one of the labels, looked up on the lattice (nearest neighbour).
-void merge(vtkOrientedImageData* layer, const std::vector<double>& labels, vtkOrientedImageData* lattice,
-           std::vector<std::uint8_t>& mask, const std::stop_token& stop) {
+/// A layer's segments, looked up on the lattice (nearest neighbour).
+template <class Label>
+void merge(vtkOrientedImageData* layer, const Numbers& numbers, vtkOrientedImageData* lattice,
+           std::vector<Label>& mask, const std::stop_token& stop) {
   vtkNew<vtkTransform> toLayer, toLattice; // stay the identity where both have the same voxels
   if (!vtkOrientedImageDataResample::DoGeometriesMatch(layer, lattice)) {
     vtkNew<vtkMatrix4x4> layerToNode, nodeToLayer, latticeToNode, matrix;
@@ -190,16 +200,17 @@ void merge(vtkOrientedImageData* layer, const std::vector<double>& labels, vtkOr
     lookUp->SetOutputExtent(part[0], part[1], part[2], part[3], k, std::min(k + step - 1, part[5]));
     lookUp->Update();
     vtkImageData* found = lookUp->GetOutput();
-    switch (found->GetScalarType()) { vtkTemplateMacro(mark<VTK_TT>(found, labels, whole, mask)); }
+    switch (found->GetScalarType()) { vtkTemplateMacro((mark<VTK_TT, Label>(found, numbers, whole, mask))); }
   }
 }
 
 } // namespace
 
 SegmentationMask::SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment,
-                                   vtkMRMLVolumeNode* like, const std::vector<GridGeometry>& grids)
-    : name_(quoted(node)), single_(!segment.empty()), converter_(vtkSmartPointer<vtkSegmentation>::New()) {
-  check(node, segment);
+                                   vtkMRMLVolumeNode* like, const std::vector<GridGeometry>& grids,
+                                   const std::string& role)
+    : name_("The " + role + " " + quoted(node)), single_(!segment.empty()), converter_(vtkSmartPointer<vtkSegmentation>::New()) {
+  check(node, segment, role);
   vtkSegmentation* segments = node->GetSegmentation();
   toWorld(node, nodeToWorld_);
   merger_->CopyConversionParameters(segments);
@@ -209,10 +220,12 @@ SegmentationMask::SegmentationMask(vtkMRMLSegmentationNode* node, const std::str
   const double margin = largestStep(segments, ids);
   for (const std::string& id : ids) {
     vtkSegment* taken = segments->GetSegment(id);
+    names_.emplace_back(taken->GetName() ? taken->GetName() : "");
+    const auto number = static_cast<std::uint16_t>(names_.size());
     if (auto* image = vtkOrientedImageData::SafeDownCast(taken->GetRepresentation(labelmapName())))
-      takeLabelmap(image, taken->GetLabelValue(), grids, margin);
+      takeLabelmap(image, taken->GetLabelValue(), number, grids, margin);
     else
-      takeOthers(taken);
+      takeOthers(taken, number);
   }
   copies_.clear();
   if (layers_.empty() && others_.empty()) refuseEmpty(name_);
@@ -231,16 +244,17 @@ SegmentationMask::SegmentationMask(vtkMRMLSegmentationNode* node, const std::str
 
 SegmentationMask::~SegmentationMask() = default;
 
-void SegmentationMask::check(vtkMRMLSegmentationNode* node, const std::string& segment) {
+void SegmentationMask::check(vtkMRMLSegmentationNode* node, const std::string& segment,
+                             const std::string& role) {
   vtkSegmentation* segments = node->GetSegmentation();
-  if (!segments || segments->GetNumberOfSegments() == 0) refuseEmpty(quoted(node));
+  if (!segments || segments->GetNumberOfSegments() == 0) refuseEmpty("The " + role + " " + quoted(node));
   if (!segment.empty() && !segments->GetSegment(segment))
-    throw Error(ErrorCode::InvalidArgument, "The mask " + quoted(node) + " has no segment with the ID '" +
+    throw Error(ErrorCode::InvalidArgument, "The " + role + " " + quoted(node) + " has no segment with the ID '" +
                                                 segment + "': choose another.");
   toWorld(node, vtkNew<vtkMatrix4x4>());
 }
 
-void SegmentationMask::takeLabelmap(vtkOrientedImageData* image, int label,
+void SegmentationMask::takeLabelmap(vtkOrientedImageData* image, int label, std::uint16_t number,
                                     const std::vector<GridGeometry>& grids, double margin) {
   if (!hasVoxels(image)) return;
   vtkSmartPointer<vtkOrientedImageData>& copy = copies_[image];
@@ -250,10 +264,10 @@ void SegmentationMask::takeLabelmap(vtkOrientedImageData* image, int label,
     cropped_ = cropped_ || !std::equal(part, part + 6, image->GetExtent());
     copy = copyOf(image, part);
   }
-  addLayer(copy, label);
+  addLayer(copy, label, number);
 }
 
-void SegmentationMask::takeOthers(vtkSegment* segment) {
+void SegmentationMask::takeOthers(vtkSegment* segment, std::uint16_t number) {
   std::vector<std::string> names;
   segment->GetContainedRepresentationNames(names);
   if (names.empty()) return;
@@ -266,31 +280,30 @@ void SegmentationMask::takeOthers(vtkSegment* segment) {
     copy->DeepCopy(data); // views step through the cells of a surface as well
     own->AddRepresentation(name, copy);
   }
-  others_.push_back(own.Get());
+  others_.push_back({own.Get(), number});
 }
 
-void SegmentationMask::addLayer(vtkOrientedImageData* image, int label) {
+void SegmentationMask::addLayer(vtkOrientedImageData* image, int label, std::uint16_t number) {
   auto layer = std::find_if(layers_.begin(), layers_.end(), [&](const Layer& l) { return l.image == image; });
   if (layer == layers_.end()) layer = layers_.insert(layers_.end(), {image, {}});
-  layer->labels.push_back(label);
-  std::sort(layer->labels.begin(), layer->labels.end());
+  layer->numbers[label] = number;
 }
 
 void SegmentationMask::makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable) {
   vtkNew<vtkCallbackCommand> quiet; // this file words the error
   converter_->AddObserver(vtkCommand::ErrorEvent, quiet);
-  for (const auto& segment : others_) {
+  for (const auto& [segment, number] : others_) {
     // A segmentation converts what is added to it.
-    const auto convert = [segment, converter = converter_] {
+    const auto convert = [segment = segment, converter = converter_] {
       return converter->AddSegment(segment, std::to_string(converter->GetNumberOfSegments()));
     };
     if (!unstoppable.run(convert, stop))
       throw Error(ErrorCode::UnsupportedImage,
-                  "The mask " + name_ +
+                  name_ +
                       " has no voxels, and none could be made of its surfaces: create its binary "
                       "labelmap in the Segmentations module first.");
     auto* image = vtkOrientedImageData::SafeDownCast(segment->GetRepresentation(labelmapName()));
-    if (hasVoxels(image)) addLayer(image, segment->GetLabelValue());
+    if (hasVoxels(image)) addLayer(image, segment->GetLabelValue(), number);
   }
   others_.clear();
 }
@@ -310,24 +323,38 @@ void SegmentationMask::chooseLattice(vtkOrientedImageData* lattice) {
   vtkSegmentationConverter::DeserializeImageGeometry(geometry, lattice, false);
 }
 
-Mask SegmentationMask::make(const std::stop_token& stop, DetachedTasks& unstoppable) {
+template <class Label>
+GridGeometry SegmentationMask::mergeAll(std::vector<Label>& voxels, const std::stop_token& stop,
+                                        DetachedTasks& unstoppable) {
   makeVoxels(stop, unstoppable);
   if (layers_.empty()) refuseEmpty(name_);
   vtkNew<vtkOrientedImageData> lattice;
   chooseLattice(lattice);
-  Mask mask;
-  mask.geometry = latticeOf(lattice, nodeToWorld_, vtkNew<vtkMatrix4x4>());
-  if (const std::int64_t available = availableMemory();
-      available > 0 && mask.geometry.voxelCount() > available)
-    throw Error(ErrorCode::Memory, "The memory is not enough to merge the segments of the mask " + name_ +
-                                       ", whose voxels differ too much in size: choose one segment, or give "
-                                       "all the same voxels in the Segmentations module.");
-  mask.voxels.resize(static_cast<std::size_t>(mask.geometry.voxelCount()));
+  const GridGeometry geometry = latticeOf(lattice, nodeToWorld_, vtkNew<vtkMatrix4x4>());
+  const auto bytes = geometry.voxelCount() * static_cast<std::int64_t>(sizeof(Label));
+  if (const std::int64_t available = availableMemory(); available > 0 && bytes > available)
+    throw Error(ErrorCode::Memory, name_ +
+                                       " has segments whose voxels differ too much in size to be merged in "
+                                       "memory: choose one segment, or give all the same voxels in the "
+                                       "Segmentations module.");
+  voxels.resize(static_cast<std::size_t>(geometry.voxelCount()));
   for (const Layer& layer : std::exchange(layers_, {}))
-    merge(layer.image, layer.labels, lattice, mask.voxels, stop);
-  if (!cropped_ && std::find(mask.voxels.begin(), mask.voxels.end(), 1) == mask.voxels.end())
+    merge(layer.image, layer.numbers, lattice, voxels, stop);
+  if (!cropped_ && std::all_of(voxels.begin(), voxels.end(), [](Label label) { return label == 0; }))
     refuseEmpty(name_);
+  return geometry;
+}
+
+Mask SegmentationMask::make(const std::stop_token& stop, DetachedTasks& unstoppable) {
+  Mask mask;
+  mask.geometry = mergeAll(mask.voxels, stop, unstoppable);
   return mask;
+}
+
+Labelmap SegmentationMask::makeLabels(const std::stop_token& stop, DetachedTasks& unstoppable) {
+  Labelmap labels;
+  labels.geometry = mergeAll(labels.voxels, stop, unstoppable);
+  return labels;
 }
 
 } // namespace innergs::mrml

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Features/Labelmap.h"
 #include "Core/Image/Volume.h"
 
 #include <vtkNew.h>
@@ -20,18 +21,19 @@ namespace innergs::mrml {
 
 class DetachedTasks;
 
-/// A segmentation as a job's mask. The main thread copies what may change; the worker makes the mask of it,
-/// merging labelmaps and making voxels of surfaces.
+/// A segmentation as a job's mask, or as labels to learn from. The main thread copies what may change; the
+/// worker makes the mask of it, merging labelmaps and making voxels of surfaces.
 class SegmentationMask {
 public:
   /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for, or the surfaces
-  /// where there are none. segment: an ID, or "" for all. `like`: gives surfaces their voxels.
-  /// Throws Error.
+  /// where there are none. segment: an ID, or "" for all. `like`: gives surfaces their voxels. role: what
+  /// sentences call it. Throws Error.
   SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
-                   const std::vector<GridGeometry>& grids);
+                   const std::vector<GridGeometry>& grids, const std::string& role = "mask");
   ~SegmentationMask();
   /// Only checks that a segmentation is usable, without looking at voxels. Throws Error.
-  static void check(vtkMRMLSegmentationNode* node, const std::string& segment);
+  static void check(vtkMRMLSegmentationNode* node, const std::string& segment,
+                    const std::string& role = "mask");
   SegmentationMask(const SegmentationMask&) = delete;
   SegmentationMask& operator=(const SegmentationMask&) = delete;
 
@@ -40,27 +42,38 @@ public:
   /// All segments in one (LPS), on any thread; uses the copies up. Slicer's conversion of surfaces cannot be
   /// stopped. Throws Error, Error(Cancelled).
   Mask make(const std::stop_token& stop, DetachedTasks& unstoppable);
+  /// The same with the segments apart: the n-th one of names() has the label n + 1, and the last one where
+  /// several lie.
+  Labelmap makeLabels(const std::stop_token& stop, DetachedTasks& unstoppable);
+  const std::vector<std::string>& names() const { return names_; }
 
 private:
   struct Layer {
     vtkSmartPointer<vtkOrientedImageData> image; // several segments may share one
-    std::vector<double> labels;                  // the segments' values, ascending
+    std::map<double, std::uint16_t> numbers;     // of the segments, from 1, by their values
   };
-  void takeLabelmap(vtkOrientedImageData* image, int label, const std::vector<GridGeometry>& grids,
-                    double margin);
-  void takeOthers(vtkSegment* segment);
-  void addLayer(vtkOrientedImageData* image, int label);
+  void takeLabelmap(vtkOrientedImageData* image, int label, std::uint16_t number,
+                    const std::vector<GridGeometry>& grids, double margin);
+  void takeOthers(vtkSegment* segment, std::uint16_t number);
+  void addLayer(vtkOrientedImageData* image, int label, std::uint16_t number);
+  template <class Label>
+  GridGeometry mergeAll(std::vector<Label>& voxels, const std::stop_token& stop, DetachedTasks& unstoppable);
   void makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable);
   /// The lattice to merge on, as Slicer chooses it.
   void chooseLattice(vtkOrientedImageData* lattice);
 
-  std::string name_; // of the node, for sentences
+  std::string name_; // "The mask 'Organs'", for sentences
+  std::vector<std::string> names_; // of the segments
   bool single_;      // one segment: its own lattice
   bool cropped_ = false;
   vtkNew<vtkMatrix4x4> nodeToWorld_;
   std::map<vtkOrientedImageData*, vtkSmartPointer<vtkOrientedImageData>> copies_;
   std::vector<Layer> layers_;
-  std::vector<vtkSmartPointer<vtkSegment>> others_; // without a labelmap
+  struct Other {
+    vtkSmartPointer<vtkSegment> segment;
+    std::uint16_t number;
+  };
+  std::vector<Other> others_; // without a labelmap
   // Slicer's conversion rules, with the node's parameters.
   vtkSmartPointer<vtkSegmentation> converter_;
   vtkNew<vtkSegmentation> merger_;

@@ -24,7 +24,10 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   Outputs.cxx
   QualityTable.cxx
   Queries.cxx
+  LogicSegments.cxx
   SceneChoices.cxx
+  SegmentLearning.cxx
+  SegmentQueries.cxx
   SegmentationMask.cxx
   SliceThickness.cxx
   SliceFollower.cxx

@@ -138,14 +138,15 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
   if (parent) parent->GetMatrixTransformToWorld(parentToWorld);
   const bool hardening = parent && this->Scene && sameMatrix(parentToWorld, matrix);
   try {
-    const auto hardened = innergs::mrml::harden(*this->Model->GetCoreModel(), toLPS(matrix));
+    const auto hardened = innergs::mrml::harden(*this->Model->GetCoreModel(),
+                                                this->Model->GetFeatures().get(), toLPS(matrix));
     if (!hardened.complete && !hardening)
       throw innergs::Error(
           innergs::ErrorCode::Geometry,
           "The transform shears the model's lattice: put it on the node as a parent transform "
           "instead.");
     vtkNew<vtkInnerGSModel> model;
-    model->SetCoreModel(hardened.model);
+    model->SetCoreModel(hardened.model, hardened.features);
     this->SetModel(model);
     if (hardened.complete) return;
     this->Rest = vtkSmartPointer<vtkMatrix4x4>::New();

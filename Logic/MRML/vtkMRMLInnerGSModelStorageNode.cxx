@@ -62,12 +62,18 @@ bool vtkMRMLInnerGSModelStorageNode::CanReadInReferenceNode(vtkMRMLNode* node) {
 }
 
 bool vtkMRMLInnerGSModelStorageNode::Holds(vtkMRMLInnerGSModelNode* node) {
-  return node && !node->IsEmpty() && this->Stored.lock() == node->GetModel()->GetCoreModel();
+  return node && !node->IsEmpty() && this->Stored.lock() == node->GetModel()->GetCoreModel() &&
+         this->StoredFeatures.lock() == node->GetModel()->GetFeatures();
 }
 
 void vtkMRMLInnerGSModelStorageNode::NoteStored(vtkMRMLInnerGSModelNode* node) {
-  this->Stored = node->GetModel()->GetCoreModel();
+  this->Remember(node->GetModel());
   this->StoredTime->Modified();
+}
+
+void vtkMRMLInnerGSModelStorageNode::Remember(vtkInnerGSModel* model) {
+  this->Stored = model->GetCoreModel();
+  this->StoredFeatures = model->GetFeatures();
 }
 
 void vtkMRMLInnerGSModelStorageNode::InitializeSupportedReadFileTypes() {
@@ -92,10 +98,12 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     const std::filesystem::path path = pathOf(name);
     isPly(path); // or a model by its name
     innergs::ModelNotes notes;
-    auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes));
+    std::optional<innergs::FeatureModel> features;
+    auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes, &features));
     vtkNew<vtkInnerGSModel> model;
-    model->SetCoreModel(core);
-    this->Stored = core;
+    model->SetCoreModel(
+        core, features ? std::make_shared<const innergs::FeatureModel>(std::move(*features)) : nullptr);
+    this->Remember(model);
     MRMLNodeModifyBlocker blocker(modelNode);
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
@@ -137,9 +145,11 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
                            "There is no file name to save the model under: choose one.");
     const std::filesystem::path path = pathOf(name);
     const auto core = modelNode->GetModel()->GetCoreModel();
+    const auto features = modelNode->GetModel()->GetFeatures();
     if (isPly(path)) {
       innergs::writePly(core->field, path);
-      const std::string dropped = innergs::droppedByPly(core->field);
+      const std::string dropped =
+          innergs::droppedByPly(core->field, modelNode->GetModel()->GetNumberOfSegments());
       this->Partly =
           !dropped.empty() || !core->complete() || core->iteration > 0 || !notesOf(modelNode).empty();
       if (this->Partly)
@@ -149,9 +159,9 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
                 "The state of the fit and what the model was made from are not in a PLY file either: until "
                 "it is saved as an .innergs file the model counts as unsaved.");
     } else {
-      innergs::writeModel(*core, path, notesOf(modelNode));
+      innergs::writeModel(*core, path, notesOf(modelNode), features.get());
     }
-    this->Stored = core;
+    this->Remember(modelNode->GetModel());
     if (this->Partly) this->Stored.reset();
     return 1;
   } catch (...) {

@@ -7,8 +7,10 @@
 #include <memory> // std::weak_ptr
 #include <string>
 
+class vtkInnerGSModel;
 class vtkMRMLInnerGSModelNode;
 namespace innergs {
+struct FeatureModel;
 struct Model;
 }
 
@@ -53,7 +55,10 @@ protected:
   int ErrorCode = 0;
   bool Partly = false; // written last, and not everything
 #ifndef __VTK_WRAP__
+  void Remember(vtkInnerGSModel* model);
+
   std::weak_ptr<const innergs::Model> Stored;
+  std::weak_ptr<const innergs::FeatureModel> StoredFeatures;
 #endif
 };
 

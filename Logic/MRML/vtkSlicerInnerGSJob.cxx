@@ -44,7 +44,7 @@ std::string vtkSlicerInnerGSJob::GetDescription() {
   if (this->State != Running) return GetStateAsString(this->State);
   const innergs::Progress& told = *this->Told;
   std::string line =
-      innergs::formatted("%.60s, %.0f %%", innergs::phaseName(told.phase), 100 * told.fraction);
+      innergs::formatted("%.60s, %.0f %%", this->GetPhase().c_str(), 100 * told.fraction);
   if (told.iteration > 0) line += innergs::formatted(", iteration %d of %d", told.iteration, told.iterations);
   if (std::isfinite(told.trainingPsnr))
     line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);
@@ -53,7 +53,9 @@ std::string vtkSlicerInnerGSJob::GetDescription() {
 }
 
 std::string vtkSlicerInnerGSJob::GetPhase() {
-  return this->State == Queued ? "Waiting" : innergs::phaseName(this->Told->phase);
+  return this->State == Queued ? "Waiting"
+         : this->Learning      ? "Learning segments"
+                               : innergs::phaseName(this->Told->phase);
 }
 bool vtkSlicerInnerGSJob::IsJudging() {
   return this->State == Running && this->Told->phase == innergs::Phase::Judging;

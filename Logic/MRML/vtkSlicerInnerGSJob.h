@@ -26,8 +26,8 @@ class JobDelivery;
 } // namespace innergs
 #endif
 
-/// One reconstruction of vtkSlicerInnerGSLogic: its progress and its result. The call data of the logic's
-/// events. Changes on the main thread only.
+/// One reconstruction of vtkSlicerInnerGSLogic, or the learning of segments: its progress and its result. The
+/// call data of the logic's events. Changes on the main thread only.
 class VTK_SLICER_INNERGS_MODULE_LOGIC_EXPORT vtkSlicerInnerGSJob : public vtkObject {
 public:
   static vtkSlicerInnerGSJob* New();
@@ -48,6 +48,8 @@ public:
   std::string GetPhase(); // for people: "Preparing", "Fitting", ...
   /// The fit is complete and a second one judges its quality: a cancel ends only that.
   bool IsJudging();
+  /// A model learns segments: the result is GetModelNode().
+  vtkGetMacro(Learning, bool);
   double GetProgress();      // of the whole job, 0 to 1
   int GetCurrentIteration(); // of the second fit while the quality is judged
   int GetTotalIterations();
@@ -101,6 +103,7 @@ protected:
 #endif
 
   int State = Queued;
+  bool Learning = false;
   std::unique_ptr<innergs::Progress> Told;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
   std::string PredictionNote, DeviceNote, ErrorMessage, RecoveryFile, UsedSettings;

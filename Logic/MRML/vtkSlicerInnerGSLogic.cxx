@@ -130,8 +130,9 @@ void vtkSlicerInnerGSLogic::OnMRMLSceneEndImport() {
 void vtkSlicerInnerGSLogic::OnMRMLSceneNodeRemoved(vtkMRMLNode* node) {
   std::erase_if(this->Work->followers, [&](const auto& follower) { return follower->concerns(node); });
   for (const auto& task : this->Work->queue.tasks())
-    if (task->parameters.Get() == node) {
-      task->discard = task->keep = true;
+    if (task->parameters.Get() == node || (task->work && task->model.Get() == node)) {
+      task->discard = true;
+      task->keep = task->parameters.Get() == node;
       this->Work->queue.cancel(task);
     }
   mrml::leaveHierarchy(node, this->GetMRMLScene());

@@ -15,15 +15,19 @@ class vtkMatrix4x4;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
 class vtkMRMLModelNode;
+class vtkMRMLNode;
 class vtkMRMLScalarVolumeNode;
+class vtkMRMLSegmentationNode;
 class vtkMRMLSliceNode;
 class vtkMRMLVolumeNode;
 class vtkPoints;
 class vtkSlicerInnerGSJob;
+class vtkTable;
 #ifndef __VTK_WRAP__
 namespace innergs {
 struct JobForecast;
-}
+struct MadeSegments;
+} // namespace innergs
 #endif
 
 /// Reconstructs volumes into continuous models and looks at them.
@@ -148,6 +152,38 @@ public:
   /// new one) for 3D views; at most so many (0: all). Null after an error.
   vtkMRMLModelNode* CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum = 0,
                                         vtkMRMLModelNode* output = nullptr);
+
+  ///@{
+  /// Segments by what they are called. First the model learns them, once, from a segmentation or a label map
+  /// (names from its colour table) of the same patient: all of its slices or, sparse, only those that hold a
+  /// label between empty ones, which then follow the scan. A job like a reconstruction, whose result is the
+  /// model; saved with it. Null or false after an error.
+  vtkSlicerInnerGSJob* StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
+                                     bool sparse = false);
+  /// Blocking, as Reconstruct().
+  bool LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse = false);
+  /// What a text in words ("left kidney") asks for: one of vtkInnerGSSegment's Answers; −1 after an error.
+  /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well the
+  /// words fit) and Leading (1: those that answer the query together).
+  int FindByText(vtkMRMLInnerGSModelNode* model, const std::string& text, vtkTable* candidates = nullptr);
+  /// The answer to the last text as a sentence.
+  std::string GetLastAnswer();
+  /// The same as segments of `output`, or of a new segmentation node, with name, terminology and colour; a
+  /// segment of that name is replaced. Two where side or number is open. Null after an error, which it is too
+  /// when the structure is unknown or not in this volume. threshold: of the probability (0: where the segment
+  /// is the likeliest); minimumSize: of connected parts, mm³; smoothing: standard deviation, mm; spacing: of
+  /// the voxels, mm (0: as the fit had it). The first call for a model and spacing takes seconds, the next
+  /// ones milliseconds.
+  vtkMRMLSegmentationNode* SegmentByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
+                                         vtkMRMLSegmentationNode* output = nullptr, double threshold = 0,
+                                         bool largestOnly = false, double minimumSize = 0,
+                                         double smoothing = 0, double spacing = 0);
+#ifndef __VTK_WRAP__
+  /// Puts segments into `output` or a new segmentation node beside the model.
+  vtkMRMLSegmentationNode* AddSegments(vtkMRMLInnerGSModelNode* model, const innergs::MadeSegments& segments,
+                                       vtkMRMLSegmentationNode* output = nullptr);
+#endif
+  ///@}
 
   ///@{
   /// Model files: .innergs or .ply. Null or false after an error.

@@ -8,6 +8,9 @@ In Slicer's Python console, in a notebook or a script with slicer-core:
     innergs.query(result.model, [[0, 0, 0], [10, -5, 20]])     # values at RAS points
     innergs.plane(result.model, matrix, size=512)              # any oblique plane as a volume node
 
+    innergs.learn(result.model, segmentationNode)              # once: segments to be asked for by their names
+    innergs.segment(result.model, "left kidney")               # a segmentation node
+
     job = innergs.start([axial, sagittal], held_out=0.1)       # in the background
     job.progress, job.description, job.device
     job.cancel()
@@ -21,6 +24,8 @@ from ._jobs import Estimate, Job, Result, cancel, estimate, reconstruct, running
 from ._parameters import parameters
 from ._queries import follow, gaussians, load, plane, query, resample, save, stop_following
 from ._scene import Cancelled, Error, logic
+from ._segments import Found, find, learn, segment
 
-__all__ = ["Cancelled", "Error", "Estimate", "Job", "Result", "cancel", "estimate", "follow", "gaussians", "load", "logic",
-           "parameters", "plane", "query", "reconstruct", "resample", "running", "save", "start", "stop_following"]
+__all__ = ["Cancelled", "Error", "Estimate", "Found", "Job", "Result", "cancel", "estimate", "find", "follow", "gaussians",
+           "learn", "load", "logic", "parameters", "plane", "query", "reconstruct", "resample", "running", "save", "segment",
+           "start", "stop_following"]

@@ -47,6 +47,40 @@ class InnerGSTest(unittest.TestCase):
         self.scene = vtkMRMLScene()
         self.logic = innergs.logic(self.scene)
 
+    def test_segments_by_their_names(self):
+        source = add_volume(self.scene)
+        model = innergs.reconstruct(source, preset="fast", iterations=10).model
+        with self.assertRaisesRegex(innergs.Error, "knows no segments"):
+            innergs.segment(model, "liver")
+        node = slicer_core.vtkMRMLSegmentationNode()
+        node.SetName("Organs")
+        self.scene.AddNode(node)
+        k, j, i = numpy.indices((20, 22, 24))
+        for name, inside in (("liver", i < 10), ("kidney_left", (i > 12) & (j < 9)), ("kidney_right", (i > 12) & (j > 12))):
+            image = slicer_core.vtkOrientedImageData()
+            image.SetDimensions(24, 22, 20)
+            image.GetPointData().SetScalars(numpy_to_vtk(inside.astype(numpy.uint8).ravel(), deep=True))
+            matrix = vtkMatrix4x4()
+            source.GetIJKToRASMatrix(matrix)
+            image.SetImageToWorldMatrix(matrix)
+            node.AddSegmentFromBinaryLabelmapRepresentation(image, name)
+        told = []
+        self.assertIs(innergs.learn(model, node, progress=lambda job: told.append(job.progress)), model)
+        self.assertTrue(told)
+        found = innergs.find(model, "kidney")
+        self.assertEqual((found.answer, found.candidates), ("several", [("kidney_left", 1.0), ("kidney_right", 1.0)]))
+        self.assertEqual(innergs.find(model, "heart").answer, "not in volume")
+        segments = innergs.segment(model, ["hepar", "both kidneys"], largest_only=False, smoothing=1.0)
+        self.assertEqual(segments.GetSegmentation().GetNumberOfSegments(), 2)
+        self.assertIs(innergs.segment(model, "left kidney", output=segments), segments)
+        self.assertEqual(segments.GetSegmentation().GetNthSegment(2).GetName(), "kidney_left")
+        with self.assertRaisesRegex(innergs.Error, "not in this volume"):
+            innergs.segment(model, "heart")
+        with self.assertRaisesRegex(innergs.Error, "empty"):
+            innergs.segment(model, "")
+        with self.assertRaisesRegex(innergs.Error, "choose a segmentation"):
+            innergs.learn(model, None)
+
     def test_reconstruct(self):
         source = add_volume(self.scene)
         result = innergs.reconstruct(source, spacing=1.5, preset="fast", held_out=0.1)

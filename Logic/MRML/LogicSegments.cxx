@@ -1,0 +1,105 @@
+#include "Core/Base/Error.h"
+#include "LogicInternals.h"
+#include "Queries.h"
+#include "SegmentLearning.h"
+#include "vtkInnerGSSegment.h"
+#include "vtkMRMLInnerGSModelNode.h"
+
+#include <vtkMRMLSegmentationNode.h>
+
+#include <vtkDoubleArray.h>
+#include <vtkIntArray.h>
+#include <vtkStringArray.h>
+#include <vtkTable.h>
+
+// The logic's segments by what they are called.
+
+using innergs::Error;
+using innergs::ErrorCode;
+namespace mrml = innergs::mrml;
+
+static_assert(static_cast<int>(innergs::AnswerKind::Found) == vtkInnerGSSegment::Found &&
+              static_cast<int>(innergs::AnswerKind::NoMatch) == vtkInnerGSSegment::NoMatch);
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
+                                                          bool sparse) {
+  Internals& work = *this->Work;
+  const bool started = work.guard([&] {
+    std::shared_ptr<mrml::Task> task = mrml::prepareLearning(model, labels, sparse, this->GetMRMLScene());
+    task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
+    task->job->Learning = true;
+    const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
+    work.queue.submit(std::move(task));
+    work.lastJob = job;
+  });
+  return started ? work.lastJob.Get() : nullptr;
+}
+
+bool vtkSlicerInnerGSLogic::LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse) {
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = this->StartLearning(model, labels, sparse);
+  if (!job) return false;
+  this->WaitForJob(job);
+  return job->State == vtkSlicerInnerGSJob::Finished;
+}
+
+int vtkSlicerInnerGSLogic::FindByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
+                                      vtkTable* candidates) {
+  int kind = -1;
+  if (candidates) candidates->Initialize();
+  this->Work->guard([&] {
+    innergs::interpret(innergs::Lexicon::standard(), text); // refused before the work
+    const innergs::SegmentFinder& finder = this->Work->segments.encoded(model, 0);
+    const innergs::SegmentAnswer answer = finder.find(text);
+    this->Work->segments.answer = answer.sentence;
+    kind = static_cast<int>(answer.kind);
+    if (!candidates) return;
+    vtkNew<vtkStringArray> names;
+    vtkNew<vtkDoubleArray> scores;
+    vtkNew<vtkIntArray> leading;
+    names->SetName("Name");
+    scores->SetName("Score");
+    leading->SetName("Leading");
+    for (std::size_t n = 0; n < answer.candidates.size(); ++n) {
+      names->InsertNextValue(finder.nameOf(answer.candidates[n]));
+      scores->InsertNextValue(answer.candidates[n].score);
+      leading->InsertNextValue(n < answer.leading);
+    }
+    for (vtkAbstractArray* column : {static_cast<vtkAbstractArray*>(names), static_cast<vtkAbstractArray*>(scores),
+                                     static_cast<vtkAbstractArray*>(leading)})
+      candidates->AddColumn(column);
+  });
+  return kind;
+}
+
+std::string vtkSlicerInnerGSLogic::GetLastAnswer() {
+  return this->Work->segments.answer;
+}
+
+vtkMRMLSegmentationNode*
+vtkSlicerInnerGSLogic::SegmentByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
+                                     vtkMRMLSegmentationNode* output, double threshold, bool largestOnly,
+                                     double minimumSize, double smoothing, double spacing) {
+  vtkSmartPointer<vtkMRMLSegmentationNode> made;
+  this->Work->guard([&] {
+    innergs::interpret(innergs::Lexicon::standard(), text); // refused before the work
+    const innergs::SegmentFinder& finder = this->Work->segments.encoded(model, spacing);
+    const innergs::SegmentAnswer answer = finder.find(text);
+    this->Work->segments.answer = answer.sentence;
+    const auto requested = finder.requested(text, answer);
+    if (requested.empty()) throw Error(ErrorCode::NoData, answer.sentence);
+    made = mrml::addSegments(this->GetMRMLScene(), model,
+                             finder.make(requested, {threshold, smoothing, largestOnly, minimumSize}), output);
+  });
+  return made && made->GetScene() ? made.Get() : nullptr;
+}
+
+vtkMRMLSegmentationNode* vtkSlicerInnerGSLogic::AddSegments(vtkMRMLInnerGSModelNode* model,
+                                                            const innergs::MadeSegments& segments,
+                                                            vtkMRMLSegmentationNode* output) {
+  vtkSmartPointer<vtkMRMLSegmentationNode> made;
+  this->Work->guard([&] {
+    mrml::modelOf(model);
+    made = mrml::addSegments(this->GetMRMLScene(), model, segments, output);
+  });
+  return made && made->GetScene() ? made.Get() : nullptr;
+}

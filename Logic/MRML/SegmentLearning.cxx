@@ -1,0 +1,161 @@
+#include "SegmentLearning.h"
+
+#include "Core/Base/Elapsed.h"
+#include "Core/Base/Error.h"
+#include "Core/Features/FeatureTraining.h"
+#include "Core/Model/Model.h"
+#include "Geometry.h"
+#include "ImageVoxels.h"
+#include "NodeGeometry.h"
+#include "Queries.h"
+#include "SegmentationMask.h"
+#include "vtkInnerGSModel.h"
+#include "vtkMRMLInnerGSModelNode.h"
+
+#include <vtkMRMLColorNode.h>
+#include <vtkMRMLDisplayNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSegmentationNode.h>
+
+#include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+
+#include <algorithm>
+
+namespace innergs::mrml {
+namespace {
+
+/// Labels and model as the worker needs them.
+struct Lesson {
+  std::shared_ptr<const Model> core;
+  std::unique_ptr<SegmentationMask> segmentation; // or
+  Volume volume;                                  // of labels, in the world
+  std::vector<SegmentName> names;
+  vtkNew<vtkMatrix4x4> worldToModel;
+  bool sparse = false;
+  std::shared_ptr<const FeatureModel> features; // what was learned
+};
+
+/// A lattice of the world in the model's own coordinates. Throws Error(Geometry) where that shears it.
+GridGeometry inModel(const GridGeometry& world, vtkMatrix4x4* worldToModel) {
+  vtkNew<vtkMatrix4x4> ijkToWorld, ijkToModel;
+  vtk::toMatrix(world, ijkToWorld);
+  vtkMatrix4x4::Multiply4x4(worldToModel, ijkToWorld, ijkToModel);
+  const int size[3] = {static_cast<int>(world.size[0]), static_cast<int>(world.size[1]),
+                       static_cast<int>(world.size[2])};
+  const int first[3] = {0, 0, 0};
+  return vtk::gridOf(ijkToModel, size, first, "The labels, seen from the model,");
+}
+
+/// The lattice of the model's region in the world. Throws Error(Geometry).
+void regionInWorld(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* ijkToWorld, int size[3]) {
+  vtkNew<vtkMatrix4x4> ijkToModel, modelToWorld;
+  if (!model->GetModel()->GetDomain(ijkToModel, size))
+    throw Error(ErrorCode::Geometry, "The model " + quoted(model) +
+                                         " does not say which region it was fitted to: reconstruct it anew.");
+  toWorld(model, modelToWorld);
+  vtkMatrix4x4::Multiply4x4(modelToWorld, ijkToModel, ijkToWorld);
+}
+
+void takeSegmentation(vtkMRMLInnerGSModelNode* model, vtkMRMLSegmentationNode* node, Lesson& lesson) {
+  vtkNew<vtkMatrix4x4> region;
+  int size[3];
+  regionInWorld(model, region, size);
+  const int first[3] = {0, 0, 0};
+  vtkNew<vtkMRMLScalarVolumeNode> like; // where voxels have to be made of surfaces
+  vtkNew<vtkImageData> voxels;
+  voxels->SetDimensions(size);
+  like->SetAndObserveImageData(voxels);
+  like->SetIJKToRASMatrix(region);
+  lesson.segmentation = std::make_unique<SegmentationMask>(
+      node, "", like, std::vector<GridGeometry>{vtk::gridOf(region, size, first, quoted(model))},
+      "segmentation");
+  const auto& names = lesson.segmentation->names();
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    if (names[n].empty())
+      throw Error(ErrorCode::InvalidArgument, "Segment " + std::to_string(n + 1) + " of " + quoted(node) +
+                                                  " has no name: name it, e.g. \"liver\".");
+    lesson.names.push_back({static_cast<std::uint16_t>(n + 1), names[n]});
+  }
+}
+
+void takeLabelMap(vtkMRMLVolumeNode* node, Lesson& lesson) {
+  const std::string what = "The label map " + quoted(node);
+  vtk::checkVoxels(node->GetImageData(), what);
+  lesson.volume.geometry = gridOf(node);
+  lesson.volume.voxels = vtk::voxelsOf(node->GetImageData(), {{0, 0, 0}, lesson.volume.geometry.size}, what);
+  auto* colors = node->GetDisplayNode() ? node->GetDisplayNode()->GetColorNode() : nullptr;
+  for (int n = 1; colors && n < std::min(65536, colors->GetNumberOfColors()); ++n)
+    if (const char* name = colors->GetColorName(n); name && *name && std::string(name) != "(none)")
+      lesson.names.push_back({static_cast<std::uint16_t>(n), name});
+  if (lesson.names.empty())
+    throw Error(ErrorCode::InvalidArgument,
+                what + " has no colour table that names its labels: choose one in the Volumes module, or "
+                       "convert it to a segmentation and name its segments.");
+}
+
+} // namespace
+
+std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
+                                      vtkMRMLScene* scene) {
+  const auto lesson = std::make_shared<Lesson>();
+  lesson->core = modelOf(model)->GetCoreModel();
+  lesson->sparse = sparse;
+  if (!scene || model->GetScene() != scene)
+    throw Error(ErrorCode::InvalidArgument, "The model is not in the scene: add it first.");
+  if (!labels)
+    throw Error(ErrorCode::InvalidArgument,
+                "There is nothing to learn from: choose a segmentation or label map.");
+  fromWorld(model, lesson->worldToModel);
+  if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(labels))
+    takeSegmentation(model, segmentation, *lesson);
+  else if (auto* volume = vtkMRMLVolumeNode::SafeDownCast(labels))
+    takeLabelMap(volume, *lesson);
+  else
+    throw Error(ErrorCode::InvalidArgument,
+                quoted(labels) + " is neither a segmentation nor a label map: choose one.");
+
+  auto task = std::make_shared<Task>();
+  task->scene = scene;
+  task->model = model;
+  task->newModel = false;
+  task->work = [lesson](const std::stop_token& stop, DetachedTasks& unstoppable,
+                        const ProgressCallback& told) {
+    const auto start = std::chrono::steady_clock::now();
+    Labelmap found = lesson->segmentation ? lesson->segmentation->makeLabels(stop, unstoppable)
+                                          : labelmapOf(lesson->volume);
+    lesson->volume = {};
+    found.geometry = inModel(found.geometry, lesson->worldToModel);
+    if (lesson->sparse) found = withSparseSlices(found);
+    FeatureTraining training;
+    training.stop = stop;
+    training.progress = [&](double fraction) {
+      Progress progress;
+      progress.phase = Phase::Fitting;
+      progress.fraction = fraction;
+      progress.gaussians = lesson->core->field.size();
+      progress.elapsed = secondsSince(start);
+      progress.remaining = fraction > 0 ? progress.elapsed * (1 - fraction) / fraction : 0;
+      told(progress);
+    };
+    lesson->features = std::make_shared<const FeatureModel>(
+        trainFeatures(lesson->core->field, found, lesson->names, training));
+  };
+  const std::string from = labels->GetName() ? labels->GetName() : "";
+  task->deliver = [lesson, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
+    const vtkSmartPointer<vtkMRMLInnerGSModelNode> node = target.Get(); // an observer may remove it
+    if (!node || node->IsEmpty() || node->GetModel()->GetCoreModel() != lesson->core)
+      throw Error(ErrorCode::InvalidArgument,
+                  "The model was replaced while it learned: let it learn the segments again.");
+    vtkNew<vtkInnerGSModel> content;
+    content->SetCoreModel(lesson->core, lesson->features);
+    MRMLNodeModifyBlocker blocker(node);
+    node->SetAttribute("InnerGS.Segments", from.c_str());
+    node->SetModel(content);
+  };
+  return task;
+}
+
+} // namespace innergs::mrml

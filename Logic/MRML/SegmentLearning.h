@@ -1,0 +1,14 @@
+#pragma once
+#include "JobSetup.h"
+
+class vtkMRMLNode;
+
+namespace innergs::mrml {
+
+/// A task that teaches a model the segments of a segmentation or label map node; what the worker needs of the
+/// nodes is copied here. sparse: slices without any label between labelled ones were not labelled. Throws
+/// Error.
+std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
+                                      vtkMRMLScene* scene);
+
+} // namespace innergs::mrml

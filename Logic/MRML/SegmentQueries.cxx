@@ -1,0 +1,114 @@
+#include "SegmentQueries.h"
+
+#include "Core/Base/Error.h"
+#include "Geometry.h"
+#include "NodeGeometry.h"
+#include "Outputs.h"
+#include "Queries.h"
+#include "vtkInnerGSModel.h"
+#include "vtkMRMLInnerGSModelNode.h"
+
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSegmentationNode.h>
+
+#include <vtkMatrix4x4.h>
+#include <vtkOrientedImageData.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
+
+#include <algorithm>
+
+namespace innergs::mrml {
+namespace {
+
+/// On the whole lattice's index axes, as far as the segment reaches.
+vtkSmartPointer<vtkOrientedImageData> imageOf(const Segment& segment, vtkMatrix4x4* ijkToRAS) {
+  auto image = vtkSmartPointer<vtkOrientedImageData>::New();
+  int extent[6] = {0, -1, 0, -1, 0, -1};
+  for (int a = 0; a < 3 && !segment.mask.empty(); ++a) {
+    extent[2 * a] = static_cast<int>(segment.first[a]);
+    extent[2 * a + 1] = static_cast<int>(segment.first[a] + segment.geometry.size[a] - 1);
+  }
+  image->SetExtent(extent);
+  image->SetImageToWorldMatrix(ijkToRAS);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  if (!segment.mask.empty())
+    std::copy(segment.mask.begin(), segment.mask.end(), static_cast<std::uint8_t*>(image->GetScalarPointer()));
+  return image;
+}
+
+std::string idOf(vtkSegmentation* segments, const std::string& name) {
+  std::vector<std::string> ids;
+  segments->GetSegmentIDs(ids);
+  for (const std::string& id : ids)
+    if (const char* own = segments->GetSegment(id)->GetName(); own && name == own) return id;
+  return {};
+}
+
+} // namespace
+
+SegmentQueries::SegmentQueries() = default;
+SegmentQueries::~SegmentQueries() = default;
+
+SegmentFinder& SegmentQueries::finder(vtkMRMLInnerGSModelNode* model) {
+  vtkInnerGSModel* content = modelOf(model);
+  if (!finder_ || !model_->HasContentOf(content)) {
+    finder_.reset();
+    finder_.emplace(content->GetField(), content->GetFeatures());
+    model_->ShallowCopy(content);
+  }
+  return *finder_;
+}
+
+SegmentFinder& SegmentQueries::encoded(vtkMRMLInnerGSModelNode* model, double spacing) {
+  if (!(spacing >= 0)) throw Error(ErrorCode::InvalidArgument, "The spacing must be above 0 mm, or 0.");
+  const double mm[3] = {spacing, spacing, spacing};
+  SegmentFinder& found = finder(model);
+  found.encode(vtk::outputGrid(model_->GetField()->region(), {}, mm));
+  return found;
+}
+
+vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                     const MadeSegments& made,
+                                                     vtkMRMLSegmentationNode* output) {
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model; // observers may remove nodes
+  vtkSmartPointer<vtkMRMLSegmentationNode> node = output;
+  vtkNew<vtkMatrix4x4> ijkToRAS;
+  vtk::toMatrix(made.lattice, ijkToRAS);
+  if (!node) {
+    if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add segments to: set one.");
+    const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " segments";
+    node = vtkMRMLSegmentationNode::SafeDownCast(addNode(scene, "vtkMRMLSegmentationNode", name));
+    if (node->GetScene()) node->CreateDefaultDisplayNodes();
+    placeBeside(node, model);
+    node->SetAndObserveTransformNodeID(model->GetTransformNodeID());
+    vtkNew<vtkOrientedImageData> whole;
+    whole->SetExtent(0, static_cast<int>(made.lattice.size[0]) - 1, 0,
+                     static_cast<int>(made.lattice.size[1]) - 1, 0,
+                     static_cast<int>(made.lattice.size[2]) - 1);
+    node->GetSegmentation()->SetConversionParameter(
+        vtkSegmentationConverter::GetReferenceImageGeometryParameterName(),
+        vtkSegmentationConverter::SerializeImageGeometry(ijkToRAS, whole));
+  }
+  setProvenance(node, model);
+  const std::string labelmap = vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
+  vtkSegmentation* segments = node->GetSegmentation();
+  MRMLNodeModifyBlocker blocker(node);
+  for (const auto& [terms, segment] : made.segments) {
+    vtkNew<vtkSegment> own;
+    own->SetName(terms.name.c_str());
+    own->SetColor(terms.color[0], terms.color[1], terms.color[2]);
+    if (const std::string entry = terminologyEntry(terms); !entry.empty())
+      own->SetTag(vtkSegment::GetTerminologyEntryTagName(), entry);
+    own->AddRepresentation(labelmap, imageOf(segment, ijkToRAS));
+    const std::string before = idOf(segments, terms.name);
+    if (!before.empty()) segments->RemoveSegment(before);
+    if (!segments->AddSegment(own, before))
+      throw Error(ErrorCode::UnsupportedImage, "The segment \"" + terms.name + "\" could not be added to " +
+                                                   quoted(node) + ": choose a segmentation of labelmaps.");
+  }
+  return node;
+}
+
+} // namespace innergs::mrml

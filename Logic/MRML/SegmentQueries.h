@@ -1,0 +1,41 @@
+#pragma once
+#include "Text/SegmentFinder.h"
+
+#include <vtkNew.h>
+#include <vtkSmartPointer.h>
+
+#include <optional>
+
+class vtkInnerGSModel;
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLScene;
+class vtkMRMLSegmentationNode;
+
+namespace innergs::mrml {
+
+/// The segments of model nodes by what they are called. Keeps the last model's probabilities, so that its
+/// next query takes milliseconds. Main thread.
+class SegmentQueries {
+public:
+  SegmentQueries();
+  ~SegmentQueries();
+
+  /// Throws Error(NoData) for a model that has learned no segments. encode(): at a spacing in mm, 0: as the
+  /// fit had it.
+  SegmentFinder& finder(vtkMRMLInnerGSModelNode* model);
+  SegmentFinder& encoded(vtkMRMLInnerGSModelNode* model, double spacing);
+
+  std::string answer; // the last one, as a sentence
+
+private:
+  vtkNew<vtkInnerGSModel> model_; // that the finder is of
+  std::optional<SegmentFinder> finder_;
+};
+
+/// Segments as those of `output`, or of a new segmentation node beside the model and under its transform; one
+/// of the same name is replaced. Throws Error.
+vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                     const MadeSegments& made,
+                                                     vtkMRMLSegmentationNode* output);
+
+} // namespace innergs::mrml

@@ -1,0 +1,57 @@
+"""Segments of a model by what they are called."""
+
+from __future__ import annotations
+
+import collections
+
+from ._jobs import Job
+from ._scene import Error, checked, logic_of, quiet
+
+Found = collections.namedtuple("Found", "answer sentence candidates")
+Found.__doc__ = """How a text was understood: answer "found", "several" (side or number is open), "wider" (only segments that hold
+more), "not in volume" or "no match"; a sentence; (name, score) of the segments that fit, best first, score from 0 to 1."""
+
+_ANSWERS = ("found", "several", "wider", "not in volume", "no match")  # vtkInnerGSSegment's Answers
+
+
+def learn(model, labels, sparse=False, progress=None):
+    """Lets a model learn the segments of a segmentation or label map node of the same patient, and waits; returns the model.
+
+    The label map's names come from its colour table. sparse: slices without any label between labelled ones were not
+    labelled and follow the scan. progress: called with the Job from time to time. Saved with the model.
+    """
+    owner = logic_of(model)
+    with quiet(owner):
+        job = checked(owner, owner.StartLearning(model, labels, sparse))
+    return Job(owner, job, progress=progress).result().model
+
+
+def find(model, text):
+    """What a text in words asks for, e.g. "left kidney", as Found; makes nothing."""
+    from vtkmodules.vtkCommonDataModel import vtkTable
+
+    owner = logic_of(model)
+    table = vtkTable()
+    with quiet(owner):
+        kind = owner.FindByText(model, text, table)
+    if kind < 0:
+        raise Error(owner.GetLastError(), owner.GetLastErrorCode())
+    candidates = [(table.GetValueByName(row, "Name").ToString(), table.GetValueByName(row, "Score").ToDouble())
+                  for row in range(table.GetNumberOfRows())]
+    return Found(_ANSWERS[kind], owner.GetLastAnswer(), candidates)
+
+
+def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum_size=0.0, smoothing=0.0, spacing=0.0):
+    """Segments by what they are called as a segmentation node: `output` or a new one, with terminology and colours.
+
+    text          one structure in words, or a list of them; both sides where the side is open
+    threshold     of the probability, 0 to 1; 0: where the segment is the likeliest
+    largest_only  only the largest connected part of each segment; minimum_size: of connected parts, mm3
+    smoothing     standard deviation of a Gaussian in mm; spacing: of the voxels in mm, 0: as the fit had it
+    """
+    owner = logic_of(model)
+    for one in [text] if isinstance(text, str) else text:
+        with quiet(owner):
+            output = checked(owner, owner.SegmentByText(model, one, output, threshold, largest_only, minimum_size,
+                                                        smoothing, spacing))
+    return output
