@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Job/Progress.h"
+#include "Text/SegmentFinder.h"
 #include "Widgets/Request.h"
+#include "Widgets/SegmentWorker.h"
 
 #include <QObject>
 #include <QWidget>
@@ -43,7 +45,8 @@ public:
     Reference,    // a volume whose voxels the result gets
     OutputVolume, // a volume to write to, or new
     OutputModel,  // a model to write to, or new
-    Model         // a model to look at
+    Model,        // a model to look at
+    Labels        // a labelmap or segmentation to learn from
   };
   /// Whether there can be anything to choose for a role (the app has no regions).
   virtual bool offers(Role role) const = 0;
@@ -88,6 +91,30 @@ public:
 
   /// Where the state of fits that something else than cancel() has stopped is kept (IO/RecoveredFit.h); "": none is.
   virtual QString recoveryFolder() const { return {}; }
+
+  ///@{
+  /// Segments by their names; a host that does not offer Role::Labels has none of them.
+  /// Whether the labels' names are asked for as a file.
+  virtual bool asksForNames() const { return false; }
+  /// Labels for a model to learn from; names: a file with them, "": as the labels have them. What is returned
+  /// may be called on another thread, and throws Error. Empty, with a sentence in *error, when it is refused.
+  virtual std::function<NamedLabels(const std::stop_token&)>
+  labelsFor(const QString& /*modelId*/, const QString& /*labelsId*/, const QString& /*names*/,
+            QString* /*error*/) {
+    return {};
+  }
+  /// What a model has learned; it is unsaved then. "" or a sentence.
+  virtual QString setFeatures(const QString& /*modelId*/, const std::shared_ptr<const FeatureModel>&) {
+    return {};
+  }
+  /// Shows segments of a model in the views until the next ones; none: nothing.
+  virtual void previewSegments(const QString& /*modelId*/, const MadeSegments&) {}
+  /// Keeps segments of a model as the host has them (a segmentation node, a labelmap); the name of what holds
+  /// them, or "" with a sentence in *error.
+  virtual QString addSegments(const QString& /*modelId*/, const MadeSegments&, QString* /*error*/) {
+    return {};
+  }
+  ///@}
 
   /// The folder that file dialogs open in. It is remembered.
   virtual QString folder() const = 0;

@@ -6,8 +6,10 @@
 #include "IO/ModelFile.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
+#include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
 #include "Widgets/App/SampleBrain.h"
+#include "Widgets/App/SegmentItems.h"
 
 #include <QDir>
 #include <QFile>
@@ -71,6 +73,62 @@ private Q_SLOTS:
     QVERIFY(again);
     QVERIFY(again->names == features.names);
     QVERIFY(again->latents == features.latents);
+  }
+
+  void learnsFromALabelmapFileAndKeepsSegmentsInOne() {
+    const ui::Report made =
+        reconstructAndWait(*host_, request(openAndWait(*host_, writeBall(*sandbox_, "b.nii"))));
+    const auto item = host_->document().model(made.modelId);
+    Volume labels{item->model->GetField()->region(), {}};
+    for (std::int64_t n = 0; n < labels.geometry.voxelCount(); ++n)
+      labels.voxels.push_back(n % labels.geometry.size[0] < labels.geometry.size[0] / 2 ? 1.f : 2.f);
+    writeVolume(labels, app::pathOf(sandbox_->path("labels.nii")));
+    const QString labelsId = openAndWait(*host_, sandbox_->path("labels.nii"));
+    QString error;
+    const auto unnamed = host_->labelsFor(made.modelId, labelsId, {}, &error);
+    QVERIFY(unnamed);
+    QVERIFY(app::sentenceOf([&] { unnamed({}); }).contains("have no names"));
+    QVERIFY(!host_->labelsFor("nothing", labelsId, {}, &error));
+    QVERIFY(error.contains("no longer open"));
+    QFile names(sandbox_->path("names.json"));
+    QVERIFY(names.open(QIODevice::WriteOnly));
+    names.write(R"({"1": "liver", "2": "spleen"})");
+    names.close();
+    const NamedLabels given =
+        host_->labelsFor(made.modelId, labelsId, sandbox_->path("names.json"), &error)({});
+    QCOMPARE(given.names.size(), std::size_t(2));
+    FeatureTraining quick;
+    quick.iterations = 2;
+    const auto field = item->model->GetField();
+    const auto features =
+        std::make_shared<const FeatureModel>(trainFeatures(*field, given.labels, given.names, quick));
+    host_->document().setSaved(made.modelId, "m.innergs");
+    QCOMPARE(host_->setFeatures(made.modelId, features), QString());
+    QVERIFY(!host_->modelInfo(made.modelId).saved);
+    QCOMPARE(host_->model(made.modelId)->GetNumberOfSegments(), 2);
+
+    SegmentFinder finder(field, features);
+    finder.encode(field->region());
+    const MadeSegments found = finder.make(finder.requested("liver", finder.find("liver")));
+    std::shared_ptr<const app::SegmentOverlay> overlay;
+    connect(host_.get(), &AppHost::segmentsPreviewed, this, [&](const auto& shown) { overlay = shown; });
+    host_->previewSegments(made.modelId, found);
+    QVERIFY(overlay);
+    QCOMPARE(overlay->colors.size(), std::size_t(1));
+    host_->previewSegments(made.modelId, {});
+    QVERIFY(!overlay);
+    QCOMPARE(host_->addSegments(made.modelId, found, &error), QString("liver"));
+    const auto kept = host_->document().volumes().back();
+    QVERIFY(!kept->saved);
+    QCOMPARE(std::count(kept->volume->voxels.begin(), kept->volume->voxels.end(), 1.f),
+             std::ptrdiff_t(found.segments[0].second.voxels));
+    QCOMPARE(host_->save(kept->id, sandbox_->path("liver.seg.nrrd")), QString());
+    const auto read = readSegmentNames(app::pathOf(sandbox_->path("liver.seg.nrrd")));
+    QCOMPARE(read.size(), std::size_t(1));
+    QCOMPARE(read[0].name, std::string("liver"));
+    // And learned from again, with the names that the file has.
+    const QString again = openAndWait(*host_, sandbox_->path("liver.seg.nrrd"));
+    QCOMPARE(host_->labelsFor(made.modelId, again, {}, &error)({}).names.size(), std::size_t(1));
   }
 
   void imageOutlivesTheDocument() {

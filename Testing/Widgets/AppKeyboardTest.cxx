@@ -168,7 +168,8 @@ private Q_SLOTS:
     const std::pair<Qt::Key, const char*> docks[] = {{Qt::Key_F5, "reconstructDock"},
                                                      {Qt::Key_F6, "queryDock"},
                                                      {Qt::Key_F7, "modelDock"},
-                                                     {Qt::Key_F8, "logDock"}};
+                                                     {Qt::Key_F8, "logDock"},
+                                                     {Qt::Key_F9, "findDock"}};
     for (const auto& [panel, dock] : docks) {
       press(panel);
       QTRY_VERIFY(!window_->findChild<QDockWidget*>(dock)->visibleRegion().isEmpty());

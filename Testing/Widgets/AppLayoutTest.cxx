@@ -28,7 +28,7 @@ private Q_SLOTS:
     reconstruct();
     auto* tree = window_->findChild<QTreeWidget*>("dataTree");
     tree->setCurrentItem(tree->topLevelItem(0));
-    for (const char* panel : {"reconstructDock", "queryDock", "modelDock", "logDock"}) {
+    for (const char* panel : {"reconstructDock", "queryDock", "findDock", "modelDock", "logDock"}) {
       window_->showPanel(panel);
       for (const char* name : {panel, "dataDock"}) // as soon as it is laid out
         QTRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(name)->widget()), QString());

@@ -9,6 +9,7 @@
 namespace innergs::app {
 
 class Background;
+struct SegmentOverlay;
 
 /// The desktop app as the panels see it: a document of volumes and models, and one reconstruction at a time.
 /// Cancel while the quality of a finished fit is judged ends in finished(), with a warning, not in
@@ -41,6 +42,15 @@ public:
   QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                     QString* error) override;
 
+  bool asksForNames() const override { return true; }
+  std::function<NamedLabels(const std::stop_token&)> labelsFor(const QString& modelId,
+                                                                   const QString& labelsId,
+                                                                   const QString& names,
+                                                                   QString* error) override;
+  QString setFeatures(const QString& modelId, const std::shared_ptr<const FeatureModel>& features) override;
+  void previewSegments(const QString& modelId, const MadeSegments& made) override;
+  QString addSegments(const QString& modelId, const MadeSegments& made, QString* error) override;
+
   QString folder() const override;
   QString recoveryFolder() const override;
   void setFolder(const QString& folder) override;
@@ -62,6 +72,8 @@ Q_SIGNALS:
   void opened(const QString& id, const QString& path);
   void openFailed(const QString& path, const QString& sentence);
   void frameShown(const QString& id);
+  /// To be shown over the volume in the views; null: nothing.
+  void segmentsPreviewed(const std::shared_ptr<const innergs::app::SegmentOverlay>& overlay);
 
 private:
   /// A snapshot of what is needed; throws Error when something is wrong with the request.

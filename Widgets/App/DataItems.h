@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Image/Volume.h"
 #include "IO/ModelFile.h"
+#include "IO/SegmentNames.h"
 #include "vtkInnerGSModel.h"
 
 #include <vtkImageData.h>
@@ -48,6 +49,7 @@ struct VolumeItem {
   int sliceAxis = 2;                      // counts the slices
   std::array<double, 2> range{0, 0};      // of the finite voxels
   std::shared_ptr<Window> window;
+  std::vector<SegmentInfo> segments; // of a labelmap made here
   bool saved = true;
 };
 

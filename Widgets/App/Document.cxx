@@ -107,6 +107,14 @@ void Document::setSaved(const QString& id, const QString& file) {
   }
 }
 
+void Document::setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content) {
+  const auto item = model(id);
+  if (!item) return;
+  item->model = content;
+  item->saved = false;
+  Q_EMIT modelsChanged();
+}
+
 void Document::setEllipsoidsShown(const QString& id, bool shown) {
   const auto item = model(id);
   if (!item || item->ellipsoidsShown == shown) return;

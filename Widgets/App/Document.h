@@ -31,6 +31,8 @@ public:
   void rename(const QString& id, const QString& name);
   void remove(const QString& id);
   void setSaved(const QString& id, const QString& file);
+  /// A model that has learned something: unsaved from now on.
+  void setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content);
   void setEllipsoidsShown(const QString& id, bool shown);
   void setEllipsoidsDrawn(const QString& id, std::int64_t count);
 

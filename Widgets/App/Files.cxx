@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "IO/DicomSeries.h"
+#include "IO/FilePath.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
@@ -142,7 +143,14 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
 }
 
 void saveItem(const VolumeItem& item, const QString& file) {
-  writeVolume(*item.volume, pathOf(file));
+  const auto path = pathOf(file);
+  if (item.segments.empty()) {
+    writeVolume(*item.volume, path);
+    return;
+  }
+  writeVolume(*item.volume, path, item.segments.size() > 255 ? OutputType::UInt16 : OutputType::UInt8, {},
+              fullExtension(path) == ".nrrd" ? segmentFields(item.segments, item.volume->geometry)
+                                             : std::map<std::string, std::string>{});
 }
 
 void saveItem(const ModelItem& item, const QString& file) {

@@ -4,6 +4,8 @@
 #include "Widgets/App/Background.h"
 #include "Widgets/App/DataList.h"
 #include "Widgets/App/FileDialogs.h"
+#include "Widgets/App/SegmentItems.h"
+#include "Widgets/FindPanel.h"
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
@@ -140,6 +142,8 @@ MainWindow::MainWindow(QWidget* parent)
   });
   connect(model_, &ui::ModelPanel::modelIdChanged, this, &MainWindow::setModel);
   connect(query_, &ui::QueryPanel::modelIdChanged, this, &MainWindow::setModel);
+  connect(find_, &ui::FindPanel::modelIdChanged, this, &MainWindow::setModel);
+  connect(host_, &AppHost::segmentsPreviewed, state_, &ViewState::setOverlay);
   connect(views_->threeD(), &ThreeDView::failed, this, [this](const QString& id, const QString& sentence) {
     host_->showEllipsoids(id, false);
     Q_EMIT host_->logged(sentence);
@@ -196,6 +200,7 @@ void MainWindow::makeDocks() {
   list_ = new DataList(state_, this);
   reconstruction_ = new ui::ReconstructionPanel(host_, this);
   query_ = new ui::QueryPanel(host_, this);
+  find_ = new ui::FindPanel(host_, this);
   model_ = new ui::ModelPanel(host_, this);
   auto* modelTop = new QWidget(this); // keeps its lines at the top
   auto* modelLayout = new QVBoxLayout(modelTop);
@@ -205,6 +210,7 @@ void MainWindow::makeDocks() {
   QDockWidget* data = addDock(list_, "dataDock", tr("Data"), false);
   QDockWidget* panels[] = {addDock(reconstruction_, "reconstructDock", tr("Reconstruct"), true),
                            addDock(query_, "queryDock", tr("Slice query"), true),
+                           addDock(find_, "findDock", tr("Find"), true),
                            addDock(modelTop, "modelDock", tr("Model"), true),
                            addDock(new ui::LogPanel(host_, this), "logDock", tr("Log"), false)};
   setTabPosition(Qt::AllDockWidgetAreas, QTabWidget::North);
@@ -372,7 +378,8 @@ void MainWindow::makeViewMenu() {
                                                {"reconstructDock", Qt::Key_F5},
                                                {"queryDock", Qt::Key_F6},
                                                {"modelDock", Qt::Key_F7},
-                                               {"logDock", Qt::Key_F8}};
+                                               {"logDock", Qt::Key_F8},
+                                               {"findDock", Qt::Key_F9}};
   for (const auto& [dock, panelKey] : docks) {
     const QString name = QString::fromLatin1(dock);
     add(
@@ -479,6 +486,7 @@ void MainWindow::setModel(const QString& id) {
   if (id == modelId_) return updateActions();
   modelId_ = id; // first: the panels signal the change
   query_->setModelId(id);
+  find_->setModelId(id);
   model_->setModelId(id);
   updateActions();
 }

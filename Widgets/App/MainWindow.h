@@ -15,6 +15,7 @@ class QMessageBox;
 class QProgressBar;
 
 namespace innergs::ui {
+class FindPanel;
 class ModelPanel;
 class QueryPanel;
 class ReconstructionPanel;
@@ -38,7 +39,9 @@ public:
   ViewGrid* views() { return views_; }
   ui::ReconstructionPanel* reconstruction() { return reconstruction_; }
   ui::QueryPanel* query() { return query_; }
-  /// Brings a panel to the front: "reconstructDock", "queryDock", "modelDock", "logDock", "dataDock".
+  ui::FindPanel* find() { return find_; }
+  /// Brings a panel to the front: "reconstructDock", "queryDock", "findDock", "modelDock", "logDock",
+  /// "dataDock".
   void showPanel(const QString& name);
   /// The same, and the keyboard goes to its first control.
   void goToPanel(const QString& name);
@@ -77,6 +80,7 @@ private:
   DataList* list_ = nullptr;
   ui::ReconstructionPanel* reconstruction_ = nullptr;
   ui::QueryPanel* query_ = nullptr;
+  ui::FindPanel* find_ = nullptr;
   ui::ModelPanel* model_ = nullptr;
   QMenu *recent_ = nullptr, *panels_ = nullptr;
   QActionGroup* layouts_ = nullptr;

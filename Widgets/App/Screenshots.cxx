@@ -1,9 +1,12 @@
 // Writes the pictures of Docs/screenshots: drives the app as a person would, from the sample brain.
 // Usage: innergs_screenshots FOLDER [all|scaled]
+//        innergs_screenshots FOLDER find QUERY SCAN MODEL   a model that has learned segments, asked in words
 #include "Widgets/App/Background.h"
 #include "Widgets/App/FileDialogs.h"
 #include "Widgets/App/MainWindow.h"
+#include "Widgets/App/SegmentItems.h"
 #include "Widgets/App/Startup.h"
+#include "Widgets/FindPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 
@@ -59,6 +62,28 @@ void showObliquePlane(MainWindow& window) {
   window.query()->setPlane(matrix);
 }
 
+/// The panel Find with a query's answer over the scan.
+bool showFound(MainWindow& window, const QString& query, const QStringList& files, const QString& picture) {
+  auto* host = window.host();
+  host->open(files);
+  if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().models().empty())
+    return false;
+  window.showPanel(QStringLiteral("findDock"));
+  window.find()->setModelId(host->document().models().front()->id);
+  bool shown = false;
+  QObject::connect(host, &innergs::app::AppHost::segmentsPreviewed, &window, [&](const auto& overlay) {
+    if (!overlay) return;
+    shown = true;
+    double middle[4] = {0, 0, 0, 1};
+    for (int a = 0; a < 3; ++a)
+      middle[a] = 0.5 * (overlay->labels->GetDimensions()[a] - 1);
+    overlay->ijkToRAS->MultiplyPoint(middle, middle);
+    window.state()->setCrosshair({middle[0], middle[1], middle[2]});
+  });
+  window.find()->find(query);
+  return waitFor([&] { return shown; }, 60000) && save(&window, picture);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -73,6 +98,12 @@ int main(int argc, char** argv) {
   auto* host = window.host();
   QObject::connect(host, &innergs::app::AppHost::failed,
                    [](const QString& sentence) { QTextStream(stderr) << sentence << "\n"; });
+  if (argc > 5 && QString::fromLocal8Bit(argv[2]) == QLatin1String("find"))
+    return showFound(window, QString::fromLocal8Bit(argv[3]),
+                     {QString::fromLocal8Bit(argv[4]), QString::fromLocal8Bit(argv[5])},
+                     folder + QStringLiteral("app-find.png"))
+               ? 0
+               : 1;
   window.files()->openSample();
   if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().volumes().empty())
     return 1;

@@ -1,5 +1,7 @@
 #include "Widgets/App/SliceView.h"
 
+#include "Widgets/App/SegmentItems.h"
+
 #include <vtkActor2D.h>
 #include <vtkCamera.h>
 #include <vtkCoordinate.h>
@@ -8,6 +10,7 @@
 #include <vtkImageResliceMapper.h>
 #include <vtkImageSlice.h>
 #include <vtkLineSource.h>
+#include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkPolyDataMapper2D.h>
 #include <vtkProperty2D.h>
@@ -49,6 +52,9 @@ struct SliceView::Scene {
   vtkNew<vtkRenderer> renderer;
   vtkNew<vtkImageResliceMapper> mapper;
   vtkNew<vtkImageSlice> slice;
+  vtkNew<vtkRenderer> overlayRenderer; // a layer of its own: both slices lie in one plane
+  vtkNew<vtkImageResliceMapper> overlayMapper;
+  vtkNew<vtkImageSlice> overlay;
   vtkNew<vtkLineSource> lines[2];
   vtkNew<vtkActor2D> cross[2];
   vtkNew<vtkTextActor> letters[4], place;
@@ -79,6 +85,19 @@ SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
   s.slice->GetProperty()->SetInterpolationTypeToLinear();
   s.slice->VisibilityOff();
   s.renderer->AddViewProp(s.slice);
+  s.window->SetNumberOfLayers(2);
+  s.overlayRenderer->SetLayer(1);
+  s.overlayRenderer->InteractiveOff();
+  s.overlayRenderer->SetActiveCamera(s.renderer->GetActiveCamera());
+  s.window->AddRenderer(s.overlayRenderer);
+  s.overlayMapper->SliceFacesCameraOn();
+  s.overlayMapper->SliceAtFocalPointOn();
+  s.overlayMapper->BorderOn();
+  s.overlay->SetMapper(s.overlayMapper);
+  s.overlay->GetProperty()->SetInterpolationTypeToNearest();
+  s.overlay->GetProperty()->UseLookupTableScalarRangeOn();
+  s.overlay->VisibilityOff();
+  s.overlayRenderer->AddViewProp(s.overlay);
   for (int n = 0; n < 2; ++n) {
     vtkNew<vtkPolyDataMapper2D> mapper;
     mapper->SetInputConnection(s.lines[n]->GetOutputPort());
@@ -107,6 +126,7 @@ SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
   connect(state, &ViewState::volumeChanged, this, &SliceView::showVolume);
   connect(state, &ViewState::windowChanged, this, &SliceView::showWindow);
   connect(state, &ViewState::crosshairChanged, this, &SliceView::showPlane);
+  connect(state, &ViewState::overlayChanged, this, &SliceView::showOverlay);
   connect(state, &ViewState::volumeChanged, this, &SliceView::pointCrosshair);
   connect(state, &ViewState::crosshairChanged, this, &SliceView::pointCrosshair);
   connect(state, &ViewState::placeChanged, this, [this] {
@@ -143,6 +163,7 @@ void SliceView::showVolume() {
                         static_cast<vtkProp*>(s.letters[0]), static_cast<vtkProp*>(s.letters[1]),
                         static_cast<vtkProp*>(s.letters[2]), static_cast<vtkProp*>(s.letters[3])})
     prop->SetVisibility(item != nullptr);
+  s.overlay->SetVisibility(item && state_->overlay());
   if (!item) {
     s.mapper->RemoveAllInputs();
     fitted_ = false;
@@ -154,6 +175,27 @@ void SliceView::showVolume() {
   showWindow();
   if (!fitted_) fit();
   showPlane();
+}
+
+void SliceView::showOverlay() {
+  Scene& s = *scene_;
+  const auto overlay = state_->overlay();
+  s.overlay->SetVisibility(overlay && state_->volume());
+  if (overlay) {
+    vtkNew<vtkLookupTable> colors;
+    const auto labels = static_cast<int>(overlay->colors.size());
+    colors->SetNumberOfTableValues(labels + 1);
+    colors->SetTableRange(0, labels);
+    colors->SetTableValue(0, 0, 0, 0, 0);
+    for (int n = 0; n < labels; ++n) {
+      const auto& c = overlay->colors[static_cast<std::size_t>(n)];
+      colors->SetTableValue(n + 1, c[0], c[1], c[2], 0.45);
+    }
+    s.overlay->GetProperty()->SetLookupTable(colors);
+    s.overlayMapper->SetInputData(overlay->labels);
+    s.overlay->SetUserMatrix(overlay->ijkToRAS);
+  }
+  render();
 }
 
 void SliceView::showWindow() {

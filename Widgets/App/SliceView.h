@@ -57,6 +57,7 @@ private:
   void showVolume();
   void showWindow();
   void showPlane();
+  void showOverlay();
   void placeLetters();
   void render();
   double millimetresPerPixel() const;

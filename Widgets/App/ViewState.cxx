@@ -60,6 +60,11 @@ void ViewState::show(const std::shared_ptr<VolumeItem>& item) {
   Q_EMIT placeChanged();
 }
 
+void ViewState::setOverlay(std::shared_ptr<const SegmentOverlay> overlay) {
+  overlay_ = std::move(overlay);
+  Q_EMIT overlayChanged();
+}
+
 void ViewState::step(int by) {
   const auto& all = document_->volumes();
   if (all.empty()) return;

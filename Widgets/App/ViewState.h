@@ -5,6 +5,8 @@
 
 namespace innergs::app {
 
+struct SegmentOverlay;
+
 /// What the views show together: one volume, and the crosshair's position.
 class ViewState : public QObject {
   Q_OBJECT
@@ -37,6 +39,10 @@ public:
   /// "R 12.3  A 4.5  I 6.7 mm: 134" for people.
   QString describe(const Vec3& ras) const;
 
+  /// Segments to be shown over the volume; null: none.
+  std::shared_ptr<const SegmentOverlay> overlay() const { return overlay_; }
+  void setOverlay(std::shared_ptr<const SegmentOverlay> overlay);
+
   /// In which the views draw themselves.
   RenderTurns& turns() { return turns_; }
 
@@ -45,6 +51,7 @@ Q_SIGNALS:
   void crosshairChanged();
   void placeChanged(); // the volume lies elsewhere: the crosshair was moved into it, views go there
   void windowChanged();
+  void overlayChanged();
 
 private:
   void refresh();
@@ -53,6 +60,7 @@ private:
   QString volumeId_;
   std::shared_ptr<const Volume> shown_; // that the views were told of
   Vec3 crosshair_{0, 0, 0};
+  std::shared_ptr<const SegmentOverlay> overlay_;
   RenderTurns turns_;
 };
 

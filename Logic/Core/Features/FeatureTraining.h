@@ -13,6 +13,12 @@ struct SegmentName {
   std::string name;
 };
 
+/// Labels to learn from, and what they are called.
+struct NamedLabels {
+  Labelmap labels;
+  std::vector<SegmentName> names;
+};
+
 struct FeatureTraining {
   int channels = 16;   // of a latent: 8, 16 or 32
   int iterations = 60; // over the voxels near borders of classes

@@ -1,0 +1,271 @@
+#include "Widgets/FindPanel.h"
+#include "FakeHost.h"
+#include "Features/BoxPhantom.h"
+#include "Widgets/MessageLine.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Model/Model.h"
+#include "vtkInnerGSModel.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDoubleSpinBox>
+#include <QLabel>
+#include <QLineEdit>
+#include <QListWidget>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSignalSpy>
+#include <QtTest>
+
+#include <numeric>
+
+using namespace innergs;
+using namespace innergs::ui;
+
+namespace {
+
+/// Labels of three boxes, and what the panel does with segments.
+class TeachingHost : public FakeHost {
+public:
+  testing::BoxPhantom phantom;
+  QString refusal, failure; // of labels: at the start, on the worker
+  MadeSegments shown;
+  int previews = 0;
+  QStringList kept;
+  QString keepError;
+
+  TeachingHost() { roles << Role::Labels; }
+  QString addModel() {
+    const QString id = addBallModel("Boxes");
+    auto core = std::make_shared<Model>();
+    core->field = phantom.field;
+    modelData[id]->SetCoreModel(core);
+    Q_EMIT modelsChanged();
+    return id;
+  }
+  std::function<NamedLabels(const std::stop_token&)> labelsFor(const QString&, const QString&, const QString&,
+                                                               QString* error) override {
+    *error = refusal;
+    if (!refusal.isEmpty()) return {};
+    return [this](const std::stop_token&) {
+      if (!failure.isEmpty()) throw Error(ErrorCode::InvalidArgument, failure.toStdString());
+      return NamedLabels{phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}};
+    };
+  }
+  QString setFeatures(const QString& id, const std::shared_ptr<const FeatureModel>& features) override {
+    modelData[id]->SetCoreModel(modelData[id]->GetCoreModel(), features);
+    Q_EMIT modelsChanged();
+    return {};
+  }
+  void previewSegments(const QString&, const MadeSegments& made) override {
+    shown = made;
+    ++previews;
+  }
+  QString addSegments(const QString&, const MadeSegments& made, QString* error) override {
+    *error = keepError;
+    if (!keepError.isEmpty()) return {};
+    for (const auto& [terms, segment] : made.segments)
+      kept << QString::fromStdString(terms.name);
+    return "Boxes segments";
+  }
+};
+
+struct Shown {
+  TeachingHost host;
+  QString id;
+  FindPanel panel;
+
+  Shown() : id(host.addModel()), panel(&host) {
+    panel.resize(420, 700);
+    panel.show();
+    if (!QTest::qWaitForWindowExposed(&panel)) qWarning("not exposed");
+    panel.setModelId(id);
+    panel.findChild<Selector*>("findLabels")->setCurrentId("head");
+  }
+  template <class Widget>
+  Widget* part(const char* name) {
+    return panel.findChild<Widget*>(name);
+  }
+  QString message(const char* name) {
+    auto* line = part<MessageLine>(name);
+    return line->isVisible() ? line->text() : QString();
+  }
+  void learn() {
+    QTest::mouseClick(part<QPushButton>("findLearn"), Qt::LeftButton);
+    QTRY_VERIFY(!panel.isLearning());
+  }
+  /// Types a query and waits for the answer.
+  void ask(const QString& text) {
+    auto* line = part<QComboBox>("findText")->lineEdit();
+    line->setFocus();
+    line->selectAll();
+    QTest::keyClicks(line, text);
+    part<MessageLine>("findAnswer")->clear();
+    QTest::keyClick(line, Qt::Key_Return);
+    QTRY_VERIFY(!message("findAnswer").isEmpty());
+  }
+  std::int64_t voxels() const {
+    return std::accumulate(host.shown.segments.begin(), host.shown.segments.end(), std::int64_t{0},
+                           [](std::int64_t sum, const auto& s) { return sum + s.second.voxels; });
+  }
+};
+
+} // namespace
+
+class FindPanelTest : public QObject {
+  Q_OBJECT
+private Q_SLOTS:
+  void learnsFindsAndKeeps() {
+    Shown shown;
+    QVERIFY(!shown.part<QComboBox>("findText")->isEnabled());
+    QVERIFY(shown.part<QLabel>("findState")->text().contains("knows no structures yet"));
+    QSignalSpy models(&shown.host, &Host::modelsChanged);
+    shown.learn();
+    QCOMPARE(models.count(), 1);
+    QVERIFY2(shown.message("findLearningMessage").startsWith("Learned 3 structures"),
+             qPrintable(shown.message("findLearningMessage")));
+    QCOMPARE(shown.part<QLabel>("findState")->text(), QString("This model knows 3 structures."));
+    QVERIFY(!shown.part<QPushButton>("findAdd")->isEnabled());
+
+    shown.ask("hepar");
+    QCOMPARE(shown.message("findAnswer"), QString("\"hepar\" is liver."));
+    QCOMPARE(shown.host.shown.segments.size(), std::size_t(1));
+    const std::int64_t all = shown.voxels();
+    QCOMPARE(all, std::int64_t(std::count(shown.host.phantom.labels.voxels.begin(),
+                                          shown.host.phantom.labels.voxels.end(), 1)));
+    QVERIFY(shown.part<QLabel>("findVolume")->text().contains("liver: "));
+    // Options are seen at once.
+    const int before = shown.host.previews;
+    shown.part<QCheckBox>("findThresholdOn")->click();
+    QTRY_COMPARE(shown.host.previews, before + 1);
+    shown.part<QCheckBox>("findThresholdOn")->click();
+    QTRY_COMPARE(shown.host.previews, before + 2);
+    shown.part<QDoubleSpinBox>("findSmoothing")->setValue(2);
+    QTRY_VERIFY(shown.voxels() < all); // corners go
+    shown.part<QDoubleSpinBox>("findSmoothing")->setValue(0);
+    QTRY_COMPARE(shown.voxels(), all);
+    QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
+    QCOMPARE(shown.host.kept, QStringList{"liver"});
+    QCOMPARE(shown.message("findAnswer"), QString("Kept in “Boxes segments”."));
+    shown.host.keepError = "The scene is closed.";
+    QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
+    QCOMPARE(shown.message("findAnswer"), QString("The scene is closed."));
+  }
+
+  void anOpenSideShowsBothAndLetsChoose() {
+    Shown shown;
+    shown.learn();
+    shown.ask("kidney");
+    auto* list = shown.part<QListWidget>("findCandidates");
+    QCOMPARE(list->count(), 2);
+    QVERIFY(list->item(1)->text().startsWith("kidney_right"));
+    QVERIFY(list->item(0)->font().bold() && list->item(1)->font().bold());
+    QCOMPARE(shown.host.shown.segments.size(), std::size_t(2));
+    list->setCurrentRow(1);
+    QTRY_COMPARE(shown.host.shown.segments.size(), std::size_t(1));
+    QCOMPARE(shown.host.shown.segments[0].first.name, std::string("kidney_right"));
+    QCOMPARE(list->count(), 2); // still to choose from
+    shown.part<QCheckBox>("findLargest")->click(); // of the chosen one
+    QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
+    QCOMPARE(shown.host.kept, QStringList{"kidney_right"});
+  }
+
+  void saysWhatIsNotThere() {
+    Shown shown;
+    shown.learn();
+    shown.ask("liver");
+    for (const auto& [text, words] : {std::pair<QString, QString>{"spleen", "not in this volume"},
+                                      {"bicycle", "matches no segment"},
+                                      {"liver mass", "matches no segment"},
+                                      {"---", "empty"},
+                                      {QString(400, 'x'), "too long"}}) {
+      shown.ask(text);
+      QVERIFY2(shown.message("findAnswer").contains(words), qPrintable(shown.message("findAnswer")));
+      QVERIFY(shown.host.shown.segments.empty());
+      QVERIFY(!shown.part<QPushButton>("findAdd")->isEnabled());
+    }
+    shown.part<QComboBox>("findText")->setEditText("  ");
+    QTest::mouseClick(shown.part<QPushButton>("findGo"), Qt::LeftButton);
+    QVERIFY(shown.message("findAnswer").startsWith("Type a structure"));
+    auto* minimum = shown.part<QDoubleSpinBox>("findMinimum");
+    minimum->setValue(5000);
+    shown.ask("liver");
+    QVERIFY(shown.part<QLabel>("findVolume")->text().contains("lower the threshold"));
+    QVERIFY(!shown.part<QPushButton>("findAdd")->isEnabled());
+  }
+
+  void remembersQueries() {
+    Shown shown;
+    shown.learn();
+    for (const char* text : {"liver", "left kidney", "liver", "bicycle"})
+      shown.ask(text);
+    auto* text = shown.part<QComboBox>("findText");
+    QCOMPARE(text->count(), 2);
+    QCOMPARE(text->itemText(0), QString("liver"));
+    QCOMPARE(text->itemText(1), QString("left kidney"));
+  }
+
+  void saysWhyItCannotLearn() {
+    Shown shown;
+    shown.host.refusal = "The labels are no longer open.";
+    QTest::mouseClick(shown.part<QPushButton>("findLearn"), Qt::LeftButton);
+    QCOMPARE(shown.message("findLearningMessage"), QString("The labels are no longer open."));
+    shown.host.refusal.clear();
+    shown.host.failure = "The labels have no names.";
+    shown.learn();
+    QCOMPARE(shown.message("findLearningMessage"), QString("The labels have no names."));
+    shown.host.failure.clear();
+    shown.host.phantom.labels.geometry.origin[0] += 900;
+    shown.learn();
+    QVERIFY(shown.message("findLearningMessage").contains("same patient"));
+    QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);
+    shown.panel.findChild<Selector*>("findLabels")->setCurrentId(QString());
+    QVERIFY(!shown.part<QPushButton>("findLearn")->isEnabled());
+  }
+
+  void canBeCancelled() {
+    Shown shown;
+    auto* button = shown.part<QPushButton>("findLearn");
+    QTest::mouseClick(button, Qt::LeftButton);
+    QVERIFY(shown.panel.isLearning());
+    QVERIFY(shown.part<QProgressBar>("findProgress")->isVisible());
+    QVERIFY(button->text().contains("Cancel"));
+    QTest::mouseClick(button, Qt::LeftButton);
+    QTRY_VERIFY(!shown.panel.isLearning());
+    QVERIFY(shown.message("findLearningMessage").startsWith("Stopped"));
+    QVERIFY(!shown.part<QProgressBar>("findProgress")->isVisible());
+    QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);
+  }
+
+  void aModelReplacedMeanwhileLearnsNothing() {
+    Shown shown;
+    QTest::mouseClick(shown.part<QPushButton>("findLearn"), Qt::LeftButton);
+    auto core = std::make_shared<Model>(*shown.host.modelData[shown.id]->GetCoreModel());
+    core->field.gaussians.pop_back();
+    shown.host.modelData[shown.id]->SetCoreModel(core);
+    QTRY_VERIFY(!shown.panel.isLearning());
+    QVERIFY(shown.message("findLearningMessage").contains("replaced while it learned"));
+    QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);
+  }
+
+  void anotherModelHasAnotherView() {
+    Shown shown;
+    shown.learn();
+    shown.ask("liver");
+    QVERIFY(!shown.host.shown.segments.empty());
+    const QString other = shown.host.addBallModel("Ball");
+    QSignalSpy changed(&shown.panel, &FindPanel::modelIdChanged);
+    shown.panel.setModelId(other);
+    QCOMPARE(changed.count(), 1);
+    QVERIFY(shown.host.shown.segments.empty());
+    QCOMPARE(shown.part<QListWidget>("findCandidates")->count(), 0);
+    QVERIFY(shown.part<QLabel>("findState")->text().contains("knows no structures yet"));
+    shown.panel.setModelId(shown.id);
+    shown.panel.find("liver");
+    QTRY_COMPARE(shown.message("findAnswer"), QString("\"liver\" is liver."));
+  }
+};
+
+QTEST_MAIN(FindPanelTest)
+#include "FindPanelTest.moc"
