@@ -4,6 +4,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Features/FeatureTraining.h"
+#include "IO/EmbeddingIO.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/OutputFiles.h"
@@ -18,7 +19,7 @@ namespace innergs::cli {
 namespace {
 
 struct SegmentCommand {
-  std::string model, labels, names, output, score, saveModel;
+  std::string model, labels, names, features, texts, output, score, saveModel;
   std::vector<std::string> queries;
   GridOptions grid;
   FeatureTraining training;
@@ -48,6 +49,15 @@ void remarkOnEmptySlices(const SegmentCommand& o, const Labelmap& labels) {
         empty, sparse.labelled.size(), innergs::quoted(o.labels));
 }
 
+std::function<void(double)> learningDisplay() {
+  return [shown = 0](double fraction) mutable {
+    const int percent = static_cast<int>(100 * fraction);
+    if (percent < shown + 10) return;
+    shown = percent - percent % 10;
+    fmt::print(stderr, "Learning features {} %\n", shown);
+  };
+}
+
 FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const Interrupt& interrupt) {
   const std::vector<SegmentName> names = namesFor(o);
   Labelmap labels = labelmapOf(readVolume(o.labels));
@@ -58,15 +68,19 @@ FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const In
   FeatureTraining training = o.training;
   training.threads = o.settings.threads;
   training.stop = interrupt.token();
-  int shown = 0;
-  if (!o.quiet)
-    training.progress = [&](double fraction) {
-      const int percent = static_cast<int>(100 * fraction);
-      if (percent < shown + 10) return;
-      shown = percent - percent % 10;
-      fmt::print(stderr, "Learning features {} %\n", shown);
-    };
+  if (!o.quiet) training.progress = learningDisplay();
   return trainFeatures(field, labels, names, training);
+}
+
+FeatureModel learnEmbeddings(const SegmentCommand& o, const GaussianField& field,
+                             const Interrupt& interrupt) {
+  const std::vector<TextEmbedding> texts = readTextEmbeddings(o.texts);
+  EmbeddingTraining training;
+  training.channels = o.training.channels;
+  training.threads = o.settings.threads;
+  training.stop = interrupt.token();
+  if (!o.quiet) training.progress = learningDisplay();
+  return trainEmbeddings(field, readEmbeddingVolume(o.features), texts, training);
 }
 
 /// The segments that the queries ask for; tells what each was understood as. Throws where none is there.
@@ -101,8 +115,8 @@ void forVoxels(const Segment& segment, const GridGeometry& whole, Each&& each) {
   std::size_t at = 0;
   for (std::int64_t k = 0; k < n[2]; ++k)
     for (std::int64_t j = 0; j < n[1]; ++j) {
-      const std::int64_t row = segment.first[0] + whole.size[0] * (segment.first[1] + j +
-                                                                   whole.size[1] * (segment.first[2] + k));
+      const std::int64_t row =
+          segment.first[0] + whole.size[0] * (segment.first[1] + j + whole.size[1] * (segment.first[2] + k));
       for (std::int64_t i = 0; i < n[0]; ++i, ++at)
         each(static_cast<std::size_t>(row + i), at);
     }
@@ -115,14 +129,16 @@ void checkUsage(const SegmentCommand& o) {
     throw CLI::ValidationError("segment", "--output needs a --query");
   if (!o.score.empty() && o.queries.size() != 1)
     throw CLI::ValidationError("segment", "--score is for a single --query");
-  if (o.labels.empty() && (o.sparse || !o.names.empty() || !o.saveModel.empty()))
-    throw CLI::ValidationError("segment", "--names, --sparse and --save-model go with --labels");
+  if (o.labels.empty() && (o.sparse || !o.names.empty()))
+    throw CLI::ValidationError("segment", "--names and --sparse go with --labels");
+  if (o.labels.empty() && o.features.empty() && !o.saveModel.empty())
+    throw CLI::ValidationError("segment", "--save-model goes with --labels or --features");
 }
 
 int segment(const SegmentCommand& o) {
   checkUsage(o);
   OutputFiles files;
-  for (const std::string& input : {o.model, o.labels, o.names, o.grid.reference})
+  for (const std::string& input : {o.model, o.labels, o.names, o.features, o.texts, o.grid.reference})
     files.read(input);
   files.add(o.output, OutputFiles::Kind::Volume);
   files.add(o.score, OutputFiles::Kind::Volume);
@@ -135,10 +151,11 @@ int segment(const SegmentCommand& o) {
   const Model model = readModel(o.model, &notes, &features);
   const GaussianField& field = model.field;
   if (!o.labels.empty()) features = learn(o, field, interrupt);
+  if (!o.features.empty()) features = learnEmbeddings(o, field, interrupt);
   if (!features)
     throw Error(ErrorCode::NoData, innergs::quoted(o.model) +
                                        " has no features yet: give labels to learn them from as "
-                                       "--labels.");
+                                       "--labels, or a feature volume as --features.");
   files.write(o.saveModel, [&](const auto& path) { writeModel(model, path, notes, &*features); });
 
   if (!o.queries.empty()) {
@@ -151,7 +168,8 @@ int segment(const SegmentCommand& o) {
     query.threads = o.settings.threads;
     query.stop = interrupt.token();
     finder.encode(grid, query);
-    Volume labels{grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)}, score{grid, {}};
+    Volume labels{grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)},
+        score{grid, {}};
     if (!o.score.empty()) score.voxels.resize(labels.voxels.size(), 0.f);
     std::vector<SegmentInfo> infos;
     const std::vector<RequestedSegment> wanted = answer(o, finder, true);
@@ -166,8 +184,8 @@ int segment(const SegmentCommand& o) {
       infos.push_back(infoOf(wanted[n].terms, static_cast<std::uint16_t>(n + 1)));
       const Vec3& mm = grid.spacing;
       if (!o.quiet)
-        fmt::print(stderr, "{}: label {}, {} voxels, {:.1f} ml\n", wanted[n].terms.name, n + 1, segment.voxels,
-                   static_cast<double>(segment.voxels) * mm[0] * mm[1] * mm[2] / 1000);
+        fmt::print(stderr, "{}: label {}, {} voxels, {:.1f} ml\n", wanted[n].terms.name, n + 1,
+                   segment.voxels, static_cast<double>(segment.voxels) * mm[0] * mm[1] * mm[2] / 1000);
     }
     const OutputType type = wanted.size() > 255 ? OutputType::UInt16 : OutputType::UInt8;
     files.write(o.output, [&](const auto& path) {
@@ -201,6 +219,20 @@ Subcommand addSegment(CLI::App& app) {
           "labels' own header]")
       ->type_name("FILE")
       ->needs(labels);
+  auto* features =
+      command
+          ->add_option("--features", o->features,
+                       "Feature volume to learn from instead, as a vision-language model gives it: several\n"
+                       "values per voxel (.nii.gz, .nrrd, .mha)")
+          ->type_name("IMAGE")
+          ->excludes(labels);
+  auto* texts = command
+                    ->add_option("--text-embeddings", o->texts,
+                                 "What texts mean to that model: JSON, {\"liver\": [0.1, ...], "
+                                 "\"background\": [...]}")
+                    ->type_name("FILE")
+                    ->needs(features);
+  features->needs(texts);
   command->add_flag("--sparse", o->sparse,
                     "Slices without any label between labelled ones were not labelled: they "
                     "follow the image");
@@ -228,11 +260,15 @@ Subcommand addSegment(CLI::App& app) {
       ->type_name("MM")
       ->check(CLI::Range(0.0, 100.0));
   command->add_flag("--largest", o->segment.largestOnly, "Only the largest connected part of each segment");
-  command->add_option("--minimum-size", o->segment.minimumSize, "Only connected parts of at least so many mm3 [0]")
+  command
+      ->add_option("--minimum-size", o->segment.minimumSize,
+                   "Only connected parts of at least so many mm3 [0]")
       ->type_name("MM3")
       ->check(CLI::NonNegativeNumber);
   o->grid.add(*command, "the grid that was fitted");
-  command->add_option("--channels", o->training.channels, "Channels of a latent: 8, 16 or 32 [16]")
+  command
+      ->add_option("--channels", o->training.channels,
+                   "Channels of a latent: 8 (with --labels), 16 or 32 [16]")
       ->type_name("N")
       ->check(CLI::IsMember({8, 16, 32}));
   addSetting(*command, o->settings, "threads");

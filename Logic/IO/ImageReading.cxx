@@ -142,9 +142,10 @@ std::vector<std::vector<float>> readVoxels(const OpenFile& file, std::int64_t fi
   return frames;
 }
 
-/// Calls `use` with the open file; whatever ITK throws becomes an Error.
+/// Calls `use` with the open file; whatever ITK throws becomes an Error. vectors: several values per voxel are
+/// expected.
 template <class Use>
-auto withOpenFile(const fs::path& given, const Use& use) {
+auto withOpenFile(const fs::path& given, const Use& use, bool vectors = false) {
   checkInputFile(given);
   OpenFile file;
   file.given = file.path = given;
@@ -167,7 +168,7 @@ auto withOpenFile(const fs::path& given, const Use& use) {
     itk::MetaDataDictionary& entries = file.io->GetMetaDataDictionary();
     const bool sequence =
         file.format == Format::Minc ? entries.HasKey("tstep") : file.nrrd && file.nrrd->sequence;
-    file.header = describe(*file.io, file.what, sequence);
+    file.header = describe(*file.io, file.what, sequence || vectors);
     GridGeometry& geometry = file.header.geometry;
     if (file.format == Format::Minc) turnRasToLps(geometry);
     if (file.nifti) {
@@ -237,6 +238,15 @@ LoadedFrames loadFrames(const fs::path& given) {
     if (!loaded.vectors) loaded.frames = readVoxels(file, 0, file.header.frames);
     return loaded;
   });
+}
+
+VectorImage loadVectors(const fs::path& given) {
+  return withOpenFile(
+      given,
+      [](const OpenFile& file) {
+        return VectorImage{file.header.geometry, readVoxels(file, 0, file.header.frames)};
+      },
+      true);
 }
 
 } // namespace innergs

@@ -27,6 +27,15 @@ struct LoadedFrames {
 /// Throws as readVolume does.
 LoadedFrames loadFrames(const std::filesystem::path& path);
 
+/// An image with any number of values per voxel.
+struct VectorImage {
+  GridGeometry geometry; // checked
+  std::vector<std::vector<float>> components;
+};
+
+/// A file's vectors or frames as components. Throws as readVolume does.
+VectorImage loadVectors(const std::filesystem::path& path);
+
 /// See readVolume.
 LoadedImage loadImage(const std::filesystem::path& path, const ReadOptions& options);
 

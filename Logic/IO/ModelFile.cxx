@@ -119,10 +119,12 @@ std::map<std::string, std::string> metadataOf(const Model& model) {
 }
 
 json featuresJson(const FeatureModel& features) {
-  return {{"names", features.names},
-          {"labels", features.labels},
-          {"blocks", toJson(features.support.blocks)},
-          {"low_intensity", features.scale.low}};
+  json value{{"names", features.names},
+             {"labels", features.labels},
+             {"blocks", toJson(features.support.blocks)},
+             {"low_intensity", features.scale.low}};
+  if (features.decoder) value["embedding_size"] = features.decoder->size;
+  return value;
 }
 
 /// Tensors that hold references to the features.
@@ -134,7 +136,13 @@ void addFeatures(const FeatureModel& features, std::vector<TensorToWrite>& tenso
   };
   add("feature_latents", {static_cast<std::int64_t>(features.latents.size()) / channels, channels},
       features.latents);
-  add("feature_codes", {classes, FeatureModel::kTerms, channels}, features.codes);
+  if (features.decoder) {
+    add("feature_embeddings", {classes, features.decoder->size}, features.embeddings);
+    add("feature_decoder", {static_cast<std::int64_t>(features.decoder->parameters.size())},
+        features.decoder->parameters);
+  } else {
+    add("feature_codes", {classes, FeatureModel::kTerms, channels}, features.codes);
+  }
   if (!features.scale.knots.empty())
     add("feature_ranks", {static_cast<std::int64_t>(features.scale.knots.size())}, features.scale.knots);
   tensors.push_back({"feature_support", {features.support.blocks.voxelCount(), words}, [&features] {
@@ -170,7 +178,19 @@ FeatureModel featuresOf(const SafetensorsFile& file, const Metadata& metadata, c
       4 * (static_cast<double>(field.size()) * features.channels + blocks * features.support.words),
       quoted(path));
   features.latents = file.read("feature_latents", {field.size(), features.channels});
-  features.codes = file.read("feature_codes", {features.classes(), FeatureModel::kTerms, features.channels});
+  if (value.contains("embedding_size")) {
+    const json& size = value["embedding_size"];
+    if (!size.is_number_unsigned() || size.get<std::uint64_t>() < 1 || size.get<std::uint64_t>() > 65536)
+      metadata.fail("features");
+    EmbeddingDecoder& decoder = features.decoder.emplace();
+    decoder.channels = features.channels;
+    decoder.size = size.get<int>();
+    features.embeddings = file.read("feature_embeddings", {features.classes(), decoder.size});
+    decoder.parameters = file.read("feature_decoder", {static_cast<std::int64_t>(decoder.layers()[1].end())});
+  } else {
+    features.codes =
+        file.read("feature_codes", {features.classes(), FeatureModel::kTerms, features.channels});
+  }
   if (const auto* ranks = file.find("feature_ranks")) {
     if (ranks->shape.size() != 1 || ranks->shape[0] > 65536) metadata.fail("feature_ranks");
     features.scale.knots = file.read("feature_ranks", ranks->shape);

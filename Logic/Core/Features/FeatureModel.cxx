@@ -19,7 +19,14 @@ void checkFeatures(const FeatureModel& f, const GaussianField& field) {
   if (f.names.size() < 2 || f.names.size() > 65535) fail("they name no class.");
   if (f.labels.size() != f.names.size()) fail("they have not one label per class.");
   if (f.latents.size() != field.gaussians.size() * channels) fail("they have not one latent per Gaussian.");
-  if (f.codes.size() != f.names.size() * FeatureModel::kTerms * channels)
+  if (f.decoder) {
+    checkDecoder(*f.decoder);
+    if (f.decoder->channels != f.channels) fail("their decoder is for latents of another size.");
+    if (f.embeddings.size() != f.names.size() * static_cast<std::size_t>(f.decoder->size))
+      fail("they have not one embedding per class.");
+    if (!bounded(f.embeddings)) fail("an embedding is not finite.");
+  }
+  if (f.codes.size() != (f.decoder ? 0 : f.names.size() * FeatureModel::kTerms * channels))
     fail("they have not one code per class.");
   if (!bounded(f.latents) || !bounded(f.codes)) fail("a latent or code is not finite.");
   if (f.scale.knots.size() == 1 || !std::is_sorted(f.scale.knots.begin(), f.scale.knots.end()) ||

@@ -1,9 +1,11 @@
 #pragma once
+#include "Core/Features/FeatureAutoencoder.h"
 #include "Core/Features/IntensityScale.h"
 #include "Core/Image/GridGeometry.h"
 #include "Core/Model/GaussianField.h"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,9 +25,11 @@ struct ClassSupport {
 /// What a field's Gaussians carry beyond intensity: a latent each, and what decodes it into classes. At a
 /// point, F = Σ w p f / (Σ w p + ε), and a class's logit is F·(a + b T₁(u) + c T₂(u)): a, b, c are the
 /// class's code, T Chebyshev polynomials, u = 2·rank − 1 of the field's own intensity there. Class 0 is the
-/// background.
+/// background. Features of a dense teacher have no codes: F is decoded to an embedding, and a class's logit
+/// is kSharpness times the cosine between that and the class's own.
 struct FeatureModel {
-  static constexpr int kTerms = 3; // vectors of a class's code
+  static constexpr int kTerms = 3;           // vectors of a class's code
+  static constexpr float kSharpness = 100.f; // as CLIP's (Radford et al. 2021)
 
   int channels = 16;                 // 8, 16 or 32
   std::vector<float> latents;        // [Gaussian][channel]
@@ -34,6 +38,10 @@ struct FeatureModel {
   std::vector<float> codes;          // [class][term][channel]
   IntensityScale scale;
   ClassSupport support;
+
+  std::optional<EmbeddingDecoder> decoder; // of a dense teacher's features
+  std::vector<float> embeddings;           // [class][decoder->size], of unit length; 0 for a background that
+                                           // no text stands for
 
   int classes() const { return static_cast<int>(names.size()); }
   const float* codeOf(int c) const { return codes.data() + static_cast<std::size_t>(c) * kTerms * channels; }

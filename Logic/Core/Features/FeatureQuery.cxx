@@ -6,6 +6,8 @@
 #include "Core/Render/Render.h"
 
 #include <algorithm>
+#include <cmath>
+#include <optional>
 
 namespace innergs {
 namespace {
@@ -22,6 +24,58 @@ Lattice planesOf(const GaussianField& field, const GridGeometry& geometry, std::
     lattice.z.push_back(static_cast<double>(k));
   return lattice;
 }
+
+/// Probabilities of classes from latents by way of embeddings.
+class EmbeddingDecoding {
+public:
+  explicit EmbeddingDecoding(const FeatureModel& features)
+      : features_(features), kernels_(matrixKernels("")), columns_((features.classes() + 15) / 16 * 16),
+        texts_(static_cast<std::size_t>(features.decoder->stride()) * static_cast<std::size_t>(columns_),
+               0.f) {
+    const int size = features.decoder->size;
+    for (int c = 0; c < features.classes(); ++c)
+      for (int n = 0; n < size; ++n)
+        texts_[static_cast<std::size_t>(n) * columns_ + c] =
+            features.embeddings[static_cast<std::size_t>(c) * size + n];
+  }
+
+  struct Work {
+    std::vector<float> hidden, embeddings, products;
+  };
+
+  /// Embeddings of a row of voxels, and their products with the texts'.
+  void decodeRow(const float* latents, std::int64_t voxels, Work& work) const {
+    const int stride = features_.decoder->stride();
+    work.embeddings.resize(static_cast<std::size_t>(voxels * stride));
+    features_.decoder->decode(latents, voxels, kernels_, work.hidden, work.embeddings.data());
+    work.products.assign(static_cast<std::size_t>(voxels * columns_), 0.f);
+    kernels_.multiplyAdd(
+        {voxels, stride, columns_, work.embeddings.data(), stride, 1, texts_.data(), work.products.data()});
+  }
+
+  void probabilities(const Work& work, std::int64_t voxel, std::span<const std::uint16_t> classes,
+                     float* out) const {
+    const int size = features_.decoder->size;
+    const float* embedding = work.embeddings.data() + voxel * features_.decoder->stride();
+    float square = 0;
+    for (int n = 0; n < size; ++n)
+      square += embedding[n] * embedding[n];
+    const float scale = FeatureModel::kSharpness / std::max(std::sqrt(square), 1e-6f);
+    float greatest = -INFINITY, sum = 0;
+    for (std::size_t n = 0; n < classes.size(); ++n)
+      greatest = std::max(greatest, out[n] = scale * work.products[voxel * columns_ + classes[n]]);
+    for (std::size_t n = 0; n < classes.size(); ++n)
+      sum += out[n] = std::exp(out[n] - greatest);
+    for (std::size_t n = 0; n < classes.size(); ++n)
+      out[n] /= sum;
+  }
+
+private:
+  const FeatureModel& features_;
+  const MatrixKernels& kernels_;
+  std::int64_t columns_;
+  std::vector<float> texts_; // [number][class]
+};
 
 /// Calls each(first plane, past the last plane) for chunks of a lattice.
 template <class Each>
@@ -57,20 +111,25 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
   const FieldValue value(field, geometry.indexToWorld(), {});
   const SupportLists lists(features.support);
   const BlockFinder blockOf(features.support.blocks, geometry.indexToWorld());
+  std::optional<EmbeddingDecoding> embeddings;
+  if (features.decoder) embeddings.emplace(features);
   RenderOptions render;
   render.threads = options.threads;
   render.stop = options.stop;
   const std::int64_t nx = geometry.size[0], ny = geometry.size[1];
   std::vector<float> latents;
   forChunks(geometry, [&](std::int64_t first, std::int64_t last) {
-    const Volume intensity =
-        innergs::render(field, cropped(geometry, {0, 0, first}, {nx, ny, last - first}), render);
+    Volume intensity; // that the classes' codes look at
+    if (!embeddings)
+      intensity = innergs::render(field, cropped(geometry, {0, 0, first}, {nx, ny, last - first}), render);
     latents.resize(static_cast<std::size_t>(nx * ny * (last - first) * features.channels));
     FeatureRenderer(field, planesOf(field, geometry, first, last), pool)
         .render(features.latents, features.channels, latents.data());
     withChannels(features.channels, [&]<int N>() {
       pool.run((last - first) * ny, [&](std::int64_t row) {
         std::vector<float> probabilities(lists.longest());
+        EmbeddingDecoding::Work work;
+        if (embeddings) embeddings->decodeRow(latents.data() + row * nx * N, nx, work);
         for (std::int64_t i = 0; i < nx; ++i) {
           const std::int64_t local = row * nx + i;
           const Vec3 index{static_cast<double>(i), static_cast<double>(row % ny),
@@ -79,9 +138,12 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
           if (block < 0) continue;
           const auto classes = lists.of(block);
           if (classes.empty() || (classes.size() == 1 && classes[0] == 0)) continue;
-          decode<N>(features, latents.data() + local * N,
-                    features.scale(intensity.voxels[static_cast<std::size_t>(local)]), classes,
-                    probabilities.data());
+          if (embeddings)
+            embeddings->probabilities(work, i, classes, probabilities.data());
+          else
+            decode<N>(features, latents.data() + local * N,
+                      features.scale(intensity.voxels[static_cast<std::size_t>(local)]), classes,
+                      probabilities.data());
           visit(local + first * nx * ny, classes, probabilities.data());
         }
       });

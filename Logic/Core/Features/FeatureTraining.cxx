@@ -6,6 +6,7 @@
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureRows.h"
 #include "Core/Features/LabelCompletion.h"
+#include "Core/Features/SupportBlocks.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/Render.h"
 
@@ -17,9 +18,6 @@
 namespace innergs {
 namespace {
 
-constexpr int kBlock = 6;            // voxels of the labelmap along an edge of a block of the class support
-constexpr std::int64_t kAround = 4;  // voxels around a class in which it is decoded
-constexpr float kLeastShare = 0.02f; // of a class in a voxel to be decoded there
 constexpr float kStartLogit = 4;     // of the class that fills a Gaussian
 constexpr float kPure = 0.999f;      // share from which a Gaussian holds one class
 constexpr float kRate = 0.5f, kLastRate = 0.05f, kCodeRate = 0.02f;
@@ -50,44 +48,6 @@ Labelmap classesOf(const Labelmap& labels, const std::vector<SegmentName>& names
   for (const std::uint16_t label : labels.voxels)
     classes.voxels.push_back(classOf[label]);
   return classes;
-}
-
-ClassSupport supportOf(const GridGeometry& lattice, const std::vector<SoftLabel>& soft, int classes,
-                       ThreadPool& pool) {
-  ClassSupport support;
-  const auto& n = lattice.size;
-  support.blocks = lattice;
-  support.blocks.origin =
-      lattice.indexToWorld()(Vec3{(kBlock - 1) / 2.0, (kBlock - 1) / 2.0, (kBlock - 1) / 2.0});
-  for (int a = 0; a < 3; ++a) {
-    support.blocks.size[a] = (n[a] + kBlock - 1) / kBlock;
-    support.blocks.spacing[a] *= kBlock;
-  }
-  support.words = (classes + 31) / 32;
-  support.bits.assign(static_cast<std::size_t>(support.blocks.voxelCount() * support.words), 0);
-  const auto& m = support.blocks.size;
-  // Blocks [low, high] along an axis that lie around an index.
-  const auto first = [](std::int64_t index) { return std::max<std::int64_t>(0, index - kAround) / kBlock; };
-  const auto last = [](std::int64_t index, std::int64_t blocks) {
-    return std::min(blocks - 1, (index + kAround) / kBlock);
-  };
-  pool.run(m[2], [&](std::int64_t z) { // a layer of blocks is one task's own
-    const std::int64_t end = std::min(n[2], (z + 1) * kBlock + kAround);
-    for (std::int64_t k = std::max<std::int64_t>(0, z * kBlock - kAround); k < end; ++k)
-      for (std::int64_t j = 0; j < n[1]; ++j)
-        for (std::int64_t i = 0; i < n[0]; ++i) {
-          const SoftLabel& own = soft[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))];
-          for (int s = 0; s < SoftLabel::kClasses && own.shares[s] > kLeastShare; ++s) {
-            const int c = own.classes[s];
-            for (std::int64_t y = first(j); y <= last(j, m[1]); ++y)
-              for (std::int64_t x = first(i); x <= last(i, m[0]); ++x)
-                support
-                    .bits[static_cast<std::size_t>((x + m[0] * (y + m[1] * z)) * support.words + c / 32)] |=
-                    1u << (c % 32);
-          }
-        }
-  });
-  return support;
 }
 
 Lattice latticeOf(const GaussianField& field, const GridGeometry& geometry) {

@@ -4,6 +4,8 @@
 #include "IO/VolumeIO.h"
 
 #include <algorithm>
+#include <cmath>
+#include <string>
 
 namespace innergs::test {
 namespace {
@@ -101,6 +103,73 @@ TEST_F(SegmentTest, WhatGoesWrongIsOneSentence) {
   expectOneSentence(run({"segment", path("m.innergs"), "-q", "--labels", path("away.nii"), "--names",
                          path("names.json"), "--query", "liver"}),
                     1, "same patient");
+}
+
+TEST_F(SegmentTest, LearnsFromAFeatureVolumeAndItsTexts) {
+  // Two numbers per voxel: the direction of each label's own.
+  const auto number = [&](double angle) {
+    return "[" + std::to_string(std::cos(angle)) + ", " + std::to_string(std::sin(angle)) + "]";
+  };
+  write("texts.json", "{\"background\": " + number(0) + ", \"liver\": " + number(1.2) +
+                          ", \"kidney\": " + number(2.4) + "}");
+  const auto& n = labels_.geometry.size;
+  std::string header = "NRRD0005\ntype: float\ndimension: 4\nspace: left-posterior-superior\nsizes: 2 " +
+                       std::to_string(n[0]) + " " + std::to_string(n[1]) + " " + std::to_string(n[2]) +
+                       "\nspace directions: none";
+  const Mat3& d = labels_.geometry.direction;
+  for (int a = 0; a < 3; ++a) {
+    header += " (";
+    for (int r = 0; r < 3; ++r)
+      header += std::to_string(d[r][a] * labels_.geometry.spacing[a]) + (r < 2 ? "," : ")");
+  }
+  const Vec3& o = labels_.geometry.origin;
+  header += "\nspace origin: (" + std::to_string(o[0]) + "," + std::to_string(o[1]) + "," +
+            std::to_string(o[2]) + ")\nkinds: vector domain domain domain\nendian: little\nencoding: raw\n\n";
+  std::string bytes = header;
+  for (const float label : labels_.voxels) {
+    const double angle = label == 0 ? 0 : label == 1 ? 1.2 : 2.4;
+    for (const float value : {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))})
+      bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  write("features.nrrd", bytes);
+  const std::vector<std::string> learn{"segment",
+                                       path("m.innergs"),
+                                       "--features",
+                                       path("features.nrrd"),
+                                       "--text-embeddings",
+                                       path("texts.json"),
+                                       "--query",
+                                       "liver",
+                                       "-o",
+                                       path("liver.nii"),
+                                       "--save-model",
+                                       path("named.innergs")};
+  const Outcome outcome = run(learn);
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  const auto wrong = [&](const Volume& found, float label) {
+    std::int64_t count = 0;
+    for (std::size_t v = 0; v < found.voxels.size(); ++v)
+      count += (found.voxels[v] == 1) != (labels_.voxels[v] == label);
+    return static_cast<double>(count) / static_cast<double>(found.voxels.size());
+  };
+  EXPECT_LT(wrong(readVolume(path("liver.nii")), 1), 0.1);
+  const Outcome again = run({"segment", path("named.innergs"), "--query", "liver", "-o", path("again.nii")});
+  ASSERT_EQ(again.exitCode, 0) << again.err;
+  EXPECT_EQ(readVolume(path("again.nii")).voxels, readVolume(path("liver.nii")).voxels);
+
+  const auto refused = [&](const std::string& features, const std::string& texts) {
+    std::vector<std::string> words = learn;
+    words[3] = path(features);
+    words[5] = path(texts);
+    return run(words).err;
+  };
+  write("three.json", R"({"liver": [1, 0, 0]})");
+  EXPECT_NE(refused("features.nrrd", "three.json").find("has 3 numbers, the feature volume 2"),
+            std::string::npos);
+  write("none.json", R"(["liver"])");
+  EXPECT_NE(refused("features.nrrd", "none.json").find("does not hold text embeddings"), std::string::npos);
+  EXPECT_NE(refused("labels.nii", "texts.json").find("one value per voxel"), std::string::npos);
+  EXPECT_NE(refused("away.nrrd", "texts.json").find("does not exist"), std::string::npos);
 }
 
 } // namespace

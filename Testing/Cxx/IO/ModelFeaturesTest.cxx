@@ -29,6 +29,20 @@ FeatureModel featuresFor(const GaussianField& field, int channels = 16) {
   return f;
 }
 
+/// Those of a dense teacher.
+FeatureModel embeddingsFor(const GaussianField& field) {
+  FeatureModel f = featuresFor(field);
+  f.codes.clear();
+  f.scale = {};
+  EmbeddingDecoder& decoder = f.decoder.emplace();
+  decoder.size = 5;
+  for (std::size_t n = 0; n < decoder.layers()[1].end(); ++n)
+    decoder.parameters.push_back(std::cos(static_cast<float>(n)) / 7);
+  for (std::size_t n = 0; n < 3 * 5; ++n)
+    f.embeddings.push_back(std::sin(2.f + static_cast<float>(n)) / 3);
+  return f;
+}
+
 Model fieldOf(int count) {
   Model model;
   model.field = randomField(count, true);
@@ -42,8 +56,8 @@ TEST(ModelFeatures, RoundTripIsExact) {
     const FeatureModel written = featuresFor(model.field, channels);
     writeModel(model, folder / "a.innergs", {}, &written);
     std::optional<FeatureModel> read;
-    EXPECT_TRUE(sameBits(readModel(folder / "a.innergs", nullptr, &read).field.gaussians,
-                         model.field.gaussians));
+    EXPECT_TRUE(
+        sameBits(readModel(folder / "a.innergs", nullptr, &read).field.gaussians, model.field.gaussians));
     ASSERT_TRUE(read);
     EXPECT_EQ(read->channels, channels);
     EXPECT_EQ(read->latents, written.latents);
@@ -55,9 +69,33 @@ TEST(ModelFeatures, RoundTripIsExact) {
     EXPECT_EQ(read->support.blocks, written.support.blocks);
     EXPECT_EQ(read->support.bits, written.support.bits);
     const GridGeometry grid = cropped(model.field.domain, {10, 10, 10}, {6, 5, 4});
-    EXPECT_EQ(classify(model.field, *read, grid).classes,
-              classify(model.field, written, grid).classes);
+    EXPECT_EQ(classify(model.field, *read, grid).classes, classify(model.field, written, grid).classes);
   }
+}
+
+TEST(ModelFeatures, ThoseOfADenseTeacherReadBackExactly) {
+  const TemporaryFolder folder;
+  const Model model = fieldOf(21);
+  const FeatureModel written = embeddingsFor(model.field);
+  writeModel(model, folder / "a.innergs", {}, &written);
+  std::optional<FeatureModel> read;
+  readModel(folder / "a.innergs", nullptr, &read);
+  ASSERT_TRUE(read && read->decoder);
+  EXPECT_EQ(read->decoder->size, 5);
+  EXPECT_EQ(read->decoder->channels, 16);
+  EXPECT_EQ(read->decoder->parameters, written.decoder->parameters);
+  EXPECT_EQ(read->embeddings, written.embeddings);
+  EXPECT_TRUE(read->codes.empty());
+  const GridGeometry grid = cropped(model.field.domain, {10, 10, 10}, {6, 5, 4});
+  EXPECT_EQ(classify(model.field, *read, grid).classes, classify(model.field, written, grid).classes);
+  FeatureModel broken = written;
+  broken.embeddings.pop_back();
+  EXPECT_EQ(errorOf([&] { writeModel(model, folder / "b.innergs", {}, &broken); }).code(),
+            ErrorCode::FileFormat);
+  broken = written;
+  broken.decoder->parameters.pop_back();
+  EXPECT_EQ(errorOf([&] { writeModel(model, folder / "b.innergs", {}, &broken); }).code(),
+            ErrorCode::FileFormat);
 }
 
 TEST(ModelFeatures, AModelWithoutThemStaysAsItWas) {

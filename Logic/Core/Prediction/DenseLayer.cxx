@@ -1,0 +1,48 @@
+#include "Core/Prediction/DenseLayer.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+
+void DenseLayer::draw(float* parameters, Random& random) const {
+  const double most = std::sqrt(6.0 / static_cast<double>(inputs));
+  for (std::size_t i = at; i < bias(); ++i)
+    parameters[i] = static_cast<float>(most * (2 * random.uniform() - 1));
+  std::fill(parameters + bias(), parameters + end(), 0.f);
+}
+
+void DenseLayer::forward(const float* parameters, const float* x, std::int64_t samples,
+                         const MatrixKernels& kernels, float* y) const {
+  for (std::int64_t s = 0; s < samples; ++s)
+    std::copy_n(parameters + bias(), outputs, y + s * outputs);
+  kernels.multiplyAdd({samples, inputs, outputs, x, inputs, 1, parameters + at, y});
+  if (!rectified) return;
+  for (std::int64_t i = 0; i < samples * outputs; ++i)
+    y[i] = std::max(y[i], 0.f);
+}
+
+std::vector<float> DenseLayer::transposed(const float* parameters) const {
+  std::vector<float> out(static_cast<std::size_t>(inputs * outputs));
+  for (std::int64_t i = 0; i < inputs; ++i)
+    for (std::int64_t o = 0; o < outputs; ++o)
+      out[o * inputs + i] = parameters[at + i * outputs + o];
+  return out;
+}
+
+void DenseLayer::backward(const float* x, const float* y, std::int64_t samples,
+                          const std::vector<float>& transposed, const MatrixKernels& kernels,
+                          float* yGradient, float* gradient, float* xGradient) const {
+  if (rectified)
+    for (std::int64_t i = 0; i < samples * outputs; ++i)
+      yGradient[i] *= y[i] > 0 ? 1.f : 0.f;
+  for (std::int64_t s = 0; s < samples; ++s)
+    for (std::int64_t o = 0; o < outputs; ++o)
+      gradient[bias() + o] += yGradient[s * outputs + o];
+  kernels.multiplyAdd({inputs, samples, outputs, x, 1, inputs, yGradient, gradient + at});
+  if (!xGradient) return;
+  std::fill_n(xGradient, samples * inputs, 0.f);
+  kernels.multiplyAdd({samples, outputs, inputs, yGradient, outputs, 1, transposed.data(), xGradient});
+}
+
+} // namespace innergs
