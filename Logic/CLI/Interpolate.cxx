@@ -7,10 +7,12 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Motion/DynamicJob.h"
+#include "Core/Motion/MotionField.h"
 #include "Core/Render/Render.h"
 #include "IO/AtomicFile.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
+#include "IO/MotionFieldIO.h"
 #include "IO/OutputFiles.h"
 #include "IO/TimeSeriesIO.h"
 
@@ -24,9 +26,9 @@ namespace {
 constexpr std::int64_t kMostFrames = 100'000;
 
 struct InterpolateOptions {
-  std::string input, output, saveModel, report;
+  std::string input, output, saveModel, report, motion;
   std::vector<double> times;
-  std::optional<double> rate, at;
+  std::optional<double> rate, at, motionFrom;
   TimeSeriesOptions reading;
   std::string kind = "auto";
   GridOptions grid;
@@ -62,8 +64,13 @@ std::vector<double> outputTimes(const InterpolateOptions& o, const std::vector<d
 }
 
 OutputFiles checkedOutputs(const InterpolateOptions& o) {
-  if (o.output.empty() && o.saveModel.empty())
-    throw CLI::ValidationError("interpolate", "needs --output or --save-model");
+  if (o.output.empty() && o.saveModel.empty() && o.motion.empty())
+    throw CLI::ValidationError("interpolate", "needs --output, --motion or --save-model");
+  if (!o.motion.empty() && o.kind == dynamicKindName(DynamicKind::Intensity))
+    throw CLI::ValidationError("interpolate", "--motion needs Gaussians that move: leave out --kind intensity");
+  if (o.motionFrom && o.motion.empty())
+    throw CLI::ValidationError("interpolate", "--motion-from needs --motion");
+  if (!o.motion.empty()) motionFiles(o.motion, 1); // its extension
   if ((o.times.empty() ? 0 : 1) + (o.rate ? 1 : 0) + (o.at ? 1 : 0) > 1)
     throw CLI::ValidationError("interpolate", "takes one of --times, --rate and --at");
   if (o.rate && !(std::isfinite(*o.rate) && *o.rate > 0))
@@ -83,8 +90,24 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
 }
 
 /// Known once the times are.
-void addSidecar(const InterpolateOptions& o, const std::vector<double>& times, OutputFiles& files) {
+void addTimed(const InterpolateOptions& o, const std::vector<double>& times, OutputFiles& files) {
   if (!o.output.empty() && !o.at && needsSidecar(o.output, times)) files.add(sidecarOf(o.output));
+  if (!o.motion.empty())
+    for (const auto& file : motionFiles(o.motion, times.size()))
+      files.add(file);
+}
+
+MotionSequence motionOf(const DynamicField& field, const std::vector<double>& times, const GridGeometry& grid,
+                        const InterpolateOptions& o, const std::stop_token& stop) {
+  const double from = o.motionFrom.value_or(middleTime(field));
+  const double slack = 1e-6 * std::max(1.0, field.times.back() - field.times.front());
+  if (from < field.times.front() - slack || from > field.times.back() + slack)
+    throw Error(ErrorCode::InvalidArgument, "--motion-from lies outside the time that the frames cover.");
+  checkMemory(24 * grid.voxelCount() * static_cast<std::int64_t>(times.size()), "The motion");
+  MotionSequence motion{grid, times, {}};
+  for (const double time : times)
+    motion.fields.push_back(motionField(field, from, time, grid, o.settings.threads, stop));
+  return motion;
 }
 
 TimeSeries rendered(const DynamicField& field, const std::vector<double>& times, const GridGeometry& grid,
@@ -121,6 +144,8 @@ nlohmann::ordered_json reportOf(const InterpolateOptions& o, const DynamicField&
   report["input"] = o.input;
   report["output"] = o.output;
   report["model"] = o.saveModel;
+  report["motion"] = o.motion;
+  if (!o.motion.empty()) report["motion_from_s"] = o.motionFrom.value_or(middleTime(field));
   report["kind"] = dynamicKindName(field.kind);
   report["choice"] = result.choice;
   report["gaussians"] = field.size();
@@ -145,13 +170,13 @@ int interpolate(const InterpolateOptions& o) {
   if (isDynamicModel(o.input)) {
     result.field = std::make_shared<const DynamicField>(readDynamicModel(o.input));
     times = outputTimes(o, result.field->times);
-    addSidecar(o, times, files);
+    addTimed(o, times, files);
   } else {
     TimeSeries series = readTimeSeries(o.input, o.reading);
     if (const std::string remark = remarkOnPairs(series); !remark.empty())
       fmt::print(stderr, "innergs: warning: {}\n", remark);
     times = outputTimes(o, series.times);
-    addSidecar(o, times, files);
+    addTimed(o, times, files);
     expected = valuesOf(series.frames);
     checkType(o.type, *expected, "the scan");
     DynamicSettings settings;
@@ -181,6 +206,11 @@ int interpolate(const InterpolateOptions& o) {
         o.at ? writeVolume({grid, std::move(frames.frames.front())}, path, o.type, expected)
              : writeTimeSeries(frames, path, o.type, expected);
     if (!remark.empty()) fmt::print(stderr, "innergs: warning: {}\n", remark);
+  });
+  files.write(o.motion, [&](const auto& path) {
+    const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
+    writeMotion(motionOf(field, times, grid, o, result.cancelled ? std::stop_token{} : interrupt.token()),
+                path);
   });
   files.write(o.report, [&](const auto& path) {
     writeFileAtomically(path, reportOf(o, field, result, times).dump(2) + "\n");
@@ -215,6 +245,14 @@ Subcommand addInterpolate(CLI::App& app) {
   command->add_option("--save-model", o->saveModel, "Model of space and time to write (.innergs)")
       ->type_name("FILE");
   command->add_option("--report", o->report, "JSON report to write")->type_name("FILE");
+  command
+      ->add_option("--motion", o->motion,
+                   "Motion at the output's times to write, as ITK's displacement fields (mm, LPS): resampling\n"
+                   "the volume at a time through its field gives the one at --motion-from. One .seq.nrrd, or\n"
+                   "one .nrrd, .nii.gz, .nii or .mha per time, numbered")
+      ->type_name("FILE");
+  command->add_option("--motion-from", o->motionFrom, "Time in s that --motion leads from [the middle frame's]")
+      ->type_name("S");
   addNumbers(*command, "--times", o->times, {},
              "Times of the output's frames in s, as a,b,c [those of the input]")
       ->type_name("S");
@@ -243,6 +281,7 @@ Subcommand addInterpolate(CLI::App& app) {
                   "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
                   "  innergs interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n"
                   "  innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n"
+                  "  innergs interpolate wrist.innergs --motion motion.nii.gz --motion-from 0\n"
                   "  innergs interpolate wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\n"
                   "Ctrl-C stops the fit; once frames are refined together, what was reached is written.");
   return {command, [o] { return interpolate(*o); }};

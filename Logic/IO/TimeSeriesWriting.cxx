@@ -45,10 +45,6 @@ const char* nrrdType(OutputType type) {
   return "float";
 }
 
-std::string vectorText(const Vec3& v) {
-  return "(" + exactText(v[0]) + "," + exactText(v[1]) + "," + exactText(v[2]) + ")";
-}
-
 /// Frames first: every version of 3D Slicer reads these.
 std::string nrrdHeader(const TimeSeries& series, OutputType type) {
   const GridGeometry& g = series.geometry;
@@ -62,30 +58,15 @@ std::string nrrdHeader(const TimeSeries& series, OutputType type) {
     text += " " + std::to_string(n);
   text += "\nspace directions: none";
   for (int axis = 0; axis < 3; ++axis)
-    text += " " + vectorText(g.spacing[axis] * column(g.direction, axis));
+    text += " " + nrrdVector(g.spacing[axis] * column(g.direction, axis));
   text +=
       "\nkinds: list domain domain domain\nlabels: \"time\" \"\" \"\" \"\"\nunits: \"s\" \"\" \"\" \"\"\n";
   text += "space units: \"mm\" \"mm\" \"mm\"\n";
   text += std::string("endian: ") + (std::endian::native == std::endian::little ? "little" : "big") +
-          "\nencoding: gzip\nspace origin: " + vectorText(g.origin) + "\n";
+          "\nencoding: gzip\nspace origin: " + nrrdVector(g.origin) + "\n";
   text += "DataNodeClassName:=vtkMRMLScalarVolumeNode\naxis 0 index type:=numeric\naxis 0 index values:=" +
           times + "\n\n";
   return text;
-}
-
-/// A header and voxels after it; zlib compresses what it is told to.
-void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
-                 const fs::path& path, const std::string& failed) {
-  gzFile out = gzopen(utf8(path).c_str(), mode);
-  bool fine = out != nullptr;
-  if (fine && !header.empty()) fine = gzwrite(out, header.data(), static_cast<unsigned>(header.size())) > 0;
-  constexpr std::uint64_t chunk = std::uint64_t{1} << 24;
-  for (std::uint64_t at = 0; fine && at < bytes; at += chunk) {
-    const auto n = static_cast<unsigned>(std::min(chunk, bytes - at));
-    fine = gzwrite(out, static_cast<const char*>(voxels) + at, n) == static_cast<int>(n);
-  }
-  if (out && gzclose(out) != Z_OK) fine = false;
-  if (!fine) throw Error(ErrorCode::Io, failed);
 }
 
 void writeSequence(const TimeSeries& series, OutputType type, const TypedVoxels& voxels,
@@ -161,6 +142,24 @@ double meanInterval(const std::vector<double>& times) {
 }
 
 } // namespace
+
+std::string nrrdVector(const Vec3& v) {
+  return "(" + exactText(v[0]) + "," + exactText(v[1]) + "," + exactText(v[2]) + ")";
+}
+
+void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
+                 const fs::path& path, const std::string& failed) {
+  gzFile out = gzopen(utf8(path).c_str(), mode);
+  bool fine = out != nullptr;
+  if (fine && !header.empty()) fine = gzwrite(out, header.data(), static_cast<unsigned>(header.size())) > 0;
+  constexpr std::uint64_t chunk = std::uint64_t{1} << 24;
+  for (std::uint64_t at = 0; fine && at < bytes; at += chunk) {
+    const auto n = static_cast<unsigned>(std::min(chunk, bytes - at));
+    fine = gzwrite(out, static_cast<const char*>(voxels) + at, n) == static_cast<int>(n);
+  }
+  if (out && gzclose(out) != Z_OK) fine = false;
+  if (!fine) throw Error(ErrorCode::Io, failed);
+}
 
 /// NIfTI's header holds the first time and the interval in single precision.
 bool needsSidecar(const fs::path& path, const std::vector<double>& times) {

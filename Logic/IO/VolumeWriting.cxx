@@ -77,8 +77,8 @@ bool isComplete(const fs::path& path, const Format& format, std::uint64_t voxelB
   return inflatedBytes(in, voxelsStart(in, format.headerEnd)) == voxelBytes;
 }
 
-void writeWithItk(const Format& format, const GridGeometry& geometry, OutputType type, const void* voxels,
-                  const fs::path& path) {
+void writeWithItk(const Format& format, const GridGeometry& geometry, OutputType type, unsigned components,
+                  const void* voxels, const fs::path& path) {
   itk::ImageIOBase& io = *format.io;
   io.SetNumberOfDimensions(3);
   itk::ImageIORegion region(3);
@@ -90,9 +90,9 @@ void writeWithItk(const Format& format, const GridGeometry& geometry, OutputType
     const Vec3 direction = column(geometry.direction, static_cast<int>(axis));
     io.SetDirection(axis, std::vector<double>(direction.begin(), direction.end()));
   }
-  io.SetPixelType(itk::CommonEnums::IOPixel::SCALAR);
+  io.SetPixelType(components == 1 ? itk::CommonEnums::IOPixel::SCALAR : itk::CommonEnums::IOPixel::VECTOR);
   io.SetComponentType(componentOf(type));
-  io.SetNumberOfComponents(1);
+  io.SetNumberOfComponents(components);
   io.SetIORegion(region);
   io.SetUseCompression(format.compressed);
   io.SetFileName(utf8(path));
@@ -127,7 +127,8 @@ std::string writingFailed(const fs::path& path) {
 }
 
 void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType type,
-                  const TypedVoxels& voxels, const std::map<std::string, std::string>& fields) {
+                  const TypedVoxels& voxels, const std::map<std::string, std::string>& fields,
+                  unsigned components) {
   const Format format = formatOf(path);
   if (format.headerEnd.empty())
     for (const std::int64_t n : geometry.size)
@@ -139,7 +140,7 @@ void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType
     itk::EncapsulateMetaData<std::string>(format.io->GetMetaDataDictionary(), key, value);
   writeAtomically(path, [&](const fs::path& temporary) {
     withItk(ErrorCode::Io, failed, [&] {
-      writeWithItk(format, geometry, type, voxels.data(), temporary);
+      writeWithItk(format, geometry, type, components, voxels.data(), temporary);
       if (!isComplete(temporary, format, voxels.bytes())) throw Error(ErrorCode::Io, failed);
     });
   });

@@ -31,9 +31,16 @@ private:
 /// The sentence for a disk that is full.
 std::string writingFailed(const std::filesystem::path& path);
 
-/// Writes NIfTI, NRRD or MetaImage by ITK, atomically. fields: further entries of the header. Throws
-/// Error(Io | InvalidArgument).
+/// A header and voxels after it; zlib compresses what it is told to (gzopen's mode). Throws Error(Io, failed).
+void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
+                 const std::filesystem::path& path, const std::string& failed);
+/// "(x,y,z)", with all digits.
+std::string nrrdVector(const Vec3& v);
+
+/// Writes NIfTI, NRRD or MetaImage by ITK, atomically. fields: further entries of the header; components:
+/// values per voxel, more than one as a vector. Throws Error(Io | InvalidArgument).
 void writeItkFile(const std::filesystem::path& path, const GridGeometry& geometry, OutputType type,
-                  const TypedVoxels& voxels, const std::map<std::string, std::string>& fields = {});
+                  const TypedVoxels& voxels, const std::map<std::string, std::string>& fields = {},
+                  unsigned components = 1);
 
 } // namespace innergs

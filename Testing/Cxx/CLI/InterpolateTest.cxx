@@ -4,6 +4,11 @@
 #include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
 
+#include <itkImage.h>
+#include <itkImageFileReader.h>
+#include <itkNiftiImageIO.h>
+#include <itkNrrdImageIO.h>
+#include <itkWarpImageFilter.h>
 #include <nlohmann/json.hpp>
 
 #include <cmath>
@@ -53,6 +58,58 @@ TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   EXPECT_EQ(info.at("changes_by"), "motion");
   EXPECT_EQ(info.at("frames"), 6);
   expectOneSentence(run({"resample", path("m.innergs"), "-o", path("a.nii")}), 1, "moving scan");
+}
+
+/// ITK's own warping of one frame by a displacement field brings it onto the other.
+TEST_F(InterpolateTest, MotionIsADisplacementFieldOfItk) {
+  using Image = itk::Image<float, 3>;
+  using Field = itk::Image<itk::Vector<float, 3>, 3>;
+  const TimeSeries series = movingBlob(6);
+  writeTimeSeries(series, path("in.nii.gz"));
+  const Outcome outcome = run({"interpolate", path("in.nii.gz"), "--kind", "motion", "--save-model",
+                               path("m.innergs"), "--motion", path("d.nrrd"), "--motion-from", "1", "-q"});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  for (int f = 0; f < 6; ++f)
+    EXPECT_TRUE(exists("d-00" + std::to_string(f) + ".nrrd"));
+  ASSERT_EQ(run({"interpolate", path("m.innergs"), "--motion", path("d.nii.gz"), "--motion-from", "1", "--at",
+                 "2.5", "-q"})
+                .exitCode,
+            0);
+  for (const auto& [file, io] :
+       {std::pair<std::string, itk::ImageIOBase::Pointer>{"d-005.nrrd", itk::NrrdImageIO::New().GetPointer()},
+        {"d.nii.gz", itk::NiftiImageIO::New().GetPointer()}}) {
+    auto reader = itk::ImageFileReader<Field>::New();
+    reader->SetImageIO(io);
+    reader->SetFileName(path(file));
+    reader->Update();
+    auto moved = Image::New();
+    moved->CopyInformation(reader->GetOutput());
+    moved->SetRegions(reader->GetOutput()->GetLargestPossibleRegion());
+    moved->Allocate();
+    std::copy(series.frames[5].begin(), series.frames[5].end(), moved->GetBufferPointer());
+    auto warp = itk::WarpImageFilter<Image, Image, Field>::New();
+    warp->SetInput(moved);
+    warp->SetDisplacementField(reader->GetOutput());
+    warp->SetOutputParametersFromImage(reader->GetOutput());
+    warp->Update();
+    double before = 0, after = 0;
+    for (std::size_t v = 0; v < series.frames[2].size(); ++v) {
+      const auto onto = static_cast<double>(series.frames[2][v]);
+      before += std::pow(static_cast<double>(series.frames[5][v]) - onto, 2);
+      after += std::pow(static_cast<double>(warp->GetOutput()->GetBufferPointer()[v]) - onto, 2);
+    }
+    EXPECT_LT(after, 0.05 * before) << file; // the other way round it would grow
+    const Field::PixelType at = reader->GetOutput()->GetPixel({7, 6, 2});
+    EXPECT_NEAR(at[0], 2.4, 0.6) << file; // mm: 0.8 voxels of 1 mm a frame, of a smooth blob
+    EXPECT_NEAR(at[1], 0, 0.2) << file;
+  }
+  ASSERT_EQ(run({"interpolate", path("m.innergs"), "--motion", path("d.seq.nrrd"), "-q"}).exitCode, 0);
+  EXPECT_NE(contents("d.seq.nrrd").find("axis 4 index values:=0 0.5 1 1.5 2 2.5"), std::string::npos);
+  expectOneSentence(run({"interpolate", path("m.innergs"), "--motion", path("d.png")}), 1, ".seq.nrrd");
+  expectOneSentence(
+      run({"interpolate", path("m.innergs"), "--motion", path("d.nrrd"), "--motion-from", "9"}), 1, "outside");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "--motion", path("d.nrrd"), "--kind", "intensity"}),
+                    2, "move");
 }
 
 TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
