@@ -104,7 +104,7 @@ std::vector<std::uint8_t> maskOf(vtkImageData* image, const std::string& what, c
   return result;
 }
 
-float* allocateFloats(vtkImageData* image, const GridGeometry& geometry, bool withGeometry) {
+float* allocateFloats(vtkImageData* image, const GridGeometry& geometry, bool withGeometry, int components) {
   for (const std::int64_t n : geometry.size)
     if (n > std::numeric_limits<int>::max())
       throw Error(ErrorCode::Geometry,
@@ -112,7 +112,7 @@ float* allocateFloats(vtkImageData* image, const GridGeometry& geometry, bool wi
   image->SetDimensions(static_cast<int>(geometry.size[0]), static_cast<int>(geometry.size[1]),
                        static_cast<int>(geometry.size[2]));
   placeImage(image, geometry, withGeometry);
-  image->AllocateScalars(VTK_FLOAT, 1);
+  image->AllocateScalars(VTK_FLOAT, components);
   vtkDataArray* scalars = image->GetPointData()->GetScalars();
   scalars->SetName("Intensity");
   return static_cast<float*>(scalars->GetVoidPointer(0));

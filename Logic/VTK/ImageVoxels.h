@@ -29,7 +29,8 @@ std::vector<std::uint8_t> maskOf(vtkImageData* image, const std::string& what,
                                  const std::stop_token& stop = {});
 
 /// Gives an image the size and position of the grid and uninitialised float scalars, and returns them.
-float* allocateFloats(vtkImageData* image, const GridGeometry& geometry, bool withGeometry);
+float* allocateFloats(vtkImageData* image, const GridGeometry& geometry, bool withGeometry,
+                      int components = 1);
 
 /// Announces such an image in a pipeline's output information.
 void announceImage(vtkInformation* output, const GridGeometry& geometry, bool withGeometry);

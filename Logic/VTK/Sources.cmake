@@ -3,7 +3,11 @@
 set(INNERGS_VTK_CLASSES
   vtkInnerGSAlgorithm
   vtkInnerGSLearnSegments
+  vtkInnerGSDynamicModel
+  vtkInnerGSDynamicReconstruct
+  vtkInnerGSInterpolateTime
   vtkInnerGSModel
+  vtkInnerGSMotionField
   vtkInnerGSPlaneQuery
   vtkInnerGSPointQuery
   vtkInnerGSReconstruct
@@ -14,5 +18,6 @@ set(INNERGS_VTK_CLASSES
 set(INNERGS_VTK_PRIVATE_SOURCES
   Geometry.cxx
   ImageVoxels.cxx
+  PipelineTime.cxx
   ReconstructInputs.cxx
 )

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkDataObject.h"
@@ -129,10 +130,14 @@ vtkTypeBool vtkInnerGSAlgorithm::ProcessRequest(vtkInformation* request, vtkInfo
     for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port) {
       const char* type = this->GetOutputPortInformation(port)->Get(vtkDataObject::DATA_TYPE_NAME());
       vtkInformation* output = outputs->GetInformationObject(port);
-      if (std::string("vtkInnerGSModel") != type || vtkInnerGSModel::GetData(output)) continue;
-      vtkInnerGSModel* model = vtkInnerGSModel::New(); // VTK's own factory does not know it
-      output->Set(vtkDataObject::DATA_OBJECT(), model);
-      model->Delete();
+      vtkDataObject* made = nullptr; // VTK's own factory does not know our types
+      if (std::string("vtkInnerGSModel") == type && !vtkInnerGSModel::GetData(output))
+        made = vtkInnerGSModel::New();
+      if (std::string("vtkInnerGSDynamicModel") == type && !vtkInnerGSDynamicModel::GetData(output))
+        made = vtkInnerGSDynamicModel::New();
+      if (!made) continue;
+      output->Set(vtkDataObject::DATA_OBJECT(), made);
+      made->Delete();
     }
     return 1;
   }

@@ -1,0 +1,78 @@
+#ifndef vtkInnerGSDynamicModel_h
+#define vtkInnerGSDynamicModel_h
+
+#include "vtkDataObject.h"
+#include "vtkInnerGSExport.h"
+#include "vtkSmartPointer.h" // returned
+
+#include <memory> // std::shared_ptr
+#include <string> // returned
+
+namespace innergs {
+struct DynamicField;
+} // namespace innergs
+class vtkInformation;
+class vtkInformationVector;
+class vtkInnerGSModel;
+
+/// A fitted model of a moving scan: a continuous volume in space and time (s). At every time it is a
+/// vtkInnerGSModel. What it holds never changes once set, so copies, shallow and deep alike, share it.
+class VTKINNERGS_EXPORT vtkInnerGSDynamicModel : public vtkDataObject {
+public:
+  static vtkInnerGSDynamicModel* New();
+  vtkTypeMacro(vtkInnerGSDynamicModel, vtkDataObject);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// Back to no Gaussians.
+  void Initialize() override;
+  void ShallowCopy(vtkDataObject* source) override;
+  void DeepCopy(vtkDataObject* source) override;
+  /// Kibibytes.
+  unsigned long GetActualMemorySize() override;
+
+  bool IsEmpty();
+  vtkIdType GetNumberOfGaussians();
+  /// What changes with time: "motion" (Gaussians that move), "intensity" (that change in place); "" when
+  /// empty.
+  std::string GetKindName();
+  /// One line for people.
+  std::string GetDescription();
+
+  ///@{
+  /// The frames that it was fitted to, and their times in s. Before the first and after the last the model is
+  /// as it is then.
+  int GetNumberOfFrames();
+  double GetFrameTime(int index); // NaN for an index out of range
+  /// False, and nothing changed, when empty.
+  bool GetTimeRange(double range[2]);
+  ///@}
+
+  /// The model at a time (s), for all filters that take one; null when empty or when the time is not finite.
+  vtkSmartPointer<vtkInnerGSModel> ModelAt(double time);
+
+  /// The model in a pipeline's information, or null.
+  static vtkInnerGSDynamicModel* GetData(vtkInformation* information);
+  static vtkInnerGSDynamicModel* GetData(vtkInformationVector* informations, int index = 0);
+
+#ifndef __VTK_WRAP__
+  /// For C++: null when empty.
+  std::shared_ptr<const innergs::DynamicField> GetField() const {
+    return this->Field;
+  }
+  void SetField(std::shared_ptr<const innergs::DynamicField> field);
+#endif
+
+protected:
+  vtkInnerGSDynamicModel();
+  ~vtkInnerGSDynamicModel() override;
+
+private:
+  vtkInnerGSDynamicModel(const vtkInnerGSDynamicModel&) = delete;
+  void operator=(const vtkInnerGSDynamicModel&) = delete;
+
+#ifndef __VTK_WRAP__
+  std::shared_ptr<const innergs::DynamicField> Field;
+#endif
+};
+
+#endif

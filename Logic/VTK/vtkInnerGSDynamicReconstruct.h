@@ -1,0 +1,88 @@
+#ifndef vtkInnerGSDynamicReconstruct_h
+#define vtkInnerGSDynamicReconstruct_h
+
+#include "vtkInnerGSAlgorithm.h"
+
+class vtkInnerGSDynamicModel;
+class vtkMatrix4x4;
+
+/// Fits a continuous volume in space and time to a moving scan. Input: its frames, scalar vtkImageData of one
+/// lattice (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel. On the
+/// CPU; Device is not looked at. Inputs are never modified.
+///
+/// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit", on the thread
+/// that called Update().
+class VTKINNERGS_EXPORT vtkInnerGSDynamicReconstruct : public vtkInnerGSAlgorithm {
+public:
+  static vtkInnerGSDynamicReconstruct* New();
+  vtkTypeMacro(vtkInnerGSDynamicReconstruct, vtkInnerGSAlgorithm);
+  void PrintSelf(ostream& os, vtkIndent indent) override;
+
+  /// What changes with time. Automatic: what foresees withheld frames better.
+  enum Kinds { Automatic = -1, Motion, Intensity };
+  vtkSetClampMacro(Kind, int, Automatic, Intensity);
+  vtkGetMacro(Kind, int);
+
+  ///@{
+  /// s, of the index-th frame; a frame without one makes an error. TimeStep() sets them all: even, the first
+  /// at 0.
+  void SetFrameTime(int index, double time);
+  double GetFrameTime(int index); // NaN: not set
+  void SetTimeStep(double interval, int numberOfFrames);
+  ///@}
+  /// Of all frames: IJK → RAS (mm), copied; null (default): from the first image's origin, spacing and
+  /// direction.
+  void SetIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
+  vtkMatrix4x4* GetIJKToRASMatrix();
+  /// For messages.
+  vtkSetMacro(SeriesName, const std::string&);
+  vtkGetMacro(SeriesName, std::string);
+  /// Disconnects all frames and forgets their times and the matrix.
+  void ClearInputs();
+
+  /// Automatic (−1, default): from the data.
+  vtkSetMacro(NumberOfGaussians, vtkIdType);
+  vtkGetMacro(NumberOfGaussians, vtkIdType);
+  vtkSetMacro(Seed, vtkTypeUInt64);
+  vtkGetMacro(Seed, vtkTypeUInt64);
+  /// When stopped while all frames are refined together, put out the model reached. Off by default.
+  vtkSetMacro(KeepModelWhenAborted, bool);
+  vtkGetMacro(KeepModelWhenAborted, bool);
+  vtkBooleanMacro(KeepModelWhenAborted, bool);
+
+  vtkInnerGSDynamicModel* GetOutput();
+
+  ///@{
+  /// State of the fit, for observers of ProgressEvent and after the end.
+  std::string GetPhase();
+  vtkGetMacro(ElapsedSeconds, double);
+  vtkGetMacro(RemainingSeconds, double); // estimated
+  vtkGetMacro(TrainingPSNR, double);     // dB, on the fitted frames; NaN: unknown
+  vtkGetMacro(Choice, std::string);      // why the model is of its kind, a sentence; "" where it was given
+  ///@}
+
+protected:
+  vtkInnerGSDynamicReconstruct();
+  ~vtkInnerGSDynamicReconstruct() override;
+  int FillInputPortInformation(int port, vtkInformation* information) override;
+  int FillOutputPortInformation(int port, vtkInformation* information) override;
+#ifndef __VTK_WRAP__
+  void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
+#endif
+
+  int Kind = Automatic;
+  vtkIdType NumberOfGaussians = -1;
+  vtkTypeUInt64 Seed = 1;
+  bool KeepModelWhenAborted = false;
+  double ElapsedSeconds = 0, RemainingSeconds = 0, TrainingPSNR;
+  std::string SeriesName = "The series", Choice;
+
+private:
+  vtkInnerGSDynamicReconstruct(const vtkInnerGSDynamicReconstruct&) = delete;
+  void operator=(const vtkInnerGSDynamicReconstruct&) = delete;
+
+  struct Internals;
+  std::unique_ptr<Internals> Work;
+};
+
+#endif

@@ -1,0 +1,184 @@
+#include "Fixtures.h"
+
+#include "../Core/Motion/MovingPhantom.h"
+
+#include "Core/Motion/DynamicJob.h"
+#include "Core/Motion/MotionField.h"
+#include "Core/Render/Render.h"
+#include "vtkInnerGSDynamicModel.h"
+#include "vtkInnerGSDynamicReconstruct.h"
+#include "vtkInnerGSInterpolateTime.h"
+#include "vtkInnerGSMotionField.h"
+#include "vtkInnerGSPlaneQuery.h"
+#include "vtkInnerGSResample.h"
+
+#include <vtkInformation.h>
+#include <vtkStreamingDemandDrivenPipeline.h>
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace innergs::testing {
+namespace {
+
+using Pipeline = vtkStreamingDemandDrivenPipeline;
+
+vtkSmartPointer<vtkInnerGSDynamicReconstruct> filterOf(const TimeSeries& series, int kind) {
+  auto filter = vtkSmartPointer<vtkInnerGSDynamicReconstruct>::New();
+  for (std::int64_t f = 0; f < series.size(); ++f) {
+    filter->AddInputData(plainImage({series.geometry, series.frames[f]}));
+    filter->SetFrameTime(static_cast<int>(f), series.times[f]);
+  }
+  filter->SetIJKToRASMatrix(rasMatrix(series.geometry));
+  filter->SetKind(kind);
+  filter->SetNumberOfGaussians(400);
+  filter->SetNumberOfThreads(2);
+  return filter;
+}
+
+/// Fitted once for all tests: a phantom that swings for 3 s.
+struct Fitted {
+  TimeSeries series = movingPhantom(evenTimes(7));
+  vtkNew<vtkInnerGSDynamicModel> model;
+  int events = 0;
+  Fitted() {
+    const auto filter = filterOf(series, vtkInnerGSDynamicReconstruct::Motion);
+    vtkNew<vtkCallbackCommand> count;
+    count->SetClientData(&events);
+    count->SetCallback([](vtkObject*, unsigned long, void* n, void*) { ++*static_cast<int*>(n); });
+    filter->AddObserver(vtkCommand::ProgressEvent, count);
+    filter->Update();
+    model->ShallowCopy(filter->GetOutput());
+  }
+};
+Fitted& fitted() {
+  static Fitted once;
+  return once;
+}
+
+TEST(Dynamic, ReconstructsAsTheJobDoes) {
+  vtkInnerGSDynamicModel* model = fitted().model;
+  ASSERT_FALSE(model->IsEmpty());
+  EXPECT_GT(fitted().events, 5);
+  EXPECT_EQ(model->GetKindName(), "motion");
+  EXPECT_EQ(model->GetNumberOfFrames(), 7);
+  EXPECT_EQ(model->GetFrameTime(2), 1.0);
+  EXPECT_TRUE(std::isnan(model->GetFrameTime(7)));
+  DynamicSettings settings;
+  settings.kind = DynamicKind::Motion;
+  settings.gaussians = 400;
+  settings.threads = 1;
+  const DynamicResult result = DynamicJob(fitted().series, settings).run();
+  EXPECT_EQ(result.field->nodes, model->GetField()->nodes);
+  EXPECT_EQ(result.field->ownPath, model->GetField()->ownPath);
+}
+
+TEST(Dynamic, TimeComesFromThePipeline) {
+  vtkNew<vtkInnerGSInterpolateTime> at;
+  at->SetDynamicModel(fitted().model);
+  vtkNew<vtkInnerGSResample> volume;
+  volume->SetInputConnection(at->GetOutputPort());
+  volume->SetReferenceGrid(rasMatrix(fitted().series.geometry), 24, 22, 7);
+  vtkNew<vtkInnerGSPlaneQuery> plane;
+  plane->SetInputConnection(at->GetOutputPort());
+  plane->SetDimensions(20, 16);
+  plane->SetSpacing(1, 1);
+  plane->UpdateInformation();
+  vtkInformation* told = plane->GetOutputInformation(0);
+  ASSERT_TRUE(told->Has(Pipeline::TIME_STEPS()));
+  EXPECT_EQ(told->Length(Pipeline::TIME_STEPS()), 7);
+  EXPECT_EQ(told->Get(Pipeline::TIME_RANGE())[1], 3.0);
+  std::vector<float> before;
+  for (const double time : {0.75, 2.1, 0.75}) {
+    volume->UpdateTimeStep(time);
+    EXPECT_EQ(at->GetOutputTime(), time);
+    const Volume expected = render(fieldAt(*fitted().model->GetField(), time), fitted().series.geometry);
+    const std::vector<float> values = valuesOf(volume->GetOutput());
+    ASSERT_EQ(values.size(), expected.voxels.size());
+    for (std::size_t v = 0; v < values.size(); ++v)
+      ASSERT_EQ(values[v], expected.voxels[v]);
+    plane->UpdateTimeStep(time);
+    const std::vector<float> pixels = valuesOf(plane->GetOutput());
+    ASSERT_EQ(pixels.size(), 320u);
+    EXPECT_NE(pixels, before);
+    before = pixels;
+  }
+  // Outside the frames' times: theirs. Without a request: Time.
+  volume->UpdateTimeStep(99);
+  EXPECT_EQ(at->GetOutputTime(), 3.0);
+  vtkNew<vtkInnerGSInterpolateTime> alone;
+  alone->SetDynamicModel(fitted().model);
+  alone->SetTime(1.3);
+  alone->Update();
+  EXPECT_EQ(alone->GetOutputTime(), 1.3);
+  EXPECT_EQ(alone->GetOutput()->GetNumberOfGaussians(), 400);
+}
+
+TEST(Dynamic, MotionIsInRas) {
+  vtkNew<vtkInnerGSMotionField> motion;
+  motion->SetDynamicModel(fitted().model);
+  motion->UseMiddleFrameOff();
+  motion->SetFrom(0.5);
+  motion->UpdateTimeStep(2);
+  vtkImageData* image = motion->GetOutput();
+  ASSERT_EQ(image->GetNumberOfScalarComponents(), 3);
+  const std::vector<float> lps =
+      motionField(*fitted().model->GetField(), 0.5, 2, fitted().series.geometry);
+  const auto* ras = static_cast<const float*>(image->GetScalarPointer());
+  double moves = 0;
+  for (std::size_t n = 0; n < lps.size(); ++n) {
+    ASSERT_EQ(ras[n], n % 3 == 2 ? lps[n] : -lps[n]);
+    moves = std::max(moves, std::abs(static_cast<double>(lps[n])));
+  }
+  EXPECT_GT(moves, 0.3);
+  EXPECT_TRUE(closeTo(motion->GetOutputIJKToRASMatrix(), rasMatrix(fitted().series.geometry)));
+}
+
+TEST(Dynamic, WhatIsWrongIsOneSentence) {
+  vtkNew<vtkCallbackCommand> quiet;
+  const auto failure = [&](vtkInnerGSAlgorithm* filter) {
+    filter->AddObserver(vtkCommand::ErrorEvent, quiet);
+    filter->Update();
+    return filter->GetErrorMessage();
+  };
+  const TimeSeries series = movingPhantom(evenTimes(3));
+  const auto with = [&](const auto& change) {
+    const auto filter = filterOf(series, vtkInnerGSDynamicReconstruct::Motion);
+    change(filter.Get());
+    return failure(filter);
+  };
+  const auto missing = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_NE(with([&](auto* f) { f->SetFrameTime(1, missing); }).find("not finite"), std::string::npos);
+  EXPECT_NE(with([&](auto* f) { f->SetFrameTime(1, 0); }).find("do not increase"), std::string::npos);
+  EXPECT_NE(with([&](auto* f) { f->ClearInputs(); }).find("no frames"), std::string::npos);
+  EXPECT_NE(with([&](auto* f) {
+              f->SetFrameTime(3, 9);
+              f->AddInputData(plainImage(volumeOf(grid(3, 3, 3), [](int, int, int) { return 1.f; })));
+            }).find("another lattice"),
+            std::string::npos);
+  EXPECT_NE(with([&](auto* f) {
+              f->ClearInputs();
+              f->AddInputData(plainImage({series.geometry, series.frames[0]}));
+              f->SetFrameTime(0, 0);
+            }).find("single frame"),
+            std::string::npos);
+  vtkNew<vtkInnerGSInterpolateTime> at;
+  EXPECT_NE(failure(at).find("no model of a moving scan"), std::string::npos);
+}
+
+TEST(Dynamic, StopsWhenAsked) {
+  const auto filter = filterOf(movingPhantom(evenTimes(9)), vtkInnerGSDynamicReconstruct::Motion);
+  vtkNew<vtkCallbackCommand> stop;
+  stop->SetCallback([](vtkObject* caller, unsigned long, void*, void*) {
+    static_cast<vtkInnerGSDynamicReconstruct*>(caller)->AbortExecuteOn();
+  });
+  filter->AddObserver(vtkCommand::ProgressEvent, stop);
+  filter->Update();
+  EXPECT_TRUE(filter->GetAborted());
+  EXPECT_TRUE(filter->GetErrorMessage().empty());
+  EXPECT_TRUE(filter->GetOutput()->IsEmpty());
+}
+
+} // namespace
+} // namespace innergs::testing
