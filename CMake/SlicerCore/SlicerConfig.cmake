@@ -1,7 +1,8 @@
 # Slicer's MRML and logic libraries as imported targets, by their names in a Slicer build.
 foreach(name MRMLCore MRMLLogic vtkSlicerBaseLogic vtkSlicerMarkupsModuleMRML vtkSlicerSegmentationsModuleMRML
     vtkSlicerSegmentationsModuleLogic vtkSegmentationCore vtkSlicerSubjectHierarchyModuleLogic
-    vtkSlicerVolumesModuleLogic vtkSlicerColorsModuleLogic)
+    vtkSlicerVolumesModuleLogic vtkSlicerColorsModuleLogic
+    vtkSlicerSequencesModuleMRML vtkSlicerSequencesModuleLogic)
   add_library(${name} SHARED IMPORTED)
   set_target_properties(${name} PROPERTIES
     IMPORTED_LOCATION "${INNERGS_SITE_PACKAGES}/slicer_core/lib${name}.so"

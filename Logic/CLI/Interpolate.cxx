@@ -23,8 +23,6 @@
 namespace innergs::cli {
 namespace {
 
-constexpr std::int64_t kMostFrames = 100'000;
-
 struct InterpolateOptions {
   std::string input, output, saveModel, report, motion;
   std::vector<double> times;
@@ -39,28 +37,8 @@ struct InterpolateOptions {
 
 /// What is asked for, checked against the time that the frames cover.
 std::vector<double> outputTimes(const InterpolateOptions& o, const std::vector<double>& frames) {
-  const double first = frames.front(), last = frames.back();
-  std::vector<double> times = o.at ? std::vector<double>{*o.at} : o.times;
-  if (o.rate) {
-    if ((last - first) * *o.rate > static_cast<double>(kMostFrames))
-      throw Error(ErrorCode::InvalidArgument, "--rate gives far too many frames: choose a lower one.");
-    const auto count = static_cast<std::int64_t>((last - first) * *o.rate * (1 + 1e-9));
-    for (std::int64_t f = 0; f <= count; ++f)
-      times.push_back(std::min(last, first + static_cast<double>(f) / *o.rate));
-  }
-  if (times.empty()) times = frames;
-  const double slack = 1e-6 * std::max(1.0, last - first);
-  for (std::size_t f = 0; f < times.size(); ++f) {
-    if (times[f] < first - slack || times[f] > last + slack)
-      throw Error(
-          ErrorCode::InvalidArgument,
-          fmt::format(
-              "{} s lies outside the time that the frames cover, {} s to {} s: choose a time within it.",
-              numberText(times[f]), numberText(first), numberText(last)));
-    if (f > 0 && !(times[f] > times[f - 1]))
-      throw Error(ErrorCode::InvalidArgument, "--times must increase, each time once.");
-  }
-  return times;
+  if (o.at) return checkedTimes({*o.at}, frames);
+  return o.times.empty() ? timesAtRate(o.rate.value_or(0), frames) : checkedTimes(o.times, frames);
 }
 
 OutputFiles checkedOutputs(const InterpolateOptions& o) {

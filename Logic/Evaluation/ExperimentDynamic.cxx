@@ -85,6 +85,29 @@ public:
     return field.kind;
   }
 
+  EvaluationReport report() const {
+    EvaluationReport report;
+    report.protocol = "frames";
+    report.caseName = "withhold-every-" + std::to_string(e_.every);
+    report.samples = std::to_string(withheld_.size()) + " of " + std::to_string(e_.series.size()) +
+                     " frames, which no method saw.";
+    report.range = "The PSNR's peak is the range of the series, " + numberText(peak_) + ".";
+    report.peak = peak_;
+    report.voxels = e_.series.geometry.voxelCount() * static_cast<std::int64_t>(withheld_.size());
+    for (const Score& s : scores_) {
+      MethodScore score;
+      score.name = s.gaussians > 0                                        ? "gaussians"
+                   : s.method == frameMethodName(FrameMethod::Linear) ? "linear"
+                                                                          : "previous";
+      score.psnr = score.pooledPsnr = s.pooled;
+      score.ssim = s.ssim;
+      score.seconds = s.seconds;
+      report.methods.insert(s.gaussians > 0 ? report.methods.begin() : report.methods.end(), score);
+    }
+    if (!choice_.empty()) report.notes.push_back(choice_);
+    return report;
+  }
+
   DynamicExperimentResult tables() const {
     DynamicExperimentResult result;
     const std::string measured = "withheld frames (" + std::to_string(withheld_.size()) + " of " +
@@ -198,6 +221,15 @@ DynamicExperimentResult runDynamic(const DynamicExperiment& experiment) {
   for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network})
     if (kind != chosen) run.gaussians(kind);
   return run.tables();
+}
+
+EvaluationReport judgeFrames(const DynamicExperiment& experiment) {
+  checkTimeSeries(experiment.series);
+  Run run(experiment);
+  run.baseline(FrameMethod::Linear);
+  run.baseline(FrameMethod::Previous);
+  run.gaussians(experiment.settings.kind);
+  return run.report();
 }
 
 } // namespace innergs

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Motion/DynamicJob.h"
 #include "Evaluation/ExperimentTable.h"
+#include "Evaluation/Protocols.h"
 
 namespace innergs {
 
@@ -24,5 +25,9 @@ struct DynamicExperimentResult {
 /// Both kinds of Gaussians, the one that the program chooses, and what else is put between frames. Throws
 /// Error(InvalidArgument) when no frame can be withheld, Error(Cancelled).
 DynamicExperimentResult runDynamic(const DynamicExperiment& experiment);
+
+/// The Gaussians of these settings ("gaussians") beside linear interpolation in time ("linear") and the
+/// previous frame ("previous"), pooled over the withheld frames. Throws as runDynamic().
+EvaluationReport judgeFrames(const DynamicExperiment& experiment);
 
 } // namespace innergs

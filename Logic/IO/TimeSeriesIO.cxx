@@ -11,7 +11,6 @@
 #include <array>
 #include <cmath>
 #include <fstream>
-#include <map>
 #include <set>
 
 namespace fs = std::filesystem;
@@ -57,16 +56,6 @@ Sidecar readSidecar(const fs::path& image) {
   if (const auto interval = values.find("RepetitionTime"); interval != values.end() && interval->is_number())
     sidecar.interval = interval->get<double>();
   return sidecar;
-}
-
-/// Seconds of an index unit; 0: it is no unit of time.
-double secondsOf(const std::string& unit) {
-  static const std::map<std::string, double> known{
-      {"s", 1},       {"sec", 1},      {"second", 1},       {"seconds", 1},        {"ms", 1e-3},
-      {"msec", 1e-3}, {"us", 1e-6},    {"\xc2\xb5s", 1e-6}, {"millisecond", 1e-3}, {"milliseconds", 1e-3},
-      {"min", 60},    {"minutes", 60}, {"h", 3600}};
-  const auto found = known.find(unit);
-  return found == known.end() ? 0 : found->second;
 }
 
 void checkCount(const std::vector<double>& times, std::size_t frames, const std::string& what) {

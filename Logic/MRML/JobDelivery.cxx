@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "DynamicWork.h"
 #include "IO/FilePath.h"
 #include "Outputs.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -11,6 +12,8 @@
 
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
+#include <vtkMRMLSequenceBrowserNode.h>
+#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLTableNode.h>
 
 namespace innergs::mrml {
@@ -45,6 +48,18 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   if (task.deliver) {
     task.deliver();
     job->ModelNode = task.model;
+    return;
+  }
+  if (task.dynamic) {
+    DynamicOutputs made = task.dynamic->makeNodes(scene);
+    job->Told->trainingPsnr = task.dynamic->trainingPsnr();
+    job->QualityState = task.dynamic->judging();
+    job->UsedSettings = task.dynamic->settingsText();
+    job->Warnings = std::move(made.warnings);
+    job->ModelNode = made.model;
+    job->TableNode = made.table;
+    job->SequenceNode = made.frames;
+    job->BrowserNode = made.browser;
     return;
   }
   job->UsedSettings = task.filter->GetUsedSettings();
@@ -115,6 +130,7 @@ void JobDelivery::finish(Task& task) {
   task.filter = nullptr; // with its volumes
   task.work = nullptr;
   task.deliver = nullptr;
+  task.dynamic = nullptr;
   if (task.discard) {
     abandon(job);
     return;

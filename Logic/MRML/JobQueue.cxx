@@ -3,6 +3,9 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "Core/Base/ThreadPriority.h"
+#include "DynamicWork.h"
+
+#include <vtkMRMLSequenceNode.h>
 
 #include <vtkCallbackCommand.h>
 
@@ -175,6 +178,10 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
   };
   if (task->work) {
     task->work(task->stop.get_token(), unstoppable_, told);
+    return;
+  }
+  if (task->dynamic) {
+    task->cancelled = !task->dynamic->run(task->stop.get_token(), told);
     return;
   }
   JobFilter* filter = task->filter;

@@ -26,6 +26,7 @@ namespace innergs::mrml {
 
 class SegmentationMask;
 class DetachedTasks;
+class DynamicWork;
 class OutlineMask;
 
 /// The filter, which also judges its quality by protocol H, with its settings open to this layer.
@@ -56,10 +57,11 @@ protected:
 /// A reconstruction, or other work on a model, that the worker can do without looking at a node.
 struct Task {
   vtkSmartPointer<vtkSlicerInnerGSJob> job; // for the main thread alone
-  vtkSmartPointer<JobFilter> filter;        // holds the snapshot; null for other work
+  vtkSmartPointer<JobFilter> filter;        // holds the snapshot; null for other work and moving scans
   // Other work: on the worker, throws Error; and what makes it seen, on the main thread.
   std::function<void(const std::stop_token&, DetachedTasks&, const ProgressCallback&)> work;
   std::function<void()> deliver;
+  std::shared_ptr<DynamicWork> dynamic;     // of a moving scan
   std::stop_source stop;
 
   // What the worker found.

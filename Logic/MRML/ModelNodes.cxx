@@ -4,6 +4,7 @@
 #include "IO/FilePath.h"
 #include "Outputs.h"
 #include "Queries.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSToPolyData.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -66,12 +67,19 @@ vtkMRMLInnerGSModelNode* ModelReading::addTo(vtkMRMLScene* scene) {
 ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fileName)
     : model_(model), storage_(vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New()),
       copy_(vtkSmartPointer<vtkMRMLInnerGSModelNode>::New()) {
-  vtkNew<vtkInnerGSModel> content;
-  content->ShallowCopy(modelOf(model));
+  modelOf(model); // or an Error
   if (fileName.empty())
     throw Error(ErrorCode::InvalidArgument,
                 "There is no file name to save the model under: choose one that ends with .innergs or .ply.");
-  copy_->SetModel(content);
+  if (model->IsDynamic()) {
+    vtkNew<vtkInnerGSDynamicModel> content;
+    content->SetField(model->GetDynamicModel()->GetField());
+    copy_->SetDynamicModel(content);
+  } else {
+    vtkNew<vtkInnerGSModel> content;
+    content->ShallowCopy(model->GetModel());
+    copy_->SetModel(content);
+  }
   for (const std::string& name : model->GetAttributeNames())
     copy_->SetAttribute(name.c_str(), model->GetAttribute(name.c_str()));
   const std::u8string utf8(fileName.begin(), fileName.end());
@@ -94,7 +102,7 @@ void ModelWriting::write() {
 void ModelWriting::note() {
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> model = model_.Get(); // an observer may remove it
   if (!own_ || !model || !model->GetScene() || model->IsEmpty() ||
-      !model->GetModel()->HasContentOf(copy_->GetModel()))
+      !storage_->Holds(model))
     return;
   if (!model->GetStorageNode()) model->AddDefaultStorageNode();
   const vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage =

@@ -5,6 +5,7 @@ set(INNERGS_MRML_CLASSES
   vtkMRMLInnerGSParameterNode
 )
 set(INNERGS_LOGIC_CLASSES
+  vtkSlicerInnerGSDynamicRequest
   vtkSlicerInnerGSJob
   vtkSlicerInnerGSLogic
 )
@@ -12,10 +13,12 @@ set(INNERGS_MRML_PRIVATE_SOURCES
   HardenModel.cxx
 )
 set(INNERGS_LOGIC_PRIVATE_SOURCES
+  DynamicWork.cxx
   FinePlanes.cxx
   JobDelivery.cxx
   JobQueue.cxx
   JobSetup.cxx
+  LogicDynamic.cxx
   LogicModels.cxx
   ModelNodes.cxx
   NodeGeometry.cxx
@@ -29,6 +32,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   SegmentLearning.cxx
   SegmentQueries.cxx
   SegmentationMask.cxx
+  SequenceNodes.cxx
   SliceThickness.cxx
   SliceFollower.cxx
   DetachedTasks.cxx

@@ -2,7 +2,9 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "Core/Base/NumberText.h"
 #include "HardenModel.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelStorageNode.h"
 
@@ -16,6 +18,7 @@
 #include <vtkObjectFactory.h>
 
 #include <algorithm>
+#include <cmath>
 
 vtkMRMLNodeNewMacro(vtkMRMLInnerGSModelNode);
 
@@ -57,11 +60,30 @@ void vtkMRMLInnerGSModelNode::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Model: " << (this->IsEmpty() ? "(empty)" : this->Model->GetDescription()) << "\n";
 }
 
+void vtkMRMLInnerGSModelNode::WriteXML(ostream& of, int indent) {
+  this->Superclass::WriteXML(of, indent);
+  if (this->DynamicModel) of << " time=\"" << innergs::exactText(this->Time) << "\"";
+}
+
+void vtkMRMLInnerGSModelNode::ReadXMLAttributes(const char** attributes) {
+  MRMLNodeModifyBlocker blocker(this);
+  this->Superclass::ReadXMLAttributes(attributes);
+  for (const char** a = attributes; a[0]; a += 2)
+    if (std::string(a[0]) == "time") this->SetTime(innergs::wholeTextNumber(a[1]).value_or(0));
+}
+
 void vtkMRMLInnerGSModelNode::CopyContent(vtkMRMLNode* node, bool deepCopy) {
   MRMLNodeModifyBlocker blocker(this);
   this->Superclass::CopyContent(node, deepCopy);
   auto* other = vtkMRMLInnerGSModelNode::SafeDownCast(node);
   if (!other) return;
+  this->Time = other->Time;
+  if (other->DynamicModel) {
+    vtkNew<vtkInnerGSDynamicModel> dynamic;
+    dynamic->ShallowCopy(other->DynamicModel);
+    this->SetDynamicModel(dynamic);
+    return;
+  }
   vtkSmartPointer<vtkInnerGSModel> model;
   if (other->Model) {
     model = vtkSmartPointer<vtkInnerGSModel>::New();
@@ -83,7 +105,8 @@ vtkInnerGSModel* vtkMRMLInnerGSModelNode::GetModel() {
 }
 
 void vtkMRMLInnerGSModelNode::SetModel(vtkInnerGSModel* model) {
-  if (model == this->Model.Get()) return;
+  if (model == this->Model.Get() && !this->DynamicModel) return;
+  this->DynamicModel = nullptr;
   this->Model = model;
   this->StorableModified();
   this->Modified();
@@ -94,9 +117,55 @@ bool vtkMRMLInnerGSModelNode::IsEmpty() {
   return !this->Model || this->Model->IsEmpty();
 }
 
+vtkInnerGSDynamicModel* vtkMRMLInnerGSModelNode::GetDynamicModel() {
+  return this->DynamicModel;
+}
+
+void vtkMRMLInnerGSModelNode::SetDynamicModel(vtkInnerGSDynamicModel* model) {
+  if (model == this->DynamicModel.Get()) return;
+  this->DynamicModel = model;
+  this->StorableModified();
+  this->ShowTime();
+}
+
+bool vtkMRMLInnerGSModelNode::IsDynamic() {
+  return this->DynamicModel && !this->DynamicModel->IsEmpty();
+}
+
+double vtkMRMLInnerGSModelNode::GetTime() {
+  return this->Time;
+}
+
+void vtkMRMLInnerGSModelNode::SetTime(double seconds) {
+  if (!std::isfinite(seconds)) {
+    vtkErrorMacro(<< "The time of a moving model must be finite: give it in seconds.");
+    return;
+  }
+  double range[2];
+  if (this->IsDynamic() && this->DynamicModel->GetTimeRange(range))
+    seconds = std::clamp(seconds, range[0], range[1]);
+  if (seconds == this->Time) return;
+  this->Time = seconds;
+  if (this->IsDynamic())
+    this->ShowTime();
+  else
+    this->Modified(); // for the model that a storage node is about to read
+}
+
+void vtkMRMLInnerGSModelNode::ShowTime() {
+  double range[2];
+  if (this->IsDynamic() && this->DynamicModel->GetTimeRange(range))
+    this->Time = std::clamp(this->Time, range[0], range[1]);
+  this->Model = this->IsDynamic()
+                    ? vtkSmartPointer<vtkInnerGSModel>::Take(this->DynamicModel->NewModelAt(this->Time))
+                    : nullptr;
+  this->Modified();
+  this->InvokeEvent(ModelModifiedEvent);
+}
+
 bool vtkMRMLInnerGSModelNode::GetModifiedSinceRead() {
-  return this->Superclass::GetModifiedSinceRead() ||
-         (this->Model && this->Model->GetMTime() > this->GetStoredTime());
+  vtkDataObject* kept = this->DynamicModel ? static_cast<vtkDataObject*>(this->DynamicModel.Get()) : this->Model;
+  return this->Superclass::GetModifiedSinceRead() || (kept && kept->GetMTime() > this->GetStoredTime());
 }
 
 void vtkMRMLInnerGSModelNode::GetBounds(double bounds[6]) {
@@ -138,6 +207,10 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
   if (parent) parent->GetMatrixTransformToWorld(parentToWorld);
   const bool hardening = parent && this->Scene && sameMatrix(parentToWorld, matrix);
   try {
+    if (this->DynamicModel)
+      throw innergs::Error(innergs::ErrorCode::Geometry,
+                           "A model of a moving scan cannot be moved itself: put the transform on the node as "
+                           "a parent transform instead.");
     const auto hardened = innergs::mrml::harden(*this->Model->GetCoreModel(),
                                                 this->Model->GetFeatures().get(), toLPS(matrix));
     if (!hardened.complete && !hardening)

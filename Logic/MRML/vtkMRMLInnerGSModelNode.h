@@ -8,10 +8,12 @@
 
 #include <string>
 
+class vtkInnerGSDynamicModel;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 
-/// A reconstructed model: a continuous volume made of 3D Gaussians. Queries through vtkSlicerInnerGSLogic
+/// A reconstructed model: a continuous volume made of 3D Gaussians, of a moving scan one in space and time,
+/// which shows itself at one time, GetTime(). Queries through vtkSlicerInnerGSLogic
 /// honour its parent transform, also one that bends space.
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelNode : public vtkMRMLTransformableNode {
 public:
@@ -21,23 +23,36 @@ public:
 
   vtkMRMLNode* CreateNodeInstance() override;
   const char* GetNodeTagName() override { return "InnerGSModel"; }
+  void ReadXMLAttributes(const char** attributes) override;
+  void WriteXML(ostream& of, int indent) override;
   vtkMRMLCopyContentMacro(vtkMRMLInnerGSModelNode);
   vtkMRMLStorageNode* CreateDefaultStorageNode() override;
   std::string GetDefaultStorageNodeClassName(const char* filename = nullptr) override;
 
   enum { ModelModifiedEvent = 18750 };
 
-  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent.
+  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. Of a moving scan the model at GetTime();
+  /// setting one ends the moving.
   vtkInnerGSModel* GetModel();
   void SetModel(vtkInnerGSModel* model);
   bool IsEmpty();
+
+  ///@{
+  /// Of a moving scan; null for others. Setting it invokes ModelModifiedEvent, and so does another time.
+  vtkInnerGSDynamicModel* GetDynamicModel();
+  void SetDynamicModel(vtkInnerGSDynamicModel* model);
+  bool IsDynamic();
+  /// s; where everything that looks at the node sees the model. Held within the frames' times.
+  double GetTime();
+  void SetTime(double seconds);
+  ///@}
 
   /// The axis-aligned box in the node's own coordinates (RAS mm), and in the world's. The uninitialised
   /// bounds (1, -1, ...) when empty.
   virtual void GetBounds(double bounds[6]);
   virtual void GetRASBounds(double bounds[6]);
 
-  /// Moves the model itself: turned, shifted, scaled and mirrored along the axes of its lattices. A shear of
+  /// Moves the model itself (not of a moving scan, which keeps its parent transform): turned, shifted, scaled and mirrored along the axes of its lattices. A shear of
   /// them is refused with an ErrorEvent; when a parent transform is hardened, it stays as a new parent
   /// transform, so that nothing moves.
   void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;
@@ -52,7 +67,11 @@ protected:
 
   void OnNodeReferenceRemoved(vtkMRMLNodeReference* reference) override;
 
+  void ShowTime();
+
   vtkSmartPointer<vtkInnerGSModel> Model;
+  vtkSmartPointer<vtkInnerGSDynamicModel> DynamicModel;
+  double Time = 0; // s
   vtkSmartPointer<vtkMatrix4x4> Rest; // left to a new parent transform when the old one is hardened
 };
 

@@ -2,10 +2,12 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 #include "vtkInnerGSAlgorithm.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
@@ -31,6 +33,11 @@ bool isPly(const std::filesystem::path& path) {
     throw innergs::Error(innergs::ErrorCode::InvalidArgument,
                          innergs::quoted(path) + " is no name of a model: let it end with .innergs or .ply.");
   return extension == ".ply";
+}
+
+std::shared_ptr<const void> contentOf(vtkMRMLInnerGSModelNode* node) {
+  if (node->IsDynamic()) return node->GetDynamicModel()->GetField();
+  return node->GetModel()->GetCoreModel();
 }
 
 const std::string kPrefix = "InnerGS."; // of the attributes that say what a model was made from
@@ -62,18 +69,19 @@ bool vtkMRMLInnerGSModelStorageNode::CanReadInReferenceNode(vtkMRMLNode* node) {
 }
 
 bool vtkMRMLInnerGSModelStorageNode::Holds(vtkMRMLInnerGSModelNode* node) {
-  return node && !node->IsEmpty() && this->Stored.lock() == node->GetModel()->GetCoreModel() &&
-         this->StoredFeatures.lock() == node->GetModel()->GetFeatures();
+  return node && !node->IsEmpty() && this->Stored.lock() == contentOf(node) &&
+         (node->IsDynamic() || this->StoredFeatures.lock() == node->GetModel()->GetFeatures());
 }
 
 void vtkMRMLInnerGSModelStorageNode::NoteStored(vtkMRMLInnerGSModelNode* node) {
-  this->Remember(node->GetModel());
+  this->Remember(node);
   this->StoredTime->Modified();
 }
 
-void vtkMRMLInnerGSModelStorageNode::Remember(vtkInnerGSModel* model) {
-  this->Stored = model->GetCoreModel();
-  this->StoredFeatures = model->GetFeatures();
+void vtkMRMLInnerGSModelStorageNode::Remember(vtkMRMLInnerGSModelNode* node) {
+  this->Stored = contentOf(node);
+  this->StoredFeatures.reset();
+  if (!node->IsDynamic()) this->StoredFeatures = node->GetModel()->GetFeatures();
 }
 
 void vtkMRMLInnerGSModelStorageNode::InitializeSupportedReadFileTypes() {
@@ -98,15 +106,25 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     const std::filesystem::path path = pathOf(name);
     isPly(path); // or a model by its name
     innergs::ModelNotes notes;
+    if (innergs::isDynamicModel(path)) {
+      auto field = std::make_shared<const innergs::DynamicField>(innergs::readDynamicModel(path, &notes));
+      vtkNew<vtkInnerGSDynamicModel> model;
+      model->SetField(field);
+      MRMLNodeModifyBlocker blocker(modelNode);
+      if (!notes.empty()) setNotes(modelNode, notes);
+      modelNode->SetDynamicModel(model);
+      this->Remember(modelNode);
+      return 1;
+    }
     std::optional<innergs::FeatureModel> features;
     auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes, &features));
     vtkNew<vtkInnerGSModel> model;
     model->SetCoreModel(
         core, features ? std::make_shared<const innergs::FeatureModel>(std::move(*features)) : nullptr);
-    this->Remember(model);
     MRMLNodeModifyBlocker blocker(modelNode);
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
+    this->Remember(modelNode);
     return 1;
   } catch (...) {
     return this->Fail();
@@ -152,16 +170,19 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
           innergs::droppedByPly(core->field, modelNode->GetModel()->GetNumberOfSegments());
       this->Partly =
           !dropped.empty() || !core->complete() || core->iteration > 0 || !notesOf(modelNode).empty();
+      this->Partly = this->Partly || modelNode->IsDynamic();
       if (this->Partly)
         this->GetUserMessages()->AddMessage(
             vtkCommand::WarningEvent,
             (dropped.empty() ? dropped : dropped + " ") +
                 "The state of the fit and what the model was made from are not in a PLY file either: until "
                 "it is saved as an .innergs file the model counts as unsaved.");
+    } else if (modelNode->IsDynamic()) {
+      innergs::writeDynamicModel(*modelNode->GetDynamicModel()->GetField(), path, notesOf(modelNode));
     } else {
       innergs::writeModel(*core, path, notesOf(modelNode), features.get());
     }
-    this->Remember(modelNode->GetModel());
+    this->Remember(modelNode);
     if (this->Partly) this->Stored.reset();
     return 1;
   } catch (...) {

@@ -7,14 +7,12 @@
 #include <memory> // std::weak_ptr
 #include <string>
 
-class vtkInnerGSModel;
 class vtkMRMLInnerGSModelNode;
 namespace innergs {
 struct FeatureModel;
-struct Model;
 }
 
-/// Model files (.innergs, everything) and PLY files of Gaussians (.ply, without residual grid and fit state).
+/// Model files (.innergs, everything; of moving scans too) and PLY files of Gaussians (.ply, without residual grid and fit state).
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelStorageNode : public vtkMRMLStorageNode {
 public:
   static vtkMRMLInnerGSModelStorageNode* New();
@@ -55,9 +53,9 @@ protected:
   int ErrorCode = 0;
   bool Partly = false; // written last, and not everything
 #ifndef __VTK_WRAP__
-  void Remember(vtkInnerGSModel* model);
+  void Remember(vtkMRMLInnerGSModelNode* node);
 
-  std::weak_ptr<const innergs::Model> Stored;
+  std::weak_ptr<const void> Stored; // the content: a Model or a DynamicField
   std::weak_ptr<const innergs::FeatureModel> StoredFeatures;
 #endif
 };

@@ -6,6 +6,8 @@
 #include "vtkMRMLInnerGSParameterNode.h"
 
 #include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLSequenceBrowserNode.h>
+#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLTableNode.h>
 
 #include <vtkImageData.h>
@@ -113,4 +115,10 @@ vtkMRMLInnerGSModelNode* vtkSlicerInnerGSJob::GetModelNode() {
 }
 vtkMRMLTableNode* vtkSlicerInnerGSJob::GetTableNode() {
   return this->TableNode;
+}
+vtkMRMLSequenceNode* vtkSlicerInnerGSJob::GetSequenceNode() {
+  return this->SequenceNode;
+}
+vtkMRMLSequenceBrowserNode* vtkSlicerInnerGSJob::GetBrowserNode() {
+  return this->BrowserNode;
 }

@@ -15,6 +15,8 @@ class vtkImageData;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
 class vtkMRMLScalarVolumeNode;
+class vtkMRMLSequenceBrowserNode;
+class vtkMRMLSequenceNode;
 class vtkMRMLTableNode;
 class vtkMatrix4x4;
 #ifndef __VTK_WRAP__
@@ -92,6 +94,9 @@ public:
   vtkMRMLScalarVolumeNode* GetVolumeNode();
   vtkMRMLInnerGSModelNode* GetModelNode();
   vtkMRMLTableNode* GetTableNode();
+  /// Of a moving scan alone.
+  vtkMRMLSequenceNode* GetSequenceNode();
+  vtkMRMLSequenceBrowserNode* GetBrowserNode();
   ///@}
 
 protected:
@@ -114,6 +119,8 @@ protected:
   vtkWeakPointer<vtkMRMLScalarVolumeNode> VolumeNode;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> ModelNode;
   vtkWeakPointer<vtkMRMLTableNode> TableNode;
+  vtkWeakPointer<vtkMRMLSequenceNode> SequenceNode;
+  vtkWeakPointer<vtkMRMLSequenceBrowserNode> BrowserNode;
 
 private:
   vtkSlicerInnerGSJob(const vtkSlicerInnerGSJob&) = delete;

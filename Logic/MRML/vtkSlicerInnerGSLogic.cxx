@@ -13,6 +13,8 @@
 #include "vtkSlicerInnerGSJob.h"
 
 #include <vtkMRMLScene.h>
+#include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLSequenceBrowserNode.h>
 
 #include <vtkIntArray.h>
 #include <vtkObjectFactory.h>
@@ -104,6 +106,8 @@ void vtkSlicerInnerGSLogic::RegisterNodes() {
   scene->RegisterNodeClass(vtkSmartPointer<vtkMRMLInnerGSParameterNode>::New());
   scene->RegisterNodeClass(vtkSmartPointer<vtkMRMLInnerGSModelNode>::New());
   scene->RegisterNodeClass(vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New());
+  if (!scene->IsNodeClassRegistered("vtkMRMLSequenceBrowserNode")) // without Slicer's Sequences module
+    scene->RegisterNodeClass(vtkSmartPointer<vtkMRMLSequenceBrowserNode>::New());
 }
 
 void vtkSlicerInnerGSLogic::SetMRMLSceneInternal(vtkMRMLScene* scene) {

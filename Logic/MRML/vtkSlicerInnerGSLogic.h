@@ -10,6 +10,7 @@
 #include <memory>     // std::unique_ptr
 #include <string>     // returned
 
+class vtkDoubleArray;
 class vtkFloatArray;
 class vtkMatrix4x4;
 class vtkMRMLInnerGSModelNode;
@@ -18,9 +19,11 @@ class vtkMRMLModelNode;
 class vtkMRMLNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLSegmentationNode;
+class vtkMRMLSequenceNode;
 class vtkMRMLSliceNode;
 class vtkMRMLVolumeNode;
 class vtkPoints;
+class vtkSlicerInnerGSDynamicRequest;
 class vtkSlicerInnerGSJob;
 class vtkTable;
 #ifndef __VTK_WRAP__
@@ -66,6 +69,14 @@ public:
   /// the first thing it does (phase "Preparing"): until then voxels must not be changed in place; nodes may
   /// go. A job that has to wait for others copies now.
   vtkSlicerInnerGSJob* StartReconstruction(vtkMRMLInnerGSParameterNode* parameters, bool copyVoxels = true);
+  /// A moving scan into a continuous volume in space and time: model node (GetModelNode(), its time is
+  /// vtkMRMLInnerGSModelNode::SetTime()), frames as a sequence with its browser, quality table. Non-blocking,
+  /// with the same jobs and events. Null when it was refused.
+  vtkSlicerInnerGSJob* StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest* request);
+  /// The same, blocking.
+  bool ReconstructDynamic(vtkSlicerInnerGSDynamicRequest* request);
+  /// The sentence with which it would be refused, as far as lattices, times and types say; "".
+  std::string CheckDynamicRequest(vtkSlicerInnerGSDynamicRequest* request);
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
   /// Finished when it had been before. What of Slicer's cannot be stopped (surfaces to voxels) ends on its
   /// own; the logic's destruction waits for that.
@@ -132,6 +143,17 @@ public:
   /// On another volume's voxels.
   vtkMRMLScalarVolumeNode* ResampleLike(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* reference,
                                         vtkMRMLScalarVolumeNode* output = nullptr);
+  ///@}
+
+  ///@{
+  /// Of a moving scan's model, as a sequence node (`output` or a new one with its browser): the frames at any
+  /// times (s; null: those that it was fitted to), and its motion, grid transforms as files of displacements
+  /// are: what lies at x at `from` (s; NaN: the frame in the middle) lies at x + d(x) then, so a frame under
+  /// its transform looks as at `from`. Null after an error.
+  vtkMRMLSequenceNode* CreateFrames(vtkMRMLInnerGSModelNode* model, vtkDoubleArray* times = nullptr,
+                                    vtkMRMLSequenceNode* output = nullptr);
+  vtkMRMLSequenceNode* CreateMotion(vtkMRMLInnerGSModelNode* model, vtkDoubleArray* times, double from,
+                                    vtkMRMLSequenceNode* output = nullptr);
   ///@}
 
   ///@{

@@ -95,12 +95,12 @@ bool vtkInnerGSDynamicModel::GetTimeRange(double range[2]) {
   return true;
 }
 
-vtkSmartPointer<vtkInnerGSModel> vtkInnerGSDynamicModel::ModelAt(double time) {
+vtkInnerGSModel* vtkInnerGSDynamicModel::NewModelAt(double time) {
   if (this->IsEmpty() || !std::isfinite(time)) return nullptr;
   auto core = std::make_shared<innergs::Model>();
   core->field = innergs::fieldAt(*this->Field, time);
   core->finished = core->field.size();
-  auto model = vtkSmartPointer<vtkInnerGSModel>::New();
+  vtkInnerGSModel* model = vtkInnerGSModel::New();
   model->SetCoreModel(std::move(core));
   return model;
 }

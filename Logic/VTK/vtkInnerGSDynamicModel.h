@@ -3,7 +3,7 @@
 
 #include "vtkDataObject.h"
 #include "vtkInnerGSExport.h"
-#include "vtkSmartPointer.h" // returned
+#include "vtkWrappingHints.h" // VTK_NEWINSTANCE
 
 #include <memory> // std::shared_ptr
 #include <string> // returned
@@ -47,8 +47,9 @@ public:
   bool GetTimeRange(double range[2]);
   ///@}
 
-  /// The model at a time (s), for all filters that take one; null when empty or when the time is not finite.
-  vtkSmartPointer<vtkInnerGSModel> ModelAt(double time);
+  /// The model at a time (s), for all filters that take one, to be deleted by who asked (in Python by itself);
+  /// null when empty or when the time is not finite.
+  VTK_NEWINSTANCE vtkInnerGSModel* NewModelAt(double time);
 
   /// The model in a pipeline's information, or null.
   static vtkInnerGSDynamicModel* GetData(vtkInformation* information);

@@ -6,6 +6,7 @@
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
 #include "vtkObjectFactory.h"
+#include "vtkSmartPointer.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
 
 vtkStandardNewMacro(vtkInnerGSInterpolateTime);
@@ -48,7 +49,8 @@ void vtkInnerGSInterpolateTime::RequestData(vtkInformationVector** inputs, vtkIn
   vtkInformation* information = outputs->GetInformationObject(0);
   this->OutputTime = innergs::vtk::requestedTime(information, model, this->Time);
   vtkInnerGSModel* output = vtkInnerGSModel::GetData(outputs);
-  output->SetCoreModel(model->ModelAt(this->OutputTime)->GetCoreModel());
+  const auto posed = vtkSmartPointer<vtkInnerGSModel>::Take(model->NewModelAt(this->OutputTime));
+  output->SetCoreModel(posed->GetCoreModel());
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   const double asked = information->Has(Pipeline::UPDATE_TIME_STEP())
                            ? information->Get(Pipeline::UPDATE_TIME_STEP())

@@ -16,16 +16,21 @@ In Slicer's Python console, in a notebook or a script with slicer-core:
     job.cancel()
     job.result()                                               # waits
 
+    moving = innergs.reconstruct_moving(sequenceNode)          # a moving scan: a continuous volume in space and time
+    innergs.set_time(moving.model, 1.25)                       # s; planes and values are of that moment then
+
 Everything here is a thin front of vtkSlicerInnerGSLogic (innergs.logic()). What goes wrong raises innergs.Error with a
 sentence that says what to do; inputs are never changed.
 """
 
 from ._jobs import Estimate, Job, Result, cancel, estimate, reconstruct, running, start
+from ._moving import MovingJob, MovingResult, frames, motion, reconstruct_moving, set_time, start_moving
 from ._parameters import parameters
 from ._queries import follow, gaussians, load, plane, query, resample, save, stop_following
 from ._scene import Cancelled, Error, logic
 from ._segments import Found, find, learn, segment
 
-__all__ = ["Cancelled", "Error", "Estimate", "Found", "Job", "Result", "cancel", "estimate", "find", "follow", "gaussians",
-           "learn", "load", "logic", "parameters", "plane", "query", "reconstruct", "resample", "running", "save", "segment",
-           "start", "stop_following"]
+__all__ = ["Cancelled", "Error", "Estimate", "Found", "Job", "MovingJob", "MovingResult", "Result", "cancel", "estimate",
+           "find", "follow", "frames", "gaussians", "learn", "load", "logic", "motion", "parameters", "plane", "query",
+           "reconstruct", "reconstruct_moving", "resample", "running", "save", "segment", "set_time", "start", "start_moving",
+           "stop_following"]

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace innergs {
 
@@ -42,6 +43,43 @@ void checkTimeSeries(const TimeSeries& series) {
   }
   if (equal)
     fail(ErrorCode::NoData, " has frames that are all equal: nothing moves in it, so one frame says it all.");
+}
+
+double secondsOf(const std::string& unit) {
+  static const std::map<std::string, double> known{
+      {"s", 1},       {"sec", 1},      {"second", 1},       {"seconds", 1},        {"ms", 1e-3},
+      {"msec", 1e-3}, {"us", 1e-6},    {"\xc2\xb5s", 1e-6}, {"millisecond", 1e-3}, {"milliseconds", 1e-3},
+      {"min", 60},    {"minutes", 60}, {"h", 3600}};
+  const auto found = known.find(unit);
+  return found == known.end() ? 0 : found->second;
+}
+
+std::vector<double> checkedTimes(std::vector<double> times, const std::vector<double>& own) {
+  const double first = own.front(), last = own.back(), slack = 1e-6 * std::max(1.0, last - first);
+  for (std::size_t f = 0; f < times.size(); ++f) {
+    if (!(times[f] >= first - slack && times[f] <= last + slack))
+      throw Error(ErrorCode::InvalidArgument,
+                  numberText(times[f]) + " s lies outside the time that the frames cover, " + numberText(first) +
+                      " s to " + numberText(last) + " s: choose a time within it.");
+    if (f > 0 && !(times[f] > times[f - 1]))
+      throw Error(ErrorCode::InvalidArgument, "The times of the frames must increase, each time once.");
+  }
+  return times;
+}
+
+std::vector<double> timesAtRate(double rate, const std::vector<double>& own) {
+  if (rate == 0) return own;
+  constexpr double most = 100'000; // frames
+  if (!(std::isfinite(rate) && rate > 0))
+    throw Error(ErrorCode::InvalidArgument, "The rate must be above 0 frames per second.");
+  const double first = own.front(), last = own.back();
+  if ((last - first) * rate > most)
+    throw Error(ErrorCode::InvalidArgument, "The rate gives far too many frames: choose a lower one.");
+  const auto count = static_cast<std::int64_t>((last - first) * rate * (1 + 1e-9));
+  std::vector<double> times;
+  for (std::int64_t f = 0; f <= count; ++f)
+    times.push_back(std::min(last, first + static_cast<double>(f) / rate));
+  return times;
 }
 
 TimeSeries framesOf(const TimeSeries& series, const std::vector<std::int64_t>& frames) {

@@ -21,6 +21,15 @@ struct TimeSeries {
 /// the lattice, times that do not increase, and frames that are all equal.
 void checkTimeSeries(const TimeSeries& series);
 
+/// Seconds of a unit of time as files and scenes name it ("s", "ms", "min" ...); 0: it is none.
+double secondsOf(const std::string& unit);
+
+/// Times to make frames at, s: as given, checked against those that a series has (`own`). Throws
+/// Error(InvalidArgument) for times outside `own` and times that do not increase.
+std::vector<double> checkedTimes(std::vector<double> times, const std::vector<double>& own);
+/// So many frames per second over all of `own`; 0: `own` itself. Throws Error(InvalidArgument).
+std::vector<double> timesAtRate(double rate, const std::vector<double>& own);
+
 /// The frames named, in that order.
 TimeSeries framesOf(const TimeSeries& series, const std::vector<std::int64_t>& frames);
 

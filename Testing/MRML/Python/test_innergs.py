@@ -42,6 +42,28 @@ def add_volume(scene, name="Head", size=(24, 22, 20), spacing=(2.0, 2.0, 2.0)):
     return node
 
 
+def add_series(scene, frames=5, interval=0.5):
+    """A blob that moves along R, 1.5 mm a frame."""
+    from slicer_core import vtkMRMLSequenceNode
+
+    sequence = vtkMRMLSequenceNode()
+    sequence.SetName("Wrist")
+    sequence.SetIndexName("time")
+    sequence.SetIndexUnit("s")
+    scene.AddNode(sequence)
+    k, j, i = numpy.meshgrid(numpy.arange(6), numpy.arange(12), numpy.arange(14), indexing="ij")
+    for f in range(frames):
+        values = 20 + 300 * numpy.exp(-((2 * i - 10 - 1.5 * f) ** 2 + (2 * j - 11) ** 2 + (3 * k - 7) ** 2) / 30)
+        image = vtkImageData()
+        image.SetDimensions(14, 12, 6)
+        image.GetPointData().SetScalars(numpy_to_vtk(values.ravel(), deep=True))
+        node = vtkMRMLScalarVolumeNode()
+        node.SetAndObserveImageData(image)
+        node.SetSpacing(2, 2, 3)
+        sequence.SetDataNodeAtValue(node, str(interval * f))
+    return sequence
+
+
 class InnerGSTest(unittest.TestCase):
     def setUp(self):
         self.scene = vtkMRMLScene()
@@ -80,6 +102,26 @@ class InnerGSTest(unittest.TestCase):
             innergs.segment(model, "")
         with self.assertRaisesRegex(innergs.Error, "choose a segmentation"):
             innergs.learn(model, None)
+
+    def test_moving(self):
+        sequence = add_series(self.scene)
+        seen = []
+        result = innergs.reconstruct_moving(sequence, kind="motion", quality=False, rate=4,
+                                            progress=lambda job: seen.append(job.progress))
+        self.assertTrue(seen)
+        self.assertEqual(result.frames.GetNumberOfDataNodes(), 9)
+        self.assertIsNotNone(result.browser)
+        innergs.set_time(result.model, 0.75)
+        centre = [10 + 1.5 * 1.5, 11, 7]
+        self.assertAlmostEqual(innergs.query(result.model, centre), 320, delta=25)
+        innergs.set_time(result.model, 2)
+        self.assertLess(innergs.query(result.model, centre), 250)
+        self.assertEqual(innergs.frames(result.model, [0.1, 0.2, 0.3]).GetNumberOfDataNodes(), 3)
+        self.assertEqual(innergs.motion(result.model, start=0).GetNumberOfDataNodes(), 5)
+        with self.assertRaisesRegex(innergs.Error, "outside"):
+            innergs.frames(result.model, [99])
+        with self.assertRaisesRegex(innergs.Error, "motion or intensity"):
+            innergs.reconstruct_moving(sequence, kind="warp")
 
     def test_reconstruct(self):
         source = add_volume(self.scene)

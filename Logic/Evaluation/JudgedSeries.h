@@ -1,0 +1,36 @@
+#pragma once
+#include "Core/Motion/DynamicJob.h"
+#include "Evaluation/Protocols.h"
+
+#include <optional>
+
+namespace innergs {
+
+/// A continuous volume in space and time, and on request what the same settings reach on frames that a second
+/// fit does not see.
+struct JudgedSeriesResult {
+  DynamicResult result; // of all frames
+  Judging judging = Judging::NotAsked;
+  std::optional<EvaluationReport> quality; // with Judging::Done
+  std::string note;                        // why there is none, a sentence
+};
+
+class JudgedSeries {
+public:
+  JudgedSeries(TimeSeries series, DynamicSettings settings, bool judge);
+
+  /// Remaining time and fraction are of both fits.
+  void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
+
+  /// Blocks. A stop before the first fit is complete ends as DynamicJob's does; after it, only the judging
+  /// ends. Throws as DynamicJob does.
+  JudgedSeriesResult run(const std::stop_token& stop = {});
+
+private:
+  TimeSeries series_;
+  DynamicSettings settings_;
+  bool judge_;
+  ProgressCallback progress_;
+};
+
+} // namespace innergs

@@ -1,0 +1,131 @@
+#include "DynamicWork.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Job/MemoryEstimate.h"
+#include "Outputs.h"
+#include "QualityTable.h"
+#include "SequenceNodes.h"
+#include "vtkInnerGSDynamicModel.h"
+#include "vtkMRMLInnerGSModelNode.h"
+#include "vtkSlicerInnerGSDynamicRequest.h"
+
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSequenceBrowserNode.h>
+#include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLTableNode.h>
+
+#include <vtkDoubleArray.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkTable.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs::mrml {
+
+std::vector<double> framesWanted(vtkDoubleArray* times, double rate, const std::vector<double>& own) {
+  if (!times || times->GetNumberOfValues() == 0) return timesAtRate(rate, own);
+  return checkedTimes({times->GetPointer(0), times->GetPointer(0) + times->GetNumberOfValues()}, own);
+}
+
+DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
+  if (!request) throw Error(ErrorCode::InvalidArgument, "There is no request: give one.");
+  series_ = seriesOf(request->GetSeries(), request->GetInterval(), true);
+  sequence_ = request->GetSeries();
+  name_ = sequence_->GetName() ? sequence_->GetName() : "Sequence";
+  times_ = framesWanted(request->GetTimes(), request->GetRate(), series_.times);
+  judge_ = request->GetEvaluateQuality();
+  if (request->GetKind() != vtkSlicerInnerGSDynamicRequest::Automatic)
+    settings_.kind = request->GetKind() == vtkSlicerInnerGSDynamicRequest::Motion ? DynamicKind::Motion
+                                                                                  : DynamicKind::Intensity;
+  if (request->GetNumberOfGaussians() != -1) settings_.gaussians = request->GetNumberOfGaussians();
+  settings_.seed = request->GetSeed();
+  settings_.threads = request->GetNumberOfThreads();
+  if (const std::string refusal = memoryRefusal(estimateMemory(series_, settings_), availableMemory());
+      !refusal.empty())
+    throw Error(ErrorCode::Memory, refusal);
+}
+
+bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell) {
+  constexpr double fitted = 0.95; // of the work; then the frames
+  Progress last;
+  JudgedSeries job(std::move(series_), settings_, judge_);
+  job.onProgress([&](Progress progress) {
+    progress.fraction *= fitted;
+    last = progress;
+    if (tell) tell(progress);
+  });
+  outcome_ = job.run(stop);
+  if (outcome_.result.cancelled || !outcome_.result.field) return false;
+  const bool judged = last.phase == Phase::Judging; // a stop has ended the judging alone
+  last.phase = judged ? Phase::Judging : Phase::Rendering;
+  frames_ = renderFrames(*outcome_.result.field, times_, settings_.threads, judged ? std::stop_token{} : stop,
+                         [&](double share) {
+                           last.fraction = fitted + (1 - fitted) * share;
+                           last.remaining = 0;
+                           if (tell) tell(last);
+                         });
+  return true;
+}
+
+std::string DynamicWork::settingsText() const {
+  const DynamicField& field = *outcome_.result.field;
+  return std::string("kind=") + dynamicKindName(field.kind) + "; gaussians=" + std::to_string(field.size()) +
+         "; seed=" + std::to_string(settings_.seed);
+}
+
+DynamicOutputs DynamicWork::makeNodes(vtkMRMLScene* scene) {
+  const DynamicField& field = *outcome_.result.field;
+  const vtkSmartPointer<vtkMRMLSequenceNode> input =
+      sequence_ && sequence_->GetScene() == scene ? sequence_.Get() : nullptr;
+  const auto there = [&](vtkMRMLNode* node) { return node && node->GetScene() == scene; };
+  const auto provenance = [&](vtkMRMLNode* node) {
+    MRMLNodeModifyBlocker blocker(node);
+    node->SetAttribute("InnerGS.Version", INNERGS_VERSION);
+    node->SetAttribute("InnerGS.Inputs", name_.c_str());
+    node->SetAttribute("InnerGS.Settings", settingsText().c_str());
+    node->SetAttribute("InnerGS.InstructionSet", outcome_.result.instructionSet.c_str());
+    node->SetAttribute("InnerGS.Device", "cpu");
+    node->SetAttribute("InnerGS.TrainingPSNR", formatted("%.3f", outcome_.result.trainingPsnr).c_str());
+  };
+  DynamicOutputs made;
+  for (const std::string& sentence : {outcome_.note, outcome_.result.choice})
+    if (!sentence.empty()) made.warnings.push_back(sentence);
+  made.model = vtkMRMLInnerGSModelNode::SafeDownCast(
+      addNode(scene, "vtkMRMLInnerGSModelNode", name_ + " InnerGS model"));
+  if (there(made.model)) {
+    provenance(made.model);
+    vtkNew<vtkInnerGSDynamicModel> model;
+    model->SetField(outcome_.result.field);
+    made.model->SetTime(field.times.front());
+    made.model->SetDynamicModel(model);
+    placeBeside(made.model, input);
+  }
+  made.frames = addSequence(scene, name_ + " InnerGS", input);
+  if (there(made.frames)) {
+    provenance(made.frames);
+    fillFrames(made.frames, field, times_, frames_);
+    if (there(made.model)) made.frames->SetNodeReferenceID("InnerGSModel", made.model->GetID());
+    if (there(made.frames)) made.browser = browse(made.frames, there(input) ? input.Get() : nullptr);
+  }
+  frames_.clear();
+  if (outcome_.quality) {
+    made.table =
+        vtkMRMLTableNode::SafeDownCast(addNode(scene, "vtkMRMLTableNode", name_ + " InnerGS quality"));
+    if (there(made.table)) {
+      provenance(made.table);
+      setQuality(made.table, makeQualityTable(*outcome_.quality), *outcome_.quality);
+      if (there(made.model)) made.table->SetNodeReferenceID("InnerGSModel", made.model->GetID());
+      placeBeside(made.table, input);
+    }
+  }
+  if (!there(made.model)) made.model = nullptr;
+  if (!there(made.frames)) made.frames = nullptr;
+  if (!there(made.browser)) made.browser = nullptr;
+  if (!there(made.table)) made.table = nullptr;
+  return made;
+}
+
+} // namespace innergs::mrml

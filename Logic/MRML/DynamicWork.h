@@ -1,0 +1,58 @@
+#pragma once
+#include "Evaluation/JudgedSeries.h"
+
+#include <vtkSmartPointer.h>
+#include <vtkWeakPointer.h>
+
+class vtkDoubleArray;
+class vtkImageData;
+class vtkMRMLInnerGSModelNode;
+class vtkMRMLScene;
+class vtkMRMLSequenceBrowserNode;
+class vtkMRMLSequenceNode;
+class vtkMRMLTableNode;
+class vtkSlicerInnerGSDynamicRequest;
+
+namespace innergs::mrml {
+
+/// Nodes made of a moving scan; what an observer removed as it was made is null.
+struct DynamicOutputs {
+  vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
+  vtkSmartPointer<vtkMRMLSequenceNode> frames;
+  vtkSmartPointer<vtkMRMLSequenceBrowserNode> browser;
+  vtkSmartPointer<vtkMRMLTableNode> table; // null unless the quality was judged
+  std::vector<std::string> warnings;
+};
+
+/// The reconstruction of a moving scan: made on the main thread, which copies the voxels, run on any, and
+/// turned into nodes on the main thread again.
+class DynamicWork {
+public:
+  /// Throws Error for what is wrong with the request.
+  explicit DynamicWork(vtkSlicerInnerGSDynamicRequest* request);
+
+  /// False when it was stopped before there was a result. Throws Error.
+  bool run(const std::stop_token& stop, const ProgressCallback& tell);
+
+  /// Throws Error.
+  DynamicOutputs makeNodes(vtkMRMLScene* scene);
+  double trainingPsnr() const { return outcome_.result.trainingPsnr; }
+  int judging() const { return static_cast<int>(outcome_.judging); }
+  std::string settingsText() const;
+
+private:
+  TimeSeries series_;
+  DynamicSettings settings_;
+  bool judge_;
+  std::vector<double> times_; // of the frames to make
+  std::string name_;
+  vtkWeakPointer<vtkMRMLSequenceNode> sequence_;
+  JudgedSeriesResult outcome_;
+  std::vector<vtkSmartPointer<vtkImageData>> frames_;
+};
+
+/// The times to make frames at, s: `times`, or so many per second, or the series' own. Throws
+/// Error(InvalidArgument) for times outside the series' and times that do not increase.
+std::vector<double> framesWanted(vtkDoubleArray* times, double rate, const std::vector<double>& own);
+
+} // namespace innergs::mrml

@@ -1,0 +1,40 @@
+#include "vtkSlicerInnerGSDynamicRequest.h"
+
+#include <vtkMRMLSequenceNode.h>
+
+#include <vtkDoubleArray.h>
+#include <vtkObjectFactory.h>
+
+vtkStandardNewMacro(vtkSlicerInnerGSDynamicRequest);
+
+vtkSlicerInnerGSDynamicRequest::vtkSlicerInnerGSDynamicRequest() = default;
+vtkSlicerInnerGSDynamicRequest::~vtkSlicerInnerGSDynamicRequest() = default;
+
+void vtkSlicerInnerGSDynamicRequest::PrintSelf(ostream& os, vtkIndent indent) {
+  this->Superclass::PrintSelf(os, indent);
+  os << indent << "Series: " << (this->Series ? this->Series->GetName() : "(none)") << "\n";
+  os << indent << "Interval: " << this->Interval << "\n";
+  os << indent << "Kind: " << this->Kind << "\n";
+  os << indent << "Rate: " << this->Rate << "\n";
+  os << indent << "EvaluateQuality: " << this->EvaluateQuality << "\n";
+}
+
+void vtkSlicerInnerGSDynamicRequest::SetSeries(vtkMRMLSequenceNode* sequence) {
+  if (sequence == this->Series.Get()) return;
+  this->Series = sequence;
+  this->Modified();
+}
+
+vtkMRMLSequenceNode* vtkSlicerInnerGSDynamicRequest::GetSeries() {
+  return this->Series;
+}
+
+void vtkSlicerInnerGSDynamicRequest::SetTimes(vtkDoubleArray* times) {
+  if (times == this->Times.Get()) return;
+  this->Times = times;
+  this->Modified();
+}
+
+vtkDoubleArray* vtkSlicerInnerGSDynamicRequest::GetTimes() {
+  return this->Times;
+}

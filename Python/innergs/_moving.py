@@ -1,0 +1,92 @@
+"""Moving scans: continuous volumes in space and time."""
+
+from __future__ import annotations
+
+import collections
+
+from ._jobs import Job
+from ._scene import Error, _classes, checked, logic_of, quiet
+
+MovingResult = collections.namedtuple("MovingResult", "model frames browser table training_psnr notes")
+MovingResult.__doc__ = """The result for a moving scan: nodes (table: None unless quality was judged), PSNR in dB on the fitted frames,
+and sentences that the user should read, with why the model is of its kind."""
+
+_KINDS = {"auto": -1, "motion": 0, "intensity": 1}
+
+
+class MovingJob(Job):
+    """The reconstruction of a moving scan in the background."""
+
+    def result(self, timeout=None):
+        """Waits (at most timeout seconds) and returns the MovingResult. Raises Error, Cancelled, or TimeoutError."""
+        plain = super().result(timeout)
+        job = self._job
+        return MovingResult(plain.model, job.GetSequenceNode(), job.GetBrowserNode(), plain.table, plain.training_psnr,
+                            plain.warnings)
+
+
+def _times(times):
+    if times is None:
+        return None
+    from vtkmodules.vtkCommonCore import vtkDoubleArray
+
+    array = vtkDoubleArray()
+    for time in times:
+        array.InsertNextValue(float(time))
+    return array
+
+
+def start_moving(sequence, *, interval=0.0, kind="auto", gaussians=None, times=None, rate=0.0, quality=True, seed=1,
+                 threads=0, progress=None):
+    """Starts the reconstruction of a moving scan in the background and returns a MovingJob. Arguments as in
+    reconstruct_moving()."""
+    if kind not in _KINDS:
+        raise Error("The kind of a moving model is auto, motion or intensity, not %r." % (kind,))
+    owner = logic_of(sequence)
+    request = _classes()[2].vtkSlicerInnerGSDynamicRequest()
+    request.SetSeries(sequence)
+    request.SetInterval(interval)
+    request.SetKind(_KINDS[kind])
+    if gaussians is not None:
+        request.SetNumberOfGaussians(gaussians)
+    request.SetTimes(_times(times))
+    request.SetRate(rate)
+    request.SetEvaluateQuality(quality)
+    request.SetSeed(seed)
+    request.SetNumberOfThreads(threads)
+    with quiet(owner):
+        job = checked(owner, owner.StartDynamicReconstruction(request))
+    return MovingJob(owner, job, None, progress)
+
+
+def reconstruct_moving(sequence, **choices):
+    """Reconstructs a moving scan, a sequence node of scalar volumes, and waits. Returns a MovingResult with new nodes.
+
+    interval     seconds from one frame to the next, where the sequence's index is no time
+    kind         what changes with time: "motion", "intensity" (fMRI) or "auto" (default): what foresees withheld frames
+                 better
+    times, rate  the frames to make: at these times in s, or so many per second; by default at the sequence's own times
+    quality      judge by a second fit, on frames that it does not see, beside linear interpolation (default True)
+    gaussians, seed, threads; progress: called with the job from time to time
+    """
+    return start_moving(sequence, **choices).result()
+
+
+def set_time(model, seconds):
+    """Shows a moving model at a time: planes, followed views and values are those of that moment from then on."""
+    model.SetTime(float(seconds))
+
+
+def frames(model, times=None, output=None):
+    """A moving model's frames at times in s (None: those it was fitted to) as a sequence node with a browser."""
+    owner = logic_of(model)
+    with quiet(owner):
+        return checked(owner, owner.CreateFrames(model, _times(times), output))
+
+
+def motion(model, times=None, start=None, output=None):
+    """A moving model's motion from a time (s; None: the middle frame's) as a sequence of grid transforms."""
+    owner = logic_of(model)
+    with quiet(owner):
+        made = owner.CreateMotion(model, _times(times), float("nan") if start is None else float(start), output)
+        return checked(owner, made)

@@ -1,0 +1,187 @@
+#include "JobFixture.h"
+
+#include "vtkInnerGSDynamicModel.h"
+#include "vtkSlicerInnerGSDynamicRequest.h"
+
+#include <vtkMRMLSequenceBrowserNode.h>
+#include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLTableNode.h>
+#include <vtkMRMLTransformNode.h>
+
+#include <vtkDoubleArray.h>
+#include <vtkGeneralTransform.h>
+
+namespace {
+
+/// A scene with a moving scan: a blob on a ground, 1.2 mm along R per frame of 0.25 s, on an oblique lattice.
+class DynamicTest : public JobTest {
+protected:
+  static constexpr double step = 1.2; // mm per frame
+
+  static double blob(double r, double a, double s, double frame) {
+    const double d = r + 4 - step * frame;
+    return 30 + 400 * std::exp(-(d * d + a * a + s * s) / 30);
+  }
+
+  vtkMRMLSequenceNode* addSeries(int frames, const char* unit = "s") {
+    auto* sequence = vtkMRMLSequenceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSequenceNode", "Wrist"));
+    sequence->SetIndexName(*unit ? "time" : "frame");
+    sequence->SetIndexUnit(unit);
+    const double spacing[3] = {2, 2, 3}, origin[3] = {-17, -14, -12};
+    const int size[3] = {18, 16, 9};
+    const auto ijkToRAS = oblique(12, spacing, origin);
+    for (int f = 0; f < frames; ++f) {
+      vtkNew<vtkMRMLScalarVolumeNode> volume;
+      vtkNew<vtkImageData> image;
+      image->SetDimensions(size);
+      image->AllocateScalars(VTK_SHORT, 1);
+      for (int k = 0; k < size[2]; ++k)
+        for (int j = 0; j < size[1]; ++j)
+          for (int i = 0; i < size[0]; ++i) {
+            const double index[4] = {double(i), double(j), double(k), 1};
+            double ras[4];
+            ijkToRAS->MultiplyPoint(index, ras);
+            image->SetScalarComponentFromDouble(i, j, k, 0, std::round(blob(ras[0], ras[1], ras[2], f)));
+          }
+      volume->SetIJKToRASMatrix(ijkToRAS);
+      volume->SetAndObserveImageData(image);
+      sequence->SetDataNodeAtValue(volume, std::to_string(0.25 * f));
+    }
+    return sequence;
+  }
+  vtkSmartPointer<vtkSlicerInnerGSDynamicRequest> requestFor(vtkMRMLSequenceNode* series) {
+    auto request = vtkSmartPointer<vtkSlicerInnerGSDynamicRequest>::New();
+    request->SetSeries(series);
+    request->SetKind(vtkSlicerInnerGSDynamicRequest::Motion);
+    return request;
+  }
+  std::string refusal(vtkSlicerInnerGSDynamicRequest* request) {
+    EXPECT_EQ(logic->StartDynamicReconstruction(request), nullptr);
+    return logic->GetLastError();
+  }
+};
+
+TEST_F(DynamicTest, SequenceInModelAndFramesOut) {
+  auto* series = addSeries(9);
+  const auto request = requestFor(series);
+  request->SetRate(8);
+  EXPECT_EQ(logic->CheckDynamicRequest(request), "");
+  double last = 0;
+  bool judged = false;
+  Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+    EXPECT_GE(jobOf(data)->GetProgress(), last);
+    last = jobOf(data)->GetProgress();
+    judged = judged || jobOf(data)->IsJudging();
+  });
+  ASSERT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
+  EXPECT_TRUE(judged);
+  vtkSlicerInnerGSJob* job = logic->GetLastJob();
+  vtkMRMLSequenceNode* frames = job->GetSequenceNode();
+  ASSERT_NE(frames, nullptr);
+  EXPECT_EQ(frames->GetNumberOfDataNodes(), 17); // 2 s
+  EXPECT_EQ(frames->GetIndexUnit(), "s");
+  EXPECT_EQ(frames->GetNthIndexValue(3), "0.375");
+  ASSERT_NE(job->GetBrowserNode(), nullptr);
+  EXPECT_EQ(job->GetBrowserNode()->GetMasterSequenceNode(), frames);
+  ASSERT_NE(job->GetTableNode(), nullptr);
+  EXPECT_NE(std::string(job->GetTableNode()->GetAttribute("InnerGS.Samples")).find("no method saw"),
+            std::string::npos);
+
+  // Values between frames, in the world.
+  vtkMRMLInnerGSModelNode* model = job->GetModelNode();
+  ASSERT_TRUE(model && model->IsDynamic());
+  int changes = 0;
+  Observer changed(model, {vtkMRMLInnerGSModelNode::ModelModifiedEvent},
+                   [&](unsigned long, void*) { ++changes; });
+  model->SetTime(1.125); // between frames 4 and 5
+  EXPECT_EQ(changes, 1);
+  EXPECT_NEAR(logic->GetValueAtRAS(model, -4 + 4.5 * step, 0, 0), blob(-4 + 4.5 * step, 0, 0, 4.5), 25);
+  EXPECT_NEAR(logic->GetValueAtRAS(model, -4 + 8 * step, 0, 0), blob(-4 + 8 * step, 0, 0, 4.5), 25);
+  vtkNew<vtkMatrix4x4> plane;
+  ASSERT_NE(logic->QueryPlane(model, plane, 16, 16, 1), nullptr);
+  // The frame of the sequence at that time is what the model shows.
+  auto* frame = vtkMRMLScalarVolumeNode::SafeDownCast(frames->GetDataNodeAtValue("1.125"));
+  ASSERT_NE(frame, nullptr);
+  vtkMRMLScalarVolumeNode* now = logic->Resample(model);
+  ASSERT_NE(now, nullptr);
+  for (vtkIdType v = 0; v < now->GetImageData()->GetNumberOfPoints(); ++v)
+    ASSERT_NEAR(now->GetImageData()->GetPointData()->GetScalars()->GetTuple1(v),
+                frame->GetImageData()->GetPointData()->GetScalars()->GetTuple1(v), 1e-2);
+  model->SetTime(99);
+  EXPECT_EQ(model->GetTime(), 2);
+
+  // Saved, read, and at the same time in a scene's file.
+  const std::string file = (folder / "moving.innergs").string();
+  ASSERT_TRUE(logic->SaveModel(model, file)) << logic->GetLastError();
+  EXPECT_FALSE(model->GetModifiedSinceRead());
+  model->SetTime(0.5);
+  EXPECT_FALSE(model->GetModifiedSinceRead()); // another time is no change
+  vtkMRMLInnerGSModelNode* read = logic->LoadModel(file);
+  ASSERT_TRUE(read && read->IsDynamic());
+  EXPECT_EQ(read->GetDynamicModel()->GetNumberOfFrames(), 9);
+  read->SetTime(0.5);
+  EXPECT_EQ(logic->GetValueAtRAS(read, 1, 2, 3), logic->GetValueAtRAS(model, 1, 2, 3));
+
+  // Motion: a point at `from` moves with the blob, and a frame's transform brings it back.
+  vtkMRMLSequenceNode* motion = logic->CreateMotion(model, nullptr, 0.5);
+  ASSERT_NE(motion, nullptr) << logic->GetLastError();
+  auto* transform = vtkMRMLTransformNode::SafeDownCast(motion->GetDataNodeAtValue("1.5"));
+  ASSERT_NE(transform, nullptr);
+  double at[3] = {-4 + 2 * step, 0, 0}, moved[3];
+  transform->GetTransformFromParent()->TransformPoint(at, moved);
+  EXPECT_NEAR(moved[0], -4 + 6 * step, 0.8);
+  EXPECT_NEAR(moved[1], 0, 0.5);
+
+  vtkNew<vtkDoubleArray> times;
+  times->InsertNextValue(0.1);
+  times->InsertNextValue(0.2);
+  vtkMRMLSequenceNode* some = logic->CreateFrames(model, times);
+  ASSERT_NE(some, nullptr);
+  EXPECT_EQ(some->GetNthIndexValue(1), "0.2");
+}
+
+TEST_F(DynamicTest, FramesAtTheSeriesTimesShareItsBrowser) {
+  auto* series = addSeries(5);
+  auto* browser = vtkMRMLSequenceBrowserNode::SafeDownCast(
+      scene->AddNewNodeByClass("vtkMRMLSequenceBrowserNode", "Browser"));
+  browser->SetAndObserveMasterSequenceNodeID(series->GetID());
+  const auto request = requestFor(series);
+  request->EvaluateQualityOff();
+  ASSERT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
+  EXPECT_EQ(logic->GetLastJob()->GetBrowserNode(), browser);
+  EXPECT_EQ(logic->GetLastJob()->GetTableNode(), nullptr);
+}
+
+TEST_F(DynamicTest, CancelEndsIt) {
+  vtkSlicerInnerGSJob* job = logic->StartDynamicReconstruction(requestFor(addSeries(9)));
+  ASSERT_NE(job, nullptr) << logic->GetLastError();
+  waitUntil([&] { return logic->IsRunning() && job->GetState() == vtkSlicerInnerGSJob::Running; });
+  logic->Cancel(job);
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+}
+
+TEST_F(DynamicTest, WhatIsWrongIsOneSentence) {
+  EXPECT_NE(refusal(requestFor(nullptr)).find("no moving scan"), std::string::npos);
+  EXPECT_NE(refusal(requestFor(addSeries(1))).find("single frame"), std::string::npos);
+  const auto counted = requestFor(addSeries(4, ""));
+  EXPECT_NE(refusal(counted).find("no unit of time"), std::string::npos);
+  counted->SetInterval(0.25);
+  EXPECT_EQ(logic->CheckDynamicRequest(counted), "");
+  counted->SetRate(-1);
+  EXPECT_NE(refusal(counted).find("above 0"), std::string::npos);
+  auto* other = addSeries(3);
+  vtkNew<vtkMRMLScalarVolumeNode> odd;
+  vtkNew<vtkImageData> image;
+  image->SetDimensions(4, 4, 4);
+  image->AllocateScalars(VTK_SHORT, 1);
+  odd->SetAndObserveImageData(image);
+  other->SetDataNodeAtValue(odd, "9");
+  EXPECT_NE(refusal(requestFor(other)).find("another lattice"), std::string::npos);
+  ASSERT_TRUE(logic->Reconstruct(addParameters(addVolume())));
+  vtkMRMLInnerGSModelNode* still = logic->GetLastJob()->GetModelNode();
+  EXPECT_EQ(logic->CreateFrames(still), nullptr);
+  EXPECT_NE(logic->GetLastError().find("not of a moving scan"), std::string::npos);
+}
+
+} // namespace
