@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Random.h"
+#include "Core/Prediction/DenseLayer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,21 +46,11 @@ std::vector<Planes> planesOf(const DeformationNetwork& network) {
   return planes;
 }
 
-/// Where weights ([inputs][outputs]) and biases begin.
-struct Layers {
-  std::size_t first, firstBias, second, secondBias, heads, headBias, end;
-};
-
-Layers layersOf(const DeformationNetwork& network) {
-  Layers l{};
-  l.first = network.planeParameters();
-  l.firstBias = l.first + static_cast<std::size_t>(network.features()) * kW;
-  l.second = l.firstBias + kW;
-  l.secondBias = l.second + static_cast<std::size_t>(kW) * kW;
-  l.heads = l.secondBias + kW;
-  l.headBias = l.heads + static_cast<std::size_t>(kW) * kO;
-  l.end = l.headBias + kO;
-  return l;
+/// Two hidden layers and the heads.
+std::array<DenseLayer, 3> layersOf(const DeformationNetwork& network) {
+  const DenseLayer first{network.planeParameters(), network.features(), kW, true};
+  const DenseLayer second{first.end(), kW, kW, true};
+  return {first, second, DenseLayer{second.end(), kW, kO, false}};
 }
 
 TimeSpline::Weights timeWeights(const DeformationNetwork& network, const DeformationNetwork::Level& level,
@@ -96,25 +87,6 @@ std::vector<float> linesAt(const DeformationNetwork& network, double time) {
   return lines;
 }
 
-void bias(const float* values, std::int64_t rows, std::int64_t columns, float* out) {
-  for (std::int64_t r = 0; r < rows; ++r)
-    std::copy_n(values, columns, out + r * columns);
-}
-
-void rectify(float* values, std::int64_t count) {
-  for (std::int64_t i = 0; i < count; ++i)
-    values[i] = std::max(values[i], 0.f);
-}
-
-/// [rows][columns] → [columns][rows]
-std::vector<float> transposed(const float* in, std::int64_t rows, std::int64_t columns) {
-  std::vector<float> out(static_cast<std::size_t>(rows * columns));
-  for (std::int64_t r = 0; r < rows; ++r)
-    for (std::int64_t c = 0; c < columns; ++c)
-      out[c * rows + r] = in[r * columns + c];
-  return out;
-}
-
 } // namespace
 
 std::size_t DeformationNetwork::planeParameters() const {
@@ -125,24 +97,19 @@ std::size_t DeformationNetwork::planeParameters() const {
 }
 
 std::size_t DeformationNetwork::parameterCount() const {
-  return layersOf(*this).end;
+  return layersOf(*this)[2].end();
 }
 
 void initialise(DeformationNetwork& network, std::uint64_t seed) {
-  const Layers layers = layersOf(network);
-  network.parameters.assign(layers.end, 0.f);
+  const auto [first, second, heads] = layersOf(network);
+  network.parameters.assign(heads.end(), 0.f);
   Random random(seed);
-  std::fill_n(network.parameters.begin(), layers.first, 1.f);
+  std::fill_n(network.parameters.begin(), first.at, 1.f);
   for (const Planes& planes : planesOf(network))
     for (std::size_t i = planes.space[0]; i < planes.time[0]; ++i)
       network.parameters[i] = static_cast<float>(0.5 + random.uniform());
-  const auto draw = [&](std::size_t at, std::int64_t inputs) {
-    const double most = std::sqrt(6.0 / static_cast<double>(inputs)); // He et al. 2015, uniform
-    for (std::int64_t i = 0; i < inputs * kW; ++i)
-      network.parameters[at + i] = static_cast<float>(most * (2 * random.uniform() - 1));
-  };
-  draw(layers.first, network.features());
-  draw(layers.second, kW);
+  first.draw(network.parameters.data(), random);
+  second.draw(network.parameters.data(), random);
 }
 
 void checkDeformation(const DeformationNetwork& network) {
@@ -294,29 +261,22 @@ void DeformationEvaluator::encode(const DeformationNetwork& network, std::span<c
 
 void DeformationEvaluator::hidden(const DeformationNetwork& network, std::span<const float> lines,
                                   std::int64_t first, std::int64_t count, Activations& work) const {
-  const Layers l = layersOf(network);
+  const auto [toFirst, toSecond, heads] = layersOf(network);
   const float* p = network.parameters.data();
-  const std::int64_t inputs = network.features();
   encode(network, lines, first, count, work.encoded.data());
-  bias(p + l.firstBias, count, kW, work.first.data());
-  kernels_.multiplyAdd({count, inputs, kW, work.encoded.data(), inputs, 1, p + l.first, work.first.data()});
-  rectify(work.first.data(), count * kW);
-  bias(p + l.secondBias, count, kW, work.second.data());
-  kernels_.multiplyAdd({count, kW, kW, work.first.data(), kW, 1, p + l.second, work.second.data()});
-  rectify(work.second.data(), count * kW);
+  toFirst.forward(p, work.encoded.data(), count, kernels_, work.first.data());
+  toSecond.forward(p, work.first.data(), count, kernels_, work.second.data());
 }
 
 void DeformationEvaluator::forward(const DeformationNetwork& network, double time, std::span<float> out,
                                    ThreadPool& pool) const {
   const std::vector<float> lines = linesAt(network, time);
-  const Layers l = layersOf(network);
-  const float* p = network.parameters.data();
+  const DenseLayer heads = layersOf(network)[2];
   pool.blocks(points_, kBlock, [&](std::int64_t first, std::int64_t last) {
     Activations work(network.features());
     hidden(network, lines, first, last - first, work);
     float* to = out.data() + first * kO;
-    bias(p + l.headBias, last - first, kO, to);
-    kernels_.multiplyAdd({last - first, kW, kO, work.second.data(), kW, 1, p + l.heads, to});
+    heads.forward(network.parameters.data(), work.second.data(), last - first, kernels_, to);
     for (std::int64_t i = 0; i < (last - first) * kO; ++i)
       to[i] *= network.scale[i % kO];
   });
@@ -327,12 +287,11 @@ void DeformationEvaluator::backward(const DeformationNetwork& network, double ti
                                     ThreadPool& pool) {
   const std::vector<float> lines = linesAt(network, time);
   const std::vector<Planes> planes = planesOf(network);
-  const Layers l = layersOf(network);
+  const auto [toFirst, toSecond, toHeads] = layersOf(network);
   const float* p = network.parameters.data();
   const std::int64_t inputs = network.features();
-  const std::vector<float> firstBack = transposed(p + l.first, inputs, kW),
-                           secondBack = transposed(p + l.second, kW, kW),
-                           headsBack = transposed(p + l.heads, kW, kO);
+  const std::vector<float> firstBack = toFirst.transposed(p), secondBack = toSecond.transposed(p),
+                           headsBack = toHeads.transposed(p);
   chunkGradient_.resize(kChunks);
   chunkLineGradient_.resize(kChunks);
   pool.run(kChunks, [&](std::int64_t chunk) {
@@ -341,37 +300,18 @@ void DeformationEvaluator::backward(const DeformationNetwork& network, double ti
     lineGradient.assign(lines.size(), 0.f);
     Activations work(inputs);
     std::vector<float> heads(kBlock * kO), second(kBlock * kW), first(kBlock * kW), encoded(kBlock * inputs);
-    const auto sumRows = [](const std::vector<float>& rows, std::int64_t count, std::int64_t columns,
-                            float* out) {
-      for (std::int64_t r = 0; r < count; ++r)
-        for (std::int64_t c = 0; c < columns; ++c)
-          out[c] += rows[r * columns + c];
-    };
-    const auto masked = [](std::vector<float>& d, const std::vector<float>& activation, std::int64_t count) {
-      for (std::int64_t i = 0; i < count; ++i)
-        if (!(activation[i] > 0)) d[i] = 0;
-    };
     const std::int64_t end = (chunk + 1) * points_ / kChunks;
     for (std::int64_t from = chunk * points_ / kChunks; from < end; from += kBlock) {
       const std::int64_t n = std::min(kBlock, end - from);
       hidden(network, lines, from, n, work);
       for (std::int64_t i = 0; i < n * kO; ++i)
         heads[i] = network.scale[i % kO] * outputGradient[from * kO + i];
-      sumRows(heads, n, kO, g.data() + l.headBias);
-      kernels_.multiplyAdd({kW, n, kO, work.second.data(), 1, kW, heads.data(), g.data() + l.heads});
-      std::fill(second.begin(), second.end(), 0.f);
-      kernels_.multiplyAdd({n, kO, kW, heads.data(), kO, 1, headsBack.data(), second.data()});
-      masked(second, work.second, n * kW);
-      sumRows(second, n, kW, g.data() + l.secondBias);
-      kernels_.multiplyAdd({kW, n, kW, work.first.data(), 1, kW, second.data(), g.data() + l.second});
-      std::fill(first.begin(), first.end(), 0.f);
-      kernels_.multiplyAdd({n, kW, kW, second.data(), kW, 1, secondBack.data(), first.data()});
-      masked(first, work.first, n * kW);
-      sumRows(first, n, kW, g.data() + l.firstBias);
-      kernels_.multiplyAdd({inputs, n, kW, work.encoded.data(), 1, inputs, first.data(), g.data() + l.first});
-      std::fill(encoded.begin(), encoded.end(), 0.f);
-      kernels_.multiplyAdd({n, kW, inputs, first.data(), kW, 1, firstBack.data(), encoded.data()});
-
+      toHeads.backward(work.second.data(), nullptr, n, headsBack, kernels_, heads.data(), g.data(),
+                       second.data());
+      toSecond.backward(work.first.data(), work.second.data(), n, secondBack, kernels_, second.data(),
+                        g.data(), first.data());
+      toFirst.backward(work.encoded.data(), work.first.data(), n, firstBack, kernels_, first.data(), g.data(),
+                       encoded.data());
       const float* levelLines = lines.data();
       float* levelLineGradient = lineGradient.data();
       Factors f;
