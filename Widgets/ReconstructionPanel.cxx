@@ -77,13 +77,11 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
   start_->setContent(makeStart());
   message_ = new MessageLine(this);
   message_->setObjectName("message");
-  recovery_ = new RecoveryLine(host, this);
-  recovery_->setObjectName("recoveryLine");
   quality_ = new QualityCard(this);
   quality_->setObjectName("qualityCard");
   auto* layout = new QVBoxLayout(this);
   for (QWidget* part : {choices_, static_cast<QWidget*>(start_), static_cast<QWidget*>(message_),
-                        static_cast<QWidget*>(recovery_), static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
+                        static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
     layout->addWidget(part);
   layout->addStretch(1);
 
@@ -134,10 +132,10 @@ void ReconstructionPanel::connectHost() {
   });
   connect(host_, &Host::failed, this, [this](const QString& text) {
     progress_->hide();
-    setState(State::Idle);
     const QString next = recovery_->refresh() ? tr("There is no result yet.")
                                               : tr("There is no result. Change something and start again.");
     message_->setMessage(MessageLine::Kind::Error, sentence(text) + '\n' + next);
+    setState(State::Idle);
     reveal(message_, message_);
   });
   connect(recovery_, &RecoveryLine::dropped, this, &ReconstructionPanel::edited);
@@ -299,10 +297,10 @@ void ReconstructionPanel::setState(State state) {
   button_->setEnabled(state == State::Running || (state == State::Idle && refusal_.isEmpty()));
   start_->setPinnedAtTop(state != State::Idle);
   progress_->head()->setVisible(state != State::Idle);
-  recovery_->setEnabled(state == State::Idle);
   if (state != State::Idle) {
     estimate_->hide();
     refusalLine_->hide();
+    recovery_->hide();
   }
   if (state == State::Cancelling && hadFocus) {
     focusMoved_ = true;
@@ -310,7 +308,9 @@ void ReconstructionPanel::setState(State state) {
   }
   if (ended && std::exchange(focusMoved_, false) && QApplication::focusWidget() == movedTo_)
     button_->setFocus();
-  if (ended) estimateTimer_.start(0);
+  if (!ended) return;
+  recovery_->refresh();
+  estimateTimer_.start(0);
 }
 
 void ReconstructionPanel::startOrCancel() {
@@ -484,9 +484,12 @@ QWidget* ReconstructionPanel::makeStart() {
   auto* row = new QHBoxLayout;
   row->addWidget(progress_->head(), 1);
   row->addWidget(button_, 0);
+  recovery_ = new RecoveryLine(host_, content);
+  recovery_->setObjectName("recoveryLine");
   auto* layout = new QVBoxLayout(content);
   const int gap = layout->spacing() / 2;
   layout->setContentsMargins(0, gap, 0, gap);
+  layout->addWidget(recovery_);
   layout->addWidget(estimate_);
   layout->addWidget(refusalLine_);
   layout->addLayout(row);
