@@ -36,7 +36,8 @@ void EndingQuestion::guard(const char* actionName, const char* slot, const QStri
 
 bool EndingQuestion::eventFilter(QObject* watched, QEvent* event) {
   if (watched != window_ || event->type() != QEvent::Close) return false;
-  if (mayEnd(tr("A reconstruction is running. Stop it and close? Where it stands is kept, to go on from."))) return false;
+  if (mayEnd(tr("A reconstruction is running. Stop it and close? Where it stands is kept, to go on from.")))
+    return false;
   event->ignore();
   return true;
 }

@@ -89,7 +89,8 @@ public:
   }
   ///@}
 
-  /// Where the state of fits that something else than cancel() has stopped is kept (IO/RecoveredFit.h); "": none is.
+  /// Where the state of fits that something else than cancel() has stopped is kept (IO/RecoveredFit.h); "":
+  /// none is.
   virtual QString recoveryFolder() const { return {}; }
 
   ///@{

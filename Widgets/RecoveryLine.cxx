@@ -26,11 +26,12 @@ QString textOf(const std::filesystem::path& path) {
 } // namespace
 
 RecoveryLine::RecoveryLine(Host* host, QWidget* parent)
-    : QWidget(parent), host_(host), message_(new MessageLine(this)), accept_(new QPushButton(tr("Go On"), this)),
-      dismiss_(new QPushButton(this)) {
+    : QWidget(parent), host_(host), message_(new MessageLine(this)),
+      accept_(new QPushButton(tr("Go On"), this)), dismiss_(new QPushButton(this)) {
   message_->setObjectName("recovery");
   accept_->setObjectName("goOn");
-  accept_->setToolTip(tr("Takes the settings of that fit; the next reconstruction of its scans goes on from there."));
+  accept_->setToolTip(
+      tr("Takes the settings of that fit; the next reconstruction of its scans goes on from there."));
   dismiss_->setObjectName("dropRecovered");
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
@@ -76,10 +77,10 @@ bool RecoveryLine::refresh() {
                   .arg(offered_.iteration)
                   .arg(offered_.iterations)
             : tr("The reconstruction of “%1” was stopped when its fit was complete.").arg(scans);
-    message_->setMessage(MessageLine::Kind::Information,
-                         stopped + ' ' +
-                             tr("Where it stood is kept in %1.")
-                                 .arg(QDir::toNativeSeparators(textOf(offered_.file))));
+    message_->setMessage(
+        MessageLine::Kind::Information,
+        stopped + ' ' +
+            tr("Where it stood is kept in %1.").arg(QDir::toNativeSeparators(textOf(offered_.file))));
   }
   accept_->setVisible(file_.isEmpty());
   dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Anew"));

@@ -153,7 +153,8 @@ void JobDelivery::tellKept(Task& task) {
   if (!task.keep) return;
   keepFit(task);
   if (!task.notKept.sentence.empty()) {
-    onError_({task.notKept.code, "Where the reconstruction stood could not be kept. " + task.notKept.sentence});
+    onError_(
+        {task.notKept.code, "Where the reconstruction stood could not be kept. " + task.notKept.sentence});
     return;
   }
   const RecoveredFit& kept = task.recovered;

@@ -88,8 +88,8 @@ struct Task {
   vtkWeakPointer<vtkMRMLTableNode> table;
 };
 
-/// Writes where the task's fit stands, or its result, into its recovery folder, once and if there is something;
-/// on the thread that the task belongs to. Does not throw.
+/// Writes where the task's fit stands, or its result, into its recovery folder, once and if there is
+/// something; on the thread that the task belongs to. Does not throw.
 void keepFit(Task& task);
 /// Removes the file that the task went on from, if it is a recovered one: there is a newer state.
 void dropResumedFile(const Task& task);

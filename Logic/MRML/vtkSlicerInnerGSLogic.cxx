@@ -64,8 +64,7 @@ void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::Slic
   }
 }
 
-innergs::JobOutline
-vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) {
+innergs::JobOutline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) {
   return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf(), outlineMask);
 }
 

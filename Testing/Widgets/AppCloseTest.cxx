@@ -214,6 +214,28 @@ private Q_SLOTS:
     QVERIFY(kept().size() == 1 && kept()[0].file == file); // for another time
   }
 
+  // Closed with where it stands lost, nobody would know.
+  void staysOpenWhereItCannotBeKept() {
+    open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
+    QFile inTheWay(host().recoveryFolder());
+    QVERIFY(inTheWay.open(QIODevice::WriteOnly));
+    inTheWay.close();
+    setQuick(true);
+    QTRY_VERIFY(button()->isEnabled());
+    QSignalSpy progress(&host(), &app::AppHost::progressed);
+    QSignalSpy failed(&host(), &app::AppHost::failed);
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 0,
+                             60000);
+    answerBox("runningBox", "Stop and Close");
+    window_->close();
+    QTRY_COMPARE_WITH_TIMEOUT(failed.size(), 1, 10000);
+    QVERIFY(failed[0][0].toString().contains("cannot be made"));
+    QVERIFY(window_->isVisible());
+    QVERIFY(window_->close()); // a further attempt
+    QVERIFY(inTheWay.remove());
+  }
+
   void resultFinishedWhileClosingIsNotLost() {
     open({writeBall(*sandbox_, "ball.nii")});
     setQuick();

@@ -131,7 +131,7 @@ MainWindow::MainWindow(QWidget* parent)
   });
   connect(files_, &FileDialogs::saved, this, &MainWindow::remember);
   connect(host_, &AppHost::finished, this, &MainWindow::showFinished);
-  connect(host_, &AppHost::failed, this, &MainWindow::reconstructionEnded);
+  connect(host_, &AppHost::failed, this, [this] { closeWhenEnded_ = false; }); // its sentence is to be read
   connect(host_, &AppHost::cancelled, this, &MainWindow::reconstructionEnded);
   connect(&host_->document(), &Document::volumesChanged, this, &MainWindow::updateActions);
   connect(&host_->document(), &Document::modelsChanged, this, &MainWindow::updateActions);
@@ -522,11 +522,11 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     return;
   }
   if (host_->isRunning()) {
-    auto* box =
-        new QMessageBox(QMessageBox::Question, QStringLiteral("InnerGS"),
-                        tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
-                           "it stands."),
-                        QMessageBox::NoButton, this);
+    auto* box = new QMessageBox(
+        QMessageBox::Question, QStringLiteral("InnerGS"),
+        tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
+           "it stands."),
+        QMessageBox::NoButton, this);
     box->setObjectName(QStringLiteral("runningBox"));
     box->setAttribute(Qt::WA_DeleteOnClose);
     QPushButton* stop = box->addButton(tr("&Stop and Close"), QMessageBox::DestructiveRole);
