@@ -22,6 +22,7 @@ class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
 class vtkMRMLNode;
 class vtkMRMLScene;
+class vtkMRMLSegmentationNode;
 class vtkMRMLTransformNode;
 class vtkObject;
 class vtkSlicerInnerGSJob;
@@ -64,6 +65,14 @@ public:
                     QString* error) override;
   QString addVolumeOf(const QString& modelId, const std::array<double, 2>& window, vtkImageData* image,
                       vtkMatrix4x4* ijkToRAS, const QString& name, QString* error) override;
+  std::function<innergs::NamedLabels(const std::stop_token&)> labelsFor(const QString& modelId,
+                                                                            const QString& labelsId,
+                                                                            const QString& names,
+                                                                            QString* error) override;
+  QString setFeatures(const QString& modelId,
+                      const std::shared_ptr<const innergs::FeatureModel>& features) override;
+  void previewSegments(const QString& modelId, const innergs::MadeSegments& made) override;
+  QString addSegments(const QString& modelId, const innergs::MadeSegments& made, QString* error) override;
   QString folder() const override;
   QString recoveryFolder() const override;
   void setFolder(const QString& folder) override;
@@ -109,6 +118,7 @@ private:
   std::optional<innergs::Phase> phase_; // of the log's last line
   std::string deviceNote_;
   bool cancelling_ = false; // by the panel
+  vtkWeakPointer<vtkMRMLSegmentationNode> preview_; // of segments; not saved with the scene
   /// A model's transform: what toModel() gives.
   struct Place {
     vtkWeakPointer<vtkMRMLTransformNode> parent;

@@ -6,6 +6,7 @@
 #include "ParameterRequest.h"
 #include "SceneChoices.h"
 #include "Widgets/LogPanel.h"
+#include "Widgets/FindPanel.h"
 #include "Widgets/ModelPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
@@ -156,6 +157,9 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   part->layout()->addWidget(transformMessage);
   query = new QueryPanel(host);
   part->layout()->addWidget(query);
+  part = section(tr("Find a structure"), "FindSection", false, layout);
+  find = new FindPanel(host);
+  part->layout()->addWidget(find);
   part = section(tr("Model"), "ModelSection", false, layout);
   model = new ModelPanel(host);
   part->layout()->addWidget(model);
@@ -211,6 +215,8 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
 
   // One model for all panels, one plane for panel and view.
   QObject::connect(model, &ModelPanel::modelIdChanged, query, &QueryPanel::setModelId);
+  QObject::connect(query, &QueryPanel::modelIdChanged, find, &FindPanel::setModelId);
+  QObject::connect(find, &FindPanel::modelIdChanged, query, &QueryPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, model, &ModelPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] {
     enableModelInView();

@@ -22,6 +22,7 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLScene;
 
 namespace innergs::ui {
+class FindPanel;
 class ModelPanel;
 class QueryPanel;
 class ReconstructionPanel;
@@ -78,6 +79,7 @@ public:
   qMRMLNodeComboBox *parameterSets = nullptr, *sliceView = nullptr;
   innergs::ui::ReconstructionPanel* reconstruction = nullptr;
   innergs::ui::QueryPanel* query = nullptr;
+  innergs::ui::FindPanel* find = nullptr;
   innergs::ui::ModelPanel* model = nullptr;
   QCheckBox *modelInView = nullptr, *planeIn3D = nullptr;
   ctkCollapsibleButton* querySection = nullptr;

@@ -22,6 +22,8 @@ qSlicerInnerGSSelector::qSlicerInnerGSSelector(Host::Role role, vtkMRMLScene* sc
       return {{"vtkMRMLScalarVolumeNode"}, notScans, tr("Choose a volume"), false};
     case Host::Role::Mask:
       return {{"vtkMRMLSegmentationNode", "vtkMRMLLabelMapVolumeNode"}, {}, tr("None"), false};
+    case Host::Role::Labels:
+      return {{"vtkMRMLSegmentationNode", "vtkMRMLLabelMapVolumeNode"}, {}, tr("Choose labels"), false};
     case Host::Role::Region:
       return {{"vtkMRMLMarkupsROINode"}, {}, tr("None: everything"), true};
     case Host::Role::Reference:

@@ -42,6 +42,13 @@ bool vtkSlicerInnerGSLogic::LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRM
   return job->State == vtkSlicerInnerGSJob::Finished;
 }
 
+std::function<innergs::NamedLabels(const std::stop_token&)>
+vtkSlicerInnerGSLogic::LabelsLater(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels) {
+  std::function<innergs::NamedLabels(const std::stop_token&)> later;
+  this->Work->guard([&] { later = mrml::labelsLater(model, labels, this->GetMRMLScene()); });
+  return later;
+}
+
 int vtkSlicerInnerGSLogic::FindByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
                                       vtkTable* candidates) {
   int kind = -1;

@@ -4,6 +4,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Model/Model.h"
+#include "DetachedTasks.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
@@ -27,15 +28,15 @@
 namespace innergs::mrml {
 namespace {
 
-/// Labels and model as the worker needs them.
+/// Labels as the worker needs them.
 struct Lesson {
-  std::shared_ptr<const Model> core;
   std::unique_ptr<SegmentationMask> segmentation; // or
   Volume volume;                                  // of labels, in the world
   std::vector<SegmentName> names;
   vtkNew<vtkMatrix4x4> worldToModel;
-  bool sparse = false;
-  std::shared_ptr<const FeatureModel> features; // what was learned
+
+  /// In the model's own coordinates; uses them up.
+  NamedLabels labels(const std::stop_token& stop, DetachedTasks& unstoppable);
 };
 
 /// A lattice of the world in the model's own coordinates. Throws Error(Geometry) where that shears it.
@@ -47,6 +48,13 @@ GridGeometry inModel(const GridGeometry& world, vtkMatrix4x4* worldToModel) {
                        static_cast<int>(world.size[2])};
   const int first[3] = {0, 0, 0};
   return vtk::gridOf(ijkToModel, size, first, "The labels, seen from the model,");
+}
+
+NamedLabels Lesson::labels(const std::stop_token& stop, DetachedTasks& unstoppable) {
+  NamedLabels given{segmentation ? segmentation->makeLabels(stop, unstoppable) : labelmapOf(volume), names};
+  volume = {};
+  given.labels.geometry = inModel(given.labels.geometry, worldToModel);
+  return given;
 }
 
 /// The lattice of the model's region in the world. Throws Error(Geometry).
@@ -96,13 +104,9 @@ void takeLabelMap(vtkMRMLVolumeNode* node, Lesson& lesson) {
                        "convert it to a segmentation and name its segments.");
 }
 
-} // namespace
-
-std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
-                                      vtkMRMLScene* scene) {
+std::shared_ptr<Lesson> lessonOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, vtkMRMLScene* scene) {
   const auto lesson = std::make_shared<Lesson>();
-  lesson->core = modelOf(model)->GetCoreModel();
-  lesson->sparse = sparse;
+  modelOf(model);
   if (!scene || model->GetScene() != scene)
     throw Error(ErrorCode::InvalidArgument, "The model is not in the scene: add it first.");
   if (!labels)
@@ -116,46 +120,59 @@ std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNod
   else
     throw Error(ErrorCode::InvalidArgument,
                 quoted(labels) + " is neither a segmentation nor a label map: choose one.");
+  return lesson;
+}
 
+} // namespace
+
+std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
+                                      vtkMRMLScene* scene) {
+  const auto lesson = lessonOf(model, labels, scene);
+  const auto core = model->GetModel()->GetCoreModel();
+  const auto learned = std::make_shared<std::shared_ptr<const FeatureModel>>();
   auto task = std::make_shared<Task>();
   task->scene = scene;
   task->model = model;
   task->newModel = false;
-  task->work = [lesson](const std::stop_token& stop, DetachedTasks& unstoppable,
-                        const ProgressCallback& told) {
+  task->work = [lesson, core, learned, sparse](const std::stop_token& stop, DetachedTasks& unstoppable,
+                                               const ProgressCallback& told) {
     const auto start = std::chrono::steady_clock::now();
-    Labelmap found = lesson->segmentation ? lesson->segmentation->makeLabels(stop, unstoppable)
-                                          : labelmapOf(lesson->volume);
-    lesson->volume = {};
-    found.geometry = inModel(found.geometry, lesson->worldToModel);
-    if (lesson->sparse) found = withSparseSlices(found);
+    NamedLabels given = lesson->labels(stop, unstoppable);
+    if (sparse) given.labels = withSparseSlices(given.labels);
     FeatureTraining training;
     training.stop = stop;
     training.progress = [&](double fraction) {
       Progress progress;
       progress.phase = Phase::Fitting;
       progress.fraction = fraction;
-      progress.gaussians = lesson->core->field.size();
+      progress.gaussians = core->field.size();
       progress.elapsed = secondsSince(start);
       progress.remaining = fraction > 0 ? progress.elapsed * (1 - fraction) / fraction : 0;
       told(progress);
     };
-    lesson->features = std::make_shared<const FeatureModel>(
-        trainFeatures(lesson->core->field, found, lesson->names, training));
+    *learned = std::make_shared<const FeatureModel>(
+        trainFeatures(core->field, given.labels, given.names, training));
   };
   const std::string from = labels->GetName() ? labels->GetName() : "";
-  task->deliver = [lesson, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
+  task->deliver = [core, learned, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> node = target.Get(); // an observer may remove it
-    if (!node || node->IsEmpty() || node->GetModel()->GetCoreModel() != lesson->core)
+    if (!node || node->IsEmpty() || node->GetModel()->GetCoreModel() != core)
       throw Error(ErrorCode::InvalidArgument,
                   "The model was replaced while it learned: let it learn the segments again.");
     vtkNew<vtkInnerGSModel> content;
-    content->SetCoreModel(lesson->core, lesson->features);
+    content->SetCoreModel(core, *learned);
     MRMLNodeModifyBlocker blocker(node);
     node->SetAttribute("InnerGS.Segments", from.c_str());
     node->SetModel(content);
   };
   return task;
+}
+
+std::function<NamedLabels(const std::stop_token&)> labelsLater(vtkMRMLInnerGSModelNode* model,
+                                                               vtkMRMLNode* labels, vtkMRMLScene* scene) {
+  const auto lesson = lessonOf(model, labels, scene);
+  const auto unstoppable = std::make_shared<DetachedTasks>();
+  return [lesson, unstoppable](const std::stop_token& stop) { return lesson->labels(stop, *unstoppable); };
 }
 
 } // namespace innergs::mrml

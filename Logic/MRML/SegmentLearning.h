@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Features/FeatureTraining.h"
 #include "JobSetup.h"
 
 class vtkMRMLNode;
@@ -10,5 +11,10 @@ namespace innergs::mrml {
 /// Error.
 std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
                                       vtkMRMLScene* scene);
+
+/// The labels of such a node in the model's own coordinates (LPS), to be called once on any thread. Throws
+/// Error, and so does what is returned.
+std::function<NamedLabels(const std::stop_token&)> labelsLater(vtkMRMLInnerGSModelNode* model,
+                                                               vtkMRMLNode* labels, vtkMRMLScene* scene);
 
 } // namespace innergs::mrml

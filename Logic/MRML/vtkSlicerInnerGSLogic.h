@@ -8,6 +8,7 @@
 
 #include <functional> // std::function
 #include <memory>     // std::unique_ptr
+#include <stop_token> // std::stop_token
 #include <string>     // returned
 
 class vtkDoubleArray;
@@ -30,6 +31,7 @@ class vtkTable;
 namespace innergs {
 struct JobForecast;
 struct MadeSegments;
+struct NamedLabels;
 } // namespace innergs
 #endif
 
@@ -201,6 +203,10 @@ public:
                                          bool largestOnly = false, double minimumSize = 0,
                                          double smoothing = 0, double spacing = 0);
 #ifndef __VTK_WRAP__
+  /// For panels with a thread of their own: what is returned gives the labels in the model's own coordinates
+  /// (LPS), with their names, on any thread, and throws innergs::Error. Empty after an error.
+  std::function<innergs::NamedLabels(const std::stop_token&)> LabelsLater(vtkMRMLInnerGSModelNode* model,
+                                                                          vtkMRMLNode* labels);
   /// Puts segments into `output` or a new segmentation node beside the model.
   vtkMRMLSegmentationNode* AddSegments(vtkMRMLInnerGSModelNode* model, const innergs::MadeSegments& segments,
                                        vtkMRMLSegmentationNode* output = nullptr);

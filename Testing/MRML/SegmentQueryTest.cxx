@@ -1,4 +1,5 @@
 #include "SegmentationFixture.h"
+#include "Core/Features/FeatureTraining.h"
 #include "Core/Model/Model.h"
 #include "vtkInnerGSSegment.h"
 
@@ -186,6 +187,20 @@ TEST_F(SegmentQueryTest, LearnsFromALabelMapWhereverTheModelWasMoved) {
     return std::count(p, p + image->GetNumberOfPoints(), 1);
   };
   EXPECT_NEAR(double(voxelsOf(hardened)), double(voxelsOf(found)), 0.03 * double(voxelsOf(found)));
+}
+
+TEST_F(SegmentQueryTest, LabelsForAThreadOfAPanel) {
+  const auto later = logic->LabelsLater(model, node);
+  ASSERT_TRUE(later) << logic->GetLastError();
+  innergs::NamedLabels given;
+  std::thread([&] { given = later({}); }).join();
+  ASSERT_EQ(given.names.size(), 3u);
+  EXPECT_EQ(given.names[1].name, "kidney_left");
+  const auto count = [&](int label) { return std::count(given.labels.voxels.begin(), given.labels.voxels.end(), label); };
+  EXPECT_GT(count(1), count(3));
+  EXPECT_GT(count(3), 0);
+  EXPECT_FALSE(logic->LabelsLater(model, nullptr));
+  EXPECT_NE(logic->GetLastError().find("choose a segmentation"), std::string::npos);
 }
 
 TEST_F(SegmentQueryTest, SparseSlicesFollowTheScan) {
