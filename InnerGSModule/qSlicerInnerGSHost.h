@@ -65,10 +65,8 @@ public:
                     QString* error) override;
   QString addVolumeOf(const QString& modelId, const std::array<double, 2>& window, vtkImageData* image,
                       vtkMatrix4x4* ijkToRAS, const QString& name, QString* error) override;
-  std::function<innergs::NamedLabels(const std::stop_token&)> labelsFor(const QString& modelId,
-                                                                            const QString& labelsId,
-                                                                            const QString& names,
-                                                                            QString* error) override;
+  std::function<innergs::NamedLabels(const std::stop_token&)>
+  labelsFor(const QString& modelId, const QString& labelsId, const QString& names, QString* error) override;
   QString setFeatures(const QString& modelId,
                       const std::shared_ptr<const innergs::FeatureModel>& features) override;
   void previewSegments(const QString& modelId, const innergs::MadeSegments& made) override;
@@ -117,7 +115,7 @@ private:
   QThreadPool threads_;                 // ends before the rest goes
   std::optional<innergs::Phase> phase_; // of the log's last line
   std::string deviceNote_;
-  bool cancelling_ = false; // by the panel
+  bool cancelling_ = false;                         // by the panel
   vtkWeakPointer<vtkMRMLSegmentationNode> preview_; // of segments; not saved with the scene
   /// A model's transform: what toModel() gives.
   struct Place {

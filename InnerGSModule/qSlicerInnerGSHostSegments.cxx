@@ -2,8 +2,8 @@
 
 #include "vtkInnerGSModel.h"
 
-#include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLDisplayNode.h>
+#include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
 #include <vtkSlicerInnerGSLogic.h>

@@ -32,7 +32,7 @@
 namespace innergs::ui {
 namespace {
 
-constexpr int kHistory = 20; // queries
+constexpr int kHistory = 20;  // queries
 constexpr int kLongest = 300; // bytes of a query, as the lexicon has it
 
 template <class Widget>
@@ -110,9 +110,10 @@ QWidget* FindPanel::buildFinding() {
   finding_ = new QWidget(this);
   auto* all = new QVBoxLayout(finding_);
   all->setContentsMargins(0, 0, 0, 0);
-  text_ = named(new QComboBox, "findText",
-                tr("A structure in words, in English, Latin, German, French or Spanish: “liver”, “left kidney”, "
-                   "“7th rib on the right”, or a segment's own name; earlier queries in the list"));
+  text_ =
+      named(new QComboBox, "findText",
+            tr("A structure in words, in English, Latin, German, French or Spanish: “liver”, “left kidney”, "
+               "“7th rib on the right”, or a segment's own name; earlier queries in the list"));
   text_->setEditable(true);
   text_->setInsertPolicy(QComboBox::NoInsert);
   text_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
@@ -212,9 +213,10 @@ QWidget* FindPanel::buildLearning() {
     connect(labels_, &Selector::currentIdChanged, this, &FindPanel::updateLearning);
   }
   if (host_->asksForNames()) {
-    names_ = named(new QLineEdit, "findNames",
-                   tr("A file with the labels' names: JSON {\"1\": \"liver\", \"2\": \"spleen\"} or a .seg.nrrd; "
-                      "empty: the labels' own file says them (.seg.nrrd)"));
+    names_ =
+        named(new QLineEdit, "findNames",
+              tr("A file with the labels' names: JSON {\"1\": \"liver\", \"2\": \"spleen\"} or a .seg.nrrd; "
+                 "empty: the labels' own file says them (.seg.nrrd)"));
     names_->setPlaceholderText(tr("in the labels' own file"));
     auto* choose = named(new QPushButton(tr("C&hoose…")), "findChooseNames", names_->toolTip());
     auto* line = new QHBoxLayout;
@@ -284,11 +286,12 @@ void FindPanel::updateModel() {
 
 void FindPanel::updateLearning() {
   learn_->setText(learning_ ? tr("&Cancel") : tr("L&earn"));
-  learn_->setToolTip(learning_ ? tr("Stop; the model stays as it was")
-                               : tr("Let the model learn the structures of the labels: less than two minutes"));
+  learn_->setToolTip(learning_
+                         ? tr("Stop; the model stays as it was")
+                         : tr("Let the model learn the structures of the labels: less than two minutes"));
   learn_->setEnabled(learning_ || (model_ && labels_ && !labels_->currentId().isEmpty()));
-  for (QWidget* part : {static_cast<QWidget*>(labels_), static_cast<QWidget*>(names_),
-                        static_cast<QWidget*>(sparse_)})
+  for (QWidget* part :
+       {static_cast<QWidget*>(labels_), static_cast<QWidget*>(names_), static_cast<QWidget*>(sparse_)})
     if (part) part->setEnabled(!learning_);
 }
 
@@ -316,9 +319,9 @@ void FindPanel::learnOrCancel() {
   LearningTask task;
   task.field = model_->GetField();
   task.sparse = sparse_->isChecked();
-  task.labels = host_->labelsFor(
-      modelId_, labels_->currentId(), names_ ? QDir::fromNativeSeparators(names_->text().trimmed()) : QString(),
-      &problem);
+  task.labels =
+      host_->labelsFor(modelId_, labels_->currentId(),
+                       names_ ? QDir::fromNativeSeparators(names_->text().trimmed()) : QString(), &problem);
   if (!task.labels) {
     learningMessage_->setMessage(MessageLine::Kind::Error, problem);
     return;
@@ -342,8 +345,8 @@ void FindPanel::learned(const std::shared_ptr<const FeatureModel>& features) {
   endLearning();
   vtkInnerGSModel* const now = host_->model(learningId_);
   QString problem;
-  if (!now || static_cast<std::size_t>(now->GetNumberOfGaussians()) * features->channels !=
-                  features->latents.size())
+  if (!now ||
+      static_cast<std::size_t>(now->GetNumberOfGaussians()) * features->channels != features->latents.size())
     problem = tr("The model was closed or replaced while it learned: let it learn the structures again.");
   else
     problem = host_->setFeatures(learningId_, features);
@@ -351,9 +354,9 @@ void FindPanel::learned(const std::shared_ptr<const FeatureModel>& features) {
     learningMessage_->setMessage(MessageLine::Kind::Error, problem);
     return;
   }
-  learningMessage_->setMessage(MessageLine::Kind::Information,
-                               tr("Learned %n structures. Save the model to keep them.", nullptr,
-                                  features->classes() - 1));
+  learningMessage_->setMessage(
+      MessageLine::Kind::Information,
+      tr("Learned %n structures. Save the model to keep them.", nullptr, features->classes() - 1));
   updateModel();
 }
 
@@ -403,10 +406,10 @@ void FindPanel::showFound(const FindResult& result) {
     for (int n = 0; n < result.names.size(); ++n) {
       const SegmentCandidate& candidate = result.answer.candidates[static_cast<std::size_t>(n)];
       const QString score = QLocale().toString(100 * candidate.score, 'f', 0);
-      auto* item = new QListWidgetItem(
-          candidate.wider ? tr("%1 — %2 %, holds more").arg(result.names[n], score)
-                          : tr("%1 — %2 %").arg(result.names[n], score),
-          candidates_);
+      auto* item =
+          new QListWidgetItem(candidate.wider ? tr("%1 — %2 %, holds more").arg(result.names[n], score)
+                                              : tr("%1 — %2 %").arg(result.names[n], score),
+                              candidates_);
       QFont font = item->font();
       font.setBold(static_cast<std::size_t>(n) < result.answer.leading);
       item->setFont(font);

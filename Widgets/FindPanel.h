@@ -49,12 +49,12 @@ private:
 
   Host* host_;
   SegmentWorker* worker_;
-  QString modelId_, learningId_; // learningId_: of the model that learns
+  QString modelId_, learningId_;           // learningId_: of the model that learns
   vtkSmartPointer<vtkInnerGSModel> model_; // as it was last seen; null: none
   bool learning_ = false;
   bool prepared_ = true; // the worker was told to decode the model
-  MadeSegments made_; // what is shown
-  QString asked_;     // the query of what is listed
+  MadeSegments made_;    // what is shown
+  QString asked_;        // the query of what is listed
 
   Selector *selector_ = nullptr, *labels_ = nullptr;
   QLineEdit* names_ = nullptr;

@@ -99,9 +99,10 @@ public:
   virtual bool asksForNames() const { return false; }
   /// Labels for a model to learn from; names: a file with them, "": as the labels have them. What is returned
   /// may be called on another thread, and throws Error. Empty, with a sentence in *error, when it is refused.
-  virtual std::function<NamedLabels(const std::stop_token&)>
-  labelsFor(const QString& /*modelId*/, const QString& /*labelsId*/, const QString& /*names*/,
-            QString* /*error*/) {
+  virtual std::function<NamedLabels(const std::stop_token&)> labelsFor(const QString& /*modelId*/,
+                                                                       const QString& /*labelsId*/,
+                                                                       const QString& /*names*/,
+                                                                       QString* /*error*/) {
     return {};
   }
   /// What a model has learned; it is unsaved then. "" or a sentence.

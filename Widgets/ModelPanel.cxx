@@ -196,7 +196,8 @@ void ModelPanel::saveFile(const QString& file) {
   QString done = tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file));
   vtkInnerGSModel* const model = host_->model(modelId_);
   if (model && model->GetField() && file.endsWith(QLatin1String(".ply"), Qt::CaseInsensitive))
-    done += QLatin1Char(' ') + QString::fromStdString(droppedByPly(*model->GetField(), model->GetNumberOfSegments()));
+    done += QLatin1Char(' ') +
+            QString::fromStdString(droppedByPly(*model->GetField(), model->GetNumberOfSegments()));
   say(done);
 }
 

@@ -41,7 +41,8 @@ struct SegmentWorker::Work {
   template <class Signal, class... Arguments>
   void tell(Signal signal, Arguments... arguments) {
     QMetaObject::invokeMethod(
-        owner, [this, signal, arguments...] { Q_EMIT(owner->*signal)(arguments...); }, Qt::QueuedConnection);
+        owner, [this, signal, arguments...] { Q_EMIT(owner->*signal)
+                                              (arguments...); }, Qt::QueuedConnection);
   }
 
   /// "" where there is a thread.
@@ -116,13 +117,13 @@ struct SegmentWorker::Work {
         result->answer = finder->find(task.query);
         for (const SegmentCandidate& candidate : result->answer.candidates)
           result->names << QString::fromStdString(finder->nameOf(candidate));
-        const bool alone = task.candidate >= 0 &&
-                           task.candidate < static_cast<int>(result->answer.candidates.size());
-        result->made = finder->make(
-            alone ? std::vector<RequestedSegment>{finder->requested(
-                        result->answer.candidates[static_cast<std::size_t>(task.candidate)])}
-                  : finder->requested(task.query, result->answer),
-            task.options, stop);
+        const bool alone =
+            task.candidate >= 0 && task.candidate < static_cast<int>(result->answer.candidates.size());
+        result->made =
+            finder->make(alone ? std::vector<RequestedSegment>{finder->requested(
+                                     result->answer.candidates[static_cast<std::size_t>(task.candidate)])}
+                               : finder->requested(task.query, result->answer),
+                         task.options, stop);
       }
     } catch (...) {
       const Failure failure = failureOf();

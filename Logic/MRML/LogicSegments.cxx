@@ -71,8 +71,9 @@ int vtkSlicerInnerGSLogic::FindByText(vtkMRMLInnerGSModelNode* model, const std:
       scores->InsertNextValue(answer.candidates[n].score);
       leading->InsertNextValue(n < answer.leading);
     }
-    for (vtkAbstractArray* column : {static_cast<vtkAbstractArray*>(names), static_cast<vtkAbstractArray*>(scores),
-                                     static_cast<vtkAbstractArray*>(leading)})
+    for (vtkAbstractArray* column :
+         {static_cast<vtkAbstractArray*>(names), static_cast<vtkAbstractArray*>(scores),
+          static_cast<vtkAbstractArray*>(leading)})
       candidates->AddColumn(column);
   });
   return kind;
@@ -94,8 +95,9 @@ vtkSlicerInnerGSLogic::SegmentByText(vtkMRMLInnerGSModelNode* model, const std::
     this->Work->segments.answer = answer.sentence;
     const auto requested = finder.requested(text, answer);
     if (requested.empty()) throw Error(ErrorCode::NoData, answer.sentence);
-    made = mrml::addSegments(this->GetMRMLScene(), model,
-                             finder.make(requested, {threshold, smoothing, largestOnly, minimumSize}), output);
+    made =
+        mrml::addSegments(this->GetMRMLScene(), model,
+                          finder.make(requested, {threshold, smoothing, largestOnly, minimumSize}), output);
   });
   return made && made->GetScene() ? made.Get() : nullptr;
 }

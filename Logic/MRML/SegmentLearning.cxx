@@ -150,8 +150,8 @@ std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNod
       progress.remaining = fraction > 0 ? progress.elapsed * (1 - fraction) / fraction : 0;
       told(progress);
     };
-    *learned = std::make_shared<const FeatureModel>(
-        trainFeatures(core->field, given.labels, given.names, training));
+    *learned =
+        std::make_shared<const FeatureModel>(trainFeatures(core->field, given.labels, given.names, training));
   };
   const std::string from = labels->GetName() ? labels->GetName() : "";
   task->deliver = [core, learned, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {

@@ -34,7 +34,8 @@ vtkSmartPointer<vtkOrientedImageData> imageOf(const Segment& segment, vtkMatrix4
   image->SetImageToWorldMatrix(ijkToRAS);
   image->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
   if (!segment.mask.empty())
-    std::copy(segment.mask.begin(), segment.mask.end(), static_cast<std::uint8_t*>(image->GetScalarPointer()));
+    std::copy(segment.mask.begin(), segment.mask.end(),
+              static_cast<std::uint8_t*>(image->GetScalarPointer()));
   return image;
 }
 
@@ -77,7 +78,8 @@ vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRM
   vtkNew<vtkMatrix4x4> ijkToRAS;
   vtk::toMatrix(made.lattice, ijkToRAS);
   if (!node) {
-    if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add segments to: set one.");
+    if (!scene)
+      throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add segments to: set one.");
     const std::string name = std::string(model->GetName() ? model->GetName() : "Model") + " segments";
     node = vtkMRMLSegmentationNode::SafeDownCast(addNode(scene, "vtkMRMLSegmentationNode", name));
     if (node->GetScene()) node->CreateDefaultDisplayNodes();

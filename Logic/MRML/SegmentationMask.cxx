@@ -135,7 +135,8 @@ Label labelOf(const Numbers& numbers, double value) {
   return sizeof(Label) == 1 ? Label{1} : static_cast<Label>(found->second);
 }
 
-/// Sets the voxels of a mask or labelmap, which has the extent `whole`, where the image has one of the values.
+/// Sets the voxels of a mask or labelmap, which has the extent `whole`, where the image has one of the
+/// values.
 template <class T, class Label>
 void mark(vtkImageData* image, const Numbers& numbers, const int whole[6], std::vector<Label>& mask) {
   int part[6];
@@ -209,7 +210,8 @@ void merge(vtkOrientedImageData* layer, const Numbers& numbers, vtkOrientedImage
 SegmentationMask::SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment,
                                    vtkMRMLVolumeNode* like, const std::vector<GridGeometry>& grids,
                                    const std::string& role)
-    : name_("The " + role + " " + quoted(node)), single_(!segment.empty()), converter_(vtkSmartPointer<vtkSegmentation>::New()) {
+    : name_("The " + role + " " + quoted(node)), single_(!segment.empty()),
+      converter_(vtkSmartPointer<vtkSegmentation>::New()) {
   check(node, segment, role);
   vtkSegmentation* segments = node->GetSegmentation();
   toWorld(node, nodeToWorld_);
@@ -249,8 +251,9 @@ void SegmentationMask::check(vtkMRMLSegmentationNode* node, const std::string& s
   vtkSegmentation* segments = node->GetSegmentation();
   if (!segments || segments->GetNumberOfSegments() == 0) refuseEmpty("The " + role + " " + quoted(node));
   if (!segment.empty() && !segments->GetSegment(segment))
-    throw Error(ErrorCode::InvalidArgument, "The " + role + " " + quoted(node) + " has no segment with the ID '" +
-                                                segment + "': choose another.");
+    throw Error(ErrorCode::InvalidArgument, "The " + role + " " + quoted(node) +
+                                                " has no segment with the ID '" + segment +
+                                                "': choose another.");
   toWorld(node, vtkNew<vtkMatrix4x4>());
 }
 
@@ -299,9 +302,8 @@ void SegmentationMask::makeVoxels(const std::stop_token& stop, DetachedTasks& un
     };
     if (!unstoppable.run(convert, stop))
       throw Error(ErrorCode::UnsupportedImage,
-                  name_ +
-                      " has no voxels, and none could be made of its surfaces: create its binary "
-                      "labelmap in the Segmentations module first.");
+                  name_ + " has no voxels, and none could be made of its surfaces: create its binary "
+                          "labelmap in the Segmentations module first.");
     auto* image = vtkOrientedImageData::SafeDownCast(segment->GetRepresentation(labelmapName()));
     if (hasVoxels(image)) addLayer(image, segment->GetLabelValue(), number);
   }

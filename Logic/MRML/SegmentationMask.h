@@ -62,9 +62,9 @@ private:
   /// The lattice to merge on, as Slicer chooses it.
   void chooseLattice(vtkOrientedImageData* lattice);
 
-  std::string name_; // "The mask 'Organs'", for sentences
+  std::string name_;               // "The mask 'Organs'", for sentences
   std::vector<std::string> names_; // of the segments
-  bool single_;      // one segment: its own lattice
+  bool single_;                    // one segment: its own lattice
   bool cropped_ = false;
   vtkNew<vtkMatrix4x4> nodeToWorld_;
   std::map<vtkOrientedImageData*, vtkSmartPointer<vtkOrientedImageData>> copies_;

@@ -45,8 +45,7 @@ std::string vtkSlicerInnerGSJob::GetDescription() {
   if (this->State == Failed) return this->ErrorMessage;
   if (this->State != Running) return GetStateAsString(this->State);
   const innergs::Progress& told = *this->Told;
-  std::string line =
-      innergs::formatted("%.60s, %.0f %%", this->GetPhase().c_str(), 100 * told.fraction);
+  std::string line = innergs::formatted("%.60s, %.0f %%", this->GetPhase().c_str(), 100 * told.fraction);
   if (told.iteration > 0) line += innergs::formatted(", iteration %d of %d", told.iteration, told.iterations);
   if (std::isfinite(told.trainingPsnr))
     line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);

@@ -187,8 +187,8 @@ public:
   /// Blocking, as Reconstruct().
   bool LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse = false);
   /// What a text in words ("left kidney") asks for: one of vtkInnerGSSegment's Answers; −1 after an error.
-  /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well the
-  /// words fit) and Leading (1: those that answer the query together).
+  /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well
+  /// the words fit) and Leading (1: those that answer the query together).
   int FindByText(vtkMRMLInnerGSModelNode* model, const std::string& text, vtkTable* candidates = nullptr);
   /// The answer to the last text as a sentence.
   std::string GetLastAnswer();

@@ -46,8 +46,8 @@ SegmentFinder::SegmentFinder(std::shared_ptr<const GaussianField> field,
 void SegmentFinder::makeSearch() {
   std::vector<NamedSegment> scene;
   for (int c = 1; c < features_->classes(); ++c)
-    scene.push_back({features_->names[static_cast<std::size_t>(c)],
-                     !probabilities_ || probabilities_->voxels(c) > 0});
+    scene.push_back(
+        {features_->names[static_cast<std::size_t>(c)], !probabilities_ || probabilities_->voxels(c) > 0});
   search_.emplace(Lexicon::standard(), std::move(scene));
 }
 

@@ -68,9 +68,10 @@ vtkMatrix4x4* vtkInnerGSResample::GetOutputIJKToRASMatrix() {
 
 void vtkInnerGSResample::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   const auto field = this->RequireModel(inputs)->GetField();
-  innergs::vtk::announceImage(outputs->GetInformationObject(0),
-                              innergs::vtk::outputGrid(field->region(), this->Work->reference, this->OutputSpacing),
-                              this->GeometryInImage);
+  innergs::vtk::announceImage(
+      outputs->GetInformationObject(0),
+      innergs::vtk::outputGrid(field->region(), this->Work->reference, this->OutputSpacing),
+      this->GeometryInImage);
 }
 
 void vtkInnerGSResample::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {

@@ -28,13 +28,14 @@ struct MadeSegment {
 };
 
 template <class Label>
-void label(const innergs::Segment& segment, const std::array<std::int64_t, 3>& whole, Label value, Label* out) {
+void label(const innergs::Segment& segment, const std::array<std::int64_t, 3>& whole, Label value,
+           Label* out) {
   const auto& n = segment.geometry.size;
   std::size_t at = 0;
   for (std::int64_t k = 0; k < n[2]; ++k)
     for (std::int64_t j = 0; j < n[1]; ++j) {
-      Label* row = out + segment.first[0] +
-                   whole[0] * (segment.first[1] + j + whole[1] * (segment.first[2] + k));
+      Label* row =
+          out + segment.first[0] + whole[0] * (segment.first[1] + j + whole[1] * (segment.first[2] + k));
       for (std::int64_t i = 0; i < n[0]; ++i, ++at)
         if (segment.mask[at]) row[i] = value;
     }
@@ -42,7 +43,8 @@ void label(const innergs::Segment& segment, const std::array<std::int64_t, 3>& w
 
 template <class T>
 const T* at(const std::vector<T>& list, int index) {
-  return index >= 0 && index < static_cast<int>(list.size()) ? &list[static_cast<std::size_t>(index)] : nullptr;
+  return index >= 0 && index < static_cast<int>(list.size()) ? &list[static_cast<std::size_t>(index)]
+                                                             : nullptr;
 }
 
 } // namespace

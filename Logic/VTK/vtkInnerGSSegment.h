@@ -64,9 +64,9 @@ public:
   };
   ///@{
   /// Of the last update, per query.
-  int GetAnswer(int query);               // one of Answers; NoMatch outside the range
-  std::string GetAnswerText(int query);   // a sentence for people
-  int GetNumberOfCandidates(int query);   // best first
+  int GetAnswer(int query);             // one of Answers; NoMatch outside the range
+  std::string GetAnswerText(int query); // a sentence for people
+  int GetNumberOfCandidates(int query); // best first
   std::string GetCandidateName(int query, int candidate);
   double GetCandidateScore(int query, int candidate); // 0 to 1: how well the words fit
   int GetNumberOfLeadingCandidates(int query);        // those at the front that answer it together

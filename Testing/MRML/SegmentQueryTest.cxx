@@ -1,6 +1,6 @@
-#include "SegmentationFixture.h"
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Model/Model.h"
+#include "SegmentationFixture.h"
 #include "vtkInnerGSSegment.h"
 
 #include <vtkMRMLColorTableNode.h>
@@ -30,8 +30,8 @@ protected:
       segments->GetSegment(names[n])->SetName(names[n]);
     }
   }
-  /// Overlap of a segment with a label of the truth, voxel by voxel of the segment's lattice, which is that of
-  /// the truth.
+  /// Overlap of a segment with a label of the truth, voxel by voxel of the segment's lattice, which is that
+  /// of the truth.
   double dice(vtkMRMLSegmentationNode* found, const std::string& name, int label) {
     std::vector<std::string> ids;
     found->GetSegmentation()->GetSegmentIDs(ids);
@@ -89,7 +89,8 @@ TEST_F(SegmentQueryTest, LearnsAndFindsByWhatTheyAreCalled) {
   EXPECT_EQ(found->GetSegmentation()->GetNumberOfSegments(), 1);
   EXPECT_GT(dice(found, "liver", 1), 0.9);
   std::string entry;
-  EXPECT_TRUE(found->GetSegmentation()->GetNthSegment(0)->GetTag(vtkSegment::GetTerminologyEntryTagName(), entry));
+  EXPECT_TRUE(
+      found->GetSegmentation()->GetNthSegment(0)->GetTag(vtkSegment::GetTerminologyEntryTagName(), entry));
   EXPECT_NE(entry.find("SCT^10200004^"), std::string::npos) << entry;
   EXPECT_STREQ(found->GetNodeReferenceID("InnerGSModel"), model->GetID());
   // More of them in the same node; one of the same name takes the place of the other.
@@ -130,7 +131,8 @@ TEST_F(SegmentQueryTest, RefusesWhatCannotBeLearned) {
   };
   failing(nullptr, "choose a segmentation");
   failing(model, "neither a segmentation nor a label map");
-  failing(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Nothing"), "The segmentation 'Nothing' is empty");
+  failing(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Nothing"),
+          "The segmentation 'Nothing' is empty");
   failing(input, "no colour table that names");
   segments->GetSegment("liver")->SetName("");
   failing(node, "has no name");
@@ -196,7 +198,9 @@ TEST_F(SegmentQueryTest, LabelsForAThreadOfAPanel) {
   std::thread([&] { given = later({}); }).join();
   ASSERT_EQ(given.names.size(), 3u);
   EXPECT_EQ(given.names[1].name, "kidney_left");
-  const auto count = [&](int label) { return std::count(given.labels.voxels.begin(), given.labels.voxels.end(), label); };
+  const auto count = [&](int label) {
+    return std::count(given.labels.voxels.begin(), given.labels.voxels.end(), label);
+  };
   EXPECT_GT(count(1), count(3));
   EXPECT_GT(count(3), 0);
   EXPECT_FALSE(logic->LabelsLater(model, nullptr));

@@ -54,7 +54,8 @@ private Q_SLOTS:
   }
 
   void keepsWhatAModelLearnedAboutSegments() {
-    const ui::Report made = reconstructAndWait(*host_, request(openAndWait(*host_, writeBall(*sandbox_, "b.nii"))));
+    const ui::Report made =
+        reconstructAndWait(*host_, request(openAndWait(*host_, writeBall(*sandbox_, "b.nii"))));
     const auto core = host_->document().model(made.modelId)->model->GetCoreModel();
     Labelmap labels{core->field.region(), {}, {}};
     for (std::int64_t n = 0; n < labels.geometry.voxelCount(); ++n)

@@ -165,7 +165,7 @@ private Q_SLOTS:
     list->setCurrentRow(1);
     QTRY_COMPARE(shown.host.shown.segments.size(), std::size_t(1));
     QCOMPARE(shown.host.shown.segments[0].first.name, std::string("kidney_right"));
-    QCOMPARE(list->count(), 2); // still to choose from
+    QCOMPARE(list->count(), 2);                    // still to choose from
     shown.part<QCheckBox>("findLargest")->click(); // of the chosen one
     QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
     QCOMPARE(shown.host.kept, QStringList{"kidney_right"});

@@ -43,10 +43,8 @@ public:
                     QString* error) override;
 
   bool asksForNames() const override { return true; }
-  std::function<NamedLabels(const std::stop_token&)> labelsFor(const QString& modelId,
-                                                                   const QString& labelsId,
-                                                                   const QString& names,
-                                                                   QString* error) override;
+  std::function<NamedLabels(const std::stop_token&)>
+  labelsFor(const QString& modelId, const QString& labelsId, const QString& names, QString* error) override;
   QString setFeatures(const QString& modelId, const std::shared_ptr<const FeatureModel>& features) override;
   void previewSegments(const QString& modelId, const MadeSegments& made) override;
   QString addSegments(const QString& modelId, const MadeSegments& made, QString* error) override;

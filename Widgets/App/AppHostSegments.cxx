@@ -26,11 +26,12 @@ AppHost::labelsFor(const QString& modelId, const QString& labelsId, const QStrin
     NamedLabels given{innergs::labelmapOf(*volume), known};
     if (!file.isEmpty()) given.names = readSegmentNames(pathOf(file));
     if (given.names.empty())
-      throw Error(ErrorCode::InvalidArgument,
-                  tr("The labels of '%1' have no names: choose a file with them, e.g. {\"1\": \"liver\", \"2\": "
-                     "\"spleen\"}.")
-                      .arg(name)
-                      .toStdString());
+      throw Error(
+          ErrorCode::InvalidArgument,
+          tr("The labels of '%1' have no names: choose a file with them, e.g. {\"1\": \"liver\", \"2\": "
+             "\"spleen\"}.")
+              .arg(name)
+              .toStdString());
     return given;
   };
 }

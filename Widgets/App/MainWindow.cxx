@@ -374,12 +374,9 @@ void MainWindow::makeViewMenu() {
                      [this] { state_->step(-1); }, ctrl("PgUp"));
   menu->addSeparator();
   QMenu* panels = menu->addMenu(tr("&Go to Panel"));
-  const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},
-                                               {"reconstructDock", Qt::Key_F5},
-                                               {"queryDock", Qt::Key_F6},
-                                               {"modelDock", Qt::Key_F7},
-                                               {"logDock", Qt::Key_F8},
-                                               {"findDock", Qt::Key_F9}};
+  const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},  {"reconstructDock", Qt::Key_F5},
+                                               {"queryDock", Qt::Key_F6}, {"modelDock", Qt::Key_F7},
+                                               {"logDock", Qt::Key_F8},   {"findDock", Qt::Key_F9}};
   for (const auto& [dock, panelKey] : docks) {
     const QString name = QString::fromLatin1(dock);
     add(

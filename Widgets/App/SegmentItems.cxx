@@ -9,8 +9,8 @@
 namespace innergs::app {
 namespace {
 
-/// Calls each(voxel of the box, n) for the voxels of the n-th segment; box: a part of the lattice from `first`
-/// on, of `size` voxels.
+/// Calls each(voxel of the box, n) for the voxels of the n-th segment; box: a part of the lattice from
+/// `first` on, of `size` voxels.
 template <class Each>
 void forVoxels(const MadeSegments& made, const std::array<std::int64_t, 3>& first,
                const std::array<std::int64_t, 3>& size, Each&& each) {

@@ -36,7 +36,8 @@ void VolumeSelector::fill() {
     else if (role_ == Role::Mask)
       box_->addItem(tr("None"), QString());
     else if (role_ == Role::Labels)
-      box_->addItem(document_->volumes().empty() ? tr("No labelmap yet") : tr("Choose a labelmap"), QString());
+      box_->addItem(document_->volumes().empty() ? tr("No labelmap yet") : tr("Choose a labelmap"),
+                    QString());
     else if (role_ == Role::OutputVolume)
       box_->addItem(tr("New volume"), QString());
     else if (role_ == Role::OutputModel)

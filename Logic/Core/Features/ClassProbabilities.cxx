@@ -28,7 +28,8 @@ void checkOptions(const SegmentOptions& o) {
 }
 
 /// Along one axis with a Gaussian of `sigma` voxels, the border repeated.
-void smoothAlong(std::vector<float>& values, const std::array<std::int64_t, 3>& size, int axis, double sigma) {
+void smoothAlong(std::vector<float>& values, const std::array<std::int64_t, 3>& size, int axis,
+                 double sigma) {
   const auto reach = static_cast<std::int64_t>(std::ceil(3 * sigma));
   if (reach < 1) return;
   std::vector<float> weights(static_cast<std::size_t>(reach) + 1);
@@ -67,13 +68,14 @@ ClassProbabilities::ClassProbabilities(const GaussianField& field, const Feature
   const std::int64_t available = availableMemory();
   if (geometry.voxelCount() > std::int64_t{0xffffffff} ||
       (available > 0 && geometry.voxelCount() > available / 8)) // bytes for the classes of a voxel
-    throw Error(ErrorCode::Memory,
-                "The segments do not fit into memory on this grid: choose a coarser spacing or a smaller one.");
+    throw Error(
+        ErrorCode::Memory,
+        "The segments do not fit into memory on this grid: choose a coarser spacing or a smaller one.");
   const auto& n = geometry.size;
   std::vector<std::vector<Entry>> rows(static_cast<std::size_t>(n[1] * n[2])); // filled for a chunk at a time
   const auto visit = [&](std::int64_t voxel, std::span<const std::uint16_t> classes, const float* p) {
-    const auto best = static_cast<std::size_t>(
-        std::max_element(p, p + static_cast<std::ptrdiff_t>(classes.size())) - p);
+    const auto best =
+        static_cast<std::size_t>(std::max_element(p, p + static_cast<std::ptrdiff_t>(classes.size())) - p);
     std::vector<Entry>& row = rows[static_cast<std::size_t>(voxel / n[0])];
     for (std::size_t c = 0; c < classes.size(); ++c) {
       if (classes[c] == 0 || (p[c] < kLeast && c != best)) continue;

@@ -24,8 +24,8 @@ struct ClassImage {
 /// The voxels of a lattice that can be something else than background: visit(voxel, its classes, their
 /// probabilities), a row along I by one thread; chunkDone(first plane, past the last plane) after every chunk
 /// of planes, on the caller's thread. Throws Error(Geometry | Cancelled).
-using DecodedVisit =
-    std::function<void(std::int64_t voxel, std::span<const std::uint16_t> classes, const float* probabilities)>;
+using DecodedVisit = std::function<void(std::int64_t voxel, std::span<const std::uint16_t> classes,
+                                        const float* probabilities)>;
 void decodeLattice(const GaussianField& field, const FeatureModel& features, const GridGeometry& geometry,
                    const FeatureQueryOptions& options, const DecodedVisit& visit,
                    const std::function<void(std::int64_t, std::int64_t)>& chunkDone = {});

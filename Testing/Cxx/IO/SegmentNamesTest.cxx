@@ -38,8 +38,8 @@ TEST(SegmentNames, ASegmentationKeepsItsNamesAndCodes) {
   writeVolume(labels, folder / "a.seg.nrrd", OutputType::UInt8, {}, segmentFields(segments, labels.geometry));
   EXPECT_EQ(textOf(readSegmentNames(folder / "a.seg.nrrd")), "1=liver;2=kidney_left;");
   const std::string bytes = readBytes(folder / "a.seg.nrrd");
-  for (const char* field :
-       {"Segment0_Color:=0.1 0.25 1", "Segment1_Extent:=0 3 0 4 0 5", "Segment1_Tags:=TerminologyEntry:context~SCT^64033007^Kidney|"})
+  for (const char* field : {"Segment0_Color:=0.1 0.25 1", "Segment1_Extent:=0 3 0 4 0 5",
+                            "Segment1_Tags:=TerminologyEntry:context~SCT^64033007^Kidney|"})
     EXPECT_NE(bytes.find(field), std::string::npos) << field;
   EXPECT_EQ(readVolume(folder / "a.seg.nrrd").voxels, labels.voxels);
 }

@@ -14,9 +14,8 @@ using testing::BoxPhantom;
 
 SegmentFinder finderOf(const BoxPhantom& phantom) {
   return {std::make_shared<const GaussianField>(phantom.field),
-          std::make_shared<const FeatureModel>(
-              trainFeatures(phantom.field, phantom.labels,
-                            {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}))};
+          std::make_shared<const FeatureModel>(trainFeatures(
+              phantom.field, phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}))};
 }
 
 TEST(SegmentFinder, AQueryMakesOneSegmentOrOneEach) {

@@ -71,7 +71,8 @@ TEST_F(Segments, AreFoundByWhatTheyAreCalled) {
   EXPECT_EQ(filter->GetSegmentName(0), "liver");
   EXPECT_EQ(filter->GetSegmentCode(0), "10200004");
   EXPECT_EQ(filter->GetSegmentSide(1), "right");
-  EXPECT_EQ(filter->GetSegmentVolume(0), 8.0 * static_cast<double>(std::count(found.begin(), found.end(), 1)));
+  EXPECT_EQ(filter->GetSegmentVolume(0),
+            8.0 * static_cast<double>(std::count(found.begin(), found.end(), 1)));
   EXPECT_EQ(filter->GetAnswer(0), vtkInnerGSSegment::Found);
   EXPECT_EQ(filter->GetCandidateName(1, 0), "kidney_right");
   EXPECT_LT(filter->GetCandidateScore(1, 0), 1); // a typing error
@@ -103,9 +104,10 @@ TEST_F(Segments, OnAnyGridWithOptions) {
   filter->Update();
   EXPECT_EQ(filter->GetOutput()->GetDimensions()[0], 28);
   const double volume = filter->GetSegmentVolume(0);
-  EXPECT_NEAR(volume, 8.0 * static_cast<double>(
-                               std::count(phantom.labels.voxels.begin(), phantom.labels.voxels.end(), 1)),
-              0.15 * volume);
+  EXPECT_NEAR(
+      volume,
+      8.0 * static_cast<double>(std::count(phantom.labels.voxels.begin(), phantom.labels.voxels.end(), 1)),
+      0.15 * volume);
   filter->SetThreshold(0.95);
   filter->Update();
   EXPECT_LT(filter->GetSegmentVolume(0), volume);

@@ -37,8 +37,8 @@ protected:
     for (std::int64_t k = 0; k < s.geometry.size[2]; ++k)
       for (std::int64_t j = 0; j < s.geometry.size[1]; ++j)
         for (std::int64_t i = 0; i < s.geometry.size[0]; ++i, ++at)
-          all[static_cast<std::size_t>(s.first[0] + i +
-                                       n[0] * (s.first[1] + j + n[1] * (s.first[2] + k)))] = s.mask[at];
+          all[static_cast<std::size_t>(s.first[0] + i + n[0] * (s.first[1] + j + n[1] * (s.first[2] + k)))] =
+              s.mask[at];
     return all;
   }
   static BoxPhantom* phantom;
