@@ -197,6 +197,7 @@ private:
     const SegmentationResult result = runSegmentation(experiment);
     write(result.methods);
     write(result.grids);
+    write(result.queries);
     writeCsv(result.classes);
   }
 

@@ -1,10 +1,11 @@
 #include "Evaluation/ExperimentSegmentation.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Features/FeatureQuery.h"
+#include "Core/Features/ClassProbabilities.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "Evaluation/LabelInterpolation.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -117,6 +118,12 @@ public:
                      {"labels", "grid", "classes", "dice", "iou", "measured_on"},
                      {},
                      {}};
+    result_.queries = {"segmentation-queries",
+                       "A segment's largest part once the volume's own grid was decoded",
+                       {"labels", "segments", "decoding_seconds", "megabytes", "median_milliseconds",
+                        "slowest_milliseconds", "slowest"},
+                       {},
+                       {}};
     result_.methods.notes = {
         "Dice and IoU: foreground classes alone, whole volume, on the slices that nobody labelled; where all "
         "slices are "
@@ -187,7 +194,10 @@ private:
                              std::to_string(gaussians.whole[label]), decimals(gaussians.dice(label), 4),
                              decimals(gaussians.iou(label), 4), of(shape), of(nearest), measuredOn(every)});
       }
-    if (every == 1) otherGrids(set, model);
+    if (every == 1) {
+      otherGrids(set, model);
+      timeQueries(set, model);
+    }
   }
 
   void otherGrids(const LabelSet& set, const FeatureModel& model) {
@@ -205,6 +215,29 @@ private:
       result_.grids.add({set.name, name, std::to_string(m.classes), decimals(m.dice, 4), decimals(m.iou, 4),
                          "labelled voxels, nearest neighbour"});
     }
+  }
+
+  void timeQueries(const LabelSet& set, const FeatureModel& model) {
+    FeatureQueryOptions query;
+    query.stop = e_.stop;
+    query.threads = e_.settings.threads;
+    auto start = Clock::now();
+    const ClassProbabilities probabilities(fitted_->field, model, e_.volume.geometry, query);
+    const double decoding = secondsSince(start);
+    SegmentOptions options;
+    options.largestOnly = true;
+    std::vector<std::pair<double, int>> milliseconds;
+    for (int c = 1; c < model.classes(); ++c) {
+      start = Clock::now();
+      probabilities.segment(std::array<int, 1>{c}, options, e_.stop);
+      milliseconds.emplace_back(1000 * secondsSince(start), c);
+    }
+    std::sort(milliseconds.begin(), milliseconds.end());
+    result_.queries.add({set.name, std::to_string(milliseconds.size()), decimals(decoding, 2),
+                         decimals(static_cast<double>(probabilities.bytes()) / 1e6, 1),
+                         decimals(milliseconds[milliseconds.size() / 2].first, 1),
+                         decimals(milliseconds.back().first, 1),
+                         model.names[static_cast<std::size_t>(milliseconds.back().second)]});
   }
 
   static std::string measuredOn(int every) {

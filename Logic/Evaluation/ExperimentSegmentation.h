@@ -30,6 +30,7 @@ struct SegmentationResult {
   ExperimentTable methods; // per set and spacing of labelled slices, means over the classes
   ExperimentTable classes; // per class
   ExperimentTable grids;   // all slices labelled, on an oblique and on a finer grid
+  ExperimentTable queries; // how long decoding a grid and making one segment after it take
 };
 
 /// Fits the volume, learns features from the labels of some slices, and compares with the truth on the

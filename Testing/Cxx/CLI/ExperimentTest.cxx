@@ -133,6 +133,7 @@ TEST_F(ExperimentTest, SegmentationComparesWithLabelsLeftOut) {
   EXPECT_EQ(rows[2].back(), "slices not labelled");
   EXPECT_EQ(rowsOf(contents("tables/segmentation-classes.csv")).size(), 5u);
   EXPECT_EQ(rowsOf(contents("tables/segmentation-grids.csv")).size(), 3u);
+  EXPECT_EQ(rowsOf(contents("tables/segmentation-queries.csv")).size(), 2u);
 }
 
 TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
