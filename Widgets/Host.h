@@ -18,6 +18,8 @@ Q_DECLARE_METATYPE(innergs::Progress)
 
 namespace innergs::ui {
 
+class MotionHost;
+
 /// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new". What
 /// takes the keyboard in it is its focus proxy.
 class Selector : public QWidget {
@@ -46,7 +48,8 @@ public:
     OutputVolume, // a volume to write to, or new
     OutputModel,  // a model to write to, or new
     Model,        // a model to look at
-    Labels        // a labelmap or segmentation to learn from
+    Labels,       // a labelmap or segmentation to learn from
+    Series        // a moving scan
   };
   /// Whether there can be anything to choose for a role (the app has no regions).
   virtual bool offers(Role role) const = 0;
@@ -117,6 +120,9 @@ public:
     return {};
   }
   ///@}
+
+  /// Of moving scans; null where the program has none.
+  virtual MotionHost* motion() { return nullptr; }
 
   /// The folder that file dialogs open in. It is remembered.
   virtual QString folder() const = 0;

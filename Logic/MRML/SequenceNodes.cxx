@@ -148,7 +148,7 @@ vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence
     return true;
   };
   if (auto browser = agrees() ? browserOf(like) : nullptr) {
-    browser->AddSynchronizedSequenceNode(sequence);
+    browser->AddSynchronizedSequenceNodeID(sequence->GetID());
     return browser;
   }
   const std::string name = std::string(sequence->GetName() ? sequence->GetName() : "Sequence") + " browser";

@@ -265,6 +265,7 @@ QString FakeHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const Q
 QMap<QString, QString> FakeHost::choices(Role role) const {
   QMap<QString, QString> names;
   if (role == Role::Mask) return masks;
+  if (role == Role::Series) return series;
   if (role == Role::Region) return regions;
   if (role == Role::Model || role == Role::OutputModel) {
     for (auto it = models.begin(); it != models.end(); ++it)

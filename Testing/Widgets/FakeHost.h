@@ -80,6 +80,9 @@ public:
   QString showEllipsoids(const QString& id, bool shown) override;
   QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                     QString* error) override;
+  innergs::ui::MotionHost* motion() override { return motionHost; }
+  innergs::ui::MotionHost* motionHost = nullptr; // the test's own
+  QMap<QString, QString> series;                 // ID → name
   QString folder() const override { return folder_; }
   QString recovery; // the folder of recovered fits
   QString recoveryFolder() const override { return recovery; }

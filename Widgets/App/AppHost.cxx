@@ -9,6 +9,7 @@
 #include "Geometry.h"
 #include "IO/FilePath.h"
 #include "ImageVoxels.h"
+#include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
@@ -36,7 +37,7 @@ namespace {
 
 AppHost::AppHost(QObject* parent)
     : Host(parent), background_(new Background(this)), runner_(new Runner(this)),
-      estimates_(new Background(this)) {
+      motion_(new AppMotionHost(this)), estimates_(new Background(this)) {
   qRegisterMetaType<innergs::Progress>();
   qRegisterMetaType<innergs::ui::Report>();
   connect(&document_, &Document::volumesChanged, this, &AppHost::volumesChanged);
@@ -59,7 +60,12 @@ AppHost::AppHost(QObject* parent)
 }
 
 AppHost::~AppHost() {
+  delete motion_; // its threads look at the document
   disconnect(&document_, nullptr, this, nullptr);
+}
+
+ui::MotionHost* AppHost::motion() {
+  return motion_;
 }
 
 bool AppHost::offers(Role role) const {
@@ -96,7 +102,8 @@ ui::ModelInfo AppHost::modelInfo(const QString& id) const {
   info.name = item->name;
   info.gaussians = item->model->GetNumberOfGaussians();
   info.bytes = static_cast<std::int64_t>(item->model->GetActualMemorySize()) * 1024;
-  info.description = QString::fromStdString(item->model->GetDescription());
+  info.description = QString::fromStdString(item->moving ? item->moving->GetDescription()
+                                                         : item->model->GetDescription());
   item->model->GetBounds(info.bounds.data());
   info.window = item->window;
   const GridGeometry& domain = item->model->GetField()->domain;
@@ -162,7 +169,8 @@ QString AppHost::save(const QString& id, const QString& file) {
   const auto volumeNow = document_.volume(id);
   const auto modelNow = document_.model(id);
   const bool same = (volume && volumeNow && volumeNow->volume == volume->volume) ||
-                    (model && modelNow && modelNow->model == model->model);
+                    (model && modelNow && modelNow->moving == model->moving &&
+                     (model->moving || modelNow->model == model->model));
   if (same && !(model && isPly(file))) document_.setSaved(id, file);
   return {};
 }
@@ -365,7 +373,8 @@ ui::Estimate AppHost::estimate(const ui::Request& request) {
 
 bool AppHost::start(const ui::Request& request) {
   QString refusal;
-  if (isRunning()) refusal = tr("A reconstruction is running: wait for it or cancel it.");
+  if (isRunning() || motion_->isRunning())
+    refusal = tr("A reconstruction is running: wait for it or cancel it.");
   ReconstructionTask task;
   if (refusal.isEmpty())
     refusal = sentenceOf([&] {

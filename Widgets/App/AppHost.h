@@ -8,6 +8,7 @@
 
 namespace innergs::app {
 
+class AppMotionHost;
 class Background;
 struct SegmentOverlay;
 
@@ -22,6 +23,8 @@ public:
 
   Document& document() { return document_; }
   Background& background() { return *background_; }
+  ui::MotionHost* motion() override;
+  AppMotionHost& motionHost() { return *motion_; }
 
   bool offers(Role role) const override;
   ui::Selector* createSelector(Role role, QWidget* parent) override;
@@ -84,6 +87,7 @@ private:
   Document document_;
   Background* background_; // files
   Runner* runner_;
+  AppMotionHost* motion_;
   ui::Request request_;              // of the reconstruction that runs
   QHash<QString, int> wantedFrames_; // by item, while one is read
   Background* estimates_;

@@ -126,4 +126,15 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
   return item;
 }
 
+ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& name, const QString& file,
+                   ModelNotes notes) {
+  const auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+  moving->SetField(field);
+  const auto first = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(field->times.front()));
+  ModelItem item = makeItem(first->GetCoreModel(), name, file, std::move(notes));
+  item.moving = moving;
+  item.time = field->times.front();
+  return item;
+}
+
 } // namespace innergs::app

@@ -1,7 +1,9 @@
 #pragma once
 #include "Core/Image/Volume.h"
+#include "Core/Motion/DynamicField.h"
 #include "IO/ModelFile.h"
 #include "IO/SegmentNames.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 
 #include <vtkImageData.h>
@@ -58,7 +60,9 @@ struct ModelItem {
   QString id, name, file;
   QString origin;   // the scans' names, or the file
   ModelNotes notes; // what it was made from, for its file
-  vtkSmartPointer<vtkInnerGSModel> model;
+  vtkSmartPointer<vtkInnerGSModel> model;         // of a moving scan as it is at `time`
+  vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null for others
+  double time = 0;                                // s
   std::array<double, 2> window{0, 1}; // intensities worth showing
   bool saved = true, ellipsoidsShown = false;
   std::int64_t ellipsoids = 0; // that the 3D view draws
@@ -70,6 +74,10 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file = {}
                     int sliceAxis = -1);
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},
                    ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
+
+/// Of a moving scan, at its first frame's time.
+ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& name, const QString& file = {},
+                   ModelNotes notes = {});
 
 /// "axial", "coronal", "sagittal" or "oblique": how the slices along an axis lie.
 QString orientationOf(const GridGeometry& geometry, int sliceAxis);

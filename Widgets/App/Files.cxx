@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "IO/DicomSeries.h"
+#include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
@@ -32,6 +33,10 @@ std::size_t nonFinite(const Volume& volume) {
 
 ModelItem readModelItem(const QString& path) {
   ModelNotes notes;
+  if (isDynamicModel(pathOf(path))) {
+    auto field = std::make_shared<const DynamicField>(readDynamicModel(pathOf(path), &notes));
+    return makeItem(std::move(field), nameOf(path), path, std::move(notes));
+  }
   std::optional<FeatureModel> features;
   auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes, &features));
   if (model->field.gaussians.empty())
@@ -118,7 +123,8 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
     item.frames = {path,
                    static_cast<int>(std::min<std::int64_t>(image.frames, std::numeric_limits<int>::max())),
                    frame, image.frameSeconds};
-    notes << tr("'%1' holds %n frames: frame %2 is open; choose another below the list of data.", nullptr,
+    notes << tr("'%1' holds %n frames: frame %2 is open; choose another below the list of data, or make a continuous "
+                "volume in space and time of all in the panel Moving scan.", nullptr,
                 item.frames.count)
                  .arg(item.name)
                  .arg(frame + 1);
@@ -157,7 +163,8 @@ void saveItem(const ModelItem& item, const QString& file) {
   if (isPly(file))
     writePly(item.model->GetCoreModel()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
-    writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
+    item.moving ? writeDynamicModel(*item.moving->GetField(), pathOf(file), item.notes)
+                : writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
   else
     throw Error(ErrorCode::InvalidArgument,
                 tr("'%1' has no extension of a model: name it .innergs (keeps everything) "

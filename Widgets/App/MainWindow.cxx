@@ -1,5 +1,6 @@
 #include "Widgets/App/MainWindow.h"
 
+#include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/DataList.h"
@@ -8,6 +9,7 @@
 #include "Widgets/FindPanel.h"
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
+#include "Widgets/MotionPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 
@@ -120,6 +122,16 @@ MainWindow::MainWindow(QWidget* parent)
       state_->setVolumeId(id);
       reconstruction_->suggestInput(id);
     }
+    const auto volume = host_->document().volume(id);
+    const auto model = host_->document().model(id);
+    if (volume && volume->frames.count > 1) {
+      motion_->setSeriesId(id);
+      showPanel(QStringLiteral("motionDock"));
+    } else if (model && model->moving) {
+      motion_->setModelId(id);
+      showPanel(QStringLiteral("motionDock"));
+      host_->motion()->setTime(id, model->time);
+    }
     list_->setCurrentId(id);
   });
   connect(host_, &AppHost::openFailed, this,
@@ -158,6 +170,15 @@ MainWindow::MainWindow(QWidget* parent)
     if (!host_->document().model(id)) return;
     setModel(id);
   });
+  connect(motion_, &ui::MotionPanel::modelIdChanged, this, &MainWindow::setModel);
+  AppMotionHost& moving = host_->motionHost();
+  connect(&moving, &AppMotionHost::frameShown, state_, &ViewState::setVolumeId);
+  connect(&moving, &AppMotionHost::finished, this, [this](const ui::MotionReport& report) {
+    list_->setCurrentId(report.modelId);
+    reconstructionEnded();
+  });
+  connect(&moving, &AppMotionHost::failed, this, &MainWindow::reconstructionEnded);
+  connect(&moving, &AppMotionHost::cancelled, this, &MainWindow::reconstructionEnded);
   updateActions();
   restoreLayout();
 }
@@ -202,6 +223,7 @@ void MainWindow::makeDocks() {
   query_ = new ui::QueryPanel(host_, this);
   find_ = new ui::FindPanel(host_, this);
   model_ = new ui::ModelPanel(host_, this);
+  motion_ = new ui::MotionPanel(host_, this);
   auto* modelTop = new QWidget(this); // keeps its lines at the top
   auto* modelLayout = new QVBoxLayout(modelTop);
   modelLayout->setContentsMargins(0, 0, 0, 0);
@@ -209,6 +231,7 @@ void MainWindow::makeDocks() {
   modelLayout->addStretch(1);
   QDockWidget* data = addDock(list_, "dataDock", tr("Data"), false);
   QDockWidget* panels[] = {addDock(reconstruction_, "reconstructDock", tr("Reconstruct"), true),
+                           addDock(motion_, "motionDock", tr("Moving scan"), true),
                            addDock(query_, "queryDock", tr("Slice query"), true),
                            addDock(find_, "findDock", tr("Find"), true),
                            addDock(modelTop, "modelDock", tr("Model"), true),
@@ -376,7 +399,8 @@ void MainWindow::makeViewMenu() {
   QMenu* panels = menu->addMenu(tr("&Go to Panel"));
   const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},  {"reconstructDock", Qt::Key_F5},
                                                {"queryDock", Qt::Key_F6}, {"modelDock", Qt::Key_F7},
-                                               {"logDock", Qt::Key_F8},   {"findDock", Qt::Key_F9}};
+                                               {"logDock", Qt::Key_F8},   {"findDock", Qt::Key_F9},
+                                               {"motionDock", Qt::Key_F12}};
   for (const auto& [dock, panelKey] : docks) {
     const QString name = QString::fromLatin1(dock);
     add(
@@ -518,11 +542,13 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     busyBox_->open();
     return;
   }
-  if (host_->isRunning()) {
+  if (host_->isRunning() || host_->motion()->isRunning()) {
     auto* box = new QMessageBox(
         QMessageBox::Question, QStringLiteral("InnerGS"),
-        tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
-           "it stands."),
+        host_->isRunning()
+            ? tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
+                 "it stands.")
+            : tr("A moving scan is being reconstructed. Stop that and close?"),
         QMessageBox::NoButton, this);
     box->setObjectName(QStringLiteral("runningBox"));
     box->setAttribute(Qt::WA_DeleteOnClose);
@@ -533,7 +559,8 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     connect(stop, &QPushButton::clicked, this, [this] {
       closeWhenEnded_ = true;
       host_->stopAndKeep();
-      if (!host_->isRunning()) reconstructionEnded();
+      host_->motion()->cancel();
+      if (!host_->isRunning() && !host_->motion()->isRunning()) reconstructionEnded();
     });
     box->open();
     return;

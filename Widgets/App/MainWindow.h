@@ -17,6 +17,7 @@ class QProgressBar;
 namespace innergs::ui {
 class FindPanel;
 class ModelPanel;
+class MotionPanel;
 class QueryPanel;
 class ReconstructionPanel;
 } // namespace innergs::ui
@@ -40,8 +41,9 @@ public:
   ui::ReconstructionPanel* reconstruction() { return reconstruction_; }
   ui::QueryPanel* query() { return query_; }
   ui::FindPanel* find() { return find_; }
-  /// Brings a panel to the front: "reconstructDock", "queryDock", "findDock", "modelDock", "logDock",
-  /// "dataDock".
+  ui::MotionPanel* motion() { return motion_; }
+  /// Brings a panel to the front: "reconstructDock", "motionDock", "queryDock", "findDock", "modelDock",
+  /// "logDock", "dataDock".
   void showPanel(const QString& name);
   /// The same, and the keyboard goes to its first control.
   void goToPanel(const QString& name);
@@ -81,6 +83,7 @@ private:
   ui::ReconstructionPanel* reconstruction_ = nullptr;
   ui::QueryPanel* query_ = nullptr;
   ui::FindPanel* find_ = nullptr;
+  ui::MotionPanel* motion_ = nullptr;
   ui::ModelPanel* model_ = nullptr;
   QMenu *recent_ = nullptr, *panels_ = nullptr;
   QActionGroup* layouts_ = nullptr;

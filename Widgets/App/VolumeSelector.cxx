@@ -31,7 +31,9 @@ void VolumeSelector::fill() {
   {
     const QSignalBlocker blocker(box_);
     box_->clear();
-    if (role_ == Role::Input)
+    if (role_ == Role::Series)
+      box_->addItem(tr("Choose a moving scan"), QString());
+    else if (role_ == Role::Input)
       box_->addItem(document_->volumes().empty() ? tr("No volume yet") : tr("Choose a scan"), QString());
     else if (role_ == Role::Mask)
       box_->addItem(tr("None"), QString());
@@ -47,7 +49,7 @@ void VolumeSelector::fill() {
         box_->addItem(item->name, item->id);
     else
       for (const auto& item : document_->volumes())
-        box_->addItem(item->name, item->id);
+        if (role_ != Role::Series || item->frames.count > 1) box_->addItem(item->name, item->id);
     const int index = box_->findData(before);
     box_->setCurrentIndex(index >= 0 ? index : box_->count() > 0 ? 0 : -1);
     if (box_->count() == 0)

@@ -1,0 +1,110 @@
+// Moving scans in the desktop app, from the file to the slider.
+#include "AppWindowTest.h"
+
+#include "Core/Motion/TimeSeries.h"
+#include "IO/DynamicModelFile.h"
+#include "IO/TimeSeriesIO.h"
+#include "Widgets/App/AppMotionHost.h"
+#include "Widgets/App/Files.h"
+#include "Widgets/MotionPanel.h"
+
+#include <QDockWidget>
+
+#include <cmath>
+
+using namespace innergs;
+using namespace apptest;
+
+class AppMotionTest : public AppWindowTest {
+  Q_OBJECT
+
+  QString writeSeries(const char* name, int frames = 6) {
+    TimeSeries series;
+    series.geometry.size = {16, 12, 5};
+    for (int f = 0; f < frames; ++f) {
+      auto& frame = series.frames.emplace_back();
+      for (int k = 0; k < 5; ++k)
+        for (int j = 0; j < 12; ++j)
+          for (int i = 0; i < 16; ++i)
+            frame.push_back(static_cast<float>(
+                100 * std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
+      series.times.push_back(0.5 * f);
+    }
+    const QString path = sandbox_->path(name);
+    writeTimeSeries(series, app::pathOf(path));
+    return path;
+  }
+  app::AppMotionHost& motion() { return window_->host()->motionHost(); }
+
+private Q_SLOTS:
+  void init() { AppWindowTest::init(); }
+  void cleanup() { AppWindowTest::cleanup(); }
+
+  void fromTheFileToTheSlider() {
+    open({writeSeries("moving.nii.gz")});
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    auto* dock = window_->findChild<QDockWidget*>("motionDock");
+    QTRY_VERIFY(!dock->visibleRegion().isEmpty()); // a 4D file leads here
+    window_->motion()->findChild<QComboBox*>("motionKind")->setCurrentIndex(1);
+    QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed),
+        shown(&motion(), &app::AppMotionHost::frameShown);
+    window_->motion()->findChild<QPushButton*>("motionRun")->click();
+    QVERIFY(motion().isRunning());
+    QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, 120000);
+    QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
+    const auto report = finished[0][0].value<ui::MotionReport>();
+    QCOMPARE(report.quality.size(), 3);
+    QVERIFY(report.quality[0].psnr > 20);
+    const QString id = report.modelId;
+    QVERIFY(host().document().model(id)->moving);
+
+    // Any time is a volume in the views, and what the model is elsewhere.
+    QTRY_VERIFY(shown.size() > 0);
+    const auto brightest = [&] {
+      const auto& volume = *window_->state()->volume()->volume;
+      return (std::max_element(volume.voxels.begin(), volume.voxels.end()) - volume.voxels.begin()) % 16;
+    };
+    QTRY_COMPARE(brightest(), std::ptrdiff_t{5});
+    motion().setTime(id, 2.25); // between two frames
+    QTRY_COMPARE(brightest(), std::ptrdiff_t{9}); // 5 + 0.8·4.5 = 8.6
+    QCOMPARE(motion().motionInfo(id).now, 2.25);
+    QCOMPARE(host().document().volumes().size(), std::size_t{2}); // one volume for all times
+
+    const QString model = sandbox_->path("m.innergs"), frames = sandbox_->path("f.seq.nrrd");
+    QCOMPARE(host().saveModel(id, model), QString());
+    QVERIFY(isDynamicModel(app::pathOf(model)));
+    QCOMPARE(motion().saveFrames(id, 4, frames), QString());
+    QCOMPARE(readTimeSeries(app::pathOf(frames)).size(), std::int64_t{11});
+    QVERIFY(!motion().saveFrames(id, 0, sandbox_->path("moving.nii.gz")).isEmpty()); // the scan itself
+
+    // A saved model opens as what it is.
+    open({model});
+    QTRY_COMPARE(host().document().models().size(), std::size_t{2});
+    QVERIFY(host().document().models().back()->moving);
+  }
+
+  void cancelAndBadScans() {
+    open({writeSeries("moving.nii.gz", 12)});
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    const QString id = host().document().volumes().front()->id;
+    QSignalSpy cancelled(&motion(), &ui::MotionHost::cancelled), failed(&motion(), &ui::MotionHost::failed);
+    ui::MotionRequest request;
+    request.seriesId = id;
+    QVERIFY(motion().start(request));
+    QVERIFY(!motion().start(request)); // one at a time
+    QCOMPARE(failed.size(), 1);
+    motion().cancel();
+    QTRY_COMPARE(cancelled.size(), 1);
+    QVERIFY(host().document().models().empty());
+    request.rate = -1;
+    QVERIFY(motion().start(request));
+    QTRY_COMPARE(failed.size(), 2);
+    QVERIFY(failed[1][0].toString().contains("above 0"));
+    request.seriesId = "none";
+    QVERIFY(!motion().start(request));
+    QVERIFY(failed[2][0].toString().contains("no moving scan"));
+  }
+};
+
+QTEST_MAIN(AppMotionTest)
+#include "AppMotionTest.moc"

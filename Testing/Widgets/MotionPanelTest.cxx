@@ -1,0 +1,200 @@
+#include "Widgets/MotionPanel.h"
+
+#include "FakeHost.h"
+#include "TestTools.h"
+
+#include <QCheckBox>
+#include <QDoubleSpinBox>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSignalSpy>
+#include <QSlider>
+#include <QToolButton>
+
+using namespace innergs::ui;
+using innergs::Phase;
+using innergs::Progress;
+
+/// A made-up moving scan and its model; the test is the worker.
+class FakeMotion : public MotionHost {
+  Q_OBJECT
+public:
+  QMap<QString, SeriesInfo> series;
+  QMap<QString, MotionInfo> models;
+  QVector<MotionRequest> requests;
+  QVector<double> times;
+  QString refusal, savedTo;
+  double savedRate = -1;
+  int cancels = 0;
+  bool running = false;
+
+  SeriesInfo seriesInfo(const QString& id) const override { return series.value(id); }
+  bool start(const MotionRequest& request) override {
+    if (!refusal.isEmpty()) {
+      Q_EMIT failed(refusal);
+      return false;
+    }
+    requests << request;
+    running = true;
+    Q_EMIT started();
+    return true;
+  }
+  void cancel() override { ++cancels; }
+  bool isRunning() const override { return running; }
+  MotionInfo motionInfo(const QString& id) const override { return models.value(id); }
+  void setTime(const QString& id, double seconds) override {
+    models[id].now = seconds;
+    times << seconds;
+  }
+  bool savesFrames() const override { return true; }
+  QString saveFrames(const QString&, double rate, const QString& file) override {
+    savedTo = file;
+    savedRate = rate;
+    return {};
+  }
+};
+
+class MotionPanelTest : public QObject {
+  Q_OBJECT
+
+  FakeHost* host_ = nullptr;
+  FakeMotion* motion_ = nullptr;
+  MotionPanel* panel_ = nullptr;
+
+  template <class Part>
+  Part* part(const char* name) {
+    return panel_->findChild<Part*>(name);
+  }
+
+private Q_SLOTS:
+  void init() {
+    host_ = new FakeHost;
+    motion_ = new FakeMotion;
+    host_->motionHost = motion_;
+    host_->series = {{"wrist", "Wrist"}, {"bold", "BOLD"}};
+    motion_->series["wrist"] = {"Wrist", 38, {64, 64, 12}, true, 0, 18.5, {}};
+    motion_->series["bold"] = {"BOLD", 48, {64, 64, 33}, false, 0, 0, {}};
+    panel_ = new MotionPanel(host_);
+    QVERIFY(showActive(*panel_));
+  }
+  void cleanup() {
+    delete panel_;
+    delete motion_;
+    delete host_;
+  }
+
+  void saysWhatAScanIs() {
+    QVERIFY(!part<QPushButton>("motionRun")->isEnabled());
+    QVERIFY(part<QLabel>("motionAbout")->text().contains("4D"));
+    panel_->setSeriesId("wrist");
+    QVERIFY(part<QPushButton>("motionRun")->isEnabled());
+    QCOMPARE(part<QLabel>("motionAbout")->text(), QString("38 frames of 64 × 64 × 12 voxels, from 0 s to 18.5 s."));
+    panel_->setSeriesId("bold");
+    QVERIFY(part<QLabel>("motionAbout")->text().contains("give the time between frames"));
+    part<QDoubleSpinBox>("motionInterval")->setValue(2);
+    QVERIFY(part<QLabel>("motionAbout")->text().contains("to 94 s"));
+    motion_->series["wrist"].problem = "It has a vector per voxel: choose another.";
+    part<QDoubleSpinBox>("motionInterval")->setValue(part<QDoubleSpinBox>("motionInterval")->minimum());
+    panel_->setSeriesId("wrist");
+    QVERIFY(!part<QPushButton>("motionRun")->isEnabled());
+    QVERIFY(part<QLabel>("motionAbout")->text().contains("vector"));
+  }
+
+  void runsAndReports() {
+    panel_->setSeriesId("wrist");
+    part<QComboBox>("motionKind")->setCurrentIndex(1);
+    part<QDoubleSpinBox>("motionRate")->setValue(10);
+    QTest::mouseClick(part<QPushButton>("motionRun"), Qt::LeftButton);
+    QCOMPARE(motion_->requests.size(), 1);
+    const MotionRequest& request = motion_->requests[0];
+    QCOMPARE(request.seriesId, QString("wrist"));
+    QCOMPARE(request.kind, 0);
+    QCOMPARE(request.rate, 10.0);
+    QCOMPARE(request.interval, 0.0);
+    QVERIFY(request.evaluateQuality);
+    Progress progress;
+    progress.phase = Phase::Tracking;
+    progress.fraction = 0.25;
+    progress.remaining = 41;
+    Q_EMIT motion_->progressed(progress);
+    QCOMPARE(part<QProgressBar>("motionProgress")->value(), 250);
+    QVERIFY(part<QLabel>("motionPhase")->text().contains("40 seconds"));
+    snapshot(*panel_, "motion-running");
+    motion_->models["m"] = {true, 0, 18.5, 0, "motion"};
+    host_->models["m"].name = "Wrist model";
+    Q_EMIT host_->modelsChanged();
+    motion_->running = false;
+    MotionReport report;
+    report.modelId = "m";
+    report.quality = {{"gaussians", 42.13, 0.9747}, {"linear", 34.44, 0.9345}, {"previous", 30.2, 0.8926}};
+    report.samples = "4 of 38 frames, which no method saw.";
+    report.gaussians = 8192;
+    report.seconds = 37;
+    QSignalSpy chosen(panel_, &MotionPanel::modelIdChanged);
+    Q_EMIT motion_->finished(report);
+    QCOMPARE(chosen.size(), 1);
+    QCOMPARE(panel_->modelId(), QString("m"));
+    QVERIFY(!part<QProgressBar>("motionProgress")->isVisible());
+    for (const char* text : {"42.13", "34.44", "Linear in time", "4 of 38 frames"})
+      QVERIFY2(part<QLabel>("motionQuality")->text().contains(text), text);
+    QVERIFY(part<QLabel>("motionQuality")->isVisible());
+    snapshot(*panel_, "motion-done");
+  }
+
+  void cancelsAndTellsErrors() {
+    panel_->setSeriesId("wrist");
+    auto* run = part<QPushButton>("motionRun");
+    QTest::mouseClick(run, Qt::LeftButton);
+    QTest::mouseClick(run, Qt::LeftButton);
+    QCOMPARE(motion_->cancels, 1);
+    QVERIFY(!run->isEnabled()); // once
+    motion_->running = false;
+    Q_EMIT motion_->cancelled();
+    QVERIFY(run->isEnabled());
+    motion_->refusal = "All frames are equal: choose another scan.";
+    QTest::mouseClick(run, Qt::LeftButton);
+    QVERIFY(panel_->findChild<QWidget*>("motionMessage")->isVisible());
+    QVERIFY(run->isEnabled());
+  }
+
+  void theSliderShowsTimes() {
+    motion_->models["m"] = {true, 2, 6, 3, "intensity"};
+    host_->models["m"].name = "Model";
+    host_->models["still"].name = "Still";
+    Q_EMIT host_->modelsChanged();
+    panel_->setModelId("still");
+    QVERIFY(part<QLabel>("motionAboutModel")->text().contains("does not move"));
+    QVERIFY(!part<QToolButton>("motionPlay")->isEnabled());
+    panel_->setModelId("m");
+    auto* value = part<QDoubleSpinBox>("motionTimeValue");
+    QCOMPARE(value->value(), 3.0);
+    QCOMPARE(value->minimum(), 2.0);
+    QCOMPARE(value->maximum(), 6.0);
+    part<QSlider>("motionTimeSlider")->setValue(4500);
+    QCOMPARE(motion_->times, QVector<double>{4.5});
+    Q_EMIT motion_->timeChanged("m", 5.25); // by the sequence browser
+    QCOMPARE(value->value(), 5.25);
+    QCOMPARE(motion_->times.size(), 1); // and not sent back
+  }
+
+  void plays() {
+    motion_->models["m"] = {true, 0, 0.3, 0, "motion"};
+    host_->models["m"].name = "Model";
+    Q_EMIT host_->modelsChanged();
+    panel_->setModelId("m");
+    part<QToolButton>("motionPlay")->click();
+    const auto wrapped = [&] {
+      for (int n = 1; n < motion_->times.size(); ++n)
+        if (motion_->times[n] < motion_->times[n - 1]) return true;
+      return false;
+    };
+    QTRY_VERIFY(wrapped());
+    for (const double time : std::as_const(motion_->times))
+      QVERIFY(time >= 0 && time <= 0.3);
+    part<QToolButton>("motionPlay")->click();
+    QVERIFY(!part<QToolButton>("motionPlay")->isChecked());
+  }
+};
+
+QTEST_MAIN(MotionPanelTest)
+#include "MotionPanelTest.moc"

@@ -1,0 +1,260 @@
+#include "Widgets/App/AppMotionHost.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Base/ThreadPriority.h"
+#include "Core/Render/Render.h"
+#include "IO/FilePath.h"
+#include "IO/TimeSeriesIO.h"
+#include "Widgets/App/AppHost.h"
+#include "Widgets/App/Background.h"
+#include "Widgets/App/Files.h"
+
+#include <QFileInfo>
+#include <QMetaObject>
+
+#include <algorithm>
+#include <utility>
+
+namespace innergs::app {
+
+AppMotionHost::AppMotionHost(AppHost* host)
+    : ui::MotionHost(host), host_(host), frames_(new Background(this)) {}
+
+AppMotionHost::~AppMotionHost() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  thread_.join();
+}
+
+ui::SeriesInfo AppMotionHost::seriesInfo(const QString& id) const {
+  ui::SeriesInfo info;
+  const auto item = host_->document().volume(id);
+  if (!item || item->frames.count < 2) return info;
+  info.name = item->name;
+  info.frames = item->frames.count;
+  for (int a = 0; a < 3; ++a)
+    info.dimensions[a] = static_cast<int>(item->volume->geometry.size[a]);
+  const std::filesystem::path file = pathOf(item->frames.file);
+  std::error_code ignored;
+  info.timed = item->frames.seconds > 0 || std::filesystem::exists(sidecarOf(file), ignored) ||
+               item->frames.file.endsWith(QLatin1String(".seq.nrrd"), Qt::CaseInsensitive);
+  info.last = item->frames.seconds * (item->frames.count - 1);
+  return info;
+}
+
+bool AppMotionHost::start(const ui::MotionRequest& request) {
+  const auto item = host_->document().volume(request.seriesId);
+  QString refusal;
+  if (running_ || host_->isRunning())
+    refusal = tr("A reconstruction is running: wait for it or cancel it.");
+  else if (!item || item->frames.count < 2)
+    refusal = tr("There is no moving scan: open a 4D file and choose it.");
+  if (refusal.isEmpty()) {
+    if (thread_.joinable()) thread_.join(); // at its end
+    running_ = true;
+    scanId_ = item->id;
+    {
+      const std::lock_guard lock(mutex_);
+      latest_.reset();
+    }
+    refusal = sentenceOf([&] {
+      thread_ = std::jthread(
+          [this, request, scan = *item](const std::stop_token& stop) { work(request, scan, stop); });
+    });
+    if (!refusal.isEmpty()) running_ = false;
+  }
+  if (!refusal.isEmpty()) {
+    Q_EMIT failed(refusal);
+    return false;
+  }
+  Q_EMIT started();
+  return true;
+}
+
+void AppMotionHost::cancel() {
+  if (running_) thread_.request_stop();
+}
+
+void AppMotionHost::post(const Progress& progress) {
+  {
+    const std::lock_guard lock(mutex_);
+    const bool first = !latest_;
+    latest_ = progress;
+    if (!first) return; // the call under way delivers the newest
+  }
+  QMetaObject::invokeMethod(
+      this,
+      [this] {
+        std::optional<Progress> progress;
+        {
+          const std::lock_guard lock(mutex_);
+          progress.swap(latest_);
+        }
+        if (progress && running_) Q_EMIT progressed(*progress);
+      },
+      Qt::QueuedConnection);
+}
+
+void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& scan,
+                         const std::stop_token& stop) {
+  lowerThreadPriority(); // the windows have priority
+  const auto outcome = std::make_shared<Outcome>();
+  bool stopped = false;
+  const QString error = sentenceOf([&] {
+    post({});
+    TimeSeriesOptions reading;
+    if (request.interval > 0) reading.interval = request.interval;
+    TimeSeries series = readTimeSeries(pathOf(scan.frames.file), reading);
+    timesAtRate(request.rate, series.times); // or an Error
+    const std::string pairs = remarkOnPairs(series);
+    DynamicSettings settings;
+    if (request.kind >= 0) settings.kind = request.kind == 0 ? DynamicKind::Motion : DynamicKind::Intensity;
+    JudgedSeries job(std::move(series), settings, request.evaluateQuality);
+    job.onProgress([&](const Progress& progress) { post(progress); });
+    const JudgedSeriesResult made = job.run(stop);
+    if (made.result.cancelled || !made.result.field) {
+      stopped = true;
+      return;
+    }
+    ui::MotionReport& report = outcome->report;
+    report.choice = QString::fromStdString(made.result.choice);
+    for (const std::string& sentence : {pairs, made.note})
+      if (!sentence.empty()) report.warnings << QString::fromStdString(sentence);
+    if (made.quality) {
+      for (const MethodScore& score : made.quality->methods)
+        report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
+      report.samples = QString::fromStdString(made.quality->samples);
+    }
+    report.gaussians = made.result.field->size();
+    report.seconds = made.result.seconds;
+    const QString name = nameOf(scan.frames.file);
+    outcome->model =
+        makeItem(made.result.field, tr("%1 model").arg(name), {},
+                 {{"Inputs", scan.name.toStdString()},
+                  {"Settings", std::string("kind=") + dynamicKindName(made.result.field->kind)},
+                  {"TrainingPSNR", formatted("%.3f", made.result.trainingPsnr)}});
+    outcome->model.origin = name;
+    outcome->model.window = {scan.window->lower, scan.window->upper};
+    outcome->model.saved = false;
+  });
+  QMetaObject::invokeMethod(
+      this,
+      [this, outcome, stopped, error] {
+        if (thread_.joinable()) thread_.join(); // at its end
+        running_ = false;
+        if (stopped) {
+          Q_EMIT cancelled();
+        } else if (!error.isEmpty()) {
+          Q_EMIT host_->logged(error);
+          Q_EMIT failed(error);
+        } else {
+          deliver(*outcome, scanId_);
+        }
+      },
+      Qt::QueuedConnection);
+}
+
+void AppMotionHost::deliver(Outcome& outcome, const QString& scanId) {
+  Shown shown;
+  if (const auto scan = host_->document().volume(scanId)) {
+    shown.window = scan->window;
+    shown.scan = nameOf(scan->frames.file);
+  }
+  const double first = outcome.model.time;
+  outcome.report.modelId = host_->document().add(std::move(outcome.model));
+  shown_[outcome.report.modelId] = shown;
+  Q_EMIT host_->logged(tr("A model in space and time was made of %1.").arg(shown.scan));
+  setTime(outcome.report.modelId, first);
+  Q_EMIT finished(outcome.report);
+}
+
+ui::MotionInfo AppMotionHost::motionInfo(const QString& modelId) const {
+  ui::MotionInfo info;
+  const auto item = host_->document().model(modelId);
+  double range[2];
+  if (!item || !item->moving || !item->moving->GetTimeRange(range)) return info;
+  info.known = true;
+  info.first = range[0];
+  info.last = range[1];
+  info.now = asked_.value(modelId, item->time);
+  info.kind = QString::fromStdString(item->moving->GetKindName());
+  return info;
+}
+
+void AppMotionHost::setTime(const QString& modelId, double seconds) {
+  wanted_ = Wanted{modelId, seconds};
+  asked_[modelId] = seconds;
+  if (!showing_) showWanted();
+}
+
+void AppMotionHost::showWanted() {
+  if (!wanted_) return;
+  const Wanted wanted = *std::exchange(wanted_, std::nullopt);
+  const auto item = host_->document().model(wanted.modelId);
+  if (!item || !item->moving) return;
+  showing_ = true;
+  const QString name = tr("%1 in time").arg(shown_.value(wanted.modelId).scan.isEmpty()
+                                                ? item->name
+                                                : shown_.value(wanted.modelId).scan);
+  frames_->run({}, [this, wanted, name, moving = item->moving] {
+    const auto model = std::make_shared<vtkSmartPointer<vtkInnerGSModel>>();
+    const auto volume = std::make_shared<VolumeItem>();
+    const QString error = sentenceOf([&] {
+      double range[2] = {wanted.time, wanted.time};
+      moving->GetTimeRange(range);
+      *model = vtkSmartPointer<vtkInnerGSModel>::Take(
+          moving->NewModelAt(std::clamp(wanted.time, range[0], range[1])));
+      if (!*model) throw Error(ErrorCode::InvalidArgument, tr("This time cannot be shown.").toStdString());
+      const GaussianField& field = (*model)->GetCoreModel()->field;
+      *volume = makeItem(render(field, field.region()), name);
+      volume->role = VolumeRole::Made; // the model makes it again, so that it need not be saved
+    });
+    return [this, wanted, moving, model, volume, error] {
+      showing_ = false;
+      const auto now = host_->document().model(wanted.modelId);
+      if (!error.isEmpty()) Q_EMIT host_->logged(error);
+      if (error.isEmpty() && now && now->moving == moving) {
+        Shown& shown = shown_[wanted.modelId];
+        if (shown.window) volume->window = shown.window;
+        if (!host_->document().replace(shown.volumeId, *volume)) {
+          shown.volumeId = host_->document().add(std::move(*volume));
+          if (!shown.window) shown.window = host_->document().volume(shown.volumeId)->window;
+        }
+        ModelItem posed = *now;
+        posed.model = *model;
+        posed.time = wanted.time;
+        host_->document().replace(wanted.modelId, std::move(posed));
+        Q_EMIT frameShown(shown.volumeId);
+      }
+      showWanted();
+    };
+  });
+}
+
+QString AppMotionHost::saveFrames(const QString& modelId, double rate, const QString& file) {
+  const auto item = host_->document().model(modelId);
+  if (!item || !item->moving) return tr("The model is no longer open and its frames cannot be saved.");
+  for (const auto& volume : host_->document().volumes())
+    if (volume->frames.count > 1 && isSameFile(pathOf(volume->frames.file), pathOf(file)))
+      return tr("'%1' is the moving scan that is open as '%2': choose another file.").arg(file, volume->name);
+  QString error;
+  host_->background().runAndWait(tr("Saving %1").arg(QFileInfo(file).fileName()), [&] {
+    error = sentenceOf([&] {
+      const auto field = item->moving->GetField();
+      TimeSeries series{field->canonical.region(), {}, timesAtRate(rate, field->times), {}};
+      checkTimeSeriesPath(pathOf(file));
+      ThreadPool pool(0);
+      GaussianField posed = field->canonical;
+      for (const double time : series.times) {
+        poseAt(*field, time, posed, pool);
+        series.frames.push_back(render(posed, series.geometry).voxels);
+      }
+      writeTimeSeries(series, pathOf(file));
+    });
+  });
+  Q_EMIT host_->logged(error.isEmpty() ? tr("Wrote %1.").arg(file) : error);
+  return error;
+}
+
+} // namespace innergs::app

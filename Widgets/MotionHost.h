@@ -1,0 +1,82 @@
+#pragma once
+#include "Core/Job/Progress.h"
+#include "Widgets/Request.h"
+
+#include <QObject>
+
+namespace innergs::ui {
+
+/// A moving scan that can be reconstructed.
+struct SeriesInfo {
+  QString name;                    // "" for an unknown ID
+  int frames = 0;                  // 0: unknown before it is read
+  std::array<int, 3> dimensions{}; // voxels along I, J, K
+  bool timed = true;               // the scan says when its frames were acquired
+  double first = 0, last = 0;      // s, of the frames; both 0: not known before it is read
+  QString problem;                 // why it cannot be reconstructed, a sentence; "": it can
+};
+
+/// What the reconstruction of a moving scan is asked for.
+struct MotionRequest {
+  QString seriesId;
+  double interval = 0;         // s from one frame to the next; 0: as the scan says
+  int kind = -1;               // as innergs::DynamicKind: 0 motion, 1 intensity; −1 chosen
+  double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
+  bool evaluateQuality = true; // on frames that a second fit does not see
+};
+
+/// How it ended well.
+struct MotionReport {
+  QString modelId;
+  QString choice;              // why it is of its kind, a sentence; "" where that was chosen
+  QStringList warnings;        // sentences
+  QVector<QualityRow> quality; // on withheld frames; empty: not judged
+  QString samples;             // which frames these are
+  std::int64_t gaussians = 0;
+  double seconds = 0;
+};
+
+/// A model of a moving scan.
+struct MotionInfo {
+  bool known = false;
+  double first = 0, last = 0, now = 0; // s
+  QString kind;                        // "motion", "intensity"
+};
+
+/// What the panel of moving scans needs from the program beside the Host; on the main thread only. One
+/// reconstruction at a time: every start() that returns true ends with exactly one of finished, failed and
+/// cancelled.
+class MotionHost : public QObject {
+  Q_OBJECT
+public:
+  using QObject::QObject;
+
+  virtual SeriesInfo seriesInfo(const QString& id) const = 0;
+  /// False, after failed(sentence), when it is refused.
+  virtual bool start(const MotionRequest& request) = 0;
+  virtual void cancel() = 0; // returns at once
+  virtual bool isRunning() const = 0;
+
+  /// Not known for models that do not move.
+  virtual MotionInfo motionInfo(const QString& modelId) const = 0;
+  /// Shows the model at a time (s), as a frame in the slice views and wherever else it is seen. Returns at
+  /// once; of many that wait the last one is shown.
+  virtual void setTime(const QString& modelId, double seconds) = 0;
+  /// Writes frames (rate as in the request) as one 4D file; "" or a sentence. Only where the program has no
+  /// other way: savesFrames().
+  virtual bool savesFrames() const = 0;
+  virtual QString saveFrames(const QString& modelId, double rate, const QString& file) = 0;
+
+Q_SIGNALS:
+  void started();
+  void progressed(const innergs::Progress& progress);
+  void finished(const innergs::ui::MotionReport& report);
+  void failed(const QString& sentence);
+  void cancelled();
+  /// The time was changed elsewhere, by the sequence browser.
+  void timeChanged(const QString& modelId, double seconds);
+};
+
+} // namespace innergs::ui
+
+Q_DECLARE_METATYPE(innergs::ui::MotionReport)

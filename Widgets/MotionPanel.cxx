@@ -1,0 +1,394 @@
+#include "Widgets/MotionPanel.h"
+
+#include "Widgets/MessageLine.h"
+#include "Widgets/NumberSpin.h"
+#include "Widgets/PanelTools.h"
+#include "Widgets/SaveDialog.h"
+#include "Widgets/TextFormat.h"
+#include "Widgets/ValueSlider.h"
+
+#include <QCheckBox>
+#include <QComboBox>
+#include <QDir>
+#include <QFileInfo>
+#include <QFormLayout>
+#include <QGroupBox>
+#include <QHBoxLayout>
+#include <QLabel>
+#include <QLocale>
+#include <QProgressBar>
+#include <QPushButton>
+#include <QSignalBlocker>
+#include <QStyle>
+#include <QToolButton>
+
+#include <cmath>
+
+namespace innergs::ui {
+
+namespace {
+
+constexpr int kPlayInterval = 40; // ms between two frames that are shown
+
+QString seconds(double value) {
+  return QLocale().toString(value, 'g', 6);
+}
+
+} // namespace
+
+MotionPanel::MotionPanel(Host* host, QWidget* parent)
+    : QWidget(parent), host_(host), motion_(host->motion()) {
+  qRegisterMetaType<innergs::ui::MotionReport>();
+  build();
+  connectAll();
+  showSeries();
+  showModel();
+  ended();
+}
+
+void MotionPanel::build() {
+  auto* all = new QVBoxLayout(this);
+  all->setContentsMargins(0, 0, 0, 0);
+  all->addWidget(buildFit());
+  all->addWidget(buildView());
+  message_ = new MessageLine(this);
+  message_->setObjectName(QStringLiteral("motionMessage"));
+  all->addWidget(message_);
+  all->addStretch(1);
+  guardWheel(this);
+}
+
+QWidget* MotionPanel::buildFit() {
+  auto* box = new QGroupBox(tr("Reconstruct in space and time"), this);
+  auto* layout = new QVBoxLayout(box);
+  options_ = new QWidget(box);
+  auto* form = new QFormLayout(options_);
+  form->setContentsMargins(0, 0, 0, 0);
+  series_ = host_->createSelector(Host::Role::Series, this);
+  series_->setObjectName(QStringLiteral("motionSeries"));
+  series_->setToolTip(tr("A scan with several frames: a 4D file, or in 3D Slicer a sequence of volumes"));
+  form->addRow(tr("Moving &scan"), series_);
+  about_ = makeWrappedLabel(QStringLiteral("motionAbout"), this);
+  form->addRow(QString(), about_);
+  interval_ = new NumberSpin({1e-6, 1e6, false, true, 1}, this);
+  interval_->setObjectName(QStringLiteral("motionInterval"));
+  interval_->setSuffix(tr(" s"));
+  interval_->setSpecialValueText(tr("as the scan says"));
+  interval_->setToolTip(tr("Time from one frame to the next, where the scan does not say it or says it wrongly"));
+  form->addRow(tr("&Time between frames"), interval_);
+  kind_ = new QComboBox(this);
+  kind_->setObjectName(QStringLiteral("motionKind"));
+  kind_->addItem(tr("Chosen by withheld frames"), -1);
+  kind_->addItem(tr("The tissue moves"), 0);
+  kind_->addItem(tr("It stays and changes its intensity (fMRI)"), 1);
+  kind_->setToolTip(tr("What changes with time. By itself the program tries both on a few frames"));
+  kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
+  kind_->setMinimumContentsLength(12);
+  form->addRow(tr("What &changes"), kind_);
+  rate_ = new NumberSpin({1e-3, 1e4, false, true, 1}, this);
+  rate_->setObjectName(QStringLiteral("motionRate"));
+  rate_->setSuffix(tr(" per second"));
+  rate_->setSpecialValueText(tr("the scan's own"));
+  rate_->setToolTip(tr("How many frames per second are made to be saved; the slider below shows any time"));
+  form->addRow(tr("Fra&mes to make"), rate_);
+  judge_ = new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this);
+  judge_->setObjectName(QStringLiteral("motionJudge"));
+  judge_->setChecked(true);
+  judge_->setToolTip(tr("A second fit does not see every few frames and is compared with linear interpolation\n"
+                        "in time and with the previous frame on them"));
+  form->addRow(judge_);
+  layout->addWidget(options_);
+  run_ = new QPushButton(tr("&Reconstruct"), this);
+  run_->setObjectName(QStringLiteral("motionRun"));
+  layout->addWidget(run_);
+  bar_ = new QProgressBar(this);
+  bar_->setObjectName(QStringLiteral("motionProgress"));
+  bar_->setRange(0, 1000);
+  layout->addWidget(bar_);
+  phase_ = makeWrappedLabel(QStringLiteral("motionPhase"), this);
+  layout->addWidget(phase_);
+  quality_ = makeWrappedLabel(QStringLiteral("motionQuality"), this);
+  quality_->setTextFormat(Qt::RichText);
+  layout->addWidget(quality_);
+  return box;
+}
+
+QWidget* MotionPanel::buildView() {
+  auto* box = new QGroupBox(tr("Look at any time"), this);
+  auto* layout = new QVBoxLayout(box);
+  auto* choice = new QFormLayout;
+  model_ = host_->createSelector(Host::Role::Model, this);
+  model_->setObjectName(QStringLiteral("motionModel"));
+  model_->setToolTip(tr("A model of a moving scan"));
+  choice->addRow(tr("M&odel"), model_);
+  layout->addLayout(choice);
+  aboutModel_ = makeWrappedLabel(QStringLiteral("motionAboutModel"), this);
+  layout->addWidget(aboutModel_);
+  view_ = new QWidget(box);
+  auto* controls = new QVBoxLayout(view_);
+  controls->setContentsMargins(0, 0, 0, 0);
+  auto* line = new QHBoxLayout;
+  play_ = new QToolButton(this);
+  play_->setObjectName(QStringLiteral("motionPlay"));
+  play_->setCheckable(true);
+  play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
+  play_->setToolTip(tr("Play, again and again"));
+  play_->setAccessibleName(tr("Play"));
+  line->addWidget(play_);
+  time_ = new ValueSlider(tr(" s"), 3, this);
+  time_->describe(QStringLiteral("motionTime"), tr("Time"),
+                  tr("The time at which the model is shown in the slice views and in the panel Slice query"));
+  line->addWidget(time_, 1);
+  speed_ = new QComboBox(this);
+  speed_->setObjectName(QStringLiteral("motionSpeed"));
+  speed_->setToolTip(tr("How fast it plays"));
+  speed_->setAccessibleName(tr("Speed"));
+  for (const double speed : {0.25, 0.5, 1., 2., 4.})
+    speed_->addItem(tr("%1×").arg(QLocale().toString(speed)), speed);
+  speed_->setCurrentIndex(2);
+  line->addWidget(speed_);
+  controls->addLayout(line);
+  auto* buttons = new QHBoxLayout;
+  saveFrames_ = new QPushButton(tr("Save Fr&ames…"), this);
+  saveFrames_->setObjectName(QStringLiteral("motionSaveFrames"));
+  saveFrames_->setToolTip(tr("Frames at the rate chosen above as one 4D NIfTI or .seq.nrrd file"));
+  saveFrames_->setVisible(motion_->savesFrames());
+  saveModel_ = new QPushButton(tr("Save Mo&del…"), this);
+  saveModel_->setObjectName(QStringLiteral("motionSaveModel"));
+  saveModel_->setToolTip(tr("The model (.innergs), which gives frames at any time again"));
+  buttons->addStretch(1);
+  buttons->addWidget(saveFrames_);
+  buttons->addWidget(saveModel_);
+  controls->addLayout(buttons);
+  layout->addWidget(view_);
+  return box;
+}
+
+void MotionPanel::connectAll() {
+  connect(series_, &Selector::currentIdChanged, this, &MotionPanel::showSeries);
+  connect(host_, &Host::volumesChanged, this, &MotionPanel::showSeries);
+  connect(model_, &Selector::currentIdChanged, this, &MotionPanel::showModel);
+  connect(host_, &Host::modelsChanged, this, &MotionPanel::showModel);
+  connect(interval_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &MotionPanel::showSeries);
+  connect(run_, &QPushButton::clicked, this, &MotionPanel::startOrCancel);
+  connect(motion_, &MotionHost::started, this, [this] {
+    cancelling_ = false;
+    say({});
+    quality_->hide();
+    ended();
+    showProgress({});
+  });
+  connect(motion_, &MotionHost::progressed, this, &MotionPanel::showProgress);
+  connect(motion_, &MotionHost::finished, this, [this](const MotionReport& report) {
+    ended();
+    showReport(report);
+  });
+  connect(motion_, &MotionHost::failed, this, [this](const QString& sentence) {
+    ended();
+    say(sentence, true);
+  });
+  connect(motion_, &MotionHost::cancelled, this, [this] {
+    ended();
+    say(tr("Cancelled: nothing was changed."));
+  });
+  connect(motion_, &MotionHost::timeChanged, this, [this](const QString& id, double now) {
+    if (id != modelId() || play_->isChecked()) return;
+    info_.now = now;
+    time_->setValue(now);
+  });
+  connect(time_, &ValueSlider::valueEdited, this, [this](double now) {
+    if (play_->isChecked()) play_->setChecked(false);
+    info_.now = now;
+    motion_->setTime(modelId(), now);
+  });
+  connect(play_, &QToolButton::toggled, this, &MotionPanel::play);
+  connect(&frames_, &QTimer::timeout, this, &MotionPanel::advance);
+  connect(speed_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
+    if (play_->isChecked()) play(true); // from where it is
+  });
+  connect(saveFrames_, &QPushButton::clicked, this, &MotionPanel::saveFrames);
+  connect(saveModel_, &QPushButton::clicked, this, &MotionPanel::saveModel);
+}
+
+void MotionPanel::setSeriesId(const QString& id) {
+  series_->setCurrentId(id);
+}
+
+QString MotionPanel::modelId() const {
+  return model_->currentId();
+}
+
+void MotionPanel::setModelId(const QString& id) {
+  model_->setCurrentId(id);
+  showModel();
+}
+
+MotionRequest MotionPanel::request() const {
+  MotionRequest request;
+  request.seriesId = series_->currentId();
+  request.interval = interval_->number().value_or(0);
+  request.kind = kind_->currentData().toInt();
+  request.rate = rate_->number().value_or(0);
+  request.evaluateQuality = judge_->isChecked();
+  return request;
+}
+
+void MotionPanel::showSeries() {
+  const SeriesInfo info = motion_->seriesInfo(series_->currentId());
+  QString text;
+  if (info.name.isEmpty())
+    text = tr("Open a scan with several frames: 4D NIfTI, MINC or .seq.nrrd.");
+  else if (!info.problem.isEmpty())
+    text = info.problem;
+  else {
+    text = tr("%n frames of %1 × %2 × %3 voxels", nullptr, info.frames)
+               .arg(info.dimensions[0])
+               .arg(info.dimensions[1])
+               .arg(info.dimensions[2]);
+    const auto interval = interval_->number();
+    const double last = interval ? (info.frames - 1) * *interval : info.last, first = interval ? 0 : info.first;
+    text += last > first             ? tr(", from %1 s to %2 s.").arg(seconds(first), seconds(last))
+            : info.timed || interval ? QStringLiteral(".")
+                         : tr(". The scan does not say when they were acquired: give the time between frames.");
+  }
+  about_->setText(text);
+  run_->setEnabled(motion_->isRunning() || (!info.name.isEmpty() && info.problem.isEmpty()));
+}
+
+void MotionPanel::showModel() {
+  const QString id = modelId();
+  const MotionInfo before = info_;
+  info_ = motion_->motionInfo(id);
+  view_->setEnabled(info_.known);
+  if (!info_.known) {
+    play_->setChecked(false);
+    aboutModel_->setText(id.isEmpty() ? tr("No model of a moving scan yet.")
+                                      : tr("This model does not move: it is of a single moment."));
+    return;
+  }
+  aboutModel_->setText((info_.kind == QLatin1String("intensity")
+                            ? tr("Gaussians that change their intensity, %1 s to %2 s.")
+                            : tr("Gaussians that move, %1 s to %2 s."))
+                           .arg(seconds(info_.first), seconds(info_.last)));
+  if (info_.first != before.first || info_.last != before.last || !before.known) {
+    time_->setRange(info_.first, info_.last);
+    time_->setSingleStep((info_.last - info_.first) / 100);
+  }
+  if (!time_->slider()->isSliderDown() && !play_->isChecked()) time_->setValue(info_.now);
+  if (id == modelId_) return;
+  modelId_ = id;
+  Q_EMIT modelIdChanged(id);
+}
+
+void MotionPanel::showProgress(const Progress& progress) {
+  bar_->setValue(static_cast<int>(std::lround(1000 * progress.fraction)));
+  if (cancelling_) {
+    phase_->setText(tr("Cancelling…"));
+    return;
+  }
+  QString text = QString::fromLatin1(phaseName(progress.phase));
+  if (progress.remaining >= 1) text += tr(", %1 left").arg(roughDuration(progress.remaining));
+  phase_->setText(text);
+}
+
+void MotionPanel::ended() {
+  const bool running = motion_->isRunning();
+  options_->setEnabled(!running);
+  run_->setText(running ? tr("&Cancel") : tr("&Reconstruct"));
+  bar_->setVisible(running);
+  phase_->setVisible(running);
+  if (running)
+    run_->setEnabled(true);
+  else
+    showSeries();
+}
+
+void MotionPanel::showReport(const MotionReport& report) {
+  setModelId(report.modelId);
+  QStringList lines{tr("Done in %1. %2").arg(exactDuration(report.seconds), sentence(gaussiansText(report.gaussians)))};
+  if (!report.choice.isEmpty()) lines << report.choice;
+  lines << report.warnings;
+  say(lines.join(QLatin1Char('\n')));
+  quality_->setVisible(!report.quality.isEmpty());
+  if (report.quality.isEmpty()) return;
+  QString rows = QStringLiteral("<tr><th align=left>%1</th><th>&nbsp; PSNR (dB)</th><th>&nbsp; SSIM</th></tr>")
+                     .arg(tr("On withheld frames"));
+  const QLocale locale;
+  for (const QualityRow& row : report.quality) {
+    const QString name = row.method == QLatin1String("previous")
+                             ? tr("Previous frame")
+                             : isOurMethod(row.method) ? methodText(row.method) : tr("Linear in time");
+    const QString bold = isOurMethod(row.method) ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
+    rows += QStringLiteral("<tr><td>%1</td><td align=right>%2</td><td align=right>%3</td></tr>")
+                .arg(bold.arg(name.toHtmlEscaped()), bold.arg(locale.toString(row.psnr, 'f', 2)),
+                     bold.arg(locale.toString(row.ssim, 'f', 4)));
+  }
+  quality_->setText(QStringLiteral("<table>%1</table><p>%2</p>")
+                        .arg(rows, tr("Scored on %1").arg(report.samples).toHtmlEscaped()));
+}
+
+void MotionPanel::startOrCancel() {
+  if (!motion_->isRunning()) {
+    motion_->start(request());
+    return;
+  }
+  cancelling_ = true;
+  phase_->setText(tr("Cancelling…"));
+  run_->setEnabled(false);
+  motion_->cancel();
+}
+
+void MotionPanel::play(bool on) {
+  play_->setIcon(style()->standardIcon(on ? QStyle::SP_MediaPause : QStyle::SP_MediaPlay));
+  play_->setAccessibleName(on ? tr("Pause") : tr("Play"));
+  if (!on || !info_.known) return frames_.stop();
+  playedFrom_ = info_.now >= info_.last ? info_.first : info_.now;
+  playing_.start();
+  frames_.start(kPlayInterval);
+}
+
+void MotionPanel::advance() {
+  const double length = info_.last - info_.first;
+  if (!info_.known || !(length > 0)) return play_->setChecked(false);
+  const double gone = 1e-3 * static_cast<double>(playing_.elapsed()) * speed_->currentData().toDouble();
+  info_.now = info_.first + std::fmod(playedFrom_ - info_.first + gone, length);
+  time_->setValue(info_.now);
+  motion_->setTime(modelId(), info_.now);
+}
+
+void MotionPanel::saveFrames() {
+  auto* dialog = new SaveDialog(this, tr("Save the frames"), host_->folder(),
+                                tr("NIfTI, compressed (*.nii.gz);;NIfTI (*.nii);;3D Slicer's sequence (*.seq.nrrd)"),
+                                host_->modelInfo(modelId()).name + tr(" frames") + QStringLiteral(".nii.gz"));
+  dialog->setObjectName(QStringLiteral("motionFramesDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& chosen) {
+    const QString file = dialog->complete(chosen);
+    if (file.isEmpty()) return;
+    host_->setFolder(QFileInfo(file).absolutePath());
+    const QString error = motion_->saveFrames(modelId(), rate_->number().value_or(0), file);
+    say(error.isEmpty() ? tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)) : error, !error.isEmpty());
+  });
+  dialog->open();
+}
+
+void MotionPanel::saveModel() {
+  auto* dialog = new SaveDialog(this, tr("Save the model"), host_->folder(), tr("InnerGS model (*.innergs)"),
+                                host_->modelInfo(modelId()).name + QStringLiteral(".innergs"));
+  dialog->setObjectName(QStringLiteral("motionModelDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& chosen) {
+    const QString file = dialog->complete(chosen);
+    if (file.isEmpty()) return;
+    host_->setFolder(QFileInfo(file).absolutePath());
+    const QString error = host_->saveModel(modelId(), file);
+    say(error.isEmpty() ? tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)) : error, !error.isEmpty());
+  });
+  dialog->open();
+}
+
+void MotionPanel::say(const QString& message, bool error) {
+  message_->setMessage(error ? MessageLine::Kind::Error : MessageLine::Kind::Information, message);
+}
+
+} // namespace innergs::ui

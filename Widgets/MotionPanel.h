@@ -1,0 +1,77 @@
+#pragma once
+#include "Widgets/Host.h"
+#include "Widgets/MotionHost.h"
+
+#include <QElapsedTimer>
+#include <QTimer>
+
+class QCheckBox;
+class QComboBox;
+class QLabel;
+class QProgressBar;
+class QPushButton;
+class QToolButton;
+
+namespace innergs::ui {
+
+class MessageLine;
+class NumberSpin;
+class ValueSlider;
+
+/// Moving scans: reconstructs one into a continuous volume in space and time, and shows such a model at any
+/// time, by a slider or playing.
+class MotionPanel : public QWidget {
+  Q_OBJECT
+public:
+  /// host->motion() must not be null.
+  explicit MotionPanel(Host* host, QWidget* parent = nullptr);
+
+  void setSeriesId(const QString& id);
+  QString modelId() const;
+  void setModelId(const QString& id);
+
+Q_SIGNALS:
+  /// Another model of a moving scan was chosen or made.
+  void modelIdChanged(const QString& id);
+
+private:
+  void build();
+  QWidget* buildFit();
+  QWidget* buildView();
+  void connectAll();
+  MotionRequest request() const;
+  void showSeries();
+  void showModel();
+  void showProgress(const Progress& progress);
+  void showReport(const MotionReport& report);
+  void ended();
+  void startOrCancel();
+  void play(bool on);
+  void advance();
+  void saveFrames();
+  void saveModel();
+  void say(const QString& message, bool error = false);
+
+  Host* host_;
+  MotionHost* motion_;
+  MotionInfo info_; // of the model
+  QString modelId_; // that others were told of
+  bool cancelling_ = false;
+  double playedFrom_ = 0; // s
+  QElapsedTimer playing_;
+  QTimer frames_{this};
+
+  Selector *series_ = nullptr, *model_ = nullptr;
+  QLabel *about_ = nullptr, *phase_ = nullptr, *quality_ = nullptr, *aboutModel_ = nullptr;
+  NumberSpin *interval_ = nullptr, *rate_ = nullptr;
+  QComboBox *kind_ = nullptr, *speed_ = nullptr;
+  QCheckBox* judge_ = nullptr;
+  QPushButton *run_ = nullptr, *saveFrames_ = nullptr, *saveModel_ = nullptr;
+  QProgressBar* bar_ = nullptr;
+  QWidget *options_ = nullptr, *view_ = nullptr;
+  QToolButton* play_ = nullptr;
+  ValueSlider* time_ = nullptr;
+  MessageLine* message_ = nullptr;
+};
+
+} // namespace innergs::ui
