@@ -9,6 +9,7 @@
 #include "NodeInfo.h"
 #include "NodeTransform.h"
 #include "ParameterRequest.h"
+#include "qSlicerInnerGSMotionHost.h"
 #include "qSlicerInnerGSSelector.h"
 #include "vtkInnerGSModel.h"
 
@@ -54,6 +55,9 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
   ellipsoids_ = new EllipsoidNodes([this](const auto& work) { run(work); }, this);
   connect(ellipsoids_, &EllipsoidNodes::changed, this, &Host::modelsChanged);
   connect(ellipsoids_, &EllipsoidNodes::failed, this, &Host::logged);
+  motion_ = new qSlicerInnerGSMotionHost(this);
+  connect(motion_, &MotionHost::failed, this, &Host::logged);
+  connect(motion_, &MotionHost::finished, this, &Host::modelsChanged); // its report names one
   changed_.setSingleShot(true);
   changed_.setInterval(0);
   connect(&changed_, &QTimer::timeout, this, [this] {
@@ -94,6 +98,7 @@ qSlicerInnerGSHost::~qSlicerInnerGSHost() {
 void qSlicerInnerGSHost::setLogic(vtkSlicerInnerGSLogic* logic) {
   logicObservers_.clear();
   logic_ = logic;
+  motion_->setLogic(logic);
   if (!logic) return;
   for (const unsigned long event :
        {vtkSlicerInnerGSLogic::JobStartedEvent, vtkSlicerInnerGSLogic::JobProgressEvent,
@@ -183,6 +188,10 @@ QString qSlicerInnerGSHost::runAndWait(const std::function<void()>& work) {
   });
   loop.exec(QEventLoop::ExcludeUserInputEvents);
   return QString::fromStdString(problem);
+}
+
+MotionHost* qSlicerInnerGSHost::motion() {
+  return motion_;
 }
 
 bool qSlicerInnerGSHost::offers(Role) const {

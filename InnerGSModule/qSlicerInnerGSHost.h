@@ -18,6 +18,7 @@
 #include <optional>
 
 class EllipsoidNodes;
+class qSlicerInnerGSMotionHost;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
 class vtkMRMLNode;
@@ -71,6 +72,7 @@ public:
                       const std::shared_ptr<const innergs::FeatureModel>& features) override;
   void previewSegments(const QString& modelId, const innergs::MadeSegments& made) override;
   QString addSegments(const QString& modelId, const innergs::MadeSegments& made, QString* error) override;
+  innergs::ui::MotionHost* motion() override;
   QString folder() const override;
   QString recoveryFolder() const override;
   void setFolder(const QString& folder) override;
@@ -111,6 +113,7 @@ private:
   QMap<QString, innergs::JobForecast> forecasts_; // by the outline's key
   bool estimating_ = false;
   EllipsoidNodes* ellipsoids_;
+  qSlicerInnerGSMotionHost* motion_;
   QSet<QString> remade_;                // IDs of models that have been replaced
   QThreadPool threads_;                 // ends before the rest goes
   std::optional<innergs::Phase> phase_; // of the log's last line

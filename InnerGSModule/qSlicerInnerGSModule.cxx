@@ -80,7 +80,7 @@ QStringList qSlicerInnerGSModule::categories() const {
 }
 
 QStringList qSlicerInnerGSModule::dependencies() const {
-  return {"Volumes", "VolumeRendering", "Markups", "Segmentations", "SubjectHierarchy"};
+  return {"Volumes", "VolumeRendering", "Markups", "Segmentations", "Sequences", "SubjectHierarchy"};
 }
 
 QStringList qSlicerInnerGSModule::associatedNodeTypes() const {

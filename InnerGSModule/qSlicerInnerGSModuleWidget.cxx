@@ -8,6 +8,7 @@
 #include "Widgets/FindPanel.h"
 #include "Widgets/LogPanel.h"
 #include "Widgets/ModelPanel.h"
+#include "Widgets/MotionPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 #include "qSlicerInnerGSHost.h"
@@ -160,6 +161,9 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   part = section(tr("Find a structure"), "FindSection", false, layout);
   find = new FindPanel(host);
   part->layout()->addWidget(find);
+  part = section(tr("Moving scan"), "MotionSection", false, layout);
+  motion = new MotionPanel(host);
+  part->layout()->addWidget(motion);
   part = section(tr("Model"), "ModelSection", false, layout);
   model = new ModelPanel(host);
   part->layout()->addWidget(model);
@@ -217,6 +221,7 @@ void qSlicerInnerGSModuleWidgetPrivate::connectPanels() {
   QObject::connect(model, &ModelPanel::modelIdChanged, query, &QueryPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, find, &FindPanel::setModelId);
   QObject::connect(find, &FindPanel::modelIdChanged, query, &QueryPanel::setModelId);
+  QObject::connect(motion, &MotionPanel::modelIdChanged, query, &QueryPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, model, &ModelPanel::setModelId);
   QObject::connect(query, &QueryPanel::modelIdChanged, q, [this] {
     enableModelInView();

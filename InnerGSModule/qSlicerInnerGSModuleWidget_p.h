@@ -24,6 +24,7 @@ class vtkMRMLScene;
 namespace innergs::ui {
 class FindPanel;
 class ModelPanel;
+class MotionPanel;
 class QueryPanel;
 class ReconstructionPanel;
 } // namespace innergs::ui
@@ -81,6 +82,7 @@ public:
   innergs::ui::QueryPanel* query = nullptr;
   innergs::ui::FindPanel* find = nullptr;
   innergs::ui::ModelPanel* model = nullptr;
+  innergs::ui::MotionPanel* motion = nullptr;
   QCheckBox *modelInView = nullptr, *planeIn3D = nullptr;
   ctkCollapsibleButton* querySection = nullptr;
   PlaneIn3D plane;

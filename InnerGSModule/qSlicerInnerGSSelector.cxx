@@ -32,6 +32,8 @@ qSlicerInnerGSSelector::qSlicerInnerGSSelector(Host::Role role, vtkMRMLScene* sc
       return {{"vtkMRMLScalarVolumeNode"}, notScans, tr("New volume"), false};
     case Host::Role::OutputModel:
       return {{"vtkMRMLInnerGSModelNode"}, {}, tr("New model"), false};
+    case Host::Role::Series:
+      return {{"vtkMRMLSequenceNode"}, {}, tr("Choose a sequence"), false};
     case Host::Role::Model:
       break;
     }

@@ -1,0 +1,254 @@
+#include "qSlicerInnerGSMotionHost.h"
+
+#include "Core/Base/NumberText.h"
+#include "Core/Motion/TimeSeries.h"
+#include "vtkInnerGSDynamicModel.h"
+
+#include <vtkMRMLApplicationLogic.h>
+#include <vtkMRMLInnerGSModelNode.h>
+#include <vtkMRMLScalarVolumeNode.h>
+#include <vtkMRMLScene.h>
+#include <vtkMRMLSelectionNode.h>
+#include <vtkMRMLSequenceBrowserNode.h>
+#include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLTableNode.h>
+#include <vtkSlicerInnerGSDynamicRequest.h>
+#include <vtkSlicerInnerGSJob.h>
+
+#include <vtkDataArray.h>
+#include <vtkImageData.h>
+#include <vtkNew.h>
+#include <vtkTable.h>
+
+#include <cmath>
+
+using namespace innergs;
+using namespace innergs::ui;
+
+namespace {
+
+vtkMRMLSequenceNode* sequenceOf(vtkSlicerInnerGSLogic* logic, const QString& id) {
+  vtkMRMLScene* scene = logic ? logic->GetMRMLScene() : nullptr;
+  return scene && !id.isEmpty()
+             ? vtkMRMLSequenceNode::SafeDownCast(scene->GetNodeByID(id.toUtf8().constData()))
+             : nullptr;
+}
+
+double secondsAt(vtkMRMLSequenceNode* sequence, int item) {
+  const std::string unit = sequence->GetIndexUnit();
+  const double seconds = unit.empty() ? 1 : secondsOf(unit);
+  return seconds * wholeTextNumber(sequence->GetNthIndexValue(item)).value_or(NAN);
+}
+
+} // namespace
+
+qSlicerInnerGSMotionHost::qSlicerInnerGSMotionHost(QObject* parent) : MotionHost(parent) {
+  frame_.setSingleShot(true);
+  frame_.setInterval(0);
+  connect(&frame_, &QTimer::timeout, this, &qSlicerInnerGSMotionHost::showFrame);
+}
+
+void qSlicerInnerGSMotionHost::setLogic(vtkSlicerInnerGSLogic* logic) {
+  logicObservers_.clear();
+  logic_ = logic;
+  if (!logic) return;
+  for (const unsigned long event :
+       {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
+        vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent})
+    logicObservers_.add(logic, event, this, &qSlicerInnerGSMotionHost::onJob);
+}
+
+vtkMRMLInnerGSModelNode* qSlicerInnerGSMotionHost::modelNode(const QString& id) const {
+  vtkMRMLScene* scene = logic_ ? logic_->GetMRMLScene() : nullptr;
+  auto* node = scene && !id.isEmpty()
+                   ? vtkMRMLInnerGSModelNode::SafeDownCast(scene->GetNodeByID(id.toUtf8().constData()))
+                   : nullptr;
+  return node && node->IsDynamic() ? node : nullptr;
+}
+
+SeriesInfo qSlicerInnerGSMotionHost::seriesInfo(const QString& id) const {
+  SeriesInfo info;
+  vtkMRMLSequenceNode* sequence = sequenceOf(logic_, id);
+  if (!sequence) return info;
+  info.name = QString::fromUtf8(sequence->GetName());
+  info.frames = sequence->GetNumberOfDataNodes();
+  if (auto* first = vtkMRMLVolumeNode::SafeDownCast(sequence->GetNthDataNode(0)); first && first->GetImageData())
+    first->GetImageData()->GetDimensions(info.dimensions.data());
+  vtkNew<vtkSlicerInnerGSDynamicRequest> request;
+  request->SetSeries(sequence);
+  info.timed = logic_->CheckDynamicRequest(request).empty();
+  if (info.timed) {
+    info.first = secondsAt(sequence, 0);
+    info.last = secondsAt(sequence, info.frames - 1);
+  } else {
+    request->SetInterval(1); // what remains is more than a missing time
+    info.problem = QString::fromStdString(logic_->CheckDynamicRequest(request));
+  }
+  return info;
+}
+
+bool qSlicerInnerGSMotionHost::start(const MotionRequest& request) {
+  if (!logic_) {
+    Q_EMIT failed(tr("The InnerGS module is not completely loaded: restart Slicer."));
+    return false;
+  }
+  if (isRunning()) {
+    Q_EMIT failed(tr("A reconstruction is running: wait for it or cancel it."));
+    return false;
+  }
+  vtkNew<vtkSlicerInnerGSDynamicRequest> asked;
+  asked->SetSeries(sequenceOf(logic_, request.seriesId));
+  asked->SetInterval(request.interval);
+  asked->SetKind(request.kind);
+  asked->SetRate(request.rate);
+  asked->SetEvaluateQuality(request.evaluateQuality);
+  job_ = logic_->StartDynamicReconstruction(asked);
+  if (!job_) {
+    Q_EMIT failed(QString::fromStdString(logic_->GetLastError()));
+    return false;
+  }
+  Q_EMIT started();
+  return true;
+}
+
+void qSlicerInnerGSMotionHost::cancel() {
+  if (logic_ && job_) logic_->RequestCancel(job_);
+}
+
+bool qSlicerInnerGSMotionHost::isRunning() const {
+  return job_ && !job_->IsDone();
+}
+
+void qSlicerInnerGSMotionHost::onJob(vtkObject*, unsigned long event, void* data) {
+  if (!job_ || data != job_.Get()) return; // another's
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = job_;
+  if (event == vtkSlicerInnerGSLogic::JobProgressEvent) {
+    Q_EMIT progressed(job->GetProgressReport());
+    return;
+  }
+  job_ = nullptr;
+  if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
+    Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
+    return;
+  }
+  if (event == vtkSlicerInnerGSLogic::JobCancelledEvent) {
+    Q_EMIT cancelled();
+    return;
+  }
+  MotionReport report;
+  vtkMRMLInnerGSModelNode* model = job->GetModelNode();
+  for (int n = 0; n < job->GetNumberOfWarnings(); ++n)
+    report.warnings << QString::fromStdString(job->GetWarning(n));
+  if (vtkMRMLTableNode* table = job->GetTableNode(); table && table->GetTable()) {
+    vtkTable* rows = table->GetTable();
+    for (vtkIdType r = 0; r < rows->GetNumberOfRows(); ++r)
+      report.quality.push_back({QString::fromStdString(rows->GetValueByName(r, "Method").ToString()),
+                                rows->GetValueByName(r, "PSNR (dB)").ToDouble(),
+                                rows->GetValueByName(r, "SSIM").ToDouble()});
+    if (const char* samples = table->GetAttribute("InnerGS.Samples")) report.samples = QString::fromUtf8(samples);
+  }
+  report.seconds = job->GetElapsedSeconds();
+  if (model) {
+    report.modelId = QString::fromUtf8(model->GetID());
+    report.gaussians = model->GetDynamicModel()->GetNumberOfGaussians();
+    setTime(report.modelId, model->GetTime());
+  }
+  Q_EMIT finished(report);
+}
+
+MotionInfo qSlicerInnerGSMotionHost::motionInfo(const QString& modelId) const {
+  MotionInfo info;
+  vtkMRMLInnerGSModelNode* node = modelNode(modelId);
+  double range[2];
+  if (!node || !node->GetDynamicModel()->GetTimeRange(range)) return info;
+  info.known = true;
+  info.first = range[0];
+  info.last = range[1];
+  info.now = node->GetTime();
+  info.kind = QString::fromStdString(node->GetDynamicModel()->GetKindName());
+  return info;
+}
+
+/// Of the frames that were made of the model; null: none.
+vtkMRMLSequenceBrowserNode* qSlicerInnerGSMotionHost::browserOf(vtkMRMLInnerGSModelNode* model) const {
+  std::vector<vtkMRMLNode*> browsers;
+  model->GetScene()->GetNodesByClass("vtkMRMLSequenceBrowserNode", browsers);
+  for (vtkMRMLNode* node : browsers) {
+    auto* browser = vtkMRMLSequenceBrowserNode::SafeDownCast(node);
+    std::vector<vtkMRMLSequenceNode*> sequences;
+    browser->GetSynchronizedSequenceNodes(sequences, true);
+    for (vtkMRMLSequenceNode* sequence : sequences)
+      if (sequence && sequence->GetNodeReference("InnerGSModel") == model && browser->GetMasterSequenceNode())
+        return browser;
+  }
+  return nullptr;
+}
+
+void qSlicerInnerGSMotionHost::watch(const QString& modelId) {
+  if (modelId == watched_) return;
+  browserObservers_.clear();
+  watched_ = modelId;
+  selected_ = -1;
+  vtkMRMLInnerGSModelNode* node = modelNode(modelId);
+  vtkMRMLSequenceBrowserNode* browser = node ? browserOf(node) : nullptr;
+  if (!browser) return;
+  selected_ = browser->GetSelectedItemNumber();
+  browserObservers_.add(browser, vtkCommand::ModifiedEvent, this, &qSlicerInnerGSMotionHost::onBrowser);
+}
+
+void qSlicerInnerGSMotionHost::onBrowser(vtkObject* caller, unsigned long, void*) {
+  auto* browser = vtkMRMLSequenceBrowserNode::SafeDownCast(caller);
+  const int item = browser ? browser->GetSelectedItemNumber() : -1;
+  vtkMRMLInnerGSModelNode* node = modelNode(watched_);
+  if (!node || item < 0 || item == selected_) return;
+  selected_ = item;
+  vtkMRMLSequenceNode* sequence = browser->GetMasterSequenceNode();
+  const double time = sequence ? secondsAt(sequence, item) : NAN;
+  if (!std::isfinite(time)) return;
+  node->SetTime(time);
+  frame_.start();
+  Q_EMIT timeChanged(watched_, node->GetTime());
+}
+
+void qSlicerInnerGSMotionHost::setTime(const QString& modelId, double seconds) {
+  vtkMRMLInnerGSModelNode* node = modelNode(modelId);
+  if (!node) return;
+  watch(modelId);
+  node->SetTime(seconds);
+  frame_.start();
+  vtkMRMLSequenceBrowserNode* browser = browserOf(node);
+  vtkMRMLSequenceNode* sequence = browser ? browser->GetMasterSequenceNode() : nullptr;
+  if (!sequence) return;
+  int nearest = -1;
+  double least = INFINITY;
+  for (int item = 0; item < sequence->GetNumberOfDataNodes(); ++item)
+    if (const double away = std::abs(secondsAt(sequence, item) - seconds); away < least) {
+      least = away;
+      nearest = item;
+    }
+  if (nearest < 0 || nearest == selected_) return;
+  selected_ = nearest; // so that it does not come back as the browser's own choice
+  browser->SetSelectedItemNumber(nearest);
+}
+
+/// The model at its time as a volume, in all slice views the first time.
+void qSlicerInnerGSMotionHost::showFrame() {
+  vtkMRMLInnerGSModelNode* node = modelNode(watched_);
+  if (!node) return;
+  vtkMRMLScalarVolumeNode* before = shownOf_ == watched_ ? shown_.Get() : nullptr;
+  vtkMRMLScalarVolumeNode* volume = logic_->Resample(node, 0, before);
+  if (!volume) return; // the logic has said why
+  shownOf_ = watched_;
+  shown_ = volume;
+  if (before) return;
+  volume->SetName(node->GetScene()->GenerateUniqueName(std::string(node->GetName()) + " in time").c_str());
+  vtkMRMLApplicationLogic* application = logic_->GetMRMLApplicationLogic();
+  vtkMRMLSelectionNode* selection = application ? application->GetSelectionNode() : nullptr;
+  if (!selection) return;
+  selection->SetActiveVolumeID(volume->GetID());
+  application->PropagateVolumeSelection();
+}
+
+QString qSlicerInnerGSMotionHost::saveFrames(const QString&, double, const QString&) {
+  return tr("Save the sequence of frames with Slicer's own File, Save.");
+}
