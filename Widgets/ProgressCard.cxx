@@ -27,6 +27,8 @@ QString phaseText(const Progress& progress) {
   switch (progress.phase) {
   case Phase::Preparing:
     return ProgressCard::tr("Preparing the scans");
+  case Phase::Aligning:
+    return ProgressCard::tr("Aligning scans and slices");
   case Phase::Initialising:
     return ProgressCard::tr("Placing Gaussians");
   case Phase::Tracking:

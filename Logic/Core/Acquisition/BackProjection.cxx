@@ -22,10 +22,43 @@ ProfileQuadrature subPlanes(const Stack& stack, const GridGeometry& volume) {
 }
 
 struct Residual {
-  const GridGeometry* geometry;
-  Affine3 gridToIndex;
-  std::vector<float> voxels; // stack − projection; 0 where nothing is known
+  const Stack* stack;
+  std::vector<Affine3> gridToIndex; // one map, or one per posed slice
+  std::vector<float> voxels;        // stack − projection; 0 where nothing is known
 };
+
+Residual residualOf(const Volume& volume, const Stack& stack, ThreadPool& pool) {
+  Residual r{&stack, {}, projectToStack(volume, stack, pool)};
+  const Affine3 map = stack.image.geometry.indexToWorld();
+  for (const Affine3& pose : stack.poses)
+    r.gridToIndex.push_back(inverse(pose * map) * volume.geometry.indexToWorld());
+  if (stack.poses.empty()) r.gridToIndex.push_back(inverse(map) * volume.geometry.indexToWorld());
+  return r;
+}
+
+/// Posed slices around a point, each with a tent as wide as the slice distance on either side.
+bool samplePosed(const Residual& r, const Vec3& at, float& value) {
+  const GridGeometry& g = r.stack->image.geometry;
+  GridGeometry slice = g;
+  slice.size[2] = 1;
+  double sum = 0, weights = 0;
+  for (std::size_t k = 0; k < r.gridToIndex.size(); ++k) {
+    const Affine3& map = r.gridToIndex[k];
+    const double w = 1 - std::abs(dot(map.linear[2], at) + map.offset[2] - static_cast<double>(k));
+    if (w <= 0) continue;
+    Vec3 index = map(at);
+    index[2] = 0;
+    float seen;
+    if (!sampleInside(slice, r.voxels.data() + k * static_cast<std::size_t>(g.size[0] * g.size[1]), index,
+                      seen))
+      continue;
+    sum += w * seen;
+    weights += w;
+  }
+  if (weights < 0.1) return false;
+  value = static_cast<float>(sum / weights);
+  return true;
+}
 
 } // namespace
 
@@ -73,9 +106,7 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
     std::vector<Residual> residuals;
     double squares = 0, count = 0;
     for (const Stack& stack : stacks) {
-      const GridGeometry& g = stack.image.geometry;
-      Residual r{&g, inverse(g.indexToWorld()) * volume.geometry.indexToWorld(),
-                 projectToStack(volume, stack, pool)};
+      Residual r = residualOf(volume, stack, pool);
       for (std::size_t v = 0; v < r.voxels.size(); ++v) {
         const float d = stack.image.voxels[v] - r.voxels[v];
         const bool known = std::isfinite(d);
@@ -94,9 +125,11 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
         float sum = 0, weight = 0;
         for (const Residual& r : residuals) {
           float value;
-          if (!sampleInside(*r.geometry, r.voxels.data(), r.gridToIndex({static_cast<double>(i), j, k}),
-                            value))
-            continue;
+          const Vec3 at{static_cast<double>(i), j, k};
+          const bool seen = r.stack->poses.empty() ? sampleInside(r.stack->image.geometry, r.voxels.data(),
+                                                                  r.gridToIndex.front()(at), value)
+                                                   : samplePosed(r, at, value);
+          if (!seen) continue;
           sum += value;
           weight += 1;
         }

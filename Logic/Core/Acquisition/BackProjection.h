@@ -21,8 +21,9 @@ struct BackProjectionPlan {
 
 /// Iterative back-projection (Irani and Peleg 1991) from the volume as it stands: the trilinearly
 /// interpolated difference between each stack and the volume's projection onto it is added, averaged over the
-/// stacks. Unobserved and non-finite samples count as met (difference 0); stacks must have no slice poses.
-/// Returns the root mean square of the last differences.
+/// stacks. Unobserved and non-finite samples count as met (difference 0). Between posed slices the difference
+/// is the mean of those within a slice distance, by their nearness. Returns the root mean square of the last
+/// differences.
 double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
                    ThreadPool& pool);
 

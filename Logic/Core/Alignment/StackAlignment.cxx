@@ -1,6 +1,7 @@
 #include "Core/Alignment/StackAlignment.h"
 
 #include "Core/Alignment/BlurredStack.h"
+#include "Core/Alignment/Rigid.h"
 #include "Core/Base/Cholesky.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/Otsu.h"
@@ -8,7 +9,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numbers>
 
 namespace innergs {
 namespace {
@@ -25,24 +25,6 @@ constexpr double kWorthwhile = 0.5;  // dB
 constexpr double kAlike = 0.8;       // least correlation of scans of the same tissue
 constexpr double kTukey = 4.685 * 1.4826;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-Mat3 rotation(const Vec3& w) { // Rodrigues
-  const double angle = norm(w);
-  if (angle < 1e-15) return {};
-  const Vec3 u = (1 / angle) * w;
-  const double c = std::cos(angle), s = std::sin(angle);
-  Mat3 r;
-  for (int a = 0; a < 3; ++a)
-    for (int b = 0; b < 3; ++b)
-      r[a][b] = (a == b ? c : 0) + (1 - c) * u[a] * u[b];
-  r[0][1] -= s * u[2], r[0][2] += s * u[1], r[1][2] -= s * u[0];
-  r[1][0] += s * u[2], r[2][0] -= s * u[1], r[2][1] += s * u[0];
-  return r;
-}
-
-double angleOf(const Mat3& r) {
-  return std::acos(std::clamp(0.5 * (r[0][0] + r[1][1] + r[2][2] - 1), -1.0, 1.0)) * 180 / std::numbers::pi;
-}
 
 /// One scan at one resolution, as it lies now.
 struct Placed {
@@ -227,8 +209,7 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   }
   solveCholesky(square, right, kParameters, 1);
   const Vec3 shift{right[0], right[1], right[2]}, turn{right[3] / kArm, right[4] / kArm, right[5] / kArm};
-  const Mat3 r = rotation(turn);
-  alignment.toOthers = Affine3{r, centre + shift - r * centre} * alignment.toOthers;
+  alignment.toOthers = rigidAbout(centre, turn, shift) * alignment.toOthers;
   alignment.gain *= 1 + std::clamp(right[6], -0.3, 0.3);
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }

@@ -23,7 +23,7 @@ CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, 
 CpuFitDevice::~CpuFitDevice() = default;
 
 CpuFitDevice::View CpuFitDevice::view(const Observation& o) const {
-  return {&o, std::make_unique<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf)};
+  return {&o, std::make_unique<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf, scratch_)};
 }
 
 void CpuFitDevice::upload(const GaussianField& field, const Adam& adam,

@@ -30,6 +30,7 @@ private:
   FitRules rules_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
+  const LatticeRenderer::Scratch scratch_ = std::make_shared<std::vector<Projected>>();
   std::shared_ptr<const std::vector<Observation>> observations_;
   std::vector<Observation> halves_;
   std::vector<View> fine_, coarse_;

@@ -20,6 +20,8 @@ void checkInput(const Volume& volume, int axis, int step, const char* what) {
                     std::to_string(volume.geometry.size[axis]) + "), it is " + std::to_string(step) + ".");
 }
 
+} // namespace
+
 // std::normal_distribution gives other numbers with every standard library.
 void addNoise(std::vector<float>& voxels, double sigma, std::uint64_t seed) {
   std::mt19937_64 engine(seed);
@@ -31,8 +33,6 @@ void addNoise(std::vector<float>& voxels, double sigma, std::uint64_t seed) {
     if (i + 1 < voxels.size()) voxels[i + 1] += static_cast<float>(radius * std::sin(angle));
   }
 }
-
-} // namespace
 
 Stack simulateThickStack(const Volume& volume, int axis, int thickness, double noise, std::uint64_t seed) {
   checkInput(volume, axis, thickness, "The thickness in slices");

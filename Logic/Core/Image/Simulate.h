@@ -9,6 +9,9 @@ namespace innergs {
 Stack simulateThickStack(const Volume& volume, int axis, int thickness, double noise = 0,
                          std::uint64_t seed = 1);
 
+/// Adds Gaussian noise of a standard deviation (Box and Muller 1958), the same numbers on every platform.
+void addNoise(std::vector<float>& voxels, double sigma, std::uint64_t seed);
+
 /// Every k-th slice along `axis`, thin (profile Point, slice spacing k times the volume's).
 Stack keepEvery(const Volume& volume, int axis, int k);
 

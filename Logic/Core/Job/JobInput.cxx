@@ -167,6 +167,14 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
   return std::clamp(count * block / volume, 1e-3, 1.0);
 }
 
+bool correctsSlices(const Settings& settings, std::span<const Stack> stacks) {
+  if (settings.sliceMotion == SliceMotionKind::Off || stacks.size() < 2) return false;
+  return std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
+    const Vec3& spacing = stack.image.geometry.spacing;
+    return stack.poses.empty() && spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
+  });
+}
+
 std::string nameOf(const Stack& stack, std::size_t index) {
   return stack.name.empty() ? "Stack " + std::to_string(index + 1) : stack.name;
 }
@@ -288,6 +296,10 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
   if (align && stacks.size() > 1) prepared.warnings = align(stacks);
+  // Slices that move do not change what is given back.
+  const bool moved =
+      std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
+  const GridGeometry usual = defaultOutputGrid(moved ? input.stacks : stacks);
   prepared.domain = dataDomain(stacks);
   if (input.mask)
     prepared.support = supportOf(*input.mask, stacks, prepared.domain, supportMargin(stacks), stop);
@@ -303,10 +315,8 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   }
   prepared.fingerprint = formatted("%016llx", static_cast<unsigned long long>(h));
   const bool posed =
-      std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
-  prepared.outputGrid = input.outputGrid ? *input.outputGrid
-                        : posed          ? prepared.domain
-                                         : defaultOutputGrid(stacks);
+      std::any_of(input.stacks.begin(), input.stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
+  prepared.outputGrid = input.outputGrid ? *input.outputGrid : posed ? prepared.domain : usual;
   checkGeometry(prepared.outputGrid, "The output grid");
   if (input.mask && (!input.outputGrid || input.cropToMask))
     if (const auto block = blockOver(prepared.outputGrid, boxOf(prepared.support.geometry)))

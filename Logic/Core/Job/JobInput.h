@@ -21,10 +21,15 @@ struct PreparedInput {
 /// nor adjoin (with room for a slice between them), an empty mask, nothing finite to fit, an output grid
 /// apart from the data. Error(Cancelled) when stopped on the way. withheld: without the slices that
 /// heldOutFraction speaks of.
-/// align: may move and scale several stacks before the field's domain is laid out; returns sentences.
+/// align: may move and scale several stacks, and their slices, before the field's domain is laid out; returns
+/// sentences.
 using AlignStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
                            bool withheld = false, const AlignStacks& align = {});
+
+/// Whether slices get motions of their own: several scans without poses, of slices clearly thicker than their
+/// pixels.
+bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 
 /// For messages. index: among the input's stacks, from 0.
 std::string nameOf(const Stack& stack, std::size_t index);

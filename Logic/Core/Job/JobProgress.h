@@ -5,6 +5,7 @@
 
 namespace innergs {
 
+constexpr double kMotionEnds = 0.4;     // of slices, where it is looked for
 constexpr double kPredictionEnds = 0.5;                                    // where there is one
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97; // of the progress bar
 

@@ -125,7 +125,9 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
                               ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
                               : 0;
   const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0; // during the second fit
-  return static_cast<std::int64_t>(copies + std::max({fit, start, residual}) + output) + kept;
+  const double motion =
+      correctsSlices(settings, input.stacks) ? static_cast<double>(sliceMotionMemory(input.stacks)) : 0;
+  return static_cast<std::int64_t>(copies + std::max({fit, start, residual, motion}) + output) + kept;
 }
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {

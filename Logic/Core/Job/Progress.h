@@ -8,6 +8,7 @@ namespace innergs {
 
 enum class Phase {
   Preparing,
+  Aligning,   // several scans, and the slices of each
   Predicting, // what lies between the slices of one scan
   Initialising,
   Tracking, // a moving scan's frames, one after the other

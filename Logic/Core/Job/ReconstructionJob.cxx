@@ -14,6 +14,8 @@ const char* phaseName(Phase phase) {
   switch (phase) {
   case Phase::Preparing:
     return "Preparing";
+  case Phase::Aligning:
+    return "Aligning scans and slices";
   case Phase::Predicting:
     return "Predicting between slices";
   case Phase::Initialising:

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Alignment/SliceMotion.h"
 #include "Core/Alignment/StackAlignment.h"
 #include "Core/Device/Devices.h"
 #include "Core/Fit/Densify.h"
@@ -37,6 +38,7 @@ struct ReconstructionResult {
   std::int64_t heldOutSlices = 0;                                // that were scored, over all stacks
   double judgingSeconds = 0;
   std::vector<StackAlignment> alignment; // of several stacks, where the settings ask for it
+  SliceMotion sliceMotion;               // beyond that, likewise; empty: not looked for
   std::string prediction;            // a sentence: what was put between the slices; empty: nothing
   double noise = 0;                  // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;  // left out of the fit

@@ -78,16 +78,8 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   result_.threads = pool_->threads();
   pool_->setStop(stop);
   try {
-    const AlignStacks align = [&](std::span<Stack> stacks) {
-      result_.alignment = alignStacks(stacks, *pool_);
-      applyAlignment(result_.alignment, stacks);
-      std::vector<std::string> sentences;
-      for (std::size_t s = 0; s < stacks.size(); ++s)
-        if (std::string said = alignmentSentence(result_.alignment[s], nameOf(stacks[s], s)); !said.empty())
-          sentences.push_back(std::move(said));
-      return sentences;
-    };
-    prepared_ = prepareInput(input_, stop, withheld_, settings_.align ? align : AlignStacks{});
+    prepared_ =
+        prepareInput(input_, stop, withheld_, [this](std::span<Stack> stacks) { return align(stacks); });
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result_.cancelled = true;
@@ -139,6 +131,28 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   rememberSpeed(input_, result_);
   if (!result_.cancelled) progress_.report(Phase::Done, 1);
   return std::move(result_);
+}
+
+/// Scans as a whole, then slice by slice; sentences.
+std::vector<std::string> ReconstructionRun::align(std::span<Stack> stacks) {
+  std::vector<std::string> sentences;
+  if (settings_.align) {
+    progress_.report(Phase::Aligning, 0);
+    result_.alignment = alignStacks(stacks, *pool_);
+    applyAlignment(result_.alignment, stacks);
+    for (std::size_t s = 0; s < stacks.size(); ++s)
+      if (std::string said = alignmentSentence(result_.alignment[s], nameOf(stacks[s], s)); !said.empty())
+        sentences.push_back(std::move(said));
+  }
+  if (!correctsSlices(settings_, stacks)) return sentences;
+  progress_.report(Phase::Aligning, 0);
+  result_.sliceMotion =
+      findSliceMotion(stacks, settings_.sliceMotion == SliceMotionKind::On, *pool_,
+                      [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
+  applySliceMotion(result_.sliceMotion, stacks);
+  if (const std::string said = sliceMotionSentence(result_.sliceMotion); !said.empty())
+    sentences.push_back(said);
+  return sentences;
 }
 
 void ReconstructionRun::choose() {
@@ -454,7 +468,9 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
     progress_.state.iteration = before + trainer.iteration();
     progress_.state.loss = trainer.loss();
     progress_.state.trainingPsnr = psnrOf(trainer.mse());
-    const double starts = predicted_ ? kPredictionEnds : kFitStarts;
+    const double starts = predicted_                           ? kPredictionEnds
+                          : result_.sliceMotion.slices.empty() ? kFitStarts
+                                                               : kMotionEnds;
     const double share =
         static_cast<double>(progress_.state.iteration) / std::max(1, progress_.state.iterations);
     progress_.report(Phase::Fitting, starts + (kFitEnds - starts) * share);
@@ -472,7 +488,7 @@ void ReconstructionRun::addResidual() {
   if (predicted_) return keepPrediction();
   GaussianField& field = model_.field;
   if (!settings_.consistency || traits_.thickness <= 0) return;
-  if (std::any_of(prepared_.stacks.begin(), prepared_.stacks.end(),
+  if (std::any_of(input_.stacks.begin(), input_.stacks.end(),
                   [](const Stack& s) { return !s.poses.empty(); }))
     return;
   progress_.report(Phase::Refining, kFitEnds);
@@ -519,13 +535,32 @@ void ReconstructionRun::keepPrediction() {
   setTrainingPsnr(psnrOf(squared / static_cast<double>(std::max<std::int64_t>(1, count))));
 }
 
+/// A stack of the input, all of it, where the fit has put its slices. Those withheld took no part in that:
+/// they are placed in what was fitted to the others.
+Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& options) {
+  std::vector<Stack> whole{input_.stacks[index]};
+  if (!result_.alignment.empty()) applyAlignment(std::span(&result_.alignment[index], 1), whole);
+  if (!result_.sliceMotion.moved) return std::move(whole.front());
+  SliceMotion motion;
+  motion.moved = true;
+  motion.slices.push_back(result_.sliceMotion.slices[index]);
+  const auto& withheld = prepared_.heldOut[index];
+  const std::vector<SlicePose> placed =
+      placeSlices([&](const GridGeometry& grid) { return render(model_.field, grid, options); },
+                  whole.front(), withheld, prepared_.range.low >= 0, *pool_);
+  for (std::size_t n = 0; n < withheld.size(); ++n)
+    motion.slices.front()[withheld[n]] = placed[n];
+  applySliceMotion(motion, whole);
+  return std::move(whole.front());
+}
+
 void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
   const GaussianField& field = model_.field;
   double squared = 0;
   std::int64_t count = 0;
   for (std::size_t s = 0; s < prepared_.stacks.size(); ++s) {
     if (prepared_.heldOut[s].empty()) continue;
-    const Stack& whole = input_.stacks[s];
+    const Stack whole = placedStack(s, options);
     const auto& scored = prepared_.scored[s];
     const Volume rendered = renderStack(field, whole, options);
     const std::int64_t plane = whole.image.geometry.size[0] * whole.image.geometry.size[1];

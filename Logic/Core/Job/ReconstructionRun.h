@@ -26,6 +26,7 @@ public:
   ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
 
 private:
+  std::vector<std::string> align(std::span<Stack> stacks);
   void choose();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, double from, double to);
   std::span<const Stack> fittedStacks() const;
@@ -42,6 +43,7 @@ private:
   void addResidual();
   void keepPrediction();
   void renderResult(const std::stop_token& stop);
+  Stack placedStack(std::size_t index, const RenderOptions& options);
   void scoreHeldOut(const RenderOptions& options);
   RenderOptions renderOptions(const GaussianField& field, std::stop_token stop);
   /// Says where the fit runs.

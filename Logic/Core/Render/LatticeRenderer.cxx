@@ -5,9 +5,10 @@
 namespace innergs {
 
 LatticeRenderer::LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool,
-                                 ClosedFormPsf psf)
+                                 ClosedFormPsf psf, Scratch scratch)
     : lattice_(std::move(lattice)), kernels_(kernels), pool_(pool), psf_(psf), tiles_(view()),
-      compositor_(view(), kernels) {}
+      compositor_(view(), kernels),
+      projected_(scratch ? std::move(scratch) : std::make_shared<std::vector<Projected>>()) {}
 
 LatticeView LatticeRenderer::view() const {
   return {lattice_.nx, lattice_.ny, lattice_.planes(), lattice_.stride(), lattice_.z.data()};
@@ -15,11 +16,11 @@ LatticeView LatticeRenderer::view() const {
 
 void LatticeRenderer::forward(const GaussianField& field, std::span<const float> values, float* weights,
                               float* numerators) {
-  project(field, values, lattice_, psf_, pool_, projected_, kernels_.selection);
+  project(field, values, lattice_, psf_, pool_, *projected_, kernels_.selection);
   const LatticeView lattice = view();
   if (field.blending == Blending::Alpha)
-    return compositor_.forward(projected_, lattice, pool_, weights, numerators);
-  tiles_.bin(projected_, lattice, pool_);
+    return compositor_.forward(*projected_, lattice, pool_, weights, numerators);
+  tiles_.bin(*projected_, lattice, pool_);
   pool_.run(tiles_.count(), [&](std::int64_t t) {
     const TileRange range = tiles_.range(t, lattice);
     for (int k = range.k0; k < range.k1; ++k) {
@@ -29,7 +30,7 @@ void LatticeRenderer::forward(const GaussianField& field, std::span<const float>
       std::fill_n(numerators + first, size, 0.f);
     }
     const auto members = tiles_.members(t);
-    kernels_.accumulate(projected_.data(), members.data(), members.size(), lattice, range, weights,
+    kernels_.accumulate(projected_->data(), members.data(), members.size(), lattice, range, weights,
                         numerators);
   });
 }
@@ -39,14 +40,14 @@ void LatticeRenderer::backward(const GaussianField& field, const float* f0, cons
   const LatticeView lattice = view();
   const FieldGradient chain(field, lattice_, psf_);
   const bool alpha = field.blending == Blending::Alpha;
-  if (alpha) compositor_.backward(projected_, lattice, pool_, f0, f1);
+  if (alpha) compositor_.backward(*projected_, lattice, pool_, f0, f1);
   pool_.blocks(field.size(), 256, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
       math::Moments<float> moments;
       if (alpha)
-        moments = compositor_.moments(projected_, lattice, i);
+        moments = compositor_.moments(*projected_, lattice, i);
       else
-        kernels_.gather(projected_[i], lattice, f0, f1, moments);
+        kernels_.gather((*projected_)[i], lattice, f0, f1, moments);
       chain.add(field.gaussians[i], moments, gradient.data() + 16 * i);
     }
   });

@@ -1,13 +1,19 @@
 #pragma once
 #include "Core/Render/Composite.h"
 
+#include <memory>
+
 namespace innergs {
 
 /// Renders fields onto one lattice and gathers gradients from it. Buffers are [plane][row][stride]; `weights`
 /// holds W, `numerators` N. Alpha blending: what is transmitted behind all Gaussians, and I.
 class LatticeRenderer {
 public:
-  LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf = {});
+  /// scratch: shared by renderers that take turns, each doing forward() and backward() in one go; null: its
+  /// own.
+  using Scratch = std::shared_ptr<std::vector<Projected>>;
+  LatticeRenderer(Lattice lattice, const KernelSet& kernels, ThreadPool& pool, ClosedFormPsf psf = {},
+                  Scratch scratch = {});
 
   const Lattice& lattice() const { return lattice_; }
 
@@ -29,7 +35,7 @@ private:
   ClosedFormPsf psf_;
   Tiles tiles_;
   Compositor compositor_;
-  std::vector<Projected> projected_;
+  Scratch projected_;
 };
 
 } // namespace innergs

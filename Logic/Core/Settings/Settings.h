@@ -32,6 +32,13 @@ enum class PredictionKind {
   Learned // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
 };
 
+/// Whether every slice of several scans gets a rigid motion of its own.
+enum class SliceMotionKind {
+  Auto, // where the scans agree better with it
+  On,
+  Off
+};
+
 /// When learning rates drop under Schedule::Plateau.
 struct PlateauRule {
   int patience = 10;       // iterations without a mean loss below the best so far by 1e-4 of it
@@ -77,6 +84,7 @@ struct Settings {
   bool consistency = true;           // super-resolution only
   PredictionKind prediction = PredictionKind::Auto; // one scan of distant slices, normalised blending
   bool align = true;                                // several scans: see Alignment/StackAlignment.h
+  SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
   double fill = 0;                                  // scanner units
   int threads = 0;                                  // 0: all cores
   std::string instructionSet;                       // "": best available; "scalar": the plain reference

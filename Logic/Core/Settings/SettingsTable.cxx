@@ -112,6 +112,13 @@ const std::vector<Setting>& settingsTable() {
       Setting("align", MEMBER(align), Fit, tr("Align the scans"),
               tr("Several scans: move and scale each after the first as a whole to fit the others, and say "
                  "by how much.")),
+      Setting("sliceMotion", MEMBER(sliceMotion), Fit, tr("Motion of slices"),
+              tr("Several scans of thick slices: give every slice a rigid motion and a gain of its own, and "
+                 "leave "
+                 "out slices that fit nowhere."),
+              {.words = {{"auto", tr("automatic"), tr("Where the scans agree better with it.")},
+                         {"on", tr("on")},
+                         {"off", tr("off")}}}),
 
       Setting("schedule", MEMBER(schedule), LearningRates, tr("Schedule"),
               tr("Learning rates decay over the iterations, or fall when the loss stops improving."),

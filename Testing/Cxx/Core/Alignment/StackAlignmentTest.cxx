@@ -1,7 +1,7 @@
 #include "Core/Alignment/StackAlignment.h"
 
 #include "Core/Image/Simulate.h"
-#include "Prediction/SpherePhantom.h"
+#include "HeadPhantom.h"
 
 #include <gtest/gtest.h>
 #include <numbers>
@@ -9,17 +9,8 @@
 namespace innergs {
 namespace {
 
-/// Balls in a ball, in air.
 Volume head() {
-  Volume volume = testing::spherePhantom(80, 80, 5);
-  const auto& n = volume.geometry.size;
-  for (std::int64_t k = 0; k < n[2]; ++k)
-    for (std::int64_t j = 0; j < n[1]; ++j)
-      for (std::int64_t i = 0; i < n[0]; ++i)
-        if (std::hypot(static_cast<double>(i) - 40, static_cast<double>(j) - 40,
-                       static_cast<double>(k) - 40) > 32)
-          volume.voxels[static_cast<std::size_t>(i + n[0] * (j + n[1] * k))] = 0;
-  return volume;
+  return testing::headPhantom(80);
 }
 
 /// Three scans of 4 mm slices at right angles.

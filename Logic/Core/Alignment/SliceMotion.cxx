@@ -1,0 +1,511 @@
+#include "Core/Alignment/SliceMotion.h"
+
+#include "Core/Alignment/Rigid.h"
+#include "Core/Alignment/SliceVolume.h"
+#include "Core/Base/Cholesky.h"
+#include "Core/Base/NumberText.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace innergs {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::int64_t kMostVoxels = 6'000'000;                            // of the finest volume
+constexpr std::int64_t kFewestPixels = 200;                                // of a slice, to be registered
+constexpr double kMargin = 8;                                              // mm around the stacks
+constexpr double kPriorShift = 6, kPriorTurn = 6 * std::numbers::pi / 180; // mm, radians: σ of the motion
+
+struct Level {
+  double factor; // of the finest spacing
+  int rounds, steps;
+  double smoothness;
+  int iterations;
+};
+constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
+
+/// Slices of a stack averaged over squares of `factor` pixels.
+std::vector<PlacedSlice> slicesOf(const Stack& stack, std::size_t index, int factor, double resolution) {
+  const GridGeometry& g = stack.image.geometry;
+  const Affine3 map = g.indexToWorld();
+  std::vector<PlacedSlice> slices;
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    PlacedSlice s;
+    s.stack = index;
+    s.index = k;
+    s.nx = static_cast<int>((g.size[0] + factor - 1) / factor);
+    s.ny = static_cast<int>((g.size[1] + factor - 1) / factor);
+    const double shift = 0.5 * (factor - 1);
+    Affine3 coarse;
+    coarse.linear = diagonal({static_cast<double>(factor), static_cast<double>(factor), 1});
+    coarse.offset = {shift, shift, static_cast<double>(k)};
+    s.toWorld = map * coarse;
+    s.normal = column(g.direction, 2);
+    s.profile = profileQuadrature(stack.profile, effectiveThickness(stack), resolution);
+    s.values.assign(static_cast<std::size_t>(s.nx) * s.ny, std::numeric_limits<float>::quiet_NaN());
+    for (int y = 0; y < s.ny; ++y)
+      for (int x = 0; x < s.nx; ++x) {
+        double sum = 0;
+        int n = 0;
+        for (std::int64_t j = y * factor; j < std::min<std::int64_t>(g.size[1], (y + 1) * factor); ++j)
+          for (std::int64_t i = x * factor; i < std::min<std::int64_t>(g.size[0], (x + 1) * factor); ++i) {
+            const std::size_t v = i + g.size[0] * (j + g.size[1] * k);
+            const float value = stack.image.voxels[v];
+            if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
+            sum += value;
+            ++n;
+          }
+        if (2 * n < factor * factor) continue;
+        s.values[static_cast<std::size_t>(y) * s.nx + x] = static_cast<float>(sum / n);
+        ++s.observed;
+      }
+    slices.push_back(std::move(s));
+  }
+  return slices;
+}
+
+/// A lattice around all stacks, cubes of `spacing` mm, along the first one's axes.
+GridGeometry volumeGrid(std::span<const Stack> stacks, double spacing) {
+  GridGeometry grid;
+  grid.direction = stacks.front().image.geometry.direction;
+  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (const Stack& stack : stacks) {
+    const GridGeometry& g = stack.image.geometry;
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3 index;
+      for (int a = 0; a < 3; ++a)
+        index[a] = (corner >> a & 1) ? static_cast<double>(g.size[a]) - 0.5 : -0.5;
+      const Vec3 x = transpose(grid.direction) * g.indexToWorld()(index);
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], x[a]);
+        high[a] = std::max(high[a], x[a]);
+      }
+    }
+  }
+  for (int a = 0; a < 3; ++a) {
+    const double extent = high[a] - low[a] + 2 * kMargin;
+    grid.size[a] = static_cast<std::int64_t>(std::ceil(extent / spacing)) + 1;
+    grid.spacing[a] = spacing;
+  }
+  grid.origin = grid.direction * (low - Vec3{kMargin, kMargin, kMargin});
+  return grid;
+}
+
+/// The finest spacing of the stacks, or one at which the lattice is not too large.
+double finestSpacing(std::span<const Stack> stacks) {
+  double finest = std::numeric_limits<double>::max();
+  for (const Stack& stack : stacks)
+    finest = std::min({finest, stack.image.geometry.spacing[0], stack.image.geometry.spacing[1]});
+  while (volumeGrid(stacks, finest).voxelCount() > kMostVoxels)
+    finest *= 1.05;
+  return finest;
+}
+
+/// Pixels of a stack that are averaged at a spacing, along each axis.
+int pixelsAt(const Stack& stack, double spacing) {
+  const Vec3& pixel = stack.image.geometry.spacing;
+  return std::max(1, static_cast<int>(std::floor(spacing / std::min(pixel[0], pixel[1]) + 0.25)));
+}
+
+/// As many sub-planes again, as far apart as before; spacing: mm, where there is only one.
+ProfileQuadrature twiceAsThick(const ProfileQuadrature& profile, double spacing) {
+  const double step = profile.offset.size() > 1 ? profile.offset[1] - profile.offset[0] : spacing;
+  ProfileQuadrature twice;
+  for (std::size_t q = 0; q < profile.offset.size(); ++q)
+    for (const double side : {-0.5, 0.5}) {
+      twice.offset.push_back(2 * profile.offset[q] + side * step);
+      twice.weight.push_back(0.5 * profile.weight[q]);
+    }
+  return twice;
+}
+
+/// The volume with NaN where no slice, even twice as thick, shows anything: there it is made up.
+std::vector<float> shownPart(const std::vector<float>& volume, const SliceOperator& op,
+                             std::span<const PlacedSlice* const> slices, double distance, ThreadPool& pool) {
+  std::vector<PlacedSlice> thick(slices.size());
+  std::vector<const PlacedSlice*> views;
+  std::vector<std::vector<float>> images(slices.size());
+  pool.run(static_cast<std::int64_t>(slices.size()), [&](std::int64_t s) {
+    thick[s] = *slices[s];
+    thick[s].profile = twiceAsThick(slices[s]->profile, op.grid().spacing[0]);
+    images[s] = op.project(volume, thick[s]);
+    for (float& value : images[s])
+      value = std::isnan(value) ? 0 : 1;
+  });
+  for (const PlacedSlice& slice : thick)
+    views.push_back(&slice);
+  std::vector<float> shown(volume.size(), 0.f);
+  op.addTransposed(views, images, shown);
+  const auto least = static_cast<float>(0.25 * op.grid().spacing[0] / distance);
+  for (std::size_t v = 0; v < shown.size(); ++v)
+    shown[v] = shown[v] >= least ? volume[v] : std::numeric_limits<float>::quiet_NaN();
+  return shown;
+}
+
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return kNaN;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Fit {
+  double squared = 0; // robust, of the differences
+  std::int64_t pixels = 0;
+  double rms() const { return pixels > 0 ? std::sqrt(squared / static_cast<double>(pixels)) : kNaN; }
+};
+
+Vec3 centreOf(const PlacedSlice& s) {
+  return s.pose(s.toWorld({0.5 * (s.nx - 1), 0.5 * (s.ny - 1), 0}));
+}
+
+/// One slice's differences to a volume, with plain squares.
+Fit fitOf(const PlacedSlice& slice, const SliceOperator& op, const std::vector<float>& volume) {
+  const std::vector<float> seen = op.project(volume, slice);
+  Fit fit;
+  for (std::size_t p = 0; p < seen.size(); ++p) {
+    if (std::isnan(seen[p])) continue;
+    const double r = slice.gain * seen[p] - slice.values[p];
+    fit.squared += r * r;
+    ++fit.pixels;
+  }
+  return fit;
+}
+
+/// Gauss-Newton steps of pose and gain; sigma: of the differences, for Cauchy's weights.
+void registerSlice(PlacedSlice& slice, const SliceOperator& op, const std::vector<float>& volume, int steps,
+                   double sigma, bool scales) {
+  constexpr int kParameters = 7;
+  const double width = 2.385 * sigma; // 95 % as good as least squares where the differences are Gaussian
+  const double spread = sigma * sigma * 10; // pixels are not independent
+  PlacedSlice moved = slice;
+  double best = std::numeric_limits<double>::infinity();
+  double damping = 1e-3;
+  std::vector<double> square, right;
+  for (int step = 0; step <= 2 * steps; ++step) {
+    const Vec3 centre = centreOf(moved);
+    const SliceOperator::Reader reader(op, volume, moved, moved.pose, centre);
+    std::vector<double> hessian(kParameters * kParameters), gradient(kParameters);
+    double cost = 0;
+    std::int64_t pixels = 0;
+    for (int j = 0; j < moved.ny; ++j)
+      for (int i = 0; i < moved.nx; ++i) {
+        const float given = moved.values[static_cast<std::size_t>(j) * moved.nx + i];
+        SliceOperator::Seen seen;
+        if (std::isnan(given) || !reader.at(i, j, seen)) continue;
+        const double r = moved.gain * seen.value - given, t = r / width;
+        const double weight = 1 / (1 + t * t);
+        cost += width * width * std::log1p(t * t);
+        ++pixels;
+        const double row[kParameters] = {moved.gain * seen.shift[0],          moved.gain * seen.shift[1],
+                                         moved.gain * seen.shift[2],          moved.gain * seen.turn[0],
+                                         moved.gain * seen.turn[1],           moved.gain * seen.turn[2],
+                                         scales ? moved.gain * seen.value : 0};
+        for (int a = 0; a < kParameters; ++a) {
+          for (int b = 0; b <= a; ++b)
+            hessian[a * kParameters + b] += weight * row[a] * row[b];
+          gradient[a] -= weight * row[a] * r;
+        }
+      }
+    if (pixels < std::clamp<std::int64_t>(slice.observed / 2, 1, kFewestPixels)) return;
+    cost *= static_cast<double>(slice.observed) / static_cast<double>(pixels);
+    // The prior: no motion from where the header puts it.
+    const Vec3 turned = rotationVector(moved.pose.linear);
+    const Vec3 at = slice.toWorld({0.5 * (slice.nx - 1), 0.5 * (slice.ny - 1), 0});
+    const Vec3 shifted = moved.pose(at) - at;
+    cost += spread * (dot(shifted, shifted) / (kPriorShift * kPriorShift) +
+                      dot(turned, turned) / (kPriorTurn * kPriorTurn));
+    if (cost < best) {
+      best = cost;
+      slice.pose = moved.pose;
+      slice.gain = moved.gain;
+      damping = std::max(1e-4, 0.2 * damping);
+      for (int a = 0; a < 3; ++a) {
+        hessian[a * kParameters + a] += spread / (kPriorShift * kPriorShift);
+        gradient[a] -= spread * shifted[a] / (kPriorShift * kPriorShift);
+        hessian[(3 + a) * kParameters + 3 + a] += spread / (kPriorTurn * kPriorTurn);
+        gradient[3 + a] -= spread * turned[a] / (kPriorTurn * kPriorTurn);
+      }
+      square = hessian;
+      right = gradient;
+    } else {
+      damping *= 10;
+    }
+    if (step == 2 * steps || damping > 10) break;
+    std::vector<double> a = square, b = right;
+    for (int d = 0; d < kParameters; ++d) {
+      double& diagonal = a[d * kParameters + d];
+      diagonal = diagonal > 0 ? diagonal * (1 + damping) : 1;
+    }
+    solveCholesky(a, b, kParameters, 1);
+    if (!std::isfinite(b[0] + b[1] + b[2] + b[3] + b[4] + b[5] + b[6])) break;
+    const Vec3 shift{b[0], b[1], b[2]}, turn{b[3], b[4], b[5]};
+    if (norm(shift) < 1e-3 && norm(turn) < 2e-5 && std::abs(b[6]) < 1e-4) break;
+    moved.pose = rigidAbout(centreOf(slice), turn, shift) * slice.pose;
+    moved.gain = slice.gain * (1 + std::clamp(b[6], -0.2, 0.2));
+  }
+}
+
+struct Work {
+  std::span<const Stack> stacks;
+  std::vector<std::vector<PlacedSlice>> slices; // of one level
+  double peak = 1;
+
+  std::vector<const PlacedSlice*> others(std::size_t stack) const {
+    std::vector<const PlacedSlice*> found;
+    for (std::size_t s = 0; s < slices.size(); ++s)
+      for (const PlacedSlice& slice : slices[s])
+        if (s != stack && slice.observed > 0 && slice.weight > 0) found.push_back(&slice);
+    return found;
+  }
+};
+
+/// The mean motion and gain, taken away from all: the frame stays that of the input.
+void fixFrame(std::vector<std::vector<PlacedSlice>>& slices, const Vec3& centre) {
+  Vec3 shift{}, turn{};
+  double weights = 0, gain = 0;
+  for (const auto& stack : slices)
+    for (const PlacedSlice& s : stack) {
+      const double w = s.weight * static_cast<double>(s.observed);
+      shift = shift + w * (s.pose(centre) - centre);
+      turn = turn + w * rotationVector(s.pose.linear);
+      gain += w * std::log(s.gain);
+      weights += w;
+    }
+  if (weights == 0) return;
+  const Affine3 back = inverse(rigidAbout(centre, (1 / weights) * turn, (1 / weights) * shift));
+  for (auto& stack : slices)
+    for (PlacedSlice& s : stack) {
+      s.pose = back * s.pose;
+      s.gain *= std::exp(-gain / weights);
+    }
+}
+
+/// Cauchy's weight of a slice by its residual beside those of its stack's others.
+void weighSlices(std::vector<PlacedSlice>& slices, const std::vector<double>& residual) {
+  std::vector<double> known;
+  for (const double r : residual)
+    if (std::isfinite(r)) known.push_back(r);
+  const double usual = medianOf(known);
+  for (std::size_t s = 0; s < slices.size(); ++s) {
+    const double excess = residual[s] / usual;
+    slices[s].weight = !std::isfinite(excess) || excess < 1.5 ? 1
+                       : excess > 3                           ? 0
+                                                              : std::pow(1.5 / excess, 4);
+  }
+}
+
+} // namespace
+
+SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPool& pool,
+                            const std::function<void(double)>& progress) {
+  SliceMotion result;
+  result.psnrBefore = result.psnrAfter = kNaN;
+  for (const Stack& stack : stacks)
+    result.slices.emplace_back(static_cast<std::size_t>(stack.image.geometry.size[2]));
+  if (stacks.size() < 2) return result;
+  double distance = 0;
+  for (const Stack& stack : stacks) {
+    if (!stack.poses.empty()) return result;
+    distance = std::max(distance, stack.image.geometry.spacing[2]);
+  }
+  const double finest = finestSpacing(stacks);
+  const Vec3 centre = volumeGrid(stacks, finest).centre();
+  const ValueRange range = observedRange(stacks);
+  const bool scales = range.low >= -0.05f * (range.high - range.low);
+  Work work{stacks, {}, static_cast<double>(range.high) - range.low};
+  std::vector<std::vector<PlacedSlice>> previous;
+  double all = 0, done = 0;
+  for (const Level& level : kLevels)
+    all += level.rounds / (level.factor * level.factor);
+  double squaredBefore = 0, squaredAfter = 0;
+  std::int64_t pixelsBefore = 0, pixelsAfter = 0;
+  for (const Level& level : kLevels) {
+    const double spacing = level.factor * finest;
+    const GridGeometry grid = volumeGrid(stacks, spacing);
+    const SliceOperator op(grid, pool);
+    work.slices.clear();
+    for (std::size_t s = 0; s < stacks.size(); ++s) {
+      work.slices.push_back(slicesOf(stacks[s], s, pixelsAt(stacks[s], spacing), spacing));
+      for (std::size_t k = 0; !previous.empty() && k < previous[s].size(); ++k) {
+        work.slices[s][k].pose = previous[s][k].pose;
+        work.slices[s][k].gain = previous[s][k].gain;
+        work.slices[s][k].weight = previous[s][k].weight;
+      }
+    }
+    const SliceVolumePlan plan{level.smoothness, level.iterations};
+    std::vector<std::vector<float>> volumes(stacks.size());
+    const bool last = level.factor == 1;
+    std::vector<std::vector<Fit>> before(stacks.size());
+    if (last) { // how well still slices would foresee each other
+      auto still = work.slices;
+      std::swap(still, work.slices);
+      for (auto& stack : work.slices)
+        for (PlacedSlice& s : stack) {
+          s.pose = {};
+          s.weight = s.gain = 1;
+        }
+      for (std::size_t s = 0; s < stacks.size(); ++s) {
+        std::vector<float> volume;
+        const auto others = work.others(s);
+        fitVolume(volume, op, others, {level.smoothness, 2 * level.iterations}, pool);
+        const std::vector<float> shown = shownPart(volume, op, others, distance, pool);
+        for (const PlacedSlice& slice : work.slices[s]) {
+          const Fit fit = fitOf(slice, op, shown);
+          squaredBefore += fit.squared;
+          pixelsBefore += fit.pixels;
+        }
+      }
+      std::swap(still, work.slices);
+    }
+    for (int round = 0; round < level.rounds + (last ? 1 : 0); ++round) {
+      const bool judging = round == level.rounds;
+      for (std::size_t s = 0; s < stacks.size(); ++s) {
+        const auto others = work.others(s);
+        if (volumes[s].empty()) fitVolume(volumes[s], op, others, plan, pool);
+        fitVolume(volumes[s], op, others, plan, pool);
+        const std::vector<float> shown = shownPart(volumes[s], op, others, distance, pool);
+        std::vector<PlacedSlice>& mine = work.slices[s];
+        std::vector<double> residual(mine.size(), kNaN);
+        pool.run(static_cast<std::int64_t>(mine.size()),
+                 [&](std::int64_t k) { residual[k] = fitOf(mine[k], op, shown).rms(); });
+        if (judging) {
+          for (std::size_t k = 0; k < mine.size(); ++k) {
+            const Fit fit = fitOf(mine[k], op, shown);
+            result.slices[s][k].residual = fit.rms();
+            squaredAfter += fit.squared;
+            pixelsAfter += fit.pixels;
+          }
+          continue;
+        }
+        std::vector<double> known;
+        for (const double r : residual)
+          if (std::isfinite(r)) known.push_back(r);
+        const double sigma = std::max(medianOf(known), 1e-6 * work.peak);
+        pool.run(static_cast<std::int64_t>(mine.size()), [&](std::int64_t k) {
+          registerSlice(mine[k], op, shown, level.steps, sigma, scales);
+          residual[k] = fitOf(mine[k], op, shown).rms();
+        });
+        weighSlices(mine, residual);
+      }
+      if (judging) continue;
+      fixFrame(work.slices, centre);
+      done += 1 / (level.factor * level.factor);
+      if (progress) progress(done / all);
+    }
+    previous = work.slices;
+  }
+  const auto psnr = [&](double squared, std::int64_t pixels) {
+    return pixels > 0 ? -10 * std::log10(squared / static_cast<double>(pixels) / (work.peak * work.peak))
+                      : kNaN;
+  };
+  result.psnrBefore = psnr(squaredBefore, pixelsBefore);
+  result.psnrAfter = psnr(squaredAfter, pixelsAfter);
+  std::vector<double> displacements, angles;
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    for (std::size_t k = 0; k < work.slices[s].size(); ++k) {
+      const PlacedSlice& slice = work.slices[s][k];
+      SlicePose& pose = result.slices[s][k];
+      pose.pose = slice.pose;
+      pose.angle = angleOf(slice.pose.linear);
+      pose.gain = 1 / slice.gain;
+      pose.weight = slice.weight;
+      double squares = 0;
+      std::int64_t n = 0;
+      for (int j = 0; j < slice.ny; j += 4)
+        for (int i = 0; i < slice.nx; i += 4) {
+          if (std::isnan(slice.values[static_cast<std::size_t>(j) * slice.nx + i])) continue;
+          const Vec3 x = slice.toWorld({static_cast<double>(i), static_cast<double>(j), 0});
+          const Vec3 d = slice.pose(x) - x;
+          squares += dot(d, d);
+          ++n;
+        }
+      pose.displacement = n > 0 ? std::sqrt(squares / static_cast<double>(n)) : 0;
+      if (n == 0) continue;
+      displacements.push_back(pose.displacement);
+      angles.push_back(pose.angle);
+      result.rejected += pose.weight == 0;
+    }
+  result.displacement = medianOf(displacements);
+  result.angle = medianOf(angles);
+  constexpr double kWorthwhile = 0.5; // dB
+  result.moved = always || result.psnrAfter >= result.psnrBefore + kWorthwhile;
+  if (!result.moved) {
+    for (auto& stack : result.slices)
+      for (SlicePose& pose : stack)
+        pose = {{}, 0, 0, 1, 1, pose.residual};
+    result.rejected = 0;
+    result.psnrAfter = result.psnrBefore;
+  }
+  return result;
+}
+
+std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry&)>& render,
+                                   const Stack& stack, std::span<const std::int64_t> indices, bool scales,
+                                   ThreadPool& pool) {
+  std::vector<SlicePose> result(indices.size());
+  const std::span<const Stack> only(&stack, 1);
+  const double finest = finestSpacing(only);
+  for (const Level& level : kLevels) {
+    const GridGeometry grid = volumeGrid(only, level.factor * finest);
+    const SliceOperator op(grid, pool);
+    const std::vector<float> volume = render(grid).voxels;
+    std::vector<PlacedSlice> slices = slicesOf(stack, 0, pixelsAt(stack, grid.spacing[0]), grid.spacing[0]);
+    pool.run(static_cast<std::int64_t>(indices.size()), [&](std::int64_t n) {
+      PlacedSlice& slice = slices[indices[n]];
+      slice.pose = result[n].pose;
+      slice.gain = 1 / result[n].gain;
+      const double sigma = fitOf(slice, op, volume).rms();
+      if (!(sigma > 0)) return;
+      registerSlice(slice, op, volume, 8, sigma, scales);
+      result[n].pose = slice.pose;
+      result[n].gain = 1 / slice.gain;
+    });
+  }
+  return result;
+}
+
+std::int64_t sliceMotionMemory(std::span<const Stack> stacks) {
+  std::int64_t pixels = 0;
+  for (const Stack& stack : stacks)
+    pixels += stack.image.geometry.voxelCount();
+  const std::int64_t volumes =
+      static_cast<std::int64_t>(stacks.size()) + 4; // and what conjugate gradients hold
+  return 4 * (volumes * volumeGrid(stacks, finestSpacing(stacks)).voxelCount() + 4 * pixels);
+}
+
+void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {
+  if (!motion.moved) return;
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    Stack& stack = stacks[s];
+    const auto& slices = motion.slices[s];
+    const std::size_t plane = stack.image.voxels.size() / slices.size();
+    stack.poses.clear();
+    for (std::size_t k = 0; k < slices.size(); ++k) {
+      stack.poses.push_back(slices[k].pose);
+      float* values = stack.image.voxels.data() + k * plane;
+      for (std::size_t p = 0; p < plane; ++p)
+        values[p] *= static_cast<float>(slices[k].gain);
+      if (slices[k].weight > 0) continue;
+      if (stack.observed.empty()) stack.observed.assign(stack.image.voxels.size(), 1);
+      std::fill_n(stack.observed.begin() + static_cast<std::ptrdiff_t>(k * plane), plane, std::uint8_t{0});
+    }
+  }
+}
+
+std::string sliceMotionSentence(const SliceMotion& m) {
+  if (!m.moved) return {};
+  std::string text = formatted(
+      "The slices were moved one by one, half of them by more than %.1f mm or %.1f°: the scans then foresee "
+      "each other's slices at %.1f dB, before at %.1f dB.",
+      m.displacement, m.angle, m.psnrAfter, m.psnrBefore);
+  if (m.rejected > 0)
+    text += formatted(" %lld slice%s no other and %s left out.", static_cast<long long>(m.rejected),
+                      m.rejected == 1 ? " fits" : "s fit", m.rejected == 1 ? "was" : "were");
+  return text;
+}
+
+} // namespace innergs

@@ -1,0 +1,55 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Image/Stack.h"
+
+#include <functional>
+#include <string>
+
+namespace innergs {
+
+/// How one slice lies to the others.
+struct SlicePose {
+  Affine3 pose;            // rigid, LPS mm: applied to where the stack's header puts the slice
+  double displacement = 0; // mm, root mean square over what it shows
+  double angle = 0;        // degrees
+  double gain = 1;         // its values are multiplied by it
+  double weight = 1;       // 0: it fits nowhere, and is left out
+  double residual = 0; // RMS difference to what the other scans show of its place, scan's units; NaN: unknown
+};
+
+struct SliceMotion {
+  bool moved = false;                         // false: every pose is the identity
+  std::vector<std::vector<SlicePose>> slices; // per stack
+  /// How well the scans foresee each other's slices: PSNR in dB, peak: their range; NaN: unknown.
+  double psnrBefore = 0, psnrAfter = 0;
+  double displacement = 0, angle = 0; // medians over the slices, mm and degrees
+  std::int64_t rejected = 0;          // slices of weight 0
+};
+
+/// One rigid transform and gain per slice. Each stack's slices are registered to the volume that all other
+/// stacks show, which is fitted to them through their slice profiles (fitVolume) where they lie now, stack
+/// after stack, coarse to fine: Gauss-Newton with analytic gradients of what the slice sees of the volume,
+/// robust weights (Cauchy's), slices that fit nowhere lose theirs. The mean motion is none: the result stays
+/// in the frame of the input. Needs two stacks without poses or more. `always`: poses are kept even where
+/// they do not make the scans agree better. The bits do not depend on the number of threads. Throws
+/// Error(Cancelled).
+SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPool& pool,
+                            const std::function<void(double)>& progress = {});
+
+/// What was found, for the user; "": nothing was moved, and there is nothing to say.
+std::string sliceMotionSentence(const SliceMotion& motion);
+
+/// Poses and gains of single slices (K) of a stack in a volume that they took no part in, coarse to fine.
+/// render: the volume on a lattice of cubes, NaN or any value where it shows nothing. scales: gains are
+/// looked for.
+std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry&)>& render,
+                                   const Stack& stack, std::span<const std::int64_t> slices, bool scales,
+                                   ThreadPool& pool);
+
+/// Bytes that findSliceMotion() needs.
+std::int64_t sliceMotionMemory(std::span<const Stack> stacks);
+
+/// Gives the stacks their poses and gains; slices of weight 0 become unobserved.
+void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks);
+
+} // namespace innergs

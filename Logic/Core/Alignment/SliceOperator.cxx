@@ -1,0 +1,205 @@
+#include "Core/Alignment/SliceOperator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+namespace {
+
+constexpr std::int64_t kSlab = 4; // planes that one task owns
+
+/// A slice's pixels and sub-planes in index coordinates of the volume.
+struct Track {
+  float base[3], alongI[3], alongJ[3];
+  std::vector<std::array<float, 3>> offset; // of the sub-planes
+  std::vector<float> weight;
+
+  Track(const PlacedSlice& slice, const Affine3& worldToIndex) {
+    const Affine3 map = worldToIndex * slice.pose * slice.toWorld;
+    const Vec3 normal = worldToIndex.linear * (slice.pose.linear * slice.normal);
+    for (int a = 0; a < 3; ++a) {
+      base[a] = static_cast<float>(map.offset[a]);
+      alongI[a] = static_cast<float>(map.linear[a][0]);
+      alongJ[a] = static_cast<float>(map.linear[a][1]);
+    }
+    for (std::size_t q = 0; q < slice.profile.offset.size(); ++q) {
+      auto& o = offset.emplace_back();
+      for (int a = 0; a < 3; ++a)
+        o[a] = static_cast<float>(slice.profile.offset[q] * normal[a]);
+      weight.push_back(static_cast<float>(slice.profile.weight[q]));
+    }
+  }
+
+  void row(int j, std::size_t q, float* start) const {
+    for (int a = 0; a < 3; ++a)
+      start[a] = base[a] + static_cast<float>(j) * alongJ[a] + offset[q][a];
+  }
+};
+
+struct Box {
+  float high[3];
+  explicit Box(const GridGeometry& grid) {
+    for (int a = 0; a < 3; ++a)
+      high[a] = static_cast<float>(grid.size[a] - 1) - 1e-3f;
+  }
+  bool holds(const float* start, const float* along, float i) const {
+    for (int a = 0; a < 3; ++a) {
+      const float x = start[a] + i * along[a];
+      if (!(x >= 0 && x <= high[a])) return false;
+    }
+    return true;
+  }
+};
+
+} // namespace
+
+SliceOperator::SliceOperator(const GridGeometry& grid, ThreadPool& pool)
+    : grid_(grid), pool_(pool), worldToIndex_(inverse(grid.indexToWorld())) {}
+
+std::vector<float> SliceOperator::project(const std::vector<float>& volume, const PlacedSlice& slice) const {
+  const Track track(slice, worldToIndex_);
+  const Box box(grid_);
+  const std::int64_t dy = grid_.size[0], dz = grid_.size[0] * grid_.size[1];
+  const std::size_t last = track.weight.size() - 1;
+  std::vector<float> out(slice.values.size());
+  for (int j = 0; j < slice.ny; ++j) {
+    float lowEnd[3], highEnd[3];
+    track.row(j, 0, lowEnd);
+    track.row(j, last, highEnd);
+    float* line = out.data() + static_cast<std::size_t>(j) * slice.nx;
+    const float* given = slice.values.data() + static_cast<std::size_t>(j) * slice.nx;
+    for (int i = 0; i < slice.nx; ++i) {
+      const auto x = static_cast<float>(i);
+      const bool seen =
+          !std::isnan(given[i]) && box.holds(lowEnd, track.alongI, x) && box.holds(highEnd, track.alongI, x);
+      line[i] = seen ? 0 : std::numeric_limits<float>::quiet_NaN();
+    }
+    for (std::size_t q = 0; q <= last; ++q) {
+      float start[3];
+      track.row(j, q, start);
+      for (int i = 0; i < slice.nx; ++i) {
+        if (std::isnan(line[i])) continue;
+        const auto t = static_cast<float>(i);
+        const float x = start[0] + t * track.alongI[0], y = start[1] + t * track.alongI[1],
+                    z = start[2] + t * track.alongI[2];
+        const auto ix = static_cast<std::int64_t>(x), iy = static_cast<std::int64_t>(y),
+                   iz = static_cast<std::int64_t>(z);
+        const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy),
+                    fz = z - static_cast<float>(iz);
+        const float* p = volume.data() + ix + dy * iy + dz * iz;
+        const float a = p[0] + fx * (p[1] - p[0]), b = p[dy] + fx * (p[dy + 1] - p[dy]);
+        p += dz;
+        const float c = p[0] + fx * (p[1] - p[0]), d = p[dy] + fx * (p[dy + 1] - p[dy]);
+        const float e = a + fy * (b - a), f = c + fy * (d - c);
+        line[i] += track.weight[q] * (e + fz * (f - e));
+      }
+    }
+  }
+  return out;
+}
+
+void SliceOperator::addTransposed(std::span<const PlacedSlice* const> slices,
+                                  std::span<const std::vector<float>> images,
+                                  std::vector<float>& volume) const {
+  std::vector<Track> tracks;
+  for (const PlacedSlice* slice : slices)
+    tracks.emplace_back(*slice, worldToIndex_);
+  const std::int64_t dy = grid_.size[0], dz = grid_.size[0] * grid_.size[1];
+  pool_.run((grid_.size[2] + kSlab - 1) / kSlab, [&](std::int64_t slab) {
+    const std::int64_t z0 = slab * kSlab, z1 = std::min(grid_.size[2], z0 + kSlab);
+    const float low = static_cast<float>(z0 - 1), high = static_cast<float>(z1); // of z that reach the slab
+    for (std::size_t s = 0; s < slices.size(); ++s) {
+      const PlacedSlice& slice = *slices[s];
+      const Track& track = tracks[s];
+      for (int j = 0; j < slice.ny; ++j) {
+        const float* line = images[s].data() + static_cast<std::size_t>(j) * slice.nx;
+        for (std::size_t q = 0; q < track.weight.size(); ++q) {
+          float start[3];
+          track.row(j, q, start);
+          int from = 0, to = slice.nx;
+          const float step = track.alongI[2];
+          if (std::abs(step) < 1e-6f) {
+            if (start[2] < low || start[2] > high) continue;
+          } else {
+            const float a = (low - start[2]) / step, b = (high - start[2]) / step;
+            from = static_cast<int>(
+                std::clamp(std::floor(std::min(a, b)) - 1, 0.f, static_cast<float>(slice.nx)));
+            to = static_cast<int>(
+                std::clamp(std::ceil(std::max(a, b)) + 2, 0.f, static_cast<float>(slice.nx)));
+          }
+          for (int i = from; i < to; ++i) {
+            const float r = track.weight[q] * line[i];
+            if (r == 0) continue;
+            const auto t = static_cast<float>(i);
+            const float x = start[0] + t * track.alongI[0], y = start[1] + t * track.alongI[1],
+                        z = start[2] + t * track.alongI[2];
+            const auto iz = static_cast<std::int64_t>(z);
+            if (iz < z0 - 1 || iz >= z1) continue;
+            const auto ix = static_cast<std::int64_t>(x), iy = static_cast<std::int64_t>(y);
+            const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy),
+                        fz = z - static_cast<float>(iz);
+            float* p = volume.data() + ix + dy * iy + dz * iz;
+            const auto plane = [&](float* to4, float w) {
+              const float a = w * (1 - fy), b = w * fy;
+              to4[0] += a * (1 - fx);
+              to4[1] += a * fx;
+              to4[dy] += b * (1 - fx);
+              to4[dy + 1] += b * fx;
+            };
+            if (iz >= z0) plane(p, r * (1 - fz));
+            if (iz + 1 < z1) plane(p + dz, r * fz);
+          }
+        }
+      }
+    }
+  });
+}
+
+SliceOperator::Reader::Reader(const SliceOperator& op, const std::vector<float>& volume,
+                              const PlacedSlice& slice, const Affine3& pose, const Vec3& centre)
+    : volume_(volume.data()), size_(op.grid_.size), direction_(op.grid_.direction),
+      handedness_(determinant(op.grid_.direction) < 0 ? -1 : 1), spacing_(op.grid_.spacing[0]),
+      profile_(slice.profile) {
+  const Affine3 map = op.worldToIndex_ * pose * slice.toWorld;
+  base_ = map.offset;
+  alongI_ = column(map.linear, 0);
+  alongJ_ = column(map.linear, 1);
+  normal_ = op.worldToIndex_.linear * (pose.linear * slice.normal);
+  centre_ = op.worldToIndex_(centre);
+}
+
+bool SliceOperator::Reader::at(int i, int j, Seen& seen) const {
+  const Vec3 middle = base_ + static_cast<double>(i) * alongI_ + static_cast<double>(j) * alongJ_;
+  for (const double end : {profile_.offset.front(), profile_.offset.back()})
+    for (int a = 0; a < 3; ++a) {
+      const double x = middle[a] + end * normal_[a];
+      if (!(x >= 0 && x <= static_cast<double>(size_[a] - 1) - 1e-3)) return false;
+    }
+  const std::int64_t dy = size_[0], dz = size_[0] * size_[1];
+  double value = 0;
+  Vec3 slope{}, turn{};
+  for (std::size_t q = 0; q < profile_.offset.size(); ++q) {
+    const Vec3 x = middle + profile_.offset[q] * normal_;
+    const auto ix = static_cast<std::int64_t>(x[0]), iy = static_cast<std::int64_t>(x[1]),
+               iz = static_cast<std::int64_t>(x[2]);
+    const double fx = x[0] - static_cast<double>(ix), fy = x[1] - static_cast<double>(iy),
+                 fz = x[2] - static_cast<double>(iz);
+    const float* p = volume_ + ix + dy * iy + dz * iz;
+    const double d00 = p[1] - p[0], d10 = p[dy + 1] - p[dy], d01 = p[dz + 1] - p[dz],
+                 d11 = p[dz + dy + 1] - p[dz + dy];
+    const double a = p[0] + fx * d00, b = p[dy] + fx * d10, c = p[dz] + fx * d01, d = p[dz + dy] + fx * d11;
+    const double e = a + fy * (b - a), f = c + fy * (d - c), w = profile_.weight[q];
+    const double gx = d00 + fy * (d10 - d00), hx = d01 + fy * (d11 - d01);
+    const Vec3 g{w * (gx + fz * (hx - gx)), w * ((b - a) + fz * ((d - c) - (b - a))), w * (f - e)};
+    value += w * (e + fz * (f - e));
+    slope = slope + g;
+    turn = turn + cross(x - centre_, g);
+  }
+  seen.value = value;
+  seen.shift = (1 / spacing_) * (direction_ * slope);
+  seen.turn = handedness_ * (direction_ * turn);
+  return !std::isnan(value);
+}
+
+} // namespace innergs

@@ -1,0 +1,307 @@
+#include "Core/Alignment/SliceMotion.h"
+
+#include "Core/Acquisition/BackProjection.h"
+#include "Core/Alignment/Rigid.h"
+#include "Core/Alignment/SliceVolume.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Simulate.h"
+#include "HeadPhantom.h"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <numbers>
+
+namespace innergs {
+namespace {
+
+constexpr std::int64_t kWidth = 56;
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Scans of 4 mm slices at right angles; each slice displaced by up to ± so many mm along each axis and
+/// turned by up to ± as many degrees. `stacks` keep the true poses.
+std::vector<Stack> movingScans(int count, double most, double noise = 1) {
+  const Volume truth = testing::headPhantom(kWidth);
+  ThreadPool pool(2);
+  Random random(11);
+  const auto even = [&] { return 2 * random.uniform() - 1; };
+  std::vector<Stack> stacks;
+  for (int s = 0; s < count; ++s) {
+    Stack stack = simulateThickStack(truth, 2 - s, 4);
+    const GridGeometry& g = stack.image.geometry;
+    for (std::int64_t k = 0; k < g.size[2]; ++k) {
+      const Vec3 shift{most * even(), most * even(), most * even()},
+          turn{most * kDegree * even(), most * kDegree * even(), most * kDegree * even()};
+      const Vec3 centre = g.indexToWorld()({0.5 * (kWidth - 1), 0.5 * (kWidth - 1), static_cast<double>(k)});
+      stack.poses.push_back(most > 0 ? rigidAbout(centre, turn, shift) : Affine3{});
+    }
+    std::vector<float> seen = projectToStack(truth, stack, pool);
+    for (float& v : seen)
+      v = std::isnan(v) ? 0 : v;
+    stack.image.voxels = std::move(seen);
+    addNoise(stack.image.voxels, noise, static_cast<std::uint64_t>(s) + 1);
+    stacks.push_back(std::move(stack));
+  }
+  return stacks;
+}
+
+std::vector<Stack> withoutPoses(std::vector<Stack> stacks) {
+  for (Stack& stack : stacks)
+    stack.poses.clear();
+  return stacks;
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values[values.size() / 2];
+}
+
+/// mm in the middle of each slice that lies well within the head.
+std::vector<double> errors(const std::vector<Stack>& stacks, const SliceMotion& motion) {
+  std::vector<double> found;
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    for (std::size_t k = 3; k + 3 < stacks[s].poses.size(); ++k) {
+      const Vec3 middle =
+          stacks[s].image.geometry.indexToWorld()({0.5 * kWidth, 0.5 * kWidth, static_cast<double>(k)});
+      found.push_back(norm(motion.slices[s][k].pose(middle) - stacks[s].poses[k](middle)));
+    }
+  return found;
+}
+
+TEST(Rigid, RotationVectorsTurnBack) {
+  for (const Vec3& turn : {Vec3{0.3, -0.2, 0.1}, Vec3{0, 0, 0}, Vec3{1e-9, 0, 0}, Vec3{2, 1, -1}}) {
+    EXPECT_LT(norm(rotationVector(rotation(turn)) - turn), 1e-12);
+    EXPECT_NEAR(determinant(rotation(turn)), 1, 1e-12);
+  }
+  EXPECT_NEAR(angleOf(rotation({0, 0, 5 * kDegree})), 5, 1e-9);
+  const Vec3 centre{1, 2, 3};
+  EXPECT_LT(norm(rigidAbout(centre, {0.1, 0.2, 0.3}, {4, 5, 6})(centre) - Vec3{5, 7, 9}), 1e-12);
+}
+
+/// One slice of the phantom, and a volume to look at.
+struct SliceCase {
+  GridGeometry grid;
+  std::vector<float> volume;
+  PlacedSlice slice;
+
+  explicit SliceCase(bool leftHanded = false) {
+    grid.size = {30, 28, 26};
+    grid.spacing = {1.5, 1.5, 1.5};
+    grid.direction = rotation({0.2, -0.3, 0.4});
+    if (leftHanded)
+      for (int a = 0; a < 3; ++a)
+        grid.direction[a][0] = -grid.direction[a][0];
+    grid.origin = {4, -7, 2};
+    Random random(3);
+    volume.resize(static_cast<std::size_t>(grid.voxelCount()));
+    for (float& v : volume)
+      v = static_cast<float>(random.uniform());
+    slice.nx = 17;
+    slice.ny = 15;
+    slice.values.resize(17 * 15);
+    for (float& v : slice.values)
+      v = static_cast<float>(random.uniform());
+    slice.values[20] = std::nanf("");
+    slice.profile = profileQuadrature(SliceProfile::Box, 5, 1.5);
+    slice.normal = column(rotation({-0.5, 0.1, 0.2}), 2);
+    slice.toWorld.linear = rotation({-0.5, 0.1, 0.2}) * diagonal({1.3, 1.3, 5});
+    slice.toWorld.offset = grid.centre() - slice.toWorld.linear * Vec3{8, 7, 0};
+    slice.pose = rigidAbout(grid.centre(), {0.05, 0.02, -0.1}, {1, -2, 0.5});
+  }
+};
+
+TEST(SliceOperator, AddsItsTranspose) {
+  const SliceCase c;
+  ThreadPool pool(3);
+  const SliceOperator op(c.grid, pool);
+  const std::vector<float> seen = op.project(c.volume, c.slice);
+  EXPECT_TRUE(std::isnan(seen[20]));
+  std::vector<std::vector<float>> images{c.slice.values};
+  double forward = 0, backward = 0;
+  int count = 0;
+  for (std::size_t p = 0; p < seen.size(); ++p) {
+    if (std::isnan(seen[p])) {
+      images[0][p] = 0;
+      continue;
+    }
+    forward += static_cast<double>(seen[p]) * images[0][p];
+    ++count;
+  }
+  ASSERT_GT(count, 200);
+  std::vector<float> spread(c.volume.size());
+  const PlacedSlice* slices[] = {&c.slice};
+  op.addTransposed(slices, images, spread);
+  for (std::size_t v = 0; v < spread.size(); ++v)
+    backward += static_cast<double>(spread[v]) * c.volume[v];
+  EXPECT_NEAR(forward, backward, 1e-4 * forward);
+}
+
+TEST(SliceOperator, ReadsGradientsOfAPose) {
+  for (const bool leftHanded : {false, true}) {
+    SliceCase c(leftHanded);
+    ThreadPool pool(1);
+    const SliceOperator op(c.grid, pool);
+    for (std::size_t v = 0; v < c.volume.size(); ++v) { // smooth: the interpolation has no kinks
+      const auto at = static_cast<std::int64_t>(v);
+      const Vec3 x = c.grid.indexToWorld()(
+          {static_cast<double>(at % 30), static_cast<double>(at / 30 % 28), static_cast<double>(at / 840)});
+      c.volume[v] = static_cast<float>(3 * x[0] - 2 * x[1] + 5 * x[2]);
+    }
+    const Vec3 centre = c.grid.centre();
+    SliceOperator::Seen seen;
+    ASSERT_TRUE(SliceOperator::Reader(op, c.volume, c.slice, c.slice.pose, centre).at(5, 6, seen));
+    EXPECT_LT(norm(seen.shift - Vec3{3, -2, 5}), 1e-3);
+    for (int a = 0; a < 3; ++a) {
+      Vec3 turn{};
+      turn[a] = 1e-3;
+      SliceOperator::Seen turned;
+      const Affine3 pose = rigidAbout(centre, turn, {}) * c.slice.pose;
+      ASSERT_TRUE(SliceOperator::Reader(op, c.volume, c.slice, pose, centre).at(5, 6, turned));
+      EXPECT_NEAR((turned.value - seen.value) / 1e-3, seen.turn[a], 0.1) << a << leftHanded;
+    }
+  }
+}
+
+TEST(SliceVolume, ExplainsItsSlices) {
+  ThreadPool pool(2);
+  const Volume truth = testing::headPhantom(40);
+  const SliceOperator op(truth.geometry, pool);
+  std::vector<PlacedSlice> slices;
+  for (int axis = 0; axis < 3; ++axis) {
+    const Stack stack = simulateThickStack(truth, axis, 4);
+    const GridGeometry& g = stack.image.geometry;
+    for (std::int64_t k = 0; k < g.size[2]; ++k) {
+      PlacedSlice& s = slices.emplace_back();
+      s.nx = s.ny = 40;
+      s.observed = 1600;
+      s.toWorld = g.indexToWorld();
+      s.toWorld.offset = g.indexToWorld()({0, 0, static_cast<double>(k)});
+      s.normal = column(g.direction, 2);
+      s.profile = profileQuadrature(SliceProfile::Box, 4, 1);
+      s.values.assign(stack.image.voxels.begin() + 1600 * k, stack.image.voxels.begin() + 1600 * (k + 1));
+    }
+  }
+  std::vector<const PlacedSlice*> views;
+  for (const PlacedSlice& s : slices)
+    views.push_back(&s);
+  std::vector<float> volume;
+  fitVolume(volume, op, views, {0.01, 40}, pool);
+  double squares = 0, all = 0;
+  for (std::size_t v = 0; v < volume.size(); ++v) {
+    squares += std::pow(volume[v] - truth.voxels[v], 2);
+    all += std::pow(truth.voxels[v], 2);
+  }
+  EXPECT_LT(squares, 0.02 * all);
+}
+
+TEST(SliceMotion, FindsWhereSlicesLie) {
+  ThreadPool pool(2);
+  const std::vector<Stack> stacks = movingScans(3, 2);
+  const SliceMotion motion = findSliceMotion(withoutPoses(stacks), false, pool);
+  EXPECT_TRUE(motion.moved);
+  EXPECT_GT(motion.psnrAfter, motion.psnrBefore + 3);
+  // The mean of so few motions is not none, and no method can know it.
+  EXPECT_LT(median(errors(stacks, motion)), 0.75);
+  EXPECT_LT(motion.rejected, 3);
+  EXPECT_NE(sliceMotionSentence(motion).find("moved one by one"), std::string::npos);
+  std::vector<Stack> placed = withoutPoses(stacks);
+  applySliceMotion(motion, placed);
+  EXPECT_EQ(placed[1].poses[4], motion.slices[1][4].pose);
+}
+
+TEST(SliceMotion, LeavesStillSlicesAlone) {
+  ThreadPool pool(2);
+  for (const int count : {2, 3}) {
+    const std::vector<Stack> stacks = withoutPoses(movingScans(count, 0));
+    const SliceMotion motion = findSliceMotion(stacks, false, pool);
+    EXPECT_FALSE(motion.moved) << count << ": " << motion.psnrBefore << " to " << motion.psnrAfter << " dB";
+    EXPECT_EQ(sliceMotionSentence(motion), "");
+    for (const auto& stack : motion.slices)
+      for (const SlicePose& slice : stack) {
+        EXPECT_EQ(slice.pose, Affine3{});
+        EXPECT_EQ(slice.gain, 1);
+        EXPECT_EQ(slice.weight, 1);
+      }
+  }
+}
+
+TEST(SliceMotion, LeavesOutASliceThatFitsNowhere) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = withoutPoses(movingScans(3, 2));
+  const std::int64_t plane = kWidth * kWidth;
+  for (std::int64_t v = 6 * plane; v < 7 * plane; ++v)
+    stacks[1].image.voxels[v] = static_cast<float>(v / 5 % 3) * 90;
+  const SliceMotion motion = findSliceMotion(stacks, false, pool);
+  EXPECT_EQ(motion.slices[1][6].weight, 0);
+  EXPECT_GE(motion.rejected, 1);
+  EXPECT_LT(motion.rejected, 4);
+  EXPECT_NE(sliceMotionSentence(motion).find("left out"), std::string::npos);
+  applySliceMotion(motion, stacks);
+  EXPECT_EQ(stacks[1].observed[6 * plane], 0);
+  EXPECT_EQ(stacks[1].observed[7 * plane], 1);
+}
+
+TEST(SliceMotion, IsTheSameByAnyNumberOfThreadsAndStops) {
+  const std::vector<Stack> stacks = withoutPoses(movingScans(2, 1));
+  std::vector<SliceMotion> found;
+  for (const int threads : {1, 3}) {
+    ThreadPool pool(threads);
+    found.push_back(findSliceMotion(stacks, true, pool));
+  }
+  for (std::size_t s = 0; s < 2; ++s)
+    for (std::size_t k = 0; k < found[0].slices[s].size(); ++k) {
+      EXPECT_EQ(found[0].slices[s][k].pose, found[1].slices[s][k].pose);
+      EXPECT_EQ(found[0].slices[s][k].gain, found[1].slices[s][k].gain);
+    }
+  EXPECT_EQ(found[0].psnrAfter, found[1].psnrAfter);
+  ThreadPool pool(2);
+  std::stop_source source;
+  pool.setStop(source.get_token());
+  try {
+    findSliceMotion(stacks, true, pool, [&](double) { source.request_stop(); });
+    FAIL() << "it went on";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ErrorCode::Cancelled);
+  }
+}
+
+TEST(SliceMotion, NeverLooksAtUnobservedVoxels) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = withoutPoses(movingScans(2, 1));
+  const std::int64_t plane = kWidth * kWidth;
+  stacks[0].observed.assign(stacks[0].image.voxels.size(), 1);
+  std::fill_n(stacks[0].observed.begin() + 5 * plane, plane, std::uint8_t{0});
+  const SliceMotion before = findSliceMotion(stacks, true, pool);
+  for (std::int64_t v = 5 * plane; v < 6 * plane; ++v)
+    stacks[0].image.voxels[v] = v % 2 ? 1e6f : std::nanf("");
+  const SliceMotion after = findSliceMotion(stacks, true, pool);
+  EXPECT_EQ(before.slices[1][6].pose, after.slices[1][6].pose);
+  EXPECT_EQ(before.psnrAfter, after.psnrAfter);
+}
+
+TEST(SliceMotion, PlacesSlicesThatTookNoPart) {
+  ThreadPool pool(2);
+  const Volume truth = testing::headPhantom(kWidth);
+  const std::vector<Stack> stacks = movingScans(1, 2);
+  const Affine3 toIndex = inverse(truth.geometry.indexToWorld());
+  const auto render = [&](const GridGeometry& grid) {
+    Volume volume{grid, {}};
+    for (std::int64_t v = 0; v < grid.voxelCount(); ++v) {
+      const Vec3 x = toIndex(grid.indexToWorld()({static_cast<double>(v % grid.size[0]),
+                                                  static_cast<double>(v / grid.size[0] % grid.size[1]),
+                                                  static_cast<double>(v / (grid.size[0] * grid.size[1]))}));
+      volume.voxels.push_back(sampleLinear(truth, x));
+    }
+    return volume;
+  };
+  const std::vector<std::int64_t> slices{5, 7, 8};
+  const auto placed = placeSlices(render, withoutPoses(stacks).front(), slices, true, pool);
+  for (std::size_t n = 0; n < slices.size(); ++n) {
+    const Vec3 middle =
+        stacks[0].image.geometry.indexToWorld()({0.5 * kWidth, 0.5 * kWidth, static_cast<double>(slices[n])});
+    EXPECT_LT(norm(placed[n].pose(middle) - stacks[0].poses[slices[n]](middle)), 0.4) << n;
+    EXPECT_NEAR(placed[n].gain, 1, 0.02);
+  }
+}
+
+} // namespace
+} // namespace innergs
