@@ -6,6 +6,7 @@
 
 #include "Core/Base/Error.h"
 #include "Evaluation/Report.h"
+#include "Evaluation/StacksProtocol.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
@@ -18,7 +19,7 @@
 namespace innergs::cli {
 namespace {
 
-enum class Protocol { HeldOut, Paper, Both };
+enum class Protocol { HeldOut, Paper, Both, Stacks };
 
 struct EvaluateOptions {
   std::string volume;
@@ -26,11 +27,21 @@ struct EvaluateOptions {
   Protocol protocol = Protocol::HeldOut;
   int keepEvery = 0, thickness = 0, orthogonal = 0;
   double noise = 0, withheld = 0.05;
+  StacksCase stacks;
   Settings settings;
   bool baselinesOnly = false;
   std::string csv, json, picture, saveVolume, saveModel;
   bool quiet = false;
 };
+
+StacksCase stacksCase(const EvaluateOptions& o) {
+  StacksCase chosen = o.stacks;
+  if (o.orthogonal > 0) chosen.stacks = o.orthogonal;
+  if (o.thickness > 0) chosen.thickness = o.thickness;
+  chosen.noise = o.noise;
+  chosen.seed = o.settings.seed;
+  return chosen;
+}
 
 HeldOutCase heldOutCase(const EvaluateOptions& o) {
   HeldOutCase chosen;
@@ -81,8 +92,11 @@ int evaluate(const EvaluateOptions& o) {
   options.onMethod = [&](const std::string& name) { display.say("Running " + name); };
   options.stop = interrupt.token();
   std::vector<EvaluationReport> reports;
-  if (o.protocol != Protocol::Paper) reports.push_back(evaluateHeldOut(volume, heldOutCase(o), options));
-  if (o.protocol != Protocol::HeldOut) reports.push_back(evaluatePaper(volume, options));
+  if (o.protocol == Protocol::Stacks) reports.push_back(evaluateStacks(volume, stacksCase(o), options));
+  if (o.protocol == Protocol::HeldOut || o.protocol == Protocol::Both)
+    reports.push_back(evaluateHeldOut(volume, heldOutCase(o), options));
+  if (o.protocol == Protocol::Paper || o.protocol == Protocol::Both)
+    reports.push_back(evaluatePaper(volume, options));
   display.finish();
 
   std::cout << textReport(reports) << std::flush;
@@ -111,9 +125,12 @@ Subcommand addEvaluate(CLI::App& app) {
   addReading(*command, o->reading);
   addChoice<Protocol>(
       *command, "--protocol", o->protocol,
-      {{"held-out", Protocol::HeldOut}, {"paper", Protocol::Paper}, {"both", Protocol::Both}},
+      {{"held-out", Protocol::HeldOut},
+       {"paper", Protocol::Paper},
+       {"both", Protocol::Both},
+       {"stacks", Protocol::Stacks}},
       "held-out: what is withheld is withheld in every plane; paper: withheld per plane, so that the\n"
-      "other planes still show it [held-out]");
+      "other planes still show it; stacks: thick scans at right angles of a patient who moves [held-out]");
   auto* keepEvery =
       command
           ->add_option("--keep-every", o->keepEvery,
@@ -122,24 +139,39 @@ Subcommand addEvaluate(CLI::App& app) {
           ->check(CLI::Range(2, 64));
   command
       ->add_option("--thickness", o->thickness,
-                   "Held-out: slices averaged over k voxels, score on the whole volume")
+                   "Held-out: slices averaged over k voxels, score on the whole volume; stacks: mm [5]")
       ->type_name("K")
       ->check(CLI::Range(2, 64))
       ->excludes(keepEvery);
   command
       ->add_option("--orthogonal", o->orthogonal,
-                   "Held-out: this many thick scans at right angles, with --thickness [4]")
+                   "Held-out: this many thick scans at right angles, with --thickness [4]; stacks: [3]")
       ->type_name("N")
       ->check(CLI::Range(2, 3))
       ->excludes(keepEvery);
   command
       ->add_option("--noise", o->noise,
-                   "Held-out: standard deviation of noise added to the input, image units [0]")
+                   "Held-out, stacks: standard deviation of noise added to the input, image units [0]")
       ->type_name("SD")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--withheld", o->withheld, "Paper: fraction of each plane's slices withheld [0.05]")
       ->type_name("F")
       ->check(CLI::Range(0.001, 0.5));
+  const auto amount = [&](const char* name, double& target, const char* help, const char* unit) {
+    command->add_option(name, target, help)->type_name(unit)->check(CLI::NonNegativeNumber);
+  };
+  amount("--gap", o->stacks.gap, "Stacks: distance between slices [0]", "MM");
+  amount("--motion", o->stacks.motion, "Stacks: every slice is displaced by up to this along each axis [0]",
+         "MM");
+  amount("--turn", o->stacks.turn, "Stacks: and turned by up to this about each axis [0]", "DEG");
+  amount("--shading", o->stacks.shading,
+         "Stacks: the brightness of each scan varies smoothly by up to ± this share [0]", "F");
+  amount("--slice-gain", o->stacks.gain, "Stacks: each slice is multiplied by 1 ± up to this [0]", "F");
+  command
+      ->add_option("--central", o->stacks.central,
+                   "Stacks: scan a cube of so many voxels in the middle [all]")
+      ->type_name("N")
+      ->check(CLI::Range(16, 4096));
   command->add_flag("--baselines-only", o->baselinesOnly, "Leave out the Gaussians");
   command->add_option("--csv", o->csv, "Table to write as CSV")->type_name("FILE");
   command->add_option("--json", o->json, "Table to write as JSON")->type_name("FILE");
@@ -158,6 +190,7 @@ Subcommand addEvaluate(CLI::App& app) {
       "  innergs evaluate t1.nii.gz --keep-every 4\n"
       "  innergs evaluate t1.nii.gz --thickness 4 --csv table.csv\n"
       "  innergs evaluate t1.nii.gz --orthogonal 3 --thickness 5 --picture result.png --json table.json\n"
+      "  innergs evaluate t1.nii.gz --protocol stacks --motion 3 --turn 3 --central 120 --noise 10\n"
       "  innergs evaluate t1.nii.gz --protocol paper --gaussians 74088");
   return {command, [o] { return evaluate(*o); }};
 }

@@ -2,6 +2,7 @@
 #include "CLI/Interrupt.h"
 #include "CLI/ProgressDisplay.h"
 #include "CLI/ReconstructReport.h"
+#include "CLI/SliceTable.h"
 #include "CLI/Version.h"
 
 #include "Core/Base/Error.h"
@@ -48,6 +49,7 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
   files.read(options.resume);
   files.add(options.output, OutputFiles::Kind::Volume);
   files.add(options.ply, OutputFiles::Kind::Ply);
+  files.add(options.slices);
   files.add(options.report);
   checkSettings(options.settings);
   checkHeldOutFraction(options.heldOut);
@@ -144,6 +146,9 @@ void writeResults(const ReconstructOptions& options, const std::vector<ScanRecor
     writePly(result.model->field, path);
     warn(droppedByPly(result.model->field));
   });
+  write(&ReconstructOptions::slices,
+        [&](const auto& path) { writeFileAtomically(path, sliceTable(result)); });
+  write(&ReconstructOptions::transforms, [&](const auto& path) { writeTransforms(result, path); });
   for (const auto& warning : result.warnings)
     fmt::print(stderr, "innergs: warning: {}\n", warning);
   for (const auto& failure : files.failures())

@@ -19,6 +19,16 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       ->type_name("FILE");
   output->add_option("--report", o.report, "JSON report to write: settings, geometry, quality, timings")
       ->type_name("FILE");
+  output
+      ->add_option("--slices", o.slices,
+                   "Table to write (TSV): where each slice of several scans was found to lie, its weight and "
+                   "how well\n"
+                   "it fits")
+      ->type_name("FILE");
+  output
+      ->add_option("--transforms", o.transforms,
+                   "Folder for the same as ITK transforms (.tfm), one per slice")
+      ->type_name("DIR");
   addOutputType(*output, o.type);
   o.grid.add(*output, "the finest spacing of the scans, isotropic, over the first scan's box");
   output->add_flag("-q,--quiet", o.quiet, "No progress and no summary; errors and warnings only");
@@ -66,6 +76,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
   app.footer("Examples:\n"
              "  innergs reconstruct axial.nii.gz -o volume.nii.gz\n"
              "  innergs reconstruct ax.nii.gz cor.nii.gz sag.nii.gz --spacing 1 -o volume.nii.gz\n"
+             "  innergs reconstruct ax.nii.gz cor.nii.gz sag.nii.gz --transforms poses -o volume.nii.gz\n"
              "  innergs reconstruct dicom-folder/ --reference t1.nii.gz --type int16 -o volume.nrrd\n"
              "  innergs reconstruct t2.nii.gz --thickness 4 --profile gaussian --mask brain.nii.gz \\\n"
              "      --preset best --save-model t2.innergs --held-out 0.1 --report t2.json -o t2-1mm.nii.gz\n"

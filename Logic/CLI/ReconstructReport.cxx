@@ -1,6 +1,7 @@
 #include "CLI/ReconstructReport.h"
 
 #include "CLI/Platform.h"
+#include "CLI/SliceTable.h"
 #include "CLI/Version.h"
 
 #include <itkVersion.h>
@@ -134,6 +135,8 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
            {{"volume", file(options.output)},
             {"model", file(options.saveModel)},
             {"ply", file(options.ply)},
+            {"slices", file(options.slices)},
+            {"transforms", file(options.transforms)},
             {"grid", result.volume.voxels.empty() ? Json() : toJson(result.volume.geometry)}}},
           {"quality",
            {{"held_out_fraction", options.heldOut},
@@ -149,6 +152,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"cloned", result.densified.cloned}}},
           {"iterations", result.iterations},
           {"alignment", alignmentOf(result)},
+          {"slice_motion", slicesOf(result)},
           {"prediction", result.prediction.empty() ? Json() : Json(result.prediction)},
           {"noise", finite(result.noise)},
           {"non_finite_voxels", result.nonFiniteVoxels},

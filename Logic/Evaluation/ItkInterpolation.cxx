@@ -73,4 +73,22 @@ std::vector<float> resampleWithItk(const Volume& image, const GridGeometry& grid
   return out;
 }
 
+struct ItkCubic::Impl {
+  GridGeometry geometry;
+  itk::BSplineInterpolateImageFunction<Image, double, double>::Pointer interpolator =
+      itk::BSplineInterpolateImageFunction<Image, double, double>::New();
+};
+
+ItkCubic::ItkCubic(const Volume& image) : impl_(std::make_unique<Impl>()) {
+  impl_->geometry = image.geometry;
+  impl_->interpolator->SetSplineOrder(3);
+  impl_->interpolator->SetInputImage(indexImage(image.geometry.size, image.voxels.data()));
+}
+
+ItkCubic::~ItkCubic() = default;
+
+std::vector<float> ItkCubic::on(const GridGeometry& grid, ThreadPool& pool) const {
+  return evaluate(*impl_->interpolator, impl_->geometry, grid, pool);
+}
+
 } // namespace innergs

@@ -2,11 +2,26 @@
 #include "Core/Base/Parallel.h"
 #include "Evaluation/Baselines.h"
 
+#include <memory>
+
 namespace innergs {
 
 /// ITK's interpolators (linear, B-spline of order 3, windowed sinc with a Lanczos window of radius 4), for
 /// lattices at any angle to each other. Indices beyond the outermost voxel centres are clamped to them.
 std::vector<float> resampleWithItk(const Volume& image, const GridGeometry& grid, Interpolation kind,
                                    ThreadPool& pool);
+
+/// Cubic B-splines through an image's samples, made once and read often.
+class ItkCubic {
+public:
+  explicit ItkCubic(const Volume& image);
+  ~ItkCubic();
+  /// On a lattice of any orientation; as above beyond the image.
+  std::vector<float> on(const GridGeometry& grid, ThreadPool& pool) const;
+
+private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
 
 } // namespace innergs

@@ -2,6 +2,8 @@
 #include "Core/Image/Metrics.h"
 #include "Core/Job/ReconstructionJob.h"
 
+#include "Evaluation/PoseErrors.h"
+
 #include <functional>
 #include <memory>
 #include <string>
@@ -51,17 +53,18 @@ struct PlaneScore {
 };
 
 struct MethodScore {
-  std::string name; // gaussians, linear, cubic, lanczos, average, backprojection, totalvariation
+  std::string name; // gaussians, uncorrected, linear, cubic, lanczos, average, …
   double psnr = 0, ssim = 0;
   double pooledPsnr = 0; // protocol P only (in protocol H, psnr is pooled already)
   double seconds = 0;
   std::vector<PlaneScore> perPlane;     // protocol P only
+  std::optional<PoseErrors> poses;      // protocol stacks, of the Gaussians
   std::shared_ptr<const Volume> volume; // with keepVolumes; on EvaluationReport::truth's lattice
 };
 
 /// What one evaluation found, and on which samples.
 struct EvaluationReport {
-  std::string protocol; // "held-out" or "paper"
+  std::string protocol; // "held-out", "paper" or "stacks"
   std::string caseName; // "keep-every-4", "thick-4", "orthogonal-2-thick-4", "withheld-5%"
   std::string samples;  // a sentence: the voxels that the scores were computed on
   std::string range;    // a sentence: the PSNR's peak

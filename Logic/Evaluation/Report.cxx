@@ -34,6 +34,17 @@ std::string quoted(const std::string& text) {
   return result + "\"";
 }
 
+nlohmann::ordered_json toJson(const PoseErrors& errors) {
+  const auto spread = [](const PoseErrors::Spread& s) {
+    return nlohmann::ordered_json{{"median", s.median}, {"percentile_90", s.ninetieth}, {"worst", s.worst}};
+  };
+  return {{"mm", spread(errors.millimetres)},
+          {"degrees", spread(errors.degrees)},
+          {"slices", errors.slices},
+          {"common_mm", errors.commonMillimetres},
+          {"common_degrees", errors.commonDegrees}};
+}
+
 nlohmann::ordered_json toJson(const EvaluationReport& report) {
   nlohmann::ordered_json methods = nlohmann::ordered_json::object();
   for (const MethodScore& method : report.methods) {
@@ -42,6 +53,7 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     entry["ssim"] = method.ssim;
     entry["seconds"] = method.seconds;
     entry["pooled_psnr"] = method.pooledPsnr;
+    if (method.poses) entry["pose_errors"] = toJson(*method.poses);
     entry["per_plane"] = nlohmann::ordered_json::object();
     for (const PlaneScore& plane : method.perPlane)
       entry["per_plane"][planeName(plane.plane)] = {{"psnr", plane.psnr},
@@ -62,7 +74,9 @@ std::string textReport(std::span<const EvaluationReport> reports) {
   for (const EvaluationReport* report : heldOutFirst(reports)) {
     if (!text.empty()) text += "\n";
     const bool paper = report->protocol == "paper";
-    text += paper ? "Protocol P (paper), " : "Protocol H (held-out), ";
+    text += paper                          ? "Protocol P (paper), "
+            : report->protocol == "stacks" ? "Simulated stacks, "
+                                           : "Protocol H (held-out), ";
     text += report->caseName + "\n";
     text += "Samples: " + report->samples + "\n" + report->range + "\n";
     text += padded("method", 16, true) + padded("PSNR dB", 9) + padded("SSIM", 9) + padded("seconds", 10);
@@ -80,6 +94,16 @@ std::string textReport(std::span<const EvaluationReport> reports) {
         text += padded(number(2, plane.psnr) + " / " + number(4, plane.ssim), 24);
       text += "\n";
     }
+    for (const MethodScore& method : report->methods)
+      if (method.poses) {
+        const PoseErrors& e = *method.poses;
+        text += formatted(
+            "Poses of %s: median %.2f mm %.2f°, 90th percentile %.2f mm %.2f°, worst %.2f mm %.2f° over "
+            "%lld slices, after %.2f mm %.2f° common to all.\n",
+            method.name.c_str(), e.millimetres.median, e.degrees.median, e.millimetres.ninetieth,
+            e.degrees.ninetieth, e.millimetres.worst, e.degrees.worst, static_cast<long long>(e.slices),
+            e.commonMillimetres, e.commonDegrees);
+      }
     for (const std::string& note : report->notes)
       text += "Note: " + note + "\n";
   }

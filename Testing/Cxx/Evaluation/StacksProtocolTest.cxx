@@ -1,0 +1,133 @@
+#include "Evaluation/StacksProtocol.h"
+#include "Core/Alignment/Rigid.h"
+#include "Core/Base/Error.h"
+#include "Core/Image/Simulate.h"
+#include "Evaluation/Report.h"
+
+#include "../Core/Alignment/HeadPhantom.h"
+
+#include <gtest/gtest.h>
+
+namespace innergs {
+namespace {
+
+StacksCase smallCase() {
+  StacksCase c;
+  c.thickness = 4;
+  c.noise = 1;
+  return c;
+}
+
+TEST(SimulatedStacks, AreThickStacksWhereNothingMoves) {
+  ThreadPool pool(2);
+  const Volume head = testing::headPhantom(32);
+  StacksCase c = smallCase();
+  c.noise = 0;
+  const SimulatedStacks simulated = simulateStacks(head, c, pool);
+  ASSERT_EQ(simulated.stacks.size(), 3u);
+  const Stack plain = simulateThickStack(head, 2, 4);
+  EXPECT_TRUE(sameLattice(plain.image.geometry, simulated.stacks[0].image.geometry));
+  for (std::size_t v = 0; v < plain.image.voxels.size(); ++v)
+    ASSERT_NEAR(plain.image.voxels[v], simulated.stacks[0].image.voxels[v], 0.01);
+  EXPECT_EQ(simulated.poses[2][3], Affine3{});
+}
+
+TEST(SimulatedStacks, MoveShadeAndAreSeeded) {
+  ThreadPool pool(2);
+  const Volume head = testing::headPhantom(48);
+  StacksCase c = smallCase();
+  c.central = 32;
+  c.motion = 2;
+  c.turn = 3;
+  c.gap = 1;
+  c.shading = 0.4;
+  const SimulatedStacks one = simulateStacks(head, c, pool), same = simulateStacks(head, c, pool);
+  EXPECT_EQ(one.stacks[1].image.voxels, same.stacks[1].image.voxels);
+  EXPECT_EQ(one.truth.geometry.size[0], 32);
+  EXPECT_EQ(one.stacks[0].image.geometry.spacing[2], 5);
+  EXPECT_EQ(one.stacks[0].thickness, 4);
+  EXPECT_EQ(one.stacks[0].image.geometry.size[2], 6);
+  c.seed = 2;
+  EXPECT_NE(one.stacks[1].image.voxels, simulateStacks(head, c, pool).stacks[1].image.voxels);
+  for (std::size_t k = 0; k < 6; ++k) {
+    const Affine3& pose = one.poses[0][k];
+    const Vec3 centre = one.stacks[0].image.geometry.indexToWorld()({15.5, 15.5, static_cast<double>(k)});
+    for (const double d : pose(centre) - centre)
+      EXPECT_LE(std::abs(d), 2.0001);
+    EXPECT_LE(angleOf(pose.linear), 3 * 1.74);
+    EXPECT_GT(angleOf(pose.linear), 0);
+  }
+}
+
+TEST(SimulatedStacks, RefuseWhatCannotBe) {
+  ThreadPool pool(1);
+  const Volume head = testing::headPhantom(24);
+  const auto refused = [&](auto change) {
+    StacksCase c = smallCase();
+    change(c);
+    try {
+      simulateStacks(head, c, pool);
+    } catch (const Error& error) {
+      return error.code() == ErrorCode::InvalidArgument;
+    }
+    return false;
+  };
+  EXPECT_TRUE(refused([](StacksCase& c) { c.stacks = 4; }));
+  EXPECT_TRUE(refused([](StacksCase& c) { c.motion = -1; }));
+  EXPECT_TRUE(refused([](StacksCase& c) { c.thickness = 0; }));
+  EXPECT_TRUE(refused([](StacksCase& c) { c.thickness = 20; }));
+  EXPECT_TRUE(refused([](StacksCase& c) { c.central = 30; }));
+  EXPECT_TRUE(refused([](StacksCase& c) { c.shading = 1; }));
+}
+
+TEST(PoseErrors, TakeAwayWhatIsCommonToAll) {
+  ThreadPool pool(1);
+  const Volume head = testing::headPhantom(32);
+  StacksCase c = smallCase();
+  c.motion = c.turn = 2;
+  const SimulatedStacks simulated = simulateStacks(head, c, pool);
+  const Mask body{head.geometry, std::vector<std::uint8_t>(head.voxels.size(), 1)};
+  const Affine3 common = rigidAbout({10, 20, 5}, {0.02, 0.05, -0.01}, {1, -2, 0.5});
+  auto found = simulated.poses;
+  for (auto& stack : found)
+    for (Affine3& pose : stack)
+      pose = common * pose;
+  PoseErrors errors = poseErrors(simulated.stacks, simulated.poses, found, body);
+  EXPECT_LT(errors.millimetres.worst, 1e-6);
+  EXPECT_LT(errors.degrees.worst, 1e-5);
+  EXPECT_NEAR(errors.commonDegrees, angleOf(common.linear), 1e-6);
+  found[1][4] = Affine3{{}, {1, 0, 0}} * found[1][4];
+  errors = poseErrors(simulated.stacks, simulated.poses, found, body);
+  EXPECT_NEAR(errors.millimetres.worst, 1, 0.1);
+  EXPECT_LT(errors.millimetres.median, 0.1);
+}
+
+TEST(StacksProtocol, ScoresWithAndWithoutCorrection) {
+  const Volume head = testing::headPhantom(56);
+  StacksCase c = smallCase();
+  c.motion = c.turn = 2;
+  EvaluationOptions options;
+  options.settings.preset = Preset::Fast;
+  options.settings.device = "cpu";
+  const EvaluationReport report = evaluateStacks(head, c, options);
+  const auto psnr = [&](const std::string& name) {
+    for (const MethodScore& method : report.methods)
+      if (method.name == name) return method.psnr;
+    ADD_FAILURE() << name;
+    return 0.0;
+  };
+  EXPECT_GT(psnr("gaussians"), psnr("uncorrected") + 3);
+  EXPECT_GT(psnr("gaussians"), psnr("average") + 3);
+  EXPECT_GT(psnr("gaussians"), psnr("backprojection") + 3);
+  EXPECT_GT(psnr("linear"), 5);
+  EXPECT_GT(psnr("cubic"), 5);
+  ASSERT_TRUE(report.methods[0].poses);
+  EXPECT_LT(report.methods[0].poses->millimetres.median, 0.8);
+  EXPECT_GT(report.methods[1].poses->millimetres.median, 1);
+  const std::vector<EvaluationReport> reports{report};
+  EXPECT_NE(textReport(reports).find("Poses of gaussians: median"), std::string::npos);
+  EXPECT_NE(jsonReport(reports).find("\"pose_errors\""), std::string::npos);
+}
+
+} // namespace
+} // namespace innergs
