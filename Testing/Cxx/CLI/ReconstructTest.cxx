@@ -4,13 +4,16 @@
 
 #include "Core/Base/NumberText.h"
 #include "Core/Image/Metrics.h"
+#include "Core/Image/Simulate.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 #include "IO/VolumeIO.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
+#include <sstream>
 
 namespace innergs::test {
 namespace {
@@ -32,6 +35,42 @@ protected:
     return readVolume(path("out/v.nii.gz"));
   }
 };
+
+TEST_F(ReconstructTest, TellsWhereSlicesLie) {
+  const Volume truth = phantom({40, 40, 40});
+  const Stack axial = simulateThickStack(truth, 2, 4), sagittal = simulateThickStack(truth, 0, 4);
+  reconstruct({scan("a.nii.gz", axial.image), scan("b.nii.gz", sagittal.image), "--preset", "fast",
+               "--iterations", "4", "--slice-motion", "on", "--slices", path("out/slices.tsv"),
+               "--transforms", path("out/poses"), "--report", path("out/r.json")});
+  const std::string table = contents("out/slices.tsv");
+  EXPECT_EQ(table.find("scan\tslice\tweight\tgain\tdisplacement_mm\tangle_degrees\tresidual\tm00\t"), 0u);
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 10 + 10);
+  const auto motion = nlohmann::json::parse(contents("out/r.json")).at("slice_motion");
+  EXPECT_TRUE(motion.at("moved"));
+  ASSERT_EQ(motion.at("slices").size(), 20u);
+  const auto& slice = motion.at("slices")[13];
+  EXPECT_EQ(slice.at("scan"), 2);
+  EXPECT_EQ(slice.at("slice"), 3);
+  std::istringstream transform(contents("out/poses/scan-2-slice-003.tfm"));
+  std::string line;
+  for (int n = 0; n < 4; ++n)
+    std::getline(transform, line);
+  std::istringstream numbers(line.substr(line.find(':') + 1));
+  Affine3 back;
+  for (auto& row : back.linear.m)
+    for (double& x : row)
+      numbers >> x;
+  for (double& x : back.offset)
+    numbers >> x;
+  Affine3 place;
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      place.linear[row][column] = slice.at("matrix_lps")[row][column];
+    place.offset[row] = slice.at("matrix_lps")[row][3];
+  }
+  const Vec3 x{10, -20, 30};
+  EXPECT_LT(norm(back(place(x)) - x), 1e-6); // from tissue to where the header puts the slice
+}
 
 TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   const Volume truth = phantom();
