@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// A X = B for a symmetric positive definite A [n][n]; B [n][m] becomes X, A its factor.
+/// Solves A X = B for a symmetric positive definite A [n][n]; B [n][m] becomes X, and A its Cholesky factor.
 void solveCholesky(std::vector<double>& a, std::vector<double>& b, int n, int m);
 
 } // namespace innergs

@@ -5,8 +5,8 @@
 
 namespace innergs {
 
-/// Bytes that the limits of this process's control groups leave, the page cache that the kernel gives back
-/// counted as free: the tightest of the group and all that hold it, version 1 or 2. Nothing: no limit known.
+/// Bytes that this process's control groups (version 1 or 2) still allow: the tightest limit of the group and
+/// its ancestors, with reclaimable page cache counted as free. Nothing when no limit is known.
 /// `root`: of the file system.
 std::optional<std::int64_t> controlGroupRoom(const std::filesystem::path& root = "/");
 

@@ -11,13 +11,13 @@ enum class ErrorCode {
   UnsupportedImage, // RGB, complex, vector, 4D, a single slice
   Geometry,         // spacing, direction, stacks that do not overlap
   NoData,           // empty image or mask, no finite voxel
-  Memory,           // more needed than available
+  Memory,           // more needed than is available
   Io,               // cannot write, disk full
   Cancelled,
   Internal
 };
 
-/// The one exception of InnerGS. what() is one sentence that says what is wrong and what to do.
+/// The one exception type of InnerGS. what() is one sentence: what is wrong and what to do.
 class Error : public std::runtime_error {
 public:
   Error(ErrorCode code, const std::string& sentence) : std::runtime_error(sentence), code_(code) {}

@@ -31,11 +31,11 @@ Failure failureOf(const std::exception_ptr& thrown) {
     return {error.code(), error.what()};
   } catch (const std::bad_alloc&) {
     return {ErrorCode::Memory, kNoMemory};
-  } catch (const std::length_error&) { // of a container: more than any memory holds
+  } catch (const std::length_error&) { // from a container: larger than any memory
     return {ErrorCode::Memory, kNoMemory};
-  } catch (const std::system_error& error) { // of files, folders, threads
+  } catch (const std::system_error& error) { // from files, folders, threads
     if (error.code() == std::errc::resource_unavailable_try_again) return {ErrorCode::Memory, kNoThread};
-    return {ErrorCode::Io, "The system refused what is needed (" + oneLine(error.what()) +
+    return {ErrorCode::Io, "The system refused a request (" + oneLine(error.what()) +
                                "): check the file or folder, close other programs, and try again."};
   } catch (const std::exception& error) {
     return {ErrorCode::Internal, "Unexpected failure (" + oneLine(error.what()) +

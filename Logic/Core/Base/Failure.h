@@ -7,16 +7,16 @@
 
 namespace innergs {
 
-/// Anything that was thrown, as people are told of it.
+/// An exception of any type, as reported to the user.
 struct Failure {
   ErrorCode code = ErrorCode::Internal;
   std::string sentence; // one line that says what is wrong and what to do
 };
 
-/// The exception that is being handled, or the one given; does not throw it on.
+/// The current exception, or the one given; does not rethrow it.
 Failure failureOf(const std::exception_ptr& thrown = std::current_exception());
 
-/// Calls a task; the sentence for whatever it throws, "" when it went well.
+/// Runs a task and returns the sentence for whatever it throws; "" on success.
 std::string sentenceOf(const std::function<void()>& task);
 
 } // namespace innergs

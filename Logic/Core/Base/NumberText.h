@@ -4,8 +4,8 @@
 
 namespace innergs {
 
-/// While it lives, the calling thread's C functions read and write numbers with a decimal point, whatever
-/// locale the program has set.
+/// While an instance lives, the C functions of the calling thread read and write numbers with a decimal
+/// point, whatever the program's locale.
 class ClassicNumbers {
 public:
   ClassicNumbers();
@@ -25,21 +25,21 @@ private:
 #if defined(__GNUC__)
 __attribute__((format(printf, 1, 2)))
 #endif
-/// What std::printf would print in the C locale.
+/// Formats like std::printf in the C locale.
 std::string
 formatted(const char* pattern, ...);
 
-/// For sentences: six significant digits ("0.9", "1e-06").
+/// For messages: six significant digits ("0.9", "1e-06").
 std::string numberText(double value);
 
 /// The fewest significant digits that read back as the value ("0.1", "0.3333333333333333").
 std::string exactText(double value);
 
-/// The number that the whole text is, "nan" and "inf" too; nothing for any other text.
+/// The number, if the whole text is one ("nan" and "inf" included); nothing otherwise.
 std::optional<double> wholeTextNumber(const std::string& text);
 
-/// The number that a text begins with, blanks skipped, as std::strtod takes it in the C locale ("nan" and
-/// "inf" too), and how long it is.
+/// The number that a text begins with, after blanks, parsed like std::strtod in the C locale ("nan" and "inf"
+/// included), and its length in characters.
 std::optional<double> leadingNumber(const std::string& text, std::size_t* length = nullptr);
 
 } // namespace innergs

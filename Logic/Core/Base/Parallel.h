@@ -11,8 +11,8 @@
 
 namespace innergs {
 
-/// A fixed crew of threads for loops whose iterations write apart: results never depend on how many threads
-/// there are. Where the system has no more threads, it goes on with fewer.
+/// A fixed pool of threads for loops whose iterations write to separate memory, so results never depend on
+/// the number of threads. If the system cannot provide all threads, it continues with fewer.
 class ThreadPool {
 public:
   explicit ThreadPool(int threads = 0); // 0 = all cores
@@ -22,27 +22,27 @@ public:
 
   int threads() const { return static_cast<int>(crew_.size()) + 1; }
 
-  /// What run() and blocks() look at before every task. Set by the one who owns the job.
+  /// The token that run() and blocks() check before every task. Set by the owner of the job.
   void setStop(std::stop_token stop) { stop_ = std::move(stop); }
 
   const std::stop_token& stopToken() const { return stop_; }
 
-  /// Throws Error(Cancelled) when stop was requested.
+  /// Throws Error(Cancelled) if a stop was requested.
   void throwIfStopped() const;
 
-  /// Calls task(i) for every i in [0, count); the caller works too. The first exception thrown by a task is
-  /// rethrown here; throws Error(Cancelled) when stop was requested before all had run.
+  /// Calls task(i) for every i in [0, count); the caller works too. Rethrows the first exception of a task;
+  /// throws Error(Cancelled) if a stop was requested before all tasks had run.
   void run(std::int64_t count, const std::function<void(std::int64_t)>& task);
 
-  /// The same for work that must not be left half-done: a stop request waits for its end.
+  /// Like run(), for work that must not be left half done: ignores stop requests.
   void runToEnd(std::int64_t count, const std::function<void(std::int64_t)>& task);
 
-  /// Calls task(first, last) for consecutive blocks of at most `block` of [0, count).
+  /// Calls task(first, last) for consecutive blocks of [0, count), each of at most `block`.
   void blocks(std::int64_t count, std::int64_t block,
               const std::function<void(std::int64_t, std::int64_t)>& task);
 
 private:
-  bool hire(int workers); // false: fewer could be had
+  bool hire(int workers); // false: could not start all of them
   void dismiss();
   void work();
   void drain(const std::function<void(std::int64_t)>& task);

@@ -3,8 +3,8 @@
 
 namespace innergs {
 
-/// SplitMix64 (Steele et al. 2014): the same numbers on every platform, which the standard's distributions do
-/// not promise.
+/// SplitMix64 (Steele et al. 2014): the same numbers on every platform, which the standard distributions do
+/// not guarantee.
 class Random {
 public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

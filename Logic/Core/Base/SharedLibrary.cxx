@@ -18,14 +18,14 @@ namespace innergs {
 namespace {
 
 #ifdef __linux__
-/// The loader maps a library that was cut short without a word and crashes later; the section headers lie at
-/// the end of the file.
+/// The loader silently maps a truncated library and crashes later; the section headers are at the end of the
+/// file, so they reveal the truncation.
 bool cutShort(const std::filesystem::path& file) {
   std::error_code ignored;
   const auto size = std::filesystem::file_size(file, ignored);
   Elf64_Ehdr header{};
   std::ifstream stream(file, std::ios::binary);
-  if (!stream.read(reinterpret_cast<char*>(&header), sizeof header)) return false; // the loader says it
+  if (!stream.read(reinterpret_cast<char*>(&header), sizeof header)) return false; // the loader reports it
   if (header.e_ident[EI_CLASS] != ELFCLASS64) return false;
   return header.e_shoff + std::uint64_t{header.e_shentsize} * header.e_shnum > size;
 }
@@ -68,7 +68,7 @@ std::vector<std::filesystem::path> programFolders() {
 void* openSharedLibrary(const std::filesystem::path& file, std::string& problem) {
 #ifdef __linux__
   if (cutShort(file)) {
-    problem = "the file was cut short";
+    problem = "the file is truncated";
     return nullptr;
   }
 #endif
@@ -95,7 +95,7 @@ std::string sharedLibraryName(const std::string& name) {
 std::vector<std::filesystem::path> programFolders() {
   std::vector<std::filesystem::path> folders;
   Dl_info info{};
-  // An executable is named as it was called, which may be relative to any folder of PATH: left out then.
+  // An executable's name may be relative to any folder in PATH; it is left out then.
   if (dladdr(reinterpret_cast<void*>(&programFolders), &info) && info.dli_fname &&
       std::filesystem::path(info.dli_fname).is_absolute())
     folders.push_back(std::filesystem::path(info.dli_fname).parent_path());

@@ -5,15 +5,15 @@
 
 namespace innergs {
 
-/// Opens a shared library for the rest of the program. Null, and `problem` in the system's words, when it
-/// cannot be.
+/// Loads a shared library for the rest of the program. On failure returns null and sets `problem` to the
+/// system's message.
 void* openSharedLibrary(const std::filesystem::path& file, std::string& problem);
-/// Null when the library has no such symbol.
+/// Null if the library has no such symbol.
 void* sharedSymbol(void* library, const char* name);
 
 /// "libname.so", "libname.dylib" or "name.dll".
 std::string sharedLibraryName(const std::string& name);
-/// The folders of the library or program that this code is part of, and of the executable.
+/// The folder of the library or program that contains this code, and the folder of the executable.
 std::vector<std::filesystem::path> programFolders();
 
 } // namespace innergs

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// Bytes of memory available to this process now (0: unknown).
+/// Bytes of memory currently available to this process (0: unknown).
 std::int64_t availableMemory();
 
 } // namespace innergs

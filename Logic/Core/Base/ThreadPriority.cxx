@@ -29,8 +29,8 @@ void lowerThreadPriority() {
 #elif defined(__APPLE__)
   pthread_set_qos_class_self_np(QOS_CLASS_UTILITY, 0);
 #elif defined(__linux__)
-  // A third of the main thread's share where both want a core. On Linux each thread has a nice value of its
-  // own and hands it down to the threads that it starts.
+  // A third of the main thread's share when both want a core. On Linux each thread has its own nice value,
+  // which the threads it starts inherit.
   constexpr int behind = 5;
   const int main = getpriority(PRIO_PROCESS, static_cast<id_t>(getpid()));
   setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), std::min(main + behind, 19));

@@ -2,12 +2,12 @@
 
 namespace innergs {
 
-/// Puts the calling thread behind those that draw and answer the user, for its rest; a ThreadPool that it
-/// makes does the same. For work started from a user interface: on an idle machine it is as fast as before.
-/// Where the system refuses, nothing changes.
+/// Lowers the calling thread's priority for good, and that of any ThreadPool it creates. Use it for work
+/// started from a user interface: on an idle machine it runs as fast as before.
+/// Does nothing if the system refuses.
 void lowerThreadPriority();
 
-/// Whether the calling thread has asked for it.
+/// Whether the calling thread has called lowerThreadPriority().
 bool threadPriorityLowered();
 
 } // namespace innergs
