@@ -14,7 +14,7 @@ void throwIfStopped(const std::stop_token& stop) {
 
 constexpr std::uint8_t outside = 0, foreground = 1, largest = 3;
 
-// Sets to 1 whatever the border of the slice cannot reach through zeros.
+// Sets to 1 everything that cannot be reached from the slice's border through zeros.
 void fillHoles(std::uint8_t* slice, std::int64_t width, std::int64_t height) {
   std::vector<std::uint8_t> air(static_cast<std::size_t>(width * height), 0);
   std::vector<std::int64_t> queue;
@@ -60,7 +60,7 @@ std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& 
       auto component = floodFill(label, n, static_cast<std::int64_t>(p), stop);
       if (component.size() > best.size()) best.swap(component);
     }
-  if (best.empty()) return std::vector<std::uint8_t>(label.size(), 1); // constant image: all of it
+  if (best.empty()) return std::vector<std::uint8_t>(label.size(), 1); // constant image: everything
   for (std::int64_t p : best)
     label[p] = largest;
   for (std::uint8_t& l : label)

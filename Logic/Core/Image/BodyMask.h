@@ -7,8 +7,8 @@
 
 namespace innergs {
 
-/// Body mask by Otsu's threshold, largest component, holes filled per slice. Throws Error(Cancelled) when
-/// stopped.
+/// Body mask: above Otsu's threshold, largest component, holes filled slice by slice. Throws Error(Cancelled)
+/// when stopped.
 std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop = {});
 
 } // namespace innergs

@@ -6,7 +6,7 @@ namespace innergs {
 
 std::vector<std::int64_t> floodFill(std::vector<std::uint8_t>& voxels, const std::array<std::int64_t, 3>& n,
                                     std::int64_t seed, const std::stop_token& stop) {
-  constexpr std::size_t stride = 1 << 18; // voxels between looks at the stop token
+  constexpr std::size_t stride = 1 << 18; // voxels between checks of the stop token
   constexpr std::uint8_t inside = 1, visited = 2;
   std::vector<std::int64_t> reached{seed};
   voxels[seed] = visited;

@@ -5,8 +5,8 @@
 
 namespace innergs {
 
-/// A stack's image with every unobserved or non-finite voxel replaced by the nearest known one, in voxel
-/// steps.
+/// A stack's image with every unobserved or non-finite voxel replaced by the nearest known one, measured in
+/// voxel steps.
 struct FilledImage {
   Volume image;
   std::vector<std::uint8_t> known; // 0 where a voxel was replaced; empty: all known

@@ -48,7 +48,7 @@ void checkGeometry(const GridGeometry& geometry, const std::string& what) {
 }
 
 GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing) {
-  if (spacing == geometry.spacing) return geometry; // to the last bit
+  if (spacing == geometry.spacing) return geometry; // keeps every bit
   GridGeometry result = geometry;
   result.spacing = spacing;
   const Vec3 extent = geometry.extent();

@@ -6,8 +6,8 @@
 
 namespace innergs {
 
-/// A regular voxel lattice in patient space, as ITK has it: LPS millimetres, direction columns are the unit
-/// IJK axes (left-handed lattices allowed). Voxel (i,j,k) has its centre at origin +
+/// A regular voxel lattice in patient space, with ITK's conventions: LPS millimetres; the columns of
+/// `direction` are the unit IJK axes (left-handed lattices allowed). The centre of voxel (i,j,k) is origin +
 /// direction·(spacing∘(i,j,k)).
 struct GridGeometry {
   std::array<std::int64_t, 3> size{0, 0, 0}; // voxels along I, J, K; I runs fastest in memory
@@ -23,17 +23,17 @@ struct GridGeometry {
 };
 
 /// Throws Error(Geometry) for an empty lattice, a spacing that is not finite and positive, or a direction
-/// that is not orthonormal to 1e-3 (sheared or singular). `what` names the image in the sentence.
+/// that is not orthonormal to 1e-3 (sheared or singular). `what` names the image in the message.
 void checkGeometry(const GridGeometry& geometry, const std::string& what);
 
-/// The lattice that covers the same box (voxel edge to voxel edge) at another spacing (mm), centred on it.
+/// The lattice over the same box (voxel edge to voxel edge) at another spacing (mm), with the same centre.
 GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing);
 
-/// The lattice cut to index range [first, first+size), in the same patient position.
+/// The lattice cropped to the index range [first, first+size), at the same patient position.
 GridGeometry cropped(const GridGeometry& geometry, const std::array<std::int64_t, 3>& first,
                      const std::array<std::int64_t, 3>& size);
 
-/// True when sizes agree and every corner voxel lies within `tolerance` mm.
+/// True if the sizes agree and all corner voxels coincide within `tolerance` mm.
 bool sameLattice(const GridGeometry& a, const GridGeometry& b, double tolerance = 1e-3);
 
 } // namespace innergs

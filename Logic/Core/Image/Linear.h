@@ -62,7 +62,7 @@ inline Vec3 column(const Mat3& a, int j) {
 inline double determinant(const Mat3& a) {
   return dot(a[0], cross(a[1], a[2]));
 }
-/// Inverse by cofactors; the caller ensures that the determinant is not zero.
+/// Inverse by cofactors; the determinant must not be zero.
 inline Mat3 inverse(const Mat3& a) {
   const Vec3 r0 = cross(a[1], a[2]), r1 = cross(a[2], a[0]), r2 = cross(a[0], a[1]);
   const double s = 1.0 / dot(a[0], r0);

@@ -9,7 +9,7 @@
 namespace innergs {
 namespace {
 
-// Squared error over the voxels whose truth is known (finite).
+// Squared error over the voxels whose truth is finite.
 struct SquaredError {
   double sum = 0;
   std::int64_t count = 0;

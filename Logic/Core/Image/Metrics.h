@@ -6,22 +6,22 @@
 
 namespace innergs {
 
-/// Quality of an image against the truth. PSNR in dB with peak = `range`; SSIM as Wang et al. 2004:
+/// Quality of an image against the truth. PSNR in dB with peak = `range`; SSIM (Wang et al. 2004) with an
 /// 11×11 Gaussian window of σ 1.5, K1 = .01, K2 = .03, on 2D slices.
 struct Quality {
   double psnr = 0, ssim = 0;
   std::int64_t voxels = 0;
 };
 
-/// PSNR pooled over voxels with mask ≠ 0 (empty mask: all). Infinite when identical.
+/// PSNR pooled over voxels with mask ≠ 0 (empty mask: all). Infinite for identical images.
 double pooledPsnr(std::span<const float> image, std::span<const float> truth,
                   std::span<const std::uint8_t> mask, double range);
 
 /// Quality of slice `index` along `axis` (0, 1, 2) of a volume.
 Quality sliceQuality(const Volume& image, const Volume& truth, int axis, std::int64_t index, double range);
 
-/// Protocol H: PSNR pooled over mask ∩ chosen K-slices, SSIM (per K-slice map) averaged on the same voxels.
-/// `slices`: K indices; nullopt = all. Throws Error(Cancelled) when stopped.
+/// Protocol H: PSNR pooled over the mask within the chosen K-slices, and SSIM (one map per K-slice) averaged
+/// over the same voxels. `slices`: K indices; nullopt = all. Throws Error(Cancelled) when stopped.
 Quality pooledQuality(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask,
                       double range, const std::optional<std::vector<std::int64_t>>& slices = std::nullopt,
                       const std::stop_token& stop = {});

@@ -12,7 +12,7 @@ struct Sample {
   float gradient; // squared; antisymmetric filters, so independent of the residual's noise
 };
 
-// Median of values that may be quantised: ties are taken as spread evenly over their quantisation step.
+// Median of values that may be quantised: ties are spread evenly over their quantisation step.
 double interpolatedMedian(std::vector<float>& values) {
   const std::size_t half = values.size() / 2;
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(half), values.end());
@@ -34,8 +34,8 @@ double interpolatedMedian(std::vector<float>& values) {
   return low + (high - low) * (0.5 * double(values.size()) - below) / equal;
 }
 
-// Mean of the eight voxels two steps away in-plane: they share no noise with the residual, so that choosing
-// voxels by it does not choose their noise.
+// Mean of the eight voxels two steps away in-plane. They share no noise with the residual, so selecting
+// voxels by this mean does not select by noise.
 double ringMean(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k) {
   const auto& n = volume.geometry.size;
   const std::int64_t x[3] = {std::max<std::int64_t>(i - 2, 0), i, std::min(i + 2, n[0] - 1)};
@@ -49,7 +49,7 @@ double ringMean(const Volume& volume, std::int64_t i, std::int64_t j, std::int64
 
 struct Samples {
   std::vector<Sample> usable;
-  std::size_t constant = 0; // neighbourhoods of one value
+  std::size_t constant = 0; // neighbourhoods with a single value
 };
 
 constexpr std::size_t kFewest = 200;
@@ -77,7 +77,7 @@ Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double
         if (!std::isfinite(residual)) continue;
         const auto [low, high] =
             std::minmax({p[-w - 1], p[-w], p[-w + 1], p[-1], p[0], p[1], p[w - 1], p[w], p[w + 1]});
-        if (low == high) { // saturation, or a label
+        if (low == high) { // saturation or a label
           ++samples.constant;
           continue;
         }
@@ -113,12 +113,12 @@ double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask) {
   const auto& n = volume.geometry.size;
   if (n[0] < 3 || n[1] < 3 || !hasThreeValues(volume.voxels)) return 0;
   const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
-  // Above Otsu's threshold: the noise in air is Rician, with another deviation.
+  // Above Otsu's threshold: the noise in air is Rician, with a different deviation.
   auto [samples, constant] = collect(volume, mask, foregroundThreshold(volume.voxels, mask), sliceStep);
   if (constant > samples.size()) return 0;
-  if (!mask.empty() && samples.size() < kFewest) return estimateNoise(volume); // the noise is the scan's
+  if (!mask.empty() && samples.size() < kFewest) return estimateNoise(volume); // too few: uses the whole scan
   if (samples.empty()) return 0;
-  // Edges would pass for noise: the flattest third counts.
+  // Edges would pass for noise, so only the flattest third counts.
   const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
   std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
                    [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });

@@ -12,7 +12,7 @@ std::array<int, 3> nearestAxes(const Mat3& direction) {
     double sum = 0;
     for (int a = 0; a < 3; ++a)
       sum += std::abs(direction[order[a]][a]);
-    if (sum > largest + 1e-9) { // of equals the first, whatever the rounding
+    if (sum > largest + 1e-9) { // the first of equal sums, whatever the rounding
       largest = sum;
       best = order;
     }

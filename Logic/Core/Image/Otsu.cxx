@@ -27,7 +27,7 @@ double otsuThreshold(std::span<const float> values) {
     moment += b * histogram[b];
   }
   double below = 0, momentBelow = 0, best = -1;
-  int first = 0, last = 0; // an empty gap between the classes gives a plateau: its middle
+  int first = 0, last = 0; // a gap between the classes gives a plateau: takes its middle
   for (int b = 0; b + 1 < bins; ++b) {
     below += histogram[b];
     momentBelow += b * histogram[b];

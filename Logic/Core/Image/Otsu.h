@@ -3,8 +3,8 @@
 
 namespace innergs {
 
-/// Otsu's threshold over the finite values (256 bins between minimum and maximum): foreground is what lies
-/// above. A constant image gives its value.
+/// Otsu's threshold of the finite values (256 bins between minimum and maximum); the foreground lies above
+/// it. For a constant image, its value.
 double otsuThreshold(std::span<const float> values);
 
 } // namespace innergs

@@ -39,10 +39,11 @@ Corners cornersOf(const GridGeometry& box, double margin) {
   return corners;
 }
 
-// Voxels whose cells touch the box, on a lattice placed by indexToWorld.
+// The voxels whose cells touch the box, on a lattice given by indexToWorld.
 IndexBox covering(const Affine3& indexToWorld, const std::array<std::int64_t, 3>& size,
                   const Corners& corners) {
-  constexpr double rounding = 1e-6; // voxels: a face between two voxels takes neither in by chance
+  constexpr double rounding = 1e-6; // voxels: a box face on a voxel face must not include a neighbour by
+                                    // rounding
   const Affine3 worldToIndex = inverse(indexToWorld);
   Vec3 low{INFINITY, INFINITY, INFINITY}, high{-INFINITY, -INFINITY, -INFINITY};
   for (const Vec3& corner : corners) {

@@ -10,32 +10,32 @@ struct Region {
   Vec3 min{0, 0, 0}, max{0, 0, 0};
 };
 
-/// The smallest block of the lattice that covers the region, grown by `margin` mm; for an oblique lattice it
-/// reaches beyond the region's faces. Throws Error(InvalidArgument) for an inverted region, Error(Geometry)
-/// when they do not meet.
+/// The smallest block of the lattice that covers the region grown by `margin` mm; on an oblique lattice it
+/// extends beyond the region's faces. Throws Error(InvalidArgument) for an inverted region and
+/// Error(Geometry) if the two do not overlap.
 GridGeometry cropped(const GridGeometry& geometry, const Region& region, double margin = 0);
 
-/// A box turned in space, as a lattice of one voxel (LPS): the box is its cell. The same for an axis-aligned
-/// one.
+/// An axis-aligned region as an oriented box: a lattice of one voxel (LPS) whose cell is the box.
 GridGeometry boxOf(const Region& region);
-/// The box with every face `margin` mm further out.
+/// The box with every face moved outwards by `margin` mm.
 GridGeometry grown(const GridGeometry& box, double margin);
-/// The smallest block of the lattice that covers a turned box, grown by `margin` mm. Throws as above.
+/// The smallest block of the lattice that covers an oriented box grown by `margin` mm. Throws as above.
 GridGeometry cropped(const GridGeometry& geometry, const GridGeometry& box, double margin = 0);
-/// Whether the box's faces are parallel to the lattice's: then the block holds nothing but the box.
+/// Whether the box's faces are parallel to the lattice's: then the block covers exactly the box, up to whole
+/// voxels.
 bool parallel(const GridGeometry& geometry, const GridGeometry& box);
 
-/// The box of a lattice, voxel edge to voxel edge, as such a lattice of one voxel.
+/// A lattice's box, voxel edge to voxel edge, as a lattice of one voxel.
 GridGeometry boxOf(const GridGeometry& lattice);
 
 /// A block of a lattice's voxels.
 struct IndexBlock {
   std::array<std::int64_t, 3> first, size;
 };
-/// The smallest that covers a turned box; nothing when they do not meet.
+/// The smallest block that covers an oriented box; nothing if they do not overlap.
 std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box);
 
-/// The part of a stack that covers the region, grown by `margin` mm; slice poses are respected.
+/// The part of a stack that covers the region grown by `margin` mm; respects slice poses.
 Stack cropped(const Stack& stack, const Region& region, double margin = 0);
 
 } // namespace innergs

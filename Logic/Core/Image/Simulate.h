@@ -3,8 +3,8 @@
 
 namespace innergs {
 
-/// Thick-slice acquisition of a volume: slices of `thickness` voxels along lattice axis `axis` (0 = I, 1 = J,
-/// 2 = K), averaged over the box, one slice every `thickness` voxels; leftover voxels at the end are dropped.
+/// Simulates a thick-slice acquisition: slices of `thickness` voxels along lattice axis `axis` (0 = I, 1 = J,
+/// 2 = K), box-averaged, one slice every `thickness` voxels; drops leftover voxels at the end.
 /// The stack's K axis is the chosen axis. noise: standard deviation of added Gaussian noise (image units).
 Stack simulateThickStack(const Volume& volume, int axis, int thickness, double noise = 0,
                          std::uint64_t seed = 1);

@@ -3,8 +3,8 @@
 
 namespace innergs {
 
-/// The index axis that counts the slices when the file does not say: the one whose spacing (mm) is clearly
-/// coarser than both others (thick slices), else K.
+/// The index axis that counts the slices if the file does not say: the one whose spacing (mm) is clearly
+/// coarser than the other two (thick slices), else K.
 inline int sliceAxisOf(const Vec3& spacing) {
   constexpr double clearly = 1.2;
   for (int axis = 0; axis < 2; ++axis)

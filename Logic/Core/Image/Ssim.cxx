@@ -19,7 +19,7 @@ std::array<double, 2 * radius + 1> window() {
   return weights;
 }
 
-// … b a | a b c …, also for slices narrower than the window.
+// … b a | a b c …, for slices narrower than the window too.
 int reflect(int i, int n) {
   const int period = 2 * n;
   i %= period;
@@ -69,7 +69,7 @@ private:
 std::vector<float> ssimMap(std::span<const float> image, std::span<const float> truth, int width, int height,
                            double range) {
   const auto n = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  // Variances are taken around a common shift, or large offsets (CT) would cancel.
+  // Subtracts a common shift first: large offsets (CT) would cancel in the variances.
   double shift = 0;
   std::size_t finite = 0;
   for (std::size_t p = 0; p < n; ++p)
@@ -81,7 +81,7 @@ std::vector<float> ssimMap(std::span<const float> image, std::span<const float> 
 
   std::vector<double> a(n), b(n), aa(n), bb(n), ab(n);
   for (std::size_t p = 0; p < n; ++p) {
-    // A voxel without truth counts as equal, so that it does not spoil its neighbours' windows.
+    // A voxel without truth counts as equal, so it does not distort its neighbours' windows.
     const bool known = std::isfinite(truth[p]);
     a[p] = known ? image[p] - shift : 0;
     b[p] = known ? truth[p] - shift : 0;

@@ -43,9 +43,9 @@ void checkStack(const Stack& stack) {
   const auto slices = static_cast<std::size_t>(stack.image.geometry.size[2]);
   if (stack.image.voxels.size() != count)
     fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.image.voxels.size()) +
-                                         " voxels where its size says " + std::to_string(count) + ".");
+                                         " voxels, but its size says " + std::to_string(count) + ".");
   if (!stack.observed.empty() && stack.observed.size() != count)
-    fail(ErrorCode::InvalidArgument, " has a map of observed voxels of another size than its image.");
+    fail(ErrorCode::InvalidArgument, " has a map of observed voxels that differs in size from its image.");
   if (!stack.poses.empty() && stack.poses.size() != slices)
     fail(ErrorCode::InvalidArgument, " has " + std::to_string(stack.poses.size()) + " slice poses for " +
                                          std::to_string(slices) + " slices: give one per slice or none.");

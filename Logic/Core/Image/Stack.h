@@ -5,16 +5,16 @@
 
 namespace innergs {
 
-/// How a slice weighs the tissue along its normal.
+/// How a slice averages the tissue along its normal.
 enum class SliceProfile {
   Point,   // infinitely thin: a sample of the field
   Box,     // constant over the slice thickness (an average of thin slices)
   Gaussian // Gaussian with FWHM = slice thickness (τ = thickness / 2.355)
 };
 
-/// One acquisition: parallel slices (the K axis counts them) with the thickness they were acquired with.
+/// One acquisition: parallel slices (counted by the K axis) and their thickness.
 struct Stack {
-  Volume image;         // non-finite voxels are allowed and left out of the fit
+  Volume image;         // non-finite voxels are allowed and excluded from the fit
   double thickness = 0; // mm along K's direction; 0 = the slice spacing
   SliceProfile profile = SliceProfile::Box;
   std::vector<std::uint8_t> observed; // per voxel, 0 = withheld or outside the mask; empty = all observed
@@ -24,20 +24,20 @@ struct Stack {
   std::string name;           // for messages and reports (file name)
 };
 
-/// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), each of the slice
-/// spacing there; what is observed goes along. No poses or times.
+/// The same voxels as thin slices along lattice axis 0, 1 or 2 (2: the stack itself), as thick as the spacing
+/// there; `observed` is kept. Drops poses and times.
 Stack withSliceAxis(const Stack& stack, int axis);
 
-/// Of the finite observed voxels of all stacks, none left out as an outlier. Throws Error(NoData) where there
-/// is no such voxel.
+/// Range of the finite observed voxels of all stacks, outliers included. Throws Error(NoData) if there are
+/// none.
 ValueRange observedRange(std::span<const Stack> stacks);
 
 /// Throws Error(InvalidArgument) for a slice thickness (mm) that is negative, not finite or more than 16
-/// times the distance of the slices: overlapping slices are common, such ones are a slip. 0: the distance
+/// times the slice distance: overlapping slices are common, but this much is a mistake. 0: the slice distance
 /// itself.
 void checkThickness(double thickness, const GridGeometry& geometry, const std::string& what);
 
-/// Checks sizes, geometry and that poses are rigid; throws Error(Geometry | InvalidArgument | NoData).
+/// Checks sizes, geometry and that poses are rigid. Throws Error(Geometry | InvalidArgument | NoData).
 void checkStack(const Stack& stack);
 
 } // namespace innergs

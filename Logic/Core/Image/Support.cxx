@@ -14,7 +14,7 @@ void throwIfStopped(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
 }
 
-/// The smallest block that holds every voxel that is not 0; nothing where there is none.
+/// The smallest block that holds every non-zero voxel; nothing if there is none.
 std::optional<IndexBlock> filledBlock(const Mask& mask) {
   const auto& n = mask.geometry.size;
   std::array<std::int64_t, 3> low = n, high{-1, -1, -1};
@@ -46,7 +46,8 @@ Mask cropped(const Mask& mask, const IndexBlock& block) {
   return part;
 }
 
-/// How far the centres of a stack's voxels may lie from those of the domain's that hold them, mm.
+/// The largest distance (mm) between the centre of a stack's voxel and that of the domain's voxel that holds
+/// it.
 double misplacement(const Stack& stack, const GridGeometry& domain) {
   const Affine3 map = inverse(domain.indexToWorld()) * stack.image.geometry.indexToWorld();
   const auto whole = [](double x) { return std::abs(x - std::round(x)) < 1e-3; };
@@ -60,7 +61,7 @@ double misplacement(const Stack& stack, const GridGeometry& domain) {
   return std::sqrt(squared);
 }
 
-/// Sets the voxels that hold the centre of an observed voxel.
+/// Marks the voxels that contain the centre of an observed voxel.
 void addObserved(Mask& marked, const Stack& stack) {
   const GridGeometry& g = stack.image.geometry;
   const Affine3 toMarked = inverse(marked.geometry.indexToWorld());
@@ -84,8 +85,8 @@ void addObserved(Mask& marked, const Stack& stack) {
   }
 }
 
-/// Sets the voxels whose centres lie within `margin` mm of a set one's: squared distances, one axis after the
-/// other.
+/// Marks the voxels whose centres lie within `margin` mm of a marked one's, by squared distances along one
+/// axis after the other.
 void dilate(Mask& mask, double margin, const std::stop_token& stop) {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   const auto& n = mask.geometry.size;
@@ -103,7 +104,7 @@ void dilate(Mask& mask, double margin, const std::stop_token& stop) {
       throwIfStopped(stop);
       const auto add = static_cast<float>(spacing * spacing * static_cast<double>(step * step));
       const std::int64_t far = step * stride[axis], line = n[axis] * stride[axis];
-      // Within a line along the axis, a voxel and the one `step` further on are `far` apart in memory.
+      // Along the axis, voxels `step` apart are `far` apart in memory.
       for (std::int64_t begin = 0; begin < static_cast<std::int64_t>(distance.size()); begin += line)
         for (std::int64_t v = begin; v < begin + line - far; ++v) {
           reached[v] = std::min(reached[v], distance[v + far] + add);
@@ -128,8 +129,7 @@ double supportMargin(std::span<const Stack> stacks) {
 Mask supportOf(const Mask& mask, std::span<const Stack> stacks, const GridGeometry& domain, double margin,
                const std::stop_token& stop) {
   const auto none = [] {
-    return Error(ErrorCode::NoData,
-                 "The mask does not reach into the images: check that it belongs to them.");
+    return Error(ErrorCode::NoData, "The mask does not overlap the images: check that it belongs to them.");
   };
   const auto inside = filledBlock(mask);
   if (!inside) throw none();
@@ -140,7 +140,7 @@ Mask supportOf(const Mask& mask, std::span<const Stack> stacks, const GridGeomet
   throwIfStopped(stop);
   Mask support{cropped(domain, block->first, block->size), {}};
   support.voxels.resize(static_cast<std::size_t>(support.geometry.voxelCount()));
-  double reach = margin; // both the sample and the point asked for may lie beside their voxel's centre
+  double reach = margin; // both the sample and the queried point may lie off their voxel's centre
   for (const Stack& stack : stacks) {
     if (stack.observed.empty()) continue;
     addObserved(support, stack);

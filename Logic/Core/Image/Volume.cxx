@@ -31,7 +31,7 @@ float sampleLinear(const Volume& volume, const Vec3& index) {
 }
 
 bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3& index, float& value) {
-  constexpr double tolerance = 0.5 + 1e-6; // rounding of the index maps
+  constexpr double tolerance = 0.5 + 1e-6; // rounding errors of the index maps
   std::size_t step[3], stride = 1;
   float f[3];
   for (int a = 0; a < 3; ++a) {

@@ -7,7 +7,7 @@
 
 namespace innergs {
 
-/// A scalar image: voxels[i + size[0]·(j + size[1]·k)], in the scanner's own units.
+/// A scalar image: voxels[i + size[0]·(j + size[1]·k)], in scanner units.
 struct Volume {
   GridGeometry geometry;
   std::vector<float> voxels;
@@ -24,22 +24,22 @@ struct ValueRange {
   float low = 0, high = 0;
 };
 
-/// Trilinear value at a continuous index, clamped to the lattice's edge.
+/// Trilinear interpolation at a continuous index, clamped to the lattice.
 float sampleLinear(const Volume& volume, const Vec3& index);
 
 /// The same image with lattice axis `axis` (0 = I, 1 = J, 2 = K) moved to K; the other two keep their order,
-/// and every voxel its patient position.
+/// and every voxel its position in the patient.
 Volume withSliceAxis(const Volume& volume, int axis);
 Mask withSliceAxis(const Mask& mask, int axis);
 GridGeometry withSliceAxis(const GridGeometry& geometry, int axis);
-/// The former lattice axes in their new order. Throws Error(InvalidArgument) for an axis other than 0, 1, 2.
+/// The original lattice axes in their new order. Throws Error(InvalidArgument) unless axis is 0, 1 or 2.
 std::array<int, 3> axesWithSliceAxis(int axis);
 
-/// The same where the index lies within the lattice's box of voxel edges; false and untouched outside.
-/// `voxels`: in memory order of the lattice.
+/// Like sampleLinear(), where the index lies inside the lattice's box of voxel edges; outside, returns false
+/// and leaves `value` alone. `voxels`: in the lattice's memory order.
 bool sampleInside(const GridGeometry& geometry, const float* voxels, const Vec3& index, float& value);
 
-/// The mask on another lattice: nearest neighbour through patient space, 0 outside. Throws Error(Cancelled).
+/// The mask resampled to another lattice: nearest neighbour, 0 outside. Throws Error(Cancelled) when stopped.
 std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geometry,
                                        const std::stop_token& stop = {});
 
