@@ -6,8 +6,8 @@
 
 namespace innergs {
 
-/// The box of a field's domain seen from some lattice's indices: outside it a field has no value. A domain
-/// without voxels is unlimited.
+/// The box of a field's domain in the index coordinates of a lattice; a field has no value outside it. A
+/// domain without voxels is unlimited.
 class DomainBox {
 public:
   DomainBox(const GridGeometry& domain, const Affine3& indexToWorld)
@@ -15,7 +15,7 @@ public:
     if (limited_) map_ = inverse(domain.indexToWorld()) * indexToWorld;
   }
 
-  /// Cuts the columns [first, last) of row (y, z) to those inside.
+  /// Restricts the columns [first, last) of row (y, z) to those inside.
   void clipRow(double y, double z, int& first, int& last) const {
     if (!limited_) return;
     const Vec3 start = map_({0, y, z}), step = column(map_.linear, 0);
@@ -44,7 +44,7 @@ public:
   }
 
 private:
-  static constexpr double kEdge = 0.5 + 1e-4; // voxel edges, and the rounding of index maps
+  static constexpr double kEdge = 0.5 + 1e-4; // a voxel's half width plus rounding of the index maps
   std::array<std::int64_t, 3> size_;
   bool limited_;
   Affine3 map_;

@@ -8,14 +8,14 @@
 
 namespace innergs {
 
-/// What the Gaussians' blended value becomes for whoever asks, at continuous indices of some lattice: detail
-/// added, in scanner units, within the range of what was fitted, and one value wherever the field has none.
+/// Turns the Gaussians' blended value at continuous indices of a lattice into the field's value: adds the
+/// residual, converts to scanner units, clamps to the fitted range, and replaces it where there is none.
 class FieldValue {
 public:
   struct Options {
-    bool ownChannel = true;   // false: another value per Gaussian than its intensity
+    bool ownChannel = true;   // false: renders another per-Gaussian value than the intensity
     bool scannerUnits = true; // false: I itself
-    bool bounded = true;      // false: as the fit sees it, neither the support nor the range count
+    bool bounded = true;      // false: as the fit sees it, ignoring the support and the range
   };
 
   FieldValue(const GaussianField& field, const Affine3& indexToWorld, const Options& options)
@@ -38,19 +38,19 @@ public:
     outside_ = units ? field.fill : 0;
   }
 
-  /// Where there is none.
+  /// The value where the field has none.
   float outside() const { return outside_; }
 
   bool limited() const { return support_ != nullptr; }
 
-  /// Whether a voxel's centre lies inside the support, whatever the domain.
+  /// Whether the voxel that holds the index is inside the support; the domain is not checked.
   bool supported(const Vec3& index) const {
     if (!support_) return true;
     const Vec3 x = toSupport_(index);
     const auto& n = support_->geometry.size;
     std::int64_t at[3];
     for (int a = 0; a < 3; ++a) {
-      // Points between two voxels belong to the same one however they were reached.
+      // A point between two voxels always goes to the same one, however it was computed.
       constexpr double half = 0.5 + 1e-5;
       if (!(x[a] >= -half && x[a] <= static_cast<double>(n[a]) - 1 + half)) return false;
       at[a] = std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(x[a] + half)), 0, n[a] - 1);
@@ -60,16 +60,16 @@ public:
 
   bool has(const Vec3& index) const { return box_.contains(index) && supported(index); }
 
-  /// In the units asked for, where the field has a value.
+  /// The value in the requested units, at an index where the field has one.
   float operator()(float blended, const Vec3& index) const {
     return final(ownChannel_ ? blended + residual_(index) : blended);
   }
-  /// The same of a value that has its residual.
+  /// As operator(), for a value that already includes the residual.
   float final(float value) const {
     return std::clamp(static_cast<float>(scale_ * value + offset_), low_, high_);
   }
 
-  /// A row of a lattice; blended(x) is asked only where the field has a value.
+  /// A row of a lattice; calls blended(x) only where the field has a value.
   template <class Blended>
   void row(double y, double z, int width, float* out, Blended&& blended) const {
     int begin = 0, end = width;
@@ -89,7 +89,7 @@ private:
   double scale_ = 1, offset_ = 0;
   float outside_ = 0, low_ = -std::numeric_limits<float>::infinity(),
         high_ = std::numeric_limits<float>::infinity();
-  const Mask* support_ = nullptr; // null: everywhere in the box
+  const Mask* support_ = nullptr; // null: unlimited within the box
   Affine3 toSupport_;
 };
 

@@ -16,7 +16,7 @@ bool isRotation(const Mat3& a) {
 }
 
 bool usable(const Gaussian& g) {
-  const auto within = [](float x, float limit) { return std::fabs(x) <= limit; }; // false for NaN
+  const auto within = [](float x, float limit) { return std::fabs(x) <= limit; }; // false for NaN too
   for (int a = 0; a < 3; ++a)
     if (!within(g.mean[a], 1e6f) || !within(g.logScale[a], 20.f) || !within(g.slope[a], 1e9f)) return false;
   float length = 0;

@@ -25,8 +25,8 @@ INNERGS_HD inline T clamped(T x, T low, T high) {
   return x < low ? low : high < x ? high : x;
 }
 
-/// a·b rounded on its own. Compilers for devices fuse a product with the sum around it where they like, so
-/// two kernels could decide differently which rows a Gaussian reaches.
+/// a·b, rounded. Device compilers may fuse a product with a nearby sum, so two kernels could disagree about
+/// which rows a Gaussian reaches.
 INNERGS_HD inline float product(float a, float b) {
 #if defined(__CUDA_ARCH__)
   return __fmul_rn(a, b);
@@ -35,7 +35,7 @@ INNERGS_HD inline float product(float a, float b) {
 #endif
 }
 
-/// √x to a few units in the last place, x ≥ 0.
+/// √x to a few units in the last place, for x ≥ 0.
 INNERGS_HD inline float roughSqrt(float x) {
 #if defined(__CUDA_ARCH__)
   float root;
@@ -46,10 +46,10 @@ INNERGS_HD inline float roughSqrt(float x) {
 #endif
 }
 
-/// 2^x of an x whose power is a normal float.
+/// 2^x, provided that the result is a normal float.
 INNERGS_HD inline float exp2Normal(float x) {
 #if defined(__CUDA_ARCH__)
-  float power; // 2 units in the last place, as exp2f, which also looks for denormal results
+  float power; // 2 units in the last place, like exp2f, which also checks for denormal results
   asm("ex2.approx.ftz.f32 %0, %1;" : "=f"(power) : "f"(x));
   return power;
 #else
@@ -106,7 +106,7 @@ INNERGS_HD inline T largestEigenvalue(const T* s) {
   return mean + 2 * scale * std::cos(std::acos(r < -1 ? T(-1) : r > 1 ? T(1) : r) / 3);
 }
 
-/// Rotation of the quaternion q = (w, x, y, z), any length but 0.
+/// Rotation matrix of the quaternion q = (w, x, y, z) of any non-zero length.
 template <class T>
 INNERGS_HD inline void rotation(const T* q, T* r) {
   const T n = T(1) / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -116,7 +116,7 @@ INNERGS_HD inline void rotation(const T* q, T* r) {
   r[6] = 2 * (x * z - w * y), r[7] = 2 * (y * z + w * x), r[8] = 1 - 2 * (x * x + y * y);
 }
 
-/// dL/dq from h = dL/dR (row-major), through the normalisation of q.
+/// dL/dq from h = dL/dR (row-major), including the normalisation of q.
 template <class T>
 INNERGS_HD inline void rotationGradient(const T* q, const T* h, T* dq) {
   const T n = T(1) / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
@@ -153,7 +153,7 @@ INNERGS_HD inline SliceConditional<T> sliceConditional(const T* s) {
   return c;
 }
 
-/// The same factorisation applied twice to a precision matrix P, for rows:
+/// The same factorisation applied twice to a precision matrix P, for evaluation by rows:
 /// dᵀPd = Pxx(dx + l1·dy + l2·dz)² + b(dy + l3·dz)² + dz²/Σzz.
 template <class T>
 struct RowForm {
@@ -171,8 +171,8 @@ INNERGS_HD inline RowForm<T> rowForm(const T* p) {
   return f;
 }
 
-/// Sums over the voxels x of one Gaussian's ellipsoid, d = x − mean, q = w·p, q′ = w·(p − p_cut); f and F0 as
-/// in Docs/method.md: dL/dI spread to the numerator (F0) and through numerator and denominator (f).
+/// Sums over the voxels x of one Gaussian's ellipsoid, with d = x − mean, q = w·p and q′ = w·(p − p_cut); f
+/// and F0 as in Docs/method.md: dL/dI passed to the numerator (F0) and to both numerator and denominator (f).
 template <class T>
 struct Moments {
   T m0 = 0;     // Σ f q′
@@ -182,8 +182,8 @@ struct Moments {
   T n1[3] = {}; // Σ F0 q′ d
 };
 
-/// The part of the moments that one plane of an alpha-blended slice contributes, dz being the same for all of
-/// it: f = ∂L/∂a, q = a + its cut, d = (dx, dy) in index units.
+/// The part of the moments that one plane of an alpha-blended slice contributes; dz is constant on it. f =
+/// ∂L/∂a, q = a + its cut, d = (dx, dy) in index units.
 template <class T>
 struct PlaneMoments {
   T m0 = 0, n0 = 0;         // Σ f a, ∂L/∂c
@@ -206,7 +206,7 @@ INNERGS_HD inline void addPlane(const PlaneMoments<T>& p, T dz, Moments<T>& m) {
   m.m2[5] += p.s * dz * dz;
 }
 
-/// Moments over index coordinates to moments over the model frame, a = d(model)/d(index).
+/// Converts moments over index coordinates to moments over the model frame; a = d(model)/d(index).
 template <class T>
 INNERGS_HD inline Moments<T> transformMoments(const Moments<T>& in, const T* a) {
   Moments<T> out;

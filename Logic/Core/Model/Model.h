@@ -6,15 +6,15 @@
 
 namespace innergs {
 
-/// A field and where its fit stands; going on from there gives the same result as never having stopped.
+/// A field and the state of its fit; resuming from it gives the same result as an uninterrupted fit.
 struct Model {
   GaussianField field;
-  std::int64_t finished = 0; // the first Gaussians, of ensemble members already fitted
+  std::int64_t finished = 0; // the first Gaussians, those of ensemble members already fitted
   int iteration = 0;         // iterations done, over all members
-  OptimizerState optimizer;  // of the Gaussians that are not finished
-  std::string settingsKey;   // settings and input that the state belongs to
+  OptimizerState optimizer;  // of the unfinished Gaussians
+  std::string settingsKey;   // identifies the settings and input that the state belongs to
 
-  /// Nothing is left to be optimised.
+  /// True if nothing is left to optimise.
   bool complete() const { return optimizer.moment1.empty(); }
 };
 

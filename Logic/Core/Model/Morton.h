@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// Every third bit of the result is one of the 21 lowest of x.
+/// Moves the 21 lowest bits of x to every third bit of the result.
 INNERGS_HD inline std::uint64_t spreadBits(std::uint64_t x) {
   x &= 0x1fffff;
   x = (x | x << 32) & 0x1f00000000ffffull;
@@ -18,7 +18,7 @@ INNERGS_HD inline std::uint64_t morton(std::uint64_t i, std::uint64_t j, std::ui
   return spreadBits(i) | spreadBits(j) << 1 | spreadBits(k) << 2;
 }
 
-/// The box of the means (mm); starts empty.
+/// The bounding box of the means (mm); starts empty.
 struct MeanBox {
   float low[3], high[3];
 
@@ -33,7 +33,7 @@ struct MeanBox {
 
 constexpr int kMortonBits = 30; // of mortonCode()
 
-/// A place along the curve, on a grid of 1024³ over the cube around the box.
+/// The position along a Morton curve, on a grid of 1024³ over the cube around the box.
 INNERGS_HD inline std::uint64_t mortonCode(const Gaussian& g, const MeanBox& box) {
   float extent = 1e-6f;
   for (int a = 0; a < 3; ++a)

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// A field's residual grid at continuous indices of some lattice; 0 where there is none.
+/// A field's residual grid at continuous indices of a lattice; 0 outside it.
 class ResidualSampler {
 public:
   ResidualSampler(const GaussianField& field, const Affine3& indexToWorld) : residual_(field.residual) {
