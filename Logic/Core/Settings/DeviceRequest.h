@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// The device that a setting names: "auto", "cpu", "cuda" (any) or "cuda:N".
+/// The device named by a setting: "auto", "cpu", "cuda" (any) or "cuda:N".
 struct DeviceRequest {
   enum class Kind { Auto, Cpu, Cuda } kind = Kind::Auto;
   int index = -1; // -1: any

@@ -2,7 +2,7 @@
 
 namespace innergs {
 
-/// How one sample's error e counts: |e|, ½e², or ½e² up to a delta and |e| beyond (Huber 1964).
+/// How the error e of one sample counts: |e|, ½e², or ½e² up to a delta and linear beyond (Huber 1964).
 enum class LossKind { L1, L2, Huber };
 
 } // namespace innergs

@@ -13,56 +13,56 @@
 
 namespace innergs {
 
-/// A setting's value: nothing where it is unset, of a choice the index of its word.
+/// A setting's value: nothing if it is unset; for a choice, the index of its word.
 using SettingValue = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string>;
 
-/// How a row of the table reaches its member of Settings.
+/// How a row of the table accesses its member of Settings.
 struct SettingMember {
   enum class Type { Flag, Choice, Integer, Natural, Real, Text } type; // Natural: 64 bits without sign
   bool optional;                                                       // unset: chosen from preset and data
   SettingValue (*get)(const Settings&);
-  void (*set)(Settings&, const SettingValue&); // of the type's alternative; nothing: as in Settings()
+  void (*set)(Settings&, const SettingValue&); // of the type's alternative; nothing: restores the default
 };
 
-/// What a number may be.
+/// The allowed range of a number.
 struct SettingRange {
   double lowest = -std::numeric_limits<double>::infinity(), highest = std::numeric_limits<double>::infinity();
-  bool open = false;     // the lowest itself is left out
-  bool openHigh = false; // and the highest
+  bool open = false;     // excludes the lowest value
+  bool openHigh = false; // excludes the highest value
   bool contains(double x) const;
 };
 
-/// The word of a choice, how a panel writes it, and what it leads to.
+/// A choice's word, its label in panels, and its effect.
 struct SettingWord {
   const char *name, *label;
   const char* text = "";
 };
 
-/// What a row of the table says where it is not as usual.
+/// The optional parts of a row.
 struct SettingNotes {
-  /// What the setting has a part in: the fit, the result (made from the fit), or how fast that comes.
+  /// What the setting affects: the fit, the result (made from the fit), or only the speed.
   enum class Part { Fit, Result, Speed } part = Part::Fit;
   SettingRange range = {};
   std::vector<SettingWord> words = {}; // of a choice, in the order of its enumeration
   const char* unit = "";
-  const char* automatic = "";                 // what unset leads to where the preset alone does not say
-  const char* zero = "";                      // what 0 stands for
-  double usual = 0;                           // where a panel's steps begin from automatic; 0: the lowest
-  bool (*applies)(const Settings&) = nullptr; // whether it has an effect beside withPresetValues()
+  const char* automatic = "";                 // what happens when unset, if the preset alone does not decide
+  const char* zero = "";                      // what 0 means
+  double usual = 0;                           // where a panel's steps start from automatic; 0: the lowest
+  bool (*applies)(const Settings&) = nullptr; // whether it has an effect, given withPresetValues()
   void (*checkText)(const std::string&) = nullptr; // throws Error
 };
 
-/// One row of settingsTable(): everything that any layer says or asks about one setting. Texts are English
+/// One row of settingsTable(): everything that any layer shows or checks for one setting. Texts are English
 /// and marked for translation in the context "innergs".
 struct Setting : SettingNotes {
-  /// Where panels and help list it; Basic: panels have a place of their own for it.
+  /// Where panels and help list it; panels have a dedicated place for Basic ones.
   enum class Group { Basic, Model, Fit, LearningRates, Densification, Computation };
 
   Setting(const char* name, SettingMember member, Group group, const char* label, const char* text,
           SettingNotes notes = {})
       : SettingNotes(std::move(notes)), name(name), member(member), group(group), label(label), text(text) {}
 
-  const char* name; // the one spelling; options are its kebab-case
+  const char* name; // the only spelling; options are its kebab-case
   SettingMember member;
   Group group;
   const char *label, *text; // one or two sentences
@@ -73,19 +73,19 @@ struct Setting : SettingNotes {
   std::string option() const;
   /// "between 1 and 5", "above 0", "one of l1|l2|huber", "true or false"; "" for any.
   std::string rangeText() const;
-  bool isIn(const Settings& settings) const; // it is set
+  bool isIn(const Settings& settings) const; // whether it is set
   bool hasEffectIn(const Settings& settings) const;
 
-  /// "" where it is unset; reads back as it was. The same in every locale.
+  /// "" if unset; round-trips exactly. The same in every locale.
   std::string textIn(const Settings& settings) const;
-  /// The other way; "" unsets. The range is check()'s. Throws Error(InvalidArgument) for what is no such
-  /// value.
+  /// The inverse; "" unsets. Does not check the range (see check()). Throws Error(InvalidArgument) if the
+  /// text is no value of this type.
   void setText(Settings& settings, const std::string& text) const;
-  /// A flag's 0 or 1, a choice's index; nothing where it is unset or a text.
+  /// A number, a flag as 0 or 1, or a choice's index; nothing if unset or a text setting.
   std::optional<double> numberIn(const Settings& settings) const;
-  /// Throws Error(InvalidArgument) for NaN, an index without a word, and where it is a text.
+  /// Throws Error(InvalidArgument) for NaN, for an index without a word, and for a text setting.
   void setNumber(Settings& settings, std::optional<double> number) const;
-  /// Throws Error(InvalidArgument) with one sentence when the value is out of range.
+  /// Throws Error(InvalidArgument) with one sentence if the value is out of range.
   void check(const Settings& settings) const;
 };
 
@@ -113,7 +113,7 @@ using StoredAs = std::conditional_t<settingType<Value>() == SettingMember::Type:
 
 } // namespace detail
 
-/// The member that a generic lambda gives, e.g. [](auto& s) -> auto& { return s.plateau.factor; }.
+/// The member selected by a generic lambda, e.g. [](auto& s) -> auto& { return s.plateau.factor; }.
 template <class Access>
 SettingMember settingMember(Access) {
   using Member = std::decay_t<decltype(Access{}(std::declval<Settings&>()))>;
@@ -133,7 +133,7 @@ SettingMember settingMember(Access) {
       return;
     }
     Stored stored = std::get<Stored>(value);
-    if constexpr (std::is_same_v<Value, int>) // what does not fit is out of every range
+    if constexpr (std::is_same_v<Value, int>) // a value that does not fit is out of every range
       stored = std::clamp<Stored>(stored, std::numeric_limits<int>::min(), std::numeric_limits<int>::max());
     member = static_cast<Value>(stored);
   };

@@ -47,7 +47,7 @@ void checkSettings(const Settings& settings) {
   const std::string name = s.blending == Blending::Additive ? "Additive" : "Alpha";
   require(s.ensembleSize.value_or(1) <= 1, name + " fields cannot be merged: use one member.");
   require(!s.linearIntensity.value_or(false),
-          name + " blending has no linear intensity: leave one of the two out.");
+          name + " blending has no linear intensity: use only one of the two.");
 }
 
 } // namespace innergs

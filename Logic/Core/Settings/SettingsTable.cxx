@@ -37,17 +37,17 @@ const std::vector<Setting>& settingsTable() {
   static const std::vector<Setting> rows{
       Setting(
           "preset", MEMBER(preset), Basic, tr("Preset"),
-          tr("How much work to put in: seconds, about a minute, minutes; or the paper's own method, "
-             "where no other setting says otherwise."),
-          {.words = {{"fast", tr("Fast"), tr("The least work, for a first look.")},
+          tr("How much time to spend: seconds, about a minute, or minutes; or the paper's own method, unless "
+             "another setting overrides it."),
+          {.words = {{"fast", tr("Fast"), tr("Fast, for a first look.")},
                      {"balanced", tr("Balanced"), tr("The usual choice: good quality without a long wait.")},
-                     {"best", tr("Best"), tr("The most work: somewhat better, several times slower.")},
+                     {"best", tr("Best"), tr("The best quality: somewhat better, several times slower.")},
                      {"paper", tr("Paper"),
-                      tr("The published method, to compare: slow, and poor between slices.")}}}),
-      Setting("device", MEMBER(device), Basic, tr("Device"),
-              tr("Where the fit runs: auto takes a GPU that is there and whose memory suffices; or cpu, "
-                 "cuda, cuda:N."),
-              {.part = Result, .checkText = [](const std::string& text) { parseDeviceRequest(text); }}),
+                      tr("The published method, for comparison: slow, and poor between slices.")}}}),
+      Setting(
+          "device", MEMBER(device), Basic, tr("Device"),
+          tr("Where the fit runs: auto (a GPU, if there is one with enough memory), cpu, cuda or cuda:N."),
+          {.part = Result, .checkText = [](const std::string& text) { parseDeviceRequest(text); }}),
       Setting("fill", MEMBER(fill), Basic, tr("Outside the mask"),
               tr("Value of the volume, and of every later query of the model, outside the mask."),
               {.part = Result, .range = between(-1e30, 1e30)}),
@@ -59,19 +59,20 @@ const std::vector<Setting>& settingsTable() {
                          {"additive", tr("additive")},
                          {"alpha", tr("alpha")}}}),
       Setting("linearIntensity", MEMBER(linearIntensity), Model, tr("Linear intensity"),
-              tr("Each Gaussian's intensity may slope across it (normalised blending only)."),
+              tr("Each Gaussian's intensity may vary linearly across it (normalised blending only)."),
               {.automatic = tr("chosen from the data")}),
       Setting("cutoff", MEMBER(cutoff), Model, tr("Cut-off radius"),
-              tr("Where Gaussians end, in standard deviations; the paper's: 3."),
+              tr("The radius at which Gaussians end, in standard deviations; the paper uses 3."),
               {.range = between(1, 5), .unit = tr("σ")}),
       Setting("initialisation", MEMBER(initialisation), Model, tr("Start"),
               tr("Where Gaussians start: where the structure is, or on an even grid."),
               {.words = {{"adaptive", tr("adaptive")}, {"grid", tr("even grid")}}}),
       Setting("gaussians", MEMBER(gaussians), Model, tr("Gaussians"),
-              tr("Gaussians of one field at its start."),
+              tr("Number of Gaussians in one field at its start."),
               {.range = between(1, 1e9), .automatic = tr("chosen from the data"), .usual = 10000}),
       Setting("ensembleSize", MEMBER(ensembleSize), Model, tr("Merged fields"),
-              tr("Fields fitted independently and merged: more is slower and less noisy between slices."),
+              tr("Number of fields fitted independently and merged: more are slower, but less noisy between "
+                 "slices."),
               {.range = between(1, 64), .automatic = tr("chosen from preset and gap"), .usual = 1}),
 
       Setting("iterations", MEMBER(iterations), Fit, tr("Iterations"),
@@ -80,9 +81,9 @@ const std::vector<Setting>& settingsTable() {
       Setting("loss", MEMBER(loss), Fit, tr("Loss"), tr("What the fit minimises between scan and model."),
               {.words = {{"l1", tr("L1")}, {"l2", tr("L2")}, {"huber", tr("Huber")}}}),
       Setting("lossWeight", MEMBER(lossWeight), Fit, tr("Weight of the loss"),
-              tr("Weight of the loss beside that of 1 − SSIM."), {.range = nonNegative}),
+              tr("Weight of the loss relative to that of 1 − SSIM."), {.range = nonNegative}),
       Setting("ssimWeight", MEMBER(ssimWeight), Fit, tr("Weight of 1 − SSIM"),
-              tr("Weight of structural dissimilarity beside the loss."),
+              tr("Weight of structural dissimilarity relative to the loss."),
               {.range = nonNegative, .usual = 0.4}),
       Setting("huberDelta", MEMBER(huberDelta), Fit, tr("Huber's δ"),
               tr("Where the Huber loss turns linear, as a fraction of the intensity range."),
@@ -90,24 +91,23 @@ const std::vector<Setting>& settingsTable() {
       Setting("allAxes", MEMBER(allAxes), Fit, tr("Slices of all axes"),
               tr("Fit the slices of one scan along all three of its axes."),
               {.automatic = tr("with alpha blending of nearly cubic voxels")}),
-      Setting("relocate", MEMBER(relocate), Fit, tr("Move useless Gaussians"),
-              tr("On an even grid: prune Gaussians without use and split those where the error is.")),
+      Setting("relocate", MEMBER(relocate), Fit, tr("Relocate unused Gaussians"),
+              tr("On an even grid: remove unused Gaussians and split those where the error is large.")),
       Setting("consistency", MEMBER(consistency), Fit, tr("Data-consistency step"),
-              tr("After the fit, put back what the slices still demand, as far as it is not noise (where "
-                 "slices are far apart or several scans are fitted)."),
+              tr("After the fit, add what the Gaussians still miss of the slices, except noise (for distant "
+                 "slices or several scans)."),
               {.part = Result}),
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
           tr("One scan of distant slices: what its gaps are filled with before Gaussians are fitted to "
-             "slices "
-             "and filling together; with none, the Gaussians bridge the gaps themselves."),
+             "slices and filling together; with none, the Gaussians bridge the gaps themselves."),
           {.words = {{"auto", tr("automatic"), tr("As learned.")},
                      {"none", tr("nothing"), tr("The Gaussians bridge the gaps.")},
                      {"interpolation", tr("interpolation"),
                       tr("A mixture of classical interpolations, chosen by slices withheld from the scan.")},
                      {"learned", tr("learned"),
-                      tr("What is learned from the scan's own in-plane detail; where that does not pay, "
-                         "interpolation.")}}}),
+                      tr("Learned from the scan's own in-plane detail; interpolation where that is no "
+                         "better.")}}}),
 
       Setting("align", MEMBER(align), Fit, tr("Align the scans"),
               tr("Several scans: move and scale each after the first as a whole to fit the others, and say "
@@ -127,45 +127,45 @@ const std::vector<Setting>& settingsTable() {
               tr("Plateau: how long without improvement before the rates fall."),
               {.range = between(1, 1e6), .unit = tr("iterations"), .applies = plateaus}),
       Setting("plateauFactor", MEMBER(plateau.factor), LearningRates, tr("Factor"),
-              tr("Plateau: what the rates are multiplied by then."),
+              tr("Plateau: the factor by which the rates then fall."),
               {.range = insideUnit, .applies = plateaus}),
       Setting("plateauLowest", MEMBER(plateau.lowest), LearningRates, tr("Lowest share"),
-              tr("Plateau: the share of the first rates that they never fall below."),
+              tr("Plateau: the rates never fall below this share of the first ones."),
               {.range = {0, 1, true}, .applies = plateaus}),
       Setting("plateauThreshold", MEMBER(plateau.threshold), LearningRates, tr("Improvement"),
               tr("Plateau: the relative fall of the loss that counts as an improvement."),
               {.range = belowOne, .applies = plateaus}),
       Setting("beta1", MEMBER(beta1), LearningRates, tr("Adam's β₁"),
-              tr("Share of the old mean of the gradient in the new one."), {.range = insideUnit}),
+              tr("Decay rate of the running mean of the gradient."), {.range = insideUnit}),
       Setting("beta2", MEMBER(beta2), LearningRates, tr("Adam's β₂"),
-              tr("Share of the old mean of the gradient's square in the new one."), {.range = insideUnit}),
+              tr("Decay rate of the running mean of the squared gradient."), {.range = insideUnit}),
       Setting("paperStopRule", MEMBER(paperStopRule), LearningRates, tr("Paper's stop rule"),
               tr("Stop when the loss fell by less than 1e-4 over 100 iterations, after 1000 at the latest.")),
 
       Setting("densifyEvery", MEMBER(densifyEvery), Densification, tr("Densify every"),
-              tr("Prune and densify Gaussians every so many iterations; a largest number of Gaussians turns "
-                 "it on."),
+              tr("Prune and densify Gaussians every so many iterations; setting a maximum number of "
+                 "Gaussians turns it on."),
               {.range = between(0, 1e6), .unit = tr("iterations"), .zero = tr("never"), .usual = 10}),
-      Setting("maxGaussians", MEMBER(maxGaussians), Densification, tr("Most Gaussians"),
-              tr("Gaussians that densification may reach."),
+      Setting("maxGaussians", MEMBER(maxGaussians), Densification, tr("Maximum Gaussians"),
+              tr("Number of Gaussians that densification may reach."),
               {.range = between(1, 1e9), .automatic = tr("as many as at the start"), .usual = 100000}),
       Setting("pruneOpacity", MEMBER(densify.opacity), Densification, tr("Prune below opacity"),
-              tr("Gaussians of a lower opacity are pruned; with alpha blending usually 0.3."),
+              tr("Gaussians with a lower opacity are pruned; usually 0.3 with alpha blending."),
               {.range = belowOne, .applies = densifies}),
       Setting("pruneSize", MEMBER(densify.size), Densification, tr("Prune above σ"),
               tr("Gaussians with a larger standard deviation are pruned."),
               {.range = positive, .unit = tr("voxels"), .applies = densifies}),
       Setting("densifyGradient", MEMBER(densify.gradient), Densification, tr("Densify above gradient"),
-              tr("Gaussians whose move by one voxel would lower the loss by more than that of so many "
-                 "samples become two."),
+              tr("A Gaussian becomes two if moving it by one voxel would lower the loss by more than that of "
+                 "so many samples."),
               {.range = nonNegative, .unit = tr("samples"), .applies = densifies}),
       Setting("splitSize", MEMBER(densify.split), Densification, tr("Split above"),
-              tr("Those whose covariance has a larger norm are split, the others cloned."),
+              tr("Gaussians whose covariance has a larger norm are split, the others cloned."),
               {.range = nonNegative, .unit = tr("voxels²"), .applies = densifies}),
 
       Setting("selection", MEMBER(selection), Computation, tr("Candidates"),
-              tr("Where a Gaussian is evaluated: exactly where it contributes, or as the paper's two methods "
-                 "do, to compare times (and, at cut-offs above 2.2, what method2 misses); CPU only."),
+              tr("Where a Gaussian is evaluated: exactly where it contributes, or by one of the paper's two "
+                 "methods, to compare times (and, at cut-offs above 2.2, what method2 misses); CPU only."),
               {.words = {{"exact", tr("exact")},
                          {"method1", tr("paper's method 1")},
                          {"method2", tr("paper's method 2")}}}),
@@ -173,7 +173,7 @@ const std::vector<Setting>& settingsTable() {
               tr("CPU threads to use; the result does not depend on it."),
               {.part = Speed, .range = between(0, 4096), .zero = tr("all cores")}),
       Setting("instructionSet", MEMBER(instructionSet), Computation, tr("Instruction set"),
-              tr("Of the CPU's vector units, one of those that 'innergs info' lists; scalar is the plain "
+              tr("The CPU's vector instructions to use, as listed by 'innergs info'; scalar is the plain "
                  "reference."),
               {.part = Speed, .automatic = tr("best available")}),
       Setting("seed", MEMBER(seed), Computation, tr("Seed"),
@@ -205,7 +205,7 @@ const char* groupTitle(Setting::Group group) {
 
 namespace {
 
-/// Insertions, deletions and replacements from one word to another, whatever their case (Levenshtein 1966).
+/// Insertions, deletions and replacements that turn one word into another, ignoring case (Levenshtein 1966).
 std::size_t distance(const std::string& a, const std::string& b) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
   std::vector<std::size_t> row(b.size() + 1);

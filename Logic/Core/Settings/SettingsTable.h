@@ -3,20 +3,20 @@
 
 namespace innergs {
 
-/// Every setting once, in the order in which they are listed. Command line, report, notes, VTK filter, scene,
-/// panel, Python and Docs/settings.md are made from it: a new setting is a member of Settings and a row here.
+/// Every setting once, in listing order. Command line, report, notes, VTK filter, scene, panel, Python and
+/// Docs/settings.md are generated from it: a new setting is a member of Settings and a row here.
 const std::vector<Setting>& settingsTable();
 
-/// Throws Error(InvalidArgument) for an unknown name; the sentence says which is the nearest.
+/// Throws Error(InvalidArgument) for an unknown name; the message suggests the nearest one.
 const Setting& settingNamed(const std::string& name);
 
-/// "Learning rates", for the lists of panels, help and documentation.
+/// "Learning rates" etc., for the lists in panels, help and documentation.
 const char* groupTitle(Setting::Group group);
 
-/// What an unset value leads to: "l2; preset paper: l1", "chosen from the data".
+/// What an unset value means: "l2; preset paper: l1", "chosen from the data".
 std::string automaticText(const Setting& row);
 
-/// "name=value; ...": every setting that had a part in a result.
+/// "name=value; ...": every setting that affected a result.
 std::string settingsText(const Settings& settings, double heldOutFraction);
 
 /// The rows of the table in Docs/settings.md.
