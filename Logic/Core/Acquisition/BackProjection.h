@@ -8,14 +8,14 @@
 namespace innergs {
 
 /// The volume as the stack's scanner would see it: integrated over the slice profile along the stack's
-/// normal, at the stack's voxels. NaN where the profile lies outside the volume altogether and where the
-/// stack is not observed.
+/// normal, at the stack's voxels. NaN where the profile lies entirely outside the volume and where the stack
+/// is not observed.
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool);
 
 struct BackProjectionPlan {
-  int iterations = 12; // at most
-  double noise = 0;    // standard deviation in the stacks' units: ends when the differences are well below it
-  ValueRange range{-std::numeric_limits<float>::infinity(), // no voxel within the stacks leaves it
+  int iterations = 12; // maximum
+  double noise = 0;    // standard deviation, units of the stacks: stops well below it
+  ValueRange range{-std::numeric_limits<float>::infinity(), // limits every voxel inside the stacks
                    std::numeric_limits<float>::infinity()};
 };
 

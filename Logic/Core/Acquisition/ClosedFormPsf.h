@@ -2,8 +2,8 @@
 
 namespace innergs {
 
-/// The observation kernel of a slice in closed form (additive blending): a covariance added to every
-/// Gaussian's, model frame, mm²; xx xy xz yy yz zz.
+/// The observation kernel of a slice in closed form (additive blending): a covariance (model frame, mm²; xx
+/// xy xz yy yz zz) that is added to every Gaussian's.
 struct ClosedFormPsf {
   bool active = false;
   float covariance[6] = {};

@@ -7,15 +7,15 @@
 
 namespace innergs {
 
-/// Where a field is evaluated: nx×ny points on parallel planes at continuous index z, in index coordinates
-/// (x, y, z).
+/// Where a field is evaluated: nx×ny points on parallel planes at continuous index z, all in index
+/// coordinates (x, y, z).
 struct Lattice {
   Affine3 indexToModel; // mm, model frame
   int nx = 0, ny = 0;
   std::vector<double> z; // ascending
 
   int planes() const { return static_cast<int>(z.size()); }
-  /// Rows are padded so that whole SIMD windows stay inside.
+  /// Rows are padded so that full SIMD vectors never cross their end.
   int stride() const { return (nx + 15) / 16 * 16; }
   std::size_t planeSize() const { return static_cast<std::size_t>(stride()) * ny; }
   std::size_t bufferSize() const { return planeSize() * z.size(); }

@@ -10,12 +10,12 @@ struct IntensityMap {
   double scale = 1, offset = 0;
 };
 
-/// Samples to fit on one lattice: slices, each seen through one or several sub-planes (quadrature of the
+/// Samples to fit on one lattice: slices, each seen through one or several sub-planes (a quadrature of the
 /// slice profile).
 struct Observation {
   struct SubPlane {
     int plane;    // of the lattice
-    float weight; // of the slice profile; they sum to 1 per slice
+    float weight; // quadrature weight; sums to 1 per slice
   };
   Lattice lattice;
   ClosedFormPsf psf;
@@ -30,8 +30,8 @@ struct Observation {
   std::size_t sliceSize() const { return lattice.planeSize(); }
 };
 
-/// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest spacing
-/// that matters (mm).
+/// Quadrature of a slice profile: offsets along the normal (mm) and weights. `resolution`: the finest
+/// relevant spacing (mm).
 struct ProfileQuadrature {
   std::vector<double> offset, weight;
 };
@@ -39,18 +39,18 @@ ProfileQuadrature profileQuadrature(SliceProfile profile, double thickness, doub
 /// Gauss's two-point rule for the profile: exact for cubic polynomials along the normal.
 ProfileQuadrature twoPointQuadrature(SliceProfile profile, double thickness);
 
-/// The thickness that counts: the stack's, or its slice spacing when it is 0 (mm).
+/// The stack's thickness or, if that is 0, its slice spacing (mm).
 double effectiveThickness(const Stack& stack);
 
-/// Observations of a stack in the model frame. One for a regular stack; one per slice when slices have poses.
-/// Slices without any finite observed voxel are left out. closedForm: additive fields with a Gaussian profile
+/// Observations of a stack in the model frame: one for a regular stack, one per slice if slices have poses.
+/// Leaves out slices without any finite observed voxel. closedForm: additive fields with a Gaussian profile
 /// use the exact covariance instead of sub-planes. smoothAlongNormal: the field cannot vary much within the
-/// slice thickness, so the two-point quadrature is enough.
+/// slice thickness, so two-point quadrature suffices.
 std::vector<Observation> observe(const Stack& stack, const Affine3& modelToWorld, const IntensityMap& map,
                                  bool closedForm, bool smoothAlongNormal = false);
 
-/// Half the resolution in-plane (and across slices when they lie as close as pixels): averages of the
-/// observed voxels, for coarse-to-fine.
+/// The observation at half the in-plane resolution (and half across slices if they are as close as pixels),
+/// by averaging observed voxels, for coarse-to-fine fitting.
 Observation coarsened(const Observation& fine);
 
 } // namespace innergs
