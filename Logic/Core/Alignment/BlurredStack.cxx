@@ -10,7 +10,7 @@ namespace {
 constexpr float kLeastSeen = 0.3f;     // share of the kernel that must have been observed
 constexpr double kLeastCorners = 0.99; // share of the eight neighbours
 
-/// sums and weights of lines along one axis, blurred in place; a Gaussian of σ voxels.
+/// Blurs sums and weights along one axis in place, by a Gaussian of σ voxels.
 void blurAlong(int axis, double sigma, const std::array<std::int64_t, 3>& size, std::vector<float>& sum,
                std::vector<float>& weight, ThreadPool& pool) {
   if (sigma < 0.1) return;

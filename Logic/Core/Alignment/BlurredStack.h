@@ -6,17 +6,17 @@
 
 namespace innergs {
 
-/// σ² in mm² with which a stack, interpolated linearly, shows tissue along its axis 0, 1 or 2.
+/// σ² (mm²) with which a linearly interpolated stack shows tissue along its axis 0, 1 or 2.
 double resolutionVariance(const Stack& stack, int axis);
 
-/// A stack blurred so that it shows tissue with one σ in all directions, to be read at any place.
+/// A stack, blurred so that it shows tissue with the same σ in all directions, for reading at any point.
 class BlurredStack {
 public:
-  /// sigma: mm, at least that of the stack's coarsest axis. Unobserved and non-finite voxels count for
-  /// nothing. Throws Error(Cancelled).
+  /// sigma: mm, at least that of the stack's coarsest axis. Ignores unobserved and non-finite voxels.
+  /// Throws Error(Cancelled).
   BlurredStack(const Stack& stack, double sigma, ThreadPool& pool);
 
-  /// At x (LPS mm of the stack itself); none where too little was observed.
+  /// The value at x (LPS mm of the stack itself); nothing where too little was observed.
   std::optional<double> at(const Vec3& x) const;
 
   const GridGeometry& geometry() const { return geometry_; }

@@ -18,18 +18,18 @@ constexpr std::int64_t kMostPoints = 40'000, kFewestPoints = 300, kBlock = 4096;
 constexpr int kSteps = 25;           // at each resolution
 constexpr int kRounds = 3;           // over the scans, once there are more than two
 constexpr double kConverged = 0.005; // mm
-constexpr double kArm = 50;          // mm: what an angle is multiplied by, for the equations
-constexpr double kStill = 0.1;       // mm: still scans seem to be displaced by less
+constexpr double kArm = 50;          // mm: scale of the angles in the equations
+constexpr double kStill = 0.1;       // mm: scans without motion seem displaced by less
 constexpr double kSameGain = 0.005;  // and to differ by less
-constexpr double kWorthwhile = 0.5;  // dB
-constexpr double kAlike = 0.8;       // least correlation of scans of the same tissue
+constexpr double kWorthwhile = 0.5;  // dB: minimum gain
+constexpr double kAlike = 0.8;       // minimum correlation of scans of the same tissue
 constexpr double kTukey = 4.685 * 1.4826;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// One scan at one resolution, as it lies now.
 struct Placed {
   const BlurredStack* image;
-  Affine3 place; // of the scan's own space in that of the first
+  Affine3 place; // from the scan's own space to the first scan's
   Affine3 inverse;
   double gain;
 
@@ -44,7 +44,7 @@ Placed placed(const BlurredStack& image, const StackAlignment& a) {
   return {&image, a.toOthers, inverse(a.toOthers), a.gain};
 }
 
-/// The mean of those that show the place.
+/// The mean of the scans that cover the point.
 std::optional<double> meanAt(std::span<const Placed> scans, const Vec3& x) {
   double sum = 0;
   int count = 0;
@@ -57,8 +57,8 @@ std::optional<double> meanAt(std::span<const Placed> scans, const Vec3& x) {
   return sum / count;
 }
 
-/// Places spread evenly over a lattice's box: Roberts' quasi-random sequence in three dimensions. Regular
-/// ones would see slices at always the same fractions of their distance, and so at another resolution.
+/// Points spread evenly over a lattice's box: Roberts' quasi-random sequence in three dimensions. A regular
+/// grid would always sample slices at the same fractions of their distance, and so at another resolution.
 std::vector<Vec3> spread(const GridGeometry& box, double distance) {
   double volume = 1;
   for (int a = 0; a < 3; ++a)
@@ -81,7 +81,7 @@ std::vector<Vec3> spread(const GridGeometry& box, double distance) {
   return points;
 }
 
-/// The part of its lattice that shows anything.
+/// The part of its lattice with observed voxels.
 GridGeometry seenBox(const BlurredStack& image) {
   const GridGeometry& g = image.geometry();
   std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
@@ -107,14 +107,14 @@ ValueRange valuesOf(const BlurredStack& image) {
   return range;
 }
 
-/// What both show of a place in the body.
+/// What both scans show at a point in the body.
 struct Pair {
   Vec3 x;
   double other, own;
   Vec3 gradient; // of own, per mm
 };
 
-/// Pairs at the places in the body, in their order. step: mm of the central differences; 0: no gradient.
+/// Pairs at the points in the body, in order. step: mm of the central differences; 0: no gradient.
 std::vector<Pair> pairsAt(std::span<const Vec3> points, const Placed& scan, std::span<const Placed> others,
                           double threshold, double step, ThreadPool& pool) {
   const auto blocks = (static_cast<std::int64_t>(points.size()) + kBlock - 1) / kBlock;
@@ -148,7 +148,7 @@ struct Agreement {
   double squared = 0, correlation = kNaN; // mean squared difference
 };
 
-/// Where both show body: edges of it would agree in any contrast.
+/// Compares where both show the body: its edges would agree in any contrast.
 Agreement agreementOf(std::vector<Pair> pairs, double threshold) {
   std::erase_if(pairs, [&](const Pair& p) { return std::min(p.own, p.other) < threshold; });
   if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) return {kNaN, kNaN};
@@ -166,7 +166,7 @@ Agreement agreementOf(std::vector<Pair> pairs, double threshold) {
   return {squared / n, va > 0 && vb > 0 ? (ab - a * b / n) / std::sqrt(va * vb) : kNaN};
 }
 
-/// Tukey's biweight of the differences.
+/// Weights of the differences by Tukey's biweight.
 std::vector<double> weightsOf(const std::vector<Pair>& pairs) {
   std::vector<double> size;
   for (const Pair& p : pairs)
@@ -182,7 +182,7 @@ std::vector<double> weightsOf(const std::vector<Pair>& pairs) {
   return size;
 }
 
-/// One Gauss-Newton step; how far it moved the scan, mm.
+/// Takes one Gauss-Newton step; returns how far it moved the scan, mm.
 double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const Vec3& centre, bool moves,
                bool scales) {
   const std::vector<double> weights = weightsOf(pairs);
@@ -203,7 +203,7 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
       right[a] -= weights[n] * j[a] * r;
     }
   }
-  for (int a = 0; a < kParameters; ++a) { // what is not asked for stays
+  for (int a = 0; a < kParameters; ++a) { // fixed parameters stay
     double& d = square[a * kParameters + a];
     d = d > 0 ? d * (1 + 1e-9) : 1;
   }
@@ -253,7 +253,7 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
     for (int round = 0; round < (part.size() > 2 ? kRounds : 1); ++round)
       for (std::size_t n = 1; n < part.size(); ++n) {
         StackAlignment& mine = result[part[n]];
-        const bool scales = !low(n) && !low(0); // values with an offset, as in CT, are scaled by nothing
+        const bool scales = !low(n) && !low(0); // values with an offset, as in CT, must not be scaled
         for (int step = 0; step < kSteps; ++step) {
           const std::vector<Pair> pairs = seen(n, mine, 0.5 * level * sigma);
           if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) break;
@@ -319,8 +319,7 @@ void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> 
 std::string alignmentSentence(const StackAlignment& a, const std::string& name) {
   if (!a.fits)
     return name + formatted(" does not fit the other scans (correlation %.2f, PSNR %.1f dB between them): it "
-                            "was used where it "
-                            "is. Check that it shows the same body with the same contrast.",
+                            "was not moved. Check that it shows the same body with the same contrast.",
                             a.correlation, a.psnrAfter);
   std::string done;
   if (a.displacement > 0) done = formatted("moved by %.1f mm and turned by %.1f°", a.displacement, a.angle);
