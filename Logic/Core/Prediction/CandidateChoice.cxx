@@ -11,15 +11,15 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kSlices = 12;                                   // whose images are degraded, at most
+constexpr std::int64_t kSlices = 12;                                   // maximum whose images are degraded
 constexpr std::int64_t kLineSamples = 400'000;                         // of the images along one axis, about
-constexpr std::int64_t kFewest = 500;                                  // samples to judge by
+constexpr std::int64_t kFewest = 500;                                  // minimum to judge by
 constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
-constexpr int kPlausible = 3;                                          // blurs that are hedged between
-constexpr int kClassical = 3;                                          // candidates that need no blur
+constexpr int kPlausible = 3;                                          // blurs that the choice hedges between
+constexpr int kClassical = 3;                                          // candidates without a blur
 constexpr double kKrigingBlurs[] = {0, 0.15, 0.25, 0.35, 0.5, 0.7, 1}; // in slice distances
-constexpr double kAsGood = 1.02;                                       // squared errors
-constexpr int kSteps = 20;                                             // of a share
+constexpr double kAsGood = 1.02;                                       // ratio of squared errors
+constexpr int kSteps = 20;                                             // divisions of a share
 constexpr int kBackProjections = 12;
 
 /// Samples along an axis: value[n·width + line].
@@ -63,7 +63,7 @@ std::vector<double> gaussianKernel(double sigma) {
   return normalised(std::move(kernel));
 }
 
-/// A slice's profile in samples along the axis.
+/// A slice's profile, in samples along the axis.
 std::vector<double> profileKernel(const Stack& stack, double sample) {
   const double width = effectiveThickness(stack) / sample;
   if (stack.profile == SliceProfile::Point || width < 1.2) return {1};
@@ -78,7 +78,7 @@ std::vector<double> profileKernel(const Stack& stack, double sample) {
   return normalised(std::move(kernel));
 }
 
-/// Every factor-th sample.
+/// Keeps every factor-th sample.
 Lines decimated(const Lines& in, std::int64_t factor, std::int64_t phase = 0) {
   Lines out;
   out.length = in.length > phase ? (in.length - 1 - phase) / factor + 1 : 0;
@@ -154,13 +154,13 @@ std::vector<double> positions(std::int64_t count, double perSample) {
   return p;
 }
 
-/// How slices see along the axis, in slice distances.
+/// How slices see along the axis; lengths in slice distances.
 struct SliceView {
   SliceProfile profile = SliceProfile::Point;
   double thickness = 0;
 };
 
-/// Of the candidates from `first` on.
+/// The guesses of the candidates from `first` on.
 Guesses guessesFrom(const Lines& low, std::span<const double> at, const SliceView& view, double blur,
                     int first = 0) {
   Guesses guess;
@@ -170,9 +170,9 @@ Guesses guessesFrom(const Lines& low, std::span<const double> at, const SliceVie
   return guess;
 }
 
-/// What the candidates miss of slices withheld from their neighbours, every second one in turn.
+/// The candidates' errors on slices withheld from their neighbours, alternating between even and odd ones.
 Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
-  // The kriging is to find slices here, not what they see.
+  // Here the kriging must predict the slices themselves, not the signal that they see.
   const double profileVariance = view.profile == SliceProfile::Point ? 0
                                  : view.profile == SliceProfile::Box
                                      ? view.thickness * view.thickness / 12
@@ -193,7 +193,7 @@ Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
   return errors;
 }
 
-/// The step of back-projection along the axis: x += U(low − P x).
+/// The back-projection step along the axis: x += U(low − P x).
 void backProjectLines(std::vector<float>& x, const Lines& low, const Lines& truth,
                       std::span<const double> profile, std::int64_t factor, const SliceWeights& linear) {
   Lines now = truth;
@@ -208,8 +208,8 @@ void backProjectLines(std::vector<float>& x, const Lines& low, const Lines& trut
   }
 }
 
-/// How often the strongest changes over two slices have a value between in the slice amid: 0 for steps, 1 for
-/// slopes.
+/// How often the strongest changes over two slices have an intermediate value in the slice between: 0 for
+/// steps, 1 for slopes.
 double slopeShare(const Lines& slices) {
   std::vector<float> change;
   const auto visit = [&](auto&& see) {
@@ -235,7 +235,7 @@ double slopeShare(const Lines& slices) {
   return count > 0 ? sum / count : 0;
 }
 
-/// The slices themselves, every so many columns.
+/// The slices themselves, at a regular subset of the columns.
 Lines linesAcross(const Stack& stack, std::span<const float> complete, std::span<const std::uint8_t> inside) {
   const auto& size = stack.image.geometry.size;
   const std::int64_t plane = size[0] * size[1], step = std::max<std::int64_t>(1, plane * size[2] / 2'000'000);
@@ -274,18 +274,18 @@ Lines linesWithin(const Stack& stack, std::span<const float> complete, std::span
   return lines;
 }
 
-/// What one blur of the in-plane images leads to.
+/// The outcome of one blur of the in-plane images.
 struct Simulation {
   double blur = 0;         // mm
   Errors plain, projected; // against the images; with back-projection
-  Errors withheld;         // as withheldErrors() of their slices
+  Errors withheld;         // from withheldErrors() on their slices
   double slope = 0;
 
   const Errors& best() const { return projected.samples > 0 ? projected : plain; }
 };
 
-/// krigingBlur: in slice distances. first: candidate; those before it are left out, and the slices are not
-/// withheld from each other.
+/// krigingBlur: in slice distances. first: the first candidate to evaluate; with fewer than all candidates,
+/// the slices are not withheld from each other.
 void simulate(const Lines& image, const Stack& stack, double sample, double krigingBlur, int first,
               Simulation& result) {
   const double distance = stack.image.geometry.spacing[2] / sample;
@@ -316,7 +316,7 @@ void simulate(const Lines& image, const Stack& stack, double sample, double krig
   result.slope += slopeShare(low);
 }
 
-/// How far a simulation lies from what the scan shows.
+/// How far a simulation is from what the scan shows.
 double misfit(const Simulation& s, const Errors& withheld, double slope) {
   double sum = 0;
   const Covariance<kCandidates> a = s.withheld.mean(), b = withheld.mean();
@@ -327,8 +327,8 @@ double misfit(const Simulation& s, const Errors& withheld, double slope) {
   return sum;
 }
 
-/// What the slices withheld from each other say, brought from twice the distance to the distance itself by
-/// the simulation.
+/// The covariance on withheld slices, converted by the simulation from twice the slice distance to the
+/// distance itself.
 Covariance<kCandidates> calibrated(const Covariance<kCandidates>& withheld,
                                    const Covariance<kCandidates>& near, const Covariance<kCandidates>& far) {
   Covariance<kCandidates> result = withheld;
@@ -338,7 +338,7 @@ Covariance<kCandidates> calibrated(const Covariance<kCandidates>& withheld,
   return result;
 }
 
-/// Every way to share kSteps among the guesses from `at` on.
+/// Every way to divide kSteps among the guesses from `at` on.
 template <std::size_t N>
 void addShares(std::array<double, N> share, std::size_t at, int left,
                std::vector<std::array<double, N>>& all) {
@@ -387,7 +387,7 @@ std::array<double, kCandidates> rootsOf(const Covariance<kCandidates>& errors) {
   return roots;
 }
 
-/// The images along both in-plane axes, blurred by blur mm.
+/// The images along both in-plane axes, blurred by `blur` mm.
 Simulation simulated(const Lines (&within)[2], const Stack& stack, double blur, double krigingBlur,
                      int first) {
   Simulation result;
@@ -397,8 +397,8 @@ Simulation simulated(const Lines (&within)[2], const Stack& stack, double blur, 
   return result;
 }
 
-/// The kriging's blur, in slice distances, whose excess over the best of the classical candidates is the
-/// least in the worst simulation.
+/// The kriging's blur, in slice distances, with the smallest excess over the best classical candidate in the
+/// worst simulation.
 double bestKrigingBlur(const Lines (&within)[2], const Stack& stack, std::span<const Simulation> simulations,
                        ThreadPool& pool) {
   std::vector<double> worst(std::size(kKrigingBlurs), 0.0);
@@ -414,7 +414,7 @@ double bestKrigingBlur(const Lines (&within)[2], const Stack& stack, std::span<c
       if (least > 0) worst[n] = std::max(worst[n], kriged[k][k] / least);
     }
   });
-  // Of blurs that are as good the largest: scans are smoother than slices withheld from each other look.
+  // Takes the largest of equally good blurs: scans are smoother than slices withheld from each other suggest.
   const double enough = kAsGood * *std::min_element(worst.begin(), worst.end());
   std::size_t chosen = worst.size() - 1;
   while (worst[chosen] > enough)

@@ -3,32 +3,32 @@
 
 namespace innergs {
 
-/// How the interpolations of one scan are weighed, by what the scan itself shows: its slices,
-/// withheld from each other, and its in-plane images, blurred and degraded as its slices are.
+/// The weights of the interpolations for one scan, derived from the scan itself: from its slices withheld
+/// from each other, and from its in-plane images, blurred and degraded like its slices.
 struct CandidateChoice {
   std::array<double, kCandidates> share{0, 1, 0, 0}; // convex
-  double krigingBlur = 0;                            // mm: σ of what the kriging expects
-  bool backProject = true; // thick slices: demanding the scan's own values of the result pays
+  double krigingBlur = 0;                            // mm: σ that the kriging assumes
+  bool backProject = true; // thick slices: enforcing the scan's own values improves the result
   bool judged = false;     // false: too little to judge by, the shares are a guess
-  double blur = 0;         // σ of the in-plane images' blur that fits the scan best, in in-plane samples
-  std::array<double, kCandidates> pairError{}; // RMS on the simulated pairs, image units; judged only
-  double error = 0;                            // the same of the chosen mixture
-  /// Error at the slices' distance over that at twice it, of linear interpolation and of the mixture, on the
-  /// simulated pairs; 0: not judged.
+  double blur = 0;         // σ of the in-plane blur that fits the scan best, in in-plane samples
+  std::array<double, kCandidates> pairError{}; // RMS on the simulated pairs, image units; only if judged
+  double error = 0;                            // likewise for the chosen mixture
+  /// Error at the slice distance relative to that at twice the distance, of linear interpolation and of the
+  /// mixture, on the simulated pairs; 0: not judged.
   double linearFall = 0, fall = 0;
   std::array<double, kCandidates> withheldError{}; // RMS on slices withheld from each other, at twice the
                                                    // distance; 0: too few slices
 };
 
-/// complete: see completeSlices(). Withheld and non-finite voxels are never looked at beyond it. Throws
+/// complete: see completeSlices(). Uses withheld and non-finite voxels only through it. Throws
 /// Error(Cancelled).
 CandidateChoice chooseCandidates(const Stack& stack, std::span<const float> complete, ThreadPool& pool);
 
-/// Of three or four guesses' errors, [row][column].
+/// Covariance of the errors of three or four guesses, [row][column].
 template <std::size_t N>
 using Covariance = std::array<std::array<double, N>, N>;
 
-/// Mean squared error of the guesses mixed so.
+/// Mean squared error of the guesses mixed with these shares.
 template <std::size_t N>
 double meanSquare(const Covariance<N>& errors, const std::array<double, N>& share) {
   double sum = 0;
@@ -38,7 +38,7 @@ double meanSquare(const Covariance<N>& errors, const std::array<double, N>& shar
   return sum;
 }
 
-/// The shares, at least 0 and 1 in sum, whose excess over the best possible is the least in the worst case.
+/// The shares (non-negative, summing to 1) with the smallest excess over the best possible in the worst case.
 template <std::size_t N>
 std::array<double, N> convexShares(std::span<const Covariance<N>> cases);
 

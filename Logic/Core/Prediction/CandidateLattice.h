@@ -4,8 +4,8 @@
 namespace innergs {
 
 /// The lattice between a scan's slices that a prediction fills: the scan's own in-plane, as fine along the
-/// slice axis as its pixels, over all of its box; where `wanted` runs along the scan's slice axis and is
-/// about as fine, in step with it.
+/// slice axis as its pixels, over its whole box. If `wanted` is parallel to the scan's slice axis and about
+/// as fine, the planes coincide with its planes.
 GridGeometry predictionLattice(const GridGeometry& stack, const GridGeometry& wanted);
 
 } // namespace innergs

@@ -11,10 +11,10 @@
 namespace innergs {
 namespace {
 
-constexpr double kOnSlice = 1e-6;     // slice distances: a position that close is the slice itself
-constexpr double kNegligible = 1e-7;  // weights that are left out
-constexpr std::int64_t kReach = 14;   // slices: the spline's weights fall by 0.27 from one to the next
-constexpr std::int64_t kPiece = 2048; // samples of a plane that one task computes
+constexpr double kOnSlice = 1e-6;     // slice distances: within this, a position is the slice itself
+constexpr double kNegligible = 1e-7;  // smaller weights are dropped
+constexpr std::int64_t kReach = 14;   // slices: the spline's weights fall by a factor of 0.27 per slice
+constexpr std::int64_t kPiece = 2048; // samples of a plane per task
 
 struct Position {
   std::int64_t base;
@@ -28,8 +28,8 @@ Position positionAt(double position, std::int64_t slices) {
   return {base, p - static_cast<double>(base)};
 }
 
-/// Weights of the samples by which the coefficient of a cubic B-spline at `at` is found (mirrored borders):
-/// the inverse of the tridiagonal (1 4 1)/6, a sum of decaying powers over the mirrored samples.
+/// Adds the weights of the samples in the coefficient of a cubic B-spline at `at` (mirrored borders): a row
+/// of the inverse of the tridiagonal (1 4 1)/6, a sum of decaying powers over the mirrored samples.
 void addCoefficient(std::int64_t at, std::int64_t slices, double share, std::vector<double>& row) {
   const auto mirrored = [&](std::int64_t i) {
     if (slices == 1) return std::int64_t{0};
@@ -135,7 +135,7 @@ void applyWeights(const SliceWeights& weights, std::span<const float> slices, st
                   std::span<float> planes, ThreadPool& pool) {
   const auto count = static_cast<std::int64_t>(weights.first.size());
   const std::int64_t pieces = (samples + kPiece - 1) / kPiece;
-  pool.run(pieces, [&](std::int64_t piece) { // all planes of a piece: its slices stay in the cache
+  pool.run(pieces, [&](std::int64_t piece) { // all planes of a piece, so that its slices stay in the cache
     const std::int64_t begin = piece * kPiece, width = std::min(kPiece, samples - begin);
     for (std::int64_t z = 0; z < count; ++z) {
       float* out = planes.data() + z * samples + begin;
@@ -173,7 +173,7 @@ std::vector<double> planePositions(const GridGeometry& stack, const GridGeometry
 
 namespace {
 
-/// The natural cubic spline through (at[i], value[i]) at every integer between the first and the last.
+/// Evaluates the natural cubic spline through (at[i], value[i]) at every integer from the first to the last.
 void fillColumn(const std::vector<std::int64_t>& at, std::vector<double>& value, std::vector<double>& scratch,
                 std::vector<float>& column) {
   const std::size_t n = at.size();
@@ -210,7 +210,7 @@ std::vector<float> completeSlices(const Stack& stack, ThreadPool& pool) {
   const auto known = [&](std::int64_t v) {
     return std::isfinite(stack.image.voxels[v]) && (stack.observed.empty() || stack.observed[v]);
   };
-  std::vector<std::uint8_t> empty(static_cast<std::size_t>(plane), 0); // columns without any
+  std::vector<std::uint8_t> empty(static_cast<std::size_t>(plane), 0); // columns without known voxels
   pool.blocks(plane, 256, [&](std::int64_t from, std::int64_t to) {
     std::vector<std::int64_t> at;
     std::vector<double> value, scratch;

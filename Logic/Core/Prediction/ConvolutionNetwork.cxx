@@ -8,21 +8,21 @@
 namespace innergs {
 namespace {
 
-constexpr float kLeak = 0.1f; // of a rectifier below 0: without it channels die while learning
-constexpr int kTaps = 3;      // of a convolution, along either axis
+constexpr float kLeak = 0.1f; // slope of the rectifier below 0; with 0, channels died in training
+constexpr int kTaps = 3;      // of a convolution, along each axis
 constexpr int kPatch = PatchFeatures::stride;
 
-/// Images with a border of zeros: rows of `width` samples (a border column at either end), one row above and
-/// below, and one sample before and after all.
+/// Images with a border of zeros: rows of `width` samples (a border column at each end), one row above and
+/// one below, and one sample before and after all.
 struct Bordered {
-  std::int64_t width, samples; // of the image, border columns included
+  std::int64_t width, samples; // of the image, including border columns
   int channels;
 
   Bordered(const PatchFeatures& features, int imageChannels)
       : width(features.paddedColumns()), samples(features.samples()), channels(imageChannels) {}
   std::size_t size() const { return static_cast<std::size_t>((samples + 2 * width + 2) * channels); }
-  std::int64_t first() const { return (width + 1) * channels; } // of the image's first sample
-  /// What a tap row of the first sample's neighbourhood begins with.
+  std::int64_t first() const { return (width + 1) * channels; } // index of the image's first sample
+  /// Where the first sample's neighbourhood starts in a row of taps.
   std::int64_t tapRow(int row) const { return first() + ((row - kTaps / 2) * width - kTaps / 2) * channels; }
 };
 
@@ -69,7 +69,7 @@ ConvolutionNetwork::ConvolutionNetwork(const Shape& shape, std::uint64_t seed) :
   parameters_.assign(layerBias(last) + outputsOf(last), 0.f);
   Random random(seed);
   const auto draw = [&](std::size_t at, std::size_t count, double inputs) {
-    const double limit = std::sqrt(6 / inputs); // uniform, of variance 2 / inputs
+    const double limit = std::sqrt(6 / inputs); // uniform with variance 2 / inputs
     for (std::size_t i = 0; i < count; ++i)
       parameters_[at + i] = static_cast<float>(limit * (2 * random.uniform() - 1));
   };
@@ -153,7 +153,7 @@ void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vect
                                   Workspace& work, std::vector<float>& gradient) const {
   const Bordered image(features, shape_.channels);
   const int last = shape_.layers + 1;
-  // The gradient by a layer's outputs, with a border of zeros.
+  // The gradient with respect to a layer's outputs, with a border of zeros.
   const Bordered lastImage(features, outputsOf(last));
   work.gradient.assign(lastImage.size(), 0.f);
   std::copy(outputGradient.begin(), outputGradient.end(), work.gradient.begin() + lastImage.first());

@@ -10,9 +10,9 @@ namespace innergs {
 namespace {
 
 constexpr double kRange = 5;        // of the exponential
-constexpr double kNugget = 1e-9;    // of the variance: keeps the equations regular
-constexpr std::int64_t kReach = 12; // slices on either side
-constexpr int kPoints = 15;         // of a box, for its integral
+constexpr double kNugget = 1e-9;    // of the variance: keeps the equations well-conditioned
+constexpr std::int64_t kReach = 12; // slices on each side
+constexpr int kPoints = 15;         // quadrature points of a box
 
 } // namespace
 
@@ -24,7 +24,7 @@ Kriging::Kriging(double blur, SliceProfile profile, double thickness)
   lags_[0] *= 1 + kNugget;
 }
 
-/// exp(−|d|/range) convolved with a Gaussian of this variance.
+/// exp(−|d|/range) convolved with a Gaussian of the given variance.
 double Kriging::covariance(double distance, double variance) const {
   const double d = std::abs(distance);
   if (variance < 1e-8) return std::exp(-d / kRange);

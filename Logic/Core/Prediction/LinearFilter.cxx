@@ -15,7 +15,7 @@ struct NormalEquations {
   std::int64_t samples = 0;
 };
 
-/// The equations of many pairs.
+/// The normal equations of many pairs.
 struct NormalSums {
   static constexpr int n = PatchFeatures::count;
   int phases;
@@ -45,9 +45,9 @@ struct NormalSums {
   }
   double meanSquare() const { return samples > 0 ? trace() / (n * samples) : 0; }
 
-  /// `prior` and what the pairs say beyond it: ridge regression.
+  /// Ridge regression towards `prior`.
   std::vector<float> solve(std::vector<float> prior, int outputs) {
-    constexpr double ridge = 1e-4, worth = 1e3; // of the mean variance of a patch's samples; samples
+    constexpr double ridge = 1e-4, worth = 1e3; // share of the mean variance of a patch's samples; samples
     const double sum = trace();
     if (samples < worth) return prior;
     const double weight = sum / n * ridge * (1 + worth / samples);
@@ -74,7 +74,7 @@ PatchFilter interpolationFilter(const SliceSampling& s, bool cubic) {
   const int outputs = outputStride(s.phases);
   filter.weights.assign(static_cast<std::size_t>(kStride) * outputs, 0.f);
   for (int q = 0; q < s.phases; ++q) {
-    const double x = (s.firstPhase + q - s.centre) / s.phases; // slices after the sample's own
+    const double x = (s.firstPhase + q - s.centre) / s.phases; // slices from the sample's own
     for (int r = 0; r < PatchFeatures::rows; ++r) {
       const double distance = x - (r - PatchFeatures::rows / 2);
       const double w = cubic ? keys(distance) : std::max(0.0, 1 - std::abs(distance));
@@ -88,7 +88,7 @@ PatchFilter interpolationFilter(const SliceSampling& s, bool cubic) {
 PairShape pairShape(const TrainingPlanes& planes, const SliceSampling& sampling, std::int64_t stackSlices,
                     PairShape most) {
   PairShape shape{static_cast<int>(std::min<std::int64_t>(stackSlices, most.slices)), most.columns};
-  constexpr double part = 0.6; // of a plane: pairs should begin and end anywhere in the body
+  constexpr double part = 0.6; // of a plane: pairs should be able to start and end anywhere in the body
   constexpr int fewest = 8;
   for (const auto* set : {&planes.learning, &planes.measuring})
     for (const TrainingPlane& plane : *set) {
@@ -102,14 +102,14 @@ PairShape pairShape(const TrainingPlanes& planes, const SliceSampling& sampling,
 }
 
 Random randomOf(std::uint64_t seed, std::int64_t index) {
-  // Random's state moves on by a constant: seeds that differ by multiples of it would share their numbers.
+  // Random's state advances by a constant: seeds that differ by multiples of it would share their numbers.
   return Random(Random(seed).next() ^ Random(~static_cast<std::uint64_t>(index)).next());
 }
 
 PairPlace randomPlace(const std::vector<TrainingPlane>& planes, const SliceSampling& sampling,
                       const PairShape& shape, Random& random) {
   constexpr int tries = 8;
-  constexpr double enough = 0.4; // of a probe of the pair's voxels in the body
+  constexpr double enough = 0.4; // share of probed voxels that must lie in the body
   const int span = thinRows(sampling, shape.slices);
   PairPlace place, best;
   double bestShare = -1;
@@ -191,7 +191,7 @@ PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampl
     (inner ? filter.weights : filter.ends[end]) = std::move(weights);
     if (inner && sums.samples > 0) filter.typical = static_cast<float>(std::sqrt(sums.meanSquare()));
   }
-  if (parts[0][classes - 1].square.empty()) { // a stack too short for an inside
+  if (parts[0][classes - 1].square.empty()) { // stack too short to have an inside
     filter.weights = interpolation.weights;
     filter.typical = 0;
     NormalSums sums(sampling.phases);

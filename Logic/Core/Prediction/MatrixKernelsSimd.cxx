@@ -2,7 +2,7 @@
 #include "Core/Base/InstructionSets.h"
 #include "Core/Prediction/MatrixKernels.h"
 
-// Vectors are array elements below, which sizeless types cannot be.
+// The code stores vectors in array elements, which sizeless types do not allow.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "Core/Prediction/MatrixKernelsSimd.cxx"

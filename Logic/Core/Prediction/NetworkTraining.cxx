@@ -8,7 +8,7 @@
 namespace innergs {
 namespace {
 
-// Columns at either side of a pair that do not count: a pair ends where the image goes on.
+// Columns at each side of a pair that are not scored: the pair ends there but the image continues.
 constexpr int kSide = 4;
 constexpr float kMomentum = 0.95f;
 
@@ -121,7 +121,7 @@ ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSamplin
         direction[i] = g[i] + kMomentum * momentum[i];
       }
       orthogonalise(direction, matrix.rows, matrix.columns, kernels);
-      // As large as Adam's steps are.
+      // Matches the size of Adam's steps.
       const auto rate = static_cast<float>(
           rateAt(plan, step) * 0.2 * std::sqrt(static_cast<double>(std::max(matrix.rows, matrix.columns))));
       for (std::int64_t i = 0; i < size; ++i)

@@ -5,8 +5,8 @@
 
 namespace innergs {
 
-/// The nearest matrix with orthonormal columns (or, of more columns than rows, rows), roughly: all singular
-/// values brought near 1 by five Newton-Schulz steps (Jordan et al., Muon, 2024). values: [rows][columns].
+/// Approximates the nearest matrix with orthonormal columns (rows, if there are more columns than rows): five
+/// Newton-Schulz steps bring all singular values near 1 (Jordan et al., Muon, 2024). values: [rows][columns].
 void orthogonalise(std::vector<float>& values, std::int64_t rows, std::int64_t columns,
                    const MatrixKernels& kernels);
 

@@ -3,14 +3,13 @@
 
 namespace innergs {
 
-/// What a linear filter and a network see of every sample of an image of slices [slice][column]: the samples
-/// around it, less their mean, by their deviation.
+/// The inputs of a linear filter and a network for every sample of an image of slices [slice][column]: the
+/// samples around it, minus their mean, divided by their deviation.
 struct PatchFeatures {
   static constexpr int rows = 9, width = 7, count = rows * width, stride = 64;
 
   int slices = 0, columns = 0;
-  int before = 0, after = 0; // of the slices, those beyond the stack's ends
-  // are neighbours of the image or border.
+  int before = 0, after = 0; // how many of the slices lie beyond each end of the stack
   std::vector<float> values; // [slice][1 + columns + 1][stride]
   // Of the patch, image units; [slice][1 + columns + 1].
   std::vector<float> mean, deviation;
@@ -22,16 +21,16 @@ struct PatchFeatures {
   }
 };
 
-/// low: [slice][column] of a stack of `stack` slices, continued by reflection, also for the slices asked for
-/// `before` and `after` it. `floor`: image units; no deviation is taken for smaller. 0: values are not
-/// divided at all, deviation is 1.
+/// low: [slice][column] of a stack of `stack` slices, continued by reflection, also for the `before` and
+/// `after` slices beyond its ends. `floor`: minimum of the deviation, image units; 0: values are not divided,
+/// and the deviation is 1.
 void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features,
                   int before = 0, int after = 0);
 
-/// Of one sample: `values` holds its patch [rows][width], stride long; it becomes features.
+/// Normalises one sample in place: `values` holds its patch [rows][width], padded to stride.
 void normalisePatch(float floor, float* values, float& mean, float& deviation);
 
-/// Outputs per sample, one per phase: columns of every product.
+/// Outputs per sample, one per phase, padded to the columns of a product.
 inline int outputStride(int phases) {
   return (phases + 15) / 16 * 16;
 }

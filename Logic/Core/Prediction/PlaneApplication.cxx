@@ -12,7 +12,7 @@ struct Flip {
 };
 
 std::vector<Flip> flipsOf(Reflections reflections, const SliceSampling& sampling) {
-  // Reflected slices must find thin samples where there are some.
+  // Reflected slices must meet existing thin samples.
   const bool rows = std::abs(2 * sampling.centre - std::round(2 * sampling.centre)) < 1e-3;
   if (reflections == Reflections::None) return {{}};
   if (reflections == Reflections::Two) return {{}, {rows, true}};
@@ -24,7 +24,7 @@ int floorDivide(int a, int b) {
   return a >= 0 ? a / b : -((b - 1 - a) / b);
 }
 
-/// The planes along one in-plane axis and the normal.
+/// The planes that contain one in-plane axis and the normal.
 class Planes {
 public:
   Planes(const SliceModel& model, const Volume& image, const Volume& thin, int axis)
@@ -34,7 +34,7 @@ public:
     columnStep_ = axis == 0 ? 1 : n[0];
     planeStep_ = axis == 0 ? n[0] : 1;
     sliceStep_ = n[0] * n[1];
-    // Slices beyond the stack whose thin samples are asked for, as it is or reflected.
+    // Slices beyond the stack whose thin samples are needed, as they are or reflected.
     const SliceSampling& s = model.sampling;
     const int mirrored = static_cast<int>(std::lround(2 * s.centre)) - s.firstPhase - s.phases + 1;
     for (const int phase : {s.firstPhase, mirrored}) {
@@ -113,7 +113,7 @@ void applyAcrossSlices(const SliceModel& model, const Volume& image, Reflections
   const std::vector<Flip> flips = flipsOf(reflections, model.sampling);
   const auto& n = image.geometry.size;
   const double all = static_cast<double>(n[0] + n[1]);
-  constexpr std::int64_t band = 16; // planes between two reports
+  constexpr std::int64_t band = 16; // planes per progress report
   for (const int axis : {0, 1}) {
     const Planes planes(model, image, thin, axis);
     const std::int64_t count = n[1 - axis];

@@ -15,10 +15,10 @@ namespace innergs {
 namespace {
 
 constexpr std::int64_t kFewestSlices = 5, kFewestPixels = 16;
-constexpr double kFewestSamples = 2000; // differences in a mean
-constexpr double kMostNoise = 0.7;      // of a mean
+constexpr double kFewestSamples = 2000; // minimum of differences per mean
+constexpr double kMostNoise = 0.7;      // maximum share of noise in a mean
 
-/// f along growing x as a line between its values; where it first falls through 0, in squares of x.
+/// The x at which f, linear in x² between its samples, first falls to 0.
 std::optional<double> rootInSquares(std::span<const double> x, std::span<const double> f) {
   if (f[0] <= 0) return x[0];
   for (std::size_t i = 1; i < x.size(); ++i)
@@ -29,7 +29,8 @@ std::optional<double> rootInSquares(std::span<const double> x, std::span<const d
   return std::nullopt;
 }
 
-/// The blur before the stack's own profile that makes the image alike along its rows and across.
+/// The blur, applied before the stack's own profile, that makes the image equally smooth along its rows and
+/// across.
 double matchingBlur(const Stack& stack, const std::vector<StructureLines>& lines,
                     const std::vector<double>& pixel, ThreadPool& pool) {
   constexpr double sigmas[] = {0, 0.5, 0.75, 1, 1.5, 2, 3, 4, 6};
@@ -49,7 +50,7 @@ double matchingBlur(const Stack& stack, const std::vector<StructureLines>& lines
   return rootInSquares(sigma, roughness).value_or(sigma.back());
 }
 
-/// Takes two pixels off the body's outline in every slice.
+/// Removes two pixels along the body's outline in every slice.
 void erode(std::vector<std::uint8_t>& body, const std::array<std::int64_t, 3>& n) {
   for (int round = 0; round < 2; ++round) {
     const std::vector<std::uint8_t> before = body;
@@ -74,7 +75,7 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
   ProfileEstimate estimate;
   estimate.spacing = g.spacing[2];
   const auto unknown = [&](const std::string& why) {
-    estimate.sentence = "How thick the slices are cannot be told from the image: " + why;
+    estimate.sentence = "The slice thickness cannot be estimated from the image: " + why;
     return estimate;
   };
   if (g.size[2] < kFewestSlices) return unknown("they are too few.");
@@ -94,7 +95,8 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
     lines.emplace_back(filled.image, body, axis, noise);
     pixel.push_back(g.spacing[axis]);
   }
-  // The thickness that makes the image, blurred so along an in-plane axis, alike along it and across.
+  // Finds the thickness: the in-plane blur of that width which makes the image equally smooth along and
+  // across.
   constexpr double steps[] = {0, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2, 2.5, 3, 4};
   const SliceProfile profile =
       stack.profile == SliceProfile::Gaussian ? SliceProfile::Gaussian : SliceProfile::Box;

@@ -6,21 +6,21 @@
 
 namespace innergs {
 
-/// What a scan itself shows of its slices.
+/// What a scan reveals about its slices.
 struct ProfileEstimate {
-  bool known = false;    // false: the scan cannot show it, the sentence says why
+  bool known = false;    // false: the scan does not show it, the sentence says why
   double thickness = 0;  // mm: width of the box, or FWHM for a stack of Gaussian profile
   double spacing = 0;    // mm: distance of the slices
   double confidence = 0; // 0…1
   /// σ of the Gaussian blur along the degraded axis, in in-plane samples (of the finer spacing), after which
-  /// the in-plane images, degraded by the stack's own profile and spacing, are as smooth as the scan is
-  /// across its slices. 0: none needed, or unknown.
+  /// the in-plane images, degraded by the stack's own profile and spacing, are as smooth as the scan across
+  /// its slices. 0: none needed, or unknown.
   double blur = 0;
   std::string sentence; // "slices look 6 mm thick, 3 mm apart"
 };
 
-/// Compares the structure along and across the slices inside the body, noise subtracted. Withheld and
-/// non-finite voxels are never looked at. Throws Error(Cancelled) by the pool's stop token.
+/// Compares the structure along and across the slices inside the body, with noise subtracted. Ignores
+/// withheld and non-finite voxels. Throws Error(Cancelled) if the pool is stopped.
 ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool);
 
 } // namespace innergs

@@ -17,7 +17,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-// Rows held in registers at once: their sums, the vectors of B and one of A must fit.
+// Rows held in registers at once: their sums, the vectors of B and one vector of A must fit.
 #if HWY_TARGET <= HWY_AVX3 && HWY_ARCH_X86
 constexpr int kRows = 12;
 #elif HWY_ARCH_ARM_A64
@@ -26,7 +26,7 @@ constexpr int kRows = 10;
 constexpr int kRows = 6;
 #endif
 
-/// `rows` rows of C, `vectors` vectors wide.
+/// Computes `rows` rows of C, `vectors` vectors wide.
 template <int rows, int vectors>
 HWY_NOINLINE void block(const MatrixProduct& p, const float* a, const float* b, float* c) {
   const D d;

@@ -18,7 +18,7 @@ namespace {
 constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-plane spacing
 constexpr std::int64_t kFewestSlices = 5, kFewestPixels = 24;
 constexpr int kMostPhases = 24;
-constexpr double kMostRounds = 40; // how often a small scan is gone through
+constexpr double kMostRounds = 40; // how often a small scan is used at most
 constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
 
@@ -30,7 +30,7 @@ int usualPhases(const GridGeometry& stack) {
   return std::max(2, static_cast<int>(std::lround(std::min(ratioOf(stack), 64.0))));
 }
 
-/// The stack's lattice with `phases` samples per slice from slice index `first` on.
+/// The stack's lattice with `phases` samples per slice, starting at slice index `first`.
 GridGeometry thinLattice(const GridGeometry& stack, double first, int phases, std::int64_t count) {
   GridGeometry thin = stack;
   thin.origin = stack.indexToWorld()({0, 0, first});
@@ -56,10 +56,10 @@ void checkGrid(const GridGeometry& grid, const GridGeometry& stack) {
   if (!same)
     throw Error(ErrorCode::InvalidArgument,
                 "A prediction across slices keeps the stack's pixels: give it a grid that differs from the "
-                "stack's along the slice normal alone.");
+                "stack's only along the slice normal.");
 }
 
-/// The lattice to learn and predict on, and the asked-for samples in its own.
+/// The lattice for learning and predicting, and the requested samples in its indices.
 struct ThinLattice {
   GridGeometry geometry;
   int phases = 0;
@@ -91,14 +91,14 @@ ThinLattice thinLatticeFor(const GridGeometry& grid, const GridGeometry& stack) 
   return thin;
 }
 
-/// The stack with square pixels of the finer in-plane spacing, where they are clearly not.
+/// The stack resampled to square pixels of the finer in-plane spacing, unless its pixels are nearly square.
 Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes, ThreadPool& pool) {
   const GridGeometry& g = stack.image.geometry;
   axes = {true, true};
   const int coarse = g.spacing[0] > g.spacing[1] ? 0 : 1;
   const double ratio = g.spacing[coarse] / g.spacing[1 - coarse];
   if (ratio < 1.1) return stack;
-  axes[coarse] = false; // no detail there as fine as across it
+  axes[coarse] = false; // this axis has no detail as fine as the other
   Stack square = stack;
   GridGeometry& s = square.image.geometry;
   s.spacing[coarse] = g.spacing[1 - coarse];
@@ -106,7 +106,7 @@ Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes, ThreadPool
   const LinePositions positions{0, 1 / ratio};
   const std::int64_t outer = coarse == 0 ? g.size[1] * g.size[2] : g.size[2];
   const std::int64_t inner = coarse == 0 ? 1 : g.size[0];
-  // Values that are not finite, or not observed, would spread: they are marked instead.
+  // Non-finite or unobserved values would spread, so they are marked instead.
   const FilledImage filled = filledImage(stack);
   square.image.voxels = resampledAlong(filled.image.voxels.data(), outer, g.size[coarse], inner, positions,
                                        s.size[coarse], &pool);
@@ -129,7 +129,7 @@ Stack withSquarePixels(const Stack& stack, std::array<bool, 2>& axes, ThreadPool
   return square;
 }
 
-/// The thin samples where they were asked for.
+/// Resamples the thin samples to the requested lattice.
 void putOnGrid(const ThinLattice& thin, const GridGeometry& grid, const GridGeometry& stack, Volume image,
                std::vector<std::uint8_t> predicted, Prediction& result, ThreadPool& pool) {
   const bool same = thin.positions.first == 0 && thin.positions.step == 1 && image.geometry.size == grid.size;
@@ -188,7 +188,7 @@ std::vector<float> errorBySlice(const ThinLattice& thin, const SliceSampling& sa
   return error;
 }
 
-/// 1 where a voxel that was not known lies within two slices and three pixels.
+/// 1 where an unknown voxel lies within two slices and three pixels.
 std::vector<std::uint8_t> nearUnknown(const FilledImage& filled, ThreadPool& pool) {
   const auto& n = filled.image.geometry.size;
   std::vector<std::uint8_t> near(filled.known.size());
@@ -210,8 +210,8 @@ std::vector<std::uint8_t> nearUnknown(const FilledImage& filled, ThreadPool& poo
   return near;
 }
 
-/// Interpolates where unknown voxels lie near, puts acquired thin slices where they are, and keeps within
-/// the observed range. Returns what is predicted, empty for all.
+/// Interpolates near unknown voxels, restores acquired thin slices, and clamps to the observed range. Returns
+/// which voxels are predicted; empty: all.
 std::vector<std::uint8_t> finish(const FilledImage& filled, const SliceSampling& sampling, Volume& thin,
                                  ThreadPool& pool) {
   const auto& n = filled.image.geometry.size;
@@ -269,10 +269,10 @@ Effort effortOf(PredictionEffort effort) {
   return e;
 }
 
-/// Errors on the planes kept back, per phase in image units.
+/// Errors on the held-out planes, per phase, in image units.
 struct Measured {
   PairErrors errors;
-  std::vector<double> phase; // of what is predicted
+  std::vector<double> phase; // of the prediction
 };
 
 Measured measure(const SliceModel& model, const TrainingPlanes& planes, const PairShape& shape,
@@ -417,7 +417,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   request.axes = axes;
   result.blur = options.matchingBlur ? *options.matchingBlur : estimateProfile(stack, pool).blur;
   request.sigma = result.blur;
-  // What blurring and degrading took off the pairs' noise, the slices still have.
+  // Restores the noise that blurring and degrading removed from the pairs but that the slices still have.
   const double perThin = std::min(working.spacing[0], working.spacing[1]) / model.sampling.pitch;
   double squares = 0;
   for (const float w : convolved(gaussianFilter(result.blur * perThin), model.sampling.slice).weights)
@@ -464,7 +464,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   putOnGrid(thin, grid, g, std::move(image), std::move(predicted), result, pool);
   result.learned = true;
   result.sentence = "Learned across the slices from the images along them: " + gainText(result.pairs) +
-                    " better than interpolation where it was tried on them.";
+                    " better than interpolation on held-out ones.";
   result.applyingSeconds = secondsSince(applying);
   return result;
 }

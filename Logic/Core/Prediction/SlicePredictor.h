@@ -8,17 +8,17 @@
 
 namespace innergs {
 
-/// How much is spent on learning what lies between the slices.
+/// The effort spent on learning what lies between the slices.
 enum class PredictionEffort {
   Filter, // a linear filter in closed form
-  Fast,   // and a small network, trained briefly
+  Fast,   // plus a small network with short training
   Balanced,
   Best
 };
 
 struct PredictionOptions {
   PredictionEffort effort = PredictionEffort::Balanced;
-  /// Where to predict: the stack's own lattice in-plane, any spacing and any first position along K. Unset:
+  /// Where to predict: the stack's own lattice in-plane, with any spacing and first position along K. Unset:
   /// predictionGrid().
   std::optional<GridGeometry> grid;
   /// σ of the Gaussian blur, in in-plane samples, that makes the training images as smooth as the scan is
@@ -35,44 +35,45 @@ struct PredictionProgress {
   PredictionPhase phase = PredictionPhase::Matching;
   double fraction = 0; // of the whole prediction, 0…1, never decreases
 };
-/// Called on the thread that predicts.
+/// Called on the predicting thread.
 using PredictionCallback = std::function<void(const PredictionProgress&)>;
 
-/// Root mean square errors in image units on simulated pairs: in-plane images of this scan, degraded as its
-/// slices are, in slices that took no part in the learning. One plane's prediction, not the mean of two.
+/// Root mean square errors in image units on simulated pairs: in-plane images of this scan, degraded like its
+/// slices, in held-out slices. For the prediction in one plane, not the mean of two.
 struct PairErrors {
   double linear = 0, cubic = 0; // interpolation between the slices
   double filter = 0;            // the linear filter
-  double network = 0;           // network and filter together; as filter where there is no network
-  std::int64_t samples = 0;     // that were scored
+  double network = 0;           // network and filter together; without a network, the filter's
+  std::int64_t samples = 0;     // number scored
 };
 
-/// What was learned from a scan, and the scan with what it predicts between its slices.
+/// What was learned from a scan, and the scan with the predicted samples between its slices.
 struct Prediction {
   bool learned = false; // false: image is empty, the sentence says why, callers interpolate
   std::string sentence; // for the user: what was learned, or why nothing was
-  Volume image;         // on the grid asked for; scanner units, finite everywhere
-  /// Per voxel of image, 1 = predicted, 0 = interpolated because unobserved or non-finite voxels lie near.
+  Volume image;         // on the requested grid; scanner units, finite everywhere
+  /// For each voxel of image: 1 = predicted, 0 = interpolated because unobserved or non-finite voxels are
+  /// near.
   /// Empty: all predicted.
   std::vector<std::uint8_t> predicted;
-  std::vector<float> expectedError; // per K slice of image: RMS in image units, 0 on an acquired thin slice
+  std::vector<float> expectedError; // per K slice of image: RMS in image units, 0 on acquired thin slices
   PairErrors pairs;
   double blur = 0; // σ of the matching blur, in in-plane samples
   int phases = 0;  // samples predicted per slice distance
   double learningSeconds = 0, applyingSeconds = 0;
 };
 
-/// The lattice that covers the stack's box with the stack's in-plane lattice and round(k) ≥ 2 samples per
-/// slice, k = slice spacing / finer in-plane spacing.
+/// The lattice over the stack's box with the stack's in-plane lattice and round(k) ≥ 2 samples per slice, k =
+/// slice spacing / finer in-plane spacing.
 GridGeometry predictionGrid(const GridGeometry& stack);
 
-/// Learns from the stack's own in-plane detail, degraded along one in-plane axis as the slices are by their
-/// profile and spacing, what lies between the slices; applies it in both planes that hold the slice normal.
-/// Withheld (Stack::observed) and non-finite voxels are never looked at. Stack::thickness and profile are
-/// taken as true; poses and times are ignored. Same bits at any number of threads of the pool.
-/// Nothing is learned, with a sentence, for k < 1.2 or k > 12, too few slices or pixels, constant images and
-/// images of labels. Throws Error(Cancelled) when the pool's stop token says so, what checkStack throws, and
-/// Error(InvalidArgument) for a grid that is not aligned with the stack's.
+/// Learns what lies between the slices from the stack's own in-plane detail, degraded along one in-plane axis
+/// by the slices' profile and spacing, and applies it in both planes that contain the slice normal.
+/// Ignores withheld (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores
+/// poses and times. Bit-identical for any number of threads of the pool.
+/// Learns nothing, and says why, for k < 1.2 or k > 12, too few slices or pixels, constant images and label
+/// images. Throws Error(Cancelled) if the pool is stopped, what checkStack throws, and Error(InvalidArgument)
+/// for a grid that is not aligned with the stack's.
 Prediction predictAcrossSlices(const Stack& stack, const PredictionOptions& options, ThreadPool& pool,
                                const PredictionCallback& progress = {});
 

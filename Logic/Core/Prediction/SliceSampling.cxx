@@ -48,7 +48,7 @@ LineFilter sampleAt(double centre) {
   return trimmed(static_cast<int>(base) - 3, {w.begin(), w.end()});
 }
 
-// Thin samples are averages over their own cell, so that a box weighs them by what it covers of the cell.
+// Thin samples are averages over their own cell, so a box weighs each by the part of the cell it covers.
 LineFilter box(double centre, double width) {
   const int first = static_cast<int>(std::floor(centre - width / 2 + 0.5 + kOnSample));
   const int last = static_cast<int>(std::ceil(centre + width / 2 - 0.5 - kOnSample));
@@ -73,7 +73,7 @@ LineFilter gaussianAt(double centre, double sigma) {
 LineFilter gaussianFilter(double sigma) {
   if (sigma < 0.05) return {0, {1.f}};
   if (sigma >= 0.5) return gaussianAt(0, sigma);
-  // A sampled Gaussian this narrow is narrower than it says: three samples of the same variance instead.
+  // A sampled Gaussian this narrow has too small a variance; uses three samples with the right one instead.
   const auto side = static_cast<float>(sigma * sigma / 2);
   return {-1, {side, 1 - 2 * side, side}};
 }

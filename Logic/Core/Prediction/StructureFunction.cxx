@@ -18,7 +18,7 @@ struct Sum {
 };
 
 struct LineSums {
-  std::array<std::array<Sum, 2>, StructureFunctions::lags> along; // at the samples below and above a lag
+  std::array<std::array<Sum, 2>, StructureFunctions::lags> along; // at the samples just below and above a lag
   std::array<Sum, StructureFunctions::lags> across;
 };
 
@@ -93,7 +93,7 @@ StructureFunctions StructureLines::after(const LineFilter& filter, ThreadPool& p
           sum += filter.weights[i] * values_[start + v + filter.first + static_cast<std::int64_t>(i)];
         out[v] = sum;
       }
-    // Along and across from the same voxels: the body is not the same everywhere.
+    // Measures along and across from the same voxels, because the body differs from place to place.
     LineSums& sums = parts[line];
     const std::int64_t farthest = below[lags - 1] + (fraction[lags - 1] > 0);
     for (std::int64_t k = 0; k + lags < slices_; ++k)

@@ -6,28 +6,27 @@
 
 namespace innergs {
 
-/// How fast an image changes: mean squared differences at a distance, between voxels that count, along an
-/// in-plane axis and across the slices. Noise is taken off as white.
+/// How fast an image changes: mean squared differences at a distance between counted voxels, along an
+/// in-plane axis and across the slices. Noise is subtracted as white.
 struct StructureFunctions {
   static constexpr int lags = 2; // one and two slice distances
   std::array<double, lags> along{}, across{};
-  double samples = 0;    // the fewest differences in a mean
-  double noiseShare = 0; // the largest share of a mean that was noise
+  double samples = 0;    // the smallest number of differences in a mean
+  double noiseShare = 0; // the largest share of noise in a mean
 
-  /// How much rougher the image is along than across, as the logarithm of the ratios' ratio: below 0, it is
+  /// How much rougher the image is along than across, as the logarithm of the ratio of ratios; negative:
   /// smoother.
   double roughness() const;
 };
 
-/// Lines of an image along one in-plane axis, enough of them for the means.
+/// Lines of an image along one in-plane axis, enough for the means.
 class StructureLines {
 public:
-  /// inside: 1 where the image may be looked at. The body's own outline is no structure of its inside and
-  /// should lie without.
+  /// inside: 1 where the image may be used. Exclude the body's outline, which is no structure of its inside.
   StructureLines(const Volume& image, const std::vector<std::uint8_t>& inside, int axis, double noise);
 
-  /// After `filter` was applied along the in-plane axis. Blurred so by the slice profile, an isotropic image
-  /// changes as fast along the axis as across the slices.
+  /// The structure functions after applying `filter` along the in-plane axis. Blurred by the slice profile,
+  /// an isotropic image changes as fast along the axis as across the slices.
   StructureFunctions after(const LineFilter& filter, ThreadPool& pool) const;
 
 private:
@@ -35,7 +34,7 @@ private:
   double perSlice_ = 1; // samples along the axis per slice distance
   double noise_ = 0;
   std::vector<float> values_;         // [line][slice][sample]
-  std::vector<std::uint16_t> margin_; // samples to the nearest outside, along the axis; 0: outside
+  std::vector<std::uint16_t> margin_; // samples to the nearest outside one along the axis; 0: outside
 };
 
 } // namespace innergs

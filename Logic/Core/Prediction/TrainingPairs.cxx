@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kKeptBack = 6; // every sixth plane
 
-/// Filtered along its rows.
+/// Filters a plane along its rows.
 void filterRows(TrainingPlane& plane, const LineFilter& filter) {
   if (filter.weights.size() == 1) return;
   std::vector<float> out(plane.values.size(), 0.f);
@@ -28,7 +28,7 @@ void filterRows(TrainingPlane& plane, const LineFilter& filter) {
   plane.values = std::move(out);
 }
 
-/// Only samples count whose patch, blurred and degraded, sees nothing unknown.
+/// Keeps only samples whose patch, blurred and degraded, contains nothing unknown.
 void shrinkInside(TrainingPlane& plane, const std::vector<std::uint8_t>& known, int rows, int columns) {
   const auto at = [&](int r, int c) { return static_cast<std::size_t>(r) * plane.columns + c; };
   std::vector<std::uint8_t> near(known.size(), 0);
@@ -118,7 +118,7 @@ std::vector<std::uint8_t> knownBody(const FilledImage& filled, const std::stop_t
 TrainingPlanes trainingPlanes(const FilledImage& filled, const std::vector<std::uint8_t>& body,
                               const SliceSampling& sampling, const TrainingPlanesRequest& request,
                               ThreadPool& pool) {
-  constexpr double leastShare = 0.02; // of a slice that must lie in the body
+  constexpr double leastShare = 0.02; // share of a slice that must lie in the body
   const auto& n = filled.image.geometry.size;
   const std::int64_t area = n[0] * n[1];
   std::vector<std::int64_t> slices;
@@ -168,7 +168,7 @@ void makePair(const TrainingPlane& plane, const PairPlace& place, const SliceSam
   pair.inside.assign(size, 1);
   const int low = std::min(s.slice.first, s.firstPhase);
   const int span = thinRows(s, slices);
-  // Thin sample t of the pair: rows run backwards in a flipped one.
+  // Thin sample t of the pair; rows run backwards in a flipped one.
   const auto rowOf = [&](int t) { return place.row + (place.flipRows ? span - 1 - (t - low) : t - low); };
   const auto columnOf = [&](int c) { return place.column + (place.flipColumns ? columns - 1 - c : c); };
   for (int slice = 0; slice < slices; ++slice) {

@@ -9,15 +9,15 @@ namespace innergs {
 /// The known voxels of the image's body mask.
 std::vector<std::uint8_t> knownBody(const FilledImage& filled, const std::stop_token& stop);
 
-/// An in-plane image with the axis to be degraded along its rows, in thin samples: values[row][column].
+/// An in-plane image whose rows run along the axis to be degraded, in thin samples: values[row][column].
 struct TrainingPlane {
   int rows = 0, columns = 0;
   std::vector<float> values;
   std::vector<std::uint8_t> inside; // in the body and known; the same shape
-  double share = 0;                 // of it inside
+  double share = 0;                 // share of it inside
 };
 
-/// The in-plane images of a scan that teach, and those kept back to measure what was learned.
+/// The in-plane images of a scan for training, and those held out to measure the result.
 struct TrainingPlanes {
   std::vector<TrainingPlane> learning, measuring;
   double noise = 0; // standard deviation in image units
@@ -28,12 +28,12 @@ struct TrainingPlanesRequest {
   double sigma = 0;                     // of the matching blur, in in-plane samples
   std::int64_t mostSamples = 8'000'000; // of all planes together
 };
-/// From slices evenly spread over the stack; every sixth of them is kept back. body: 1 inside, as the image.
+/// Takes slices evenly spread over the stack and holds out every sixth. body: 1 inside, like the image.
 TrainingPlanes trainingPlanes(const FilledImage& filled, const std::vector<std::uint8_t>& body,
                               const SliceSampling& sampling, const TrainingPlanesRequest& request,
                               ThreadPool& pool);
 
-/// A piece of a plane as slices show it, and what lay between them.
+/// A piece of a plane as slices show it, with the thin samples between them.
 struct TrainingPair {
   int slices = 0, columns = 0;
   std::vector<float> low;           // [slice][column]
@@ -50,8 +50,8 @@ struct PairPlace {
 /// Thin rows that a pair of so many slices needs.
 int thinRows(const SliceSampling& sampling, int slices);
 
-/// Degrades as the slices are; `noise`, the standard deviation that averaging took away from the slices, is
-/// added to them again.
+/// Degrades the plane like the slices; `noise`: standard deviation of the noise that averaging removed and
+/// that is added again.
 void makePair(const TrainingPlane& plane, const PairPlace& place, const SliceSampling& sampling, int slices,
               int columns, double noise, Random& random, TrainingPair& pair);
 
