@@ -4,7 +4,7 @@
 namespace innergs {
 
 /// Visits exactly what a selection evaluates of one Gaussian on a tile, row by row: visit(plane k, row y,
-/// first column x0, x1 past the last).
+/// first column x0, end of columns x1).
 template <Selection selection, class Visit>
 void forEachCandidateRow(const Projected& g, const LatticeView& lattice, const TileRange& tile,
                          Visit&& visit) {

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// What the chain rule of all Gaussians of one lattice shares.
+/// Inputs of the chain rule that all Gaussians of a lattice share.
 struct ChainRules {
   float toModel[9]; // d(model)/d(index)
   bool linear = false, alpha = false;
@@ -39,7 +39,7 @@ INNERGS_HD inline void covarianceAndPrecision(const Gaussian& g, float* covarian
   math::outer(whitened, precision);
 }
 
-/// ∂L/∂P (Σ's own precision) from ∂L/∂P_obs and ∂L/∂(log weight), G_Σ = −P_obs G P_obs + ½ m0 (P − P_obs),
+/// ∂L/∂P (P: Σ's own inverse) from ∂L/∂P_obs and ∂L/∂(log weight): G_Σ = −P_obs G P_obs + ½ m0 (P − P_obs),
 /// ∂L/∂P = −Σ G_Σ Σ.
 INNERGS_HD inline void throughPsf(const float* covariance, const float* precision, const float* observed,
                                   float m0, float* g6) {

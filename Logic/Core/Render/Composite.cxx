@@ -35,7 +35,7 @@ void radixSort(std::vector<std::uint32_t>& keys, std::span<std::uint32_t> ids) {
 void sortByDepth(std::span<const Projected> gaussians, double z, std::span<std::uint32_t> ids) {
   static thread_local std::vector<std::uint32_t> keys;
   keys.resize(ids.size());
-  for (std::size_t n = 0; n < ids.size(); ++n) // the bits of floats ≥ 0 sort as they do
+  for (std::size_t n = 0; n < ids.size(); ++n) // floats ≥ 0 sort like their bits
     keys[n] = std::bit_cast<std::uint32_t>(std::fabs(planeOffset(gaussians[ids[n]], z)));
   radixSort(keys, ids);
 }

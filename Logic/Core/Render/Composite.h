@@ -3,18 +3,19 @@
 
 namespace innergs {
 
-/// Alpha blending of a lattice's planes, each with its own depth order: nearest centre first, |z − μ_z|, ties
+/// Alpha-blends the planes of a lattice, each in its own depth order: nearest centre first, |z − μ_z|, ties
 /// by index. One task owns a tile of one plane; a Gaussian's gradient is the sum of its tiles' moments in a
 /// fixed order.
 class Compositor {
 public:
   Compositor(const LatticeView& lattice, const KernelSet& kernels) : kernels_(kernels), tiles_(lattice, 1) {}
 
-  /// Transmittance left behind all Gaussians, and I, into buffers of the lattice (overwritten).
+  /// Writes the transmittance behind all Gaussians, and I, to the lattice's buffers (overwritten).
   void forward(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool,
                float* transmittance, float* image);
 
-  /// After forward() with the same Gaussians: from r = ∂L/∂I and I. Ask moments() for the result.
+  /// Backward pass from r = ∂L/∂I and I, after forward() with the same Gaussians. moments() has the result.
+  /// result.
   void backward(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool,
                 const float* r, const float* image);
   math::Moments<float> moments(std::span<const Projected> gaussians, const LatticeView& lattice,
@@ -23,7 +24,7 @@ public:
 private:
   const KernelSet& kernels_;
   Tiles tiles_;
-  std::vector<std::int64_t> first_; // of a Gaussian's slots, one per tile that it reaches
+  std::vector<std::int64_t> first_; // of a Gaussian's slots, one for each tile it reaches
   std::vector<math::PlaneMoments<float>> slots_;
 };
 

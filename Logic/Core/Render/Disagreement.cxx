@@ -14,7 +14,7 @@ double position(const Projected& g, int axis) {
   return g.cell[axis] + static_cast<double>(g.fraction[axis]);
 }
 
-/// Gaussians by the cells (index units 1) that the box of their support reaches.
+/// Gaussians listed by the cells (1 index unit each) that their support's box touches.
 class Cells {
 public:
   Cells(const std::vector<Projected>& gaussians, const std::array<std::int64_t, 3>& size) : size_(size) {
@@ -65,14 +65,14 @@ private:
 std::vector<float> disagreement(const GaussianField& field, int threads, std::stop_token stop) {
   if (field.blending != Blending::Normalised)
     throw Error(ErrorCode::InvalidArgument,
-                std::string("Disagreement exists for normalised blending alone; this model's is ") +
+                std::string("Disagreement is defined only for normalised blending; this model's is ") +
                     blendingName(field.blending) + ".");
   std::vector<float> result(field.gaussians.size());
   if (result.empty()) return result;
   ThreadPool pool(threads);
   pool.setStop(std::move(stop));
 
-  // Cells of about twice the mean reach: few entries a Gaussian, few Gaussians a cell.
+  // Cells of about twice the mean reach, which keeps both entries per Gaussian and Gaussians per cell few.
   Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   double reach = 0;
   for (const Gaussian& g : field.gaussians) {

@@ -6,7 +6,7 @@ namespace innergs {
 
 ChainRules chainRules(Blending blending, bool linear, const Lattice& lattice, const ClosedFormPsf& psf);
 
-/// addParameterGradient() for the Gaussians of a field on a lattice.
+/// Applies addParameterGradient() to the Gaussians of a field on a lattice.
 class FieldGradient {
 public:
   FieldGradient(const GaussianField& field, const Lattice& lattice, const ClosedFormPsf& psf);

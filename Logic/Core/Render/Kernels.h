@@ -9,31 +9,31 @@
 
 namespace innergs {
 
-/// The inner loops of every blending, for one instruction set and candidate selection.
+/// The inner loops of all blendings, for one instruction set and candidate selection.
 struct KernelSet {
   std::string name;
   Selection selection = Selection::Exact;
   /// weights += Σ w p′, numerators += Σ w p′ (c + g·d) over the tile, in the order of `ids`.
   void (*accumulate)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                      const LatticeView& lattice, const TileRange& tile, float* weights, float* numerators);
-  /// The moments of one Gaussian over its whole ellipsoid, index coordinates. f0, f1: Docs/method.md, zero in
-  /// the row padding.
+  /// The moments of one Gaussian over its whole ellipsoid, in index coordinates. f0, f1: see Docs/method.md,
+  /// zero in the row padding.
   void (*gather)(const Projected& gaussian, const LatticeView& lattice, const float* f0, const float* f1,
                  math::Moments<float>& out);
-  /// Alpha blending of one plane (tile.k1 = tile.k0 + 1) in the order of `ids`, front first: per Gaussian
-  /// I += T·a·c, T *= 1 − a. transmittance (T, 1 at the start) and image (I) as `weights` above.
+  /// Alpha-blends one plane (tile.k1 = tile.k0 + 1) in the order of `ids`, front first: for each Gaussian I
+  /// += T·a·c, T *= 1 − a. transmittance (T, starts at 1) and image (I) are laid out like `weights`.
   void (*composite)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                     const LatticeView& lattice, const TileRange& tile, float* transmittance, float* image);
-  /// Its gradient for r = ∂L/∂I. transmittance (1) and rest (I) hold the tile alone, [row − tile.y0][stride],
-  /// and are used up. out: one per id.
+  /// The gradient of composite() for r = ∂L/∂I. transmittance (1) and rest (I) cover only the tile, [row −
+  /// tile.y0][stride], and are overwritten. out: one per id.
   void (*compositeBackward)(const Projected* gaussians, const std::uint32_t* ids, std::size_t count,
                             const LatticeView& lattice, const TileRange& tile, const float* r,
                             float* transmittance, float* rest, math::PlaneMoments<float>* out);
 };
 
-/// Best first; the last is "scalar", the plain reference that all others are tested against.
+/// Best first. The last is "scalar", the plain reference that all others are tested against.
 const std::vector<KernelSet>& kernelSets(Selection selection = Selection::Exact);
-/// Empty name: the best. Throws Error(InvalidArgument) for a name this processor does not have.
+/// Empty name: the best. Throws Error(InvalidArgument) for a name that this processor does not support.
 const KernelSet& kernelSet(const std::string& name, Selection selection = Selection::Exact);
 
 } // namespace innergs

@@ -5,7 +5,7 @@
 namespace innergs {
 namespace {
 
-/// visit(plane, row, column, w·p without the cut, dx, dy, dz) for every candidate inside the cut-off.
+/// visit(plane, row, column, w·p before the cut, dx, dy, dz) for every candidate inside the cut-off.
 template <Selection selection, class Visit>
 void forEachVoxel(const Projected& g, const LatticeView& lattice, const TileRange& tile, Visit&& visit) {
   forEachCandidateRow<selection>(g, lattice, tile, [&](int k, int y, int x0, int x1) {
@@ -16,7 +16,7 @@ void forEachVoxel(const Projected& g, const LatticeView& lattice, const TileRang
       const float* q = g.quadratic;
       const float e = q[0] * dx * dx + q[1] * dx * dy + q[2] * dx * dz + q[3] * dy * dy + q[4] * dy * dz +
                       q[5] * dz * dz + g.log2Weight;
-      if (!(e >= g.log2Cut)) continue; // NaN as well
+      if (!(e >= g.log2Cut)) continue; // rejects NaN too
       visit(k, y, x, std::exp2(e), dx, dy, dz);
     }
   });
@@ -99,7 +99,7 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
       const float derivative = r[voxelIndex(lattice, k, y, x)];
       rest[local] -= visible * g.value;
       transmittance[local] -= visible;
-      // What lies behind shines through 1 − a of this Gaussian.
+      // The Gaussians behind this one are seen through its 1 − a.
       const double f = derivative * (static_cast<double>(seen) * g.value - rest[local] / (1.0 - a));
       const double fq = f * q;
       m.m0 += f * a;

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// KernelSet "scalar": one voxel after the other, the oracle of all fast paths.
+/// KernelSet "scalar": one voxel at a time, the reference for all fast paths.
 KernelSet scalarKernels(Selection selection);
 
 } // namespace innergs

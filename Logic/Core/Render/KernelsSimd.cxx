@@ -2,7 +2,7 @@
 #include "Core/Base/InstructionSets.h"
 #include "Core/Render/KernelsScalar.h"
 
-// Vectors are members and array elements below, which sizeless types cannot be.
+// The code stores vectors in members and array elements, which sizeless types do not allow.
 #define HWY_DISABLED_TARGETS (HWY_SVE | HWY_SVE2 | HWY_SVE_256 | HWY_SVE2_128 | HWY_RVV)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "Core/Render/KernelsSimd.cxx"

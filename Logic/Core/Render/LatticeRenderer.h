@@ -6,7 +6,7 @@
 namespace innergs {
 
 /// Renders fields onto one lattice and gathers gradients from it. Buffers are [plane][row][stride]; `weights`
-/// holds W, `numerators` N. Alpha blending: what is transmitted behind all Gaussians, and I.
+/// holds W and `numerators` N (alpha blending: the transmittance behind all Gaussians, and I).
 class LatticeRenderer {
 public:
   /// scratch: shared by renderers that take turns, each doing forward() and backward() in one go; null: its
@@ -17,13 +17,13 @@ public:
 
   const Lattice& lattice() const { return lattice_; }
 
-  /// W = Σ w p and N = Σ w p (c + g·d) (or the transmittance and I) into the caller's buffers (bufferSize()
-  /// each, overwritten).
+  /// Writes W = Σ w p and N = Σ w p (c + g·d) (alpha: transmittance and I) to the caller's buffers, each of
+  /// bufferSize(), overwriting them.
   void forward(const GaussianField& field, std::span<const float> values, float* weights, float* numerators);
 
   /// Adds dL/d(parameters) of every Gaussian to `gradient`, 16 floats each in the order of struct Gaussian,
-  /// from F0 and F1 (Docs/method.md; alpha: ∂L/∂I and I) on the lattice. forward() must have been called with
-  /// the same field.
+  /// from F0 and F1 (Docs/method.md; alpha: ∂L/∂I and I) on the lattice. Call forward() with the same field
+  /// first.
   void backward(const GaussianField& field, const float* f0, const float* f1, std::span<float> gradient);
 
 private:

@@ -11,10 +11,10 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kBlock = 16384; // Gaussians that one task looks through
-constexpr int kLargest = 32768;        // pixels along an axis
+constexpr std::int64_t kBlock = 16384; // Gaussians that one task searches
+constexpr int kLargest = 32768;        // pixels along one axis
 
-/// The plane's map with a unit normal for its third column.
+/// The plane's map with a unit normal as its third column.
 Affine3 completed(Affine3 map) {
   const Vec3 u = column(map.linear, 0), v = column(map.linear, 1), n = cross(u, v);
   const double area = norm(n), scale = norm(u) * norm(v);
@@ -54,7 +54,7 @@ void PlaneSampler::measureReach() {
       const Gaussian& g = field_->gaussians[i];
       x_[i] = g.mean[0], y_[i] = g.mean[1], z_[i] = g.mean[2];
       const float widest = std::max({g.logScale[0], g.logScale[1], g.logScale[2]});
-      // A little more, for the rounding of centres and distances.
+      // Slightly enlarged, to allow for the rounding of centres and distances.
       reach_[i] = static_cast<float>(field_->cutoff) * std::exp(widest) * 1.001f + 1e-3f +
                   1e-6f * (std::abs(x_[i]) + std::abs(y_[i]) + std::abs(z_[i]));
     }

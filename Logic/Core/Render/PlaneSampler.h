@@ -10,13 +10,13 @@ namespace innergs {
 
 class FieldDevice;
 
-/// A field ready to be shown on one plane after the other, as a dragged slice needs it: threads, buffers and
-/// each Gaussian's reach are kept, and a query looks only at the Gaussians near its rectangle. The values are
-/// render()'s. On a device the field itself is kept there; where that fails the CPU takes over.
+/// Shows a field on one plane after another, as for a dragged slice: keeps threads, buffers and each
+/// Gaussian's reach, and a query visits only the Gaussians near its rectangle. Values are the same as
+/// render()'s. With a device, the field stays on it; if the device fails, the CPU takes over.
 class PlaneSampler {
 public:
-  /// instructionSet: as in RenderOptions. device: one that holds the same field; null: the CPU. Throws as
-  /// checkField and kernelSet do.
+  /// instructionSet: as in RenderOptions. device: one that holds the same field; null: the CPU. Throws like
+  /// checkField and kernelSet.
   explicit PlaneSampler(std::shared_ptr<const GaussianField> field, int threads = 0,
                         const std::string& instructionSet = {},
                         std::shared_ptr<FieldDevice> device = nullptr);
@@ -24,8 +24,8 @@ public:
 
   const GaussianField& field() const { return *field_; }
 
-  /// Scanner values of nx×ny pixels, rows of x, into `out` (nx·ny). pixelToWorld maps (x, y, 0) to LPS (mm);
-  /// any columns that span a plane will do, the third one is not used. Throws Error(InvalidArgument |
+  /// Writes the scanner values of nx×ny pixels, rows of x, to `out` (nx·ny). pixelToWorld maps (x, y, 0) to
+  /// LPS (mm); its first two columns must span a plane, the third is ignored. Throws Error(InvalidArgument |
   /// Geometry), Error(Cancelled) when stopped.
   void sample(const Affine3& pixelToWorld, int nx, int ny, std::span<float> out, std::stop_token stop = {});
 
@@ -38,9 +38,9 @@ private:
   std::string instructionSet_;
   std::shared_ptr<FieldDevice> device_; // null: the CPU
   ThreadPool pool_;
-  std::vector<float> x_, y_, z_, reach_; // centres and radii of the Gaussians' support, mm, model frame
+  std::vector<float> x_, y_, z_, reach_; // centres and support radii of the Gaussians, mm, model frame
   std::vector<std::vector<std::uint32_t>> chosen_; // per block of Gaussians
-  GaussianField near_;                             // those of the query in hand; no detail
+  GaussianField near_;                             // the Gaussians of the current query; no residual grid
   std::vector<float> weights_, numerators_;
 };
 

@@ -7,30 +7,30 @@
 namespace innergs {
 
 /// One Gaussian in a lattice's index coordinates, ready for the kernels. The mean is cell + fraction, so that
-/// distances to voxels keep full float precision. Exponents are in base 2: w·p = exp2(quadratic(d) +
+/// distances to voxels keep full float precision. Exponents are base 2: w·p = exp2(quadratic(d) +
 /// log2Weight).
 struct Projected {
   std::int32_t cell[3];
   float fraction[3];
   float quadratic[6];                    // −½·log2(e)·P with the mixed terms doubled: xx xy xz yy yz zz
   float log2Weight;                      // alpha blending: log2 α
-  float log2Cut;                         // exponent at the cut-off radius, weight included
-  float cut;                             // w·p there: subtracted, so that p is continuous
+  float log2Cut;                         // exponent at the cut-off radius, including the weight
+  float cut;                             // w·p at the cut-off: subtracted, so that p is continuous
   float value;                           // c
   float slope[3];                        // g per index step
   float radius2;                         // squared cut-off (Mahalanobis)
   float precisionY, shiftYZ, precisionZ; // row form: b, l3, 1/Σzz
-  float half[3]; // half extents of what the selection reaches (Exact: the cut-off ellipsoid), index units
+  float half[3]; // half extents that the selection covers (Exact: of the cut-off ellipsoid), index units
   float shiftXZ, square; // Method2: conditional mean of x per step of z; half edge of its square at dz = 0
 };
 
-/// From the model frame to a lattice's indices, ready for projectGaussian().
+/// Converts from the model frame to a lattice's indices, for projectGaussian().
 struct ProjectionFrame {
   float toIndex[9], toModelT[9]; // d(index)/d(model), (d(model)/d(index))ᵀ
   double inverse[9], offset[3];
 };
 
-/// What all Gaussians of one lattice share.
+/// Inputs of the projection that all Gaussians of a lattice share.
 struct ProjectionRules {
   float radius2 = 0; // squared cut-off (Mahalanobis)
   Blending blending = Blending::Normalised;
@@ -42,19 +42,19 @@ struct ProjectionRules {
 namespace projection {
 
 constexpr float kLog2e = 1.44269504088896340736f;
-constexpr float kReach = 1e9f;       // index units: limits of rows and columns stay within an int
+constexpr float kReach = 1e9f;       // index units: keeps the limits of rows and columns within an int
 constexpr float kLowestCut = -120.f; // the kernels' exp2 needs a normal result
-constexpr float kNothing = -1e30f;   // weight of a Gaussian too degenerate to be seen
+constexpr float kNothing = -1e30f;   // weight of a Gaussian too degenerate to be visible
 
-/// ln of the weight: of α = 1/(1 + e^(−logit)) where blending is alpha.
+/// ln of the weight, or of α = 1/(1 + e^(−logit)) for alpha blending.
 INNERGS_HD inline float logAmplitude(const Gaussian& g, Blending blending) {
   return blending == Blending::Alpha ? -std::log1p(std::exp(-g.logWeight)) : g.logWeight;
 }
 
-constexpr float kPaperReach = 3; // σ, of both methods of the paper
+constexpr float kPaperReach = 3; // σ, in both of the paper's methods
 
 INNERGS_HD inline void selectCube(const float* covariance, Projected& o) {
-  // A hair larger: rounding must not lose what lies on a face.
+  // Slightly enlarged, so that rounding does not lose points on a face.
   const float edge = kPaperReach * std::sqrt(math::largestEigenvalue(covariance)) * 1.00002f + 1e-4f;
   for (float& half : o.half)
     half = math::least(kReach, edge);
@@ -75,7 +75,7 @@ INNERGS_HD inline void selectSquares(const float* covariance, Projected& o) {
 
 } // namespace projection
 
-/// `value`: replaces intensity and slope where not null.
+/// `value`: replaces intensity and slope if not null.
 INNERGS_HD inline void projectGaussian(const Gaussian& g, const float* value, const ProjectionFrame& f,
                                        const ProjectionRules& rules, Projected& o) {
   using namespace projection;

@@ -27,8 +27,8 @@ FieldValue::Options valueOptions(const RenderOptions& options) {
   return {options.values.empty(), options.scannerUnits, options.bounded};
 }
 
-/// I at the points of a lattice, [plane][ny][nx], on the device of the options. False without one, and when
-/// it fails: it is not asked again.
+/// Renders I at the points of a lattice, [plane][ny][nx], on the device of the options. Returns false if
+/// there is none or it fails; a device that failed is not tried again.
 bool renderedOnDevice(RenderOptions& options, const Lattice& lattice, const ClosedFormPsf& psf, float* out) {
   if (!options.device) return false;
   try {
@@ -54,7 +54,7 @@ void composeRendered(const Observation& o, int slice, const float* image, float*
   }
 }
 
-/// render() of a checked lattice, all of it.
+/// render() for one checked lattice.
 Volume renderLattice(const GaussianField& field, const GridGeometry& geometry, RenderOptions& options) {
   ThreadPool pool(options.threads);
   pool.setStop(options.stop);
@@ -112,7 +112,7 @@ std::vector<std::uint8_t> supportedVoxels(const FieldValue& value, const Stack& 
   return inside;
 }
 
-/// A block of a lattice put back into it, the rest filled.
+/// Puts a block back into its lattice and fills the rest.
 Volume embedded(const Volume& part, const IndexBlock& block, const GridGeometry& geometry, float fill) {
   Volume whole{geometry, std::vector<float>(static_cast<std::size_t>(geometry.voxelCount()), fill)};
   const float* in = part.voxels.data();
@@ -153,7 +153,7 @@ Volume renderStack(const GaussianField& field, const Stack& stack, const RenderO
   Volume volume = std::move(blank.image);
   blank.image = volume;
   const FieldValue value(field, {}, valueOptions(options));
-  if (value.limited()) { // slices without a voxel inside are not looked at
+  if (value.limited()) { // skips slices without a supported voxel
     std::fill(volume.voxels.begin(), volume.voxels.end(), value.outside());
     blank.observed = supportedVoxels(value, blank);
   }

@@ -13,7 +13,7 @@ namespace innergs {
 namespace {
 
 /// Gaussians listed by the cells of a coarse grid (cell = 1 index unit of `lattice`) that their ellipsoid's
-/// box reaches.
+/// box touches.
 struct CellLists {
   std::int64_t size[3];
   std::vector<std::int64_t> start;
@@ -50,7 +50,7 @@ struct CellLists {
   }
 };
 
-/// The contributions to one point, blended.
+/// Blends the contributions to one point.
 class PointBlend {
 public:
   explicit PointBlend(const GaussianField& field)
@@ -132,7 +132,7 @@ std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3
     return result;
   }
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
-  // About eight cells a point: few points must not pay for lists of a fine grid.
+  // About eight cells per point, so that few points do not pay for the lists of a fine grid.
   const double cell = extent / std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);
   Lattice lattice;
   lattice.indexToModel.linear = diagonal({cell, cell, cell});

@@ -10,12 +10,12 @@ struct LatticeView {
   const double* z; // plane positions, index units
 };
 
-/// Rows [y0, y1) of planes [k0, k1): what one task owns while it accumulates.
+/// Rows [y0, y1) of planes [k0, k1): the part that one task owns while it accumulates.
 struct TileRange {
   int y0, y1, k0, k1;
 };
 
-/// The first plane at or above `position`: guessed from an even spacing, then stepped to the exact one.
+/// The first plane at or above `position`: guessed from even spacing, then corrected step by step.
 INNERGS_HD inline int firstPlane(const LatticeView& lattice, double position) {
   const double span = lattice.z[lattice.nz - 1] - lattice.z[0];
   const double guess = span > 0 ? (position - lattice.z[0]) * (lattice.nz - 1) / span : 0.0;
@@ -27,7 +27,7 @@ INNERGS_HD inline int firstPlane(const LatticeView& lattice, double position) {
   return k;
 }
 
-/// Planes that the selection reaches: [first, last).
+/// The planes that the selection covers: [first, last).
 INNERGS_HD inline void planeRange(const Projected& g, const LatticeView& lattice, int& first, int& last) {
   const double centre = g.cell[2] + static_cast<double>(g.fraction[2]);
   first = firstPlane(lattice, centre - g.half[2]);
@@ -41,7 +41,7 @@ INNERGS_HD inline float planeOffset(const Projected& g, double z) {
   return static_cast<float>(z - g.cell[2] - static_cast<double>(g.fraction[2]));
 }
 
-/// Within what an int and the sum with a cell can hold; NaN counts as far below.
+/// Clamped to what an int can hold, including the sum with a cell; NaN counts as far below.
 INNERGS_HD inline int indexLimit(float x) {
   return static_cast<int>(math::least(1e9f, math::most(-1e9f, x)));
 }
@@ -57,7 +57,7 @@ INNERGS_HD inline float squareHalf(const Projected& g, float dz) {
 }
 
 /// Columns that Method1 and Method2 evaluate in one plane, relative to cell[0]: centre ± half; Method2's rows
-/// reach as far.
+/// have the same half extent.
 struct PlaneBox {
   float centre, half;
 };
@@ -68,8 +68,8 @@ INNERGS_HD inline PlaneBox planeBox(const Projected& g, float dz) {
   return {};
 }
 
-/// Rows that the selection reaches in a plane at distance dz, relative to cell[1]: [first, last). Exact: no
-/// more and no fewer than the ellipsoid's.
+/// Rows that the selection covers in a plane at distance dz, relative to cell[1]: [first, last). Exact:
+/// precisely those of the ellipsoid.
 template <Selection selection>
 INNERGS_HD inline bool rowRange(const Projected& g, float dz, const PlaneBox& box, int& first, int& last) {
   float half, centre = g.fraction[1];
@@ -89,7 +89,7 @@ INNERGS_HD inline bool rowRange(const Projected& g, float dz, int& first, int& l
   return rowRange<Selection::Exact>(g, dz, PlaneBox{}, first, last);
 }
 
-/// Columns that the selection can reach at all, relative to cell[0]: [first, last).
+/// Columns that the selection can cover at all, relative to cell[0]: [first, last).
 INNERGS_HD inline void columnRange(const Projected& g, int& first, int& last) {
   first = indexLimit(std::ceil(g.fraction[0] - g.half[0]));
   last = indexLimit(std::floor(g.fraction[0] + g.half[0])) + 1;
@@ -100,7 +100,7 @@ INNERGS_HD inline void ellipsoidRow(const Projected& g, float dy, float dz, floa
   const float v = dy + g.shiftYZ * dz, slope = 0.5f / g.quadratic[0];
   const float rest = g.radius2 - dz * dz * g.precisionZ - v * v * g.precisionY;
   centre = g.fraction[0] - slope * (g.quadratic[1] * dy + g.quadratic[2] * dz);
-  // A hair wider than the ellipse: rounding must not lose a pixel on it. 1/Pxx = −slope / ln 2.
+  // Slightly wider than the ellipse, so that rounding does not lose a pixel on it. 1/Pxx = −slope / ln 2.
   half = math::roughSqrt(math::most(rest, 0.f) * (slope * -1.44269504088896340736f)) * 1.00001f + 1e-4f;
 }
 

@@ -14,7 +14,7 @@ HWY_BEFORE_NAMESPACE();
 namespace innergs::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Depth order jumps through memory.
+/// Depth order accesses memory at random.
 HWY_INLINE void prefetch(const Projected* gaussians, const std::uint32_t* ids, std::size_t n,
                          std::size_t count) {
   constexpr std::size_t kAhead = 6;
@@ -24,7 +24,7 @@ HWY_INLINE void prefetch(const Projected* gaussians, const std::uint32_t* ids, s
   hwy::Prefetch(next + 64);
 }
 
-/// Sums over the lanes of eight vectors at once, added to out[8].
+/// Sums each of eight vectors over its lanes and adds the sums to out[8].
 HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
 #if HWY_TARGET == HWY_SCALAR
   for (int i = 0; i < 8; ++i)
@@ -36,7 +36,7 @@ HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
   const auto two = [&](V a, V b) {
     return hn::Add(hn::InterleaveLower(d, a, b), hn::InterleaveUpper(d, a, b));
   };
-  for (int i = 0; i < 8; i += 4) { // per block of four lanes: the block's sums of four vectors
+  for (int i = 0; i < 8; i += 4) { // for each block of four lanes: the block's sums of four vectors
     const auto low = hn::BitCast(pairs, two(v[i], v[i + 1])),
                high = hn::BitCast(pairs, two(v[i + 2], v[i + 3]));
     HWY_ALIGN float blocks[16];
@@ -51,8 +51,8 @@ HWY_INLINE void addSums([[maybe_unused]] D d, const V (&v)[8], float* out) {
 #endif
 }
 
-/// One Gaussian in the one plane of a tile: its rows, and per window of columns the exponent
-/// e0 + dy·(e1 + dy·q3) of row dy.
+/// One Gaussian in the single plane of a tile: its rows and, for each window of columns, the exponent e0 +
+/// dy·(e1 + dy·q3) of row dy.
 template <Selection selection>
 struct PlanePart {
   HWY_INLINE PlanePart(D d, const Projected& gaussian, const LatticeView& lattice, const TileRange& tile)
@@ -142,7 +142,7 @@ void compositeBackward(const Projected* gaussians, const std::uint32_t* ids, std
         hn::StoreU(behind, d, rest + local);
         hn::StoreU(hn::Sub(seen, visible), d, transmittance + local);
         const V derivative = hn::LoadU(d, r + at);
-        // What lies behind shines through 1 − a of this Gaussian.
+        // The Gaussians behind this one are seen through its 1 − a.
         const V f = hn::Mul(derivative,
                             hn::Sub(hn::Mul(seen, value), hn::Mul(behind, reciprocal(d, hn::Sub(one, a)))));
         const V fq = hn::Mul(f, q), fqy = hn::Mul(fq, dy);

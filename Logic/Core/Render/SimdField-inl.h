@@ -72,7 +72,7 @@ void gather(const Projected& g, const LatticeView& lattice, const float* f0, con
     const V dxq0 = hn::Mul(hn::Mul(dx, dx), q0);
     const V dxq1 = hn::Mul(dx, hn::Set(d, g.quadratic[1]));
     const V dxSlope = hn::MulAdd(dx, hn::Set(d, g.slope[0]), hn::Set(d, g.value));
-    // Lanes hold x, so sums per lane need only the powers of y and z; those of x follow at the end.
+    // Lanes hold x, so lane sums need only the powers of y and z; those of x follow at the end.
     V m0 = zero, s = zero, sy = zero, sz = zero, syy = zero, syz = zero, szz = zero;
     V n = zero, ny = zero, nz = zero;
     for (int k = k0; k < k1; ++k) {

@@ -1,4 +1,4 @@
-// What the vector kernels share: exponential, reciprocal, windows of columns. Included once per instruction
+// Shared by the vector kernels: exponential, reciprocal, windows of columns. Included once per instruction
 // set (Highway).
 #if defined(INNERGS_SIMD_ROWS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef INNERGS_SIMD_ROWS_INL_H
@@ -20,8 +20,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D = hn::CappedTag<float, 16>;
 using V = hn::Vec<D>;
 
-/// 2^e for e ≥ −126 (what lies below is masked by the caller): round, then a degree-5 minimax polynomial on
-/// [−½, ½], relative error 2e-7.
+/// 2^e for e ≥ −126 (the caller masks lower values): rounds, then uses a degree-5 minimax polynomial on [−½,
+/// ½], relative error 2e-7.
 HWY_INLINE V exp2(D d, V e) {
   const hn::RebindToSigned<D> di;
   const V magic = hn::Set(d, 12582912.0f); // 1.5·2^23: rounds and leaves the integer in the low bits
@@ -47,7 +47,7 @@ HWY_INLINE V reciprocal([[maybe_unused]] D d, V x) {
 #endif
 }
 
-/// Splits the reachable columns into whole windows of `lanes` that stay inside the padded row.
+/// Splits the reachable columns into full windows of `lanes` that stay inside the padded row.
 struct Windows {
   int first, count;
 };
@@ -72,7 +72,7 @@ HWY_INLINE bool tileRows(const Projected& g, float dz, const PlaneBox& box, int 
   return y0 < y1;
 }
 
-/// Lanes of a row that belong to the selection; Exact: all, for those beyond the ellipse have p = 0 anyway.
+/// Lanes of a row that belong to the selection. Exact: all of them, because p = 0 beyond the ellipse.
 template <Selection selection>
 struct Columns {
   HWY_INLINE Columns(D d, const Projected& g, const PlaneBox& box, V dx) {

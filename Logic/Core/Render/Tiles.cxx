@@ -2,8 +2,7 @@
 
 namespace innergs {
 namespace {
-constexpr std::int64_t kBlock =
-    8192; // Gaussians a task bins: fixed, so the order never depends on the threads
+constexpr std::int64_t kBlock = 8192; // Gaussians per task: fixed, so the order never depends on the threads
 } // namespace
 
 Tiles::Tiles(const LatticeView& lattice, int planesPerTile) {

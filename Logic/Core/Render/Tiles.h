@@ -3,8 +3,8 @@
 
 namespace innergs {
 
-/// A lattice cut into tiles (whole rows × some planes), each with the list of Gaussians that reach it, in
-/// ascending order. One task owns a tile, so a voxel's sum never depends on the number of threads.
+/// A lattice divided into tiles (whole rows × some planes), each with the ascending list of Gaussians that
+/// reach it. One task owns a tile, so a voxel's sum never depends on the number of threads.
 class Tiles {
 public:
   explicit Tiles(const LatticeView& lattice, int planesPerTile = 8);
@@ -16,13 +16,13 @@ public:
     return {ids_.data() + start_[tile], static_cast<std::size_t>(start_[tile + 1] - start_[tile])};
   }
 
-  /// Tiles that a Gaussian reaches: planes [z0, z1) × rows [y0, y1) of tiles; empty when it reaches none.
+  /// The tiles that a Gaussian reaches: planes [z0, z1) × rows [y0, y1) of tiles; empty if none.
   struct Reach {
     int z0 = 0, z1 = 0, y0 = 0, y1 = 0;
     std::int64_t count() const { return static_cast<std::int64_t>(z1 - z0) * (y1 - y0); }
   };
   const Reach& reach(std::int64_t gaussian) const { return reach_[gaussian]; } // of the last bin()
-  /// Where a tile lies in the order of reach(): (tile in z, tile in y).
+  /// A tile's position in the order of reach(): (tile in z, tile in y).
   std::pair<int, int> position(std::int64_t tile) const {
     return {static_cast<int>(tile / tilesY_), static_cast<int>(tile % tilesY_)};
   }
