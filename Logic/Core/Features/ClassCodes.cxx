@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kDraws = 96; // random vectors per choice
 
-/// [class][class], how many blocks hold both.
+/// The number of blocks that contain both classes, [class][class].
 std::vector<float> sharedBlocks(const ClassSupport& support, int classes) {
   std::vector<float> shared(static_cast<std::size_t>(classes) * classes, 0.f);
   std::vector<int> here;

@@ -3,9 +3,8 @@
 
 namespace innergs {
 
-/// Codes (unit vectors, FeatureModel::codes) of the classes of a support: vectors of classes that share
-/// blocks are as nearly orthogonal as a choice among random ones makes them, for only they are told apart by
-/// decoding.
+/// Codes (unit vectors, FeatureModel::codes) of the classes of a support: classes that share blocks get the
+/// most nearly orthogonal vectors among random draws, as only those must be told apart in decoding.
 std::vector<float> spreadCodes(const ClassSupport& support, int classes, int channels, std::uint64_t seed);
 
 } // namespace innergs

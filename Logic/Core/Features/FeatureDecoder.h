@@ -8,13 +8,13 @@
 
 namespace innergs {
 
-/// 1, T₁(u), T₂(u) of u = 2·rank − 1; the background's ranks are one to the decoder.
+/// 1, T₁(u), T₂(u) for u = 2·rank − 1; the decoder treats all background ranks alike.
 inline std::array<float, FeatureModel::kTerms> decoderTerms(float rank) {
   const float u = 2 * std::max(rank, -0.3f) - 1;
   return {1, u, 2 * u * u - 1};
 }
 
-/// Probabilities (softmax of the logits) of some classes from a latent F of N channels.
+/// Probabilities (softmax of the logits) of some classes, from a latent F of N channels.
 template <int N>
 void decode(const FeatureModel& model, const float* latent, float rank,
             std::span<const std::uint16_t> classes, float* probabilities) {
@@ -39,8 +39,8 @@ void decode(const FeatureModel& model, const float* latent, float rank,
     probabilities[n] /= sum;
 }
 
-/// ∂L/∂F added to `gradient` and ∂L/∂code to `codeGradient` (like model.codes; null: not wanted), from
-/// ∂L/∂logit of the classes: for the cross-entropy the probability minus the target.
+/// Adds ∂L/∂F to `gradient` and ∂L/∂code to `codeGradient` (shaped like model.codes; null: skipped), given
+/// ∂L/∂logit of the classes: for the cross-entropy, the probability minus the target.
 template <int N>
 void decodeBackward(const FeatureModel& model, const float* latent, float rank,
                     std::span<const std::uint16_t> classes, const float* logitGradient, float* gradient,
@@ -85,7 +85,7 @@ private:
   std::size_t most_ = 0;
 };
 
-/// The block that a point lies in, from indices of some lattice; −1 outside.
+/// Finds the block that contains a point, from the indices of a lattice; −1 outside.
 class BlockFinder {
 public:
   BlockFinder(const GridGeometry& blocks, const Affine3& indexToWorld)

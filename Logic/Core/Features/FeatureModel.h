@@ -11,9 +11,9 @@
 
 namespace innergs {
 
-/// Which classes occur where: a set of classes per block of a coarse lattice. Only they are decoded there.
+/// Which classes occur where: a set of classes per block of a coarse lattice. Only those are decoded there.
 struct ClassSupport {
-  GridGeometry blocks;             // LPS mm; a voxel of it is a block
+  GridGeometry blocks;             // LPS mm; one voxel is one block
   int words = 0;                   // of 32 bits per block
   std::vector<std::uint32_t> bits; // [block][word], bit c % 32 of word c / 32: class c
 
@@ -22,7 +22,7 @@ struct ClassSupport {
   }
 };
 
-/// What a field's Gaussians carry beyond intensity: a latent each, and what decodes it into classes. At a
+/// The features of a field's Gaussians beyond intensity: a latent for each, and the decoder to classes. At a
 /// point, F = Σ w p f / (Σ w p + ε), and a class's logit is F·(a + b T₁(u) + c T₂(u)): a, b, c are the
 /// class's code, T Chebyshev polynomials, u = 2·rank − 1 of the field's own intensity there. Class 0 is the
 /// background. Features of a dense teacher have no codes: F is decoded to an embedding, and a class's logit
@@ -47,7 +47,7 @@ struct FeatureModel {
   const float* codeOf(int c) const { return codes.data() + static_cast<std::size_t>(c) * kTerms * channels; }
 };
 
-/// Throws Error(FileFormat) where features do not fit the field or cannot be evaluated.
+/// Throws Error(FileFormat) if features do not match the field or cannot be evaluated.
 void checkFeatures(const FeatureModel& features, const GaussianField& field);
 
 } // namespace innergs

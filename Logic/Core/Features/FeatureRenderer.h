@@ -7,18 +7,18 @@
 
 namespace innergs {
 
-/// The Gaussians of a field seen from one lattice, with what each adds to every voxel.
+/// The Gaussians of a field on one lattice, with the contribution of each to every voxel.
 class FeatureRenderer {
 public:
   FeatureRenderer(const GaussianField& field, Lattice lattice, ThreadPool& pool);
 
   const Lattice& lattice() const { return lattice_; }
 
-  /// F = Σ w p f / (Σ w p + ε), the normalised form whatever the field's blending; latents:
-  /// [Gaussian][channel], out: [plane][row][column][channel].
+  /// F = Σ w p f / (Σ w p + ε), normalised whatever the field's blending; latents: [Gaussian][channel], out:
+  /// [plane][row][column][channel].
   void render(std::span<const float> latents, int channels, float* out);
 
-  /// Calls visit(voxel, w·p) for all voxels of one Gaussian, rows in order; voxel: in memory order of
+  /// Calls visit(voxel, w·p) for all voxels of one Gaussian, row by row; voxel: in memory order of
   /// nx×ny×planes.
   template <class Visit>
   void forEachVoxel(std::int64_t gaussian, Visit&& visit) const {

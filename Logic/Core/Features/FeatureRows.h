@@ -7,8 +7,8 @@
 
 namespace innergs {
 
-/// The linear map from the Gaussians' latents to F at some voxels, by rows (voxels) and by columns
-/// (Gaussians), so that F and the gradient of the latents are both gathered.
+/// The linear map from the Gaussians' latents to F at some voxels, stored by rows (voxels) and by columns
+/// (Gaussians), so that both F and the gradient of the latents are gathers.
 class FeatureRows {
 public:
   std::vector<std::int64_t> voxels; // per row
@@ -34,8 +34,8 @@ public:
   std::vector<Entry> rowEntries, columnEntries;
 };
 
-/// For the voxels, of `voxelCount`, that the chosen Gaussians reach: all of them or, of very many, an even
-/// choice.
+/// The rows for those of `voxelCount` voxels that the chosen Gaussians reach: all of them or, if there are
+/// too many, an even selection.
 FeatureRows rowsOf(const FeatureRenderer& renderer, const std::vector<std::uint8_t>& chosen,
                    std::int64_t voxelCount, const GaussianField& field, ThreadPool& pool);
 

@@ -22,9 +22,9 @@ constexpr float kStartLogit = 4;     // of the class that fills a Gaussian
 constexpr float kPure = 0.999f;      // share from which a Gaussian holds one class
 constexpr float kRate = 0.5f, kLastRate = 0.05f, kCodeRate = 0.02f;
 constexpr float kMomentum = 0.9f, kScaling = 0.99f;
-constexpr std::int64_t kCodeBlock = 8192; // rows whose gradient of the codes is summed by one task
+constexpr std::int64_t kCodeBlock = 8192; // rows per task that sums the gradient of the codes
 
-/// The labelmap's values as classes, those without a voxel left out.
+/// The labelmap's values as classes, without empty ones.
 Labelmap classesOf(const Labelmap& labels, const std::vector<SegmentName>& names, FeatureModel& model) {
   std::vector<std::uint8_t> used(65536, 0);
   for (std::size_t n = 0; n < labels.voxels.size(); ++n)
@@ -115,7 +115,7 @@ private:
     if (training_.progress) training_.progress(fraction);
   }
 
-  /// Latents from the classes that each Gaussian covers, and which Gaussians cover several.
+  /// Initialises latents from the classes that each Gaussian covers, and finds Gaussians that cover several.
   template <int N>
   void start(const FeatureRenderer& renderer) {
     const std::int64_t count = field_.size();

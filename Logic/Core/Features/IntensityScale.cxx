@@ -14,7 +14,7 @@ constexpr float kBelow = -0.3f, kLowest = -0.7f;
 
 float IntensityScale::operator()(float value) const {
   if (knots.size() < 2) return 0;
-  if (!(value > low)) return kLowest; // NaN as well
+  if (!(value > low)) return kLowest; // for NaN too
   if (value < knots.front()) return kLowest + (kBelow - kLowest) * (value - low) / (knots.front() - low);
   const auto above = std::upper_bound(knots.begin(), knots.end(), value);
   if (above == knots.end()) return 1;

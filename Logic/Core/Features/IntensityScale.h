@@ -4,8 +4,8 @@
 
 namespace innergs {
 
-/// Intensities by their rank: 0 to 1 between the quantiles of what lies above Otsu's threshold of an image;
-/// below it they run straight from −0.7 to −0.3. So a difference means the same in CT and MR, in bone and in
+/// Maps intensities to ranks: 0 to 1 between the quantiles of the values above Otsu's threshold of an image,
+/// and linearly from −0.7 to −0.3 below it. A difference then means the same in CT and MR, in bone and in
 /// soft tissue.
 struct IntensityScale {
   float low = 0;            // scanner value at −0.7
@@ -14,7 +14,7 @@ struct IntensityScale {
   float operator()(float value) const;
 };
 
-/// Of an image's voxels; those that are not finite do not count.
+/// The scale of an image's finite voxels.
 IntensityScale intensityScaleOf(std::span<const float> voxels);
 
 } // namespace innergs

@@ -14,7 +14,7 @@ constexpr float kStepSigma = 0.05f; // of a step's difference, random walker
 constexpr float kLeastStep = 0.01f; // of any step
 constexpr float kPrior = 0.3f;      // weight of the regression in the random walker
 constexpr int kSweeps = 30;
-constexpr int kPriors = 6; // classes a voxel's regression keeps
+constexpr int kPriors = 6; // classes kept by a voxel's regression
 
 struct Prior {
   std::array<std::uint16_t, kPriors> classes{};
@@ -84,7 +84,7 @@ private:
       below_[k] = last = labels_.isLabelled(k) ? k : last;
     for (std::int64_t k = nz_ - 1, last = -1; k >= 0; --k)
       above_[k] = last = labels_.isLabelled(k) ? k : last;
-    // How far from each voxel of a labelled slice its own label goes on in all directions.
+    // How far each voxel's own label extends in all directions in a labelled slice.
     uniform_.assign(ranks_.size(), 0);
     pool_.run(nz_, [&](std::int64_t k) {
       if (labels_.isLabelled(k)) measureUniform(k);
@@ -112,7 +112,7 @@ private:
         relax(i, j, -1);
   }
 
-  /// Mean squared difference of 3×3 patches, the middle counting four times.
+  /// Mean squared difference of 3×3 patches, with the centre counting four times.
   float patchDifference(std::int64_t i, std::int64_t j, std::int64_t k, std::int64_t x, std::int64_t y,
                         std::int64_t z) const {
     float sum = 0, count = 0;
@@ -152,7 +152,7 @@ private:
 
   int windowOf(double sigma) const { return std::min(kLargestWindow, static_cast<int>(2.5 * sigma + 1)); }
 
-  /// Where both slices hold one and the same label in all of the window there is nothing to regress.
+  /// If both slices hold the same single label in the whole window, no regression is needed.
   bool copyUniform(std::int64_t i, std::int64_t j, std::int64_t k) {
     std::int64_t source = -1;
     for (const std::int64_t z : {below_[k], above_[k]}) {
@@ -186,7 +186,7 @@ private:
         if (score[c] == 0) seen.push_back(c);
         score[c] += weight;
       }
-    // Nothing alike: what lies straight across.
+    // Nothing similar: takes the label straight across.
     const std::uint16_t across = labels_.voxels[at(i, j, z)];
     if (score[across] == 0) seen.push_back(across);
     score[across] += 1e-7f * slice;
@@ -225,7 +225,7 @@ private:
   }
 
   struct Box {
-    std::int64_t low[3], high[3]; // first and past the last
+    std::int64_t low[3], high[3]; // first voxel, end
     bool empty() const { return low[0] >= high[0]; }
   };
 
@@ -260,8 +260,8 @@ private:
     return all;
   }
 
-  /// The random walker's probability of one class: Gauss–Seidel in two colours inside the class's box, 0
-  /// outside it. Every colour's voxels depend on the other's alone, so no order of threads matters.
+  /// The random walker's probability of one class: red-black Gauss–Seidel inside the class's box, 0 outside
+  /// it. The voxels of one colour depend only on the other's, so the order of threads does not matter.
   void walk(std::uint16_t c) {
     const Box box = boxOf(c);
     if (box.empty()) return;

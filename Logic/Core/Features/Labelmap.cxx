@@ -9,7 +9,7 @@
 namespace innergs {
 namespace {
 
-/// Per slice along an axis, whether it holds a label.
+/// Whether each slice along an axis contains a label.
 std::vector<std::uint8_t> usedSlices(const Labelmap& labels, int axis) {
   const auto& n = labels.geometry.size;
   std::vector<std::uint8_t> used(static_cast<std::size_t>(n[axis]), 0);
@@ -52,7 +52,7 @@ Labelmap labelmapOf(const Volume& volume) {
     if (!(value >= 0 && value <= 65535) || value != std::floor(value))
       throw Error(ErrorCode::FileFormat,
                   "The labels hold the value " + numberText(value) +
-                      ", which is no label from 0 to 65535; give a labelmap, not a scan.");
+                      ", which is not a label from 0 to 65535; give a labelmap, not a scan.");
     labels.voxels.push_back(static_cast<std::uint16_t>(value));
   }
   return labels;
