@@ -5,12 +5,12 @@
 
 namespace innergs {
 
-/// Learning rates per parameter group; mean in mm, slope per mm, the others as stored.
+/// Learning rates by parameter group; mean in mm, slope per mm, the others in their stored units.
 struct LearningRates {
   double mean = 0, logScale = 0, quaternion = 0, logWeight = 0, intensity = 0, slope = 0;
 };
 
-/// Bounds kept after every step.
+/// Bounds that are enforced after every step.
 struct FieldBounds {
   double minLogScale = -10, maxLogScale = 10;
   double minThirdLogScale = -1e9; // floor on the third axis (Docs/method.md: bridges the slice gap)

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// One step of Adam in numbers, the same for every Gaussian.
+/// The constants of one Adam step, shared by all Gaussians.
 struct AdamStep {
   float rate[16]; // per parameter, divided by the first moment's bias correction
   float beta1, beta2, scale2;

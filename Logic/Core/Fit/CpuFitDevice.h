@@ -4,10 +4,10 @@
 
 namespace innergs {
 
-/// Fits on the CPU: the oracle, and what every fit can fall back to. Bit-identical for any number of threads.
+/// Fits on the CPU: the reference, and the fallback of every fit. Bit-identical for any number of threads.
 class CpuFitDevice : public FitDevice {
 public:
-  /// Stops with the pool's token, not with the request's.
+  /// Stops when the pool is stopped; ignores the request's token.
   CpuFitDevice(const FitRequest& request, const KernelSet& kernels, ThreadPool& pool);
   ~CpuFitDevice() override;
 

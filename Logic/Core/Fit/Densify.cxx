@@ -46,7 +46,7 @@ DensifyCounts densifyGaussians(GaussianField& field, Adam& adam, GradientAccumul
   std::vector<std::uint32_t> kept;
   for (std::int64_t i = 0; i < n; ++i)
     if (!reshape::pruned(field.gaussians[i], rules)) kept.push_back(static_cast<std::uint32_t>(i));
-  if (kept.empty()) return accumulator.clear(), counts; // a field of nothing could not be fitted any further
+  if (kept.empty()) return accumulator.clear(), counts; // an empty field could not be fitted any further
   counts.pruned = n - static_cast<std::int64_t>(kept.size());
   std::vector<std::uint32_t> growing;
   std::copy_if(kept.begin(), kept.end(), std::back_inserter(growing),

@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-/// Mean of the covered voxels around a continuous index (trilinear).
+/// Mean of the covered voxels around a continuous index, with trilinear weights.
 float proxyValue(const ProxyVolume& proxy, const Vec3& index) {
   const auto& size = proxy.geometry.size;
   std::int64_t base[3];
@@ -44,7 +44,7 @@ Gaussian gaussianAt(const ProxyVolume& proxy, const Vec3& index, const Vec3& sig
   return g;
 }
 
-/// The block of voxels that holds all covered ones.
+/// The smallest block that holds all covered voxels.
 struct CoveredBox {
   std::array<std::int64_t, 3> first, size{0, 0, 0};
   std::int64_t covered = 0;
@@ -71,7 +71,7 @@ CoveredBox coveredBox(const ProxyVolume& proxy) {
   return box;
 }
 
-/// Cells of one size over a block of voxels, shifted cyclically.
+/// Cells of equal size over a block of voxels, shifted cyclically.
 struct CellGrid {
   std::array<std::int64_t, 3> first, n;
   Vec3 extent; // mm
@@ -80,7 +80,7 @@ struct CellGrid {
   double cell(int axis) const { return extent[axis] / static_cast<double>(n[axis]); }
   std::int64_t count() const { return n[0] * n[1] * n[2]; }
 
-  /// visit(index) for the centre of every cell that lies in a covered voxel.
+  /// Calls visit(index) for the centre of every cell that lies in a covered voxel.
   template <class Visit>
   void forEachCovered(const ProxyVolume& proxy, const Visit& visit) const {
     const GridGeometry& g = proxy.geometry;
@@ -112,17 +112,17 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   const bool layered = plan.layerSpacing > 0;
   CellGrid grid{box.first, {}, {}, {}};
   std::array<std::int64_t, 3> voxels = box.size;
-  if (layered) { // one layer per slice of the whole stack, covered or not
+  if (layered) { // one layer for every slice of the whole stack, covered or not
     grid.first[2] = 0;
     voxels[2] = g.size[2];
   }
   for (int a = 0; a < 3; ++a)
     grid.extent[a] = g.spacing[a] * static_cast<double>(voxels[a]);
   const Vec3& extent = grid.extent;
-  // The budget is for what is covered: the cells between count for nothing.
+  // The budget is for the covered part: cells outside it do not count.
   const double share =
       static_cast<double>(box.covered) / static_cast<double>(voxels[0] * voxels[1] * voxels[2]);
-  // Cubes as far as whole numbers allow; layers keep their own spacing along the third axis.
+  // As close to cubes as whole numbers allow; layers keep their own spacing along the third axis.
   double cell[3];
   if (layered) {
     const double layers = std::max(1.0, std::round(extent[2] / plan.layerSpacing));
@@ -133,7 +133,7 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
     cell[0] = cell[1] = cell[2] =
         std::cbrt(extent[0] * extent[1] * extent[2] * share / static_cast<double>(plan.gaussians));
   }
-  // Another seed shifts the grid in-plane (additive recurrence: well spread); the first starts centred.
+  // Each seed shifts the grid in-plane (additive recurrence: well spread); the first one is centred.
   const double phase = static_cast<double>((seed - 1) % 4096);
   grid.shift[0] = std::fmod(0.7548776662466927 * phase, 1.0);
   grid.shift[1] = std::fmod(0.5698402909980532 * phase, 1.0);
@@ -147,7 +147,7 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
     grid.forEachCovered(proxy, [&](const Vec3&) { ++count; });
     return count;
   };
-  while (placed() > plan.gaussians) { // widen the narrowest cells
+  while (placed() > plan.gaussians) { // widens the narrowest cells
     int narrow = -1;
     for (int a = 0; a < (layered ? 2 : 3); ++a)
       if (grid.n[a] > 1 && (narrow < 0 || extent[a] * static_cast<double>(grid.n[narrow]) <
@@ -181,8 +181,8 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   const double n = static_cast<double>(plan.gaussians);
   const double even = (structure > 0 ? plan.evenShare : 1.0) * n / static_cast<double>(covered);
   const double following = structure > 0 ? (1 - plan.evenShare) * n / structure : 0;
-  // Systematic sampling along a Morton curve of bricks: stratified in space, and sorted as the field wants to
-  // be.
+  // Systematic sampling along a Morton curve of bricks: stratified in space, and already in the field's
+  // order.
   Random random(seed);
   double position = random.uniform();
   constexpr int kBrick = 8;
@@ -219,7 +219,7 @@ void adaptive(GaussianField& field, const ProxyVolume& proxy, const Initialisati
   }
 }
 
-/// Marks what lies within `reach` mm of a covered voxel, centre to centre.
+/// Marks voxels within `reach` mm of a covered voxel, from centre to centre.
 std::vector<std::uint8_t> within(const ProxyVolume& proxy, double reach, ThreadPool& pool) {
   const GridGeometry& g = proxy.geometry;
   std::int64_t most[3];
@@ -234,7 +234,7 @@ std::vector<std::uint8_t> within(const ProxyVolume& proxy, double reach, ThreadP
           ball[k + most[2]].push_back({i, j});
   std::vector<std::uint8_t> marked(proxy.covered.size(), 0);
   const auto& n = g.size;
-  pool.run(n[2], [&](std::int64_t k) { // each marks its own slice
+  pool.run(n[2], [&](std::int64_t k) { // each task marks its own slice
     for (std::int64_t from = std::max<std::int64_t>(0, k - most[2]); from <= std::min(n[2] - 1, k + most[2]);
          ++from)
       for (std::int64_t j = 0; j < n[1]; ++j)
@@ -249,8 +249,8 @@ std::vector<std::uint8_t> within(const ProxyVolume& proxy, double reach, ThreadP
   return marked;
 }
 
-constexpr double kShareVoxels = 4e6; // about, at most: enough to tell where the structure is
-// Gaussians beside a mask fit its border as well. Measured on masks of a brain, bones, a liver and labels, so
+constexpr double kShareVoxels = 4e6; // at most, roughly: enough to locate the structure
+// Gaussians next to a mask fit its border as well. Chosen on masks of a brain, bones, a liver and labels so
 // that none loses more than 0.3 dB.
 constexpr double kReach = 0.6;
 
@@ -264,7 +264,7 @@ double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, cons
     return true;
   });
   if (whole) return 1;
-  // One frame whatever the order of several stacks.
+  // With several stacks, the frame does not depend on their order.
   const Affine3 frame = stacks.size() > 1 ? Affine3{} : Affine3{stacks.front().image.geometry.direction, {}};
   const auto gaussians = static_cast<double>(start.gaussians);
   const double distance = start.layerSpacing > 0 ? std::sqrt(volume / start.layerSpacing / gaussians)
@@ -312,7 +312,7 @@ std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool) 
         measure[v] = 0.5f * std::sqrt(gradient) + second;
       }
   });
-  for (int a = 0; a < 3; ++a) { // binomial 1-4-6-4-1 along each axis over what is covered, edges clamped
+  for (int a = 0; a < 3; ++a) { // binomial 1-4-6-4-1 along each axis over the covered voxels, edges clamped
     pool.run(size[2], [&](std::int64_t k) {
       for (std::int64_t j = 0; j < size[1]; ++j)
         for (std::int64_t i = 0; i < size[0]; ++i) {
@@ -363,12 +363,12 @@ void initialise(GaussianField& field, const ProxyVolume& proxy, const Initialisa
   field.gaussians.clear();
   field.gaussians.reserve(plan.gaussians + plan.gaussians / 16 + 16);
   if (plan.kind == Initialisation::Grid || plan.layerSpacing > 0) evenGrid(field, proxy, plan, seed);
-  // Where what is covered slips between all cells of a grid, as a thin shell may, it is sampled evenly.
+  // If the covered part slips between all cells of a grid, as a thin shell can, it is sampled evenly.
   InitialisationPlan drawn = plan;
   if (drawn.kind == Initialisation::Grid) drawn.evenShare = 1;
   if (field.gaussians.empty()) adaptive(field, proxy, drawn, seed, pool);
   if (field.blending == Blending::Additive) {
-    // Overlapping unit Gaussians sum to about (2π)^1.5·scaleFactor³ times their density.
+    // Overlapping Gaussians of unit height sum to about (2π)^1.5·scaleFactor³ times their density.
     const float overlap =
         static_cast<float>(std::pow(2 * 3.14159265358979, 1.5) * std::pow(plan.scaleFactor, 3));
     for (Gaussian& g : field.gaussians)

@@ -4,35 +4,35 @@
 
 namespace innergs {
 
-/// How the first Gaussians are laid out.
+/// Layout of the initial Gaussians.
 struct InitialisationPlan {
   Initialisation kind = Initialisation::Adaptive;
-  std::int64_t gaussians = 0; // at most, all of them where the proxy is covered
-  bool equalCounts = false; // even grid: as many along each axis of the covered box, as the paper's 42×42×42
-  double scaleFactor = 0.5; // σ₀ in units of the local spacing
-  double evenShare = 0.15;  // share of the budget spread evenly, the rest follows the structure
-  double exponent = 0.75;   // density ∝ structure^exponent
+  std::int64_t gaussians = 0; // at most; all of them where the proxy is covered
+  bool equalCounts = false;   // even grid, as many along each axis of the covered box (paper: 42×42×42)
+  double scaleFactor = 0.5;   // σ₀ in units of the local spacing
+  double evenShare = 0.15;    // share of the budget spread evenly; the rest follows the structure
+  double exponent = 0.75;     // density ∝ structure^exponent
   double layerSpacing =
-      0; // > 0: layered start, one layer per slice this far apart (mm) along the model's third axis
-  double layerSigma = 0; // σ along the third axis of a layered start (mm)
+      0; // > 0: layered start with one layer per slice, this far apart (mm) along the model's third axis
+  double layerSigma = 0; // σ along the third axis in a layered start (mm)
 };
 
-/// Fills field.gaussians, in Morton order; the same seed gives the same field.
+/// Fills field.gaussians in Morton order; the same seed gives the same field.
 void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
                 std::uint64_t seed, ThreadPool& pool);
 
-/// How much of a start over all finite voxels (volume: theirs in mm³) would lie in what the stacks observe or
-/// little more than half a distance between Gaussians from it; 0 to 1, by volume at least. So many Gaussians
-/// fit a part as well as all fit the whole. `voxel`: mm, the finest that matters. Throws Error(Cancelled)
-/// when the pool is stopped.
+/// The share of a start over all finite voxels (volume: theirs, mm³) that lies in what the stacks observe or
+/// little more than half a Gaussian distance from it; 0 to 1, at least the share by volume. With that share
+/// of the Gaussians, a part is fitted as well as the whole is with all of them. `voxel`: mm, the finest
+/// relevant size. Throws Error(Cancelled) if the pool is stopped.
 double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, const InitialisationPlan& start,
                     double volume, double voxel, ThreadPool& pool);
 
-/// Structure measure that the density follows: 0.5·|∇I| + |second differences|, smoothed (Docs/method.md);
-/// from covered voxels alone, 0 elsewhere.
+/// Structure measure that sets the density: 0.5·|∇I| + |second differences|, smoothed (Docs/method.md);
+/// computed from covered voxels only, 0 elsewhere.
 std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool);
 
-/// Sorts by position along a Morton curve, so that neighbours in space are neighbours in memory. Returns the
+/// Order by position along a Morton curve, so that neighbours in space are neighbours in memory. Returns the
 /// permutation (new → old).
 std::vector<std::uint32_t> mortonOrder(std::span<const Gaussian> gaussians);
 std::vector<Gaussian> inMortonOrder(std::vector<Gaussian> gaussians);

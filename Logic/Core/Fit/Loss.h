@@ -23,16 +23,16 @@ struct LossKinds {
   LossKind kind = LossKind::L2;
   double huberDelta = 0.02;
   double ssimWeight = 0;
-  double pointWeight = 1; // of the loss of single samples
+  double pointWeight = 1; // weight of the per-sample loss
 };
 
-/// Loss of every slice and its gradient, spread onto the sub-planes: `weights` and `numerators` become F0 and
-/// F1 (Docs/method.md; alpha blending: ∂L/∂I and I).
+/// Loss of every slice, with its gradient distributed to the sub-planes: `weights` and `numerators` become F0
+/// and F1 (Docs/method.md; alpha blending: ∂L/∂I and I).
 LossSum lossPass(const Observation& observation, const GaussianField& field, const LossKinds& kinds,
                  float* weights, float* numerators, ThreadPool& pool);
 
-/// Adds ssimWeight·Σ(1 − SSIM) to the loss and its gradient to r; window as in Metrics.h, zero-padded;
-/// samples with weight 0 count as equal.
+/// Adds ssimWeight·Σ(1 − SSIM) to the loss and its gradient to r; window as in Metrics.h, zero-padded.
+/// Samples with weight 0 count as equal.
 double addSsimLoss(const float* image, const float* target, const std::uint8_t* weight, int nx, int ny,
                    int stride, double ssimWeight, float* gradient);
 

@@ -7,7 +7,7 @@
 namespace innergs {
 namespace {
 
-/// Separable, zero-padded, so that it is its own adjoint. Tightly packed nx×ny.
+/// Separable and zero-padded, hence self-adjoint. Tightly packed nx×ny.
 void filter(std::vector<float>& image, int nx, int ny, std::vector<float>& scratch) {
   static const auto w = ssimWindow();
   scratch.assign(image.size(), 0.f);

@@ -22,9 +22,9 @@ void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
         visit(stack.image.voxels[v]);
 }
 
-constexpr std::int64_t kVolumeSamples = 500'000; // per stack, about, to measure what several see
+constexpr std::int64_t kVolumeSamples = 500'000; // per stack, roughly, to measure the volume that several see
 
-/// Whether a voxel of the stack that counts holds the point, in the stack's index without slice poses.
+/// Whether a counted voxel of the stack contains the point, given in stack indices without slice poses.
 template <class Counts>
 bool holds(const Stack& stack, const Vec3& index, const Counts& counts) {
   const auto& size = stack.image.geometry.size;
@@ -36,7 +36,7 @@ bool holds(const Stack& stack, const Vec3& index, const Counts& counts) {
   return counts(stack, nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2]));
 }
 
-/// mm³ of the voxels that count, in how many stacks they may be.
+/// Volume (mm³) of the counted voxels, each place once even if several stacks see it.
 template <class Counts>
 double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
   std::vector<std::vector<Affine3>> toIndex; // one map, or one per posed slice
@@ -88,7 +88,7 @@ double unionVolume(std::span<const Stack> stacks, const Counts& counts) {
       once += static_cast<double>(seenBy[n]) / static_cast<double>(n);
     if (visited > 0) parts.push_back(own * once / static_cast<double>(visited));
   }
-  std::sort(parts.begin(), parts.end()); // the sum is that of any order of the stacks
+  std::sort(parts.begin(), parts.end()); // makes the sum independent of the stacks' order
   double volume = 0;
   for (const double part : parts)
     volume += part;
@@ -165,21 +165,19 @@ DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map)
 
 namespace {
 
-/// What the preset says where neither the user nor the data do.
+/// Fills in the preset's choices where neither the user nor the data decide.
 void fillChoices(Settings& s, const DataTraits& traits) {
   s = withPresetValues(s);
   if (!s.linearIntensity)
     s.linearIntensity = s.blending == Blending::Normalised && s.preset != Preset::Paper &&
                         (!traits.superResolution() || predicts(s, traits));
   if (s.allAxes.value_or(false) && !traits.cubes)
-    throw Error(
-        ErrorCode::InvalidArgument,
-        "Slices along all axes need one scan of thin slices whose voxels are nearly cubes: leave that "
-        "option out.");
+    throw Error(ErrorCode::InvalidArgument, "Slices along all axes need one scan of thin slices whose voxels "
+                                            "are nearly cubes: omit that option.");
   if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
 }
 
-/// Gaussians and iterations; where slices lie far apart, also how Gaussians begin and what bounds them.
+/// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
   const double volume = traits.volume * traits.reached;
@@ -195,7 +193,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     iterations = std::array{12, 30, 60}[level];
     plan.coarseIterations = std::array{8, 15, 20}[level];
   } else if (traits.singleAnisotropic()) {
-    // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and may turn: they shear along
+    // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and are free to turn: they shear along
     // structures.
     const double gap = traits.gap, inPlane = std::min(gap, 4 * traits.voxel);
     plan.start.kind = Initialisation::Grid;
@@ -219,8 +217,8 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     members = std::array{1, 1, 3}[level];
     plan.coarseIterations = 30;
   } else {
-    // A region is chosen where the structure is, and there a fit of the whole scan is denser as well:
-    // with 1.5 the region is within 0.3 dB of that fit or above it (abdominal MR and CT).
+    // Regions are chosen where there is structure, and a fit of the whole scan is denser there as well: with
+    // 1.5 the region is at least within 0.3 dB of that fit (abdominal MR and CT).
     budget = static_cast<std::int64_t>((traits.region ? 1.5 : 1.0) * voxels /
                                        std::array{100.0, 50.0, 16.0}[level]);
     iterations = std::array{60, 200, 400}[level];
@@ -259,7 +257,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);
   if (settings.blending == Blending::Alpha)
-    plan.bounds.maxAbsLogWeight = 4.6; // α ≤ 0.99: 1 − a is divided by
+    plan.bounds.maxAbsLogWeight = 4.6; // α ≤ 0.99, as 1 − a is a divisor
   plan.schedule = *settings.schedule;
   plan.plateau = settings.plateau;
   plan.paperStopRule = *settings.paperStopRule;
@@ -267,7 +265,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   planAmount(settings, traits, plan);
   plan.start.gaussians = *settings.gaussians;
   plan.iterations = *settings.iterations;
-  // Stop rule and plateaus compare losses, so they must be of one resolution.
+  // Stop rule and plateaus compare losses, so these must have one resolution.
   const bool comparing = plan.paperStopRule || plan.schedule == Schedule::Plateau;
   plan.coarseIterations = comparing ? 0 : std::min(plan.coarseIterations, plan.iterations / 2);
   plan.densify.every = *settings.densifyEvery;

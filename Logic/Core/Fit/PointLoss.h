@@ -25,7 +25,7 @@ INNERGS_HD inline float pointLoss(LossKind kind, float delta, float e, float& de
 
 constexpr int kSsimRadius = 5, kSsimWidth = 2 * kSsimRadius + 1;
 
-/// A Gaussian of σ = 1.5 pixels; the weights sum to 1.
+/// A Gaussian window of σ = 1.5 pixels; the weights sum to 1.
 inline std::array<float, kSsimWidth> ssimWindow() {
   std::array<float, kSsimWidth> w;
   float sum = 0;
@@ -36,8 +36,8 @@ inline std::array<float, kSsimWidth> ssimWindow() {
   return w;
 }
 
-/// One pixel's SSIM from the filtered images and products, for intensities in [0, 1], and its derivatives by
-/// the filtered image x, x² and xy.
+/// SSIM of one pixel from the filtered images and products, for intensities in [0, 1], with its derivatives
+/// by the filtered image x, x² and xy.
 struct SsimTerm {
   float ssim, dMean, dSquare, dProduct;
 };

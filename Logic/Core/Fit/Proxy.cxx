@@ -15,7 +15,7 @@ void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec
     const GridGeometry& g = stack.image.geometry;
     const Affine3 map = g.indexToWorld();
     const std::int64_t step = stack.poses.empty() ? std::max<std::int64_t>(1, g.size[2] - 1) : 1;
-    for (std::int64_t k = 0; k < g.size[2]; k += step) { // ends, or every slice where each has its pose
+    for (std::int64_t k = 0; k < g.size[2]; k += step) { // both ends, or every slice if each has a pose
       const Affine3 pose = stack.poses.empty() ? Affine3{} : stack.poses[k];
       for (double i : {-0.5, g.size[0] - 0.5})
         for (double j : {-0.5, g.size[1] - 0.5})
@@ -30,14 +30,14 @@ void boundingBox(std::span<const Stack> stacks, const Affine3& worldToModel, Vec
   }
 }
 
-/// What a stack knows of a point.
+/// How a stack covers a point.
 enum class Seen : std::uint8_t {
   Not,
-  Beside, // it lies next to observed voxels
-  Within  // it lies in one
+  Beside, // next to observed voxels
+  Within  // inside one
 };
 
-/// Trilinear over the observed finite corners only.
+/// Trilinear over the finite observed corners only.
 Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double& value) {
   const auto& size = stack.image.geometry.size;
   const auto usable = [&](std::size_t v) {
@@ -69,7 +69,8 @@ Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double
   return usable(nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2])) ? Seen::Within : Seen::Beside;
 }
 
-/// The slices of a posed stack around a point, each with a tent as wide as the slice spacing on either side.
+/// Interpolates between the slices of a posed stack around a point, each weighted by a tent that extends one
+/// slice spacing to either side.
 Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toIndex, const Vec3& point,
                  double& value) {
   double sum = 0, total = 0;
@@ -108,7 +109,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
   const auto& size = proxy.geometry.size;
   proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);
   proxy.covered.assign(proxy.voxels.size(), 0);
-  std::vector<std::vector<Affine3>> toIndex; // model → stack index: one map, or one per posed slice
+  std::vector<std::vector<Affine3>> toIndex; // model → stack index: one map, or one per slice with a pose
   for (const Stack& stack : stacks) {
     const Affine3 map = stack.image.geometry.indexToWorld();
     auto& maps = toIndex.emplace_back();
@@ -142,7 +143,8 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
         proxy.covered[v] = static_cast<std::uint8_t>(most);
       }
   });
-  // A mask of a voxel or two may lie between the points of the lattice: then those beside it stand for it.
+  // A mask of one or two voxels may fall between the points of the lattice; those beside it then stand for
+  // it.
   constexpr auto within = static_cast<std::uint8_t>(Seen::Within);
   const bool any = std::find(proxy.covered.begin(), proxy.covered.end(), within) != proxy.covered.end();
   for (std::uint8_t& covered : proxy.covered)

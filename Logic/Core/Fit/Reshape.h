@@ -2,18 +2,18 @@
 #include "Core/Model/Gaussian.h"
 #include "Core/Model/GaussianMath.h"
 
-/// What relocation and densification (Relocate.h, Densify.h) see in one Gaussian and do to it, for every
-/// backend.
+/// What relocation and densification (Relocate.h, Densify.h) measure of one Gaussian and do to it, shared by
+/// all backends.
 namespace innergs::reshape {
 
-/// DensifyPlan with its thresholds in the units of the field.
+/// DensifyPlan's thresholds in the units of the field.
 struct Rules {
   Blending blending;
-  double faint;      // α below it: pruned
-  float largest;     // ln mm, above it: pruned
-  float gradient;    // sum over the iterations; above it: one more
+  double faint;      // α below which a Gaussian is pruned
+  float largest;     // ln mm, above which it is pruned
+  float gradient;    // sum over the iterations, above which it becomes two
   double splitAbove; // ‖Σ‖_F, mm²
-  float minLogScale; // of the halves of a split
+  float minLogScale; // for the halves of a split
 };
 
 INNERGS_HD inline double opacity(const Gaussian& g, Blending blending) {
@@ -23,7 +23,7 @@ INNERGS_HD inline double opacity(const Gaussian& g, Blending blending) {
   return blending == Blending::Additive ? amplitude * std::fabs(static_cast<double>(g.intensity)) : amplitude;
 }
 
-/// The first of the longest ones.
+/// The longest axis; the first one of equals.
 INNERGS_HD inline int longestAxis(const Gaussian& g) {
   int k = 0;
   for (int a = 1; a < 3; ++a)
@@ -42,7 +42,7 @@ INNERGS_HD inline double covarianceNorm(const Gaussian& g) {
   return std::sqrt(sum);
 }
 
-/// The weight of each of two equal Gaussians that together blend as one did.
+/// Sets the weight with which two equal Gaussians together blend like the original.
 INNERGS_HD inline void shareWeight(Gaussian& g, Blending blending) {
   if (blending == Blending::Alpha) { // 1 − (1 − α′)² = α
     const double rest = std::sqrt(1 / (1 + std::exp(static_cast<double>(g.logWeight)))); // √(1 − α)
@@ -52,7 +52,7 @@ INNERGS_HD inline void shareWeight(Gaussian& g, Blending blending) {
   }
 }
 
-/// One more, half the smallest σ away against the running mean of the gradient.
+/// A copy, shifted by half the smallest σ against the running mean of the gradient.
 INNERGS_HD inline Gaussian clone(Gaussian& original, const float* moment1, Blending blending) {
   shareWeight(original, blending);
   Gaussian copy = original;
@@ -70,7 +70,8 @@ INNERGS_HD inline Gaussian clone(Gaussian& original, const float* moment1, Blend
   return copy;
 }
 
-/// Two halves ±0.6σ apart along the longest axis, 0.7σ long each, so that their sum stays near the original.
+/// Two halves ±0.6σ apart along the longest axis, with 0.7σ each, so that their sum stays close to the
+/// original.
 INNERGS_HD inline void split(const Gaussian& parent, float minLogScale, Gaussian& a, Gaussian& b) {
   float r[9];
   math::rotation(parent.quaternion, r);
@@ -88,7 +89,7 @@ INNERGS_HD inline void split(const Gaussian& parent, float minLogScale, Gaussian
   a.logScale[k] = b.logScale[k] = math::most(parent.logScale[k] + std::log(0.7f), minLogScale);
 }
 
-/// The second Gaussian that densification makes of one, and whether by a split.
+/// Makes a second Gaussian from one; returns whether by a split.
 INNERGS_HD inline bool densify(Gaussian& g, const float* moment1, const Rules& rules, Gaussian& added) {
   if (!(covarianceNorm(g) > rules.splitAbove)) {
     added = clone(g, moment1, rules.blending);
@@ -96,7 +97,7 @@ INNERGS_HD inline bool densify(Gaussian& g, const float* moment1, const Rules& r
   }
   const Gaussian parent = g;
   split(parent, rules.minLogScale, g, added);
-  if (rules.blending == Blending::Additive) { // two halves of 0.7 of the length: the sum 1.4 times as large
+  if (rules.blending == Blending::Additive) { // two halves of 0.7 of the length sum to 1.4 of the original
     g.logWeight -= 0.3364722f;
     added.logWeight -= 0.3364722f;
   }

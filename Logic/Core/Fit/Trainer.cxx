@@ -41,7 +41,7 @@ Trainer::Trainer(GaussianField field, FitRequest request, FitPlan plan, const Ke
 Trainer::~Trainer() = default;
 
 void Trainer::restart(GaussianField field) {
-  if (uploaded_ && device_->resident()) device_->take({}); // gives its memory back
+  if (uploaded_ && device_->resident()) device_->take({}); // frees its memory
   state_.field = std::move(field);
   state_.adam = Adam(state_.field.size());
   state_.adam.beta1 = plan_.beta1;
@@ -76,7 +76,7 @@ void Trainer::restore(OptimizerState state, int iteration) {
   mark();
 }
 
-/// state_ is what the fit has reached.
+/// Marks state_ as the state of the fit.
 void Trainer::mark() {
   gaussians_ = state_.field.size();
   fresh_ = true;
@@ -102,7 +102,7 @@ const FitState& Trainer::state() {
     device_->download(&now.field, &now.adam, &now.accumulator);
     const std::size_t count = now.field.gaussians.size();
     if (count == 0 || now.adam.moment1.size() != 16 * count || now.adam.moment2.size() != 16 * count)
-      throw Error(ErrorCode::Internal, "The device gave back a state that does not belong together.");
+      throw Error(ErrorCode::Internal, "The device returned an inconsistent state.");
     state_.field.gaussians = std::move(now.field.gaussians);
     state_.adam.moment1 = std::move(now.adam.moment1);
     state_.adam.moment2 = std::move(now.adam.moment2);
@@ -115,7 +115,7 @@ const FitState& Trainer::state() {
   return state_;
 }
 
-/// The fit goes on from state_, on the CPU: the device has lost what came after it.
+/// Continues the fit from state_ on the CPU: the device has lost everything after it.
 void Trainer::rollBack() {
   iteration_ = mark_.iteration;
   history_.resize(mark_.losses);
@@ -133,18 +133,18 @@ void Trainer::rollBack() {
   device_ = std::make_unique<CpuFitDevice>(request_, kernels_, pool_);
 }
 
-/// False when iterations were lost.
+/// Returns false if iterations were lost.
 bool Trainer::moveToCpu(const std::string& why) {
   failure_ = why;
   const int before = iteration_;
   const bool whole = !uploaded_ || fresh_;
   if (!whole) state();
-  if (!onCpu_) rollBack(); // to the very same state
+  if (!onCpu_) rollBack(); // to the identical state
   return whole || iteration_ == before;
 }
 
-/// Work that another device than the CPU may fail at: it is then done on the CPU. False, and not done, when
-/// iterations were lost.
+/// Runs work that a device other than the CPU may fail at; on failure it runs on the CPU. Returns false, with
+/// the work not done, if iterations were lost.
 template <class Work>
 bool Trainer::guarded(const Work& work) {
   try {
@@ -185,14 +185,14 @@ double Trainer::rateShare(int iteration) const {
 
 bool Trainer::step(int most) {
   if (finished()) {
-    state(); // what a device lost is to be done again
+    state(); // repeats what a device lost
     if (finished()) return false;
   }
   if (guarded([&] { iterate(most); }) && densifies(iteration_)) densify();
   return true;
 }
 
-/// What the iteration after so many is to do.
+/// The options of the next iteration, after `iteration` completed ones.
 IterationOptions Trainer::options(int iteration) const {
   IterationOptions options;
   options.coarse = iteration < plan_.coarseIterations;
@@ -211,16 +211,16 @@ IterationOptions Trainer::options(int iteration) const {
 
 void Trainer::iterate(int most) {
   upload();
-  // The plateau schedule and the stop rule look at every loss.
+  // The plateau schedule and the stop rule check every loss.
   if (plan_.schedule == Schedule::Plateau || plan_.paperStopRule) most = 1;
   std::vector<IterationOptions> iterations{options(iteration_)};
   for (int next = iteration_ + 1; next < std::min(iteration_ + most, plan_.iterations); ++next) {
-    if (densifies(next) || next == plan_.coarseIterations) break; // what follows takes another time
+    if (densifies(next) || next == plan_.coarseIterations) break; // what follows takes a different time
     iterations.push_back(options(next));
   }
   const std::vector<LossSum> sums = device_->iterateMany(iterations);
   if (sums.empty() || sums.size() > iterations.size())
-    throw Error(ErrorCode::Internal, "The device did another number of iterations than it was asked for.");
+    throw Error(ErrorCode::Internal, "The device ran another number of iterations than requested.");
   fresh_ = false;
   for (const LossSum& sum : sums) {
     ++iteration_;
@@ -231,14 +231,14 @@ void Trainer::iterate(int most) {
   }
 }
 
-/// Whether the iteration after so many is one of those that lead up to a densification.
+/// Whether the next iteration contributes to a densification.
 bool Trainer::densifying(int iteration) const {
   const DensifyPlan& d = plan_.densify;
   return d.every > 0 && iteration >= plan_.coarseIterations &&
          iteration - iteration % d.every + d.every <= d.until * plan_.iterations;
 }
 
-/// Whether a densification comes after so many iterations.
+/// Whether a densification follows after so many iterations.
 bool Trainer::densifies(int iterations) const {
   const DensifyPlan& d = plan_.densify;
   return d.every > 0 && iterations > plan_.coarseIterations && iterations % d.every == 0 &&

@@ -9,73 +9,73 @@
 
 namespace innergs {
 
-/// Everything that a fit does, as numbers: a function of preset and data (Plan.h), never of the machine.
+/// All parameters of a fit: a function of preset and data (Plan.h), never of the machine.
 struct FitPlan {
   InitialisationPlan start;
   bool linearIntensity = false;
   int iterations = 200;
-  int coarseIterations = 0;       // the first ones see the data at half resolution
+  int coarseIterations = 0;       // the first ones use the data at half resolution
   bool smoothAlongNormal = false; // see observe()
   LossKinds loss;
   LearningRates rates; // at the start
   Schedule schedule = Schedule::Exponential;
-  double finalRate = 0.05; // rates decay exponentially to this share
+  double finalRate = 0.05; // the rates decay exponentially to this share
   PlateauRule plateau;
   double cutoff = 2.2; // Mahalanobis radius
   FieldBounds bounds;
   double beta1 = 0.9, beta2 = 0.99;
   int relocateEvery = 0;       // 0 = never
-  double relocateShare = 0.02; // of the Gaussians, each time
-  double relocateUntil = 0.6;  // share of the iterations
+  double relocateShare = 0.02; // of the Gaussians, per relocation
+  double relocateUntil = 0.6;  // share of the iterations during which it runs
   DensifyPlan densify;
   bool allAxes = false; // see Settings
   bool paperStopRule = false;
 };
 
-/// How learning rates fall when the loss stops improving: a function of the losses so far.
+/// Reduces the learning rates when the loss stops improving: a function of the losses so far.
 class PlateauSchedule {
 public:
   void add(double loss, const PlateauRule& rule);
-  double share() const { return share_; } // of the first rates
+  double share() const { return share_; } // of the initial rates
 
 private:
   double best_ = std::numeric_limits<double>::infinity(), share_ = 1;
   int waited_ = 0;
 };
 
-/// The fit of a field to observations as a device needs to know it. `gaussians`: the most that it will hold
-/// at once; 0: as many as the field, or as densification may reach.
+/// Describes a fit of a field to observations to a device. `gaussians`: the most that it will hold at once;
+/// 0: as many as the field has, or as densification may reach.
 FitRequest fitRequest(std::vector<Observation> observations, const FitPlan& plan, const GaussianField& field,
                       std::stop_token stop, std::int64_t gaussians = 0);
 
-/// Fits a field to observations, one iteration over all of them at a time, on any device. State after n
-/// iterations depends on the inputs, n and the kind of device alone. When another device than the CPU fails,
-/// the fit goes on on the CPU: from the state that it had or, when that was lost with the device, from the
-/// one that was last asked for.
+/// Fits a field to observations, one full iteration at a time, on any device. The state after n iterations
+/// depends only on the inputs, n and the kind of device. If a device other than the CPU fails, the fit
+/// continues on the CPU: from its current state or, if that was lost with the device, from the state last
+/// fetched.
 class Trainer {
 public:
   Trainer(GaussianField field, std::vector<Observation> observations, FitPlan plan, const KernelSet& kernels,
           ThreadPool& pool);
-  /// device: made for the request; null: the CPU.
+  /// device: made for the same request; null: the CPU.
   Trainer(GaussianField field, FitRequest request, FitPlan plan, const KernelSet& kernels, ThreadPool& pool,
           std::unique_ptr<FitDevice> device);
   ~Trainer();
 
-  /// Starts again with another field on the same observations.
+  /// Restarts with another field on the same observations.
   void restart(GaussianField field);
 
-  /// Continues from a saved state; without its losses, stop rule and plateau schedule start anew.
+  /// Resumes from a saved state; without its losses, stop rule and plateau schedule restart.
   void restore(OptimizerState state, int iteration);
 
-  /// One iteration: forward, loss, gradient, Adam step. False when finished. When the pool is stopped in
-  /// between, throws Error(Cancelled) and leaves the state as it was. `most`: a device that keeps its own
-  /// state may do that many before it waits, unless a loss decides how the fit goes on; the state is the
-  /// same.
+  /// Runs one iteration: forward, loss, gradient, Adam step. Returns false when finished. If the pool is
+  /// stopped in between, throws Error(Cancelled) and leaves the state unchanged. `most`: a device with its
+  /// own state may run that many iterations before it synchronises, unless a loss decides how the fit
+  /// continues; the resulting state is the same.
   bool step(int most = 1);
 
   bool finished() const;
   int iteration() const { return iteration_; }
-  /// What the fit has reached, fetched from the device: ask for these before iteration() and the like.
+  /// The current state, fetched from the device. Call these before iteration() and the like.
   const GaussianField& field() { return state().field; }
   const Adam& adam() { return state().adam; }
   const std::vector<float>& gradients() { return state().accumulator.sum; } // since the last densification
@@ -83,15 +83,15 @@ public:
   std::int64_t gaussians() const { return gaussians_; }
   double loss() const { return loss_; }                         // mean per sample, last iteration
   double mse() const { return mse_; }                           // last iteration, normalised intensity²
-  const std::vector<float>& losses() const { return history_; } // mean per sample, of every iteration
+  const std::vector<float>& losses() const { return history_; } // mean per sample and iteration
   const DensifyCounts& densified() const { return densified_; } // so far
 
-  /// Loss of any field on the observations, nothing changed.
+  /// Loss of any field on the observations; changes nothing.
   LossSum evaluate(const GaussianField& field);
 
-  /// Why the fit left its device for the CPU: the device's own sentence; empty: it did not.
+  /// The device's own sentence on why the fit moved to the CPU; empty if it did not.
   const std::string& failure() const { return failure_; }
-  /// FitDevice's.
+  /// See FitDevice.
   std::string remark() const { return device_->remark(); }
 
 private:
@@ -119,12 +119,12 @@ private:
   bool onCpu_ = true;
   std::string failure_;
 
-  // In host memory: the state before the first iteration, and with a device that keeps its own also the last
-  // that was fetched.
+  // In host memory: the state before the first iteration or, with a device that has its own, the last one
+  // fetched.
   FitState state_;
   bool uploaded_ = false; // the device has a state
-  bool fresh_ = true;     // state_ is the device's
-  struct Mark {           // what belongs to state_
+  bool fresh_ = true;     // state_ matches the device's
+  struct Mark {           // belongs to state_
     int iteration = 0;
     std::size_t losses = 0;
     DensifyCounts densified;
