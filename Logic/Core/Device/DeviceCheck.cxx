@@ -18,7 +18,7 @@ namespace {
 constexpr double kTolerance = 1e-3; // devices are tested to 1e-4
 constexpr int kSize[3] = {36, 21, 5};
 
-/// Gaussians of many directions and sizes in an image of waves, seen through thick slices.
+/// Gaussians of many orientations and sizes in an image of waves, seen through thick slices.
 struct Probe {
   GaussianField field;
   FitRequest request;
@@ -67,7 +67,7 @@ struct Probe {
   }
 };
 
-/// The first disagreement that is told of.
+/// Records the first disagreement.
 class Judge {
 public:
   const std::string& verdict() const { return verdict_; }
@@ -86,8 +86,8 @@ public:
     verdict_ = share < 100 ? formatted("its %s is %.2g %% off the CPU's", what, 100 * share)
                            : formatted("its %s is nothing like the CPU's", what);
   }
-  /// Of 16 parameters a Gaussian, each by its own largest value (one that is nearly 0 everywhere is
-  /// rounding).
+  /// Compares the 16 parameters of each Gaussian, each relative to its own largest value (one that is nearly
+  /// 0 everywhere is just rounding).
   void compareColumns(const char* what, std::span<const float> found, std::span<const float> expected) {
     if (found.size() != expected.size()) return compare(what, found, expected);
     const double floor = 1e-4 * largestOf(expected);
@@ -118,8 +118,9 @@ std::span<const float> floats(const GaussianField& f) {
   return {reinterpret_cast<const float*>(f.gaussians.data()), 16 * f.gaussians.size()};
 }
 
-/// What the first step added, of a field that many steps would hardly have changed. Adam's first step looks
-/// at the gradient's sign, so rounding decides where that is next to 0; a quaternion's four belong together.
+/// Compares the result of the first step only; many steps would hardly change the field. Adam's first step
+/// follows the gradient's sign, which is rounding where it is near 0; the four quaternion components belong
+/// together.
 void judgeStep(const GaussianField& start, const FitState& found, const FitState& expected, Judge& judge) {
   const auto from = floats(start), to = floats(found.field), right = floats(expected.field);
   const std::vector<float>& gradient = expected.adam.moment1;
@@ -146,10 +147,10 @@ void judgeStep(const GaussianField& start, const FitState& found, const FitState
   }
 }
 
-/// Moments that leave no doubt who is relocated, and are too large for Adam to move anything: rounding must
-/// not decide.
+/// Moments that decide clearly which Gaussians are relocated, so that rounding cannot, and that are too large
+/// for Adam to move anything.
 Adam clearMoments(const GaussianField& field) {
-  const auto spread = [](std::size_t i, double rate) { // no two alike
+  const auto spread = [](std::size_t i, double rate) { // all different
     const double x = static_cast<double>(i) * rate;
     return static_cast<float>(1e8 * (1 + 7 * (x - std::floor(x))));
   };
@@ -164,13 +165,13 @@ Adam clearMoments(const GaussianField& field) {
   return adam;
 }
 
-/// The Gaussians of `found` in the order of `expected`, by their means: where neighbours lie along the curve
-/// that they are sorted by may hang on a bit.
+/// Reorders `found` like `expected`, by the means: the order of neighbours along the sorting curve may depend
+/// on a single bit.
 void align(FitState& found, const FitState& expected) {
   const std::size_t n = expected.field.gaussians.size();
   if (found.field.gaussians.size() != n || found.adam.moment1.size() != 16 * n ||
       found.adam.moment2.size() != 16 * n)
-    return; // is told of when they are compared
+    return; // the comparison reports it
   std::vector<std::uint8_t> taken(n);
   const FitState from = found;
   for (std::size_t i = 0; i < n; ++i) {
@@ -181,7 +182,7 @@ void align(FitState& found, const FitState& expected) {
       const float distance = std::fabs(a[0] - b[0]) + std::fabs(a[1] - b[1]) + std::fabs(a[2] - b[2]);
       if (!taken[j] && !(distance >= least)) nearest = j, least = distance;
     }
-    if (nearest == n) return; // only where there are NaNs
+    if (nearest == n) return; // only with NaNs
     taken[nearest] = 1;
     found.field.gaussians[i] = from.field.gaussians[nearest];
     std::copy_n(from.adam.moment1.begin() + 16 * nearest, 16, found.adam.moment1.begin() + 16 * i);
@@ -216,7 +217,7 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
   fetch();
   judgeStep(probe.field, found, expected, judge);
   judge.compare("positional gradient", found.accumulator.sum, expected.accumulator.sum);
-  // From the same state on: rounding must not decide who is chosen.
+  // Starts from the same state, so that rounding does not decide who is chosen.
   fit->upload(expected.field, expected.adam, expected.accumulator);
   const DensifyCounts grown = fit->densify(), cpuGrown = cpu.densify();
   judge.compare("number of Gaussians", static_cast<double>(grown.split + grown.cloned - grown.pruned),

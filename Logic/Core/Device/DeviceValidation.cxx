@@ -18,18 +18,18 @@ using namespace std::chrono_literals;
 
 struct Validations {
   std::mutex mutex;
-  std::map<int, std::string> known; // refusals, empty ones included
+  std::map<int, std::string> known; // refusals, also empty ones
   std::map<int, std::shared_future<DeviceValidation>> running;
   std::atomic<int> active{0};
 };
 
-/// Never destroyed: a comparison may outlive main().
+/// Never destroyed, as a comparison may outlive main().
 Validations& validations() {
   static Validations* all = new Validations;
   return *all;
 }
 
-/// A device must not be at work while its driver is unloaded; nor may one that hangs keep the program.
+/// At exit, waits for devices at work before their driver is unloaded, but not for one that hangs.
 struct WaitAtExit {
   ~WaitAtExit() {
     for (int n = 0; n < 100 && validations().active > 0; ++n)

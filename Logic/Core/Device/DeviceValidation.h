@@ -6,18 +6,18 @@ namespace innergs {
 
 class DevicePlugin;
 
-/// What the comparison of a device with the CPU (DeviceCheck.h) led to.
+/// The result of comparing a device with the CPU (DeviceCheck.h).
 struct DeviceValidation {
-  std::string refused; // one sentence; empty: it computes as the CPU does
-  bool lasting = true; // false: it could not be compared now, for want of memory and the like
+  std::string refused; // one sentence; empty: it agrees with the CPU
+  bool lasting = true; // false: it could not be compared now, e.g. for lack of memory
 };
 
-/// Starts the device and compares it, in a thread of its own, once per process unless that fails. Throws
-/// Error(Cancelled) when stopped before the end; the comparison then goes on for who asks next.
+/// Starts the device and compares it with the CPU in a separate thread, once per process unless that fails.
+/// Throws Error(Cancelled) if stopped first; the comparison continues for later callers.
 DeviceValidation validateDevice(DevicePlugin& plugin, int device, const std::string& name,
                                 const std::stop_token& stop);
 
-/// What is known without touching the device: why it is refused for good, or empty.
+/// What is known without touching the device: why it is permanently refused, or empty.
 std::string knownRefusal(int device);
 
 } // namespace innergs

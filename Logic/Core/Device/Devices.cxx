@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr const char* kBackend = "innergs_cuda";
 
-/// System messages may end in anything.
+/// System messages may end with or without punctuation.
 std::string sentence(std::string text) {
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && (text.back() == ' ' || text.back() == '.'))
@@ -27,7 +27,7 @@ std::string sentence(std::string text) {
   return text + ".";
 }
 
-/// INNERGS_PLUGIN_PATH, then where builds and installations put plugins.
+/// INNERGS_PLUGIN_PATH first, then the folders of builds and installations.
 std::vector<fs::path> pluginFolders() {
   std::vector<fs::path> folders;
   if (const char* path = std::getenv("INNERGS_PLUGIN_PATH")) {
@@ -80,7 +80,7 @@ Backend load(const fs::path& file) {
   return backend;
 }
 
-/// The plugin, looked for and loaded at the first call: the first file of its name decides.
+/// The plugin, found and loaded at the first call; the first file with its name is used.
 const Backend& backend() {
   static const Backend found = [] {
     for (const fs::path& folder : pluginFolders()) {
@@ -93,7 +93,7 @@ const Backend& backend() {
   return found;
 }
 
-/// Devices as the plugin lists them; none: why.
+/// The devices that the plugin lists or, if there are none, the reason.
 DeviceList listed() {
   DeviceList list;
   try {
@@ -110,9 +110,9 @@ DeviceList listed() {
   return list;
 }
 
-constexpr std::int64_t kManySamples = 8'000'000; // worth a device
+constexpr std::int64_t kManySamples = 8'000'000; // from here on a device pays off
 
-/// Milliseconds of an iteration over a million samples on two cores (Docs/benchmarks.md), and seconds of a
+/// Milliseconds per iteration over a million samples on two cores (Docs/benchmarks.md), and the seconds of a
 /// fit up to which "auto" stays on the CPU.
 constexpr double kMillisecondsPerMillionSamples = 14, kSmall = 0.5;
 
@@ -140,15 +140,15 @@ DeviceChoice::DeviceChoice(const std::string& asked, const std::string& instruct
     use.reason = "On the CPU, as asked.";
     return;
   }
-  std::string only; // what only the CPU has
+  std::string only; // set if only the CPU supports it
   if (selection != Selection::Exact)
     only = std::string("the candidate selection ") + selectionName(selection);
   else if (!instructionSet.empty())
     only = "the instruction set " + instructionSet;
   if (!only.empty()) {
     if (request.kind == DeviceRequest::Kind::Cuda)
-      throw Error(ErrorCode::InvalidArgument, "Only the CPU has " + only + ": leave it out, or the device.");
-    use.reason = "On the CPU, which alone has " + only + ".";
+      throw Error(ErrorCode::InvalidArgument, "Only the CPU supports " + only + ": omit it, or the device.");
+    use.reason = "On the CPU, which alone supports " + only + ".";
     return;
   }
   insists_ = request.kind == DeviceRequest::Kind::Cuda;
@@ -179,7 +179,7 @@ DeviceChoice::DeviceChoice(const std::string& asked, const std::string& instruct
   pass(refused, true);
 }
 
-/// The next candidate, after what spoke against the last one. `disagrees`: the device computes otherwise.
+/// Moves on to the next candidate; `why`: what ruled out the last one. `disagrees`: it computes otherwise.
 void DeviceChoice::pass(const std::string& why, bool disagrees) {
   if (!why.empty()) passed_ += (passed_.empty() ? "" : " ") + why;
   onlyDisagree_ = onlyDisagree_ && disagrees;
@@ -196,7 +196,7 @@ void DeviceChoice::pass(const std::string& why, bool disagrees) {
   if (!passed_.empty()) use.reason += " " + passed_;
 }
 
-/// Starts the device; one that computes otherwise makes way for the next.
+/// Starts the device; if it computes otherwise, moves on to the next.
 void DeviceChoice::validate(const std::stop_token& stop) {
   while (!onCpu()) {
     const DeviceValidation validation = validateDevice(*plugin_, index_, use.name, stop);
@@ -227,7 +227,7 @@ void DeviceChoice::considerSize(double samples, int iterations) {
   if (onCpu() || use.asked != "auto" || iterations <= 0) return;
   const double seconds = 1e-9 * kMillisecondsPerMillionSamples * samples * iterations;
   if (seconds > kSmall) return;
-  leave(formatted("The fit is small: about %.1g s of work, not worth the start of a GPU.",
+  leave(formatted("The fit is small: about %.1g s of work, not worth starting a GPU.",
                   std::max(seconds, 0.001)));
 }
 
@@ -277,7 +277,7 @@ std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field,
   try {
     return plugin_->makeField(index_, field);
   } catch (const std::exception&) {
-    return nullptr; // the CPU renders the same
+    return nullptr; // the CPU gives the same rendering
   }
 }
 

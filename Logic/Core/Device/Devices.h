@@ -14,18 +14,18 @@ class FitDevice;
 struct DeviceList;
 struct FitRequest;
 
-/// Where a fit runs, for people: in progress, reports and the result.
+/// Where a fit runs, for progress, reports and results.
 struct DeviceUse {
   std::string asked = "auto"; // as in Settings
   std::string id = "cpu";     // or "cuda:N"
-  std::string name = "CPU";   // as its maker calls it
+  std::string name = "CPU";   // the manufacturer's name
   std::string reason;         // one or two sentences: why here, and what went wrong elsewhere
 };
 
-/// The devices besides the CPU, or one sentence why there is none: no plugin (beside the program or in a
-/// folder of INNERGS_PLUGIN_PATH), one that cannot be loaded or belongs to another build, no driver, no
-/// device. Asked anew at every call; a plugin is loaded once. Every device is started, and compared with the
-/// CPU once (DeviceValidation.h). Never throws.
+/// The devices other than the CPU, or one sentence on why there is none: no plugin (beside the program or in
+/// a folder of INNERGS_PLUGIN_PATH), one that cannot be loaded or belongs to another build, no driver, no
+/// device. Queried at every call; a plugin is loaded once. Starts every device and compares it with the CPU
+/// once (DeviceValidation.h). Never throws.
 DeviceList otherDevices();
 
 /// One of otherDevices(), or the CPU.
@@ -33,27 +33,27 @@ class DeviceChoice {
 public:
   DeviceUse use;
 
-  /// What `asked` ("auto", "cpu", "cuda", "cuda:N") leads to before any device is started. "auto": the device
-  /// with the most memory, or the CPU when there is none or when the settings name something that only
-  /// the CPU has (instruction set, candidate selection). A device that is known to compute otherwise
-  /// than the CPU is never taken. Throws Error(InvalidArgument) for "cuda" where it cannot be had.
+  /// Resolves `asked` ("auto", "cpu", "cuda", "cuda:N") without starting a device. "auto": the device with
+  /// the most memory, or the CPU if there is none or if the settings need something that only the CPU has
+  /// (instruction set, candidate selection). Never takes a device known to compute otherwise than the CPU.
+  /// Throws Error(InvalidArgument) if "cuda" is asked for but not available.
   DeviceChoice(const std::string& asked, const std::string& instructionSet = {},
                Selection selection = Selection::Exact);
 
   bool onCpu() const { return !plugin_; }
-  /// "auto" stays on the CPU with a fit so small that a device would not be worth its start.
+  /// Keeps "auto" on the CPU for a fit too small to be worth starting a device.
   void considerSize(const FitRequest& request);
   void considerSize(double samples, int iterations);
-  /// The fit on the device, started and compared with the CPU (DeviceValidation.h); null on the CPU. When
-  /// that fails, the fit does not fit into the device's memory or cannot be made, the choice becomes the next
-  /// device or the CPU and the reason says why. Throws Error(InvalidArgument) where "cuda" leads to devices
-  /// only that compute otherwise, Error(Cancelled) when stopped.
+  /// The fit on the device, started and compared with the CPU (DeviceValidation.h); null on the CPU. If that
+  /// fails, or the fit does not fit into the device's memory or cannot be made, moves on to the next device
+  /// or the CPU and says why in the reason. Throws Error(InvalidArgument) if "cuda" finds only devices that
+  /// compute otherwise, Error(Cancelled) when stopped.
   std::unique_ptr<FitDevice> makeFit(const FitRequest& request);
-  /// The field on the device, likewise, to be looked at; null on the CPU and where it cannot be made.
+  /// Likewise the field on the device, for rendering; null on the CPU and if it cannot be made.
   std::shared_ptr<FieldDevice> makeField(const GaussianField& field, const std::stop_token& stop = {});
-  /// The CPU from now on.
+  /// Switches to the CPU for good.
   void leave(const std::string& why);
-  /// FitDevice::remark() into the reason. False when it is there already, or empty.
+  /// Adds FitDevice::remark() to the reason. False if it is empty or already there.
   bool note(const std::string& remark);
 
 private:
@@ -67,15 +67,15 @@ private:
   void validate(const std::stop_token& stop);
 
   bool insists_ = false, onlyDisagree_ = true;
-  std::vector<Candidate> candidates_; // still to be tried
-  std::string passed_;                // what spoke against the others
-  DevicePlugin* plugin_ = nullptr;    // belongs to its library
+  std::vector<Candidate> candidates_; // not tried yet
+  std::string passed_;                // why the others were ruled out
+  DevicePlugin* plugin_ = nullptr;    // owned by its library
   int index_ = 0;
 };
 
-/// The field where `asked` leads for so many samples to render: "auto" takes a device from eight million on.
-/// Null on the CPU; a device that was asked for and cannot hold the field: null as well, and `problem` says
-/// so (one sentence). Throws as DeviceChoice does.
+/// The field on the device that `asked` resolves to, for rendering so many samples: "auto" takes a device
+/// from eight million on. Null on the CPU; also null, with one sentence in `problem`, if a requested device
+/// cannot hold the field. Throws like DeviceChoice.
 std::shared_ptr<FieldDevice> renderingDevice(const std::string& asked, const GaussianField& field,
                                              std::int64_t samples, const std::string& instructionSet = {},
                                              Selection selection = Selection::Exact,

@@ -92,5 +92,5 @@ TEST_F(Choice, AutoLeavesSmallFitsToTheCpu) {
   EXPECT_EQ(chosen("cuda", 10).id, "cuda:1") << "as asked";
   EXPECT_EQ(chosen("auto", 20).id, "cpu");
   EXPECT_EQ(chosen("auto", 20).reason,
-            "On the CPU. The fit is small: about 0.3 s of work, not worth the start of a GPU.");
+            "On the CPU. The fit is small: about 0.3 s of work, not worth starting a GPU.");
 }

@@ -9,7 +9,7 @@ namespace {
 
 class DeviceJob : public FakeDevice {
 protected:
-  /// A run that stops in its n-th iteration (−1: never) and collects what progress said of the device.
+  /// A run that stops in its n-th iteration (−1: never) and collects what the progress says about the device.
   ReconstructionResult runUntil(int iteration, const ReconstructionInput& input, const Settings& settings,
                                 bool previews = false) {
     notes.clear();
@@ -69,7 +69,7 @@ TEST_F(DeviceJob, IsEstimatedByTheLastFitOnTheDevice) {
   EXPECT_NEAR(thrice - once, 2 * result.fitSeconds, 1e-6 + 0.01 * result.fitSeconds);
   EXPECT_EQ(result.iterationsRun, result.iterations);
 
-  // A model that is gone on with: only the iterations of the run count, and a few tell nothing.
+  // A resumed model: only the iterations of this run count, and few are not representative.
   const auto stopped = runUntil(*result.settings.iterations - 5, input, fit);
   ASSERT_TRUE(stopped.cancelled);
   ReconstructionInput goingOn = input;
@@ -125,7 +125,7 @@ TEST_F(DeviceJob, FallsBackToTheCpuAtTheStart) {
 TEST_F(DeviceJob, GoesOnOnTheCpuMidway) {
   Settings settings = quickSettings(12);
   settings.ensembleSize = 2;
-  settings.prediction = PredictionKind::None; // the device fails in this fit, not in one that predicts
+  settings.prediction = PredictionKind::None; // the device fails in this fit, not in the prediction's
   const auto cpu = runUntil(-1, anisotropicInput(), reference(settings));
   for (const char* how :
        {"upload", "iteration:1", "iteration:7", "iteration:20", "lost:7", "lost:20", "download"}) {

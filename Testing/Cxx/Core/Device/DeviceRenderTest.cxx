@@ -56,9 +56,9 @@ TEST_F(DeviceRender, GivesTheCpusValuesWithDetailDomainUnitsAndChannels) {
       };
       const double unit = own ? field.intensityScale : 1;
       check(2e-4 * unit * (own ? 1 : 7), false);
-      fails("mark"); // it is the device that renders
+      fails("mark"); // shows that the device renders
       check(0.9 * unit, true);
-      fails("render"); // and the CPU where it cannot
+      fails("render"); // then the CPU takes over
       check(0, false);
       fails("");
     }

@@ -8,7 +8,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A fit with everything that a device is asked for.
+/// A fit that uses everything a device must support.
 class DeviceTrainer : public FakeDevice {
 protected:
   void SetUp() override {
@@ -113,7 +113,7 @@ TEST_F(DeviceTrainer, GoesBackToTheLastStateItHasWhenTheDeviceIsLost) {
   Trainer cpu = onCpu();
   while (cpu.step()) {
   }
-  for (const int fetch : {0, 3, 11, 14}) { // iterations after which the state is looked at
+  for (const int fetch : {0, 3, 11, 14}) { // iterations after which the state is fetched
     SCOPED_TRACE(fetch);
     fails("lost:17");
     Trainer device = onDevice();
@@ -160,7 +160,7 @@ TEST_F(DeviceTrainer, RestartsAndRestoresOnAnyDevice) {
   same(cpu, device);
   const GaussianField reached = device.field();
   const OptimizerState state = device.optimizer();
-  for (Trainer* trainer : {&cpu, &device}) { // each from what the other device reached
+  for (Trainer* trainer : {&cpu, &device}) { // each continues from the other's state
     trainer->restart(reached);
     trainer->restore(state, 9);
     while (trainer->step()) {

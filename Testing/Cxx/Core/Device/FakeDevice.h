@@ -15,13 +15,13 @@ inline void setVariable(const char* name, const std::string& value) {
 #endif
 }
 
-/// Tests with the fake plugin (FakePlugin.cxx): fails(...) says what goes wrong from now on.
+/// Tests with the fake plugin (FakePlugin.cxx); fails(...) sets what fails from now on.
 class FakeDevice : public ::testing::Test {
 protected:
   static void SetUpTestSuite() {
     setVariable("INNERGS_PLUGIN_PATH", INNERGS_FAKE_PLUGINS "/good");
     fails("");
-    otherDevices(); // checks them before anything goes wrong
+    otherDevices(); // checks them before anything fails
   }
   void SetUp() override { fails(""); }
   void TearDown() override { fails(""); }
@@ -31,7 +31,7 @@ protected:
     settings.device = device;
     return settings;
   }
-  /// On the CPU in the fake's instruction set: the same, bit for bit.
+  /// The CPU with the fake's instruction set: bit-identical.
   static Settings reference(Settings settings = quickSettings()) {
     settings.device = "cpu";
     settings.instructionSet = "scalar";

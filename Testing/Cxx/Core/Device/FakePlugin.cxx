@@ -1,7 +1,7 @@
-// A device plugin whose devices are the CPU in disguise. The environment variable INNERGS_FAKE says what goes
-// wrong: none, small, short (after three iterations), throws, make, upload, iteration:N, lost:N, reshape,
-// evaluate, download, render, mark (renders values that are 1 too high), later (likewise, but not in a
-// self-check that comes first).
+// A device plugin whose devices are the CPU in disguise. The environment variable INNERGS_FAKE selects the
+// failure: none, small, short (after three iterations), throws, make, upload, iteration:N, lost:N, reshape,
+// evaluate, download, render, mark (renders values that are 1 too high), later (likewise, but not during the
+// initial self-check).
 #include "Core/Base/Error.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Fit/CpuFitDevice.h"
@@ -62,7 +62,7 @@ public:
   }
 
   std::string remark() const override {
-    return fault("short") && iterations_ > 3 ? "Its memory is short: the slices go through it in 7 parts."
+    return fault("short") && iterations_ > 3 ? "Its memory is short: the slices are processed in 7 parts."
                                              : "";
   }
 

@@ -1,4 +1,4 @@
-// A library that stamps itself as a plugin and offers none.
+// A library with a plugin's stamp but no plugin.
 #include "Core/Device/DevicePlugin.h"
 
 extern "C" INNERGS_PLUGIN_EXPORT const innergs::PluginStamp* innergsPluginStamp() {
