@@ -14,8 +14,8 @@
 namespace innergs {
 namespace {
 
-/// Whether some sample points of lattice a lie inside lattice b's box. With a gap: from face to face of a's
-/// slices, and as far as that before or after b's, in its slice distances.
+/// Whether some sample points of lattice a lie inside lattice b's box. With a gap: checks between the
+/// outermost slices of a, and up to that many of b's slice distances before or after b.
 bool reaches(const GridGeometry& a, const GridGeometry& b, double gap) {
   const Affine3 map = inverse(b.indexToWorld()) * a.indexToWorld();
   const double face = gap > 0 ? 0.5 : 0;
@@ -39,8 +39,8 @@ bool overlap(const GridGeometry& a, const GridGeometry& b, double gap = 0) {
   return reaches(a, b, gap) || reaches(b, a, gap);
 }
 
-/// The first stack that no chain of overlapping or adjoining ones, in any order, connects with the first; 0:
-/// none. Two adjoin when at most one slice would fit between them. Those with poses may lie anywhere.
+/// The first stack that no chain of overlapping or adjoining stacks, in any order, connects with the first;
+/// 0: none. Two stacks adjoin if at most one slice fits between them. Stacks with poses may lie anywhere.
 std::size_t apart(std::span<const Stack> stacks) {
   constexpr double gap = 1 + 1e-3;
   const auto together = [&](const Stack& a, const Stack& b) {
@@ -60,7 +60,7 @@ std::size_t apart(std::span<const Stack> stacks) {
 }
 
 /// Whether a stack is a slab of the same acquisition: parallel slices, centred before or after those of the
-/// first.
+/// first stack.
 bool continues(const Stack& stack, const GridGeometry& first) {
   const GridGeometry& g = stack.image.geometry;
   const double k = inverse(first.indexToWorld())(g.centre())[2];
@@ -68,7 +68,7 @@ bool continues(const Stack& stack, const GridGeometry& first) {
          (k < -0.5 || k > static_cast<double>(first.size[2]) - 0.5);
 }
 
-/// `grid` with as many more voxels as it takes to hold those of the stacks that `wanted` tells.
+/// `grid`, extended by whole voxels until it covers those of the stacks that `wanted` accepts.
 GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
                    const std::function<bool(const Stack&)>& wanted) {
   const Affine3 worldToIndex = inverse(grid.indexToWorld());
@@ -267,7 +267,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     const auto& size = stack.image.geometry.size;
     if (size[0] > 65536 || size[1] > 65536 || size[2] > 65536)
       throw Error(ErrorCode::Geometry,
-                  nameOf(stack, s) + " has an axis of more than 65536 voxels: cut it to a region first.");
+                  nameOf(stack, s) + " has an axis of more than 65536 voxels: crop it to a region first.");
     if (size[2] < 2)
       throw Error(ErrorCode::UnsupportedImage,
                   nameOf(stack, s) + " has a single slice; at least two are needed.");
@@ -285,12 +285,10 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   for (const Stack& stack : stacks)
     samples += usable(stack);
   if (samples == 0)
-    throw Error(
-        ErrorCode::NoData,
-        input.mask
-            ? "The mask holds no centre of a finite voxel of the images: check that it belongs to them "
-              "and is not smaller than their voxels."
-            : "The images have no finite observed voxel: there is nothing to fit.");
+    throw Error(ErrorCode::NoData,
+                input.mask ? "The mask holds no centre of a finite voxel of the images: check that it "
+                             "belongs to them and is not smaller than their voxels."
+                           : "The images have no finite observed voxel: there is nothing to fit.");
   for (const Stack& stack : stacks)
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)

@@ -3,17 +3,18 @@
 
 namespace innergs {
 
-/// The input of a fit, checked and made ready: masks applied and, where asked for, slices withheld.
+/// The checked input of a fit, with masks applied and, on request, slices withheld.
 struct PreparedInput {
-  std::vector<Stack> stacks;                      // `observed` filled where anything is left out
+  std::vector<Stack> stacks;                      // `observed` is set where anything is left out
   std::vector<std::vector<std::int64_t>> heldOut; // per stack: withheld slices
-  std::vector<std::vector<std::uint8_t>> scored;  // per stack with withheld slices: observed before they were
+  std::vector<std::vector<std::uint8_t>> scored;  // of stacks with withheld slices: observed before
+                                                  // withholding
   GridGeometry domain;                            // of the field
   Mask support;                                   // of a masked fit, see GaussianField
-  ValueRange range;                               // of what is fitted
+  ValueRange range;                               // range of the fitted values
   GridGeometry outputGrid;
   std::int64_t nonFinite = 0;
-  std::string fingerprint; // of voxels, geometry and what is observed
+  std::string fingerprint; // hash of voxels, geometry and what is observed
   std::vector<std::string> warnings;
 };
 
@@ -34,29 +35,29 @@ bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 /// For messages. index: among the input's stacks, from 0.
 std::string nameOf(const Stack& stack, std::size_t index);
 
-/// Throws Error(InvalidArgument) unless it is from 0 to 0.5.
+/// Throws Error(InvalidArgument) unless the fraction is in [0, 0.5].
 void checkHeldOutFraction(double fraction);
 
-/// The share of the stacks' volume (mm³) that a fit inside the mask works on, roughly: blocks of `reach` mm
-/// that hold a voxel of the mask. 1 without a mask, or without its voxels.
+/// The approximate share of the stacks' volume (mm³) that a fit inside the mask processes: blocks of `reach`
+/// mm that contain a voxel of the mask. 1 without a mask or without its voxels.
 double maskedShare(const ReconstructionInput& input, double volume, double reach);
 
-/// What Gaussians start on: the stacks with their withheld slices filled in from the nearest fitted ones on
-/// either side. The copies that this takes are in `bridged`.
+/// The stacks that Gaussians are initialised from: withheld slices are interpolated linearly between the
+/// nearest fitted ones. `bridged` holds the copies that this needs.
 std::span<const Stack> startStacks(const PreparedInput& prepared, std::vector<Stack>& bridged);
 
-/// The first stack's lattice, and so much more of it that it holds the slabs (parallel stacks before or after
-/// it) of the same acquisition.
+/// The first stack's lattice, extended to cover the slabs (parallel stacks before or after it) of the same
+/// acquisition.
 GridGeometry acquisitionGrid(std::span<const Stack> stacks);
 
-/// The lattice a result is put on by default: isotropic at the finest spacing of all stacks, over the box of
+/// The default output lattice: isotropic at the finest spacing of all stacks, over the box of
 /// acquisitionGrid().
 GridGeometry defaultOutputGrid(std::span<const Stack> stacks);
 
 /// The lattice of a fitted field: axes of the first stack, finest spacing of all, over the box of all stacks.
 GridGeometry dataDomain(std::span<const Stack> stacks);
 
-/// Rigid frame to fit in: axes of the first stack (made right-handed), origin at its centre.
+/// The rigid frame of the fit: axes of the first stack (made right-handed), origin at its centre.
 Affine3 modelFrame(const GridGeometry& geometry);
 
 } // namespace innergs

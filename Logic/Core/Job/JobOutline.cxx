@@ -17,7 +17,7 @@ JobForecast JobOutline::forecast() const {
     forecast.reason = use.reason;
   });
   if (!forecast.refusal.empty()) return forecast;
-  sentenceOf([&] { // without it the time is unknown
+  sentenceOf([&] { // on failure the time is unknown
     double sum = 0;
     for (const ReconstructionInput& fit : fits) {
       const double seconds = estimateSeconds(fit, settings);

@@ -5,12 +5,12 @@ namespace innergs {
 
 /// Where a job would run and how long it would take.
 struct JobForecast {
-  std::string refusal;        // of the device, a sentence; "" when it can run
-  std::string device, reason; // its name; why that one, a sentence
-  double seconds = 0;         // roughly; 0: unknown
+  std::string refusal;        // why the device cannot run it, a sentence; "" if it can
+  std::string device, reason; // its name; a sentence on why it was chosen
+  double seconds = 0;         // rough; 0: unknown
 };
 
-/// The fits that a job makes one after the other, for estimates: without voxels but for the mask's.
+/// The fits that a job runs one after the other, for estimates; only the mask needs voxels.
 struct JobOutline {
   Settings settings;
   std::vector<ReconstructionInput> fits;

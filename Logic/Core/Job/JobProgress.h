@@ -9,18 +9,18 @@ constexpr double kMotionEnds = 0.4;     // of slices, where it is looked for
 constexpr double kPredictionEnds = 0.5;                                    // where there is one
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97; // of the progress bar
 
-/// The progress of one fit, from its input to its volume, as it is reported.
+/// Reports the progress of one fit, from its input to its volume.
 class JobProgress {
 public:
   explicit JobProgress(ProgressCallback callback) : callback_(std::move(callback)) {}
 
-  /// fraction: of the fit; lower ones than before are raised to it.
+  /// fraction: of the fit; never falls below earlier values.
   void report(Phase phase, double fraction);
-  /// A report in the present phase that says a sentence.
+  /// Reports a sentence in the current phase.
   void say(const std::string& sentence);
   double elapsed() const; // seconds
 
-  Progress state; // reported with the next report()
+  Progress state; // sent with the next report()
 
 private:
   ProgressCallback callback_;

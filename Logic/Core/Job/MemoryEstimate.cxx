@@ -19,12 +19,12 @@ std::int64_t resultBytes(const ReconstructionInput& fit) {
   return grid.voxelCount() * static_cast<std::int64_t>(sizeof(float));
 }
 
-/// Bytes of the samples that a fit holds, and of the buffers for the largest lattice.
+/// Size of the samples that a fit holds, and of the buffers for the largest lattice.
 struct LatticeBytes {
   double voxels = 0;  // of the stacks, padded
-  double samples = 0; // fitted, padded: all axes see every voxel three times
+  double samples = 0; // fitted, padded: with all axes every voxel counts three times
   double largest = 0; // points of the largest lattice, sub-planes and padding included
-  double planes = 1;  // of the lattice with most of them
+  double planes = 1;  // of the lattice with the most planes
 };
 
 LatticeBytes latticesOf(std::span<const Stack> stacks, bool allAxes) {
@@ -48,9 +48,9 @@ LatticeBytes latticesOf(std::span<const Stack> stacks, bool allAxes) {
   return sum;
 }
 
-/// What alpha blending's backward passes keep: for every lattice, moments for every plane that a Gaussian
-/// reaches, which follows from the width that `count` of them have to fill the volume; for the one at work,
-/// three numbers for every voxel.
+/// What alpha blending's backward pass keeps: for every lattice, moments for every plane that a Gaussian
+/// reaches, estimated from the width at which `count` of them fill the volume; for the current lattice, three
+/// numbers per voxel.
 double alphaScratch(const FitPlan& plan, const DataTraits& traits, const LatticeBytes& lattices, double count,
                     double views) {
   const double sigma = plan.start.scaleFactor * std::cbrt(traits.volume / count);
@@ -62,8 +62,8 @@ double alphaScratch(const FitPlan& plan, const DataTraits& traits, const Lattice
 
 namespace {
 
-/// With a prediction: the fit to it as to thin slices, beside the slices; and while it is made the
-/// prediction, two candidates and what corrects them, with a field's own fit.
+/// With a prediction: the fit to it, as to thin slices, together with the slices; and while it is made, the
+/// prediction, two candidates and their corrections, or a field's own fit.
 std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
                              const GridGeometry& grid) {
   ReconstructionInput thin;
@@ -108,14 +108,14 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double gaussians = static_cast<double>(
       plan.densify.every > 0 ? std::max(*filled.gaussians, *filled.maxGaussians) : *filled.gaussians);
   const GridGeometry grid = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
-  const double axes = plan.allAxes ? 5 * lattices.voxels : 0; // the slices along one more axis, one at a time
+  const double axes = plan.allAxes ? 5 * lattices.voxels : 0; // slices along another axis, one axis at a time
   const double copies =
       lattices.voxels * 5 /* the job's own stacks */ + lattices.samples * 5 /* targets and weights */ + axes;
   const double merged = gaussians * filled.ensembleSize.value_or(1) * (2 * 64.0 + sizeof(Projected));
   const double views = plan.allAxes ? 3 : static_cast<double>(input.stacks.size());
   const double alpha =
       filled.blending == Blending::Alpha ? alphaScratch(plan, traits, lattices, gaussians, views) : 0;
-  const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while it sorts them
+  const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while sorting them
   const double fit = merged + lattices.largest * 8 /* W, N */ +
                      gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
   const double bridged = input.heldOutFraction > 0 ? lattices.voxels * 5 : 0; // see startStacks()
@@ -150,8 +150,8 @@ MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings&
     need.refusal = n == 0 ? memoryRefusal(bytes, available)
                           : "Judging the quality needs about " + bytesText(static_cast<double>(bytes)) +
                                 " of memory and " + bytesText(static_cast<double>(available)) +
-                                " are available: do without it, or choose a smaller region, a coarser "
-                                "output or fewer Gaussians.";
+                                " are available: turn it off, or choose a smaller region, a coarser output "
+                                "or fewer Gaussians.";
   }
   return need;
 }

@@ -8,19 +8,19 @@
 
 namespace innergs {
 
-/// What fits need that are made one after the other: the reconstruction, and then the one that judges its
+/// The memory of fits that run one after the other: the reconstruction, then the one that measures its
 /// quality.
 struct MemoryNeed {
-  std::int64_t bytes = 0; // at most at one time, beyond the inputs
-  std::string refusal;    // the sentence with which they are refused; "" when they can start
+  std::int64_t bytes = 0; // peak, beyond the inputs
+  std::string refusal;    // the sentence that refuses them; "" if they can start
 };
 
-/// available: bytes, 0 unknown. The results of the fits before are kept.
+/// available: bytes, 0 if unknown. The results of earlier fits stay in memory.
 MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings& settings,
                       std::int64_t available = availableMemory());
 
-/// The sentence with which one fit is refused that needs so many bytes; "" where that many are available, or
-/// what is available is unknown (0).
+/// The sentence that refuses a fit needing so many bytes; "" if that much is available or if the available
+/// memory is unknown (0).
 std::string memoryRefusal(std::int64_t needed, std::int64_t available);
 
 } // namespace innergs

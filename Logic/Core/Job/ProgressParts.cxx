@@ -29,7 +29,7 @@ void ProgressParts::report(const Progress& part) {
     whole.phase = Phase::Judging;
     whole.iteration = part.iteration;
     whole.iterations = part.iterations;
-    whole.note.clear(); // where the fit runs is told of the one that is delivered
+    whole.note.clear(); // only the delivered fit reports where it runs
   } else if (part.phase == Phase::Done && later > 0) {
     whole.phase = last_.phase;
   }

@@ -6,16 +6,15 @@
 
 namespace innergs {
 
-/// The progress of parts that run one after the other (a fit, then the judging of its quality) as that of one
-/// job.
+/// Combines the progress of parts that run one after the other (a fit, then its quality measurement) into
+/// that of one job.
 class ProgressParts {
 public:
-  /// weights: what each part is expected to cost, in any unit; their measured cost corrects the remaining
-  /// time as they go.
+  /// weights: expected cost of each part, in any unit; measured costs then correct the remaining time.
   ProgressParts(ProgressCallback callback, std::vector<double> weights);
 
-  /// Begins the next part; the callback is for its own progress. From the second part on the phase is Judging
-  /// and all but the iterations stays as the first part left it. Valid as long as this object.
+  /// Starts the next part and returns the callback for its progress. From the second part on, the phase is
+  /// Judging and everything but the iterations keeps the first part's values. Valid as long as this object.
   ProgressCallback next();
   /// Reports Done.
   void finish();
@@ -26,8 +25,8 @@ private:
   ProgressCallback callback_;
   std::vector<double> weights_;
   std::size_t current_ = 0, begun_ = 0;
-  double weightBefore_ = 0, elapsedBefore_ = 0; // of the parts that are over
-  Progress first_, last_;                       // as the first part ended; as last reported
+  double weightBefore_ = 0, elapsedBefore_ = 0; // of the finished parts
+  Progress first_, last_;                       // at the end of the first part; last reported
 };
 
 } // namespace innergs

@@ -42,7 +42,7 @@ struct ReconstructionJob::Impl {
   ProgressCallback progress;
   std::function<void(const Volume&)> preview;
 
-  /// The result's quality, by a second fit with the same settings.
+  /// Measures the result's quality by a second fit with the same settings.
   void judge(ReconstructionResult& result, const ProgressCallback& told, const std::stop_token& stop);
 };
 
@@ -86,8 +86,8 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, const Progress
   };
   if (std::all_of(input.stacks.begin(), input.stacks.end(),
                   [](const Stack& stack) { return stack.image.geometry.size[2] < 3; }))
-    return fail("A scan needs three slices at least for one of them to be withheld.");
-  const auto resume = std::exchange(input.resume, nullptr); // has seen what is to be withheld
+    return fail("A scan needs at least three slices for one of them to be withheld.");
+  const auto resume = std::exchange(input.resume, nullptr); // it has seen the slices to be withheld
   Failure failure;
   ReconstructionResult found;
   try {

@@ -13,29 +13,29 @@
 
 namespace innergs {
 
-/// What a reconstruction works on. The job keeps this snapshot; nothing in it changes while it runs.
+/// The input of a reconstruction. The job keeps this snapshot; it does not change while the job runs.
 struct ReconstructionInput {
   std::vector<Stack> stacks;
-  std::optional<Mask> mask; // patient-space mask: only voxels inside are fitted, and the model has values
-                            // there and within a slice distance alone
-  std::optional<GridGeometry>
-      outputGrid; // default: isotropic at the finest spacing over the first stack's box, cut to the mask's
-  bool cropToMask = false; // cut a given output grid to the mask's box as well
-  /// Above 0, up to 0.5: of every stack's slices, to be withheld from a second fit with the same settings
-  /// that judges the quality on them. What is delivered is fitted to all slices.
+  std::optional<Mask> mask; // only voxels inside (patient space) are fitted; the model has values only there
+                            // and up to one slice distance around
+  std::optional<GridGeometry> outputGrid; // default: isotropic at the finest spacing over the first stack's
+                                          // box, cropped to the mask's
+  bool cropToMask = false;                // also crop a given output grid to the mask's box
+  /// Above 0, up to 0.5: the share of every stack's slices withheld from a second fit with the same settings,
+  /// which measures the quality on them. The delivered model is fitted to all slices.
   double heldOutFraction = 0;
-  std::shared_ptr<const Model> resume; // go on from here
+  std::shared_ptr<const Model> resume; // continues from here
 };
 
 struct ReconstructionResult {
   std::shared_ptr<const Model> model;
   Volume volume;           // on the output grid, scanner units
-  bool cancelled = false;  // true: state at the stop, volume rendered only if asked for
+  bool cancelled = false;  // true: the state when stopped; volume only if requested
   double trainingPsnr = 0; // dB, fitted samples
-  // Of a second fit, on slices that it did not see; the model above saw them.
+  // From a second fit, on slices that it did not see; the model above saw them.
   Judging judging = Judging::NotAsked;
   double heldOutPsnr = std::numeric_limits<double>::quiet_NaN(); // dB, pooled; NaN: unknown
-  std::int64_t heldOutSlices = 0;                                // that were scored, over all stacks
+  std::int64_t heldOutSlices = 0;                                // scored, over all stacks
   double judgingSeconds = 0;
   std::vector<StackAlignment> alignment; // of several stacks, where the settings ask for it
   SliceMotion sliceMotion;               // beyond that, likewise; empty: not looked for
@@ -54,11 +54,10 @@ struct ReconstructionResult {
   std::vector<std::string> warnings; // sentences for the user
 };
 
-/// Bytes a job will need beyond its input, its second fit included.
+/// Bytes that a job needs beyond its input, including its second fit.
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings);
 
-/// Runs one reconstruction. Everything that can be wrong with input and settings is thrown by run() before
-/// any work.
+/// Runs one reconstruction. run() reports all errors in input and settings before any work.
 class ReconstructionJob {
 public:
   ReconstructionJob(ReconstructionInput input, Settings settings);
@@ -67,15 +66,15 @@ public:
   ReconstructionJob& operator=(const ReconstructionJob&) = delete;
 
   void onProgress(ProgressCallback callback);
-  /// A rendering of the output grid's lattice at reduced size, a few times during the fit.
+  /// A rendering of the output grid at reduced size, a few times during the fit.
   void onPreview(std::function<void(const Volume&)> callback);
 
-  /// Blocks. A stop request ends it within 200 ms with cancelled = true and the model reached; while the
-  /// quality is judged it only ends that. Throws Error. renderWhenCancelled: also render the volume of a
-  /// stopped fit.
+  /// Blocks. A stop request ends it within 200 ms with cancelled = true and the model fitted so far; during
+  /// the quality measurement it ends only that. Throws Error. renderWhenCancelled: also renders the volume of
+  /// a stopped fit.
   ReconstructionResult run(std::stop_token stop = {}, bool renderWhenCancelled = false);
 
-  /// What it worked on, given away: it cannot run again.
+  /// Returns its input; the job cannot run again.
   ReconstructionInput takeInput();
 
 private:

@@ -24,7 +24,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::atomic<int> running{0};
 
-/// dB, of a mean squared error in normalised intensity.
+/// PSNR in dB from a mean squared error in normalised intensity.
 double psnrOf(double mse) {
   return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
 }
@@ -33,9 +33,9 @@ double psnrOf(const LossSum& sum) {
   return psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
 }
 
-constexpr double kReportEvery = 0.05; // seconds, at least, while a device iterates
+constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
 
-/// The lattice reduced so that no axis has more than `most` voxels.
+/// The lattice resampled so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
   Vec3 spacing = g.spacing;
   for (int a = 0; a < 3; ++a)
@@ -70,7 +70,7 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   result_.instructionSet = kernels_->name;
   for (const Stack& stack : input_.stacks)
     checkStack(stack);
-  if (!withheld_) // before the first fit, for both
+  if (!withheld_) // once, before the first fit, for both
     if (const std::string refusal = memoryRefusal(estimateMemory(input_, settings_), availableMemory());
         !refusal.empty())
       throw Error(ErrorCode::Memory, refusal);
@@ -85,7 +85,7 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
     result_.cancelled = true;
     result_.settings = settings_;
     result_.trainingPsnr = kNaN;
-    // What was given is what was reached; without its volume it counts as nothing.
+    // Nothing was added to what was given; without its volume the result is empty.
     result_.model = input_.resume && !renderWhenCancelled ? input_.resume : std::make_shared<const Model>();
     result_.iterations = result_.model->iteration;
     result_.seconds = progress_.elapsed();
@@ -97,7 +97,7 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   result_.iterations = model_.iteration;
   result_.settings = settings_;
   result_.trainingPsnr = kNaN;
-  std::optional<std::chrono::steady_clock::time_point> begun; // the fit, until it has ended
+  std::optional<std::chrono::steady_clock::time_point> begun; // start of the fit, until it has ended
   const auto endFit = [&] {
     result_.iterations = model_.iteration;
     if (begun) result_.fitSeconds = secondsSince(*begun);
@@ -181,7 +181,7 @@ void ReconstructionRun::choose() {
   plan_ = makePlan(settings_, traits_);
   key_ = settingsKey(settings_, prepared_.fingerprint);
   if (input_.resume && !input_.resume->field.gaussians.empty() && input_.resume->settingsKey != key_) {
-    // One field to refit, as it is: further members would start in another frame.
+    // Refits one field as it is: further members would start in another frame.
     settings_ = asked;
     settings_.ensembleSize = 1;
     settings_.blending = input_.resume->field.blending;
@@ -194,12 +194,12 @@ void ReconstructionRun::choose() {
   result_.settings = settings_;
 }
 
-/// Of a field fitted to slices alone, one member of it.
+/// The volume of a one-member field fitted to the slices alone.
 Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& grid, double from, double to) {
   ReconstructionInput input;
   input.stacks = {stack};
   input.outputGrid = grid;
-  // Withheld: the slices are prepared already.
+  // `withheld` is true as the slices are already prepared.
   ReconstructionRun other(input, fieldSettings(settings_), true, [&](const Progress& p) {
     progress_.report(Phase::Predicting, from + (to - from) * p.fraction);
   });
@@ -208,17 +208,17 @@ Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& gri
   return std::move(found.volume);
 }
 
-/// What Gaussians are fitted to: the stacks, or the prediction from the only one.
+/// The stacks that Gaussians are fitted to: the input's, or the prediction from its only one.
 std::span<const Stack> ReconstructionRun::fittedStacks() const {
   return predicted_ ? std::span<const Stack>(&*predicted_, 1) : prepared_.stacks;
 }
 
-/// And what they start on.
+/// The stacks that they are initialised from.
 std::span<const Stack> ReconstructionRun::startedStacks(std::vector<Stack>& bridged) const {
   return predicted_ ? fittedStacks() : startStacks(prepared_, bridged);
 }
 
-/// Where the field has values, and which.
+/// Sets where the field has values, and their range.
 void ReconstructionRun::setPlace(GaussianField& field) const {
   field.domain = prepared_.domain;
   field.support = prepared_.support;
@@ -269,7 +269,7 @@ void ReconstructionRun::fit() {
   progress_.state.coarseIterations = plan_.coarseIterations;
   int member = same ? resume->iteration / perMember : 0;
   GaussianField field, merged;
-  bool complete = false; // only detail and volume are to be made again
+  bool complete = false; // only residual grid and volume remain to be computed
   if (resume) {
     checkField(resume->field);
     field = resume->field;
@@ -282,7 +282,7 @@ void ReconstructionRun::fit() {
   }
   if (same) {
     checkResumable(*resume, progress_.state.iterations);
-    model_ = *resume; // stopped before anything is done: what was given
+    model_ = *resume; // stopped before any work: returns the given model
     setPlace(model_.field);
     model_.field.residual = {};
     complete = resume->complete() && resume->iteration > (members - 1) * perMember;
@@ -310,7 +310,7 @@ void ReconstructionRun::fit() {
   std::unique_ptr<FitDevice> placed = place(request);
   Trainer trainer(std::move(field), std::move(request), plan_, *kernels_, *pool_, std::move(placed));
   if (complete) {
-    coverMask(); // the run before may have been stopped there
+    coverMask(); // an earlier run may have been stopped just before this
     setTrainingPsnr(psnrOf(trainer.evaluate(model_.field)));
     noticeFailure(trainer, member * perMember);
     return;
@@ -319,8 +319,8 @@ void ReconstructionRun::fit() {
   model_ = {};
   model_.field = merged;
   model_.settingsKey = key_;
-  bool between = false;   // the last member is done, the next one has no Gaussians yet
-  const auto keep = [&] { // the state to go on from
+  bool between = false;   // the last member is finished, the next has no Gaussians yet
+  const auto keep = [&] { // the state to resume from
     const GaussianField& reached = trainer.field();
     model_.finished = model_.field.size();
     model_.field.cutoff = reached.cutoff;
@@ -362,13 +362,13 @@ void ReconstructionRun::fit() {
   noticeFailure(trainer, member * perMember);
 }
 
-/// How many Gaussians coverMask() may add to so many.
+/// How many Gaussians coverMask() may add.
 std::int64_t ReconstructionRun::coverLimit(std::int64_t gaussians) const {
   return input_.mask && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
 }
 
-/// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it any gradient
-/// that would bring one back: it gets one of its own, too small to reach its neighbours.
+/// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it the gradient
+/// that would bring one back: gives it one of its own, too small to reach its neighbours.
 void ReconstructionRun::coverMask() {
   GaussianField& field = model_.field;
   const std::size_t limit = field.gaussians.size() + coverLimit(field.size());
@@ -381,7 +381,7 @@ void ReconstructionRun::coverMask() {
   for (const Stack& stack : fittedStacks()) {
     if (!stack.poses.empty()) continue;
     const GridGeometry& g = stack.image.geometry;
-    std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds what is observed
+    std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds the observed voxels
     for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
       if (!stack.observed[v]) continue;
       const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
@@ -421,7 +421,7 @@ void ReconstructionRun::coverMask() {
   model_.finished = field.size();
 }
 
-/// The fit on the chosen device; null: on the CPU.
+/// The fit on the chosen device; null: the CPU.
 std::unique_ptr<FitDevice> ReconstructionRun::place(const FitRequest& request) {
   device_->considerSize(request);
   const bool hoped = !device_->onCpu();
@@ -432,7 +432,7 @@ std::unique_ptr<FitDevice> ReconstructionRun::place(const FitRequest& request) {
   return placed;
 }
 
-/// A fit that left its device is the user's to know.
+/// Tells the user that a fit left its device.
 void ReconstructionRun::noticeFailure(const Trainer& trainer, int before) {
   if (trainer.failure().empty() || device_->onCpu()) return;
   const int from = before + trainer.iteration();
@@ -440,7 +440,7 @@ void ReconstructionRun::noticeFailure(const Trainer& trainer, int before) {
                                ? " again from iteration " + std::to_string(from)
                                : std::string();
   device_->leave(device_->use.name + " (" + device_->use.id + ") failed after iteration " +
-                 std::to_string(progress_.state.iteration) + ", and the fit went on" + lost + ": " +
+                 std::to_string(progress_.state.iteration) + ", and the fit continued" + lost + ": " +
                  trainer.failure());
   result_.device = device_->use;
   result_.warnings.push_back(device_->use.reason);
@@ -448,7 +448,7 @@ void ReconstructionRun::noticeFailure(const Trainer& trainer, int before) {
 }
 
 void ReconstructionRun::iterate(Trainer& trainer, int before) {
-  int most = 1; // iterations of a device from one report to the next
+  int most = 1; // iterations that a device runs between reports
   for (;;) {
     const auto asked = Clock::now();
     const int from = trainer.iteration();
@@ -507,8 +507,8 @@ void ReconstructionRun::addResidual() {
   setTrainingPsnr(psnrOf(rms * rms / (field.intensityScale * field.intensityScale)));
 }
 
-/// What the Gaussians leave of the prediction, on its own lattice: with it the model is the prediction
-/// there.
+/// Keeps what the Gaussians miss of the prediction, on the prediction's lattice; the model then equals the
+/// prediction there.
 void ReconstructionRun::keepPrediction() {
   GaussianField& field = model_.field;
   progress_.report(Phase::Refining, kFitEnds);

@@ -9,20 +9,20 @@
 
 namespace innergs {
 
-/// Reconstructions that run in this process now.
+/// The number of reconstructions currently running in this process.
 int runningJobs();
 
-/// One fit of a model to its input, with what is predicted before it, what is refined after it and its
-/// volume. A job makes one, and a second one to judge its quality.
+/// One fit of a model to its input, with the prediction before it, the refinement after it and its volume. A
+/// job makes one, and a second one to measure its quality.
 class ReconstructionRun {
 public:
-  /// The input has to outlive the run. withheld: without the slices that heldOutFraction speaks of, on which
-  /// the result is scored.
+  /// The input must outlive the run. withheld: leaves out the slices selected by heldOutFraction, and scores
+  /// the result on them.
   ReconstructionRun(const ReconstructionInput& input, const Settings& settings, bool withheld,
                     ProgressCallback progress, std::function<void(const Volume&)> preview = {});
   ~ReconstructionRun();
 
-  /// ReconstructionJob's, without the judging.
+  /// ReconstructionJob::run() without the quality measurement.
   ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
 
 private:
@@ -46,7 +46,7 @@ private:
   Stack placedStack(std::size_t index, const RenderOptions& options);
   void scoreHeldOut(const RenderOptions& options);
   RenderOptions renderOptions(const GaussianField& field, std::stop_token stop);
-  /// Says where the fit runs.
+  /// Reports where the fit runs.
   void reportDevice();
   void setTrainingPsnr(double psnr) { result_.trainingPsnr = progress_.state.trainingPsnr = psnr; }
 
@@ -65,7 +65,7 @@ private:
   DataTraits traits_;
   FitPlan plan_;
   std::string key_;
-  bool refitting_ = false;         // the model to resume is the start of another fit
+  bool refitting_ = false;         // the model to resume starts another fit
   std::optional<Stack> predicted_; // what lies between the slices, as thin slices
   Model model_;                    // its field holds the finished members
   ReconstructionResult result_;

@@ -9,7 +9,7 @@
 namespace innergs {
 
 std::string settingsKey(const Settings& settings, const std::string& fingerprint) {
-  const Settings usual; // left out, so that a new setting leaves older keys as they are
+  const Settings usual; // omits defaults, so that a new setting leaves older keys valid
   std::string key;
   for (const Setting& row : settingsTable()) {
     const std::string text = row.textIn(settings);
@@ -23,7 +23,7 @@ void checkResumable(const Model& model, int iterations) {
   const auto require = [](bool ok) {
     if (!ok)
       throw Error(ErrorCode::FileFormat,
-                  "The state of the fit to resume is damaged: start anew or from an earlier model.");
+                  "The state of the fit to resume is damaged: start again or from an earlier model.");
   };
   const OptimizerState& optimizer = model.optimizer;
   require(model.finished >= 0 && model.finished <= model.field.size());
@@ -31,7 +31,7 @@ void checkResumable(const Model& model, int iterations) {
   const auto open = static_cast<std::size_t>(model.field.size() - model.finished);
   for (const auto* moment : {&optimizer.moment1, &optimizer.moment2}) {
     require(moment->size() == (optimizer.moment1.empty() ? 0 : 16 * open));
-    const float lowest = moment == &optimizer.moment2 ? 0.f : -1e30f; // the second is a mean of squares
+    const float lowest = moment == &optimizer.moment2 ? 0.f : -1e30f; // a mean of squares
     require(std::all_of(moment->begin(), moment->end(), [&](float x) { return x >= lowest && x <= 1e30f; }));
   }
   require(!model.complete() || open == 0);

@@ -16,11 +16,11 @@
 namespace innergs {
 namespace {
 
-constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to everyone's own
-constexpr double kUsualFall = 1.1;  // of linear interpolation beside the mixture, where a scan is sharp
-constexpr double kLeastShare = 0.1; // of a further candidate that is worth its time
+constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to each one's own
+constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
+constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
 
-/// Every second slice.
+/// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
   Stack half = stack;
   GridGeometry& g = half.image.geometry;
@@ -88,7 +88,7 @@ SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings setting
     : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), noise_(noise),
       fitField_(std::move(fitField)), progress_(progress), pool_(pool) {}
 
-/// The mixture of interpolations between a stack's complete slices.
+/// Interpolates between a stack's complete slices with the chosen mixture.
 void SlicePrediction::interpolate(const Stack& stack, std::span<const float> complete,
                                   const GridGeometry& grid, std::span<float> planes) const {
   const GridGeometry& g = stack.image.geometry;
@@ -97,8 +97,8 @@ void SlicePrediction::interpolate(const Stack& stack, std::span<const float> com
                complete, g.size[0] * g.size[1], planes, pool_);
 }
 
-/// guess += M (slices − guess seen as slices), with the mixture's interpolation M: what a guess misses of the
-/// slices themselves is interpolated.
+/// guess += M (slices − guess seen as slices), with the mixture's interpolation M: interpolates what a guess
+/// misses of the slices.
 void SlicePrediction::anchor(Volume& guess, const Stack& scan) const {
   Stack rest = scan;
   const std::vector<float> seen = projectToStack(guess, scan, pool_);
@@ -111,7 +111,7 @@ void SlicePrediction::anchor(Volume& guess, const Stack& scan) const {
 }
 
 /// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices
-/// alone, and what is learned across them. from, to: of the progress.
+/// alone, and what is learned across them. from, to: their part of the progress.
 SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, const GridGeometry& grid,
                                                             bool withField, bool withLearned, bool trial,
                                                             double from, double to) {
@@ -144,13 +144,13 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
 }
 
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
-/// as it helps where every second slice of the scan is withheld.
+/// as it helps when every second slice of the scan is withheld.
 SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   const bool withField = static_cast<double>(between.voxels.size()) <= kMostFieldVoxels;
   const Stack even = everySecond(scan_);
-  GridGeometry middle = even.image.geometry; // every second plane is a withheld slice's
+  GridGeometry middle = even.image.geometry; // every second plane belongs to a withheld slice
   middle.spacing[2] = g.spacing[2];
   middle.size[2] = 2 * even.image.geometry.size[2] - 1;
   const Further tried =
@@ -159,7 +159,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   interpolate(even, completeSlices(even, pool_), middle, mixture.voxels);
   const Volume* guesses[3] = {&mixture, tried.field ? &*tried.field : nullptr,
                               tried.learned ? &*tried.learned : nullptr};
-  // Thick slices withheld are compared with slices as thick.
+  // Withheld thick slices are compared with equally thick ones.
   std::array<std::vector<float>, 3> seen;
   Stack all = scan_;
   all.image.geometry = middle;
@@ -181,8 +181,8 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
           errors[a][b] += e[a] * e[b];
     }
   const Covariance<3> shown = errors;
-  // From twice the distance to the distance itself: in smooth scans interpolation's error falls faster than
-  // that of others will.
+  // Converts from twice the slice distance to the distance itself: in smooth scans, interpolation's error
+  // falls faster than that of the others.
   const double rise = std::max(1.0, std::sqrt(choice_.linearFall / choice_.fall) / kUsualFall);
   for (int n = 1; n < 3; ++n)
     for (int m = 0; m < 3; ++m) {
@@ -201,7 +201,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
       share[0] += share[n];
       share[n] = 0;
     }
-  if (share[1] > 0 && share[2] > 0) { // the two err differently; at twice the distance the field is at a loss
+  if (share[1] > 0 && share[2] > 0) { // they err differently; the field suffers at twice the distance
     const double both = share[1] + share[2];
     share[1] = 0.5 * share[1] + 0.25 * both;
     share[2] = both - share[1];

@@ -5,37 +5,37 @@
 
 namespace innergs {
 
-constexpr double kMostFieldVoxels = 10e6; // of a prediction that a field fitted to the slices takes part in
+constexpr double kMostFieldVoxels = 10e6; // in a prediction that a field fitted to the slices takes part in
 
-/// Of the field, fitted to the slices alone, that takes part in a prediction.
+/// Settings of the field, fitted to the slices alone, that takes part in a prediction.
 Settings fieldSettings(const Settings& settings);
 
-/// What lies between the slices of one scan, predicted before the fit: the Gaussians are fitted to it, and
-/// what they leave of it is kept with them.
+/// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what
+/// they miss of it is kept with them.
 class SlicePrediction {
 public:
-  /// The volume on a lattice of a field fitted to slices alone; from, to: its part of the progress.
+  /// The volume, on a lattice, of a field fitted to slices alone; from, to: its part of the progress.
   using FieldFit =
       std::function<Volume(const Stack& slices, const GridGeometry& grid, double from, double to)>;
 
-  /// noise: of the scan, scanner units. All but the settings are used by predict().
+  /// noise: of the scan, scanner units. predict() uses everything else but the settings.
   SlicePrediction(const PreparedInput& prepared, Settings settings, double noise, FieldFit fitField,
                   JobProgress& progress, ThreadPool& pool);
 
   /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
   Stack predict();
-  /// What was put between the slices.
+  /// Says what was put between the slices.
   const std::string& sentence() const { return sentence_; }
 
 private:
   struct Further {
     std::optional<Volume> field, learned;
     std::vector<std::uint8_t> known; // voxels that were learned; empty: all
-    std::string sentence;            // of the learning
+    std::string sentence;            // on the learning
   };
-  struct Added {                   // to the interpolation
+  struct Added {                   // added to the interpolation
     double field = 0, learned = 0; // shares
-    double gain = 0;               // dB over interpolation alone, on the slices that chose them
+    double gain = 0;               // dB over interpolation alone, on the slices used for the choice
     std::string nothingLearned;    // a sentence
   };
   void interpolate(const Stack& stack, std::span<const float> complete, const GridGeometry& grid,

@@ -19,13 +19,14 @@
 namespace innergs {
 namespace {
 
-constexpr double kFewVoxels = 12e3, kMoreVoxels = 96e3; // of the job that is timed
-constexpr double kTooShort = 0.006;                     // seconds: timed again with more voxels
-constexpr std::int64_t kMostOutput = 200'000;           // voxels that the small job renders
-constexpr double kOld = 60;                             // seconds: timed again, other programs come and go
-constexpr int kFewIterations = 20;                      // too few to tell a device's speed
-/// What learning across slices takes, roughly, in the time that an iteration of the fit takes for so many
-/// voxels: for the presets fast, balanced and best; applying it per voxel of the prediction.
+constexpr double kFewVoxels = 12e3, kMoreVoxels = 96e3; // of the timed job
+constexpr double kTooShort = 0.006;                     // seconds; below: timed again with more voxels
+constexpr std::int64_t kMostOutput = 200'000;           // voxels that the timed job renders
+constexpr double kOld = 60;                             // seconds; after: timed again, as the load changes
+constexpr int kFewIterations = 20;                      // too few to measure a device's speed
+/// Approximate cost of learning across slices, as the number of voxels for which an iteration of the fit
+/// takes as long: for the presets fast, balanced and best; the cost of applying it is per voxel of the
+/// prediction.
 constexpr double kLearning[] = {12e6, 90e6, 220e6};
 constexpr double kApplying[] = {8, 14, 28};
 constexpr int kTrialIterations = 4; // at most half of them coarse
@@ -75,7 +76,7 @@ std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
   return piece;
 }
 
-/// The lattice at this spacing, or at a wider one where that would be too much to render.
+/// The lattice at this spacing, or at a wider one if that were too much to render.
 GridGeometry smallOutput(const GridGeometry& part, Vec3 spacing) {
   const Vec3 extent = part.extent();
   double voxels = 1;
@@ -103,7 +104,7 @@ TrialTimes timeTrial(ReconstructionInput small, const Settings& settings, int co
     last = p.elapsed;
   });
   job.run();
-  // The first iteration also pays for what is made on demand; the quickest of several is the least disturbed.
+  // The first iteration includes one-time costs; the fastest of several is the least disturbed.
   t.fine = *std::min_element(iterations + coarse, iterations + kTrialIterations);
   t.coarse = coarse > 0 ? *std::min_element(iterations, iterations + coarse) : t.fine;
   t.start = std::max(0.0, t.start - t.coarse);
@@ -112,7 +113,7 @@ TrialTimes timeTrial(ReconstructionInput small, const Settings& settings, int co
   return t;
 }
 
-/// What a timing depends on, machine aside.
+/// What a timing depends on, apart from the machine.
 std::string keyOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output) {
   Settings settings = filled;
   settings.iterations = kTrialIterations;
@@ -199,7 +200,7 @@ TimeEstimator::Timing TimeEstimator::timingOf(const ReconstructionInput& input, 
   return timings_[key] = timing;
 }
 
-/// Of the prediction, its fit and a field that takes part in it.
+/// Seconds for the prediction, its fit and a field that takes part in it.
 double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const Settings& settings,
                                        const Settings& filled, const GridGeometry& output) {
   ReconstructionInput thin = predictionOutline(input, output);
@@ -215,7 +216,7 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   if (withField) seconds += 1.5 * this->seconds(slices, fieldSettings(settings));
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
-  // The learning, in iterations of the fit over so many voxels.
+  // Learning, expressed in iterations of the fit over so many voxels.
   const Timing t = timingOf(thin, fitted, output);
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Best ? 2 : 1;
   const double learning = std::array{kLearning[0] + kLearning[0], kLearning[0] + kLearning[1],
@@ -233,7 +234,7 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
   const DataTraits traits = geometryTraits(input.stacks);
-  // Of the voxels that are fitted: Gaussians reach some voxels, or a slice, beyond the mask.
+  // Share of the fitted voxels: Gaussians extend a few voxels, or a slice, beyond the mask.
   const double share = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
@@ -241,7 +242,7 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
                outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.ensembleSize;
   const double fits =
-      input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // that judges the quality, too
+      input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // includes the fit that measures the quality
   if (predicts(settings, traits)) return fits * share * predictedSeconds(input, settings, filled, output);
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);
