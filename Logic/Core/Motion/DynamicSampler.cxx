@@ -16,7 +16,7 @@ void DynamicSampler::sample(const Affine3& pixelToWorld, double time, int nx, in
                             const std::stop_token& stop) {
   if (!std::isfinite(time)) throw Error(ErrorCode::InvalidArgument, "The time of a plane must be finite.");
   if (!sampler_ || time != time_) {
-    sampler_.reset(); // what it shows is about to change
+    sampler_.reset(); // its content is about to change
     pool_.setStop(stop);
     poseAt(*field_, time, *posed_, pool_);
     sampler_ = std::make_unique<PlaneSampler>(posed_, threads_);

@@ -7,14 +7,14 @@
 
 namespace innergs {
 
-/// A continuous volume in space and time, ready to be shown on planes at times, as a dragged slice and a time
-/// slider need it. The values are those of fieldAt(); while the time stays, only the plane is evaluated anew.
+/// Shows a continuous volume in space and time on planes at given times, as for a dragged slice and a time
+/// slider. Values are the same as fieldAt()'s; while the time stays the same, only the plane is evaluated.
 class DynamicSampler {
 public:
-  /// Throws as checkDynamicField does.
+  /// Throws like checkDynamicField.
   explicit DynamicSampler(std::shared_ptr<const DynamicField> field, int threads = 0);
 
-  /// As PlaneSampler::sample, at a time (s); not finite: Error(InvalidArgument).
+  /// Like PlaneSampler::sample, at a time (s); if it is not finite: Error(InvalidArgument).
   void sample(const Affine3& pixelToWorld, double time, int nx, int ny, std::span<float> out,
               const std::stop_token& stop = {});
 

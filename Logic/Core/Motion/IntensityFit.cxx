@@ -9,13 +9,13 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kBlock = 4096; // voxels of a task
+constexpr std::int64_t kBlock = 4096; // voxels per task
 constexpr int kFolds = 4;
 constexpr std::array<double, 12> kSmoothings{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6};
 
 double dot(std::span<const float> a, std::span<const float> b, ThreadPool& pool) {
   const auto n = static_cast<std::int64_t>(a.size());
-  std::vector<double> parts((n + kBlock - 1) / kBlock, 0.0); // summed in order, whatever the threads
+  std::vector<double> parts((n + kBlock - 1) / kBlock, 0.0); // summed in order, independent of the threads
   pool.blocks(n, kBlock, [&](std::int64_t first, std::int64_t last) {
     double sum = 0;
     for (std::int64_t i = first; i < last; ++i)
@@ -28,7 +28,7 @@ double dot(std::span<const float> a, std::span<const float> b, ThreadPool& pool)
   return sum;
 }
 
-/// Gaussian smoothing of a map along its three axes, borders repeated.
+/// Gaussian smoothing of a map along its three axes, with borders repeated.
 void blur(std::vector<float>& map, const GridGeometry& g, double sigma, ThreadPool& pool) {
   const int radius = static_cast<int>(std::ceil(3 * sigma));
   std::vector<float> kernel(2 * radius + 1);
@@ -66,7 +66,7 @@ IntensityFit::IntensityFit(const TimeSeries& series, const IntensityMap& map, In
   keepMean();
 }
 
-/// Values that are not finite, interpolated in time; a voxel that never has one stays 0.
+/// Interpolates non-finite values in time; a voxel without any finite value stays 0.
 void IntensityFit::fillGaps() {
   course_.resize(series_.frames.size());
   const auto n = static_cast<std::int64_t>(series_.geometry.voxelCount());

@@ -8,8 +8,8 @@
 
 namespace innergs {
 
-/// Nodes in the model frame that carry a displacement (mm) and a rotation each, interpolated trilinearly
-/// between them and held beyond the outermost. A rotation is r = 2·tan(θ/2)·axis, the Rodrigues vector: its
+/// Nodes in the model frame, each with a displacement (mm) and a rotation, interpolated trilinearly and
+/// constant beyond the outermost ones. A rotation is r = 2·tan(θ/2)·axis, the Rodrigues vector: its
 /// quaternion is (1, r/2), not normalised, so that gradients through it are linear. Six values per node:
 /// displacement, rotation.
 struct MotionLattice {
@@ -20,14 +20,14 @@ struct MotionLattice {
 
   std::int64_t nodes() const { return size[0] * size[1] * size[2]; }
 
-  /// Where a point lies: the cell's first node, and how far into the cell along each axis.
+  /// The position of a point: the cell's first node, and the fraction within the cell along each axis.
   struct Place {
     std::uint32_t node = 0;
     float fraction[3] = {};
   };
   Place place(const float* point) const;
 
-  /// The eight nodes around a place and their weights.
+  /// The eight nodes around a position and their weights.
   struct Corners {
     std::uint32_t node[8];
     float weight[8];
@@ -41,8 +41,8 @@ struct MotionLattice {
 /// A lattice with nodes about every `spacing` mm over a box (mm, model frame).
 MotionLattice latticeOver(const Vec3& low, const Vec3& high, const Vec3& spacing);
 
-/// Σ over axes and nodes of squared second differences between neighbouring nodes, rotations (rad) counted
-/// `rotationScale` mm; adds its gradient times `weight`. Zero for whatever is linear in space.
+/// Σ over axes and nodes of squared second differences between neighbouring nodes, with 1 rad of rotation
+/// counting as `rotationScale` mm; adds its gradient times `weight`. Zero for anything linear in space.
 double addBending(const MotionLattice& lattice, std::span<const float> values, double rotationScale,
                   double weight, std::span<float> gradient);
 

@@ -6,7 +6,7 @@ namespace {
 constexpr int kValues = MotionLattice::kValues;
 constexpr std::int64_t kBlock = 1024;
 
-/// a ⊗ b of quaternions (w, x, y, z).
+/// The product a ⊗ b of quaternions (w, x, y, z).
 void product(const float* a, const float* b, float* c) {
   c[0] = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];
   c[1] = a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2];
@@ -33,7 +33,7 @@ Poser::Poser(const DynamicField& field) : lattice_(field.lattice), places_(field
     places_[i] = lattice_.place(field.anchors.data() + 3 * i);
 }
 
-/// Only the way back needs it.
+/// Needed only by backward().
 void Poser::listMembers() {
   if (!first_.empty()) return;
   first_.assign(static_cast<std::size_t>(lattice_.nodes()) + 1, 0);

@@ -6,21 +6,21 @@ namespace innergs {
 /// The lattice's values at a time, six per node.
 std::vector<float> nodesAt(const DynamicField& field, double time);
 
-/// Carries the Gaussians of a moving field to where they are at a time, and gradients back. Sums over the
-/// Gaussians of a node run in a fixed order.
+/// Moves the Gaussians of a moving field to their positions at a time, and passes gradients back. Sums over
+/// the Gaussians of a node have a fixed order.
 class Poser {
 public:
-  /// Of the field's anchors and lattice, which must not change while it lives.
+  /// For the field's anchors and lattice, which must not change while it lives.
   explicit Poser(const DynamicField& field);
 
-  /// Writes out.gaussians; out is a copy of the canonical field. nodes: the lattice's values; ownTime: of the
-  /// Gaussians' own displacements (s), nothing leaves them out.
+  /// Writes out.gaussians; out is a copy of the canonical field. nodes: the lattice's values; ownTime: time
+  /// (s) of the Gaussians' own displacements, nothing omits them.
   void pose(const DynamicField& field, std::span<const float> nodes, std::optional<double> ownTime,
             GaussianField& out, ThreadPool& pool) const;
 
   /// From dL/d(posed Gaussians), 16 floats each in the order of struct Gaussian: adds dL/d(lattice values) to
-  /// `nodes` and turns `gradient` into that of the canonical Gaussians, in place. dL/d(own displacement) is
-  /// that of the mean.
+  /// `nodes` and converts `gradient` in place to that of the canonical Gaussians. dL/d(own displacement)
+  /// equals that of the mean.
   void backward(const DynamicField& field, std::span<const float> nodeValues, std::span<float> gradient,
                 std::span<float> nodes, ThreadPool& pool);
 

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kLeastSmoothing = 1e-6;
 
-/// Solves S·X = R for symmetric positive definite S (n×n) and m right sides, in place: R becomes X.
+/// Solves S·X = R for symmetric positive definite S (n×n) and m right-hand sides, in place: R becomes X.
 void solve(std::vector<double>& s, std::vector<double>& r, int n, int m) {
   for (int j = 0; j < n; ++j) { // Cholesky, lower triangle
     for (int k = 0; k < j; ++k)
@@ -73,7 +73,7 @@ std::vector<double> splineFit(const TimeSpline& spline, std::span<const double> 
     for (int a = 0; a < 3; ++a)
       for (int b = 0; b < 3; ++b)
         s[static_cast<std::size_t>(i + a) * n + i + b] += penalty * d[a] * d[b];
-  for (int i = 0; i < n; ++i) // a series of two frames leaves a straight line's two coefficients at most
+  for (int i = 0; i < n; ++i) // two frames determine at most the two coefficients of a straight line
     s[static_cast<std::size_t>(i) * n + i] += 1e-9;
   solve(s, r, n, m);
   return r;
