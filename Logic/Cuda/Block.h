@@ -5,7 +5,7 @@
 #include <cstring>
 #include <type_traits>
 
-/// A kernel is a struct of pointers and numbers with kThreads, a type Shared (shared memory, trivial) and
+/// A kernel is a struct of pointers and numbers with kThreads, a type Shared (trivial, in shared memory) and
 ///
 ///   template <class Block> INNERGS_KERNEL void operator()(Block& block) const;
 ///
@@ -15,28 +15,28 @@
 ///   index()                      number of the block
 ///   shared()                     its Shared
 ///   PerThread<T> x; x[t]         a register that lives from phase to phase
-///   forEachThread(f)             f(thread): one phase; only uniform control flow around it
-///   sync()                       between a phase that writes shared memory and one that reads it
+///   forEachThread(f)             f(thread): one phase; control flow around it must be uniform
+///   sync()                       separates a phase that writes shared memory from one that reads it
 ///   warpSum(x)                   x: PerThread<Lanes<T, n>>; every lane gets its warp's sums, added in the
 ///                                same order
 ///   warpShare(x, own)            x: PerThread<Lanes<float, n>>, n a power of 2, destroyed; own:
 ///                                PerThread<float>: lane l gets its warp's sum number l·n/32, with fewer
 ///                                shuffles
-///   warpShare(x, own, active)    the same in the warps whose lanes are all active: PerThread<bool>; else 0
+///   warpShare(x, own, active)    only in warps whose lanes are all active (PerThread<bool>); else 0
 ///   ballot(x, mask)              x: PerThread<bool>, mask: PerThread<std::uint32_t> of its warp
 #if defined(__CUDACC__)
 #define INNERGS_KERNEL __device__ __forceinline__
 #define INNERGS_UNROLL _Pragma("unroll")
 #else
 #define INNERGS_KERNEL
-#define INNERGS_UNROLL // what is indexed by the loop stays in registers
+#define INNERGS_UNROLL // arrays indexed by the loop stay in registers
 #endif
 
 namespace innergs::cuda {
 
 constexpr int kWarp = 32;
 
-/// Several sums of one thread.
+/// Several sums held by one thread.
 template <class T, int n>
 struct Lanes {
   static constexpr int size = n;
@@ -51,7 +51,7 @@ struct alignas(8) Pair {
   float a, b;
 };
 
-/// Sixteen numbers of a Gaussian: its gradient, or a moment of Adam.
+/// Sixteen floats of a Gaussian: its gradient, or a moment of Adam.
 struct Record {
   float v[16];
 };
@@ -62,8 +62,8 @@ INNERGS_HD inline const Record* recordsAt(const float* first) {
   return reinterpret_cast<const Record*>(first);
 }
 
-/// *from and *to = x in accesses as wide as the size of T allows. On the device arrays of T must start at a
-/// multiple of 16 bytes.
+/// *from and *to = x, with accesses as wide as the size of T allows. On the device, arrays of T must start at
+/// a multiple of 16 bytes.
 template <class T>
 INNERGS_HD inline T loaded(const T* from) {
   T out;
@@ -94,13 +94,13 @@ INNERGS_HD inline void stored(T* to, const T& x) {
 #endif
 }
 
-/// a / b of numbers ≥ 0: divisions of 64 bits take a device several times as long.
+/// a / b for non-negative numbers: 64-bit divisions take several times as long on a device.
 INNERGS_HD inline std::int64_t quotient(std::int64_t a, std::int64_t b) {
   if (((a | b) >> 31) == 0) return static_cast<std::int32_t>(a) / static_cast<std::int32_t>(b);
   return a / b;
 }
 
-/// Place of the lowest bit that is set.
+/// Position of the lowest set bit.
 INNERGS_HD inline int lowestBit(std::uint32_t bits) {
 #if defined(__CUDA_ARCH__)
   return __ffs(static_cast<int>(bits)) - 1;
@@ -112,7 +112,7 @@ INNERGS_HD inline int lowestBit(std::uint32_t bits) {
 #endif
 }
 
-/// A thread an item: each(i) for i < count, over all blocks.
+/// One thread per item: each(i) for i < count, over all blocks.
 template <int threads, class Block, class Each>
 INNERGS_KERNEL void forEachItem(Block& block, std::int64_t count, Each&& each) {
   block.forEachThread([&](int t) {

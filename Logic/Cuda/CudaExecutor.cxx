@@ -9,7 +9,7 @@
 namespace innergs::cuda {
 namespace {
 
-constexpr int kOldest = 75; // compute capability that the kernels are built for, 10·major + minor
+constexpr int kOldest = 75; // oldest compute capability that the kernels are built for, 10·major + minor
 
 template <class Base, class... Kernels>
 class CudaLaunches;
@@ -58,7 +58,7 @@ public:
       std::uint64_t keep = std::uint64_t{64} << 20; // for the small allocations of a query
       check(cudaMemPoolSetAttribute(pool_, cudaMemPoolAttrReleaseThreshold, &keep));
     }
-    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); // last: no throw leaves it behind
+    check(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); // last, so that no exception leaks it
   }
   ~CudaExecutor() override {
     if (cudaSetDevice(device_) != cudaSuccess) return;
@@ -75,7 +75,7 @@ public:
     select();
     std::size_t free = 0, total = 0;
     check(cudaMemGetInfo(&free, &total));
-    if (pool_) { // what the pool holds and does not use
+    if (pool_) { // the pool holds these without using them
       std::uint64_t reserved = 0, used = 0;
       check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrReservedMemCurrent, &reserved));
       check(cudaMemPoolGetAttribute(pool_, cudaMemPoolAttrUsedMemCurrent, &used));
@@ -92,7 +92,7 @@ public:
       return memory;
     }
     cudaError_t error = cudaMallocAsync(&memory, bytes, stream_);
-    if (error == cudaErrorMemoryAllocation) { // what was given back may still be mapped in pieces
+    if (error == cudaErrorMemoryAllocation) { // freed memory may still be mapped in pieces
       cudaGetLastError();
       check(cudaStreamSynchronize(stream_));
       check(cudaMemPoolTrimTo(pool_, 0));
@@ -172,7 +172,7 @@ private:
 
   void check(cudaError_t error) override {
     if (error == cudaSuccess) return;
-    cudaGetLastError(); // an error that is not the context's end must not be seen twice
+    cudaGetLastError(); // a non-fatal error must not be reported twice
     const std::string device = name_.empty() ? "CUDA device " + std::to_string(device_) : name_;
     if (error == cudaErrorMemoryAllocation)
       throw Error(ErrorCode::Memory, "The memory of " + device + " is full: use fewer Gaussians or the CPU.");

@@ -3,7 +3,7 @@
 
 namespace innergs::cuda {
 
-/// A block of threads on the device: every thread runs the kernel, a phase is its own part.
+/// A block of threads on the device: every thread runs the kernel and its own part of each phase.
 template <int threads, class Shared>
 class DeviceBlock {
 public:
@@ -38,7 +38,7 @@ public:
         v[c] += __shfl_xor_sync(0xffffffffu, v[c], step);
   }
 
-  /// Each step halves the sums that a lane goes on with: the other half goes to its partner.
+  /// Each step halves the sums that a lane keeps and passes the other half to its partner.
   template <int n>
   __device__ __forceinline__ void warpShare(PerThread<Lanes<float, n>>& x, PerThread<float>& own) {
     static_assert(n >= 1 && n <= kWarp && (n & (n - 1)) == 0);
@@ -62,7 +62,7 @@ public:
   }
 
 private:
-  /// By recursion, so that v stays in registers.
+  /// Recursive, so that v stays in registers.
   template <int width, int n>
   __device__ __forceinline__ void halve(float* v) {
     if constexpr (width > 0) {

@@ -28,27 +28,27 @@ protected:
   ~LaunchesAll() = default;
 };
 
-/// Where kernels run: a device, or the host with the same blocks and threads. All work is queued in order;
-/// only download() waits. Errors of the device are thrown as Error, too little memory as Error(Memory).
+/// Runs kernels: on a device, or on the host with the same blocks and threads. All work is queued in order;
+/// only download() waits. Device errors are thrown as Error, lack of memory as Error(Memory).
 class Executor : public LaunchesAll<AllKernels> {
 public:
   virtual ~Executor() = default;
   virtual std::string name() const = 0;
-  /// Bytes that allocate() may still give.
+  /// Bytes still available to allocate().
   virtual std::size_t freeBytes() = 0;
 
   virtual void* allocate(std::size_t bytes) = 0;
   virtual void release(void* memory) noexcept = 0;
-  virtual void upload(void* to, const void* from, std::size_t bytes) = 0; // `from` may change once it returns
+  virtual void upload(void* to, const void* from, std::size_t bytes) = 0; // `from` may change afterwards
   virtual void download(void* to, const void* from, std::size_t bytes) = 0;
   virtual void fill(void* memory, int byte, std::size_t bytes) = 0;
 
   /// out[i] = Σ_{j<i} in[j].
   virtual void scan(const std::int64_t* in, std::int64_t* out, std::int64_t count) = 0;
-  /// What scan() and sort() of so many need is there from now on: they cannot run out of memory.
+  /// Reserves what scan() and sort() of that many need: they then cannot run out of memory.
   virtual void prepareSort(std::int64_t count, int bits) = 0;
-  /// Stable sort by the lowest `bits` bits of the keys. The sorted pairs are in `keys` and `ids` afterwards,
-  /// which may have been exchanged with the other ones.
+  /// Stable sort by the lowest `bits` bits of the keys. Afterwards `keys` and `ids` hold the sorted pairs;
+  /// they may have been swapped with the other two.
   virtual void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids,
                     std::uint32_t*& otherIds, std::int64_t count, int bits) = 0;
 
@@ -56,24 +56,24 @@ public:
   void run(const Kernel& kernel, std::int64_t blocks) {
     if (blocks > 0) launch(kernel, blocks);
   }
-  /// One thread an item.
+  /// Runs one thread per item.
   template <class Kernel>
   void runOver(const Kernel& kernel, std::int64_t items) {
     run(kernel, blocksFor(items, Kernel::kThreads));
   }
 };
 
-/// Plain loops on the host, with the blocks and threads of the device: how kernels are tested without one.
-/// memory: bytes to allow in all.
+/// Runs kernels as plain loops on the host, with the device's blocks and threads: for tests without one.
+/// memory: total bytes to allow.
 std::unique_ptr<Executor> makeHostExecutor(std::size_t memory = std::size_t{1} << 40);
-/// For tests: lets the n-th allocation from now on fail, and `count` in all; 0: none.
+/// For tests: makes the n-th allocation from now on fail, `count` in a row; 0: none.
 void failAllocations(Executor& host, int nth, int count);
-/// How many allocations are left until then; 0: it has happened.
+/// Allocations left until that failure; 0: it has happened.
 int allocationsToFailure(const Executor& host);
-/// How often something was copied back: what a device would have waited for.
+/// The number of downloads, i.e. how often a device would have been waited for.
 int downloads(const Executor& host);
 
-/// What an executor allocated, of a plain type; grows, never shrinks by itself.
+/// An executor's array of a plain type; grows but never shrinks by itself.
 template <class T>
 class Buffer {
 public:
@@ -91,7 +91,7 @@ public:
 
   T* data() const { return data_; }
   std::int64_t size() const { return size_; }
-  /// At least `count`; what it held is lost when it grows.
+  /// At least `count` elements; the content is lost when it grows.
   T* reserve(std::int64_t count) {
     if (count <= size_) return data_;
     clear();
@@ -121,7 +121,7 @@ private:
   std::int64_t size_ = 0;
 };
 
-/// Executor::sort of whole buffers; what it exchanges takes its size along.
+/// Executor::sort() of whole buffers, swapped together with their sizes.
 inline void sortPairs(Executor& executor, Buffer<std::uint64_t>& keys, Buffer<std::uint64_t>& otherKeys,
                       Buffer<std::uint32_t>& ids, Buffer<std::uint32_t>& otherIds, std::int64_t count,
                       int bits) {

@@ -11,7 +11,7 @@ namespace innergs::cuda {
 namespace {
 
 constexpr std::int64_t kSlabPoints = std::int64_t{1} << 25, kFewestPoints = std::int64_t{1} << 16;
-constexpr std::int64_t kPoints = std::int64_t{1} << 22; // of a query, at a time
+constexpr std::int64_t kPoints = std::int64_t{1} << 22; // of a query, per batch
 
 void throwIfStopped(const std::stop_token& stop) {
   if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
@@ -92,7 +92,7 @@ void Field::renderPoints(std::span<const Vec3> points, std::span<const float> va
     }
   const double extent = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2], 1e-3});
   const float* channel = upload(values);
-  // Gaussians much larger than a cell stand in many lists: where memory is short, larger cells.
+  // Gaussians much larger than a cell are in many lists: if memory is short, the cells get larger.
   for (double cells = std::clamp(2 * std::cbrt(static_cast<double>(points.size())), 1.0, 64.0);; cells /= 2)
     try {
       return answer(points, channel, low, high, extent / cells, out, stop);

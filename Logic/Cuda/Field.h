@@ -4,7 +4,7 @@
 
 namespace innergs::cuda {
 
-/// A field kept where an executor runs. Large lattices go through in slabs of planes.
+/// A field stored where an executor runs. Large lattices are processed in slabs of planes.
 class Field final : public FieldDevice {
 public:
   Field(std::unique_ptr<Executor> executor, const GaussianField& field);
@@ -16,13 +16,13 @@ public:
 
 private:
   const float* upload(std::span<const float> values);
-  /// renderPoints() in cells of that edge (mm); channel: memory of the device.
+  /// renderPoints() with cells of that edge (mm); channel: device memory.
   void answer(std::span<const Vec3> points, const float* channel, const Vec3& low, const Vec3& high,
               double cell, float* out, const std::stop_token& stop);
   ProjectionRules rules(const ClosedFormPsf& psf) const;
 
   std::unique_ptr<Executor> executor_;
-  GaussianField numbers_; // without Gaussians and detail
+  GaussianField numbers_; // without Gaussians and residual grid
   std::int64_t count_;
   Passes passes_;
   Buffer<Gaussian> gaussians_;

@@ -56,7 +56,7 @@ Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
       half.push_back(coarsened(o));
     addViews(half, coarse_);
   }
-  if (needed.most > free) { // of a slab's share about as much as there is
+  if (needed.most > free) { // makes a slab's share about as large as what is available
     std::int64_t largest = 1;
     for (const View& view : fine_)
       largest = std::max(largest, static_cast<std::int64_t>(view.lattice.bufferSize()));
@@ -88,7 +88,7 @@ void Fit::addViews(const std::vector<Observation>& observations, std::vector<Vie
   }
 }
 
-/// Anew for slabPoints_. A view without memory for that keeps its slabs.
+/// Cuts the views again for slabPoints_. A view whose slabs cannot be allocated keeps the old ones.
 void Fit::cut(std::vector<View>& views) {
   for (View& view : views) {
     std::vector<Slab> slabs;
@@ -98,7 +98,7 @@ void Fit::cut(std::vector<View>& views) {
     for (std::int64_t first = 0; first < view.slices; first += step) {
       const std::int64_t count = std::min(step, view.slices - first);
       const auto from = view.subPlanes.begin() + first * view.perSlice;
-      // Planes of neighbouring slabs may interleave: each takes its own ones, in ascending order.
+      // Planes of neighbouring slabs may interleave: each slab takes its own, in ascending order.
       std::vector<int> order;
       for (auto it = from; it != from + count * view.perSlice; ++it)
         order.push_back(it->plane);
@@ -121,7 +121,7 @@ void Fit::cut(std::vector<View>& views) {
   }
 }
 
-/// Halves the slabs. False when they are single slices already, or when not even that can be had.
+/// Halves the slabs. Returns false if they are single slices already or if even that cannot be allocated.
 bool Fit::smaller() {
   std::int64_t largest = 0;
   bool several = false;
@@ -158,8 +158,8 @@ std::string Fit::remark() const {
     const std::int64_t points = static_cast<std::int64_t>(view.lattice.bufferSize());
     fewest += static_cast<int>(points / kSlabPoints + 1);
   }
-  if (slabs() <= 2 * fewest) return {}; // a slice more or less in a slab is no news
-  return "Its memory is short: the slices go through it in " + std::to_string(slabs()) + " parts.";
+  if (slabs() <= 2 * fewest) return {}; // one slice more or less per slab is not worth a remark
+  return "Its memory is short: the slices are processed in " + std::to_string(slabs()) + " parts.";
 }
 
 void Fit::throwIfStopped() const {
@@ -231,12 +231,12 @@ void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const 
                        count);
     first = false;
   }
-  if (backward && first) gradient_.fill(0, 16 * count); // nothing to see
+  if (backward && first) gradient_.fill(0, 16 * count); // nothing visible
 }
 
-/// Waits for what was queued since the status was cleared: the sums of the iterations, without those that
-/// found no room for all pairs. There will be room for them next time; unused room is sorted too, so it
-/// follows the need.
+/// Waits for what was queued since the status was cleared: the sums of the iterations, without those that had
+/// no room for all pairs. Adjusts the room for the next time, also downwards, since unused room is sorted
+/// too.
 std::vector<LossSum> Fit::settled(int queued, bool updating) {
   std::vector<LossSum> sums;
   if (queued == 0) return sums;
@@ -249,7 +249,7 @@ std::vector<LossSum> Fit::settled(int queued, bool updating) {
   return sums;
 }
 
-/// An iteration as number `slot` of those that are waited for together. A throw has changed no parameter.
+/// Queues an iteration as number `slot` of a batch. If it throws, no parameter has changed.
 void Fit::queue(const IterationOptions& options, int slot) {
   std::vector<View>& views = options.coarse && !coarse_.empty() ? coarse_ : fine_;
   const AdamStep step =
@@ -304,7 +304,8 @@ LossSum Fit::iterate(const IterationOptions& options) {
   return iterateMany({&options, 1}).front();
 }
 
-/// Work that throws Error(Memory) before it has changed anything: once more without what iterations keep.
+/// Runs work that throws Error(Memory) before it changes anything; if it does, retries without the buffers
+/// that iterations keep.
 template <class Work>
 void Fit::withMemory(const Work& work) {
   try {

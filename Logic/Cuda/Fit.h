@@ -5,19 +5,19 @@
 
 namespace innergs::cuda {
 
-constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27; // of a slab, at most
+constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27; // maximum per slab
 
-/// Bytes that a fit needs with slabs of the largest size, and with the smallest (one slice).
+/// Bytes that a fit needs with the largest slabs and with the smallest (one slice).
 struct FitMemory {
   std::int64_t most, least;
 };
 FitMemory fitMemory(const FitRequest& request);
 
 /// The iterations of a fit where an executor runs. Field, moments and gradients stay there; iterations are
-/// waited for together, for their sums. What does not fit is cut into smaller slabs of slices.
+/// synchronised in batches, for their sums. What does not fit is cut into smaller slabs of slices.
 class Fit final : public FitDevice {
 public:
-  /// Throws Error(Memory) when not even the smallest slabs fit.
+  /// Throws Error(Memory) if not even the smallest slabs fit.
   Fit(std::unique_ptr<Executor> executor, const FitRequest& request);
   ~Fit() override;
 
@@ -29,7 +29,7 @@ public:
   LossSum evaluate(const GaussianField& field) override;
   std::string remark() const override;
 
-  int slabs() const; // of the finest observations, all in all
+  int slabs() const; // total, of the finest observations
   Executor& executor() { return *executor_; }
 
 private:

@@ -15,10 +15,10 @@ FitMemory fitMemory(const FitRequest& request) {
   const double n = static_cast<double>(request.gaussians);
   // Field twice (evaluate), gradient, Adam, gradients, projected, moments, counts and their sums, relocation.
   const double perGaussian = 2 * 64 + 64 + 128 + 4 + sizeof(Projected) + 56 + 16 + 70;
-  // While Gaussians are added: the field with its moments and gradients once more, unsorted records, two
-  // rankings, marks, numbers. Where memory is short, gradient, other field and pairs make way for that.
+  // While Gaussians are added: another copy of the field with its moments and gradients, unsorted records,
+  // two rankings, marks, numbers. If memory is short, gradient, other field and pairs are freed for that.
   const double reshaping = request.rules.densify.every > 0 ? 64 + 128 + 4 + 64 + 2 * 24 + 40 : 0;
-  // A Gaussian's pairs, 20 % to spare: sorted keys and numbers, twice; alpha: owners and slots as well.
+  // The pairs of a Gaussian, plus 20 %: sorted keys and numbers, twice; alpha: owners and slots as well.
   const double pairs = alpha ? std::min(64.0, 4 * planes) : 24, perPair = 24 + (alpha ? 36 : 0);
   const double perPoint = 8 + 0.2 + (ssim ? 20 : 0);
   const double data = samples * 5 * (request.coarse ? 1.3 : 1.0);

@@ -5,7 +5,7 @@
 
 namespace innergs::cuda {
 
-/// What warpShare() gives each lane, added in the order of the device.
+/// What warpShare() gives each lane, added in the device's order.
 template <int n>
 std::array<float, kWarp> sharedSums(std::array<Lanes<float, n>, kWarp> lanes) {
   for (int width = n / 2; width > 0; width /= 2) {
@@ -28,7 +28,7 @@ std::array<float, kWarp> sharedSums(std::array<Lanes<float, n>, kWarp> lanes) {
   return sums;
 }
 
-/// A block of threads on the host, one thread after the other within a phase.
+/// A block of threads on the host: within a phase, the threads run one after another.
 template <int threads, class Shared>
 class HostBlock {
 public:
@@ -87,7 +87,7 @@ public:
   }
 
 private:
-  /// As the device's butterfly of shuffles adds.
+  /// Adds in the order of the device's butterfly shuffles.
   template <class T, int n>
   static void sumOne(PerThread<Lanes<T, n>>& x, int warp) {
     for (int step = kWarp / 2; step > 0; step /= 2) {

@@ -11,7 +11,7 @@
 
 namespace innergs::cuda {
 
-/// Everything of an executor on the host but the kernels.
+/// The host executor without the kernels.
 class HostMemory : public Executor {
 public:
   explicit HostMemory(std::size_t memory) : free_(memory) {}
@@ -25,7 +25,7 @@ public:
     if (injected || bytes > free_)
       throw Error(ErrorCode::Memory, "The device's memory is full: use fewer Gaussians or the CPU.");
     auto memory = std::make_unique<std::byte[]>(bytes);
-    std::memset(memory.get(), 0xcd, bytes); // as little initialised as a device's
+    std::memset(memory.get(), 0xcd, bytes); // uninitialised, as on a device
     std::byte* raw = memory.get();
     blocks_[raw] = {std::move(memory), bytes};
     free_ -= bytes;
@@ -47,7 +47,7 @@ public:
   void scan(const std::int64_t* in, std::int64_t* out, std::int64_t count) override {
     std::exclusive_scan(in, in + count, out, std::int64_t{0}, [](std::int64_t a, std::int64_t b) {
       return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) + static_cast<std::uint64_t>(b));
-    }); // as a device adds what a faulty kernel left
+    }); // wraps around like a device, on what a faulty kernel left
   }
   void prepareSort(std::int64_t, int) override {}
   void sort(std::uint64_t*& keys, std::uint64_t*& otherKeys, std::uint32_t*& ids, std::uint32_t*& otherIds,
@@ -99,7 +99,7 @@ struct HostBase<Runner, KernelList<Kernels...>> {
   using Type = HostLaunches<Runner, HostMemory, Kernels...>;
 };
 
-/// Runner::run(kernel, blocks) is how kernels run.
+/// Runner::run(kernel, blocks) runs the kernels.
 template <class Runner>
 class HostExecutor final : public HostBase<Runner, AllKernels>::Type {
 public:

@@ -93,7 +93,7 @@ void Passes::bin(const Reach& reach, int shift, bool alpha) {
   otherIds_.reserve(limit);
   if (alpha) owners_.reserve(limit);
   start_.reserve(bins + 1);
-  keys_.fill(0xff, limit); // sorts behind all bins
+  keys_.fill(0xff, limit); // sorts after all bins
   ids_.fill(0, limit);
   executor_.runOver(EmitPairs<Reach>{projected_.data(), count_, reach, first_.data(), limit, keys_.data(),
                                      ids_.data(), alpha ? owners_.data() : nullptr, status_.data()},

@@ -16,33 +16,33 @@ struct DevicePlanes {
   Buffer<double> z;
 };
 
-/// The passes over one lattice or a slab of its planes, queued one after the other: nothing here waits for
-/// the device, except bin() without a limit. Buffers are kept from call to call.
+/// The passes over a lattice or a slab of its planes, queued one after another: nothing here waits for the
+/// device, except bin() without a limit. Buffers are kept between calls.
 class Passes {
 public:
   explicit Passes(Executor& executor);
 
   Executor& executor() { return executor_; }
 
-  /// gaussians, values (or null): memory of the device.
+  /// gaussians, values (or null): device memory.
   void project(const Gaussian* gaussians, const float* values, std::int64_t count,
                const ProjectionFrame& frame, const ProjectionRules& rules);
-  /// W and N of the projected Gaussians (alpha: transmittance and I) into planes().
+  /// Writes W and N of the projected Gaussians (alpha: transmittance and I) to planes().
   void forward(const DevicePlanes& lattice, Blending blending);
-  /// The loss of slices on those planes, added to sums number `iteration` of the status; planes() hold F0 and
-  /// F1 afterwards.
+  /// Adds the loss of slices on those planes to sums number `iteration` of the status; planes() then hold F0
+  /// and F1.
   void loss(const SliceView& slices, const LossKinds& kinds, int iteration = 0);
-  /// Moments from F0 and F1, after forward() with the same Gaussians; added to those of earlier slabs.
+  /// Moments from F0 and F1, after forward() with the same Gaussians; `add`: to those of earlier slabs.
   void backward(const DevicePlanes& lattice, Blending blending, bool add);
-  /// I at points, three index coordinates each, in cells of 1.
+  /// I at points, three index coordinates each, with cells of 1 index unit.
   void query(const CellReach& cells, const double* points, std::int64_t count, Blending blending,
              float epsilon, float* out);
 
   Pair* planes() const { return planes_.data(); }
   const math::Moments<float>* moments() const { return moments_.data(); }
 
-  /// More (Gaussian, bin) pairs than `limit` are left out, and the status says how many there were; without a
-  /// limit there is room for all, at the price of waiting for their number.
+  /// Drops (Gaussian, bin) pairs beyond `limit`; the status has their number. Without a limit there is room
+  /// for all, at the cost of waiting for their number.
   void setLimit(std::optional<std::int64_t> limit) { limit_ = limit; }
   std::int64_t limit() const { return limit_.value_or(0); }
   void clearStatus() { status_.fill(0, 1); }
@@ -50,7 +50,7 @@ public:
   Guard guard() const { return {status_.data(), limit()}; }
   IterationStatus status() const; // waits
 
-  /// Gives back what the size of a slab or the number of pairs asked for.
+  /// Frees what depends on the size of a slab or on the number of pairs.
   void shrink();
 
 private:

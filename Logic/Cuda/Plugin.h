@@ -5,10 +5,10 @@
 
 namespace innergs::cuda {
 
-/// The plugin on top of executors; who derives from it lists the devices.
+/// A plugin built on executors; a derived class lists the devices.
 class ExecutorPlugin : public DevicePlugin {
 public:
-  /// With less than FitMemory::most a fit works in smaller slabs.
+  /// With less than FitMemory::most, a fit works in smaller slabs.
   std::int64_t fitMemory(const FitRequest& request) override { return cuda::fitMemory(request).least; }
   std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) override {
     return std::make_unique<Fit>(executor(device), request);

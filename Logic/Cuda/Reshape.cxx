@@ -7,7 +7,7 @@ namespace {
 
 constexpr int kScoreBits = 32; // of orderedBits()
 
-/// mortonOrder() into ranking.ids(); boxes: one entry a block of BoxMeans and one more.
+/// mortonOrder() into ranking.ids(); boxes: one entry per block of BoxMeans, plus one.
 void sortAlongCurve(Executor& executor, const Gaussian* gaussians, std::int64_t count, Buffer<MeanBox>& boxes,
                     Ranking& ranking) {
   const std::int64_t blocks = blocksFor(count, BoxMeans::kEach);

@@ -5,26 +5,26 @@
 
 namespace innergs::cuda {
 
-/// What a fit holds where an executor runs. Gaussians are kept as the 16 floats that they are, so that one
-/// kernel reorders them and their moments.
+/// The state of a fit where an executor runs. Gaussians are stored as their 16 floats, so that one kernel
+/// reorders both them and their moments.
 struct FitBuffers {
   explicit FitBuffers(Executor& e) : gaussians(e), moment1(e), moment2(e), gradientSums(e) {}
 
   Gaussian* field() const { return reinterpret_cast<Gaussian*>(gaussians.data()); }
-  /// Room for `size` at least; what they held is lost when they grow. All or nothing.
+  /// Reserves room for at least `size`; the content is lost when it grows. All or nothing.
   void reserve(Executor& executor, std::int64_t size);
 
   std::int64_t count = 0;
-  Buffer<float> gaussians, moment1, moment2; // 16 a Gaussian
+  Buffer<float> gaussians, moment1, moment2; // 16 per Gaussian
   Buffer<float> gradientSums;
 };
 
-/// Numbers of Gaussians with their keys, to be sorted.
+/// Indices of Gaussians with their keys, for sorting.
 class Ranking {
 public:
   explicit Ranking(Executor& e) : executor_(e), keys_(e), otherKeys_(e), ids_(e), otherIds_(e) {}
 
-  /// Error(Memory) comes from here alone.
+  /// The only source of Error(Memory).
   void reserve(std::int64_t count);
   void sort(std::int64_t count, int bits) {
     sortPairs(executor_, keys_, otherKeys_, ids_, otherIds_, count, bits);
@@ -39,16 +39,16 @@ private:
   Buffer<std::uint32_t> ids_, otherIds_;
 };
 
-/// relocateGaussians() without leaving the device, and without waiting for it.
+/// relocateGaussians() on the device, without waiting for it.
 class Relocation {
 public:
   explicit Relocation(Executor& e)
       : executor_(e), need_(e), use_(e), marks_(e), counts_(e), place_(e), victims_(e), boxes_(e) {}
 
-  /// Memory for so many Gaussians; Error(Memory) comes from here alone.
+  /// Reserves memory for that many Gaussians; the only source of Error(Memory).
   void reserve(std::int64_t count);
   void clear();
-  /// spare: room for a record a Gaussian; its content does not matter. Behind a closed guard nothing changes.
+  /// spare: room for one record per Gaussian, with arbitrary content. Behind a closed guard nothing changes.
   void run(FitBuffers& fit, Buffer<float>& spare, const RelocationPlan& plan, const Guard& guard = {});
 
 private:
@@ -60,8 +60,8 @@ private:
   Buffer<MeanBox> boxes_;
 };
 
-/// densifyGaussians() on the device; waits for numbers of Gaussians, twice. Error(Memory) leaves all as it
-/// was.
+/// densifyGaussians() on the device; waits twice for a number of Gaussians. On Error(Memory) nothing has
+/// changed.
 DensifyCounts densify(Executor& executor, FitBuffers& fit, Blending blending, int iterations,
                       const DensifyPlan& plan);
 

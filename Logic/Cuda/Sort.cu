@@ -15,7 +15,7 @@ cudaError_t sortOnDevice(void* temporary, std::size_t& bytes, std::uint64_t*& ke
                          cudaStream_t stream) {
   cub::DoubleBuffer<std::uint64_t> k(keys, otherKeys);
   cub::DoubleBuffer<std::uint32_t> v(ids, otherIds);
-  // Passes and Reshape have fewer than 2³² of them; 32-bit counts let CUB work with 32-bit offsets.
+  // Passes and Reshape have fewer than 2³² elements; 32-bit counts let CUB use 32-bit offsets.
   const cudaError_t error = cub::DeviceRadixSort::SortPairs(
       temporary, bytes, k, v, static_cast<std::uint32_t>(count), 0, bits, stream);
   if (temporary) {

@@ -4,19 +4,19 @@
 
 namespace innergs::cuda {
 
-/// W = Σ w p and N = Σ w p (c + g·d) of one brick a block: every thread owns a column of four points, each
-/// warp 8×4 columns and looks only at the staged Gaussians whose box meets them.
+/// W = Σ w p and N = Σ w p (c + g·d), one brick per block: each thread owns a column of four points, each
+/// warp 8×4 columns, and a warp visits only the staged Gaussians whose box meets them.
 struct Accumulate {
   static constexpr int kThreads = 128, kBatch = 64, kGroups = kBatch / kWarp;
   static constexpr int kPlanes = BrickReach::kZ;
-  /// What a column needs, in the order of use: read 16 bytes at a time.
+  /// The data of a column in the order of use, read 16 bytes at a time.
   struct alignas(16) Staged {
-    float cell[2]; // from the brick's first point: a float's subtraction is cheaper than a conversion
+    float cell[2]; // relative to the brick's first point: subtracting floats is cheaper than converting
     float fraction[2], quadratic[6], log2Weight, log2Cut, value, slope[3], dz[kPlanes], cut;
   };
   struct Shared {
     Staged staged[kBatch];
-    float centre[2][kBatch], half[2][kBatch]; // apart from them: a warp reads one of each, without conflicts
+    float centre[2][kBatch], half[2][kBatch]; // separate: a warp reads one of each without bank conflicts
   };
   const Projected* gaussians;
   BrickReach bricks;
@@ -47,7 +47,7 @@ struct Accumulate {
       s.dz[j] = planeOffset(g, lattice.z[k0 + j < lattice.nz ? k0 + j : lattice.nz - 1]);
   }
 
-  /// low: from the brick's first point.
+  /// low: relative to the brick's first point.
   INNERGS_HD static bool meets(const Shared& shared, int n, int axis, int low, int width) {
     const float at = shared.centre[axis][n] - static_cast<float>(low), half = shared.half[axis][n];
     return at + half >= 0 && at - half <= static_cast<float>(width - 1);
@@ -61,7 +61,7 @@ struct Accumulate {
     INNERGS_UNROLL
     for (int j = 0; j < kPlanes; ++j) {
       const float dz = s.dz[j], e = e0 + dz * (e1 + q[5] * dz);
-      if (!(e >= s.log2Cut)) continue; // NaN as well
+      if (!(e >= s.log2Cut)) continue; // rejects NaN too
       const float p = math::exp2Normal(e) - s.cut;
       sums.v[2 * j] += p;
       sums.v[2 * j + 1] += p * (value + s.slope[2] * dz);
@@ -71,7 +71,7 @@ struct Accumulate {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     const LatticeView& lattice = bricks.lattice;
-    const int b = static_cast<int>(block.index()); // Passes::bin() sees to that
+    const int b = static_cast<int>(block.index()); // Passes::bin() ensures that it fits
     const int bx = b % bricks.nx * BrickReach::kX, by = b / bricks.nx % bricks.ny * BrickReach::kY,
               bz = b / bricks.nx / bricks.ny * BrickReach::kZ;
     const auto warpX = [](int t) { return t / kWarp % 2 * 8; };

@@ -4,18 +4,18 @@
 
 namespace innergs::cuda {
 
-/// What both passes of alpha blending share: a block owns a 16×16 tile of one plane, a thread one point, a
-/// warp 8×4 of them.
+/// Shared by both passes of alpha blending: a block owns a 16×16 tile of one plane, a thread one point, a
+/// warp 8×4 points.
 struct AlphaTile {
   static constexpr int kThreads = 256, kEdge = TileReach::kEdge;
 
   /// A Gaussian on the tile's plane.
   struct alignas(16) Staged {
-    float cell[2]; // from the tile's first point
+    float cell[2]; // relative to the tile's first point
     float fraction[2];
     float xx, xy, yy, x, y, constant; // of the exponent
     float log2Cut, cut, value, halfX;
-    float rowCentre, rowHalf; // rows that it reaches, relative to cell[1]
+    float rowCentre, rowHalf; // rows that it covers, relative to cell[1]
   };
 
   TileReach tiles;
@@ -54,19 +54,19 @@ struct AlphaTile {
     s.rowHalf = std::sqrt(math::most(0.f, g.radius2 - dz * dz * g.precisionZ) / g.precisionY);
   }
 
-  /// Whether it may reach the points of thread t's warp.
+  /// Whether the Gaussian may reach the points of thread t's warp.
   INNERGS_HD static bool meets(const Staged& s, int t) {
     const float x = s.cell[0] - static_cast<float>(warpX(t)) + s.fraction[0];
     const float y = s.cell[1] - static_cast<float>(warpY(t)) + s.rowCentre;
     return x + s.halfX >= 0 && x - s.halfX <= 7 && y + s.rowHalf >= 0 && y - s.rowHalf <= 3;
   }
 
-  /// α p without the cut at a point of the tile, 0 past it.
+  /// α p before the cut at a point of the tile, 0 beyond the cut-off.
   INNERGS_HD static float amplitude(const Staged& s, float x, float y, float& dx, float& dy) {
     dx = x - s.cell[0] - s.fraction[0];
     dy = y - s.cell[1] - s.fraction[1];
     const float e = dx * (s.xx * dx + s.xy * dy + s.x) + dy * (s.yy * dy + s.y) + s.constant;
-    return e >= s.log2Cut ? math::exp2Normal(e) : 0.f; // NaN: 0 as well
+    return e >= s.log2Cut ? math::exp2Normal(e) : 0.f; // 0 for NaN too
   }
 };
 

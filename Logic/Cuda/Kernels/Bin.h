@@ -10,15 +10,15 @@ struct IterationSums {
   std::int64_t samples;
 };
 
-/// What several iterations find out on the device, read once at their end.
+/// The results of several iterations on the device, read once at their end.
 struct IterationStatus {
   static constexpr int kMost = 64;
-  std::int64_t pairs; // the most (Gaussian, bin) pairs of any slab
+  std::int64_t pairs; // the most (Gaussian, bin) pairs in any slab
   std::int64_t done;  // iterations that changed the parameters
   IterationSums sums[kMost];
 };
 
-/// Nothing may change any more once there were more pairs than room for them.
+/// Blocks further changes once there were more pairs than room for them.
 struct Guard {
   const IterationStatus* status = nullptr;
   std::int64_t limit = 0;
@@ -36,7 +36,7 @@ INNERGS_HD inline std::int64_t pairsOf(const Reach& reach, const Projected& g) {
   return n;
 }
 
-/// Bins that each Gaussian reaches; one more entry of 0, so that a scan ends with the total.
+/// The number of bins that each Gaussian reaches, plus a final 0, so that a scan ends with the total.
 template <class Reach>
 struct CountPairs {
   static constexpr int kThreads = 128;
@@ -53,8 +53,8 @@ struct CountPairs {
   }
 };
 
-/// The pairs' keys and Gaussians, in the order of the Gaussians, unless there are more than `limit`: then
-/// none. Alpha blending sorts the pairs' places instead, and `owners` says whose they are.
+/// Writes the pairs' keys and Gaussians in the order of the Gaussians, or none if there are more than
+/// `limit`. Alpha blending sorts the pairs' positions instead, and `owners` holds their Gaussians.
 template <class Reach>
 struct EmitPairs {
   static constexpr int kThreads = 128;
@@ -90,8 +90,7 @@ struct EmitPairs {
   }
 };
 
-/// Where each bin begins in the sorted pairs: start[bins + 1]. Keys at or past `bins` (after the shift) are
-/// the unused ones.
+/// Where each bin begins in the sorted pairs: start[bins + 1]. Keys ≥ `bins` (after the shift) are unused.
 struct FindStarts {
   static constexpr int kThreads = 256;
   using Shared = Nothing;

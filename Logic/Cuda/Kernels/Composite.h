@@ -3,7 +3,7 @@
 
 namespace innergs::cuda {
 
-/// Alpha blending, front to back: what is transmitted behind all Gaussians, and I.
+/// Alpha-blends front to back: the transmittance behind all Gaussians, and I.
 struct Composite {
   static constexpr int kThreads = AlphaTile::kThreads, kBatch = 128, kGroups = kBatch / kWarp;
   struct Shared {
@@ -15,7 +15,7 @@ struct Composite {
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
     const LatticeView& lattice = tile.tiles.lattice;
-    const int b = static_cast<int>(block.index()); // Passes::bin() sees to that
+    const int b = static_cast<int>(block.index()); // Passes::bin() ensures that it fits
     const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
     const double z = lattice.z[plane];
     typename Block::template PerThread<Pair> state;

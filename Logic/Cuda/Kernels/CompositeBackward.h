@@ -3,7 +3,7 @@
 
 namespace innergs::cuda {
 
-/// Its gradient: the plane moments of every (Gaussian, tile) pair into the pair's slot.
+/// The gradient of Composite: writes the plane moments of every (Gaussian, tile) pair to the pair's slot.
 struct CompositeBackward {
   static constexpr int kThreads = AlphaTile::kThreads, kWarps = kThreads / kWarp, kBatch = kWarp;
   static constexpr int kSums = 8; // math::PlaneMoments: m0, n0, s, x, y, xx, xy, yy
@@ -15,7 +15,7 @@ struct CompositeBackward {
   const Pair* f; // ∂L/∂I and I
   math::PlaneMoments<float>* out;
 
-  /// One Gaussian at one point: what is seen through it goes on in `seen`, what is left of I in `rest`.
+  /// One Gaussian at one point: updates the transmittance `seen` and `rest`, the part of I behind it.
   INNERGS_HD static void add(const AlphaTile::Staged& s, float x, float y, float r, float& seen, float& rest,
                              Lanes<float, kSums>& m) {
     float dx, dy;
@@ -36,7 +36,7 @@ struct CompositeBackward {
   INNERGS_KERNEL void operator()(Block& block) const {
     static_assert(sizeof(math::PlaneMoments<float>) == kSums * sizeof(float));
     const LatticeView& lattice = tile.tiles.lattice;
-    const int b = static_cast<int>(block.index()); // Passes::bin() sees to that
+    const int b = static_cast<int>(block.index()); // Passes::bin() ensures that it fits
     const int left = tile.left(b), top = tile.top(b), plane = tile.plane(b);
     const double z = lattice.z[plane];
     typename Block::template PerThread<Pair> state; // transmittance, rest of I
@@ -94,7 +94,7 @@ struct CompositeBackward {
   }
 };
 
-/// The moments of a Gaussian from its slots, in their order.
+/// Sums the moments of a Gaussian from its slots, in order.
 struct SumSlots {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -102,7 +102,7 @@ struct SumSlots {
   std::int64_t count;
   TileReach tiles;
   const std::int64_t* first;
-  std::int64_t limit; // pairs, at most; more: nothing was computed
+  std::int64_t limit; // maximum of pairs; beyond it, nothing was computed
   const math::PlaneMoments<float>* slots;
   math::Moments<float>* out;
   bool add;

@@ -4,16 +4,16 @@
 
 namespace innergs::cuda {
 
-/// The moments of one Gaussian over the rows of its exact ellipsoid: what one lane of some warps adds up.
-/// Lanes lie side by side in x, as many as the Gaussian is wide, and the others take the next rows; warps
-/// take the planes in turn.
+/// The moments of one Gaussian over the rows of its exact ellipsoid: the part that one lane adds up. As many
+/// lanes as the Gaussian is wide lie side by side in x, the others take the next rows; warps take planes in
+/// turn.
 struct GatherRows {
-  static constexpr int kSums = 14, kLanes = 16; // math::Moments: m0, m1, m2, n0, n1; and two of 0
+  static constexpr int kSums = 14, kLanes = 16; // math::Moments: m0, m1, m2, n0, n1; and two zeros
   using Sums = Lanes<float, kLanes>;
   LatticeView lattice;
   const Pair* f;
 
-  /// One row's part, with dy and dz left out.
+  /// The part of one row, before dy and dz are applied.
   struct Row {
     float a = 0, n = 0, nx = 0, s = 0, sx = 0, sxx = 0;
   };
@@ -30,7 +30,7 @@ struct GatherRows {
     for (int x = x0 + lane; x < x1; x += lanes) {
       const float dx = static_cast<float>(x - g.cell[0]) - g.fraction[0];
       const float e = e0 + dx * (e1 + q[0] * dx);
-      if (!(e >= g.log2Cut)) continue; // NaN as well
+      if (!(e >= g.log2Cut)) continue; // rejects NaN too
       const Pair at = line[x];
       const float p = math::exp2Normal(e), cut = p - g.cut;
       const float whole = at.a * (value + g.slope[0] * dx) + at.b;
@@ -58,7 +58,7 @@ struct GatherRows {
       m.v[c] += part[c];
   }
 
-  /// Lanes side by side: a row costs as much as five points of a lane, so few of them, and many rows at once.
+  /// Lanes side by side: a row costs as much as five points of a lane, so few of them but many rows.
   INNERGS_HD static int laneBits(const Projected& g) {
     int bits = 2;
     while (bits < 5 && static_cast<float>(4 << bits) < 2 * g.half[0])
@@ -84,10 +84,10 @@ struct GatherRows {
     }
   }
 
-  /// Whether a block should share the work: its box has more points than a warp can do in good time.
+  /// Whether a block should share the work: the box has too many points for one warp.
   INNERGS_HD static bool large(const Projected& g) { return 8 * g.half[0] * g.half[1] * g.half[2] > 65536; }
 
-  /// The sum number c.
+  /// Writes sum number c.
   INNERGS_HD static void write(float sum, int c, bool add, math::Moments<float>& out) {
     static_assert(sizeof(math::Moments<float>) == kSums * sizeof(float));
     if (c >= kSums) return;
@@ -96,7 +96,7 @@ struct GatherRows {
   }
 };
 
-/// A warp a Gaussian; no atomics.
+/// One warp per Gaussian; no atomics.
 struct Gather {
   static constexpr int kThreads = 128, kWarps = kThreads / kWarp;
   using Shared = Nothing;
@@ -104,7 +104,7 @@ struct Gather {
   std::int64_t count;
   GatherRows rows;
   math::Moments<float>* out;
-  bool add; // to what `out` holds
+  bool add; // to the content of `out`
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
@@ -129,7 +129,7 @@ struct Gather {
   }
 };
 
-/// The large ones: a block looks through kWarp Gaussians and does those one after the other.
+/// The large Gaussians: a block scans kWarp Gaussians and processes the large ones one after another.
 struct GatherLarge {
   static constexpr int kThreads = 256, kWarps = kThreads / kWarp;
   struct Shared {
@@ -147,7 +147,7 @@ struct GatherLarge {
     typename Block::template PerThread<GatherRows::Sums> sums;
     typename Block::template PerThread<float> own;
     typename Block::template PerThread<bool> large;
-    typename Block::template PerThread<std::uint32_t> mask; // every warp's: of the same Gaussians
+    typename Block::template PerThread<std::uint32_t> mask; // every warp's, for the same Gaussians
     Shared& shared = block.shared();
     const std::int64_t first = block.index() * kWarp;
     block.forEachThread([&](int t) {
@@ -155,7 +155,7 @@ struct GatherLarge {
       large[t] = i < count && GatherRows::large(gaussians[i]);
     });
     block.ballot(large, mask);
-    for (std::uint32_t rest = mask[0]; rest; rest &= rest - 1) { // the same for the whole block
+    for (std::uint32_t rest = mask[0]; rest; rest &= rest - 1) { // identical for the whole block
       const std::int64_t i = first + lowestBit(rest);
       block.forEachThread([&](int t) {
         sums[t] = {};

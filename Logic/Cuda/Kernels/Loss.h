@@ -10,7 +10,7 @@ struct SubPlaneView {
   float weight;
 };
 
-/// The slices of one slab and how they are seen.
+/// The slices of a slab and how they are seen.
 struct SliceView {
   std::int64_t slices, planeSize; // points of a padded plane
   int nx, ny, stride, perSlice;
@@ -34,7 +34,7 @@ struct SliceView {
     return sum;
   }
 
-  /// W and N become F0 and F1 (alpha: ∂L/∂I and I) for r = ∂L/∂I of the slice.
+  /// Turns W and N into F0 and F1 (alpha: ∂L/∂I and I) for r = ∂L/∂I of the slice.
   INNERGS_HD void spread(std::int64_t slice, std::int64_t p, float r, Pair* planes) const {
     for (int q = 0; q < perSlice; ++q) {
       const SubPlaneView sub = subPlanes[slice * perSlice + q];
@@ -47,13 +47,13 @@ struct SliceView {
   }
 };
 
-/// loss, squared and number of samples of one block.
+/// Loss, squared error and number of samples of one block.
 struct PartialLoss {
   double loss, squared;
   std::int64_t samples;
 };
 
-/// Adds up a block's sums in a fixed order; `warps`: one entry a warp of shared memory.
+/// Adds up a block's sums in a fixed order; `warps`: shared memory with one entry per warp.
 template <int threads, class Block, class Sums>
 INNERGS_KERNEL void writePartial(Block& block, Sums& sums, Lanes<double, 3>* warps, PartialLoss* out) {
   block.warpSum(sums);
@@ -72,10 +72,10 @@ INNERGS_KERNEL void writePartial(Block& block, Sums& sums, Lanes<double, 3>* war
   });
 }
 
-/// Point losses of a slab, some samples a thread. Without SSIM the gradient goes straight to the planes; with
-/// it image and r wait for SsimGradient.
+/// Point losses of a slab, several samples per thread. Without SSIM the gradient goes straight to the planes;
+/// with it, image and r wait for SsimGradient.
 struct PointLosses {
-  static constexpr int kThreads = 256, kSamples = 8 * kThreads; // of a block
+  static constexpr int kThreads = 256, kSamples = 8 * kThreads; // per block
   struct Shared {
     Lanes<double, 3> warps[kThreads / kWarp];
   };
@@ -117,7 +117,7 @@ struct PointLosses {
   }
 };
 
-/// Adds the partial sums to those of the iteration; one block.
+/// Adds the partial sums to the iteration's; one block.
 struct SumLosses {
   static constexpr int kThreads = 256;
   struct Shared {

@@ -5,7 +5,7 @@
 
 namespace innergs::cuda {
 
-/// Joins a box a thread; `boxes`: kThreads of shared memory.
+/// Joins one box per thread; `boxes`: kThreads entries of shared memory.
 template <int threads, class Block, class Boxes>
 INNERGS_KERNEL void joinBoxes(Block& block, Boxes& own, MeanBox* boxes, MeanBox* out) {
   block.forEachThread([&](int t) { boxes[t] = own[t]; });
@@ -19,7 +19,7 @@ INNERGS_KERNEL void joinBoxes(Block& block, Boxes& own, MeanBox* boxes, MeanBox*
   });
 }
 
-/// The box of the means of kEach Gaussians a block.
+/// The box of the means of kEach Gaussians per block.
 struct BoxMeans {
   static constexpr int kThreads = 128, kEach = 32 * kThreads;
   struct Shared {
@@ -27,7 +27,7 @@ struct BoxMeans {
   };
   const Gaussian* gaussians;
   std::int64_t count;
-  MeanBox* out; // one a block
+  MeanBox* out; // one per block
 
   template <class Block>
   INNERGS_KERNEL void operator()(Block& block) const {
@@ -42,7 +42,7 @@ struct BoxMeans {
   }
 };
 
-/// The box of boxes; one block.
+/// Joins the boxes; one block.
 struct BoxBoxes {
   static constexpr int kThreads = 128;
   struct Shared {
@@ -96,8 +96,8 @@ struct TakeIds {
   }
 };
 
-/// The same for records of 16 floats, a thread a float; 0 for those at or past `limit`. Behind a closed guard
-/// they keep their places.
+/// The same for records of 16 floats, one thread per float; 0 for those at or past `limit`. Behind a closed
+/// guard they keep their order.
 struct TakeRecords {
   static constexpr int kThreads = 256, kFloats = 16;
   using Shared = Nothing;

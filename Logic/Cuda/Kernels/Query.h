@@ -5,7 +5,7 @@
 
 namespace innergs::cuda {
 
-/// I from W and N, without the padding of the rows.
+/// Computes I from W and N, without the row padding.
 struct Finish {
   static constexpr int kThreads = 256;
   using Shared = Nothing;
@@ -26,7 +26,7 @@ struct Finish {
   }
 };
 
-/// I at points, from the Gaussians listed for the cell that each lies in.
+/// I at points, from the Gaussians listed for each point's cell.
 struct QueryPoints {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -34,7 +34,7 @@ struct QueryPoints {
   CellReach cells;
   const std::int64_t* start;
   const std::uint32_t* ids;
-  const double* points; // index coordinates, three a point
+  const double* points; // index coordinates, three per point
   std::int64_t count;
   Blending blending;
   float epsilon;
@@ -51,7 +51,7 @@ struct QueryPoints {
     return blending == Blending::Normalised ? n / (w + epsilon) : n;
   }
 
-  /// Alpha blending: nearest first, ties by index; the next one is searched for each time, as no list is
+  /// Alpha blending: nearest first, ties by index. Searches for the next one each time, since no list is
   /// kept.
   INNERGS_HD float composited(const double* x, std::int64_t first, std::int64_t last) const {
     float transmittance = 1, image = 0, depth = -1;

@@ -5,8 +5,8 @@
 
 namespace innergs::cuda {
 
-/// Indices of cells of `edge` index units that [centre − half, centre + half] meets: [first, last) of
-/// `cells`; empty for a NaN.
+/// Range [first, last) of the `cells` cells, each `edge` index units wide, that [centre − half, centre +
+/// half] touches; empty for NaN.
 INNERGS_HD inline void cellRange(double centre, double half, int edge, int cells, int& first, int& last) {
   first = last = 0;
   const double low = std::ceil(centre - half) / edge, high = std::floor(centre + half) / edge;
@@ -19,7 +19,7 @@ INNERGS_HD inline double centreOf(const Projected& g, int axis) {
   return g.cell[axis] + static_cast<double>(g.fraction[axis]);
 }
 
-/// Bricks of a lattice, 16×8×4 points: what one block of Accumulate owns.
+/// Bricks of a lattice, 16×8×4 points: one block of Accumulate owns one.
 struct BrickReach {
   static constexpr int kX = 16, kY = 8, kZ = 4;
   LatticeView lattice;
@@ -27,7 +27,7 @@ struct BrickReach {
 
   INNERGS_HD std::int64_t count() const { return static_cast<std::int64_t>(nx) * ny * nz; }
 
-  /// visit(key) for every brick that a Gaussian's box meets.
+  /// visit(key) for every brick that a Gaussian's box touches.
   template <class Visit>
   INNERGS_HD void visit(const Projected& g, Visit&& visit) const {
     int k0, k1, x0, x1, y0, y1;
@@ -42,12 +42,12 @@ struct BrickReach {
   }
 };
 
-/// Tiles of single planes, 16×16 points: what one block of Composite owns. Keys sort by tile, then by the
-/// centre's distance to the plane.
+/// Tiles of single planes, 16×16 points: one block of Composite owns one. Keys sort by tile, then by the
+/// distance of the centre to the plane.
 struct TileReach {
   static constexpr int kEdge = 16;
   LatticeView lattice;
-  int nx, ny; // tiles of a plane
+  int nx, ny; // tiles per plane
 
   INNERGS_HD std::int64_t count() const { return static_cast<std::int64_t>(nx) * ny * lattice.nz; }
 
@@ -66,7 +66,7 @@ struct TileReach {
           math::least<std::int64_t>(lattice.ny, static_cast<std::int64_t>(g.cell[1]) + r1) - 1;
       if (low > high) continue;
       const float depth = std::fabs(dz);
-      std::uint32_t bits; // of floats ≥ 0 sort as they do
+      std::uint32_t bits; // floats ≥ 0 sort like their bits
       std::memcpy(&bits, &depth, sizeof bits);
       for (int y = static_cast<int>(low) / kEdge; y <= static_cast<int>(high) / kEdge; ++y)
         for (int x = x0; x < x1; ++x)

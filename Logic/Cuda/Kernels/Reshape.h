@@ -7,7 +7,7 @@
 
 namespace innergs::cuda {
 
-/// Sorts as an unsigned number as the float does; 0 and −0 are equal.
+/// Unsigned numbers that sort like the floats; 0 and −0 are equal.
 INNERGS_HD inline std::uint32_t orderedBits(float x) {
   x += 0.f;
   std::uint32_t bits;
@@ -15,7 +15,7 @@ INNERGS_HD inline std::uint32_t orderedBits(float x) {
   return bits & 0x80000000u ? ~bits : bits | 0x80000000u;
 }
 
-/// Relocation: Gaussians by falling need and by rising use.
+/// Relocation: keys that sort Gaussians by falling need and by rising use.
 struct RelocationKeys {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -48,7 +48,7 @@ struct MarkParents {
   }
 };
 
-/// 1 for each of `byUse` that is no parent; one more entry of 0, so that a scan ends with the total.
+/// 1 for each of `byUse` that is not a parent, plus a final 0, so that a scan ends with the total.
 struct CountVictims {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -63,7 +63,7 @@ struct CountVictims {
   }
 };
 
-/// The first `most` of them.
+/// Takes the first `most` of them.
 struct TakeVictims {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -81,7 +81,7 @@ struct TakeVictims {
   }
 };
 
-/// The halves of the k-th parent take its own place and the k-th victim's.
+/// The halves of the k-th parent go to its own place and to the k-th victim's.
 struct Relocate {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -106,8 +106,8 @@ struct Relocate {
   }
 };
 
-/// Densification: what stays counts 1 in the lower half of a mark, what is to become two 1 in the upper one;
-/// one more entry of 0. Keys sort the latter by falling gradient, all others behind them.
+/// Densification: a kept Gaussian counts 1 in the lower half of a mark, one that becomes two counts 1 in the
+/// upper half; plus a final 0. Keys sort the latter by falling gradient, with all others behind them.
 struct DensifyMarks {
   static constexpr int kThreads = 128, kUpper = 32;
   using Shared = Nothing;
@@ -135,7 +135,7 @@ struct DensifyMarks {
   }
 };
 
-/// The ones that stay, in their order.
+/// Takes the kept Gaussians, in order.
 struct TakeKept {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -151,8 +151,8 @@ struct TakeKept {
   }
 };
 
-/// One more of each of those with the largest gradients, Gaussian number count + k; splits: whether by a
-/// split, with one more entry of 0. The parent of a split starts with moments of 0.
+/// Adds a Gaussian for each of those with the largest gradients, as number count + k. splits: whether by a
+/// split, plus a final 0. The parent of a split restarts with zero moments.
 struct Densify {
   static constexpr int kThreads = 128;
   using Shared = Nothing;

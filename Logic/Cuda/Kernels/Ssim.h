@@ -3,7 +3,7 @@
 
 namespace innergs::cuda {
 
-/// A 16×16 tile of one slice with a border as wide as the 11×11 window, filtered separably; zero outside.
+/// A 16×16 tile of one slice with a border for the 11×11 window, filtered separably; zero outside the slice.
 struct SsimTile {
   static constexpr int kThreads = 256, kEdge = 16, kRadius = kSsimRadius, kWide = kEdge + 2 * kRadius;
   SliceView view;
@@ -17,7 +17,7 @@ struct SsimTile {
   INNERGS_HD std::int64_t at(std::int64_t slice, int x, int y) const {
     return slice * view.planeSize + static_cast<std::int64_t>(y) * view.stride + x;
   }
-  /// value(k) along the window.
+  /// Filters value(k) with the window.
   template <class Value>
   INNERGS_HD float filter(Value&& value) const {
     float sum = 0;
@@ -25,7 +25,7 @@ struct SsimTile {
       sum += window[k] * value(k);
     return sum;
   }
-  /// each(j, i, v) for every point of the block's tile and border; v: its place, -1 outside the slice.
+  /// each(j, i, v) for every point of the block's tile and border; v: its index, -1 outside the slice.
   template <class Block, class Each>
   INNERGS_KERNEL void eachPoint(Block& block, Each&& each) const {
     const int b = static_cast<int>(block.index());
@@ -37,7 +37,7 @@ struct SsimTile {
     });
     block.sync();
   }
-  /// each(j, i) for every point that the filter along rows leaves.
+  /// each(j, i) for every point that remains after filtering along rows.
   template <class Block, class Each>
   INNERGS_KERNEL void eachOfRows(Block& block, Each&& each) const {
     block.forEachThread([&](int t) {
@@ -48,7 +48,7 @@ struct SsimTile {
   }
 };
 
-/// Sum of 1 − SSIM, and the derivatives by the filtered maps.
+/// Sum of 1 − SSIM, and its derivatives by the filtered maps.
 struct SsimTerms {
   static constexpr int kThreads = SsimTile::kThreads, kEdge = SsimTile::kEdge, kWide = SsimTile::kWide;
   struct Shared {
@@ -99,7 +99,7 @@ struct SsimTerms {
   }
 };
 
-/// Adds SSIM's part to r and spreads the whole onto the planes.
+/// Adds SSIM's part to r and distributes the sum to the planes.
 struct SsimGradient {
   static constexpr int kThreads = SsimTile::kThreads, kEdge = SsimTile::kEdge, kWide = SsimTile::kWide;
   struct Shared {
@@ -127,7 +127,7 @@ struct SsimGradient {
     });
     block.forEachThread([&](int t) {
       const int i = t % kEdge, j = t / kEdge, x = left + i, y = top + j;
-      if (y >= tile.view.ny) return; // the padding of a row is spread too: its F0 becomes 0
+      if (y >= tile.view.ny) return; // includes the row padding: its F0 becomes 0
       const std::int64_t v = tile.at(slice, x, y);
       float gradient = r[v];
       if (tile.inside(x, y) && tile.view.weight[v]) {

@@ -6,7 +6,7 @@
 
 namespace innergs::cuda {
 
-/// Moments of one lattice to the gradient of the 16 parameters, added unless it is the first lattice.
+/// From the moments of one lattice to the gradient of the 16 parameters; adds unless it is the first lattice.
 struct Chain {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -28,7 +28,7 @@ struct Chain {
   }
 };
 
-/// Adam and the gradients of Densify.h, and an iteration more is done.
+/// Adam, the gradient sums of Densify.h, and the count of iterations.
 struct Update {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
@@ -37,7 +37,7 @@ struct Update {
   AdamStep step;
   Gaussian* gaussians;
   float *moment1, *moment2;
-  float* gradientSums; // null: not asked for
+  float* gradientSums; // null: not needed
   float gradientUnit;
   IterationStatus* status;
   Guard guard;
