@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 namespace innergs {
 namespace {
 
-/// A link keeps pointing at the new file instead of being replaced by it.
+/// Resolves links, so that a link then points at the new file instead of being replaced by it.
 fs::path fileOf(const fs::path& path) {
   std::error_code failed;
   if (!fs::is_symlink(path, failed)) return path;
@@ -23,7 +23,8 @@ fs::path fileOf(const fs::path& path) {
   return file;
 }
 
-/// A name that no other process or thread uses, in the same folder, with an extension (writers choose by it).
+/// A name in the same folder that no other process or thread uses; keeps the extension, which writers depend
+/// on.
 fs::path temporaryBeside(const fs::path& target, const std::string& extension) {
   std::random_device random;
   constexpr char digits[] = "0123456789abcdef";
@@ -33,7 +34,7 @@ fs::path temporaryBeside(const fs::path& target, const std::string& extension) {
   return target.parent_path() / (name + extension);
 }
 
-/// Removes the temporary file unless it was renamed.
+/// Removes the temporary file unless it has been renamed.
 struct TemporaryFile {
   fs::path path;
   ~TemporaryFile() {

@@ -5,10 +5,10 @@
 
 namespace innergs {
 
-/// Calls `write` with an empty temporary file in the target's folder (same extension) and renames it over the
-/// target once it is on the disk; on any exception the temporary file is removed and the target stays as it
-/// was. Links stay links, an existing file keeps its permissions and group. Throws Error(Io) when the disk is
-/// full.
+/// Calls `write` with an empty temporary file in the target's folder (same extension) and, once it is on
+/// disk, renames it over the target. On any exception removes the temporary file and leaves the target
+/// unchanged. Links stay links; an existing file keeps its permissions and group. Throws Error(Io) if the
+/// disk is full.
 void writeAtomically(const std::filesystem::path& target,
                      const std::function<void(const std::filesystem::path&)>& write);
 

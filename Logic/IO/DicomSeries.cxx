@@ -59,15 +59,15 @@ Slice readSlice(const std::string& file) {
                  });
 }
 
-/// From the header of one image: what tells the images of a folder apart.
+/// The header of one image: what distinguishes the images of a folder.
 struct Header {
   std::string file, uid, description, number;
   GridGeometry geometry;
   double thickness = 0;
-  std::map<std::string, std::string> details; // what repeats a position: name for people, value
+  std::map<std::string, std::string> details; // what tells repeated positions apart: readable name, value
 };
 
-/// What may differ between images of one series at the same place.
+/// Tags that may differ between images of one series at the same position.
 constexpr std::array<std::pair<const char*, const char*>, 7> kDetails{{{"0018|0081", "echo time"},
                                                                        {"0008|0008", "type"},
                                                                        {"0020|0100", "time point"},
@@ -100,7 +100,7 @@ Header readHeader(const std::string& file) {
 
 using Headers = std::vector<Header>;
 
-/// Headers of a kind together, in the order of the first of each kind.
+/// Groups headers of a kind, in the order in which the kinds first occur.
 template <class Same>
 std::vector<Headers> divided(const Headers& headers, const Same& same) {
   std::vector<Headers> parts;
@@ -137,7 +137,7 @@ bool repeatsAPosition(const Headers& headers) {
          places.end();
 }
 
-/// Echoes, phases or time points apart, where one of the details does it.
+/// Separates echoes, phases or time points if one of the details distinguishes them.
 std::vector<std::pair<Headers, std::string>> withoutRepeats(const Headers& headers) {
   if (headers.size() > 1 && headers.front().geometry.size[2] == 1 && repeatsAPosition(headers))
     for (const auto& [key, name] : kDetails) {
@@ -184,7 +184,7 @@ DicomEntry entryOf(const Headers& headers, const std::string& detail) {
                      "to a NIfTI file and choose one of its frames.");
 }
 
-/// Every slice must have the lattice of the first and stand a whole number of even steps from it.
+/// Every slice must have the lattice of the first one and be a whole number of even steps from it.
 void checkSlices(const std::vector<Slice>& slices, const Vec3& step, const std::string& what) {
   const GridGeometry& first = slices.front().geometry;
   const double gap = norm(step);

@@ -14,7 +14,7 @@ fs::path followed(fs::path path) {
   for (int links = 0; links < 40 && fs::is_symlink(path, failed); ++links) {
     const fs::path next = fs::read_symlink(path, failed);
     if (failed) break;
-    path = path.parent_path() / next; // an absolute one replaces it
+    path = path.parent_path() / next; // an absolute link target replaces it
   }
   return fs::absolute(path, failed);
 }

@@ -5,23 +5,23 @@
 
 namespace innergs {
 
-/// A path as UTF-8, the encoding of ITK, of error sentences and of JSON.
+/// A path as UTF-8, the encoding used by ITK, error messages and JSON.
 std::string utf8(const std::filesystem::path& path);
-/// 'path', for error sentences.
+/// 'path', for error messages.
 std::string quoted(const std::filesystem::path& path);
-/// The extension in lower case with what .gz compresses: ".nii.gz", ".mha", "" (none).
+/// The extension in lower case, including the one before .gz: ".nii.gz", ".mha", "" (none).
 std::string fullExtension(const std::filesystem::path& path);
 
-/// The file that a path leads to through links, absolute, whether or not it exists; a link when they lead
-/// nowhere.
+/// The absolute path of the file that a path resolves to through links, whether or not it exists; for
+/// circular links, one of them.
 std::filesystem::path followed(std::filesystem::path path);
 
-/// Whether both paths lead to one file, however they are spelt: relative, through links, as hard links; a
-/// file need not exist yet.
+/// Whether both paths refer to the same file, however they are written: relative, through links, as hard
+/// links. Files need not exist yet.
 bool isSameFile(const std::filesystem::path& a, const std::filesystem::path& b);
 
-/// Throws Error(FileNotFound | FileFormat) unless `path` is a readable file that is not empty; returns its
-/// length in bytes.
+/// Throws Error(FileNotFound | FileFormat) unless `path` is a readable, non-empty file; returns its size in
+/// bytes.
 std::uintmax_t checkInputFile(const std::filesystem::path& path);
 
 } // namespace innergs

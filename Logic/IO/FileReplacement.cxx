@@ -42,7 +42,7 @@ std::error_code replaceFile(const fs::path& file, const fs::path& target) {
   const std::error_code failed = onDisk ? std::error_code() : lastError();
   CloseHandle(written);
   if (!onDisk) return failed;
-  // The first keeps the target's access control list, but some file systems cannot do it.
+  // The first flag keeps the target's access control list, which some file systems do not support.
   std::error_code ignored;
   if (fs::exists(target, ignored) && ReplaceFileW(target.c_str(), file.c_str(), nullptr, 0, nullptr, nullptr))
     return {};
@@ -72,7 +72,7 @@ private:
   int fd_;
 };
 
-/// Never more readable than `old`: where the group cannot be kept, the new one may do what all others may.
+/// Never more accessible than `old`: if the group cannot be kept, its rights are reduced to everyone's.
 std::error_code takeOver(int file, const struct stat& old) {
   mode_t mode = old.st_mode & 0777;
   if (fchown(file, old.st_uid, old.st_gid) != 0 && fchown(file, static_cast<uid_t>(-1), old.st_gid) != 0)
@@ -84,7 +84,7 @@ std::error_code takeOver(int file, const struct stat& old) {
 
 std::error_code createReplacement(const fs::path& file, const fs::path& target) {
   struct stat old;
-  const mode_t mode = stat(target.c_str(), &old) == 0 ? 0600 : 0666; // less the umask
+  const mode_t mode = stat(target.c_str(), &old) == 0 ? 0600 : 0666; // minus the umask
   const Descriptor created(file, O_WRONLY | O_CREAT | O_EXCL, mode);
   return created >= 0 ? std::error_code() : lastError();
 }
@@ -98,7 +98,7 @@ std::error_code replaceFile(const fs::path& file, const fs::path& target) {
   if (fsync(written) != 0 && errno != EINVAL && errno != ENOTSUP) return lastError(); // some cannot
   if (std::rename(file.c_str(), target.c_str()) != 0) return lastError();
   const Descriptor folder(target.has_parent_path() ? target.parent_path() : fs::path("."), O_RDONLY);
-  if (folder >= 0) fsync(folder); // the file is there already, so errors do not matter
+  if (folder >= 0) fsync(folder); // the file is already in place, so errors do not matter
   return {};
 }
 #endif

@@ -4,14 +4,14 @@
 
 namespace innergs {
 
-/// Replacing a file by a new one, which each operating system does in its own way.
+/// Replaces a file by a new one, in the way of each operating system.
 
-/// Creates an empty file; as the user's default permissions say, or for the owner alone when it is to
-/// replace an existing `target`.
+/// Creates an empty file: with the user's default permissions, or for the owner only if it is to replace an
+/// existing `target`.
 std::error_code createReplacement(const std::filesystem::path& file, const std::filesystem::path& target);
 
-/// Puts `file` in the place of `target`, which may not exist, once its bytes are on the disk. An existing
-/// target's permissions and, where allowed, owner and group are kept.
+/// Moves `file` to `target`, which need not exist, once its bytes are on disk. Keeps an existing target's
+/// permissions and, if allowed, owner and group.
 std::error_code replaceFile(const std::filesystem::path& file, const std::filesystem::path& target);
 
 } // namespace innergs

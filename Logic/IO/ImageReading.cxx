@@ -32,8 +32,8 @@ std::string firstBytes(const fs::path& path, std::size_t count) {
   return bytes;
 }
 
-/// By content where the format has a magic number, else by extension, so that a reader never sees a foreign
-/// file.
+/// Detects the format by content if it has a magic number, else by extension, so that no reader gets a file
+/// of another format.
 Format formatOf(const fs::path& path) {
   const std::string head = firstBytes(path, 132), extension = fullExtension(path);
   if (head.starts_with("NRRD000")) return Format::Nrrd;
@@ -68,7 +68,8 @@ itk::ImageIOBase::Pointer makeReader(Format format) {
   return nullptr;
 }
 
-/// MINC's world is RAS. Later ITK versions can turn it into LPS themselves; this does it for all.
+/// MINC's world coordinates are RAS. Newer ITK versions can convert them to LPS; this works with all
+/// versions.
 template <typename Io>
 void useMincWorld(Io& io) {
   if constexpr (requires { io.SetRAStoLPS(false); }) io.SetRAStoLPS(false);
@@ -98,7 +99,7 @@ std::int64_t chooseFrame(const ItkHeader& header, const ReadOptions& options, co
 /// A file whose header has been read and checked.
 struct OpenFile {
   std::filesystem::path given, path;
-  std::string what, damaged; // the file's name, and the sentence for what is wrong with it
+  std::string what, damaged; // the file's name, and the message if it is damaged
   Format format = Format::Nifti;
   itk::ImageIOBase::Pointer io;
   ItkHeader header;
@@ -224,7 +225,7 @@ LoadedFrames loadFrames(const fs::path& given) {
     loaded.frameSeconds = file.frameSeconds;
     if (file.nifti) {
       loaded.firstSeconds = file.nifti->firstSeconds;
-      // The fifth axis holds vectors, and so do the intents from the vector of distances to the quaternion.
+      // The fifth axis holds vectors, and so do all intents from vector of distances to quaternion.
       constexpr int symmetricMatrix = 1005, firstOfVectors = 1006, lastOfVectors = 1010, shape = 2005;
       loaded.vectors = file.nifti->size[4] > 1 || file.nifti->intent == symmetricMatrix ||
                        file.nifti->intent == shape ||

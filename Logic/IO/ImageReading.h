@@ -3,28 +3,28 @@
 
 namespace innergs {
 
-/// An image file or DICOM folder as one scalar volume with checked geometry.
+/// An image file or DICOM folder, read as one scalar volume with checked geometry.
 struct LoadedImage {
   Volume volume;
-  double sliceThickness = 0;    // mm, 0 when the file does not say
-  bool slicesAreAlongK = false; // known from the file (DICOM)
-  std::int64_t frames = 1;      // that the file holds
-  double frameSeconds = 0;      // from one frame to the next, 0 when the file does not say
-  bool tracked = false;         // a sweep of 2D images that lie freely in space; their places are not used
+  double sliceThickness = 0;    // mm, 0 if the file does not say
+  bool slicesAreAlongK = false; // the file defines the slice axis (DICOM)
+  std::int64_t frames = 1;      // number of frames in the file
+  double frameSeconds = 0;      // time between frames, 0 if the file does not say
+  bool tracked = false;         // a sweep of freely positioned 2D images; their positions are not used
 };
 
-/// All frames of an image file, as they lie in it.
+/// All frames of an image file, unconverted.
 struct LoadedFrames {
   GridGeometry geometry; // checked
   std::vector<std::vector<float>> frames;
   double frameSeconds = 0,
-         firstSeconds = 0;          // from one frame to the next (0: the file does not say), and of the first
-  std::string indexName, indexUnit; // of a list of frames (.seq.nrrd)
+         firstSeconds = 0;          // between frames (0: the file does not say), and of the first frame
+  std::string indexName, indexUnit; // for a list of frames (.seq.nrrd)
   std::vector<double> indexValues;
-  bool vectors = false; // the file says that the values of a voxel belong together and are no frames
+  bool vectors = false; // the file says that a voxel's values belong together, so they are not frames
 };
 
-/// Throws as readVolume does.
+/// Throws like readVolume.
 LoadedFrames loadFrames(const std::filesystem::path& path);
 
 /// An image with any number of values per voxel.

@@ -25,7 +25,7 @@ std::uint64_t inflatedBytes(std::istream& in, std::uint64_t start) {
       status = inflate(&stream, Z_NO_FLUSH);
       total += output.size() - stream.avail_out;
     } while (status == Z_OK && stream.avail_out == 0);
-    if (status == Z_BUF_ERROR) status = Z_OK; // all input used
+    if (status == Z_BUF_ERROR) status = Z_OK; // input exhausted
   }
   inflateEnd(&stream);
   return status == Z_STREAM_END ? total : 0;

@@ -4,8 +4,8 @@
 
 namespace innergs {
 
-/// Length of the zlib or gzip stream that begins at `start`, once decompressed; 0 when it is damaged (its
-/// checksum is tested as well) or does not end.
+/// Decompressed length of the zlib or gzip stream that begins at `start`; 0 if it is damaged (including its
+/// checksum) or truncated.
 std::uint64_t inflatedBytes(std::istream& in, std::uint64_t start);
 
 } // namespace innergs

@@ -45,7 +45,7 @@ void convert(const std::byte* source, std::size_t first, std::size_t stride, std
 }
 
 std::mutex streamsMutex;
-int classicStreams = 0; // how many live
+int classicStreams = 0; // number of live instances
 std::locale hostsLocale;
 
 } // namespace
@@ -54,7 +54,7 @@ ClassicStreams::ClassicStreams() {
   const std::lock_guard lock(streamsMutex);
   if (classicStreams++ > 0) return;
   hostsLocale = std::locale();
-  if (hostsLocale != std::locale::classic()) // without a name, so that the C library's locale stays
+  if (hostsLocale != std::locale::classic()) // unnamed, so that the C library's locale is kept
     std::locale::global(std::locale(std::locale::classic(), new std::numpunct<char>));
 }
 

@@ -14,7 +14,7 @@
 
 namespace innergs {
 
-/// Silences ITK's warnings on standard error while it lives; errors become an Error.
+/// While it lives, silences ITK's warnings on standard error; errors become an Error.
 class QuietItk {
 public:
   QuietItk() : before_(itk::Object::GetGlobalWarningDisplay()) {
@@ -26,10 +26,10 @@ public:
 
 private:
   bool before_;
-  MuteStandardError mute_; // niftilib, MetaIO and HDF5 have no switch
+  MuteStandardError mute_; // niftilib, MetaIO and HDF5 cannot be silenced otherwise
 };
 
-/// While one lives, in any thread, new C++ streams write a decimal point: MetaIO's streams follow the
+/// While one lives, in any thread, new C++ streams write a decimal point; MetaIO's streams follow the
 /// program's global locale.
 class ClassicStreams {
 public:
@@ -39,11 +39,11 @@ public:
   ClassicStreams& operator=(const ClassicStreams&) = delete;
 };
 
-/// Calls `work`; any exception of ITK or of a library below it becomes Error(code, sentence).
+/// Calls `work`; converts any exception of ITK or of a library below it to Error(code, sentence).
 template <typename Work>
 auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
   const QuietItk quiet;
-  const ClassicNumbers numbers; // of the C library, which readers and writers use
+  const ClassicNumbers numbers; // for the C library, which readers and writers use
   const ClassicStreams streams;
   try {
     return work();
@@ -57,15 +57,15 @@ auto withItk(ErrorCode code, const std::string& sentence, Work&& work) {
   }
 }
 
-/// What an ImageIO that has read its header holds, as scalar frames on one lattice.
+/// The image described by an ImageIO that has read its header, as scalar frames on one lattice.
 struct ItkHeader {
   GridGeometry geometry; // not checked yet
   std::int64_t frames = 1;
-  bool interleaved = false; // the frames of a voxel lie together, as the components of a pixel
+  bool interleaved = false; // the frames of a voxel are adjacent, as the components of a pixel
 };
 
-/// Throws Error(UnsupportedImage) for pixels that are not one number (RGB, complex, vector, tensor) and for
-/// 2D images. `sequence`: the components of a vector pixel are frames.
+/// Throws Error(UnsupportedImage) if pixels are not single numbers (RGB, complex, vector, tensor) and for 2D
+/// images. `sequence`: treat the components of a vector pixel as frames.
 ItkHeader describe(const itk::ImageIOBase& io, const std::string& what, bool sequence = false);
 
 /// out[i] = source[first + i·stride] as float; `source` holds components of the given type.

@@ -46,7 +46,7 @@ void shut(int file) {
 constexpr int kStandardError = 2;
 std::atomic<bool> dropping{false};
 std::mutex mutex;
-int muting = 0; // how many live
+int muting = 0; // number of live instances
 int kept = -1;
 
 } // namespace

@@ -2,12 +2,11 @@
 
 namespace innergs {
 
-/// For a program that owns its standard error: from now on, what libraries print there while they read or
-/// write an image is dropped, since an Error says it.
+/// For a program that owns its standard error: from now on, drops what libraries print there while they read
+/// or write an image, since an Error reports it.
 void dropLibraryMessages();
 
-/// While one lives, in any thread, standard error leads nowhere; without dropLibraryMessages() it does
-/// nothing.
+/// While one lives, in any thread, standard error is discarded; does nothing without dropLibraryMessages().
 class MuteStandardError {
 public:
   MuteStandardError();

@@ -3,7 +3,7 @@
 
 namespace innergs {
 
-/// Throws Error(Memory) when `bytes` are more than this process can have now.
+/// Throws Error(Memory) if `bytes` exceed the memory available to this process.
 void checkMemoryFor(double bytes, const std::string& what);
 
 } // namespace innergs

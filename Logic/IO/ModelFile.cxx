@@ -19,11 +19,11 @@
 namespace innergs {
 namespace {
 
-constexpr int formatVersion = 1, movingVersion = 2; // static models stay what they were
+constexpr int formatVersion = 1, movingVersion = 2; // static models keep version 1
 constexpr int floatsPerGaussian = 16;
 static_assert(sizeof(Gaussian) == floatsPerGaussian * sizeof(float));
 
-/// Where a tensor lies in the sixteen floats of a Gaussian.
+/// Position of a tensor within the sixteen floats of a Gaussian.
 struct Part {
   const char* name;
   int first, count;
@@ -61,8 +61,7 @@ std::vector<std::int64_t> residualShape(const GridGeometry& grid) {
   return {grid.size[2], grid.size[1], grid.size[0]};
 }
 
-/// Lengths of the runs of equal voxels in memory order; the first is of those outside, 0 where there are
-/// none.
+/// Run lengths of equal voxels in memory order, starting with a run outside (0 if the first voxel is inside).
 std::vector<std::uint32_t> runsOf(const Mask& mask) {
   std::vector<std::uint32_t> runs{0};
   bool inside = false;
@@ -127,7 +126,7 @@ json featuresJson(const FeatureModel& features) {
   return value;
 }
 
-/// Tensors that hold references to the features.
+/// Adds tensors that refer to the features.
 void addFeatures(const FeatureModel& features, std::vector<TensorToWrite>& tensors) {
   const std::int64_t channels = features.channels, classes = features.classes(),
                      words = features.support.words;
@@ -227,7 +226,7 @@ ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs
                    {"Settings", settings},       {"InstructionSet", result.instructionSet},
                    {"Device", result.device.id}, {"TrainingPSNR", formatted("%.3f", result.trainingPsnr)}};
   if (!mask.empty()) notes["Mask"] = mask;
-  if (!std::isnan(result.heldOutPsnr)) { // of a second fit
+  if (!std::isnan(result.heldOutPsnr)) { // from a second fit
     notes["HeldOutPSNR"] = formatted("%.3f", result.heldOutPsnr);
     notes["HeldOutSlices"] = std::to_string(result.heldOutSlices);
   }
@@ -277,7 +276,7 @@ void writeModelWith(const Model& model, const std::filesystem::path& path, const
   if (more.contains("moving")) metadata["format_version"] = std::to_string(movingVersion);
   metadata.insert(more.begin(), more.end());
   std::move(others.begin(), others.end(), std::back_inserter(tensors));
-  if (!notes.empty()) // names of nodes may be in any encoding
+  if (!notes.empty()) // node names may be in any encoding
     metadata["notes"] = json(notes).dump(-1, ' ', false, json::error_handler_t::replace);
   writeSafetensors(path, metadata, tensors);
 }

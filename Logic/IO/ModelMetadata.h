@@ -9,22 +9,21 @@
 #include <charconv>
 #include <cmath>
 
-/// What the readers and writers of static and of moving models share.
+/// Shared by the readers and writers of static and moving models.
 namespace innergs {
 
 using nlohmann::json;
 
-/// writeModel() with further entries and tensors; with an entry "moving" the file says that it is a moving
-/// model's.
+/// writeModel() with additional entries and tensors; an entry "moving" marks the file as a moving model.
 void writeModelWith(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
                     const std::map<std::string, std::string>& more, std::vector<TensorToWrite> others);
-/// readModel() of an open file, whatever else it holds.
+/// readModel() from an open file, which may hold more.
 Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes,
                     std::optional<FeatureModel>* features = nullptr);
-/// Whether the file is a moving model's.
+/// Whether the file holds a moving model.
 bool isMoving(const SafetensorsFile& file);
 
-/// Reads typed values from the metadata; anything missing or malformed is one Error(FileFormat).
+/// Reads typed values from the metadata; throws Error(FileFormat) for anything missing or malformed.
 class Metadata {
 public:
   Metadata(const SafetensorsFile& file, const std::filesystem::path& path)
@@ -72,7 +71,7 @@ public:
   }
   ModelNotes notes() const {
     ModelNotes notes;
-    if (!has("notes")) return notes; // of an older version
+    if (!has("notes")) return notes; // written by an older version
     const json value = parsed("notes");
     if (!value.is_object()) fail("notes");
     for (const auto& [key, text] : value.items()) {

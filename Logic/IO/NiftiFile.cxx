@@ -30,7 +30,7 @@ enum Datatype {
   UInt64 = 1280
 };
 
-/// zlib reads uncompressed files as they are.
+/// zlib also reads uncompressed files.
 using GzFile = std::unique_ptr<gzFile_s, int (*)(gzFile)>;
 GzFile openGz(const fs::path& path) {
   return {gzopen(utf8(path).c_str(), "rb"), gzclose};
@@ -74,7 +74,7 @@ fs::path voxelFileOf(const fs::path& path, bool pair) {
               quoted(path) + " has no .img file beside it; copy both files of the pair.");
 }
 
-/// ITK aborts the process on a matrix with NaN.
+/// ITK aborts the process if a matrix contains NaN.
 void checkFinite(const NiftiHeader& header, const Vec3& quaternion, const std::string& what) {
   const auto finite = [](const Vec3& v) {
     return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]);
@@ -90,8 +90,8 @@ void checkFinite(const NiftiHeader& header, const Vec3& quaternion, const std::s
                 what + " has an orientation or origin that is not finite; correct its header.");
 }
 
-/// ITK falls back on the qform when the sform is sheared; that is right only when the sform is a registration
-/// to a template.
+/// ITK falls back on the qform if the sform is sheared, which is right only if the sform is a registration to
+/// a template.
 void checkNotSheared(const NiftiHeader& header, const std::string& what) {
   constexpr int talairach = 3;
   if (header.sformCode <= 0 || (header.sformCode >= talairach && header.qformCode > 0)) return;
@@ -145,7 +145,7 @@ void convert(const std::vector<unsigned char>& bytes, const NiftiHeader& header,
   }
 }
 
-/// Refused from ITK's pixel type.
+/// Rejected later, by ITK's pixel type.
 bool isColourOrComplex(int datatype) {
   return datatype == 128 || datatype == 2304 || datatype == 32 || datatype == 1792;
 }
@@ -167,11 +167,11 @@ int bytesOf(int datatype) {
   case Float64:
     return 8;
   default:
-    return 0; // colour, complex, long double: refused from the pixel type
+    return 0; // colour, complex, long double: rejected later, by the pixel type
   }
 }
 
-/// Of the fourth axis; 0 when that is no time.
+/// Seconds per unit of the fourth axis; 0 if it is not time.
 double secondsPerUnit(unsigned char units) {
   const int time = units & 0x38;
   return time == 8 ? 1 : time == 16 ? 1e-3 : time == 24 ? 1e-6 : 0;

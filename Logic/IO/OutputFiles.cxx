@@ -15,11 +15,11 @@ namespace {
 
 void checkExtension(const fs::path& path, const char* extension, const char* what) {
   if (fullExtension(path) != extension)
-    throw Error(ErrorCode::InvalidArgument,
-                quoted(path) + " has not the extension of " + what + "; let it end with " + extension + ".");
+    throw Error(ErrorCode::InvalidArgument, quoted(path) + " does not have the extension of " + what +
+                                                "; end it with " + extension + ".");
 }
 
-/// Of a header whose voxels lie in files beside it: whether it names this one.
+/// Whether a header whose voxels are in separate files names this file.
 bool namesVoxelFile(const fs::path& header, const fs::path& file) {
   const std::string extension = fullExtension(header);
   if (extension.starts_with(".hdr") || extension.starts_with(".img")) {
@@ -43,7 +43,7 @@ bool namesVoxelFile(const fs::path& header, const fs::path& file) {
 bool reads(const fs::path& input, const fs::path& file) {
   std::error_code unknown;
   if (!fs::is_directory(input, unknown)) return isSameFile(input, file) || namesVoxelFile(input, file);
-  if (!fs::exists(file, unknown)) return false; // a folder is read for the files it has
+  if (!fs::exists(file, unknown)) return false; // reading a folder means reading its existing files
   for (const fs::directory_entry& entry : fs::directory_iterator(input, unknown))
     if (isSameFile(entry.path(), file)) return true;
   return false;
@@ -72,8 +72,8 @@ void OutputFiles::add(const fs::path& output, Kind kind) {
   if (isDevice(output)) return outputs_.push_back(output);
   for (const fs::path& input : inputs_)
     if (reads(input, output))
-      throw Error(ErrorCode::InvalidArgument, quoted(output) + " would replace what is read from " +
-                                                  quoted(input) + "; choose another name for the output.");
+      throw Error(ErrorCode::InvalidArgument, quoted(output) + " would overwrite the input " + quoted(input) +
+                                                  "; choose another name for the output.");
   for (const fs::path& other : outputs_)
     if (isSameFile(other, output))
       throw Error(ErrorCode::InvalidArgument, quoted(other) + " and " + quoted(output) +
@@ -103,7 +103,7 @@ void OutputFiles::check() const {
   std::string sentence;
   for (const std::string& failure : failures_)
     sentence += (sentence.empty() ? "" : " ") + failure;
-  if (!written_.empty()) sentence += " Written all the same: " + written() + ".";
+  if (!written_.empty()) sentence += " Still written: " + written() + ".";
   throw Error(ErrorCode::Io, sentence);
 }
 

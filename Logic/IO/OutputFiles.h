@@ -6,26 +6,28 @@
 
 namespace innergs {
 
-/// The files that a run writes. They are checked before the start, also against what it reads, and each is
-/// tried at the end, so that one failure costs none of the others.
+/// The files that a run writes. They are checked before the start, also against its inputs, and each is
+/// attempted at the end, so that one failure does not affect the others.
 class OutputFiles {
 public:
   enum class Kind { Any, Volume, Model, Ply, Png };
 
-  /// A file, or a folder with its files, that no output may replace; voxel files beside a header count.
+  /// Protects a file, or a folder with its files, from being overwritten; includes voxel files named by a
+  /// header.
   void read(const std::filesystem::path& input);
-  /// Throws Error(InvalidArgument | Io) where the file could not be written: an extension of another kind, a
-  /// folder that is missing or not writable, too long a name, what is read, or another output. "" is ignored.
+  /// Throws Error(InvalidArgument | Io) if the file could not be written: wrong kind of extension, folder
+  /// missing or not writable, name too long, same file as an input or as another output. Ignores "".
   void add(const std::filesystem::path& output, Kind kind = Kind::Any);
 
-  /// Calls `write` with the path and stores what it throws for check(). False when it threw, and for "".
+  /// Calls `write` with the path and stores what it throws for check(). Returns false if it threw, and for
+  /// "".
   bool write(const std::filesystem::path& output,
              const std::function<void(const std::filesystem::path&)>& write);
   /// "a.nii.gz, b.innergs"
   std::string written() const;
-  /// One sentence for each failure; empty without one.
+  /// One sentence per failure; empty if there was none.
   const std::vector<std::string>& failures() const { return failures_; }
-  /// Throws Error(Io) with all failures and the list of what was written.
+  /// Throws Error(Io) with all failures and a list of what was written.
   void check() const;
 
 private:

@@ -12,8 +12,8 @@
 namespace innergs {
 namespace {
 
-constexpr double overshoot = 0.02;  // of the values' span: of an interpolation beside an edge
-constexpr double fewestLevels = 50; // rounding then costs less than 45 dB of PSNR
+constexpr double overshoot = 0.02;  // of the values' span: overshoot of an interpolation beside an edge
+constexpr double fewestLevels = 50; // with fewer, rounding limits the PSNR to less than 45 dB
 
 struct IntegerType {
   OutputType type;

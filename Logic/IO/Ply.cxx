@@ -19,12 +19,12 @@
 namespace innergs {
 namespace {
 
-/// 3DGS keeps colour as the constant spherical harmonic around 0.5.
+/// 3DGS stores colour as the constant spherical harmonic, offset by 0.5.
 constexpr double sphericalHarmonic0 = 0.28209479177387814;
 
 constexpr std::array names{"x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "opacity",
                            "scale_0", "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3",
-                           // The model frame's own values, exactly.
+                           // The exact values in the model frame.
                            "innergs_x", "innergs_y", "innergs_z", "innergs_rot_0", "innergs_rot_1",
                            "innergs_rot_2", "innergs_rot_3", "innergs_log_weight", "innergs_intensity",
                            "innergs_slope_0", "innergs_slope_1", "innergs_slope_2"};
@@ -41,7 +41,7 @@ Quaternion product(const Quaternion& a, const Quaternion& b) {
           a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
 }
 
-/// Of a rotation; the branch with the largest divisor, so that nothing cancels.
+/// The quaternion of a rotation; uses the branch with the largest divisor to avoid cancellation.
 Quaternion quaternionOf(const Mat3& r) {
   const std::array<double, 4> squares{1 + r[0][0] + r[1][1] + r[2][2], 1 + r[0][0] - r[1][1] - r[2][2],
                                       1 - r[0][0] + r[1][1] - r[2][2], 1 - r[0][0] - r[1][1] + r[2][2]};
@@ -59,9 +59,9 @@ Quaternion quaternionOf(const Mat3& r) {
   }
 }
 
-/// The weight as 3DGS opacity: a logit, so weights of 1 and more are clipped just below 1.
+/// The weight as a 3DGS opacity: a logit, so weights of 1 and more are clipped just below 1.
 double opacityLogit(Blending blending, double logWeight) {
-  if (blending == Blending::Alpha) return logWeight; // is one already
+  if (blending == Blending::Alpha) return logWeight; // is a logit already
   const double opacity = std::clamp(std::exp(logWeight), 1e-7, 1 - 1e-6);
   return std::log(opacity / (1 - opacity));
 }
@@ -203,8 +203,7 @@ void readOwnComments(const PlyHeader& header, const std::filesystem::path& path,
   }
 }
 
-/// A lattice over the Gaussians of a file that does not say what it covers: 256 voxels along the longest
-/// side.
+/// A lattice around the Gaussians of a file without a domain: 256 voxels along the longest side.
 GridGeometry domainAround(const std::vector<Gaussian>& gaussians) {
   Vec3 low, high;
   low.fill(std::numeric_limits<double>::max());
@@ -225,7 +224,7 @@ GridGeometry domainAround(const std::vector<Gaussian>& gaussians) {
   return domain;
 }
 
-/// Reads named properties of one vertex after the other.
+/// Reads named properties, vertex by vertex.
 class Vertices {
 public:
   Vertices(const PlyHeader& header, const std::filesystem::path& path)
@@ -257,7 +256,7 @@ private:
   std::vector<char> vertex_;
 };
 
-/// Our own extra properties.
+/// Reads InnerGS's additional properties.
 void readOwn(Vertices& vertices, std::vector<Gaussian>& gaussians) {
   const auto scale = vertices.find(10, 13), own = vertices.find(firstOwn, names.size());
   for (Gaussian& g : gaussians) {
@@ -275,7 +274,7 @@ void readOwn(Vertices& vertices, std::vector<Gaussian>& gaussians) {
   }
 }
 
-/// Plain 3DGS: opacity becomes the weight, grey value of the constant colour the intensity.
+/// Plain 3DGS: opacity becomes the weight, the grey value of the constant colour the intensity.
 void readPlain(Vertices& vertices, std::vector<Gaussian>& gaussians) {
   const auto position = vertices.find(0, 3), shape = vertices.find(6, firstOwn);
   for (Gaussian& g : gaussians) {

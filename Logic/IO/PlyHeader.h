@@ -25,7 +25,7 @@ struct PlyHeader {
 /// Throws Error(FileNotFound | FileFormat).
 PlyHeader readPlyHeader(const std::filesystem::path& path);
 
-/// The property at `vertex`, the start of a vertex in memory.
+/// The value of a property; `vertex`: start of the vertex in memory.
 double plyValue(const PlyHeader::Property& property, const char* vertex);
 
 } // namespace innergs

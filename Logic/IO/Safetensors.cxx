@@ -17,7 +17,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "safetensors files are little-endian");
 
 using nlohmann::json;
-constexpr std::uint64_t largestHeader = 100'000'000; // as the safetensors library
+constexpr std::uint64_t largestHeader = 100'000'000; // the safetensors library's limit
 
 std::int64_t elements(const std::vector<std::int64_t>& shape) {
   std::int64_t count = 1;
@@ -26,7 +26,7 @@ std::int64_t elements(const std::vector<std::int64_t>& shape) {
   return count;
 }
 
-/// 0 for a dtype that is not in the format's list.
+/// 0 for a dtype that the format does not define.
 std::uint64_t bytesOf(const std::string& dtype) {
   static const std::map<std::string, std::uint64_t> table{
       {"BOOL", 1}, {"U8", 1},  {"I8", 1},  {"F8_E4M3", 1}, {"F8_E5M2", 1}, {"U16", 2}, {"I16", 2}, {"F16", 2},
@@ -41,7 +41,7 @@ bool readUnsigned(const json& value, std::uint64_t& out) {
   return true;
 }
 
-/// False when anything is missing, of another type, out of range or inconsistent.
+/// False if anything is missing, of the wrong type, out of range or inconsistent.
 bool readTensor(const json& entry, std::uint64_t dataBytes, SafetensorsFile::Tensor& tensor) {
   if (!entry.is_object() || !entry.contains("dtype") || !entry.contains("shape") ||
       !entry.contains("data_offsets"))

@@ -11,19 +11,19 @@
 
 namespace innergs {
 
-/// A float32 or unsigned 32-bit tensor to write, with its values made on demand.
+/// A float32 or unsigned 32-bit tensor to write, with values generated on demand.
 struct TensorToWrite {
   std::string name;
   std::vector<std::int64_t> shape;
   std::variant<std::function<std::vector<float>()>, std::function<std::vector<std::uint32_t>()>> values;
 };
 
-/// Writes a safetensors file, atomically. Throws Error(Io).
+/// Writes a safetensors file atomically. Throws Error(Io).
 void writeSafetensors(const std::filesystem::path& path, const std::map<std::string, std::string>& metadata,
                       const std::vector<TensorToWrite>& tensors);
 
-/// A safetensors file whose header has been checked: every tensor lies within the file, none overlaps another
-/// and all of the file is accounted for.
+/// A safetensors file with a checked header: all tensors lie within the file, do not overlap and cover all of
+/// it.
 class SafetensorsFile {
 public:
   struct Tensor {
@@ -36,10 +36,10 @@ public:
   explicit SafetensorsFile(const std::filesystem::path& path);
 
   const std::map<std::string, std::string>& metadata() const { return metadata_; }
-  /// nullptr when absent.
+  /// nullptr if absent.
   const Tensor* find(const std::string& name) const;
   ///@{
-  /// The values of a tensor. Throws Error(FileFormat) when it is absent or of another type or shape.
+  /// The values of a tensor. Throws Error(FileFormat) if it is absent or has another type or shape.
   std::vector<float> read(const std::string& name, const std::vector<std::int64_t>& shape) const;
   std::vector<std::uint32_t> readUnsigned(const std::string& name,
                                           const std::vector<std::int64_t>& shape) const;

@@ -26,7 +26,7 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// "key<separator>value" lines up to the empty line or the field that ends the header.
+/// Reads "key<separator>value" lines up to the empty line or the field that ends the header.
 Header readHeader(const std::filesystem::path& path, char separator, const std::string& last) {
   Header header;
   std::ifstream in(path, std::ios::binary);
@@ -45,7 +45,7 @@ Header readHeader(const std::filesystem::path& path, char separator, const std::
   return header;
 }
 
-/// Numbers between blanks, brackets and commas; words (none) are left out.
+/// Numbers separated by blanks, brackets and commas; skips words such as "none".
 std::vector<double> numbers(const std::string& text) {
   std::vector<double> values;
   for (std::size_t at = 0; at < text.size();) {
@@ -58,7 +58,7 @@ std::vector<double> numbers(const std::string& text) {
   return values;
 }
 
-/// Between blanks; what stands in quotation marks is one word, without them.
+/// Words separated by blanks; a quoted text is one word, without its quotation marks.
 std::vector<std::string> words(const std::string& text) {
   std::vector<std::string> all;
   for (std::size_t at = text.find_first_not_of(" \t"); at < text.size();) {
@@ -81,7 +81,7 @@ void checkFinite(const Fields& fields, const std::string& key, const std::string
       throw Error(ErrorCode::Geometry, what + " has " + name + " that is not finite; correct its header.");
 }
 
-/// An axis of vector components may have the spacing NaN; three others must have a real one.
+/// An axis of vector components may have spacing NaN; the three others need a real one.
 void checkSpacing(const Fields& fields, const std::string& key, const std::string& what) {
   const auto found = fields.find(key);
   if (found == fields.end()) return;
@@ -105,7 +105,7 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& wha
     if (!fields.contains(key))
       throw Error(ErrorCode::FileFormat,
                   what + " is not a NRRD image or is damaged (no '" + key + "'); export it again.");
-  // NrrdIO writes a line that it cannot parse into a message of fixed size, however long the line is.
+  // NrrdIO copies an unparsable line to a buffer of fixed size, whatever the line's length.
   if (constexpr std::size_t most = 512; header.longestField > most)
     throw Error(ErrorCode::FileFormat, what + " has a damaged header (a line of " +
                                            std::to_string(header.longestField) +

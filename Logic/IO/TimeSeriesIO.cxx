@@ -24,7 +24,7 @@ bool isFile(const fs::path& path) {
   return fs::is_regular_file(path, ignored);
 }
 
-/// The same name with another extension.
+/// The same path with another extension.
 fs::path beside(const fs::path& path, const char* extension) {
   std::string name = utf8(path.filename());
   name.resize(name.size() - fullExtension(path).size());
@@ -32,7 +32,7 @@ fs::path beside(const fs::path& path, const char* extension) {
   return path.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
 }
 
-/// What BIDS says beside the image of its frames' times.
+/// What a BIDS sidecar says about the frames' times.
 struct Sidecar {
   std::vector<double> times; // s
   double interval = 0;       // s, 0: unknown
@@ -44,13 +44,12 @@ Sidecar readSidecar(const fs::path& image) {
   if (!isFile(path)) return sidecar;
   std::ifstream in(path, std::ios::binary);
   const json values = json::parse(in, nullptr, false);
-  if (!values.is_object()) return sidecar; // of something else
+  if (!values.is_object()) return sidecar; // some other file
   if (const auto times = values.find("VolumeTiming"); times != values.end() && times->is_array())
     for (const json& time : *times) {
       if (!time.is_number())
-        throw Error(ErrorCode::FileFormat, quoted(path) +
-                                               " has a VolumeTiming that is no list of numbers (s); "
-                                               "correct it.");
+        throw Error(ErrorCode::FileFormat,
+                    quoted(path) + " has a VolumeTiming that is not a list of numbers (s); correct it.");
       sidecar.times.push_back(time.get<double>());
     }
   if (const auto interval = values.find("RepetitionTime"); interval != values.end() && interval->is_number())
@@ -72,7 +71,7 @@ std::vector<double> even(double first, double interval, std::size_t count) {
   return times;
 }
 
-/// What was asked for; empty: nothing.
+/// The requested times; empty: none requested.
 std::vector<double> givenTimes(const TimeSeriesOptions& options, std::size_t frames,
                                const std::string& what) {
   if (options.interval && !(std::isfinite(*options.interval) && *options.interval > 0))
@@ -115,7 +114,7 @@ std::vector<double> timesOf(const LoadedFrames& loaded, const fs::path& path,
              "next, in seconds.");
 }
 
-/// Digits count as numbers: "frame2" comes before "frame10".
+/// Natural order: "frame2" comes before "frame10".
 bool before(const std::string& a, const std::string& b) {
   const auto digit = [](char c) { return c >= '0' && c <= '9'; };
   std::size_t i = 0, j = 0;
@@ -151,7 +150,7 @@ std::vector<double> readTimesFile(const fs::path& path) {
     const auto time = wholeTextNumber(line);
     if (!time)
       throw Error(ErrorCode::FileFormat, quoted(path) + " has the line '" + line +
-                                             "' that is no number: give one time in seconds a line.");
+                                             "' that is not a number: give one time in seconds per line.");
     times.push_back(*time);
   }
   return times;
@@ -187,11 +186,9 @@ TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) 
   if (!series.times.empty()) return series;
   const fs::path times = folder / "times.txt";
   if (!isFile(times))
-    throw Error(
-        ErrorCode::InvalidArgument,
-        what +
-            " does not say when its frames were acquired: put their times into times.txt, in seconds, one a "
-            "line, or give them.");
+    throw Error(ErrorCode::InvalidArgument,
+                what + " does not say when its frames were acquired: put their times into times.txt, in "
+                       "seconds, one per line, or give them.");
   series.times = readTimesFile(times);
   checkCount(series.times, files.size(), what);
   return series;
@@ -234,7 +231,7 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
 std::string remarkOnPairs(const TimeSeries& series) {
   constexpr std::int64_t fewest = 12;
   if (series.size() < fewest) return {};
-  // From frame to frame: how much the mean moves, and how much the voxels do.
+  // Between consecutive frames: how much the mean changes, and how much the voxels do.
   std::vector<double> moves;
   std::array<std::vector<double>, 2> changes;
   for (std::size_t f = 1; f < series.frames.size(); ++f) {
@@ -261,9 +258,8 @@ std::string remarkOnPairs(const TimeSeries& series) {
   const bool paired = std::max(a, b) >= 4 * std::min(a, b) && std::max(a, b) > 0;
   if (!alternates && !paired) return {};
   return (series.name.empty() ? "The series" : series.name) +
-         " looks like pairs of label and control (arterial spin labelling), acquired in turn: then its "
-         "frames are no "
-         "course of time, and what is put between them means nothing.";
+         " looks like pairs of label and control (arterial spin labelling), acquired in turn: its frames are "
+         "then not a time course, and interpolating between them is meaningless.";
 }
 
 } // namespace innergs

@@ -8,36 +8,35 @@
 namespace innergs {
 
 struct TimeSeriesOptions {
-  std::vector<double> times; // s, one per frame; empty: from the file
-  std::optional<double>
-      interval; // s, from one frame to the next, where the file does not say or says it wrongly
+  std::vector<double> times;      // s, one per frame; empty: as in the file
+  std::optional<double> interval; // s between frames, if the file does not say or is wrong
 };
 
-/// Reads a moving scan: 4D NIfTI or MINC2, 3D Slicer's .seq.nrrd, or a folder with one image per frame, in
-/// the order of their names (numbers by value). Times in seconds come from the options, from what lies beside
-/// the image (BIDS's .json with VolumeTiming or RepetitionTime; in a folder times.txt, one number a line), or
-/// from the file's own header and its unit. Throws Error(FileNotFound | FileFormat | UnsupportedImage |
-/// Geometry | InvalidArgument | NoData) with one sentence: one frame, frames of different lattices, times
-/// that are missing or do not increase, frames that are all equal, colour, vectors and diffusion.
+/// Reads a moving scan: 4D NIfTI or MINC2, 3D Slicer's .seq.nrrd, or a folder with one image per frame in
+/// natural order of the names. Times in seconds come from the options, from a file beside the image (BIDS's
+/// .json with VolumeTiming or RepetitionTime; in a folder times.txt, one number per line), or from the file's
+/// header and its unit. Throws Error(FileNotFound | FileFormat | UnsupportedImage | Geometry |
+/// InvalidArgument | NoData) with one sentence: a single frame, frames on different lattices, times that are
+/// missing or do not increase, frames that are all equal, colour, vectors and diffusion.
 TimeSeries readTimeSeries(const std::filesystem::path& path, const TimeSeriesOptions& options = {});
 
-/// A sentence where the frames look as if they were acquired in turn under two conditions (label and
-/// control), so that they are no course of time; else "".
+/// A sentence if the frames look like two alternating conditions (label and control) rather than a course in
+/// time; else "".
 std::string remarkOnPairs(const TimeSeries& series);
 
-/// Writes 4D NIfTI (.nii, .nii.gz) or 3D Slicer's .seq.nrrd, beside the target first and then renamed. NIfTI
-/// knows one distance between frames; where the times are not even, they go beside it as a .json with
-/// VolumeTiming. Returns a sentence where values were cut off, else "". Throws Error(Io | InvalidArgument).
+/// Writes 4D NIfTI (.nii, .nii.gz) or 3D Slicer's .seq.nrrd, atomically. NIfTI stores a single interval
+/// between frames; uneven times go to a .json with VolumeTiming beside it. Returns a sentence if values were
+/// clipped, else "". Throws Error(Io | InvalidArgument).
 std::string writeTimeSeries(const TimeSeries& series, const std::filesystem::path& path,
                             OutputType type = OutputType::Float32,
                             const std::optional<VoxelValues>& expected = {});
 
-/// What stands beside an image and says more of it (BIDS): the same name with .json.
+/// The BIDS sidecar of an image: the same name with .json.
 std::filesystem::path sidecarOf(const std::filesystem::path& image);
-/// Whether writeTimeSeries() writes such a file for frames at these times.
+/// Whether writeTimeSeries() writes a sidecar for frames at these times.
 bool needsSidecar(const std::filesystem::path& path, const std::vector<double>& times);
 
-/// Throws Error(InvalidArgument | Io) when `path` could not be written by writeTimeSeries.
+/// Throws Error(InvalidArgument | Io) if writeTimeSeries could not write `path`.
 void checkTimeSeriesPath(const std::filesystem::path& path);
 
 } // namespace innergs

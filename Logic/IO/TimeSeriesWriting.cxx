@@ -91,8 +91,8 @@ void writeSequence(const TimeSeries& series, OutputType type, const TypedVoxels&
   });
 }
 
-/// ITK's writer knows neither the unit of time nor the first frame's: its header of one frame, with those and
-/// the frames.
+/// ITK's writer supports neither the unit of time nor the time of the first frame: takes its header of one
+/// frame and adds those and the frames.
 std::string niftiHeader(const TimeSeries& series, double interval, OutputType type, const fs::path& scratch) {
   const std::vector<float> blank(static_cast<std::size_t>(series.geometry.voxelCount()), 0.f);
   writeItkFile(scratch, series.geometry, type, TypedVoxels(blank, type, {}, scratch));
@@ -122,7 +122,7 @@ void writeNifti(const TimeSeries& series, double interval, OutputType type, cons
                 "NIfTI holds at most 32767 frames; write " + quoted(path) + " as .seq.nrrd.");
   writeAtomically(path, [&](const fs::path& temporary) {
     fs::path scratch = temporary;
-    scratch.replace_extension(); // ".nii" of ".nii.gz"
+    scratch.replace_extension(); // ".nii" from ".nii.gz"
     scratch += "-header.nii";
     const std::string header = niftiHeader(series, interval, type, scratch);
     const bool compressed = fullExtension(path) == ".nii.gz";
@@ -202,7 +202,7 @@ std::string writeTimeSeries(const TimeSeries& series, const fs::path& path, Outp
   }
   const double interval = meanInterval(series.times);
   writeNifti(series, interval, type, voxels, path);
-  nlohmann::json sidecar = existingSidecar(path); // its times would be read instead of the header's
+  nlohmann::json sidecar = existingSidecar(path); // its times would override the header's
   if (needsSidecar(path, series.times) || sidecar.contains("VolumeTiming")) {
     sidecar["VolumeTiming"] = series.times;
     writeFileAtomically(sidecarOf(path), sidecar.dump(1) + "\n");

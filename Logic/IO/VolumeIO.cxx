@@ -19,9 +19,8 @@ Stack readStack(const std::filesystem::path& path, const ReadOptions& options) {
   const int axis = loaded.slicesAreAlongK ? 2 : sliceAxisOf(loaded.volume.geometry.spacing);
   if (loaded.tracked)
     throw Error(ErrorCode::UnsupportedImage,
-                quoted(path) +
-                    " is a tracked sweep whose images lie freely in space; put it into a volume first, "
-                    "e.g. in 3D Slicer.");
+                quoted(path) + " is a tracked sweep of freely positioned images; convert it to a volume "
+                               "first, e.g. in 3D Slicer.");
   Stack stack;
   stack.image = axis == 2 ? std::move(loaded.volume) : withSliceAxis(loaded.volume, axis);
   if (stack.image.geometry.size[2] < 2)
@@ -44,7 +43,7 @@ Mask readMask(const std::filesystem::path& path) {
                  [](float value) { return static_cast<std::uint8_t>(value != 0 && !std::isnan(value)); });
   if (std::find(mask.voxels.begin(), mask.voxels.end(), 1) == mask.voxels.end())
     throw Error(ErrorCode::NoData,
-                "The mask " + quoted(path) + " has no voxel inside; draw one or leave it out.");
+                "The mask " + quoted(path) + " has no voxel inside; draw one or omit the mask.");
   return mask;
 }
 

@@ -29,7 +29,7 @@ using Component = itk::CommonEnums::IOComponent;
 struct Format {
   itk::ImageIOBase::Pointer io;
   bool compressed;
-  std::string headerEnd; // the voxels follow it; empty: they follow 352 bytes (NIfTI)
+  std::string headerEnd; // end of the header, before the voxels; empty: the header has 352 bytes (NIfTI)
 };
 
 Format formatOf(const fs::path& path) {
@@ -68,7 +68,7 @@ std::uint64_t voxelsStart(std::ifstream& in, const std::string& headerEnd) {
   return at == std::string::npos ? head.size() : at + headerEnd.size();
 }
 
-/// niftilib and MetaIO do not report a full disk: this reads the file back and counts.
+/// niftilib and MetaIO do not report a full disk, so this reads the file back and counts.
 bool isComplete(const fs::path& path, const Format& format, std::uint64_t voxelBytes) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return false;

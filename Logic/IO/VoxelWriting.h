@@ -8,10 +8,10 @@
 
 namespace innergs {
 
-/// Voxels as a file holds them: rounded where its type is an integer.
+/// Voxels as stored in a file: rounded if its type is an integer.
 class TypedVoxels {
 public:
-  /// `voxels` must live as long. Throws as checkType does; `path` names the file in sentences.
+  /// `voxels` must outlive it. Throws like checkType; `path` names the file in messages.
   TypedVoxels(std::span<const float> voxels, OutputType type, const std::optional<VoxelValues>& expected,
               const std::filesystem::path& path);
 
@@ -19,7 +19,7 @@ public:
     return integers_.empty() ? static_cast<const void*>(voxels_.data()) : integers_.data();
   }
   std::uint64_t bytes() const { return integers_.empty() ? voxels_.size_bytes() : integers_.size(); }
-  /// Where values were cut off, else "".
+  /// Says where values were clipped, else "".
   const std::string& remark() const { return remark_; }
 
 private:
@@ -28,7 +28,7 @@ private:
   std::string remark_;
 };
 
-/// The sentence for a disk that is full.
+/// The message for a full disk.
 std::string writingFailed(const std::filesystem::path& path);
 
 /// A header and voxels after it; zlib compresses what it is told to (gzopen's mode). Throws Error(Io, failed).
