@@ -7,14 +7,14 @@
 namespace innergs {
 
 struct BackProjectionSettings {
-  int iterations = 12;     // at most
-  bool stopAtNoise = true; // and until the differences are well below the stacks' estimated noise
+  int iterations = 12;     // maximum
+  bool stopAtNoise = true; // also stops when the differences are well below the stacks' estimated noise
   int threads = 0;         // 0 = all cores
   std::stop_token stop;
 };
 
-/// Iterative back-projection (Irani and Peleg 1991) as a method of its own: from the average of the cubic
-/// upsampled stacks. Throws Error(Cancelled) when stopped, and what upsample() throws.
+/// Iterative back-projection (Irani and Peleg 1991) as a stand-alone method, starting from the average of the
+/// cubically upsampled stacks. Throws Error(Cancelled) when stopped, and what upsample() throws.
 Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
                    const BackProjectionSettings& settings = {});
 

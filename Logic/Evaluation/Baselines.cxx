@@ -58,7 +58,7 @@ Upsampled upsample(const Stack& stack, const GridGeometry& grid, Interpolation k
 Volume averageOf(std::span<const Upsampled> upsampled, const std::stop_token& stop) {
   if (upsampled.empty()) throw Error(ErrorCode::InvalidArgument, "An average needs at least one stack.");
   Volume result{upsampled[0].volume.geometry, std::vector<float>(upsampled[0].volume.voxels.size())};
-  constexpr std::size_t stride = 1 << 18; // voxels between looks at the stop token
+  constexpr std::size_t stride = 1 << 18; // voxels between checks of the stop token
   for (std::size_t p = 0; p < result.voxels.size(); ++p) {
     if (p % stride == 0 && stop.stop_requested())
       throw Error(ErrorCode::Cancelled, "The interpolation was cancelled.");

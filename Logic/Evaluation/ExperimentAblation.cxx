@@ -42,10 +42,10 @@ Variants initialisations(const ExperimentFits& fits) {
           {"alpha, even grid", with(fits.base(), alpha, grid, fixed)}};
 }
 
-/// Half the Gaussians at the start and room for all of them.
+/// Starts with half the Gaussians, with room for all of them.
 void grow(Settings& s) {
   s.maxGaussians = s.gaussians;
-  s.densify.gradient = 0.005; // L2 gradients less than the loss that the default belongs to
+  s.densify.gradient = 0.005; // L2 gradients are smaller than those of the default's loss
   s.gaussians = std::max<std::int64_t>(1, *s.gaussians / 2);
 }
 
@@ -82,9 +82,9 @@ Variants counts(const ExperimentFits& fits) {
   return variants;
 }
 
-/// At the engine's own cut-off Method 2 happens to reach everything; at the paper's reach it does not.
+/// At the engine's own cut-off Method 2 covers every pixel; at the paper's cut-off it does not.
 Variants selections(const ExperimentFits& fits) {
-  constexpr int iterations = 40; // Method 1 takes long
+  constexpr int iterations = 40; // Method 1 is slow
   constexpr std::pair<Blending, double> groups[] = {
       {Blending::Normalised, 2.2}, {Blending::Normalised, 3}, {Blending::Alpha, 3}};
   Variants variants;
@@ -164,14 +164,12 @@ Ablation runAblation(ExperimentFits& fits, const std::string& name) {
   table.notes = {"PSNR and SSIM are measured on " + result.rows.front().fit->report.samples,
                  "Fitted samples: PSNR of the last iteration on what was fitted, not held out.",
                  "Unless the row says otherwise: preset balanced, " + std::to_string(fits.setup().gaussians) +
-                     " Gaussians, normalised, adaptive start, no densification. The paper's figures stand "
-                     "beside its own "
-                     "choices only."};
+                     " Gaussians, normalised, adaptive start, no densification. The paper's figures are "
+                     "shown for its own choices only."};
   if (name == "selection")
-    table.notes.push_back(
-        "40 iterations, trained and rendered with the same selection; everything else is alike "
-        "within a cut-off and blending. Render ms is the whole volume, once. The paper "
-        "measures its selections in the simulation only.");
+    table.notes.push_back("40 iterations, trained and rendered with the same selection; everything else is "
+                          "the same within a cut-off and blending. Render ms is the time for the whole "
+                          "volume, once. The paper measures its selections in the simulation only.");
   if (densifies)
     table.notes.push_back(
         "From half: the fit begins with half the Gaussians and may prune, split and clone "

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// One choice varied, the others left: what it is worth.
+/// Varies one choice and keeps all others, to measure its effect.
 struct Ablation {
   struct Row {
     std::string label;
@@ -16,13 +16,13 @@ struct Ablation {
   ExperimentTable table;
 };
 
-/// Names of all ablations in their order.
+/// Names of all ablations, in order.
 std::vector<std::string> ablationNames();
-/// Throws Error(InvalidArgument) for another name.
+/// Throws Error(InvalidArgument) for any other name.
 Ablation runAblation(ExperimentFits& fits, const std::string& name);
 
-/// Every report of every fit: iteration, seconds and training PSNR, and at its end the PSNR on the withheld
-/// slices.
+/// Every progress report of every fit: iteration, seconds and training PSNR, and in the last one the PSNR on
+/// the withheld slices.
 ExperimentTable curvesOf(const Ablation& ablation);
 
 } // namespace innergs

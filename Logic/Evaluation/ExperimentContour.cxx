@@ -18,7 +18,7 @@ Mat3 randomRotation(Random& random) {
   double q[4], r[9];
   for (double& x : q)
     x = 2 * random.uniform() - 1;
-  q[0] += q[0] < 0 ? -0.1 : 0.1; // never the zero quaternion
+  q[0] += q[0] < 0 ? -0.1 : 0.1; // avoids the zero quaternion
   math::rotation(q, r);
   Mat3 m;
   for (int n = 0; n < 9; ++n)
@@ -40,7 +40,7 @@ struct Gaussian3 {
   }
 };
 
-/// The slice's frame: columns u, v, normal; positions (u, v, t) from the world's origin.
+/// The slice's frame: columns u, v and normal; positions (u, v, t) relative to the world's origin.
 struct Splat {
   math::SliceConditional<double> conditional;
   double mean[3], inverse[3]; // (u, v, t); of the conditional covariance: uu uv vv
@@ -69,14 +69,14 @@ struct Splat {
     const auto c = centre(t);
     return std::exp(-0.5 * along(u - c[0], v - c[1])) * pt(t);
   }
-  /// Distance from the conditional mean to the level along (du, dv); negative where it is not reached.
+  /// Distance from the conditional mean to the contour along (du, dv); negative if the level is not reached.
   double radius(double level, double du, double dv, double t) const {
     const double rest = 2 * std::log(pt(t) / level);
     return rest < 0 ? -1 : std::sqrt(rest / along(du, dv));
   }
 };
 
-/// The same distance, for a 3D Gaussian on the slice, by bisection.
+/// The same distance for a 3D Gaussian on the slice, by bisection.
 double slicedRadius(const Gaussian3& g, const Mat3& frame, const std::array<double, 2>& centre, double level,
                     double du, double dv, double t, double reach) {
   const auto value = [&](double s) { return g(frame * Vec3{centre[0] + s * du, centre[1] + s * dv, t}); };
@@ -101,7 +101,7 @@ void compareContours(const Gaussian3& g, const Mat3& frame, const Splat& splat, 
   const auto centre = splat.centre(t);
   const double sigma = largerSigma(splat);
   for (const double level : kLevels) {
-    // At its very tip a contour is a point: which side of it rounding falls on means nothing.
+    // At its very tip a contour is a point, and rounding decides whether it exists.
     if (splat.pt(t) < level * (1 + 1e-9)) {
       if (slice) slice->contours.push_back({level, {}, {}});
       continue;
@@ -184,7 +184,7 @@ ContourResult checkContours(const ContourCheck& check, std::stop_token stop) {
     const double t = inSigmas * std::sqrt(splat.conditional.variance);
     result.example.push_back(drawn(g, {}, t, inSigmas, extent));
     ContourCheck fine = check;
-    fine.directions = 720; // evenly spaced angles lie far apart at the ends of a slender ellipse
+    fine.directions = 720; // evenly spaced angles are far apart at the ends of a slender ellipse
     compareContours(g, {}, splat, t, fine, result, &result.example.back());
   }
   return result;

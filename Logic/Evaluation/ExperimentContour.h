@@ -9,10 +9,10 @@
 
 namespace innergs {
 
-/// The paper's appendix: the conditional splat p(u,v|t)·p(t) has the same iso-contours as the 3D Gaussian cut
-/// by the slice.
+/// Checks the paper's appendix: the conditional splat p(u,v|t)·p(t) has the same iso-contours as the 3D
+/// Gaussian cut by the slice.
 struct ContourCheck {
-  int gaussians = 500; // random ones, each cut by slices of a random orientation
+  int gaussians = 500; // random, each cut by slices of a random orientation
   int slices = 7;      // per Gaussian, t from −2.7 to 2.7 standard deviations
   int grid = 41;       // points along u and v per slice, over ±3.3 standard deviations
   int directions = 72; // rays along which contours are compared
@@ -27,7 +27,7 @@ struct ContourSlice {
   std::vector<float> sliced; // the 3D Gaussian on the slice, size×size, u fastest
   struct Contour {
     double level;
-    std::vector<std::array<double, 2>> sliced, splat; // closed; empty where the level is not reached
+    std::vector<std::array<double, 2>> sliced, splat; // closed; empty if the level is not reached
   };
   std::vector<Contour> contours;
 };
@@ -41,7 +41,7 @@ struct ContourResult {
 
 /// Double precision throughout: the 3D Gaussian from its rotation and scales in its own axes, the splat from
 /// its covariance in slice coordinates. Contours of the slice are found by bisection, those of the splat in
-/// closed form. Throws Error(InvalidArgument) when there is nothing to compare, Error(Cancelled).
+/// closed form. Throws Error(InvalidArgument) if there is nothing to compare, Error(Cancelled).
 ContourResult checkContours(const ContourCheck& check = {}, std::stop_token stop = {});
 
 ExperimentTable contourTable(const ContourCheck& check, const ContourResult& result);

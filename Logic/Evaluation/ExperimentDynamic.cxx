@@ -61,7 +61,7 @@ public:
     add("motion-compensated (demons)", 0, secondsSince(start), frames);
   }
 
-  /// Without a kind: the one that the program chooses, whose fit is not done again.
+  /// Without a kind: the one that the program chooses, without fitting it twice.
   DynamicKind gaussians(std::optional<DynamicKind> kind) {
     DynamicSettings settings = e_.settings;
     settings.kind = kind;
@@ -177,8 +177,8 @@ private:
     scores_.push_back(std::move(score));
   }
 
-  /// Second differences in-plane count structure as noise, those in time what moves: the smaller noise is
-  /// nearer.
+  /// Second differences in-plane count structure as noise, those in time count motion; the smaller estimate
+  /// is closer to the noise.
   double ceiling() const {
     double inSpace = 0, inTime = 0;
     std::int64_t samples = 0;

@@ -5,12 +5,12 @@
 
 namespace innergs {
 
-/// Interpolation in time of a moving scan: some frames withheld from every method, and judged on them alone.
+/// Interpolates a moving scan in time: withholds some frames from every method and scores on these only.
 struct DynamicExperiment {
   TimeSeries series;
   std::string name; // for titles
   std::int64_t every =
-      8; // the paper's: frames 8, 16, … are withheld (the first is kept, as for the previous frame)
+      8; // the paper's: withholds frames 8, 16, … (keeps the first, which previous-frame needs)
   DynamicSettings settings; // threads, seed, instruction set
   ProgressCallback progress;
   std::function<void(const std::string&)> say;
@@ -22,8 +22,8 @@ struct DynamicExperimentResult {
   ExperimentTable frames;  // one by one
 };
 
-/// Both kinds of Gaussians, the one that the program chooses, and what else is put between frames. Throws
-/// Error(InvalidArgument) when no frame can be withheld, Error(Cancelled).
+/// Compares both kinds of Gaussians, the one that the program chooses, and other interpolations between
+/// frames. Throws Error(InvalidArgument) if no frame can be withheld, Error(Cancelled).
 DynamicExperimentResult runDynamic(const DynamicExperiment& experiment);
 
 /// The Gaussians of these settings ("gaussians") beside linear interpolation in time ("linear") and the

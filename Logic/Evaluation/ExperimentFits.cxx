@@ -12,7 +12,7 @@ namespace innergs {
 namespace {
 
 const HeldOutCase kEveryFourth{HeldOutCase::Kind::KeepEvery, 4, 2, 0};
-// Densification falls between the coarse iterations, the first 8, and the middle of the fit.
+// Densification runs between the 8 coarse iterations and the middle of the fit.
 constexpr int kQuickIterations = 24, kQuickDensifyEvery = 3;
 constexpr std::int64_t kQuickGaussians = 1500;
 
@@ -30,12 +30,12 @@ bool isPapersVolume(const std::string& fileName, const Volume& volume) {
 
 void notePapersFigures(const ExperimentSetup& setup, ExperimentTable& table) {
   if (!setup.papersVolume)
-    table.notes.push_back("The paper's figures are those of BrainWeb T1, 145x174x145. This volume is another "
-                          "one: they are no comparison.");
+    table.notes.push_back("The paper's figures are for BrainWeb T1, 145x174x145, not for this volume: they "
+                          "are not comparable.");
   if (setup.gaussians != kPaperGaussians)
-    table.notes.push_back("The paper's figures are those of " + std::to_string(kPaperGaussians) +
-                          " Gaussians at the start, not of " + std::to_string(setup.gaussians) +
-                          ": they are no comparison.");
+    table.notes.push_back("The paper's figures are for " + std::to_string(kPaperGaussians) +
+                          " Gaussians at the start, not for " + std::to_string(setup.gaussians) +
+                          ": they are not comparable.");
 }
 
 Volume centralCrop(const Volume& volume, std::int64_t size) {
@@ -123,7 +123,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
   outcome.densified = outcome.report.densified;
   for (const MethodScore& method : outcome.report.methods)
     if (method.name == "gaussians") outcome.gaussians = method;
-  std::vector<double> gaps; // reports may be rarer than iterations, and coarse ones lie between members
+  std::vector<double> gaps; // reports may be rarer than iterations, and coarse iterations start each member
   for (std::size_t n = 1; n < outcome.curve.size(); ++n)
     gaps.push_back((outcome.curve[n].seconds - outcome.curve[n - 1].seconds) /
                    (outcome.curve[n].iteration - outcome.curve[n - 1].iteration));
@@ -131,7 +131,7 @@ const FitOutcome& ExperimentFits::run(const std::string& label, const Settings& 
     std::nth_element(gaps.begin(), gaps.begin() + static_cast<std::ptrdiff_t>(gaps.size() / 2), gaps.end());
     outcome.secondsPerIteration = gaps[gaps.size() / 2];
   }
-  // Many fits are kept: what no picture shows goes.
+  // Many fits are kept, so this drops the volumes that no picture shows.
   for (MethodScore& method : outcome.report.methods)
     method.volume.reset();
   outcome.report.truth.reset();

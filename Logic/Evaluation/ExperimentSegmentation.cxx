@@ -26,7 +26,7 @@ std::string spacingText(int every) {
                                         : "th");
 }
 
-/// The teacher: the labels of every k-th slice.
+/// The training labels: those of every k-th slice.
 Labelmap everyKth(const Labelmap& truth, int k) {
   Labelmap out = truth;
   if (k == 1) return out;
@@ -40,7 +40,7 @@ Labelmap everyKth(const Labelmap& truth, int k) {
 }
 
 std::vector<std::uint8_t> judgedSlices(const Labelmap& teacher) {
-  std::vector<std::uint8_t> judged; // all slices labelled: all are judged
+  std::vector<std::uint8_t> judged; // if all slices are labelled, all are scored
   for (const std::uint8_t labelled : teacher.labelled)
     judged.push_back(!labelled);
   return judged;
@@ -81,7 +81,7 @@ std::string nameOf(const LabelSet& set, std::size_t label) {
   return std::to_string(label);
 }
 
-/// Turned about all axes through the middle of the lattice, inside it.
+/// A lattice inside the given one, rotated about all axes through its centre.
 GridGeometry obliqueGrid(const GridGeometry& g) {
   const double a = 0.4, b = 0.3, c = 0.5;
   const Mat3 x{{{{1, 0, 0}, {0, std::cos(a), -std::sin(a)}, {0, std::sin(a), std::cos(a)}}}};
@@ -129,7 +129,7 @@ public:
         "slices are "
         "labelled, on these: that says how well the features keep the labels, not how well they predict.",
         "The labels are a program's, not a person's. Settings of the completion were chosen on this CT.",
-        "The paper gives a Dice of 0.8817 on CT-ORG, another data set, with a full teacher."};
+        "The paper gives a Dice of 0.8817 on CT-ORG, another data set, with complete labels."};
   }
 
   SegmentationResult run() {

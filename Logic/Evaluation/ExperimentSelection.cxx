@@ -72,7 +72,7 @@ double squaredDistance(const Shape& s, double x, double y, double z) {
   return p[0] * a * a + p[3] * b * b + p[5] * c * c + 2 * (p[1] * a * b + p[2] * a * c + p[4] * b * c);
 }
 
-// Area of the box that the selection lays around the Gaussian in a slice at t; negative: not reached.
+// Area of the box that the selection evaluates for the Gaussian in a slice at t; negative: not reached.
 double boxArea(const Shape& s, Selection selection, double t, double radius2) {
   const double dz = t - s.mean[2];
   if (selection == Selection::Method1) return std::abs(dz) <= 3 * std::sqrt(s.largest) ? 36 * s.largest : -1;
@@ -108,7 +108,7 @@ std::vector<double> timings(std::span<const GaussianField> clouds, const Selecti
   for (const Selection selection : kSelections)
     renderers.emplace_back(lattice, kernelSet(instructionSet, selection), pool);
   std::vector<std::vector<double>> seconds(std::size(kSelections));
-  for (int repetition = -1; repetition < s.repetitions; ++repetition) // the first warms up
+  for (int repetition = -1; repetition < s.repetitions; ++repetition) // the first is a warm-up
     for (std::size_t n = 0; n < renderers.size(); ++n) {
       pool.throwIfStopped();
       const auto start = Clock::now();
@@ -142,8 +142,7 @@ GaussianField simulatedCloud(const SelectionSimulation& s, std::uint64_t seed) {
   check(s);
   Random random(seed);
   GaussianField field;
-  field.cutoff =
-      radius(s) * (1 + 1e-5); // the engine's single precision must not lose a pixel at the threshold
+  field.cutoff = radius(s) * (1 + 1e-5); // single-precision rounding must not lose a pixel at the threshold
   for (int n = 0; n < s.gaussians; ++n) {
     Gaussian g{};
     for (int a = 0; a < 3; ++a) {
@@ -222,7 +221,7 @@ std::vector<SelectionScore> simulateSelections(const SelectionSimulation& s,
 
 namespace {
 
-/// Exact beside Method 2, in words.
+/// A sentence that compares Exact with Method 2.
 std::string speedNote(std::span<const SelectionScore> scores) {
   double exact[2] = {}, method2[2] = {};
   for (const SelectionScore& score : scores) {
@@ -290,9 +289,9 @@ ExperimentTable selectionTable(const SelectionSimulation& s, std::span<const Sel
           "other two were chosen to come close to the paper's remaining figures.",
       "Time: rendering one cloud with the same kernels on one thread, median of " +
           std::to_string(s.repetitions) +
-          " interleaved repetitions; the paper gives none per selection. The SIMD kernels evaluate whole "
-          "windows of lanes and mask what is no candidate, so that their time is not proportional to the "
-          "candidates; the scalar kernels evaluate exactly the candidates."};
+          " interleaved repetitions; the paper gives none per selection. The SIMD kernels evaluate full "
+          "vectors and mask what is not a candidate, so their time is not proportional to the candidates; "
+          "the scalar kernels evaluate exactly the candidates."};
   table.notes.push_back(speedNote(scores));
   return table;
 }

@@ -8,7 +8,7 @@
 namespace innergs {
 namespace {
 
-/// The paper's row of BrainWeb T1, on an RTX 4070.
+/// The paper's row for BrainWeb T1, on an RTX 4070.
 constexpr double kPaperPsnr[3] = {32.48, 31.86, 33.08}, kPaperMean = 32.47, kPaperSsim = 0.9676,
                  kPaperSeconds = 25.9 * 60;
 
@@ -62,7 +62,7 @@ StaticExperiment runStatic(ExperimentFits& fits) {
                          "seconds", "estimated_memory_mb", "measured_on"};
 
   for (const auto& [label, settings] : variants(fits)) {
-    Settings free = settings; // protocol H: as many Gaussians as the program chooses
+    Settings free = settings; // protocol H: the program chooses the number of Gaussians
     if (!setup.quick && free.preset != Preset::Paper) free.gaussians.reset();
     result.rows.push_back(
         {label, &fits.run(label, settings, false, true), &fits.run(label, free, true, false)});
@@ -87,12 +87,11 @@ StaticExperiment runStatic(ExperimentFits& fits) {
       if (std::find(result.perPlane.notes.begin(), result.perPlane.notes.end(), note) ==
           result.perPlane.notes.end())
         result.perPlane.notes.push_back(note);
-  result.perPlane.notes.push_back(
-      "Memory is estimated before the start, beside the input. The paper's time is of an RTX 4070, ours of "
-      "this machine's processor.");
+  result.perPlane.notes.push_back("Memory is estimated before the start, without the input. The paper's time "
+                                  "is for an RTX 4070, ours for this machine's processor.");
   notePapersFigures(setup, result.perPlane);
   result.held.notes = {"Measured on " + last.heldOut->report.samples, last.heldOut->report.range,
-                       "The paper has no figures by this protocol."};
+                       "The paper has no figures for this protocol."};
 
   const EvaluationInput input =
       paperInput(setup.volume, EvaluationOptions{}.withheldFraction, fits.base().seed);

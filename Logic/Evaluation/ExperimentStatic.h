@@ -4,7 +4,8 @@
 
 namespace innergs {
 
-/// Static reconstruction: every blending by protocol P per plane and by protocol H, beside the paper's row.
+/// Static reconstruction: every blending under protocol P per plane and under protocol H, next to the paper's
+/// row.
 struct StaticExperiment {
   struct Row {
     std::string label;
@@ -13,7 +14,7 @@ struct StaticExperiment {
   std::vector<Row> rows;
   ExperimentTable perPlane, held; // protocol P, protocol H
   Volume truth;                   // protocol P's lattice, axial slices along K
-  std::int64_t slice = 0;         // a withheld axial slice of it, the one nearest the middle
+  std::int64_t slice = 0;         // a withheld axial slice, the nearest to the middle
   double peak = 0;                // image units
 };
 

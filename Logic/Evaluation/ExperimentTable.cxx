@@ -14,7 +14,7 @@ std::string heading(std::string column) {
   return column;
 }
 
-// Characters, not bytes: "42³" is three.
+// In characters, not bytes: "42³" has three.
 std::size_t width(const std::string& text) {
   return static_cast<std::size_t>(
       std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::int64_t kBlock = 4096;
 
-/// The last frame at or before a time, with one after it.
+/// The last frame at or before a time that has a successor.
 std::int64_t frameBefore(const TimeSeries& series, double time) {
   const auto after = std::upper_bound(series.times.begin(), series.times.end(), time);
   return std::clamp<std::int64_t>(after - series.times.begin() - 1, 0, series.size() - 2);
@@ -28,8 +28,8 @@ double shareOfWay(const TimeSeries& series, std::int64_t before, double time) {
                     1.0);
 }
 
-/// Weights of the frames for one time by the natural cubic spline through them: second derivatives by the
-/// tridiagonal system, solved for every unit vector.
+/// Weights of the frames at one time in their natural cubic spline: second derivatives from the tridiagonal
+/// system, solved for every unit vector.
 std::vector<double> cubicWeights(const std::vector<double>& t, double time) {
   const std::size_t n = t.size();
   std::vector<double> weights(n);
@@ -74,8 +74,8 @@ std::vector<std::vector<float>> combined(const TimeSeries& series, const std::ve
   return out;
 }
 
-/// A smoothing spline per voxel, whose smoothing comes nearest to every 4th frame from the others, all
-/// quarters in turn.
+/// A smoothing spline per voxel; its smoothing is the one that best predicts every 4th frame from the others,
+/// for each of the four offsets.
 std::vector<std::vector<float>> smoothed(const TimeSeries& series, std::span<const double> times,
                                          ThreadPool& pool) {
   const TimeSpline spline{series.times.front(), series.times.back(),
@@ -122,7 +122,7 @@ std::vector<std::vector<float>> smoothed(const TimeSeries& series, std::span<con
 using Image = itk::Image<float, 3>;
 using Field = itk::Image<itk::Vector<float, 3>, 3>;
 
-/// Voxels are cubes to the registration where they nearly are; else their true proportions.
+/// Nearly cubic voxels are treated as cubes by the registration; other voxels keep their proportions.
 Image::Pointer image(const GridGeometry& g, const std::vector<float>& voxels, double scale) {
   auto out = Image::New();
   Image::RegionType region;
@@ -197,14 +197,14 @@ std::vector<float> demonsFrame(const TimeSeries& series, double time, const std:
   using Demons = itk::SymmetricForcesDemonsRegistrationFilter<Image, Image, Field>;
   using Pyramid = itk::MultiResolutionPDEDeformableRegistration<Image, Image, Field>;
   const auto demons = Demons::New();
-  demons->SetStandardDeviations(3); // voxels; of 1 to 3 the best on the simulated wrist
+  demons->SetStandardDeviations(3); // voxels; the best of 1 to 3 on the simulated wrist
   demons->SetSmoothDisplacementField(true);
   const auto pyramid = Pyramid::New();
   pyramid->SetRegistrationFilter(demons);
   pyramid->SetNumberOfLevels(3);
   pyramid->SetFixedImage(image(g, a, scale));
   pyramid->SetMovingImage(image(g, b, scale));
-  // Slices are few: they are not made fewer.
+  // Does not shrink the few slices.
   itk::Array2D<unsigned int> schedule(3, 3);
   for (unsigned level = 0; level < 3; ++level) {
     schedule[level][0] = schedule[level][1] = 4 >> level;
@@ -221,7 +221,7 @@ std::vector<float> demonsFrame(const TimeSeries& series, double time, const std:
                 std::string("The demons registration failed: ") + error.GetDescription());
   }
   const Field* field = pyramid->GetOutput();
-  std::array<Volume, 3> u; // from a frame's voxels to where they are in the next, voxels
+  std::array<Volume, 3> u; // displacement from a frame's voxels to their positions in the next frame, voxels
   for (int axis = 0; axis < 3; ++axis) {
     u[axis].geometry = g;
     u[axis].voxels.resize(a.size());
@@ -236,7 +236,7 @@ std::vector<float> demonsFrame(const TimeSeries& series, double time, const std:
     for (std::int64_t j = 0; j < g.size[1]; ++j)
       for (std::int64_t i = 0; i < g.size[0]; ++i) {
         const Vec3 x{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
-        Vec3 from = x, way{0, 0, 0}; // what is at x now came from there
+        Vec3 from = x, way{0, 0, 0}; // the voxel now at x came from there
         for (int step = 0; step < 4; ++step) {
           for (int axis = 0; axis < 3; ++axis)
             way[axis] = static_cast<double>(sampleLinear(u[axis], from));

@@ -6,25 +6,25 @@
 
 namespace innergs {
 
-/// What is put between the frames of a series, voxel by voxel.
+/// How to interpolate between the frames of a series, voxel by voxel.
 enum class FrameMethod {
-  Previous, // the last frame before
+  Previous, // the last earlier frame
   Nearest,
   Linear,
   Cubic, // natural cubic spline through all frames
-  Mean,  // over time
+  Mean,  // mean over time
   Spline // smoothing spline; its smoothing chosen by withholding every 4th frame
 };
 const char* frameMethodName(FrameMethod method);
 
-/// The volumes that a method puts at times within the series' own. Voxels that are not finite stay so where
-/// they take part. Throws Error(Cancelled).
+/// The interpolated volumes at times within the series. Non-finite voxels stay so where they contribute.
+/// Throws Error(Cancelled).
 std::vector<std::vector<float>> interpolateFrames(const TimeSeries& series, std::span<const double> times,
                                                   FrameMethod method, int threads = 0,
                                                   const std::stop_token& stop = {});
 
-/// The frame at a time between its two neighbours by registering them: ITK's symmetric-forces demons at three
-/// resolutions, each carried its share of the way along the displacement, averaged. Throws Error(Cancelled |
+/// The frame at a time between its two neighbours, by registering them (ITK's symmetric-forces demons at
+/// three resolutions), moving each its share of the displacement, and averaging. Throws Error(Cancelled |
 /// Internal).
 std::vector<float> demonsFrame(const TimeSeries& series, double time, const std::stop_token& stop = {});
 

@@ -55,7 +55,7 @@ std::string caseName(const HeldOutCase& c) {
   return name;
 }
 
-// Lattice axes of the stacks: K after the permutation, then coronal and sagittal.
+// Slice axes of the stacks: K after the permutation, then coronal and sagittal.
 std::vector<int> stackAxes(const GridGeometry& geometry, const HeldOutCase& c) {
   std::vector<int> axes{2};
   if (c.kind == HeldOutCase::Kind::Orthogonal) {
@@ -136,7 +136,7 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
   const std::vector<std::uint8_t> mask =
       options.mask ? resampleMask(*options.mask, grid) : bodyMask(input.truth, options.stop);
   if (options.mask && std::find(mask.begin(), mask.end(), 1) == mask.end())
-    throw Error(ErrorCode::NoData, "The mask does not meet the volume: check that it belongs to it.");
+    throw Error(ErrorCode::NoData, "The mask does not overlap the volume: check that it belongs to it.");
 
   EvaluationReport report;
   report.protocol = "held-out";

@@ -63,7 +63,7 @@ std::vector<float> resampleWithItk(const Volume& image, const GridGeometry& grid
   }
   using Sinc = itk::WindowedSincInterpolateImageFunction<Image, 4, itk::Function::LanczosWindowFunction<4>>;
   std::vector<float> out = run(Sinc::New());
-  // ITK's weights do not sum to 1: divide by what they make of a constant.
+  // ITK's weights do not sum to 1, so this divides by the result for a constant image.
   const std::vector<float> constant(image.voxels.size(), 1.0f);
   auto unit = Sinc::New();
   unit->SetInputImage(indexImage(image.geometry.size, constant.data()));

@@ -8,15 +8,15 @@
 namespace innergs {
 namespace {
 
-double normal(Random& random) { // Box and Muller
+double normal(Random& random) { // Box-Muller
   const double u = 1 - random.uniform(), v = random.uniform();
   return std::sqrt(-2 * std::log(u)) * std::cos(2 * std::numbers::pi * v);
 }
 
-/// A soft ellipsoid or, long along y, a rod.
+/// A soft ellipsoid or, if long along y, a rod.
 struct Part {
   Vec3 centre, radius; // mm
-  double cosine, sine; // of its turn about z
+  double cosine, sine; // of its rotation about z
   double value;
 
   double at(const Vec3& x) const {
@@ -64,7 +64,7 @@ TimeSeries makeJitteredPhantom(const JitteredPhantom& phantom) {
       for (std::int64_t j = 0; j < g.size[1]; ++j)
         for (std::int64_t i = 0; i < g.size[0]; ++i) {
           const Vec3 x = map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
-          const double moving = 1 / (1 + std::exp((x[1] - centre[1]) / 4)); // of the joint's far side
+          const double moving = 1 / (1 + std::exp((x[1] - centre[1]) / 4)); // share of the joint's far side
           const double a = -moving * angle;
           const Vec3 d = x - centre;
           const Vec3 from =

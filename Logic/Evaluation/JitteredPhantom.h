@@ -3,18 +3,18 @@
 
 namespace innergs {
 
-/// A moving phantom whose poses nobody can foresee: textured blobs and rods on a ground, of which one half
-/// turns about a joint while the other stays, smoothly in time but for a jitter of every frame's own; Rician
+/// A moving phantom with unpredictable poses: textured blobs and rods on a background; one half rotates about
+/// a joint while the other stays, smoothly in time except for an independent jitter of every frame. Rician
 /// noise.
 struct JitteredPhantom {
   GridGeometry geometry{{64, 64, 12}, {0, 0, 0}, {1.6, 1.6, 5}, {}};
   int frames = 38;
-  double interval = 0.5;     // s
-  double swing = 20;         // degrees, amplitude
-  double period = 15;        // s
-  double angleJitter = 0.5;  // degrees, standard deviation
-  double shiftJitter = 0.2; // mm, standard deviation, along every axis in-plane
-  double noise = 30;         // of a range of about 4000
+  double interval = 0.5;    // s
+  double swing = 20;        // degrees, amplitude
+  double period = 15;       // s
+  double angleJitter = 0.5; // degrees, standard deviation
+  double shiftJitter = 0.2; // mm, standard deviation along each in-plane axis
+  double noise = 30;        // for a range of about 4000
   std::uint64_t seed = 1;
 };
 

@@ -15,10 +15,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kInterpolations = 3; // that protocol H compares with
-constexpr double kInterpolationIterations =
-    5;                                    // that interpolating and scoring a voxel takes as long as, roughly
-constexpr double kCoarseIteration = 0.15; // of the time of an iteration at full resolution
+constexpr int kInterpolations = 3;             // compared by protocol H
+constexpr double kInterpolationIterations = 5; // approximate cost of interpolating and scoring a voxel
+constexpr double kCoarseIteration = 0.15;      // relative to an iteration at full resolution
 
 /// Samples times iterations.
 double costOf(const ReconstructionInput& fit, Settings settings) {
@@ -33,7 +32,7 @@ double costOf(const ReconstructionInput& fit, Settings settings) {
          (plan.iterations - (1 - kCoarseIteration) * plan.coarseIterations);
 }
 
-/// Of the fits, the one that protocol H judges, and its interpolations.
+/// Costs of the fits, the one that protocol H scores, and its interpolations.
 std::vector<double> costs(const ReconstructionInput& input, const Settings& settings, int keepEvery) {
   try {
     for (const Stack& stack : input.stacks)
@@ -42,7 +41,7 @@ std::vector<double> costs(const ReconstructionInput& input, const Settings& sett
     const double fits = input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1;
     return {fits * costOf(input, settings), costOf(keptOutline(first, keepEvery, 2), settings),
             kInterpolationIterations * static_cast<double>(first.voxelCount())};
-  } catch (const Error&) { // which the fits will throw as well
+  } catch (const Error&) { // the fits will throw it too
     return {1, 1, 1};
   }
 }
@@ -88,7 +87,7 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
   ProgressCallback compared;
   int methods = 0;
   options.onMethod = [&](const std::string& name) {
-    if (name == "gaussians") return; // tells of itself
+    if (name == "gaussians") return; // reports itself
     if (!interpolating) {
       interpolating = Clock::now();
       compared = parts.next();
@@ -109,7 +108,7 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     const bool stopped = failure.code == ErrorCode::Cancelled;
     if (!stopped)
       result.warnings.push_back("The quality could not be judged. " + failure.sentence);
-    else if (result.judging != Judging::Stopped) // which has said so
+    else if (result.judging != Judging::Stopped) // that case is reported already
       result.warnings.push_back("The judging of the quality was stopped: the result itself is complete.");
     result.judging = stopped ? Judging::Stopped : Judging::Failed;
   }

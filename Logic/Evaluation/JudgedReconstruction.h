@@ -3,25 +3,25 @@
 
 namespace innergs {
 
-/// What came out. reconstruction.judging speaks of both ways to judge: Done when all that was asked for is.
+/// The outcome. reconstruction.judging covers both quality measurements: Done if all that were requested are.
 struct JudgedResult {
-  ReconstructionResult reconstruction; // of the full fit, with what the judging has to say among the warnings
-  std::optional<EvaluationReport> quality; // by protocol H; none when not asked for, stopped or failed
+  ReconstructionResult reconstruction;     // of the full fit; includes the quality measurement's warnings
+  std::optional<EvaluationReport> quality; // by protocol H; empty if not requested, stopped or failed
 };
 
-/// A reconstruction and, where asked for, the judging of its settings by protocol H: slices of the first
-/// stack are withheld from a second fit and scored, inside the mask, beside interpolations.
+/// A reconstruction and, on request, a quality measurement of its settings by protocol H: slices of the first
+/// stack are withheld from a second fit and scored, inside the mask, next to interpolations.
 class JudgedReconstruction {
 public:
-  /// keepEvery: the protocol keeps every so many-th slice of the first stack: 2…64, or 0: usualGap(); none:
-  /// not judged so.
+  /// keepEvery: the protocol keeps every keepEvery-th slice of the first stack: 2…64, or 0: usualGap(); none:
+  /// no quality measurement by protocol H.
   JudgedReconstruction(ReconstructionInput input, Settings settings, std::optional<int> keepEvery = {});
 
-  /// In the phase Judging the iterations are those of the second fit.
+  /// During the phase Judging, the iterations are those of the second fit.
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
   void onPreview(std::function<void(const Volume&)> callback) { preview_ = std::move(callback); }
 
-  /// Once. As ReconstructionJob::run(): a stop request while judging, like anything that goes wrong with it,
+  /// Runs once, like ReconstructionJob::run(). A stop request or a failure during the quality measurement
   /// leaves the finished fit as it is.
   JudgedResult run(const std::stop_token& stop = {}, bool renderWhenCancelled = false);
 
@@ -33,10 +33,10 @@ private:
   std::function<void(const Volume&)> preview_;
 };
 
-/// Throws Error(InvalidArgument) unless protocol H can keep every so many-th slice.
+/// Throws Error(InvalidArgument) unless protocol H can keep every keepEvery-th slice.
 void checkKeepEvery(int keepEvery);
 
-/// All fits that it makes, without voxels: for estimates.
+/// All fits that it makes, without voxels, for estimates.
 std::vector<ReconstructionInput> fitOutlines(const ReconstructionInput& input, std::optional<int> keepEvery);
 
 } // namespace innergs

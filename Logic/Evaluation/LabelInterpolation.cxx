@@ -18,7 +18,7 @@ std::vector<std::int64_t> labelledSlices(const Labelmap& labels) {
   return slices;
 }
 
-/// The labelled slices on either side; the same one twice beyond the last.
+/// The nearest labelled slices on both sides; the same one twice beyond the last.
 std::pair<std::int64_t, std::int64_t> neighbours(const std::vector<std::int64_t>& slices, std::int64_t k) {
   const auto above = std::lower_bound(slices.begin(), slices.end(), k);
   if (above == slices.end()) return {slices.back(), slices.back()};
@@ -26,7 +26,8 @@ std::pair<std::int64_t, std::int64_t> neighbours(const std::vector<std::int64_t>
   return {*(above - 1), *above};
 }
 
-/// Squared distances to the nearest 0 along a line of step² apart samples (Felzenszwalb & Huttenlocher 2012).
+/// Squared distances to the nearest 0 along a line of samples `step` apart (Felzenszwalb & Huttenlocher
+/// 2012).
 void distancesAlong(const std::vector<double>& f, double step, std::vector<double>& out) {
   const auto n = static_cast<int>(f.size());
   std::vector<int> v(f.size());
@@ -54,7 +55,7 @@ void distancesAlong(const std::vector<double>& f, double step, std::vector<doubl
   }
 }
 
-/// Distances (mm) of a slice's pixels to the nearest pixel where `inside` is as asked.
+/// Distances (mm) of a slice's pixels to the nearest pixel that is in the label (`inside`) or is not.
 std::vector<float> distances(const Labelmap& labels, std::int64_t k, std::uint16_t label, bool inside) {
   const std::int64_t nx = labels.geometry.size[0], ny = labels.geometry.size[1];
   std::vector<double> squared(static_cast<std::size_t>(nx * ny)), line, out;
@@ -73,12 +74,12 @@ std::vector<float> distances(const Labelmap& labels, std::int64_t k, std::uint16
     distancesAlong(line, labels.geometry.spacing[1], out);
     for (std::int64_t j = 0; j < ny; ++j)
       result[static_cast<std::size_t>(i + nx * j)] =
-          static_cast<float>(std::min(1e4, std::sqrt(out[j]))); // the greatest: a label that fills the slice
+          static_cast<float>(std::min(1e4, std::sqrt(out[j]))); // limit, for a label that fills the slice
   }
   return result;
 }
 
-/// Positive inside. Empty where the slice does not hold the label.
+/// Positive inside. Empty if the slice does not contain the label.
 std::vector<float> signedDistance(const Labelmap& labels, std::int64_t k, std::uint16_t label) {
   const std::int64_t plane = labels.geometry.size[0] * labels.geometry.size[1];
   const auto first = labels.voxels.begin() + k * plane;
@@ -89,8 +90,8 @@ std::vector<float> signedDistance(const Labelmap& labels, std::int64_t k, std::u
   return inner;
 }
 
-/// A label that one slice does not hold ends halfway: there its distance is what its middle in the other one
-/// has.
+/// A label that is absent from one slice ends halfway: its distance there is the negative of its middle's in
+/// the other slice.
 void endHalfway(std::vector<float>& missing, const std::vector<float>& other) {
   if (missing.empty()) missing.assign(other.size(), -*std::max_element(other.begin(), other.end()));
 }

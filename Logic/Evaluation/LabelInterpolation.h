@@ -3,24 +3,25 @@
 
 namespace innergs {
 
-/// What a labelmap's slices that nobody labelled get without looking at the image: the nearest labelled
-/// slice, the lower one where two are as near. Throws Error(NoData) without a labelled slice.
+/// Fills the unlabelled slices of a labelmap without using the image: copies the nearest labelled slice, the
+/// lower one of two equally near. Throws Error(NoData) without a labelled slice.
 Labelmap nearestLabelledSlice(const Labelmap& labels);
 
-/// The same by shape-based interpolation (Raya & Udupa 1990): signed distances to every label's border in the
-/// labelled slices, linear between them; the label with the greatest wins.
+/// Likewise by shape-based interpolation (Raya & Udupa 1990): interpolates the signed distances to every
+/// label's border linearly between the labelled slices; the label with the largest one wins.
 Labelmap shapeBasedInterpolation(const Labelmap& labels);
 
-/// How two labelmaps on one lattice agree on some of its slices, per label.
+/// Agreement of two labelmaps on one lattice, over some of its slices, per label.
 struct LabelAgreement {
   std::vector<std::int64_t> tested, truth, common,
       whole;                // voxels per label value; whole: truth in all slices
-  double pixelAccuracy = 0; // of all voxels, background included
+  double pixelAccuracy = 0; // over all voxels, including background
 
   double dice(std::size_t label) const;
   double iou(std::size_t label) const;
 };
-/// slices: per slice along K 1 where it counts; empty: all. Throws Error(InvalidArgument) for other lattices.
+/// slices: per slice along K, 1 if it counts; empty: all. Throws Error(InvalidArgument) if the lattices
+/// differ.
 LabelAgreement agreement(const Labelmap& tested, const Labelmap& truth,
                          const std::vector<std::uint8_t>& slices = {});
 

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Plane planes[3] = {Plane::Axial, Plane::Coronal, Plane::Sagittal};
 
-// Seeded choice without replacement; std::shuffle differs between standard libraries.
+// Seeded sampling without replacement; std::shuffle differs between standard libraries.
 std::vector<std::int64_t> chooseSlices(std::int64_t slices, double fraction, std::mt19937_64& engine) {
   std::vector<std::int64_t> order(static_cast<std::size_t>(slices));
   for (std::int64_t k = 0; k < slices; ++k)
@@ -42,7 +42,8 @@ bool isConstant(const Volume& volume, int axis, std::int64_t slice) {
   return true;
 }
 
-// Per plane and averaged over the planes; image(axis) is the volume to score for the slices along an axis.
+// Scores per plane and averaged over the planes; image(axis) is the volume to score for the slices along an
+// axis.
 void score(MethodScore& method, const EvaluationInput& input, double peak,
            const std::function<const Volume&(int)>& image) {
   double psnrSum = 0, ssimSum = 0, pooledErrors = 0;
@@ -58,7 +59,7 @@ void score(MethodScore& method, const EvaluationInput& input, double peak,
       ++result.slices;
       result.ssim += q.ssim;
       voxels += q.voxels;
-      if (std::isinf(q.psnr)) continue; // identical: no finite mean
+      if (std::isinf(q.psnr)) continue; // identical, so without a finite mean
       ++finite;
       result.psnr += q.psnr;
       errors += double(q.voxels) * std::pow(10.0, -q.psnr / 10);
@@ -80,7 +81,7 @@ void score(MethodScore& method, const EvaluationInput& input, double peak,
   method.pooledPsnr = -10 * std::log10(pooledErrors / double(pooledVoxels));
 }
 
-/// Seen unless all three planes withhold it.
+/// A voxel is observed unless all three planes withhold it.
 Stack unionStack(const EvaluationInput& input) {
   const GridGeometry& g = input.truth.geometry;
   Stack stack;
@@ -99,7 +100,7 @@ Stack unionStack(const EvaluationInput& input) {
   return stack;
 }
 
-/// All slices of one plane but the withheld ones.
+/// All slices of one plane except the withheld ones.
 Stack planeStack(const EvaluationInput& input, Plane plane) {
   const int axis = sliceAxis(input.truth.geometry, plane);
   Stack stack;
@@ -115,7 +116,7 @@ Stack planeStack(const EvaluationInput& input, Plane plane) {
   return stack;
 }
 
-/// The field as its slices along a lattice axis show it, in the lattice's own order.
+/// The field as seen by slices along a lattice axis, in the lattice's own order.
 Volume renderAlong(const GaussianField& field, const GridGeometry& lattice, int axis,
                    const EvaluationOptions& options) {
   RenderOptions rendering;
@@ -124,12 +125,12 @@ Volume renderAlong(const GaussianField& field, const GridGeometry& lattice, int 
   rendering.selection = options.settings.selection;
   rendering.stop = options.stop;
   Volume volume = render(field, withSliceAxis(lattice, axis), rendering);
-  for (int turn = axis; turn < 2; ++turn) // I, J, K → J, K, I → K, I, J → I, J, K; the swap undoes itself
+  for (int turn = axis; turn < 2; ++turn) // I, J, K → J, K, I → K, I, J → I, J, K; the swap is an involution
     volume = withSliceAxis(volume, axis);
   return volume;
 }
 
-/// The Gaussians' volume as seen along each lattice axis; one volume where it does not depend on the axis.
+/// The Gaussians' volume as seen along each lattice axis; the same volume if it does not depend on the axis.
 std::array<std::shared_ptr<const Volume>, 3> gaussianImages(const EvaluationInput& input, bool perPlane,
                                                             const EvaluationOptions& options,
                                                             EvaluationReport& report, double& seconds) {
@@ -165,7 +166,7 @@ EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::u
     const int axis = sliceAxis(g, plane);
     input.withheld[axis] = chooseSlices(g.size[axis], withheldFraction, engine);
   }
-  // Empty slices are nobody's test: their PSNR is anything up to infinity. They stay withheld from the fit.
+  // Empty slices test nothing, as their PSNR is arbitrary up to infinity; they stay withheld from the fit.
   input.scored = input.withheld;
   for (int axis = 0; axis < 3; ++axis)
     std::erase_if(input.scored[axis],

@@ -15,7 +15,8 @@ const char* planeName(Plane plane) {
 }
 
 int sliceAxis(const GridGeometry& geometry, Plane plane) {
-  // Patient axis (x: right-left, y: front-back, z: foot-head) per plane; the best of the six assignments.
+  // Patient axis (x: right-left, y: front-back, z: foot-head) for each plane; the best of the six
+  // assignments.
   constexpr int permutations[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}};
   double best = -1;
   const int* axisOfPatientAxis = permutations[0];

@@ -13,36 +13,35 @@ namespace innergs {
 /// The anatomical plane of a slice.
 enum class Plane { Axial, Coronal, Sagittal };
 const char* planeName(Plane plane);
-/// The lattice axis (0, 1, 2) that runs across a plane's slices; the three planes get three different axes.
+/// The lattice axis (0, 1, 2) normal to a plane's slices; the three planes get three different axes.
 int sliceAxis(const GridGeometry& geometry, Plane plane);
-/// The plane whose slices a lattice axis counts.
+/// The plane of the slices that a lattice axis counts.
 Plane planeAcross(const GridGeometry& geometry, int axis);
 
-/// One case of the held-out protocol (H): what is withheld is withheld in every plane.
+/// One case of the held-out protocol (H). What is withheld is withheld in every plane.
 struct HeldOutCase {
   enum class Kind {
-    KeepEvery, // every factor-th slice kept; tested on the others
-    Thick,     // thick slices, each the average of `factor` thin ones
-    Orthogonal // `stacks` thick stacks (axial, coronal, sagittal), slices of `factor` voxels
+    KeepEvery, // keeps every factor-th slice and tests on the others
+    Thick,     // thick slices, each the mean of `factor` thin ones
+    Orthogonal // `stacks` thick stacks (axial, coronal, sagittal), with slices of `factor` voxels
   };
   Kind kind = Kind::KeepEvery;
   int factor = 4;   // keep-every: 2…64, or 0: chosen by usualGap(); thickness in voxels: 2…64
   int stacks = 2;   // orthogonal: 2 or 3
   double noise = 0; // standard deviation added to the input, image units
-  int axis =
-      -1; // lattice axis that counts the slices, or -1: the axial ones (the only choice for orthogonal)
+  int axis = -1; // lattice axis that counts the slices; -1: the axial ones (the only option for orthogonal)
 };
 
 struct EvaluationOptions {
-  Settings settings;                                // of the Gaussians; seed and threads are used throughout
+  Settings settings;                                // of the Gaussians; seed and threads apply to all methods
   bool gaussians = true;                            // false: baselines only
-  bool totalVariation = false;                      // protocol H: by far the slowest baseline as well
-  bool keepVolumes = false;                         // keep every method's volume (pictures)
+  bool totalVariation = false;                      // protocol H: includes the slowest baseline by far
+  bool keepVolumes = false;                         // keeps every method's volume (for pictures)
   double withheldFraction = 0.05;                   // protocol P
-  ProgressCallback progress;                        // of the Gaussian fit
+  ProgressCallback progress;                        // of the Gaussians' fit
   std::function<void(const std::string&)> onMethod; // called before each method with its name
-  std::stop_token stop;                             // stopped: throws Error(Cancelled)
-  std::optional<Mask> mask; // protocol H: fitted and scored inside it; else scored inside the body mask
+  std::stop_token stop;                             // when stopped, throws Error(Cancelled)
+  std::optional<Mask> mask; // protocol H: fits and scores inside it; without it, scores inside the body mask
 };
 
 struct PlaneScore {
@@ -62,51 +61,51 @@ struct MethodScore {
   std::shared_ptr<const Volume> volume; // with keepVolumes; on EvaluationReport::truth's lattice
 };
 
-/// What one evaluation found, and on which samples.
+/// The result of one evaluation, with the samples that it is for.
 struct EvaluationReport {
   std::string protocol; // "held-out", "paper" or "stacks"
   std::string caseName; // "keep-every-4", "thick-4", "orthogonal-2-thick-4", "withheld-5%"
-  std::string samples;  // a sentence: the voxels that the scores were computed on
+  std::string samples;  // a sentence: the voxels scored
   std::string range;    // a sentence: the PSNR's peak
   double peak = 0;      // image units
   std::int64_t voxels = 0;
   DensifyCounts densified; // by the Gaussians' fit
   std::vector<MethodScore> methods;
   std::vector<std::string> notes;
-  std::shared_ptr<const Volume> truth; // with keepVolumes: the lattice that was scored, slices along K
+  std::shared_ptr<const Volume> truth;             // with keepVolumes: the scored lattice, slices along K
   std::shared_ptr<const std::vector<Stack>> input; // with keepVolumes
   std::shared_ptr<const Model> model;              // with keepVolumes: the Gaussians
 };
 
-/// What a protocol lets a method see. truth is cut to what the input covers, its slices (axial ones unless
-/// the case says otherwise) along K: the lattice is permuted where they are not.
+/// What a protocol shows to a method. truth is cropped to what the input covers, with its slices (axial
+/// unless the case says otherwise) along K; if they are not, the lattice is permuted.
 struct EvaluationInput {
   Volume truth;
   std::vector<Stack> stacks;
-  std::vector<std::int64_t> testSlices;              // K indices scored (protocol H)
-  std::array<std::vector<std::int64_t>, 3> withheld; // slices withheld per lattice axis of truth (protocol P)
-  std::array<std::vector<std::int64_t>, 3> scored;   // those of them that are not constant
+  std::vector<std::int64_t> testSlices;              // scored K indices (protocol H)
+  std::array<std::vector<std::int64_t>, 3> withheld; // withheld slices by lattice axis of truth (protocol P)
+  std::array<std::vector<std::int64_t>, 3> scored;   // those that are not constant
 };
 
-/// What keep-every-n judges a scan as it was acquired with: 4, or 2 where its slices lie clearly farther
-/// apart than its pixels or are few, so that what is scored stays near the task at hand. axis as in
-/// HeldOutCase.
+/// The keep-every factor for a scan at its acquired resolution: 4, or 2 if its slices are clearly farther
+/// apart than its pixels or few, so that the test stays close to the actual task. axis as in HeldOutCase.
 int usualGap(const GridGeometry& scan, int axis = -1);
-/// The lattices of that case without voxels, for estimates: the kept slices and, as output, the scan's own.
+/// The lattices of that case without voxels, for estimates: the kept slices and, as output, the scan's own
+/// lattice.
 /// factor and axis as in HeldOutCase.
 ReconstructionInput keptOutline(const GridGeometry& scan, int factor, int axis = -1);
 
 EvaluationInput heldOutInput(const Volume& volume, const HeldOutCase& heldOutCase, std::uint64_t seed = 1);
-/// The three planes' stacks of one lattice are one stack for a method with one value per point: a voxel is
-/// observed unless all three planes withhold it. perPlane: three stacks instead, axial, coronal and sagittal,
-/// each without its own withheld slices, as a method needs whose image depends on the slicing direction.
+/// For a method with one value per point, the three planes' stacks of one lattice are a single stack: a voxel
+/// is observed unless all three planes withhold it. perPlane: three stacks instead (axial, coronal,
+/// sagittal), each without its own withheld slices, for methods whose image depends on the slicing direction.
 EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,
                            bool perPlane = false);
 
-/// Throw Error(InvalidArgument) when the volume is too small for the case, NoData when it is constant.
+/// Throw Error(InvalidArgument) if the volume is too small for the case, NoData if it is constant.
 EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOutCase,
                                  const EvaluationOptions& options = {});
-/// Alpha blending is fitted to the planes' own stacks, and scored on each as rendered along it.
+/// Alpha blending is fitted to the planes' own stacks and scored on each, rendered along it.
 EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});
 
 } // namespace innergs

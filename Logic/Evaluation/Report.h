@@ -5,7 +5,7 @@
 
 namespace innergs {
 
-/// Tables for people and programs; held-out reports come first whatever the order given.
+/// Reports as tables, for reading and for programs; held-out reports come first, whatever their order.
 
 std::string textReport(std::span<const EvaluationReport> reports);
 
@@ -13,7 +13,7 @@ std::string textReport(std::span<const EvaluationReport> reports);
 std::string csvReport(std::span<const EvaluationReport> reports);
 
 /// {"protocol", "case", "samples", "peak", "voxels", "methods": {name: {"psnr", "ssim", "seconds",
-/// "per_plane"}}, "notes"}; several reports give an array of these. A PSNR that is not finite is null.
+/// "per_plane"}}, "notes"}; an array of these for several reports. A non-finite PSNR is null.
 std::string jsonReport(std::span<const EvaluationReport> reports);
 
 } // namespace innergs

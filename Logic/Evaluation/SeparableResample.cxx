@@ -9,7 +9,7 @@ namespace {
 constexpr double onLattice = 1e-6; // voxel
 
 struct Line {
-  std::vector<std::int64_t> first; // first[x] … + taps − 1, before the border is applied
+  std::vector<std::int64_t> first; // first[x] … + taps − 1, before border handling
   std::vector<std::array<double, 8>> weights;
   int taps = 1;
   bool mirrored = false; // cubic coefficients continue by reflection, samples by replication
@@ -61,7 +61,7 @@ std::int64_t borderIndex(std::int64_t i, std::int64_t n, bool mirrored) {
   return i < n ? i : period - i;
 }
 
-// Arrays as [outer][n][inner]: an axis of a volume in memory order.
+// Arrays as [outer][n][inner]: one axis of a volume in memory order.
 struct Shape {
   std::int64_t outer, n, inner;
 };
@@ -70,7 +70,7 @@ Shape shapeAlong(const std::array<std::int64_t, 3>& size, int axis) {
          : axis == 1 ? Shape{size[2], size[1], size[0]}
                      : Shape{1, size[2], size[0] * size[1]};
 }
-// Work is cut into (outer, piece of inner), so that every axis keeps all threads busy.
+// Work is divided into (outer, piece of inner), so that every axis keeps all threads busy.
 constexpr std::int64_t pieceSize = 1024;
 
 // Samples → cubic B-spline coefficients (Unser 1999), mirrored borders.
@@ -197,7 +197,7 @@ std::optional<AxisMap> alignedAxes(const GridGeometry& image, const GridGeometry
 
 std::vector<float> resampleAligned(const Volume& image, const GridGeometry& grid, const AxisMap& map,
                                    Interpolation kind, ThreadPool& pool) {
-  // The image in the grid's axis order first.
+  // First brings the image into the grid's axis order.
   const auto& n = image.geometry.size;
   const std::array<std::int64_t, 3> stride{1, n[0], n[0] * n[1]};
   std::array<std::int64_t, 3> size{n[map.axis[0]], n[map.axis[1]], n[map.axis[2]]};

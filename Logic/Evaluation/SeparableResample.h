@@ -6,18 +6,18 @@
 
 namespace innergs {
 
-/// How the axes of two lattices run along each other: index along the image's axis `axis[a]` = offset[a] +
+/// How the axes of two aligned lattices correspond: index along the image's axis `axis[a]` = offset[a] +
 /// scale[a] · index along the grid's axis a.
 struct AxisMap {
   std::array<int, 3> axis;
   Vec3 offset, scale;
 };
 
-/// nullopt when the lattices are oblique to each other (by more than 1e-4 voxel across the grid).
+/// nullopt if the lattices are oblique to each other (by more than 1e-4 voxel across the grid).
 std::optional<AxisMap> alignedAxes(const GridGeometry& image, const GridGeometry& grid);
 
-/// Interpolation axis by axis: the same result as the tensor-product kernel at a fraction of its taps.
-/// Indices beyond the outermost voxel centres take its value.
+/// Interpolates axis by axis: the same result as the tensor-product kernel with a fraction of its taps.
+/// Clamps indices beyond the outermost voxel centres.
 std::vector<float> resampleAligned(const Volume& image, const GridGeometry& grid, const AxisMap& map,
                                    Interpolation kind, ThreadPool& pool);
 

@@ -8,7 +8,7 @@
 namespace innergs {
 namespace {
 
-// The natural spline's value is linear in its samples: its weights come from one solve with the transposed
+// The natural spline's value is linear in its samples, so its weights come from one solve with the transposed
 // system.
 std::vector<double> naturalSplineWeights(const std::vector<std::int64_t>& x, std::size_t low,
                                          double position) {

@@ -4,12 +4,12 @@
 namespace innergs {
 
 /// Weights of the kept slices (ascending indices, at least two) for the slice at index `target`. Linear:
-/// between its neighbours; Cubic: the natural cubic spline through all kept slices; Lanczos: on the kept
-/// slices as if they were evenly spaced. Beyond the outermost kept slice: that slice.
+/// between its neighbours; Cubic: natural cubic spline through all kept slices; Lanczos: as if the kept
+/// slices were evenly spaced. Beyond the outermost kept slice: that slice.
 std::vector<double> sliceWeights(const std::vector<std::int64_t>& kept, std::int64_t target,
                                  Interpolation kind);
 
-/// The volume with each slice of `withheld` along lattice axis `axis` interpolated from the other slices of
+/// The volume with each slice in `withheld`, along lattice axis `axis`, interpolated from the other slices of
 /// that axis.
 Volume interpolateSlices(const Volume& volume, int axis, const std::vector<std::int64_t>& withheld,
                          Interpolation kind);

@@ -18,8 +18,8 @@ struct Tap {
 
 /// The slices of one stack as weighted sums of voxels along a grid axis.
 struct SliceOperator {
-  std::array<std::int64_t, 3> stride{}, start{}; // of the stack's samples per grid index, in-plane axes
-  int axis = 2;                                  // of the grid, across the slices
+  std::array<std::int64_t, 3> stride{}, start{}; // steps of the stack's samples per grid index, in-plane axes
+  int axis = 2;                                  // grid axis normal to the slices
   std::int64_t sliceStride = 1;
   std::vector<std::vector<Tap>> voxels; // per slice
   std::vector<std::vector<Tap>> slices; // per grid index along axis
