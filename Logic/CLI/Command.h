@@ -7,10 +7,10 @@ namespace innergs::cli {
 
 enum ExitCode { Success = 0, Failure = 1, Usage = 2, Interrupted = 130 };
 
-/// What a subcommand does once its options are parsed; returns the exit code, throws Error.
+/// Runs a subcommand whose options have been parsed; returns the exit code, throws Error.
 using Command = std::function<int()>;
 
-/// Each adds one subcommand to `app` and returns its command.
+/// A subcommand and what it runs. Each function below adds one to `app`.
 struct Subcommand {
   CLI::App* app;
   Command run;

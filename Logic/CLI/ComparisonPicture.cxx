@@ -14,17 +14,17 @@ namespace {
 
 constexpr int margin = 12, lineHeight = 32, textScale = 2;
 
-using ColourAt = std::function<Colour(const Vec3&)>; // of an index on the truth's lattice
+using ColourAt = std::function<Colour(const Vec3&)>; // at an index on the truth's lattice
 
-// One plane through the middle of a lattice, as it hangs on a light box: patient's left on the right, head
-// up.
+// One plane through the middle of a lattice, in radiological orientation: the patient's left on the right,
+// head up.
 struct View {
   Plane plane;
   int across, down, through; // lattice axes
   bool flipAcross, flipDown;
   std::int64_t slice;
   int width, height; // pixels
-  double step;       // mm a pixel
+  double step;       // mm per pixel
 
   View(const GridGeometry& g, Plane p, double mmPerPixel) : plane(p), step(mmPerPixel) {
     across = sliceAxis(g, p == Plane::Sagittal ? Plane::Coronal : Plane::Sagittal);
@@ -54,7 +54,7 @@ private:
   }
 };
 
-// Nearest voxel; NaN outside.
+// Value of the nearest voxel; NaN outside.
 float valueAt(const Volume& volume, const Vec3& index) {
   std::array<std::int64_t, 3> voxel;
   for (int a = 0; a < 3; ++a) {

@@ -4,9 +4,9 @@
 
 namespace innergs::cli {
 
-/// The middle axial, coronal and sagittal slice (rows) of the input, the Gaussians, the truth, and the errors
-/// of the Gaussians and of the best other method (columns), in radiological orientation. The report must hold
-/// its volumes.
+/// Rows: the middle axial, coronal and sagittal slice. Columns: input, Gaussians, truth, and the errors of
+/// the Gaussians and of the best other method. In radiological orientation. The report must contain its
+/// volumes.
 Picture comparisonPicture(const EvaluationReport& report, const std::string& title);
 
 } // namespace innergs::cli

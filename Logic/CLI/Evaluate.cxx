@@ -117,7 +117,8 @@ int evaluate(const EvaluateOptions& o) {
 } // namespace
 
 Subcommand addEvaluate(CLI::App& app) {
-  auto* command = app.add_subcommand("evaluate", "Quality against a known truth, beside the classic methods");
+  auto* command = app.add_subcommand(
+      "evaluate", "Measures the quality against a known truth, compared with classic methods");
   auto o = std::make_shared<EvaluateOptions>();
   command->add_option("volume", o->volume, "The truth: the volume that input is taken from")
       ->required()

@@ -62,8 +62,8 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-/// What was asked for, each once, in the order of knownNames(): later ones reuse the fits of earlier ones.
-/// Without labels --all leaves segmentation out.
+/// The requested experiments, each once, in the order of knownNames(), as later ones reuse the fits of
+/// earlier ones. Without labels, --all omits segmentation.
 std::vector<std::string> chosenNames(const ExperimentOptions& o) {
   if (o.all && !o.names.empty()) throw CLI::ValidationError("experiment", "give names or --all, not both");
   if (!o.all && o.names.empty())
@@ -107,7 +107,7 @@ public:
       ablation(ablationOf(name));
   }
 
-  /// Throws Error(Io) when a table or picture could not be written.
+  /// Throws Error(Io) if a table or picture could not be written.
   void checkFiles() const { files_.check(); }
 
 private:
@@ -170,9 +170,8 @@ private:
       for (const std::string& miss : r.misses)
         table.notes.push_back(std::string(name) + ", missed: " + miss);
     }
-    table.notes.push_back(
-        "top 1: the leading candidates are exactly what is meant; wrong: they hold none of it. Both "
-        "sets were written before the lexicon, by the same hand.");
+    table.notes.push_back("top 1: the leading candidates are exactly what is meant; wrong: they hold none of "
+                          "it. Both sets were written before the lexicon, by the same author.");
     write(table);
   }
 
@@ -219,7 +218,7 @@ private:
 
   std::string titleOf(const std::string& what) { return what + ", " + fits().setup().volumeName; }
 
-  /// Read when the first experiment needs it; its fits are shared by all that follow.
+  /// Reads the volume when the first experiment needs it; all experiments share the fits.
   ExperimentFits& fits() {
     if (!fits_) {
       ExperimentSetup setup;
@@ -301,24 +300,26 @@ int experiment(const ExperimentOptions& o) {
 } // namespace
 
 Subcommand addExperiment(CLI::App& app) {
-  auto* command = app.add_subcommand("experiment", "Re-makes the paper's tables, its figures beside ours");
+  auto* command =
+      app.add_subcommand("experiment", "Reproduces the paper's tables, with its figures next to ours");
   auto o = std::make_shared<ExperimentOptions>();
   command
       ->add_option("names", o->names,
                    "selection: simulation of the candidate selections\n"
                    "contour: the conditional splat against the sliced 3D Gaussian\n"
-                   "dynamic: frames withheld from a moving scan, and what is put in their place\n"
+                   "dynamic: frames withheld from a moving scan and interpolated\n"
                    "static: every blending by the paper's and the held-out protocol\n"
                    "text: queries in words, on two sets of phrases\n"
-                   "segmentation: labels of some slices carried to the others\n"
-                   "ablation: what each choice is worth, or one of them: " +
+                   "segmentation: labels of some slices propagated to the others\n"
+                   "ablation: the effect of each choice, or of one of them: " +
                        joined(ablations()))
       ->type_name("NAME");
   command->add_flag("--all", o->all, "All of them: 10 to 30 minutes on two cores");
   command
-      ->add_option("--volume", o->volume,
-                   "The truth, for static and the ablations; the paper's: BrainWeb T1; for segmentation its\n"
-                   "labels' own scan")
+      ->add_option(
+          "--volume", o->volume,
+          "The truth for static and the ablations (the paper's: BrainWeb T1); for segmentation, the\n"
+          "labels' own scan")
       ->type_name("FILE");
   command
       ->add_option("--series", o->series,
@@ -331,7 +332,7 @@ Subcommand addExperiment(CLI::App& app) {
   command->add_option("-o,--output", o->output, "Folder for the tables (CSV) and pictures (PNG)")
       ->required()
       ->type_name("FOLDER");
-  command->add_flag("--quick", o->quick, "A small crop and a few iterations: shows that it runs, no more");
+  command->add_flag("--quick", o->quick, "A small crop and a few iterations: only shows that it runs");
   command->add_option("--gaussians", o->gaussians, "Gaussians at the start of a fit [74088, the paper's]")
       ->type_name("N");
   addSetting(*command, o->settings, "seed", "Of withheld slices, starts and simulations [1]");

@@ -26,7 +26,7 @@ void drawContour(Picture& picture, const std::vector<std::array<double, 2>>& con
     drawLine(picture, pixel(contour[n]), pixel(contour[(n + 1) % contour.size()]), width, colour);
 }
 
-/// One axial slice as it hangs on a light box: patient's left on the right, front up.
+/// One axial slice in radiological orientation: the patient's left on the right, front up.
 class AxialSlice {
 public:
   AxialSlice(const GridGeometry& g, std::int64_t slice)
@@ -66,7 +66,7 @@ private:
   int across_, down_, through_; // lattice axes
   bool flipAcross_, flipDown_;
   Vec3 spacing_;
-  double step_; // mm a pixel
+  double step_; // mm per pixel
 };
 
 Series seriesOf(const std::string& label, const std::vector<FitPoint>& curve) {

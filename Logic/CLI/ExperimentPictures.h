@@ -6,13 +6,13 @@
 
 namespace innergs::cli {
 
-/// The example Gaussian on its slices, with the contours of the 3D Gaussian (broad) and of the splat (thin).
+/// The example Gaussian on its slices, with the contours of the 3D Gaussian (thick) and of the splat (thin).
 Picture contourPicture(const ContourResult& result);
 
-/// A withheld axial slice: truth, every blending and its error, in radiological orientation.
+/// A withheld axial slice: the truth, and every blending with its error, in radiological orientation.
 Picture staticPicture(const StaticExperiment& experiment, const std::string& title);
 
-/// Training PSNR over time; dots: PSNR on the withheld slices.
+/// Training PSNR over time, with dots for the PSNR on the withheld slices.
 Picture ablationChart(const Ablation& ablation, const std::string& title);
 
 } // namespace innergs::cli

@@ -26,7 +26,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Where a lattice lies, in both frames.
+// A lattice's position in both frames.
 Json placed(const GridGeometry& geometry) {
   Json info = toJson(geometry);
   const Frame ras{true};
@@ -158,7 +158,7 @@ std::string plain(const Json& value) {
   if (value.is_string()) return value.get<std::string>();
   if (value.is_null()) return "unknown";
   if (value.is_boolean()) return value.get<bool>() ? "yes" : "no";
-  if (value.is_number_float()) return fmt::format("{:g}", value.get<double>() + 0.0); // no "-0"
+  if (value.is_number_float()) return fmt::format("{:g}", value.get<double>() + 0.0); // avoids "-0"
   if (!value.is_array()) return value.dump();
   std::string text;
   for (const auto& item : value)
@@ -187,8 +187,7 @@ Subcommand addInfo(CLI::App& app) {
     ReadOptions reading;
     bool json = false;
   };
-  auto* command =
-      app.add_subcommand("info", "What an image or a model holds; without a file, about this program");
+  auto* command = app.add_subcommand("info", "Describes an image or a model; without a file, this program");
   auto o = std::make_shared<InfoOptions>();
   command->add_option("file", o->file, "Image, DICOM folder, model (.innergs) or Gaussians (.ply)")
       ->type_name("FILE");

@@ -177,7 +177,7 @@ int interpolate(const InterpolateOptions& o) {
   });
   files.write(o.output, [&](const auto& path) {
     const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
-    // What was reached is written even after a stop.
+    // Writes the result so far even after a stop.
     TimeSeries frames =
         rendered(field, times, grid, o, result.cancelled ? std::stop_token{} : interrupt.token());
     const std::string remark =
@@ -195,7 +195,7 @@ int interpolate(const InterpolateOptions& o) {
   });
   files.check();
   if (result.cancelled) {
-    fmt::print(stderr, "innergs: Interrupted; what was reached is in {}.\n", files.written());
+    fmt::print(stderr, "innergs: Interrupted; the result so far is in {}.\n", files.written());
     return Interrupted;
   }
   display.say(fmt::format("{} Gaussians ({}), {} frames from {} s to {} s. Wrote {}.", field.size(),
@@ -208,7 +208,7 @@ int interpolate(const InterpolateOptions& o) {
 
 Subcommand addInterpolate(CLI::App& app) {
   auto* command =
-      app.add_subcommand("interpolate", "A moving scan in, frames at any time and a continuous model out");
+      app.add_subcommand("interpolate", "Interpolates a moving scan at any time and fits a continuous model");
   auto o = std::make_shared<InterpolateOptions>();
   command
       ->add_option("input", o->input,
@@ -254,7 +254,7 @@ Subcommand addInterpolate(CLI::App& app) {
   addOutputType(*command, o->type);
   for (const char* name : {"gaussians", "seed", "threads", "instructionSet"})
     addSetting(*command, o->settings, name);
-  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->add_flag("-q,--quiet", o->quiet, "Print only errors");
   command->footer("Examples:\n"
                   "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
                   "  innergs interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n"

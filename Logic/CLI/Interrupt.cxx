@@ -7,7 +7,7 @@
 namespace innergs::cli {
 namespace {
 
-std::atomic<int> signalled = 0; // lock-free, so a signal handler may set it
+std::atomic<int> signalled = 0; // lock-free, so that a signal handler may set it
 
 extern "C" void remember(int signal) {
   signalled = 1;
@@ -16,7 +16,7 @@ extern "C" void remember(int signal) {
 
 } // namespace
 
-// A signal handler may do next to nothing, so a thread passes the request on.
+// A signal handler may do very little, so a thread passes on the request.
 Interrupt::Interrupt()
     : watcher_([this](std::stop_token end) {
         while (!end.stop_requested() && !source_.stop_requested()) {

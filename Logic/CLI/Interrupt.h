@@ -5,8 +5,8 @@
 
 namespace innergs::cli {
 
-/// While it lives, the first Ctrl-C (SIGINT) or SIGTERM requests a stop; a second one ends the program at
-/// once.
+/// While it lives, the first Ctrl-C (SIGINT) or SIGTERM requests a stop; a second one ends the program
+/// immediately.
 class Interrupt {
 public:
   Interrupt();

@@ -10,7 +10,7 @@ namespace innergs::cli {
 namespace {
 
 constexpr int kWidth = 1240, kHeight = 640, kLeft = 84, kTop = 64, kBottom = 76, kLegend = 440;
-constexpr double kTallest = 24; // dB: the first iterations say little
+constexpr double kTallest = 24; // dB: the first iterations are not informative
 constexpr Colour kBackground{24, 24, 28}, kGrid{58, 58, 64}, kFaint{170, 170, 170}, kInk{255, 255, 255};
 
 struct Range {
@@ -21,7 +21,7 @@ struct Range {
   }
 };
 
-/// 1, 2 or 5 times a power of ten, so that about six fit into the range.
+/// A step of 1, 2 or 5 times a power of ten that divides the range into about six.
 double niceStep(double range) {
   const double raw = range / 6, power = std::pow(10.0, std::floor(std::log10(raw)));
   for (const double factor : {1.0, 2.0, 5.0})
@@ -82,7 +82,7 @@ void drawGrid(Picture& picture, const Axes& axes) {
 } // namespace
 
 Colour seriesColour(std::size_t n) {
-  // Okabe and Ito's colours, told apart by everyone; lightened for a dark ground.
+  // Okabe and Ito's colours, distinguishable with colour blindness; lightened for a dark background.
   constexpr Colour colours[] = {{86, 180, 233},  {230, 159, 0},   {0, 190, 140},
                                 {240, 228, 66},  {230, 110, 40},  {214, 139, 187},
                                 {150, 150, 255}, {200, 200, 200}, {255, 90, 110}};

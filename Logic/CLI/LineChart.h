@@ -3,7 +3,7 @@
 
 namespace innergs::cli {
 
-/// One line of a chart, and rings of the same colour.
+/// One line of a chart, with optional rings in the same colour.
 struct Series {
   std::string label;
   std::vector<std::array<double, 2>> points; // x ascending
@@ -14,14 +14,14 @@ struct ChartText {
   std::string title, xLabel, yLabel, note;
 };
 
-/// Lines over a logarithmic x axis (points with x ≤ 0 or far below the others are left out), with ticks and a
-/// legend.
+/// Draws lines over a logarithmic x axis with ticks and a legend; omits points with x ≤ 0 or far below the
+/// others.
 Picture lineChart(const std::vector<Series>& series, const ChartText& text);
 
 /// The colour of the n-th line.
 Colour seriesColour(std::size_t n);
 
-/// A line with soft edges from a to b (pixels), `width` pixels wide.
+/// Draws an antialiased line from a to b (pixels), `width` pixels wide.
 void drawLine(Picture& picture, std::array<double, 2> a, std::array<double, 2> b, double width,
               Colour colour);
 

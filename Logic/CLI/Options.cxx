@@ -33,7 +33,7 @@ std::vector<double> parseNumbers(const std::string& text, const std::string& opt
   return values;
 }
 
-/// In lines that fit beside the options' names.
+/// Wraps a text to the space beside the options' names.
 std::string wrapped(const std::string& text) {
   std::string lines;
   std::size_t length = 0;
@@ -127,7 +127,7 @@ CLI::Option* addOutputType(CLI::App& app, OutputType& type) {
                                 {"int16", OutputType::Int16},
                                 {"uint16", OutputType::UInt16},
                                 {"int32", OutputType::Int32}},
-                               "Voxel type of the output; one that the values do not fit is refused [float]");
+                               "Voxel type of the output; rejected if the values do not fit [float]");
 }
 
 std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
@@ -169,7 +169,7 @@ void GridOptions::checkMeets(const GridGeometry& grid) const {
     Vec3 axis{0, 0, 0};
     axis[a] = 1;
     box[a] = reach(grid, frame.turned(axis));
-    if (roi[2 * a] >= roi[2 * a + 1]) return; // empty: others say so
+    if (roi[2 * a] >= roi[2 * a + 1]) return; // empty: reported elsewhere
     meets = meets && roi[2 * a] < box[a].high && roi[2 * a + 1] > box[a].low;
   }
   if (meets) return;
@@ -185,7 +185,7 @@ void GridOptions::add(CLI::App& app, const std::string& fallbackHelp) {
       addNumbers(app, "--spacing", spacing, {1, 3},
                  "Voxel size of the output in mm: one number or x,y,z [" + fallbackHelp + "]")
           ->type_name("MM");
-  app.add_option("--reference", reference, "Image whose voxel grid the output takes over exactly")
+  app.add_option("--reference", reference, "Image whose voxel grid the output uses")
       ->type_name("IMAGE")
       ->excludes(spacingOption);
   addNumbers(app, "--roi", roi, {6},
@@ -237,7 +237,7 @@ GaussianField loadField(const std::filesystem::path& path, std::optional<double>
   GaussianField field = readModel(path).field;
   if (fill && field.support.voxels.empty())
     throw Error(ErrorCode::InvalidArgument,
-                quoted(path) + " was not fitted inside a mask, so nothing is outside: leave --fill out.");
+                quoted(path) + " was not fitted inside a mask, so nothing is outside: omit --fill.");
   if (fill) field.fill = static_cast<float>(*fill);
   return field;
 }

@@ -14,12 +14,12 @@ namespace {
 constexpr auto barInterval = std::chrono::milliseconds(100);
 constexpr auto lineInterval = std::chrono::seconds(5);
 constexpr int barWidth = 16;
-constexpr int lineWidth = 79; // fits a terminal of 80 columns
+constexpr int lineWidth = 79; // fits an 80-column terminal
 
 std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
-  if (progress.phase != Phase::Judging) { // whose iterations are another fit's
+  if (progress.phase != Phase::Judging) { // those belong to another fit
     if (progress.trainingPsnr > 0 && std::isfinite(progress.trainingPsnr))
       text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
     else if (progress.loss > 0)
@@ -65,7 +65,7 @@ void ProgressDisplay::show(const Progress& progress) {
   lastShown_ = now;
   const double fraction = std::clamp(progress.fraction, 0.0, 1.0);
   if (!terminal_) {
-    if (progress.phase == Phase::Preparing) return; // what is refused there gets one line, the error's
+    if (progress.phase == Phase::Preparing) return; // an error in that phase gets its own single line
     fmt::print(stderr, "{} {:.0f} %{}\n", name, 100 * fraction, state(progress));
   } else {
     const int filled = static_cast<int>(fraction * barWidth);

@@ -8,8 +8,8 @@
 
 namespace innergs::cli {
 
-/// Shows a job's progress on stderr: a bar that redraws itself on a terminal, a line every few seconds
-/// elsewhere, nothing when quiet. Also measures how long each phase took.
+/// Shows a job's progress on stderr: a bar on a terminal, otherwise a line every few seconds, nothing if
+/// quiet. Also measures the duration of each phase.
 class ProgressDisplay {
 public:
   explicit ProgressDisplay(bool quiet);
@@ -20,10 +20,10 @@ public:
   void show(const Progress& progress);
   /// Ends the last phase and clears the bar.
   void finish();
-  /// A line of its own on stderr, whatever the bar shows; nothing when quiet.
+  /// Prints a line to stderr, above the bar if there is one; nothing if quiet.
   void say(const std::string& line);
 
-  /// Phase name and its seconds, in order.
+  /// Phase names with their seconds, in order.
   const std::vector<std::pair<std::string, double>>& phases() const { return phases_; }
 
 private:

@@ -25,7 +25,7 @@
 namespace innergs::cli {
 namespace {
 
-// Everything that can be refused without reading a voxel is refused here.
+// Rejects here everything that can be rejected without reading a voxel.
 OutputFiles checkedOutputs(const ReconstructOptions& options) {
   if (options.output.empty() && options.saveModel.empty() && options.ply.empty())
     throw CLI::ValidationError("reconstruct", "needs --output, --save-model or --ply");
@@ -45,7 +45,7 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
     files.read(input);
   files.read(options.mask);
   files.read(options.grid.reference);
-  files.add(options.saveModel, OutputFiles::Kind::Model); // before: a resumed model may be carried on
+  files.add(options.saveModel, OutputFiles::Kind::Model); // before read(): may be the resumed model itself
   files.read(options.resume);
   files.add(options.output, OutputFiles::Kind::Volume);
   files.add(options.ply, OutputFiles::Kind::Ply);
@@ -85,7 +85,7 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
   return stacks;
 }
 
-// A region needs only the voxels in and around it.
+// Crops the stacks: a region needs only the voxels in and around it.
 void keepRegion(std::vector<Stack>& stacks, const Region& region) {
   double margin = 0;
   for (const auto& stack : stacks)
@@ -109,7 +109,7 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
   return input;
 }
 
-// What an integer type has to hold; non-finite voxels are filled.
+// The values that an integer type must hold; non-finite voxels get the fill value.
 VoxelValues valuesOf(const std::vector<Stack>& stacks) {
   VoxelValues values(stacks.front().image.voxels);
   for (std::size_t n = 1; n < stacks.size(); ++n)
@@ -126,7 +126,7 @@ ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult
                  settingsText(result.settings, options.heldOut));
 }
 
-// Adds to the result's warnings. The report goes last: it names what exists.
+// Adds to the result's warnings. Writes the report last, as it names the files that exist.
 void writeResults(const ReconstructOptions& options, const std::vector<ScanRecord>& scans,
                   const VoxelValues& values, ReconstructionResult& result, const ProgressDisplay& display,
                   OutputFiles& files) {
@@ -166,7 +166,7 @@ int reconstruct(const ReconstructOptions& options) {
   ReconstructionInput input = readInput(options, scans);
   VoxelValues values = valuesOf(input.stacks);
   if (input.mask) {
-    const double span = values.span; // of what was scanned
+    const double span = values.span; // of the scanned values
     values.join(VoxelValues(std::array{static_cast<float>(options.settings.fill)}));
     values.span = span;
   }
@@ -180,7 +180,7 @@ int reconstruct(const ReconstructOptions& options) {
   writeResults(options, scans, values, result, display, files);
   files.check();
   if (result.cancelled) {
-    fmt::print(stderr, "innergs: Interrupted after {} of {} iterations; what was reached is in {}.\n",
+    fmt::print(stderr, "innergs: Interrupted after {} of {} iterations; the result so far is in {}.\n",
                result.iterations,
                result.settings.iterations.value_or(0) * result.settings.ensembleSize.value_or(1),
                files.written());
@@ -195,7 +195,8 @@ int reconstruct(const ReconstructOptions& options) {
 } // namespace
 
 Subcommand addReconstruct(CLI::App& app) {
-  auto* command = app.add_subcommand("reconstruct", "Scans in, a volume and a continuous model out");
+  auto* command =
+      app.add_subcommand("reconstruct", "Reconstructs a volume and a continuous model from scans");
   auto options = std::make_shared<ReconstructOptions>();
   addOptions(*command, *options);
   return {command, [options] { return reconstruct(*options); }};

@@ -58,7 +58,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       ->add_option(
           "--mask", o.mask,
           "Fit only inside this mask (any grid; not 0 = inside): the model has values there and up\n"
-          "to one slice distance beyond, and without --reference and --roi the output is cut to that box")
+          "to one slice distance beyond, and without --reference and --roi the output is cropped to that box")
       ->type_name("IMAGE");
   input
       ->add_option("--held-out", o.heldOut,
@@ -70,7 +70,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
   auto* going = app.add_option_group("Going on");
   going
       ->add_option("--resume", o.resume,
-                   "Go on from a model that an interrupted run of the same inputs and settings saved")
+                   "Resume from a model saved by an interrupted run with the same inputs and settings")
       ->type_name("MODEL");
 
   app.footer("Examples:\n"
@@ -80,7 +80,7 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
              "  innergs reconstruct dicom-folder/ --reference t1.nii.gz --type int16 -o volume.nrrd\n"
              "  innergs reconstruct t2.nii.gz --thickness 4 --profile gaussian --mask brain.nii.gz \\\n"
              "      --preset best --save-model t2.innergs --held-out 0.1 --report t2.json -o t2-1mm.nii.gz\n"
-             "Ctrl-C stops the fit and writes what it has reached; --resume goes on from the saved model.");
+             "Ctrl-C stops the fit and writes the result so far; --resume continues from the saved model.");
 }
 
 } // namespace innergs::cli

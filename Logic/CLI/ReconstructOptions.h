@@ -4,11 +4,11 @@
 
 namespace innergs::cli {
 
-/// What `innergs reconstruct` was asked for.
+/// The options of `innergs reconstruct`.
 struct ReconstructOptions {
   std::vector<std::string> inputs;
   std::optional<int> frame;
-  std::vector<int> series;       // none, one, or one per input that is a folder
+  std::vector<int> series;       // none, one, or one per input folder
   std::vector<double> thickness; // none, one, or one per input
   std::optional<SliceProfile> profile;
   std::string mask;

@@ -74,7 +74,7 @@ std::string qualitySentence(const ReconstructionResult& result) {
 
 namespace {
 
-/// Of each scan: LPS mm, degrees, dB.
+/// The alignment of each scan: LPS mm, degrees, dB.
 Json alignmentOf(const ReconstructionResult& result) {
   Json scans = Json::array();
   for (const StackAlignment& a : result.alignment) {

@@ -7,10 +7,10 @@ namespace innergs::cli {
 
 nlohmann::ordered_json toJson(const GridGeometry& geometry);
 nlohmann::ordered_json toJson(const Settings& settings);
-/// Versions of InnerGS and of what it runs on.
+/// Versions of InnerGS and of its dependencies.
 nlohmann::ordered_json versions();
 
-/// What a run was given, measured before the stacks move into the job.
+/// The input of a run, recorded before the stacks move into the job.
 struct ScanRecord {
   std::string file;
   GridGeometry geometry;
@@ -20,10 +20,10 @@ struct ScanRecord {
 };
 ScanRecord record(const std::string& file, const Stack& stack);
 
-/// One sentence on what the quality figure means.
+/// One sentence on the meaning of the quality figure.
 std::string qualitySentence(const ReconstructionResult& result);
 
-/// The report of `innergs reconstruct --report`; a figure that does not exist is null.
+/// The report of `innergs reconstruct --report`; missing figures are null.
 nlohmann::ordered_json reconstructReport(const ReconstructOptions& options,
                                          const std::vector<ScanRecord>& scans,
                                          const ReconstructionResult& result,

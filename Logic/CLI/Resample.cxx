@@ -43,7 +43,7 @@ int resample(const ResampleOptions& o) {
 } // namespace
 
 Subcommand addResample(CLI::App& app) {
-  auto* command = app.add_subcommand("resample", "A model as a volume on any grid");
+  auto* command = app.add_subcommand("resample", "Resamples a model to a volume on any grid");
   auto o = std::make_shared<ResampleOptions>();
   command->add_option("model", o->model, "Model (.innergs) or Gaussians (.ply)")
       ->required()
@@ -51,13 +51,13 @@ Subcommand addResample(CLI::App& app) {
   command->add_option("-o,--output", o->output, "Volume to write: .nii, .nii.gz, .nrrd or .mha")
       ->required()
       ->type_name("FILE");
-  o->grid.add(*command, "the grid that was fitted, cut to the mask's box");
+  o->grid.add(*command, "the fitted grid, cropped to the mask's box");
   addOutputType(*command, o->type);
   addFill(*command, o->fill);
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "selection");
   addSetting(*command, o->settings, "device", "Where to render; auto takes a GPU for many voxels [auto]");
-  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->add_flag("-q,--quiet", o->quiet, "Print only errors");
   command->footer("Examples:\n"
                   "  innergs resample head.innergs --spacing 0.5 -o fine.nii.gz\n"
                   "  innergs resample head.innergs --reference t1.nii.gz --type int16 -o on-t1.nrrd\n"

@@ -144,7 +144,7 @@ int segment(const SegmentCommand& o) {
   files.add(o.score, OutputFiles::Kind::Volume);
   files.add(o.saveModel, OutputFiles::Kind::Model);
   for (const std::string& query : o.queries)
-    interpret(Lexicon::standard(), query); // what is no query is refused before the work starts
+    interpret(Lexicon::standard(), query); // rejects invalid queries before the work starts
   Interrupt interrupt;
   ModelNotes notes;
   std::optional<FeatureModel> features;

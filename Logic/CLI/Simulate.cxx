@@ -70,12 +70,13 @@ int simulate(const SimulateOptions& o) {
 } // namespace
 
 Subcommand addSimulate(CLI::App& app) {
-  auto* command = app.add_subcommand("simulate", "Thick-slice scans of a volume, to test with a known truth");
+  auto* command =
+      app.add_subcommand("simulate", "Simulates thick-slice scans of a volume, for tests with a known truth");
   auto o = std::make_shared<SimulateOptions>();
   command->add_option("volume", o->input, "Volume to scan")->required()->type_name("VOLUME");
   command
       ->add_option("-o,--output", o->output,
-                   "Scan to write; with --orthogonal -axial, -coronal, ... joins the name")
+                   "Scan to write; --orthogonal appends -axial, -coronal, ... to the name")
       ->required()
       ->type_name("FILE");
   auto* thickness =
@@ -106,7 +107,7 @@ Subcommand addSimulate(CLI::App& app) {
   command->add_option("--seed", o->seed, "Seed of the noise [1]")->type_name("N");
   addReading(*command, o->reading);
   addOutputType(*command, o->type);
-  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->add_flag("-q,--quiet", o->quiet, "Print only errors");
   command->footer("Examples:\n"
                   "  innergs simulate t1.nii.gz --thickness 5 --orthogonal 3 -o scan.nii.gz\n"
                   "  innergs simulate t1.nii.gz --thickness 4 --axis axial --noise 3 -o thick.nii.gz\n"

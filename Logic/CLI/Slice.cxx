@@ -43,7 +43,7 @@ struct Axes {
   Vec3 u, v, n; // right-handed, unit
 };
 
-// Rows run to the patient's left (sagittal: to the back), columns to the back (axial) or down.
+// Rows run to the patient's left (sagittal: to the back), columns to the back (axial) or downwards.
 Axes axesOf(Plane plane) {
   switch (plane) {
   case Plane::Axial:
@@ -92,7 +92,7 @@ GridGeometry slicePlane(const SliceOptions& o, const GridGeometry& domain) {
   if (depth < along.low || depth > along.high) {
     Vec3 middle = o.frame.turned(domain.centre());
     for (double& mm : middle)
-      mm = std::round(10 * mm) / 10 + 0.0; // no "-0"
+      mm = std::round(10 * mm) / 10 + 0.0; // avoids "-0"
     throw Error(ErrorCode::Geometry,
                 fmt::format("The plane passes {:.1f} mm beside the model, whose centre is at "
                             "{:g},{:g},{:g} ({}): choose another position.",
@@ -184,15 +184,15 @@ int slice(const SliceOptions& o) {
 } // namespace
 
 Subcommand addSlice(CLI::App& app) {
-  auto* command = app.add_subcommand("slice", "Any plane of a model, as an image");
+  auto* command = app.add_subcommand("slice", "Renders any plane of a model as an image");
   auto o = std::make_shared<SliceOptions>();
   command->add_option("model", o->model, "Model (.innergs) or Gaussians (.ply)")
       ->required()
       ->type_name("MODEL");
   command
-      ->add_option("-o,--output", o->output,
-                   "Image to write: .nii, .nii.gz, .nrrd, .mha (one slice, in its place in the patient) or "
-                   ".png (8 bit)")
+      ->add_option(
+          "-o,--output", o->output,
+          "Image to write: .nii, .nii.gz, .nrrd, .mha (one slice, positioned in the patient) or .png (8 bit)")
       ->required()
       ->type_name("FILE");
   auto* plane = addChoice<std::optional<Plane>>(
@@ -241,7 +241,7 @@ Subcommand addSlice(CLI::App& app) {
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "selection");
   addSetting(*command, o->settings, "device", "Where to render; auto takes a GPU for many pixels [auto]");
-  command->add_flag("-q,--quiet", o->quiet, "Say nothing but errors");
+  command->add_flag("-q,--quiet", o->quiet, "Print only errors");
   command->footer(
       "Examples:\n"
       "  innergs slice head.innergs --plane axial --position 12.5 -o axial.png\n"

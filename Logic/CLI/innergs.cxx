@@ -10,7 +10,7 @@
 
 namespace {
 
-// One line whatever the sentence holds, so that scripts can rely on it.
+// Prints one line, whatever the message contains, so that scripts can rely on it.
 int fail(innergs::cli::ExitCode code, std::string sentence) {
   for (char& c : sentence)
     if (c == '\n' || c == '\r') c = ' ';
@@ -18,7 +18,7 @@ int fail(innergs::cli::ExitCode code, std::string sentence) {
   return code;
 }
 
-// Names an unknown one, which the parser does not.
+// Names an unknown subcommand, which the parser does not.
 void checkName(const std::string& name, const std::vector<innergs::cli::Subcommand>& commands) {
   std::string known;
   for (const auto& command : commands) {

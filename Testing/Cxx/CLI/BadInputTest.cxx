@@ -10,7 +10,7 @@ namespace {
 
 class BadInputTest : public CommandTest {
 protected:
-  // Reconstruction fails with one sentence and leaves nothing.
+  // Reconstruction fails with one sentence and leaves no files.
   void expectRefused(const std::vector<std::string>& inputs, const std::string& mention = "") {
     std::vector<std::string> arguments{"reconstruct"};
     arguments.insert(arguments.end(), inputs.begin(), inputs.end());
@@ -130,7 +130,7 @@ TEST_F(BadInputTest, OutputsAreCheckedBeforeTheWork) {
   const auto refused = [&](std::vector<std::string> outputs, const std::string& mention) {
     std::vector<std::string> arguments{"reconstruct", image};
     arguments.insert(arguments.end(), outputs.begin(), outputs.end());
-    const Outcome outcome = run(arguments); // a full fit would take far longer than the test may
+    const Outcome outcome = run(arguments); // a full fit would take far longer than the test allows
     expectOneSentence(outcome, 1, mention);
     EXPECT_EQ(filesIn("out"), std::vector<std::string>{});
   };
@@ -143,14 +143,14 @@ TEST_F(BadInputTest, OutputsAreCheckedBeforeTheWork) {
 }
 
 #ifndef _WIN32
-// A file-size limit makes writes fail half-way as a full disk does, without needing a full disk.
+// A file-size limit makes writes fail midway, like a full disk, without needing one.
 TEST_F(BadInputTest, FullDiskLeavesNoHalfFile) {
   const std::string image = scan("image.nii", phantom({48, 48, 48}));
   const auto expectFull = [&](const std::string& name) {
     const Outcome outcome = run(quickly({"reconstruct", image, "-q", "-o", path("out/" + name)}),
                                 "trap '' XFSZ; ulimit -f 64; exec ");
     EXPECT_EQ(outcome.exitCode, 1) << outcome.err;
-    // The format's library may grumble first; the last line is ours.
+    // The format's library may print messages first; the last line is ours.
     const std::string last = outcome.err.substr(outcome.err.rfind('\n', outcome.err.size() - 2) + 1);
     EXPECT_EQ(last.substr(0, 9), "innergs: ") << outcome.err;
     EXPECT_NE(last.find(name), std::string::npos) << outcome.err;
@@ -190,7 +190,7 @@ TEST_F(BadInputTest, ModelsTruncatedOrForged) {
   EXPECT_EQ(filesIn("out"), std::vector<std::string>{});
 }
 
-// The real files of the same kinds.
+// Real files of the same kinds.
 TEST_F(BadInputTest, RealFiles) {
   const std::filesystem::path data = INNERGS_TEST_DATA;
   if (!std::filesystem::exists(data / "G_shear_sform.nii.gz")) GTEST_SKIP() << "no test volumes in " << data;

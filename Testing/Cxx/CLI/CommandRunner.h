@@ -7,13 +7,13 @@
 
 namespace innergs::test {
 
-/// How a command ended and what it printed.
+/// A command's exit code and output.
 struct Outcome {
   int exitCode = -1;
   std::string out, err;
 };
 
-/// A test of the built command in a folder of its own, removed afterwards.
+/// Tests the built command in a separate folder, removed afterwards.
 class CommandTest : public testing::Test {
 protected:
   void SetUp() override;
@@ -26,17 +26,17 @@ protected:
   bool exists(const std::string& name) const { return std::filesystem::exists(folder_ / name); }
   std::string contents(const std::string& name) const;
   void write(const std::string& name, const std::string& bytes) const;
-  /// Names of everything below a subfolder of the test's folder.
+  /// Names of all files below a subfolder of the test's folder.
   std::vector<std::string> filesIn(const std::string& name) const;
 
   std::filesystem::path folder_;
 };
 
-/// The contract for everything that goes wrong: this exit code, one line "innergs: <sentence>" on stderr,
-/// nothing on stdout.
+/// What every failure must look like: this exit code, one line "innergs: <sentence>" on stderr, nothing on
+/// stdout.
 void expectOneSentence(const Outcome& outcome, int exitCode, const std::string& mention = "");
 
-/// Options that make a fit take a fraction of a second.
+/// Options that reduce a fit to a fraction of a second.
 std::vector<std::string> quickly(std::vector<std::string> arguments);
 
 } // namespace innergs::test

@@ -9,7 +9,7 @@
 namespace innergs::test {
 namespace {
 
-/// The command with one of the fake plugins (../Device), each of which is refused or fails in its way.
+/// The command with one of the fake plugins (../Device), each of which is rejected or fails in its own way.
 class DeviceTest : public CommandTest {
 protected:
   static std::string with(const std::string& folder, const std::string& fault = "") {

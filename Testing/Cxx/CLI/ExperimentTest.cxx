@@ -48,7 +48,7 @@ void expectTable(const std::vector<std::vector<std::string>>& rows, const std::s
   }
 }
 
-/// A picture of a size to look at, with something on it.
+/// A picture large enough to look at that is not empty.
 void expectPicture(const std::string& file) {
   using Image = itk::Image<itk::RGBPixel<unsigned char>, 2>;
   const auto reader = itk::ImageFileReader<Image>::New();
@@ -104,7 +104,7 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   expectTable(table("dynamic-frames"), "method,frame,time_s,psnr_db,ssim,measured_on");
   EXPECT_EQ(filesIn("tables").size(), 7u + 6 * 2 + 8);
 
-  // What a reader must be told.
+  // What readers must be told.
   for (const char* words : {"32.47", "145x174x145", "not of 400", "withheld slices (P)",
                             "withheld slices (H)", "Nothing is held out", "not held out"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
@@ -150,7 +150,7 @@ TEST_F(ExperimentTest, CoversEveryBlendingAndPlane) {
       EXPECT_GT(leadingNumber((*row)[3]).value(), 5) << method << " " << plane;
       const double ssim = leadingNumber((*row)[5]).value();
       EXPECT_GT(ssim, 0.2) << method << " " << plane;
-      EXPECT_LT(ssim, 1) << method << " " << plane; // withheld: nobody knows it exactly
+      EXPECT_LT(ssim, 1) << method << " " << plane; // withheld, so no method knows it exactly
     }
 }
 
@@ -162,7 +162,7 @@ TEST_F(ExperimentTest, SimulationsNeedNoVolume) {
   EXPECT_EQ(rows[3][0], "exact");
   EXPECT_EQ(leadingNumber(rows[3][5]).value(), 0);    // false negatives
   EXPECT_LE(leadingNumber(rows[3][7]).value(), 1.6);  // candidates per pixel
-  EXPECT_LE(leadingNumber(rows[3][9]).value(), 1.01); // over the contributing ones
+  EXPECT_LE(leadingNumber(rows[3][9]).value(), 1.01); // relative to the contributing ones
   EXPECT_GT(leadingNumber(rows[2][9]).value(), 2);
   EXPECT_EQ(filesIn("a/b").size(), 3u);
 }

@@ -18,7 +18,7 @@ namespace {
 
 using InterpolateTest = CommandTest;
 
-/// A blob that moves along x, 0.5 s a frame.
+/// A blob that moves along x, 0.5 s per frame.
 TimeSeries movingBlob(int frames) {
   TimeSeries series;
   series.geometry.size = {16, 12, 5};
@@ -133,7 +133,7 @@ TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
                     "auto|motion");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0,0.1,1",
                          "--report", path("o.json")}),
-                    1, "one file"); // uneven times go there
+                    1, "one file"); // uneven times go to the sidecar
   EXPECT_FALSE(exists("o.nii"));
 }
 

@@ -26,15 +26,15 @@ protected:
     CommandTest::SetUp();
     writeVolume(phantom({48, 48, 48}), path("scan.nii"));
   }
-  // A fit of some seconds, long enough to be interrupted.
+  // A fit of a few seconds, long enough to be interrupted.
   std::vector<std::string> longFit(const std::string& model) {
     return {"reconstruct", path("scan.nii"), "--gaussians", "8000",         "--iterations",
             "200",         "--threads",      "2",           "--save-model", path(model)};
   }
 
 #ifndef _WIN32
-  // Starts the command, sends the signal when log.txt has the text, and returns the exit code (-1: killed by
-  // a signal).
+  // Starts the command, sends the signal once log.txt contains the text, and returns the exit code (-1:
+  // killed by a signal).
   int interrupted(const std::vector<std::string>& arguments, int signal, const char* text) {
     const pid_t child = fork();
     if (child == 0) {

@@ -57,7 +57,7 @@ TEST_F(ModelCommandsTest, ResampleFinerOnReferenceAndFromPly) {
                     1, "GB");
 }
 
-// The same point has one value in every plane, and slices lie where they say.
+// A point has the same value in every plane, and slices lie where they claim to.
 TEST_F(ModelCommandsTest, PlanesAgreeWhereTheyMeet) {
   const Vec3 c = truth_.geometry.centre();
   const auto at = [&](const std::string& plane, double position) {

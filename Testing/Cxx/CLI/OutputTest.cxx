@@ -1,4 +1,4 @@
-// No run spoils or loses a file: neither its inputs, nor older outputs, nor what else it has computed.
+// No run corrupts or loses a file: neither its inputs, nor older outputs, nor its other results.
 #include "CommandRunner.h"
 #include "SyntheticImages.h"
 
@@ -29,7 +29,7 @@ protected:
         run(quickly({"reconstruct", path("scan.nii"), "-q", "--save-model", path("m.innergs")})).exitCode, 0);
   }
 
-  /// Every file in the test's folder with its bytes, but for what the runner keeps.
+  /// Every file in the test's folder with its bytes, except the runner's own.
   std::map<std::string, std::string> everything() const {
     std::map<std::string, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(folder_)) {
@@ -51,12 +51,12 @@ protected:
     SCOPED_TRACE(shown);
     const auto before = everything();
     expectOneSentence(run(arguments), 1,
-                      mention); // a fit at the defaults would take far longer than a test may
+                      mention); // a fit with the defaults would take far longer than a test may
     EXPECT_EQ(everything(), before);
   }
 };
 
-// The README's promise: an output is refused before the work starts, not after it.
+// The README's promise: outputs are rejected before the work starts, not after it.
 TEST_F(OutputTest, RefusedBeforeTheStart) {
   const std::string tooLong(260, 'x');
   fs::create_directory(folder_ / "dicom");
@@ -117,14 +117,14 @@ TEST_F(OutputTest, RefusedBeforeTheStart) {
     expectRefused(c.words, c.mention);
 }
 
-// A scan that would be replaced by one with -axial in its name.
+// An input that an output named with -axial would overwrite.
 TEST_F(OutputTest, NamesMadeByTheCommandAreChecked) {
   fs::copy_file(folder_ / "scan.nii", folder_ / "s-axial.nii");
   expectRefused({"simulate", "@s-axial.nii", "--thickness", "2", "--orthogonal", "2", "-o", "@s.nii"},
                 "replace");
 }
 
-// In its own place a resumed model may be carried on.
+// A resumed model may be its own output.
 TEST_F(OutputTest, AResumedModelMayBeReplaced) {
   const Outcome outcome = run(quickly({"reconstruct", path("scan.nii"), "-q", "--resume", path("m.innergs"),
                                        "--save-model", path("m.innergs")}));
@@ -132,7 +132,7 @@ TEST_F(OutputTest, AResumedModelMayBeReplaced) {
 }
 
 #ifndef _WIN32
-// A model larger than the limit on a file's size, as on a full disk: the volume and the report are kept.
+// A model that exceeds the limit on file size, as on a full disk: the volume and the report are kept.
 TEST_F(OutputTest, OneFailureLeavesTheOtherOutputs) {
   writeVolume(phantom({48, 48, 48}), path("large.nii"));
   const auto before = contents("m.innergs");
@@ -156,7 +156,7 @@ TEST_F(OutputTest, OneFailureLeavesTheOtherOutputs) {
 TEST_F(OutputTest, TypesThatFitAreWritten) {
   const Outcome outcome = run({"resample", path("m.innergs"), "--type", "int16", "-o", path("out/v.nii")});
   EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
-  // A plane through nearly uniform air is a part of a model with many values.
+  // A plane through nearly uniform air, from a model with many values.
   const Outcome corner = run({"slice", path("m.innergs"), "--plane", "axial", "--size", "2", "--type",
                               "int16", "-o", path("out/s.nii")});
   EXPECT_EQ(corner.exitCode, 0) << corner.err;
@@ -171,7 +171,7 @@ TEST_F(OutputTest, PlySaysInNumbersWhatItLeavesOut) {
   EXPECT_NE(outcome.err.find(" values (RMS "), std::string::npos) << outcome.err;
 }
 
-// What 3D Slicer and the app show can be given as it is.
+// Accepts positions as 3D Slicer and the app show them.
 TEST_F(OutputTest, PositionsInEitherFrame) {
   const Vec3 c = phantom().geometry.centre();
   const auto numbers = [](const Vec3& v) {

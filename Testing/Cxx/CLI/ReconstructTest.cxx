@@ -199,7 +199,7 @@ TEST_F(ReconstructTest, RegionOfInterest) {
   for (int a = 0; a < 3; ++a) {
     EXPECT_NEAR(part.geometry.centre()[a], c[a], 1);
     EXPECT_GE(part.geometry.size[a], 8);
-    EXPECT_LE(part.geometry.size[a], 13); // the box is rotated against the lattice
+    EXPECT_LE(part.geometry.size[a], 13); // the box is rotated relative to the lattice
   }
 }
 
@@ -296,7 +296,7 @@ TEST_F(ReconstructTest, APlyFileOfAMaskedFitIsWarnedOf) {
   const Outcome filled =
       run({"resample", path("out/m.ply"), "--fill", "0", "-o", path("out/filled.nii"), "-q"});
   EXPECT_EQ(filled.exitCode, 1) << filled.err;
-  EXPECT_NE(filled.err.find("leave --fill out"), std::string::npos) << filled.err;
+  EXPECT_NE(filled.err.find("omit --fill"), std::string::npos) << filled.err;
 }
 
 TEST_F(ReconstructTest, ConstantVolumeWorks) {

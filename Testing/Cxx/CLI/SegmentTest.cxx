@@ -16,7 +16,7 @@ protected:
     CommandTest::SetUp();
     const Volume scan = phantom();
     writeVolume(scan, path("scan.nii"));
-    // The left half of the lattice is the liver, a corner of the other half two kidneys.
+    // The left half of the lattice is the liver; a corner of the other half has two kidneys.
     labels_ = scan;
     const auto& n = scan.geometry.size;
     for (std::int64_t k = 0; k < n[2]; ++k)
@@ -56,7 +56,7 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
              (found.voxels[v] == 2) != (labels_.voxels[v] == 1);
   EXPECT_LT(wrong, 0.1 * static_cast<double>(found.voxels.size()));
 
-  // The same from the saved model, on a grid of its own; an open side gives both.
+  // The same from the saved model, on another grid; without a side, the query returns both.
   ASSERT_EQ(
       segment({"--query", "kidney", "--spacing", "2", "-o", path("out/coarse.nii"), "-q"}, false).exitCode,
       0);

@@ -22,7 +22,7 @@ TEST_F(SettingsTest, EveryOneHasAnOption) {
     for (const std::string& word : optionOf(row, otherText(row)))
       arguments.push_back(word);
     SCOPED_TRACE(arguments.back());
-    expectOneSentence(run(arguments), 1, "none.nii"); // the option is taken, the file is missing
+    expectOneSentence(run(arguments), 1, "none.nii"); // the option is accepted, the file is missing
   }
 }
 
@@ -51,7 +51,7 @@ TEST_F(SettingsTest, EveryOneIsInTheReport) {
   EXPECT_EQ(settings.at("consistency"), true);
   EXPECT_EQ(settings.at("seed"), 18000000000000000001u);
   EXPECT_EQ(settings.at("threads"), 7);
-  EXPECT_EQ(settings.at("loss"), "l2"); // as it was chosen
+  EXPECT_EQ(settings.at("loss"), "l2"); // as chosen by the program
   EXPECT_EQ(settings.at("paperStopRule"), false);
 }
 

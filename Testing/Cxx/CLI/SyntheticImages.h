@@ -9,7 +9,7 @@ namespace innergs::test {
 /// A smooth head-like phantom, values about 0 to 1000, oblique in space, spacing 1×1×`dz` mm.
 Volume phantom(std::array<std::int64_t, 3> size = {24, 28, 20}, double dz = 1);
 
-/// A MetaImage (.mha) with exactly this header: for files that a careful writer would refuse to write.
+/// A MetaImage (.mha) with exactly this header: for files that no careful writer would produce.
 struct MetaImage {
   std::vector<int> size{12, 12, 8};
   std::string spacing = "1 1 1";

@@ -13,7 +13,7 @@ namespace {
 
 using TerminalTest = CommandTest;
 
-// On a terminal the progress is one line that redraws itself and is gone at the end.
+// On a terminal, the progress is one line that redraws itself and disappears at the end.
 TEST_F(TerminalTest, ProgressBar) {
   writeVolume(phantom({40, 40, 40}), path("scan.nii"));
   const int terminal = posix_openpt(O_RDWR | O_NOCTTY);
