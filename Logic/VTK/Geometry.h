@@ -8,40 +8,39 @@
 
 class vtkImageData;
 
-/// Between VTK's world (RAS, mm) and the engine's (LPS, mm). The only place where the one is turned into the
-/// other.
+/// Conversions between VTK's world (RAS, mm) and the engine's (LPS, mm). All of them are here.
 namespace innergs::vtk {
 
-/// LPS of a RAS point, and RAS of an LPS point.
+/// RAS → LPS, and LPS → RAS.
 inline Vec3 flipped(const Vec3& x) {
   return {-x[0], -x[1], x[2]};
 }
-/// F·a with F = diag(−1, −1, 1): a map to LPS from one to RAS, and back.
+/// F·a with F = diag(−1, −1, 1): turns a map to RAS into one to LPS, and back.
 inline Affine3 flipped(const Affine3& a) {
   return {diagonal({-1, -1, 1}) * a.linear, flipped(a.offset)};
 }
 
-/// The map of a matrix as it stands. Throws Error(Geometry) when it is null, not affine, not finite or not
-/// invertible; `what` names it in the sentence.
+/// The map of a matrix, unchanged. Throws Error(Geometry) if it is null, not affine, not finite or not
+/// invertible; `what` names it in the message.
 Affine3 affineOf(vtkMatrix4x4* matrix, const std::string& what);
 void toMatrix(const Affine3& map, vtkMatrix4x4* matrix);
 
 /// The LPS lattice of dimensions[3] voxels whose structured coordinates begin at `first`. Throws
-/// Error(Geometry) as affineOf and checkGeometry do.
+/// Error(Geometry) like affineOf and checkGeometry.
 GridGeometry gridOf(vtkMatrix4x4* ijkToRAS, const int dimensions[3], const int first[3],
                     const std::string& what);
-/// The same for an image; ijkToRAS null: from its origin, spacing and direction (RAS).
+/// Likewise for an image; ijkToRAS null: from its origin, spacing and direction (RAS).
 GridGeometry gridOf(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const std::string& what);
 
 /// The IJK→RAS matrix of a lattice.
 void toMatrix(const GridGeometry& geometry, vtkMatrix4x4* ijkToRAS);
-/// Origin, spacing and direction (RAS) of an image on the lattice; without geometry: 0, 1 and the identity.
+/// Sets an image's origin, spacing and direction (RAS) to the lattice's; without geometry: to 0, 1, identity.
 void placeImage(vtkImageData* image, const GridGeometry& geometry, bool withGeometry);
 
-/// A grid to put a result on, kept as it was given and checked when used.
+/// A grid for the result, stored as given and checked on use.
 class ReferenceGrid {
 public:
-  /// Copies; null: none. Whether anything changed.
+  /// Copies; null: none. Returns whether anything changed.
   bool set(vtkMatrix4x4* ijkToRAS, const int dimensions[3], const int first[3]);
   bool set(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
   bool given() const { return given_; }

@@ -18,7 +18,7 @@
 namespace innergs::vtk {
 namespace {
 
-constexpr vtkIdType kBlock = vtkIdType{1} << 20; // voxels between two looks at the stop token
+constexpr vtkIdType kBlock = vtkIdType{1} << 20; // voxels between checks of the stop token
 
 vtkDataArray* scalarsOf(vtkImageData* image, const std::string& what) {
   if (!image) throw Error(ErrorCode::NoData, what + " is missing: give an image.");
@@ -36,7 +36,7 @@ vtkDataArray* scalarsOf(vtkImageData* image, const std::string& what) {
   return scalars;
 }
 
-/// Calls `use` with the scalars in memory order as what they are.
+/// Calls `use` with the scalars in memory order, in their own type.
 template <class Use>
 void withScalars(vtkDataArray* scalars, const std::string& what, Use use) {
   switch (scalars->GetDataType()) {

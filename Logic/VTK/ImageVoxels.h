@@ -9,22 +9,22 @@ class vtkInformation;
 
 namespace innergs::vtk {
 
-/// A part of an image's voxels: `size` of them from `first` on (counted from the image's first voxel along I,
-/// J, K), with the axis `sliceAxis` moved to K as withSliceAxis() does.
+/// A block of an image's voxels: `size` voxels starting at `first` (counted from the image's first voxel
+/// along I, J, K), with the axis `sliceAxis` moved to K as in withSliceAxis().
 struct VoxelBlock {
   std::array<std::int64_t, 3> first, size;
   int sliceAxis = 2;
 };
 
-/// Throws Error(NoData) without voxels, Error(UnsupportedImage) for several components. `what` names the
-/// image in the sentence.
+/// Throws Error(NoData) if there are no voxels, Error(UnsupportedImage) for several components. `what` names
+/// the image in the message.
 void checkVoxels(vtkImageData* image, const std::string& what);
 
-/// The block's scalars, of any numeric type: the one copy that is made of them. Throws as checkVoxels(),
-/// Error(UnsupportedImage) for a type that is no number, Error(Cancelled).
+/// The block's scalars of any numeric type, as the only copy made of them. Throws like checkVoxels(),
+/// Error(UnsupportedImage) for a non-numeric type, Error(Cancelled).
 std::vector<float> voxelsOf(vtkImageData* image, const VoxelBlock& block, const std::string& what,
                             const std::stop_token& stop = {});
-/// All scalars in memory order, 1 where not 0.
+/// All scalars in memory order: 1 where non-zero.
 std::vector<std::uint8_t> maskOf(vtkImageData* image, const std::string& what,
                                  const std::stop_token& stop = {});
 

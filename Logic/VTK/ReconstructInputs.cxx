@@ -41,7 +41,7 @@ GridGeometry outputGrid(const std::vector<GridGeometry>& grids, const OutputChoi
   return choice.box && !(choice.reference && choice.reference->given()) ? cropped(grid, *choice.box) : grid;
 }
 
-/// The block of a lattice that `part`, cropped from it, is.
+/// The block of a lattice that was cropped to `part`.
 VoxelBlock blockOf(const GridGeometry& whole, const GridGeometry& part, int sliceAxis) {
   const Vec3 first = inverse(whole.indexToWorld())(part.origin);
   VoxelBlock block{{}, {}, sliceAxis};
@@ -53,7 +53,7 @@ VoxelBlock blockOf(const GridGeometry& whole, const GridGeometry& part, int slic
   return block;
 }
 
-/// What lies in the corners between a turned box and its block is not fitted.
+/// Excludes the corners between an oriented box and its block from the fit.
 void observeWithin(Stack& stack, const GridGeometry& box, const std::stop_token& stop) {
   stack.observed = resampleMask({box, {1}}, stack.image.geometry, stop);
   if (std::find(stack.observed.begin(), stack.observed.end(), 1) == stack.observed.end())
@@ -113,7 +113,7 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   ReconstructionInput input;
   std::vector<GridGeometry> grids;
-  double margin = 0; // mm around the box, for a fit that is as good at its faces
+  double margin = 0; // mm around the box, so that the fit is as good at its faces
   for (std::size_t i = 0; i < images.size(); ++i) {
     const Input options = get(static_cast<int>(i));
     const std::string name = what(i);

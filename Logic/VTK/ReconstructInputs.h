@@ -8,18 +8,18 @@
 
 class vtkInformation;
 
-/// What vtkInnerGSReconstruct makes of its images: the engine's input.
+/// Converts the images of vtkInnerGSReconstruct to the engine's input.
 namespace innergs::vtk {
 
-/// The grid to put the result on, and the part of space that counts.
+/// The grid for the result, and the part of space that counts.
 struct OutputChoice {
   const ReferenceGrid* reference = nullptr;
   Vec3 spacing{0, 0, 0};           // mm; 0 = the engine's choice
-  std::optional<GridGeometry> box; // a lattice of one voxel (LPS): only its cell counts
+  std::optional<GridGeometry> box; // a lattice of one voxel (LPS): only its cell is used
 };
 
 /// The box of bounds (xmin, xmax, ...) in a frame that the matrix maps to RAS (null: RAS itself). Throws
-/// Error(InvalidArgument) when they are not finite or inverted, Error(Geometry) for a matrix that shears.
+/// Error(InvalidArgument) if they are not finite or inverted, Error(Geometry) for a matrix with shear.
 GridGeometry boxOf(const double bounds[6], vtkMatrix4x4* toRAS);
 
 class ReconstructInputs {
@@ -32,14 +32,14 @@ public:
   };
   vtkSmartPointer<vtkMatrix4x4> maskToRAS;
 
-  /// The index-th, made when new; null for a negative index.
+  /// The index-th input, created on demand; null for a negative index.
   Input* at(int index);
   Input get(int index) const;
 
-  /// Everything copied and checked. Throws Error.
+  /// Copies and checks everything. Throws Error.
   ReconstructionInput read(const std::vector<vtkImageData*>& images, vtkImageData* mask,
                            const OutputChoice& choice, const std::stop_token& stop) const;
-  /// The same without voxels and mask: geometry, thickness and output grid.
+  /// Likewise without voxels and mask: geometry, thickness and output grid.
   ReconstructionInput outline(const std::vector<vtkImageData*>& images, const OutputChoice& choice) const;
 
 private:
@@ -50,9 +50,9 @@ private:
   std::vector<Input> inputs_;
 };
 
-/// Copies a matrix, or none; whether that changed anything.
+/// Copies a matrix, or null; returns whether anything changed.
 bool assignCopy(vtkSmartPointer<vtkMatrix4x4>& target, vtkMatrix4x4* source);
-/// Extent, origin, spacing and direction that a pipeline's information announces; no voxels.
+/// Sets extent, origin, spacing and direction as announced in a pipeline's information; no voxels.
 void placeAsAnnounced(vtkInformation* information, vtkImageData* image);
 
 } // namespace innergs::vtk

@@ -5,7 +5,7 @@
 
 #include <string>
 
-/// The bodies of vtkInnerGSSettingsMacro().
+/// Implements vtkInnerGSSettingsMacro().
 #define vtkInnerGSSettingsAccessMacro(Class)                                                                 \
   bool Class::SetSetting(const std::string& name, const std::string& text) {                                 \
     return innergs::vtk::change(this,                                                                        \
@@ -47,7 +47,7 @@ inline Settings checked(Settings settings, const std::string& name, const std::s
   return settings;
 }
 
-/// Changes the object's settings; what the change throws is an ErrorEvent. Whether it did not throw.
+/// Changes the object's settings; reports an exception as an ErrorEvent. Returns whether there was none.
 template <class Object, class Edit>
 bool change(Object* self, Edit edit) {
   Settings settings = self->GetSettings();

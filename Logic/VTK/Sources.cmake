@@ -1,5 +1,5 @@
-# The classes of the VTK layer: each is a .h, wrapped for Python, and a .cxx. A list of its own, so that the macros of a
-# Slicer build can take it as well.
+# The classes of the VTK layer: each has a .h, wrapped for Python, and a .cxx. A separate list, so that the macros of a Slicer
+# build can use it too.
 set(INNERGS_VTK_CLASSES
   vtkInnerGSAlgorithm
   vtkInnerGSLearnSegments

@@ -22,7 +22,7 @@ struct vtkInnerGSAlgorithm::Internals {
   std::stop_source stop; // of the running execution, or of the next one
   std::atomic<bool> executing{false};
   std::string message;
-  bool unfinished = false; // the last execution did not give what was asked for
+  bool unfinished = false; // the last execution failed or was stopped
   vtkTimeStamp again;
 
   std::stop_source source() const {
@@ -63,8 +63,8 @@ std::string vtkInnerGSAlgorithm::GetErrorMessage() {
   return this->State->message;
 }
 
-// While it executes VTK's flag is left alone until the end: it is no more than an int, and this may be
-// another thread.
+// While it executes, VTK's flag stays unchanged until the end: it is a plain int, and this may be another
+// thread.
 void vtkInnerGSAlgorithm::SetAbortExecute(vtkTypeBool abort) {
   if (!this->State->executing) {
     this->Superclass::SetAbortExecute(abort);
@@ -81,7 +81,7 @@ std::stop_token vtkInnerGSAlgorithm::GetStopToken() const {
   return this->State->source().get_token();
 }
 
-// The executive takes an execution for done, however it ended; a later time makes it try again.
+// The executive treats every execution as completed; a later modification time makes it try again.
 vtkMTimeType vtkInnerGSAlgorithm::GetMTime() {
   if (this->State->unfinished && !this->State->executing) {
     this->State->again.Modified();
@@ -150,7 +150,7 @@ vtkTypeBool vtkInnerGSAlgorithm::ProcessRequest(vtkInformation* request, vtkInfo
       }
     try {
       this->RequestInformation(inputs, outputs);
-    } catch (const std::exception&) { // the same again, and reported, when data are asked for
+    } catch (const std::exception&) { // occurs again, and is reported, when data are requested
     }
     return 1;
   }
@@ -171,7 +171,7 @@ vtkTypeBool vtkInnerGSAlgorithm::ProcessRequest(vtkInformation* request, vtkInfo
       std::lock_guard lock(this->State->mutex);
       this->State->executing = true;
     }
-    if (this->GetAbortExecute()) this->Cancel(); // asked for by an observer of StartEvent
+    if (this->GetAbortExecute()) this->Cancel(); // requested by an observer of StartEvent
     const bool done = this->Guard([&] { this->RequestData(inputs, outputs); });
     if (!done)
       for (int port = 0; port < this->GetNumberOfOutputPorts(); ++port)
@@ -183,7 +183,7 @@ vtkTypeBool vtkInnerGSAlgorithm::ProcessRequest(vtkInformation* request, vtkInfo
       this->State->unfinished = !done || this->Aborted;
     }
 #if VTK_MAJOR_VERSION > 9 || (VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION >= 3)
-    this->Superclass::SetAbortExecute(0); // earlier executives do it at the start
+    this->Superclass::SetAbortExecute(0); // earlier executives do so at the start
 #else
     this->Superclass::SetAbortExecute(this->Aborted); // keeps the executive from reporting full progress
 #endif

@@ -17,11 +17,11 @@ enum class ErrorCode;
 }
 #endif
 
-/// What the filters share: errors, stopping, threads.
+/// Base class of the filters: errors, stopping, threads.
 ///
-/// An error is reported once through vtkErrorMacro (ErrorEvent) as one sentence that says what is wrong and
-/// what to do; GetErrorCode() is then not zero and GetErrorMessage() the sentence. After an error or a stop
-/// the outputs are empty, and the next Update() tries again.
+/// An error is reported once through vtkErrorMacro (ErrorEvent), as one sentence that says what is wrong and
+/// what to do; GetErrorCode() is then non-zero and GetErrorMessage() returns the sentence. After an error or
+/// a stop the outputs are empty, and the next Update() tries again.
 class VTKINNERGS_EXPORT vtkInnerGSAlgorithm : public vtkAlgorithm {
 public:
   vtkTypeMacro(vtkInnerGSAlgorithm, vtkAlgorithm);
@@ -40,31 +40,31 @@ public:
     CancelledError, // never reported: see GetAborted()
     InternalError
   };
-  /// The sentence of the last execution's error; "" after success.
+  /// The error message of the last execution; "" after success.
   std::string GetErrorMessage();
   /// Whether the last execution was stopped by AbortExecute or Cancel().
   vtkGetMacro(Aborted, bool);
 
-  /// Stops a running execution within 200 ms; from an observer or any other thread. AbortExecuteOn() is the
-  /// same.
+  /// Stops a running execution within 200 ms; may be called by an observer or from any other thread.
+  /// AbortExecuteOn() does the same.
   void SetAbortExecute(vtkTypeBool abort) override;
-  /// The same at any time: ends the running execution, or the next one when none is running.
+  /// Likewise at any time: ends the running execution or, if there is none, the next one.
   void Cancel();
 
-  /// Threads to work with; 0 (default): all cores. Results never depend on it.
+  /// Number of threads; 0 (default): all cores. Results never depend on it.
   vtkSetClampMacro(NumberOfThreads, int, 0, 4096);
   vtkGetMacro(NumberOfThreads, int);
-  /// "" (default): the best that the processor has; "scalar", "AVX2" etc. to compare.
+  /// "" (default): the best that the processor supports; "scalar", "AVX2" etc. for comparisons.
   vtkSetMacro(InstructionSet, const std::string&);
   vtkGetMacro(InstructionSet, std::string);
 
-  /// Where to compute: "auto" (a GPU where that pays), "cpu", "cuda" or "cuda:N". What a device cannot hold
-  /// is computed on the CPU.
+  /// Where to compute: "auto" (a GPU if that pays off), "cpu", "cuda" or "cuda:N". What does not fit on a
+  /// device is computed on the CPU.
   vtkSetMacro(Device, const std::string&);
   vtkGetMacro(Device, std::string);
 
-  /// Whether output images carry their geometry (RAS) in origin, spacing and direction. On by default; off:
-  /// origin 0, spacing 1, as image data of Slicer's volume nodes must be.
+  /// Whether output images carry their geometry (RAS) in origin, spacing and direction. On by default. Off:
+  /// origin 0 and spacing 1, as Slicer's volume nodes require of their image data.
   vtkSetMacro(GeometryInImage, bool);
   vtkGetMacro(GeometryInImage, bool);
   vtkBooleanMacro(GeometryInImage, bool);
@@ -74,8 +74,8 @@ public:
                              vtkInformationVector* outputs) override;
 
 #ifndef __VTK_WRAP__
-  /// The last error, for callers that go on with exceptions: throws innergs::Error with its own code; nothing
-  /// when there was none.
+  /// For callers that use exceptions: throws the last error as innergs::Error with its own code; does nothing
+  /// if there was none.
   void RethrowError();
   static int ToErrorNumber(innergs::ErrorCode code); // one of ErrorCodes
   static innergs::ErrorCode FromErrorNumber(unsigned long number);
@@ -90,7 +90,7 @@ public:
   ///@}
 
   ///@{
-  /// Of filters whose input is a model; the same as SetInputData.
+  /// For filters whose input is a model; the same as SetInputData.
   void SetModel(vtkInnerGSModel* model);
   vtkInnerGSModel* GetModel();
   ///@}
@@ -98,19 +98,19 @@ public:
 protected:
   vtkInnerGSAlgorithm();
   ~vtkInnerGSAlgorithm() override;
-  /// A model, which may be missing (a sentence of our own says so), and an image.
+  /// A model, which may be missing (reported by our own message), and an image.
   int FillInputPortInformation(int port, vtkInformation* information) override;
   int FillOutputPortInformation(int port, vtkInformation* information) override;
 
 #ifndef __VTK_WRAP__
-  /// May throw innergs::Error: reported, the outputs emptied.
+  /// May throw innergs::Error, which is reported and empties the outputs.
   virtual void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs);
   virtual void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) = 0;
 
   std::stop_token GetStopToken() const;
-  /// Runs the task; what it throws is reported through vtkErrorMacro and kept. False then.
+  /// Runs the task; reports what it throws through vtkErrorMacro, keeps it and returns false.
   bool Guard(const std::function<void()>& task);
-  /// The model on the first input port; throws Error when there is none or it is empty.
+  /// The model on the first input port; throws Error if there is none or it is empty.
   vtkInnerGSModel* RequireModel(vtkInformationVector** inputs);
 #endif
 

@@ -16,16 +16,16 @@ class vtkInformation;
 class vtkInformationVector;
 class vtkMatrix4x4;
 
-/// A fitted model: a continuous volume made of 3D Gaussians. What it holds never changes once set, so copies,
-/// shallow and deep alike, share it. Everything seen through VTK is in RAS millimetres; the innergs
-/// structures behind GetCoreModel() are in LPS as ever.
+/// A fitted model: a continuous volume made of 3D Gaussians. Its content never changes once set, so shallow
+/// and deep copies share it. Everything seen through VTK is in RAS millimetres; the innergs structures behind
+/// GetCoreModel() are in LPS.
 class VTKINNERGS_EXPORT vtkInnerGSModel : public vtkDataObject {
 public:
   static vtkInnerGSModel* New();
   vtkTypeMacro(vtkInnerGSModel, vtkDataObject);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// Back to no Gaussians.
+  /// Removes all Gaussians.
   void Initialize() override;
   void ShallowCopy(vtkDataObject* source) override;
   void DeepCopy(vtkDataObject* source) override;
@@ -34,31 +34,31 @@ public:
 
   bool IsEmpty();
   vtkIdType GetNumberOfGaussians();
-  /// Iterations over the data that it was fitted for.
+  /// Number of iterations of its fit.
   int GetNumberOfIterations();
-  /// "normalised", "additive", "alpha"; "" when empty.
+  /// "normalised", "additive" or "alpha"; "" if empty.
   std::string GetBlendingName();
-  /// One line for people: count, blending, size of GetBounds(), memory.
+  /// One line for display: count, blending, size of GetBounds(), memory.
   std::string GetDescription();
 
-  /// The axis-aligned RAS box (xmin, xmax, ymin, ...; mm, to voxel edges) of the region that was fitted, cut
-  /// to the mask's box where there was one; of the Gaussians' centres when it is unlimited; the uninitialised
-  /// bounds (1, -1, ...) when empty.
+  /// The axis-aligned RAS box (xmin, xmax, ymin, ...; mm, to voxel edges) of the fitted region, cropped to
+  /// the mask's box if there was one; if the region is unlimited, the box of the Gaussians' centres; if
+  /// empty, the uninitialised bounds (1, -1, ...).
   void GetBounds(double bounds[6]);
-  /// The lattice of that region, the default for resampling. False, and nothing changed, when there is none.
+  /// The lattice of that region, the default for resampling. Returns false, changing nothing, if there is
+  /// none.
   bool GetDomain(vtkMatrix4x4* ijkToRAS, int dimensions[3]);
-  /// Whether the model was fitted inside a mask, beyond which (and a margin of one slice) it has no values.
+  /// Whether the model was fitted inside a mask; beyond it (plus a margin of one slice) it has no values.
   bool IsMasked();
-  /// Whether the model has a value at a point: it lies in the region that was fitted and not outside the
-  /// mask.
+  /// Whether the model has a value at a point: inside the fitted region and not outside the mask.
   bool IsInside(double r, double a, double s);
-  /// The value (scanner units) of every point where it has none: what was chosen when it was fitted inside a
-  /// mask, else the background value.
+  /// The value (scanner units) wherever the model has none: the one chosen for a fit inside a mask, else the
+  /// background value.
   double GetFillValue();
   /// The value (scanner units) where no Gaussian reaches.
   double GetBackgroundValue();
-  /// The least and the greatest value (scanner units) that it can have inside: those of the scans. False, and
-  /// nothing changed, when they are not known.
+  /// The range (scanner units) of its values inside: that of the scans. Returns false, changing nothing, if
+  /// it is unknown.
   bool GetValueRange(double range[2]);
 
   ///@{
@@ -74,7 +74,7 @@ public:
   static vtkInnerGSModel* GetData(vtkInformationVector* informations, int index = 0);
 
 #ifndef __VTK_WRAP__
-  /// For C++: what Logic/Core and Logic/IO work with. Null when empty.
+  /// For C++: the model as used by Logic/Core and Logic/IO. Null if empty.
   std::shared_ptr<const innergs::Model> GetCoreModel() const {
     return this->CoreModel;
   }

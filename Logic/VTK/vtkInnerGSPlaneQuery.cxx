@@ -32,9 +32,9 @@ vtkStandardNewMacro(vtkInnerGSPlaneQuery);
 
 struct vtkInnerGSPlaneQuery::Internals {
   vtkNew<vtkMatrix4x4> planeToRAS, outputToRAS;
-  vtkSmartPointer<vtkAbstractTransform> rasToModel; // null: the same
+  vtkSmartPointer<vtkAbstractTransform> rasToModel; // null: identity
   std::unique_ptr<innergs::PlaneSampler> sampler;
-  std::shared_ptr<const innergs::GaussianField> field; // what the sampler was made for, and how
+  std::shared_ptr<const innergs::GaussianField> field; // the field and options that the sampler was made for
   int threads = 0;
   std::string instructionSet, device;
 
@@ -42,8 +42,8 @@ struct vtkInnerGSPlaneQuery::Internals {
                     const std::stop_token& stop) const;
 };
 
-/// The pixel centres, taken through the transform. On this thread: not every transform's inverse may be asked
-/// from several.
+/// The pixel centres, mapped by the transform. On this thread, as not every transform's inverse is
+/// thread-safe.
 void vtkInnerGSPlaneQuery::Internals::samplePoints(const innergs::Affine3& toRAS, int columns, int rows,
                                                    std::span<float> out, const std::stop_token& stop) const {
   using innergs::Vec3;
@@ -114,7 +114,7 @@ vtkImageData* vtkInnerGSPlaneQuery::GetOutput() {
 }
 
 vtkSmartPointer<vtkImageData> vtkInnerGSPlaneQuery::Query() {
-  this->Modified(); // the last output was given away
+  this->Modified(); // the last output was handed over
   this->Update();
   if (this->GetAborted() || !this->GetErrorMessage().empty()) return nullptr;
   const auto image = vtkSmartPointer<vtkImageData>::New();
@@ -166,7 +166,7 @@ void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInforma
     pixels.offset = {-0.5 * (this->Dimensions[0] - 1) * this->Spacing[0],
                      -0.5 * (this->Dimensions[1] - 1) * this->Spacing[1], 0};
   const Affine3 toRAS = innergs::vtk::affineOf(work.planeToRAS, "The plane to RAS matrix") * pixels;
-  // The image's axes are unit vectors, whatever the matrix scales by; a sheared matrix shears them as well.
+  // The image's axes are unit vectors, however the matrix scales; shear in the matrix shears them as well.
   innergs::GridGeometry grid;
   const Affine3 toLPS = innergs::vtk::flipped(toRAS);
   grid.size = {this->Dimensions[0], this->Dimensions[1], 1};

@@ -9,8 +9,8 @@ class vtkAbstractTransform;
 class vtkImageData;
 class vtkMatrix4x4;
 
-/// The model (input) on a plane: a 2D vtkImageData (output, float, scanner units), fast enough to follow a
-/// drag. Threads and buffers are kept between executions.
+/// Renders the model (input) on a plane as a 2D vtkImageData (output, float, scanner units), fast enough to
+/// follow a drag. Keeps threads and buffers between executions.
 class VTKINNERGS_EXPORT vtkInnerGSPlaneQuery : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSPlaneQuery* New();
@@ -19,40 +19,40 @@ public:
 
   ///@{
   /// Plane coordinates (x right, y up in the plane, z along its normal) → RAS, copied. Any invertible matrix,
-  /// e.g. a slice node's SliceToRAS (then spacing in mm) or XYToRAS (then spacing 1, 1 and Centred off).
+  /// e.g. a slice node's SliceToRAS (spacing in mm) or XYToRAS (with spacing 1, 1 and Centred off).
   void SetPlaneToRASMatrix(vtkMatrix4x4* planeToRAS);
   vtkMatrix4x4* GetPlaneToRASMatrix();
   /// Pixels; 256×256 by default.
   vtkSetVector2Macro(Dimensions, int);
   vtkGetVector2Macro(Dimensions, int);
-  /// Between pixel centres, in plane coordinates; 1, 1 by default.
+  /// Distance of pixel centres in plane coordinates; 1, 1 by default.
   vtkSetVector2Macro(Spacing, double);
   vtkGetVector2Macro(Spacing, double);
-  /// On (default): the middle of the image is the plane's origin. Off: the centre of pixel (0, 0) is.
+  /// On (default): the plane's origin is the centre of the image. Off: it is the centre of pixel (0, 0).
   vtkSetMacro(Centred, bool);
   vtkGetMacro(Centred, bool);
   vtkBooleanMacro(Centred, bool);
   ///@}
 
   ///@{
-  /// RAS → the RAS that the model was made in, for a model that has been moved; null (default): the same. A
-  /// vtkLinearTransform moves the plane into the model, with shear as well; through any other transform the
-  /// pixel centres go one by one, as vtkInnerGSPointQuery's points. Another thread must not change it while
-  /// the query runs.
+  /// RAS → the RAS that the model was made in, for a model that has been moved; null (default): identity. A
+  /// vtkLinearTransform maps the plane into the model, including shear; any other transform maps each pixel
+  /// centre, like the points of vtkInnerGSPointQuery. No other thread may change it while the query runs.
   void SetTransformToModel(vtkAbstractTransform* rasToModel);
   vtkAbstractTransform* GetTransformToModel();
   ///@}
 
-  /// Device: the CPU by default, as a plane takes it some milliseconds; on another one the model then stays.
+  /// Device: the CPU by default, as it renders a plane in a few milliseconds; on other devices the model
+  /// stays loaded.
 
   vtkImageData* GetOutput();
 #ifndef __VTK_WRAP__
-  /// Executes and gives the output away; null when it was stopped or failed.
+  /// Executes and hands over the output; null if it was stopped or failed.
   vtkSmartPointer<vtkImageData> Query();
 #endif
-  /// Of the output image.
+  /// The matrix of the output image.
   vtkMatrix4x4* GetOutputIJKToRASMatrix();
-  /// Milliseconds that the last execution took.
+  /// Duration of the last execution in milliseconds.
   vtkGetMacro(QueryMilliseconds, double);
 
   vtkMTimeType GetMTime() override;

@@ -20,10 +20,10 @@ public:
   void SetModel(vtkInnerGSModel* model);
   vtkInnerGSModel* GetModel();
 
-  /// One value per RAS point (mm). Where the model has none: vtkInnerGSModel::GetFillValue(). False
+  /// One value per RAS point (mm); where the model has none, vtkInnerGSModel::GetFillValue(). Returns false
   /// after an error (vtkErrorMacro, GetErrorMessage()); `values` is then empty.
   bool Evaluate(vtkPoints* points, vtkFloatArray* values);
-  /// One point; NaN after an error.
+  /// The value at one point; NaN after an error.
   double EvaluatePoint(double r, double a, double s);
   std::string GetErrorMessage();
   vtkGetMacro(ErrorCode, int); // 0 or one of vtkInnerGSAlgorithm::ErrorCodes

@@ -77,7 +77,7 @@ void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
 
 int vtkInnerGSReconstruct::FillInputPortInformation(int port, vtkInformation* information) {
   information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
-  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a snapshot needs none
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // not needed with a snapshot
   information->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), port == 0);
   return 1;
 }
@@ -110,7 +110,7 @@ void vtkInnerGSReconstruct::SetSettings(const innergs::Settings& settings) {
 }
 
 //------------------------------------------------------------------------------
-// What belongs to one input.
+// Per-input properties.
 
 template <class Change>
 void vtkInnerGSReconstruct::ChangeInput(int index, Change change) {
@@ -143,7 +143,7 @@ vtkMatrix4x4* vtkInnerGSReconstruct::GetInputIJKToRASMatrix(int index) {
 }
 
 //------------------------------------------------------------------------------
-// What belongs to all.
+// Common properties.
 
 void vtkInnerGSReconstruct::ClearInputs() {
   this->RemoveAllInputConnections(0);
@@ -241,7 +241,7 @@ innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<
   input.heldOutFraction = this->HeldOutFraction;
   if (this->Work->resume) {
     if (this->Work->resume->IsEmpty())
-      throw Error(ErrorCode::NoData, "The model to go on from has no Gaussians: choose another or none.");
+      throw Error(ErrorCode::NoData, "The model to resume has no Gaussians: choose another or none.");
     input.resume = this->Work->resume->GetCoreModel();
   }
   return input;
@@ -341,7 +341,7 @@ void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
   this->RemainingSeconds = p.remaining;
   if (!p.note.empty())
     (p.phase == innergs::Phase::Predicting ? this->PredictionNote : this->DeviceNote) =
-        p.note; // told once, kept for whoever looks later
+        p.note; // sent once, but kept for later readers
   this->SetProgressText(progressText(p).c_str());
   this->UpdateProgress(p.fraction);
 }
@@ -357,7 +357,7 @@ innergs::ReconstructionResult vtkInnerGSReconstruct::Reconstruct(innergs::Recons
 }
 
 void vtkInnerGSReconstruct::ReportPreview(const innergs::Volume& volume) {
-  // A new image each time: an observer may keep the last one.
+  // A new image each time, as an observer may keep the last one.
   vtkNew<vtkImageData> image;
   std::copy(volume.voxels.begin(), volume.voxels.end(),
             innergs::vtk::allocateFloats(image, volume.geometry, this->GeometryInImage));
@@ -390,7 +390,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
     input = this->MakeInput(images, vtkImageData::GetData(inputs[1]), stop);
   }
   innergs::ReconstructionResult result = this->Reconstruct(std::move(input), settings, stop);
-  // A stop while the quality was judged ended that alone.
+  // A stop during the quality measurement ended only that.
   if (result.cancelled || (stop.stop_requested() && result.judging == innergs::Judging::NotAsked)) {
     if (!this->KeepModelWhenAborted || result.model->field.gaussians.empty())
       throw Error(ErrorCode::Cancelled, "Stopped on request.");
@@ -419,7 +419,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   std::copy(result.volume.voxels.begin(), result.volume.voxels.end(),
             innergs::vtk::allocateFloats(image, result.volume.geometry, this->GeometryInImage));
   innergs::vtk::toMatrix(result.volume.geometry, work.outputToRAS);
-  // A mask's box is known only now: what was announced was the grid that it cuts.
+  // A mask's box is known only now: the announced grid was not cropped to it.
   vtkInformation* output = outputs->GetInformationObject(1);
   innergs::vtk::announceImage(output, result.volume.geometry, this->GeometryInImage);
   output->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), image->GetExtent(), 6);

@@ -99,7 +99,7 @@ void vtkInnerGSResample::RequestData(vtkInformationVector** inputs, vtkInformati
         render(*field, cropped(grid, {0, 0, k}, {grid.size[0], grid.size[1], planes}), options);
     std::copy(part.voxels.begin(), part.voxels.end(), voxels + k * plane);
     this->UpdateProgress(static_cast<double>(k + planes) / static_cast<double>(grid.size[2]));
-    if (options.stop.stop_requested()) // by an observer
+    if (options.stop.stop_requested()) // set by an observer
       throw innergs::Error(innergs::ErrorCode::Cancelled, "Stopped on request.");
   }
   innergs::vtk::toMatrix(grid, this->Work->outputToRAS);

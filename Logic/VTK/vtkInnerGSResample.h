@@ -6,8 +6,8 @@
 class vtkImageData;
 class vtkMatrix4x4;
 
-/// The model (input) on a grid: a vtkImageData (output, float, scanner units). The grid: a reference grid, or
-/// the region that was fitted at OutputSpacing, or that region's own lattice (default).
+/// Renders the model (input) on a grid as a vtkImageData (output, float, scanner units). The grid is a
+/// reference grid, the fitted region at OutputSpacing, or that region's own lattice (default).
 class VTKINNERGS_EXPORT vtkInnerGSResample : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSResample* New();
@@ -15,20 +15,20 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   ///@{
-  /// mm; 0, 0, 0 (default): as the fit had it.
+  /// mm; 0, 0, 0 (default): as in the fit.
   vtkSetVector3Macro(OutputSpacing, double);
   vtkGetVector3Macro(OutputSpacing, double);
-  /// Goes before OutputSpacing. IJK→RAS, copied, and voxels along I, J, K. Null matrix: none.
+  /// Overrides OutputSpacing. IJK→RAS, copied, and voxels along I, J, K. Null matrix: none.
   void SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ, int dimensionK);
-  /// The same from an image; ijkToRAS null: from its origin, spacing and direction. Null image: none.
+  /// Likewise from an image; ijkToRAS null: from its origin, spacing and direction. Null image: none.
   void SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS = nullptr);
   bool HasReferenceGrid();
   ///@}
 
-  /// Device: by default a GPU from eight million voxels on.
+  /// Device: by default, a GPU from eight million voxels on.
 
   vtkImageData* GetOutput();
-  /// Of the output image.
+  /// The matrix of the output image.
   vtkMatrix4x4* GetOutputIJKToRASMatrix();
 
 protected:

@@ -3,8 +3,8 @@
 
 #include <string> // returned
 
-/// One setting as a number, for scripts that set it often: of a choice the index of its word; Automatic where
-/// it is unset. Its range is checked when it is used.
+/// One setting as a number, for scripts that set it often. A choice is the index of its word; Automatic means
+/// unset. The range is checked on use.
 #define vtkInnerGSSettingMacro(Property, name, Type)                                                         \
   void Set##Property(Type value) {                                                                           \
     this->SetSettingNumber(#name, static_cast<double>(value));                                               \
@@ -22,12 +22,12 @@
     return this->GetSetting(#name);                                                                          \
   }
 
-/// What innergs::settingsTable() lists, in a class with GetSettings() and SetSettings(). The bodies are in
-/// SettingsAccess.h.
+/// Access to innergs::settingsTable() for a class with GetSettings() and SetSettings(). SettingsAccess.h has
+/// the implementation.
 ///
-/// SetSetting: by the names of Docs/settings.md; "" unsets, so that it is chosen from preset and data. What
-/// CheckSetting refuses is an ErrorEvent and changes nothing. GetSetting: "" for unset.
-/// CheckSetting: the sentence with which a text is refused; "" for one that is taken.
+/// SetSetting: by the names in Docs/settings.md; "" unsets, so that preset and data decide. What CheckSetting
+/// rejects is an ErrorEvent and changes nothing. GetSetting: "" if unset.
+/// CheckSetting: the message that rejects a text; "" if it is valid.
 #define vtkInnerGSSettingsMacro()                                                                            \
   std::string GetSetting(const std::string& name);                                                           \
   bool UnsetSetting(const std::string& name) {                                                               \

@@ -41,7 +41,7 @@ vtkFloatArray* addArray(vtkPolyData* data, const char* name, int components, vtk
 void toQuaternion(const Mat3& r, float out[4]) {
   double q[4];
   const double trace = r[0][0] + r[1][1] + r[2][2];
-  int largest = 0; // the component that is surely not small
+  int largest = 0; // the component that is certainly not small
   for (int a = 1; a < 4; ++a)
     if (const double d = r[a - 1][a - 1]; d > (largest ? r[largest - 1][largest - 1] : trace)) largest = a;
   if (largest == 0) {
@@ -63,7 +63,7 @@ void toQuaternion(const Mat3& r, float out[4]) {
     out[a] = static_cast<float>(q[a] / length);
 }
 
-/// The Gaussians whose centre the field has a value at, as far as a mask decides that.
+/// The Gaussians whose centre has a value, as far as the mask decides.
 std::vector<std::size_t> centredInside(const innergs::GaussianField& field) {
   const innergs::FieldValue value(field, field.modelToWorld, {});
   std::vector<std::size_t> inside;
@@ -143,7 +143,7 @@ void vtkInnerGSToPolyData::RequestData(vtkInformationVector** inputs, vtkInforma
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c)
         axes[r][c] = local[3 * r + c];
-    axes = toRAS.linear * axes; // the flip is half a turn about z: still a rotation
+    axes = toRAS.linear * axes; // the flip is half a turn about z, so this is still a rotation
     Mat3 scaled = axes;
     for (int c = 0; c < 3; ++c) {
       const double scale = std::exp(static_cast<double>(g.logScale[c]));
