@@ -21,11 +21,11 @@ bool DetachedTasks::run(std::function<bool()> work, const std::stop_token& stop)
       if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
   };
   if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-  if (left_.valid()) wait(left_); // one at a time: many would leave no core for those after them
+  if (left_.valid()) wait(left_); // one at a time: many would take all cores from later ones
   std::future<bool> done;
   try {
     done = std::async(std::launch::async, work);
-  } catch (const std::system_error&) { // no more threads
+  } catch (const std::system_error&) { // no more threads available
     return work();
   }
   try {

@@ -14,7 +14,7 @@ namespace innergs::mrml {
 
 namespace {
 
-constexpr std::chrono::milliseconds kRest{250}; // without a move
+constexpr std::chrono::milliseconds kRest{250}; // without movement
 
 } // namespace
 
@@ -43,7 +43,7 @@ void FinePlanes::request(const std::shared_ptr<SliceFollower>& follower, PlaneRe
   }
   changed_.notify_all();
   if (!thread_.joinable())
-    sentenceOf([&] { thread_ = std::thread([this] { work(); }); }); // without it the coarse planes stay
+    sentenceOf([&] { thread_ = std::thread([this] { work(); }); }); // on failure the coarse planes stay
 }
 
 std::optional<FinePlanes::Plane> FinePlanes::fetch() {
@@ -56,7 +56,7 @@ std::optional<FinePlanes::Plane> FinePlanes::fetch() {
 
 FinePlanes::Plane FinePlanes::query(const Key& follower, const PlaneRequest& request) {
   Plane plane{follower, request.revision, nullptr, vtkSmartPointer<vtkMatrix4x4>::New()};
-  vtkNew<vtkInnerGSModel> model; // of its own, which shares the Gaussians
+  vtkNew<vtkInnerGSModel> model; // its own, sharing the Gaussians
   model->SetCoreModel(request.model);
   query_->SetModel(model);
   query_->SetTransformToModel(request.toModel);
@@ -91,12 +91,12 @@ void FinePlanes::work() {
     current_ = follower;
     lock.unlock();
     Plane plane;
-    sentenceOf([&] { plane = query(follower, request); }); // without it the coarse one stays
+    sentenceOf([&] { plane = query(follower, request); }); // on failure the coarse one stays
     lock.lock();
     current_.reset();
     if (quit_) continue;
     if (query_->GetAborted())
-      waiting_.try_emplace(follower, Waiting{request, Clock::now()}); // for one before
+      waiting_.try_emplace(follower, Waiting{request, Clock::now()}); // stopped for another one
     if (!plane.image) continue;
     done_.push_back(std::move(plane));
     lock.unlock();

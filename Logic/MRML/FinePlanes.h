@@ -32,11 +32,11 @@ struct PlaneRequest {
   vtkSmartPointer<vtkMatrix4x4> planeToRAS;
   int columns = 1, rows = 1;
   double spacing = 1; // of the pixels, in the plane's own units
-  int revision = 0;   // the follower's, which drops what is older
+  int revision = 0;   // the follower's, which drops older ones
 };
 
-/// Queries planes in full on a thread, once their views have been at rest. Call everything on the main
-/// thread.
+/// Queries planes in full resolution on a thread, once their views have been at rest. Call everything on the
+/// main thread.
 class FinePlanes {
 public:
   struct Plane {
@@ -51,7 +51,7 @@ public:
   FinePlanes(const FinePlanes&) = delete;
   FinePlanes& operator=(const FinePlanes&) = delete;
 
-  /// Replaces the follower's last request, and stops it.
+  /// Replaces and stops the follower's last request.
   void request(const std::shared_ptr<SliceFollower>& follower, PlaneRequest request);
   std::optional<Plane> fetch();
 

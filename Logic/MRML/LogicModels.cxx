@@ -14,7 +14,7 @@
 #include <exception>
 #include <limits>
 
-// The logic's queries of models, and their files.
+// The logic's queries of models, and its model files.
 
 using innergs::Error;
 using innergs::ErrorCode;
@@ -22,7 +22,7 @@ namespace mrml = innergs::mrml;
 
 namespace {
 
-/// Safe to hold as a plain pointer: null when an observer removed the node from the scene and nobody else
+/// A plain pointer that is safe to hold: null if an observer removed the node from the scene and nothing else
 /// holds it.
 template <class Node>
 Node* kept(const vtkSmartPointer<Node>& made, Node* given) {
@@ -36,7 +36,7 @@ std::shared_ptr<vtkWeakPointer<Object>> weakly(Object* object) {
   return std::make_shared<vtkWeakPointer<Object>>(object);
 }
 
-/// For a thread other than the one that reports it.
+/// For a thread other than the one that reports the exception.
 std::exception_ptr thrownBy(const std::function<void()>& task) {
   try {
     task();
@@ -102,7 +102,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::FollowSlice(vtkMRMLInnerGSModelN
                                                             vtkMRMLSliceNode* slice,
                                                             vtkMRMLScalarVolumeNode* output) {
   const vtkSmartPointer<vtkSlicerInnerGSLogic> alive =
-      this; // an observer may let go of it, or remove the nodes
+      this; // an observer may release it, or remove the nodes
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model;
   const vtkSmartPointer<vtkMRMLSliceNode> keptSlice = slice;
   vtkSmartPointer<vtkMRMLScalarVolumeNode> shown;

@@ -23,7 +23,7 @@ void toWorld(vtkMRMLTransformableNode* node, vtkMatrix4x4* nodeToWorld) {
   if (!parent->IsTransformToWorldLinear())
     throw Error(ErrorCode::Geometry, quoted(node) + " is under a transform that bends space (" +
                                          quoted(parent) + "): harden it on the volume first.");
-  // A linear transform that cannot be inverted may be held by its inverse alone.
+  // A linear transform that is not invertible may be stored as its inverse only.
   if (!parent->GetMatrixTransformToWorld(nodeToWorld) || !(std::abs(nodeToWorld->Determinant()) > 1e-9) ||
       !std::isfinite(nodeToWorld->Determinant()))
     throw Error(ErrorCode::Geometry, quoted(node) + " is under a transform that cannot be inverted (" +
@@ -48,7 +48,7 @@ GridGeometry gridOf(vtkMRMLVolumeNode* node) {
 
 GridGeometry boxOf(vtkMRMLMarkupsROINode* roi) {
   vtkNew<vtkMatrix4x4> nodeToWorld;
-  toWorld(roi, nodeToWorld); // refuses what a box cannot follow
+  toWorld(roi, nodeToWorld); // rejects transforms that a box cannot follow
   vtkNew<vtkMatrix4x4> matrix;
   matrix->DeepCopy(roi->GetObjectToWorldMatrix());
   double size[3];

@@ -9,24 +9,24 @@ class vtkMRMLTransformableNode;
 class vtkMRMLVolumeNode;
 class vtkMatrix4x4;
 
-/// Where nodes lie in the world (RAS mm), through their parent transforms.
+/// Positions of nodes in the world (RAS mm), through their parent transforms.
 namespace innergs::mrml {
 
-/// 'name', for error sentences.
+/// 'name', for error messages.
 std::string quoted(vtkMRMLNode* node);
 
 /// Node coordinates → world. Throws Error(Geometry) under a transform that is not linear or not invertible.
 void toWorld(vtkMRMLTransformableNode* node, vtkMatrix4x4* nodeToWorld);
 
-/// Voxel indices → world; throws as toWorld.
+/// Voxel indices → world; throws like toWorld.
 void ijkToWorld(vtkMRMLVolumeNode* node, vtkMatrix4x4* ijkToWorld);
 
-/// The LPS lattice of a volume's voxels in the world. Throws Error(NoData) without image data, and as
+/// The LPS lattice of a volume's voxels in the world. Throws Error(NoData) without image data, and like
 /// toWorld.
 GridGeometry gridOf(vtkMRMLVolumeNode* node);
 
-/// An ROI as a lattice of one voxel (LPS): its box, turned as it is. Throws Error(Geometry) for an empty or
-/// sheared one.
+/// An ROI as a lattice of one voxel (LPS): its oriented box. Throws Error(Geometry) if it is empty or
+/// sheared.
 GridGeometry boxOf(vtkMRMLMarkupsROINode* roi);
 
 /// sliceAxisOf() for a volume node's matrix.

@@ -16,7 +16,7 @@
 namespace innergs::mrml {
 namespace {
 
-/// Shares no object with the original: at most the voxels of a displacement field, which are many.
+/// Shares no object with the original, except possibly the voxels of a displacement field, which are many.
 vtkSmartPointer<vtkAbstractTransform> copyOf(vtkAbstractTransform* part) {
   part->Update();
   auto copy = vtkSmartPointer<vtkAbstractTransform>::Take(part->MakeTransform());
@@ -31,7 +31,7 @@ vtkSmartPointer<vtkAbstractTransform> copyOf(vtkAbstractTransform* part) {
   } else {
     vtkMRMLTransformNode::DeepCopyTransform(copy, part);
   }
-  // An inexact inverse somewhere is no reason to fill the console.
+  // An inexact inverse somewhere must not flood the console.
   vtkNew<vtkCallbackCommand> quiet;
   copy->AddObserver(vtkCommand::WarningEvent, quiet);
   return copy;

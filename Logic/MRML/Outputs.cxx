@@ -25,7 +25,7 @@
 namespace innergs::mrml {
 namespace {
 
-/// Of no scene yet.
+/// Creates a node outside the scene.
 vtkSmartPointer<vtkMRMLNode> makeNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
   const auto node = vtkSmartPointer<vtkMRMLNode>::Take(scene->CreateNodeByClass(className));
   if (!node)
@@ -34,8 +34,8 @@ vtkSmartPointer<vtkMRMLNode> makeNode(vtkMRMLScene* scene, const char* className
   return node;
 }
 
-/// `made` becomes the chosen node if that is still in the scene, else a new one; it is known also where an
-/// observer throws as it is added.
+/// Sets `made` to the chosen node if it is still in the scene, else to a new one; does so before adding it,
+/// as an observer may throw.
 template <class Node>
 void takeOutput(vtkSmartPointer<Node>& made, Node* chosen, bool wasChosen, vtkMRMLScene* scene,
                 const char* className, const std::string& name, bool& replaced) {
@@ -77,13 +77,13 @@ vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className,
 
 void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
                vtkMRMLVolumeNode* like) {
-  // Observers of the following may remove the node or drop the scene.
+  // Observers of the following changes may remove the node or delete the scene.
   const vtkSmartPointer<vtkMRMLScalarVolumeNode> alive = node;
   const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
   const vtkSmartPointer<vtkMRMLVolumeNode> likeAlive = like;
   MRMLNodeModifyBlocker blocker(node);
-  if (node->GetParentTransformNode()) node->SetAndObserveTransformNodeID(nullptr); // results lie in the world
-  vtkNew<vtkImageData> own; // the filter may write into its own output again
+  if (node->GetParentTransformNode()) node->SetAndObserveTransformNodeID(nullptr); // results are in the world
+  vtkNew<vtkImageData> own; // the filter may overwrite its own output
   own->ShallowCopy(image);
   node->SetAndObserveImageData(own);
   node->SetIJKToRASMatrix(ijkToRAS);
@@ -93,7 +93,8 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
     node->CreateDefaultDisplayNodes();
     return;
   }
-  // Complete before the image is seen through it: choosing a window by itself takes long for large volumes.
+  // Set completely before the image is shown through it: choosing a window automatically is slow for large
+  // volumes.
   vtkNew<vtkMRMLScalarVolumeDisplayNode> display;
   display->SetAutoWindowLevel(0);
   display->SetWindowLevel(shown->GetWindow(), shown->GetLevel());
@@ -120,7 +121,7 @@ void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
   if (!node || !sibling || !node->GetScene() || sibling->GetScene() != node->GetScene()) return;
   const vtkSmartPointer<vtkMRMLNode> alive[] = {node, sibling};
   const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
-  vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene); // makes one; observers may remove it, and us
+  vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene); // creates one; observers may remove it, and us
   const vtkSmartPointer<vtkMRMLSubjectHierarchyNode> hierarchy =
       vtkMRMLSubjectHierarchyNode::SafeDownCast(scene->GetFirstNodeByClass("vtkMRMLSubjectHierarchyNode"));
   if (!hierarchy || node->GetScene() != scene || sibling->GetScene() != scene) return;
@@ -142,8 +143,8 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   vtkNew<vtkImageData> image;
   image->ShallowCopy(task.filter->GetOutputImage());
 
-  // Every change of a node is an event, whose observers may remove nodes, clear or drop the scene, and run
-  // out of memory. Step by step, so that one failure takes nothing away from the others.
+  // Every change of a node is an event, whose observers may remove nodes, clear or delete the scene, or run
+  // out of memory. So this goes step by step, and one failure does not affect the others.
   Outputs made;
   const auto step = [&](const std::function<void()>& what) {
     if (task.discard) return true;
@@ -188,7 +189,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (there(made.table) && there(made.volume))
     step([&] { made.table->SetNodeReferenceID("InnerGSVolume", made.volume->GetID()); });
   if (there(made.table)) step([&] { placeBeside(made.table, input()); });
-  // Removed since they were made, or never filled.
+  // Removed since they were created, or never filled.
   if (!there(made.model) || made.model->GetModel() != content.Get()) made.model = nullptr;
   if (there(made.volume) && task.newVolume && !made.volume->GetImageData())
     step([&] { scene->RemoveNode(made.volume); });

@@ -10,8 +10,8 @@ namespace innergs::mrml {
 
 /// One row per method (Gaussians, linear, cubic, Lanczos): PSNR in dB, SSIM, seconds.
 vtkSmartPointer<vtkTable> makeQualityTable(const EvaluationReport& report);
-/// The table into a node, and what it was scored on into the attributes InnerGS.Protocol, InnerGS.Samples and
-/// InnerGS.Range.
+/// Puts the table into a node, and the samples that it is for into the attributes InnerGS.Protocol,
+/// InnerGS.Samples and InnerGS.Range.
 void setQuality(vtkMRMLTableNode* node, vtkTable* table, const EvaluationReport& report);
 
 } // namespace innergs::mrml

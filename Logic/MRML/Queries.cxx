@@ -41,7 +41,7 @@ void fromWorld(vtkMRMLInnerGSModelNode* node, vtkMatrix4x4* worldToNode) {
 }
 
 void run(vtkInnerGSAlgorithm* filter) {
-  vtkNew<vtkCallbackCommand> quiet; // the sentence goes up as an exception
+  vtkNew<vtkCallbackCommand> quiet; // the message is passed on as an exception
   const unsigned long tag = filter->AddObserver(vtkCommand::ErrorEvent, quiet);
   filter->Update();
   filter->RemoveObserver(tag);
@@ -63,7 +63,7 @@ void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model) {
   if (!output || !model) return;
   MRMLNodeModifyBlocker blocker(output);
   const std::string prefix = "InnerGS.";
-  for (const std::string& name : output->GetAttributeNames()) // of an earlier model
+  for (const std::string& name : output->GetAttributeNames()) // of a previous model
     if (name.compare(0, prefix.size(), prefix) == 0 && !model->GetAttribute(name.c_str()))
       output->RemoveAttribute(name.c_str());
   for (const std::string& name : model->GetAttributeNames())
@@ -100,7 +100,8 @@ struct Alive {
   vtkSmartPointer<vtkMRMLVolumeNode> reference;
 };
 
-/// The same spacing (mm in the world) along every axis of the model's lattice, whatever its parent scales.
+/// Sets the same spacing (mm in the world) along every axis of the model's lattice, however its parent
+/// scales.
 void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4* modelToWorld,
                 double spacing) {
   vtkNew<vtkMatrix4x4> ijkToModel, ijkToWorld;
@@ -117,7 +118,7 @@ void setSpacing(vtkInnerGSResample* filter, vtkInnerGSModel* model, vtkMatrix4x4
   filter->SetOutputSpacing(local);
 }
 
-/// Refuses a lattice where the parent transform bends space. Throws Error(Geometry).
+/// Rejects a nonlinear parent transform for a lattice. Throws Error(Geometry).
 void refuseBend(vtkMRMLInnerGSModelNode* model) {
   vtkMRMLTransformNode* parent = model->GetParentTransformNode();
   if (parent && !parent->IsTransformToWorldLinear())
@@ -126,7 +127,7 @@ void refuseBend(vtkMRMLInnerGSModelNode* model) {
                                          "or remove the transform.");
 }
 
-/// Refuses a lattice that the parent transform shears.
+/// Rejects a parent transform that shears a lattice.
 void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* lattice) {
   const int one[3] = {1, 1, 1}, first[3] = {0, 0, 0};
   try {
@@ -197,11 +198,11 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   const Alive alive(model, output, reference);
   vtkNew<vtkInnerGSResample> filter;
   filter->SetModel(modelOf(model));
-  const GridGeometry grid = gridOf(reference); // throws for what is no lattice
+  const GridGeometry grid = gridOf(reference); // throws if it is not a lattice
   vtkNew<vtkMatrix4x4> toModel, referenceToWorld, ijkToModel;
   refuseBend(model);
   fromWorld(model, toModel);
-  vtk::toMatrix(grid, referenceToWorld); // from the first voxel on, whatever its index
+  vtk::toMatrix(grid, referenceToWorld); // from the first voxel, whatever its index
   vtkMatrix4x4::Multiply4x4(toModel, referenceToWorld, ijkToModel);
   refuseShear(model, ijkToModel);
   int size[3];

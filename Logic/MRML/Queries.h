@@ -17,25 +17,25 @@ class vtkPoints;
 /// Queries of a model node, which its parent transform may have moved.
 namespace innergs::mrml {
 
-/// The model that a node holds. Throws Error(InvalidArgument) without node, Error(NoData) without Gaussians.
+/// A node's model. Throws Error(InvalidArgument) without a node, Error(NoData) without Gaussians.
 vtkInnerGSModel* modelOf(vtkMRMLInnerGSModelNode* node);
 
 /// World → the model's own coordinates. Throws Error(Geometry) under an unusable transform.
 void fromWorld(vtkMRMLInnerGSModelNode* node, vtkMatrix4x4* worldToNode);
 
-/// Updates a filter; throws Error with its sentence when it fails.
+/// Updates a filter; throws Error with its message if it fails.
 void run(vtkInnerGSAlgorithm* filter);
 
-/// The output, or a new volume node beside the model. Throws Error(InvalidArgument) without scene to add it
+/// The output, or a new volume node beside the model. Throws Error(InvalidArgument) without a scene to add it
 /// to.
 vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLScalarVolumeNode* output,
                                                    vtkMRMLInnerGSModelNode* model, const char* suffix);
 
-/// What the model was made from (attributes "InnerGS.…", the version at least) and a reference to it (role
-/// "InnerGSModel") on a node made from the model.
+/// Copies the model's provenance (attributes "InnerGS.…", at least the version) to a node made from it, with
+/// a reference to the model (role "InnerGSModel").
 void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model);
 
-/// The logic's methods of these names; they change nothing when they throw Error.
+/// The logic's methods of these names; if they throw Error, nothing has changed.
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
 vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     vtkMatrix4x4* planeToRAS, int columns, int rows,

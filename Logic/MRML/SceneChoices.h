@@ -6,8 +6,8 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLScene;
 class vtkMRMLSliceCompositeNode;
 
-/// The choices of the panels and slice views, as references of nodes that every scene has, so that they are
-/// saved with the scene. Null stands for nothing.
+/// The choices of the panels and slice views, stored as references of nodes that every scene has, so that
+/// they are saved with the scene. Null means none.
 namespace innergs::mrml {
 
 void rememberChoices(vtkMRMLScene* scene, vtkMRMLInnerGSParameterNode* parameters,
@@ -20,8 +20,8 @@ void rememberShownModel(vtkMRMLSliceCompositeNode* view, vtkMRMLInnerGSModelNode
                         vtkMRMLScalarVolumeNode* before);
 vtkMRMLInnerGSModelNode* shownModel(vtkMRMLSliceCompositeNode* view);
 
-/// Restores the backgrounds that the planes of shown models replaced, in a scene that was read: such planes
-/// are not saved.
+/// After a scene was read, restores the backgrounds that the planes of shown models replaced, since such
+/// planes are not saved.
 void restoreBackgrounds(vtkMRMLScene* scene);
 
 } // namespace innergs::mrml

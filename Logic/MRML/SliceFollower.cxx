@@ -24,7 +24,7 @@
 namespace innergs::mrml {
 
 constexpr double kBudget = 40;    // ms for a plane while its view moves
-constexpr double kFewest = 65536; // pixels: below, their number hardly counts
+constexpr double kFewest = 65536; // pixels; below, their number hardly matters
 
 SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                              ErrorHandler onError, FineHandler fine)
@@ -34,7 +34,7 @@ SliceFollower::SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* s
   query_->GeometryInImageOff();
   command_->SetClientData(this);
   command_->SetCallback([](vtkObject*, unsigned long event, void* self, void*) {
-    // Observers of the output and of errors may end it.
+    // Observers of the output and of errors may delete it.
     const auto follower = static_cast<SliceFollower*>(self)->shared_from_this();
     if (event == vtkMRMLInnerGSModelNode::ModelModifiedEvent) follower->remade_ = true;
     if (event == vtkMRMLTransformableNode::TransformModifiedEvent) follower->placed_ = false;
@@ -80,7 +80,7 @@ bool SliceFollower::query() {
   if (!model_ || !slice_) return false;
   const int* size = slice_->GetDimensions();
   if (size[0] < 1 || size[1] < 1) return false;
-  // Fewer pixels than a large view has: each stands for `step` of them.
+  // Fewer pixels than a large view has: each covers `step` of them.
   const double fine = std::max(1.0, double(std::max(size[0], size[1])) / maximumPixels_);
   double step = fine;
   if (!placed_) toModel_ = transformFromWorld(model_);
@@ -98,7 +98,7 @@ bool SliceFollower::query() {
   cost = query_->GetQueryMilliseconds() / (double(query_->GetDimensions()[0]) * query_->GetDimensions()[1]);
   toWorld_->DeepCopy(query_->GetOutputIJKToRASMatrix());
   image_ = vtkSmartPointer<vtkImageData>::New();
-  image_->DeepCopy(query_->GetOutput()); // the query writes into its own again
+  image_->DeepCopy(query_->GetOutput()); // the query overwrites its own image
   found_ = true;
   ++revision_;
   wanted_.reset();

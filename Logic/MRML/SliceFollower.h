@@ -28,7 +28,7 @@ namespace innergs::mrml {
 class SliceFollower : public std::enable_shared_from_this<SliceFollower> {
 public:
   using ErrorHandler = std::function<void(const Failure&)>;
-  /// fine: called after a coarse plane, with what to query in full once the view is at rest.
+  /// fine: called after a coarse plane, with the request for full resolution once the view is at rest.
   using FineHandler = std::function<void(const std::shared_ptr<SliceFollower>&, PlaneRequest)>;
   SliceFollower(vtkMRMLInnerGSModelNode* model, vtkMRMLSliceNode* slice, int maximumPixels,
                 ErrorHandler onError, FineHandler fine);
@@ -36,12 +36,12 @@ public:
   SliceFollower(const SliceFollower&) = delete;
   SliceFollower& operator=(const SliceFollower&) = delete;
 
-  /// Queries the plane, with fewer pixels where all would take too long, and changes no node. Throws Error.
-  /// False when the view is not shown.
+  /// Queries the plane, with fewer pixels if all would take too long; changes no node. Throws Error.
+  /// Returns false if the view is not shown.
   bool query();
-  /// Puts the last query's plane into the output.
+  /// Puts the last queried plane into the output.
   void show();
-  /// Shows the plane in full, unless the view has moved since.
+  /// Shows the full-resolution plane, unless the view has moved since.
   void show(const FinePlanes::Plane& plane);
   void setOutput(vtkMRMLScalarVolumeNode* output);
   bool concerns(vtkMRMLNode* node) const;
@@ -57,13 +57,13 @@ private:
   ErrorHandler onError_;
   std::string lastError_; // reported once, not with every drag
   bool updating_ = false;
-  bool remade_ = false;                           // the output's attributes speak of an earlier model
-  bool found_ = false;                            // image_ and toWorld_ are the view's
-  bool placed_ = false;                           // toModel_ is the model's transform now
-  double msPerPixel_ = 0, msPerBentPixel_ = 1e-3; // of planes alike; 0: none was measured
+  bool remade_ = false;                           // the output's attributes describe a previous model
+  bool found_ = false;                            // image_ and toWorld_ match the view
+  bool placed_ = false;                           // toModel_ matches the model's transform
+  double msPerPixel_ = 0, msPerBentPixel_ = 1e-3; // of similar planes; 0: not measured yet
   int revision_ = 0;                              // of the plane
   FineHandler fine_;
-  std::optional<PlaneRequest> wanted_; // the plane in full, where the shown one is coarse
+  std::optional<PlaneRequest> wanted_; // the full-resolution request, if the shown plane is coarse
   vtkSmartPointer<vtkAbstractTransform> toModel_;
   vtkSmartPointer<vtkImageData> image_;
   vtkNew<vtkMatrix4x4> toWorld_;

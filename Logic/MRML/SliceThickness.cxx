@@ -17,7 +17,7 @@ double dicomSliceThickness(vtkMRMLVolumeNode* volume, const vtkSlicerInnerGSLogi
   if (!lookup || !attribute || !volume->GetImageData()) return 0;
   std::istringstream words(attribute);
   const std::vector<std::string> instances{std::istream_iterator<std::string>(words), {}};
-  // A copy with other slices has the attribute as well.
+  // A copy with other slices has the same attribute.
   if (std::ssize(instances) != volume->GetImageData()->GetDimensions()[2]) return 0;
   std::istringstream value(lookup(instances.front(), "0018,0050"));
   value.imbue(std::locale::classic());

@@ -3,8 +3,8 @@
 
 namespace innergs::mrml {
 
-/// Slice thickness in mm of the DICOM files that a volume was read from, one file a slice along K; 0 when
-/// unknown: no lookup, no such volume, other slices than the files', or no positive number there.
+/// Slice thickness (mm) from the DICOM files that a volume was read from, one file per slice along K; 0 if
+/// unknown: no lookup, no such volume, slices that do not match the files, or no positive number there.
 double dicomSliceThickness(vtkMRMLVolumeNode* volume, const vtkSlicerInnerGSLogic::DicomLookup& lookup);
 
 } // namespace innergs::mrml

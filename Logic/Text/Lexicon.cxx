@@ -45,11 +45,12 @@ Concept conceptOf(const json& entry) {
   for (const std::string term : entry.at("terms"))
     c.terms.push_back(wordsOf(term));
   if (c.numbers > 0 && static_cast<int>(c.codes.size()) != c.numbers)
-    throw Error(ErrorCode::FileFormat, "The lexicon's entry '" + c.id + "' has not one code per number.");
+    throw Error(ErrorCode::FileFormat,
+                "The lexicon's entry '" + c.id + "' does not have one code per number.");
   return c;
 }
 
-/// What a concept means: of a group what its parts mean, without the sides that its parts do not have.
+/// The meanings of a concept; for a group, those of its parts, without sides that its parts do not have.
 Structures structuresOf(const std::vector<Concept>& concepts, const json& entries, std::size_t index) {
   const Concept& c = concepts[index];
   Structures all;

@@ -10,8 +10,8 @@ namespace innergs {
 
 enum class Side { None, Left, Right };
 
-/// One anatomical structure that a segment can be: a concept of the lexicon without parts, on its side, with
-/// its number (ribs, vertebrae; 0: it has none).
+/// One anatomical structure that a segment can be: a concept of the lexicon without parts, with its side and
+/// its number (ribs, vertebrae; 0: none).
 struct Structure {
   int kind = 0; // index into Lexicon::concepts()
   Side side = Side::None;
@@ -20,27 +20,27 @@ struct Structure {
 };
 using Structures = std::vector<Structure>; // ascending, each once
 
-/// A kind of structure, as Resources/Terminology/anatomy.json lists it.
+/// A kind of structure, as listed in Resources/Terminology/anatomy.json.
 struct Concept {
   std::string id, code, meaning;               // SNOMED CT code and its meaning
-  std::string kind;                            // "bone", "muscle", …: which words may stand beside its name
-  std::string name;                            // of a segment; {side} and {number} are filled in
-  std::vector<Side> sides;                     // {None} where it is not paired
+  std::string kind;                            // "bone", "muscle", …: kind words allowed with its name
+  std::string name;                            // of a segment; {side} and {number} are placeholders
+  std::vector<Side> sides;                     // {None} if it is not paired
   int numbers = 0;                             // 1…numbers; 0: not numbered
   std::vector<std::string> codes;              // one per number
   std::vector<std::string> letters;            // "l" of L3
   std::map<std::string, int> named;            // "atlas": 1
   std::vector<std::vector<std::string>> terms; // as words
-  Structures structures; // all that it can mean: those of its parts, or its own sides and numbers
+  Structures structures; // all possible meanings: those of its parts, or its own sides and numbers
 };
 
-/// Names of anatomical structures in several languages, and the words around them. Read-only after it is
-/// made, so it may be shared by threads.
+/// Names of anatomical structures in several languages, and the words around them. Immutable after
+/// construction, so threads may share it.
 class Lexicon {
 public:
-  /// From the two files of Resources/Terminology, as text. Throws Error(FileFormat).
+  /// Reads the texts of the two files of Resources/Terminology. Throws Error(FileFormat).
   Lexicon(std::string_view anatomy, std::string_view words);
-  /// The one that is built in.
+  /// The built-in lexicon.
   static const Lexicon& standard();
 
   const std::vector<Concept>& concepts() const { return concepts_; }
@@ -50,10 +50,10 @@ public:
   std::string codeOf(const Structure& structure) const;
   std::string meaningOf(const Structure& structure) const;
 
-  /// Words of a query beside names. A word can have several meanings.
+  /// The roles of words beside names in a query. A word can have several.
   enum class Role { Left, Right, Both, Filler, Verb, Ordinary };
   bool is(const std::string& word, Role role) const;
-  /// Whether a word as "bone" or "muscle" goes with a kind of concept.
+  /// Whether a word such as "bone" or "muscle" matches a kind of concept.
   bool isKindWord(const std::string& word, const std::string& kind) const;
   bool isKindWord(const std::string& word) const;
   const std::map<std::string, int>& ordinals() const { return ordinals_; }

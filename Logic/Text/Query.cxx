@@ -11,10 +11,10 @@ namespace innergs {
 namespace {
 
 constexpr std::size_t kLongestText = 300; // bytes
-constexpr double kEdit = 0.12;            // what a typing error costs
-constexpr int kStates = 20000;            // partial readings looked at; far more than any sentence needs
+constexpr double kEdit = 0.12;            // cost of a typing error
+constexpr int kStates = 20000;            // limit of partial readings; far more than any sentence needs
 
-/// How many typing errors a word of the lexicon may have. Short words are too near each other.
+/// How many typing errors a word of the lexicon may have. Short words are too similar to each other.
 int allowedEdits(std::size_t length) {
   return length < 5 ? 0 : length < 8 ? 1 : 2;
 }
@@ -23,7 +23,7 @@ bool sameStart(const std::string& a, const std::string& b) {
   return a[0] == b[0] || (a.size() > 1 && b.size() > 1 && a[0] == b[1] && a[1] == b[0]);
 }
 
-/// Typing errors between a word of the query and one of a term; nothing when they are too many.
+/// Typing errors between a word of the query and one of a term; nothing if there are too many.
 std::optional<int> wordCost(const Lexicon& lexicon, const std::string& word, const std::string& term) {
   if (word == term || singular(word) == term || singular(word) == singular(term)) return 0;
   const int allowed = std::min(allowedEdits(term.size()), allowedEdits(word.size() + 1));
@@ -42,13 +42,13 @@ std::optional<int> numberOf(const std::string& word) {
   return {};
 }
 
-/// What a stretch of words can be.
+/// A possible role of a sequence of words.
 struct Option {
   enum class Type { Mention, Side, Both, Number, Kind, Skip, Verb } type;
   int length = 1; // words
   int edits = 0;  // typing errors
   int kind = 0;   // Mention: the concept
-  int number = 0; // Number, and of a mention as "L3"
+  int number = 0; // for Number, and for a mention such as "L3"
   Side side = Side::None;
 };
 
@@ -80,7 +80,7 @@ public:
 private:
   using Role = Lexicon::Role;
 
-  bool isFixed(std::size_t at) const { // has a meaning of its own, so it is no misspelt name
+  bool isFixed(std::size_t at) const { // has another meaning, so it is not a misspelt name
     return std::any_of(options_[at].begin(), options_[at].end(), [](const Option& o) {
       return o.edits == 0 &&
              (o.type == Option::Type::Side || o.type == Option::Type::Both || o.type == Option::Type::Number);
@@ -112,7 +112,7 @@ private:
           continue;
         if (editDistance(word, known, 1) <= 1) least = std::min(least, 1);
       }
-    // A word as near to the one as to the other says nothing.
+    // A word equally near to both decides nothing.
     if (best[0] != best[1])
       options_[at].push_back({.type = Option::Type::Side,
                               .edits = std::min(best[0], best[1]),
@@ -168,7 +168,7 @@ private:
       }
       if (near) add(term.size(), edits);
     }
-    // Written together or apart: "gall bladder", "shoulderblade".
+    // Written as one word or two: "gall bladder", "shoulderblade".
     const auto joined = [](auto first, auto last) {
       std::string all;
       for (; first != last; ++first)
@@ -238,7 +238,7 @@ private:
 
   void finish(const State& state) {
     if (state.mentions.empty()) return;
-    // Several names must be one thing named more and less closely: "lower lobe of the lung".
+    // Several names must mean one thing, named more and less specifically: "lower lobe of the lung".
     const Option* closest = &state.mentions[0];
     Structures structures = structuresOf(*closest);
     for (const Option& mention : state.mentions) {

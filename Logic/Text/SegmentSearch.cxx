@@ -8,18 +8,18 @@
 namespace innergs {
 namespace {
 
-constexpr double kWider = 0.6; // of the score, for a segment that holds more than was asked for
+constexpr double kWider = 0.6; // factor on the score of a segment that contains more than requested
 
 bool within(const Structures& inner, const Structures& outer) {
   return std::includes(outer.begin(), outer.end(), inner.begin(), inner.end());
 }
 
-/// A query that says "kidney" means one of two, "kidneys" both.
+/// "kidney" means one of two, "kidneys" both.
 bool isOpen(const Lexicon& lexicon, const Structures& structures, const std::vector<std::string>& words) {
   if (structures.size() < 2) return false;
   const int kind = structures[0].kind;
   if (std::any_of(structures.begin(), structures.end(), [&](const auto& s) { return s.kind != kind; }))
-    return false; // a group, as the bowel
+    return false; // a group, such as the bowel
   return std::none_of(words.begin(), words.end(), [&](const std::string& word) {
     return singular(word) != word || lexicon.is(word, Lexicon::Role::Both) || word == "all";
   });
@@ -114,7 +114,7 @@ SegmentAnswer SegmentSearch::find(std::string_view query) const {
     answer.sentence = asked + " can be " + joined(names) + "; say which, e.g. its side or number.";
     break;
   case AnswerKind::Wider:
-    answer.sentence = asked + " is not a segment of its own here; " + joined(names) + " holds it and more.";
+    answer.sentence = asked + " is not a separate segment here; " + joined(names) + " contains it and more.";
     break;
   case AnswerKind::NotInVolume:
     answer.sentence = asked + " (" + joined(answer.structures) + ") is not in this volume.";

@@ -8,7 +8,7 @@
 namespace innergs {
 namespace {
 
-/// The code point at `at`, which moves past it; U+FFFD for bytes that are not UTF-8.
+/// Returns the code point at `at` and advances `at`; U+FFFD for invalid UTF-8.
 char32_t nextCodePoint(std::string_view text, std::size_t& at) {
   const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
   const unsigned char first = byte(at++);
@@ -22,9 +22,9 @@ char32_t nextCodePoint(std::string_view text, std::size_t& at) {
   return more == 0 ? 0xfffd : code;
 }
 
-/// Latin letters without their accents; "" for what is no letter.
+/// Latin letters without their accents; "" if it is not a letter.
 std::string plain(char32_t c) {
-  // U+00C0 to U+017F; '-' where the code point is no letter or has two letters.
+  // U+00C0 to U+017F; '-' if the code point is not a letter or becomes two letters.
   static constexpr std::string_view latin1 = "aaaaaa-ceeeeiiiidnooooo-ouuuuy--"
                                              "aaaaaa-ceeeeiiiidnooooo-ouuuuy-y";
   static constexpr std::string_view extended =
@@ -76,7 +76,7 @@ std::vector<std::string> wordsOf(std::string_view text) {
     } else if (isApostrophe(c)) {
       if (word == "l" || word == "d") word.clear(); // the French article
     } else if (c >= 0x300 && c < 0x370) {
-      // an accent of its own, as macOS writes them
+      // a combining accent, as written by macOS
     } else {
       const std::string letters = plain(c);
       if (letters.empty()) end();

@@ -5,15 +5,16 @@
 
 namespace innergs {
 
-/// A text (UTF-8) as words of lower-case ASCII letters and digits: accents and punctuation dropped, "_" and
-/// camel case ("LeftKidney") apart, "patient's" as "patients", "l'aorte" as "aorte".
+/// Splits a text (UTF-8) into words of lower-case ASCII letters and digits: drops accents and punctuation,
+/// splits at "_" and camel case ("LeftKidney"), and turns "patient's" into "patients", "l'aorte" into
+/// "aorte".
 std::vector<std::string> wordsOf(std::string_view text);
 
-/// An English plural's singular, by its ending; any other word as it is.
+/// The singular of an English plural, by its ending; other words are unchanged.
 std::string singular(const std::string& word);
 
-/// Insertions, deletions, substitutions and swaps of neighbours that make one word the other (Damerau 1964,
-/// optimal string alignment); limit + 1 when there are more than `limit`.
+/// Insertions, deletions, substitutions and swaps of neighbours that turn one word into the other (Damerau
+/// 1964, optimal string alignment); limit + 1 if there are more than `limit`.
 int editDistance(std::string_view a, std::string_view b, int limit);
 
 } // namespace innergs
