@@ -19,7 +19,7 @@ int keyAt(const QString& text) {
   return -1;
 }
 
-/// The text with another letter as its key, which is added to the taken ones.
+/// The text with another letter as its key, which becomes taken.
 QString shared(QString text, QSet<QChar>& taken) {
   int at = keyAt(text);
   if (at < 0) return text;

@@ -44,7 +44,7 @@ void EllipsoidNodes::show(vtkMRMLInnerGSModelNode* model) {
   const auto core = model->GetModel()->GetCoreModel();
   run_([this, id, options, core]() -> std::function<void()> {
     QString problem;
-    vtkNew<vtkInnerGSModel> copy; // the node's may become another
+    vtkNew<vtkInnerGSModel> copy; // the node's may be replaced
     copy->SetCoreModel(core);
     vtkSmartPointer<vtkPolyData> surfaces;
     const std::string thrown =
@@ -53,8 +53,8 @@ void EllipsoidNodes::show(vtkMRMLInnerGSModelNode* model) {
     return [this, id, options, core, problem, surfaces] {
       auto* now = vtkMRMLInnerGSModelNode::SafeDownCast(scene_ ? scene_->GetNodeByID(id.toUtf8().constData())
                                                                : nullptr);
-      if (!pending_.contains(id)) return;                                            // hidden again
-      if (now && now->GetModel() && now->GetModel()->GetCoreModel() != core) return; // others follow
+      if (!pending_.contains(id)) return;                                            // hidden in the meantime
+      if (now && now->GetModel() && now->GetModel()->GetCoreModel() != core) return; // newer ones follow
       pending_.remove(id);
       if (!surfaces) Q_EMIT failed(problem);
       if (now && surfaces) showSurfaces(now, surfaces, options.window);

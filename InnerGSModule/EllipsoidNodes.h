@@ -14,25 +14,25 @@ class vtkMRMLModelNode;
 class vtkMRMLScene;
 class vtkPolyData;
 
-/// The Gaussians of models as surfaces, in model nodes beside them: a few thousand each, or 3D views would
-/// stall.
+/// Shows the Gaussians of models as surfaces in model nodes next to them: a few thousand each, as more would
+/// stall 3D views.
 class EllipsoidNodes : public QObject {
   Q_OBJECT
 public:
-  /// Does its argument on a thread, then on this one what that returns.
+  /// Runs its argument on a thread, then the function that it returns on this one.
   using Run = std::function<void(const std::function<std::function<void()>()>&)>;
   EllipsoidNodes(Run run, QObject* parent) : QObject(parent), run_(std::move(run)) {}
 
   void setMRMLScene(vtkMRMLScene* scene);
-  /// Makes them on a thread.
+  /// Creates them on a thread.
   void show(vtkMRMLInnerGSModelNode* model);
   void hide(vtkMRMLInnerGSModelNode* model);
   bool areShown(vtkMRMLInnerGSModelNode* model) const;
-  /// Whether they are being made.
+  /// Whether they are being created.
   bool arePending(const QString& modelId) const { return pending_.contains(modelId); }
-  /// Puts them where the model is.
+  /// Moves them to the model's position.
   void place(vtkMRMLInnerGSModelNode* model);
-  /// Notes those of a model that is about to go, which no panel could hide then.
+  /// Remembers those of a model that is being removed, which no panel could hide afterwards.
   void orphan(vtkMRMLInnerGSModelNode* model);
   void removeOrphans();
 

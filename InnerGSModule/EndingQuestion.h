@@ -13,7 +13,7 @@ class Host;
 }
 
 /// Asks before a person ends a running reconstruction by closing the application's window or the scene; "no"
-/// leaves everything as it was. Does not ask scripts.
+/// changes nothing. Does not ask scripts.
 class EndingQuestion : public QObject {
   Q_DECLARE_TR_FUNCTIONS(EndingQuestion)
 public:

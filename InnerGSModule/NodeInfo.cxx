@@ -52,9 +52,9 @@ QString orientationOf(vtkMatrix4x4* ijkToRAS, int sliceAxis) {
   return QCoreApplication::translate("innergs", "oblique");
 }
 
-constexpr const char* kEllipsoids = "InnerGSEllipsoids"; // distinguishes them from scripts' nodes of points
+constexpr const char* kEllipsoids = "InnerGSEllipsoids"; // distinguishes them from scripts' point nodes
 
-/// A node made from the model, with the attribute if one is named.
+/// A node made from the model; if an attribute is given, one that has it.
 template <class Node>
 Node* madeFrom(vtkMRMLInnerGSModelNode* model, const char* className, const char* attribute = nullptr) {
   vtkMRMLScene* scene = model->GetScene();
@@ -80,7 +80,7 @@ std::array<double, 2> sampledValuesOf(vtkInnerGSModel* model) {
   }
   vtkNew<vtkInnerGSResample> sample;
   sample->SetModel(model);
-  sample->SetDevice("cpu"); // finding others takes longer than these few points
+  sample->SetDevice("cpu"); // looking for others takes longer than these few points
   sample->SetReferenceGrid(grid, n, n, n);
   sample->Update();
   vtkImageData* image = sample->GetOutput();
@@ -122,7 +122,7 @@ VolumeInfo infoOf(vtkMRMLVolumeNode* node) {
   vtkNew<vtkMatrix4x4> ijkToRAS;
   try {
     mrml::ijkToWorld(node, ijkToRAS);
-  } catch (const Error&) { // under a transform that will be refused
+  } catch (const Error&) { // under a transform that will be rejected
     node->GetIJKToRASMatrix(ijkToRAS);
   }
   for (int a = 0; a < 3; ++a)
@@ -198,7 +198,7 @@ ModelInfo infoOf(vtkMRMLInnerGSModelNode* node) {
                        256;
   if (model->GetDomain(domain, dimensions)) {
     vtkMRMLTransformNode* parent = node->GetParentTransformNode();
-    vtkNew<vtkMatrix4x4> toWorld; // the identity where it bends space
+    vtkNew<vtkMatrix4x4> toWorld; // the identity under a nonlinear transform
     if (parent && parent->IsTransformToWorldLinear()) parent->GetMatrixTransformToWorld(toWorld);
     vtkMatrix4x4::Multiply4x4(toWorld, domain, domain);
     info.finestSpacing =
@@ -207,8 +207,7 @@ ModelInfo infoOf(vtkMRMLInnerGSModelNode* node) {
 
   auto* storage = vtkMRMLInnerGSModelStorageNode::SafeDownCast(node->GetStorageNode());
   if (storage && storage->GetFileName()) info.file = QString::fromUtf8(storage->GetFileName());
-  if (!QFileInfo(info.file).isAbsolute() ||
-      !QFileInfo::exists(info.file)) { // unpacked from the scene's bundle
+  if (!QFileInfo(info.file).isAbsolute() || !QFileInfo::exists(info.file)) { // unpacked from the scene bundle
     const char* url = node->GetScene() ? node->GetScene()->GetURL() : nullptr;
     const QString bundle = QString::fromUtf8(url ? url : "");
     if (bundle.endsWith(QLatin1String(".mrb"), Qt::CaseInsensitive))

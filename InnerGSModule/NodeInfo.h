@@ -9,7 +9,7 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLVolumeNode;
 class vtkSlicerInnerGSJob;
 
-/// Nodes and jobs as the panels see them.
+/// Converts nodes and jobs for the panels.
 namespace innergs::ui {
 
 QString idOf(vtkMRMLNode* node); // "" for null
@@ -18,17 +18,17 @@ VolumeInfo infoOf(vtkMRMLVolumeNode* node);
 ModelInfo infoOf(vtkMRMLInnerGSModelNode* node);
 Report reportOf(vtkSlicerInnerGSJob* job);
 
-/// The ellipsoids of a model in the scene, and the first volume made from it; null when there is none.
+/// The ellipsoids of a model in the scene, and the first volume made from it; null if there is none.
 vtkMRMLModelNode* ellipsoidsOf(vtkMRMLInnerGSModelNode* node);
 vtkMRMLScalarVolumeNode* volumeOf(vtkMRMLInnerGSModelNode* node);
 void setEllipsoidsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLModelNode* ellipsoids);
-/// Whether InnerGS made it, from a model or beside one.
+/// Whether InnerGS made it, from a model or next to one.
 bool isMade(vtkMRMLNode* node);
-/// Whether a volume is one to reconstruct: it has voxels, people can choose it, and InnerGS did not make it.
+/// Whether a volume can be reconstructed from: it has voxels, is selectable, and was not made by InnerGS.
 bool isScan(vtkMRMLNode* node);
 /// Gives the node the model's provenance.
 void setMadeFrom(vtkMRMLNode* node, vtkMRMLInnerGSModelNode* model);
-/// In the subject hierarchy.
+/// Places it next to its sibling in the subject hierarchy.
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);
 
 } // namespace innergs::ui

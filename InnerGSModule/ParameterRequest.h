@@ -3,13 +3,13 @@
 
 class vtkMRMLInnerGSParameterNode;
 
-/// What the panels ask for and what the parameter node keeps with the scene: the same choices.
+/// Converts between the panels' request and the parameter node, which the scene saves.
 namespace innergs::ui {
 
 Request requestOf(vtkMRMLInnerGSParameterNode* node);
 
-/// Nodes that the scene does not have are left out; rows without a volume as well. The node is modified once,
-/// and only when something differs.
+/// Skips nodes that are not in the scene, and rows without a volume. Modifies the node once, and only if
+/// something differs.
 void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request);
 
 } // namespace innergs::ui

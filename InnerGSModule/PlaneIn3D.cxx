@@ -37,13 +37,13 @@ std::vector<Point> cut(const std::vector<Point>& polygon, int axis, double at, d
   return rest;
 }
 
-/// The part of the picture in the model's box, with its texture coordinates.
+/// The part of the picture inside the model's box, with its texture coordinates.
 vtkSmartPointer<vtkPolyData> polygonOf(const innergs::ui::PlaneImage& picture,
                                        const std::array<double, 6>& bounds) {
   const double size[2] = {double(picture.task.columns), double(picture.task.rows)};
   std::vector<Point> corners;
   for (const auto& [u, v] : {std::pair{0., 0.}, {1., 0.}, {1., 1.}, {0., 1.}}) {
-    double at[4] = {u * size[0] - 0.5, v * size[1] - 0.5, 0, 1}; // the edges of its pixels
+    double at[4] = {u * size[0] - 0.5, v * size[1] - 0.5, 0, 1}; // the outer edges of its pixels
     picture.ijkToRAS->MultiplyPoint(at, at);
     corners.push_back({at[0], at[1], at[2]});
   }
@@ -149,5 +149,5 @@ void PlaneIn3D::update() {
   vtkMRMLDisplayNode* display = node_->GetDisplayNode();
   if (!display) return;
   display->SetTextureImageDataConnection(colours_->GetOutputPort());
-  display->Modified(); // the texture, in 3D views
+  display->Modified(); // for the texture in 3D views
 }

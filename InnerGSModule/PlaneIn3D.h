@@ -11,18 +11,17 @@ class vtkImageMapToWindowLevelColors;
 class vtkMRMLModelNode;
 class vtkMRMLScene;
 
-/// The query panel's plane in the 3D views: a hidden model node, not saved, textured with the plane's
-/// picture.
+/// The query panel's plane in the 3D views: a hidden, unsaved model node, textured with the plane's picture.
 class PlaneIn3D {
 public:
   PlaneIn3D();
   ~PlaneIn3D();
   void setScene(vtkMRMLScene* scene);
-  /// Shows or hides it; without a picture there is nothing to show.
+  /// Shows or hides it; without a picture, nothing is shown.
   void setShown(bool shown);
   /// bounds: of the model (RAS mm); the picture is clipped to them.
   void setPicture(const innergs::ui::PlaneImage& picture, const std::array<double, 6>& bounds);
-  /// What is black and white, scanner units.
+  /// The intensities shown as black and white, scanner units.
   void setWindow(double lower, double upper);
 
 private:

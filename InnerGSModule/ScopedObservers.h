@@ -4,7 +4,7 @@
 
 #include <vector>
 
-/// Observers of VTK objects that end with this. The objects may be deleted earlier.
+/// Observers of VTK objects, removed with this. The objects may be deleted earlier.
 class ScopedObservers {
 public:
   ScopedObservers() = default;

@@ -41,7 +41,7 @@ QIcon qSlicerInnerGSModelPlugin::icon(vtkIdType itemID) {
 }
 
 QIcon qSlicerInnerGSModelPlugin::visibilityIcon(int) {
-  return {}; // models are seen through the volumes and ellipsoids made from them
+  return {}; // models are displayed by the volumes and ellipsoids made from them
 }
 
 QString qSlicerInnerGSModelPlugin::tooltip(vtkIdType itemID) const {

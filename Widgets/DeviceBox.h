@@ -16,11 +16,11 @@ struct DeviceList;
 
 namespace innergs::ui {
 
-/// Chooses the device and says why it is the one. Looks for GPUs in the background.
+/// Chooses the device and says why it was chosen. Looks for GPUs in the background.
 class DeviceBox : public QWidget {
   Q_OBJECT
 public:
-  /// find: lists the devices, on a thread of its own; empty: innergs::otherDevices.
+  /// find: lists the devices, on a separate thread; empty: innergs::otherDevices.
   explicit DeviceBox(QWidget* parent = nullptr, std::function<DeviceList()> find = {});
   ~DeviceBox() override;
   /// As in Settings: "auto", "cpu", "cuda:N".

@@ -141,7 +141,7 @@ vtkSmartPointer<vtkActor> ellipsoidActor(vtkPolyData* centres, const EllipsoidOp
   vtkNew<vtkLookupTable> greys;
   greys->SetHueRange(0, 0);
   greys->SetSaturationRange(0, 0);
-  greys->SetValueRange(0.1, 1); // black ones would vanish in front of a black background
+  greys->SetValueRange(0.1, 1); // black ones would be invisible on a black background
   greys->SetRange(options.window.data());
   greys->Build();
   mapper->SetLookupTable(greys);

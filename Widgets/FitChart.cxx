@@ -39,7 +39,7 @@ struct FitChart::Scale {
     to = last;
     step = tickStep(high - low, mostTicks);
   }
-  /// Down and up to whole ticks.
+  /// Extends the range to whole ticks.
   void widen() {
     low = step * std::floor(low / step + 1e-9);
     high = step * std::ceil(high / step - 1e-9);
@@ -90,7 +90,7 @@ QString FitChart::explanation() const {
   QStringList sentences;
   if (members_ > 1)
     sentences << tr("An ensemble of %n models is fitted, one after the other, and merged at the end: each "
-                    "begins anew at a dotted line.",
+                    "starts at a dotted line.",
                     nullptr, members_);
   if (coarse_ > 0)
     sentences << tr(
@@ -136,7 +136,7 @@ void FitChart::paintEvent(QPaintEvent*) {
   drawLines(painter, iterations, [&](const Point& point) { return decibels(point.psnr); });
 }
 
-/// Where members begin, and which of their iterations see half the resolution.
+/// Marks where members begin, and which iterations use half the resolution.
 void FitChart::drawParts(QPainter& painter, const Scale& iterations, double top, double bottom) const {
   if (points_.size() < 2) return;
   QColor shade = palette().color(QPalette::Text), mark = shade;

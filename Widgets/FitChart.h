@@ -8,19 +8,19 @@
 namespace innergs::ui {
 
 /// PSNR on the fitted samples (left axis, dB) and loss (right axis, logarithmic) over the iterations of a
-/// fit. Every member of an ensemble, and its iterations at half resolution, have lines of their own. Drawn by
-/// Qt alone: a chart in OpenGL held the window while its shaders were compiled.
+/// fit. Every member of an ensemble, and its iterations at half resolution, have separate lines. Drawn by Qt
+/// only: an OpenGL chart would block the window while its shaders are compiled.
 class FitChart : public QWidget {
   Q_OBJECT
 public:
   explicit FitChart(QWidget* parent = nullptr);
   void clear();
-  /// Only iterations of the fit, each once. Shown at the next update(), which the owner calls.
+  /// Adds iterations of the fit only, each once. They appear at the next update(), which the owner calls.
   void add(const Progress& progress);
   int points() const { return static_cast<int>(points_.size()); }
-  /// Lines of one quantity that do not continue each other.
+  /// Number of unconnected lines of one quantity.
   int lines() const;
-  /// Sentences on what is drawn in particular: ensembles and half resolution; "" without these.
+  /// Sentences on ensembles and half resolution in the chart; "" without them.
   QString explanation() const;
 
 protected:

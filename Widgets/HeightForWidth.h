@@ -6,8 +6,8 @@
 
 namespace innergs::ui {
 
-/// A widget that takes the width it is given and the height that this needs (Base::heightForWidth), which is
-/// its minimum as well: not every container above a panel passes height for width on.
+/// A widget that takes the given width and the height needed for it (Base::heightForWidth), which is also its
+/// minimum height: not every container above a panel supports height for width.
 template <class Base>
 class HeightForWidth : public Base {
 public:

@@ -52,8 +52,8 @@ InputRow::InputRow(Host* host, QWidget* parent)
   thickness_->setObjectName("sliceThickness");
   thickness_->setSuffix(tr(" mm"));
   thickness_->setToolTip(tr("Thickness of one slice in mm, from the scan's protocol.\n"
-                            "auto (0): as the file says where it says so (DICOM, NRRD), else the distance\n"
-                            "between slices; the line above tells which. Type it where slices overlap or\n"
+                            "auto (0): from the file if it says so (DICOM, NRRD), else the distance\n"
+                            "between slices; the line above says which. Enter it if slices overlap or\n"
                             "leave gaps and the file does not say."));
 
   profile_->setObjectName("sliceProfile");
@@ -192,7 +192,7 @@ void InputRow::refresh() {
       known ? tr("auto (%1 mm)").arg(lengthText(said ? info.sliceThickness : info.spacing[axis]))
             : tr("auto"));
   if (known) thickness_->setHighest(kMostOverlap * info.spacing[axis]);
-  thickness_->setMinimumWidth(thickness_->sizeHint().width()); // the hint for the minimum leaves the unit out
+  thickness_->setMinimumWidth(thickness_->sizeHint().width()); // the minimum size hint omits the unit
   axis_->setItemText(0,
                      known ? tr("auto (%1)").arg(kAxisNames[std::clamp(info.sliceAxis, 0, 2)]) : tr("auto"));
   axis_->setMinimumWidth(axis_->sizeHint().width()); // Qt keeps the minimum of the old text
@@ -222,7 +222,7 @@ InputsTable::InputsTable(Host* host, QWidget* parent)
   number();
   connect(add_, &QToolButton::clicked, this, [this] {
     InputRow* row = addRow();
-    row->setChoice({}); // not the first scan once more
+    row->setChoice({}); // not the first scan again
     number();
     row->setFocus();
     tell();

@@ -12,19 +12,19 @@ namespace innergs::ui {
 
 class NumberSpin;
 
-/// One scan: which, how its slices lie, their thickness (mm), profile and axis.
+/// One scan: which volume, the orientation of its slices, their thickness (mm), profile and axis.
 class InputRow : public QWidget {
   Q_OBJECT
 public:
   InputRow(Host* host, QWidget* parent);
-  /// Without an ID while nothing is chosen.
+  /// Without an ID while nothing is selected.
   InputChoice choice() const;
   void setChoice(const InputChoice& choice);
   /// The row's number, from 1, for names and mnemonics; whether it is the only one.
   void setPlace(int number, bool alone);
   /// Shows the volume again after a change in the host.
   void refresh();
-  /// The Tab key comes here from the last field of another row.
+  /// Puts this row after the last field of another row in the Tab order.
   void setTabAfter(InputRow* other);
   QWidget* firstField() const;
   QWidget* lastField() const;
@@ -45,23 +45,23 @@ private:
   NumberSpin* thickness_;
   QComboBox *profile_, *axis_;
   QToolButton* remove_;
-  InputChoice choice_; // but for the ID; what was set stays as it was until it is edited
+  InputChoice choice_; // except the ID; values stay exact until they are edited
 };
 
-/// The scans of a reconstruction. At least one row, which may be without a choice.
+/// The scans of a reconstruction. At least one row, which may be empty.
 class InputsTable : public QWidget {
   Q_OBJECT
 public:
   explicit InputsTable(Host* host, QWidget* parent = nullptr);
-  /// Rows without a choice are left out.
+  /// Skips rows without a choice.
   QVector<InputChoice> inputs() const;
   void setInputs(const QVector<InputChoice>& inputs);
-  /// Chooses a scan for the only row, unless the user chose another one or changed how it is read.
+  /// Selects a scan in the only row, unless the user selected another one or changed how it is read.
   void suggest(const QString& id);
 
 Q_SIGNALS:
   void changed();
-  /// The same choice, but the host's volumes changed.
+  /// The same choice, but the host's volumes have changed.
   void refreshed();
 
 private:

@@ -7,8 +7,8 @@ class QPlainTextEdit;
 
 namespace innergs::ui {
 
-/// What has happened, with the time of day: reconstructions with their settings and warnings, and what the
-/// host logs. Copy puts all of it on the clipboard.
+/// A log with the time of day: reconstructions with their settings and warnings, and the host's messages.
+/// Copy puts all of it on the clipboard.
 class LogPanel : public QWidget {
   Q_OBJECT
 public:

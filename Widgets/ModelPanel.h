@@ -9,8 +9,7 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// Says what a model is, where it comes from and whether it is saved; loads and saves models and shows
-/// their Gaussians.
+/// Describes a model, its origin and whether it is saved; loads and saves models and shows their Gaussians.
 class ModelPanel : public QWidget {
   Q_OBJECT
 public:

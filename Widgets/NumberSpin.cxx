@@ -11,7 +11,7 @@
 namespace innergs::ui {
 namespace {
 
-/// Stands for automatic: below the range.
+/// The value below the range that means automatic.
 double automaticValue(const NumberSpin::Range& range) {
   return range.lowest - 1;
 }

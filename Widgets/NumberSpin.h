@@ -5,9 +5,9 @@
 
 namespace innergs::ui {
 
-/// A number without padding zeros, over many orders of magnitude; where `automatic` is allowed, an emptied
-/// field or a step below the lowest value means that no number is given. A text that was not edited keeps the
-/// number with all its digits.
+/// A number without padding zeros, over many orders of magnitude. If `automatic` is allowed, an empty field
+/// or a step below the lowest value means that no number is given. Unedited text keeps the number with all
+/// its digits.
 class NumberSpin : public QDoubleSpinBox {
   Q_OBJECT
 public:
@@ -15,13 +15,13 @@ public:
     double lowest, highest;
     bool integer = false;
     bool automatic = false;
-    double first = 0; // where steps begin from automatic; 0: the lowest
+    double first = 0; // where steps start from automatic; 0: the lowest
   };
 
-  /// Of what is typed or stepped to; a greater value that is there stays.
+  /// Limits what is typed or stepped to; a larger existing value stays.
   void setHighest(double highest);
   explicit NumberSpin(const Range& range, QWidget* parent = nullptr);
-  /// Nothing for automatic.
+  /// Nothing if automatic.
   std::optional<double> number() const;
   void setNumber(std::optional<double> number);
 

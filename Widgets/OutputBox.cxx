@@ -53,13 +53,13 @@ OutputBox::OutputBox(Host* host, QWidget* parent)
   gridForm->addRow(tr("Result &grid:"), grid_);
   layout->addLayout(gridForm);
   layout->addWidget(explanation_);
-  // A hidden row of a form leaves a gap, so each row that comes and goes is a widget of its own.
+  // A hidden row of a form leaves a gap, so each row that is shown on demand is a separate widget.
   spacingRow_ = new QWidget(this);
   addForm(spacingRow_)->addRow(tr("Voxel s&ize:"), spacing_);
   layout->addWidget(spacingRow_);
   referenceRow_ = new QWidget(this);
   reference_ = addSelector(addForm(referenceRow_), Host::Role::Reference, "referenceSelector",
-                           tr("Reference vo&lume:"), tr("The result gets the voxels of this volume."));
+                           tr("Reference vo&lume:"), tr("The result uses this volume's voxel grid."));
   layout->addWidget(referenceRow_);
   QFormLayout* outputs = addForm(nullptr);
   volume_ = addSelector(outputs, Host::Role::OutputVolume, "outputVolumeSelector", tr("Result vol&ume:"),

@@ -10,15 +10,15 @@ namespace innergs::ui {
 
 class NumberSpin;
 
-/// Where a reconstruction's result goes: its grid, and the volume and model to write to.
+/// The output of a reconstruction: its grid, and the volume and model to write to.
 class OutputBox : public QWidget {
   Q_OBJECT
 public:
   explicit OutputBox(Host* host, QWidget* parent = nullptr);
-  /// Fills grid, spacing and IDs of the outputs.
+  /// Sets grid, spacing and IDs of the outputs.
   void fill(Request& request) const;
   void set(const Request& request);
-  /// Says in the line below the grid what the choice leads to for these scans.
+  /// Explains in the line below the grid what the choice means for these scans.
   void explain(const QVector<InputChoice>& inputs);
 
 Q_SIGNALS:
@@ -31,7 +31,7 @@ private:
   QComboBox* grid_;
   QLabel* explanation_;
   NumberSpin* spacing_;
-  double asked_ = 1; // mm; what was set stays as it was until it is edited
+  double asked_ = 1; // mm; the value set, kept exact until it is edited
   QWidget *spacingRow_, *referenceRow_;
   Selector *reference_ = nullptr, *volume_ = nullptr, *model_ = nullptr;
 };

@@ -5,12 +5,12 @@ class QLabel;
 
 namespace innergs::ui {
 
-/// A label for sentences: wraps, can be selected by mouse and keyboard, plain text.
+/// A label for sentences: wraps, is selectable by mouse and keyboard, plain text.
 QLabel* makeWrappedLabel(const QString& objectName, QWidget* parent);
-/// The wheel changes a value only in the widget that has the keyboard: scrolling a panel must not edit it.
+/// The wheel changes a value only in the widget with the keyboard focus: scrolling a panel must not edit it.
 void guardWheel(QWidget* parent);
-/// Scrolls the area around two widgets, if there is one, so that all from the first to the last is seen once
-/// it is laid out; where that is too much, from the first on.
+/// Once the layout is done, scrolls the area around two widgets, if there is one, so that everything from the
+/// first to the last is visible; if that is too much, from the first on.
 void reveal(QWidget* first, QWidget* last);
 
 } // namespace innergs::ui

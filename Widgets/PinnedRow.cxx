@@ -26,7 +26,7 @@ QRect seenPart(const QWidget* widget) {
 
 } // namespace
 
-/// Opaque, with a line where it lies over the panel.
+/// Opaque, with a line where it covers the panel.
 class PinnedRow::Bar : public QWidget {
 public:
   explicit Bar(QWidget* parent) : QWidget(parent) {
@@ -136,7 +136,7 @@ void PinnedRow::place() {
                               : Bar::Line::None);
 }
 
-/// Scrolls a widget that gets the keyboard out from under the row, where the areas alone would leave it.
+/// Scrolls a newly focused widget out from under the row where the areas alone would not.
 void PinnedRow::uncover(QWidget* focused) {
   if (!focused || !isVisible() || !panel_->isAncestorOf(focused) || bar_->isAncestorOf(focused)) return;
   const QRect at(focused->mapTo(panel_, QPoint(0, 0)), focused->size()), bar = bar_->geometry();

@@ -5,17 +5,17 @@
 
 namespace innergs::ui {
 
-/// A row of a panel that stays visible: scrolled out of sight, it lies over the panel at the lower edge of
-/// the scroll areas around it.
+/// A row of a panel that stays visible: when scrolled out of sight, it covers the panel at the lower edge of
+/// the surrounding scroll areas.
 class PinnedRow : public QWidget {
   Q_OBJECT
 public:
-  /// panel: its parent or a further ancestor, which it does not leave.
+  /// panel: its parent or an ancestor, whose area it does not leave.
   explicit PinnedRow(QWidget* panel);
   ~PinnedRow() override;
   /// Sets its content, once; the panel owns it.
   void setContent(QWidget* content);
-  /// Whether it stays at the upper edge as well.
+  /// Whether it also stays at the upper edge.
   void setPinnedAtTop(bool pinned);
 
   QSize sizeHint() const override;

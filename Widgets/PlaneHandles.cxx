@@ -12,13 +12,13 @@ namespace innergs::ui {
 
 namespace {
 
-constexpr double arcHalf = 14; // degrees that a diagonal handle spans to either side
+constexpr double arcHalf = 14; // degrees that a diagonal handle extends to either side
 
 double lengthOf(const QPointF& p) {
   return std::hypot(p.x(), p.y());
 }
 
-/// A triangle that points along `direction`, with its middle at `at`.
+/// A triangle pointing along `direction`, with its centre at `at`.
 QPolygonF arrowHead(const QPointF& at, const QPointF& direction, double size) {
   const QPointF across(-direction.y(), direction.x());
   QPolygonF triangle;
@@ -81,7 +81,7 @@ void PlaneHandles::paint(QPainter& painter, const QPalette& palette, PlaneHandle
     stroke(painter, vertical, colour(PlaneHandle::TiltVertical), 1, true);
     horizontal.addEllipse(centre_ + up, head, head);
     stroke(painter, horizontal, colour(PlaneHandle::TiltHorizontal), 1, true);
-    // The axes that they tilt about are the other pair's; ticks say how they move.
+    // The ticks show how the handles move; the axes they tilt about belong to the other pair.
     QPainterPath ticks;
     for (const double way : {-1., 1.}) {
       ticks.addPolygon(arrowHead(centre_ + right + QPointF(way * 0.75 * unit_, 0), {way, 0}, 0.55 * head));

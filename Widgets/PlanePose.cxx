@@ -18,7 +18,7 @@ constexpr double perDegree = std::numbers::pi / 180;
 Mat3 rotation(int axis, double degrees) {
   Mat3 r;
   const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-  // Right angles and their multiples are exact, so that a plane set to 90° is one of the three.
+  // Multiples of 90° are exact, so that a plane set to 90° is one of the three standard ones.
   const double c =
       std::fmod(degrees, 180) == 0 || std::fmod(degrees, 90) != 0 ? std::cos(degrees * perDegree) : 0;
   const double s = std::fmod(degrees, 180) == 0 ? 0 : std::sin(degrees * perDegree);
@@ -41,13 +41,13 @@ double distance(const PlaneAngles& a, const PlaneAngles& b) {
          std::abs(wrapped(a.aboutVertical - b.aboutVertical)) + std::abs(wrapped(a.inPlane - b.inPlane));
 }
 
-/// The angles of a rotation; of the ways to write it, the one nearest to `last`.
+/// The angles of a rotation; of the equivalent ones, those nearest to `last`.
 PlaneAngles anglesOf(const Mat3& r, const PlaneAngles& last) {
   const auto degrees = [](double y, double x) { return wrapped(std::atan2(y, x) / perDegree); };
   PlaneAngles a;
   const double cosine = std::hypot(r[0][0], r[0][1]);
   a.aboutVertical = degrees(r[0][2], cosine);
-  if (cosine < 1e-9) { // the first and the last axis are one: keep the last angle
+  if (cosine < 1e-9) { // the first and the last axis coincide: keeps the last angle
     a.inPlane = last.inPlane;
     const double both = degrees(r[1][0], r[1][1]);
     a.aboutHorizontal = wrapped(r[0][2] > 0 ? both - a.inPlane : a.inPlane - both);
@@ -126,7 +126,7 @@ std::optional<PlanePose> poseOf(vtkMatrix4x4* planeToRAS) {
   }
   axis[1] = axis[1] - dot(axis[0], axis[1]) * axis[0];
   const Vec3 across = cross(axis[0], axis[1]);
-  const double along = dot(across, axis[2]); // sine of the angle between x and y, or little, for a bad matrix
+  const double along = dot(across, axis[2]); // sine of the angle between x and y; small for a bad matrix
   if (std::abs(along) < 1e-6) return std::nullopt;
   axis[1] = (1 / norm(axis[1])) * axis[1];
   axis[2] = ((along > 0 ? 1 : -1) / norm(across)) * across;
@@ -179,7 +179,7 @@ std::array<double, 6> extentOf(const PlanePose& pose, const std::array<double, 6
 
 QString directionLetters(const Vec3& direction) {
   const double length = norm(direction);
-  std::array<std::pair<long, char>, 3> parts; // millionths, so that equal ones are equal
+  std::array<std::pair<long, char>, 3> parts; // in millionths, so that equal ones compare equal
   for (int a = 0; a < 3; ++a)
     parts[a] = {std::lround(1e6 * std::abs(direction[a]) / length), direction[a] > 0 ? "RAS"[a] : "LPI"[a]};
   std::stable_sort(parts.begin(), parts.end(),

@@ -23,40 +23,40 @@ struct PlaneAngles {
   bool operator==(const PlaneAngles&) const = default;
 };
 
-/// Where a plane lies: an orientation, turned by angles, through a point. axes() =
-/// axesOf(orientation)·Rx·Ry·Rz, so that the two tilts alone say which plane it is, and the angle in the
-/// plane how it is turned on the screen.
+/// The position of a plane: an orientation, rotated by angles, through a point. axes() =
+/// axesOf(orientation)·Rx·Ry·Rz, so the two tilts alone define the plane, and the in-plane angle its rotation
+/// on the screen.
 struct PlanePose {
   PlaneOrientation orientation = PlaneOrientation::Axial;
-  bool reversed = false; // the normal points the other way than the orientation's
+  bool reversed = false; // the normal is opposite to the orientation's
   PlaneAngles angles;
-  Vec3 origin{0, 0, 0}; // RAS mm: the middle of the view, and the point that the plane turns about
+  Vec3 origin{0, 0, 0}; // RAS mm: the centre of the view, and of rotations
 
   Mat3 axes() const;
   Vec3 normal() const { return column(axes(), 2); }
-  /// Whether it lies as the orientation does.
+  /// Whether all angles are 0.
   bool isStraight() const;
-  /// Of a point (mm) in the plane's coordinates.
+  /// The RAS position of a point (mm) in plane coordinates.
   Vec3 toRAS(double right, double up, double along = 0) const;
-  /// mm along the normal from the origin of RAS, as a slice view's offset.
+  /// mm along the normal from the RAS origin, like a slice view's offset.
   double position() const { return dot(normal(), origin); }
   void setPosition(double position);
-  /// By so many degrees about its own axis 0 (right), 1 (up) or 2 (normal), through its origin.
+  /// Rotates by degrees about its own axis 0 (right), 1 (up) or 2 (normal), through its origin.
   void turn(int axis, double degrees);
-  /// By mm along its own axes.
+  /// Moves by mm along its own axes.
   void move(double right, double up, double along);
   bool operator==(const PlanePose&) const = default;
 };
 
-/// The pose of a slice node's SliceToRAS: lengths of its columns are ignored, a shear is straightened. The
-/// nearest orientation is taken. Nothing for a matrix without a plane (singular, not finite).
+/// The pose of a slice node's SliceToRAS, with the nearest orientation; ignores column lengths and removes
+/// shear. Nothing for a matrix without a plane (singular, not finite).
 std::optional<PlanePose> poseOf(vtkMatrix4x4* planeToRAS);
 void toMatrix(const PlanePose& pose, vtkMatrix4x4* planeToRAS);
 
-/// The box (mm; xmin, xmax, ymin, ...) in plane coordinates that holds a RAS box.
+/// The box (mm; xmin, xmax, ymin, ...) in plane coordinates that contains a RAS box.
 std::array<double, 6> extentOf(const PlanePose& pose, const std::array<double, 6>& bounds);
 
-/// "R", "L", "A", "P", "S", "I" for a RAS direction; oblique ones with all letters that matter, the largest
+/// "R", "L", "A", "P", "S", "I" for a RAS direction; for oblique ones all significant letters, the largest
 /// first ("AL").
 QString directionLetters(const Vec3& direction);
 /// "R 12.3, A 4.0, I 5.6": each coordinate with the letter of its sign.

@@ -21,7 +21,7 @@ namespace innergs::ui {
 
 namespace {
 
-/// A round arrow.
+/// A circular arrow.
 QCursor turnCursor(const QWidget* widget) {
   const double ratio = widget->devicePixelRatioF();
   const int size = QFontMetrics(widget->font()).height() * 3 / 2;
@@ -84,7 +84,7 @@ protected:
            view_->note_);
       if (view_->handlesShown_) {
         view_->handles().paint(painter, palette(), view_->hot_, view_->turned_);
-        QRectF corner = inner; // beside the letter and the handle
+        QRectF corner = inner; // next to the letter and the handle
         corner.setWidth(0.5 * inner.width() - 2.5 * fontMetrics().height());
         text(painter, corner, Qt::AlignLeft | Qt::AlignBottom | Qt::TextWordWrap, hintOf(view_->hot_));
       }
@@ -107,7 +107,7 @@ protected:
   }
 
 private:
-  /// White with a dark rim: legible on any image.
+  /// White with a dark outline: legible on any image.
   static void text(QPainter& painter, const QRectF& box, int flags, const QString& words) {
     painter.setPen(QColor(0, 0, 0, 200));
     for (const QPointF& by : {QPointF(-1, 0), QPointF(1, 0), QPointF(0, -1), QPointF(0, 1)})
@@ -135,7 +135,7 @@ PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_
   camera->SetViewUp(0, 1, 0);
   camera->SetClippingRange(1, 2000);
   mapper_->SetOrientationToZ();
-  mapper_->BorderOn(); // half a pixel more: whole pixels, not their centres
+  mapper_->BorderOn(); // half a pixel more: full pixels, not up to their centres
   slice_->SetMapper(mapper_);
   slice_->GetProperty()->SetInterpolationTypeToLinear();
   slice_->SetVisibility(false);
@@ -149,7 +149,7 @@ PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_
 
 PlaneView::~PlaneView() = default;
 
-// As high as wide, so that a plane fills the width.
+// Square, so that a plane fills the width.
 QSize PlaneView::sizeHint() const {
   const int u = fontMetrics().height();
   return {24 * u, std::max(20 * u, testAttribute(Qt::WA_Resized) ? width() : 0)};
@@ -188,7 +188,7 @@ void PlaneView::clearImage() {
   draw();
 }
 
-// Where the plane has only been shifted or turned in itself, the present image moves along at once.
+// If the plane has only been shifted or rotated within itself, moves the current image at once.
 void PlaneView::placeImage() {
   if (!image_.image) return;
   const Mat3 now = pose_.axes(), then = image_.task.pose.axes();
@@ -406,8 +406,8 @@ void PlaneView::dragTo(const QPointF& point) {
   }
 }
 
-// As if the near side of the patient were moved with the mouse: how the plane turns then depends on the side
-// that the normal points to.
+// As if the mouse moved the near side of the patient; the plane's rotation then depends on the side that the
+// normal points to.
 void PlaneView::turnTo(const QPointF& point) {
   constexpr double perRadian = 180 / 3.14159265358979323846;
   const QPointF by = point - from_, middle = handles().centre();
@@ -475,7 +475,7 @@ void PlaneView::keyPressEvent(QKeyEvent* event) {
     Q_EMIT homeAsked();
     return;
   default:
-    QWidget::keyPressEvent(event); // not VTK's keys
+    QWidget::keyPressEvent(event); // keeps VTK's keys from acting
     return;
   }
   event->accept();

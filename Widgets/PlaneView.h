@@ -16,11 +16,11 @@ class vtkRenderer;
 
 namespace innergs::ui {
 
-/// Shows a plane of a model as it lies on the screen (x right, y up) with the letters of its directions, and
-/// lets the plane be turned and moved by handles. Left drag: window and level; middle or Shift+left: pan;
-/// right or Ctrl+wheel: zoom; wheel: along the normal. Keys: arrows tilt, Shift+arrows pan, Ctrl+left/right
-/// turn, Page Up/Down move, +/− zoom, Home fits; with the keyboard in it a cross marks the middle. It
-/// computes nothing: its owner provides the images.
+/// Shows a plane of a model (x right, y up) with the letters of its directions, and lets the user rotate and
+/// move the plane by handles. Left drag: window and level; middle or Shift+left: pan; right or Ctrl+wheel:
+/// zoom; wheel: along the normal. Keys: arrows tilt, Shift+arrows pan, Ctrl+left/right rotate, Page Up/Down
+/// move, +/− zoom, Home fits; with the keyboard focus, a cross marks the centre. It computes nothing: its
+/// owner provides the images.
 class PlaneView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:
@@ -29,11 +29,11 @@ public:
 
   const PlanePose& pose() const { return pose_; }
   void setPose(const PlanePose& pose);
-  /// image: null hides it. It stays where it is in the patient while only the plane's own axes move.
+  /// image: null hides it. It keeps its position in the patient while only the plane's own axes move.
   void setImage(const PlaneImage& image);
   void clearImage();
   const PlaneImage& image() const { return image_; }
-  /// A line in the middle instead of the letters; "" none.
+  /// A line in the centre instead of the letters; "" none.
   void setMessage(const QString& message);
   /// A line on top of the image; "" none.
   void setNote(const QString& note);
@@ -42,14 +42,14 @@ public:
   double lower() const { return lower_; }
   double upper() const { return upper_; }
   void setHandlesShown(bool shown);
-  /// mm that a step of the wheel moves the plane by.
+  /// mm that one step of the wheel moves the plane.
   void setStep(double mm) { step_ = mm; }
-  /// Shows all of this box in plane coordinates (mm; xmin, xmax, ymin, ymax).
+  /// Fits this box in plane coordinates (mm; xmin, xmax, ymin, ymax) into the view.
   void fit(double left, double right, double bottom, double top);
   /// mm per pixel of the widget.
   double scale() const;
 
-  /// Of the plane at the middle of the left, right, top and bottom edge.
+  /// Direction letters at the centre of the left, right, top and bottom edge.
   QStringList letters() const;
   QPointF planeAt(const QPointF& widgetPoint) const;
   QPointF widgetAt(const QPointF& planePoint) const;
@@ -58,7 +58,7 @@ public:
   QSize minimumSizeHint() const override;
 
 Q_SIGNALS:
-  /// By the user; pose() is already this one.
+  /// Edited by the user; pose() has the new value already.
   void poseEdited(const innergs::ui::PlanePose& pose);
   /// Whether the user is dragging the plane.
   void draggingChanged(bool dragging);
@@ -66,7 +66,7 @@ Q_SIGNALS:
   /// mm in the plane.
   void hovered(const QPointF& planePoint);
   void left();
-  /// Whether the keyboard is here.
+  /// Whether the view has the keyboard focus.
   void focusChanged(bool focus);
   void homeAsked();
 

@@ -26,17 +26,17 @@
 namespace innergs::ui {
 
 struct PlaneWorker::Work {
-  std::mutex mutex; // for what follows
+  std::mutex mutex; // for the following members
   std::condition_variable wake;
   std::optional<PlaneTask> plane, point;
   std::deque<PlaneTask> toExport;
   bool stopping = false;
-  bool showing = false;               // the query is at work on a plane to be shown
-  vtkNew<vtkInnerGSPlaneQuery> query; // used by the thread alone, except for Cancel()
+  bool showing = false;               // the query is computing a plane to show
+  vtkNew<vtkInnerGSPlaneQuery> query; // used only by the thread, except for Cancel()
   std::shared_ptr<const Model> queried;
   std::thread thread;
 
-  /// On the thread. Waits for a task; false at the end.
+  /// Called on the thread. Waits for a task; returns false at the end.
   bool next(PlaneTask& task, Signal& signal) {
     std::unique_lock lock(mutex);
     wake.wait(lock, [this] { return stopping || point || plane || !toExport.empty(); });
@@ -61,7 +61,7 @@ struct PlaneWorker::Work {
     result.task = task;
     result.ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
     try {
-      if (queried != task.model) { // a data object of the thread's own, which shares the Gaussians
+      if (queried != task.model) { // a separate data object for the thread, which shares the Gaussians
         vtkNew<vtkInnerGSModel> model;
         model->SetCoreModel(task.model);
         query->SetModel(model);
@@ -102,7 +102,7 @@ struct PlaneWorker::Work {
         std::lock_guard lock(mutex);
         showing = false;
         if (stopping) return;
-        if (!result.image && result.error.isEmpty()) { // stopped: again, unless there is something newer
+        if (!result.image && result.error.isEmpty()) { // stopped: repeats it unless there is something newer
           if (signal == &PlaneWorker::shown && !plane) plane = task;
           if (signal == &PlaneWorker::probed && !point) point = task;
           if (signal == &PlaneWorker::exported) toExport.push_front(task);
@@ -128,7 +128,7 @@ QString commandOf(const PlaneTask& task, const QString& modelFile) {
     return words.join(QLatin1Char(','));
   };
   const Mat3 axes = task.pose.axes();
-  // The command's rows run down.
+  // The command's rows run downwards.
   return QStringLiteral("innergs slice \"%1\" --ras --u %2 --v %3 --center %4 --size %5,%6 --spacing %7 "
                         "-o plane.nii.gz")
       .arg(modelFile, numbers(column(axes, 0)), numbers(-1 * column(axes, 1)),

@@ -16,7 +16,7 @@ namespace {
 constexpr int kGap = 4;          // pixels between the planes
 constexpr int kMostPixels = 256; // along one side of a plane
 
-/// One anatomical axis as it lies in the image: the index axis nearest to it, and whether that runs with it.
+/// An anatomical axis in the image: the nearest index axis, and whether it points the same way.
 struct AxisMap {
   int axis = 0;
   bool forward = true;
@@ -68,7 +68,7 @@ void PreviewView::setImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS) {
   image->GetExtent(extent);
   vtkIdType step[3];
   image->GetIncrements(step);
-  // Across and up on the screen, as anatomical axes; the sign says whether they grow to the right and up.
+  // Across and up on the screen, as anatomical axes; the sign says whether they increase to the right and up.
   struct Sides {
     int across, up;
     bool acrossGrows, upGrows;

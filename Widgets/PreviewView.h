@@ -12,13 +12,13 @@ class vtkMatrix4x4;
 
 namespace innergs::ui {
 
-/// The middle axial, coronal and sagittal slice of an image, seen as radiologists do (patient's right on the
-/// left), at one scale in mm.
+/// The middle axial, coronal and sagittal slice of an image in radiological orientation (patient's right on
+/// the left), at one scale in mm.
 class PreviewView : public HeightForWidth<QWidget> {
   Q_OBJECT
 public:
   explicit PreviewView(QWidget* parent = nullptr);
-  /// Copies what it shows; ijkToRAS null: the identity.
+  /// Copies the data that it shows; ijkToRAS null: the identity.
   void setImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
   void clear();
   bool isEmpty() const { return planes_[0].image.isNull(); }
@@ -33,7 +33,7 @@ private:
     QImage image;
     QSizeF size; // mm
   };
-  /// Pixels per mm at which all planes stand side by side.
+  /// Pixels per mm at which all planes fit side by side.
   double scale(int width) const;
 
   std::array<PlanePicture, 3> planes_;

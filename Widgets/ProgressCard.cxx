@@ -53,7 +53,7 @@ QString phaseText(const Progress& progress) {
   return {};
 }
 
-/// The figures of an iteration, with the lines that the chart draws them with.
+/// The figures of an iteration, with samples of the chart's lines.
 QString numbersText(const Progress& progress, const QPalette& palette) {
   const QString main = palette.color(QPalette::Highlight).name();
   const auto entry = [](const QString& sign, const QString& colour, const QString& text) {
@@ -86,7 +86,7 @@ ProgressCard::ProgressCard(QWidget* parent)
   bar_->setObjectName("progressBar");
   bar_->setRange(0, kBarSteps);
   bar_->setFormat(tr("%p %"));
-  bar_->setToolTip(tr("Share of the whole work that is done (%), the quality measurement included."));
+  bar_->setToolTip(tr("Share of the whole work done (%), including the quality measurement."));
   remaining_->setToolTip(tr("Estimated time until everything is done."));
   numbers_->setToolTip(tr("PSNR in dB: more is better. The loss has no unit: less is better."));
   chart_->setObjectName("fitChart");
@@ -146,7 +146,7 @@ void ProgressCard::setProgress(const Progress& progress) {
 
 void ProgressCard::showLatest() {
   if (!std::exchange(fresh_, false)) return;
-  if (latest_.phase != shown_.phase) sinceRemaining_.invalidate(); // shown at once
+  if (latest_.phase != shown_.phase) sinceRemaining_.invalidate(); // at once
   shown_ = latest_;
   timer_.start();
   chart_->update();

@@ -15,24 +15,24 @@ namespace innergs::ui {
 class FitChart;
 class PreviewView;
 
-/// A running reconstruction: the chart of the fit, a preview, and a head with phase, percent and remaining
-/// time. While the quality is judged by a second fit, chart and figures stay those of the first.
+/// A running reconstruction: the chart of the fit, a preview, and a head with phase, percentage and remaining
+/// time. While a second fit measures the quality, chart and figures stay those of the first.
 class ProgressCard : public QWidget {
   Q_OBJECT
 public:
   explicit ProgressCard(QWidget* parent = nullptr);
-  /// Visible while it runs; who shows the card may place it elsewhere.
+  /// Visible while it runs; the owner of the card may place it elsewhere.
   QWidget* head() const { return head_; }
-  /// Before the first report.
+  /// Call before the first report.
   void begin();
-  /// Shown at once when the phase changes, else a few times a second.
+  /// Shown at once if the phase changes, else a few times per second.
   void setProgress(const Progress& progress);
-  /// Whether it is the first one.
+  /// Returns whether it is the first one.
   bool setPreview(vtkImageData* image, vtkMatrix4x4* ijkToRAS);
-  /// For another reconstruction, until the first report.
+  /// Waits for another reconstruction, until the first report.
   void setWaiting();
   void setCancelling();
-  /// What is worth keeping after the end: the chart.
+  /// Keeps only the chart.
   void finish();
 
 protected:
@@ -48,8 +48,8 @@ private:
   QProgressBar* bar_;
   FitChart* chart_;
   PreviewView* preview_;
-  Progress latest_, shown_, fit_; // fit_: the last iteration of the fit, the end of the chart's line
-  bool fresh_ = false;            // latest_ is not shown yet
+  Progress latest_, shown_, fit_; // fit_: the last iteration of the fit, where the chart's line ends
+  bool fresh_ = false;            // latest_ has not been shown yet
   QTimer timer_;
   QElapsedTimer sinceRemaining_;
   bool cancelling_ = false;

@@ -24,7 +24,7 @@ QString decibel(double psnr) {
   return std::isfinite(psnr) ? QLocale().toString(psnr, 'f', 2) : QString::fromUtf8("–");
 }
 
-/// What the scores do not say.
+/// Limits of the scores.
 QString scopeText(const Report& report) {
   if (report.quality.isEmpty() || report.scans < 2) return {};
   return QualityCard::tr("Judged on the first scan alone, which says little about the %n scans together. ",
@@ -139,10 +139,9 @@ void QualityCard::setReport(const Report& report) {
           ? tr("%1 dB PSNR on the fitted samples, not held out, of the finished model: how closely "
                "it follows the scans, not how true it is between their slices.")
                 .arg(decibel(report.trainingPsnr))
-      : std::isinf(report.trainingPsnr)
-          ? tr("The finished model has the values of the scans in their slices; how true it is between them "
-               "this does not say.")
-          : QString());
+      : std::isinf(report.trainingPsnr) ? tr("The finished model reproduces the scans in their slices; this "
+                                             "does not say how accurate it is between them.")
+                                        : QString());
   show();
 }
 

@@ -10,7 +10,7 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// What a reconstruction reached. Every figure says which samples it was computed on.
+/// The quality of a result. Every figure says which samples it was computed on.
 class QualityCard : public QWidget {
   Q_OBJECT
 public:

@@ -8,7 +8,7 @@
 namespace innergs::ui {
 namespace {
 
-// Differences that nobody can see.
+// Invisible differences.
 constexpr double kSamePsnr = 0.1; // dB
 constexpr double kSameSsim = 0.005;
 
@@ -21,7 +21,7 @@ Measured measured(const QVector<QualityRow>& rows, double QualityRow::*score, do
   }
   if (!ours || !best) return {0, NAN, {}};
   const double gain = ours->*score - best->*score;
-  // Rounded as it is printed.
+  // Rounded like the printed figure.
   const int sign = gain > same - 1e-9 ? 1 : gain < -same + 1e-9 ? -1 : 0;
   return {sign, gain, best->method};
 }

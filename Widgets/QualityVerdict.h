@@ -5,20 +5,20 @@ namespace innergs::ui {
 
 enum class Verdict {
   Unknown,
-  Better, // by one measure at least, and by none worse
+  Better, // in at least one measure, and worse in none
   AsGood,
-  Mixed, // better by one measure and worse by the other
+  Mixed, // better in one measure and worse in the other
   Worse
 };
 
-/// How InnerGS compares with the best of the other methods by one measure.
+/// InnerGS compared with the best of the other methods in one measure.
 struct Measured {
   int sign = 0;    // 1: better, 0: no visible difference, or unknown; −1: worse
   double gain = 0; // of InnerGS over the other; NaN: unknown
   QString other;   // method
 };
 
-/// PSNR and SSIM count alike, for InnerGS and against it.
+/// PSNR and SSIM count equally, for InnerGS and against it.
 struct Comparison {
   Verdict verdict = Verdict::Unknown;
   Measured psnr, ssim;

@@ -33,7 +33,7 @@ namespace innergs::ui {
 
 namespace {
 
-constexpr double budget = 16;       // ms that a plane may take while it moves
+constexpr double budget = 16;       // ms per plane while it moves
 constexpr double mostShown = 1.5e6; // pixels; more than a screen shows
 constexpr int settleAfter = 150;    // ms without movement
 
@@ -77,7 +77,7 @@ QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(hos
   updateModel();
 }
 
-// Its children outlive it: their signals must not reach it any more.
+// Its children outlive it, so their signals must no longer reach it.
 QueryPanel::~QueryPanel() {
   for (QObject* part : findChildren<QObject*>())
     part->disconnect(this);
@@ -188,7 +188,7 @@ void QueryPanel::updateModel() {
         showWindow();
       }
       bool away = !placed_;
-      for (int a = 0; a < 3 && !linked_; ++a) // a linked view stays where it is
+      for (int a = 0; a < 3 && !linked_; ++a) // a linked view keeps its position
         away = away || pose_.origin[a] < info_.bounds[2 * a] || pose_.origin[a] > info_.bounds[2 * a + 1];
       PlanePose pose = pose_;
       if (away) pose.origin = middleOf(info_.bounds);
@@ -282,8 +282,8 @@ void QueryPanel::showWindow() {
   Q_EMIT windowChanged(view_->lower(), view_->upper());
 }
 
-// The pixels cover the model's whole box as it is seen along the normal, so that neighbouring planes have the
-// same grid.
+// The pixels cover the model's whole box as seen along the normal, so that neighbouring planes have the same
+// grid.
 PlaneTask QueryPanel::taskFor(double pixelSize) const {
   PlaneTask task;
   task.model = model_;
@@ -497,7 +497,7 @@ void QueryPanel::build() {
       tr("Position under the mouse, or in the middle while the view has the keyboard (RAS mm; "
          "R, A, S: to the patient's right, anterior, superior) and the model's "
          "value there, in the scanner's units"));
-  readout_->setMinimumWidth(1); // its text never widens the panel
+  readout_->setMinimumWidth(1); // its text must not widen the panel
   copyCommand_ = new QToolButton;
   copyCommand_->setObjectName(QStringLiteral("queryCopyCommand"));
   copyCommand_->setText(tr("Cop&y"));

@@ -20,11 +20,11 @@ class MessageLine;
 class PlaneView;
 class ValueSlider;
 
-/// Looks at a model on any plane: by orientation, position and angles, or by the handles on the image. The
-/// plane can be put among the host's volumes or saved as a picture.
+/// Shows a model on any plane, set by orientation, position and angles or by the handles on the image. The
+/// plane can be added to the host's volumes or saved as a picture.
 ///
-/// While it is moved, planes are computed on a thread of their own, the latest one first; where one would
-/// take longer than 16 ms, with larger pixels until the movement ends.
+/// While it moves, planes are computed on a separate thread, the latest one first; if one would take longer
+/// than 16 ms, with larger pixels until the movement ends.
 class QueryPanel : public QWidget {
   Q_OBJECT
 public:
@@ -33,18 +33,18 @@ public:
 
   QString modelId() const { return modelId_; }
   void setModelId(const QString& id);
-  /// As a slice node's SliceToRAS; one that spans no plane is refused with a sentence in the panel. From then
-  /// on the plane is moved by people alone, never to a new model.
+  /// Like a slice node's SliceToRAS; one that spans no plane is rejected with a sentence in the panel. From
+  /// then on only users move the plane, and a new model does not reset it.
   void setPlane(vtkMatrix4x4* planeToRAS);
-  /// Unit columns: right, up, normal; origin in the middle of the view. Owned by the panel.
+  /// Unit columns: right, up, normal; the origin is the centre of the view. Owned by the panel.
   vtkMatrix4x4* planeToRAS() const;
 
 Q_SIGNALS:
   void planeChanged(vtkMatrix4x4* planeToRAS);
   void modelIdChanged(const QString& id);
-  /// What the panel shows now, where it lies; without an image: nothing.
+  /// The picture that the panel now shows, with its position; without an image: nothing.
   void pictureChanged(const innergs::ui::PlaneImage& picture);
-  /// What is black and white in it, scanner units.
+  /// The intensities shown as black and white, scanner units.
   void windowChanged(double lower, double upper);
 
 protected:
@@ -63,7 +63,7 @@ private:
   void query(bool moving);
   void settle();
   void probe(const QPointF& planePoint);
-  /// Under the mouse, or in the middle while the view has the keyboard.
+  /// Shows the value under the mouse, or at the centre while the view has the keyboard focus.
   void probeShown();
   void showProbe(const PlaneImage& point);
   void clearReadout();
@@ -83,16 +83,16 @@ private:
   PlanePose pose_;
   vtkNew<vtkMatrix4x4> matrix_;
   bool placed_ = false; // by setPlane() or for a model
-  bool linked_ = false; // the plane is another view's as well
+  bool linked_ = false; // another view shares the plane
   bool dragging_ = false;
-  bool coarse_ = false;   // what was asked for last is coarser than it should stay
-  bool waiting_ = false;  // for the panel to be seen
+  bool coarse_ = false;   // the last request is coarser than it should stay
+  bool waiting_ = false;  // until the panel is visible
   double msPerPixel_ = 0; // of the last query
   QTimer settle_{this};
   struct Export {
     QString name, modelId;
   };
-  QList<Export> exports_; // in the order of the worker's
+  QList<Export> exports_; // in the worker's order
 
   Selector* selector_ = nullptr;
   QWidget* controls_ = nullptr;

@@ -20,7 +20,7 @@ SaveDialog::SaveDialog(QWidget* parent, const QString& title, const QString& fol
                        const QString& name)
     : QFileDialog(parent, title, folder, filters) {
   setAcceptMode(AcceptSave);
-  for (const QString& filter : nameFilters()) // that of the proposed name
+  for (const QString& filter : nameFilters()) // the one of the proposed name
     if (name.endsWith(endOf(filter), Qt::CaseInsensitive)) {
       selectNameFilter(filter);
       break;

@@ -3,16 +3,16 @@
 
 namespace innergs::ui {
 
-/// Asks for a file to write. The chosen filter's extension (its first one) is the file's: it follows when
-/// another filter is chosen, and is added to a name that ends in none of the filters' extensions.
+/// Asks for a file to write. The file gets the (first) extension of the chosen filter: it changes with the
+/// filter, and is added to a name that ends in none of the filters' extensions.
 class SaveDialog : public QFileDialog {
   Q_OBJECT
 public:
   /// filters: separated by ";;"; name: proposed, with or without an extension.
   SaveDialog(QWidget* parent, const QString& title, const QString& folder, const QString& filters,
              const QString& name);
-  /// With an extension. Asks when that makes it the name of an existing file, which the dialog itself cannot
-  /// have asked about; "" when that is to stay.
+  /// Returns the file with its extension. If that makes it the name of an existing file, which the dialog
+  /// itself cannot have asked about, asks; "" if the file must stay.
   QString complete(const QString& file);
 
 private:

@@ -5,12 +5,12 @@ class QToolButton;
 
 namespace innergs::ui {
 
-/// A part of a panel that folds away under its title.
+/// A part of a panel that folds under its title.
 class Section : public QWidget {
   Q_OBJECT
 public:
   explicit Section(const QString& title, QWidget* parent = nullptr);
-  /// Takes the content over. Folded at first.
+  /// Takes ownership of the content. Initially folded.
   void setContent(QWidget* content);
   bool isOpen() const;
 

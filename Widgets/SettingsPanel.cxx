@@ -21,10 +21,10 @@ namespace {
 
 using Type = Setting::Type;
 
-constexpr double kLeast = 1e-9, kMost = 1e9; // where the table leaves a side open, or the bound itself out
+constexpr double kLeast = 1e-9, kMost = 1e9; // if the table leaves a side open or excludes the bound itself
 constexpr double kExactWhole = 0x1p53;       // the largest whole number that a field holds exactly
 
-/// What fields of choices offer: as they are shown, and as Setting::setText() takes them.
+/// The options of a choice: their labels, and their words for Setting::setText().
 std::vector<std::pair<QString, std::string>> choicesOf(const Setting& row) {
   std::vector<std::pair<QString, std::string>> choices;
   if (row.type() == Type::Flag)
@@ -39,7 +39,7 @@ std::vector<std::pair<QString, std::string>> choicesOf(const Setting& row) {
   return choices;
 }
 
-/// What a setting is there, for people; "" where it is unset.
+/// A setting's value for display; "" if it is unset.
 QString shownIn(const Settings& settings, const Setting& row, const QLocale& locale) {
   const auto number = row.numberIn(settings);
   if (number == 0 && *row.zero) return settingText(row.zero);
@@ -72,7 +72,7 @@ QString settingTip(const Setting& row) {
   QString text = settingText(row.text).toHtmlEscaped();
   if (*row.automatic)
     text += " " + SettingsPanel::tr("Automatic: %1.").arg(settingText(row.automatic).toHtmlEscaped());
-  return "<qt>" + text + "</qt>"; // so that it wraps
+  return "<qt>" + text + "</qt>"; // enables wrapping
 }
 
 SettingsPanel::SettingsPanel(QWidget* parent) : QWidget(parent) {
@@ -103,7 +103,7 @@ SettingsPanel::SettingsPanel(QWidget* parent) : QWidget(parent) {
   }
   auto* defaults = new QPushButton(tr("Restore defaul&ts"), this);
   defaults->setObjectName("restoreDefaults");
-  defaults->setToolTip(tr("All advanced settings as they were at first. Preset and device stay."));
+  defaults->setToolTip(tr("Restores the defaults of all advanced settings. Preset and device stay."));
   layout->addWidget(defaults, 0, Qt::AlignLeft);
   guardWheel(this);
   showSettings();

@@ -12,15 +12,15 @@ class QFormLayout;
 
 namespace innergs::ui {
 
-/// A text of the settings' table in the user's language.
+/// A text from the settings table in the user's language.
 QString settingText(const char* text);
-/// What the field of a setting may hold, and its tooltip.
+/// The range of a setting's field, and its tooltip.
 NumberSpin::Range settingRange(const Setting& row);
 QString settingTip(const Setting& row);
 
-/// A field for every setting but the basic ones, which stand beside it in the reconstruction panel and are
-/// kept as they were set. A field writes only the setting that the user edits, so that what was set comes
-/// back as it was. "automatic": unset, chosen from the preset and the data.
+/// A field for every setting except the basic ones, which have fields in the reconstruction panel and are
+/// kept unchanged here. A field writes only the setting that the user edits, so all others keep their exact
+/// values. "automatic": unset, chosen from the preset and the data.
 class SettingsPanel : public QWidget {
   Q_OBJECT
 public:
@@ -29,7 +29,7 @@ public:
   void setSettings(const Settings& settings);
 
 public Q_SLOTS:
-  /// All but the basic ones.
+  /// All except the basic ones.
   void restoreDefaults();
 
 Q_SIGNALS:
@@ -39,7 +39,7 @@ private:
   struct Field {
     const Setting* row;
     QWidget* widget;
-    std::function<void()> show; // the setting as it is
+    std::function<void()> show; // shows the setting's current value
   };
   QFormLayout* makeGroup(const QString& title);
   QWidget* makeCheck(const Setting& row, std::function<void()>& show);
@@ -47,7 +47,7 @@ private:
   QWidget* makeSpin(const Setting& row, std::function<void()>& show);
   void edit(const std::function<void()>& change);
   void showSettings();
-  /// Says what "automatic" leads to and greys what has no effect.
+  /// Shows what "automatic" means and disables settings without effect.
   void refresh();
 
   Settings settings_;

@@ -16,7 +16,7 @@ struct Words {
   Q_DECLARE_TR_FUNCTIONS(innergs::ui::Words)
 };
 
-/// With the locale's separators; a number has one kind of them.
+/// With the locale's separators; a number has only one kind of them.
 QString localized(const std::string& number) {
   QString text = QString::fromStdString(number);
   return text.contains(QLatin1Char(',')) ? text.replace(QLatin1Char(','), QLocale().groupSeparator())

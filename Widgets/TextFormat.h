@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-/// Numbers as text for people.
+/// Formats numbers for display.
 namespace innergs::ui {
 
 /// "a few seconds", "about 40 seconds", "about a minute", "about 5 minutes", "about 1 hour 20 minutes".
@@ -18,13 +18,13 @@ QString countText(std::int64_t count);
 QString gaussiansText(std::int64_t count);
 /// "Showing 20,000 of 1,045,528 Gaussians".
 QString shownGaussiansText(std::int64_t shown, std::int64_t all);
-/// The name of an evaluation method for people: "InnerGS" for "gaussians", "Lanczos interpolation" for
+/// The display name of an evaluation method: "InnerGS" for "gaussians", "Lanczos interpolation" for
 /// "lanczos".
 QString methodText(const QString& method);
 bool isOurMethod(const QString& method);
 /// At most three significant digits: "0.9", "4", "1.25".
 QString lengthText(double mm);
-/// The text with a full stop at its end.
+/// The text, with a full stop at the end.
 QString sentence(const QString& text);
 
 } // namespace innergs::ui

@@ -6,19 +6,19 @@ class QSlider;
 
 namespace innergs::ui {
 
-/// A number by slider and by keyboard.
+/// A number set by a slider or by keyboard.
 class ValueSlider : public QWidget {
   Q_OBJECT
 public:
-  /// suffix: the unit with what separates it from the number, e.g. " mm". The slider moves in steps of the
+  /// suffix: the unit including the separator from the number, e.g. " mm". The slider moves in steps of the
   /// last decimal.
   ValueSlider(const QString& suffix, int decimals, QWidget* parent = nullptr);
 
   double value() const;
-  void setValue(double value); // tells nobody; widens the range where needed
+  void setValue(double value); // emits no signal; extends the range if necessary
   void setRange(double lowest, double highest);
   void setSingleStep(double step);
-  /// From the highest value on to the lowest.
+  /// Wraps around from the highest value to the lowest.
   void setWrapping(bool wrapping);
   /// For both parts; object names NAMESlider and NAMEValue.
   void describe(const QString& name, const QString& accessibleName, const QString& toolTip);

@@ -6,10 +6,10 @@
 
 #include <cmath>
 
-/// The gestures of every view of a plane.
+/// The gestures common to all views of a plane.
 namespace innergs::ui {
 
-/// In the widget's own pixels.
+/// The position in the widget's own pixels.
 inline QPointF pointOf(const QMouseEvent* event) {
 #if QT_VERSION >= QT_VERSION_CHECK(6, 0, 0)
   return event->position();
@@ -18,10 +18,10 @@ inline QPointF pointOf(const QMouseEvent* event) {
 #endif
 }
 
-/// The steps of a wheel; the small ones of fine wheels and trackpads add up.
+/// Counts the steps of a wheel; adds up the small ones of fine wheels and trackpads.
 class WheelSteps {
 public:
-  /// The whole steps since the last ones; up is above 0.
+  /// The whole steps since the last call; positive is up.
   int take(const QWheelEvent* event) {
     // Qt turns the wheel sideways while Alt is held.
     angle_ += event->modifiers() & Qt::AltModifier ? event->angleDelta().x() : event->angleDelta().y();
@@ -29,7 +29,7 @@ public:
     angle_ -= kStep * steps;
     return steps;
   }
-  /// A factor on the length that the view shows.
+  /// The zoom factor on the length that the view shows.
   static double zoomOf(const QWheelEvent* event) {
     return std::pow(0.85, static_cast<double>(event->angleDelta().y()) / kStep);
   }
@@ -39,15 +39,14 @@ private:
   int angle_ = 0;
 };
 
-/// The same for a drag by so many pixels downwards, and for a key; 1: not one that zooms.
+/// Likewise for a drag by so many pixels downwards, and for a key; 1: not a zoom key.
 inline double zoomOfDrag(double down) {
   return std::exp(down / 150);
 }
 inline double zoomOfKey(int key) {
   return key == Qt::Key_Plus || key == Qt::Key_Equal ? 0.85 : key == Qt::Key_Minus ? 1 / 0.85 : 1;
 }
-/// How far (right, up; in heights of the view) Shift and an arrow key move what is looked at; null: not such
-/// a key.
+/// How far (right, up; in heights of the view) Shift and an arrow key pan; null: not such a key.
 inline QPointF panOfKey(const QKeyEvent* event) {
   constexpr double step = 0.05;
   if (!(event->modifiers() & Qt::ShiftModifier)) return {};

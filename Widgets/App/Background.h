@@ -9,18 +9,18 @@
 
 namespace innergs::app {
 
-/// Does tasks, such as reading and writing files, one after another on a thread; where the system has no more
+/// Runs tasks, such as reading and writing files, one after another on a thread; if the system has no more
 /// threads, on the main thread.
 class Background : public QObject {
   Q_OBJECT
 public:
   explicit Background(QObject* parent = nullptr);
-  /// Waits for the task in progress and drops those that wait.
+  /// Waits for the current task and drops the waiting ones.
   ~Background() override;
 
-  /// `work` runs on the thread; what it returns is called on the main thread afterwards. `text`: for the busy
-  /// bar. Work that throws is told by failed(), and nothing is called then: what must be cleaned up catches
-  /// it itself (sentenceOf).
+  /// `work` runs on the thread; the function that it returns is then called on the main thread. `text`: for
+  /// the busy bar. If `work` throws, failed() is emitted and nothing is called, so it must catch exceptions
+  /// itself (sentenceOf) if something must be cleaned up.
   using Work = std::function<std::function<void()>()>;
   void run(const QString& text, Work work);
   bool isBusy() const { return open_ > 0; }
@@ -29,9 +29,9 @@ public:
   void runAndWait(const QString& text, const std::function<void()>& work);
 
 Q_SIGNALS:
-  /// Text of the task in progress, or "" when there is none left.
+  /// The current task's text; "" if none is left.
   void busyChanged(const QString& text);
-  /// A task threw: what, as a sentence.
+  /// A task threw an exception, described by the sentence.
   void failed(const QString& sentence);
 
 private:
@@ -50,7 +50,7 @@ private:
   std::thread thread_;
 };
 
-/// What `task` throws, as one sentence; "" when it went well.
+/// Runs the task and returns a sentence on what it throws; "" on success.
 QString sentenceOf(const std::function<void()>& task);
 
 } // namespace innergs::app

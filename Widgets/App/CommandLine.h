@@ -7,10 +7,10 @@ namespace innergs::app {
 struct CommandLine {
   QStringList files;
   bool sample = false, reconstruct = false, dark = false;
-  QString screenshot; // a PNG file: write the window when everything asked for is done, and quit
+  QString screenshot; // a PNG file: writes the window to it once everything is done, and quits
 };
 
-/// Parses; false when the program is to end with *exitCode (help, version, wrong options).
+/// Parses the options; returns false if the program must end with *exitCode (help, version, wrong options).
 bool parse(int argc, char** argv, CommandLine& line, int* exitCode);
 
 } // namespace innergs::app

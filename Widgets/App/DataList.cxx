@@ -88,7 +88,7 @@ DataList::DataList(ViewState* state, QWidget* parent)
   });
   connect(save_, &QPushButton::clicked, this, [this] { Q_EMIT saveRequested(currentId()); });
   connect(close_, &QPushButton::clicked, this, [this] { Q_EMIT closeRequested(currentId()); });
-  // Without mnemonics: the list stands beside every panel.
+  // Without mnemonics, as the list is visible next to every panel.
   auto* del = new QShortcut(QKeySequence::Delete, tree_, nullptr, nullptr, Qt::WidgetShortcut);
   connect(del, &QShortcut::activated, close_, &QPushButton::click);
   connect(rename_, &QPushButton::clicked, this, [this] { tree_->editItem(tree_->currentItem(), 0); });
@@ -153,7 +153,7 @@ void DataList::showDetails() {
     const auto volume = state_->document()->volume(id);
     const auto model = state_->document()->model(id);
     QFont font = tree_->font();
-    font.setBold(id == state_->volumeId());                                 // what the views show
+    font.setBold(id == state_->volumeId());                                 // shown in the views
     font.setItalic((volume && !volume->saved) || (model && !model->saved)); // not saved yet
     line->setFont(0, font);
   }
@@ -177,7 +177,7 @@ void DataList::showFrame() {
   const QSignalBlocker blocker(frame_);
   frame_->setSuffix(tr(" of %1").arg(frames.count));
   frame_->setMaximum(frames.count);
-  // While frames are read one after another, the last choice stays.
+  // While frames are read one after another, the last choice is kept.
   if (waitingFor_ != item->id || frame_->value() == frames.shown + 1) waitingFor_.clear();
   if (waitingFor_.isEmpty()) frame_->setValue(frames.shown + 1);
   time_->setText(frames.seconds > 0
@@ -194,7 +194,7 @@ void DataList::choose() {
 
 void DataList::changed(QTreeWidgetItem* item) {
   const QString id = item->data(0, kIdRole).toString(), name = item->text(0);
-  // Later: this rebuilds the list, and the editor is still at work on this line.
+  // Later: this rebuilds the list, and the editor still uses this line.
   QMetaObject::invokeMethod(
       this,
       [this, id, name] {

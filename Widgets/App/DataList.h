@@ -11,15 +11,15 @@ class QPushButton;
 
 namespace innergs::app {
 
-/// Volumes and models of the document: what the views show, names, frames of 4D files, saving, closing.
+/// The document's volumes and models: what the views show, names, frames of 4D files, saving, closing.
 class DataList : public QWidget {
   Q_OBJECT
 public:
   explicit DataList(ViewState* state, QWidget* parent = nullptr);
-  /// Of the selected line; "" none.
+  /// Of the selected line; "" if none.
   QString currentId() const;
   void setCurrentId(const QString& id);
-  /// The frame that was chosen last cannot be read.
+  /// The frame chosen last could not be read.
   void frameFailed();
 
 Q_SIGNALS:

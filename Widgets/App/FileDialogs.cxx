@@ -63,7 +63,7 @@ void FileDialogs::openSample() {
         host_->setFolder(QFileInfo(file).absolutePath());
         host_->openSample(file);
       },
-      Qt::QueuedConnection); // when the box is gone
+      Qt::QueuedConnection); // after the box has closed
   box->open();
 }
 

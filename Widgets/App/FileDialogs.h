@@ -5,7 +5,7 @@
 
 namespace innergs::app {
 
-/// What the app asks about files: which to open, where to save, whether unsaved items may be lost.
+/// The app's dialogs on files: which to open, where to save, whether unsaved items may be lost.
 class FileDialogs : public QObject {
   Q_OBJECT
 public:
@@ -15,9 +15,9 @@ public:
   void openFolder();
   /// Asks for the head if none is found.
   void openSample();
-  /// Asks where; false when it was not written.
+  /// Asks where; returns false if it was not written.
   bool saveAs(const QString& id);
-  /// Asks when the item is not saved.
+  /// Asks if the item is not saved.
   void closeItem(const QString& id);
   /// Asks whether unsaved items may be lost.
   bool mayDiscard();

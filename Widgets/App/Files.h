@@ -6,18 +6,19 @@
 #include <filesystem>
 #include <optional>
 
-/// Files and folders to items and back. For worker threads; everything throws Error with one sentence.
+/// Converts files and folders to items and back. For worker threads; all functions throw Error with one
+/// sentence.
 namespace innergs::app {
 
-/// What was found in a file or DICOM folder: one of the two.
+/// The content of a file or DICOM folder: one of the two.
 struct Loaded {
   std::optional<VolumeItem> volume;
   std::optional<ModelItem> model;
 };
-/// frame: of a 4D file, from 0. series: of a DICOM folder that holds several, from 1.
+/// frame: of a 4D file, from 0. series: of a DICOM folder with several, from 1.
 Loaded readItem(const QString& path, int frame = 0, std::optional<int> series = {});
-/// The same for each series of a DICOM folder, named by what it says of itself. Those that cannot be read are
-/// left out, and `*leftOut` gets a sentence for each; throws the first one's Error when none can.
+/// Likewise for each series of a DICOM folder, named by its description. Skips those that cannot be read,
+/// with a sentence for each in `*leftOut`; throws the first one's Error if none can be read.
 std::vector<Loaded> readItems(const QString& path, QStringList* leftOut);
 /// The name of an item that is one frame of a 4D file, from its name for another one (−1: none yet).
 QString nameOfFrame(QString name, int before, int frame);
@@ -27,7 +28,7 @@ void saveItem(const ModelItem& item, const QString& file);
 
 /// Whether a file is read as a model.
 bool isModelFile(const QString& path);
-/// Gaussians alone: without the residual grid and the training state of a model.
+/// Gaussians only: without a model's residual grid and training state.
 bool isPly(const QString& path);
 
 ///@{
@@ -38,7 +39,7 @@ QString modelFilter();
 ///@}
 
 std::filesystem::path pathOf(const QString& path);
-/// A name for people: the file's, without folder and extension.
+/// A readable name: the file's, without folder and extension.
 QString nameOf(const QString& path);
 
 } // namespace innergs::app

@@ -26,14 +26,14 @@ struct QueryPlane::Parts {
 QueryPlane::QueryPlane(vtkRenderer* renderer) : parts_(std::make_unique<Parts>()) {
   Parts& p = *parts_;
   p.mapper->SetOrientationToZ();
-  p.mapper->BorderOn(); // half a pixel more: whole pixels, not their centres
+  p.mapper->BorderOn(); // half a pixel more: full pixels, not up to their centres
   p.slice->SetMapper(p.mapper);
   p.slice->GetProperty()->SetInterpolationTypeToLinear();
   vtkNew<vtkPolyDataMapper> lines;
   lines->SetInputConnection(p.frame->GetOutputPort());
   p.outline->SetMapper(lines);
   p.outline->GetProperty()->LightingOff();
-  p.outline->GetProperty()->SetColor(0.30, 0.75, 1); // none of the three slices'
+  p.outline->GetProperty()->SetColor(0.30, 0.75, 1); // a different colour from the three slices
   p.outline->GetProperty()->SetLineWidth(2);
   show();
   renderer->AddViewProp(p.slice);

@@ -9,13 +9,13 @@ struct PlaneImage;
 
 namespace innergs::app {
 
-/// The query panel's picture at its place in space (RAS mm), with an outline; hidden at first.
+/// The query panel's picture at its position in space (RAS mm), with an outline; initially hidden.
 class QueryPlane {
 public:
   explicit QueryPlane(vtkRenderer* renderer);
   ~QueryPlane();
 
-  /// Without an image: none is shown.
+  /// Without an image, shows none.
   void setPicture(const ui::PlaneImage& picture);
   /// Black and white, scanner units.
   void setWindow(double lower, double upper);

@@ -3,12 +3,12 @@
 
 namespace innergs::app {
 
-/// The T1 head that the sample is made of: the file chosen last, one beside the program, in the system's
-/// folders of data, or MRIcron's; "" where there is none.
+/// The T1 head that the sample is made from: the file chosen last, one beside the program, in the system's
+/// data folders, or MRIcron's; "" if there is none.
 QString sampleBrain();
-/// Taken first from now on.
+/// Uses this file first from now on.
 void rememberSampleBrain(const QString& file);
-/// What to choose where there is none, a sentence.
+/// A sentence on what to choose if there is none.
 QString whatIsTheSampleBrain();
 /// A scan with axial slices of about 5 mm, simulated from the head, and the head itself to compare with. For
 /// worker threads; throws Error with one sentence.

@@ -22,7 +22,7 @@
 namespace innergs::app {
 namespace {
 
-// The views draw a moment after the request.
+// The views are drawn shortly after the request.
 constexpr int kDrawn = 500; // ms
 
 void takePicture(MainWindow* window, const QString& file, bool failed) {
@@ -77,7 +77,7 @@ void carryOut(MainWindow* window, const CommandLine& line) {
     afterOpening();
   });
   if (line.sample && line.screenshot.isEmpty()) window->files()->openSample();
-  if (line.sample && !line.screenshot.isEmpty()) host->openSample(); // a script chooses no files
+  if (line.sample && !line.screenshot.isEmpty()) host->openSample(); // a script cannot choose files
   window->host()->open(files);
 }
 

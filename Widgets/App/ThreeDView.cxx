@@ -41,7 +41,7 @@
 namespace innergs::app {
 namespace {
 
-/// VTK's mouse style without its keys (stereo, wireframe, quit): the view has its own.
+/// VTK's mouse style without its keys (stereo, wireframe, quit), as the view has its own.
 class MouseStyle : public vtkInteractorStyleTrackballCamera {
 public:
   static MouseStyle* New();
@@ -313,7 +313,7 @@ void ThreeDView::frame() {
   const std::array<double, 6> box = state_->bounds();
   camera->SetViewAngle(30); // Zoom() below changes it
   scene_->renderer->ResetCamera(box.data());
-  // The sphere around the box fits; now move as near as the box itself allows.
+  // The sphere around the box fits; now moves as close as the box itself allows.
   const double aspect = double(std::max(1, width())) / std::max(1, height());
   vtkMatrix4x4* toView = camera->GetCompositeProjectionTransformMatrix(aspect, -1, 1);
   double widest = 0;

@@ -12,8 +12,8 @@ namespace innergs::app {
 class Background;
 class QueryPlane;
 
-/// The shown volume in space: the three planes through the crosshair, on request the whole volume, the plane
-/// of the query panel, and the ellipsoids of the models that ask for them.
+/// The shown volume in space: the three planes through the crosshair, optionally the whole volume, the query
+/// panel's plane, and the ellipsoids of models that show them.
 class ThreeDView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:
@@ -24,19 +24,19 @@ public:
   void setVolumeRendered(bool on);
   void setPlanesShown(bool on);
   ///@{
-  /// The query panel's plane; not shown at first.
+  /// The query panel's plane; initially hidden.
   void setQueryPicture(const ui::PlaneImage& picture);
   void setQueryWindow(double lower, double upper);
   void setQueryShown(bool on);
   ///@}
-  /// The whole volume from the front, patient's right on the left.
+  /// The whole volume from the front, with the patient's right on the left.
   void fit();
-  /// The whole volume from where it is looked at.
+  /// The whole volume from the current direction.
   void frame();
 
 Q_SIGNALS:
   void doubleClicked();
-  /// A model's ellipsoids could not be made.
+  /// A model's ellipsoids could not be created.
   void failed(const QString& modelId, const QString& sentence);
 
 protected:
@@ -45,7 +45,7 @@ protected:
   void resizeEvent(QResizeEvent* event) override;
 
 private:
-  /// Moves what is looked at, in heights of the view.
+  /// Pans, in heights of the view.
   void pan(double right, double up);
   void showVolume();
   void showWindow();

@@ -15,7 +15,7 @@
 namespace innergs::app {
 namespace {
 
-/// Of the frame around the view that has the keyboard.
+/// Width of the frame around the view with the keyboard focus.
 int frameWidth(const QWidget* widget) {
   return std::max(2, widget->fontMetrics().height() / 8);
 }
@@ -29,15 +29,15 @@ SlicePane::SlicePane(ViewState* state, int axis, QWidget* parent)
   name->setBuddy(slider_);
   slider_->setObjectName(QStringLiteral("slider"));
   slider_->setAccessibleName(tr("%1 slice").arg(name->text()));
-  slider_->setToolTip(tr("Scroll through the slices; the number beside it is the position in mm"));
+  slider_->setToolTip(tr("Scroll through the slices; the number next to it is the position in mm"));
   position_->setObjectName(QStringLiteral("position"));
   position_->setAccessibleName(tr("%1 position").arg(name->text()));
   position_->setDecimals(1);
   position_->setPrefix(QLatin1Char("RAS"[axis]) + QStringLiteral(" "));
   position_->setSuffix(tr(" mm"));
-  static const char* const ends[] = {QT_TR_NOOP("Position in RAS mm, to the right of the patient above 0"),
-                                     QT_TR_NOOP("Position in RAS mm, to the front of the patient above 0"),
-                                     QT_TR_NOOP("Position in RAS mm, to the head of the patient above 0")};
+  static const char* const ends[] = {QT_TR_NOOP("Position in RAS mm, positive to the patient's right"),
+                                     QT_TR_NOOP("Position in RAS mm, positive to the patient's front"),
+                                     QT_TR_NOOP("Position in RAS mm, positive to the patient's head")};
   position_->setToolTip(tr(ends[axis]));
   position_->setKeyboardTracking(false);
   auto* top = new QHBoxLayout;

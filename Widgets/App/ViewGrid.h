@@ -23,7 +23,7 @@ private:
   QDoubleSpinBox* position_;
 };
 
-/// The three slice views and the 3D view, all at once or one alone; the one with the keyboard has a frame.
+/// The three slice views and the 3D view, all or a single one; the one with the keyboard focus has a frame.
 class ViewGrid : public QWidget {
   Q_OBJECT
 public:
@@ -34,7 +34,7 @@ public:
   void setLayoutShown(Layout layout);
   SliceView* slice(int axis) const { return panes_[axis]->view(); }
   ThreeDView* threeD() const { return threeD_; }
-  /// Every view shows the whole volume again.
+  /// Fits the whole volume into every view.
   void fit();
 
 Q_SIGNALS:

@@ -13,7 +13,7 @@ int main(int argc, char** argv) {
   innergs::app::prepare();
   int one = 1; // the app parses the options, not Qt
   QApplication app(one, argv);
-  std::setlocale(LC_NUMERIC, "C"); // Qt set the user's; files need decimal points
+  std::setlocale(LC_NUMERIC, "C"); // Qt has set the user's; files need decimal points
   QApplication::setApplicationName(QStringLiteral("InnerGS"));
   QApplication::setApplicationVersion(QStringLiteral(INNERGS_VERSION));
   QApplication::setDesktopFileName(QStringLiteral("innergs-app"));

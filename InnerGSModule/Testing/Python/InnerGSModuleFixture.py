@@ -43,7 +43,7 @@ def ball(name="Ball", spacing=(1.5, 1.5, 4.0), size=(40, 40, 14)):
 class ModuleFixture(unittest.TestCase):
     def setUp(self):
         slicer.mrmlScene.Clear(0)
-        slicer.util.selectModule("Data")  # enters the module anew below
+        slicer.util.selectModule("Data")  # re-enters the module below
         self.volume = ball()
         slicer.util.setSliceViewerLayers(background=self.volume, fit=True)
         slicer.util.selectModule("InnerGS")
@@ -74,7 +74,7 @@ class ModuleFixture(unittest.TestCase):
         button = self.find("reconstruct")
         self.assertTrue(until(lambda: button.enabled, 10), self.find("refusal").toolTip)
         button.click()
-        # At once: a short fit may end while events are handled.
+        # Immediately: a short fit may end while events are handled.
         self.assertIn("ancel", button.text, self.find("refusal").toolTip)
 
     def ended(self):

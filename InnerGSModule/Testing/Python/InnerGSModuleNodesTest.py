@@ -38,7 +38,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
         self.assertEqual(self.parameters, other)
         button.click()
         self.assertTrue(self.isIn3D(first.GetResultVolumeNode()))
-        # Or of the set that is chosen later.
+        # Nor of the set that is chosen later.
         sets.setCurrentNode(first)
         self.assertTrue(button.enabled and button.checked)
         sets.setCurrentNode(other)
@@ -74,7 +74,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
         present = lambda node: bool(slicer.mrmlScene.IsNodePresent(node))
         self.assertTrue(until(lambda: not present(mesh), 10))
         self.assertFalse(present(display))
-        # A script's node of points is its own.
+        # A script's own point node is kept.
         self.assertTrue(present(points))
         self.assertEqual(points.GetPolyData(), made)
 
@@ -109,7 +109,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
             self.assertFalse([name for name in files if picture.GetName() in name])
             slicer.util.loadScene(scene, {"clear": True})
             self.assertTrue(until(lambda: self.find("ModelInViewCheckBox").checked, 20))
-        # Of what was saved; the view's picture is made anew.
+        # For what was saved; the view's picture is made again.
         volumes = slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode")
         saved = [node.GetName() for node in volumes if not self.logic.IsFollowing(node)]
         self.assertEqual(len(saved), 2, saved)
@@ -131,7 +131,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
         self.parameters.SetMaskSegmentID(segments[1])
         self.assertTrue(until(lambda: line.visible, 10))
         self.assertIn("Shell", line.text)
-        # It is none of another mask's.
+        # It does not belong to another mask.
         self.combo("maskSelector").setCurrentNode(second)
         self.assertTrue(until(lambda: self.parameters.GetMaskNode() == second, 10))
         self.assertEqual(self.parameters.GetMaskSegmentID(), "")
@@ -216,7 +216,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
                 add(button.text)
         places.pop("")
         self.assertEqual([texts for texts in places.values() if len(texts) > 1], [])
-        # The first in the panel have theirs.
+        # The first ones in the panel keep theirs.
         self.assertEqual(key(self.find("reconstruct").text), "R")
         self.assertGreater(len(places), 20, places)
         labels = slicer.util.findChildren(self.panel, className="QLabel")

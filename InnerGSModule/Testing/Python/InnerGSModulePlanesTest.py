@@ -108,7 +108,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
                 self.assertShows(self.exported(), model)
                 self.assertShows(followed, model)
                 self.assertShows(self.logic.QueryPlane(model, turn.GetMatrix(), 60, 50, 1.0), model)
-        # It follows a transform that is moved, and nothing was hardened.
+        # It follows a transform that moves, and nothing was hardened.
         turned = slicer.util.getNode("Turned")
         model.SetAndObserveTransformNodeID(turned.GetID())
         until(lambda: False, 1)
@@ -117,7 +117,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
         self.assertTrue(until(lambda: view.grab().toImage() != before, 10))
         self.assertShows(self.exported(), model)
         self.assertEqual(model.GetModel(), gaussians)
-        # One that cannot be inverted shows nothing.
+        # With a non-invertible one, it shows nothing.
         flat = vtk.vtkMatrix4x4()
         flat.SetElement(2, 2, 0)
         turned.SetMatrixTransformToParent(flat)
@@ -142,7 +142,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
         self.assertFalse(node.GetDisplayNode().GetSaveWithScene())
         tree = slicer.mrmlScene.GetSubjectHierarchyNode()
         self.assertEqual(tree.GetItemByDataNode(node), 0)
-        # It lies where the plane does, and goes with it.
+        # It has the plane's position and follows it.
         red = slicer.mrmlScene.GetNodeByID("vtkMRMLSliceNodeRed")
         self.find("SliceViewComboBox").setCurrentNode(red)
         red.SetOrientationToAxial()
@@ -167,7 +167,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
         picture = node.GetDisplayNode().GetTextureImageDataConnection().GetProducer().GetOutput()
         self.assertLess(picture.GetScalarRange()[0], 10)
         self.assertEqual(picture.GetScalarRange()[1], 255)
-        # Not while another module is shown, nor a closed section; and no more when it is not wanted.
+        # Not while another module is shown or the section is closed, and no longer once it is switched off.
         slicer.util.selectModule("Data")
         self.assertEqual(planes(), [])
         slicer.util.selectModule("InnerGS")

@@ -50,7 +50,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
         self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 1)
         self.assertEqual(self.parameters.GetInputVolumeNode(0), first)
         slicer.mrmlScene.RemoveNode(empty)
-        # Nor is one that somebody took out of the list put back.
+        # Nor is one selected again that the user removed from the list.
         self.combo("inputSelector").setCurrentNode(None)
         first.SetName("Renamed")
         self.assertTrue(until(lambda: self.combo("inputSelector").currentNode() is None, 10))
@@ -108,7 +108,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
         self.assertAlmostEqual(views.currentNode().GetSliceOffset(), 6, places=3)
         shown.setChecked(False)
         self.assertEqual(slicer.mrmlScene.GetNodeByID(self.background()).GetName(), result)
-        # It is not shown again once it was hidden.
+        # Once hidden, it is not shown again.
         self.reopen()
         self.assertTrue(until(lambda: self.combo("queryModel").currentNode() is not None, 20))
         self.assertFalse(shown.checked)

@@ -32,21 +32,21 @@ class InnerGSModuleTest(ModuleFixture):
         result, model = self.parameters.GetResultVolumeNode(), self.parameters.GetResultModelNode()
         self.assertIsNotNone(result)
         self.assertGreater(model.GetModel().GetNumberOfGaussians(), 0)
-        # Where and what it was: isotropic at the finest spacing, the ball's value at its shell and core.
+        # Position and content: isotropic at the finest spacing, with the ball's values at its shell and core.
         np.testing.assert_allclose(result.GetSpacing(), (1.5, 1.5, 1.5), atol=1e-6)
         self.assertAlmostEqual(self.logic.GetValueAtRAS(model, 0, 0, 0), 400, delta=80)
         self.assertAlmostEqual(self.logic.GetValueAtRAS(model, 15, 0, 0), 1000, delta=120)
-        # At once in all slice views, with the scan's window, and the views where they were.
+        # Immediately in all slice views, with the scan's window and the views unchanged.
         for view in ("Red", "Yellow", "Green"):
             self.assertEqual(self.background(view), result.GetID())
         self.assertEqual((result.GetDisplayNode().GetWindow(), result.GetDisplayNode().GetLevel()), (870, 430))
         after = slicer.app.layoutManager().sliceWidget("Red").sliceLogic().GetSliceNode().GetFieldOfView()
         self.assertEqual(before, after)
-        # Beside the scan in the Data module's tree, under an item of its own kind.
+        # Next to the scan in the Data module's tree, with its own kind of item.
         tree = slicer.mrmlScene.GetSubjectHierarchyNode()
         item = tree.GetItemByDataNode(model)
         self.assertEqual(tree.GetItemOwnerPluginName(item), "InnerGSModel")
-        # 3D on a button.
+        # 3D at the push of a button.
         button = self.find("VolumeRenderingButton")
         self.assertTrue(button.enabled)
         button.click()
@@ -218,7 +218,7 @@ class InnerGSModuleTest(ModuleFixture):
         self.assertTrue(mesh.GetDisplayVisibility())
         self.assertTrue(self.find("modelEllipsoids").checked)
         self.assertGreater(mesh.GetPolyData().GetNumberOfPolys(), 1000)
-        # Those of a model that is made again follow.
+        # Those of a model that is replaced are updated.
         before = mesh.GetPolyData()
         self.parameters.SetOutputModelNode(mesh.GetNodeReference("InnerGSModel"))
         self.parameters.SetNumberOfGaussians(300)
@@ -252,7 +252,7 @@ class InnerGSModuleTest(ModuleFixture):
         self.assertIn("bends", button.toolTip)
         self.volume.SetAndObserveTransformNodeID(None)
         self.assertTrue(until(lambda: button.enabled, 10))
-        # The slow parts of the estimate come by themselves.
+        # The slow parts of the estimate arrive on their own.
         self.assertTrue(until(lambda: self.find("deviceReason").text, 30))
 
     def test_edits_of_the_mask_and_the_region_are_seen(self):
@@ -281,7 +281,7 @@ class InnerGSModuleTest(ModuleFixture):
         self.assertTrue(until(lambda: text.text != before, 10), text.text)
         region.SetCenter(0, 0, 900)
         self.assertTrue(until(lambda: not button.enabled, 10), text.text)
-        # What changes while another module is shown is seen when this one is entered again.
+        # Changes made while another module is shown are noticed when this one is entered again.
         slicer.util.selectModule("Data")
         region.SetCenter(0, 0, 0)
         until(lambda: False, 0.6)
