@@ -35,7 +35,7 @@ struct Options {
 
 struct TestVolume {
   std::string name, path;
-  std::string missing; // why there is none
+  std::string missing; // the reason if there is none
 };
 
 std::string contents(const fs::path& path) {
@@ -50,7 +50,7 @@ public:
   bool failed() const { return failed_; }
 
   void run() {
-    document(""); // what is wrong with it is said before the work
+    document(""); // reports problems with it before the work
     volumes_ = findVolumes();
     brainweb_ = &volumes_.back();
     std::string numbers = machine();
@@ -78,7 +78,7 @@ private:
 
   std::string workFile(const std::string& name) const { return (fs::path(o_.work) / name).string(); }
 
-  /// Runs a program that writes `json`; a failure or an absent volume becomes a line in the table.
+  /// Runs a program that writes `json`; a failure or a missing volume becomes a line in the table.
   Outcome measure(const std::string& title, const std::string& json, std::vector<std::string> words) {
     const fs::path result = workFile(json), log = workFile(fs::path(json).stem().string() + ".log");
     std::error_code ignored;
@@ -191,7 +191,7 @@ private:
     return outcomes;
   }
 
-  /// The middle of each volume, along its axes, sharp and smooth.
+  /// The middle of each volume, along each of its axes, sharp and smooth.
   std::vector<HeldOutOutcome> sweep() {
     const fs::path data = o_.data;
     std::vector<TestVolume> volumes = volumes_;

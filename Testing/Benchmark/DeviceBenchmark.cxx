@@ -1,5 +1,6 @@
-// Speed and memory of a CUDA device beside the targets and the processors of the same machine, as Markdown.
-// Needs neither ITK nor a profiler; with --host the host executor goes through the same at a tiny size.
+// Speed and memory of a CUDA device, compared with the targets and the processors of the same machine, as
+// Markdown.
+// Needs neither ITK nor a profiler; with --host, the host executor does the same at a tiny size.
 #include "DeviceRuns.h"
 #include "KernelWork.h"
 #include "Markdown.h"
@@ -51,7 +52,7 @@ private:
   void add(const std::string& what, const std::string& value, const std::string& target = "",
            const std::string& met = "") {
     table_.add({what, value, target, met});
-    std::printf("%s: %s\n", what.c_str(), value.c_str()); // kept where a time limit ends the run
+    std::printf("%s: %s\n", what.c_str(), value.c_str()); // kept if a time limit ends the run
     std::fflush(stdout);
   }
   static std::string yes(bool met) { return met ? "yes" : "no"; }
@@ -138,7 +139,7 @@ private:
     fit.upload(scene.field, Adam(scene.field.size()), {});
     IterationOptions options;
     fit.iterate(options);
-    fit.iterate(options); // the room for pairs is known now
+    fit.iterate(options); // the room for pairs is now known
     profile.clear();
     constexpr int kTrialIterations = 5;
     for (int i = 0; i < kTrialIterations; ++i)
@@ -201,7 +202,7 @@ private:
     std::int64_t gaussians = 0;
     double gib = NAN, process = NAN;
 #ifdef INNERGS_BENCHMARK_CUDA
-    if (!options_.host) cuda::cudaFacts(0); // forgets the peak so far
+    if (!options_.host) cuda::cudaFacts(0); // resets the peak
 #endif
     const double seconds = largeIteration(options_, sizes, gaussians);
 #ifdef INNERGS_BENCHMARK_CUDA

@@ -141,7 +141,7 @@ double iterationSeconds(cuda::Fit& fit, const GaussianField& field, int repeats,
     for (std::size_t done = 0; done < run;)
       done += fit.iterateMany(std::span(iterations).subspan(done)).size();
   };
-  iteration(); // loads the kernels, finds the room
+  iteration(); // loads the kernels and allocates
   std::vector<double> seconds;
   for (int i = 0; i < repeats; ++i)
     seconds.push_back(timed(iteration) / static_cast<double>(run));
@@ -201,7 +201,7 @@ double planeMilliseconds(const Options& o, const Sizes& sizes, const Scene& scen
   Lattice lattice;
   lattice.nx = lattice.ny = sizes.plane;
   lattice.z = {0};
-  // Through the middle of the volume, turned about two axes; steps so that it spans the volume.
+  // Through the middle of the volume, rotated about two axes; the steps make it span the volume.
   const double step = g.spacing[0] * static_cast<double>(g.size[0]) / sizes.plane;
   lattice.indexToModel.linear = {
       {{{0.8 * step, -0.36 * step, 0.48}, {0.6 * step, 0.48 * step, -0.64}, {0, 0.8 * step, 0.6}}}};

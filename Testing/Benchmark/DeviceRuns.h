@@ -7,7 +7,7 @@
 #include <functional>
 #include <string>
 
-/// What the CUDA benchmark measures, on the device or, to try it, with the host executor.
+/// The measurements of the CUDA benchmark, on the device or, for a trial, with the host executor.
 namespace innergs::bench {
 
 double median(std::vector<double> values);
@@ -18,17 +18,17 @@ struct Options {
   int repeats = 7;
 };
 
-/// One size for the device, another to try it all on the host.
+/// Sizes for the device, and others for a trial on the host.
 struct Sizes {
   std::int64_t gaussians = 74088;
   int jobIterations = 0; // 0: the preset's
   std::int64_t large = 512;
-  int largeEdge = 126; // Gaussians along an edge of it
+  int largeEdge = 126; // Gaussians along each of its edges
   int plane = 512;
 };
 
 std::unique_ptr<cuda::Executor> executorOf(const Options& options);
-/// Smooth waves between 20 and 180, where no volume is given.
+/// Smooth waves between 20 and 180, if no volume is given.
 Volume waves(std::int64_t nx, std::int64_t ny, std::int64_t nz);
 
 struct JobRun {
@@ -38,10 +38,10 @@ struct JobRun {
 };
 
 constexpr double kPaperPsnr = 32.47;
-/// A whole reconstruction with every voxel of the volume, preset balanced.
+/// A whole reconstruction of every voxel of the volume, preset balanced.
 JobRun job(const Volume& volume, const Sizes& sizes, const std::string& device, int threads);
 
-/// A field in the middle of its fit, and what it is fitted to.
+/// A field in mid-fit, with its data.
 struct Scene {
   GaussianField field;
   std::vector<Observation> observations;
@@ -50,10 +50,10 @@ struct Scene {
 Scene sceneOf(const Volume& volume, const Sizes& sizes, Blending blending);
 FitRequest requestOf(const Scene& scene);
 
-/// Seconds an iteration of a fit, in runs with one wait as jobs do them. Learning rates of 0 keep the field.
+/// Seconds per iteration of a fit, in batches with one wait as in jobs. Learning rates of 0 keep the field.
 double iterationSeconds(cuda::Fit& fit, const GaussianField& field, int repeats, int relocateEvery = 0);
 double cpuIterationSeconds(const Scene& scene, int threads, int repeats);
-/// Seconds an iteration over a large volume with Gaussians on an even grid, as many as are given back.
+/// Seconds per iteration over a large volume with Gaussians on an even grid; also returns their number.
 double largeIteration(const Options& options, const Sizes& sizes, std::int64_t& gaussians);
 /// An oblique plane through the middle of the volume, copied to host memory.
 double planeMilliseconds(const Options& options, const Sizes& sizes, const Scene& scene,

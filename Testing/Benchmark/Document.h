@@ -4,11 +4,10 @@
 
 namespace innergs::bench {
 
-/// `document` with what stands between its markers replaced; throws Error(FileFormat) when a marker is
-/// missing.
+/// `document` with the text between its markers replaced; throws Error(FileFormat) if a marker is missing.
 std::string withNumbers(const std::string& document, const std::string& numbers);
 
-/// A new document: headings and markers, for numbers and for what people write.
+/// A new document: headings and markers, for numbers and for text.
 std::string emptyDocument();
 
 } // namespace innergs::bench

@@ -12,7 +12,7 @@ namespace innergs::bench {
 namespace {
 
 /// Forward, loss, gradients and Adam over the slices of `axes` axes. Learning rates of 0 keep the field, so
-/// that every iteration costs the same.
+/// every iteration costs the same.
 void iterateOver(benchmark::State& state, const Scene& s, int axes, int threads) {
   ThreadPool pool(threads);
   FitPlan plan;
@@ -82,7 +82,7 @@ void initialisation(benchmark::State& state) {
   }
 }
 
-/// A whole fit, and how its time was foreseen.
+/// A whole fit, with its predicted time.
 void wholeFit(benchmark::State& state) {
   ReconstructionInput input;
   input.stacks = {scene().stack};

@@ -21,7 +21,7 @@ struct Scores {
   const nlohmann::json& methods;
 };
 
-/// What the Gaussians must be above, and by how much at least.
+/// What the Gaussians must exceed, and by how much at least.
 struct Target {
   const char* over;
   double reference, margin;

@@ -10,7 +10,7 @@
 namespace innergs::bench {
 namespace {
 
-/// The scene projected onto its lattice and binned, with buffers to work on; one thread.
+/// The scene projected onto its lattice and binned, with work buffers; one thread.
 struct KernelScene {
   KernelScene() : pool(1), lattice(sceneLattice()), tiles(view()) {
     project(scene().field, {}, lattice, {}, pool, projected);
@@ -30,7 +30,7 @@ struct KernelScene {
     return {lattice.nx, lattice.ny, lattice.planes(), lattice.stride(), lattice.z.data()};
   }
 
-  /// (Gaussian, voxel) pairs inside the cut-off, by the scalar kernel: with F0 = 1 and unit weights its
+  /// (Gaussian, voxel) pairs inside the cut-off, by the scalar kernel: with F0 = 1 and unit weights, its
   /// moment n0 is Σ(p − cut), so lowering the cut by 1 adds 1 per voxel.
   double countPairs() const {
     const std::vector<float> ones(lattice.bufferSize(), 1.f), zeros(lattice.bufferSize(), 0.f);

@@ -32,13 +32,13 @@ struct HeavyKernels::Impl {
 
 namespace {
 
-/// Instructions of a warp, counted in the disassembly (Docs/cuda.md).
+/// Instructions per warp, counted in the disassembly (Docs/cuda.md).
 namespace sass {
 constexpr double accumulateBrick = 250, accumulateBatch = 164, accumulateGaussian = 67;
 constexpr double gatherGaussian = 290, gatherPlane = 86, gatherRows = 102, gatherPoints = 26;
 } // namespace sass
 
-/// What a warp does for one Gaussian in Gather.
+/// The work of a warp for one Gaussian in Gather.
 void countGather(const Projected& g, const LatticeView& lattice, KernelWork& work) {
   const int lanes = 1 << cuda::GatherRows::laneBits(g);
   const int step = cuda::kWarp / lanes;
@@ -109,7 +109,7 @@ HeavyKernels::HeavyKernels(cuda::Executor& executor, const GaussianField& field,
     start.push_back(static_cast<std::int64_t>(ids.size()));
   }
   accumulateWork.evaluations = gatherWork.evaluations;
-  // Exponent of 2 multiply-adds within a column, the exponential, the cut and 3 multiply-adds with their
+  // Exponent by 2 multiply-adds within a column, the exponential, the cut and 3 multiply-adds with their
   // sums.
   accumulateWork.flops = 14 * accumulateWork.evaluations;
   gatherWork.flops = 24 * gatherWork.evaluations; // exponent, exponential, value and six sums

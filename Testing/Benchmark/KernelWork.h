@@ -5,15 +5,15 @@
 
 namespace innergs::bench {
 
-/// What the two heaviest kernels have to do for one field on one lattice, counted on the host.
+/// The work of the two heaviest kernels for one field on one lattice, counted on the host.
 struct KernelWork {
-  double evaluations = 0;  // points within the ellipsoids: what any method must compute
-  double flops = 0;        // for them, at least
-  double bytes = 0;        // read and written at least
-  double instructions = 0; // of warps, by the instructions counted in the SASS of sm_90 (nvcc 13.0)
+  double evaluations = 0;  // points within the ellipsoids, which any method must compute
+  double flops = 0;        // minimum for them
+  double bytes = 0;        // minimum read and written
+  double instructions = 0; // of warps, from the instructions counted in the SASS for sm_90 (nvcc 13.0)
 };
 
-/// Accumulate and Gather ready to be run by themselves.
+/// Accumulate and Gather, ready to run separately.
 class HeavyKernels {
 public:
   HeavyKernels(cuda::Executor& executor, const GaussianField& field, const Observation& observation);

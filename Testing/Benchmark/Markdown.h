@@ -4,7 +4,7 @@
 
 namespace innergs::bench {
 
-/// A Markdown table, columns padded so that it reads as plain text.
+/// A Markdown table with padded columns, so that it reads as plain text.
 class MarkdownTable {
 public:
   explicit MarkdownTable(std::vector<std::string> head) : rows_{std::move(head)} {}
@@ -15,9 +15,9 @@ private:
   std::vector<std::vector<std::string>> rows_;
 };
 
-std::string fixed(double value, int digits); // "–" when not finite
+std::string fixed(double value, int digits); // "–" if not finite
 std::string withSign(double value, int digits);
-/// "yes", or "no" and how far from it.
+/// "yes", or "no" and by how much it is missed.
 std::string verdict(bool met, double distance, int digits, const std::string& unit);
 
 } // namespace innergs::bench

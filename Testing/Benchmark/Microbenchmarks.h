@@ -6,9 +6,9 @@ namespace innergs::bench {
 void registerKernelBenchmarks();
 void registerFitBenchmarks();
 void registerRenderBenchmarks();
-void registerVTKBenchmarks(); // where VTK is found
+void registerVTKBenchmarks(); // if VTK is found
 
-/// Short repetitions, reported as median and spread: one disturbed by another process does not count.
+/// Short repetitions, reported as median and spread, so that one disturbed repetition does not matter.
 inline benchmark::internal::Benchmark* steady(benchmark::internal::Benchmark* b) {
   return b->MinTime(0.2)->Repetitions(5)->ReportAggregatesOnly(true)->Unit(benchmark::kMillisecond);
 }

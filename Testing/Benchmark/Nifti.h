@@ -5,8 +5,8 @@
 
 namespace innergs::bench {
 
-/// Voxels and spacing of an uncompressed NIfTI-1 file of this machine's byte order (8 and 16-bit integers,
-/// 32-bit floats), for builds without ITK; its place in the scanner is left out. Throws Error.
+/// Voxels and spacing of an uncompressed NIfTI-1 file in this machine's byte order (8 and 16-bit integers,
+/// 32-bit floats), for builds without ITK; ignores its position in the scanner. Throws Error.
 Volume readPlainNifti(const std::string& path);
 
 } // namespace innergs::bench

@@ -33,10 +33,10 @@ struct Options {
   bool responsiveness = false;
 };
 
-/// What turns the fit's own PSNR into one on the truth's range.
+/// Converts the fit's own PSNR to the truth's range.
 struct Monitor {
-  double scale = 1;         // the fit's range, image units: it leaves outliers out
-  int coarseIterations = 0; // their PSNR is of the data at half resolution: not comparable
+  double scale = 1;         // the fit's range without outliers, image units
+  int coarseIterations = 0; // their PSNR is for data at half resolution: not comparable
 };
 
 Monitor monitorOf(const Volume& volume, Settings settings) {
@@ -45,8 +45,8 @@ Monitor monitorOf(const Volume& volume, Settings settings) {
   return {map.scale, makePlan(settings, measureTraits(input.stacks, map)).coarseIterations};
 }
 
-/// Protocol P, with the fit's PSNR against time and the memory it took. Its own process, so that the peak is
-/// the fit's.
+/// Protocol P, with the fit's PSNR over time and its memory. A separate process, so that the peak is the
+/// fit's.
 Json paper(const Volume& volume, const Options& o, std::int64_t atStart) {
   const Monitor monitor = monitorOf(volume, o.settings);
   std::vector<std::pair<double, double>> fitted; // seconds, dB
@@ -94,7 +94,7 @@ Json paper(const Volume& volume, const Options& o, std::int64_t atStart) {
 /// Seconds to the first preview, and from a stop request to the end of run().
 Json responsiveness(const Volume& volume, const Settings& settings) {
   double preview = 0, cancel = 0;
-  for (int delay : {0, 40, 90}) { // ms: at different places of an iteration
+  for (int delay : {0, 40, 90}) { // ms: at different points of an iteration
     Stack stack;
     stack.image = volume;
     stack.profile = SliceProfile::Point;

@@ -20,7 +20,7 @@
 namespace innergs::bench {
 namespace {
 
-/// The text after "name" and a colon in a file like /proc/cpuinfo.
+/// The text after "name" and a colon in a file such as /proc/cpuinfo.
 [[maybe_unused]] std::string valueIn(const char* path, const std::string& name) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {

@@ -3,14 +3,14 @@
 #include <string>
 #include <vector>
 
-/// What only the operating system knows.
+/// Functions that depend on the operating system.
 namespace innergs::bench {
 
-/// Largest resident memory of this process so far, bytes; 0: unknown.
+/// Peak resident memory of this process so far, bytes; 0: unknown.
 std::int64_t peakMemory();
 /// E.g. "AMD EPYC 9755"; empty: unknown.
 std::string processorModel();
-/// Runs a program and waits; its output goes to the end of `log`.
+/// Runs a program and waits; appends its output to `log`.
 struct RunStatus {
   int code = 0;
   bool interrupted = false; // by Ctrl-C

@@ -9,7 +9,7 @@
 namespace innergs::bench {
 namespace {
 
-/// 512×512 pixels through the middle of the volume, in a direction that no axis has.
+/// 512×512 pixels through the middle of the volume, in an oblique direction.
 GridGeometry obliquePlane() {
   const GridGeometry& grid = scene().stack.image.geometry;
   const Vec3 extent = grid.extent(), centre = grid.centre();
@@ -51,7 +51,7 @@ void points(benchmark::State& state) {
 } // namespace
 
 void registerRenderBenchmarks() {
-  // Single calls, as a user's drag makes them, and their median.
+  // Single calls, as in a user's drag, and their median.
   const auto calls = [](benchmark::internal::Benchmark* b, int times) {
     b->Iterations(1)
         ->Repetitions(times)

@@ -18,8 +18,8 @@ double edge(double x) {
   return 1 / (1 + std::exp(-x));
 } // of a tissue, about a voxel wide
 
-/// Scalp, skull, folded cortex around white matter, ventricles, and 3 % noise: structure at all scales, as a
-/// T1 head has it.
+/// Scalp, skull, folded cortex around white matter, ventricles, and 3 % noise: structure at all scales, as in
+/// a T1 head.
 double headIntensity(double x, double y, double z) {
   const double r = std::sqrt(x * x + y * y + z * z), sharp = 70;
   const double fold =

@@ -6,20 +6,20 @@
 
 namespace innergs::bench {
 
-/// The paper's count: an even grid of 42³.
+/// The paper's number: an even grid of 42³.
 constexpr std::int64_t kPaperGaussians = 74088;
-/// Iterations that the scene's field was fitted for: Gaussians of the sizes and orientations that most of a
-/// fit works on.
+/// Iterations that the scene's field was fitted for: gives typical sizes and orientations of Gaussians during
+/// a fit.
 constexpr int kSceneIterations = 40;
 
-/// What the micro-benchmarks work on: a volume, and kPaperGaussians fitted to it for kSceneIterations.
+/// The data of the micro-benchmarks: a volume, and kPaperGaussians fitted to it for kSceneIterations.
 struct Scene {
   Stack stack;
   GaussianField field;
   IntensityMap map; // of the field
 };
 
-/// Made at the first call. Without a volume: a synthetic head of 145×174×145 voxels.
+/// Created at the first call. Without a volume: a synthetic head of 145×174×145 voxels.
 const Scene& scene();
 /// The same with alpha blending, fitted to the slices of all axes.
 const Scene& alphaScene();

@@ -11,7 +11,7 @@ class Medians {
 public:
   explicit Medians(const nlohmann::json& report) : rows_(report.at("benchmarks")) {}
 
-  /// The row whose name is `name` or goes on with a slash; nullptr: not measured.
+  /// The row whose name is `name`, or `name` followed by a slash; nullptr: not measured.
   const nlohmann::json* find(const std::string& name) const {
     for (const auto& row : rows_)
       if (row.value("aggregate_name", "") == "median" &&

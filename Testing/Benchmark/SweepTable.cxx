@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kTolerance = 0.02; // dB
 
-/// Over the best of linear, cubic, Lanczos and back-projection.
+/// Gain over the best of linear, cubic, Lanczos and back-projection.
 double gainOf(const nlohmann::json& report, const char* key) {
   const auto& methods = report.at("methods");
   double best = -INFINITY;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr std::int64_t kEdge = 80;
 
-/// With the slices of `axis` last.
+/// Moves the slices of `axis` last.
 Volume middleAlong(const Volume& volume, int axis) {
   const auto& n = volume.geometry.size;
   const int order[3] = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2, axis};

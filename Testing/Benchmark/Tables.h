@@ -6,14 +6,14 @@
 
 namespace innergs::bench {
 
-/// One measurement's outcome: its JSON, or why there is none.
+/// The outcome of one measurement: its JSON, or why there is none.
 struct Outcome {
   std::optional<nlohmann::json> json;
   std::string missing; // "skipped: …" or "failed: …"
 };
 
-/// Sections of Docs/benchmarks.md, in Markdown. Every row says what it was measured on, and its target where
-/// there is one.
+/// Sections of Docs/benchmarks.md, in Markdown. Every row says what it was measured on and, if there is one,
+/// its target.
 std::string speedTable(const Outcome& microbenchmarks);
 
 struct PaperOutcomes {
@@ -27,7 +27,7 @@ struct HeldOutOutcome {
 };
 std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes);
 
-/// A row for each volume: how far above the best interpolation, on the mean and in the worst case.
+/// One row per volume: the gain over the best interpolation, on average and in the worst case.
 std::string sweepTable(const std::vector<HeldOutOutcome>& outcomes);
 
 } // namespace innergs::bench

@@ -8,9 +8,9 @@
 
 namespace innergs::bench {
 
-/// Seconds that an executor takes for what is queued, waiting for it.
+/// Seconds that an executor takes for the queued work, including the wait.
 double secondsOf(cuda::Executor& executor, const std::function<void()>& queued);
-/// A type's name without its namespaces, where the compiler tells.
+/// A type's name without its namespaces, if the compiler provides it.
 std::string plainName(const std::type_info& type);
 
 struct KernelTime {
@@ -51,7 +51,7 @@ struct TimedBase<cuda::KernelList<Kernels...>> {
   using Type = TimedLaunches<cuda::Executor, Kernels...>;
 };
 
-/// An executor that waits for every kernel and adds up what each kind takes: a profile without a profiler.
+/// An executor that waits for every kernel and adds up the time of each kind: a profile without a profiler.
 class TimedExecutor final : public TimedBase<cuda::AllKernels>::Type {
 public:
   TimedExecutor(std::unique_ptr<cuda::Executor> inner, Profile& profile)

@@ -14,8 +14,8 @@
 namespace innergs::bench {
 namespace {
 
-/// A drag: 512×512 pixels across the volume in a direction that no axis has, each call a little further along
-/// its normal.
+/// A drag: 512×512 pixels across the volume in an oblique direction, each call a little further along its
+/// normal.
 void planeQuery(benchmark::State& state) {
   static int calls = 0;
   static vtkNew<vtkInnerGSPlaneQuery> query;

@@ -28,8 +28,8 @@ using Parameters = vtkMRMLInnerGSParameterNode;
 
 class BadInputTest : public MrmlFixture {
 protected:
-  /// The reconstruction is refused or fails with a sentence that holds the words; one ErrorEvent, no new
-  /// node, outputs as they were.
+  /// The reconstruction is rejected or fails with a message that contains the words; one ErrorEvent, no new
+  /// node, unchanged outputs.
   void expectError(Parameters* parameters, const std::string& words, int code = 0) {
     errors.clear();
     const int before = scene->GetNumberOfNodes();
@@ -108,7 +108,7 @@ TEST_F(BadInputTest, EstimatesAndChecksLookAtNoVoxels) {
   EXPECT_GT(members, 2 * seconds);
   parameters->SetEvaluateQuality(true);
   EXPECT_GT(logic->EstimateSeconds(parameters), members);
-  // An empty segment is found out by looking at it alone.
+  // An empty segment is detected only by looking at its voxels.
   auto* segmentation =
       vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Nothing"));
   vtkNew<vtkSegment> segment;
@@ -190,7 +190,7 @@ TEST_F(BadInputTest, Images) {
   bad->SetAndObserveImageData(slice);
   expectError(parameters, "single slice", vtkInnerGSAlgorithm::UnsupportedImageError);
 
-  // Two scans that do not meet.
+  // Two scans that do not overlap.
   auto* far = addVolume("Far");
   vtkNew<vtkMatrix4x4> matrix;
   far->GetIJKToRASMatrix(matrix);
@@ -270,7 +270,7 @@ TEST_F(BadInputTest, Settings) {
   parameters->SetInputSliceAxis(parameters->GetInputVolumeNode(), Parameters::Automatic);
 }
 
-// An error on the worker thread: chosen outputs stay as they were.
+// An error on the worker thread: chosen outputs stay unchanged.
 TEST_F(BadInputTest, OutputsStayUntouched) {
   auto* parameters = addParameters(addVolume());
   auto* output = addVolume("Output");
@@ -325,7 +325,7 @@ TEST_F(BadInputTest, Queries) {
   EXPECT_EQ(values->GetNumberOfTuples(), 0);
 }
 
-// Before the start, with the sentence that the job has as well.
+// Before the start, with the job's own message.
 TEST_F(BadInputTest, MoreThanTheMemoryIsRefusedBeforehand) {
   if (innergs::availableMemory() == 0) GTEST_SKIP() << "This system does not say how much memory there is.";
   auto* parameters = addParameters(addVolume());
@@ -335,7 +335,7 @@ TEST_F(BadInputTest, MoreThanTheMemoryIsRefusedBeforehand) {
   const std::string refusal = logic->CheckParameters(parameters);
   EXPECT_EQ(refusal.find("The reconstruction needs about "), 0u) << refusal;
   EXPECT_FALSE(logic->Reconstruct(parameters));
-  const std::string& sentence = logic->GetLastError(); // what is available changes
+  const std::string& sentence = logic->GetLastError(); // the available memory changes
   EXPECT_EQ(sentence.substr(0, sentence.find(" and ")), refusal.substr(0, refusal.find(" and "))) << sentence;
 }
 

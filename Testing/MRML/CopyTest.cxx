@@ -10,7 +10,7 @@ using CopyTest = MrmlFixture;
 using innergs::testing::largeAllocations;
 using innergs::testing::resetLargeAllocations;
 
-/// Voxels (as float) that StartReconstruction() copied on this thread.
+/// Number of voxels (floats) that StartReconstruction() copied on this thread.
 double copied(vtkSlicerInnerGSLogic* logic, vtkMRMLInnerGSParameterNode* parameters) {
   resetLargeAllocations();
   EXPECT_NE(logic->StartReconstruction(parameters), nullptr) << logic->GetLastError();

@@ -25,7 +25,7 @@ int main(int argc, char** argv) {
   innergs::Settings settings;
   settings.gaussians = std::atol(argv[8]);
   innergs::ReconstructionJob job(std::move(input), settings);
-  job.onPreview([](const innergs::Volume&) {}); // the logic has them made as well
+  job.onPreview([](const innergs::Volume&) {}); // the logic requests them as well
   const innergs::ReconstructionResult result = job.run();
   std::printf("%.6f\n", std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
   return result.volume.voxels.empty();

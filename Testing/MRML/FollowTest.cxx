@@ -40,7 +40,7 @@ TEST_F(FollowTest, FollowsASliceView) {
   EXPECT_EQ(size[0], 16);
   EXPECT_LT(error(volume, 0), 6);
 
-  // The model moves under its view.
+  // The model moves while its view stays.
   vtkNew<vtkTransform> shift;
   shift->Translate(0, 0, 4);
   const double was = volume->GetImageData()->GetScalarComponentAsDouble(8, 6, 0, 0);
@@ -65,7 +65,7 @@ TEST_F(FollowTest, FollowedSliceSaysWhatTheNewModelWasMadeFrom) {
   EXPECT_STREQ(volume->GetAttribute("InnerGS.Inputs"), "Other");
 }
 
-// Else the next move of the view would overwrite it.
+// Otherwise the next move of the view would overwrite it.
 TEST_F(FollowTest, FollowingEndsWhenTheOutputGetsSomethingElse) {
   auto* slice = vtkMRMLSliceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSliceNode"));
   slice->SetLayoutName("Red");
@@ -81,7 +81,7 @@ TEST_F(FollowTest, FollowingEndsWhenTheOutputGetsSomethingElse) {
     auto* untouched = logic->FollowSlice(model, other);
     ASSERT_NE(volume, nullptr) << logic->GetLastError();
     if (which == 0) {
-      EXPECT_EQ(logic->QueryPlane(model, nullptr, 9, 9, 2, volume), nullptr); // nothing is put into it
+      EXPECT_EQ(logic->QueryPlane(model, nullptr, 9, 9, 2, volume), nullptr); // nothing is stored in it
       EXPECT_TRUE(logic->IsFollowing(volume));
       EXPECT_EQ(logic->QueryPlane(model, plane, 9, 9, 2, volume), volume);
     } else if (which == 1) {
@@ -110,12 +110,12 @@ TEST_F(FollowTest, FollowingEndsWithAnyNode) {
     ASSERT_NE(volume, nullptr) << logic->GetLastError();
     vtkMRMLNode* const nodes[] = {slice, copy, volume};
     scene->RemoveNode(nodes[which]);
-    if (which > 0) slice->SetSliceOffset(3); // nobody listens
+    if (which > 0) slice->SetSliceOffset(3); // nothing observes it
     EXPECT_FALSE(which != 2 && logic->IsFollowing(volume));
   }
 }
 
-// Observers of the output and of errors that end the following themselves.
+// Observers of the output and of errors may end the following themselves.
 TEST_F(FollowTest, FollowingEndedByAnObserver) {
   for (int which = 0; which < 4; ++which) {
     const vtkSmartPointer<vtkMRMLSliceNode> slice =
@@ -154,14 +154,14 @@ TEST_F(FollowTest, RefusedFollowingChangesNothing) {
   auto* volume = logic->FollowSlice(model, slice);
   ASSERT_NE(volume, nullptr);
   const int nodes = scene->GetNumberOfNodes();
-  slice->GetXYToRAS()->Zero(); // no plane
+  slice->GetXYToRAS()->Zero(); // not a plane
   EXPECT_EQ(logic->FollowSlice(model, slice), nullptr);
   EXPECT_EQ(scene->GetNumberOfNodes(), nodes);
   EXPECT_EQ(logic->FollowSlice(model, slice, volume), nullptr);
   EXPECT_TRUE(logic->IsFollowing(volume));
 }
 
-// Under a transform that bends space the first plane has few pixels; the others follow when the view rests.
+// Under a nonlinear transform, the first plane has few pixels; the full one follows once the view rests.
 TEST_F(FollowTest, InFullAtRest) {
   vtkNew<vtkPoints> from, to;
   for (int n = 0; n < 8; ++n) {
@@ -207,10 +207,10 @@ TEST_F(FollowTest, InFullAtRest) {
   waitInFull();
   slice->SetSliceOffset(3);
   waitInFull();
-  slice->SetSliceOffset(5); // and none of what is no longer followed
+  slice->SetSliceOffset(5); // none for a view no longer followed
   vtkSmartPointer<vtkImageData> last = volume->GetImageData();
   logic->StopFollowing(volume);
-  pumpUntilInFull(logic->FollowSlice(model, slice)); // ordered later, comes later
+  pumpUntilInFull(logic->FollowSlice(model, slice)); // requested later, arrives later
   EXPECT_EQ(volume->GetImageData(), last);
 }
 

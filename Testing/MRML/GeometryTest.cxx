@@ -35,7 +35,7 @@ TEST_F(GeometryTest, SliceAxisIsFound) {
   auto* parameters = addParameters(addVolume("Sagittal", size, oblique(10, spacing, origin)));
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_LT(error(logic->GetLastJob()->GetVolumeNode(), 4), 25);
-  // A wrong axis is obeyed, and worse or equal, never a failure.
+  // A wrong axis is used as given, with an equal or worse result, but never fails.
   parameters->SetInputSliceAxis(parameters->GetInputVolumeNode(), 2);
   EXPECT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
 }
@@ -63,7 +63,7 @@ TEST_F(GeometryTest, ParentTransforms) {
   EXPECT_EQ(volume->GetParentTransformNode(), nullptr);
   EXPECT_LT(error(volume), 6);
 
-  // An output that was under a transform ends up in the world as well.
+  // An output that was under a transform also ends up in the world.
   volume->SetAndObserveTransformNodeID(outerNode->GetID());
   parameters->SetOutputVolumeNode(volume);
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
@@ -82,7 +82,7 @@ TEST_F(GeometryTest, ParentTransforms) {
   EXPECT_EQ(dimensions[0] * dimensions[1] * dimensions[2], 8 * 7 * 6);
 }
 
-// As Crop Volume does it: the output's axes are the region's, unless the input's voxels are asked for.
+// Like Crop Volume: the output's axes are the region's, unless the input's voxels are requested.
 TEST_F(GeometryTest, TurnedRegion) {
   auto* parameters = addParameters(addVolume());
   auto* roi = vtkMRMLMarkupsROINode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLMarkupsROINode"));
@@ -134,7 +134,7 @@ TEST_F(GeometryTest, TransformsOfTheModel) {
     EXPECT_NEAR(bounds[n], hardened[n], 1e-3);
   EXPECT_NEAR(logic->GetValueAtRAS(model, at[0], at[1], at[2]), before, 0.05);
 
-  // A volume made from a moved model is where the model is.
+  // A volume made from a moved model is at the model's position.
   vtkNew<vtkTransform> back;
   back->DeepCopy(move);
   back->Inverse();
@@ -145,7 +145,8 @@ TEST_F(GeometryTest, TransformsOfTheModel) {
   EXPECT_LT(error(volume), 8);
 }
 
-// Hardening takes what the model can hold and leaves the rest as a parent: no value moves in the world.
+// Hardening applies what the model can represent and leaves the rest as a parent: no value moves in the
+// world.
 TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
   const int size[3] = {24, 22, 20};
   const double spacing[3] = {2, 2, 2}, origin[3] = {-23, -21, -19};
@@ -160,7 +161,7 @@ TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
   sheared->SetMatrix(shear);
   turnedScale->RotateY(30);
   turnedScale->Scale(1, 0.7, 2);
-  turnedScale->RotateWXYZ(-40, 1, 1, 0); // not along the lattice: shears it
+  turnedScale->RotateWXYZ(-40, 1, 1, 0); // oblique to the lattice, so it shears it
   struct Case {
     const char* name;
     vtkTransform* transform;
@@ -196,7 +197,7 @@ TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
       for (std::size_t n = 0; n < at.size(); ++n)
         EXPECT_NEAR(logic->GetValueAtRAS(model, at[n][0], at[n][1], at[n][2]), before[n], 0.1) << n;
       if (!rest) continue;
-      // Without its rest the model has moved: the rest is a shear, and the model was turned and scaled.
+      // Without the rest, the model has moved: the rest is a shear, while the model was rotated and scaled.
       vtkNew<vtkMatrix4x4> matrix;
       rest->GetMatrixTransformToParent(matrix);
       EXPECT_NEAR(matrix->Determinant(), 1, 1e-6);
@@ -204,7 +205,7 @@ TEST_F(GeometryTest, HardenedTransformsMoveNothing) {
           std::equal(matrix->GetData(), matrix->GetData() + 16, c.transform->GetMatrix()->GetData()));
       ASSERT_TRUE(model->HardenTransform()); // again: still nothing moves
       EXPECT_NEAR(logic->GetValueAtRAS(model, at[3][0], at[3][1], at[3][2]), before[3], 0.1);
-      model->SetAndObserveTransformNodeID(nullptr); // by a person: it stays away
+      model->SetAndObserveTransformNodeID(nullptr); // removed by a person: it stays removed
       EXPECT_EQ(model->GetParentTransformNode(), nullptr);
     }
   }
@@ -233,7 +234,7 @@ TEST_F(GeometryTest, HardeningInEveryBlending) {
       transform->TransformPoint(x, x);
       EXPECT_NEAR(logic->GetValueAtRAS(model, x[0], x[1], x[2]), before[n], 0.2) << n;
     }
-    // A shear cannot be taken and there is no parent to leave it to.
+    // A shear cannot be applied, and there is no parent to leave it to.
     Observer quiet(model, {vtkCommand::ErrorEvent},
                    [&](unsigned long, void* text) { errors.emplace_back(static_cast<const char*>(text)); });
     vtkInnerGSModel* held = model->GetModel();

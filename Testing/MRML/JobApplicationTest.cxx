@@ -6,7 +6,7 @@
 
 namespace {
 
-// A loop in the application's console keeps its event loop from running: the question itself delivers.
+// A loop in the application's console blocks its event loop, so asking delivers the events.
 TEST_F(JobTest, AskingEndsWithAnApplication) {
   vtkNew<vtkSlicerApplicationLogic> application;
   application->SetMRMLScene(scene);
@@ -21,7 +21,7 @@ TEST_F(JobTest, AskingEndsWithAnApplication) {
   logic->SetMRMLApplicationLogic(nullptr);
 }
 
-// As in the application: its logic's queue rings on the main thread, and nobody asks for events.
+// As in the application: its logic's queue signals on the main thread, and nothing polls for events.
 TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
   vtkNew<vtkSlicerApplicationLogic> application;
   application->SetMRMLScene(scene);
@@ -38,7 +38,7 @@ TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
   vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
   ASSERT_NE(job, nullptr);
   waitUntil([&] {
-    application->ProcessModified(); // what the application's timer calls
+    application->ProcessModified(); // called by the application's timer
     return job->IsDone();
   });
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
@@ -49,13 +49,13 @@ TEST_F(JobTest, DeliveredByTheApplicationsEventLoop) {
   job = logic->StartReconstruction(parameters);
   for (int n = 0; n < 5; ++n)
     application->ProcessModified();
-  logic->Cancel(job); // and an orderly end with the queue in use
+  logic->Cancel(job); // and a regular end with the queue in use
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
   application->TerminateProcessingThread();
   logic->SetMRMLApplicationLogic(nullptr);
 }
 
-// The application's logic goes first, or another takes its place, with the worker about to ring.
+// The application's logic is deleted first, or replaced, while the worker is about to signal.
 TEST_F(JobTest, ApplicationLogicGoesWhileRunning) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(100000);
@@ -66,7 +66,7 @@ TEST_F(JobTest, ApplicationLogicGoesWhileRunning) {
     logic->SetMRMLApplicationLogic(application);
     if (!job) job = logic->StartReconstruction(parameters);
     ASSERT_NE(job, nullptr);
-    int count = 0; // a new one is rung for what the old one did not pass on
+    int count = 0; // a new one is signalled for what the old one did not pass on
     Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void*) { ++count; });
     waitUntil([&] {
       application->ProcessModified();

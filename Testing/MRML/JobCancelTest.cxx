@@ -3,7 +3,7 @@
 
 namespace {
 
-// Cancel from every progress event, one job each, until one gets through.
+// Cancels from every progress event, one job each, until one takes effect.
 TEST_F(JobTest, CancelAtEveryProgressEvent) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(12);
@@ -18,7 +18,7 @@ TEST_F(JobTest, CancelAtEveryProgressEvent) {
     EXPECT_EQ(logic->GetNumberOfJobs(), 0);
     const int state = logic->GetLastJob()->GetState();
     EXPECT_EQ(state, done ? vtkSlicerInnerGSJob::Finished : vtkSlicerInnerGSJob::Cancelled);
-    if (done) { // only when it was over before
+    if (done) { // only if it had already finished
       EXPECT_LT(count, stopAt);
       ++finished;
     }
@@ -39,7 +39,7 @@ TEST_F(JobTest, RequestCancelDoesNotWait) {
   int ends = 0;
   Observer watch(logic, {Logic::JobCancelledEvent}, [&](unsigned long, void*) { ++ends; });
   logic->RequestCancel(job);
-  EXPECT_FALSE(job->IsDone()); // the main thread has not heard of the end
+  EXPECT_FALSE(job->IsDone()); // the main thread has not been notified of the end
   EXPECT_EQ(ends, 0);
   EXPECT_TRUE(logic->WaitForJob(job));
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
@@ -47,8 +47,8 @@ TEST_F(JobTest, RequestCancelDoesNotWait) {
   EXPECT_TRUE(errors.empty());
 }
 
-// The worker is through before the main thread hears of anything: whatever an observer does then still
-// counts.
+// The worker finishes before the main thread is notified of anything: whatever an observer then does still
+// takes effect.
 class LateObserverTest : public JobTest, public testing::WithParamInterface<unsigned long> {
 protected:
   void run(const std::function<void(vtkSlicerInnerGSJob*)>& act) {
@@ -122,7 +122,7 @@ TEST_F(JobTest, CancelWhileQualityIsJudged) {
   parameters->SetEvaluateQuality(true);
   for (const bool interpolating : {false, true}) {
     double last = 0;
-    bool cancelled = false, fitted = false; // fitted: the second fit has told of its iterations
+    bool cancelled = false, fitted = false; // fitted: the second fit has reported iterations
     Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
       auto* job = jobOf(data);
       EXPECT_GE(job->GetProgress(), last);

@@ -16,7 +16,7 @@ std::string warningsOf(vtkSlicerInnerGSJob* job) {
   return all;
 }
 
-// What others do with a new node may end the memory: the rest of a finished fit is kept.
+// Observers of a new node may exhaust the memory: the rest of a finished fit is kept.
 TEST_F(JobTest, MemoryEndsWhileOutputsAreMade) {
   for (const char* className : {"vtkMRMLScalarVolumeNode", "vtkMRMLScalarVolumeDisplayNode",
                                 "vtkMRMLInnerGSModelNode", "vtkMRMLTableNode"})

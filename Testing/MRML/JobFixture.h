@@ -1,11 +1,11 @@
 #pragma once
 #include "SegmentationFixture.h"
 
-/// Jobs of the logic.
+/// Tests with jobs of the logic.
 class JobTest : public MrmlFixture {
 protected:
-  /// Returns when the worker is through with every job started so far, nothing of which is delivered yet:
-  /// another job, gone without a trace, has its turn then.
+  /// Returns once the worker has finished every job started so far, with nothing delivered yet: another job,
+  /// which leaves no trace, then runs.
   void waitForWorker() {
     auto* mask = vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode"));
     mask->GetSegmentation()->SetSourceRepresentationName(kSurface);

@@ -22,7 +22,7 @@ TEST_F(JobTest, EventsOnTheMainThreadInOrder) {
   ASSERT_NE(job, nullptr) << logic->GetLastError();
   EXPECT_EQ(logic->GetNumberOfJobs(), 1);
   waitForWorker();
-  EXPECT_TRUE(order.empty()); // nothing without asking
+  EXPECT_TRUE(order.empty()); // nothing without polling
   waitUntil([&] { return !logic->IsRunning(); });
   ASSERT_GE(order.size(), 3u);
   EXPECT_EQ(order.front(), Logic::JobStartedEvent);
@@ -90,7 +90,7 @@ TEST_F(JobTest, QueueInOrderAndCancelOne) {
   }
   EXPECT_EQ(logic->GetNumberOfJobs(), 4);
   EXPECT_EQ(logic->GetCurrentJob(), jobs[0]);
-  logic->Cancel(jobs[2]); // does not wait for those before it
+  logic->Cancel(jobs[2]); // does not wait for earlier ones
   EXPECT_EQ(jobs[2]->GetState(), vtkSlicerInnerGSJob::Cancelled);
   EXPECT_FALSE(jobs[0]->IsDone());
   logic->Cancel(jobs[0]);
@@ -136,7 +136,7 @@ TEST_F(JobTest, SameSeedSameResult) {
             0);
 }
 
-// The engine tells it once; it must be there whatever reports were left out.
+// The engine reports it once; it must arrive even if other reports are skipped.
 TEST_F(JobTest, SaysWhereItRunsAndWhy) {
   auto* parameters = addParameters(addThickVolume());
   parameters->SetDevice("cpu");

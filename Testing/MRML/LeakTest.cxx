@@ -33,7 +33,7 @@ struct Session : MrmlFixture {
     seen.emplace_back(logic->GetLastJob());
     parameters->SetInstructionSet("");
     parameters->SetNumberOfIterations(100000);
-    seen.emplace_back(logic->StartReconstruction(parameters)); // running when all goes
+    seen.emplace_back(logic->StartReconstruction(parameters)); // running when everything is deleted
     seen.emplace_back(logic->StartReconstruction(parameters));
   }
 };
@@ -53,7 +53,7 @@ TEST(Leaks, NothingOutlivesSceneAndLogic) {
     EXPECT_EQ(objects[n].Get(), nullptr) << "object " << n << ": " << objects[n]->GetClassName();
 }
 
-// VTK's own count of every object, where it counts: nothing before, something while an object lives.
+// VTK's own count of every object, if it counts: zero before, more while an object lives.
 TEST(Leaks, VTKCountsNone) {
   const int before = vtkDebugLeaks::PrintCurrentLeaks();
   int living = 0;

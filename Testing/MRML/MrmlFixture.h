@@ -41,22 +41,22 @@ private:
   vtkNew<vtkCallbackCommand> command_;
 };
 
-/// Asks again until it holds; the time limit of a test ends the wait for what never comes.
+/// Polls until the condition holds; a test's time limit ends the wait for something that never happens.
 inline void waitUntil(const std::function<bool()>& holds) {
   while (!holds())
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
 }
 
-/// A scene with the logic and, on request, a smooth synthetic head in it.
+/// A scene with the logic and, on request, a smooth synthetic head.
 class MrmlFixture : public testing::Test {
 protected:
   MrmlFixture();
   ~MrmlFixture() override;
 
-  /// A smooth function of the position in the world, so that geometry can be judged by values.
+  /// A smooth function of the world position, so that values verify the geometry.
   static double truth(double r, double a, double s);
 
-  /// size voxels sampled from truth() where the matrix puts them; short integers as scanners give them.
+  /// size voxels sampled from truth() at the matrix's positions; short integers, like a scanner's.
   vtkMRMLScalarVolumeNode* addVolume(const char* name, const int size[3], vtkMatrix4x4* ijkToRAS,
                                      vtkMatrix4x4* nodeToWorld = nullptr);
   /// 24×22×20 voxels of 2 mm around the origin.
@@ -66,11 +66,11 @@ protected:
   vtkMRMLInnerGSParameterNode* addParameters(vtkMRMLVolumeNode* input);
   vtkMRMLLinearTransformNode* addTransform(vtkMatrix4x4* matrix, const char* name = "Transform");
 
-  /// Root mean square difference to truth() over a volume's voxels, through its parent transform, leaving out
+  /// Root mean square difference from truth() over a volume's voxels, through its parent transform, without
   /// `margin` voxels at each edge.
   double error(vtkMRMLScalarVolumeNode* volume, int margin = 2);
   int countNodes(const char* className);
-  /// Every ErrorEvent's sentence so far.
+  /// The messages of all ErrorEvents so far.
   std::vector<std::string> errors;
 
   vtkNew<vtkMRMLScene> scene;

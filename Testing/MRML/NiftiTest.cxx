@@ -9,7 +9,7 @@ namespace {
 
 class NiftiTest : public MrmlFixture {
 protected:
-  /// The volume written to the temporary folder and read back as a new node; null when that fails.
+  /// The volume, written to the temporary folder and read back as a new node; null if that fails.
   vtkMRMLScalarVolumeNode* throughFile(vtkMRMLScalarVolumeNode* volume, const std::string& file) {
     const std::string path = (folder / file).string();
     vtkNew<vtkMRMLVolumeArchetypeStorageNode> out, in;
@@ -29,7 +29,7 @@ protected:
   }
 };
 
-// The same head stored along other axes, some left-handed: the same values at the same places.
+// The same head stored along other axes, some left-handed: the same values at the same positions.
 TEST_F(NiftiTest, OneHeadInSevenOrientations) {
   const std::string letters = "RASLPI";
   const int voxels[3] = {24, 22, 20};
@@ -51,9 +51,9 @@ TEST_F(NiftiTest, OneHeadInSevenOrientations) {
     auto* input = throughFile(addVolume(code.c_str(), size, matrix), code + ".nii");
     ASSERT_NE(input, nullptr);
     const bool mirrored = matrix->Determinant() < 0;
-    EXPECT_EQ(handedness(code + ".nii"), mirrored ? -1 : 1); // of the file: Slicer's reader may turn an axis
+    EXPECT_EQ(handedness(code + ".nii"), mirrored ? -1 : 1); // of the file: Slicer's reader may flip an axis
     leftHanded += mirrored;
-    ASSERT_LT(error(input, 0), 1); // every voxel where it belongs
+    ASSERT_LT(error(input, 0), 1); // every voxel is in place
     ASSERT_TRUE(logic->Reconstruct(addParameters(input))) << logic->GetLastError();
     EXPECT_LT(error(logic->GetLastJob()->GetVolumeNode()), 6);
     for (double s = -12; s <= 12; s += 6)
@@ -104,7 +104,7 @@ TEST_F(NiftiTest, AbdomenFromDisk) {
         sum += e * e;
         scale += x * x;
       }
-  EXPECT_LT(std::sqrt(sum / scale), 0.15); // the same voxels in the same place
+  EXPECT_LT(std::sqrt(sum / scale), 0.15); // the same voxels at the same positions
 }
 
 } // namespace

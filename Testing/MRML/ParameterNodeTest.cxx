@@ -52,8 +52,8 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   scene->Commit();
   const std::string xml = scene->GetSceneXMLString();
 
-  // Into a scene that has nodes with the same IDs already: references are renamed, and what hangs on them
-  // too.
+  // Imported into a scene that already has nodes with the same IDs: references are renamed, and everything
+  // that depends on them too.
   vtkNew<vtkMRMLScene> other;
   vtkNew<vtkSlicerInnerGSLogic> otherLogic;
   otherLogic->SetMRMLScene(other);
@@ -111,7 +111,7 @@ TEST_F(ParameterNodeTest, SettingsHaveOneSpellingAndOneUnset) {
   EXPECT_EQ(changes, 4);
 }
 
-/// As version 0.1 wrote them: other names, choices as numbers, -1 and 0 for unset.
+/// As written by version 0.1: other names, choices as numbers, -1 and 0 for unset.
 TEST_F(ParameterNodeTest, ReadsScenesOfOldVersions) {
   const std::string start = R"(<MRML version="Slicer4.4.0" userTags="">
  <InnerGSParameters id="vtkMRMLInnerGSParameterNode1" name="Old" preset="2")";

@@ -1,7 +1,7 @@
 #pragma once
 #include "MrmlFixture.h"
 
-/// A model to ask.
+/// A model to query.
 class QueryTest : public MrmlFixture {
 protected:
   QueryTest() {

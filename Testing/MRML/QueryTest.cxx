@@ -77,7 +77,7 @@ TEST_F(QueryTest, NewNodeRemovedByAnObserver) {
   EXPECT_EQ(logic->FollowSlice(model, slice), nullptr);
 }
 
-// The scene's was the only reference to the model.
+// The scene held the only reference to the model.
 TEST_F(QueryTest, ModelRemovedByAnObserverOfTheNewNode) {
   const vtkSmartPointer<vtkInnerGSModel> content = model->GetModel();
   auto* reference = addVolume("Reference");
@@ -122,7 +122,7 @@ TEST_F(QueryTest, ResampledLikeAnImageWhoseExtentBeginsElsewhere) {
   auto* reference = addVolume("Reference");
   auto* plain = logic->ResampleLike(model, reference);
   ASSERT_NE(plain, nullptr);
-  // The same voxels, counted from elsewhere.
+  // The same voxels with another first index.
   vtkNew<vtkMatrix4x4> matrix;
   reference->GetIJKToRASMatrix(matrix);
   double first[4] = {-3, -5, -7, 1};
@@ -252,7 +252,7 @@ TEST_F(QueryTest, OutputsSayWhatTheyWereMadeFrom) {
     }
     EXPECT_EQ(node->GetNodeReference("InnerGSModel"), model);
   }
-  // From another model, of which less is known: nothing of the first one stays.
+  // From another model with fewer attributes: none of the first one's remain.
   auto* other = vtkMRMLInnerGSModelNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLInnerGSModelNode"));
   other->SetModel(model->GetModel());
   ASSERT_EQ(logic->QueryPlane(other, pose, 8, 8, 1, plane), plane);

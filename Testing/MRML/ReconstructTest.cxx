@@ -75,7 +75,7 @@ TEST_F(ReconstructTest, NewNodesBesideTheInput) {
   EXPECT_EQ(countNodes("vtkMRMLScalarVolumeNode"), 3);
 }
 
-// Without Slicer's application nobody else takes them out; what stays is mistaken for later nodes.
+// Without Slicer's application nothing else removes them; leftovers are mistaken for later nodes.
 TEST_F(ReconstructTest, RemovedOutputsLeaveTheHierarchy) {
   auto* parameters = addParameters(addVolume());
   parameters->SetNumberOfIterations(2);
@@ -163,7 +163,7 @@ TEST_F(ReconstructTest, SeveralStacks) {
   auto* sagittal = addVolume("Sagittal", size, matrix);
   auto* parameters = addParameters(axial);
   parameters->AddInputVolumeNode(sagittal);
-  parameters->AddInputVolumeNode(sagittal); // once is enough
+  parameters->AddInputVolumeNode(sagittal); // adding it once more changes nothing
   ASSERT_EQ(parameters->GetNumberOfInputVolumeNodes(), 2);
   parameters->SetInputSliceThickness(sagittal, 4.5);
   parameters->SetInputSliceProfile(sagittal, Parameters::GaussianProfile);
@@ -190,7 +190,7 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   parameters->SetFillValue(-321);
   vtkNew<vtkMatrix4x4> matrix;
   input->GetIJKToRASMatrix(matrix);
-  // Where it is by itself, and elsewhere under a transform that brings it back.
+  // On its own, and elsewhere under a transform that moves it back.
   vtkNew<vtkTransform> away;
   away->Translate(150, -200, 90);
   away->RotateZ(90);
@@ -224,7 +224,7 @@ TEST_F(ReconstructTest, MaskAndRegion) {
   }
   parameters->SetMaskNode(nullptr);
   ASSERT_TRUE(logic->Reconstruct(parameters))
-      << logic->GetLastError(); // without it the same places are right
+      << logic->GetLastError(); // without it, the same positions are right
   EXPECT_EQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), nullptr);
   EXPECT_NEAR(logic->GetValueAtRAS(logic->GetLastJob()->GetModelNode(), 19, 17, 17), truth(19, 17, 17), 20);
 
@@ -290,7 +290,7 @@ TEST_F(ReconstructTest, SegmentationAsMask) {
   EXPECT_NE(logic->GetLastError().find("None such"), std::string::npos);
 }
 
-// Segments from a surface have no voxels before someone looks at them in a slice view.
+// Segments from a surface have no voxels until they are shown in a slice view.
 TEST_F(ReconstructTest, SegmentationOfSurfacesAsMask) {
   auto* rules = vtkSegmentationConverterFactory::GetInstance(); // filled by the Segmentations module
   if (rules->GetConverterRules().empty())
@@ -320,7 +320,7 @@ TEST_F(ReconstructTest, SegmentationOfSurfacesAsMask) {
     EXPECT_NEAR(logic->GetValueAtRAS(model, -8, -6, -6), truth(-8, -6, -6), 12);
     EXPECT_GT(std::abs(logic->GetValueAtRAS(model, 15, 15, 15) - truth(15, 15, 15)), 30);
     EXPECT_FALSE(node->GetSegmentation()->ContainsRepresentation(
-        vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName())); // it stays as it was
+        vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName())); // it is unchanged
   }
 }
 
@@ -349,7 +349,7 @@ TEST_F(ReconstructTest, QualityTable) {
   EXPECT_EQ(logic->GetLastJob()->GetNumberOfHeldOutSlices(), 4);
   EXPECT_EQ(logic->GetLastJob()->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
   EXPECT_STRNE(table->GetAttribute("InnerGS.HeldOutPSNR"), nullptr);
-  // Judged in both ways, the result is the one that is fitted to all slices.
+  // With both quality measurements, the result is the one fitted to all slices.
   const vtkSmartPointer<vtkImageData> judged = logic->GetLastJob()->GetVolumeNode()->GetImageData();
   parameters->SetHeldOutFraction(0);
   parameters->EvaluateQualityOff();

@@ -1,4 +1,4 @@
-// What a saved scene knows of the panels and of the slice views that show a model.
+// What a saved scene records about the panels and the slice views that show a model.
 #include "SceneChoices.h"
 #include "Cameras.h"
 #include "MrmlFixture.h"
@@ -13,7 +13,7 @@ namespace {
 
 namespace mrml = innergs::mrml;
 
-/// A scene with what every application's has: a selection node and a slice view's layers.
+/// A scene with the nodes that every application has: a selection node and a slice view's layers.
 class SceneChoicesTest : public MrmlFixture {
 protected:
   static vtkMRMLSliceCompositeNode* addSingletons(vtkMRMLScene* scene) {
@@ -55,13 +55,13 @@ TEST_F(SceneChoicesTest, ASavedSceneKnowsThem) {
   ASSERT_NE(mrml::chosenModel(reopened), nullptr);
   EXPECT_STREQ(mrml::chosenModel(reopened)->GetName(), "Model");
   EXPECT_EQ(mrml::shownModel(other), mrml::chosenModel(reopened));
-  // Until the plane is there again, the view shows what it did before.
+  // Until the plane is available again, the view shows its previous background.
   auto* background =
       other->GetBackgroundVolumeID() ? reopened->GetNodeByID(other->GetBackgroundVolumeID()) : nullptr;
   ASSERT_NE(background, nullptr);
   EXPECT_STREQ(background->GetName(), "Head");
 
-  // With the scene, or a node, what it was asked to remember goes.
+  // What was remembered disappears with the scene or the node.
   reopened->RemoveNode(mrml::chosenModel(reopened));
   EXPECT_EQ(mrml::chosenModel(reopened), nullptr);
   EXPECT_EQ(mrml::shownModel(other), nullptr);
@@ -110,14 +110,14 @@ TEST_F(SceneChoicesTest, OnlyUntouchedCamerasAreFramed) {
   EXPECT_NEAR(focus[0], 140, 1e-9);
   EXPECT_NEAR(focus[1], 10, 1e-9);
   EXPECT_NEAR(focus[2], 30, 1e-9);
-  // From in front, as before, at the distance from which the sphere around the box is just seen whole.
+  // From the front, as before, at the distance at which the sphere around the box just fits.
   EXPECT_NEAR(position[0], 140, 1e-9);
   EXPECT_NEAR(position[2], 30, 1e-9);
   const double angle = vtkMath::RadiansFromDegrees(untouched->GetViewAngle());
   EXPECT_NEAR((position[1] - 10) * std::sin(angle / 2), 60, 1e-6);
   turned->GetFocalPoint(focus);
   EXPECT_EQ(focus[0], 0);
-  // Framed, it is somebody's: the next result leaves it.
+  // Once framed, the camera belongs to the user: the next result does not change it.
   const double elsewhere[6] = {0, 10, 0, 10, 0, 10};
   frameUntouchedCameras(scene, elsewhere);
   untouched->GetFocalPoint(focus);

@@ -20,7 +20,7 @@ inline const std::string kLabelmap =
 inline const std::string kSurface =
     vtkSegmentationConverter::GetSegmentationClosedSurfaceRepresentationName();
 
-/// Slicer's own rule, which also tells on which threads it runs, and can be held up there.
+/// Slicer's own rule, which also records the threads it runs on and can be paused there.
 class WatchedRule : public vtkClosedSurfaceToBinaryLabelmapConversionRule {
 public:
   static WatchedRule* New();
@@ -28,17 +28,17 @@ public:
   vtkSegmentationConverterRule* CreateRuleInstance() override { return WatchedRule::New(); }
   unsigned int GetConversionCost(vtkDataObject*, vtkDataObject*) override { return 1; } // before the other
   bool Convert(vtkSegment* segment) override;
-  /// Returns when it runs on some thread.
+  /// Returns once it runs on some thread.
   static void waitForEntry();
 
-  static std::mutex mutex; // of what follows
+  static std::mutex mutex; // for the following members
   static std::set<std::thread::id> threads;
   static bool held;
   static int done; // conversions
   static std::condition_variable changed;
 };
 
-/// While it lives, Slicer makes voxels of surfaces by a WatchedRule.
+/// While it lives, Slicer converts surfaces to voxels by a WatchedRule.
 class WatchedRules {
 public:
   WatchedRules();
@@ -63,7 +63,7 @@ protected:
                                                      const std::vector<std::array<double, 4>>& balls);
   void addSegment(const std::string& id, vtkDataObject* data, int label = 1);
   void addSurface(const std::string& id, double r, double radius);
-  /// Two on one lattice, one on a finer, turned one, one without a voxel, one empty.
+  /// Two on one lattice, one on a finer, rotated one, one without a voxel, one empty.
   void addLabelmaps();
 
   WatchedRules rules;

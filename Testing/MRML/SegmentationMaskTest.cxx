@@ -14,7 +14,7 @@ using innergs::mrml::SegmentationMask;
 
 class SegmentationMaskTest : public SegmentationFixture {
 protected:
-  /// What Slicer makes of it on this thread.
+  /// Slicer's own result on this thread.
   Mask slicers(vtkMRMLSegmentationNode* of, const std::string& segment) {
     vtkNew<vtkOrientedImageData> labels;
     EXPECT_TRUE(segment.empty() ? of->GenerateMergedLabelmapForAllSegments(labels)
@@ -55,7 +55,7 @@ TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {
   const GridGeometry whole = innergs::mrml::gridOf(input);
   const GridGeometry part = innergs::cropped(whole, {6, 7, 5}, {9, 10, 11});
   const double shift[3] = {3, -2, 1}, one[3] = {1, 1, 1};
-  for (const bool reference : {false, true}) // the lattice that Slicer merges on is another then
+  for (const bool reference : {false, true}) // which changes the lattice that Slicer merges on
     for (const bool moved : {false, true}) {
       SCOPED_TRACE(testing::Message() << "reference " << reference << ", moved " << moved);
       if (reference)
@@ -68,7 +68,7 @@ TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {
         expectSame(SegmentationMask(node, segment, input, {part}).make({}, unstoppable),
                    slicers(node, segment), part);
       }
-      // Slicer gives up merging when a segment without a voxel is on another lattice.
+      // Slicer gives up merging if a segment without a voxel is on another lattice.
       vtkNew<vtkMRMLSegmentationNode> without;
       without->GetSegmentation()->DeepCopy(segments);
       without->GetSegmentation()->RemoveSegment("Blank");
@@ -94,7 +94,7 @@ TEST_F(SegmentationMaskTest, MakesVoxelsOfSurfacesAsSlicerDoes) {
   for (const std::string segment : {"", "Left", "Right"})
     expectSame(SegmentationMask(node, segment, input, {whole}).make({}, unstoppable),
                slicers(voxelised, segment), whole);
-  EXPECT_FALSE(segments->ContainsRepresentation(kLabelmap)); // it stays as it was
+  EXPECT_FALSE(segments->ContainsRepresentation(kLabelmap)); // it is unchanged
 }
 
 TEST_F(SegmentationMaskTest, CropsToWhatTheFitLooksAt) {

@@ -10,7 +10,7 @@ namespace {
 
 using SequenceTest = MrmlFixture;
 
-/// Whatever a person may do in whatever order: nothing crashes, every job ends once, and the logic goes on.
+/// Any actions of a user in any order: nothing crashes, every job ends once, and the logic keeps working.
 TEST_F(SequenceTest, AnyOrderOfActions) {
   using Logic = vtkSlicerInnerGSLogic;
   int started = 0, ended = 0;

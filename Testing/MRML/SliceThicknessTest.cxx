@@ -5,14 +5,14 @@ namespace {
 
 class SliceThicknessTest : public MrmlFixture {
 protected:
-  /// As Slicer's DICOM module leaves it: one file for each of so many slices.
+  /// As left by Slicer's DICOM module: one file per slice.
   static void setInstances(vtkMRMLVolumeNode* volume, int count) {
     std::string uids;
     for (int n = 0; n < count; ++n)
       uids += (n ? " 1.2.826.0.1." : "1.2.826.0.1.") + std::to_string(n);
     volume->SetAttribute("DICOM.instanceUIDs", uids.c_str());
   }
-  /// What a fit is of, thickness included.
+  /// The input of a fit, including the thickness.
   std::string key(vtkMRMLInnerGSParameterNode* parameters) {
     std::string key;
     EXPECT_TRUE(logic->EstimateLater(parameters, &key)) << logic->CheckParameters(parameters);
@@ -36,12 +36,12 @@ TEST_F(SliceThicknessTest, OfDicomFilesIsTheDefault) {
   EXPECT_EQ(asked, "1.2.826.0.1.0 0018,0050");
   const std::string said = key(parameters);
   EXPECT_NE(said, distance);
-  // What a person types counts.
+  // The user's value takes precedence.
   parameters->SetInputSliceThickness(scan, 3.5);
   EXPECT_EQ(key(parameters), said);
   parameters->SetInputSliceThickness(scan, 5);
   EXPECT_NE(key(parameters), said);
-  // Slices along another axis are not the files'.
+  // Slices along another axis do not match the files'.
   parameters->SetInputSliceThickness(scan, 0);
   parameters->SetInputSliceAxis(scan, 0);
   const std::string along = key(parameters);

@@ -108,7 +108,7 @@ def engine_seconds(program, scan, gaussians):
 
 def print_overhead(scan, program, gaussians, rounds=3):
     engine, logic = [], []
-    for _ in range(rounds):  # in turns: both meet the same machine
+    for _ in range(rounds):  # alternating, so that both see the same load
         engine.append(engine_seconds(program, scan, gaussians))
         at = time.monotonic()
         result = innergs.reconstruct(scan, preview=lambda job: None, gaussians=gaussians)
@@ -132,7 +132,7 @@ def print_cancel_times(scene, logic, scan, gaussians, rounds=4):
     }
     for name, choices in cases.items():
         begun = time.monotonic()
-        phases = {}  # in the order of their coming: seconds that each takes
+        phases = {}  # in order of appearance: seconds per phase
         job = innergs.start(**choices)
         at = begun
         while job.running:
@@ -196,7 +196,7 @@ def main():
     running = True
     while running:
         at = time.monotonic()
-        running = job.running  # delivers
+        running = job.running  # delivers events
         deliveries.append(time.monotonic() - at)
         time.sleep(0.005)
     whole = time.monotonic() - begun

@@ -1,4 +1,4 @@
-// Opening and saving in the desktop app: every kind of file, what is wrong with one, where the result goes.
+// Opening and saving in the desktop app: every kind of file, problems with files, where results go.
 #include "AppWindowTest.h"
 
 #include "IO/VolumeIO.h"
@@ -30,7 +30,7 @@ private Q_SLOTS:
     QVERIFY(errorText().contains("colour (RGB) pixels; convert it to grey values first."));
     // Several at once in one box.
     window_->host()->open({writeBall(*sandbox_, "slice.nii", {16, 16, 1}), sandbox_->path("absent.innergs"),
-                   writeBall(*sandbox_, "fine.nii")});
+                           writeBall(*sandbox_, "fine.nii")});
     const QString text = errorText();
     QVERIFY(text.contains("single slice") && text.contains("absent.innergs"));
     QCOMPARE(lines(), QStringList{"fine"});
@@ -101,7 +101,7 @@ private Q_SLOTS:
     QVERIFY(tree->topLevelItem(1)->toolTip(0).contains("holds 5 frames"));
     const auto first = host().document().volume(id)->volume;
     const auto window = host().document().volume(id)->window;
-    // By the keyboard, faster than it is read.
+    // By keyboard, faster than it can be read.
     window_->activateWindow();
     frame->setFocus();
     QTest::keyClick(frame, Qt::Key_Up);
@@ -114,7 +114,7 @@ private Q_SLOTS:
     QCOMPARE(third->volume->voxels[1000], 3 * first->voxels[1000]);
     QVERIFY(third->window == window && window_->state()->volume() == third);
     QVERIFY(!host().document().hasUnsaved());
-    // What is made of it says so too, and a name of one's own keeps it.
+    // Volumes made from it say so too, and a user's own name is kept.
     setQuick();
     reconstruct();
     QCOMPARE(lines()[2], QString("series frame 3 reconstructed"));
@@ -124,7 +124,7 @@ private Q_SLOTS:
     QVERIFY(frame->isVisible());
     frame->setValue(5);
     QTRY_COMPARE(lines()[1], QString("Rest frame 5"));
-    // Nothing to choose for a single image, and a file that is gone says so.
+    // A single image offers no choice, and a missing file is reported.
     tree->setCurrentItem(tree->topLevelItem(0));
     QVERIFY(!frame->isVisible());
     tree->setCurrentItem(tree->topLevelItem(1));
@@ -165,7 +165,7 @@ private Q_SLOTS:
   }
 
   void asksForTheSampleBrainWhereThereIsNone() {
-    // Qt's data folders can be sent elsewhere on Linux alone.
+    // Qt's data folders can be redirected only on Linux.
     const QByteArray system = qgetenv("XDG_DATA_DIRS"), user = qgetenv("XDG_DATA_HOME");
     qputenv("XDG_DATA_DIRS", sandbox_->path("share").toUtf8());
     qputenv("XDG_DATA_HOME", sandbox_->path("home").toUtf8());
@@ -194,7 +194,7 @@ private Q_SLOTS:
     QTRY_COMPARE(lines(), (QStringList{"head, 5 mm slices", "head, 1 mm"}));
     QCOMPARE(host().document().volumes()[0]->volume->geometry.size[2], std::int64_t(8));
     QVERIFY(!host().document().hasUnsaved());
-    // The head is looked at to compare with, never reconstructed.
+    // The head is for comparison and is never reconstructed.
     const auto input = [&] { return window_->reconstruction()->request().inputs.value(0).id; };
     const QString scan = host().document().volumes()[0]->id;
     QCOMPARE(input(), scan);

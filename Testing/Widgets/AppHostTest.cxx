@@ -27,10 +27,10 @@ private Q_SLOTS:
     ui::Request request = apptest::request(id);
     request.evaluateQuality = true;
     ui::Estimate estimate = host_->estimate(request);
-    QCOMPARE(estimate.seconds, 0.0); // what takes a while is left to a thread
+    QCOMPARE(estimate.seconds, 0.0); // the slow parts are left to a thread
     QVERIFY(estimate.refusal.isEmpty());
     QVERIFY(estimate.memory > 1 << 20);
-    // Device and time come a moment later.
+    // Device and time arrive a moment later.
     QTRY_VERIFY_WITH_TIMEOUT(host_->estimate(request).seconds > 0, 30000);
     estimate = host_->estimate(request);
     QVERIFY(estimate.reason.contains("CPU"));
@@ -41,7 +41,7 @@ private Q_SLOTS:
     QVERIFY(!host_->estimate(request).refusal.isEmpty());
   }
 
-  // With the sentence that the job has; the job refuses it as well.
+  // With the job's own message; the job rejects it as well.
   void refusesBeforehandWhatTheMemoryCannotHold() {
     if (availableMemory() == 0) QSKIP("This system does not say how much memory is available.");
     const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz"));
@@ -54,11 +54,11 @@ private Q_SLOTS:
     QSignalSpy failed(host_.get(), &AppHost::failed);
     QVERIFY(host_->start(request));
     QVERIFY(failed.wait(60000));
-    const QString sentence = failed.first().first().toString(); // what is available changes
+    const QString sentence = failed.first().first().toString(); // the available memory changes
     QCOMPARE(sentence.section(" and ", 0, 0), estimate.refusal.section(" and ", 0, 0));
   }
 
-  // A time measured beside a reconstruction is not kept.
+  // A time measured during a reconstruction is not kept.
   void estimatesAnewAfterARun() {
     const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {64, 64, 20}));
     const ui::Request request = apptest::request(id);
@@ -67,11 +67,11 @@ private Q_SLOTS:
     const ui::Report report = reconstructAndWait(*host_, request);
     QVERIFY(!report.volumeId.isEmpty());
     QTRY_VERIFY_WITH_TIMEOUT(!changed.isEmpty(), 30000);
-    QCOMPARE(host_->estimate(request).seconds, 0.0); // asked for again
+    QCOMPARE(host_->estimate(request).seconds, 0.0); // requested again
     QTRY_VERIFY_WITH_TIMEOUT(host_->estimate(request).seconds > 0, 30000);
   }
 
-  // Nothing that work on a thread throws ends the program, and what waits goes on.
+  // Nothing thrown on a thread ends the program, and waiting tasks continue.
   void survivesWorkThatThrows() {
     QSignalSpy logged(host_.get(), &AppHost::logged);
     app::Background& thread = host_->background();
@@ -133,7 +133,7 @@ private Q_SLOTS:
     QCOMPARE(host_->modelInfo(first.modelId).origin, QString("ball"));
     QVERIFY(!host_->modelInfo(first.modelId).saved);
     QVERIFY(host_->document().hasUnsaved());
-    // Window and level stay: result and input share one.
+    // Window and level are kept: result and input share one.
     QVERIFY(host_->document().volume(first.volumeId)->window == host_->document().volume(id)->window);
     const ui::Report second = reconstructAndWait(*host_, apptest::request(id));
     QCOMPARE(host_->volumeInfo(second.volumeId).name, QString("ball reconstructed (2)"));
@@ -168,7 +168,7 @@ private Q_SLOTS:
     QCOMPARE(int(report.judging), int(Judging::Done));
     for (const ui::QualityRow& row : report.quality)
       QVERIFY(row.psnr > 10 && row.ssim <= 1);
-    // What is delivered is fitted to all slices, whatever is judged.
+    // The delivered model is fitted to all slices, however the quality is measured.
     const ui::Report plain = reconstructAndWait(*host_, apptest::request(id));
     QCOMPARE(int(plain.judging), int(Judging::NotAsked));
     QVERIFY(host_->document().volume(plain.volumeId)->volume->voxels ==
@@ -208,7 +208,7 @@ private Q_SLOTS:
       QVERIFY(host_->isRunning());
       QTRY_VERIFY_WITH_TIMEOUT(progress.count() >= reports, 60000);
       host_->cancel();
-      QVERIFY(cancelled.isEmpty()); // it waits for nothing
+      QVERIFY(cancelled.isEmpty()); // it does not wait for anything
       QVERIFY(cancelled.wait(60000));
       QVERIFY(!host_->isRunning());
     }
@@ -248,7 +248,7 @@ private Q_SLOTS:
   }
 
   void failsOnTheThreadWithASentence() {
-    // Every voxel is not a number: found out when the fit is prepared.
+    // Every voxel is NaN: detected when the fit is prepared.
     Volume volume = ball({8, 8, 8}, {1, 1, 1});
     std::fill(volume.voxels.begin(), volume.voxels.end(), std::numeric_limits<float>::quiet_NaN());
     const QString id = host_->document().add(app::makeItem(std::move(volume), "nothing"));
@@ -272,7 +272,7 @@ private Q_SLOTS:
   void deletedWhileRunning() {
     const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {48, 48, 16}));
     QSignalSpy progress(host_.get(), &AppHost::progressed);
-    QVERIFY(host_->start(apptest::request(id, true))); // for minutes
+    QVERIFY(host_->start(apptest::request(id, true))); // takes minutes
     QVERIFY(progress.wait(60000));
     host_.reset();
   }

@@ -1,4 +1,4 @@
-// A person's whole path through the desktop app, by mouse and keyboard.
+// A user's complete session in the desktop app, by mouse and keyboard.
 #include "AppWindowTest.h"
 
 #include "IO/ModelFile.h"
@@ -28,7 +28,7 @@ using innergs::app::SliceView;
 
 namespace {
 
-/// German for "&File", "axial", "%n %1 slices" and "%Ln Gaussians", as lrelease writes it.
+/// German for "&File", "axial", "%n %1 slices" and "%Ln Gaussians", as written by lrelease.
 const char* const kGerman =
     "PLhkGMrvnJXNIRy/YKG93acAAAACZGVCAAAAIAAq0CUAAAAyAGjvfAAAAAAFYtHzAAAAcAaZu/MAAADjaQAAAUYDAAAADABh"
     "AHgAaQBhAGwAZQgAAAAABgAAAAVheGlhbAcAAAAMaW5uZXJnczo6YXBwAQMAAAAMACYARABhAHQAZQBpCAAAAAAGAAAABSZG"
@@ -62,7 +62,7 @@ private Q_SLOTS:
     window_->state()->setWindow(5, 66);
     reconstruct();
     QCOMPARE(lines(), (QStringList{"ball", "ball reconstructed", "ball model"}));
-    // The result is shown at once with window and level kept.
+    // The result is shown immediately with the same window and level.
     QCOMPARE(window_->state()->volume()->name, QString("ball reconstructed"));
     QCOMPARE(window_->state()->volume()->window->upper, 66.0);
     QVERIFY(window_->isWindowModified());
@@ -108,19 +108,19 @@ private Q_SLOTS:
     auto* tree = window_->findChild<QTreeWidget*>("dataTree");
     tree->setCurrentItem(tree->topLevelItem(0));
     QCOMPARE(input(), volumes[0]->id);
-    // Another one begins without a choice, not as the same scan once more.
+    // Another row starts empty, not with the same scan again.
     QTest::mouseClick(window_->findChild<QAbstractButton*>("addInput"), Qt::LeftButton);
     QCOMPARE(window_->reconstruction()->request().inputs.size(), 1);
     QTRY_VERIFY(!window_->findChild<QTimer*>("estimateTimer")->isActive());
     QVERIFY(button()->isEnabled());
     QTest::mouseClick(window_->findChild<QAbstractButton*>("removeInput"), Qt::LeftButton);
-    // A result is no scan to begin with.
+    // A result is not preselected as a scan.
     window_->reconstruction()->suggestInput(volumes[0]->id);
     setQuick();
     reconstruct();
     QCOMPARE(window_->state()->volume()->name, QString("one reconstructed"));
     QCOMPARE(input(), volumes[0]->id);
-    // Nor when it is saved and looked at again.
+    // Nor when it is saved and shown again.
     const QString result = volumes[2]->id;
     QCOMPARE(host().save(result, sandbox_->path("result.nii")), QString());
     trigger("nextVolume");
@@ -128,7 +128,7 @@ private Q_SLOTS:
     trigger("previousVolume");
     QCOMPARE(window_->state()->volumeId(), result);
     QCOMPARE(input(), volumes[0]->id);
-    // Other scans are looked at during a run: it is this one that is reconstructed.
+    // Other scans are shown during a run: this one is still being reconstructed.
     setQuick(true);
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
@@ -168,7 +168,7 @@ private Q_SLOTS:
     QCOMPARE(window_->query()->modelId(), models[0]->id);
   }
 
-  /// In each panel, the list of data and the menu bar, which are seen at the same time.
+  /// In each panel, the data list and the menu bar, which are visible at the same time.
   void everyAltKeyGoesToOnePlace() {
     for (const char* dock : {"reconstructDock", "queryDock", "modelDock", "logDock"}) {
       window_->showPanel(dock);

@@ -33,7 +33,7 @@ private Q_SLOTS:
     SliceView* axial = window_->views()->slice(2);
     const Vec3 before = state->crosshair();
     const Vec3 target{before[0] + 6, before[1] - 4, before[2]};
-    // A click puts the crosshair there; the letters say where right and left are.
+    // A click moves the crosshair there; the letters say where right and left are.
     QTest::mouseClick(axial, Qt::LeftButton, {}, axial->fromRAS(target).toPoint());
     QVERIFY(std::abs(state->crosshair()[0] - target[0]) < 0.5 &&
             std::abs(state->crosshair()[1] - target[1]) < 0.5);
@@ -42,7 +42,7 @@ private Q_SLOTS:
     QCOMPARE(axial->letters()[2], QChar('A'));
     QVERIFY(axial->toRAS(QPointF(0, axial->height() / 2))[0] > axial->toRAS(QPointF(axial->width(), 0))[0]);
     QCOMPARE(window_->views()->slice(0)->letters()[0], QChar('A'));
-    // The wheel and the keys go through the slices by the distance between them.
+    // The wheel and the keys scroll through the slices by the distance between them.
     const double step = state->stepAlong(2), z = state->crosshair()[2];
     QWheelEvent wheel(QPointF(20, 20), axial->mapToGlobal(QPoint(20, 20)), {}, {0, 120}, Qt::NoButton,
                       Qt::NoModifier, Qt::NoScrollPhase, false);
@@ -50,7 +50,7 @@ private Q_SLOTS:
     QVERIFY(std::abs(state->crosshair()[2] - z - step) < 1e-6);
     QTest::keyClick(axial, Qt::Key_Down);
     QVERIFY(std::abs(state->crosshair()[2] - z) < 1e-6);
-    // A drag changes window and level; reset goes back.
+    // A drag changes window and level; reset restores them.
     const double lower = state->volume()->window->lower;
     const QPoint at(axial->width() / 2, axial->height() / 2);
     QTest::mousePress(axial, Qt::LeftButton, {}, at);
@@ -66,7 +66,7 @@ private Q_SLOTS:
     QCoreApplication::sendEvent(axial, &hover);
     QVERIFY2(pointed.last().first().toString().contains(" mm: "),
              qPrintable(pointed.last().first().toString()));
-    // A view alone by double click, and back.
+    // A double click enlarges a view, and another restores it.
     QTest::mouseDClick(axial, Qt::LeftButton);
     QVERIFY(!window_->views()->slice(0)->isVisible());
     QTest::mouseDClick(axial, Qt::LeftButton);
@@ -87,14 +87,14 @@ private Q_SLOTS:
     auto* pointed = window_->findChild<QLabel*>("pointed");
     SliceView* axial = window_->views()->slice(2);
     QTRY_VERIFY(!axial->underMouse());
-    // The value at the crosshair, while the keyboard is in a view.
+    // The value at the crosshair, while a view has the keyboard focus.
     axial->setFocus();
     QTRY_VERIFY2(pointed->text().startsWith("R 3.0  P 2.0  S 4.0 mm: ") &&
                      pointed->text().endsWith("scanner units"),
                  qPrintable(pointed->text()));
     QTest::keyClick(axial, Qt::Key_Up);
     QVERIFY2(pointed->text().contains("S 6.0 mm"), qPrintable(pointed->text()));
-    // Shift and the arrows look further to the patient's left and front; the crosshair stays.
+    // Shift and the arrows pan to the patient's left and front; the crosshair stays.
     const auto middle = [&] { return axial->toRAS({0.5 * axial->width(), 0.5 * axial->height()}); };
     const Vec3 before = middle();
     QTest::keyClick(axial, Qt::Key_Right, Qt::ShiftModifier);
@@ -103,7 +103,7 @@ private Q_SLOTS:
     QCOMPARE(state->crosshair(), (Vec3{3, -2, 6}));
     QTest::keyClick(axial, Qt::Key_Home);
     QVERIFY(norm(middle() - before) < 1e-6);
-    // In space as well: there and back.
+    // In 3D as well: there and back.
     auto* space = window_->views()->threeD();
     space->setFocus();
     QTRY_VERIFY(pointed->text().isEmpty());
@@ -176,7 +176,7 @@ private Q_SLOTS:
     const QImage empty = seen();
     window_->showPanel("queryDock");
     QTRY_VERIFY(seen() != empty);
-    // It follows the panel, and its window and level.
+    // It follows the panel, including its window and level.
     const QImage axial = seen();
     QTest::mouseClick(window_->findChild<QAbstractButton*>("queryCoronal"), Qt::LeftButton);
     QTRY_VERIFY(seen() != axial);
@@ -186,12 +186,12 @@ private Q_SLOTS:
     const QImage coronal = seen();
     window_->findChild<QDoubleSpinBox*>("queryLevel")->setValue(0);
     QTRY_VERIFY(seen() != coronal);
-    // Off and on; gone with the model.
+    // Off and on; removed with the model.
     trigger("queryPlane");
     QTRY_VERIFY(seen() == empty);
     trigger("queryPlane");
     QTRY_VERIFY(seen() != empty);
-    window_->showPanel("modelDock"); // it is the panel's
+    window_->showPanel("modelDock"); // it belongs to the panel
     QTRY_VERIFY(seen() == empty);
     window_->showPanel("queryDock");
     QTRY_VERIFY(seen() != empty);

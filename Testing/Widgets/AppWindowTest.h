@@ -20,7 +20,7 @@
 
 #include <memory>
 
-/// The app's window with settings of its own for every test, and what a person does with it.
+/// The app's window with separate settings for every test, and a user's actions in it.
 class AppWindowTest : public QObject {
   Q_OBJECT
 protected:
@@ -66,7 +66,7 @@ protected:
     });
     timer->start(20);
   }
-  /// Leaves the file dialog that opens next without a choice.
+  /// Cancels the file dialog that opens next.
   void leaveFileDialog() {
     auto* timer = new QTimer(qApp);
     connect(timer, &QTimer::timeout, timer, [timer] {
@@ -84,14 +84,14 @@ protected:
     QVERIFY2(action && action->isEnabled(), name);
     action->trigger();
   }
-  /// The text of the error box, which is closed.
+  /// Closes the error box and returns its text.
   QString errorText() {
     QString text;
     apptest::answerBox("errorBox", "OK", &text);
     (void)QTest::qWaitFor([&] { return !text.isEmpty(); }, 20000);
     return text;
   }
-  /// The 3D view once it is drawn as it is to be.
+  /// The 3D view, once it is drawn in its final state.
   QImage spaceSeen() {
     (void)QTest::qWaitFor([&] { return window_->state()->turns().isIdle(); });
     return window_->views()->threeD()->grab().toImage();

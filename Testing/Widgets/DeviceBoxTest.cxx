@@ -23,7 +23,7 @@ innergs::DeviceList twoDevices() {
   return {{device("GPU A", 79'000'000'000), device("GPU B", 500'000'000)}, {}};
 }
 
-/// As a driver that wakes up: it answers when it is told to.
+/// Like a driver that starts up: it answers when told to.
 class SlowDriver {
 public:
   innergs::DeviceList find() {
@@ -51,7 +51,7 @@ private Q_SLOTS:
     QVERIFY(box.isListing());
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->count(), 2);
-    box.setDevice("cpu"); // while it looks
+    box.setDevice("cpu"); // while it is searching
     QSignalSpy listed(&box, &DeviceBox::listed);
     driver.answer();
     QVERIFY(listed.wait(60000));

@@ -1,4 +1,5 @@
-// What asks before a person ends a running reconstruction in Slicer, on a window made like Slicer's.
+// The question before a person ends a running reconstruction in Slicer, tested on a window made like
+// Slicer's.
 #include "EndingQuestion.h"
 #include "FakeHost.h"
 #include "TestTools.h"
@@ -9,7 +10,7 @@
 
 #include <memory>
 
-/// Its action is connected by name, as uic does it.
+/// Its action is connected by name, like uic does.
 class Window : public QMainWindow {
   Q_OBJECT
 public:

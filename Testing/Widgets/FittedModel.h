@@ -9,12 +9,12 @@
 #include <vtkNew.h>
 #include <vtkSmartPointer.h>
 
-/// What the ramp model was fitted to, at a RAS point (mm).
+/// The intensity that the ramp model was fitted to, at a RAS point (mm).
 inline double rampAt(double r, double a, double s) {
   return 200 + 3 * r - 2 * a + s;
 }
 
-/// A model of 40×48×36 mm around (5, −10, 20), fitted in a second or two to slices of rampAt().
+/// A model of 40×48×36 mm around (5, −10, 20), fitted to slices of rampAt() in a second or two.
 inline vtkSmartPointer<vtkInnerGSModel> fittedRamp() {
   vtkNew<vtkImageData> image;
   image->SetDimensions(20, 24, 18);

@@ -22,7 +22,7 @@ private Q_SLOTS:
     host.start({});
     host.sendProgress(Phase::Fitting, 0.5, 1, 0.1, 20, 3, "On the CPU, as asked.");
     Report report = FakeHost::exampleReport();
-    report.quality[0].method = "gaussians"; // as the evaluation calls it
+    report.quality[0].method = "gaussians"; // the evaluation's name
     host.sendFinished(report);
     for (const char* part : {"Opened head.nii.gz", "Reconstruction started.", "On the CPU, as asked.",
                              "Done in 1 min 23 s: 74,088 Gaussians.", "Warning: The slices are thicker",

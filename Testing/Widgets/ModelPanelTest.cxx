@@ -68,7 +68,7 @@ struct Shown {
   }
 };
 
-/// Three Gaussians: a heavy one of the background, a heavy long one, a light round one.
+/// Three Gaussians: a heavy one in the background, a heavy elongated one, a light round one.
 vtkSmartPointer<vtkInnerGSModel> threeGaussians() {
   auto core = std::make_shared<Model>();
   auto& field = core->field;
@@ -238,12 +238,12 @@ private Q_SLOTS:
 
   void instancesLieAsTheSurfacesDo() {
     auto core = std::make_shared<Model>();
-    Gaussian g{}; // long along (1, 1, 0) in LPS, which is (−1, −1, 0) in RAS, and raised a little
+    Gaussian g{}; // elongated along (1, 1, 0) in LPS, which is (−1, −1, 0) in RAS, and slightly raised
     g.quaternion[0] = std::cos(3.14159265f / 8), g.quaternion[3] = std::sin(3.14159265f / 8);
     g.logScale[0] = std::log(8.f);
     g.intensity = 1;
     core->field.gaussians = {g};
-    core->field.gaussians.push_back(g); // and one across, smaller and to the left
+    core->field.gaussians.push_back(g); // and a transverse one, smaller and to the left
     core->field.gaussians[1].quaternion[3] *= -1;
     core->field.gaussians[1].logScale[0] = std::log(4.f);
     core->field.gaussians[1].mean[0] = 12;

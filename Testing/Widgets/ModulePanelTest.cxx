@@ -1,4 +1,4 @@
-// The panel as 3D Slicer arranges it: in a section of a module that comes and goes in a small scroll area.
+// The panel as 3D Slicer arranges it: in a collapsible section of a module in a small scroll area.
 #include "FakeHost.h"
 #include "TestTools.h"
 #include "Widgets/InputsTable.h"
@@ -19,7 +19,7 @@ using innergs::Phase;
 
 namespace {
 
-/// A section that folds away. It does not pass on that its content's height depends on its width.
+/// A collapsible section that does not pass on its content's height-for-width.
 class Fold : public QWidget {
 public:
   explicit Fold(QWidget* content) : content_(content) {
@@ -182,7 +182,7 @@ private:
       QVERIFY2(!row->isVisible() || row->height() >= row->minimumSizeHint().height(), name);
     snapshot(*area_->widget(), QString("module-%1").arg(name));
   }
-  /// Whole, and not under the pinned row.
+  /// Completely visible, and not under the pinned row.
   bool isSeen(const QWidget* widget) {
     return widget->isVisible() && widget->visibleRegion().boundingRect() == widget->rect() &&
            (child("pinnedBar")->isAncestorOf(widget) ||

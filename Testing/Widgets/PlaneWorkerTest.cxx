@@ -102,7 +102,7 @@ private Q_SLOTS:
     QTRY_COMPARE(seen.size(), 1);
     QVERIFY(!seen[0].image);
     QVERIFY2(seen[0].error.contains("spacing must be finite and above zero"), qPrintable(seen[0].error));
-    worker.show(task(0)); // and on it goes
+    worker.show(task(0)); // it continues
     QTRY_COMPARE(seen.size(), 2);
     QVERIFY(seen[1].image && seen[1].error.isEmpty());
     bad = task(0);
@@ -122,7 +122,7 @@ private Q_SLOTS:
       worker.exportPlane(task(0, 2000));
     }
     QCoreApplication::processEvents();
-    QCOMPARE(done, 0); // nobody is there to be told
+    QCOMPARE(done, 0); // there is no receiver
   }
 };
 

@@ -19,7 +19,7 @@ using namespace innergs::ui;
 
 namespace {
 
-/// The model of many Gaussians that a fit would take minutes for.
+/// A model with as many Gaussians as a fit of minutes would have.
 vtkSmartPointer<vtkInnerGSModel> largeModel(int count, float sigma = 1.2f) {
   auto core = std::make_shared<Model>();
   auto& field = core->field;
@@ -71,7 +71,7 @@ private Q_SLOTS:
     QVERIFY2(std::abs(tilted - angle) < 0.1, qPrintable(QString("%1 %2").arg(tilted).arg(angle)));
     QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 1) - up) < 1e-9); // about the vertical axis
     QVERIFY(std::abs(std::abs(shown.find<QDoubleSpinBox>("queryTiltVerticalValue")->value()) - angle) < 0.1);
-    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 20})); // around the middle
+    QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 20})); // around the centre
 
     QTest::mouseClick(shown.find<QToolButton>("queryAxial"), Qt::LeftButton);
     const Vec3 right = columnOf(shown.panel.planeToRAS(), 0);
@@ -103,7 +103,7 @@ private Q_SLOTS:
       vtkNew<vtkMatrix4x4> matrix;
       toMatrix(pose, matrix);
       shown.panel.setPlane(matrix);
-      // Towards the viewer: across right and up as they are on the screen.
+      // Towards the viewer: the cross product of right and up on the screen.
       const Vec3 viewer = cross(columnOf(matrix, 0), columnOf(matrix, 1));
       const QPoint grip = view->rect().center() + QPoint(static_cast<int>(view->handles().radius()), 0);
       drag(view, grip, grip - QPoint(40, 0)); // to the left
@@ -131,7 +131,7 @@ private Q_SLOTS:
     QVERIFY(view->scale() > 1.1 * nearer);
     const Vec3 before = columnOf(shown.panel.planeToRAS(), 3);
     drag(view, {60, 60}, {80, 60},
-         Qt::MiddleButton); // the picture to the right: the middle to the left, the patient's right
+         Qt::MiddleButton); // the picture moves right: the centre moves left, to the patient's right
     QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 3) - before - Vec3{20 * view->scale(), 0, 0}) < 1e-6);
     QTest::keyClick(view, Qt::Key_PageDown);
     QVERIFY(std::abs(columnOf(shown.panel.planeToRAS(), 3)[2] - 20) < 1e-9);
@@ -157,7 +157,7 @@ private Q_SLOTS:
     QTRY_VERIFY(view->image().task.pose == view->pose());
     QVERIFY(view->image().task.pixelSize >= 0.5);
     QTRY_VERIFY(!shown.find<QTimer>("settleTimer")->isActive());
-    QVERIFY(view->image().task.pixelSize >= 0.5); // as long as it is held
+    QVERIFY(view->image().task.pixelSize >= 0.5); // as long as the button is held
     QTest::mouseRelease(view, Qt::LeftButton, {}, middle - QPoint(0, 9));
     QTRY_COMPARE(view->image().task.pixelSize, 0.25);
     QVERIFY(view->image().task.pose == view->pose());
@@ -210,7 +210,7 @@ private Q_SLOTS:
       QMouseEvent move(QEvent::MouseMove, at, view->mapToGlobal(at), Qt::NoButton, Qt::LeftButton,
                        Qt::NoModifier);
       QApplication::sendEvent(view, &move);
-      QVERIFY(view->image().image == before.image); // it is made on another thread
+      QVERIFY(view->image().image == before.image); // it is computed on another thread
       QTRY_VERIFY_WITH_TIMEOUT(view->image().image != before.image, 60000);
     }
     QTest::mouseRelease(view, Qt::LeftButton, {}, middle + QPoint(radius - 120, 0));

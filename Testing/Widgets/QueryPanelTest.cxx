@@ -27,7 +27,7 @@ class QueryPanelTest : public QObject {
   Q_OBJECT
   vtkSmartPointer<vtkInnerGSModel> ramp_;
 
-  /// The volume that "Export" gives.
+  /// The volume that "Export" creates.
   void exported(Shown& shown) {
     const int before = shown.host.addedVolumes.size();
     QTest::mouseClick(shown.find<QPushButton>("queryExportVolume"), Qt::LeftButton);
@@ -98,7 +98,7 @@ private Q_SLOTS:
     QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 0) - up) < 1e-9);
   }
 
-  // Numbers that the command line takes with --ras.
+  // Numbers that the command line accepts with --ras.
   void copiesThePlaneAsACommand() {
     Shown shown(ramp_);
     QTest::mouseClick(shown.find<QToolButton>("queryCoronal"), Qt::LeftButton);
@@ -164,7 +164,7 @@ private Q_SLOTS:
       const QImage image = shown.view->grab().toImage();
       return qGray(image.pixel((QPointF(p) * image.devicePixelRatio()).toPoint()));
     };
-    // Left on the screen is the patient's right, where the ramp is higher by 3 a millimetre; window 50 to
+    // Left on the screen is the patient's right, where the ramp increases by 3 per millimetre; window 50 to
     // 350.
     const double expected = (rampAt(5 + 12, -10, 20) - 50) / 300 * 255;
     QTRY_VERIFY2(std::abs(grey(left) - expected) < 8,
@@ -212,7 +212,7 @@ private Q_SLOTS:
     shown.view->setFocus();
     QTRY_VERIFY2(readout->text().startsWith("Middle: R 5.0, P 10.0, S 20.0 mm: "),
                  qPrintable(readout->text()));
-    // Shift and the arrows look further: to the patient's left, and to the front.
+    // Shift and the arrows pan: to the patient's left, and to the front.
     const double step = 0.05 * shown.view->height() * shown.view->scale();
     QTest::keyClick(shown.view, Qt::Key_Right, Qt::ShiftModifier);
     QTest::keyClick(shown.view, Qt::Key_Up, Qt::ShiftModifier);
@@ -242,7 +242,7 @@ private Q_SLOTS:
     QCOMPARE(changed.size(), 0);
     QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 200}));
     QVERIFY2(shown.view->note().contains("beside the model"), qPrintable(shown.view->note()));
-    // The same model made anew, and after the plane was moved in the panel.
+    // The same model replaced, and after the plane was moved in the panel.
     QTest::keyClick(shown.view, Qt::Key_PageUp);
     const Vec3 moved = columnOf(shown.panel.planeToRAS(), 3);
     QVERIFY(moved[2] > 200);
@@ -250,7 +250,7 @@ private Q_SLOTS:
     shown.panel.setModelId("ramp");
     QCOMPARE(changed.size(), count);
     QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), moved);
-    // By the button it comes back.
+    // The button brings it back.
     QTest::mouseClick(shown.find<QPushButton>("queryCentre"), Qt::LeftButton);
     QCOMPARE(columnOf(shown.panel.planeToRAS(), 3), (Vec3{5, -10, 20}));
     QCOMPARE(shown.view->note(), QString());
@@ -290,7 +290,7 @@ private Q_SLOTS:
   void planeFromOutside() {
     Shown shown(ramp_);
     QSignalSpy changed(&shown.panel, &QueryPanel::planeChanged);
-    vtkNew<vtkMatrix4x4> plane; // what a sagittal slice node has, with its pixel size in it
+    vtkNew<vtkMatrix4x4> plane; // like a sagittal slice node's, including its pixel size
     toMatrix({PlaneOrientation::Sagittal, false, {}, {1, 2, 3}}, plane);
     for (int r = 0; r < 3; ++r)
       plane->SetElement(r, 0, 0.7 * plane->GetElement(r, 0));
@@ -298,7 +298,7 @@ private Q_SLOTS:
     QCOMPARE(changed.size(), 1);
     QVERIFY(shown.find<QToolButton>("querySagittal")->isChecked());
     QCOMPARE(shown.find<QDoubleSpinBox>("queryPositionValue")->value(), -1.);
-    shown.panel.setPlane(shown.panel.planeToRAS()); // does not go round in circles
+    shown.panel.setPlane(shown.panel.planeToRAS()); // causes no endless loop
     QCOMPARE(changed.size(), 1);
 
     plane->Zero();
@@ -385,7 +385,7 @@ private Q_SLOTS:
     for (int i = 0; i < 5; ++i) {
       Shown shown(ramp_);
       shown.find<QDoubleSpinBox>("queryPixelSize")->setValue(0.05);
-      for (int turn = 0; turn < 2 * i; ++turn) // of the event loop
+      for (int turn = 0; turn < 2 * i; ++turn) // turns of the event loop
         QCoreApplication::processEvents();
     }
   }

@@ -10,7 +10,7 @@
 #include <QScrollBar>
 #include <QTimer>
 
-/// A reconstruction panel, 400 pixels wide, on a fake host, and what a person does with it.
+/// A reconstruction panel, 400 pixels wide, on a fake host, with a user's actions.
 class ReconstructionPanelFixture : public QObject {
   Q_OBJECT
 
@@ -32,7 +32,7 @@ protected:
     return panel_->findChild<T*>(name);
   }
   QPushButton* button() { return child<QPushButton>("reconstruct"); }
-  /// Whether the estimate of the latest changes is still to come.
+  /// Whether the estimate for the latest changes is still pending.
   bool isEstimateAwaited() { return child<QTimer>("estimateTimer")->isActive(); }
   QString label(const char* name) { return child<QLabel>(name)->text(); }
   QString line(const char* name) { return child<innergs::ui::MessageLine>(name)->text(); }

@@ -47,7 +47,7 @@ private Q_SLOTS:
     QCOMPARE(child<QDoubleSpinBox>("sliceThickness")->text(), QString("auto (0.9 mm)"));
   }
 
-  /// Everything by Tab, arrows and Space; the focus stays on the button from start to end.
+  /// Everything by Tab, arrows and Space; the button keeps the focus from start to end.
   void keyboardAlone() {
     auto* first = rows()[0]->findChild<Selector*>()->findChild<QComboBox*>();
     first->setFocus();
@@ -96,7 +96,7 @@ private Q_SLOTS:
       places[key] = words;
     }
     QVERIFY(places.size() >= 12);
-    for (auto* field : panel_->findChildren<QWidget*>()) // and every field says what it is
+    for (auto* field : panel_->findChildren<QWidget*>()) // and every field has a description
       if (qobject_cast<QComboBox*>(field) || qobject_cast<QAbstractSpinBox*>(field) ||
           qobject_cast<QCheckBox*>(field)) {
         auto* parent = qobject_cast<Selector*>(field->parentWidget());
@@ -124,7 +124,7 @@ private Q_SLOTS:
     QCOMPARE(order.join(""), QString("000001111122222"));
   }
 
-  /// In every state, 400 pixels wide; the test runs once more at 150 %.
+  /// In every state, 400 pixels wide; the test also runs at 150 %.
   void nothingIsClipped() {
     panel_->findChild<Section*>("advanced")->setOpen(true);
     Request request;

@@ -55,7 +55,7 @@ private Q_SLOTS:
     auto* thickness = child<QDoubleSpinBox>("sliceThickness");
     QVERIFY(label("inputDescription").endsWith("0.9 × 0.9 × 4 mm; slice thickness 8 mm, as the file says"));
     QCOMPARE(thickness->text(), QString("auto (8 mm)"));
-    // Of another axis the file says nothing; what is typed is nobody's guess.
+    // The file says nothing about another axis; a typed value is used as given.
     child<QComboBox>("sliceAxis")->setCurrentIndex(1);
     QVERIFY(label("inputDescription").endsWith("; slice thickness: the distance"));
     QCOMPARE(thickness->text(), QString("auto (0.9 mm)"));
@@ -93,7 +93,7 @@ private Q_SLOTS:
     QTRY_VERIFY(isShown("refusal"));
     QTRY_COMPARE(line("refusal"), host_->nextEstimate.refusal);
     QVERIFY(!button()->isEnabled());
-    // Memory that other programs give back is noticed without a change.
+    // Memory freed by other programs is noticed without a change of the request.
     host_->nextEstimate.memory = 40'000'000'000;
     host_->nextEstimate.available = 16'000'000'000;
     Q_EMIT host_->estimateChanged();
@@ -137,7 +137,7 @@ private Q_SLOTS:
     QCOMPARE(panel_->request().inputs.size(), 1);
   }
 
-  /// A person's path: start, watch, cancel, start again, done.
+  /// A user's session: start, watch, cancel, start again, done.
   void startCancelRestartFinish() {
     host_->cancelDelay = -1;
     choose("head");
@@ -232,7 +232,7 @@ private Q_SLOTS:
   }
 
   void psnrAndSsimCountAlike_data() {
-    QTest::addColumn<double>("psnr"); // of InnerGS over the others'
+    QTest::addColumn<double>("psnr"); // of InnerGS relative to the others'
     QTest::addColumn<double>("ssim");
     QTest::addColumn<int>("verdict");
     const auto row = [](double psnr, double ssim, Verdict verdict) {
@@ -261,7 +261,7 @@ private Q_SLOTS:
     QFETCH(double, psnr);
     QFETCH(double, ssim);
     QFETCH(int, verdict);
-    // The best of the others is another method by each measure.
+    // The best of the others is a different method for each measure.
     const QVector<QualityRow> rows{
         {"linear", 30, 0.85}, {"gaussians", 30 + psnr, 0.9 + ssim}, {"cubic", 29, 0.9}};
     QCOMPARE(static_cast<int>(compare(rows).verdict), verdict);
@@ -289,13 +289,13 @@ private Q_SLOTS:
     QCOMPARE(label("phaseText"), QString("Judging the quality (second fit): iteration 12 of 100"));
     QCOMPARE(label("remainingText"), QString("about 40 seconds left"));
     QCOMPARE(child<QProgressBar>("progressBar")->text(), QString("60 %"));
-    // Chart and figure beside it are the same quantity: that of the fit's last iteration.
+    // Chart and the figure next to it show the same quantity: that of the fit's last iteration.
     QCOMPARE(child<FitChart>("fitChart")->points(), 2);
     QVERIFY(label("fitNumbers").contains("30.8 dB on the fitted samples, not held out"));
     QVERIFY(label("fitNumbers").contains("after iteration 100"));
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(label("phaseText").contains("finished model is kept"));
-    // Its end without a quality does not advise to tick what is ticked.
+    // An end without a quality measurement does not advise ticking a box that is ticked.
     Report report = FakeHost::exampleReport();
     report.quality.clear();
     report.heldOutPsnr = NAN;
@@ -328,7 +328,7 @@ private Q_SLOTS:
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     iterations();
-    QCOMPARE(chart->lines(), 4); // each at half resolution, then in full
+    QCOMPARE(chart->lines(), 4); // each at half resolution, then at full
     QTRY_VERIFY(isShown("chartNote"));
     QVERIFY(label("chartNote").contains("An ensemble of 2 models"));
     QVERIFY(label("chartNote").contains("half resolution"));
@@ -428,7 +428,7 @@ private Q_SLOTS:
     QCOMPARE(panel_->request().settings.fill, 7.5);
   }
 
-  /// What a script asked for is not changed by being shown.
+  /// Showing a script's request does not change it.
   void numbersStayAsTheyWereSet() {
     choose("head");
     Request request = panel_->request();

@@ -64,7 +64,7 @@ private Q_SLOTS:
     compare(panel_->settings(), expected);
   }
 
-  /// Every field can be edited by keyboard, and an emptied one is automatic again.
+  /// Every field is editable by keyboard, and an emptied one is automatic again.
   void numbersAreTypedAndEmptied() {
     for (const char* name : {"gaussians", "maxGaussians", "iterations", "ensembleSize", "cutoff",
                              "lossWeight", "ssimWeight", "beta1", "beta2", "densifyEvery"}) {
@@ -141,7 +141,7 @@ private Q_SLOTS:
     QVERIFY(panel_->findChild<QCheckBox*>("consistency")->isChecked());
   }
 
-  /// Scrolling the panel must not edit what the pointer happens to be over.
+  /// Scrolling the panel must not edit the field under the pointer.
   void wheelEditsNothing() {
     panel_->findChild<QPushButton*>("restoreDefaults")->setFocus();
     for (QWidget* field :

@@ -13,7 +13,7 @@
 
 #include <array>
 
-/// A panel with a model in it, on the screen.
+/// A panel with a model, on the screen.
 struct Shown {
   FakeHost host;
   innergs::ui::QueryPanel panel;

@@ -11,7 +11,7 @@
 #include <QTest>
 #include <QWidget>
 
-/// Shows a window with the keyboard on it; there may be no window manager that would give it one.
+/// Shows a window and gives it the keyboard focus, since there may be no window manager to do so.
 inline bool showActive(QWidget& window) {
   window.show();
   if (!QTest::qWaitForWindowExposed(&window)) return false;
@@ -19,8 +19,7 @@ inline bool showActive(QWidget& window) {
   return QTest::qWaitForWindowActive(&window);
 }
 
-/// The first visible widget whose text does not fit into it, or that sticks out of its parent; "" when all
-/// do.
+/// The first visible widget whose text does not fit, or that extends beyond its parent; "" if there is none.
 inline QString clippedWidget(const QWidget& root) {
   const auto name = [](const QWidget* widget, const QString& text) {
     return QString("%1 '%2': \"%3\"").arg(widget->metaObject()->className(), widget->objectName(), text);
@@ -60,14 +59,14 @@ inline QString clippedWidget(const QWidget& root) {
   return {};
 }
 
-/// Carries out the layouts that wait, and those that they cause.
+/// Carries out pending layouts, and those that they trigger.
 inline void layOut() {
-  constexpr int levels = 40; // of widgets in each other
+  constexpr int levels = 40; // nesting levels of widgets
   for (int n = 0; n < levels; ++n)
     QCoreApplication::sendPostedEvents(nullptr, QEvent::LayoutRequest);
 }
 
-/// A picture for people to look at, where the environment variable INNERGS_SCREENSHOTS names a folder.
+/// Saves a picture to look at, if the environment variable INNERGS_SCREENSHOTS names a folder.
 inline void snapshot(QWidget& widget, const QString& name) {
   const QString folder = qEnvironmentVariable("INNERGS_SCREENSHOTS");
   if (folder.isEmpty()) return;

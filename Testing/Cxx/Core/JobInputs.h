@@ -8,7 +8,7 @@
 #include <cstring>
 #include <gtest/gtest.h>
 
-/// Small inputs of every kind that a reconstruction distinguishes, and helpers to compare its results.
+/// A small input for every case that a reconstruction distinguishes, and helpers to compare results.
 namespace innergs::testing {
 
 inline GridGeometry smallGrid() {
@@ -32,7 +32,7 @@ inline ReconstructionInput anisotropicInput() {
   return input;
 }
 
-/// Two scans of thick slices, across each other.
+/// Two orthogonal scans of thick slices.
 inline ReconstructionInput orthogonalInput() {
   ReconstructionInput input;
   const Volume truth = phantom(smallGrid());
@@ -47,7 +47,7 @@ inline Settings quickSettings(int iterations = 10) {
   settings.iterations = iterations;
   settings.gaussians = 300;
   settings.threads = 2;
-  settings.device = "cpu"; // bit for bit, whatever the machine has
+  settings.device = "cpu"; // bit-identical on any machine
   return settings;
 }
 
@@ -55,7 +55,7 @@ inline ReconstructionResult reconstruct(const ReconstructionInput& input, const 
   return ReconstructionJob(input, settings).run();
 }
 
-/// dB of a fit from which these slices of the first stack are withheld by hand, on them and inside the mask.
+/// dB of a fit with these slices of the first stack withheld by hand, on them and inside the mask.
 inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std::int64_t>& slices,
                                 const Settings& settings) {
   input.heldOutFraction = 0;
@@ -102,20 +102,20 @@ inline double psnr(const Volume& image, const Volume& truth, double range = 200)
   return 10 * std::log10(range * range * static_cast<double>(truth.voxels.size()) / sum);
 }
 
-/// A kind of input, for tests that hold for all.
+/// A kind of input, for tests that must pass for all kinds.
 struct InputKind {
   const char* name;
   ReconstructionInput (*input)();
   int members = 1; // of the ensemble
 };
 
-/// A run and what it reported.
+/// A run and its reports.
 struct Attempt {
   ReconstructionResult result;
   std::vector<Progress> states;
 };
 
-/// Asks to stop in the first report for which `when` holds; none: never.
+/// Requests a stop in the first report for which `when` holds; none: never.
 inline Attempt runUntil(const std::function<bool(const Progress&)>& when, const ReconstructionInput& input,
                         const Settings& settings) {
   Attempt run;
@@ -129,7 +129,7 @@ inline Attempt runUntil(const std::function<bool(const Progress&)>& when, const 
   return run;
 }
 
-/// The result of a fit that is stopped after so many iterations.
+/// The result of a fit that is stopped after the given number of iterations.
 inline ReconstructionResult stoppedAt(int iteration, const ReconstructionInput& input,
                                       const Settings& settings) {
   return runUntil(

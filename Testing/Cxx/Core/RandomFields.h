@@ -19,8 +19,7 @@ private:
   std::mt19937_64 engine_;
 };
 
-/// Where and how large random Gaussians are: a box in model coordinates (mm), σ (mm) and the ratio of their
-/// axes.
+/// Range of random Gaussians: a box in model coordinates (mm), σ (mm) and the ratio of their axes.
 struct Cloud {
   Vec3 low{-6, -6, -6}, high{6, 6, 6};
   double minSigma = 0.8, maxSigma = 2.5, anisotropy = 3;

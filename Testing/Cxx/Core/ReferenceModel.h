@@ -6,8 +6,8 @@
 #include <numeric>
 #include <vector>
 
-/// The field, its slice profile and its losses written down once more, in double precision and by brute
-/// force: no lattice, no binning, no row limits. What the engine computes is compared with this.
+/// A second implementation of the field, its slice profile and its losses, in double precision and by brute
+/// force: no lattice, no binning, no row limits. The engine's results are compared with it.
 namespace innergs::testing {
 
 /// A Gaussian's parameters in double precision, in the order of struct Gaussian.
@@ -24,7 +24,7 @@ inline std::vector<Parameters> parametersOf(const GaussianField& field) {
   return all;
 }
 
-/// One Gaussian made ready for evaluation: precision, weight, and the additional covariance of a closed-form
+/// One Gaussian prepared for evaluation: precision, weight, and the additional covariance of a closed-form
 /// slice profile.
 struct ReferenceGaussian {
   double mean[3], precision[6], weight, intensity, slope[3], radius2;
@@ -71,7 +71,7 @@ struct ReferenceGaussian {
   }
 };
 
-/// The value at x; alpha blending goes through the Gaussians in the order given.
+/// The value at x; alpha blending takes the Gaussians in the given order.
 inline double blend(const GaussianField& field, const std::vector<ReferenceGaussian>& gaussians,
                     const std::vector<std::size_t>& order, const Vec3& x) {
   double weights = 0, numerators = 0, transmittance = 1, image = 0;
@@ -85,7 +85,7 @@ inline double blend(const GaussianField& field, const std::vector<ReferenceGauss
   return field.blending == Blending::Normalised ? numerators / (weights + field.epsilon) : numerators;
 }
 
-/// Indices by distance of the centre to the plane of index z, nearest first.
+/// Indices sorted by the distance of the centre to the plane of index z, nearest first.
 inline std::vector<std::size_t> depthOrder(const GaussianField& field, const Affine3& modelToIndex,
                                            double z) {
   std::vector<std::size_t> order(field.gaussians.size());
@@ -97,8 +97,8 @@ inline std::vector<std::size_t> depthOrder(const GaussianField& field, const Aff
   return order;
 }
 
-/// The field's value (normalised intensity) at a point of the model frame; alpha blending: on a slice across
-/// the third axis of `modelToIndex`.
+/// The field's value (normalised intensity) at a point of the model frame; alpha blending: on a slice normal
+/// to the third axis of `modelToIndex`.
 inline double referenceValue(const GaussianField& field, const Vec3& x, const Affine3& modelToIndex = {}) {
   std::vector<ReferenceGaussian> gaussians;
   for (const Parameters& p : parametersOf(field))
@@ -107,7 +107,7 @@ inline double referenceValue(const GaussianField& field, const Vec3& x, const Af
 }
 
 /// The slices of an observation, tightly packed [slice][y][x]. The depth order is that of `field`, whatever
-/// the parameters: gradients hold it.
+/// the parameters, since gradients keep it fixed.
 inline std::vector<double> referenceSlices(const Observation& o, const GaussianField& field,
                                            const std::vector<Parameters>& parameters) {
   std::vector<ReferenceGaussian> gaussians;
@@ -132,8 +132,7 @@ inline std::vector<double> referenceSlices(const Observation& o, const GaussianF
   return image;
 }
 
-/// Σ(1 − SSIM) of a slice, 11×11 Gaussian window of σ 1.5, zero-padded; samples that are not observed count
-/// as equal.
+/// Σ(1 − SSIM) of a slice, 11×11 Gaussian window of σ 1.5, zero-padded; unobserved samples count as equal.
 inline double referenceSsimLoss(const double* image, const double* target, int nx, int ny) {
   double window[11], total = 0, loss = 0;
   for (int k = 0; k < 11; ++k)

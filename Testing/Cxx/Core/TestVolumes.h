@@ -6,8 +6,7 @@
 
 namespace innergs::testing {
 
-/// A rotation about the axis (1, 2, 3)/√14 by `angle`, times a reflection of the third column when
-/// left-handed.
+/// A rotation by `angle` about the axis (1, 2, 3)/√14, with the third column reflected if left-handed.
 inline Mat3 obliqueDirection(double angle, bool leftHanded = false) {
   const double n = std::sqrt(14.0), a[3] = {1 / n, 2 / n, 3 / n}, c = std::cos(angle), s = std::sin(angle);
   Mat3 r;

@@ -2,8 +2,8 @@
 
 namespace innergs::test {
 
-/// While it lives, the system refuses to start more threads than `allowed` at a time. Where such a
-/// system cannot be acted (known() is false), it changes nothing. Link ThreadShortage.cxx.
+/// While it lives, the system refuses to start more than `allowed` threads at a time. Does nothing where that
+/// cannot be simulated (known() is false). Link ThreadShortage.cxx.
 class ThreadShortage {
 public:
   explicit ThreadShortage(int allowed);

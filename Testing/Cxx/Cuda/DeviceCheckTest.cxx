@@ -1,4 +1,4 @@
-// The self-check itself: what it must see, and what it must not take offence at.
+// Tests the self-check: what it must detect, and what it must tolerate.
 #include "Core/Device/DeviceCheck.h"
 #include "Cuda/Plugin.h"
 #include "RoundingExecutor.h"
@@ -11,7 +11,7 @@ using namespace innergs::cuda;
 
 namespace {
 
-/// One kind of kernel does nothing.
+/// Disables one kind of kernel.
 template <class Left>
 struct LeavesOut {
   template <class Kernel>
@@ -47,7 +47,7 @@ TEST(DeviceCheck, SeesWhatRelocationAndDensificationLeaveOut) {
 }
 
 TEST(DeviceCheck, AcceptsADeviceThatRoundsOtherwise) {
-  const char* asked = std::getenv("INNERGS_SEEDS"); // more of them by hand
+  const char* asked = std::getenv("INNERGS_SEEDS"); // more of them, on request
   const int seeds = asked ? std::atoi(asked) : 4;
   int refused = 0;
   for (int seed = 1; seed <= seeds; ++seed) {

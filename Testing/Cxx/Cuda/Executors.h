@@ -13,8 +13,8 @@
 
 namespace innergs::testing {
 
-/// Where the kernels run in a test. Rounding: on the host with other last bits (RoundingExecutor.h), for
-/// what must not hang on them.
+/// Where the kernels of a test run. Rounding: on the host with different last bits (RoundingExecutor.h), for
+/// results that must not depend on them.
 enum class Where { Host, Rounding, Device };
 inline const Where kEverywhere[] = {Where::Host, Where::Rounding, Where::Device};
 
@@ -26,7 +26,7 @@ inline std::string whereName(Where where) {
 std::unique_ptr<cuda::Executor> makeThreadExecutor();
 std::unique_ptr<cuda::Executor> makeRoundingExecutor();
 
-/// Null with the reason when there is no device.
+/// Null, with the reason, if there is no device.
 inline std::unique_ptr<cuda::Executor> executorFor(Where where, std::string& why) {
   if (where == Where::Host) return cuda::makeHostExecutor();
   if (where == Where::Rounding) return makeRoundingExecutor();
@@ -57,9 +57,8 @@ inline double relativeError(std::span<const float> found, std::span<const float>
   return difference == 0 ? 0 : difference / std::max(largest, 1e-30);
 }
 
-/// Euclidean length of the differences as a share of that of `expected`. Where weights are next to 0 the
-/// last bit of one point can be seen in its quotient, so this is what devices that round otherwise are held
-/// to.
+/// Norm of the differences relative to that of `expected`. Where weights are near 0, the last bit of one
+/// point is visible in its quotient, so this is the criterion for devices with different rounding.
 inline double relativeLength(std::span<const float> found, std::span<const float> expected,
                              std::size_t first = 0, std::size_t step = 1) {
   double whole = 0, difference = 0;
@@ -72,7 +71,7 @@ inline double relativeLength(std::span<const float> found, std::span<const float
   return difference == 0 ? 0 : std::sqrt(difference / std::max(whole, 1e-60));
 }
 
-/// The largest of the differences on the host, their length elsewhere.
+/// The largest difference on the host, the norm of the differences elsewhere.
 inline double errorOn(Where where, std::span<const float> found, std::span<const float> expected,
                       std::size_t first = 0, std::size_t step = 1) {
   return where == Where::Host ? relativeError(found, expected, first, step)

@@ -10,7 +10,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// Iterations of which some see half the resolution, some relocate, and Gaussians grow fast.
+/// Iterations of which some use half the resolution, some relocate, and Gaussians grow fast.
 std::vector<IterationOptions> iterationsOf(const Scene& scene, int count, double growth = 0.09) {
   std::vector<IterationOptions> iterations;
   for (int step = 1; step <= count; ++step) {
@@ -53,7 +53,7 @@ Reached oneByOne(const Scene& scene, std::span<const IterationOptions> iteration
   return reached;
 }
 
-/// Asks for a stop in the n-th update of the Gaussians.
+/// Requests a stop in the n-th update of the Gaussians.
 struct StopsInAnUpdate {
   inline static std::stop_source stop;
   inline static int updatesLeft = 0;
@@ -70,7 +70,7 @@ struct StopsInAnUpdate {
 
 TEST(IterationsOfOneWait, GiveTheSameBitsAsOneByOne) {
   for (const FitCase& c : kFitCases)
-    for (const double growth : {0.09, 0.9}) { // the latter needs more and more room for pairs
+    for (const double growth : {0.09, 0.9}) { // the latter needs ever more room for pairs
       SCOPED_TRACE(std::string(c.name) + (growth > 0.5 ? ", growing" : ""));
       const Scene scene(c, 13);
       const auto iterations = iterationsOf(scene, 12, growth);
@@ -78,7 +78,7 @@ TEST(IterationsOfOneWait, GiveTheSameBitsAsOneByOne) {
       auto executor = cuda::makeHostExecutor();
       cuda::Executor& host = *executor;
       FitRequest request = scene.request();
-      if (growth > 0.5) request.gaussians = 1; // room for hardly any pair at first
+      if (growth > 0.5) request.gaussians = 1; // room for hardly any pairs at first
       cuda::Fit fit(std::move(executor), request);
       fit.upload(scene.field, Adam(scene.field.size()), {});
       Reached found;
@@ -119,8 +119,8 @@ TEST(IterationsOfOneWait, AreAsManyAsTheTrainerAllows) {
         EXPECT_TRUE(before >= coarse || many.iteration() <= coarse) << "half resolution tells no time";
         EXPECT_EQ(static_cast<int>(many.losses().size()), many.iteration());
       }
-      // Full resolution and every densification end a run of iterations, every loss does where it decides how
-      // the fit goes on.
+      // Full resolution and every densification end a batch of iterations; so does every loss that decides
+      // how the fit continues.
       const int waits = comparing ? 30 : c.densify ? 4 : 3;
       EXPECT_EQ(steps, waits);
       const int state = 3; // field and moments, at the end

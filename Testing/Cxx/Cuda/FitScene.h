@@ -45,7 +45,7 @@ struct Scene {
         for (int i = 1; i < n; i += 3) {
           Gaussian g{};
           const int at[3] = {i, j, k};
-          // No symmetry: Adam's first step is by the sign of gradients, and rounding's where they are 0.
+          // No symmetry: Adam's first step follows the sign of gradients, which is rounding where they are 0.
           for (int a = 0; a < 3; ++a) {
             const double wave = std::sin(1.7 * static_cast<double>(field.size()) + 2.1 * a);
             g.mean[a] = static_cast<float>(at[a] + 0.2 * wave);

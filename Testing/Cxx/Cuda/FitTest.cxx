@@ -47,14 +47,14 @@ TEST_P(Fits, IterationAsTheCpu) {
 
 TEST_P(Fits, TrainToTheSameQuality) {
   const auto& [where, c] = GetParam();
-  FitCase still = c; // nobody is moved or added
+  FitCase still = c; // no relocation or densification
   still.relocate = still.densify = false;
   for (const FitCase& each : {still, c}) {
     INNERGS_EXECUTOR_OR_SKIP(executor, where);
     const bool moves = each.relocate || each.densify;
     SCOPED_TRACE(moves ? "moving Gaussians" : "");
     Scene scene(each);
-    LearningRates& r = scene.plan.rates; // last bits are felt in large steps of few Gaussians
+    LearningRates& r = scene.plan.rates; // last bits matter in large steps of few Gaussians
     for (double* rate : {&r.mean, &r.logScale, &r.quaternion, &r.logWeight, &r.intensity, &r.slope})
       *rate *= 0.25;
     std::int64_t expectedCount = 0, count = 0;
@@ -143,8 +143,8 @@ TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
   }
 }
 
-// An allocation that fails at any moment of an iteration: the iteration succeeds in smaller slabs, or says
-// Memory and leaves the state as it was.
+// An allocation that fails at any point of an iteration: the iteration succeeds with smaller slabs, or throws
+// Memory and leaves the state unchanged.
 TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
   for (const FitCase& c : kFitCases) {
     SCOPED_TRACE(c.name);
@@ -175,10 +175,10 @@ TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
       GaussianField field;
       fit.download(&field, nullptr, nullptr);
       EXPECT_NO_THROW(fit.iterate(optionsOf(scene, 1)));
-      if (all) break; // the iteration made fewer allocations than that
+      if (all) break; // the iteration made fewer allocations
     }
     EXPECT_TRUE(smaller);
-    EXPECT_FALSE(failed); // one failure leaves room for smaller slabs
+    EXPECT_FALSE(failed); // after one failure, smaller slabs fit
     // Memory that stays short for a while.
     for (int allocation = 1; allocation < 40; allocation += 3) {
       auto executor = cuda::makeHostExecutor();

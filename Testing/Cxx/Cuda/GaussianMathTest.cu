@@ -1,4 +1,4 @@
-// The mathematics that every backend shares must give the same on the device as on the host.
+// The mathematics shared by all backends must give the same results on the device and on the host.
 #include "Core/Model/GaussianMath.h"
 
 #include <gtest/gtest.h>

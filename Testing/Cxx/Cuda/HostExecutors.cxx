@@ -11,7 +11,7 @@ std::unique_ptr<cuda::Executor> makeThreadExecutor() {
 }
 
 std::unique_ptr<cuda::Executor> makeRoundingExecutor() {
-  if (const char* seed = std::getenv("INNERGS_SEED")) // others by hand
+  if (const char* seed = std::getenv("INNERGS_SEED")) // other seeds on request
     cuda::Rounding::random = static_cast<std::uint32_t>(std::atoi(seed));
   return std::make_unique<cuda::HostExecutor<cuda::Rounding>>(std::size_t{1} << 40);
 }

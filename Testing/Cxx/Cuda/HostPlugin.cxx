@@ -1,4 +1,4 @@
-// A device plugin whose one device is the host executor: the kernels behind the program's own loader.
+// A device plugin whose single device is the host executor: the kernels behind the program's own loader.
 #include "Cuda/Plugin.h"
 
 namespace {

@@ -69,7 +69,7 @@ TEST_P(Jobs, AnswerQueriesAsTheCpu) {
   };
   PlaneSampler cpu(field, 1), device(field, 1, "", DeviceChoice("cuda:0").makeField(*field));
   std::vector<float> a(50 * 44), b(a.size());
-  for (const double angle : {0.4, 1.1}) { // as a slice that is dragged
+  for (const double angle : {0.4, 1.1}) { // like a slice that is dragged
     const Affine3 plane =
         grid(50, 44, 1, {0.8, 0.8, 1}, {-38, 5, 12}, obliqueDirection(angle)).indexToWorld();
     cpu.sample(plane, 50, 44, a);

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kTolerance = 1e-4;
 
-/// How slices see a field, and how large all of it is.
+/// How slices see a field, and the sizes involved.
 struct Case {
   const char* name;
   Blending blending;
@@ -29,7 +29,7 @@ struct Case {
   std::int64_t size[3];
   int gaussians;
   double minSigma, maxSigma; // mm
-  double reach;              // half edge of the box that the Gaussians are in
+  double reach;              // half edge of the box that contains the Gaussians
 };
 
 void PrintTo(const Case& c, std::ostream* out) {
@@ -112,7 +112,7 @@ const NamedLoss kLosses[] = {{"L2", {LossKind::L2, 0.02, 0, 1}},
                              {"L2Ssim", {LossKind::L2, 0.02, 0.4, 0.8}},
                              {"SsimAlone", {LossKind::L2, 0.02, 1, 0}}};
 
-/// An oblique, left-handed stack of noise with unobserved and broken voxels.
+/// An oblique, left-handed stack of noise with unobserved and non-finite voxels.
 Stack stackOf(const Case& c) {
   Stack stack;
   stack.image = randomVolume(
@@ -145,7 +145,7 @@ GaussianField fieldOf(const Case& c, const Stack& stack) {
   return field;
 }
 
-/// Leaves out Gaussians whose gradient hangs on a bit (edgeClearance()).
+/// Removes Gaussians whose gradient depends on a single bit (edgeClearance()).
 void keepClear(GaussianField& field, const Observation& o) {
   const ProjectionFrame frame = projectionFrame(o.lattice);
   const ProjectionRules rules{static_cast<float>(field.cutoff * field.cutoff), field.blending,
@@ -159,7 +159,7 @@ void keepClear(GaussianField& field, const Observation& o) {
   ASSERT_GE(field.gaussians.size(), all - all / 8);
 }
 
-/// What an iteration computes on one observation before Adam.
+/// The results of an iteration on one observation, before Adam.
 struct Computed {
   std::vector<float> a, b;   // W and N, [plane][ny][nx]
   std::vector<float> f0, f1; // the same shape
@@ -167,7 +167,7 @@ struct Computed {
   LossSum loss;
 };
 
-/// Without the padding of the rows.
+/// Removes the row padding.
 std::vector<float> packed(const Lattice& lattice, const auto& at) {
   std::vector<float> out;
   for (int row = 0; row < lattice.planes() * lattice.ny; ++row)
@@ -252,7 +252,7 @@ TEST_P(Operations, AgreeWithTheScalarReference) {
   const auto observations = observe(stack, field.modelToWorld, {200, 100}, c.closedForm);
   ASSERT_EQ(observations.size(), 1u);
   keepClear(field, observations[0]);
-  if (where != Where::Host) field.epsilon = 1e-2; // a lone Gaussian enlarges rounding by 1/ε
+  if (where != Where::Host) field.epsilon = 1e-2; // for a single Gaussian, 1/ε amplifies rounding
   for (const NamedLoss& loss : kLosses) {
     SCOPED_TRACE(loss.name);
     const Computed expected = onTheCpu(observations[0], field, loss.kinds);
@@ -262,7 +262,7 @@ TEST_P(Operations, AgreeWithTheScalarReference) {
     EXPECT_EQ(found.loss.samples, expected.loss.samples);
     EXPECT_NEAR(found.loss.loss, expected.loss.loss, kTolerance * expected.loss.loss);
     EXPECT_NEAR(found.loss.squared, expected.loss.squared, kTolerance * expected.loss.squared);
-    // The sign of L1's derivative may turn where the error is next to nothing.
+    // The sign of L1's derivative may flip where the error is near 0.
     if (loss.kinds.kind == LossKind::L1) continue;
     EXPECT_LE(errorOn(where, found.f0, expected.f0), kTolerance) << "F0";
     EXPECT_LE(errorOn(where, found.f1, expected.f1), kTolerance) << "F1";
@@ -277,8 +277,8 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, Operations,
                            return whereName(std::get<0>(info.param)) + std::get<1>(info.param).name;
                          });
 
-/// With a thread of the operating system for every thread of a block the same bits come out, and `make tsan`
-/// sees where a sync() is missing.
+/// With an operating system thread for every thread of a block, the results are bit-identical, and `make
+/// tsan` detects a missing sync().
 TEST(KernelsWithRealThreads, ComputeTheSameBits) {
   // More Gaussians than a block stages at once.
   const Case cases[] = {

@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// The state of a fit in the middle of its training: moments and gradients of any size, some of them equal.
+/// The state of a fit in mid-training: moments and gradients of any size, some of them equal.
 FitState stateOf(int gaussians, Blending blending, int seed) {
   FitState state;
   state.field = randomField(gaussians, {}, seed, blending, blending == Blending::Normalised);
@@ -31,7 +31,7 @@ FitState stateOf(int gaussians, Blending blending, int seed) {
   return state;
 }
 
-/// A state where an executor runs, and back.
+/// Copies a state to an executor and back.
 class OnExecutor {
 public:
   OnExecutor(cuda::Executor& executor, const FitState& state) : executor_(executor), fit(executor) {
@@ -51,7 +51,7 @@ public:
     fit.gaussians.download(g.data(), 16 * n);
     fit.moment1.download(m1.data(), 16 * n);
     fit.moment2.download(m2.data(), 16 * n);
-    // The order counts as well: neighbours in it are unlike each other.
+    // The order matters too: neighbours in it are dissimilar.
     const auto* gaussians = reinterpret_cast<const float*>(expected.field.gaussians.data());
     for (int p = 0; p < 16; ++p)
       EXPECT_LE(relativeError(g, {gaussians, g.size()}, p, 16), 1e-5) << "parameter " << p;
@@ -133,7 +133,7 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, Reshaping,
                            return whereName(std::get<0>(info.param)) + blendingName(std::get<1>(info.param));
                          });
 
-// Real threads meet only where a device's do: `make tsan` sees a missing sync().
+// Real threads synchronise only where a device's do: `make tsan` detects a missing sync().
 TEST(ReshapingWithRealThreads, GivesTheSame) {
   const auto executor = makeThreadExecutor();
   FitState expected = stateOf(200, Blending::Normalised, 5);

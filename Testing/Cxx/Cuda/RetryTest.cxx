@@ -1,4 +1,4 @@
-// Work that fails for want of memory and is done again with less of it.
+// Work that fails for lack of memory and is repeated with less.
 #include "FitScene.h"
 
 #include <functional>
@@ -23,7 +23,7 @@ struct State {
   }
 };
 
-/// A fit after three iterations, the second of which relocates where the scene does.
+/// A fit after three iterations, the second of which relocates if the scene does.
 struct Swept {
   cuda::Executor* memory;
   std::unique_ptr<cuda::Fit> fit;
@@ -41,8 +41,8 @@ struct Swept {
   }
 };
 
-/// Fails each allocation of `work` in turn, once: it must be done all the same. Calls that many times
-/// check(fit, free bytes).
+/// Fails each allocation of `work` in turn, once: it must complete anyway. Calls check(fit, free bytes) each
+/// time.
 int failingOnce(const Scene& scene, const std::function<void(cuda::Fit&)>& work,
                 const std::function<void(cuda::Fit&, std::size_t)>& check) {
   for (int allocation = 1; allocation < 200; ++allocation) {
@@ -124,7 +124,7 @@ TEST_P(Retry, EvaluatesInSmallerSlabs) {
   GaussianField other = scene.field;
   for (Gaussian& g : other.gaussians)
     g.intensity *= 0.9f;
-  other.gaussians.push_back(other.gaussians.front()); // more than the fit has: buffers must grow
+  other.gaussians.push_back(other.gaussians.front()); // more than the fit has, so buffers must grow
   Swept plain(scene);
   const State start(*plain.fit);
   const LossSum expected = plain.fit->evaluate(other);
@@ -144,7 +144,7 @@ INSTANTIATE_TEST_SUITE_P(Everywhere, Retry,
                          ::testing::Values(Blending::Normalised, Blending::Additive, Blending::Alpha),
                          [](const auto& info) { return blendingName(info.param); });
 
-// What only a device's allocator can do: pieces that were given back make room for one as large as all.
+// Possible only with a device's allocator: freed pieces make room for one as large as all of them.
 TEST(RetryOnADevice, PiecesGivenBackMakeRoomForOne) {
   INNERGS_EXECUTOR_OR_SKIP(executor, Where::Device);
   const std::size_t free = executor->freeBytes(), piece = free / 100;

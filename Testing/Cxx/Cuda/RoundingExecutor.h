@@ -15,7 +15,7 @@ void runAll(const Kernel& kernel, std::int64_t blocks) {
   }
 }
 
-/// Rounds otherwise than the CPU, as a device does: changes a few of the last bits of what kernels write.
+/// Rounds differently from the CPU, like a device: changes a few of the last bits of the kernels' results.
 struct Rounding {
   static constexpr float kUlp = 1.2e-7f;
   inline static std::uint32_t random = 1;

@@ -23,13 +23,13 @@ void setVariable(const char* name, const char* value) {
 #endif
 }
 
-/// With a plugin of which three devices go wrong and one does not.
+/// With a plugin that has three faulty devices and a good one.
 class SelfCheck : public ::testing::Test {
 protected:
   static void SetUpTestSuite() { setVariable("INNERGS_PLUGIN_PATH", INNERGS_WRONG_PLUGIN); }
   void SetUp() override { setVariable("INNERGS_WRONG", ""); }
 
-  /// The name of a file of this test that is not there yet.
+  /// A path for a file of this test that does not exist yet.
   static std::string file(const std::string& name) {
     const auto* test = ::testing::UnitTest::GetInstance()->current_test_info();
     const auto folder = std::filesystem::path(::testing::TempDir()) / "innergs-self-check" / test->name();
@@ -52,7 +52,7 @@ GaussianField somethingToRender() {
 
 } // namespace
 
-// In this order where all run in one process: nothing is known of a device at first.
+// In this order if all run in one process: at first nothing is known about the devices.
 
 TEST_F(SelfCheck, IsNotMadeForASmallFitThatMayRunAnywhere) {
   setVariable("INNERGS_WRONG", "asleep");
@@ -90,13 +90,13 @@ TEST_F(SelfCheck, CanBeStopped) {
     stop.request_stop();
   });
   ReconstructionJob job(isotropicInput(), settings);
-  const auto stopped = job.run(stop.get_token()); // ends although the device is still being started
+  const auto stopped = job.run(stop.get_token()); // ends although the device is still starting
   stopper.join();
   EXPECT_TRUE(stopped.cancelled);
   EXPECT_EQ(stopped.iterations, 0);
   std::ofstream(gate + ".open") << "open";
   setVariable("INNERGS_WRONG", "");
-  const auto result = reconstruct(isotropicInput(), settings); // waits for the check that still runs
+  const auto result = reconstruct(isotropicInput(), settings); // waits for the running check
   EXPECT_EQ(result.device.id, "cuda:3") << result.device.reason;
   EXPECT_TRUE(result.warnings.empty());
 }

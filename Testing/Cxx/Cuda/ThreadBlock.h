@@ -11,7 +11,7 @@
 
 namespace innergs::testing {
 
-/// What the threads of one block share besides its Shared.
+/// State shared by the threads of a block, besides its Shared.
 template <int threads>
 struct ThreadCrew {
   static constexpr int kWarps = threads / cuda::kWarp;
@@ -23,8 +23,8 @@ struct ThreadCrew {
   std::array<Warp, kWarps> warps;
 };
 
-/// A block whose threads are threads of the operating system and meet only where a device's would: a missing
-/// sync() is a data race that the thread sanitizer sees.
+/// A block whose threads are operating system threads that synchronise only where a device's would: a missing
+/// sync() is a data race that the thread sanitizer detects.
 template <int threads, class Shared>
 class ThreadBlock {
 public:
@@ -86,7 +86,7 @@ public:
   }
 
 private:
-  /// Every lane's value to every lane of the warp.
+  /// Passes every lane's value to every lane of the warp.
   template <class T>
   void exchange(const T& own, std::array<T, cuda::kWarp>& all) {
     static_assert(sizeof(T) <= 128);

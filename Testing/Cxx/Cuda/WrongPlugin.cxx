@@ -1,7 +1,7 @@
 // A device plugin whose devices run the kernels on the host, all but the last one wrongly.
-// INNERGS_WRONG: alone leaves the right one out, busy lets none be started, asleep ends the program when one
-// is, gated makes the file INNERGS_WRONG_GATE.entered and starts one once there is a file
-// INNERGS_WRONG_GATE.open. INNERGS_WRONG_LOG: a file to which every start adds a line with the device's
+// INNERGS_WRONG: "alone" omits the good one, "busy" lets none start, "asleep" ends the program when one
+// starts, "gated" creates the file INNERGS_WRONG_GATE.entered and starts a device once there is a file
+// INNERGS_WRONG_GATE.open. INNERGS_WRONG_LOG: a file to which every start appends a line with the device's
 // number.
 #include "Core/Base/Error.h"
 #include "Cuda/HostBlock.h"
@@ -33,7 +33,7 @@ void runBlocks(const Kernel& kernel, std::int64_t blocks) {
 template <class Kernel>
 using PlainBlock = HostBlock<Kernel::kThreads, typename Kernel::Shared>;
 
-/// The last brick or tile of an image is never rendered.
+/// Never renders the last brick or tile of an image.
 struct LosesBlocks {
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
@@ -42,7 +42,7 @@ struct LosesBlocks {
   }
 };
 
-/// One of its lanes has nothing to add to the sums of its warp.
+/// One of its lanes contributes nothing to its warp's sums.
 template <int threads, class Shared>
 struct LossyBlock : HostBlock<threads, Shared> {
   using Base = HostBlock<threads, Shared>;

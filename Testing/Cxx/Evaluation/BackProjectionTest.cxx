@@ -97,7 +97,7 @@ TEST(BackProjection, ReducesTheDataResidualAndTheError) {
   }
 }
 
-// A dark spot of few voxels is no outlier: what it says stands, and nothing falls below or rises above it.
+// A dark spot of few voxels is not an outlier: it is kept, and no value leaves the observed range.
 TEST(BackProjection, StaysWithinTheRangeWithoutErasingASpot) {
   const Volume truth = volumeOf(grid(40, 40, 40), [](auto i, auto j, auto k) {
     if (k >= 16 && k < 24 && i >= 20 && i < 22 && j >= 20 && j < 22) return 0;

@@ -37,7 +37,7 @@ bool wellInside(const GridGeometry& image, const Vec3& world, double margin) {
 
 } // namespace
 
-// Boundary effects of the cubic spline die out by 0.27 a voxel; Lanczos is exact on constants only.
+// Boundary effects of the cubic spline decay by 0.27 per voxel; Lanczos is exact only for constants.
 TEST(Baselines, ReproduceRampsThroughAnyPairOfLattices) {
   const GridGeometry oblique = grid(30, 28, 26, {1, 1.2, 1.5}, {-20, 5, 60}, obliqueDirection(0.6));
   const GridGeometry leftHanded = grid(30, 28, 26, {1, 1.2, 1.5}, {-20, 5, 60}, obliqueDirection(0.6, true));
@@ -85,7 +85,7 @@ TEST(Baselines, ConstantsStayConstantEverywhere) {
         ASSERT_NEAR(v, 123, 1e-2);
 }
 
-// The fast separable way must be ITK's answer.
+// The fast separable method must match ITK.
 TEST(Baselines, TwoSlicesAcrossAnObliqueLattice) {
   const GridGeometry image = grid(12, 11, 2, {1, 1, 3});
   const Stack stack = stackOf(volumeInSpace(image, [](const Vec3&) { return 7.0; }));

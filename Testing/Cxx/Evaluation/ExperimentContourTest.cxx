@@ -14,7 +14,7 @@ TEST(ExperimentContour, SplatIsTheSlicedGaussian) {
   EXPECT_GT(result.contourPoints, 100 * check.slices * check.directions);
   EXPECT_LT(result.maximumError, 1e-12);
   EXPECT_LT(result.maximumDistance, 1e-6);
-  EXPECT_GT(result.maximumError, 0); // two computations, not one
+  EXPECT_GT(result.maximumError, 0); // two separate computations
 }
 
 TEST(ExperimentContour, ExampleHoldsBothContours) {

@@ -32,7 +32,7 @@ std::size_t column(const ExperimentTable& table, const std::string& name) {
   return static_cast<std::size_t>(at - table.columns.begin());
 }
 
-/// Rows without what is measured by a clock.
+/// Rows without their timings.
 std::vector<std::vector<std::string>> figures(const ExperimentTable& table) {
   std::vector<std::vector<std::string>> rows = table.rows;
   for (const char* name : {"seconds", "ms_iteration", "render_ms"})
@@ -104,10 +104,10 @@ TEST(ExperimentFits, SelectionIsTheOnlyDifferenceWithinAGroup) {
   ASSERT_EQ(table.rows.size(), 9u);
   const std::size_t psnr = column(table, "psnr_db");
   const auto value = [&](std::size_t row) { return leadingNumber(table.rows[row][psnr]).value(); };
-  // At 2.2 sigma all three reach every pixel; the fits part by rounding alone.
+  // At 2.2 sigma all three cover every pixel; the fits differ only by rounding.
   EXPECT_NEAR(value(1), value(0), 0.5) << table.rows[1][0];
   EXPECT_NEAR(value(2), value(0), 0.5) << table.rows[2][0];
-  EXPECT_NE(table.rows[3], table.rows[0]); // 3 sigma is another fit
+  EXPECT_NE(table.rows[3], table.rows[0]); // 3 sigma gives another fit
   EXPECT_GT(std::abs(value(3) - value(0)), 0.01);
   for (const auto& row : table.rows)
     EXPECT_GT(leadingNumber(row[column(table, "render_ms")]).value(), 0) << row[0];

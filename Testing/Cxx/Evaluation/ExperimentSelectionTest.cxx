@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// What the definitions of the selections say, straight from a Gaussian's parameters: nothing of the engine.
+/// The selections by their definitions, directly from a Gaussian's parameters, without the engine.
 class Definition {
 public:
   explicit Definition(const Gaussian& g) {
@@ -91,7 +91,8 @@ GaussianField randomCloud(std::uint64_t seed, double threshold) {
   return field;
 }
 
-// Pixels on a box's very edge may fall either way in single precision, and Method 1's box is a hair larger.
+// Single precision may decide either way for pixels exactly on a box's edge, and Method 1's box is slightly
+// larger.
 constexpr double kEdge = 4;
 
 } // namespace

@@ -92,7 +92,7 @@ TEST(HeldOutProtocol, ThickInputsAreTheSimulatedStacksOfTheCutTruth) {
 
 TEST(HeldOutProtocol, AxialSlicesAreFoundInAnyLattice) {
   const Volume k = phantom(grid(16, 18, 20));
-  // The same patient stored with the axial direction along I.
+  // The same patient, stored with the axial direction along I.
   const Volume i = withSliceAxis(k, 0);
   ASSERT_EQ(sliceAxis(i.geometry, Plane::Axial), 1);
   HeldOutCase c;
@@ -137,14 +137,14 @@ TEST(HeldOutProtocol, WithAMaskFitsAndScoresInsideIt) {
   const auto tested = static_cast<std::int64_t>(heldOutInput(truth, c).testSlices.size());
   EXPECT_EQ(report.voxels, 12 * 26 * tested);
   EXPECT_NE(report.samples.find("inside the mask"), std::string::npos) << report.samples;
-  // What lies outside is not fitted either.
+  // Nothing outside is fitted either.
   options.gaussians = true;
   options.settings.preset = Preset::Fast;
   options.settings.gaussians = 500;
   Volume other = truth;
   for (std::size_t p = 0; p < other.voxels.size(); ++p)
     if (p % 24 >= 12) other.voxels[p] *= 0.5f;
-  const auto error = [&](const Volume& volume) { // dB, whatever the peak
+  const auto error = [&](const Volume& volume) { // dB, for any peak
     const EvaluationReport r = evaluateHeldOut(volume, c, options);
     return method(r, "gaussians").psnr - 20 * std::log10(r.peak);
   };

@@ -12,7 +12,7 @@ struct JudgedAttempt {
   std::vector<Progress> states;
 };
 
-/// Asks to stop in the first report for which `when` holds.
+/// Requests a stop in the first report for which `when` holds.
 JudgedAttempt runUntil(const std::function<bool(const Progress&)>& when, const ReconstructionInput& input,
                        std::optional<int> keepEvery) {
   JudgedAttempt run;
@@ -86,7 +86,7 @@ TEST(JudgedReconstruction, StoppedWhileJudgingKeepsTheFit) {
   const std::vector<std::function<bool(const Progress&)>> moments{
       [](const Progress& p) { return p.phase == Phase::Judging; },
       [](const Progress& p) { return p.phase == Phase::Judging && p.iteration == 5; },
-      [fitted = false](const Progress& p) mutable { // while it interpolates
+      [fitted = false](const Progress& p) mutable { // during interpolation
         fitted = fitted || (p.phase == Phase::Judging && p.iterations > 0);
         return fitted && p.iterations == 0;
       }};

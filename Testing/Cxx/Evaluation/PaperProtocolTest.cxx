@@ -90,7 +90,7 @@ TEST(PaperProtocol, ScoresAlphaBlendingAsRenderedInEveryPlane) {
   EXPECT_EQ(report.model->field.blending, Blending::Alpha);
   const MethodScore& gaussians = report.methods.front();
   ASSERT_EQ(gaussians.name, "gaussians");
-  // Every plane's score again, from the field rendered slice by slice in that plane.
+  // Recomputes every plane's score from the field, rendered slice by slice in that plane.
   const EvaluationInput input = paperInput(truth, options.withheldFraction, options.settings.seed, true);
   bool depends = false;
   for (const PlaneScore& plane : gaussians.perPlane) {

@@ -27,7 +27,7 @@ double psnrOf(const EvaluationReport& report, const std::string& name) {
 
 } // namespace
 
-// Known noise on real scans, whose background is air, zeroed, or another tissue.
+// Known noise added to real scans whose background is air, zeroed, or another tissue.
 TEST(RealData, NoiseEstimateFindsAddedNoise) {
   int found = 0;
   for (const char* name :

@@ -39,7 +39,7 @@ TEST(SliceInterpolation, CubicIsTheNaturalSpline) {
   const std::vector<std::int64_t> kept{0, 2, 3};
   const auto weights = sliceWeights(kept, 1, Interpolation::Cubic);
   EXPECT_NEAR(weights[1], 0.5 + (0.125 - 0.5) * 4 * -1.5 / 6, 1e-12);
-  // Far from the ends a smooth function comes back to spline accuracy.
+  // Far from the ends, a smooth function is reproduced to spline accuracy.
   std::vector<std::int64_t> many;
   for (std::int64_t k = 0; k < 60; ++k)
     if (k != 30) many.push_back(k);

@@ -24,7 +24,7 @@ Stack thinStack(Volume image) {
 
 } // namespace
 
-// Two plateaus n wide along an axis: the minimiser brings each closer to the other by λ/n.
+// Two plateaus n wide along an axis: the minimiser moves each towards the other by λ/n.
 TEST(TotalVariation, DenoisesAStepAsTheClosedFormSays) {
   for (int axis = 0; axis < 3; ++axis) {
     std::array<std::int64_t, 3> size{4, 4, 4};

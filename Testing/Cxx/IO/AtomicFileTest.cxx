@@ -26,7 +26,7 @@ std::vector<Flushed> flushed;
 
 } // namespace
 
-/// A program's own definition goes before the C library's.
+/// A program's own definition takes precedence over the C library's.
 extern "C" __attribute__((visibility("default"))) int fsync(int file) {
   struct stat status;
   if (fstat(file, &status) == 0)

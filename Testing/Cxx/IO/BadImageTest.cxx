@@ -131,9 +131,9 @@ TEST_F(BadImage, ShearedOrSingularDirection) {
   NiftiBytes sheared(2, 2, 2); // sform only
   sheared.set<float>(284, 0.6f).set<float>(300, 0.8f);
   EXPECT_EQ(codeOf("a.nii", sheared.with(std::string(8, '\1'))), ErrorCode::Geometry);
-  sheared.set<std::int16_t>(252, 1); // a sound qform beside it: ITK would take that silently
+  sheared.set<std::int16_t>(252, 1); // with a valid qform, which ITK would silently use
   EXPECT_EQ(codeOf("a.nii", sheared.with(std::string(8, '\1'))), ErrorCode::Geometry);
-  sheared.set<std::int16_t>(254, 4); // sform to MNI space: the scanner's qform is the geometry
+  sheared.set<std::int16_t>(254, 4); // sform to MNI space: the geometry is the scanner's qform
   writeBytes(folder / "a.nii", sheared.with(std::string(8, '\1')));
   EXPECT_EQ(readVolume(folder / "a.nii").geometry.direction, diagonal({-1, -1, 1}));
   NiftiBytes singular(2, 2, 2);

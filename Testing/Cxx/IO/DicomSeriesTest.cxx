@@ -35,7 +35,7 @@ TEST(DicomSeries, GeometryAndThickness) {
   EXPECT_EQ(stack.name, series);
 }
 
-// The same head as NIfTI, resampled from the same DICOM files by another program.
+// The same head as NIfTI, converted from the same DICOM files by another program.
 TEST(DicomSeries, AgreesWithTheNiftiOfTheSameHead) {
   INNERGS_NEED(series);
   INNERGS_NEED("A_studyforrest_T1w_1mm_crop.nii.gz");

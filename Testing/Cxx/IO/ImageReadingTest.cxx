@@ -44,7 +44,7 @@ TEST(ImageReading, FramesOfFourDimensionalFiles) {
              "ObjectType = Image\nNDims = 4\nBinaryData = True\nBinaryDataByteOrderMSB = False\n"
              "DimSize = 2 2 2 3\nElementType = MET_UCHAR\nElementDataFile = LOCAL\n" +
                  voxels);
-  // A sequence as 3D Slicer writes it: the frames of a voxel lie together.
+  // A sequence as written by 3D Slicer: the frames of a voxel are adjacent.
   std::string interleaved;
   for (int n = 0; n < 8; ++n)
     for (int f = 0; f < 3; ++f)

@@ -7,7 +7,7 @@
 namespace innergs::test {
 namespace {
 
-/// Features that need every bit, of no use.
+/// Arbitrary features that use every bit.
 FeatureModel featuresFor(const GaussianField& field, int channels = 16) {
   FeatureModel f;
   f.channels = channels;

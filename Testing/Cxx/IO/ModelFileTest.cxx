@@ -59,7 +59,7 @@ TEST(ModelFile, NotesAreKeptAndOptional) {
   ModelNotes read{{"Stale", "x"}};
   expectSame(readModel(folder / "a.innergs", &read), model);
   EXPECT_EQ(read, written);
-  writeModel(model, folder / "b.innergs"); // as versions before wrote them
+  writeModel(model, folder / "b.innergs"); // as earlier versions wrote them
   readModel(folder / "b.innergs", &read);
   EXPECT_TRUE(read.empty());
   writeModel(model, folder / "c.innergs", {{"Inputs", "broken \xFF bytes"}});
@@ -87,7 +87,7 @@ TEST(ModelFile, UnknownTensorsAndKeysAreIgnored) {
   expectSame(readModel(folder / "b.innergs"), model);
 }
 
-/// The file with one piece of its header replaced by another of the same length or not.
+/// The file with one piece of its header replaced, possibly by one of another length.
 std::string withHeader(const std::string& bytes, const std::string& from, const std::string& to) {
   std::uint64_t length;
   std::memcpy(&length, bytes.data(), 8);
@@ -153,7 +153,7 @@ TEST(ModelFile, ForgedHeaders) {
   EXPECT_EQ(errorOf([&] { readModel(folder / "b.innergs"); }).code(), ErrorCode::FileFormat);
 }
 
-/// With a support of 4×3×2 voxels, of which the runs 2, 7, 1, 14 are outside, inside, outside, inside.
+/// With a support of 4×3×2 voxels: runs of 2 outside, 7 inside, 1 outside, 14 inside.
 Model maskedCheckpoint() {
   Model model = modelOf(5, false, false);
   GaussianField& field = model.field;
@@ -183,7 +183,7 @@ TEST(ModelFile, KeepsSupportFillAndRange) {
     writeModel(whole, folder / "b.innergs");
     EXPECT_EQ(readModel(folder / "b.innergs").field.support.voxels, whole.field.support.voxels);
   }
-  // Without a mask, and as versions before wrote them: neither, at no cost.
+  // Without a mask, and as earlier versions wrote them: no support and no extra data.
   writeModel(modelOf(5, false, false), folder / "c.innergs");
   read = readModel(folder / "c.innergs").field;
   EXPECT_TRUE(read.support.voxels.empty());
@@ -207,7 +207,7 @@ TEST(ModelFile, DamagedSupportIsRefused) {
   other[runs + 4] = 8; // one voxel too many
   refuse(other, "'support'");
   other = bytes;
-  other[runs + 15] = '\x7f'; // two milliards
+  other[runs + 15] = '\x7f'; // two billion
   refuse(other, "'support'");
   refuse(bytes.substr(0, bytes.size() - 4), "does not fit the file");
   refuse(withHeader(bytes, "[4,3,2]", "[4,3,3]"), "'support'");
@@ -275,7 +275,7 @@ TEST(ModelFile, FlippedHeaderBytesNeverCrash) {
     for (unsigned flips = 1 + random() % 4; flips > 0; --flips)
       forged[random() % (8 + length)] ^= static_cast<char>(1 << random() % 8);
     writeBytes(folder / "b.innergs", forged);
-    try { // a flip inside a number or a sentence can leave a valid file
+    try { // a flipped bit in a number or a text can leave a valid file
       EXPECT_EQ(readModel(folder / "b.innergs").field.size(), 3);
     } catch (const Error& error) {
       ++refused;

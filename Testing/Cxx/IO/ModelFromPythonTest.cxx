@@ -23,7 +23,7 @@ bool runs(const std::string& command) {
 #endif
 }
 
-/// Runs a script in the folder and returns what it wrote to out.txt as numbers.
+/// Runs a script in the folder and returns the numbers that it wrote to out.txt.
 std::vector<double> runPython(const TemporaryFolder& folder, const std::string& script) {
   const std::string start = "import os\nos.chdir(r'" + folder.path().string() + "')\n";
   writeBytes(folder / "script.py", start + script);
@@ -48,7 +48,7 @@ std::string documentedCode() {
   return code;
 }
 
-/// The field's definition, written out plainly in double precision.
+/// A direct implementation of the field's definition in double precision.
 double valueAt(const GaussianField& field, const Vec3& world) {
   const Vec3 x = inverse(field.modelToWorld)(world);
   double numerator = 0, denominator = 0;
@@ -59,7 +59,7 @@ double valueAt(const GaussianField& field, const Vec3& world) {
     const double w = g.quaternion[0] / n;
     const Vec3 v{g.quaternion[1] / n, g.quaternion[2] / n, g.quaternion[3] / n};
     const Vec3 d = x - Vec3{g.mean[0], g.mean[1], g.mean[2]};
-    const Vec3 t = 2.0 * cross(d, v); // d turned by the inverse rotation
+    const Vec3 t = 2.0 * cross(d, v); // d rotated by the inverse rotation
     const Vec3 local = d + w * t + cross(t, v);
     double square = 0;
     for (int axis = 0; axis < 3; ++axis)

@@ -19,7 +19,7 @@ void expectSameGeometry(const GridGeometry& read, const GridGeometry& written) {
   }
 }
 
-/// Writes a landmark, reads it, and looks for it in patient space.
+/// Writes a landmark, reads it, and looks it up in patient space.
 void roundTrip(const Mat3& direction, const TemporaryFolder& folder) {
   GridGeometry geometry{{14, 11, 9}, {-31.5, 47.25, 1000.125}, {1.1, 0.9, 1.7}, direction};
   const Vec3 landmark = geometry.indexToWorld()({6.3, 5.4, 4.2});
@@ -72,7 +72,7 @@ TEST(Orientation, ObliqueAndLeftHanded) {
   }
 }
 
-// Reading and writing must not be wrong in the same way: look at the bytes.
+// Reading and writing could be wrong in the same way, so this checks the bytes.
 TEST(Orientation, HeadersSayWhatTheFormatsDefine) {
   const TemporaryFolder folder;
   const Mat3 direction{

@@ -76,7 +76,7 @@ TEST_F(OutputFilesTest, EachOutputHasANameOfItsOwn) {
 #ifndef _WIN32
   fs::create_symlink("not-yet", folder_ / "dangling");
   EXPECT_TRUE(refusedBeside(folder_ / "dangling", folder_ / "not-yet"));
-  EXPECT_FALSE(refusedBeside("/dev/null", "/dev/null")); // keeps nothing
+  EXPECT_FALSE(refusedBeside("/dev/null", "/dev/null")); // stores nothing
 #endif
 }
 

@@ -15,7 +15,7 @@ TEST(Ply, RoundTripIsExact) {
       if (linearIntensity && blending == Blending::Alpha) continue;
       GaussianField field = randomField(41, linearIntensity);
       field.blending = blending;
-      field.gaussians[0].logWeight = 12; // beyond an opacity
+      field.gaussians[0].logWeight = 12; // beyond the range of an opacity
       writePly(field, folder / "a.ply");
       const GaussianField read = readPly(folder / "a.ply");
       expectSameFrame(read, field);
@@ -84,7 +84,7 @@ TEST(Ply, KeepsTheValueRange) {
   EXPECT_EQ(readPly(folder / "a.ply").range->high, field.range->high);
 }
 
-// Other programs see the Gaussians in patient space.
+// Other programs get the Gaussians in patient space.
 TEST(Ply, NamesOf3dgsHoldPatientSpace) {
   const TemporaryFolder folder;
   for (const double angle : {0.0, 0.7, 2.0, 3.1, -2.5}) {

@@ -6,14 +6,14 @@
 
 namespace innergs::test {
 
-/// A rotation by `angle` about an axis that is none of the frame's, moved.
+/// A rotation by `angle` about an axis that is not parallel to the frame's, plus a shift.
 inline Affine3 tiltedFrame(double angle) {
   const double c = std::cos(angle), s = std::sin(angle), t = (1 - c) / 3, u = s / std::sqrt(3.0);
   return {{{{{t + c, t - u, t + u}, {t + u, t + c, t - u}, {t - u, t + u, t + c}}}},
           {12.5, -80.0 / 3, 1000.1}};
 }
 
-/// Plausible Gaussians with values that need every bit.
+/// Plausible Gaussians with values that use every bit.
 inline GaussianField randomField(int count, bool linearIntensity, unsigned seed = 11) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<float> u(-1, 1);

@@ -30,7 +30,7 @@ public:
   TemporaryFolder& operator=(const TemporaryFolder&) = delete;
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   const std::filesystem::path& path() const { return path_; }
-  /// Files in the folder, hidden ones too.
+  /// Files in the folder, including hidden ones.
   int fileCount() const {
     int count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(path_))
@@ -57,12 +57,12 @@ inline std::filesystem::path dataFile(const std::string& name) {
   return std::filesystem::path(INNERGS_TEST_DATA) / name;
 }
 
-/// Leaves the test as skipped when a real volume is not on this machine.
+/// Skips the test if a real volume is not available on this machine.
 #define INNERGS_NEED(name)                                                                                   \
   if (!std::filesystem::exists(innergs::test::dataFile(name)))                                               \
   GTEST_SKIP() << (name) << " is not in " INNERGS_TEST_DATA
 
-/// The error that `work` throws; its sentence must be one line that ends with a full stop.
+/// The error thrown by `work`; its message must be one line that ends with a full stop.
 template <typename Work>
 Error errorOf(Work&& work) {
   try {
@@ -118,7 +118,7 @@ std::string rawBytes(const std::vector<T>& values) {
   return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
 
-/// A smooth blob, so that its centre of mass marks a point in space.
+/// A smooth blob whose centre of mass marks a point in space.
 inline Volume blob(const GridGeometry& geometry, const Vec3& centre, double sigma) {
   Volume volume{geometry, {}};
   const Affine3 toWorld = geometry.indexToWorld();

@@ -28,7 +28,7 @@ TEST(VolumeWriting, IntegersAreRounded) {
     }
 }
 
-// Nothing is cut off or rounded away in silence.
+// Nothing is clipped or rounded silently.
 TEST(VolumeWriting, IntegersThatWouldSpoilTheValuesAreRefused) {
   const TemporaryFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();
@@ -53,7 +53,7 @@ TEST(VolumeWriting, IntegersThatWouldSpoilTheValuesAreRefused) {
     EXPECT_TRUE(contains(error, c.advice)) << error.what();
   }
   EXPECT_EQ(folder.fileCount(), 0);
-  // Labels and binary images are few whole numbers.
+  // Labels and binary images contain few whole numbers.
   EXPECT_EQ(writeVolume(lineOf({0, 1, 1, 0}), folder / "a.nii", OutputType::UInt8), "");
 }
 
@@ -68,7 +68,7 @@ TEST(VolumeWriting, AnOvershootIsCutOffAndTold) {
   EXPECT_NE(remark.find("2 of 4 values"), std::string::npos) << remark;
   EXPECT_NE(remark.find("-3 to 258.4"), std::string::npos) << remark;
   EXPECT_EQ(readVolume(folder / "a.nii").voxels, cut);
-  // More than an overshoot, behind a fit that nobody wants to lose.
+  // More than an overshoot, after a fit that nobody wants to lose.
   EXPECT_NE(writeVolume(lineOf({-90, 255}), folder / "a.nii", OutputType::UInt8, scan), "");
 }
 
@@ -113,7 +113,7 @@ TEST(VolumeWriting, BadVolumes) {
 }
 
 #ifndef _WIN32
-/// Makes every write behind `bytes` of a file fail, as on a full disk.
+/// Makes every write beyond `bytes` of a file fail, as on a full disk.
 class FileSizeLimit {
 public:
   explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {

@@ -23,10 +23,10 @@ TEST(Query, ReadsSideAndNumberApart) {
   EXPECT_EQ(namesOf("seventh rib on the left"), Names{"rib_left_7"});
   EXPECT_EQ(namesOf("rib 7"), (Names{"rib_left_7", "rib_right_7"}));
   EXPECT_EQ(namesOf("third lumbar vertebra"), Names{"vertebrae_L3"});
-  EXPECT_EQ(namesOf("vertebra 3").size(), 3u); // C3, T3, L3: the region is open
+  EXPECT_EQ(namesOf("vertebra 3").size(), 3u); // C3, T3, L3: the region is not given
   EXPECT_EQ(namesOf("costa septima dextra"), Names{"rib_right_7"});
   EXPECT_EQ(namesOf("left lower lobe of the lung"), Names{"lung_lower_lobe_left"});
-  EXPECT_EQ(namesOf("left middle lobe"), Names{}); // there is none
+  EXPECT_EQ(namesOf("left middle lobe"), Names{}); // does not exist
   EXPECT_EQ(namesOf("L6"), Names{});
   EXPECT_EQ(namesOf("rib 13"), Names{});
 }
@@ -51,7 +51,7 @@ TEST(Query, EveryNameOfTheLexiconMeansItself) {
   EXPECT_GE(seen.size(), 117u);
 }
 
-/// All texts one typing error away.
+/// All texts with one typing error.
 std::vector<std::string> misspelt(const std::string& text) {
   std::vector<std::string> all;
   for (std::size_t n = 0; n < text.size(); ++n) {

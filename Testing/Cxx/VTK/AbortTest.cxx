@@ -10,7 +10,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// Update(), stopped in the n-th progress event (from 0; −1: never). Counts them.
+/// Runs Update() and stops it in the n-th progress event (from 0; −1: never). Counts the events.
 int updateUntil(vtkInnerGSReconstruct* filter, int stopAt, bool byFlag = true) {
   int seen = 0;
   Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
@@ -34,7 +34,7 @@ TEST(AbortFilter, AtEveryProgressEventLeavesEmptyOutputsAndRunsAgain) {
   const auto whole = valuesOf(filter->GetOutputImage());
   ASSERT_FALSE(whole.empty());
   ASSERT_GE(events, 8);
-  for (int at = 0; at < events - 2; ++at) // the last two say that it is done
+  for (int at = 0; at < events - 2; ++at) // the last two report the end
     for (const bool byFlag : {true, false}) {
       SCOPED_TRACE(::testing::Message() << "event " << at << (byFlag ? ", AbortExecute" : ", Cancel()"));
       filter->Modified();
@@ -45,7 +45,7 @@ TEST(AbortFilter, AtEveryProgressEventLeavesEmptyOutputsAndRunsAgain) {
       EXPECT_EQ(filter->GetErrorCode(), 0u);
       EXPECT_EQ(filter->GetErrorMessage(), "");
     }
-#if VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION < 3 // later executives say 1 at every end
+#if VTK_MAJOR_VERSION == 9 && VTK_MINOR_VERSION < 3 // later executives report 1 at every end
   EXPECT_LT(filter->GetProgress(), 1);
 #endif
   filter->Update(); // nothing changed, but nothing was finished either

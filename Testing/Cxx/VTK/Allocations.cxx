@@ -21,14 +21,14 @@ std::size_t largeAllocations() {
 
 } // namespace innergs::testing
 
-// In the whole program, shared libraries included.
+// For the whole program, including shared libraries.
 void* operator new(std::size_t size) {
   if (size >= std::size_t{1} << 16) allocated += size;
   if (void* memory = std::malloc(size ? size : 1)) return memory;
   throw std::bad_alloc();
 }
-// By default this calls the other, but not under the sanitizers, which bring their own of whatever is not
-// here.
+// By default this calls the other operator, but not under the sanitizers, which provide whatever is not
+// defined here.
 void* operator new(std::size_t size, const std::nothrow_t&) noexcept {
   try {
     return operator new(size);

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstddef>
 
-/// Bytes that this thread has asked operator new for in large pieces (64 KiB and more) since the last reset:
-/// what was copied, however often it was freed again.
+/// Bytes that this thread has requested from operator new in large pieces (64 KiB and more) since the last
+/// reset: what was copied, however often it was freed again.
 namespace innergs::testing {
 
 void resetLargeAllocations();

@@ -17,7 +17,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// Breaks a filter that works, and says what must be in the sentence.
+/// Breaks a working filter, and gives what the message must contain.
 struct Wrong {
   const char* name;
   void (*make)(vtkInnerGSReconstruct* filter);
@@ -124,7 +124,7 @@ TEST_P(ReconstructError, IsOneSentenceAndEmptyOutputs) {
   ASSERT_FALSE(filter->GetOutputModel()->IsEmpty());
   Errors errors(filter), pipeline(filter->GetExecutive());
   GetParam().make(filter);
-  for (int attempt = 1; attempt <= 2; ++attempt) { // it is tried again, and said again
+  for (int attempt = 1; attempt <= 2; ++attempt) { // tries again and reports again
     filter->Update();
     ASSERT_EQ(errors.texts.size(), static_cast<std::size_t>(attempt));
     EXPECT_NE(errors.texts.back().find(GetParam().sentence), std::string::npos) << errors.texts.back();
@@ -232,7 +232,7 @@ TEST(FilterError, BadQueriesSayWhatIsWrong) {
   EXPECT_EQ(plane->GetErrorMessage(), "");
   EXPECT_EQ(plane->GetOutput()->GetNumberOfPoints(), 100);
 
-  vtkNew<vtkInnerGSResample> resample; // a field that knows no region
+  vtkNew<vtkInnerGSResample> resample; // a field without a known region
   resample->SetModel(model);
   Errors resampleErrors(resample);
   resample->Update();

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-/// VTK objects made from the engine's, with the way from LPS to RAS written out once more.
+/// VTK objects made from the engine's, with a separate implementation of the LPS–RAS conversion.
 namespace innergs::testing {
 
 /// IJK → RAS of a lattice: the first two rows of IJK → LPS negated.
@@ -53,7 +53,7 @@ inline void addInput(vtkInnerGSReconstruct* filter, int index, const Stack& stac
   filter->SetInputSliceProfile(index, static_cast<int>(stack.profile));
 }
 
-/// A filter for the same job as (input, quickSettings(iterations)).
+/// A filter set up for the same job as (input, quickSettings(iterations)).
 inline vtkSmartPointer<vtkInnerGSReconstruct> quickFilter(const ReconstructionInput& input,
                                                           int iterations = 10) {
   auto filter = vtkSmartPointer<vtkInnerGSReconstruct>::New();
@@ -81,7 +81,7 @@ inline ::testing::AssertionResult closeTo(vtkMatrix4x4* a, vtkMatrix4x4* b, doub
   return ::testing::AssertionSuccess();
 }
 
-/// A field as a model in VTK.
+/// A field as a VTK model.
 inline vtkSmartPointer<vtkInnerGSModel> modelOf(GaussianField field) {
   auto core = std::make_shared<Model>();
   core->field = std::move(field);
@@ -94,7 +94,7 @@ inline GaussianField randomSmallField() {
   return randomField(200, {}, 5);
 }
 
-/// Collects an object's error events, which then do not reach the console.
+/// Collects an object's error events and keeps them off the console.
 class Errors {
 public:
   explicit Errors(vtkObject* object) : object_(object) {

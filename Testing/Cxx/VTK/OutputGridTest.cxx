@@ -35,7 +35,7 @@ TEST(ReconstructFilter, PutsTheResultOnTheGridAskedFor) {
   regional->UseRegionOn();
   regional->Update();
   const Region region{{c[0] - 4, c[1] - 3, c[2] - 4}, {c[0] + 5, c[1] + 6, c[2] + 5}};
-  straight.outputGrid = cropped(withSpacing(h, {0.9, 0.9, 0.9}), region); // the finest
+  straight.outputGrid = cropped(withSpacing(h, {0.9, 0.9, 0.9}), region); // the finest spacing
   straight.stacks[0] = cropped(straight.stacks[0], region, 2 * h.spacing[2]);
   expectSame(regional, reconstruct(straight, quickSettings()));
 }
@@ -78,7 +78,7 @@ TEST(ReconstructFilter, FitsOnlyWhatIsInsideATurnedRegion) {
       within = within && at[a] > -0.5 && at[a] < double(block.size[a]) - 0.5;
     changed += within;
   }
-  EXPECT_GT(changed, 500); // in the block around the box as well
+  EXPECT_GT(changed, 500); // also in the block around the box
   const auto second = fitted();
   EXPECT_TRUE(sameField(*first->GetOutputModel()->GetField(), *second->GetOutputModel()->GetField()));
   EXPECT_EQ(valuesOf(first->GetOutputImage()), valuesOf(second->GetOutputImage()));

@@ -18,7 +18,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A field in an oblique frame, with a region of its own and a residual grid.
+/// A field in an oblique frame, with its own region and a residual grid.
 GaussianField framedField() {
   GaussianField field = randomSmallField();
   field.modelToWorld = {obliqueDirection(0.7), {12, -30, 8}};
@@ -57,7 +57,7 @@ protected:
 };
 
 TEST_P(Query, APlaneHasTheEnginesValues) {
-  // The plane's pixels, seen as a lattice of one slice.
+  // The plane's pixels as a lattice of one slice.
   const GridGeometry pixels = grid(41, 33, 1, {0.4, 0.5, 1}, field.modelToWorld({-5, -4, 0.3}), direction);
   const std::vector<float> expected = render(field, pixels).voxels;
   vtkNew<vtkInnerGSPlaneQuery> query;
@@ -65,7 +65,7 @@ TEST_P(Query, APlaneHasTheEnginesValues) {
   query->SetDimensions(41, 33);
   query->SetNumberOfThreads(2);
 
-  // As a slice node says it: mm, centred.
+  // Like a slice node: mm, centred.
   GridGeometry centred = pixels;
   centred.spacing = {1, 1, 1};
   centred.origin = pixels.indexToWorld()({20, 16, 0});
@@ -76,11 +76,11 @@ TEST_P(Query, APlaneHasTheEnginesValues) {
   const auto values = valuesOf(query->GetOutput());
   ASSERT_EQ(values.size(), expected.size());
   for (std::size_t i = 0; i < values.size(); ++i)
-    ASSERT_NEAR(values[i], expected[i], 2e-3) << i; // of a range of 50
+    ASSERT_NEAR(values[i], expected[i], 2e-3) << i; // for a range of 50
   EXPECT_TRUE(closeTo(query->GetOutputIJKToRASMatrix(), rasMatrix(pixels), 1e-9));
   EXPECT_TRUE(closeTo(query->GetOutput()->GetIndexToPhysicalMatrix(), rasMatrix(pixels), 1e-9));
 
-  // As XYToRAS: pixels, from the corner.
+  // Like XYToRAS: pixels, from the corner.
   query->SetPlaneToRASMatrix(rasMatrix(pixels));
   query->SetSpacing(1, 1);
   query->CentredOff();
@@ -191,7 +191,7 @@ TEST_P(Query, AMaskCountsForAllFilters) {
     plane->Update();
     const float onPlane = valuesOf(plane->GetOutput())[0];
     EXPECT_EQ(onPlane == 1234, !in);
-    if (field.blending != Blending::Alpha) { // whose value depends on the plane
+    if (field.blending != Blending::Alpha) { // its value depends on the plane
       EXPECT_NEAR(onPlane, value, 2e-3);
     }
   }
@@ -253,7 +253,7 @@ TEST(PlaneQuery, FollowsItsModelPlaneAndSize) {
   EXPECT_EQ(valuesOf(query->GetOutput()), first);
   GaussianField brighter = field;
   brighter.intensityOffset += 100;
-  model->SetCoreModel(modelOf(brighter)->GetCoreModel()); // the same object with other contents
+  model->SetCoreModel(modelOf(brighter)->GetCoreModel()); // the same object with new content
   query->Update();
   EXPECT_NEAR(valuesOf(query->GetOutput())[210], first[210] + 100, 1e-3);
   query->SetNumberOfThreads(1);
@@ -321,7 +321,7 @@ TEST(PlaneQuery, FollowsAModelThatWasMoved) {
     ASSERT_EQ(query->GetErrorMessage(), "");
     vtkNew<vtkPoints> there;
     there->SetDataTypeToDouble();
-    for (int n = 0; n < 15 * 12; ++n) { // the pixels are where they were asked for
+    for (int n = 0; n < 15 * 12; ++n) { // the pixels are at the requested positions
       double at[4] = {double(n % 15), double(n / 15), 0, 1};
       query->GetOutputIJKToRASMatrix()->MultiplyPoint(at, at);
       there->InsertNextPoint(toModel->TransformPoint(at));

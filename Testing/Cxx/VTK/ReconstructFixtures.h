@@ -21,7 +21,7 @@ inline ReconstructionInput posedInput(const Pose& pose, bool thick) {
   return input;
 }
 
-/// The same up to what the way through a matrix rounds: a fit follows its input's last bit.
+/// Equal up to the rounding in a matrix: a fit depends on its input's last bit.
 inline void expectSame(vtkInnerGSReconstruct* filter, const ReconstructionResult& expected) {
   ASSERT_EQ(filter->GetErrorMessage(), "");
   EXPECT_EQ(filter->GetOutputModel()->GetNumberOfGaussians(), expected.model->field.size());

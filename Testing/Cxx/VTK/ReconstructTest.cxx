@@ -59,7 +59,7 @@ TEST(ReconstructFilter, FusesSeveralInputs) {
 TEST(ReconstructFilter, ReadsEveryScalarType) {
   ReconstructionInput input = isotropicInput();
   for (float& v : input.stacks[0].image.voxels)
-    v = std::min(120.f, std::round(v * 0.5f)); // what a signed char can hold
+    v = std::min(120.f, std::round(v * 0.5f)); // fits a signed char
   auto reference = quickFilter(input, 2);
   reference->Update();
   expectSame(reference, reconstruct(input, quickSettings(2)));
@@ -95,7 +95,7 @@ TEST(ReconstructFilter, KeepsVoxelsInPlaceWhenTheExtentBeginsElsewhere) {
 TEST(ReconstructFilter, CountsSlicesAlongAnotherAxis) {
   ReconstructionInput input = anisotropicInput();
   const Stack& stack = input.stacks[0];
-  // The same scan stored with its slices along I.
+  // The same scan, stored with its slices along I.
   const GridGeometry& g = stack.image.geometry;
   Volume turned;
   turned.geometry.origin = g.origin;
@@ -331,7 +331,7 @@ TEST(ReconstructFilter, HandsOutPreviewsWhileItRuns) {
   EXPECT_NEAR(kept->GetScalarRange()[1], 200, 40);
 }
 
-/// By name, as the table lists them; what is refused changes nothing.
+/// By name, as listed in the table; rejected values change nothing.
 TEST(Settings, AreReachedByName) {
   vtkNew<vtkInnerGSReconstruct> filter;
   Errors errors(filter);

@@ -43,12 +43,12 @@ TEST(ProfileQuadrature, SumsToOneAndIsSymmetric) {
           EXPECT_GT(q.weight[i], 0);
         }
         EXPECT_TRUE(std::is_sorted(q.offset.begin(), q.offset.end()));
-        EXPECT_LE(q.offset.size(), 512u); // bounded, whatever the thickness
+        EXPECT_LE(q.offset.size(), 512u); // bounded for any thickness
       }
 }
 
 TEST(ProfileQuadrature, HasTheProfilesWidth) {
-  // Variance of a box T²/12, of a Gaussian (T/2.3548)².
+  // Variance: T²/12 for a box, (T/2.3548)² for a Gaussian.
   EXPECT_NEAR(secondMoment(profileQuadrature(SliceProfile::Box, 6, 1)), 3.0, 0.1);
   EXPECT_NEAR(secondMoment(profileQuadrature(SliceProfile::Gaussian, 6, 1)), 36 / 5.545, 0.1 * 36 / 5.545);
   EXPECT_EQ(profileQuadrature(SliceProfile::Point, 6, 1).offset, std::vector<double>{0.0});
@@ -150,7 +150,7 @@ TEST(Observation, CoarsenedKeepsMeansAndPlaces) {
     EXPECT_EQ(coarse.perSlice, fine.perSlice);
     EXPECT_EQ(coarse.subPlanes.size(), static_cast<std::size_t>(coarse.slices * coarse.perSlice));
     EXPECT_EQ(coarse.samples, 4 * 3 * coarse.slices);
-    // The image is linear in position: a block's mean is the value at the block's centre.
+    // The image is linear in position, so a block's mean is the value at its centre.
     const auto linear = [](const Vec3& x) { return 100 + x[0] + 20 * x[1] + 400 * x[2]; };
     for (int s = 0; s < coarse.slices; ++s)
       for (int y = 0; y < 3; ++y)

@@ -13,7 +13,7 @@ Volume head() {
   return testing::headPhantom(80);
 }
 
-/// Three scans of 4 mm slices at right angles.
+/// Three orthogonal scans with 4 mm slices.
 std::vector<Stack> scans(const Volume& truth) {
   std::vector<Stack> stacks;
   for (const int axis : {2, 1, 0})
@@ -29,7 +29,7 @@ Affine3 turned(double degrees, const Vec3& shift, const Vec3& centre) {
   return {r, centre + shift - r * centre};
 }
 
-/// As if the patient had moved before the scan: its voxels lie elsewhere than its header says.
+/// As if the patient had moved before the scan: its voxels are not where its header says.
 void displace(Stack& stack, const Affine3& motion) {
   GridGeometry& g = stack.image.geometry;
   g.origin = motion(g.origin);

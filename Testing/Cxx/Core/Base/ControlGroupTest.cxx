@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The files of a Linux system, made up.
+/// The files of a made-up Linux system.
 class FakeSystem : public ::testing::Test {
 protected:
   FakeSystem()

@@ -74,7 +74,7 @@ TEST_P(Pool, StopsBetweenTasks) {
     EXPECT_EQ(error.code(), ErrorCode::Cancelled);
   }
   EXPECT_GE(ran, 3);
-  EXPECT_LE(ran, 3 + GetParam()); // those that had begun
+  EXPECT_LE(ran, 3 + GetParam()); // those already started
   EXPECT_THROW(pool.throwIfStopped(), Error);
   std::atomic<int> all{0};
   pool.runToEnd(50, [&](std::int64_t) { ++all; });

@@ -1,4 +1,4 @@
-// What stands in for std::stop_token where the standard library has none.
+// Tests the replacement for std::stop_token on standard libraries without one.
 #define INNERGS_COMPAT_NAMESPACE innergs_compat
 #include INNERGS_COMPAT_STOP_TOKEN
 
@@ -27,7 +27,7 @@ TEST(StopTokenCompat, TellsEveryTokenOfTheFirstRequest) {
   EXPECT_FALSE(source.request_stop());
   EXPECT_TRUE(copy.stop_requested());
   EXPECT_TRUE(late.stop_requested());
-  source = stop_source(); // another one: the old tokens keep what they know
+  source = stop_source(); // another one: the old tokens keep their state
   EXPECT_FALSE(source.stop_requested());
   EXPECT_TRUE(token.stop_requested());
 }
@@ -53,8 +53,8 @@ TEST(StopTokenCompat, ThreadsAreStoppedAndJoined) {
     jthread first(wait);
     EXPECT_TRUE(first.joinable());
     jthread second(std::move(first));
-    EXPECT_FALSE(first.joinable()); // NOLINT(bugprone-use-after-move): what is left is tested
-    second = jthread(wait);         // ends the one before
+    EXPECT_FALSE(first.joinable()); // NOLINT(bugprone-use-after-move): tests the moved-from state
+    second = jthread(wait);         // ends the previous one
     EXPECT_EQ(ended, 1);
     EXPECT_EQ(second.get_stop_token().stop_requested(), false);
   }

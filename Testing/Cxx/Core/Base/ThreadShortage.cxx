@@ -29,7 +29,7 @@ void* counted(void* given) {
 
 } // namespace
 
-/// A program's own definition goes before the C library's, also for what std::thread calls.
+/// A program's own definition takes precedence over the C library's, also for calls by std::thread.
 extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* thread,
                                                                      const pthread_attr_t* attributes,
                                                                      void* (*start)(void*),

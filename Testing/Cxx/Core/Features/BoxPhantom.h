@@ -6,8 +6,8 @@
 
 namespace innergs::testing {
 
-/// Boxes of their own intensity and label (1, 2, 3 of 0), on an oblique lattice of 2 mm; the field has a
-/// Gaussian on each voxel.
+/// Boxes with individual intensities and labels (1, 2, 3 on 0), on an oblique lattice of 2 mm; the field has
+/// a Gaussian in each voxel.
 struct BoxPhantom {
   Labelmap labels;
   GaussianField field;
@@ -50,7 +50,7 @@ struct BoxPhantom {
     return 0;
   }
 
-  /// The labels of every k-th slice alone.
+  /// Only the labels of every k-th slice.
   Labelmap every(std::int64_t step) const {
     Labelmap out = labels;
     const std::int64_t plane = labels.geometry.size[0] * labels.geometry.size[1];

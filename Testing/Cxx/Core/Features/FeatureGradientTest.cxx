@@ -33,7 +33,7 @@ struct Case {
       sum -= static_cast<double>(target[n]) * std::log(static_cast<double>(p[n]));
     return sum;
   }
-  /// Central difference by any number that the loss depends on.
+  /// Central difference with respect to any number that the loss depends on.
   double slope(float& x) {
     const float before = x, h = 1e-2f;
     x = before + h;
@@ -62,7 +62,7 @@ TEST(FeatureGradient, LatentAndCodesMatchFiniteDifferences) {
 TEST(FeatureGradient, ProbabilitiesSumToOne) {
   Case c;
   for (float& x : c.latent)
-    x *= 300; // logits far beyond what exp() can hold
+    x *= 300; // logits far beyond the range of exp()
   float p[3];
   decode<N>(c.model, c.latent.data(), c.rank, c.classes, p);
   EXPECT_NEAR(p[0] + p[1] + p[2], 1, 1e-5);

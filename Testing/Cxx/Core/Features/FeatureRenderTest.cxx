@@ -27,7 +27,7 @@ FeatureModel randomLatents(const GaussianField& field, int channels) {
   return features;
 }
 
-// A latent is rendered as the field renders any scalar that its Gaussians carry, channel by channel.
+// Each channel of a latent is rendered like any scalar carried by the field's Gaussians.
 TEST(FeatureRender, EqualsTheFieldsScalars) {
   const GaussianField field = randomField(200, {}, 3, Blending::Normalised, true);
   for (const int channels : {8, 16, 32}) {

@@ -26,7 +26,7 @@ TEST(Labelmap, FindsTheAxisOfSparseSlices) {
   Labelmap sparse = withSparseSlices(given);
   EXPECT_EQ(sparse.geometry, given.geometry);
   EXPECT_TRUE(sparse.isLabelled(4) && sparse.isLabelled(8) && !sparse.isLabelled(5));
-  // The same along I: that axis becomes K, each voxel stays in its place.
+  // The same along I: that axis becomes K, and each voxel keeps its position.
   Labelmap along{given.geometry, std::vector<std::uint16_t>(given.voxels.size(), 0), {}};
   for (std::size_t v = 0; v < along.voxels.size(); ++v)
     if (v % 14 % 4 == 0) along.voxels[v] = phantom.labels.voxels[v];

@@ -43,7 +43,7 @@ TEST(Adam, FollowsItsDefinition) {
                    square = v[i] / (1 - std::pow(adam.beta2, step));
       x[i] -= rates[i % 16] * mean / (std::sqrt(square) + 1e-12);
     }
-    for (std::size_t i = 0; i < 50; ++i) { // quaternions stay of unit length
+    for (std::size_t i = 0; i < 50; ++i) { // quaternions keep unit length
       double length = 0;
       for (int k = 6; k < 10; ++k)
         length += x[16 * i + k] * x[16 * i + k];
@@ -58,7 +58,7 @@ TEST(Adam, FollowsItsDefinition) {
 
 TEST(Adam, LeavesWhatHasNoGradientWhereItIs) {
   GaussianField field = randomField(5, {}, 3);
-  for (Gaussian& g : field.gaussians) { // unit length already
+  for (Gaussian& g : field.gaussians) { // already of unit length
     float n = 0;
     for (float q : g.quaternion)
       n += q * q;
@@ -111,7 +111,7 @@ TEST(Adam, LeavesSlopesOfAFieldWithoutThemAtZero) {
 TEST(Relocation, KeepsTheCountAndMovesTheLeastUseful) {
   GaussianField field = randomField(200, {}, 9);
   for (int i = 0; i < 10; ++i)
-    field.gaussians[7 * i].logWeight = -7.5f; // useless
+    field.gaussians[7 * i].logWeight = -7.5f; // unused
   Adam adam(200);
   std::fill(adam.moment1.begin(), adam.moment1.end(), 1.f);
   std::fill(adam.moment2.begin(), adam.moment2.end(), 1.f);

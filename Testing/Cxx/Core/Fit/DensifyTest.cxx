@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kCount = 100;
 
-/// Gaussians on a line, σ = 1 mm, of full opacity; intensity names them.
+/// Gaussians on a line, σ = 1 mm, with full opacity; the intensity identifies them.
 GaussianField lineOf(Blending blending, int count = kCount) {
   GaussianField field;
   field.blending = blending;
@@ -29,7 +29,7 @@ GaussianField lineOf(Blending blending, int count = kCount) {
   return field;
 }
 
-/// Moments that name the Gaussian that they belong to.
+/// Moments that identify their Gaussian.
 Adam namedMoments(int count = kCount) {
   Adam adam(count);
   for (std::size_t i = 0; i < adam.moment1.size(); ++i) {
@@ -78,7 +78,7 @@ TEST_P(Densification, PrunesTheFaintAndTheLarge) {
   ASSERT_EQ(field.size(), 85);
   ASSERT_EQ(adam.moment1.size(), 16u * 85);
   ASSERT_EQ(adam.moment2.size(), 16u * 85);
-  for (int i = 0; i < 85; ++i) { // Adam's state went along
+  for (int i = 0; i < 85; ++i) { // Adam's state moved along
     EXPECT_EQ(adam.moment1[16 * i + 4], field.gaussians[i].intensity);
     EXPECT_EQ(adam.moment2[16 * i + 15], field.gaussians[i].intensity);
     EXPECT_GT(field.gaussians[i].intensity, 1.f);
@@ -148,14 +148,14 @@ TEST_P(Densification, OfACloneBlendsAsTheOneDid) {
     GaussianField field = lineOf(GetParam(), 1);
     field.gaussians[0].logWeight = weight;
     field.gaussians[0].intensity = 0.7f;
-    field.epsilon = 0.1; // so that the normalised weight is seen
+    field.epsilon = 0.1; // makes the normalised weight visible
     const GridGeometry point = grid(1, 1, 1);
     const float before = render(field, point).voxels[0];
     Adam adam(1); // no gradient yet: the copy stays in place
     GradientAccumulator accumulator = accumulatorOf(1);
     accumulator.sum[0] = 100;
     EXPECT_EQ(densifyGaussians(field, adam, accumulator, planOf()).cloned, 1);
-    // The field's p is the exponential less its value at the cut-off, which α sees squared.
+    // The field's p is the exponential minus its value at the cut-off, which α squares.
     EXPECT_NEAR(render(field, point).voxels[0], before, 0.01 * before) << weight;
   }
 }

@@ -13,7 +13,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// How the slices see the field.
+/// How slices see the field.
 struct Mode {
   const char* name;
   Blending blending;
@@ -50,7 +50,7 @@ const char* const kParameterNames[16] = {"mean x",       "mean y",       "mean z
                                          "quaternion y", "quaternion z", "logWeight",    "intensity",
                                          "slope x",      "slope y",      "slope z",      "reserved"};
 
-/// An oblique, left-handed stack of noise with unobserved and broken voxels, 12×10×4.
+/// An oblique, left-handed stack of noise with unobserved and non-finite voxels, 12×10×4.
 Stack obliqueStack(SliceProfile profile) {
   Stack stack;
   stack.image =
@@ -65,8 +65,8 @@ Stack obliqueStack(SliceProfile profile) {
   return stack;
 }
 
-/// Anisotropic Gaussians in and around the stack, so that the border cuts some; the frame is rotated against
-/// the stack.
+/// Anisotropic Gaussians in and around the stack, so that its border cuts some; the frame is rotated relative
+/// to the stack.
 GaussianField fieldAround(const Stack& stack, const Mode& mode) {
   Cloud cloud;
   cloud.low = {-5, -5, -5};
@@ -180,7 +180,7 @@ TEST_P(Gradient, PredictsTheChangeOfTheEnginesOwnLoss) {
       std::vector<float> gradient;
       pipeline.loss(pipeline.field, kernels, kinds, &gradient);
       Numbers random(23);
-      // Along the gradient, whose slope is known to be large, with every parameter scaled at random.
+      // Along the gradient, whose slope is known to be large, with every parameter scaled randomly.
       std::vector<double> direction(16 * count, 0.0);
       double slope = 0, length = 0;
       for (std::size_t n = 0; n < direction.size(); ++n) {

@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A bright cube with sharp faces in a flat surrounding.
+/// A bright cube with sharp faces on a flat background.
 Stack cubeStack() {
   Stack stack;
   stack.image = volumeOf(grid(40, 40, 40), [](auto i, auto j, auto k) {
@@ -99,7 +99,7 @@ TEST(Proxy, CoversTheObservedVoxelsAndNotTheirNeighbours) {
   ASSERT_EQ(proxy.geometry.size, (std::array<std::int64_t, 3>{8, 8, 24}));
   for (std::size_t v = 0; v < proxy.covered.size(); ++v)
     ASSERT_EQ(proxy.covered[v], v % 8 == 3 && v / 8 % 8 == 4 && v / 64 >= 8 && v / 64 < 12) << v;
-  // On a coarser lattice no point lies in the voxel: those beside it stand for it.
+  // On a coarser lattice no point lies in the voxel: its neighbours stand for it.
   const ProxyVolume coarse = makeProxy({&stack, 1}, {}, {}, 2.7, pool);
   EXPECT_GT(std::count(coarse.covered.begin(), coarse.covered.end(), 1), 0);
 }
@@ -231,7 +231,7 @@ TEST(AdaptiveStart, PutsMoreAndSmallerGaussiansAtEdges) {
     if (toEdge(g) > 4) ++flat, flatSize += std::exp(g.logScale[0]);
   }
   EXPECT_GT(edge / edgeVoxels, 5 * flat / flatVoxels);
-  EXPECT_GT(flat, 50); // flat regions are covered as well
+  EXPECT_GT(flat, 50); // flat regions are covered too
   EXPECT_LT(edgeSize / edge, 0.7 * flatSize / flat);
 }
 
@@ -284,7 +284,7 @@ TEST(GridStart, HasAsManyAlongEachAxisWhenAsked) {
   const Gaussian& g = field.gaussians.front();
   EXPECT_NEAR(g.logScale[1] - g.logScale[0], std::log(31.0 / 20), 1e-4);
 
-  plan.equalCounts = false; // cubes, and still no more than asked for
+  plan.equalCounts = false; // cubes, but still no more than requested
   EXPECT_LE(start(proxy, plan, 1).size(), 350);
   EXPECT_GT(start(proxy, plan, 1).size(), 280);
 }
@@ -348,9 +348,9 @@ TEST(ReachedShare, IsTheShareOfTheStartThatMattersToTheMask) {
   EXPECT_EQ(share(), 1);
   stack.observed.assign(64000, 1);
   for (std::size_t v = 0; v < 64000; ++v)
-    stack.observed[v] = v / 1600 != 20; // a withheld slice: all the same
+    stack.observed[v] = v / 1600 != 20; // a withheld slice makes no difference
   EXPECT_EQ(share(), 1);
-  for (std::size_t v = 0; v < 64000; ++v) // around the cube's faces, where all the structure is
+  for (std::size_t v = 0; v < 64000; ++v) // around the cube's faces, which have all the structure
     stack.observed[v] =
         v % 40 >= 9 && v % 40 < 31 && v / 40 % 40 >= 9 && v / 40 % 40 < 31 && v / 1600 >= 9 && v / 1600 < 31;
   EXPECT_GT(share(), 0.8);
@@ -359,7 +359,7 @@ TEST(ReachedShare, IsTheShareOfTheStartThatMattersToTheMask) {
 }
 
 TEST(AdditiveStart, HasAboutTheImagesLevel) {
-  // Overlapping Gaussians add up: amplitudes are scaled so that the sum, not each one, is the image.
+  // Overlapping Gaussians add up: amplitudes are scaled so that their sum gives the image.
   InitialisationPlan plan;
   plan.kind = Initialisation::Grid;
   plan.gaussians = 8000;

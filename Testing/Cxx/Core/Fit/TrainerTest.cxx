@@ -10,7 +10,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A fit of a phantom of n³ voxels of some size, whose Gaussians start on a grid of every third voxel.
+/// A fit of a phantom of n³ voxels of a given size, whose Gaussians start on a grid of every third voxel.
 struct Scene {
   Stack stack;
   GaussianField field;
@@ -59,7 +59,7 @@ struct Scene {
   }
 };
 
-void useAll(FitPlan& plan) { // whatever looks back
+void useAll(FitPlan& plan) { // everything that depends on the history
   plan.schedule = Schedule::Plateau;
   plan.plateau = {2, 0.7, 0.01, 1e-2};
   plan.densify.every = 7;
@@ -72,7 +72,7 @@ bool same(const GaussianField& a, const GaussianField& b) {
          std::memcmp(a.gaussians.data(), b.gaussians.data(), a.gaussians.size() * sizeof(Gaussian)) == 0;
 }
 
-/// The mean absolute move of all Gaussians in one more iteration.
+/// The mean absolute displacement of all Gaussians in one more iteration.
 double move(Trainer& trainer) {
   const auto before = trainer.field().gaussians;
   trainer.step();
@@ -104,7 +104,7 @@ TEST(Plateau, SlowsTheFitDownWhereTheExponentialScheduleDoesNot) {
   scene.plan.finalRate = 1;
   Trainer steady = scene.trainer(pool);
   scene.plan.schedule = Schedule::Plateau;
-  scene.plan.plateau = {1, 0.1, 1e-3, 0.9}; // no iteration but the first counts as improvement
+  scene.plan.plateau = {1, 0.1, 1e-3, 0.9}; // only the first iteration counts as an improvement
   Trainer slowed = scene.trainer(pool);
   for (int i = 0; i < 6; ++i) {
     steady.step();
@@ -203,7 +203,7 @@ TEST(GradientAccumulator, MeansTheSameAtAnyVolumeAndVoxelSize) {
   for (std::size_t i = 0; i < 100; ++i)
     close += std::abs(larger[i] - reference[i]) < 0.1 * reference[i] + 1e-4;
   EXPECT_GT(close, 90);
-  const auto finer = strongest([] { // the same voxels, half as large
+  const auto finer = strongest([] { // the same voxels at half the size
     Scene scene(Blending::Normalised, 18, 1, 18);
     scene.stack.image.geometry.spacing = {0.5, 0.5, 0.5};
     for (Gaussian& g : scene.field.gaussians)

@@ -13,7 +13,7 @@ using namespace innergs::testing;
 
 namespace {
 
-// Wang et al. as the formulas stand: an 11×11 window per pixel, two passes, borders by reflection.
+// A direct implementation of Wang et al.: an 11×11 window per pixel, two passes, reflected borders.
 double naiveSsim(const std::vector<float>& a, const std::vector<float>& b, int width, int height, int x,
                  int y, double range) {
   const auto reflect = [](int i, int n) {

@@ -38,7 +38,7 @@ TEST(NoiseEstimate, CoarseQuantisationDoesNotCollapseToZero) {
 }
 
 TEST(NoiseEstimate, UsesInPlaneDifferencesOnly) {
-  // Slices that differ wildly from each other, as thick slices do, each of them smooth.
+  // Slices that differ strongly from each other, like thick slices, each of them smooth.
   const Volume truth = volumeOf(grid(64, 64, 12), [](auto i, auto j, auto k) {
     return 100 + 80 * ((k * 7) % 3) + 0.2 * double(i) + 0.1 * double(j);
   });

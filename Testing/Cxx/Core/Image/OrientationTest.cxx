@@ -27,7 +27,7 @@ TEST(Orientation, OfLatticesAlongThePatientsAxes) {
   EXPECT_EQ(orientationCode({{{{0, 0, -1}, {1, 0, 0}, {0, -1, 0}}}}), "PIR"); // sagittal slices
 }
 
-// ITK and nibabel say LPS; two of its columns point most to the head.
+// ITK and nibabel also say LPS; two of its columns point mostly to the head.
 TEST(Orientation, OfADoubleObliqueStackNamesEachAxisOnce) {
   const Mat3 direction = rotation(0, 0.7) * rotation(1, -0.7);
   const auto main = [&](int a) {
@@ -45,7 +45,7 @@ TEST(Orientation, IsAPermutationForEveryRotation) {
     const Mat3 direction = rotation(2, 0.37 * n) * rotation(0, 0.73 * n) * rotation(1, 0.11 * n);
     const std::array<int, 3> axes = nearestAxes(direction);
     ASSERT_EQ((std::set<int>{axes[0], axes[1], axes[2]}.size()), 3u) << n;
-    // No exchange of two comes nearer.
+    // No swap of two axes is nearer.
     for (int a = 0; a < 3; ++a) {
       const int b = (a + 1) % 3;
       ASSERT_GE(std::abs(direction[axes[a]][a]) + std::abs(direction[axes[b]][b]) + 1e-6,

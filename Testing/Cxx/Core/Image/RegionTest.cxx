@@ -17,7 +17,7 @@ Stack ramp() {
   return stack;
 }
 
-// The box around some voxels' centres, a little larger.
+// A box around some voxels' centres, slightly larger.
 Region around(const Affine3& toWorld, const Vec3& a, const Vec3& b) {
   const Vec3 p = toWorld(a), q = toWorld(b);
   Region region;

@@ -27,7 +27,7 @@ TEST(Simulate, ThickSlicesKeepTheMean) {
   }
 }
 
-// A slice of a patient-space ramp has the ramp's value at the slice's centre, whatever axis and orientation.
+// A slice of a patient-space ramp has the ramp's value at the slice's centre, for any axis and orientation.
 TEST(Simulate, SlicesSitAtTheCentreOfTheirBoxInPatientSpace) {
   for (const bool leftHanded : {false, true}) {
     const GridGeometry g = grid(9, 10, 11, {1, 1.5, 2}, {5, -40, 12}, obliqueDirection(0.5, leftHanded));

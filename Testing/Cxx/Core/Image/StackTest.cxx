@@ -61,7 +61,7 @@ TEST(Stack, RefusesWhatDoesNotFitTogether) {
   EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
 }
 
-// 400 mm for 4 mm by a slip would blur everything over everything; overlapping slices are common.
+// 400 mm instead of 4 mm by mistake would blur everything; overlapping slices are common.
 TEST(Stack, RefusesAThicknessThatNoSliceHas) {
   const auto refused = [](double thickness, double distance, std::int64_t slices) {
     try {
@@ -77,7 +77,7 @@ TEST(Stack, RefusesAThicknessThatNoSliceHas) {
   EXPECT_FALSE(refused(5, 0.625, 300));
   for (const double bad : {-4.0, 64.1, 400.0, double(INFINITY), double(NAN)})
     EXPECT_TRUE(refused(bad, 4, 40)) << bad;
-  EXPECT_FALSE(refused(13, 4, 2)); // a region may leave few slices of a scan
+  EXPECT_FALSE(refused(13, 4, 2)); // a region may contain few slices of a scan
   Stack stack = validStack();
   stack.thickness = 300;
   EXPECT_EQ(codeOf(stack), ErrorCode::InvalidArgument);
@@ -107,7 +107,7 @@ TEST(Stack, RefusesNothingToFit) {
 TEST(Stack, WithSliceAxisTakesWhatIsObservedAlong) {
   Stack stack = validStack();
   stack.profile = SliceProfile::Point;
-  for (float v : stack.image.voxels) // what is observed names the voxel
+  for (float v : stack.image.voxels) // the observed value identifies the voxel
     stack.observed.push_back(v > 40);
   for (int axis = 0; axis < 3; ++axis) {
     const Stack moved = withSliceAxis(stack, axis);

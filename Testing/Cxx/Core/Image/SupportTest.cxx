@@ -34,7 +34,7 @@ std::int64_t count(const Mask& mask) {
   return std::count_if(mask.voxels.begin(), mask.voxels.end(), [](std::uint8_t v) { return v != 0; });
 }
 
-/// Distance of every voxel of `geometry` to the nearest centre of a mask's voxel, mm.
+/// Distance (mm) of every voxel of `geometry` to the nearest centre of a mask's voxel.
 std::vector<double> distances(const GridGeometry& geometry, const Mask& mask) {
   std::vector<Vec3> set;
   const auto& n = mask.geometry.size;
@@ -53,7 +53,7 @@ std::vector<double> distances(const GridGeometry& geometry, const Mask& mask) {
   return result;
 }
 
-/// Gaussians all over a box, far beyond [0, 1] where few of them meet.
+/// Gaussians all over a box, with values far outside [0, 1] where few of them overlap.
 GaussianField wildField(const GridGeometry& domain) {
   GaussianField field;
   field.modelToWorld = {obliqueDirection(0.5), domain.centre()};
@@ -97,7 +97,7 @@ TEST(Support, ReachesTheMarginBeyondTheMaskAndNoFurther) {
     const std::int64_t expected =
         std::count_if(distance.begin(), distance.end(), [&](double d) { return d <= margin + 1e-6; });
     EXPECT_EQ(count(support), expected) << margin;
-    // On the domain's own voxels, and no larger than needed.
+    // On the domain's own voxels, and no larger than necessary.
     const Vec3 first = inverse(kDomain.indexToWorld())(support.geometry.origin);
     for (int a = 0; a < 3; ++a)
       EXPECT_NEAR(first[a], std::round(first[a]), 1e-9);

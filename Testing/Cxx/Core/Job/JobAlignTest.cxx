@@ -8,8 +8,8 @@ namespace {
 using testing::psnr;
 using testing::reconstruct;
 
-/// Two scans of thick slices across each other; before the second the patient moved by so many mm, and the
-/// receiver was set to another gain.
+/// Two orthogonal thick-slice scans; before the second, the patient moved by so many mm and the receiver gain
+/// changed.
 ReconstructionInput twoScans(const Volume& truth, double shift, float gain) {
   ReconstructionInput input;
   input.stacks = {simulateThickStack(truth, 2, 4), simulateThickStack(truth, 0, 4)};

@@ -8,7 +8,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A run that asks to stop in its n-th progress report (counted from 0; −1: never).
+/// A run that requests a stop in its n-th progress report (counted from 0; −1: never).
 Attempt runUntil(const ReconstructionInput& input, const Settings& settings, int stopAt,
                  std::shared_ptr<const Model> resume = {}) {
   ReconstructionInput from = input;
@@ -36,7 +36,7 @@ TEST_P(Cancel, AtAnyPointEndsPromptlyAndGoesOnWhereItStopped) {
   const int count = static_cast<int>(whole.states.size());
   ASSERT_GE(count, 4 * GetParam().members + 3);
   int resumed = 0;
-  for (int at = 0; at < count - 1; ++at) { // the last is Done: too late
+  for (int at = 0; at < count - 1; ++at) { // the last one is Done: too late
     const Progress& state = whole.states[at];
     SCOPED_TRACE(::testing::Message()
                  << "stop " << at << " in " << phaseName(state.phase) << ", iteration " << state.iteration);
@@ -75,11 +75,11 @@ TEST_P(Cancel, AgainAndAgainStillEndsAtTheSameResult) {
       const Attempt run = runUntil(input, settings, first + (model ? 0 : 1) + runs, model);
       last = run.result;
       if (!last.cancelled) break;
-      if (last.model->field.gaussians.empty()) { // stopped while it predicted
+      if (last.model->field.gaussians.empty()) { // stopped during the prediction
         EXPECT_FALSE(model);
         continue;
       }
-      // A run that is stopped before it did anything keeps what it was given.
+      // A run that is stopped before any work keeps its input model.
       const Attempt nothing = runUntil(input, settings, 0, last.model);
       ASSERT_TRUE(nothing.result.cancelled);
       EXPECT_EQ(nothing.result.model->iteration, last.model->iteration);
@@ -165,7 +165,7 @@ TEST(Resume, OfMergedMembersUnderOtherSettingsRefitsThemAsOneField) {
   const auto first = reconstruct(input, settings);
   input.resume = first.model;
   settings.loss = LossKind::Huber;
-  settings.blending = Blending::Additive; // the model's own holds
+  settings.blending = Blending::Additive; // the model's own blending is used
   settings.ensembleSize = 1;
   const auto second = reconstruct(input, settings);
   EXPECT_EQ(second.settings.ensembleSize, 1);
@@ -195,7 +195,7 @@ TEST(Resume, OfABrokenModelIsRefused) {
 }
 
 TEST(Resume, OfAForgedStateIsRefused) {
-  // Lengths that do not belong together must not be read beyond their ends.
+  // Inconsistent lengths must not cause reads beyond the end.
   const ReconstructionInput input = isotropicInput();
   const Settings settings = quickSettings(4);
   const Attempt stopped = runUntil(input, settings, 4);

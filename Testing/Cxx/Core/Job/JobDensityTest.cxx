@@ -5,7 +5,7 @@
 using namespace innergs;
 using namespace innergs::testing;
 
-/// How many Gaussians a fit gets, and how good it is, whatever part of the scans it is asked for.
+/// The number of Gaussians and the quality of a fit, for any part of the scans.
 namespace {
 
 Settings defaults(int iterations = 20) {
@@ -71,7 +71,7 @@ TEST(JobDensity, AMaskedFitOfThickSlicesIsAsGoodInside) {
   ReconstructionInput input;
   input.stacks.push_back(simulateThickStack(truth, 2, 4));
   Settings settings = defaults();
-  settings.consistency = false; // the Gaussians themselves
+  settings.consistency = false; // tests the Gaussians alone
   expectAsGoodInside(input, truth, settings);
   input.stacks.push_back(simulateThickStack(truth, 0, 4));
   expectAsGoodInside(input, truth, settings);

@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// The error that a run ends with: one line that is a sentence.
+/// The error that a run ends with; it must be a single sentence on one line.
 ErrorCode errorOf(const ReconstructionInput& input, const Settings& settings = quickSettings(2)) {
   bool fitted = false;
   ReconstructionJob job(input, settings);
@@ -185,7 +185,7 @@ TEST(JobMemory, OfAlphaBlendingAndDensificationIsRefusedWithTheNumbers) {
   ReconstructionInput input = isotropicInput();
   Settings settings = quickSettings(2);
   settings.blending = Blending::Alpha;
-  settings.maxGaussians = 999'999'999; // it starts small and may grow beyond what is there
+  settings.maxGaussians = 999'999'999; // starts small and may grow beyond the available memory
   EXPECT_EQ(errorOf(input, settings), ErrorCode::Memory);
   settings.densifyEvery = 0; // it cannot grow
   EXPECT_LT(estimateMemory(input, settings), 200'000'000);

@@ -7,13 +7,13 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A bright blob on a dim slope: σ 2.4 mm.
+/// A bright blob on a faint slope: σ 2.4 mm.
 double blob(const Vec3& x, const Vec3& at) {
   const Vec3 d = x - at;
   return 200 * std::exp(-0.5 * dot(d, d) / (2.4 * 2.4));
 }
 
-/// Centre of mass (LPS mm) of what is brighter than a fifth of the maximum.
+/// Centre of mass (LPS mm) of the voxels brighter than a fifth of the maximum.
 Vec3 centreOfMass(const Volume& volume) {
   const double floor = 0.2 * *std::max_element(volume.voxels.begin(), volume.voxels.end());
   const Affine3 map = volume.geometry.indexToWorld();
@@ -86,7 +86,7 @@ namespace {
 struct Posed {
   const char* name;
   int permutation[12];
-  double angle, shift; // of a rigid motion of every slice, different from slice to slice
+  double angle, shift; // of a rigid motion of every slice, varying between slices
   bool together;       // the same motion for all
 };
 
@@ -106,7 +106,7 @@ TEST_P(Poses, ReconstructTheSameVolumeFromDisplacedSlices) {
   plain.stacks.push_back(stack);
   plain.outputGrid = geometry;
 
-  // Slice k of the file shows the plane of slice permutation[k], moved a little.
+  // Slice k of the file shows the plane of slice permutation[k], slightly moved.
   ReconstructionInput posed = plain;
   Stack& moved = posed.stacks[0];
   const Vec3 normal = column(geometry.direction, 2), centre = geometry.centre();
@@ -129,8 +129,8 @@ TEST_P(Poses, ReconstructTheSameVolumeFromDisplacedSlices) {
   const auto a = reconstruct(plain, settings), b = reconstruct(posed, settings);
   const double plainPsnr = psnr(a.volume, stack.image), posedPsnr = psnr(b.volume, stack.image);
   EXPECT_GT(plainPsnr, 45);
-  EXPECT_GT(posedPsnr, 45); // moved slices leave corners of the grid unseen
-  // What each slice shows is what the field shows through the pose.
+  EXPECT_GT(posedPsnr, 45); // moved slices leave corners of the grid uncovered
+  // Each slice shows the field through its pose.
   const Volume seen = renderStack(b.model->field, moved);
   EXPECT_GT(psnr(seen, moved.image), plainPsnr - 3);
 }
@@ -145,7 +145,7 @@ INSTANTIATE_TEST_SUITE_P(
 
 namespace {
 
-/// Slices [first, first + count) of a scan, as a scan of their own.
+/// Slices [first, first + count) of a scan, as a separate scan.
 Stack slab(const Volume& scan, std::int64_t first, std::int64_t count) {
   Stack stack;
   stack.profile = SliceProfile::Point;
@@ -205,7 +205,7 @@ TEST(Slabs, FurtherApartAreRefused) {
 }
 
 TEST(Poses, FarFromTheFilesOwnGeometry) {
-  // The whole scan lies 200 mm from where the file's lattice says.
+  // The whole scan lies 200 mm from where the file's lattice places it.
   ReconstructionInput plain = isotropicInput(), posed = plain;
   const Vec3 shift{120, -160, 0};
   plain.outputGrid = smallGrid();
@@ -214,8 +214,7 @@ TEST(Poses, FarFromTheFilesOwnGeometry) {
   posed.stacks[0].poses.assign(20, Affine3{Mat3{}, shift});
   const auto a = reconstruct(plain, quickSettings(40)), b = reconstruct(posed, quickSettings(40));
   const Volume truth = phantom(smallGrid());
-  // Posed slices coarsen one by one, so the two fits take different ways; a scan out of place would end near
-  // 10 dB.
+  // Posed slices coarsen one by one, so the two fits diverge; a misplaced scan would end near 10 dB.
   EXPECT_GT(psnr(b.volume, truth), 28);
   EXPECT_GT(psnr(b.volume, truth), psnr(a.volume, truth) - 4);
 }

@@ -33,14 +33,14 @@ TEST(HeldOut, JudgesByASecondFitAndDeliversTheFullOne) {
   EXPECT_EQ(result.heldOutSlices, 5);
   EXPECT_GT(result.judgingSeconds, 0);
   EXPECT_GE(result.seconds, result.fitSeconds + result.judgingSeconds);
-  // Not the same bits: the second fit starts with as many Gaussians as where no slice is withheld.
+  // Not bit-identical: the second fit starts with as many Gaussians as with no slice withheld.
   EXPECT_NEAR(result.heldOutPsnr, psnrOfAFitWithout(input, {2, 6, 10, 14, 18}, settings), 0.5);
   EXPECT_LT(result.heldOutPsnr, full.trainingPsnr);
 }
 
 TEST(HeldOut, NothingOfTheWithheldSlicesReachesTheSecondFit) {
   const Settings settings = quickSettings(12);
-  const auto squaredError = [&](float added) { // of a rendering that must not depend on what is added
+  const auto squaredError = [&](float added) { // of a rendering, which must not depend on what is added
     ReconstructionInput input = heldOutInput();
     Volume& image = input.stacks[0].image;
     const std::int64_t plane = image.geometry.size[0] * image.geometry.size[1];
@@ -135,7 +135,7 @@ TEST(HeldOut, SaysWhyTheQualityIsUnknown) {
   for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
     stack.image.voxels[v] = static_cast<float>(v % 24);
   two.heldOutFraction = 0.5;
-  ReconstructionInput masked = heldOutInput(); // no withheld slice is inside
+  ReconstructionInput masked = heldOutInput(); // no withheld slice lies inside
   masked.mask = Mask{smallGrid(), std::vector<std::uint8_t>(24 * 22 * 20, 0)};
   for (std::int64_t k : {8, 9})
     std::fill_n(masked.mask->voxels.begin() + k * 24 * 22, 24 * 22, std::uint8_t{1});
@@ -183,7 +183,7 @@ TEST(ProgressOfParts, CorrectsTheRemainingTimeByWhatPartsTake) {
   EXPECT_EQ(told.back().phase, Phase::Fitting);
   EXPECT_DOUBLE_EQ(told.back().remaining, 20);
   const ProgressCallback second = parts.next();
-  tell(second, 0.01, 1, 0); // too early to tell
+  tell(second, 0.01, 1, 0); // too early to extrapolate
   EXPECT_EQ(told.back().phase, Phase::Judging);
   EXPECT_DOUBLE_EQ(told.back().elapsed, 21);
   EXPECT_DOUBLE_EQ(told.back().remaining, 9.9 + 10);

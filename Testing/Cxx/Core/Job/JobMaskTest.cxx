@@ -34,7 +34,7 @@ Settings filled(int iterations = 10) {
   return settings;
 }
 
-/// A dark and a bright half, where fields overshoot.
+/// A dark and a bright half, at whose border fields overshoot.
 ReconstructionInput stepInput() {
   ReconstructionInput input;
   input.stacks.push_back(simulateThickStack(
@@ -130,7 +130,7 @@ TEST(MaskedJob, GoesOnWhereItWasStopped) {
   EXPECT_TRUE(sameField(resumed.model->field, straight.model->field));
   EXPECT_EQ(resumed.volume.voxels, straight.volume.voxels);
   EXPECT_EQ(resumed.model->field.support.voxels, straight.model->field.support.voxels);
-  // The value outside is no part of the fit: another one does not begin it anew.
+  // The value outside is not part of the fit: changing it does not restart the fit.
   on.resume = straight.model;
   Settings other = filled(12);
   other.fill = 9;
@@ -144,7 +144,7 @@ TEST(ValueRange, OfAStepEdgeIsKept) {
   GaussianField field = result.model->field;
   ASSERT_FALSE(field.residual.voxels.empty());
   expectWithin(result.volume.voxels, 0, 1000);
-  for (float& v : field.residual.voxels) // so that there is something to keep
+  for (float& v : field.residual.voxels) // a residual to keep
     v *= 5;
   RenderOptions unbounded;
   unbounded.bounded = false;

@@ -6,7 +6,7 @@
 namespace innergs::testing {
 namespace {
 
-/// A scan of slices four pixels apart with some structure to learn from.
+/// A scan with slices four pixels apart, with some structure to learn from.
 ReconstructionInput gappedInput(std::int64_t size = 48) {
   ReconstructionInput input;
   input.stacks.push_back(
@@ -103,7 +103,7 @@ TEST(JobPrediction, StopsInItsOwnPhaseAndGoesOn) {
   again.resume = stopped.model;
   const auto resumed = reconstruct(again, quick());
   EXPECT_TRUE(sameField(resumed.model->field, whole.model->field));
-  again.resume = resumed.model; // complete: only the detail is made again
+  again.resume = resumed.model; // complete: only the residual grid is made again
   EXPECT_TRUE(sameField(reconstruct(again, quick()).model->field, whole.model->field));
 }
 

@@ -13,7 +13,7 @@ protected:
 
 TEST_P(Job, IsTheSameForAnyNumberOfThreads) {
   Settings settings = quickSettings();
-  settings.preset = Preset::Balanced; // several members where the data ask for them
+  settings.preset = Preset::Balanced; // several members if the data call for them
   settings.threads = 1;
   const auto one = reconstruct(input, settings);
   ASSERT_FALSE(one.cancelled);
@@ -176,7 +176,7 @@ TEST(JobWithAMask, FitsOnlyInside) {
     mask.voxels.push_back(v % 24 < 12);
   input.mask = mask;
   const auto result = reconstruct(input, quickSettings(15));
-  // What lies outside cannot matter.
+  // Nothing outside may matter.
   ReconstructionInput other = input;
   for (std::size_t v = 0; v < other.stacks[0].image.voxels.size(); ++v)
     if (!mask.voxels[v]) other.stacks[0].image.voxels[v] += 77;

@@ -60,7 +60,7 @@ TEST(Training, CutoffAndAdamAreChoicesOfTheFit) {
     Settings settings;
     change(settings);
     plan = makePlan(settings, traitsOf(isotropicInput()));
-    EXPECT_NE(settingsKey(settings, ""), settingsKey(usual, "")); // another fit, nothing to resume
+    EXPECT_NE(settingsKey(settings, ""), settingsKey(usual, "")); // a different fit that cannot be resumed
   };
   changed([](Settings& s) { s.cutoff = 3; });
   EXPECT_EQ(plan.cutoff, 3);
@@ -83,7 +83,7 @@ TEST(Training, CountsWhatDensificationDid) {
   const DensifyCounts& counts = result.densified;
   EXPECT_GT(counts.split + counts.cloned, 0);
   EXPECT_GE(counts.pruned, 0);
-  Settings settings = paperSettings(1); // as placed: none has happened yet
+  Settings settings = paperSettings(1); // as initialised: no densification yet
   const ReconstructionResult start = reconstruct(isotropicInput(), settings);
   EXPECT_EQ(start.densified.pruned + start.densified.split + start.densified.cloned, 0);
   EXPECT_EQ(result.model->field.size(),
@@ -160,8 +160,8 @@ TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
   EXPECT_TRUE(geometryTraits(blurred.stacks).cubes);
   blurred.stacks[0].thickness = 2;
   EXPECT_FALSE(geometryTraits(blurred.stacks).cubes);
-  // A normalised field has one value per point: three views of it ask for what one asks for. A few
-  // iterations: over many, rounding leads the two fits apart.
+  // A normalised field has one value per point, so three views of it require the same as one. Few iterations:
+  // over many, rounding makes the two fits diverge.
   Settings one = quickSettings(4), three = one;
   three.allAxes = true;
   const ReconstructionInput input = isotropicInput();
@@ -195,7 +195,7 @@ TEST(AllAxes, KeepHeldOutSlicesAndTheMaskFromEveryView) {
   EXPECT_EQ(result.settings.allAxes, true);
   EXPECT_GT(result.heldOutPsnr, 10);
   EXPECT_NEAR(result.heldOutPsnr, psnrOfAFitWithout(input, {2, 6, 10, 14, 18}, settings), 0.5);
-  ReconstructionInput other = input; // what no view may show
+  ReconstructionInput other = input; // content that no view may show
   auto& voxels = other.stacks[0].image.voxels;
   for (std::size_t v = 0; v < voxels.size(); ++v)
     if (!mask.voxels[v]) voxels[v] = 3;

@@ -26,7 +26,7 @@ TEST(MemoryNeed, IsTheLargestOfTheFitsAndKeepsResults) {
   const std::array fits{outline(64), outline(128)};
   const std::int64_t small = estimateMemory(fits[0], settings), large = estimateMemory(fits[1], settings);
   EXPECT_EQ(memoryNeed({fits.data(), 1}, settings, 0).bytes, small);
-  EXPECT_GT(memoryNeed(fits, settings, 0).bytes, large); // the first one's result beside it
+  EXPECT_GT(memoryNeed(fits, settings, 0).bytes, large); // plus the first one's result
   const std::array turned{fits[1], fits[0]};
   EXPECT_EQ(memoryNeed(turned, settings, 0).bytes, large);
   EXPECT_TRUE(memoryNeed(fits, settings, 0).refusal.empty()); // unknown
@@ -34,7 +34,7 @@ TEST(MemoryNeed, IsTheLargestOfTheFitsAndKeepsResults) {
 }
 
 TEST(MemoryNeed, RefusesWithTheJobsOwnSentence) {
-  // Only outlines: the job refuses before it looks at a voxel.
+  // Outlines suffice: the job refuses before it reads a voxel.
   ReconstructionInput input = outline(64);
   GridGeometry huge = input.stacks.front().image.geometry;
   huge.size = {100'000, 100'000, 1'000};
@@ -48,7 +48,7 @@ TEST(MemoryNeed, RefusesWithTheJobsOwnSentence) {
     ADD_FAILURE() << "not refused";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Memory);
-    const std::string sentence = error.what(); // what is available changes from moment to moment
+    const std::string sentence = error.what(); // the available memory changes from moment to moment
     EXPECT_EQ(sentence.substr(0, sentence.find(" and ")), refusal.substr(0, refusal.find(" and ")));
     EXPECT_EQ(sentence.substr(sentence.find(" are ")), refusal.substr(refusal.find(" are ")));
   }

@@ -5,7 +5,7 @@
 namespace innergs::testing {
 namespace {
 
-/// The lattice alone, as before a start.
+/// Only the lattice, as before a start.
 ReconstructionInput outline(std::int64_t side, double gap = 1) {
   ReconstructionInput input;
   Stack stack;
@@ -22,9 +22,9 @@ Settings threaded(Preset preset = Preset::Fast) {
   return settings;
 }
 
-/// An estimator whose fits take the time that is said here.
+/// An estimator whose fits take the times set here.
 struct TimeEstimate : ::testing::Test {
-  double perVoxel = 1e-6;       // seconds of an iteration; a coarse one takes a quarter
+  double perVoxel = 1e-6;       // seconds per iteration; a coarse one takes a quarter
   double perOutputVoxel = 1e-7; // seconds
   double start = 0;             // seconds per voxel
   int trials = 0;
@@ -105,7 +105,7 @@ TEST_F(TimeEstimate, RendersLittleForAFineOutput) {
   perVoxel = 0;
   input.outputGrid = withSpacing(input.stacks[0].image.geometry, {0.05, 0.05, 0.05});
   const auto voxels = static_cast<double>(input.outputGrid->voxelCount());
-  // More memory than there is, were it all rendered.
+  // Would need more memory than available if it were rendered completely.
   EXPECT_NEAR(estimator.seconds(input, settings), perOutputVoxel * voxels, 1e-9 * voxels);
 }
 
@@ -124,7 +124,7 @@ TEST_F(TimeEstimate, IsMadeAgainWhenAJobRanBeside) {
   });
   job.run();
   ASSERT_GT(beside, 0);
-  perVoxel *= 0.5; // what slowed it down is gone
+  perVoxel *= 0.5; // the disturbance is over
   const double alone = estimator.seconds(input, settings);
   EXPECT_GT(trials, during);
   EXPECT_LT(alone, beside);

@@ -19,7 +19,7 @@ struct RigidMotion {
   }
 };
 
-/// Smooth blobs on a ground, whatever the position (mm): 0 to about 200.
+/// Smooth blobs on a background, defined at every position (mm): 0 to about 200.
 inline double blobs(const Vec3& x) {
   double value = 20;
   for (int n = 0; n < 9; ++n) {

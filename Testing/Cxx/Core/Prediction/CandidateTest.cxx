@@ -11,7 +11,7 @@
 namespace innergs::testing {
 namespace {
 
-/// Waves of several lengths along every axis, the shortest of `shortest` voxels along the third.
+/// Waves of several lengths along every axis; along the third, the shortest has `shortest` voxels.
 Volume waves(double shortest) {
   Volume v{grid(48, 44, 49, {1, 1, 1}, {0, 0, 0}, obliqueDirection(0.2)), {}};
   for (std::int64_t k = 0; k < 49; ++k)

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kFine = 8; // samples of a signal per slice distance
 
-/// A random walk that forgets, blurred by sigma slice distances.
+/// A first-order autoregressive process, blurred by sigma slice distances.
 std::vector<double> blurredWalk(int slices, double sigma) {
   std::mt19937 engine(7);
   const int margin = 6 * kFine;

@@ -20,7 +20,7 @@ TEST(MatrixKernels, AllInstructionSetsMultiplyAsTheScalarReference) {
   struct Case {
     std::int64_t rows, depth, columns, rowStep, step;
   };
-  // Ordinary, transposed, and overlapping rows as of a convolution; rows that fill no block.
+  // Ordinary, transposed, and overlapping rows as in a convolution; also rows that do not fill a block.
   const Case cases[] = {{1, 1, 16, 1, 1}, {13, 63, 32, 64, 1}, {64, 29, 48, 1, 64}, {27, 96, 16, 32, 1}};
   for (const Case& c : cases) {
     const auto a =

@@ -67,7 +67,7 @@ TEST(Network, GradientsAgreeWithFiniteDifferences) {
     outside += std::abs(difference - gradient[i]) > 0.02 * (1 + std::abs(difference));
   }
   EXPECT_GT(largest, 1);
-  EXPECT_LE(outside, 6); // where a rectifier's kink lies between the two
+  EXPECT_LE(outside, 6); // where a rectifier's kink lies between the two points
 }
 
 TEST(Network, InstructionSetsAgreeInLossAndGradient) {

@@ -20,7 +20,7 @@ Stack slicesOf(const Volume& truth, SliceProfile profile, double thickness, int 
   stack.thickness = thickness;
   stack.image.voxels = projectToStack(truth, stack, pool);
   addNoise(stack.image.voxels, noise, 5);
-  stack.thickness = 0; // not to be known
+  stack.thickness = 0; // must be estimated
   return stack;
 }
 

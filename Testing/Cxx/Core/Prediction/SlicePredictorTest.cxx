@@ -35,7 +35,7 @@ PredictionOptions with(PredictionEffort effort) {
   return options;
 }
 
-/// The lattice of the volume that every gap-th slice was kept of.
+/// The lattice of the volume before only every gap-th slice was kept.
 GridGeometry fineGrid(const Stack& kept, int gap) {
   GridGeometry grid = kept.image.geometry;
   grid.spacing[2] /= gap;
@@ -78,7 +78,7 @@ TEST(SlicePredictor, BeatsInterpolationOnStructureItHasSeenAlongTheSlices) {
   EXPECT_EQ(network.phases, 4);
   for (std::int64_t k = 0; k < 61; ++k)
     EXPECT_EQ(network.expectedError[static_cast<std::size_t>(k)] > 0, k % 4 != 0) << k;
-  for (std::size_t v = 0; v < 64 * 64; ++v) // the acquired slices as they are
+  for (std::size_t v = 0; v < 64 * 64; ++v) // the acquired slices are unchanged
     ASSERT_EQ(network.image.voxels[v], kept.image.voxels[v]);
 }
 
@@ -114,14 +114,14 @@ TEST(SlicePredictor, NeverLooksAtWithheldVoxels) {
   EXPECT_EQ(a.expectedError, b.expectedError);
   ASSERT_FALSE(a.predicted.empty());
   const std::size_t area = 48 * 48;
-  EXPECT_EQ(a.predicted[30 + 48 * 20 + area * (2 * kGap + 1)], 0); // interpolated beside it
+  EXPECT_EQ(a.predicted[30 + 48 * 20 + area * (2 * kGap + 1)], 0); // interpolated next to it
   EXPECT_EQ(a.predicted[5 + 48 * 5 + area], 1);
   for (const float v : a.image.voxels)
     ASSERT_LT(std::abs(v), 1000);
 }
 
 TEST(SlicePredictor, MatchesLanczosOnABandLimitedVolume) {
-  Volume truth; // white noise below 0.72 of what every second slice can show, along all axes alike
+  Volume truth; // white noise below 0.72 of what every second slice can resolve, identical along all axes
   truth.geometry.size = {64, 64, 49};
   truth.voxels.assign(64 * 64 * 49, 0.f);
   addNoise(truth.voxels, 200, 11);
@@ -192,7 +192,7 @@ TEST(SlicePredictor, GoesToTheGridAskedFor) {
   EXPECT_EQ(usual.image.geometry, predictionGrid(stack.image.geometry));
   EXPECT_EQ(usual.image.geometry.size[2], 13 * kGap);
   GridGeometry grid = fineGrid(stack, kGap);
-  grid.spacing[2] = 0.8; // no whole number of samples per slice
+  grid.spacing[2] = 0.8; // not a whole number of samples per slice
   grid.size[2] = 40;
   options.grid = grid;
   const Prediction other = predict(stack, options);
@@ -200,7 +200,7 @@ TEST(SlicePredictor, GoesToTheGridAskedFor) {
   ASSERT_EQ(other.expectedError.size(), 40u);
   options.grid = fineGrid(stack, kGap);
   const Prediction aligned = predict(stack, options);
-  double difference = 0; // sample 15 of the one lies where sample 12 of the other does
+  double difference = 0; // sample 15 of one is where sample 12 of the other is
   for (std::size_t v = 0; v < 48 * 48; ++v)
     difference += std::pow(other.image.voxels[15 * 48 * 48 + v] - aligned.image.voxels[12 * 48 * 48 + v], 2);
   EXPECT_LT(std::sqrt(difference / (48 * 48)), 3);

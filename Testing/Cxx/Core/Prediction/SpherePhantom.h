@@ -7,8 +7,8 @@
 
 namespace innergs::testing {
 
-/// Balls of all values in a bright ground, alike in all directions, each edge a voxel wide; cubic voxels of
-/// 1 mm.
+/// Balls of random values on a bright background, the same along all axes, with edges one voxel wide; cubic
+/// voxels of 1 mm.
 inline Volume spherePhantom(std::int64_t width, std::int64_t depth, std::uint64_t seed = 1) {
   Volume volume;
   volume.geometry.size = {width, width, depth};
@@ -41,7 +41,7 @@ inline Volume spherePhantom(std::int64_t width, std::int64_t depth, std::uint64_
 inline void addNoise(std::vector<float>& voxels, double sigma, std::uint64_t seed) {
   Random random(seed);
   for (float& v : voxels) {
-    double sum = -6; // of twelve uniform numbers: variance 1
+    double sum = -6; // sum of twelve uniform numbers: variance 1
     for (int i = 0; i < 12; ++i)
       sum += random.uniform();
     v += static_cast<float>(sigma * sum);

@@ -12,8 +12,8 @@ using testing::spherePhantom;
 
 TEST(TrainingPairs, DegradeAsTheSimulationOfThickSlicesDoes) {
   const Volume truth = spherePhantom(40, 24);
-  const Stack across = simulateThickStack(truth, 0, 4); // the rows of axis 0 averaged by fours
-  Stack stack;                                          // slices as thick, whose in-plane images teach
+  const Stack across = simulateThickStack(truth, 0, 4); // the rows of axis 0 averaged in groups of four
+  Stack stack;                                          // equally thick slices, to train on in-plane
   stack.image = truth;
   stack.image.geometry.spacing[2] = 4;
   stack.thickness = 4;
@@ -28,7 +28,7 @@ TEST(TrainingPairs, DegradeAsTheSimulationOfThickSlicesDoes) {
   TrainingPlanesRequest request;
   request.axes = {true, false};
   const TrainingPlanes planes = trainingPlanes(filled, body, sampling, request, pool);
-  ASSERT_EQ(planes.learning.size(), 20u); // slice 3 and every sixth from there are kept back
+  ASSERT_EQ(planes.learning.size(), 20u); // slice 3 and every sixth from there are held out
   ASSERT_EQ(planes.measuring.size(), 4u);
   Random random(1);
   TrainingPair pair;
@@ -95,7 +95,7 @@ TEST(TrainingPairs, UnknownVoxelsAreFilledFromKnownOnesAndCountNowhere) {
       filled, std::vector<std::uint8_t>(stack.image.voxels.size(), 1), sampling, request, pool);
   const TrainingPlane& plane = planes.learning[2]; // slice 2: rows along I, columns along J
   EXPECT_EQ(plane.inside[24 * 48 + 24], 0);
-  EXPECT_EQ(plane.inside[20 * 48 + 22], 0); // its patch would see it
+  EXPECT_EQ(plane.inside[20 * 48 + 22], 0); // its patch would include it
   EXPECT_EQ(plane.inside[20 * 48 + 36], 1);
   EXPECT_EQ(planes.learning[1].inside[24 * 48 + 24], 1);
 }

@@ -119,7 +119,7 @@ TEST(Alpha, PointsAreThoseOfSlicesAcrossTheModelsThirdAxis) {
 
 TEST(Alpha, IsTheSameForAnyNumberOfThreadsAndTiles) {
   const GaussianField field = alphaField(500, 8);
-  // Few planes are cut into tiles of rows, many are not.
+  // Few planes are divided into tiles of rows, many are not.
   for (const std::int64_t planes : {1, 3, 13}) {
     GridGeometry geometry = oblique();
     geometry.size = {70, 90, planes};

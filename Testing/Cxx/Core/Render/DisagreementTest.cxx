@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// The definition: every Gaussian at every centre, in double precision.
+/// A direct implementation: every Gaussian at every centre, in double precision.
 std::vector<double> bruteForce(const GaussianField& field) {
   std::vector<double> result;
   for (const Gaussian& at : field.gaussians) {

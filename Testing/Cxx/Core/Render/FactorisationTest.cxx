@@ -11,7 +11,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A random covariance in slice coordinates, axes between 0.3 and 9.
+/// A random covariance in slice coordinates, with axes between 0.3 and 9.
 void randomCovariance(Numbers& random, double* s6) {
   double q[4], r[9], scaled[9];
   for (double& x : q)
@@ -54,7 +54,7 @@ TEST(Factorisation, SliceConditionalTimesMarginalIsTheGaussian) {
     ASSERT_NEAR(conditional * marginal, joint, 1e-6);
     largest = std::max(largest, joint);
   }
-  EXPECT_GT(largest, 0.5); // the points were where the Gaussians are
+  EXPECT_GT(largest, 0.5); // some points are inside the Gaussians
 }
 
 TEST(Factorisation, RowFormIsThePrecisionsQuadraticForm) {
@@ -94,7 +94,7 @@ TEST(Factorisation, InverseAndRotationAreExact) {
   }
 }
 
-/// The limits of planes, rows and columns, of Gaussians from a tenth of a voxel to larger than the lattice.
+/// The limits of planes, rows and columns, for Gaussians from a tenth of a voxel to larger than the lattice.
 class Limits : public ::testing::TestWithParam<double> {};
 
 TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
@@ -104,7 +104,7 @@ TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
   lattice.nx = 26;
   lattice.ny = 21;
   for (int k = 0; k < 19; ++k)
-    lattice.z.push_back(k + 0.2 * std::sin(3.0 * k)); // uneven, as quadrature planes are
+    lattice.z.push_back(k + 0.2 * std::sin(3.0 * k)); // uneven, like quadrature planes
   const LatticeView view{26, 21, 19, lattice.stride(), lattice.z.data()};
   Cloud cloud;
   const Vec3 centre = lattice.indexToModel({12.5, 10, 9});
@@ -144,7 +144,7 @@ TEST_P(Limits, NeverMissAVoxelInsideTheEllipsoid) {
           ASSERT_LT(x, g.cell[0] + c1);
         }
         if (!row) continue;
-        // Exact: the row's line does touch the ellipsoid (on the line, x need not be a whole column).
+        // Exact: the row's line touches the ellipsoid (x need not be a whole column).
         const Vec3 a = lattice.indexToModel({0, double(y), lattice.z[k]});
         const Vec3 b = lattice.indexToModel({1, double(y), lattice.z[k]});
         const double m0 = reference.mahalanobis(a), m1 = reference.mahalanobis(b);

@@ -31,7 +31,7 @@ bool accepted(const GaussianField& field) {
   }
 }
 
-/// A float with an edge-case or random pattern.
+/// A float with an extreme or random bit pattern.
 float nasty(Numbers& random) {
   static const float values[] = {0.f,     -0.f,     1e-30f, -1e-30f, 1e30f, -1e30f,   20.f,     -20.f,
                                  40.f,    -40.f,    19.9f,  -19.9f,  1e6f,  -1e6f,    1e12f,    -1e12f,
@@ -127,7 +127,7 @@ TEST(FieldCheck, WhatItAcceptsRendersWithoutHarm) {
 }
 
 TEST(FieldCheck, AnExtremeGaussianDoesNotSpoilTheOthers) {
-  // Allowed but extreme parameters: faint weights with a wide cut-off, needles, sheets, giants far away.
+  // Allowed but extreme parameters: tiny weights with a wide cut-off, needles, sheets, giants far away.
   struct Case {
     const char* name;
     void (*change)(Gaussian&);

@@ -10,7 +10,7 @@ using namespace innergs::testing;
 
 namespace {
 
-/// Gaussians from a twentieth of a voxel to larger than the lattice; some are partly, some entirely outside.
+/// Gaussians from a twentieth of a voxel to larger than the lattice; some partly, some entirely outside.
 std::vector<Projected> cloud(const Lattice& lattice, std::uint64_t seed, ThreadPool& pool,
                              Selection selection = Selection::Exact) {
   GaussianField field;
@@ -101,7 +101,7 @@ TEST_P(KernelsOfWidth, AccumulateAsTheScalarSet) {
         covered += expected.a[v] > 0;
         ASSERT_NEAR(got.a[v], expected.a[v], 1e-5 * std::abs(expected.a[v]) + 1e-6)
             << "column " << x << " row " << row;
-        // Numerators are sums of either sign: relative to what was summed.
+        // Numerators sum values of either sign: relative to the sum of magnitudes.
         ASSERT_NEAR(got.b[v], expected.b[v], 1e-5 * (std::abs(expected.b[v]) + 3 * expected.a[v]) + 1e-6)
             << "column " << x << " row " << row;
       }
@@ -173,7 +173,7 @@ TEST_P(KernelsOfWidth, GatherAsTheScalarSet) {
     kernelSet("scalar", selection).gather(projected[i], view(), f.a.data(), f.b.data(), expected);
     const Projected& g = projected[i];
     const double reach = 1 + std::max({g.half[0], g.half[1], g.half[2]});
-    // The size of what is summed: moments of absolute values, bounded by Σ|f|·q times powers of the reach on
+    // The magnitude of the sum: moments of absolute values, bounded by Σ|f|·q times powers of the reach on
     // the lattice.
     math::Moments<float> absolute;
     Projected plain = g;
@@ -208,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(Rows, KernelsOfWidth,
                          });
 
 TEST(Kernels, KeepTheirPrecisionFarFromTheOrigin) {
-  // Offsets of a Gaussian to voxels must not lose bits to a large patient coordinate.
+  // Offsets of a Gaussian to voxels must not lose bits because of a large patient coordinate.
   Lattice near, far;
   near.nx = far.nx = 20;
   near.ny = far.ny = 9;
@@ -221,7 +221,7 @@ TEST(Kernels, KeepTheirPrecisionFarFromTheOrigin) {
   for (int i = 0; i < 20; ++i) {
     Gaussian g = randomGaussian(random, c);
     for (float& x : g.mean)
-      x = std::round(x * 64) / 64; // representable after the shift as well
+      x = std::round(x * 64) / 64; // still representable after the shift
     field.gaussians.push_back(g);
   }
   GaussianField moved = field;

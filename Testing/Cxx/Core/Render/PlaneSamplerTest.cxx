@@ -39,7 +39,7 @@ TEST(PlaneSampler, GivesTheVeryPixelsOfRender) {
     for (int n = 0; n < 12; ++n) {
       SCOPED_TRACE(::testing::Message() << blendingName(blending) << ", plane " << n);
       const int nx = 1 + static_cast<int>(random(0, 90)), ny = 1 + static_cast<int>(random(0, 90));
-      const double spacing = random(0.05, 0.9); // from a magnified corner to the whole
+      const double spacing = random(0.05, 0.9); // from a magnified corner to everything
       GridGeometry plane =
           grid(nx, ny, 1, {spacing, 1.2 * spacing, 1}, {0, 0, 0}, obliqueDirection(random(0, 6), n % 3 == 0));
       plane.origin = field->modelToWorld({random(-19, 19), random(-19, 19), random(-19, 19)});
@@ -64,7 +64,7 @@ TEST(PlaneSampler, BesideTheDomainAlongItsAxesIsBackground) {
   field->domain = grid(20, 20, 20, {1, 1, 1}, {0, 0, 0}, Mat3{});
   PlaneSampler sampler(field, 2);
   for (const double right :
-       {-400.0, 400.0, 5.0}) // the row meets the domain far from its own pixels, or never
+       {-400.0, 400.0, 5.0}) // the row meets the domain far from its own pixels, or not at all
     for (const double up : {-30.0, 5.0, 60.0})
       for (const double along : {-30.0, 5.0, 60.0}) {
         if (right == 5 && up == 5 && along == 5) continue;

@@ -11,8 +11,8 @@ using namespace innergs::testing;
 
 namespace {
 
-/// A few hundred anisotropic Gaussians around the grid's centre, values in about [0, 1], in a frame of its
-/// own.
+/// A few hundred anisotropic Gaussians around the grid's centre, with values in about [0, 1], in a separate
+/// frame.
 GaussianField fieldOn(const GridGeometry& geometry, Blending blending, bool linear) {
   Cloud cloud;
   cloud.low = {-11, -11, -11};
@@ -96,7 +96,7 @@ TEST_P(Rendering, OfOnePointAgreesThroughEverySlicing) {
     }
   }
 
-  // Oblique slices through voxels of the volume, and all points of each against the point query.
+  // Oblique slices through voxels of the volume; each slice's points must match the point query.
   Numbers random(3);
   for (int n = 0; n < 12; ++n) {
     const std::int64_t at[3] = {n % 17, (3 * n) % 14, (5 * n) % 12};
@@ -178,7 +178,7 @@ TEST(RenderingOfAConstant, IsExactlyThatConstantWhereCovered) {
   const Volume image = render(field, oblique()), covered = render(field, oblique(), coverage);
   std::int64_t voxels = 0;
   for (std::size_t v = 0; v < image.voxels.size(); ++v) {
-    // The ratio Σ w p / (Σ w p + ε) is what the constant is multiplied with: no texture of its own anywhere.
+    // The constant is multiplied by the ratio Σ w p / (Σ w p + ε), which must add no texture.
     ASSERT_NEAR(image.voxels[v], 0.625f * covered.voxels[v], 1e-6);
     if (covered.voxels[v] < 0.999) continue;
     ++voxels;
@@ -199,7 +199,7 @@ TEST(RenderingOfAStack, IntegratesTheFieldOverTheSliceProfile) {
       SCOPED_TRACE(static_cast<int>(blending) * 10 + static_cast<int>(profile));
       GaussianField field = fieldOn(oblique(), blending, blending == Blending::Normalised);
       field.intensityScale = 100;
-      field.cutoff = 6; // so that the cut-off itself plays no part
+      field.cutoff = 6; // removes the effect of the cut-off
       Stack stack;
       stack.image.geometry =
           grid(9, 8, 4, {1.1, 1.3, 3}, oblique().centre() - Vec3{5, 5, 5}, obliqueDirection(-0.6));
@@ -279,7 +279,7 @@ TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
   }
   EXPECT_GT(inside, 300);
   EXPECT_LT(inside, static_cast<int>(points.size()) - 300);
-  // Another channel has no residual.
+  // Another channel has no residual grid.
   const std::vector<float> ones(field.gaussians.size(), 1.f);
   RenderOptions channel;
   channel.values = ones;
@@ -311,7 +311,7 @@ TEST(RenderingOfADomain, EndsAtItsBoxThroughEveryPath) {
       int inside = 0;
       for (std::size_t v = 0; v < points.size(); ++v) {
         const double m = margin(points[v]);
-        if (std::abs(m) < 1e-3) continue; // on the very edge rounding decides
+        if (std::abs(m) < 1e-3) continue; // on the edge itself, rounding decides
         inside += m > 0;
         ASSERT_NEAR(limited.voxels[v], m > 0 ? whole.voxels[v] : offset, 2e-4) << "axis " << axis;
         ASSERT_NEAR(queried[v], limited.voxels[v], 2e-4);
@@ -367,7 +367,7 @@ TEST(RenderingOfPoints, AcceptsNoneOneAndManyInAPlane) {
   const auto same = renderPoints(field, std::vector<Vec3>(5, centre));
   for (float v : same)
     EXPECT_NEAR(v, one.at(0), 1e-6);
-  // Far away nothing contributes, and a distant point must not spoil the others.
+  // Far away nothing contributes, and a distant point must not affect the others.
   const auto mixed = renderPoints(field, std::vector<Vec3>{centre, centre + Vec3{50000, 0, 0}});
   EXPECT_NEAR(mixed.at(0), one.at(0), 1e-4);
   EXPECT_EQ(mixed.at(1), 0.f);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr Selection kAll[] = {Selection::Exact, Selection::Method1, Selection::Method2};
 
-/// Oblique lattice, unequal spacings, Gaussians of axis ratios up to 4.
+/// Oblique lattice, unequal spacings, Gaussians with axis ratios up to 4.
 struct Scene {
   Scene() {
     Cloud cloud;
@@ -55,7 +55,7 @@ struct Scene {
   ThreadPool pool{1};
 };
 
-/// Covariance in index coordinates, by definition.
+/// Covariance in index coordinates, by its definition.
 void indexCovariance(const Scene& scene, const Gaussian& g, double* s) {
   const Mat3 toIndex = inverse(scene.lattice.indexToModel).linear;
   const double q[4] = {g.quaternion[0], g.quaternion[1], g.quaternion[2], g.quaternion[3]};
@@ -172,7 +172,7 @@ TEST(Selection, Method1ContainsExact) {
   EXPECT_GT(more, 2 * inside);
 }
 
-// Voxels exactly on the rim: round Gaussians on voxel centres, radii that end on voxels.
+// Voxels exactly on the rim: round Gaussians on voxel centres, with radii that end on voxels.
 TEST(Selection, Method1ContainsExactOnTheRim) {
   Scene scene;
   scene.lattice.indexToModel = {};
@@ -194,7 +194,7 @@ TEST(Selection, Method1ContainsExactOnTheRim) {
   }
 }
 
-// Its square holds the ellipse while r² ≤ 2 + 2·ln 4.5.
+// Its square contains the ellipse while r² ≤ 2 + 2·ln 4.5.
 TEST(Selection, Method2MissesNothingUpToItsRadius) {
   Cloud cloud;
   GaussianField field = randomField(150, cloud, 3, Blending::Additive, false);
@@ -210,7 +210,7 @@ TEST(Selection, Method2MissesNothingUpToItsRadius) {
   }
 }
 
-// Whatever misses nothing renders the same image, in every blending; Method 2 leaves something out.
+// Selections that miss nothing render the same image, in every blending; Method 2 misses something.
 TEST(Selection, OnlyMethod2ChangesTheImage) {
   for (const Blending blending : {Blending::Normalised, Blending::Additive, Blending::Alpha}) {
     Cloud cloud;

@@ -58,7 +58,7 @@ TEST(SettingsTable, EveryValueComesBackAsItWas) {
     row.setText(settings, ""); // unset
     EXPECT_TRUE(settings == Settings());
   }
-  for (const Setting& row : settingsTable()) { // no row wrote another's member
+  for (const Setting& row : settingsTable()) { // no row changed another's member
     Settings alone;
     row.setText(alone, test::otherText(row));
     EXPECT_EQ(row.textIn(all), row.textIn(alone)) << row.name;
@@ -94,7 +94,7 @@ TEST(SettingsTable, WhatIsNoSuchValueIsRefused) {
   EXPECT_EQ(refusal("cutoff", "9"), "Cut-off radius (cutoff) must be between 1 and 5 σ, not 9.");
 }
 
-TEST(SettingsTable, RangesReachToTheirEnds) { // what is beyond: JobSettings.OutOfRangeAreRefused
+TEST(SettingsTable, RangesReachToTheirEnds) { // for values outside: JobSettings.OutOfRangeAreRefused
   const auto accepted = [](const Setting& row, double x) {
     Settings settings;
     row.setNumber(settings, x);
@@ -122,11 +122,11 @@ TEST(SettingsTable, WhatThePresetSaysIsFilledIn) {
   EXPECT_FALSE(filled.gaussians.has_value());
 }
 
-/// A fit goes on bit for bit with the same key alone.
+/// Only a fit with the same key continues bit for bit.
 TEST(SettingsTable, TheKeyOfAFitNamesWhatChangesIt) {
   for (const Setting& row : settingsTable()) {
     Settings plain, changed;
-    for (Settings* settings : {&plain, &changed}) { // so that every row has an effect
+    for (Settings* settings : {&plain, &changed}) { // gives every row an effect
       settings->loss = LossKind::Huber;
       settings->schedule = Schedule::Plateau;
       settings->densifyEvery = 5;
