@@ -1,4 +1,4 @@
-# A thin front to CMake and Utilities/. Every target sets up what it needs (Debian: apt, as root or through sudo).
+# A thin front end to CMake and Utilities/. Every target installs what it needs (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
 
 .PHONY: build demo test test-locale bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies
@@ -15,7 +15,7 @@ test: dependencies
 	cmake --build --preset default
 	ctest --preset default
 
-# The tests once more in a host with a decimal comma; after `make test`.
+# Runs the tests in a host with a decimal comma; after `make test`.
 test-locale: dependencies
 	@rm -f build/skipped-locale
 	@Utilities/make-locale.sh build/locales || { [ $$? = 3 ] && touch build/skipped-locale; }
@@ -43,14 +43,14 @@ asan tsan: dependencies
 	cmake --build --preset $@
 	ctest --preset $@
 
-# The CUDA plugin (Docs/cuda.md): compiled where nvcc is found, run where there is a device; says so where not.
+# The CUDA plugin (Docs/cuda.md): compiled if nvcc is found, run if there is a device; otherwise says so.
 test-cuda: dependencies
 	cmake --preset cuda --log-level=WARNING
 	cmake --build --preset cuda --target innergs_cuda innergs_cuda_kernel_tests innergs_cuda_tests
 	build-cuda/bin/innergs_cuda_tests
 	build-cuda/bin/innergs_cuda_kernel_tests
 
-# INNERGS_BRAINWEB: the volume to measure on, an uncompressed .nii; without it a synthetic one.
+# INNERGS_BRAINWEB: an uncompressed .nii volume to measure on; default: a synthetic one.
 bench-cuda: dependencies
 	cmake --preset cuda -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
 	cmake --build --preset cuda --target innergs_cuda innergs_cuda_benchmark
@@ -63,7 +63,7 @@ cuda-bundle: dependencies
 	  innergs_host_plugin
 	Utilities/cuda-bundle.sh build-cuda build-cuda-bundle "$(INNERGS_BRAINWEB)"
 
-# Against Slicer's own libraries from PyPI; says so and goes on where they are unavailable.
+# Against Slicer's own libraries from PyPI; if they are unavailable, says so and continues.
 mrml: dependencies
 	@mkdir -p build-mrml && rm -f build-mrml/skipped
 	@Utilities/fetch-slicer-core.sh build-mrml/slicer-core || { [ $$? = 3 ] && touch build-mrml/skipped; }
@@ -71,7 +71,7 @@ mrml: dependencies
 	  echo '**** SKIPPED: the MRML layer was not built and not tested, for the reason above. ****' >&2; else \
 	  cmake --preset mrml --log-level=WARNING && cmake --build --preset mrml && ctest --preset mrml; fi
 
-# The same under the address sanitizer; after `make mrml`, skipped where that was skipped.
+# The same under the address sanitizer; after `make mrml`, skipped if that was skipped.
 mrml-asan: dependencies
 	@if [ -e build-mrml/skipped ] || [ ! -e build-mrml/slicer-core/complete ]; then \
 	  echo '**** SKIPPED: the MRML layer was not tested under sanitizers: make mrml has not built it. ****' >&2; else \
@@ -82,7 +82,7 @@ bench-mrml: dependencies
 	cmake --preset mrml --log-level=WARNING
 	cmake --build --preset mrml --target bench_mrml
 
-# The loadable module in a real Slicer (Slicer_DIR: its build tree); says so and goes on where there is none.
+# The loadable module in a real Slicer (Slicer_DIR: its build tree); without one, says so and continues.
 slicer: dependencies
 	@mkdir -p build-slicer && rm -f build-slicer/skipped
 	@Utilities/test-extension.sh build-slicer || { [ $$? = 3 ] && touch build-slicer/skipped; }

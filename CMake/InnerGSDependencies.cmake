@@ -1,5 +1,5 @@
-# Highway and nlohmann-json for an extension of 3D Slicer: where they are installed, those; else, as on Slicer's build
-# machines, these revisions from their public repositories, built with the extension and linked into it.
+# Highway and nlohmann-json for a 3D Slicer extension: the installed ones or, if there are none (as on Slicer's build machines),
+# these revisions from their public repositories, built with the extension and linked into it.
 include(FetchContent)
 option(INNERGS_FETCH_DEPENDENCIES "Take these revisions even where some are installed: for a package to pass on" OFF)
 set(INNERGS_FETCHED "")
@@ -24,7 +24,7 @@ if(NOT nlohmann_json_FOUND)
   list(APPEND INNERGS_FETCHED nlohmann_json)
 endif()
 
-function(innergs_fetch) # the projects' options and the static libraries stay in here
+function(innergs_fetch) # keeps the projects' options and the static libraries local
   set(CMAKE_POLICY_DEFAULT_CMP0077 NEW)
   set(BUILD_SHARED_LIBS OFF)
   set(BUILD_TESTING OFF)

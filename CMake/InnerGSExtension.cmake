@@ -1,9 +1,9 @@
-# What an extension of 3D Slicer consists of: the layers that its module needs, with Slicer's own VTK, ITK and Qt. Neither
-# the command line nor the desktop app nor nvcc.
-set(INNERGS_BUILD_IO OFF) # model files only; volumes are Slicer's business
+# A 3D Slicer extension: the layers that its module needs, with Slicer's own VTK, ITK and Qt; without the command line, the
+# desktop app and nvcc.
+set(INNERGS_BUILD_IO OFF) # model files only; Slicer reads volumes
 set(INNERGS_BUILD_VTK ON)
 set(INNERGS_BUILD_WIDGETS ON)
-set(Slicer_VTK_WRAP_HIERARCHY_DIR "${CMAKE_BINARY_DIR}") # not in Slicer's own build tree
+set(Slicer_VTK_WRAP_HIERARCHY_DIR "${CMAKE_BINARY_DIR}") # keeps it out of Slicer's own build tree
 include(CMake/InnerGSDependencies.cmake)
 add_subdirectory(Logic/Core)
 add_subdirectory(Logic/Text)

@@ -1,4 +1,4 @@
-# Sets INNERGS_CUDA_COMPILER_FOUND and enables the language CUDA where the plugin is to be built.
+# Sets INNERGS_CUDA_COMPILER_FOUND and enables the language CUDA if the plugin is to be built.
 set(INNERGS_CUDA_COMPILER_FOUND OFF)
 set(wanted ${INNERGS_ENABLE_CUDA})
 if(wanted STREQUAL "AUTO")
@@ -13,13 +13,13 @@ if(wanted STREQUAL "AUTO")
   endif()
 endif()
 if(wanted)
-  # Every generation from Turing to Hopper, and what later ones compile for themselves.
+  # Every generation from Turing to Hopper, and PTX for later ones.
   set(CMAKE_CUDA_ARCHITECTURES "75-real;80-real;86-real;89-real;90" CACHE STRING "GPU architectures; fewer compile faster")
   if(CCACHE)
     set(CMAKE_CUDA_COMPILER_LAUNCHER ${CCACHE})
   endif()
   enable_language(CUDA)
-  if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION) # CMake before 3.26 does not know that nvcc 12 speaks it
+  if(NOT CMAKE_CUDA20_STANDARD_COMPILE_OPTION) # CMake before 3.26 does not know that nvcc 12 supports it
     set(CMAKE_CUDA20_STANDARD_COMPILE_OPTION "-std=c++20")
     set(CMAKE_CUDA20_EXTENSION_COMPILE_OPTION "-std=c++20")
   endif()

@@ -1,6 +1,6 @@
-# Qt 5.15 or 6 for Widgets, and the part of VTK that draws in its windows. VTK's part was built with one major version of Qt,
-# and a program cannot hold both: that one is taken. Says what is missing and goes on without; a version that was asked for
-# and does not fit is an error. Inside a Slicer extension Slicer's own Qt is taken.
+# Qt 5.15 or 6 for Widgets, and the part of VTK that draws in its windows. VTK's part was built with one major version of Qt, and
+# a program cannot load both, so that version is used. If something is missing, says so and continues without; a requested version
+# that does not match is an error. Inside a Slicer extension, uses Slicer's own Qt.
 set(INNERGS_QT_VERSION "${QT_DEFAULT_MAJOR_VERSION}" CACHE STRING
   "Qt's major version for the panels and the app, 5 or 6; empty: the one of VTK's Qt support")
 set_property(CACHE INNERGS_QT_VERSION PROPERTY STRINGS "" 5 6)

@@ -1,9 +1,9 @@
-# Where `cmake --install` puts things. What was not built is left out.
+# Install locations for `cmake --install`. Skips what was not built.
 include(CMakePackageConfigHelpers)
 set(INNERGS_PYTHON_DIR "${CMAKE_INSTALL_LIBDIR}/innergs/python" CACHE STRING "Folder of Python modules below the prefix")
 set(INNERGS_CMAKE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/InnerGS" CACHE STRING "Folder of InnerGSConfig.cmake below the prefix")
 
-# innergs_install(<library or Python module>...): found by each other wherever the prefix is moved.
+# innergs_install(<library or Python module>...): they find each other wherever the prefix is moved.
 function(innergs_install)
   foreach(target ${ARGN})
     get_target_property(type ${target} TYPE)
@@ -29,8 +29,8 @@ function(innergs_install)
 endfunction()
 
 # innergs_install_library(<component> <library> [<header>...]): the library, its headers and the target InnerGS::<component> for
-# find_package(InnerGS). A folder calls it before its other install rules, which are passed over too where the library was
-# not built. Not for Slicer's libraries from PyPI, whose users have no such folder tree.
+# find_package(InnerGS). Call it before a folder's other install rules: if the library was not built, they are skipped too. Not
+# for Slicer's libraries from PyPI, whose users have no such folder tree.
 function(innergs_install_library component library)
   if(INNERGS_SLICER_CORE)
     get_target_property(type ${library} TYPE)
@@ -44,7 +44,7 @@ function(innergs_install_library component library)
   innergs_install(${library})
   install(EXPORT InnerGS${component}Targets NAMESPACE InnerGS:: DESTINATION ${INNERGS_CMAKE_DIR})
   file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}/Logic" "${CMAKE_CURRENT_SOURCE_DIR}")
-  foreach(header IN LISTS ARGN) # one given relative to its folder keeps its subfolder
+  foreach(header IN LISTS ARGN) # a header given by relative path keeps its subfolder
     set(subfolder "")
     if(NOT IS_ABSOLUTE "${header}")
       get_filename_component(subfolder "${header}" DIRECTORY)

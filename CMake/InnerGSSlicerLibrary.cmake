@@ -1,7 +1,7 @@
 # innergs_slicer_library(<name> EXPORT <directive> CLASSES <VTK classes> SOURCES <others> LIBRARIES <with PUBLIC, PRIVATE>)
 #
-# In a Slicer extension: a shared library of VTK classes where Slicer looks for modules, and its Python module <name>Python,
-# by Slicer's own macros.
+# In a Slicer extension: a shared library of VTK classes in Slicer's module folder, and its Python module <name>Python, built by
+# Slicer's own macros.
 macro(innergs_slicer_library name)
   cmake_parse_arguments(LIB "" "EXPORT" "CLASSES;SOURCES;LIBRARIES" ${ARGN})
   set(lib_sources "")

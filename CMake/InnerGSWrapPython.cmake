@@ -1,15 +1,15 @@
 # innergs_wrap_python(<name> TARGET <library> HEADERS <absolute paths> MODULES <VTK modules> [TYPES <hierarchy files>])
 #
-# A Python extension module of the library's VTK classes, made by VTK's own wrapping tools: VTK::WrapHierarchy,
-# VTK::WrapPython, VTK::WrapPythonInit. It lands in <build>/python. The library's classes, for a library that builds on
-# it, are in the file named by the library's property INNERGS_HIERARCHY (give it as TYPES). In a Slicer build, Slicer's
-# vtkMacroKitPythonWrap does this instead, under the same module name.
+# A Python extension module of the library's VTK classes, made by VTK's own wrapping tools: VTK::WrapHierarchy, VTK::WrapPython,
+# VTK::WrapPythonInit. It is written to <build>/python. The library property INNERGS_HIERARCHY names a file with the library's
+# classes; pass it as TYPES for a library that builds on this one. In a Slicer build, Slicer's vtkMacroKitPythonWrap does this
+# instead, under the same module name.
 function(innergs_wrap_python name)
   cmake_parse_arguments(ARG "" "TARGET" "HEADERS;MODULES;TYPES" ${ARGN})
   set(folder "${CMAKE_CURRENT_BINARY_DIR}/${name}")
   file(MAKE_DIRECTORY "${folder}")
 
-  # What VTK's classes derive from.
+  # The base classes of VTK's own classes.
   set(types ${ARG_TYPES})
   foreach(module ${ARG_MODULES})
     get_target_property(file ${module} INTERFACE_vtk_module_hierarchy)
@@ -49,7 +49,7 @@ $<$<BOOL:${includes}>:-I'$<JOIN:${includes},'\n-I'>'>
     list(APPEND sources "${folder}/${class}Python.cxx")
   endforeach()
 
-  # The first line is the module's name, then the classes, then the modules to import first.
+  # First the module's name, then the classes, then the modules to import first.
   set(depends "")
   foreach(module ${ARG_MODULES})
     string(REPLACE "VTK::" "vtkmodules.vtk" package "${module}")
@@ -59,7 +59,7 @@ $<$<BOOL:${includes}>:-I'$<JOIN:${includes},'\n-I'>'>
   string(REPLACE ";" "\n" depend_lines "${depends}")
   file(GENERATE OUTPUT "${folder}/init.data" CONTENT "${name}\n${class_lines}\nDEPENDS\n${depend_lines}\n")
   set(init_sources "${folder}/${name}Init.cxx")
-  if(VTK_VERSION VERSION_LESS 9.5) # later ones write one file
+  if(VTK_VERSION VERSION_LESS 9.5) # later versions write a single file
     list(APPEND init_sources "${folder}/${name}InitImpl.cxx")
   endif()
   add_custom_command(OUTPUT ${init_sources}

@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs the extension built in the given folder into a temporary one, as for its package, and checks that no file is
-# missing or superfluous and that the Slicer in Slicer_DIR runs it from there.
+# Installs the extension built in the given folder to a temporary one, as for its package, and checks that no file is missing or
+# superfluous and that the Slicer in Slicer_DIR runs it from there.
 set -eu
 : "${Slicer_DIR:?the folder of SlicerConfig.cmake}"
 build=$(cd "$1" && pwd)
@@ -30,7 +30,7 @@ rm -f "$stage.log"
 } | LC_ALL=C sort >"$stage/wanted"
 sed -i '/^found$/d' "$stage/found" # itself
 difference=$(diff "$stage/wanted" "$stage/found" | grep '^[<>]' || true)
-# With Slicer's launcher the description of the extension, with fetched libraries their licences.
+# Slicer's launcher adds the extension's description, fetched libraries their licences.
 difference=$(printf '%s' "$difference" | grep -v '^> share/Slicer/\(InnerGS\.\(s4ext\|json\)\|InnerGS/LICENSE\.[a-z_]*\)$' || true)
 [ -z "$difference" ] || fail "< is missing, > should not be there:
 $difference"
@@ -45,7 +45,7 @@ for library in $(find "$stage" -name '*.so'); do
   fi
 done
 
-# From where it was installed, without the build folder; with the paths that Slicer's extension manager gives its launcher.
+# Runs it from the installed folder, not the build folder, with the paths that Slicer's extension manager passes to its launcher.
 slicer="$Slicer_DIR/Slicer"
 [ -x "$slicer" ] || { echo "Not run from the package: there is no $slicer." >&2; exit 0; }
 modules=$(find "$stage" -type d -name qt-loadable-modules | head -n 1)

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Checks that includes go one way: between the layers, and between the folders of Logic/Core. Prints every other include,
-and exits with 1 if there is one."""
+"""Checks the direction of includes between the layers and between the folders of Logic/Core. Prints every violation, and
+exits with 1 if there is one."""
 import pathlib
 import re
 import sys
 
-# A layer may include itself and the layers named here.
+# A layer may include itself and the layers listed here.
 LAYERS = {
     "Logic/Core": [],
     "Logic/Cuda": ["Logic/Core"],
@@ -48,7 +48,7 @@ def main():
             candidates = [file.parent / name] + [pathlib.Path(root) / name for root in ROOTS]
             target = next((c for c in candidates if (source / c).is_file()), None)
             if target is None:
-                continue  # generated, or of a library
+                continue  # generated, or from another library
             to = layer_of(target)
             if to and to != layer and to not in LAYERS[layer]:
                 wrong.append(f"{file}: {layer} may not include {target}")

@@ -1,7 +1,7 @@
 #!/bin/sh
-# Runs clang-tidy (.clang-tidy) on the sources that changed since a commit, those of the working tree included, as far as
-# the default build compiles them. Fails where it finds something.
-# Usage: check-tidy.sh [COMMIT]   HEAD~1 by default; "all": every source. Checks 60 files at most unless all are asked for.
+# Runs clang-tidy (.clang-tidy) on the sources changed since a commit, including the working tree, if the default build compiles
+# them. Fails if it finds something.
+# Usage: check-tidy.sh [COMMIT]   Default: HEAD~1; "all": every source. Checks at most 60 files, except with "all".
 set -eu
 cd "$(dirname "$0")/.."
 since=${1:-HEAD~1}
@@ -23,6 +23,6 @@ if [ "$since" != all ] && [ "$count" -gt 60 ]; then
   echo "$count files changed: clang-tidy checks the first 60; '$0 all' checks every one." >&2
   compiled=$(echo "$compiled" | head -n 60)
 fi
-# What clang itself cannot compile, such as the headers of Debian's ITK 5.2, is checked as far as it gets.
+# Files that clang cannot compile, e.g. because of the headers of Debian's ITK 5.2, are checked as far as possible.
 found=$(echo "$compiled" | xargs -P "$(nproc)" -n 1 clang-tidy -p build --quiet 2>/dev/null | grep -A 3 -E '\[(bugprone|performance)-[a-z,-]*\]$' || true)
 [ -z "$found" ] || { echo "$found"; exit 1; }

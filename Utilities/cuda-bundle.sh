@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Collects in one folder what a machine with a GPU needs to test and measure the CUDA backend: the plugin, its tests, the
+# Collects in one folder everything to test and measure the CUDA backend on a machine with a GPU: the plugin, its tests, the
 # benchmark, their libraries, a volume and a script. That machine needs only a driver and the C library.
 # Usage: Utilities/cuda-bundle.sh BUILD FOLDER [VOLUME.nii|VOLUME.nii.gz]
 set -euo pipefail
@@ -8,7 +8,7 @@ rm -rf "$out"
 mkdir -p "$out/lib" "$out/plugin" "$out/host-plugin"
 for program in innergs_cuda_tests innergs_cuda_kernel_tests innergs_cuda_benchmark; do
   cp "$build/bin/$program" "$out/"
-  # All but what belongs to the C library, which must be the machine's own.
+  # All except the C library's parts, which must be the machine's own.
   ldd "$build/bin/$program" | awk '/=> \// { print $3 }' |
     grep -Ev '/(libc|libm|libdl|librt|libpthread|ld-linux[^/]*)\.so' | xargs -r -I{} cp -Lu {} "$out/lib/"
 done

@@ -18,7 +18,7 @@ def gaussians():
     """(x, y, along, across, angle, colour, weight) in units of the icon's half width."""
     random = np.random.default_rng(7)
     cortex, white, deep = np.array([[255, 186, 73], [98, 182, 224], [46, 92, 160]]) / 255
-    # The folded rim: its radius waves, so that gyri bulge and sulci cut in; a fissure divides the halves.
+    # The folded rim: its radius undulates, so that gyri bulge and sulci cut in; a fissure divides the halves.
     for angle in np.arange(0, 2 * np.pi, 2 * np.pi / 110):
         wave = 0.045 * np.cos(13 * angle) + 0.03 * np.cos(22 * angle + 1)
         radius = 0.80 + wave
@@ -48,7 +48,7 @@ def render():
         total += splat
     brain = colour / total[..., None]
     opacity = 1 - np.exp(-3 * total)
-    # On a dark disc, so that it reads on light and dark toolbars.
+    # On a dark disc, so that it is visible on light and dark toolbars.
     disc = np.clip((0.985 - np.hypot(x, y)) * n / 2, 0, 1)
     rgb = brain * opacity[..., None] + np.array([0.07, 0.10, 0.17]) * (1 - opacity[..., None])
     rgba = np.dstack([rgb * disc[..., None], disc])

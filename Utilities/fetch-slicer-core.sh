@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Fetches what Logic/MRML is built and tested against without a Slicer: Slicer's own MRML and logic libraries and headers
-# (slicer-core and slicer-core-sdk from PyPI), the VTK wheel that they need, and, since no wheel has them, VTK's headers and
+# Fetches what building and testing Logic/MRML needs in place of a Slicer: Slicer's own MRML and logic libraries and headers
+# (slicer-core and slicer-core-sdk from PyPI), the VTK wheel that they need and, since no wheel contains them, VTK's headers and
 # wrapping tools from the Debian release with exactly that version.
-# Usage: fetch-slicer-core.sh FOLDER     Quick when FOLDER is complete. Nothing outside FOLDER changes.
+# Usage: fetch-slicer-core.sh FOLDER     Quick if FOLDER is complete. Changes nothing outside FOLDER.
 # Exit status 3: unavailable here; the last line on stderr says why.
 set -euo pipefail
 slicer=5.13.31053.0
 suite=forky # Debian release with VTK's headers
 python=${PYTHON:-/usr/bin/python3}
-limit=${INNERGS_FETCH_LIMIT:-900} # seconds for each download, so that a dead network ends in a sentence
+limit=${INNERGS_FETCH_LIMIT:-900} # seconds per download, so that a dead network ends with a message
 
 unavailable() {
   echo "Slicer's libraries cannot be had: $*" >&2
@@ -63,8 +63,8 @@ mv apt/root/usr/include/vtk-* include
 version=$(sed -n 's/^#define VTK_VERSION "\(.*\)"/\1/p' include/vtkVersionMacros.h)
 [ "$version" = "$vtk" ] || unavailable "the wheel is VTK $vtk, Debian $suite has the headers of VTK $version."
 
-# The wrapping tools need a newer C library than this machine may have, so they run through their own loader, with the
-# wheel's library of the same version.
+# The wrapping tools may need a newer C library than this machine's, so they run through their own loader, with the wheel's
+# library of the same version.
 lib=apt/root/usr/lib/x86_64-linux-gnu
 mkdir -p tools/lib tools/hierarchy
 cp $lib/ld-linux-x86-64.so.2 $lib/libc.so.6 tools/lib
@@ -80,7 +80,7 @@ EOF
   chmod +x "tools/vtk$tool"
 done
 tools/vtkWrapPython --version >/dev/null 2>&1 || unavailable "the wrapping tools of Debian $suite do not run here."
-# Debian builds VTK with TBB, the wheel without.
+# Debian builds VTK with TBB, the wheel is built without.
 sed -e 's/^#define VTK_SMP_TBB$/#define VTK_SMP_STDThread/' -e 's/\(VTK_SMP_BACKEND\) "TBB"/\1 "STDThread"/' \
   -e 's/\(VTK_SMP_ENABLE_TBB\) 1/\1 0/' -e 's/\(VTK_SMP_DEFAULT_IMPLEMENTATION_TBB\) 1/\1 0/' \
   -e 's/\(VTK_SMP_DEFAULT_IMPLEMENTATION_STDTHREAD\) 0/\1 1/' -i include/vtkSMP.h

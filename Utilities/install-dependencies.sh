@@ -1,6 +1,6 @@
 #!/bin/sh
-# Installs with apt what building, testing and the demo need; silent and quick when nothing is missing.
-# On other systems it says what is needed and goes on; CMake then reports what it cannot find.
+# Installs with apt the packages needed for building, testing and the demo; silent and quick if nothing is missing.
+# On other systems it lists them and continues; CMake then reports what it cannot find.
 set -eu
 packages="g++ cmake ninja-build pkg-config libinsighttoolkit5-dev libhwy-dev libcli11-dev nlohmann-json3-dev \
 clang-tidy locales libspdlog-dev libgtest-dev libbenchmark-dev libvtk9-dev python3-vtk9 \

@@ -1,6 +1,6 @@
 #!/bin/sh
-# make-locale.sh <folder>: makes the locale de_DE.UTF-8 (decimal comma) there for the tests, without touching the
-# system; programs find it through LOCPATH. Exits with 3 where it is unavailable.
+# make-locale.sh <folder>: creates the locale de_DE.UTF-8 (decimal comma) there for the tests, without changing the system;
+# programs find it through LOCPATH. Exits with 3 if it is unavailable.
 set -eu
 [ ! -e "$1/de_DE.UTF-8/LC_NUMERIC" ] || exit 0
 command -v localedef >/dev/null || {

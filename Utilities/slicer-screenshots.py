@@ -56,7 +56,7 @@ def main():
     slicer.util.selectModule("InnerGS")
     for scan in scans[1:]:
         find("ParameterNodeComboBox").currentNode().AddInputVolumeNode(scan)
-    if len(scans) > 1:  # what is measured is the first scan alone
+    if len(scans) > 1:  # measures the first scan only
         find("evaluateQuality").setChecked(False)
     find("preset").setCurrentIndex(0)
     rest(2)
@@ -75,7 +75,7 @@ def main():
     view.rotateToViewAxis(3)
     for _ in range(4):
         view.zoomIn()
-    scroll_to("VolumeRenderingButton")  # and what is above it
+    scroll_to("VolumeRenderingButton")  # and the part above it
     picture("result")
 
     find("ReconstructSection").collapsed = True
@@ -83,7 +83,7 @@ def main():
     red = slicer.mrmlScene.GetNodeByID("vtkMRMLSliceNodeRed")
     find("SliceViewComboBox").setCurrentNode(red)
     find("ModelInViewCheckBox").setChecked(True)
-    find("VolumeRenderingButton").click()  # off: the plane lies within
+    find("VolumeRenderingButton").click()  # off: it would hide the plane
     find("PlaneIn3DCheckBox").setChecked(True)
     turn = vtk.vtkTransform()
     turn.Concatenate(red.GetSliceToRAS())

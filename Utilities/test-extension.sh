@@ -1,6 +1,6 @@
 #!/bin/sh
-# Builds the extension against the Slicer build tree in Slicer_DIR (or found by CMake) into the given folder, checks the
-# content of its package and runs the module's tests on a virtual display. Exits with 3, and the reason, without a Slicer.
+# Builds the extension against the Slicer build tree in Slicer_DIR (or found by CMake) in the given folder, checks the content of
+# its package and runs the module's tests on a virtual display. Without a Slicer, exits with 3 and the reason.
 set -eu
 build=${1:-build-slicer}
 source=$(cd "$(dirname "$0")/.." && pwd)

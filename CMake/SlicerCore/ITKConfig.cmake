@@ -1,4 +1,4 @@
-# The ITK that Slicer's libraries load, for what needs ITK beside them: two ITKs must not meet in one process.
+# The ITK that Slicer's libraries load, for code that needs ITK as well: two ITKs must not be loaded in one process.
 set(ITK_INCLUDE_DIRS "${INNERGS_SDK}/third_party/include/ITK-5.4")
 set(ITK_LIBRARIES "")
 foreach(name ITKCommon itkvnl_algo itkvnl itkv3p_netlib itkvcl itksys)

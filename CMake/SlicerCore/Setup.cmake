@@ -1,6 +1,6 @@
-# Building Logic/MRML against what Utilities/fetch-slicer-core.sh fetched into INNERGS_SLICER_CORE, instead of a Slicer.
-# Included before any target: find_package(VTK) and find_package(ITK) then give the libraries that Slicer's own were built
-# with, and everything is compiled with their C++ ABI (that of manylinux).
+# Builds Logic/MRML against the libraries that Utilities/fetch-slicer-core.sh fetched to INNERGS_SLICER_CORE, instead of a Slicer.
+# Include it before any target: find_package(VTK) and find_package(ITK) then find the libraries that Slicer's own were built with,
+# and everything is compiled with their C++ ABI (that of manylinux).
 get_filename_component(INNERGS_SLICER_CORE "${INNERGS_SLICER_CORE}" ABSOLUTE BASE_DIR "${CMAKE_BINARY_DIR}")
 if(NOT EXISTS "${INNERGS_SLICER_CORE}/complete")
   message(FATAL_ERROR "Run Utilities/fetch-slicer-core.sh ${INNERGS_SLICER_CORE} first.")
@@ -19,7 +19,7 @@ set(INNERGS_SLICER_LIBRARIES
   "${INNERGS_SITE_PACKAGES}/vtkmodules"
   "${INNERGS_SITE_PACKAGES}/slicer_core/third_party.libs")
 set(CMAKE_BUILD_RPATH ${INNERGS_SLICER_LIBRARIES})
-# The libraries find each other and libpython by these folders.
+# The libraries find each other and libpython through these folders.
 foreach(folder ${INNERGS_SLICER_LIBRARIES})
   add_link_options("-Wl,-rpath-link,${folder}")
 endforeach()

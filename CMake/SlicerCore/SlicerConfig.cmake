@@ -1,4 +1,4 @@
-# Slicer's MRML and logic libraries as imported targets, by their names in a Slicer build.
+# Slicer's MRML and logic libraries as imported targets, with the names that they have in a Slicer build.
 foreach(name MRMLCore MRMLLogic vtkSlicerBaseLogic vtkSlicerMarkupsModuleMRML vtkSlicerSegmentationsModuleMRML
     vtkSlicerSegmentationsModuleLogic vtkSegmentationCore vtkSlicerSubjectHierarchyModuleLogic
     vtkSlicerVolumesModuleLogic vtkSlicerColorsModuleLogic

@@ -1,4 +1,4 @@
-# The VTK wheel's libraries with the headers of the same version, as imported targets named as VTK's own.
+# The VTK wheel's libraries with headers of the same version, as imported targets with VTK's own names.
 if(NOT EXISTS "${INNERGS_SITE_PACKAGES}/vtk-${VTK_VERSION}.dist-info")
   message(FATAL_ERROR "The headers are VTK ${VTK_VERSION}, the VTK wheel is not: fetch both again.")
 endif()
