@@ -4,9 +4,9 @@
     python batch_reconstruct.py scans/ results/ --spacing 1 --preset fast
     Slicer --no-main-window --python-script batch_reconstruct.py scans/ results/
 
-Runs where `import innergs` works: in a Python with slicer-core, or in Slicer with the extension. Results go to another folder
-than the scans. A scan that cannot be reconstructed is named with the reason in one line, and the others go on; the exit status
-is then 1.
+Runs wherever `import innergs` works: in a Python with slicer-core, or in Slicer with the extension. The results' folder must
+differ from the scans'. If a scan cannot be reconstructed, one line says why, the other scans continue, and the exit status
+is 1.
 """
 
 import argparse
@@ -17,7 +17,7 @@ import sys
 import time
 
 with contextlib.suppress(ImportError):
-    import slicer_core  # noqa: F401  (Slicer itself has no such module: its classes are there already)
+    import slicer_core  # noqa: F401  (Slicer has no such module: its classes are loaded already)
 import slicer
 
 import innergs
@@ -36,7 +36,7 @@ def stem(path):
 def storage_for(path):
     storage = slicer.vtkMRMLVolumeArchetypeStorageNode()
     storage.SetFileName(str(path))
-    storage.AddObserver("ErrorEvent", lambda *_: None)  # said in our own line
+    storage.AddObserver("ErrorEvent", lambda *_: None)  # reported in our own line
     return storage
 
 
@@ -68,7 +68,7 @@ def plan(source, target):
         sys.exit("Scans and results are in the same folder: give another one for the results.")
     names = {}
     for path in scans:
-        other = names.setdefault(stem(path).casefold(), path)  # some file systems know no case
+        other = names.setdefault(stem(path).casefold(), path)  # some file systems are case-insensitive
         if other is not path:
             sys.exit("'%s' and '%s' would give results of the same name: rename one." % (other.name, path.name))
         for extension in (".nii.gz", ".innergs"):
@@ -79,7 +79,7 @@ def plan(source, target):
 
 
 def reconstruct(path, folder, name, options):
-    scene = slicer.vtkMRMLScene()  # one for each: memory stays that of one scan
+    scene = slicer.vtkMRMLScene()  # one per scan, so that memory stays that of a single scan
     innergs.logic(scene)
     result = innergs.reconstruct(read_volume(scene, path), options.spacing, preset=options.preset,
                                  held_out=options.held_out)
@@ -107,7 +107,7 @@ def main(arguments=None):
             begun = time.monotonic()
             try:
                 fitted, held_out = reconstruct(path, options.output, name, options)
-            except Exception as error:  # whatever it is, the other scans go on
+            except Exception as error:  # whatever it is, continue with the other scans
                 failed += 1
                 reason = " ".join((str(error) or type(error).__name__).split())
                 print("%s: %s" % (path.name, reason), file=sys.stderr)

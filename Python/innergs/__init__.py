@@ -3,7 +3,7 @@
 In Slicer's Python console, in a notebook or a script with slicer-core:
 
     import innergs
-    result = innergs.reconstruct(volumeNode, spacing=1.0)     # blocks; new nodes beside the input
+    result = innergs.reconstruct(volumeNode, spacing=1.0)     # waits; creates new nodes next to the input
     result.volume, result.model                               # a volume node, a model node
     innergs.query(result.model, [[0, 0, 0], [10, -5, 20]])     # values at RAS points
     innergs.plane(result.model, matrix, size=512)              # any oblique plane as a volume node

@@ -8,12 +8,12 @@ from ._parameters import temporary
 from ._scene import Cancelled, Error, logic, logic_of, quiet
 
 Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings")
-Result.__doc__ = """The result of a reconstruction: nodes (table: None unless quality was asked for), PSNR in dB on the fitted
-samples and, of a second fit, on the slices withheld from it (NaN without), and sentences that the user should read."""
+Result.__doc__ = """The result of a reconstruction: nodes (table: None unless quality was requested), PSNR in dB on the fitted samples
+and, for a second fit, on the slices withheld from it (NaN without one), and sentences that the user should read."""
 
 
 class Job:
-    """A reconstruction in the background. Where no application delivers events, using it does."""
+    """A reconstruction in the background. Without an application to deliver events, using the job delivers them."""
 
     def __init__(self, owner, job, node=None, progress=None, preview=None):
         self._logic, self._job, self._node = owner, job, node
@@ -45,7 +45,7 @@ class Job:
     def _current(self):
         self._logic.IsRunning()
         if self._job.IsDone():
-            self._release()  # without an event, where the scene or the logic has gone
+            self._release()  # no event arrives if the scene or the logic is gone
         return self._job
 
     @property
@@ -80,7 +80,7 @@ class Job:
         return (job.GetPreviewImage(), job.GetPreviewIJKToRASMatrix()) if job.GetPreviewImage() else None
 
     def cancel(self):
-        """Ends it within 200 ms and changes no node, unless only the quality was still being judged."""
+        """Ends it within 200 ms and changes no node, unless only the quality measurement was still running."""
         self._logic.Cancel(self._job)
 
     def result(self, timeout=None):
@@ -93,7 +93,7 @@ class Job:
                 while not self._job.IsDone():
                     if end is not None and time.monotonic() >= end:
                         raise TimeoutError("The reconstruction is still running.")
-                    self._logic.WaitForJob(self._job, 0.1)  # short: Ctrl-C is heard in between
+                    self._logic.WaitForJob(self._job, 0.1)  # short, so that Ctrl-C gets through
         except KeyboardInterrupt:
             self.cancel()
             raise
@@ -138,18 +138,18 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
     """Reconstructs one volume node, or several of the same patient, and waits. Returns a Result with new nodes.
 
     spacing      output voxel size in mm, isotropic; by default the finest spacing of the inputs
-    reference    a volume node whose voxels the output gets; input_grid=True: those of the first input
+    reference    a volume node whose voxel grid the output uses; input_grid=True: the first input's
     mask         a label map or segmentation node: only what is inside is fitted (segment: one segment's ID), and the
                  model has values there and up to one slice distance beyond alone; fill: its value elsewhere, 0
     roi          a markups ROI node: only that box is fitted and output
-    thickness    slice thickness in mm, one number or one per volume; by default as DICOM says in
+    thickness    slice thickness in mm, one number or one per volume; by default from DICOM in
                  Slicer, else the distance between slices
     profile      "box" (default), "gaussian" or "point": how a slice averages across its thickness
-    axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default the one with clearly the
+    axis         the index (0, 1, 2) that counts the slices, one or one per volume; by default one with clearly the
                  coarsest spacing, else 2
-    held_out     share of slices (0 to 0.5) withheld from a second fit, which takes about the same time again, to report
+    held_out     share of slices (0 to 0.5) withheld from a second fit, which takes about as long again, to report
                  held_out_psnr; the result is fitted to all slices
-    quality      also judge the settings by protocol H (keep every quality_gap-th slice; 0: the 2nd of thick
+    quality      also score the settings by protocol H (keep every quality_gap-th slice; 0: the 2nd of thick
                  slices, the 4th of thin ones) in a table node
     output, output_model  nodes to write to instead of new ones
     progress, preview     called with the Job from time to time
@@ -161,12 +161,12 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
 
 
 Estimate = collections.namedtuple("Estimate", "seconds bytes device")
-Estimate.__doc__ = """What a reconstruction will take: rough seconds (0: unknown), bytes of memory beyond its inputs, and where it
-will run and why, as a sentence."""
+Estimate.__doc__ = """The cost of a reconstruction: rough seconds (0: unknown), bytes of memory beyond its inputs, and where it will run
+and why, as a sentence."""
 
 
 def estimate(volumes, spacing=None, *, parameter_node=None, **choices):
-    """Estimates what reconstruct() with these arguments would take, without looking at voxels."""
+    """Estimates the cost of reconstruct() with these arguments, without reading voxels."""
     node = _node_of(volumes, spacing, parameter_node, choices)
     owner = logic_of(node)
     try:

@@ -1,4 +1,4 @@
-"""Choices into parameter nodes."""
+"""Converts choices to parameter nodes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _apply(node, settings):
 
 
 def _of_volume(node, name, value):
-    """What the parameter node takes for one volume's thickness, profile or axis."""
+    """The parameter node's value for one volume's thickness, profile or axis."""
     if name == "profile":
         if value not in _PROFILES:
             raise Error("profile is one of %s, not %r." % (", ".join(_PROFILES), value))
@@ -37,7 +37,7 @@ def parameters(volumes, spacing=None, **choices):
 
 
 def temporary(volumes, spacing=None, **choices):
-    """The same for one job: not among the panel's parameter sets, not saved with the scene."""
+    """A parameter node for one job: not among the panel's parameter sets, not saved with the scene."""
     return _add(True, volumes, spacing, **choices)
 
 
@@ -52,7 +52,7 @@ def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mas
         raise Error("Give one of spacing, reference and input_grid: there is one output grid.")
     scene = owner.GetMRMLScene()
     node = scene.CreateNodeByClass("vtkMRMLInnerGSParameterNode")
-    node.UnRegister(None)  # Python holds it
+    node.UnRegister(None)  # Python holds a reference
     node.SetHideFromEditors(hidden)
     node.SetSaveWithScene(not hidden)
     node.SetName(scene.GenerateUniqueName("InnerGS"))

@@ -29,7 +29,7 @@ def query(model, points):
 def plane(model, matrix, size=256, spacing=1.0, output=None):
     """The model on a plane as a volume node.
 
-    matrix: plane to RAS (vtkMatrix4x4 or 4x4 numbers) as a slice node's SliceToRAS; its origin is the middle of the
+    matrix: plane to RAS (vtkMatrix4x4 or 4x4 numbers), like a slice node's SliceToRAS; its origin is the centre of the
     image. size: pixels, one number or (columns, rows); spacing in mm.
     """
     columns, rows = (size, size) if isinstance(size, int) else size
@@ -49,7 +49,7 @@ def _matrix(matrix):
 
 
 def resample(model, spacing=0.0, reference=None, output=None):
-    """The model as a volume node at a spacing in mm (0: as the fit had it), or on a reference volume's voxels."""
+    """The model as a volume node at a spacing in mm (0: as in the fit), or on a reference volume's voxels."""
     owner = logic_of(model)
     with quiet(owner):
         made = owner.ResampleLike(model, reference, output) if reference else owner.Resample(model, spacing, output)
@@ -64,12 +64,12 @@ def follow(model, slice_node, output=None):
 
 
 def stop_following(output):
-    """The volume node stays as it is."""
+    """Stops following; the volume node keeps its content."""
     logic_of(output).StopFollowing(output)
 
 
 def gaussians(model, maximum=0):
-    """The Gaussians as a model node for 3D views; at most so many (0: all)."""
+    """The Gaussians as a model node for 3D views; at most the given number (0: all)."""
     owner = logic_of(model)
     with quiet(owner):
         return checked(owner, owner.CreateGaussianModel(model, maximum))
@@ -83,7 +83,7 @@ def load(path, scene=None):
 
 
 def save(model, path):
-    """Writes a model file (.innergs: everything; .ply: the Gaussians alone)."""
+    """Writes a model file (.innergs: everything; .ply: only the Gaussians)."""
     owner = logic_of(model)
     with quiet(owner):
         checked(owner, owner.SaveModel(model, str(path)))

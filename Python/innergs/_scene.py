@@ -7,7 +7,7 @@ import weakref
 
 
 class Error(RuntimeError):
-    """What went wrong, in a sentence that says what to do. code: one of vtkInnerGSAlgorithm's ErrorCodes, or 0."""
+    """An error, with a message that says what to do. code: one of vtkInnerGSAlgorithm's ErrorCodes, or 0."""
 
     def __init__(self, sentence="", code=0):
         super().__init__(sentence)
@@ -18,13 +18,13 @@ class Cancelled(Error):
     """The reconstruction was cancelled; nothing was changed."""
 
 
-_logics = weakref.WeakKeyDictionary()  # scene -> logic, where there is no application
+_logics = weakref.WeakKeyDictionary()  # scene -> logic, without an application
 
 
 def _classes():
     """The modules with the wrapped classes; importing them needs Slicer's own first."""
     with contextlib.suppress(ImportError):
-        import slicer_core  # noqa: F401  (inside the application Slicer's classes are there already)
+        import slicer_core  # noqa: F401  (inside the application, Slicer's classes are loaded already)
     import vtkInnerGSPython
     import vtkSlicerInnerGSModuleLogicPython
     import vtkSlicerInnerGSModuleMRMLPython
@@ -59,7 +59,7 @@ def logic_of(node):
 
 @contextlib.contextmanager
 def quiet(target):
-    """Errors are raised as exceptions: no second message on the console."""
+    """Suppresses console messages, as errors are raised as exceptions."""
     tag = target.AddObserver("ErrorEvent", lambda *_: None)
     try:
         yield
