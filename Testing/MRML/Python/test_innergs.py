@@ -21,6 +21,9 @@ from vtkmodules.vtkCommonMath import vtkMatrix4x4
 
 import innergs
 
+TEMPORARY = tempfile.TemporaryDirectory()
+os.environ["TMPDIR"] = TEMPORARY.name  # where the logic keeps fits that end with their scene
+
 
 def truth(r, a, s):
     return 400 + 120 * numpy.sin(r / 7) + 90 * numpy.cos(a / 6) + 70 * numpy.sin(s / 8) + r - 2 * a
