@@ -18,6 +18,7 @@ bool isSequence(const fs::path& path) {
   return utf8(path.filename()).ends_with(".seq.nrrd");
 }
 
+/// 3D Slicer looks for the times under "axis 3", whatever the list's axis is.
 std::string header(const MotionSequence& motion) {
   const GridGeometry& g = motion.geometry;
   std::string text = "NRRD0005\ntype: float\ndimension: 5\nspace: left-posterior-superior\nsizes: 3";
@@ -31,7 +32,7 @@ std::string header(const MotionSequence& motion) {
           "space units: \"mm\" \"mm\" \"mm\"\n";
   text += std::string("endian: ") + (std::endian::native == std::endian::little ? "little" : "big") +
           "\nencoding: gzip\nspace origin: " + nrrdVector(g.origin) + "\n";
-  text += "DataNodeClassName:=vtkMRMLVectorVolumeNode\naxis 4 index type:=numeric\naxis 4 index values:=";
+  text += "DataNodeClassName:=vtkMRMLVectorVolumeNode\naxis 3 index type:=numeric\naxis 3 index values:=";
   for (std::size_t f = 0; f < motion.times.size(); ++f)
     text += (f ? " " : "") + exactText(motion.times[f]);
   return text + "\n\n";
@@ -59,8 +60,9 @@ std::vector<fs::path> motionFiles(const fs::path& path, std::size_t times) {
   if (!isSequence(path) && extension != ".nrrd" && extension != ".nii" && extension != ".nii.gz" &&
       extension != ".mha")
     throw Error(ErrorCode::InvalidArgument,
-                quoted(path) + " has no extension of a displacement field; use .seq.nrrd for all in one file, "
-                               "or .nrrd, .nii.gz, .nii or .mha for one file per frame.");
+                quoted(path) +
+                    " has no extension of a displacement field; use .seq.nrrd for all in one file, "
+                    "or .nrrd, .nii.gz, .nii or .mha for one file per frame.");
   if (isSequence(path) || times == 1) return {path};
   std::string name = utf8(path.filename());
   name.resize(name.size() - extension.size());

@@ -104,12 +104,12 @@ TEST_F(InterpolateTest, MotionIsADisplacementFieldOfItk) {
     EXPECT_NEAR(at[1], 0, 0.2) << file;
   }
   ASSERT_EQ(run({"interpolate", path("m.innergs"), "--motion", path("d.seq.nrrd"), "-q"}).exitCode, 0);
-  EXPECT_NE(contents("d.seq.nrrd").find("axis 4 index values:=0 0.5 1 1.5 2 2.5"), std::string::npos);
+  EXPECT_NE(contents("d.seq.nrrd").find("axis 3 index values:=0 0.5 1 1.5 2 2.5"), std::string::npos);
   expectOneSentence(run({"interpolate", path("m.innergs"), "--motion", path("d.png")}), 1, ".seq.nrrd");
+  expectOneSentence(run({"interpolate", path("m.innergs"), "--motion", path("d.nrrd"), "--motion-from", "9"}),
+                    1, "outside");
   expectOneSentence(
-      run({"interpolate", path("m.innergs"), "--motion", path("d.nrrd"), "--motion-from", "9"}), 1, "outside");
-  expectOneSentence(run({"interpolate", path("in.nii.gz"), "--motion", path("d.nrrd"), "--kind", "intensity"}),
-                    2, "move");
+      run({"interpolate", path("in.nii.gz"), "--motion", path("d.nrrd"), "--kind", "intensity"}), 2, "move");
 }
 
 TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
