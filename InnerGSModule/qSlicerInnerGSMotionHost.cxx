@@ -72,7 +72,8 @@ SeriesInfo qSlicerInnerGSMotionHost::seriesInfo(const QString& id) const {
   if (!sequence) return info;
   info.name = QString::fromUtf8(sequence->GetName());
   info.frames = sequence->GetNumberOfDataNodes();
-  if (auto* first = vtkMRMLVolumeNode::SafeDownCast(sequence->GetNthDataNode(0)); first && first->GetImageData())
+  if (auto* first = vtkMRMLVolumeNode::SafeDownCast(sequence->GetNthDataNode(0));
+      first && first->GetImageData())
     first->GetImageData()->GetDimensions(info.dimensions.data());
   vtkNew<vtkSlicerInnerGSDynamicRequest> request;
   request->SetSeries(sequence);
@@ -145,7 +146,8 @@ void qSlicerInnerGSMotionHost::onJob(vtkObject*, unsigned long event, void* data
       report.quality.push_back({QString::fromStdString(rows->GetValueByName(r, "Method").ToString()),
                                 rows->GetValueByName(r, "PSNR (dB)").ToDouble(),
                                 rows->GetValueByName(r, "SSIM").ToDouble()});
-    if (const char* samples = table->GetAttribute("InnerGS.Samples")) report.samples = QString::fromUtf8(samples);
+    if (const char* samples = table->GetAttribute("InnerGS.Samples"))
+      report.samples = QString::fromUtf8(samples);
   }
   report.seconds = job->GetElapsedSeconds();
   if (model) {

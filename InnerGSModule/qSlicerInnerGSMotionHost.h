@@ -43,8 +43,8 @@ private:
   vtkWeakPointer<vtkSlicerInnerGSLogic> logic_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
   ScopedObservers logicObservers_, browserObservers_;
-  QString watched_;  // the model whose browser is observed
-  QTimer frame_;     // one frame for many times
+  QString watched_;   // the model whose browser is observed
+  QTimer frame_;      // one frame for many times
   int selected_ = -1; // item of the browser, as last seen or chosen here
   vtkWeakPointer<vtkMRMLScalarVolumeNode> shown_;
   QString shownOf_; // the model that it shows

@@ -74,7 +74,8 @@ QWidget* MotionPanel::buildFit() {
   interval_->setObjectName(QStringLiteral("motionInterval"));
   interval_->setSuffix(tr(" s"));
   interval_->setSpecialValueText(tr("as the scan says"));
-  interval_->setToolTip(tr("Time from one frame to the next, where the scan does not say it or says it wrongly"));
+  interval_->setToolTip(
+      tr("Time from one frame to the next, where the scan does not say it or says it wrongly"));
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = new QComboBox(this);
   kind_->setObjectName(QStringLiteral("motionKind"));
@@ -94,8 +95,9 @@ QWidget* MotionPanel::buildFit() {
   judge_ = new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this);
   judge_->setObjectName(QStringLiteral("motionJudge"));
   judge_->setChecked(true);
-  judge_->setToolTip(tr("A second fit does not see every few frames and is compared with linear interpolation\n"
-                        "in time and with the previous frame on them"));
+  judge_->setToolTip(
+      tr("A second fit does not see every few frames and is compared with linear interpolation\n"
+         "in time and with the previous frame on them"));
   form->addRow(judge_);
   layout->addWidget(options_);
   run_ = new QPushButton(tr("&Reconstruct"), this);
@@ -246,10 +248,12 @@ void MotionPanel::showSeries() {
                .arg(info.dimensions[1])
                .arg(info.dimensions[2]);
     const auto interval = interval_->number();
-    const double last = interval ? (info.frames - 1) * *interval : info.last, first = interval ? 0 : info.first;
-    text += last > first             ? tr(", from %1 s to %2 s.").arg(seconds(first), seconds(last))
-            : info.timed || interval ? QStringLiteral(".")
-                         : tr(". The scan does not say when they were acquired: give the time between frames.");
+    const double last = interval ? (info.frames - 1) * *interval : info.last,
+                 first = interval ? 0 : info.first;
+    text += last > first ? tr(", from %1 s to %2 s.").arg(seconds(first), seconds(last))
+            : info.timed || interval
+                ? QStringLiteral(".")
+                : tr(". The scan does not say when they were acquired: give the time between frames.");
   }
   about_->setText(text);
   run_->setEnabled(motion_->isRunning() || (!info.name.isEmpty() && info.problem.isEmpty()));
@@ -305,19 +309,21 @@ void MotionPanel::ended() {
 
 void MotionPanel::showReport(const MotionReport& report) {
   setModelId(report.modelId);
-  QStringList lines{tr("Done in %1. %2").arg(exactDuration(report.seconds), sentence(gaussiansText(report.gaussians)))};
+  QStringList lines{
+      tr("Done in %1. %2").arg(exactDuration(report.seconds), sentence(gaussiansText(report.gaussians)))};
   if (!report.choice.isEmpty()) lines << report.choice;
   lines << report.warnings;
   say(lines.join(QLatin1Char('\n')));
   quality_->setVisible(!report.quality.isEmpty());
   if (report.quality.isEmpty()) return;
-  QString rows = QStringLiteral("<tr><th align=left>%1</th><th>&nbsp; PSNR (dB)</th><th>&nbsp; SSIM</th></tr>")
-                     .arg(tr("On withheld frames"));
+  QString rows =
+      QStringLiteral("<tr><th align=left>%1</th><th>&nbsp; PSNR (dB)</th><th>&nbsp; SSIM</th></tr>")
+          .arg(tr("On withheld frames"));
   const QLocale locale;
   for (const QualityRow& row : report.quality) {
-    const QString name = row.method == QLatin1String("previous")
-                             ? tr("Previous frame")
-                             : isOurMethod(row.method) ? methodText(row.method) : tr("Linear in time");
+    const QString name = row.method == QLatin1String("previous") ? tr("Previous frame")
+                         : isOurMethod(row.method)               ? methodText(row.method)
+                                                                 : tr("Linear in time");
     const QString bold = isOurMethod(row.method) ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
     rows += QStringLiteral("<tr><td>%1</td><td align=right>%2</td><td align=right>%3</td></tr>")
                 .arg(bold.arg(name.toHtmlEscaped()), bold.arg(locale.toString(row.psnr, 'f', 2)),
@@ -357,9 +363,10 @@ void MotionPanel::advance() {
 }
 
 void MotionPanel::saveFrames() {
-  auto* dialog = new SaveDialog(this, tr("Save the frames"), host_->folder(),
-                                tr("NIfTI, compressed (*.nii.gz);;NIfTI (*.nii);;3D Slicer's sequence (*.seq.nrrd)"),
-                                host_->modelInfo(modelId()).name + tr(" frames") + QStringLiteral(".nii.gz"));
+  auto* dialog =
+      new SaveDialog(this, tr("Save the frames"), host_->folder(),
+                     tr("NIfTI, compressed (*.nii.gz);;NIfTI (*.nii);;3D Slicer's sequence (*.seq.nrrd)"),
+                     host_->modelInfo(modelId()).name + tr(" frames") + QStringLiteral(".nii.gz"));
   dialog->setObjectName(QStringLiteral("motionFramesDialog"));
   dialog->setAttribute(Qt::WA_DeleteOnClose);
   connect(dialog, &QFileDialog::fileSelected, this, [this, dialog](const QString& chosen) {

@@ -45,7 +45,8 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
   if (o.output.empty() && o.saveModel.empty() && o.motion.empty())
     throw CLI::ValidationError("interpolate", "needs --output, --motion or --save-model");
   if (!o.motion.empty() && o.kind == dynamicKindName(DynamicKind::Intensity))
-    throw CLI::ValidationError("interpolate", "--motion needs Gaussians that move: leave out --kind intensity");
+    throw CLI::ValidationError("interpolate",
+                               "--motion needs Gaussians that move: leave out --kind intensity");
   if (o.motionFrom && o.motion.empty())
     throw CLI::ValidationError("interpolate", "--motion-from needs --motion");
   if (!o.motion.empty()) motionFiles(o.motion, 1); // its extension
@@ -224,12 +225,14 @@ Subcommand addInterpolate(CLI::App& app) {
       ->type_name("FILE");
   command->add_option("--report", o->report, "JSON report to write")->type_name("FILE");
   command
-      ->add_option("--motion", o->motion,
-                   "Motion at the output's times to write, as ITK's displacement fields (mm, LPS): resampling\n"
-                   "the volume at a time through its field gives the one at --motion-from. One .seq.nrrd, or\n"
-                   "one .nrrd, .nii.gz, .nii or .mha per time, numbered")
+      ->add_option(
+          "--motion", o->motion,
+          "Motion at the output's times to write, as ITK's displacement fields (mm, LPS): resampling\n"
+          "the volume at a time through its field gives the one at --motion-from. One .seq.nrrd, or\n"
+          "one .nrrd, .nii.gz, .nii or .mha per time, numbered")
       ->type_name("FILE");
-  command->add_option("--motion-from", o->motionFrom, "Time in s that --motion leads from [the middle frame's]")
+  command
+      ->add_option("--motion-from", o->motionFrom, "Time in s that --motion leads from [the middle frame's]")
       ->type_name("S");
   addNumbers(*command, "--times", o->times, {},
              "Times of the output's frames in s, as a,b,c [those of the input]")

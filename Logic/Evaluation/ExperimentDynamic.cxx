@@ -96,9 +96,9 @@ public:
     report.voxels = e_.series.geometry.voxelCount() * static_cast<std::int64_t>(withheld_.size());
     for (const Score& s : scores_) {
       MethodScore score;
-      score.name = s.gaussians > 0                                        ? "gaussians"
+      score.name = s.gaussians > 0                                    ? "gaussians"
                    : s.method == frameMethodName(FrameMethod::Linear) ? "linear"
-                                                                          : "previous";
+                                                                      : "previous";
       score.psnr = score.pooledPsnr = s.pooled;
       score.ssim = s.ssim;
       score.seconds = s.seconds;

@@ -31,7 +31,8 @@ private:
 /// The message for a full disk.
 std::string writingFailed(const std::filesystem::path& path);
 
-/// A header and voxels after it; zlib compresses what it is told to (gzopen's mode). Throws Error(Io, failed).
+/// A header and voxels after it; zlib compresses what it is told to (gzopen's mode). Throws Error(Io,
+/// failed).
 void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
                  const std::filesystem::path& path, const std::string& failed);
 /// "(x,y,z)", with all digits.

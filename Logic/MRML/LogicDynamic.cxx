@@ -41,9 +41,10 @@ vtkMRMLSequenceNode* kept(const vtkSmartPointer<vtkMRMLSequenceNode>& made) {
 /// A new sequence follows the model's parent transform through its proxy node only: it is refused.
 void refuseParent(vtkMRMLInnerGSModelNode* model) {
   if (model->GetParentTransformNode())
-    throw Error(ErrorCode::Geometry, "The model " + mrml::quoted(model) +
-                                         " is under a transform, under which a sequence cannot be put: remove "
-                                         "the transform first.");
+    throw Error(ErrorCode::Geometry,
+                "The model " + mrml::quoted(model) +
+                    " is under a transform, under which a sequence cannot be put: remove "
+                    "the transform first.");
 }
 
 } // namespace

@@ -101,9 +101,7 @@ void ModelWriting::write() {
 
 void ModelWriting::note() {
   const vtkSmartPointer<vtkMRMLInnerGSModelNode> model = model_.Get(); // an observer may remove it
-  if (!own_ || !model || !model->GetScene() || model->IsEmpty() ||
-      !storage_->Holds(model))
-    return;
+  if (!own_ || !model || !model->GetScene() || model->IsEmpty() || !storage_->Holds(model)) return;
   if (!model->GetStorageNode()) model->AddDefaultStorageNode();
   const vtkSmartPointer<vtkMRMLInnerGSModelStorageNode> storage =
       vtkMRMLInnerGSModelStorageNode::SafeDownCast(model->GetStorageNode());

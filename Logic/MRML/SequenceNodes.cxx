@@ -75,13 +75,14 @@ TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels)
   series.name = quoted(sequence);
   const int frames = sequence->GetNumberOfDataNodes();
   if (frames < 2)
-    throw Error(ErrorCode::InvalidArgument,
-                series.name + (frames == 1 ? " has a single frame" : " has no frames") +
-                    "; a moving scan needs at least two.");
+    throw Error(ErrorCode::InvalidArgument, series.name +
+                                                (frames == 1 ? " has a single frame" : " has no frames") +
+                                                "; a moving scan needs at least two.");
   for (int f = 0; f < frames; ++f) {
     vtkMRMLNode* node = sequence->GetNthDataNode(f);
     auto* volume = vtkMRMLScalarVolumeNode::SafeDownCast(node);
-    if (!volume || vtkMRMLVectorVolumeNode::SafeDownCast(node) || vtkMRMLLabelMapVolumeNode::SafeDownCast(node))
+    if (!volume || vtkMRMLVectorVolumeNode::SafeDownCast(node) ||
+        vtkMRMLLabelMapVolumeNode::SafeDownCast(node))
       throw Error(ErrorCode::UnsupportedImage, series.name + " holds something other than scalar volumes: "
                                                              "choose a sequence of scans.");
     const std::string what = "Frame " + std::to_string(f) + " of " + series.name;
@@ -127,7 +128,8 @@ void SequenceWriter::add(vtkMRMLNode* dataNode, double time) {
 
 vtkSmartPointer<vtkMRMLSequenceNode> addSequence(vtkMRMLScene* scene, const std::string& name,
                                                  vtkMRMLNode* beside) {
-  if (!scene) throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a sequence to: set one.");
+  if (!scene)
+    throw Error(ErrorCode::InvalidArgument, "The logic has no scene to add a sequence to: set one.");
   vtkSmartPointer<vtkMRMLSequenceNode> made =
       vtkMRMLSequenceNode::SafeDownCast(addNode(scene, "vtkMRMLSequenceNode", name));
   placeBeside(made, beside);
@@ -142,7 +144,8 @@ vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence
     const int count = sequence->GetNumberOfDataNodes();
     if (!like || like->GetNumberOfDataNodes() != count) return false;
     for (int f = 0; f < count; ++f) {
-      const auto a = wholeTextNumber(like->GetNthIndexValue(f)), b = wholeTextNumber(sequence->GetNthIndexValue(f));
+      const auto a = wholeTextNumber(like->GetNthIndexValue(f)),
+                 b = wholeTextNumber(sequence->GetNthIndexValue(f));
       if (!a || !b || std::abs(*a - *b) > 1e-6) return false;
     }
     return true;

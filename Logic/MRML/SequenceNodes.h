@@ -18,8 +18,8 @@ class vtkMatrix4x4;
 namespace innergs::mrml {
 
 /// The frames of a sequence of scalar volumes in the world (through the parent transform of its proxy node in
-/// a browser, if there is one). interval: s from one frame to the next, 0 as the sequence's index says. Without
-/// `voxels` the frames stay empty. Throws Error for what is no moving scan, with one sentence.
+/// a browser, if there is one). interval: s from one frame to the next, 0 as the sequence's index says.
+/// Without `voxels` the frames stay empty. Throws Error for what is no moving scan, with one sentence.
 TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels);
 
 /// The frames' times in s. Throws Error(InvalidArgument) where the index is no time.

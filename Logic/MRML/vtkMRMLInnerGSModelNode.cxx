@@ -164,7 +164,8 @@ void vtkMRMLInnerGSModelNode::ShowTime() {
 }
 
 bool vtkMRMLInnerGSModelNode::GetModifiedSinceRead() {
-  vtkDataObject* kept = this->DynamicModel ? static_cast<vtkDataObject*>(this->DynamicModel.Get()) : this->Model;
+  vtkDataObject* kept =
+      this->DynamicModel ? static_cast<vtkDataObject*>(this->DynamicModel.Get()) : this->Model;
   return this->Superclass::GetModifiedSinceRead() || (kept && kept->GetMTime() > this->GetStoredTime());
 }
 

@@ -31,8 +31,8 @@ public:
 
   enum { ModelModifiedEvent = 18750 };
 
-  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. Of a moving scan the model at GetTime();
-  /// setting one ends the moving.
+  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. Of a moving scan the model at
+  /// GetTime(); setting one ends the moving.
   vtkInnerGSModel* GetModel();
   void SetModel(vtkInnerGSModel* model);
   bool IsEmpty();
@@ -52,9 +52,9 @@ public:
   virtual void GetBounds(double bounds[6]);
   virtual void GetRASBounds(double bounds[6]);
 
-  /// Moves the model itself (not of a moving scan, which keeps its parent transform): turned, shifted, scaled and mirrored along the axes of its lattices. A shear of
-  /// them is refused with an ErrorEvent; when a parent transform is hardened, it stays as a new parent
-  /// transform, so that nothing moves.
+  /// Moves the model itself (not of a moving scan, which keeps its parent transform): turned, shifted, scaled
+  /// and mirrored along the axes of its lattices. A shear of them is refused with an ErrorEvent; when a
+  /// parent transform is hardened, it stays as a new parent transform, so that nothing moves.
   void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;
   bool CanApplyNonLinearTransforms() const override;
   bool GetModifiedSinceRead() override;
@@ -71,7 +71,7 @@ protected:
 
   vtkSmartPointer<vtkInnerGSModel> Model;
   vtkSmartPointer<vtkInnerGSDynamicModel> DynamicModel;
-  double Time = 0; // s
+  double Time = 0;                    // s
   vtkSmartPointer<vtkMatrix4x4> Rest; // left to a new parent transform when the old one is hardened
 };
 

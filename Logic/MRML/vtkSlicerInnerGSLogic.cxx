@@ -13,8 +13,8 @@
 #include "vtkSlicerInnerGSJob.h"
 
 #include <vtkMRMLScene.h>
-#include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLSequenceBrowserNode.h>
+#include <vtkMRMLSequenceNode.h>
 
 #include <vtkIntArray.h>
 #include <vtkObjectFactory.h>

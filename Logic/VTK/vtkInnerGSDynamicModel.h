@@ -47,8 +47,8 @@ public:
   bool GetTimeRange(double range[2]);
   ///@}
 
-  /// The model at a time (s), for all filters that take one, to be deleted by who asked (in Python by itself);
-  /// null when empty or when the time is not finite.
+  /// The model at a time (s), for all filters that take one, to be deleted by who asked (in Python by
+  /// itself); null when empty or when the time is not finite.
   VTK_NEWINSTANCE vtkInnerGSModel* NewModelAt(double time);
 
   /// The model in a pipeline's information, or null.

@@ -144,7 +144,8 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
   const innergs::DynamicResult result = job.run(stop);
   this->RemainingSeconds = 0;
   if (result.cancelled || stop.stop_requested()) {
-    if (!this->KeepModelWhenAborted || !result.field) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    if (!this->KeepModelWhenAborted || !result.field)
+      throw Error(ErrorCode::Cancelled, "Stopped on request.");
     this->Aborted = true;
   }
   this->Choice = result.choice;

@@ -85,8 +85,7 @@ void vtkInnerGSMotionField::RequestData(vtkInformationVector** inputs, vtkInform
   }
   innergs::vtk::toMatrix(grid, this->Work->outputToRAS);
   using Pipeline = vtkStreamingDemandDrivenPipeline;
-  image->GetInformation()->Set(vtkDataObject::DATA_TIME_STEP(),
-                               information->Has(Pipeline::UPDATE_TIME_STEP())
-                                   ? information->Get(Pipeline::UPDATE_TIME_STEP())
-                                   : time);
+  image->GetInformation()->Set(
+      vtkDataObject::DATA_TIME_STEP(),
+      information->Has(Pipeline::UPDATE_TIME_STEP()) ? information->Get(Pipeline::UPDATE_TIME_STEP()) : time);
 }

@@ -7,11 +7,11 @@ class vtkImageData;
 class vtkInnerGSDynamicModel;
 class vtkMatrix4x4;
 
-/// How a moving scan moves (input: vtkInnerGSDynamicModel): a displacement field (output: vtkImageData of three
-/// floats, mm in RAS, "Displacement"). What lies at voxel centre x at the time From lies at x + d(x) at the
-/// time that the pipeline asks for, else Time; resampling the later volume through the field gives the one at
-/// From. The lattice: a reference grid, or the fitted region's (default). An error for a model whose Gaussians
-/// do not move.
+/// How a moving scan moves (input: vtkInnerGSDynamicModel): a displacement field (output: vtkImageData of
+/// three floats, mm in RAS, "Displacement"). What lies at voxel centre x at the time From lies at x + d(x) at
+/// the time that the pipeline asks for, else Time; resampling the later volume through the field gives the
+/// one at From. The lattice: a reference grid, or the fitted region's (default). An error for a model whose
+/// Gaussians do not move.
 class VTKINNERGS_EXPORT vtkInnerGSMotionField : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSMotionField* New();

@@ -24,7 +24,8 @@ protected:
   }
 
   vtkMRMLSequenceNode* addSeries(int frames, const char* unit = "s") {
-    auto* sequence = vtkMRMLSequenceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSequenceNode", "Wrist"));
+    auto* sequence =
+        vtkMRMLSequenceNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSequenceNode", "Wrist"));
     sequence->SetIndexName(*unit ? "time" : "frame");
     sequence->SetIndexUnit(unit);
     const double spacing[3] = {2, 2, 3}, origin[3] = {-17, -14, -12};

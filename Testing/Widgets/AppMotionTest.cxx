@@ -27,7 +27,8 @@ class AppMotionTest : public AppWindowTest {
         for (int j = 0; j < 12; ++j)
           for (int i = 0; i < 16; ++i)
             frame.push_back(static_cast<float>(
-                100 * std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
+                100 *
+                std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
       series.times.push_back(0.5 * f);
     }
     const QString path = sandbox_->path(name);
@@ -65,7 +66,7 @@ private Q_SLOTS:
       return (std::max_element(volume.voxels.begin(), volume.voxels.end()) - volume.voxels.begin()) % 16;
     };
     QTRY_COMPARE(brightest(), std::ptrdiff_t{5});
-    motion().setTime(id, 2.25); // between two frames
+    motion().setTime(id, 2.25);                   // between two frames
     QTRY_COMPARE(brightest(), std::ptrdiff_t{9}); // 5 + 0.8·4.5 = 8.6
     QCOMPARE(motion().motionInfo(id).now, 2.25);
     QCOMPARE(host().document().volumes().size(), std::size_t{2}); // one volume for all times

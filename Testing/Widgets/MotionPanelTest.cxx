@@ -88,7 +88,8 @@ private Q_SLOTS:
     QVERIFY(part<QLabel>("motionAbout")->text().contains("4D"));
     panel_->setSeriesId("wrist");
     QVERIFY(part<QPushButton>("motionRun")->isEnabled());
-    QCOMPARE(part<QLabel>("motionAbout")->text(), QString("38 frames of 64 × 64 × 12 voxels, from 0 s to 18.5 s."));
+    QCOMPARE(part<QLabel>("motionAbout")->text(),
+             QString("38 frames of 64 × 64 × 12 voxels, from 0 s to 18.5 s."));
     panel_->setSeriesId("bold");
     QVERIFY(part<QLabel>("motionAbout")->text().contains("give the time between frames"));
     part<QDoubleSpinBox>("motionInterval")->setValue(2);

@@ -102,8 +102,8 @@ ui::ModelInfo AppHost::modelInfo(const QString& id) const {
   info.name = item->name;
   info.gaussians = item->model->GetNumberOfGaussians();
   info.bytes = static_cast<std::int64_t>(item->model->GetActualMemorySize()) * 1024;
-  info.description = QString::fromStdString(item->moving ? item->moving->GetDescription()
-                                                         : item->model->GetDescription());
+  info.description =
+      QString::fromStdString(item->moving ? item->moving->GetDescription() : item->model->GetDescription());
   item->model->GetBounds(info.bounds.data());
   info.window = item->window;
   const GridGeometry& domain = item->model->GetField()->domain;

@@ -129,11 +129,10 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     report.gaussians = made.result.field->size();
     report.seconds = made.result.seconds;
     const QString name = nameOf(scan.frames.file);
-    outcome->model =
-        makeItem(made.result.field, tr("%1 model").arg(name), {},
-                 {{"Inputs", scan.name.toStdString()},
-                  {"Settings", std::string("kind=") + dynamicKindName(made.result.field->kind)},
-                  {"TrainingPSNR", formatted("%.3f", made.result.trainingPsnr)}});
+    outcome->model = makeItem(made.result.field, tr("%1 model").arg(name), {},
+                              {{"Inputs", scan.name.toStdString()},
+                               {"Settings", std::string("kind=") + dynamicKindName(made.result.field->kind)},
+                               {"TrainingPSNR", formatted("%.3f", made.result.trainingPsnr)}});
     outcome->model.origin = name;
     outcome->model.window = {scan.window->lower, scan.window->upper};
     outcome->model.saved = false;
@@ -194,9 +193,9 @@ void AppMotionHost::showWanted() {
   const auto item = host_->document().model(wanted.modelId);
   if (!item || !item->moving) return;
   showing_ = true;
-  const QString name = tr("%1 in time").arg(shown_.value(wanted.modelId).scan.isEmpty()
-                                                ? item->name
-                                                : shown_.value(wanted.modelId).scan);
+  const QString name =
+      tr("%1 in time")
+          .arg(shown_.value(wanted.modelId).scan.isEmpty() ? item->name : shown_.value(wanted.modelId).scan);
   frames_->run({}, [this, wanted, name, moving = item->moving] {
     const auto model = std::make_shared<vtkSmartPointer<vtkInnerGSModel>>();
     const auto volume = std::make_shared<VolumeItem>();

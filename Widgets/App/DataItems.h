@@ -58,12 +58,12 @@ struct VolumeItem {
 /// A model of the document.
 struct ModelItem {
   QString id, name, file;
-  QString origin;   // the scans' names, or the file
-  ModelNotes notes; // what it was made from, for its file
+  QString origin;                                 // the scans' names, or the file
+  ModelNotes notes;                               // what it was made from, for its file
   vtkSmartPointer<vtkInnerGSModel> model;         // of a moving scan as it is at `time`
   vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null for others
   double time = 0;                                // s
-  std::array<double, 2> window{0, 1}; // intensities worth showing
+  std::array<double, 2> window{0, 1};             // intensities worth showing
   bool saved = true, ellipsoidsShown = false;
   std::int64_t ellipsoids = 0; // that the 3D view draws
 };

@@ -123,9 +123,10 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
     item.frames = {path,
                    static_cast<int>(std::min<std::int64_t>(image.frames, std::numeric_limits<int>::max())),
                    frame, image.frameSeconds};
-    notes << tr("'%1' holds %n frames: frame %2 is open; choose another below the list of data, or make a continuous "
-                "volume in space and time of all in the panel Moving scan.", nullptr,
-                item.frames.count)
+    notes << tr("'%1' holds %n frames: frame %2 is open; choose another below the list of data, or make a "
+                "continuous "
+                "volume in space and time of all in the panel Moving scan.",
+                nullptr, item.frames.count)
                  .arg(item.name)
                  .arg(frame + 1);
     item.name = nameOfFrame(item.name, -1, frame);

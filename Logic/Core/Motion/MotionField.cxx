@@ -15,7 +15,7 @@ std::vector<float> motionField(const DynamicField& field, double from, double to
                 "write: fit the scan as one that moves (kind motion).");
   if (!std::isfinite(from) || !std::isfinite(to))
     throw Error(ErrorCode::InvalidArgument, "The times of a motion field must be finite.");
-  constexpr int steps = 12;        // of the fixed point x = X + u(X, from); u is smooth, and zero at the middle
+  constexpr int steps = 12; // of the fixed point x = X + u(X, from); u is smooth, and zero at the middle
   constexpr double enough = 1e-8; // mm², squared step
   const std::vector<float> before = nodesAt(field, from), after = nodesAt(field, to);
   const auto displaced = [&](const Vec3& x, const std::vector<float>& nodes) {
@@ -38,8 +38,7 @@ std::vector<float> motionField(const DynamicField& field, double from, double to
         canonical = next;
         if (dot(step, step) < enough) break;
       }
-      const Vec3 moved =
-          field.canonical.modelToWorld.linear * (canonical + displaced(canonical, after) - x);
+      const Vec3 moved = field.canonical.modelToWorld.linear * (canonical + displaced(canonical, after) - x);
       for (int a = 0; a < 3; ++a)
         out[3 * static_cast<std::size_t>(v) + static_cast<std::size_t>(a)] = static_cast<float>(moved[a]);
     }

@@ -59,8 +59,8 @@ std::vector<double> checkedTimes(std::vector<double> times, const std::vector<do
   for (std::size_t f = 0; f < times.size(); ++f) {
     if (!(times[f] >= first - slack && times[f] <= last + slack))
       throw Error(ErrorCode::InvalidArgument,
-                  numberText(times[f]) + " s lies outside the time that the frames cover, " + numberText(first) +
-                      " s to " + numberText(last) + " s: choose a time within it.");
+                  numberText(times[f]) + " s lies outside the time that the frames cover, " +
+                      numberText(first) + " s to " + numberText(last) + " s: choose a time within it.");
     if (f > 0 && !(times[f] > times[f - 1]))
       throw Error(ErrorCode::InvalidArgument, "The times of the frames must increase, each time once.");
   }

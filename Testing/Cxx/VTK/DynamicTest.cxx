@@ -123,8 +123,7 @@ TEST(Dynamic, MotionIsInRas) {
   motion->UpdateTimeStep(2);
   vtkImageData* image = motion->GetOutput();
   ASSERT_EQ(image->GetNumberOfScalarComponents(), 3);
-  const std::vector<float> lps =
-      motionField(*fitted().model->GetField(), 0.5, 2, fitted().series.geometry);
+  const std::vector<float> lps = motionField(*fitted().model->GetField(), 0.5, 2, fitted().series.geometry);
   const auto* ras = static_cast<const float*>(image->GetScalarPointer());
   double moves = 0;
   for (std::size_t n = 0; n < lps.size(); ++n) {
