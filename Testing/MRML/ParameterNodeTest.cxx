@@ -137,7 +137,7 @@ TEST_F(ParameterNodeTest, ReadsScenesOfOldVersions) {
             "preset=best; device=cuda:1; fill=-1024; blending=additive; linearIntensity=false; cutoff=2.3; "
             "initialisation=grid; gaussians=1000; ensembleSize=3; iterations=77; loss=huber; lossWeight=0.8; "
             "ssimWeight=0; huberDelta=0.3333333333333333; allAxes=false; relocate=false; consistency=false; "
-            "prediction=auto; align=true; schedule=plateau; plateauPatience=7; plateauFactor=0.5; plateauLowest=0.01; "
+            "prediction=auto; align=true; sliceMotion=auto; schedule=plateau; plateauPatience=7; plateauFactor=0.5; plateauLowest=0.01; "
             "plateauThreshold=0.0001; "
             "beta1=0.81; paperStopRule=true; densifyEvery=0; maxGaussians=2000; selection=method2; seed=42; "
             "heldOutFraction=0");
