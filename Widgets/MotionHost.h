@@ -20,7 +20,7 @@ struct SeriesInfo {
 struct MotionRequest {
   QString seriesId;
   double interval = 0;         // s from one frame to the next; 0: as the scan says
-  int kind = -1;               // as innergs::DynamicKind: 0 motion, 1 intensity; −1 chosen
+  int kind = -1;               // as innergs::DynamicKind: 0 motion, 1 intensity, 2 network; −1 chosen
   double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
   bool evaluateQuality = true; // on frames that a second fit does not see
 };
@@ -40,7 +40,7 @@ struct MotionReport {
 struct MotionInfo {
   bool known = false;
   double first = 0, last = 0, now = 0; // s
-  QString kind;                        // "motion", "intensity"
+  QString kind;                        // "motion", "intensity", "network"
 };
 
 /// What the panel of moving scans needs from the program beside the Host; on the main thread only. One

@@ -82,6 +82,7 @@ QWidget* MotionPanel::buildFit() {
   kind_->addItem(tr("Chosen by withheld frames"), -1);
   kind_->addItem(tr("The tissue moves"), 0);
   kind_->addItem(tr("It stays and changes its intensity (fMRI)"), 1);
+  kind_->addItem(tr("It moves, by a deformation network (slower)"), 2);
   kind_->setToolTip(tr("What changes with time. By itself the program tries both on a few frames"));
   kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   kind_->setMinimumContentsLength(12);

@@ -38,8 +38,7 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   times_ = framesWanted(request->GetTimes(), request->GetRate(), series_.times);
   judge_ = request->GetEvaluateQuality();
   if (request->GetKind() != vtkSlicerInnerGSDynamicRequest::Automatic)
-    settings_.kind = request->GetKind() == vtkSlicerInnerGSDynamicRequest::Motion ? DynamicKind::Motion
-                                                                                  : DynamicKind::Intensity;
+    settings_.kind = static_cast<DynamicKind>(request->GetKind());
   if (request->GetNumberOfGaussians() != -1) settings_.gaussians = request->GetNumberOfGaussians();
   settings_.seed = request->GetSeed();
   settings_.threads = request->GetNumberOfThreads();

@@ -107,7 +107,7 @@ vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateMotion(vtkMRMLInnerGSModelNode
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> alive = model;
     const auto field = movingField(model);
     refuseParent(model);
-    if (field->kind != innergs::DynamicKind::Motion)
+    if (field->kind == innergs::DynamicKind::Intensity)
       throw Error(ErrorCode::InvalidArgument,
                   "The Gaussians of " + mrml::quoted(model) +
                       " stay in place and change their intensity, so there is no motion: reconstruct with "

@@ -25,8 +25,8 @@ public:
   vtkGetMacro(Interval, double);
 
   /// What changes with time; Automatic (default): what foresees withheld frames better.
-  enum Kinds { Automatic = -1, Motion, Intensity };
-  vtkSetClampMacro(Kind, int, Automatic, Intensity);
+  enum Kinds { Automatic = -1, Motion, Intensity, Network };
+  vtkSetClampMacro(Kind, int, Automatic, Network);
   vtkGetMacro(Kind, int);
   /// −1 (default): from the data.
   vtkSetMacro(NumberOfGaussians, vtkIdType);

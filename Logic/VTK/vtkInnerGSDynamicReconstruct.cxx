@@ -125,7 +125,7 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
   }
   innergs::DynamicSettings settings;
   if (this->Kind != Automatic)
-    settings.kind = this->Kind == Motion ? innergs::DynamicKind::Motion : innergs::DynamicKind::Intensity;
+    settings.kind = static_cast<innergs::DynamicKind>(this->Kind);
   if (this->NumberOfGaussians != -1) settings.gaussians = this->NumberOfGaussians;
   settings.seed = this->Seed;
   settings.threads = this->NumberOfThreads;

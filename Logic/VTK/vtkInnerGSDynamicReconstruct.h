@@ -19,8 +19,8 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   /// What changes with time. Automatic: what foresees withheld frames better.
-  enum Kinds { Automatic = -1, Motion, Intensity };
-  vtkSetClampMacro(Kind, int, Automatic, Intensity);
+  enum Kinds { Automatic = -1, Motion, Intensity, Network };
+  vtkSetClampMacro(Kind, int, Automatic, Network);
   vtkGetMacro(Kind, int);
 
   ///@{

@@ -11,7 +11,7 @@ MovingResult = collections.namedtuple("MovingResult", "model frames browser tabl
 MovingResult.__doc__ = """The result for a moving scan: nodes (table: None unless quality was judged), PSNR in dB on the fitted frames,
 and sentences that the user should read, with why the model is of its kind."""
 
-_KINDS = {"auto": -1, "motion": 0, "intensity": 1}
+_KINDS = {"auto": -1, "motion": 0, "intensity": 1, "network": 2}
 
 
 class MovingJob(Job):
@@ -41,7 +41,7 @@ def start_moving(sequence, *, interval=0.0, kind="auto", gaussians=None, times=N
     """Starts the reconstruction of a moving scan in the background and returns a MovingJob. Arguments as in
     reconstruct_moving()."""
     if kind not in _KINDS:
-        raise Error("The kind of a moving model is auto, motion or intensity, not %r." % (kind,))
+        raise Error("The kind of a moving model is auto, motion, intensity or network, not %r." % (kind,))
     owner = logic_of(sequence)
     request = _classes()[2].vtkSlicerInnerGSDynamicRequest()
     request.SetSeries(sequence)

@@ -109,7 +109,7 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     timesAtRate(request.rate, series.times); // or an Error
     const std::string pairs = remarkOnPairs(series);
     DynamicSettings settings;
-    if (request.kind >= 0) settings.kind = request.kind == 0 ? DynamicKind::Motion : DynamicKind::Intensity;
+    if (request.kind >= 0) settings.kind = static_cast<DynamicKind>(request.kind);
     JudgedSeries job(std::move(series), settings, request.evaluateQuality);
     job.onProgress([&](const Progress& progress) { post(progress); });
     const JudgedSeriesResult made = job.run(stop);

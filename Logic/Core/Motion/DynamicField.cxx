@@ -128,40 +128,4 @@ GaussianField fieldAt(const DynamicField& field, double time) {
   return out;
 }
 
-std::vector<float> displacementsAt(const DynamicField& field, double time, const GridGeometry& geometry) {
-  if (field.kind == DynamicKind::Intensity) return {};
-  const Affine3 toModel = inverse(field.canonical.modelToWorld) * geometry.indexToWorld();
-  std::vector<float> points;
-  points.reserve(static_cast<std::size_t>(geometry.voxelCount()) * 3);
-  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
-    for (std::int64_t j = 0; j < geometry.size[1]; ++j)
-      for (std::int64_t i = 0; i < geometry.size[0]; ++i)
-        for (const double x :
-             toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}))
-          points.push_back(static_cast<float>(x));
-  const std::size_t count = points.size() / 3;
-  std::vector<float> changes;
-  if (field.kind == DynamicKind::Network) {
-    ThreadPool pool(1);
-    changes.resize(16 * count);
-    DeformationEvaluator(field.network, points, matrixKernels(""))
-        .forward(field.network, time, changes, pool);
-  }
-  const std::vector<float> values =
-      field.kind == DynamicKind::Motion ? nodesAt(field, time) : std::vector<float>{};
-  for (std::size_t p = 0; p < count; ++p) {
-    Vec3 moved;
-    if (field.kind == DynamicKind::Motion) {
-      const auto v = field.lattice.at(field.lattice.place(points.data() + 3 * p), values);
-      moved = {v[0], v[1], v[2]};
-    } else {
-      moved = {changes[16 * p], changes[16 * p + 1], changes[16 * p + 2]};
-    }
-    const Vec3 world = field.canonical.modelToWorld.linear * moved;
-    for (std::size_t a = 0; a < 3; ++a)
-      points[3 * p + a] = static_cast<float>(world[a]);
-  }
-  return points;
-}
-
 } // namespace innergs

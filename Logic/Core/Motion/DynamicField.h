@@ -65,8 +65,4 @@ void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPo
 void addChanges(const GaussianField& canonical, std::span<const float> changes, GaussianField& out,
                 ThreadPool& pool);
 
-/// Where the tissue that lies at each voxel of a lattice at the canonical time has moved to: displacements in
-/// mm, LPS, three per voxel. Empty for a field without motion.
-std::vector<float> displacementsAt(const DynamicField& field, double time, const GridGeometry& geometry);
-
 } // namespace innergs

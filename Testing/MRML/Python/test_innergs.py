@@ -123,7 +123,7 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(innergs.motion(result.model, start=0).GetNumberOfDataNodes(), 5)
         with self.assertRaisesRegex(innergs.Error, "outside"):
             innergs.frames(result.model, [99])
-        with self.assertRaisesRegex(innergs.Error, "motion or intensity"):
+        with self.assertRaisesRegex(innergs.Error, "intensity or network"):
             innergs.reconstruct_moving(sequence, kind="warp")
 
     def test_reconstruct(self):

@@ -1,5 +1,6 @@
 #include "Core/Motion/DynamicJob.h"
 #include "Core/Motion/DynamicSampler.h"
+#include "Core/Motion/MotionField.h"
 #include "MovingPhantom.h"
 
 #include "Core/Base/Error.h"
@@ -81,13 +82,9 @@ TEST_P(RigidMotionOf, IsRecoveredAtTimesThatItNeverSaw) {
       const Vec3 landmark{6.0 * (n % 3) - 6 + 0.7 * n, 6.0 * (n / 3) - 6, 1.5 * (n % 4) - 2};
       const Vec3 from = swing(reference)(landmark), to = swing(all.times[f])(landmark);
       const GridGeometry point = grid(1, 1, 1, {1, 1, 1}, from);
-      const auto then = displacementsAt(field, all.times[f], point),
-                 before = displacementsAt(field, reference, point);
-      Vec3 moved;
-      for (int a = 0; a < 3; ++a)
-        moved[a] = static_cast<double>(then[a] - before[a]);
+      const std::vector<float> moved = motionField(field, reference, all.times[f], point);
       if (std::abs(from[0]) > 9 || std::abs(from[1]) > 8) continue; // near the edge of what is seen
-      sum += norm(from + moved - to);
+      sum += norm(from + Vec3{moved[0], moved[1], moved[2]} - to);
       ++landmarks;
     }
     ASSERT_GT(landmarks, 3);
