@@ -169,7 +169,7 @@ void JobDelivery::tellKept(Task& task) {
 
 void JobDelivery::forgetResumed(const Task& task) {
   const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
-  if (parameters && parameters->GetResumeFileName() == utf8(task.filter->resumeFile))
+  if (parameters && task.filter && parameters->GetResumeFileName() == utf8(task.filter->resumeFile))
     parameters->SetResumeFileName("");
   dropResumedFile(task);
 }

@@ -53,6 +53,7 @@ ReconstructionResult JobFilter::Reconstruct(ReconstructionInput&& input, const S
 }
 
 void dropResumedFile(const Task& task) {
+  if (!task.filter) return; // other work goes on from no file
   std::error_code ignored;
   const std::filesystem::path& file = task.filter->resumeFile;
   if (!file.empty() && std::filesystem::equivalent(file.parent_path(), task.recoveryFolder, ignored))

@@ -105,7 +105,7 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
   EXPECT_EQ(filesIn("tables").size(), 7u + 6 * 2 + 8);
 
   // What readers must be told.
-  for (const char* words : {"32.47", "145x174x145", "not of 400", "withheld slices (P)",
+  for (const char* words : {"32.47", "145x174x145", "not for 400", "withheld slices (P)",
                             "withheld slices (H)", "Nothing is held out", "not held out"})
     EXPECT_NE(outcome.out.find(words), std::string::npos) << words;
 }

@@ -128,7 +128,7 @@ TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
       "one of");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--frame-times", "0,1"}), 1,
                     "frames");
-  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("in.nii.gz")}), 1, "replace");
+  expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("in.nii.gz")}), 1, "overwrite");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--kind", "warp"}), 2,
                     "auto|motion");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0,0.1,1",

@@ -73,19 +73,19 @@ TEST_F(OutputTest, RefusedBeforeTheStart) {
     std::vector<std::string> words;
     const char* mention;
   } cases[] = {
-      {{"reconstruct", "@scan.nii", "-o", "@scan.nii"}, "replace"},
-      {{"reconstruct", "@scan.nii", "-o", "@out/../scan.nii"}, "replace"},
-      {{"reconstruct", "@scan.nii", "-o", "@link.nii"}, "replace"},
-      {{"reconstruct", "@link.nii", "-o", "@scan.nii"}, "replace"},
-      {{"reconstruct", "@scan.nii", "-o", "@hard.nii"}, "replace"},
-      {{"reconstruct", "@scan.nii", "--mask", "@mask.nii", "-o", "@mask.nii"}, "replace"},
-      {{"reconstruct", "@scan.nii", "--reference", "@mask.nii", "-o", "@mask.nii"}, "replace"},
+      {{"reconstruct", "@scan.nii", "-o", "@scan.nii"}, "overwrite"},
+      {{"reconstruct", "@scan.nii", "-o", "@out/../scan.nii"}, "overwrite"},
+      {{"reconstruct", "@scan.nii", "-o", "@link.nii"}, "overwrite"},
+      {{"reconstruct", "@link.nii", "-o", "@scan.nii"}, "overwrite"},
+      {{"reconstruct", "@scan.nii", "-o", "@hard.nii"}, "overwrite"},
+      {{"reconstruct", "@scan.nii", "--mask", "@mask.nii", "-o", "@mask.nii"}, "overwrite"},
+      {{"reconstruct", "@scan.nii", "--reference", "@mask.nii", "-o", "@mask.nii"}, "overwrite"},
       {{"reconstruct", "@scan.nii", "--resume", "@m.innergs", "-o", "@out/v.nii", "--report", "@m.innergs"},
-       "replace"},
-      {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--report", "@scan.nii"}, "replace"},
+       "overwrite"},
+      {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--report", "@scan.nii"}, "overwrite"},
       {{"reconstruct", "@scan.nii", "@link.nii", "-o", "@out/v.nii"}, "twice"},
       {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--roi", "900,910,0,10,0,10"}, "(x)"},
-      {{"reconstruct", "@dicom", "-o", "@out/v.nii", "--report", "@dicom/1.dcm"}, "replace"},
+      {{"reconstruct", "@dicom", "-o", "@out/v.nii", "--report", "@dicom/1.dcm"}, "overwrite"},
       {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--report", "@out/v.nii"}, "one file"},
       {{"reconstruct", "@scan.nii", "--save-model", "@link.innergs", "--report", "@m.innergs"}, "one file"},
       {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--report", "@out/../out/v.nii"}, "one file"},
@@ -99,15 +99,15 @@ TEST_F(OutputTest, RefusedBeforeTheStart) {
       {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--thickness", "400"}, "400 mm"},
       {{"reconstruct", "@scan.nii", "-o", "@out/v.nii", "--type", "uint8"}, "uint16"},
       {{"slice", "@m.innergs", "--plane", "axial", "-o", "@m.innergs"}, ".nii.gz"},
-      {{"slice", "@scan.nii", "--plane", "axial", "-o", "@scan.nii"}, "replace"},
+      {{"slice", "@scan.nii", "--plane", "axial", "-o", "@scan.nii"}, "overwrite"},
       {{"slice", "@m.innergs", "--plane", "axial", "-o", "@out/" + tooLong + ".png"}, "too long"},
       {{"slice", "@m.innergs", "--plane", "axial", "-o", "@none/s.png"}, "none"},
-      {{"resample", "@m.innergs", "--reference", "@scan.nii", "-o", "@scan.nii"}, "replace"},
+      {{"resample", "@m.innergs", "--reference", "@scan.nii", "-o", "@scan.nii"}, "overwrite"},
       {{"resample", "@m.innergs", "-o", "@old.nii", "--type", "uint8"}, "int16"},
-      {{"simulate", "@scan.nii", "--thickness", "4", "-o", "@scan.nii"}, "replace"},
+      {{"simulate", "@scan.nii", "--thickness", "4", "-o", "@scan.nii"}, "overwrite"},
       {{"simulate", "@scan.nii", "--thickness", "4", "-o", "@old.nii", "--type", "uint8"}, "uint16"},
-      {{"evaluate", "@scan.nii", "--save-volume", "@scan.nii"}, "replace"},
-      {{"evaluate", "@scan.nii", "--csv", "@scan.nii"}, "replace"},
+      {{"evaluate", "@scan.nii", "--save-volume", "@scan.nii"}, "overwrite"},
+      {{"evaluate", "@scan.nii", "--csv", "@scan.nii"}, "overwrite"},
       {{"evaluate", "@scan.nii", "--csv", "@old.json", "--json", "@old.json"}, "one file"},
       {{"evaluate", "@scan.nii", "--picture", "@out/p.jpg"}, ".png"},
       {{"evaluate", "@scan.nii", "--json", "@none/t.json"}, "none"},
@@ -121,14 +121,14 @@ TEST_F(OutputTest, RefusedBeforeTheStart) {
 TEST_F(OutputTest, NamesMadeByTheCommandAreChecked) {
   fs::copy_file(folder_ / "scan.nii", folder_ / "s-axial.nii");
   expectRefused({"simulate", "@s-axial.nii", "--thickness", "2", "--orthogonal", "2", "-o", "@s.nii"},
-                "replace");
+                "overwrite");
 }
 
 // A resumed model may be its own output.
 TEST_F(OutputTest, AResumedModelMayBeReplaced) {
   const Outcome outcome = run(quickly({"reconstruct", path("scan.nii"), "-q", "--resume", path("m.innergs"),
                                        "--save-model", path("m.innergs")}));
-  EXPECT_EQ(outcome.err.find("replace"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("overwrite"), std::string::npos) << outcome.err;
 }
 
 #ifndef _WIN32

@@ -135,7 +135,7 @@ TEST(ExperimentFits, OfOtherCountsSayThatThePapersAreNoComparison) {
   EXPECT_TRUE(table.notes.empty());
   setup.gaussians = 5000;
   notePapersFigures(setup, table);
-  EXPECT_TRUE(mentions(table, "not of 5000"));
+  EXPECT_TRUE(mentions(table, "not for 5000"));
   EXPECT_FALSE(mentions(table, "145x174x145"));
   setup.papersVolume = false;
   notePapersFigures(setup, table);
