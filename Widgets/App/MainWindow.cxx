@@ -231,8 +231,8 @@ void MainWindow::makeDocks() {
   modelLayout->addStretch(1);
   QDockWidget* data = addDock(list_, "dataDock", tr("Data"), false);
   QDockWidget* panels[] = {addDock(reconstruction_, "reconstructDock", tr("Reconstruct"), true),
-                           addDock(motion_, "motionDock", tr("Moving scan"), true),
-                           addDock(query_, "queryDock", tr("Slice query"), true),
+                           addDock(motion_, "motionDock", tr("Moving"), true),
+                           addDock(query_, "queryDock", tr("Query"), true),
                            addDock(find_, "findDock", tr("Find"), true),
                            addDock(modelTop, "modelDock", tr("Model"), true),
                            addDock(new ui::LogPanel(host_, this), "logDock", tr("Log"), false)};
@@ -365,7 +365,7 @@ void MainWindow::makeViewMenu() {
   connect(planes, &QAction::toggled, views_->threeD(), &ThreeDView::setPlanesShown);
   QAction* query =
       add(menu, "queryPlane", tr("&Query Plane in 3D"),
-          tr("Show the plane of the panel Slice query in the 3D view while that panel is open"), [] {});
+          tr("Show the plane of the panel Query in the 3D view while that panel is open"), [] {});
   query->setCheckable(true);
   query->setChecked(true);
   auto* panel = findChild<QDockWidget*>(QStringLiteral("queryDock"));
