@@ -25,6 +25,7 @@ struct Level {
   double smoothness;
   int iterations;
 };
+constexpr double kWorthwhile = 0.5; // dB that poses must gain
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// Slices of a stack averaged over squares of `factor` pixels.
@@ -323,6 +324,10 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     all += level.rounds / (level.factor * level.factor);
   double squaredBefore = 0, squaredAfter = 0;
   std::int64_t pixelsBefore = 0, pixelsAfter = 0;
+  const auto psnr = [&](double squared, std::int64_t pixels) {
+    return pixels > 0 ? -10 * std::log10(squared / static_cast<double>(pixels) / (work.peak * work.peak))
+                      : kNaN;
+  };
   for (const Level& level : kLevels) {
     const double spacing = level.factor * finest;
     const GridGeometry grid = volumeGrid(stacks, spacing);
@@ -339,8 +344,11 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     const SliceVolumePlan plan{level.smoothness, level.iterations};
     std::vector<std::vector<float>> volumes(stacks.size());
     const bool last = level.factor == 1;
+    const bool judged = last || (level.factor == 2 && !always);
+    squaredBefore = squaredAfter = 0;
+    pixelsBefore = pixelsAfter = 0;
     std::vector<std::vector<Fit>> before(stacks.size());
-    if (last) { // how well still slices would foresee each other
+    if (judged) { // how well still slices would foresee each other
       auto still = work.slices;
       std::swap(still, work.slices);
       for (auto& stack : work.slices)
@@ -361,7 +369,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
       }
       std::swap(still, work.slices);
     }
-    for (int round = 0; round < level.rounds + (last ? 1 : 0); ++round) {
+    for (int round = 0; round < level.rounds + (judged ? 1 : 0); ++round) {
       const bool judging = round == level.rounds;
       for (std::size_t s = 0; s < stacks.size(); ++s) {
         const auto others = work.others(s);
@@ -397,11 +405,11 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
       if (progress) progress(done / all);
     }
     previous = work.slices;
+    // What does not move at twice the finest spacing is not worth the finest level, most of the work.
+    if (judged && !last &&
+        psnr(squaredAfter, pixelsAfter) < psnr(squaredBefore, pixelsBefore) + 0.5 * kWorthwhile)
+      break;
   }
-  const auto psnr = [&](double squared, std::int64_t pixels) {
-    return pixels > 0 ? -10 * std::log10(squared / static_cast<double>(pixels) / (work.peak * work.peak))
-                      : kNaN;
-  };
   result.psnrBefore = psnr(squaredBefore, pixelsBefore);
   result.psnrAfter = psnr(squaredAfter, pixelsAfter);
   std::vector<double> displacements, angles;
@@ -431,7 +439,6 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     }
   result.displacement = medianOf(displacements);
   result.angle = medianOf(angles);
-  constexpr double kWorthwhile = 0.5; // dB
   result.moved = always || result.psnrAfter >= result.psnrBefore + kWorthwhile;
   if (!result.moved) {
     for (auto& stack : result.slices)

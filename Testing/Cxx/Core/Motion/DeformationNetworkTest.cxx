@@ -65,7 +65,7 @@ TEST_F(DeformationNetworkTest, GradientIsTheDifferenceQuotient) {
     const std::vector<float> analytic = gradient(time, kernels, pool);
     int moved = 0;
     double difference = 0, size = 0;
-    for (std::size_t i = random.next() % 23; i < analytic.size(); i += 23) {
+    for (std::size_t i = random.next() % 71; i < analytic.size(); i += 71) {
       float& p = network.parameters[i];
       const float before = p;
       constexpr float step = 2e-3F; // a few rectifiers turn within it
@@ -79,7 +79,7 @@ TEST_F(DeformationNetworkTest, GradientIsTheDifferenceQuotient) {
       size += quotient * quotient;
       moved += quotient != 0;
     }
-    EXPECT_GT(moved, 100) << time;
+    EXPECT_GT(moved, 40) << time;
     EXPECT_LT(std::sqrt(difference / size), 0.02) << time;
   }
 }
