@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <locale>
 #include <sstream>
 
 namespace innergs::test {
@@ -56,6 +57,7 @@ TEST_F(ReconstructTest, TellsWhereSlicesLie) {
   for (int n = 0; n < 4; ++n)
     std::getline(transform, line);
   std::istringstream numbers(line.substr(line.find(':') + 1));
+  numbers.imbue(std::locale::classic());
   Affine3 back;
   for (auto& row : back.linear.m)
     for (double& x : row)

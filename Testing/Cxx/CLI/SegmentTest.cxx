@@ -3,8 +3,12 @@
 
 #include "IO/VolumeIO.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <cmath>
+#include <locale>
+#include <sstream>
 #include <string>
 
 namespace innergs::test {
@@ -107,25 +111,22 @@ TEST_F(SegmentTest, WhatGoesWrongIsOneSentence) {
 
 TEST_F(SegmentTest, LearnsFromAFeatureVolumeAndItsTexts) {
   // Two numbers per voxel: the direction of each label's own.
-  const auto number = [&](double angle) {
-    return "[" + std::to_string(std::cos(angle)) + ", " + std::to_string(std::sin(angle)) + "]";
-  };
-  write("texts.json", "{\"background\": " + number(0) + ", \"liver\": " + number(1.2) +
-                          ", \"kidney\": " + number(2.4) + "}");
+  const auto number = [&](double angle) { return nlohmann::json{std::cos(angle), std::sin(angle)}; };
+  write("texts.json",
+        nlohmann::json{{"background", number(0)}, {"liver", number(1.2)}, {"kidney", number(2.4)}}.dump());
   const auto& n = labels_.geometry.size;
-  std::string header = "NRRD0005\ntype: float\ndimension: 4\nspace: left-posterior-superior\nsizes: 2 " +
-                       std::to_string(n[0]) + " " + std::to_string(n[1]) + " " + std::to_string(n[2]) +
-                       "\nspace directions: none";
   const Mat3& d = labels_.geometry.direction;
-  for (int a = 0; a < 3; ++a) {
-    header += " (";
-    for (int r = 0; r < 3; ++r)
-      header += std::to_string(d[r][a] * labels_.geometry.spacing[a]) + (r < 2 ? "," : ")");
-  }
-  const Vec3& o = labels_.geometry.origin;
-  header += "\nspace origin: (" + std::to_string(o[0]) + "," + std::to_string(o[1]) + "," +
-            std::to_string(o[2]) + ")\nkinds: vector domain domain domain\nendian: little\nencoding: raw\n\n";
-  std::string bytes = header;
+  const Vec3 &spacing = labels_.geometry.spacing, &o = labels_.geometry.origin;
+  std::ostringstream header;
+  header.imbue(std::locale::classic());
+  header << "NRRD0005\ntype: float\ndimension: 4\nspace: left-posterior-superior\nsizes: 2 " << n[0] << ' '
+         << n[1] << ' ' << n[2] << "\nspace directions: none";
+  for (int a = 0; a < 3; ++a)
+    header << " (" << d[0][a] * spacing[a] << ',' << d[1][a] * spacing[a] << ',' << d[2][a] * spacing[a]
+           << ')';
+  header << "\nspace origin: (" << o[0] << ',' << o[1] << ',' << o[2]
+         << ")\nkinds: vector domain domain domain\nendian: little\nencoding: raw\n\n";
+  std::string bytes = header.str();
   for (const float label : labels_.voxels) {
     const double angle = label == 0 ? 0 : label == 1 ? 1.2 : 2.4;
     for (const float value : {static_cast<float>(std::cos(angle)), static_cast<float>(std::sin(angle))})
