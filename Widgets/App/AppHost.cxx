@@ -28,7 +28,6 @@ namespace innergs::app {
 
 namespace {
 
-/// Everything that time and device depend on.
 [[noreturn]] void refuse(const QString& sentence) {
   throw Error(ErrorCode::InvalidArgument, sentence.toStdString());
 }

@@ -14,10 +14,4 @@ const char* selectionName(Selection selection) {
   return "";
 }
 
-std::optional<Selection> selectionNamed(const std::string& name) {
-  for (const Selection selection : {Selection::Exact, Selection::Method1, Selection::Method2})
-    if (name == selectionName(selection)) return selection;
-  return {};
-}
-
 } // namespace innergs

@@ -1,6 +1,4 @@
 #pragma once
-#include <optional>
-#include <string>
 
 namespace innergs {
 
@@ -15,7 +13,5 @@ enum class Selection {
 };
 /// "exact", "method1", "method2".
 const char* selectionName(Selection selection);
-/// Nothing for any other name.
-std::optional<Selection> selectionNamed(const std::string& name);
 
 } // namespace innergs

@@ -85,12 +85,6 @@ double powerIteration(const double* s) {
 
 } // namespace
 
-TEST(Selection, NamesAreReadBack) {
-  for (const Selection selection : kAll)
-    EXPECT_EQ(selectionNamed(selectionName(selection)), selection);
-  EXPECT_FALSE(selectionNamed("method3"));
-}
-
 TEST(Selection, LargestEigenvalueIsThatOfPowerIteration) {
   Scene scene;
   for (const Gaussian& g : scene.field.gaussians) {
