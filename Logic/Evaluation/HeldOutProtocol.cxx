@@ -154,6 +154,7 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
     score.psnr = score.pooledPsnr = quality.psnr;
     score.ssim = quality.ssim;
     score.seconds = run.seconds;
+    score.cpuSeconds = run.cpuSeconds;
     if (options.keepVolumes) score.volume = run.volume;
     report.methods.push_back(std::move(score));
   };

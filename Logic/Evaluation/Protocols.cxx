@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 #include <limits>
 
 namespace innergs {
@@ -71,8 +72,10 @@ TimedVolume runMethod(const std::string& name, const EvaluationOptions& options,
   if (options.stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The evaluation was cancelled.");
   if (options.onMethod) options.onMethod(name);
   const auto start = std::chrono::steady_clock::now();
+  const std::clock_t cpuStart = std::clock();
   auto volume = std::make_shared<const Volume>(method());
-  return {std::move(volume), secondsSince(start)};
+  return {std::move(volume), secondsSince(start),
+          static_cast<double>(std::clock() - cpuStart) / CLOCKS_PER_SEC};
 }
 
 } // namespace innergs

@@ -56,6 +56,7 @@ struct MethodScore {
   double psnr = 0, ssim = 0;
   double pooledPsnr = 0; // protocol P only (in protocol H, psnr is pooled already)
   double seconds = 0;
+  double cpuSeconds = 0;                // 0: not measured (protocol P)
   std::vector<PlaneScore> perPlane;     // protocol P only
   std::optional<PoseErrors> poses;      // protocol stacks, of the Gaussians
   std::shared_ptr<const Volume> volume; // with keepVolumes; on EvaluationReport::truth's lattice

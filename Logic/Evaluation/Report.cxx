@@ -52,6 +52,7 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     entry["psnr"] = method.psnr;
     entry["ssim"] = method.ssim;
     entry["seconds"] = method.seconds;
+    if (method.cpuSeconds > 0) entry["cpu_seconds"] = method.cpuSeconds;
     entry["pooled_psnr"] = method.pooledPsnr;
     if (method.poses) entry["pose_errors"] = toJson(*method.poses);
     entry["per_plane"] = nlohmann::ordered_json::object();

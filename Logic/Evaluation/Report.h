@@ -13,7 +13,8 @@ std::string textReport(std::span<const EvaluationReport> reports);
 std::string csvReport(std::span<const EvaluationReport> reports);
 
 /// {"protocol", "case", "samples", "peak", "voxels", "methods": {name: {"psnr", "ssim", "seconds",
-/// "per_plane"}}, "notes"}; an array of these for several reports. A non-finite PSNR is null.
+/// "cpu_seconds" (not of protocol P), "per_plane"}}, "notes"}; an array of these for several reports. A
+/// non-finite PSNR is null.
 std::string jsonReport(std::span<const EvaluationReport> reports);
 
 } // namespace innergs

@@ -146,6 +146,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
     method.psnr = method.pooledPsnr = quality.psnr;
     method.ssim = quality.ssim;
     method.seconds = run.seconds;
+    method.cpuSeconds = run.cpuSeconds;
     if (options.keepVolumes) method.volume = std::make_shared<const Volume>(std::move(image));
     return method;
   };

@@ -50,7 +50,7 @@ std::string measuredOn(const std::string& heldOutCase, const nlohmann::json& rep
 std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes) {
   MarkdownTable table({"volume", "case", "measured on", "Gaussians", "linear", "cubic", "Lanczos", "average",
                        "back-projection", "total variation", "over best interpolation",
-                       "over back-projection", "target", "met", "seconds"});
+                       "over back-projection", "target", "met", "seconds", "CPU seconds"});
   for (const auto& [volume, heldOutCase, outcome] : outcomes) {
     if (!outcome.json) {
       table.add({volume, heldOutCase.empty() ? "all" : heldOutCase, outcome.missing});
@@ -68,7 +68,8 @@ std::string heldOutTable(const std::vector<HeldOutOutcome>& outcomes) {
                s.text("linear"), s.text("cubic"), s.text("lanczos"), s.text("average"),
                s.text("backprojection"), s.text("totalvariation"), withSign(psnr - s.bestInterpolation(), 2),
                std::isnan(s.psnr("backprojection")) ? "" : withSign(psnr - s.psnr("backprojection"), 2),
-               wanted, met, fixed(s.get("gaussians", "seconds"), 1)});
+               wanted, met, fixed(s.get("gaussians", "seconds"), 1),
+               fixed(s.get("gaussians", "cpu_seconds"), 1)});
   }
   return table.text();
 }

@@ -23,6 +23,8 @@ EvaluationReport report(const std::string& protocol) {
   gaussians.seconds = 2.5;
   if (protocol == "paper")
     gaussians.perPlane = {{Plane::Axial, 30, 0.9, 29, 7}, {Plane::Coronal, 31, 0.8, 30, 8}};
+  else
+    gaussians.cpuSeconds = 4.5;
   MethodScore perfect;
   perfect.name = "linear";
   perfect.psnr = std::numeric_limits<double>::infinity();
@@ -47,6 +49,8 @@ TEST(Report, JsonHasTheAgreedShape) {
   const std::vector<EvaluationReport> two{report("paper"), report("held-out")};
   const auto array = nlohmann::json::parse(jsonReport(two));
   ASSERT_EQ(array.size(), 2u);
+  EXPECT_FALSE(array[1]["methods"]["gaussians"].contains("cpu_seconds"));
+  EXPECT_DOUBLE_EQ(array[0]["methods"]["gaussians"]["cpu_seconds"], 4.5);
   EXPECT_EQ(array[0]["protocol"], "held-out");
 }
 
