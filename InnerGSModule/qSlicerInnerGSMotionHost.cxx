@@ -100,7 +100,7 @@ bool qSlicerInnerGSMotionHost::start(const MotionRequest& request) {
   vtkNew<vtkSlicerInnerGSDynamicRequest> asked;
   asked->SetSeries(sequenceOf(logic_, request.seriesId));
   asked->SetInterval(request.interval);
-  asked->SetKind(request.kind);
+  asked->SetSettings(request.settings);
   asked->SetRate(request.rate);
   asked->SetEvaluateQuality(request.evaluateQuality);
   job_ = logic_->StartDynamicReconstruction(asked);

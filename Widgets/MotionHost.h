@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Job/Progress.h"
+#include "Core/Settings/Settings.h"
 #include "Widgets/Request.h"
 
 #include <QObject>
@@ -20,7 +21,7 @@ struct SeriesInfo {
 struct MotionRequest {
   QString seriesId;
   double interval = 0;         // s from one frame to the next; 0: as the scan says
-  int kind = -1;               // as innergs::DynamicKind: 0 motion, 1 intensity, 2 network; −1 chosen
+  Settings settings;           // those of moving scans are looked at
   double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
   bool evaluateQuality = true; // on frames that a second fit does not see
 };
@@ -62,6 +63,10 @@ public:
   /// Shows the model at a time (s), as a frame in the slice views and wherever else it is seen. Returns at
   /// once; of many that wait the last one is shown.
   virtual void setTime(const QString& modelId, double seconds) = 0;
+  /// While one is fitted: the model so far; not known before previewed().
+  virtual MotionInfo previewInfo() const { return {}; }
+  /// setTime() for it.
+  virtual void setPreviewTime(double seconds) { Q_UNUSED(seconds) }
   /// Writes frames (rate as in the request) as one 4D file; "" or a sentence. Only where the program has no
   /// other way: savesFrames().
   virtual bool savesFrames() const = 0;
@@ -70,6 +75,7 @@ public:
 Q_SIGNALS:
   void started();
   void progressed(const innergs::Progress& progress);
+  void previewed(); // previewInfo() is newer
   void finished(const innergs::ui::MotionReport& report);
   void failed(const QString& sentence);
   void cancelled();

@@ -4,6 +4,8 @@
 #include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
 #include "Widgets/SaveDialog.h"
+#include "Widgets/Section.h"
+#include "Widgets/SettingsPanel.h"
 #include "Widgets/TextFormat.h"
 #include "Widgets/ValueSlider.h"
 
@@ -23,6 +25,7 @@
 #include <QToolButton>
 
 #include <cmath>
+#include <utility>
 
 namespace innergs::ui {
 
@@ -79,10 +82,9 @@ QWidget* MotionPanel::buildFit() {
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = new QComboBox(this);
   kind_->setObjectName(QStringLiteral("motionKind"));
-  kind_->addItem(tr("Chosen by withheld frames"), -1);
-  kind_->addItem(tr("The tissue moves"), 0);
-  kind_->addItem(tr("It stays and changes its intensity (fMRI)"), 1);
-  kind_->addItem(tr("It moves, by a deformation network (slower)"), 2);
+  kind_->addItem(tr("Chosen by withheld frames"), QString());
+  for (const SettingWord& word : settingNamed("kind").words)
+    kind_->addItem(settingText(word.label), QString::fromLatin1(word.name));
   kind_->setToolTip(tr("What changes with time. By itself the program tries both on a few frames"));
   kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   kind_->setMinimumContentsLength(12);
@@ -100,6 +102,15 @@ QWidget* MotionPanel::buildFit() {
       tr("A second fit does not see every few frames and is compared with linear interpolation\n"
          "in time and with the previous frame on them"));
   form->addRow(judge_);
+  std::vector<const Setting*> rows;
+  for (const Setting& row : settingsTable())
+    if (row.group == Setting::Group::Moving && row.name != std::string("kind")) rows.push_back(&row);
+  for (const char* name : {"gaussians", "seed"})
+    rows.push_back(&settingNamed(name));
+  settings_ = new SettingsPanel(rows, this);
+  auto* section = new Section(tr("Advanced &settings"), this);
+  section->setContent(settings_);
+  form->addRow(section);
   layout->addWidget(options_);
   run_ = new QPushButton(tr("&Reconstruct"), this);
   run_->setObjectName(QStringLiteral("motionRun"));
@@ -181,6 +192,12 @@ void MotionPanel::connectAll() {
     ended();
     showProgress({});
   });
+  connect(motion_, &MotionHost::previewed, this, &MotionPanel::showModel);
+  connect(kind_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, [this] {
+    Settings settings = settings_->settings();
+    settingNamed("kind").setText(settings, kind_->currentData().toString().toStdString());
+    settings_->setSettings(settings);
+  });
   connect(motion_, &MotionHost::progressed, this, &MotionPanel::showProgress);
   connect(motion_, &MotionHost::finished, this, [this](const MotionReport& report) {
     ended();
@@ -195,14 +212,14 @@ void MotionPanel::connectAll() {
     say(tr("Cancelled: nothing was changed."));
   });
   connect(motion_, &MotionHost::timeChanged, this, [this](const QString& id, double now) {
-    if (id != modelId() || play_->isChecked()) return;
+    if (id != modelId() || previewing_ || play_->isChecked()) return;
     info_.now = now;
     time_->setValue(now);
   });
   connect(time_, &ValueSlider::valueEdited, this, [this](double now) {
     if (play_->isChecked()) play_->setChecked(false);
     info_.now = now;
-    motion_->setTime(modelId(), now);
+    showAt(now);
   });
   connect(play_, &QToolButton::toggled, this, &MotionPanel::play);
   connect(&frames_, &QTimer::timeout, this, &MotionPanel::advance);
@@ -230,7 +247,7 @@ MotionRequest MotionPanel::request() const {
   MotionRequest request;
   request.seriesId = series_->currentId();
   request.interval = interval_->number().value_or(0);
-  request.kind = kind_->currentData().toInt();
+  request.settings = settings_->settings();
   request.rate = rate_->number().value_or(0);
   request.evaluateQuality = judge_->isChecked();
   return request;
@@ -263,24 +280,33 @@ void MotionPanel::showSeries() {
 void MotionPanel::showModel() {
   const QString id = modelId();
   const MotionInfo before = info_;
-  info_ = motion_->motionInfo(id);
+  const bool previewedBefore =
+      std::exchange(previewing_, motion_->isRunning() && motion_->previewInfo().known);
+  info_ = previewing_ ? motion_->previewInfo() : motion_->motionInfo(id);
+  if (previewing_ != previewedBefore) play_->setChecked(false);
   view_->setEnabled(info_.known);
+  for (QPushButton* button : {saveFrames_, saveModel_})
+    button->setEnabled(!previewing_);
   if (!info_.known) {
     play_->setChecked(false);
     aboutModel_->setText(id.isEmpty() ? tr("No model of a moving scan yet.")
                                       : tr("This model does not move: it is of a single moment."));
     return;
   }
-  aboutModel_->setText((info_.kind == QLatin1String("intensity")
-                            ? tr("Gaussians that change their intensity, %1 s to %2 s.")
-                            : tr("Gaussians that move, %1 s to %2 s."))
-                           .arg(seconds(info_.first), seconds(info_.last)));
+  if (previewing_)
+    aboutModel_->setText(
+        tr("The model so far, %1 s to %2 s.").arg(seconds(info_.first), seconds(info_.last)));
+  else
+    aboutModel_->setText((info_.kind == QLatin1String("intensity")
+                              ? tr("Gaussians that change their intensity, %1 s to %2 s.")
+                              : tr("Gaussians that move, %1 s to %2 s."))
+                             .arg(seconds(info_.first), seconds(info_.last)));
   if (info_.first != before.first || info_.last != before.last || !before.known) {
     time_->setRange(info_.first, info_.last);
     time_->setSingleStep((info_.last - info_.first) / 100);
   }
   if (!time_->slider()->isSliderDown() && !play_->isChecked()) time_->setValue(info_.now);
-  if (id == modelId_) return;
+  if (previewing_ || id == modelId_) return;
   modelId_ = id;
   Q_EMIT modelIdChanged(id);
 }
@@ -306,6 +332,7 @@ void MotionPanel::ended() {
     run_->setEnabled(true);
   else
     showSeries();
+  showModel();
 }
 
 void MotionPanel::showReport(const MotionReport& report) {
@@ -354,13 +381,20 @@ void MotionPanel::play(bool on) {
   frames_.start(kPlayInterval);
 }
 
+void MotionPanel::showAt(double time) {
+  if (previewing_)
+    motion_->setPreviewTime(time);
+  else
+    motion_->setTime(modelId(), time);
+}
+
 void MotionPanel::advance() {
   const double length = info_.last - info_.first;
   if (!info_.known || !(length > 0)) return play_->setChecked(false);
   const double gone = 1e-3 * static_cast<double>(playing_.elapsed()) * speed_->currentData().toDouble();
   info_.now = info_.first + std::fmod(playedFrom_ - info_.first + gone, length);
   time_->setValue(info_.now);
-  motion_->setTime(modelId(), info_.now);
+  showAt(info_.now);
 }
 
 void MotionPanel::saveFrames() {

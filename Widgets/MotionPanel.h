@@ -16,6 +16,7 @@ namespace innergs::ui {
 
 class MessageLine;
 class NumberSpin;
+class SettingsPanel;
 class ValueSlider;
 
 /// Moving scans: reconstructs one into a continuous volume in space and time, and shows such a model at any
@@ -48,6 +49,7 @@ private:
   void startOrCancel();
   void play(bool on);
   void advance();
+  void showAt(double seconds);
   void saveFrames();
   void saveModel();
   void say(const QString& message, bool error = false);
@@ -57,7 +59,8 @@ private:
   MotionInfo info_; // of the model
   QString modelId_; // that others were told of
   bool cancelling_ = false;
-  double playedFrom_ = 0; // s
+  bool previewing_ = false; // info_ is of the model that is being fitted
+  double playedFrom_ = 0;   // s
   QElapsedTimer playing_;
   QTimer frames_{this};
 
@@ -72,6 +75,7 @@ private:
   QToolButton* play_ = nullptr;
   ValueSlider* time_ = nullptr;
   MessageLine* message_ = nullptr;
+  SettingsPanel* settings_ = nullptr;
 };
 
 } // namespace innergs::ui

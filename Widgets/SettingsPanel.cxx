@@ -49,6 +49,13 @@ QString shownIn(const Settings& settings, const Setting& row, const QLocale& loc
   return {};
 }
 
+std::vector<const Setting*> advancedSettings() {
+  std::vector<const Setting*> rows;
+  for (const Setting& row : settingsTable())
+    if (row.group != Setting::Group::Basic && row.group != Setting::Group::Moving) rows.push_back(&row);
+  return rows;
+}
+
 } // namespace
 
 QString settingText(const char* text) {
@@ -75,7 +82,9 @@ QString settingTip(const Setting& row) {
   return "<qt>" + text + "</qt>"; // enables wrapping
 }
 
-SettingsPanel::SettingsPanel(QWidget* parent) : QWidget(parent) {
+SettingsPanel::SettingsPanel(QWidget* parent) : SettingsPanel(advancedSettings(), parent) {}
+
+SettingsPanel::SettingsPanel(const std::vector<const Setting*>& rows, QWidget* parent) : QWidget(parent) {
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
   auto* hint = makeWrappedLabel("settingsHint", this);
@@ -83,8 +92,8 @@ SettingsPanel::SettingsPanel(QWidget* parent) : QWidget(parent) {
   layout->addWidget(hint);
   QFormLayout* form = nullptr;
   auto group = Setting::Group::Basic;
-  for (const Setting& row : settingsTable()) {
-    if (row.group == Setting::Group::Basic) continue;
+  for (const Setting* shown : rows) {
+    const Setting& row = *shown;
     if (row.group != group) form = makeGroup(settingText(groupTitle(group = row.group)));
     const QString unit = settingText(row.unit), label = settingText(row.label);
     Field field{&row, nullptr, {}};
@@ -121,9 +130,9 @@ void SettingsPanel::setSettings(const Settings& settings) {
 }
 
 void SettingsPanel::restoreDefaults() {
-  Settings settings;
-  for (const Setting& row : settingsTable())
-    if (row.group == Setting::Group::Basic) row.setText(settings, row.textIn(settings_));
+  Settings settings = settings_;
+  for (const Field& field : fields_)
+    field.row->setText(settings, "");
   setSettings(settings);
 }
 

@@ -18,18 +18,20 @@ QString settingText(const char* text);
 NumberSpin::Range settingRange(const Setting& row);
 QString settingTip(const Setting& row);
 
-/// A field for every setting except the basic ones, which have fields in the reconstruction panel and are
-/// kept unchanged here. A field writes only the setting that the user edits, so all others keep their exact
-/// values. "automatic": unset, chosen from the preset and the data.
+/// A field for every setting of a reconstruction except the basic ones, which have fields in the
+/// reconstruction panel and are kept unchanged here. A field writes only the setting that the user edits, so
+/// all others keep their exact values. "automatic": unset, chosen from the preset and the data.
 class SettingsPanel : public QWidget {
   Q_OBJECT
 public:
   explicit SettingsPanel(QWidget* parent = nullptr);
+  /// For these settings alone; all others are kept unchanged.
+  explicit SettingsPanel(const std::vector<const Setting*>& rows, QWidget* parent = nullptr);
   Settings settings() const;
   void setSettings(const Settings& settings);
 
 public Q_SLOTS:
-  /// All except the basic ones.
+  /// All that have a field here.
   void restoreDefaults();
 
 Q_SIGNALS:

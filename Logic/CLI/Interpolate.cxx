@@ -24,14 +24,13 @@ namespace innergs::cli {
 namespace {
 
 struct InterpolateOptions {
-  std::string input, output, saveModel, report, motion;
+  std::string input, output, saveModel, report, motion, resume;
   std::vector<double> times;
   std::optional<double> rate, at, motionFrom;
   TimeSeriesOptions reading;
-  std::string kind = "auto";
   GridOptions grid;
   OutputType type = OutputType::Float32;
-  Settings settings; // Gaussians, threads, instruction set, seed
+  Settings settings;
   bool quiet = false;
 };
 
@@ -44,7 +43,7 @@ std::vector<double> outputTimes(const InterpolateOptions& o, const std::vector<d
 OutputFiles checkedOutputs(const InterpolateOptions& o) {
   if (o.output.empty() && o.saveModel.empty() && o.motion.empty())
     throw CLI::ValidationError("interpolate", "needs --output, --motion or --save-model");
-  if (!o.motion.empty() && o.kind == dynamicKindName(DynamicKind::Intensity))
+  if (!o.motion.empty() && o.settings.kind == DynamicKind::Intensity)
     throw CLI::ValidationError("interpolate",
                                "--motion needs Gaussians that move: leave out --kind intensity");
   if (o.motionFrom && o.motion.empty())
@@ -58,12 +57,13 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
   OutputFiles files;
   files.read(o.input);
   if (!std::filesystem::is_directory(o.input)) files.read(sidecarOf(o.input));
+  files.add(o.saveModel, OutputFiles::Kind::Model); // before read(): may be the resumed model itself
+  files.read(o.resume);
   files.read(o.grid.reference);
   if (!o.output.empty()) {
     if (!o.at) checkTimeSeriesPath(o.output);
     files.add(o.output, o.at ? OutputFiles::Kind::Volume : OutputFiles::Kind::Any);
   }
-  files.add(o.saveModel, OutputFiles::Kind::Model);
   files.add(o.report);
   return files;
 }
@@ -92,7 +92,7 @@ MotionSequence motionOf(const DynamicField& field, const std::vector<double>& ti
 TimeSeries rendered(const DynamicField& field, const std::vector<double>& times, const GridGeometry& grid,
                     const InterpolateOptions& o, std::stop_token stop) {
   checkMemory(4 * grid.voxelCount() * static_cast<std::int64_t>(times.size()), "The frames");
-  TimeSeries series{grid, {}, times, {}};
+  TimeSeries series{grid, {}, times, {}, {}};
   RenderOptions render;
   render.threads = o.settings.threads;
   render.instructionSet = o.settings.instructionSet;
@@ -133,6 +133,8 @@ nlohmann::ordered_json reportOf(const InterpolateOptions& o, const DynamicField&
   report["output_times_s"] = times;
   report["training_psnr_db"] = result.seconds > 0 ? nlohmann::ordered_json(result.trainingPsnr) : nullptr;
   report["training_psnr_note"] = "on the frames that were fitted, not on withheld ones";
+  report["notes"] = result.notes;
+  report["settings"] = toJson(result.settings, true);
   report["seconds"] = result.seconds;
   report["threads"] = result.threads;
   report["instruction_set"] = result.instructionSet;
@@ -147,6 +149,7 @@ int interpolate(const InterpolateOptions& o) {
   std::optional<VoxelValues> expected;
   std::vector<double> times;
   if (isDynamicModel(o.input)) {
+    if (!o.resume.empty()) throw CLI::ValidationError("--resume", "takes the scan as its input, not a model");
     result.field = std::make_shared<const DynamicField>(readDynamicModel(o.input));
     times = outputTimes(o, result.field->times);
     addTimed(o, times, files);
@@ -158,23 +161,28 @@ int interpolate(const InterpolateOptions& o) {
     addTimed(o, times, files);
     expected = valuesOf(series.frames);
     checkType(o.type, *expected, "the scan");
-    DynamicSettings settings;
-    settings.kind = dynamicKindNamed(o.kind);
-    settings.gaussians = o.settings.gaussians;
-    settings.threads = o.settings.threads;
-    settings.instructionSet = o.settings.instructionSet;
-    settings.seed = o.settings.seed;
-    DynamicJob job(std::move(series), settings);
+    DynamicJob job(std::move(series), o.settings);
+    if (!o.resume.empty()) {
+      auto stopped = std::make_shared<StoppedDynamicFit>();
+      stopped->field = readDynamicModel(o.resume, nullptr, &stopped->state);
+      job.resume(std::move(stopped));
+    }
     job.onProgress([&](const Progress& progress) { display.show(progress); });
     result = job.run(interrupt.token());
     display.finish();
     if (!result.field)
       throw Error(ErrorCode::Cancelled, "Interrupted before there was a model; nothing was written.");
     if (!result.choice.empty()) display.say(result.choice);
+    for (const std::string& note : result.notes)
+      fmt::print(stderr, "innergs: warning: {}\n", note);
   }
   const DynamicField& field = *result.field;
   files.write(o.saveModel, [&](const auto& path) {
-    writeDynamicModel(field, path, {{"Inputs", utf8(std::filesystem::path(o.input).filename())}});
+    ModelNotes notes{{"Inputs", utf8(std::filesystem::path(o.input).filename())}};
+    if (const std::string settings = movingSettingsText(result.settings);
+        result.seconds > 0 && !settings.empty())
+      notes["Settings"] = settings;
+    writeDynamicModel(field, path, notes, result.state);
   });
   files.write(o.output, [&](const auto& path) {
     const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
@@ -247,16 +255,14 @@ Subcommand addInterpolate(CLI::App& app) {
       ->add_option("--frame-interval", o->reading.interval,
                    "Time from one frame of the input to the next in s [from the file]")
       ->type_name("S");
-  addChoice<std::string>(
-      *command, "--kind", o->kind,
-      {{"auto", "auto"}, {"motion", "motion"}, {"intensity", "intensity"}, {"network", "network"}},
-      "What changes with time: Gaussians that move, or that change their intensity in place\n"
-      "(fMRI); auto: the one of these that foresees withheld frames better; network: a\n"
-      "deformation network, the paper's [auto]");
+  command
+      ->add_option("--resume", o->resume,
+                   "Resume from a model that an interrupted run of the same scan and settings saved")
+      ->type_name("MODEL");
   o->grid.add(*command, "the frames' own grid");
   addOutputType(*command, o->type);
-  for (const char* name : {"gaussians", "seed", "threads", "instructionSet"})
-    addSetting(*command, o->settings, name);
+  for (const Setting& row : settingsTable())
+    if (concernsMovingScans(row)) addSetting(*command, o->settings, row.name);
   command->add_flag("-q,--quiet", o->quiet, "Print only errors");
   command->footer("Examples:\n"
                   "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
@@ -264,7 +270,8 @@ Subcommand addInterpolate(CLI::App& app) {
                   "  innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n"
                   "  innergs interpolate wrist.innergs --motion motion.nii.gz --motion-from 0\n"
                   "  innergs interpolate wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\n"
-                  "Ctrl-C stops the fit; once frames are refined together, what was reached is written.");
+                  "Ctrl-C stops the fit; once frames are refined together, what was reached is written,\n"
+                  "and --resume continues from the saved model.");
   return {command, [o] { return interpolate(*o); }};
 }
 

@@ -71,7 +71,7 @@ CLI::Option* addSetting(CLI::App& app, Settings& settings, const std::string& na
   const std::string option = "--" + row.option();
   const auto set = [&row, &settings, option](const std::string& text) {
     try {
-      row.setText(settings, text);
+      row.setText(settings, row.member.optional && text == "auto" ? "" : text);
     } catch (const Error& error) {
       throw CLI::ValidationError(option, error.what());
     }
@@ -89,6 +89,7 @@ void addSettings(CLI::App& app, Settings& settings) {
   CLI::Option_group* group = nullptr;
   std::string title;
   for (const Setting& row : settingsTable()) {
+    if (row.group == Setting::Group::Moving) continue;
     const std::string next = row.group == Setting::Group::Basic ? "Settings" : groupTitle(row.group);
     if (!group || next != title) group = app.add_option_group(title = next);
     addSetting(*group, settings, row.name);

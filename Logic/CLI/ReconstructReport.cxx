@@ -36,10 +36,11 @@ Json toJson(const GridGeometry& geometry) {
           {"direction_lps", direction}};
 }
 
-Json toJson(const Settings& settings) {
+Json toJson(const Settings& settings, bool moving) {
   using Type = Setting::Type;
   Json json;
   for (const Setting& row : settingsTable()) {
+    if (moving ? !concernsMovingScans(row) : row.group == Setting::Group::Moving) continue;
     const std::string text = row.textIn(settings);
     const bool word = row.type() == Type::Choice || row.type() == Type::Text;
     json[row.name] = !row.isIn(settings) ? Json() : word ? Json(text) : Json::parse(text);

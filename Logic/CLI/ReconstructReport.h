@@ -6,7 +6,8 @@
 namespace innergs::cli {
 
 nlohmann::ordered_json toJson(const GridGeometry& geometry);
-nlohmann::ordered_json toJson(const Settings& settings);
+/// moving: those of a moving scan, else those of every other fit.
+nlohmann::ordered_json toJson(const Settings& settings, bool moving = false);
 /// Versions of InnerGS and of its dependencies.
 nlohmann::ordered_json versions();
 

@@ -63,7 +63,7 @@ public:
 
   /// Without a kind: the one that the program chooses, without fitting it twice.
   DynamicKind gaussians(std::optional<DynamicKind> kind) {
-    DynamicSettings settings = e_.settings;
+    Settings settings = e_.settings;
     settings.kind = kind;
     say(kind ? std::string("Gaussians, ") + dynamicKindName(*kind) : "Gaussians");
     DynamicJob job(training_, settings);
@@ -77,8 +77,10 @@ public:
     options.instructionSet = e_.settings.instructionSet;
     options.stop = e_.stop;
     std::vector<std::vector<float>> frames;
+    TimeSeries lattice{e_.series.geometry, {}, {}, {}, {}};
+    if (result.slicesTimed) lattice.sliceTiming = e_.series.sliceTiming;
     for (const double time : times_)
-      frames.push_back(render(fieldAt(field, time), e_.series.geometry, options).voxels);
+      frames.push_back(acquiredFrame(field, lattice, time, options));
     add(std::string("Gaussians, ") + dynamicKindName(field.kind) + (kind ? "" : " (chosen)"), field.size(),
         result.seconds, frames);
     if (!kind) choice_ = result.choice;

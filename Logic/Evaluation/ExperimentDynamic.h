@@ -11,7 +11,7 @@ struct DynamicExperiment {
   std::string name; // for titles
   std::int64_t every =
       8; // the paper's: withholds frames 8, 16, … (keeps the first, which previous-frame needs)
-  DynamicSettings settings; // threads, seed, instruction set
+  Settings settings;
   ProgressCallback progress;
   std::function<void(const std::string&)> say;
   std::stop_token stop;
@@ -22,7 +22,7 @@ struct DynamicExperimentResult {
   ExperimentTable frames;  // one by one
 };
 
-/// Compares both kinds of Gaussians, the one that the program chooses, and other interpolations between
+/// Compares all kinds of Gaussians, the one that the program chooses, and other interpolations between
 /// frames. Throws Error(InvalidArgument) if no frame can be withheld, Error(Cancelled).
 DynamicExperimentResult runDynamic(const DynamicExperiment& experiment);
 

@@ -15,7 +15,7 @@ constexpr std::int64_t kFewestToJudge = 6; // frames
 
 } // namespace
 
-JudgedSeries::JudgedSeries(TimeSeries series, DynamicSettings settings, bool judge)
+JudgedSeries::JudgedSeries(TimeSeries series, Settings settings, bool judge)
     : series_(std::move(series)), settings_(std::move(settings)), judge_(judge) {}
 
 JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
@@ -35,6 +35,7 @@ JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
     if (judging && progress.phase == Phase::Done) progress.phase = Phase::Judging;
     tell(std::move(progress), 0, first);
   });
+  job.onPreview(preview_);
   outcome.result = job.run(stop);
   if (judge_ && !judging)
     outcome.note = "There are too few frames to withhold some and judge the quality on them.";

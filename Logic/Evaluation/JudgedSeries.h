@@ -17,10 +17,14 @@ struct JudgedSeriesResult {
 
 class JudgedSeries {
 public:
-  JudgedSeries(TimeSeries series, DynamicSettings settings, bool judge);
+  JudgedSeries(TimeSeries series, Settings settings, bool judge);
 
   /// Remaining time and fraction are of both fits.
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
+
+  void onPreview(std::function<void(std::shared_ptr<const DynamicField>)> callback) {
+    preview_ = std::move(callback);
+  }
 
   /// Blocks. A stop before the first fit is complete ends as DynamicJob's does; after it, only the judging
   /// ends. Throws as DynamicJob does.
@@ -28,9 +32,10 @@ public:
 
 private:
   TimeSeries series_;
-  DynamicSettings settings_;
+  Settings settings_;
   bool judge_;
   ProgressCallback progress_;
+  std::function<void(std::shared_ptr<const DynamicField>)> preview_;
 };
 
 } // namespace innergs

@@ -90,6 +90,31 @@ DeformationNetwork networkFrom(const Metadata& metadata) {
   return network;
 }
 
+/// Empty for a fit that was not stopped on its way.
+RefinementState refinementFrom(const SafetensorsFile& file, const Metadata& metadata) {
+  RefinementState state;
+  const auto* moments = file.find("refinement_moments");
+  if (!moments) return state;
+  const std::string key = "refinement";
+  const json value = metadata.parsed(key);
+  if (!value.is_object()) metadata.fail(key);
+  for (const char* part : {"step", "mse", "key", "steps"})
+    if (!value.contains(part)) metadata.fail(key);
+  const auto count = [&](const json& number) {
+    constexpr std::uint64_t most = 100'000'000;
+    if (!number.is_number_unsigned() || number.get<std::uint64_t>() > most) metadata.fail(key);
+    return number.get<int>();
+  };
+  state.step = count(value["step"]);
+  state.mse = metadata.number(value["mse"], key);
+  if (!value["key"].is_string() || !value["steps"].is_array()) metadata.fail(key);
+  state.key = value["key"].get<std::string>();
+  for (const json& steps : value["steps"])
+    state.steps.push_back(count(steps));
+  state.moments = file.read("refinement_moments", moments->shape);
+  return state;
+}
+
 std::vector<std::int64_t> nodesShape(const DynamicField& field) {
   const auto& n = field.lattice.size;
   return {field.motion.coefficients, n[2], n[1], n[0], MotionLattice::kValues};
@@ -97,8 +122,8 @@ std::vector<std::int64_t> nodesShape(const DynamicField& field) {
 
 } // namespace
 
-void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path,
-                       const ModelNotes& notes) {
+void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path, const ModelNotes& notes,
+                       const RefinementState& state) {
   checkDynamicField(field);
   Model model;
   model.field = field.canonical;
@@ -131,10 +156,15 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
     more["change_spline"] = splineText(field.change);
     add("intensity_change", {field.change.coefficients, field.size()}, field.changes);
   }
+  if (!state.empty()) {
+    more["refinement"] =
+        json{{"step", state.step}, {"mse", state.mse}, {"key", state.key}, {"steps", state.steps}}.dump();
+    add("refinement_moments", {static_cast<std::int64_t>(state.moments.size())}, state.moments);
+  }
   writeModelWith(model, path, notes, more, std::move(tensors));
 }
 
-DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes) {
+DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes, RefinementState* state) {
   const SafetensorsFile file(path);
   if (!isMoving(file))
     throw Error(ErrorCode::FileFormat,
@@ -175,6 +205,7 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
     field.changes = read("intensity_change", {field.change.coefficients, field.size()});
   }
   checkDynamicField(field);
+  if (state) *state = refinementFrom(file, metadata);
   return field;
 }
 

@@ -1,16 +1,19 @@
 #pragma once
 #include "Core/Motion/DynamicField.h"
+#include "Core/Motion/Refinement.h"
 #include "IO/ModelFile.h"
 
 namespace innergs {
 
 /// Writes a model file of a moving scan (.innergs): like ModelFile.h, with the canonical field, the frame
-/// times and the splines in time; see Docs/model-format.md. Throws Error(Io).
+/// times and the splines in time; see Docs/model-format.md. state: of a fit that was stopped, to go on from
+/// the file. Throws Error(Io).
 void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path,
-                       const ModelNotes& notes = {});
+                       const ModelNotes& notes = {}, const RefinementState& state = {});
 
 /// Checks everything before use. Throws Error(FileNotFound | FileFormat | Memory).
-DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes = nullptr);
+DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes = nullptr,
+                              RefinementState* state = nullptr);
 
 /// Whether the file is a model of a moving scan; false for anything unreadable.
 bool isDynamicModel(const std::filesystem::path& path);

@@ -143,8 +143,8 @@ std::vector<std::vector<float>> readVoxels(const OpenFile& file, std::int64_t fi
   return frames;
 }
 
-/// Calls `use` with the open file; whatever ITK throws becomes an Error. vectors: several values per voxel are
-/// expected.
+/// Calls `use` with the open file; whatever ITK throws becomes an Error. vectors: several values per voxel
+/// are expected.
 template <class Use>
 auto withOpenFile(const fs::path& given, const Use& use, bool vectors = false) {
   checkInputFile(given);
@@ -225,6 +225,8 @@ LoadedFrames loadFrames(const fs::path& given) {
     loaded.frameSeconds = file.frameSeconds;
     if (file.nifti) {
       loaded.firstSeconds = file.nifti->firstSeconds;
+      loaded.sliceAxis = file.nifti->sliceAxis;
+      loaded.sliceSeconds = file.nifti->sliceSeconds;
       // The fifth axis holds vectors, and so do all intents from vector of distances to quaternion.
       constexpr int symmetricMatrix = 1005, firstOfVectors = 1006, lastOfVectors = 1010, shape = 2005;
       loaded.vectors = file.nifti->size[4] > 1 || file.nifti->intent == symmetricMatrix ||

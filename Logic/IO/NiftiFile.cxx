@@ -171,6 +171,37 @@ int bytesOf(int datatype) {
   }
 }
 
+/// NIfTI's slice_code: the order in which slices first to last were acquired; {} for any other code.
+std::vector<std::int64_t> sliceOrder(int code, std::int64_t first, std::int64_t last) {
+  std::vector<std::int64_t> order;
+  const auto every = [&](std::int64_t from, std::int64_t step) {
+    for (std::int64_t s = from; s <= last; s += step)
+      order.push_back(s);
+  };
+  if (code == 1 || code == 2) every(first, 1);
+  if (code == 3 || code == 4) every(first, 2), every(first + 1, 2);
+  if (code == 5 || code == 6) every(first + 1, 2), every(first, 2);
+  if (code == 2 || code == 4 || code == 6) // from the last one on
+    for (std::int64_t& s : order)
+      s = first + last - s;
+  return order;
+}
+
+/// s after the frame's start, of each of the slices; empty if the header does not say it completely.
+std::vector<double> sliceTimes(const Fields& fields, std::int64_t slices, double second) {
+  const std::int64_t first = fields.get<std::int16_t>(74);
+  std::int64_t last = fields.get<std::int16_t>(120);
+  if (last == 0) last = slices - 1; // left out by many writers
+  const double duration = second * static_cast<double>(fields.get<float>(132));
+  if (!(duration > 0) || !std::isfinite(duration) || first < 0 || last >= slices || first > last) return {};
+  const auto order = sliceOrder(fields.get<signed char>(122), first, last);
+  if (order.empty()) return {};
+  std::vector<double> times(static_cast<std::size_t>(slices), 0.0); // slices beyond are padding
+  for (std::size_t n = 0; n < order.size(); ++n)
+    times[static_cast<std::size_t>(order[n])] = duration * static_cast<double>(n);
+  return times;
+}
+
 /// Seconds per unit of the fourth axis; 0 if it is not time.
 double secondsPerUnit(unsigned char units) {
   const int time = units & 0x38;
@@ -223,6 +254,10 @@ NiftiHeader readNiftiHeader(const fs::path& path) {
   if (dimensions > 3 && std::isfinite(between) && between > 0) header.frameSeconds = second * between;
   if (const double offset = fields.get<float>(136); std::isfinite(offset))
     header.firstSeconds = second * offset;
+  if (const int axis = (bytes[39] >> 4 & 3) - 1; axis >= 0 && axis < std::min(dimensions, 3)) {
+    header.sliceAxis = axis;
+    header.sliceSeconds = sliceTimes(fields, header.size[axis], second);
+  }
   header.intent = fields.get<std::int16_t>(68);
   header.datatype = fields.get<std::int16_t>(70);
   header.bytesPerVoxel = bytesOf(header.datatype);

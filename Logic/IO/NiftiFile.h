@@ -15,12 +15,14 @@ struct NiftiHeader {
   bool swapped = false;            // the other byte order
   int datatype = 0, bytesPerVoxel = 0;
   std::array<std::int64_t, 7> size{1, 1, 1, 1, 1, 1, 1};
-  Vec3 spacing{1, 1, 1};        // as stored (header units)
-  double frameSeconds = 0;      // between frames; 0: unknown
-  double firstSeconds = 0;      // of the first frame (toffset)
-  int intent = 0;               // NIfTI's code for the meaning of the values
-  double millimetres = 1;       // mm per header unit of length
-  std::int64_t voxelOffset = 0; // bytes
+  Vec3 spacing{1, 1, 1};            // as stored (header units)
+  double frameSeconds = 0;          // between frames; 0: unknown
+  double firstSeconds = 0;          // of the first frame (toffset)
+  int sliceAxis = -1;               // that counts the slices (dim_info); -1: unknown
+  std::vector<double> sliceSeconds; // s after the frame's start, of each slice; empty: not said
+  int intent = 0;                   // NIfTI's code for the meaning of the values
+  double millimetres = 1;           // mm per header unit of length
+  std::int64_t voxelOffset = 0;     // bytes
   double slope = 1, intercept = 0;
   int qformCode = 0, sformCode = 0;
   Vec3 qformOffset{0, 0, 0};

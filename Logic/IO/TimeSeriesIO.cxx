@@ -36,6 +36,8 @@ fs::path beside(const fs::path& path, const char* extension) {
 struct Sidecar {
   std::vector<double> times; // s
   double interval = 0;       // s, 0: unknown
+  std::vector<double> sliceTimes;
+  std::string sliceDirection; // "k", "j-" ...; "": not said
 };
 
 Sidecar readSidecar(const fs::path& image) {
@@ -45,13 +47,22 @@ Sidecar readSidecar(const fs::path& image) {
   std::ifstream in(path, std::ios::binary);
   const json values = json::parse(in, nullptr, false);
   if (!values.is_object()) return sidecar; // some other file
-  if (const auto times = values.find("VolumeTiming"); times != values.end() && times->is_array())
-    for (const json& time : *times) {
-      if (!time.is_number())
-        throw Error(ErrorCode::FileFormat,
-                    quoted(path) + " has a VolumeTiming that is not a list of numbers (s); correct it.");
-      sidecar.times.push_back(time.get<double>());
-    }
+  const auto list = [&](const char* name) {
+    std::vector<double> numbers;
+    if (const auto found = values.find(name); found != values.end() && found->is_array())
+      for (const json& number : *found) {
+        if (!number.is_number())
+          throw Error(ErrorCode::FileFormat,
+                      quoted(path) + " has a " + name + " that is not a list of numbers (s); correct it.");
+        numbers.push_back(number.get<double>());
+      }
+    return numbers;
+  };
+  sidecar.times = list("VolumeTiming");
+  sidecar.sliceTimes = list("SliceTiming");
+  if (const auto direction = values.find("SliceEncodingDirection");
+      direction != values.end() && direction->is_string())
+    sidecar.sliceDirection = direction->get<std::string>();
   if (const auto interval = values.find("RepetitionTime"); interval != values.end() && interval->is_number())
     sidecar.interval = interval->get<double>();
   return sidecar;
@@ -83,12 +94,52 @@ std::vector<double> givenTimes(const TimeSeriesOptions& options, std::size_t fra
   return options.interval ? even(0, *options.interval, frames) : std::vector<double>{};
 }
 
-std::vector<double> timesOf(const LoadedFrames& loaded, const fs::path& path,
+/// When the slices of a frame were acquired, as the sidecar or else the header says.
+SliceTiming sliceTimingOf(const LoadedFrames& loaded, const Sidecar& sidecar, const std::string& what) {
+  SliceTiming timing;
+  if (loaded.sliceAxis >= 0) timing.axis = loaded.sliceAxis;
+  timing.times = loaded.sliceSeconds;
+  if (!sidecar.sliceTimes.empty()) {
+    const std::string& direction = sidecar.sliceDirection;
+    if (!direction.empty()) {
+      timing.axis = direction[0] - 'i';
+      if (timing.axis < 0 || timing.axis > 2 || (direction.size() > 1 && direction.substr(1) != "-"))
+        throw Error(ErrorCode::FileFormat, what + " has a SliceEncodingDirection '" + direction +
+                                               "' beside it; correct it to one of i, j, k, i-, j-, k-.");
+    }
+    timing.times = sidecar.sliceTimes;
+    if (direction.ends_with('-')) std::reverse(timing.times.begin(), timing.times.end());
+    const auto slices = static_cast<std::size_t>(loaded.geometry.size[timing.axis]);
+    if (timing.times.size() != slices)
+      throw Error(ErrorCode::FileFormat, what + " has " + std::to_string(slices) + " slices, and " +
+                                             std::to_string(timing.times.size()) +
+                                             " times in the SliceTiming beside it: correct or remove it.");
+  }
+  const auto [first, last] = std::minmax_element(timing.times.begin(), timing.times.end());
+  if (first == last || *first == *last) timing.times.clear(); // all at once
+  return timing;
+}
+
+/// Slices later than a frame takes are not in seconds, or not of this scan.
+void checkSliceTiming(const TimeSeries& series) {
+  const auto& slices = series.sliceTiming.times;
+  if (slices.empty()) return;
+  double longest = 0;
+  for (std::size_t f = 1; f < series.times.size(); ++f)
+    longest = std::max(longest, series.times[f] - series.times[f - 1]);
+  const double last = *std::max_element(slices.begin(), slices.end());
+  if (last > 1.01 * longest)
+    throw Error(ErrorCode::InvalidArgument,
+                series.name + " has a slice acquired " + numberText(last) + " s after its frame began, and " +
+                    numberText(longest) +
+                    " s from one frame to the next: give both in seconds, or correct the slice times.");
+}
+
+std::vector<double> timesOf(const LoadedFrames& loaded, const Sidecar& sidecar, const fs::path& path,
                             const TimeSeriesOptions& options) {
   const std::string what = quoted(path);
   const std::size_t frames = loaded.frames.size();
   if (auto given = givenTimes(options, frames, what); !given.empty()) return given;
-  const Sidecar sidecar = readSidecar(path);
   if (!sidecar.times.empty()) {
     checkCount(sidecar.times, frames, what);
     return sidecar.times;
@@ -219,12 +270,17 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
               " is a diffusion scan (there are b-values beside it): its frames differ by their gradient, not "
               "by time.");
     series.geometry = loaded.geometry;
-    if (loaded.frames.size() > 1) series.times = timesOf(loaded, path, options);
+    if (loaded.frames.size() > 1) {
+      const Sidecar sidecar = readSidecar(path);
+      series.times = timesOf(loaded, sidecar, path, options);
+      series.sliceTiming = sliceTimingOf(loaded, sidecar, what);
+    }
     series.frames = std::move(loaded.frames);
   }
   const fs::path name = path.has_filename() ? path.filename() : path.parent_path().filename();
   series.name = utf8(name.empty() ? path : name);
   checkTimeSeries(series);
+  checkSliceTiming(series);
   return series;
 }
 

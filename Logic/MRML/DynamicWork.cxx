@@ -37,11 +37,8 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   name_ = sequence_->GetName() ? sequence_->GetName() : "Sequence";
   times_ = framesWanted(request->GetTimes(), request->GetRate(), series_.times);
   judge_ = request->GetEvaluateQuality();
-  if (request->GetKind() != vtkSlicerInnerGSDynamicRequest::Automatic)
-    settings_.kind = static_cast<DynamicKind>(request->GetKind());
-  if (request->GetNumberOfGaussians() != -1) settings_.gaussians = request->GetNumberOfGaussians();
-  settings_.seed = request->GetSeed();
-  settings_.threads = request->GetNumberOfThreads();
+  settings_ = request->GetSettings();
+  checkSettings(settings_);
   if (const std::string refusal = memoryRefusal(estimateMemory(series_, settings_), availableMemory());
       !refusal.empty())
     throw Error(ErrorCode::Memory, refusal);
@@ -69,12 +66,6 @@ bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell)
   return true;
 }
 
-std::string DynamicWork::settingsText() const {
-  const DynamicField& field = *outcome_.result.field;
-  return std::string("kind=") + dynamicKindName(field.kind) + "; gaussians=" + std::to_string(field.size()) +
-         "; seed=" + std::to_string(settings_.seed);
-}
-
 DynamicOutputs DynamicWork::makeNodes(vtkMRMLScene* scene) {
   const DynamicField& field = *outcome_.result.field;
   const vtkSmartPointer<vtkMRMLSequenceNode> input =
@@ -92,6 +83,8 @@ DynamicOutputs DynamicWork::makeNodes(vtkMRMLScene* scene) {
   DynamicOutputs made;
   for (const std::string& sentence : {outcome_.note, outcome_.result.choice})
     if (!sentence.empty()) made.warnings.push_back(sentence);
+  for (const std::string& note : outcome_.result.notes)
+    made.warnings.push_back(note);
   made.model = vtkMRMLInnerGSModelNode::SafeDownCast(
       addNode(scene, "vtkMRMLInnerGSModelNode", name_ + " InnerGS model"));
   if (there(made.model)) {

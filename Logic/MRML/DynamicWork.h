@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Settings/SettingsTable.h"
 #include "Evaluation/JudgedSeries.h"
 
 #include <vtkSmartPointer.h>
@@ -38,11 +39,11 @@ public:
   DynamicOutputs makeNodes(vtkMRMLScene* scene);
   double trainingPsnr() const { return outcome_.result.trainingPsnr; }
   int judging() const { return static_cast<int>(outcome_.judging); }
-  std::string settingsText() const;
+  std::string settingsText() const { return movingSettingsText(outcome_.result.settings); }
 
 private:
   TimeSeries series_;
-  DynamicSettings settings_;
+  Settings settings_;
   bool judge_;
   std::vector<double> times_; // of the frames to make
   std::string name_;

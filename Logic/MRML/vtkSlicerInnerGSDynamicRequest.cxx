@@ -1,5 +1,7 @@
 #include "vtkSlicerInnerGSDynamicRequest.h"
 
+#include "SettingsAccess.h"
+
 #include <vtkMRMLSequenceNode.h>
 
 #include <vtkDoubleArray.h>
@@ -7,16 +9,29 @@
 
 vtkStandardNewMacro(vtkSlicerInnerGSDynamicRequest);
 
-vtkSlicerInnerGSDynamicRequest::vtkSlicerInnerGSDynamicRequest() = default;
+vtkSlicerInnerGSDynamicRequest::vtkSlicerInnerGSDynamicRequest()
+    : Choices(std::make_unique<innergs::Settings>()) {}
 vtkSlicerInnerGSDynamicRequest::~vtkSlicerInnerGSDynamicRequest() = default;
 
 void vtkSlicerInnerGSDynamicRequest::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
   os << indent << "Series: " << (this->Series ? this->Series->GetName() : "(none)") << "\n";
   os << indent << "Interval: " << this->Interval << "\n";
-  os << indent << "Kind: " << this->Kind << "\n";
+  os << indent << "Settings: " << innergs::movingSettingsText(*this->Choices) << "\n";
   os << indent << "Rate: " << this->Rate << "\n";
   os << indent << "EvaluateQuality: " << this->EvaluateQuality << "\n";
+}
+
+vtkInnerGSSettingsAccessMacro(vtkSlicerInnerGSDynamicRequest);
+
+const innergs::Settings& vtkSlicerInnerGSDynamicRequest::GetSettings() const {
+  return *this->Choices;
+}
+
+void vtkSlicerInnerGSDynamicRequest::SetSettings(const innergs::Settings& settings) {
+  if (settings == *this->Choices) return;
+  *this->Choices = settings;
+  this->Modified();
 }
 
 void vtkSlicerInnerGSDynamicRequest::SetSeries(vtkMRMLSequenceNode* sequence) {

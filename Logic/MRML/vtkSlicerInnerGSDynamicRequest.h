@@ -1,14 +1,22 @@
 #ifndef vtkSlicerInnerGSDynamicRequest_h
 #define vtkSlicerInnerGSDynamicRequest_h
 
+#include "vtkInnerGSSettingsMacro.h"
 #include "vtkSlicerInnerGSModuleLogicExport.h"
 
 #include <vtkObject.h>
 #include <vtkSmartPointer.h> // member
 #include <vtkWeakPointer.h>  // member
 
+#include <memory> // member
+
 class vtkDoubleArray;
 class vtkMRMLSequenceNode;
+#ifndef __VTK_WRAP__
+namespace innergs {
+struct Settings;
+}
+#endif
 
 /// What vtkSlicerInnerGSLogic::StartDynamicReconstruction() is asked for.
 class VTK_SLICER_INNERGS_MODULE_LOGIC_EXPORT vtkSlicerInnerGSDynamicRequest : public vtkObject {
@@ -24,18 +32,17 @@ public:
   vtkSetMacro(Interval, double);
   vtkGetMacro(Interval, double);
 
-  /// What changes with time; Automatic (default): what foresees withheld frames better.
-  enum Kinds { Automatic = -1, Motion, Intensity, Network };
-  vtkSetClampMacro(Kind, int, Automatic, Network);
-  vtkGetMacro(Kind, int);
-  /// −1 (default): from the data.
-  vtkSetMacro(NumberOfGaussians, vtkIdType);
-  vtkGetMacro(NumberOfGaussians, vtkIdType);
-  vtkSetMacro(Seed, vtkTypeUInt64);
-  vtkGetMacro(Seed, vtkTypeUInt64);
-  /// 0 (default): all cores.
-  vtkSetClampMacro(NumberOfThreads, int, 0, 4096);
-  vtkGetMacro(NumberOfThreads, int);
+  /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
+  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what foresees
+  /// withheld frames better.
+  vtkInnerGSSettingsMacro();
+  vtkInnerGSSettingMacro(NumberOfThreads, threads, int);
+  enum Kinds { Motion, Intensity, Network };
+  vtkInnerGSSettingMacro(Kind, kind, int);
+#ifndef __VTK_WRAP__
+  const innergs::Settings& GetSettings() const;
+  void SetSettings(const innergs::Settings& settings);
+#endif
 
   ///@{
   /// The frames to make: at these times (s; null, the default: none given), else so many per second (0, the
@@ -58,12 +65,13 @@ protected:
   vtkWeakPointer<vtkMRMLSequenceNode> Series;
   vtkSmartPointer<vtkDoubleArray> Times;
   double Interval = 0, Rate = 0;
-  int Kind = Automatic, NumberOfThreads = 0;
-  vtkIdType NumberOfGaussians = -1;
-  vtkTypeUInt64 Seed = 1;
   bool EvaluateQuality = true;
 
 private:
+  void SetSettingNumber(const char* name, double number);
+  double GetSettingNumber(const char* name);
+  std::unique_ptr<innergs::Settings> Choices;
+
   vtkSlicerInnerGSDynamicRequest(const vtkSlicerInnerGSDynamicRequest&) = delete;
   void operator=(const vtkSlicerInnerGSDynamicRequest&) = delete;
 };

@@ -7,6 +7,7 @@
 #include "ImageVoxels.h"
 #include "PipelineTime.h"
 #include "ReconstructInputs.h"
+#include "SettingsAccess.h"
 
 #include "vtkImageData.h"
 #include "vtkInformation.h"
@@ -26,6 +27,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 }
 
 struct vtkInnerGSDynamicReconstruct::Internals {
+  innergs::Settings settings; // without those that the base class holds
   std::vector<double> times;
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS;
   innergs::Phase phase = innergs::Phase::Preparing;
@@ -37,11 +39,29 @@ vtkInnerGSDynamicReconstruct::~vtkInnerGSDynamicReconstruct() = default;
 
 void vtkInnerGSDynamicReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
-  os << indent << "Kind: " << this->Kind << "\n";
-  os << indent << "NumberOfGaussians: " << this->NumberOfGaussians << "\n";
-  os << indent << "Seed: " << this->Seed << "\n";
+  os << indent << "Settings: " << innergs::movingSettingsText(this->GetSettings()) << "\n";
   os << indent << "TrainingPSNR: " << this->TrainingPSNR << "\n";
   os << indent << "Choice: " << this->Choice << "\n";
+  os << indent << "Notes: " << this->Notes << "\n";
+}
+
+vtkInnerGSSettingsAccessMacro(vtkInnerGSDynamicReconstruct);
+
+innergs::Settings vtkInnerGSDynamicReconstruct::GetSettings() const {
+  innergs::Settings settings = this->Work->settings;
+  settings.device = this->Device;
+  settings.threads = this->NumberOfThreads;
+  settings.instructionSet = this->InstructionSet;
+  return settings;
+}
+
+void vtkInnerGSDynamicReconstruct::SetSettings(const innergs::Settings& settings) {
+  if (settings == this->GetSettings()) return;
+  this->Work->settings = settings;
+  this->Device = settings.device;
+  this->NumberOfThreads = settings.threads;
+  this->InstructionSet = settings.instructionSet;
+  this->Modified();
 }
 
 int vtkInnerGSDynamicReconstruct::FillInputPortInformation(int, vtkInformation* information) {
@@ -103,6 +123,7 @@ std::string vtkInnerGSDynamicReconstruct::GetPhase() {
 
 void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   this->Choice.clear();
+  this->Notes.clear();
   this->TrainingPSNR = kNaN;
   const std::stop_token stop = this->GetStopToken();
   innergs::TimeSeries series;
@@ -123,14 +144,7 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
     series.frames.push_back(innergs::vtk::voxelsOf(image, {{0, 0, 0}, grid.size}, what, stop));
     series.times.push_back(this->GetFrameTime(f));
   }
-  innergs::DynamicSettings settings;
-  if (this->Kind != Automatic)
-    settings.kind = static_cast<innergs::DynamicKind>(this->Kind);
-  if (this->NumberOfGaussians != -1) settings.gaussians = this->NumberOfGaussians;
-  settings.seed = this->Seed;
-  settings.threads = this->NumberOfThreads;
-  settings.instructionSet = this->InstructionSet;
-  innergs::DynamicJob job(std::move(series), settings);
+  innergs::DynamicJob job(std::move(series), this->GetSettings());
   job.onProgress([this](const innergs::Progress& p) {
     this->Work->phase = p.phase;
     this->ElapsedSeconds = p.elapsed;
@@ -149,6 +163,8 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
     this->Aborted = true;
   }
   this->Choice = result.choice;
+  for (const std::string& note : result.notes)
+    this->Notes += (this->Notes.empty() ? "" : "\n") + note;
   this->TrainingPSNR = result.trainingPsnr;
   this->ElapsedSeconds = result.seconds;
   vtkInnerGSDynamicModel::GetData(outputs, 0)->SetField(result.field);

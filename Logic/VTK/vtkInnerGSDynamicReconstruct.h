@@ -2,13 +2,19 @@
 #define vtkInnerGSDynamicReconstruct_h
 
 #include "vtkInnerGSAlgorithm.h"
+#include "vtkInnerGSSettingsMacro.h"
 
 class vtkInnerGSDynamicModel;
 class vtkMatrix4x4;
+#ifndef __VTK_WRAP__
+namespace innergs {
+struct Settings;
+}
+#endif
 
 /// Fits a continuous volume in space and time to a moving scan. Input: its frames, scalar vtkImageData of one
 /// lattice (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel. On the
-/// CPU; Device is not looked at. Inputs are never modified.
+/// CPU: where Device names another, GetNotes() says so. Inputs are never modified.
 ///
 /// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit", on the thread
 /// that called Update().
@@ -18,10 +24,12 @@ public:
   vtkTypeMacro(vtkInnerGSDynamicReconstruct, vtkInnerGSAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// What changes with time. Automatic: what foresees withheld frames better.
-  enum Kinds { Automatic = -1, Motion, Intensity, Network };
-  vtkSetClampMacro(Kind, int, Automatic, Network);
-  vtkGetMacro(Kind, int);
+  /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
+  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what foresees
+  /// withheld frames better.
+  vtkInnerGSSettingsMacro();
+  enum Kinds { Motion, Intensity, Network };
+  vtkInnerGSSettingMacro(Kind, kind, int);
 
   ///@{
   /// s, of the index-th frame; a frame without one makes an error. TimeStep() sets them all: even, the first
@@ -40,11 +48,6 @@ public:
   /// Disconnects all frames and forgets their times and the matrix.
   void ClearInputs();
 
-  /// Automatic (−1, default): from the data.
-  vtkSetMacro(NumberOfGaussians, vtkIdType);
-  vtkGetMacro(NumberOfGaussians, vtkIdType);
-  vtkSetMacro(Seed, vtkTypeUInt64);
-  vtkGetMacro(Seed, vtkTypeUInt64);
   /// When stopped while all frames are refined together, put out the model reached. Off by default.
   vtkSetMacro(KeepModelWhenAborted, bool);
   vtkGetMacro(KeepModelWhenAborted, bool);
@@ -59,7 +62,13 @@ public:
   vtkGetMacro(RemainingSeconds, double); // estimated
   vtkGetMacro(TrainingPSNR, double);     // dB, on the fitted frames; NaN: unknown
   vtkGetMacro(Choice, std::string);      // why the model is of its kind, a sentence; "" where it was given
+  vtkGetMacro(Notes, std::string);       // sentences, one a line: what was asked for or found and not used
   ///@}
+
+#ifndef __VTK_WRAP__
+  innergs::Settings GetSettings() const;
+  void SetSettings(const innergs::Settings& settings);
+#endif
 
 protected:
   vtkInnerGSDynamicReconstruct();
@@ -70,17 +79,16 @@ protected:
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
 #endif
 
-  int Kind = Automatic;
-  vtkIdType NumberOfGaussians = -1;
-  vtkTypeUInt64 Seed = 1;
   bool KeepModelWhenAborted = false;
   double ElapsedSeconds = 0, RemainingSeconds = 0, TrainingPSNR;
-  std::string SeriesName = "The series", Choice;
+  std::string SeriesName = "The series", Choice, Notes;
 
 private:
   vtkInnerGSDynamicReconstruct(const vtkInnerGSDynamicReconstruct&) = delete;
   void operator=(const vtkInnerGSDynamicReconstruct&) = delete;
 
+  void SetSettingNumber(const char* name, double number);
+  double GetSettingNumber(const char* name);
   struct Internals;
   std::unique_ptr<Internals> Work;
 };

@@ -5,13 +5,12 @@ from __future__ import annotations
 import collections
 
 from ._jobs import Job
-from ._scene import Error, _classes, checked, logic_of, quiet
+from ._parameters import apply_settings
+from ._scene import _classes, checked, logic_of, quiet
 
 MovingResult = collections.namedtuple("MovingResult", "model frames browser table training_psnr notes")
 MovingResult.__doc__ = """The result for a moving scan: nodes (table: None unless quality was judged), PSNR in dB on the fitted frames,
 and sentences that the user should read, with why the model is of its kind."""
-
-_KINDS = {"auto": -1, "motion": 0, "intensity": 1, "network": 2}
 
 
 class MovingJob(Job):
@@ -36,24 +35,18 @@ def _times(times):
     return array
 
 
-def start_moving(sequence, *, interval=0.0, kind="auto", gaussians=None, times=None, rate=0.0, quality=True, seed=1,
-                 threads=0, progress=None):
+def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, quality=True, progress=None,
+                 **settings):
     """Starts the reconstruction of a moving scan in the background and returns a MovingJob. Arguments as in
     reconstruct_moving()."""
-    if kind not in _KINDS:
-        raise Error("The kind of a moving model is auto, motion, intensity or network, not %r." % (kind,))
     owner = logic_of(sequence)
     request = _classes()[2].vtkSlicerInnerGSDynamicRequest()
     request.SetSeries(sequence)
     request.SetInterval(interval)
-    request.SetKind(_KINDS[kind])
-    if gaussians is not None:
-        request.SetNumberOfGaussians(gaussians)
+    apply_settings(request, dict(settings, kind=None if kind == "auto" else kind))
     request.SetTimes(_times(times))
     request.SetRate(rate)
     request.SetEvaluateQuality(quality)
-    request.SetSeed(seed)
-    request.SetNumberOfThreads(threads)
     with quiet(owner):
         job = checked(owner, owner.StartDynamicReconstruction(request))
     return MovingJob(owner, job, None, progress)
@@ -63,11 +56,12 @@ def reconstruct_moving(sequence, **choices):
     """Reconstructs a moving scan, a sequence node of scalar volumes, and waits. Returns a MovingResult with new nodes.
 
     interval     seconds from one frame to the next, where the sequence's index is no time
-    kind         what changes with time: "motion", "intensity" (fMRI) or "auto" (default): what foresees withheld frames
-                 better
+    kind         what changes with time: "motion", "intensity" (fMRI), "network" or "auto" (default): which of the first
+                 two foresees withheld frames better
     times, rate  the frames to make: at these times in s, or so many per second; by default at the sequence's own times
     quality      judge by a second fit, on frames that it does not see, beside linear interpolation (default True)
-    gaussians, seed, threads; progress: called with the job from time to time
+    progress     called with the job from time to time
+    any setting of moving scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed, threads ...
     """
     return start_moving(sequence, **choices).result()
 

@@ -7,7 +7,8 @@ from ._scene import Error, logic_of
 _PROFILES = ("point", "box", "gaussian")
 
 
-def _apply(node, settings):
+def apply_settings(node, settings):
+    """Sets settings by their names in Docs/settings.md on a node or request; None unsets."""
     for name, value in settings.items():
         first, *others = name.split("_")
         setting = first + "".join(word.capitalize() for word in others)
@@ -88,7 +89,7 @@ def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mas
         node.SetQualityGap(quality_gap)
         node.SetOutputVolumeNode(output)
         node.SetOutputModelNode(output_model)
-        _apply(node, settings)
+        apply_settings(node, settings)
     except Exception as error:
         scene.RemoveNode(node)
         if isinstance(error, (TypeError, ValueError)):

@@ -84,6 +84,31 @@ private Q_SLOTS:
     QVERIFY(host().document().models().back()->moving);
   }
 
+  /// By events: at the first preview the slider moves, then the fit is cancelled.
+  void theModelSoFarIsShownAndGoesWithACancel() {
+    open({writeSeries("moving.nii.gz", 12)});
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    ui::MotionRequest request;
+    request.seriesId = host().document().volumes().front()->id;
+    request.settings.kind = DynamicKind::Motion;
+    request.settings.rounds = 10000; // until it is cancelled
+    QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
+        cancelled(&motion(), &ui::MotionHost::cancelled), shown(&motion(), &app::AppMotionHost::frameShown);
+    QVERIFY(motion().start(request));
+    QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() && !shown.isEmpty(), 60000);
+    QVERIFY(motion().previewInfo().known);
+    QCOMPARE(motion().previewInfo().last, 5.5);
+    const int before = shown.size();
+    motion().setPreviewTime(2.25);
+    QTRY_VERIFY(shown.size() > before);
+    QCOMPARE(host().document().volumes().size(), std::size_t{2});
+    QVERIFY(host().document().models().empty()); // not before it is complete
+    motion().cancel();
+    QTRY_COMPARE(cancelled.size(), 1);
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    QVERIFY(!motion().previewInfo().known);
+  }
+
   void cancelAndBadScans() {
     open({writeSeries("moving.nii.gz", 12)});
     QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});

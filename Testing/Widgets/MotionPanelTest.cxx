@@ -1,5 +1,6 @@
 #include "Widgets/MotionPanel.h"
 
+#include "Core/Settings/SettingsTable.h"
 #include "FakeHost.h"
 #include "TestTools.h"
 
@@ -41,6 +42,13 @@ public:
   }
   void cancel() override { ++cancels; }
   bool isRunning() const override { return running; }
+  MotionInfo preview;
+  QVector<double> previewTimes;
+  MotionInfo previewInfo() const override { return preview; }
+  void setPreviewTime(double seconds) override {
+    preview.now = seconds;
+    previewTimes << seconds;
+  }
   MotionInfo motionInfo(const QString& id) const override { return models.value(id); }
   void setTime(const QString& id, double seconds) override {
     models[id].now = seconds;
@@ -109,7 +117,7 @@ private Q_SLOTS:
     QCOMPARE(motion_->requests.size(), 1);
     const MotionRequest& request = motion_->requests[0];
     QCOMPARE(request.seriesId, QString("wrist"));
-    QCOMPARE(request.kind, 0);
+    QVERIFY(request.settings.kind == innergs::DynamicKind::Motion);
     QCOMPARE(request.rate, 10.0);
     QCOMPARE(request.interval, 0.0);
     QVERIFY(request.evaluateQuality);
@@ -140,6 +148,45 @@ private Q_SLOTS:
       QVERIFY2(part<QLabel>("motionQuality")->text().contains(text), text);
     QVERIFY(part<QLabel>("motionQuality")->isVisible());
     snapshot(*panel_, "motion-done");
+  }
+
+  void itsSettingsAreTheTables() {
+    panel_->setSeriesId("wrist");
+    for (const innergs::Setting& row : innergs::settingsTable())
+      if (row.group == innergs::Setting::Group::Moving && row.name != std::string("kind"))
+        QVERIFY2(panel_->findChild<QWidget*>(row.name), row.name);
+    QCOMPARE(part<QComboBox>("motionKind")->count(), 1 + 3);
+    part<QDoubleSpinBox>("knots")->setValue(9);
+    part<QComboBox>("motionKind")->setCurrentIndex(2);
+    QVERIFY(!part<QDoubleSpinBox>("rounds")->isEnabled()); // intensities are solved for
+    part<QComboBox>("motionKind")->setCurrentIndex(3);
+    QVERIFY(part<QDoubleSpinBox>("rounds")->isEnabled());
+    part<QPushButton>("motionRun")->click();
+    const innergs::Settings& asked = motion_->requests[0].settings;
+    QVERIFY(asked.kind == innergs::DynamicKind::Network);
+    QVERIFY(asked.knots == 9);
+    QVERIFY(!asked.rounds);
+  }
+
+  void theSliderShowsTheModelSoFar() {
+    panel_->setSeriesId("wrist");
+    part<QPushButton>("motionRun")->click();
+    auto* slider = part<QSlider>("motionTimeSlider");
+    QVERIFY(!slider->isEnabled());
+    motion_->preview = {true, 0, 18.5, 0, "motion"};
+    Q_EMIT motion_->previewed();
+    QVERIFY(slider->isEnabled());
+    QVERIFY(part<QLabel>("motionAboutModel")->text().contains("so far"));
+    QVERIFY(!part<QPushButton>("motionSaveModel")->isEnabled());
+    slider->setValue(7250);
+    QCOMPARE(motion_->previewTimes, QVector<double>{7.25});
+    QVERIFY(motion_->times.isEmpty());
+    snapshot(*panel_, "motion-preview");
+    Q_EMIT motion_->previewed(); // a newer one at the same time
+    QCOMPARE(part<QDoubleSpinBox>("motionTimeValue")->value(), 7.25);
+    motion_->running = false;
+    Q_EMIT motion_->cancelled();
+    QVERIFY(!slider->isEnabled());
   }
 
   void cancelsAndTellsErrors() {

@@ -4,6 +4,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Base/ThreadPriority.h"
 #include "Core/Render/Render.h"
+#include "Core/Settings/SettingsTable.h"
 #include "IO/FilePath.h"
 #include "IO/TimeSeriesIO.h"
 #include "Widgets/App/AppHost.h"
@@ -53,7 +54,8 @@ bool AppMotionHost::start(const ui::MotionRequest& request) {
   if (refusal.isEmpty()) {
     if (thread_.joinable()) thread_.join(); // at its end
     running_ = true;
-    scanId_ = item->id;
+    ++run_;
+    previewShown_ = {{}, item->window, nameOf(item->frames.file)};
     {
       const std::lock_guard lock(mutex_);
       latest_.reset();
@@ -108,10 +110,12 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     TimeSeries series = readTimeSeries(pathOf(scan.frames.file), reading);
     timesAtRate(request.rate, series.times); // or an Error
     const std::string pairs = remarkOnPairs(series);
-    DynamicSettings settings;
-    if (request.kind >= 0) settings.kind = static_cast<DynamicKind>(request.kind);
-    JudgedSeries job(std::move(series), settings, request.evaluateQuality);
+    JudgedSeries job(std::move(series), request.settings, request.evaluateQuality);
     job.onProgress([&](const Progress& progress) { post(progress); });
+    job.onPreview([this](const auto& field) {
+      QMetaObject::invokeMethod(
+          this, [this, field] { receivePreview(field); }, Qt::QueuedConnection);
+    });
     const JudgedSeriesResult made = job.run(stop);
     if (made.result.cancelled || !made.result.field) {
       stopped = true;
@@ -121,6 +125,8 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     report.choice = QString::fromStdString(made.result.choice);
     for (const std::string& sentence : {pairs, made.note})
       if (!sentence.empty()) report.warnings << QString::fromStdString(sentence);
+    for (const std::string& note : made.result.notes)
+      report.warnings << QString::fromStdString(note);
     if (made.quality) {
       for (const MethodScore& score : made.quality->methods)
         report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
@@ -131,7 +137,7 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     const QString name = nameOf(scan.frames.file);
     outcome->model = makeItem(made.result.field, tr("%1 model").arg(name), {},
                               {{"Inputs", scan.name.toStdString()},
-                               {"Settings", std::string("kind=") + dynamicKindName(made.result.field->kind)},
+                               {"Settings", movingSettingsText(made.result.settings)},
                                {"TrainingPSNR", formatted("%.3f", made.result.trainingPsnr)}});
     outcome->model.origin = name;
     outcome->model.window = {scan.window->lower, scan.window->upper};
@@ -142,25 +148,23 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
       [this, outcome, stopped, error] {
         if (thread_.joinable()) thread_.join(); // at its end
         running_ = false;
+        preview_ = nullptr;
+        if (stopped || !error.isEmpty()) dropPreview();
         if (stopped) {
           Q_EMIT cancelled();
         } else if (!error.isEmpty()) {
           Q_EMIT host_->logged(error);
           Q_EMIT failed(error);
         } else {
-          deliver(*outcome, scanId_);
+          deliver(*outcome);
         }
       },
       Qt::QueuedConnection);
 }
 
-void AppMotionHost::deliver(Outcome& outcome, const QString& scanId) {
-  Shown shown;
-  if (const auto scan = host_->document().volume(scanId)) {
-    shown.window = scan->window;
-    shown.scan = nameOf(scan->frames.file);
-  }
-  const double first = outcome.model.time;
+void AppMotionHost::deliver(Outcome& outcome) {
+  const Shown shown = std::exchange(previewShown_, {});
+  const double first = shown.volumeId.isEmpty() ? outcome.model.time : previewTime_;
   outcome.report.modelId = host_->document().add(std::move(outcome.model));
   shown_[outcome.report.modelId] = shown;
   Q_EMIT host_->logged(tr("A model in space and time was made of %1.").arg(shown.scan));
@@ -181,6 +185,40 @@ ui::MotionInfo AppMotionHost::motionInfo(const QString& modelId) const {
   return info;
 }
 
+void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& field) {
+  if (!running_) return; // of one that has ended
+  const bool first = !preview_;
+  preview_ = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+  preview_->SetField(field);
+  if (first) previewTime_ = field->times.front();
+  setPreviewTime(previewTime_);
+  Q_EMIT previewed();
+}
+
+ui::MotionInfo AppMotionHost::previewInfo() const {
+  ui::MotionInfo info;
+  double range[2];
+  if (!preview_ || !preview_->GetTimeRange(range)) return info;
+  info.known = true;
+  info.first = range[0];
+  info.last = range[1];
+  info.now = previewTime_;
+  info.kind = QString::fromStdString(preview_->GetKindName());
+  return info;
+}
+
+void AppMotionHost::setPreviewTime(double seconds) {
+  previewTime_ = seconds;
+  wanted_ = Wanted{{}, seconds};
+  if (!showing_) showWanted();
+}
+
+/// Of a fit that gave no model.
+void AppMotionHost::dropPreview() {
+  const QString id = std::exchange(previewShown_, {}).volumeId;
+  if (!id.isEmpty()) host_->document().remove(id);
+}
+
 void AppMotionHost::setTime(const QString& modelId, double seconds) {
   wanted_ = Wanted{modelId, seconds};
   asked_[modelId] = seconds;
@@ -190,13 +228,14 @@ void AppMotionHost::setTime(const QString& modelId, double seconds) {
 void AppMotionHost::showWanted() {
   if (!wanted_) return;
   const Wanted wanted = *std::exchange(wanted_, std::nullopt);
+  const bool preview = wanted.modelId.isEmpty();
   const auto item = host_->document().model(wanted.modelId);
-  if (!item || !item->moving) return;
+  const vtkSmartPointer<vtkInnerGSDynamicModel> moving = preview ? preview_ : item ? item->moving : nullptr;
+  if (!moving) return;
   showing_ = true;
-  const QString name =
-      tr("%1 in time")
-          .arg(shown_.value(wanted.modelId).scan.isEmpty() ? item->name : shown_.value(wanted.modelId).scan);
-  frames_->run({}, [this, wanted, name, moving = item->moving] {
+  const QString scan = preview ? previewShown_.scan : shown_.value(wanted.modelId).scan;
+  const QString name = tr("%1 in time").arg(scan.isEmpty() && item ? item->name : scan);
+  frames_->run({}, [this, wanted, name, moving, preview, run = run_] {
     const auto model = std::make_shared<vtkSmartPointer<vtkInnerGSModel>>();
     const auto volume = std::make_shared<VolumeItem>();
     const QString error = sentenceOf([&] {
@@ -209,8 +248,14 @@ void AppMotionHost::showWanted() {
       *volume = makeItem(render(field, field.region()), name);
       volume->role = VolumeRole::Made; // the model makes it again, so that it need not be saved
     });
-    return [this, wanted, moving, model, volume, error] {
+    return [this, wanted, moving, model, volume, error, preview, run] {
       showing_ = false;
+      if (preview && error.isEmpty() && running_ && run == run_) {
+        volume->window = previewShown_.window;
+        if (!host_->document().replace(previewShown_.volumeId, *volume))
+          previewShown_.volumeId = host_->document().add(std::move(*volume));
+        Q_EMIT frameShown(previewShown_.volumeId);
+      }
       const auto now = host_->document().model(wanted.modelId);
       if (!error.isEmpty()) Q_EMIT host_->logged(error);
       if (error.isEmpty() && now && now->moving == moving) {
@@ -241,7 +286,7 @@ QString AppMotionHost::saveFrames(const QString& modelId, double rate, const QSt
   host_->background().runAndWait(tr("Saving %1").arg(QFileInfo(file).fileName()), [&] {
     error = sentenceOf([&] {
       const auto field = item->moving->GetField();
-      TimeSeries series{field->canonical.region(), {}, timesAtRate(rate, field->times), {}};
+      TimeSeries series{field->canonical.region(), {}, timesAtRate(rate, field->times), {}, {}};
       checkTimeSeriesPath(pathOf(file));
       ThreadPool pool(0);
       GaussianField posed = field->canonical;

@@ -29,6 +29,8 @@ public:
   bool isRunning() const override { return running_; }
   ui::MotionInfo motionInfo(const QString& modelId) const override;
   void setTime(const QString& modelId, double seconds) override;
+  ui::MotionInfo previewInfo() const override;
+  void setPreviewTime(double seconds) override;
   bool savesFrames() const override { return true; }
   QString saveFrames(const QString& modelId, double rate, const QString& file) override;
 
@@ -43,19 +45,20 @@ private:
   };
   void work(const ui::MotionRequest& request, const VolumeItem& scan, const std::stop_token& stop);
   void post(const Progress& progress);
-  void deliver(Outcome& outcome, const QString& scanId);
+  void deliver(Outcome& outcome);
   void showWanted();
+  void receivePreview(const std::shared_ptr<const DynamicField>& field);
+  void dropPreview();
 
   AppHost* host_;
   bool running_ = false;
-  QString scanId_; // of what runs
   std::mutex mutex_;
   std::optional<Progress> latest_; // the newest that the main thread has not seen
   std::jthread thread_;
 
   struct Wanted {
-    QString modelId;
-    double time; // s
+    QString modelId; // "": the preview
+    double time;     // s
   };
   std::optional<Wanted> wanted_; // to be shown next
   QHash<QString, double> asked_; // s, by model: what was asked for last, whatever is shown yet
@@ -66,6 +69,11 @@ private:
     QString scan;                   // its name
   };
   QHash<QString, Shown> shown_; // by model
+
+  vtkSmartPointer<vtkInnerGSDynamicModel> preview_; // null: none
+  Shown previewShown_;
+  double previewTime_ = 0; // s
+  int run_ = 0;            // counts the fits
   Background* frames_;
 };
 

@@ -1,12 +1,15 @@
 // Writes the pictures of Docs/screenshots: drives the app as a person would, from the sample brain.
 // Usage: innergs_screenshots FOLDER [all|scaled]
 //        innergs_screenshots FOLDER find QUERY SCAN MODEL   a model that has learned segments, asked in words
+//        innergs_screenshots FOLDER moving SCAN             a moving scan, while it is fitted and afterwards
+#include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/FileDialogs.h"
 #include "Widgets/App/MainWindow.h"
 #include "Widgets/App/SegmentItems.h"
 #include "Widgets/App/Startup.h"
 #include "Widgets/FindPanel.h"
+#include "Widgets/MotionPanel.h"
 #include "Widgets/QueryPanel.h"
 #include "Widgets/ReconstructionPanel.h"
 
@@ -84,6 +87,33 @@ bool showFound(MainWindow& window, const QString& query, const QStringList& file
   return waitFor([&] { return shown; }, 60000) && save(&window, picture);
 }
 
+/// The panel Moving with a moving scan that is fitted, and its result at a time between frames.
+bool showMoving(MainWindow& window, const QString& scan, const QString& folder) {
+  auto* host = window.host();
+  innergs::app::AppMotionHost& motion = host->motionHost();
+  host->open({scan});
+  if (!waitFor([&] { return !host->background().isBusy() && !host->document().volumes().empty(); }, 60000))
+    return false;
+  bool previewed = false, ended = false;
+  QString model;
+  QObject::connect(&motion, &innergs::ui::MotionHost::previewed, [&] { previewed = true; });
+  QObject::connect(&motion, &innergs::ui::MotionHost::failed, [&] { ended = true; });
+  QObject::connect(&motion, &innergs::ui::MotionHost::finished, [&](const innergs::ui::MotionReport& report) {
+    model = report.modelId;
+    ended = true;
+  });
+  innergs::ui::MotionRequest request;
+  request.seriesId = host->document().volumes().front()->id;
+  motion.start(request);
+  bool good = waitFor([&] { return previewed || ended; }, 600000) && !ended;
+  good = good && save(&window, folder + QStringLiteral("app-moving-running.png"));
+  if (!waitFor([&] { return ended; }, 1200000) || model.isEmpty()) return false;
+  const innergs::ui::MotionInfo info = motion.motionInfo(model);
+  motion.setTime(model, 0.32 * info.last + 0.68 * info.first);
+  window.motion()->setModelId(model);
+  return save(&window, folder + QStringLiteral("app-moving.png")) && good;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -104,6 +134,8 @@ int main(int argc, char** argv) {
                      folder + QStringLiteral("app-find.png"))
                ? 0
                : 1;
+  if (argc > 3 && QString::fromLocal8Bit(argv[2]) == QLatin1String("moving"))
+    return showMoving(window, QString::fromLocal8Bit(argv[3]), folder) ? 0 : 1;
   window.files()->openSample();
   if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().volumes().empty())
     return 1;

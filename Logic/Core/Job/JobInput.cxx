@@ -1,6 +1,7 @@
 #include "Core/Job/JobInput.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/Hash.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/Region.h"
 #include "Core/Image/Support.h"
@@ -98,19 +99,6 @@ GridGeometry grown(GridGeometry grid, std::span<const Stack> stacks,
   }
   grid.origin = grid.indexToWorld()(first);
   return grid;
-}
-
-void hash(std::uint64_t& h, const void* data, std::size_t bytes) { // FNV-1a over 8-byte words
-  const char* p = static_cast<const char*>(data);
-  for (; bytes > 0;) {
-    std::uint64_t word = 0;
-    const std::size_t n = std::min<std::size_t>(8, bytes);
-    std::memcpy(&word, p, n);
-    h = (h ^ word) * 0x100000001b3ull;
-    h ^= h >> 29;
-    p += n;
-    bytes -= n;
-  }
 }
 
 void applyMask(Stack& stack, const Mask& mask, const std::stop_token& stop) {
@@ -259,7 +247,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   PreparedInput prepared;
   prepared.stacks = input.stacks;
   auto& stacks = prepared.stacks;
-  std::uint64_t h = 0xcbf29ce484222325ull;
+  std::uint64_t h = kHashStart;
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     Stack& stack = stacks[s];
     throwIfStopped();

@@ -12,30 +12,29 @@ namespace innergs {
 /// that a time does not reach are left alone.
 class AdamBlock {
 public:
-  explicit AdamBlock(std::size_t count) : moment1_(count, 0.f), moment2_(count, 0.f) {}
+  explicit AdamBlock(std::size_t count) : moment1(count, 0.f), moment2(count, 0.f) {}
 
   /// gradient(i) of x[i].
   template <class Gradient, class Rate>
   void apply(float* x, const Gradient& gradient, const Rate& rate, ThreadPool& pool) {
     constexpr float b1 = 0.9f, b2 = 0.99f, tiny = 1e-12f;
-    ++step_;
-    const auto c1 = static_cast<float>(1 / (1 - std::pow(0.9, step_)));
-    const auto c2 = static_cast<float>(1 / (1 - std::pow(0.99, step_)));
+    ++steps;
+    const auto c1 = static_cast<float>(1 / (1 - std::pow(0.9, steps)));
+    const auto c2 = static_cast<float>(1 / (1 - std::pow(0.99, steps)));
     constexpr std::int64_t block = 8192;
-    const auto count = static_cast<std::int64_t>(moment1_.size());
+    const auto count = static_cast<std::int64_t>(moment1.size());
     pool.runToEnd((count + block - 1) / block, [&](std::int64_t n) {
       for (std::int64_t i = n * block; i < std::min(count, (n + 1) * block); ++i) {
         const float g = gradient(i);
-        moment1_[i] = b1 * moment1_[i] + (1 - b1) * g;
-        moment2_[i] = b2 * moment2_[i] + (1 - b2) * g * g;
-        x[i] -= rate(i) * c1 * moment1_[i] / (std::sqrt(moment2_[i] * c2) + tiny);
+        moment1[i] = b1 * moment1[i] + (1 - b1) * g;
+        moment2[i] = b2 * moment2[i] + (1 - b2) * g * g;
+        x[i] -= rate(i) * c1 * moment1[i] / (std::sqrt(moment2[i] * c2) + tiny);
       }
     });
   }
 
-private:
-  std::vector<float> moment1_, moment2_;
-  int step_ = 0;
+  std::vector<float> moment1, moment2;
+  int steps = 0; // done
 };
 
 } // namespace innergs

@@ -1,8 +1,6 @@
 #include "Core/Motion/DeformationFit.h"
 
 #include "Core/Base/Random.h"
-#include "Core/Fit/Adam.h"
-#include "Core/Motion/AdamBlock.h"
 #include "Core/Render/LatticeRenderer.h"
 
 #include <algorithm>
@@ -30,8 +28,10 @@ void DeformationFit::fitCanonical(const Report& report) {
   network.high = high;
   network.start = series_.times.front();
   network.end = series_.times.back();
-  const int times =
-      std::max(4, static_cast<int>(std::lround(static_cast<double>(series_.size()) / plan_.framesPerNode)));
+  const int times = plan_.times > 0
+                        ? plan_.times
+                        : std::max(4, static_cast<int>(std::lround(static_cast<double>(series_.size()) /
+                                                                   plan_.framesPerNode)));
   network.levels.clear();
   for (const double distance : plan_.nodeDistances) {
     DeformationNetwork::Level level;
@@ -46,7 +46,18 @@ void DeformationFit::fitCanonical(const Report& report) {
   initialise(network, seed_);
 }
 
+void DeformationFit::startRefinement() {
+  optimizer_.start(field_.canonical.size(), {AdamBlock(field_.network.parameters.size())});
+}
+
+void DeformationFit::resume(const DynamicField& field, const RefinementState& state) {
+  field_ = field;
+  startRefinement();
+  optimizer_.resume(state);
+}
+
 void DeformationFit::refine(const Report& report) {
+  if (optimizer_.step == 0) startRefinement();
   DeformationNetwork& network = field_.network;
   std::vector<Observation> frames;
   for (const auto& frame : series_.frames) {
@@ -57,29 +68,26 @@ void DeformationFit::refine(const Report& report) {
   DeformationEvaluator evaluator(network, field_.anchors, matrixKernels(kernels_.name));
   LatticeRenderer renderer(frames[middle_].lattice, kernels_, pool_);
   GaussianField posed = field_.canonical;
-  Adam adam(static_cast<std::int64_t>(gaussians));
-  AdamBlock networkAdam(network.parameters.size());
   const FitPlan fit = fitPlan(plan_.canonical, voxel_);
   std::vector<float> change(16 * gaussians), gradient(16 * gaussians), back(network.parameters.size());
   std::vector<float> weights(frames[middle_].lattice.bufferSize()), numerators(weights.size());
   Random random(seed_);
   const auto samples = static_cast<double>(frames[middle_].samples);
-  double mse = 0;
   for (int s = 0; s < plan_.steps; ++s) {
-    pool_.throwIfStopped();
     const double reach = std::max(1.0, static_cast<double>(series_.size()) * (s + 1) /
                                            std::max(1.0, plan_.growth * plan_.steps));
     const std::int64_t first = std::max<std::int64_t>(0, middle_ - static_cast<std::int64_t>(reach)),
                        last = std::min(series_.size() - 1, middle_ + static_cast<std::int64_t>(reach));
     const std::int64_t f =
         first + static_cast<std::int64_t>(random.next() % static_cast<std::uint64_t>(last - first + 1));
+    if (s < optimizer_.step) continue; // done before the stop
+    pool_.throwIfStopped();
     const double time = series_.times[f];
     evaluator.forward(network, time, change, pool_);
     addChanges(field_.canonical, change, posed, pool_);
     renderer.forward(posed, {}, weights.data(), numerators.data());
     const LossSum sum = lossPass(frames[f], posed, {}, weights.data(), numerators.data(), pool_);
-    const double now = sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples));
-    mse = s == 0 ? now : 0.95 * mse + 0.05 * now;
+    const double error = sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples));
     std::fill(gradient.begin(), gradient.end(), 0.f);
     std::fill(back.begin(), back.end(), 0.f);
     renderer.backward(posed, weights.data(), numerators.data(), gradient);
@@ -89,14 +97,15 @@ void DeformationFit::refine(const Report& report) {
     const double rate = std::pow(plan_.finalRate, static_cast<double>(s) / plan_.steps);
     const auto planeRate = static_cast<float>(rate * plan_.planeRate),
                weightRate = static_cast<float>(rate * plan_.weightRate);
-    networkAdam.apply(
+    optimizer_.blocks.front().apply(
         network.parameters.data(), [&](std::int64_t i) { return back[i]; },
         [&](std::int64_t i) { return static_cast<std::size_t>(i) < planes ? planeRate : weightRate; }, pool_);
     LearningRates rates = fit.rates;
     for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity})
       *r *= rate * plan_.canonicalRate;
-    adam.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
-    if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.steps, mse);
+    optimizer_.canonical.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
+    optimizer_.add(error);
+    if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.steps, optimizer_.mse);
   }
 }
 

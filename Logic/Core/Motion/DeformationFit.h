@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Motion/CanonicalFit.h"
 #include "Core/Motion/DynamicField.h"
+#include "Core/Motion/Refinement.h"
 #include "Core/Motion/TimeSeries.h"
 
 #include <functional>
@@ -12,6 +13,7 @@ struct DeformationPlan {
   CanonicalPlan canonical;                          // of the fit to the middle frame
   std::vector<double> nodeDistances{12, 6};         // of the levels: finest voxels between nodes in space
   double framesPerNode = 2;                         // between nodes in time
+  int times = 0;                                    // not 0: so many nodes in time instead
   int steps = 4000;                                 // Adam's, one frame each
   double growth = 0.5;                              // share of them until all frames take part
   double planeRate = 0.02, weightRate = 2e-3;       // of the network
@@ -34,10 +36,16 @@ public:
 
   void fitCanonical(const Report& report);
   void refine(const Report& report);
+  /// Instead of fitCanonical(). Throws Error(FileFormat) unless field and state are of a refinement of this
+  /// plan.
+  void resume(const DynamicField& field, const RefinementState& state);
+  RefinementState state() const { return optimizer_.state(); }
 
   const DynamicField& field() const { return field_; }
 
 private:
+  void startRefinement();
+
   const TimeSeries& series_;
   IntensityMap map_;
   DeformationPlan plan_;
@@ -47,6 +55,7 @@ private:
   double voxel_; // finest spacing, mm
   std::int64_t middle_;
   DynamicField field_;
+  RefinementOptimizer optimizer_;
 };
 
 } // namespace innergs

@@ -3,13 +3,15 @@
 #include "Core/Base/Error.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Motion/Pose.h"
+#include "Core/Render/Render.h"
+#include "Core/Settings/SettingsTable.h"
 
 #include <cmath>
 
 namespace innergs {
 
 const char* dynamicKindName(DynamicKind kind) {
-  return kind == DynamicKind::Motion ? "motion" : kind == DynamicKind::Intensity ? "intensity" : "network";
+  return settingNamed("kind").words[static_cast<std::size_t>(kind)].name;
 }
 
 std::optional<DynamicKind> dynamicKindNamed(const std::string& name) {
@@ -126,6 +128,36 @@ GaussianField fieldAt(const DynamicField& field, double time) {
   ThreadPool pool(1);
   poseAt(field, time, out, pool);
   return out;
+}
+
+std::vector<float> acquiredFrame(const DynamicField& field, const TimeSeries& series, double time,
+                                 const RenderOptions& options) {
+  ThreadPool pool(options.threads);
+  pool.setStop(options.stop);
+  GaussianField posed = field.canonical;
+  const SliceGroups groups = sliceGroups(series.sliceTiming, series.geometry);
+  if (groups.times.size() == 1) {
+    poseAt(field, time + groups.times[0], posed, pool);
+    return render(posed, series.geometry, options).voxels;
+  }
+  const int axis = series.sliceTiming.axis;
+  std::vector<float> frame(static_cast<std::size_t>(series.geometry.voxelCount()));
+  GridGeometry slice = series.geometry;
+  slice.size[axis] = 1;
+  for (std::size_t g = 0; g < groups.times.size(); ++g) {
+    poseAt(field, time + groups.times[g], posed, pool);
+    for (std::int64_t s = 0; s < groups.slices; ++s) {
+      if (groups.ofSlice[s] != static_cast<int>(g)) continue;
+      Vec3 corner{0, 0, 0};
+      corner[axis] = static_cast<double>(s);
+      slice.origin = series.geometry.indexToWorld()(corner);
+      const std::vector<float> values = render(posed, slice, options).voxels;
+      const auto count = static_cast<std::int64_t>(values.size());
+      for (std::int64_t v = 0; v < count; ++v) // in place of the slice's one index, s
+        frame[v % groups.step + groups.step * (s + groups.slices * (v / groups.step))] = values[v];
+    }
+  }
+  return frame;
 }
 
 } // namespace innergs

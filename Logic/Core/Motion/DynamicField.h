@@ -6,17 +6,13 @@
 #include "Core/Motion/MotionLattice.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Motion/TimeSpline.h"
+#include "Core/Settings/DynamicKind.h"
 
 namespace innergs {
 
-/// How a dynamic field changes with time.
-enum class DynamicKind {
-  Motion,    // Gaussians that are carried and turned
-  Intensity, // Gaussians that stay where they are and change their intensity
-  Network    // Gaussians changed by a deformation network: the paper's
-};
 /// "motion", "intensity", "network": in files, reports and options.
 const char* dynamicKindName(DynamicKind kind);
+
 /// Nothing for any other word.
 std::optional<DynamicKind> dynamicKindNamed(const std::string& name);
 
@@ -59,6 +55,13 @@ void checkDynamicField(const DynamicField& field);
 GaussianField fieldAt(const DynamicField& field, double time);
 /// The same into a copy of the canonical field, whose Gaussians alone are written.
 void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool);
+
+struct RenderOptions;
+
+/// The frame that is acquired from a time (s) on over the series' lattice: each slice at its own time. Values
+/// as in Volume. Throws Error(Cancelled).
+std::vector<float> acquiredFrame(const DynamicField& field, const TimeSeries& series, double time,
+                                 const RenderOptions& options);
 
 /// Writes out.gaussians: the canonical ones and what is added to them, 16 floats each in the order of struct
 /// Gaussian.

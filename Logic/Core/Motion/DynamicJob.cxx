@@ -1,9 +1,11 @@
 #include "Core/Motion/DynamicJob.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/Hash.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/Resume.h"
 #include "Core/Motion/DeformationFit.h"
 #include "Core/Motion/IntensityFit.h"
 #include "Core/Motion/MotionFit.h"
@@ -23,8 +25,9 @@ constexpr double kClearly =
 constexpr std::int64_t kTrialReach = 3;  // frames on either side of where most changes
 constexpr double kVoxelsPerGaussian = 6; // of moving ones
 constexpr std::int64_t kMostGaussians = 1'000'000;
-constexpr int kRounds = 35;        // of the joint refinement over all frames
-constexpr int kNetworkRounds = 80; // the same of a deformation network
+constexpr int kRounds = 35;            // of the joint refinement over all frames
+constexpr int kNetworkRounds = 80;     // the same of a deformation network
+constexpr double kPreviewInterval = 2; // s, at least
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -34,32 +37,53 @@ double decibels(double mse) {
   return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
 }
 
-std::int64_t gaussiansFor(const TimeSeries& series, const DynamicSettings& settings, DynamicKind kind) {
+std::int64_t gaussiansFor(const TimeSeries& series, const Settings& settings, DynamicKind kind) {
   const auto voxels = static_cast<double>(series.geometry.voxelCount());
   const double each = kind == DynamicKind::Intensity ? 1 : kVoxelsPerGaussian;
   return std::clamp<std::int64_t>(settings.gaussians.value_or(std::llround(voxels / each)), 64,
                                   kMostGaussians);
 }
 
-MotionPlan motionPlan(const TimeSeries& series, const DynamicSettings& settings) {
+/// Adam's, so many for each frame.
+int refinementSteps(const TimeSeries& series, const Settings& settings, int rounds, int fewest) {
+  constexpr std::int64_t most = 6000;
+  if (settings.rounds)
+    return static_cast<int>(std::min<std::int64_t>(*settings.rounds * series.size(), 100'000'000));
+  return static_cast<int>(std::clamp<std::int64_t>(rounds * series.size(), fewest, most));
+}
+
+MotionPlan motionPlan(const TimeSeries& series, const Settings& settings) {
   MotionPlan plan;
   plan.canonical.gaussians = gaussiansFor(series, settings, DynamicKind::Motion);
-  plan.jointSteps = std::clamp<int>(kRounds * static_cast<int>(series.size()), 400, 6000);
+  plan.jointSteps = refinementSteps(series, settings, kRounds, 400);
+  plan.nodeDistance = settings.nodeDistance.value_or(plan.nodeDistance);
   return plan;
 }
 
-DeformationPlan deformationPlan(const TimeSeries& series, const DynamicSettings& settings) {
+DeformationPlan deformationPlan(const TimeSeries& series, const Settings& settings) {
   DeformationPlan plan;
   plan.canonical.gaussians = gaussiansFor(series, settings, DynamicKind::Network);
-  plan.steps = std::clamp<int>(kNetworkRounds * static_cast<int>(series.size()), 1000, 6000);
+  plan.steps = refinementSteps(series, settings, kNetworkRounds, 1000);
+  plan.times = settings.knots.value_or(0);
   return plan;
 }
 
-IntensityPlan intensityPlan(const TimeSeries& series, const DynamicSettings& settings) {
+IntensityPlan intensityPlan(const TimeSeries& series, const Settings& settings) {
   IntensityPlan plan;
   plan.voxelsPerGaussian = static_cast<double>(series.geometry.voxelCount()) /
                            static_cast<double>(gaussiansFor(series, settings, DynamicKind::Intensity));
+  plan.coefficients = settings.knots.value_or(0);
   return plan;
+}
+
+/// What a stopped fit must agree in to be continued.
+std::string keyOf(const TimeSeries& series, const Settings& settings) {
+  std::uint64_t h = kHashStart;
+  hash(h, &series.geometry, sizeof(GridGeometry));
+  hash(h, series.times.data(), series.times.size() * sizeof(double));
+  for (const auto& frame : series.frames)
+    hash(h, frame.data(), frame.size() * sizeof(float));
+  return settingsKey(settings, formatted("%016llx", static_cast<unsigned long long>(h)));
 }
 
 IntensityMap mapOf(const TimeSeries& series) {
@@ -88,11 +112,12 @@ std::int64_t liveliest(const TimeSeries& series, const ThreadPool& pool) {
 
 } // namespace
 
-std::int64_t estimateMemory(const TimeSeries& series, const DynamicSettings& settings) {
+std::int64_t estimateMemory(const TimeSeries& series, const Settings& settings) {
   const auto voxels = static_cast<std::int64_t>(series.geometry.voxelCount()), frames = series.size();
   const std::int64_t moving = gaussiansFor(series, settings, DynamicKind::Motion),
                      still = gaussiansFor(series, settings, DynamicKind::Intensity);
-  const std::int64_t coefficients = std::min<std::int64_t>(frames, 64);
+  const std::int64_t coefficients =
+      settings.knots.value_or(static_cast<int>(std::min<std::int64_t>(frames, 64)));
   const std::int64_t motion = frames * voxels * 6 + moving * (16 * 4 * 6 + coefficients * 3 * 4 * 3 + 8 * 8);
   const std::int64_t intensity =
       frames * voxels * 4 + voxels * (4 * 20) + still * (16 * 4 * 3 + coefficients * 4);
@@ -100,8 +125,16 @@ std::int64_t estimateMemory(const TimeSeries& series, const DynamicSettings& set
   return settings.kind == DynamicKind::Intensity ? intensity : std::max(motion, intensity);
 }
 
-DynamicJob::DynamicJob(TimeSeries series, DynamicSettings settings)
+DynamicJob::DynamicJob(TimeSeries series, Settings settings)
     : series_(std::move(series)), settings_(std::move(settings)) {}
+
+void DynamicJob::show(const DynamicField& field) {
+  const double begun = now();
+  if (!preview_ || begun < nextPreview_) return;
+  preview_(std::make_shared<const DynamicField>(field));
+  const double end = now();
+  nextPreview_ = end + std::max(kPreviewInterval, 20 * (end - begun));
+}
 
 void DynamicJob::report(Phase phase, double fraction, double mse) {
   state_.phase = phase;
@@ -115,7 +148,9 @@ void DynamicJob::report(Phase phase, double fraction, double mse) {
 DynamicResult DynamicJob::run(std::stop_token stop) {
   start_ = now();
   state_ = {};
+  nextPreview_ = 0;
   checkTimeSeries(series_);
+  checkSettings(settings_);
   if (settings_.gaussians && (*settings_.gaussians < 1 || *settings_.gaussians > kMostGaussians))
     throw Error(ErrorCode::InvalidArgument,
                 "The number of Gaussians must be between 1 and " + std::to_string(kMostGaussians) + ".");
@@ -126,8 +161,22 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   ThreadPool pool(settings_.threads);
   pool.setStop(stop);
   DynamicResult result;
+  result.settings = settings_;
   result.instructionSet = kernels.name;
   result.threads = pool.threads();
+  const std::string& device = settings_.device;
+  if (device != "auto" && device != "cpu")
+    result.notes.push_back("A moving scan is fitted on the CPU: the device " + device + " was not used.");
+  const bool timed = !series_.sliceTiming.empty();
+  if (timed && !settings_.sliceTiming.value_or(true)) series_.sliceTiming = {};
+  const std::string key = keyOf(series_, settings_);
+  if (resumed_ && (resumed_->state.empty() || resumed_->field.kind == DynamicKind::Intensity))
+    throw Error(
+        ErrorCode::InvalidArgument,
+        "The model to resume is of a fit that was not stopped on its way: there is nothing to resume.");
+  if (resumed_ && resumed_->state.key != key)
+    throw Error(ErrorCode::InvalidArgument,
+                "The model to resume is of another scan or other settings: give those it was made with.");
   report(Phase::Preparing, 0);
   const IntensityMap map = mapOf(series_);
   const auto share = [&](Phase phase, double from, double to) {
@@ -142,15 +191,23 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
     result.field = std::make_shared<const DynamicField>(field);
     result.trainingPsnr = state_.trainingPsnr;
   };
+  const auto refinement = [&](double from, const DynamicField& field) {
+    return [&, from, told = share(Phase::Fitting, from, 0.98)](double done, double mse) {
+      told(done, mse);
+      show(field);
+    };
+  };
   try {
-    DynamicKind kind = settings_.kind.value_or(DynamicKind::Motion);
+    std::optional<DynamicKind> given = settings_.kind;
+    if (resumed_) given = resumed_->field.kind;
+    DynamicKind kind = given.value_or(DynamicKind::Motion);
     std::unique_ptr<IntensityFit> intensity;
-    if (!settings_.kind || kind == DynamicKind::Intensity) {
+    if (!given || kind == DynamicKind::Intensity) {
       intensity =
           std::make_unique<IntensityFit>(series_, map, intensityPlan(series_, settings_), kernels, pool);
       intensity->choose(share(Phase::Initialising, 0, 0.05));
     }
-    if (!settings_.kind) {
+    if (!given) {
       const std::int64_t centre = liveliest(series_, pool);
       const std::int64_t first = std::max<std::int64_t>(0, centre - kTrialReach),
                          last = std::min(series_.size() - 1, centre + kTrialReach);
@@ -179,47 +236,62 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       }
       if (kind == DynamicKind::Motion) intensity.reset();
     }
+    result.settings.kind = kind;
+    result.slicesTimed = kind == DynamicKind::Intensity && !series_.sliceTiming.empty();
+    if (timed && !result.slicesTimed && kind != DynamicKind::Intensity)
+      result.notes.push_back("The slices of a frame were acquired at different times; where Gaussians move, "
+                             "a frame counts as one moment, its first.");
     if (kind == DynamicKind::Intensity) {
       intensity->solve(share(Phase::Fitting, 0.1, 0.98));
       finish(intensity->field());
     } else if (kind == DynamicKind::Network) {
       network = std::make_unique<DeformationFit>(series_, map, deformationPlan(series_, settings_),
                                                  settings_.seed, kernels, pool);
-      network->fitCanonical(share(Phase::Initialising, 0, 0.05));
+      if (resumed_)
+        network->resume(resumed_->field, resumed_->state);
+      else
+        network->fitCanonical(share(Phase::Initialising, 0, 0.05));
       refining = true;
-      network->refine(share(Phase::Fitting, 0.05, 0.98));
+      network->refine(refinement(0.05, network->field()));
       finish(network->field());
     } else {
       motion = std::make_unique<MotionFit>(series_, map, motionPlan(series_, settings_), settings_.seed,
                                            kernels, pool);
-      motion->fitCanonical(share(Phase::Initialising, 0.1, 0.15));
-      motion->track(share(Phase::Tracking, 0.15, 0.5));
-      motion->useSpline(motion->chooseCoefficients());
+      if (resumed_) {
+        motion->resume(resumed_->field, resumed_->state);
+      } else {
+        motion->fitCanonical(share(Phase::Initialising, 0.1, 0.15));
+        motion->track(share(Phase::Tracking, 0.15, 0.5));
+        motion->useSpline(settings_.knots ? *settings_.knots : motion->chooseCoefficients());
+      }
       refining = true;
-      motion->refine(share(Phase::Fitting, 0.5, 0.98));
+      motion->refine(refinement(0.5, motion->field()));
       finish(motion->field());
     }
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
-    if (refining) finish(network ? network->field() : motion->field());
+    if (refining) {
+      finish(network ? network->field() : motion->field());
+      result.state = network ? network->state() : motion->state();
+      result.state.key = key;
+    }
   }
   if (result.field && !result.cancelled) {
     double squared = 0;
     std::int64_t samples = 0;
-    GaussianField posed = result.field->canonical;
+    TimeSeries lattice{series_.geometry, {}, {}, {}, {}};
+    if (result.slicesTimed) lattice.sliceTiming = series_.sliceTiming;
     RenderOptions options;
     options.threads = settings_.threads;
     options.instructionSet = settings_.instructionSet;
     options.stop = stop;
     try {
       for (std::int64_t f = 0; f < series_.size(); ++f) {
-        poseAt(*result.field, series_.times[f], posed, pool);
-        const Volume rendered = render(posed, series_.geometry, options);
-        for (std::size_t v = 0; v < rendered.voxels.size(); ++v) {
+        const std::vector<float> rendered = acquiredFrame(*result.field, lattice, series_.times[f], options);
+        for (std::size_t v = 0; v < rendered.size(); ++v) {
           const double d =
-              (static_cast<double>(rendered.voxels[v]) - static_cast<double>(series_.frames[f][v])) /
-              map.scale;
+              (static_cast<double>(rendered[v]) - static_cast<double>(series_.frames[f][v])) / map.scale;
           if (!std::isfinite(d)) continue;
           squared += d * d;
           ++samples;

@@ -1,43 +1,52 @@
 #pragma once
 #include "Core/Job/Progress.h"
 #include "Core/Motion/DynamicField.h"
+#include "Core/Motion/Refinement.h"
 #include "Core/Motion/TimeSeries.h"
+#include "Core/Settings/Settings.h"
 
 #include <memory>
 #include <stop_token>
 
 namespace innergs {
 
-/// What can be chosen for a continuous volume in space and time.
-struct DynamicSettings {
-  std::optional<DynamicKind> kind; // unset: motion or intensity, whichever foresees withheld frames better
-  std::optional<std::int64_t>
-      gaussians;   // unset: from the data (a sixth of the voxels; where they change alone, one each)
-  int threads = 0; // 0: all cores
-  std::string instructionSet; // "": best available
-  std::uint64_t seed = 1;
+/// A fit that was stopped while all frames were refined together.
+struct StoppedDynamicFit {
+  DynamicField field;
+  RefinementState state;
 };
 
 struct DynamicResult {
   std::shared_ptr<const DynamicField> field; // null: stopped before there was one
   bool cancelled = false;                    // true: state at the stop
-  std::string choice;      // a sentence: why it is of its kind, on which frames it was judged
-  double trainingPsnr = 0; // dB over the range of the series, on the frames that were fitted
+  RefinementState state;                     // of a fit stopped in the refinement, to go on from; else empty
+  std::string choice;             // a sentence: why it is of its kind, on which frames it was judged
+  std::vector<std::string> notes; // sentences for the user: what was asked for or found and not used
+  Settings settings;              // with the kind that was chosen
+  bool slicesTimed = false;       // slices counted at their own times (see acquiredFrame())
+  double trainingPsnr = 0;        // dB over the range of the series, on the frames that were fitted
   double seconds = 0;
   std::string instructionSet;
   int threads = 0;
 };
 
 /// Bytes a job will need beyond its input.
-std::int64_t estimateMemory(const TimeSeries& series, const DynamicSettings& settings);
+std::int64_t estimateMemory(const TimeSeries& series, const Settings& settings);
 
-/// Makes a continuous volume in space and time from a series, on the CPU. Same series, settings and seed: the
-/// same bits at any number of threads.
+/// Makes a continuous volume in space and time from a series, on the CPU. Of the settings it looks at those
+/// that concernsMovingScans() names. Same series, settings and seed: the same bits at any number of threads,
+/// stopped and resumed or not.
 class DynamicJob {
 public:
-  DynamicJob(TimeSeries series, DynamicSettings settings);
+  DynamicJob(TimeSeries series, Settings settings);
 
+  /// Continues a fit of the same series and settings; run() throws Error(InvalidArgument) if it is of others.
+  void resume(std::shared_ptr<const StoppedDynamicFit> fit) { resumed_ = std::move(fit); }
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
+  /// The field so far, from time to time while all frames are refined together; on the worker's thread.
+  void onPreview(std::function<void(std::shared_ptr<const DynamicField>)> callback) {
+    preview_ = std::move(callback);
+  }
 
   /// Blocks. A stop request ends it within 200 ms with cancelled = true; stopped in the refinement, it has
   /// the field reached. Throws Error for what is wrong with series and settings, before any work.
@@ -47,12 +56,15 @@ public:
 
 private:
   void report(Phase phase, double fraction, double mse = -1);
+  void show(const DynamicField& field);
 
   TimeSeries series_;
-  DynamicSettings settings_;
+  Settings settings_;
+  std::shared_ptr<const StoppedDynamicFit> resumed_;
   ProgressCallback progress_;
+  std::function<void(std::shared_ptr<const DynamicField>)> preview_;
   Progress state_;
-  double start_ = 0; // s
+  double start_ = 0, nextPreview_ = 0; // s
 };
 
 } // namespace innergs

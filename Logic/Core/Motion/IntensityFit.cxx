@@ -13,6 +13,12 @@ constexpr std::int64_t kBlock = 4096; // voxels per task
 constexpr int kFolds = 4;
 constexpr std::array<double, 12> kSmoothings{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6};
 
+std::vector<double> later(std::vector<double> times, double by) {
+  for (double& time : times)
+    time += by;
+  return times;
+}
+
 double dot(std::span<const float> a, std::span<const float> b, ThreadPool& pool) {
   const auto n = static_cast<std::int64_t>(a.size());
   std::vector<double> parts((n + kBlock - 1) / kBlock, 0.0); // summed in order, independent of the threads
@@ -56,12 +62,14 @@ void blur(std::vector<float>& map, const GridGeometry& g, double sigma, ThreadPo
 
 IntensityFit::IntensityFit(const TimeSeries& series, const IntensityMap& map, IntensityPlan plan,
                            const KernelSet& kernels, ThreadPool& pool)
-    : series_(series), map_(map), plan_(plan), kernels_(kernels), pool_(pool) {
+    : series_(series), map_(map), plan_(plan), slices_(sliceGroups(series.sliceTiming, series.geometry)),
+      kernels_(kernels), pool_(pool) {
   field_ = emptyField(DynamicKind::Intensity, series, map, plan.cutoff);
   const int most = std::min(plan.mostCoefficients, static_cast<int>(series.size()));
   const int wanted =
       static_cast<int>(std::lround(static_cast<double>(series.size()) / plan.framesPerCoefficient));
-  field_.change = {series.times.front(), series.times.back(), std::max(4, std::min(most, wanted))};
+  field_.change = {series.times.front() + slices_.times.front(), series.times.back() + slices_.times.back(),
+                   plan.coefficients > 0 ? plan.coefficients : std::max(4, std::min(most, wanted))};
   fillGaps();
   keepMean();
 }
@@ -131,19 +139,25 @@ void IntensityFit::choose(const Report& report) {
     for (const std::int64_t f : withheld)
       where.push_back(series_.times[f]);
     for (std::size_t s = 0; s < kSmoothings.size(); ++s) {
-      const std::vector<double> rows = splinePrediction(field_.change, times, where, kSmoothings[s]);
+      pool_.throwIfStopped();
+      std::vector<std::vector<double>> rows; // of each group of slices
+      for (const double time : slices_.times)
+        rows.push_back(
+            splinePrediction(field_.change, later(times, time), later(where, time), kSmoothings[s]));
       const std::int64_t blocks = (n + kBlock - 1) / kBlock;
       std::vector<double> parts(blocks * withheld.size(), 0.0);
       pool_.blocks(n, kBlock, [&](std::int64_t first, std::int64_t last) {
         std::vector<float> predicted(static_cast<std::size_t>(last - first));
         for (std::size_t i = 0; i < withheld.size(); ++i) {
           std::fill(predicted.begin(), predicted.end(), 0.f);
-          for (std::size_t t = 0; t < kept.size(); ++t) {
-            const auto w = static_cast<float>(rows[i * kept.size() + t]);
-            const float* in = course_[kept[t]].data() + first;
-            for (std::size_t v = 0; v < predicted.size(); ++v)
-              predicted[v] += w * in[v];
-          }
+          slices_.runs(first, last, [&](std::int64_t begin, std::int64_t end, int group) {
+            for (std::size_t t = 0; t < kept.size(); ++t) {
+              const auto w = static_cast<float>(rows[group][i * kept.size() + t]);
+              const float* in = course_[kept[t]].data();
+              for (std::int64_t v = begin; v < end; ++v)
+                predicted[v - first] += w * in[v];
+            }
+          });
           const float* truth = course_[withheld[i]].data() + first;
           double sum = 0;
           for (std::size_t v = 0; v < predicted.size(); ++v) {
@@ -255,9 +269,12 @@ void IntensityFit::solve(const Report& report) {
     });
   };
 
-  std::array<std::vector<double>, kSmoothings.size()> fits;
+  std::array<std::vector<std::vector<double>>, kSmoothings.size()> fits; // [smoothing][group of slices]
   for (std::size_t s = 0; s < kSmoothings.size(); ++s)
-    fits[s] = splineFit(field_.change, series_.times, kSmoothings[s]);
+    for (const double time : slices_.times) {
+      pool_.throwIfStopped();
+      fits[s].push_back(splineFit(field_.change, later(series_.times, time), kSmoothings[s]));
+    }
   const std::size_t frames = course_.size();
   std::vector<float> target(static_cast<std::size_t>(g.voxelCount())), values(gaussians), r(gaussians),
       p(gaussians), q(gaussians);
@@ -266,7 +283,7 @@ void IntensityFit::solve(const Report& report) {
   for (int c = 0; c < field_.change.coefficients; ++c) {
     pool_.blocks(g.voxelCount(), kBlock, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t v = first; v < last; ++v) {
-        const double* row = fits[chosen_[v]].data() + c * frames;
+        const double* row = fits[chosen_[v]][slices_.of(v)].data() + c * frames;
         double sum = 0;
         for (std::size_t f = 0; f < frames; ++f)
           sum += row[f] * static_cast<double>(course_[f][v]);

@@ -14,6 +14,7 @@ struct IntensityPlan {
   double width = 0.55;             // σ in distances between Gaussians
   double framesPerCoefficient = 3; // of the splines in time
   int mostCoefficients = 64;
+  int coefficients = 0;     // not 0: so many, whatever the frames are
   double neighbourhood = 1; // voxels, σ: neighbourhood that shares the choice of smoothing in time
   int iterations = 8;       // conjugate-gradient iterations per coefficient
   double ridge = 1e-3;      // on the intensities, relative to a voxel's weight
@@ -23,7 +24,8 @@ struct IntensityPlan {
 /// A fit of a series without motion: keeps every voxel's mean over time, and Gaussians on an even grid carry
 /// the difference from it as a spline in time. Both steps are linear: the voxels' time courses are smoothed
 /// by a P-spline, with the smoothing chosen per voxel by withholding every 4th frame, and the intensities are
-/// those whose field is closest to each coefficient's map (conjugate gradients).
+/// those whose field is closest to each coefficient's map (conjugate gradients). Slices count at the times at
+/// which they were acquired.
 /// Bit-identical for any number of threads. Throws Error(Cancelled) if the pool is stopped.
 class IntensityFit {
 public:
@@ -49,6 +51,7 @@ private:
   const TimeSeries& series_;
   IntensityMap map_;
   IntensityPlan plan_;
+  SliceGroups slices_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
   std::vector<std::vector<float>>

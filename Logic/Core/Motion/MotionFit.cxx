@@ -1,8 +1,6 @@
 #include "Core/Motion/MotionFit.h"
 
 #include "Core/Base/Random.h"
-#include "Core/Fit/Adam.h"
-#include "Core/Motion/AdamBlock.h"
 #include "Core/Motion/Pose.h"
 #include "Core/Render/LatticeRenderer.h"
 
@@ -170,14 +168,30 @@ void MotionFit::useSpline(int coefficients) {
     }
 }
 
+void MotionFit::startRefinement() {
+  const std::size_t gaussians = field_.canonical.gaussians.size();
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  // Of the lattice's coefficients, then of the Gaussians' own.
+  std::vector<AdamBlock> blocks(field_.motion.coefficients, AdamBlock(values));
+  blocks.resize(blocks.size() + field_.own.coefficients, AdamBlock(3 * gaussians));
+  optimizer_.start(static_cast<std::int64_t>(gaussians), std::move(blocks));
+}
+
+void MotionFit::resume(const DynamicField& field, const RefinementState& state) {
+  field_ = field;
+  startRefinement();
+  optimizer_.resume(state);
+}
+
 void MotionFit::refine(const Report& report) {
   const std::size_t gaussians = field_.canonical.gaussians.size(), own = 3 * gaussians;
   const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
-  field_.own = field_.motion;
-  field_.ownPath.assign(own * field_.own.coefficients, 0.f);
-  std::vector<AdamBlock> nodeAdam(field_.motion.coefficients, AdamBlock(values));
-  std::vector<AdamBlock> ownAdam(field_.own.coefficients, AdamBlock(own));
-  Adam adam(static_cast<std::int64_t>(gaussians));
+  if (optimizer_.step == 0) {
+    field_.own = field_.motion;
+    field_.ownPath.assign(own * field_.own.coefficients, 0.f);
+    startRefinement();
+  }
+  AdamBlock *nodeAdam = optimizer_.blocks.data(), *ownAdam = nodeAdam + field_.motion.coefficients;
   const FitPlan fit = fitPlan(plan_.canonical, voxel_);
   LatticeRenderer renderer(frames_[middle_].lattice, kernels_, pool_);
   Poser poser(field_);
@@ -188,20 +202,19 @@ void MotionFit::refine(const Report& report) {
   Random random(seed_);
   const double bending = plan_.jointBending * static_cast<double>(frames_[middle_].samples) /
                          static_cast<double>(field_.lattice.nodes());
-  double mse = 0;
   for (int s = 0; s < plan_.jointSteps; ++s) {
-    pool_.throwIfStopped();
     const std::size_t turnOf = s % order.size();
     if (turnOf == 0)
       for (std::size_t n = order.size() - 1; n > 0; --n)
         std::swap(order[n], order[random.next() % (n + 1)]);
+    if (s < optimizer_.step) continue; // done before the stop
+    pool_.throwIfStopped();
     const std::int64_t f = order[turnOf];
     const double time = series_.times[f];
     const std::vector<float> nodes = nodesAt(field_, time);
     poser.pose(field_, nodes, time, posed, pool_);
     renderer.forward(posed, {}, weights_.data(), numerators_.data());
-    const double now = loss(posed, f);
-    mse = s == 0 ? now : 0.95 * mse + 0.05 * now;
+    const double error = loss(posed, f);
     std::fill(gradient.begin(), gradient.end(), 0.f);
     std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
     renderer.backward(posed, weights_.data(), numerators_.data(), gradient);
@@ -233,8 +246,9 @@ void MotionFit::refine(const Report& report) {
     LearningRates rates = fit.rates;
     for (double* r : {&rates.mean, &rates.logScale, &rates.quaternion, &rates.logWeight, &rates.intensity})
       *r *= rate * plan_.canonicalRate;
-    adam.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
-    if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.jointSteps, mse);
+    optimizer_.canonical.apply(field_.canonical, gradient, rates, fit.bounds, s + 1, pool_);
+    optimizer_.add(error);
+    if (s % 10 == 9) report(static_cast<double>(s + 1) / plan_.jointSteps, optimizer_.mse);
   }
 }
 

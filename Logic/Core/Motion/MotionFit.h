@@ -2,6 +2,7 @@
 #include "Core/Job/Progress.h"
 #include "Core/Motion/CanonicalFit.h"
 #include "Core/Motion/DynamicField.h"
+#include "Core/Motion/Refinement.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Render/Kernels.h"
 
@@ -58,8 +59,12 @@ public:
   double foresightBetween(std::int64_t frame);
   /// Least-squares spline through all poses.
   void useSpline(int coefficients);
-  /// All parameters together, one frame a step in an order drawn anew for every round.
+  /// All parameters together, one frame a step in an order drawn anew for every round. Ready for it is a fit
+  /// after useSpline(), or instead of all before one that resumes.
   void refine(const Report& report);
+  /// Throws Error(FileFormat) unless field and state are of a refinement of this plan.
+  void resume(const DynamicField& field, const RefinementState& state);
+  RefinementState state() const { return optimizer_.state(); }
 
   const std::vector<TrackedFrame>& tracked() const { return tracked_; }
   const DynamicField& field() const { return field_; }
@@ -68,6 +73,7 @@ public:
 private:
   double loss(const GaussianField& posed, std::int64_t frame);
   double errorOf(std::span<const float> nodes, std::int64_t frame);
+  void startRefinement();
 
   const TimeSeries& series_;
   IntensityMap map_;
@@ -81,6 +87,7 @@ private:
   std::vector<TrackedFrame> tracked_;
   DynamicField field_;
   std::vector<float> weights_, numerators_;
+  RefinementOptimizer optimizer_;
 };
 
 } // namespace innergs

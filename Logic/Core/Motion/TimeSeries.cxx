@@ -33,6 +33,17 @@ void checkTimeSeries(const TimeSeries& series) {
                                            " s, then " + numberText(series.times[f]) +
                                            " s): order the frames by their times, each once.");
   }
+  if (const SliceTiming& timing = series.sliceTiming; !timing.empty()) {
+    if (timing.axis < 0 || timing.axis > 2 ||
+        timing.times.size() != static_cast<std::size_t>(series.geometry.size[timing.axis]))
+      fail(ErrorCode::InvalidArgument,
+           " has " + std::to_string(timing.times.size()) +
+               " slice times, which is not one per slice: correct or remove them.");
+    for (const double time : timing.times)
+      if (!(time >= 0 && time <= 1e6))
+        fail(ErrorCode::InvalidArgument,
+             " has a slice time that is below 0 s or not finite: correct or remove it.");
+  }
   const ValueRange range = rangeOf(series);
   bool equal = !(range.high > range.low);
   if (!equal) {
@@ -83,7 +94,7 @@ std::vector<double> timesAtRate(double rate, const std::vector<double>& own) {
 }
 
 TimeSeries framesOf(const TimeSeries& series, const std::vector<std::int64_t>& frames) {
-  TimeSeries chosen{series.geometry, {}, {}, series.name};
+  TimeSeries chosen{series.geometry, {}, {}, series.name, series.sliceTiming};
   for (const std::int64_t f : frames) {
     chosen.frames.push_back(series.frames[f]);
     chosen.times.push_back(series.times[f]);

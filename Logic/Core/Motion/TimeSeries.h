@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Image/Volume.h"
+#include "Core/Motion/SliceTiming.h"
 
 #include <string>
 #include <vector>
@@ -13,12 +14,13 @@ struct TimeSeries {
   std::vector<std::vector<float>> frames; // voxels as in Volume, scanner units; not finite = not observed
   std::vector<double> times;              // of the frames, s, increasing
   std::string name;                       // for messages and reports (file name)
+  SliceTiming sliceTiming;                // of all frames
 
   std::int64_t size() const { return static_cast<std::int64_t>(frames.size()); }
 };
 
 /// Throws Error(Geometry | InvalidArgument | NoData) for fewer than two frames, frames of another size than
-/// the lattice, times that do not increase, and frames that are all equal.
+/// the lattice, times that do not increase, a slice timing of another lattice, and frames that are all equal.
 void checkTimeSeries(const TimeSeries& series);
 
 /// Seconds of a unit of time as files and scenes name it ("s", "ms", "min" ...); 0: it is none.

@@ -56,7 +56,7 @@ struct SettingNotes {
 /// and marked for translation in the context "innergs".
 struct Setting : SettingNotes {
   /// Where panels and help list it; panels have a dedicated place for Basic ones.
-  enum class Group { Basic, Model, Fit, LearningRates, Densification, Computation };
+  enum class Group { Basic, Model, Fit, LearningRates, Densification, Computation, Moving };
 
   Setting(const char* name, SettingMember member, Group group, const char* label, const char* text,
           SettingNotes notes = {})

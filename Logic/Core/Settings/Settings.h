@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Model/GaussianField.h"
+#include "Core/Settings/DynamicKind.h"
 #include "Core/Settings/LossKind.h"
 #include "Core/Settings/Selection.h"
 
@@ -82,14 +83,22 @@ struct Settings {
   std::optional<bool> paperStopRule; // stop when the loss fell by < 1e-4 over 100 iterations; 1000 at most
   bool relocate = true;              // has no effect with densification
   bool consistency = true;           // only for super-resolution
-  PredictionKind prediction = PredictionKind::Auto; // one scan of distant slices, normalised blending
-  bool align = true;                                // several scans: see Alignment/StackAlignment.h
+  PredictionKind prediction = PredictionKind::Auto;    // one scan of distant slices, normalised blending
+  bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
-  double fill = 0;                                  // scanner units
-  int threads = 0;                                  // 0: all cores
-  std::string instructionSet;                       // "": best available; "scalar": the plain reference
-  std::string device = "auto";                      // "cpu", "cuda", "cuda:N"; auto: a GPU if the fit fits
+  double fill = 0;                                     // scanner units
+  int threads = 0;                                     // 0: all cores
+  std::string instructionSet;                          // "": best available; "scalar": the plain reference
+  std::string device = "auto";                         // "cpu", "cuda", "cuda:N"; auto: a GPU if the fit fits
   std::uint64_t seed = 1;
+
+  // Moving scans (Motion/DynamicJob.h) alone.
+  std::optional<DynamicKind> kind;
+  std::optional<int> knots;           // numbers over time
+  std::optional<int> rounds;          // of the joint refinement
+  std::optional<double> nodeDistance; // voxels
+  std::optional<bool> sliceTiming;
+
   bool operator==(const Settings&) const = default;
 };
 

@@ -28,6 +28,15 @@ bool plateaus(const Settings& s) {
 bool densifies(const Settings& s) {
   return s.densifyEvery.value_or(0) > 0;
 }
+bool refines(const Settings& s) {
+  return s.kind != DynamicKind::Intensity;
+}
+bool mayCarry(const Settings& s) {
+  return s.kind.value_or(DynamicKind::Motion) == DynamicKind::Motion;
+}
+bool mayChange(const Settings& s) {
+  return s.kind.value_or(DynamicKind::Intensity) == DynamicKind::Intensity;
+}
 
 } // namespace
 
@@ -178,6 +187,40 @@ const std::vector<Setting>& settingsTable() {
               {.part = Speed, .automatic = tr("best available")}),
       Setting("seed", MEMBER(seed), Computation, tr("Seed"),
               tr("The same seed gives the same result, bit for bit, on any number of threads.")),
+
+      Setting("kind", MEMBER(kind), Moving, tr("What changes"),
+              tr("Moving scans: Gaussians that are carried and turned, that stay and change their intensity "
+                 "(fMRI), or that a deformation network changes, as in the paper."),
+              {.words = {{"motion", tr("The tissue moves")},
+                         {"intensity", tr("It stays and changes its intensity (fMRI)")},
+                         {"network", tr("It moves, by a deformation network (slower)")}},
+               .automatic = tr("motion or intensity, which foresees withheld frames better")}),
+      Setting(
+          "knots", MEMBER(knots), Moving, tr("Numbers over time"),
+          tr("Moving scans: how many coefficients describe what changes over all the time."),
+          {.range = between(4, 4096),
+           .automatic = tr("motion: those that foresee withheld frames best; intensity: one for 3 frames, "
+                           "at most 64; network: one for 2 frames"),
+           .usual = 12}),
+      Setting("rounds", MEMBER(rounds), Moving, tr("Rounds"),
+              tr("Moving scans: how often the refinement of all frames together goes through each; "
+                 "intensities are solved for without it."),
+              {.range = between(1, 10000),
+               .automatic = tr("motion: 35; network: 80; fewer of many frames"),
+               .usual = 35,
+               .applies = refines}),
+      Setting("nodeDistance", MEMBER(nodeDistance), Moving, tr("Distance of motion nodes"),
+              tr("Moving scans that are carried: between the nodes of the lattice of motion, in the finest "
+                 "spacing."),
+              {.range = between(1, 100),
+               .unit = tr("voxels"),
+               .automatic = "6",
+               .usual = 6,
+               .applies = mayCarry}),
+      Setting("sliceTiming", MEMBER(sliceTiming), Moving, tr("Slice timing"),
+              tr("Moving scans that change their intensity: take each slice at the time that NIfTI header or "
+                 "BIDS file says, not the whole frame at once."),
+              {.automatic = tr("true where the scan says when"), .applies = mayChange}),
   };
   return rows;
 }
@@ -199,11 +242,17 @@ const char* groupTitle(Setting::Group group) {
     return tr("Densification");
   case Computation:
     return tr("Computation");
+  case Moving:
+    return tr("Moving scans");
   }
   return "";
 }
 
 namespace {
+
+bool isNamedResult(const Setting& row, const Settings& settings) {
+  return row.part != Setting::Part::Speed && row.isIn(settings) && row.hasEffectIn(settings);
+}
 
 /// Insertions, deletions and replacements that turn one word into another, ignoring case (Levenshtein 1966).
 std::size_t distance(const std::string& a, const std::string& b) {
@@ -240,9 +289,23 @@ const Setting& settingNamed(const std::string& name) {
 std::string settingsText(const Settings& settings, double heldOutFraction) {
   std::string text;
   for (const Setting& row : settingsTable())
-    if (row.part != Setting::Part::Speed && row.isIn(settings) && row.hasEffectIn(settings))
-      text += row.name + ("=" + row.textIn(settings)) + "; ";
+    if (isNamedResult(row, settings)) text += row.name + ("=" + row.textIn(settings)) + "; ";
   return text + "heldOutFraction=" + exactText(heldOutFraction);
+}
+
+std::string movingSettingsText(const Settings& settings) {
+  std::string text;
+  for (const Setting& row : settingsTable())
+    if (concernsMovingScans(row) && row.name != std::string("device") && isNamedResult(row, settings))
+      text += (text.empty() ? "" : "; ") + (row.name + ("=" + row.textIn(settings)));
+  return text;
+}
+
+bool concernsMovingScans(const Setting& row) {
+  if (row.group == Setting::Group::Moving) return true;
+  const std::string name = row.name;
+  return name == "gaussians" || name == "seed" || name == "threads" || name == "instructionSet" ||
+         name == "device";
 }
 
 std::string automaticText(const Setting& row) {

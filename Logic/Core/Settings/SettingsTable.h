@@ -10,6 +10,9 @@ const std::vector<Setting>& settingsTable();
 /// Throws Error(InvalidArgument) for an unknown name; the message suggests the nearest one.
 const Setting& settingNamed(const std::string& name);
 
+/// Whether the fit of a moving scan looks at it. Those of the group Moving are looked at by no other fit.
+bool concernsMovingScans(const Setting& row);
+
 /// "Learning rates" etc., for the lists in panels, help and documentation.
 const char* groupTitle(Setting::Group group);
 
@@ -18,6 +21,8 @@ std::string automaticText(const Setting& row);
 
 /// "name=value; ...": every setting that affected a result.
 std::string settingsText(const Settings& settings, double heldOutFraction);
+/// The same of a moving scan.
+std::string movingSettingsText(const Settings& settings);
 
 /// The rows of the table in Docs/settings.md.
 std::string settingsMarkdown();

@@ -47,6 +47,9 @@ TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   const auto report = nlohmann::json::parse(contents("r.json"));
   EXPECT_EQ(report.at("kind"), "motion");
   EXPECT_EQ(report.at("output_times_s").size(), 11u);
+  EXPECT_EQ(report.at("settings").at("kind"), "motion");
+  EXPECT_TRUE(report.at("settings").at("knots").is_null());
+  EXPECT_FALSE(report.at("settings").contains("preset"));
 
   ASSERT_EQ(run({"interpolate", path("m.innergs"), "--at", "0.75", "-o", path("one.nrrd"), "-q"}).exitCode,
             0);
@@ -130,7 +133,7 @@ TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
                     "frames");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("in.nii.gz")}), 1, "overwrite");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--kind", "warp"}), 2,
-                    "auto|motion");
+                    "motion|intensity|network");
   expectOneSentence(run({"interpolate", path("in.nii.gz"), "-o", path("o.nii"), "--times", "0,0.1,1",
                          "--report", path("o.json")}),
                     1, "one file"); // uneven times go to the sidecar

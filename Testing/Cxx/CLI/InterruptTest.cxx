@@ -2,10 +2,12 @@
 #include "SyntheticImages.h"
 
 #include "IO/ModelFile.h"
+#include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
 
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <cstring>
 
 #ifndef _WIN32
@@ -110,6 +112,38 @@ TEST_F(InterruptTest, WhileTheQualityIsJudgedTheFitIsKept) {
              whole = readModel(path("plain.innergs")).field.gaussians;
   ASSERT_EQ(judged.size(), whole.size());
   EXPECT_EQ(std::memcmp(judged.data(), whole.data(), sizeof(Gaussian) * whole.size()), 0);
+}
+
+TEST_F(InterruptTest, MovingScansAreResumedToTheSameResult) {
+  TimeSeries series;
+  series.geometry.size = {24, 24, 10};
+  for (int f = 0; f < 8; ++f) {
+    auto& frame = series.frames.emplace_back();
+    for (int v = 0; v < 24 * 24 * 10; ++v)
+      frame.push_back(static_cast<float>(
+          100 * std::exp(-0.02 * (std::pow(v % 24 - 8 - f, 2) + std::pow(v / 24 % 24 - 12, 2)))));
+    series.times.push_back(0.5 * f);
+  }
+  writeTimeSeries(series, path("moving.nii.gz"));
+  const auto fit = [&](const char* model) {
+    return std::vector<std::string>{"interpolate", path("moving.nii.gz"), "--kind",   "network", "--rounds",
+                                    "100",         "--save-model",        path(model)};
+  };
+  const int code = interrupted(fit("part.innergs"), SIGINT, "itting");
+  const std::string log = contents("log.txt");
+  ASSERT_EQ(code, 130) << log;
+  EXPECT_NE(log.find(path("part.innergs")), std::string::npos) << log;
+  auto resumed = fit("resumed.innergs"), other = resumed;
+  for (auto* arguments : {&resumed, &other})
+    for (const auto& word : {std::string("--resume"), path("part.innergs")})
+      arguments->push_back(word);
+  ASSERT_EQ(run(resumed).exitCode, 0) << contents("stderr.txt");
+  ASSERT_EQ(run(fit("whole.innergs")).exitCode, 0) << contents("stderr.txt");
+  EXPECT_TRUE(contents("resumed.innergs") == contents("whole.innergs"));
+  other[5] = "101"; // rounds
+  expectOneSentence(run(other), 1, "other settings");
+  resumed.back() = path("whole.innergs");
+  expectOneSentence(run(resumed), 1, "nothing to resume");
 }
 
 TEST_F(InterruptTest, TerminationIsAsCleanAsCtrlC) {

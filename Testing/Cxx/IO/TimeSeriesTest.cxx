@@ -5,6 +5,7 @@
 #include "IO/VolumeIO.h"
 
 #include <cmath>
+#include <cstring>
 
 using namespace innergs;
 using namespace innergs::test;
@@ -67,6 +68,70 @@ TEST(TimeSeriesIO, TimesComeFromTheOptionsTheSidecarOrTheHeader) {
   EXPECT_EQ(errorOfReading(folder / "a.nii.gz", {{0, 1}, {}}).code(), ErrorCode::InvalidArgument);
   EXPECT_EQ(errorOfReading(folder / "a.nii.gz", {{0, 1, 1}, {}}).code(), ErrorCode::InvalidArgument);
   EXPECT_EQ(errorOfReading(folder / "a.nii.gz", {{}, -1.0}).code(), ErrorCode::InvalidArgument);
+}
+
+TEST(TimeSeriesIO, SliceTimesComeFromTheSidecar) {
+  const TemporaryFolder folder;
+  writeTimeSeries(ramp({0, 2, 4}), folder / "a.nii.gz"); // 5 × 4 × 3
+  EXPECT_TRUE(readTimeSeries(folder / "a.nii.gz").sliceTiming.empty());
+  const auto timing = [&](const char* json) {
+    writeBytes(folder / "a.json", json);
+    return readTimeSeries(folder / "a.nii.gz").sliceTiming;
+  };
+  const auto code = [&](const char* json) {
+    writeBytes(folder / "a.json", json);
+    return errorOfReading(folder / "a.nii.gz").code();
+  };
+  SliceTiming expected{2, {0, 1, 0.5}};
+  EXPECT_EQ(timing(R"({"SliceTiming": [0, 1, 0.5]})"), expected);
+  EXPECT_EQ(timing(R"({"SliceTiming": [0, 1, 0.5], "SliceEncodingDirection": "k"})"), expected);
+  expected.times = {0.5, 1, 0};
+  EXPECT_EQ(timing(R"({"SliceTiming": [0, 1, 0.5], "SliceEncodingDirection": "k-"})"), expected);
+  expected = {1, {0, 1, 0.5, 1.5}};
+  EXPECT_EQ(timing(R"({"SliceTiming": [0, 1, 0.5, 1.5], "SliceEncodingDirection": "j"})"), expected);
+  EXPECT_TRUE(timing(R"({"SliceTiming": [0, 0, 0]})").empty()); // all at once
+  EXPECT_TRUE(timing(R"({"SliceTiming": "unknown"})").empty());
+  EXPECT_EQ(code(R"({"SliceTiming": [0, 1]})"), ErrorCode::FileFormat);
+  EXPECT_EQ(code(R"({"SliceTiming": [0, 1, "later"]})"), ErrorCode::FileFormat);
+  EXPECT_EQ(code(R"({"SliceTiming": [0, 1, 0.5], "SliceEncodingDirection": "z"})"), ErrorCode::FileFormat);
+  EXPECT_EQ(code(R"({"SliceTiming": [0, 1000, 500]})"), ErrorCode::InvalidArgument); // ms
+  EXPECT_EQ(code(R"({"SliceTiming": [0, -1, 0.5]})"), ErrorCode::InvalidArgument);
+}
+
+/// slice_code etc. of NIfTI-1.
+TEST(TimeSeriesIO, SliceTimesComeFromTheHeader) {
+  const TemporaryFolder folder;
+  writeTimeSeries(ramp({0, 2, 4}), folder / "a.nii"); // 4 slices along j
+  const std::string original = readBytes(folder / "a.nii");
+  const auto timing = [&](int code, float duration, int first = 0, int last = 0, int axis = 2) {
+    std::string bytes = original;
+    const auto put = [&](std::size_t at, auto value) {
+      std::memcpy(bytes.data() + at, &value, sizeof value);
+    };
+    put(39, static_cast<char>(axis << 4));
+    put(74, static_cast<std::int16_t>(first));
+    put(120, static_cast<std::int16_t>(last));
+    put(122, static_cast<char>(code));
+    put(132, duration);
+    writeBytes(folder / "b.nii", bytes);
+    return readTimeSeries(folder / "b.nii").sliceTiming;
+  };
+  const std::vector<double> orders[] = {{0, 1, 2, 3}, {3, 2, 1, 0}, {0, 2, 1, 3},
+                                        {3, 1, 2, 0}, {2, 0, 3, 1}, {1, 3, 0, 2}}; // codes 1 to 6
+  for (int code = 1; code <= 6; ++code) {
+    const SliceTiming read = timing(code, 0.5F, 0, 3);
+    EXPECT_EQ(read.axis, 1);
+    ASSERT_EQ(read.times.size(), 4u) << code;
+    for (std::size_t s = 0; s < 4; ++s)
+      EXPECT_NEAR(read.times[s], 0.5 * orders[code - 1][s], 1e-9) << code;
+  }
+  EXPECT_EQ(timing(1, 0.25F).times, (std::vector<double>{0, 0.25, 0.5, 0.75})); // slice_end left out
+  EXPECT_EQ(timing(1, 0.25F, 1, 2).times, (std::vector<double>{0, 0, 0.25, 0}));
+  EXPECT_TRUE(timing(0, 0.5F).empty());
+  EXPECT_TRUE(timing(1, 0).empty());
+  EXPECT_TRUE(timing(7, 0.5F).empty());
+  EXPECT_TRUE(timing(1, 0.5F, 0, 9).empty());
+  EXPECT_TRUE(timing(1, 0.5F, 0, 3, 0).empty());
 }
 
 TEST(TimeSeriesIO, TimesOfAFileBeforeDoNotStay) {
@@ -148,6 +213,26 @@ TEST(TimeSeriesIO, WhatIsNoMovingScanIsRefused) {
   writeBytes(folder / "dwi.bval", "0 1000");
   EXPECT_EQ(errorOfReading(folder / "dwi.nii.gz").code(), ErrorCode::UnsupportedImage);
   EXPECT_EQ(errorOfReading(folder / "none.nii.gz").code(), ErrorCode::FileNotFound);
+  TimeSeries still = ramp({0, 1, 2});
+  still.frames[1] = still.frames[2] = still.frames[0];
+  writeTimeSeries(still, folder / "still.nii");
+  EXPECT_EQ(errorOfReading(folder / "still.nii").code(), ErrorCode::NoData);
+  writeTimeSeries(ramp({0, 1, 2}), folder / "vectors.nii");
+  std::string bytes = readBytes(folder / "vectors.nii");
+  const auto put = [&](std::size_t at, std::int16_t value) {
+    std::memcpy(bytes.data() + at, &value, sizeof value);
+  };
+  put(68, 1007); // NIFTI_INTENT_VECTOR
+  writeBytes(folder / "vectors.nii", bytes);
+  EXPECT_EQ(errorOfReading(folder / "vectors.nii").code(), ErrorCode::UnsupportedImage);
+  put(68, 0);
+  put(40, 5), put(48, 1), put(50, 3); // a fifth axis
+  writeBytes(folder / "vectors.nii", bytes);
+  EXPECT_EQ(errorOfReading(folder / "vectors.nii").code(), ErrorCode::UnsupportedImage);
+  put(40, 3), put(48, 1), put(50, 1);
+  put(70, 128), put(72, 24); // RGB
+  writeBytes(folder / "colour.nii", bytes);
+  EXPECT_EQ(errorOfReading(folder / "colour.nii").code(), ErrorCode::UnsupportedImage);
   EXPECT_THROW(checkTimeSeriesPath(folder / "a.mha"), Error);
   EXPECT_THROW(checkTimeSeriesPath(folder / "a.nrrd"), Error);
 }
@@ -236,6 +321,17 @@ TEST(DynamicModelFile, ReadsBackAndIsNoStaticModel) {
       EXPECT_EQ(back.network.scale, field.network.scale);
     }
     EXPECT_EQ(back.canonical.residual.voxels, field.canonical.residual.voxels);
+    RefinementState none, state{40, 0.125, "rounds=9; input=ab", {40, 0}, {1, 2, 3.5F, -4}};
+    readDynamicModel(folder / "a.innergs", nullptr, &none);
+    EXPECT_TRUE(none.empty());
+    writeDynamicModel(field, folder / "a.innergs", {}, state);
+    RefinementState read;
+    EXPECT_EQ(readDynamicModel(folder / "a.innergs", nullptr, &read).kind, field.kind);
+    EXPECT_EQ(read.step, state.step);
+    EXPECT_EQ(read.mse, state.mse);
+    EXPECT_EQ(read.key, state.key);
+    EXPECT_EQ(read.steps, state.steps);
+    EXPECT_EQ(read.moments, state.moments);
     EXPECT_EQ(errorOf([&] { readModel(folder / "a.innergs"); }).code(), ErrorCode::UnsupportedImage);
   }
   Model still;

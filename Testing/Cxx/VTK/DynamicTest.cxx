@@ -65,7 +65,7 @@ TEST(Dynamic, ReconstructsAsTheJobDoes) {
   EXPECT_EQ(model->GetNumberOfFrames(), 7);
   EXPECT_EQ(model->GetFrameTime(2), 1.0);
   EXPECT_TRUE(std::isnan(model->GetFrameTime(7)));
-  DynamicSettings settings;
+  Settings settings;
   settings.kind = DynamicKind::Motion;
   settings.gaussians = 400;
   settings.threads = 1;

@@ -123,8 +123,12 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(innergs.motion(result.model, start=0).GetNumberOfDataNodes(), 5)
         with self.assertRaisesRegex(innergs.Error, "outside"):
             innergs.frames(result.model, [99])
-        with self.assertRaisesRegex(innergs.Error, "intensity or network"):
+        with self.assertRaisesRegex(innergs.Error, r"motion\|intensity\|network"):
             innergs.reconstruct_moving(sequence, kind="warp")
+        with self.assertRaisesRegex(innergs.Error, "knots"):
+            innergs.reconstruct_moving(sequence, knots=2)
+        coarse = innergs.reconstruct_moving(sequence, kind="network", rounds=2, knots=5, quality=False)
+        self.assertIn("rounds=2", coarse.model.GetAttribute("InnerGS.Settings"))
 
     def test_reconstruct(self):
         source = add_volume(self.scene)

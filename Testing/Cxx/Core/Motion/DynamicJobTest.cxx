@@ -20,7 +20,7 @@ namespace {
 constexpr std::array kKinds{DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network};
 
 DynamicResult runOn(const TimeSeries& series, std::optional<DynamicKind> kind, int threads = 0) {
-  DynamicSettings settings;
+  Settings settings;
   settings.kind = kind;
   settings.threads = threads;
   return DynamicJob(series, settings).run();
@@ -40,7 +40,7 @@ std::vector<float> between(const std::vector<float>& a, const std::vector<float>
 
 /// A still phantom whose blobs glow in turn, with noise.
 TimeSeries glowing(int count, double noise) {
-  TimeSeries series{phantomGrid(), {}, evenTimes(count, 2), "glow"};
+  TimeSeries series{phantomGrid(), {}, evenTimes(count, 2), "glow", {}};
   for (int f = 0; f < count; ++f) {
     Volume frame = volumeInSpace(series.geometry, [&](const Vec3& x) {
       return blobs(x) * (1 + 0.1 * std::sin(0.35 * f + 0.2 * x[0]));
@@ -190,7 +190,7 @@ TEST(DynamicJob, StopsInEveryPhaseAndKeepsWhatWasRefined) {
 
 TEST(DynamicJob, StoppedInTheNetworksTrainingKeepsTheField) {
   const TimeSeries series = movingPhantom(evenTimes(6));
-  DynamicSettings settings;
+  Settings settings;
   settings.kind = DynamicKind::Network;
   for (const Phase at : {Phase::Initialising, Phase::Fitting}) {
     std::stop_source stop;
@@ -208,7 +208,7 @@ TEST(DynamicJob, StoppedInTheNetworksTrainingKeepsTheField) {
 }
 
 TEST(DynamicJob, RefusesBeforeAnyWork) {
-  DynamicSettings settings;
+  Settings settings;
   settings.gaussians = 0;
   EXPECT_THROW(DynamicJob(movingPhantom(evenTimes(3)), settings).run(), Error);
   settings = {};

@@ -42,7 +42,7 @@ inline GridGeometry phantomGrid() {
 
 /// Frames of moving blobs.
 inline TimeSeries movingPhantom(const std::vector<double>& times) {
-  TimeSeries series{phantomGrid(), {}, times, "phantom"};
+  TimeSeries series{phantomGrid(), {}, times, "phantom", {}};
   for (const double time : times)
     series.frames.push_back(
         volumeInSpace(series.geometry, [&](const Vec3& x) { return blobs(swing(time).back(x)); }).voxels);

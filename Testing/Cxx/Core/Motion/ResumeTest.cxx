@@ -1,0 +1,131 @@
+#include "Core/Motion/DynamicJob.h"
+#include "MovingPhantom.h"
+
+#include "Core/Base/Error.h"
+
+#include <cstring>
+#include <gtest/gtest.h>
+
+using namespace innergs;
+using namespace innergs::testing;
+
+namespace {
+
+Settings shortFit(DynamicKind kind) {
+  Settings settings;
+  settings.kind = kind;
+  settings.rounds = 15;
+  return settings;
+}
+
+/// Stopped at the n-th report of the refinement; 0: never.
+DynamicResult stopped(const TimeSeries& series, const Settings& settings, int at,
+                      const std::shared_ptr<const StoppedDynamicFit>& from = {}) {
+  DynamicJob job(series, settings);
+  if (from) job.resume(from);
+  std::stop_source stop;
+  int reports = 0;
+  job.onProgress([&](const Progress& progress) {
+    if (progress.phase == Phase::Fitting && ++reports == at) stop.request_stop();
+  });
+  return job.run(stop.get_token());
+}
+
+std::shared_ptr<const StoppedDynamicFit> fitOf(const DynamicResult& result) {
+  return std::make_shared<const StoppedDynamicFit>(StoppedDynamicFit{*result.field, result.state});
+}
+
+} // namespace
+
+TEST(DynamicResume, StoppedTwiceAndResumedGivesTheSameBits) {
+  const TimeSeries series = movingPhantom(evenTimes(6));
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Network}) {
+    const Settings settings = shortFit(kind);
+    const DynamicResult whole = stopped(series, settings, 0);
+    EXPECT_TRUE(whole.state.empty());
+    const DynamicResult first = stopped(series, settings, 3);
+    ASSERT_TRUE(first.cancelled);
+    ASSERT_EQ(first.state.step, 30);
+    const DynamicResult second = stopped(series, settings, 2, fitOf(first));
+    ASSERT_TRUE(second.cancelled);
+    EXPECT_EQ(second.state.step, 50);
+    const DynamicResult end = stopped(series, settings, 0, fitOf(second));
+    EXPECT_FALSE(end.cancelled);
+    EXPECT_EQ(end.field->nodes, whole.field->nodes);
+    EXPECT_EQ(end.field->ownPath, whole.field->ownPath);
+    EXPECT_EQ(end.field->network.parameters, whole.field->network.parameters);
+    EXPECT_EQ(end.trainingPsnr, whole.trainingPsnr);
+    ASSERT_EQ(end.field->size(), whole.field->size());
+    EXPECT_EQ(0, std::memcmp(end.field->canonical.gaussians.data(), whole.field->canonical.gaussians.data(),
+                             sizeof(Gaussian) * whole.field->canonical.gaussians.size()));
+  }
+}
+
+TEST(DynamicResume, OfAnotherFitIsRefused) {
+  const TimeSeries series = movingPhantom(evenTimes(6));
+  const Settings settings = shortFit(DynamicKind::Motion);
+  const DynamicResult first = stopped(series, settings, 1);
+  const auto expectRefusal = [&](const TimeSeries& scan, const Settings& asked,
+                                 const std::shared_ptr<const StoppedDynamicFit>& from, ErrorCode code) {
+    try {
+      stopped(scan, asked, 0, from);
+      ADD_FAILURE() << "it was resumed";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), code) << error.what();
+    }
+  };
+  Settings other = settings;
+  other.rounds = 16;
+  expectRefusal(series, other, fitOf(first), ErrorCode::InvalidArgument);
+  TimeSeries scan = series;
+  scan.frames[1][7] += 1;
+  expectRefusal(scan, settings, fitOf(first), ErrorCode::InvalidArgument);
+  StoppedDynamicFit complete{*first.field, {}};
+  expectRefusal(series, settings, std::make_shared<const StoppedDynamicFit>(complete),
+                ErrorCode::InvalidArgument);
+  StoppedDynamicFit damaged{*first.field, first.state};
+  damaged.state.moments.pop_back();
+  expectRefusal(series, settings, std::make_shared<const StoppedDynamicFit>(damaged), ErrorCode::FileFormat);
+}
+
+TEST(DynamicPreview, IsAFieldOfTheFitAndChangesNothing) {
+  const TimeSeries series = movingPhantom(evenTimes(5));
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Network}) {
+    DynamicJob job(series, shortFit(kind));
+    int previews = 0;
+    job.onPreview([&](const std::shared_ptr<const DynamicField>& field) {
+      ++previews;
+      EXPECT_NO_THROW(checkDynamicField(*field));
+      EXPECT_EQ(field->times, series.times);
+      EXPECT_EQ(field->kind, kind);
+    });
+    const DynamicResult shown = job.run(), alone = stopped(series, shortFit(kind), 0);
+    EXPECT_GT(previews, 0);
+    EXPECT_EQ(shown.field->nodes, alone.field->nodes);
+    EXPECT_EQ(shown.field->network.parameters, alone.field->network.parameters);
+  }
+}
+
+TEST(DynamicSettings, SayHowLongAndHowFine) {
+  const TimeSeries series = movingPhantom(evenTimes(6));
+  Settings settings = shortFit(DynamicKind::Motion);
+  settings.knots = 5;
+  settings.nodeDistance = 9;
+  settings.device = "cuda:1";
+  const DynamicResult motion = stopped(series, settings, 0);
+  EXPECT_EQ(motion.field->motion.coefficients, 5);
+  EXPECT_NEAR(motion.field->lattice.spacing[0], 9, 1.5);
+  ASSERT_EQ(motion.notes.size(), 1u);
+  EXPECT_NE(motion.notes[0].find("cuda:1"), std::string::npos);
+  settings = shortFit(DynamicKind::Network);
+  settings.knots = 7;
+  EXPECT_EQ(coefficientsInTime(*stopped(series, settings, 0).field), 7);
+  settings.kind = DynamicKind::Intensity;
+  settings.device = "cpu";
+  const DynamicResult still = stopped(series, settings, 0);
+  EXPECT_EQ(coefficientsInTime(*still.field), 7);
+  EXPECT_TRUE(still.notes.empty());
+  EXPECT_EQ(still.settings.kind, DynamicKind::Intensity);
+  settings.knots = 3;
+  EXPECT_THROW(stopped(series, settings, 0), Error);
+}
