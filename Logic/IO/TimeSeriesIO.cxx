@@ -207,12 +207,23 @@ std::vector<double> readTimesFile(const fs::path& path) {
   return times;
 }
 
-TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) {
+constexpr const char* kTimesFile = "times.txt";
+
+/// Sorted.
+std::vector<fs::path> imagesIn(const fs::path& folder) {
   static const std::set<std::string> images{".nii", ".nii.gz", ".nrrd", ".nhdr", ".mha", ".mhd", ".mnc"};
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
     if (entry.is_regular_file() && images.contains(fullExtension(entry.path())))
       files.push_back(entry.path());
+  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
+    return before(utf8(a.filename()), utf8(b.filename()));
+  });
+  return files;
+}
+
+TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) {
+  const std::vector<fs::path> files = imagesIn(folder);
   const std::string what = quoted(folder);
   if (files.empty())
     throw Error(
@@ -220,9 +231,6 @@ TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) 
         what +
             " holds no image of a frame (NIfTI, NRRD, MetaImage or MINC2): give a folder with one image per "
             "frame, or one 4D file.");
-  std::sort(files.begin(), files.end(), [](const fs::path& a, const fs::path& b) {
-    return before(utf8(a.filename()), utf8(b.filename()));
-  });
   TimeSeries series;
   for (const fs::path& file : files) {
     Volume frame = readVolume(file);
@@ -235,7 +243,7 @@ TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) 
   }
   series.times = givenTimes(options, files.size(), what);
   if (!series.times.empty()) return series;
-  const fs::path times = folder / "times.txt";
+  const fs::path times = folder / kTimesFile;
   if (!isFile(times))
     throw Error(ErrorCode::InvalidArgument,
                 what + " does not say when its frames were acquired: put their times into times.txt, in "
@@ -246,6 +254,12 @@ TimeSeries readFolder(const fs::path& folder, const TimeSeriesOptions& options) 
 }
 
 } // namespace
+
+std::vector<fs::path> frameFiles(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::is_directory(folder, ignored) && isFile(folder / kTimesFile) ? imagesIn(folder)
+                                                                          : std::vector<fs::path>();
+}
 
 fs::path sidecarOf(const fs::path& image) {
   return beside(image, ".json");

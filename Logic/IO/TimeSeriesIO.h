@@ -21,6 +21,10 @@ struct TimeSeriesOptions {
 /// missing or do not increase, frames that are all equal, colour, vectors and diffusion.
 TimeSeries readTimeSeries(const std::filesystem::path& path, const TimeSeriesOptions& options = {});
 
+/// The images of a folder with a times.txt, one per frame, in natural order of the names; empty for anything
+/// else.
+std::vector<std::filesystem::path> frameFiles(const std::filesystem::path& folder);
+
 /// A sentence if the frames look like two alternating conditions (label and control) rather than a course in
 /// time; else "".
 std::string remarkOnPairs(const TimeSeries& series);

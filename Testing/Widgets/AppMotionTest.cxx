@@ -4,6 +4,7 @@
 #include "Core/Motion/TimeSeries.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/TimeSeriesIO.h"
+#include "IO/VolumeIO.h"
 #include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/Files.h"
 #include "Widgets/MotionPanel.h"
@@ -11,6 +12,7 @@
 #include <QDockWidget>
 
 #include <cmath>
+#include <fstream>
 
 using namespace innergs;
 using namespace apptest;
@@ -107,6 +109,35 @@ private Q_SLOTS:
     QTRY_COMPARE(cancelled.size(), 1);
     QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     QVERIFY(!motion().previewInfo().known);
+  }
+
+  void aFolderOfFramesIsAMovingScan() {
+    const QString file = writeSeries("all.nii.gz");
+    const TimeSeries series = readTimeSeries(app::pathOf(file));
+    const std::filesystem::path folder = app::pathOf(sandbox_->path("frames"));
+    std::filesystem::create_directory(folder);
+    std::ofstream times(folder / "times.txt");
+    for (std::int64_t f = 0; f < series.size(); ++f) {
+      writeVolume({series.geometry, series.frames[f]}, folder / ("f" + std::to_string(8 + f) + ".nii.gz"));
+      times << f * f << "\n";
+    }
+    times.close();
+    open({sandbox_->path("frames")});
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    const auto scan = host().document().volumes().front();
+    QCOMPARE(scan->frames.count, 6);
+    const ui::SeriesInfo info = motion().seriesInfo(scan->id);
+    QCOMPARE(info.frames, 6);
+    QVERIFY(info.timed);
+    QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed);
+    ui::MotionRequest request;
+    request.seriesId = scan->id;
+    request.settings.kind = DynamicKind::Intensity;
+    request.evaluateQuality = false;
+    QVERIFY(motion().start(request));
+    QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, 60000);
+    QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
+    QCOMPARE(motion().motionInfo(finished[0][0].value<ui::MotionReport>().modelId).last, 25.0);
   }
 
   void cancelAndBadScans() {

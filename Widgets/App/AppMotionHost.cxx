@@ -39,6 +39,7 @@ ui::SeriesInfo AppMotionHost::seriesInfo(const QString& id) const {
   const std::filesystem::path file = pathOf(item->frames.file);
   std::error_code ignored;
   info.timed = item->frames.seconds > 0 || std::filesystem::exists(sidecarOf(file), ignored) ||
+               !frameFiles(file).empty() ||
                item->frames.file.endsWith(QLatin1String(".seq.nrrd"), Qt::CaseInsensitive);
   info.last = item->frames.seconds * (item->frames.count - 1);
   return info;

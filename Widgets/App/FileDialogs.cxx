@@ -34,8 +34,8 @@ void FileDialogs::openFiles() {
 }
 
 void FileDialogs::openFolder() {
-  const QString folder =
-      QFileDialog::getExistingDirectory(window_, tr("Open the folder of a DICOM series"), host_->folder());
+  const QString folder = QFileDialog::getExistingDirectory(
+      window_, tr("Open the folder of a DICOM series or of frames with times.txt"), host_->folder());
   if (folder.isEmpty()) return;
   host_->setFolder(QFileInfo(folder).absolutePath());
   host_->open({folder});

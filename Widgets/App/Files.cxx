@@ -8,6 +8,7 @@
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
+#include "IO/TimeSeriesIO.h"
 
 #include <QCoreApplication>
 #include <QDir>
@@ -78,7 +79,7 @@ QString nameOfFrame(QString name, int before, int frame) {
 
 std::vector<Loaded> readItems(const QString& path, QStringList* leftOut) {
   std::vector<DicomEntry> series;
-  if (QFileInfo(path).isDir()) series = listDicomSeries(pathOf(path));
+  if (QFileInfo(path).isDir() && frameFiles(pathOf(path)).empty()) series = listDicomSeries(pathOf(path));
   if (series.size() < 2) return {readItem(path)};
   std::vector<Loaded> items;
   std::exception_ptr failed;
@@ -105,7 +106,12 @@ Loaded readItem(const QString& path, int frame, std::optional<int> series) {
     loaded.model = readModelItem(path);
     return loaded;
   }
-  LoadedImage image = loadImage(pathOf(path), {frame, series});
+  const auto files = frameFiles(pathOf(path)); // of a folder with a moving scan
+  if (!files.empty() && (frame < 0 || static_cast<std::size_t>(frame) >= files.size()))
+    throw Error(ErrorCode::InvalidArgument,
+                tr("'%1' has no frame %2.").arg(path).arg(frame + 1).toStdString());
+  LoadedImage image = files.empty() ? loadImage(pathOf(path), {frame, series}) : loadImage(files[frame], {});
+  if (!files.empty()) image.frames = static_cast<std::int64_t>(files.size());
   const auto& size = image.volume.geometry.size;
   if (*std::min_element(size.begin(), size.end()) < 2)
     throw Error(ErrorCode::UnsupportedImage,
@@ -164,8 +170,9 @@ void saveItem(const ModelItem& item, const QString& file) {
   if (isPly(file))
     writePly(item.model->GetCoreModel()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
-    item.moving ? writeDynamicModel(*item.moving->GetField(), pathOf(file), item.notes)
-                : writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
+    item.moving
+        ? writeDynamicModel(*item.moving->GetField(), pathOf(file), item.notes)
+        : writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
   else
     throw Error(ErrorCode::InvalidArgument,
                 tr("'%1' has no extension of a model: name it .innergs (keeps everything) "

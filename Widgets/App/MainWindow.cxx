@@ -280,7 +280,8 @@ void MainWindow::makeFileMenu() {
       tr("NIfTI, NRRD, MetaImage, MINC; InnerGS models, PLY"), [this] { files_->openFiles(); },
       QKeySequence::Open);
   add(
-      menu, "openFolder", tr("Open &DICOM Folder…"), tr("A folder with the files of one DICOM series"),
+      menu, "openFolder", tr("Open &DICOM or Frames Folder…"),
+      tr("A folder with the files of one DICOM series, or with one image per frame and times.txt"),
       [this] { files_->openFolder(); }, ctrl("D"));
   recent_ = menu->addMenu(tr("Open &Recent"));
   recent_->setObjectName(QStringLiteral("recentMenu"));
@@ -397,9 +398,9 @@ void MainWindow::makeViewMenu() {
                      [this] { state_->step(-1); }, ctrl("PgUp"));
   menu->addSeparator();
   QMenu* panels = menu->addMenu(tr("&Go to Panel"));
-  const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},  {"reconstructDock", Qt::Key_F5},
-                                               {"queryDock", Qt::Key_F6}, {"modelDock", Qt::Key_F7},
-                                               {"logDock", Qt::Key_F8},   {"findDock", Qt::Key_F9},
+  const std::pair<const char*, int> docks[] = {{"dataDock", Qt::Key_F4},   {"reconstructDock", Qt::Key_F5},
+                                               {"queryDock", Qt::Key_F6},  {"modelDock", Qt::Key_F7},
+                                               {"logDock", Qt::Key_F8},    {"findDock", Qt::Key_F9},
                                                {"motionDock", Qt::Key_F12}};
   for (const auto& [dock, panelKey] : docks) {
     const QString name = QString::fromLatin1(dock);

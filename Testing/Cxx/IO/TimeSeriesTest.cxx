@@ -190,7 +190,11 @@ TEST(TimeSeriesIO, AFolderOfFrames) {
   for (int f = 0; f < 3; ++f)
     writeVolume({series.geometry, series.frames[f]}, folder / names[f]);
   EXPECT_EQ(errorOfReading(folder.path()).code(), ErrorCode::InvalidArgument); // no times
+  EXPECT_TRUE(frameFiles(folder.path()).empty());
   writeBytes(folder / "times.txt", "# s\n0.1\n0.4\r\n\n1.5\n");
+  ASSERT_EQ(frameFiles(folder.path()).size(), 3u);
+  EXPECT_EQ(frameFiles(folder.path())[2].filename(), "frame10.nii.gz");
+  EXPECT_TRUE(frameFiles(folder / "times.txt").empty());
   const TimeSeries back = readTimeSeries(folder.path());
   expectTimes(back.times, {0.1, 0.4, 1.5});
   EXPECT_EQ(back.frames[0], series.frames[0]);
