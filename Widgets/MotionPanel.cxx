@@ -353,7 +353,7 @@ void MotionPanel::showReport(const MotionReport& report) {
                          : isOurMethod(row.method)               ? methodText(row.method)
                                                                  : tr("Linear in time");
     const QString bold = isOurMethod(row.method) ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
-    rows += QStringLiteral("<tr><td>%1</td><td align=right>%2</td><td align=right>%3</td></tr>")
+    rows += QStringLiteral("<tr><td>%1</td><td align=right>&nbsp; %2</td><td align=right>&nbsp; %3</td></tr>")
                 .arg(bold.arg(name.toHtmlEscaped()), bold.arg(locale.toString(row.psnr, 'f', 2)),
                      bold.arg(locale.toString(row.ssim, 'f', 4)));
   }
