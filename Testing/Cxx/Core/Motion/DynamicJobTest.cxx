@@ -207,6 +207,23 @@ TEST(DynamicJob, StoppedInTheNetworksTrainingKeepsTheField) {
   }
 }
 
+TEST(DynamicJob, StoppedWhileIntensitiesAreSolvedForThereIsNoField) {
+  const TimeSeries series = glowing(12, 2);
+  Settings settings;
+  settings.kind = DynamicKind::Intensity;
+  for (const Phase at : {Phase::Preparing, Phase::Initialising, Phase::Fitting}) {
+    std::stop_source stop;
+    DynamicJob job(series, settings);
+    job.onProgress([&](const Progress& progress) {
+      if (progress.phase == at) stop.request_stop();
+    });
+    const DynamicResult result = job.run(stop.get_token());
+    EXPECT_TRUE(result.cancelled) << phaseName(at);
+    EXPECT_EQ(result.field, nullptr) << phaseName(at);
+    EXPECT_TRUE(result.state.empty());
+  }
+}
+
 TEST(DynamicJob, RefusesBeforeAnyWork) {
   Settings settings;
   settings.gaussians = 0;
