@@ -10,9 +10,12 @@ build: dependencies
 demo: build
 	Utilities/demo.sh build/bin/innergs demo
 
+# Networks are tested where OpenVINO is there or can be fetched; otherwise those tests say that they were skipped.
+test: export INNERGS_OPENVINO ?= $(CURDIR)/build/openvino
 test: dependencies
 	cmake --preset default --log-level=WARNING
 	cmake --build --preset default
+	@Utilities/fetch-openvino.sh build/openvino
 	ctest --preset default
 
 # Runs the tests in a host with a decimal comma; after `make test`.

@@ -6,6 +6,7 @@ set(INNERGS_BUILD_WIDGETS ON)
 set(Slicer_VTK_WRAP_HIERARCHY_DIR "${CMAKE_BINARY_DIR}") # keeps it out of Slicer's own build tree
 include(CMake/InnerGSDependencies.cmake)
 add_subdirectory(Logic/Core)
+add_subdirectory(Logic/Onnx)
 add_subdirectory(Logic/Text)
 add_subdirectory(Logic/IO)
 add_subdirectory(Logic/Evaluation)
