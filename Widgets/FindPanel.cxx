@@ -424,6 +424,7 @@ void FindPanel::showFound(const FindResult& result) {
   const AnswerKind kind = result.answer.kind;
   answer_->setMessage(kind == AnswerKind::Found ? MessageLine::Kind::Information : MessageLine::Kind::Warning,
                       QString::fromStdString(result.answer.sentence));
+  answer_->setToolTip(QString::fromStdString(result.answer.note)); // why only names could be looked up
   QStringList lines;
   const Vec3& mm = made_.lattice.spacing;
   bool empty = true;

@@ -10,9 +10,12 @@
 #include "Core/Render/Render.h"
 #include "IO/DicomSeries.h"
 #include "IO/DynamicModelFile.h"
+#include "IO/FilePath.h"
 #include "IO/ImageReading.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
+#include "Onnx/OpenVino.h"
+#include "Text/SentenceEncoder.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -49,6 +52,11 @@ Json programInfo() {
                                                     {"free_memory_bytes", device.freeMemory}};
     if (!device.refused.empty()) info["devices"]["cuda:" + std::to_string(n)]["refused"] = device.refused;
   }
+  const OpenVino networks = openVino();
+  info["networks"] =
+      networks.functions ? "OpenVINO " + networks.version + ", " + utf8(networks.library) : networks.problem;
+  const SentenceModel sentences = sentenceModel();
+  info["sentence_embedding"] = sentences.embedding ? "loaded" : sentences.problem;
   info["threads"] = std::thread::hardware_concurrency();
   info["available_memory_bytes"] = availableMemory() > 0 ? Json(availableMemory()) : Json();
   return info;

@@ -10,6 +10,7 @@
 #include "IO/OutputFiles.h"
 #include "IO/SegmentNames.h"
 #include "Text/SegmentFinder.h"
+#include "Text/SentenceEncoder.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -19,7 +20,7 @@ namespace innergs::cli {
 namespace {
 
 struct SegmentCommand {
-  std::string model, labels, names, features, texts, output, score, saveModel;
+  std::string model, labels, names, features, texts, output, score, saveModel, textModel;
   std::vector<std::string> queries;
   GridOptions grid;
   FeatureTraining training;
@@ -145,6 +146,11 @@ int segment(const SegmentCommand& o) {
   files.add(o.saveModel, OutputFiles::Kind::Model);
   for (const std::string& query : o.queries)
     interpret(Lexicon::standard(), query); // rejects invalid queries before the work starts
+  if (!o.textModel.empty()) {
+    setSentenceFolder(o.textModel);
+    if (const SentenceModel model = sentenceModel(); !model.embedding)
+      throw Error(ErrorCode::FileNotFound, model.problem);
+  }
   Interrupt interrupt;
   ModelNotes notes;
   std::optional<FeatureModel> features;
@@ -241,6 +247,12 @@ Subcommand addSegment(CLI::App& app) {
                    "A structure, in words, e.g. \"left kidney\"; again for more segments")
       ->type_name("TEXT")
       ->allow_extra_args(false);
+  command
+      ->add_option(
+          "--text-model", o->textModel,
+          "Folder with model.onnx and vocab.txt of a sentence embedding (all-MiniLM-L6-v2), which OpenVINO\n"
+          "runs: suggests segments for words that the lexicon does not know [INNERGS_TEXT_MODEL]")
+      ->type_name("FOLDER");
   command
       ->add_option("-o,--output", o->output,
                    "Labelmap to write: .nii, .nii.gz, .mha or, with names, .seg.nrrd")

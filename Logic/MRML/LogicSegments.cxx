@@ -19,7 +19,7 @@ using innergs::ErrorCode;
 namespace mrml = innergs::mrml;
 
 static_assert(static_cast<int>(innergs::AnswerKind::Found) == vtkInnerGSSegment::Found &&
-              static_cast<int>(innergs::AnswerKind::NoMatch) == vtkInnerGSSegment::NoMatch);
+              static_cast<int>(innergs::AnswerKind::Similar) == vtkInnerGSSegment::Similar);
 
 vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
                                                           bool sparse) {

@@ -73,7 +73,7 @@ Search search() {
   };
   if (const char* given = std::getenv("INNERGS_OPENVINO"); given && *given) {
     result.given = given;
-    const fs::path folder(std::u8string(result.given.begin(), result.given.end()));
+    const fs::path folder = result.given;
     add(foldersBelow(folder));
     add(packagesOf(folder));
   } else {

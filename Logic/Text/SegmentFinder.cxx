@@ -1,6 +1,7 @@
 #include "Text/SegmentFinder.h"
 
 #include "Core/Base/Error.h"
+#include "Text/SentenceEncoder.h"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +49,7 @@ void SegmentFinder::makeSearch() {
   for (int c = 1; c < features_->classes(); ++c)
     scene.push_back(
         {features_->names[static_cast<std::size_t>(c)], !probabilities_ || probabilities_->voxels(c) > 0});
-  search_.emplace(Lexicon::standard(), std::move(scene));
+  search_.emplace(Lexicon::standard(), std::move(scene), sentenceModel);
 }
 
 void SegmentFinder::encode(const GridGeometry& geometry, const FeatureQueryOptions& options) {

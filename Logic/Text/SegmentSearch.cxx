@@ -1,6 +1,7 @@
 #include "Text/SegmentSearch.h"
 
 #include "Core/Base/Error.h"
+#include "Text/SimilarSegments.h"
 #include "Text/Words.h"
 
 #include <algorithm>
@@ -35,8 +36,9 @@ std::string joined(const std::vector<std::string>& names) {
 
 } // namespace
 
-SegmentSearch::SegmentSearch(const Lexicon& lexicon, std::vector<NamedSegment> segments)
-    : lexicon_(lexicon), segments_(std::move(segments)) {
+SegmentSearch::SegmentSearch(const Lexicon& lexicon, std::vector<NamedSegment> segments,
+                             std::function<SentenceModel()> sentences)
+    : lexicon_(lexicon), segments_(std::move(segments)), sentences_(std::move(sentences)) {
   for (std::size_t n = 0; n < segments_.size(); ++n) {
     Entry entry{wordsOf(segments_[n].name), {}};
     if (entry.words.empty())
@@ -48,6 +50,30 @@ SegmentSearch::SegmentSearch(const Lexicon& lexicon, std::vector<NamedSegment> s
     }
     entries_.push_back(std::move(entry));
   }
+}
+
+SegmentSearch::~SegmentSearch() = default;
+SegmentSearch::SegmentSearch(SegmentSearch&&) noexcept = default;
+
+/// Turns NoMatch into Similar where a sentence embedding knows segments of nearly that meaning.
+void SegmentSearch::addSimilar(std::string_view query, SegmentAnswer& answer) const {
+  if (!sentences_) return;
+  SentenceModel model = sentences_();
+  answer.note = model.problem;
+  if (!model.embedding) return;
+  try {
+    if (!similar_ || embedding_ != model.embedding) {
+      std::vector<Structures> structures;
+      for (const Entry& entry : entries_)
+        structures.push_back(entry.structures);
+      similar_ = std::make_unique<SimilarSegments>(lexicon_, segments_, structures, *model.embedding);
+      embedding_ = model.embedding;
+    }
+    answer.candidates = similar_->find(query, *embedding_);
+  } catch (const Error& error) { // a network of another kind
+    answer.note = error.what();
+  }
+  if (!answer.candidates.empty()) answer.kind = AnswerKind::Similar;
 }
 
 std::vector<SegmentCandidate> SegmentSearch::byName(const std::vector<std::string>& words) const {
@@ -99,11 +125,13 @@ SegmentAnswer SegmentSearch::find(std::string_view query) const {
     for (const Structure& structure : readings[0].structures)
       answer.structures.push_back(lexicon_.nameOf(structure));
   if (answer.kind == AnswerKind::NoMatch && !readings.empty()) answer.kind = AnswerKind::NotInVolume;
+  if (answer.kind == AnswerKind::NoMatch) addSimilar(query, answer);
   std::stable_sort(answer.candidates.begin() + static_cast<std::ptrdiff_t>(answer.leading),
                    answer.candidates.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
 
   std::vector<std::string> names;
-  for (std::size_t n = 0; n < answer.leading; ++n)
+  const std::size_t told = answer.kind == AnswerKind::Similar ? answer.candidates.size() : answer.leading;
+  for (std::size_t n = 0; n < told; ++n)
     names.push_back(segments_[answer.candidates[n].segment].name);
   const std::string asked = "\"" + std::string(query) + "\"";
   switch (answer.kind) {
@@ -122,6 +150,10 @@ SegmentAnswer SegmentSearch::find(std::string_view query) const {
   case AnswerKind::NoMatch:
     answer.sentence =
         asked + " matches no segment; use a structure's name, e.g. \"liver\" or \"left kidney\".";
+    break;
+  case AnswerKind::Similar:
+    answer.sentence = asked + " is no name that is known here; nearest in meaning: " + joined(names) +
+                      "; ask for one of them.";
     break;
   }
   return answer;

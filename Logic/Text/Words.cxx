@@ -1,47 +1,13 @@
 #include "Text/Words.h"
 
+#include "Text/Unicode.h"
+
 #include <algorithm>
-#include <cstdint>
 #include <cstdlib>
 #include <numeric>
 
 namespace innergs {
 namespace {
-
-/// Returns the code point at `at` and advances `at`; U+FFFD for invalid UTF-8.
-char32_t nextCodePoint(std::string_view text, std::size_t& at) {
-  const auto byte = [&](std::size_t n) { return static_cast<unsigned char>(text[n]); };
-  const unsigned char first = byte(at++);
-  if (first < 0x80) return first;
-  const int more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : first >= 0xc0 ? 1 : 0;
-  char32_t code = first & (0x3f >> more);
-  for (int n = 0; n < more; ++n) {
-    if (at >= text.size() || (byte(at) & 0xc0) != 0x80) return 0xfffd;
-    code = code << 6 | (byte(at++) & 0x3f);
-  }
-  return more == 0 ? 0xfffd : code;
-}
-
-/// Latin letters without their accents; "" if it is not a letter.
-std::string plain(char32_t c) {
-  // U+00C0 to U+017F; '-' if the code point is not a letter or becomes two letters.
-  static constexpr std::string_view latin1 = "aaaaaa-ceeeeiiiidnooooo-ouuuuy--"
-                                             "aaaaaa-ceeeeiiiidnooooo-ouuuuy-y";
-  static constexpr std::string_view extended =
-      "aaaaaaccccccccddddeeeeeeeeeegggggggghhhhiiiiiiiiii--jjkkkllllllllllnnnnnnnnnoooooo--rrrrrrssssssss"
-      "ttttttuuuuuuuuuuuuwwyyyzzzzzzs";
-  if (c >= 0xc0 && c < 0x100) {
-    const char letter = latin1[c - 0xc0];
-    if (letter != '-') return {letter};
-    return c == 0xc6 || c == 0xe6 ? "ae" : c == 0xdf ? "ss" : "";
-  }
-  if (c >= 0x100 && c < 0x100 + extended.size()) {
-    const char letter = extended[c - 0x100];
-    if (letter != '-') return {letter};
-    return c == 0x152 || c == 0x153 ? "oe" : c == 0x132 || c == 0x133 ? "ij" : "";
-  }
-  return "";
-}
 
 bool isLower(char32_t c) {
   return c >= 'a' && c <= 'z';
@@ -78,7 +44,7 @@ std::vector<std::string> wordsOf(std::string_view text) {
     } else if (c >= 0x300 && c < 0x370) {
       // a combining accent, as written by macOS
     } else {
-      const std::string letters = plain(c);
+      const std::string letters = withoutAccent(c);
       if (letters.empty()) end();
       word += letters;
     }

@@ -60,7 +60,8 @@ public:
     Several,     // side or number is open: a segment of each leading candidate
     Wider,       // only segments that hold what was asked for and more: none is made
     NotInVolume, // a known structure that has no voxel here
-    NoMatch
+    NoMatch,
+    Similar // words that the lexicon does not know: candidates near in meaning (INNERGS_TEXT_MODEL), none leads
   };
   ///@{
   /// Of the last update, per query.

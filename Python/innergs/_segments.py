@@ -9,9 +9,10 @@ from ._scene import Error, checked, logic_of, quiet
 
 Found = collections.namedtuple("Found", "answer sentence candidates")
 Found.__doc__ = """How a text was understood: answer "found", "several" (side or number is open), "wider" (only segments that hold
-more), "not in volume" or "no match"; a sentence; (name, score) of the segments that fit, best first, score from 0 to 1."""
+more), "not in volume", "no match" or "similar" (words that the lexicon does not know, segments near in meaning by the
+sentence embedding in the folder INNERGS_TEXT_MODEL); a sentence; (name, score) of the segments that fit, best first, score from 0 to 1."""
 
-_ANSWERS = ("found", "several", "wider", "not in volume", "no match")  # vtkInnerGSSegment's Answers
+_ANSWERS = ("found", "several", "wider", "not in volume", "no match", "similar")  # vtkInnerGSSegment's Answers
 
 
 def learn(model, labels, sparse=False, progress=None):

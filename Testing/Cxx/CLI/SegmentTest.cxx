@@ -101,6 +101,7 @@ TEST_F(SegmentTest, WhatGoesWrongIsOneSentence) {
   expectOneSentence(run({"segment", path("m.innergs"), "-q", "--labels", path("scan.nii"), "--names",
                          path("names.json"), "--query", "liver"}),
                     1, "labelmap");
+  failing({"-q", "--query", "liver", "--text-model", path("nowhere")}, "There is no folder");
   Volume away = labels_;
   away.geometry.origin[0] += 900;
   writeVolume(away, path("away.nii"));

@@ -1,0 +1,34 @@
+#pragma once
+#include "Text/SegmentSearch.h"
+
+namespace innergs {
+
+/// The segments of a scene that are nearest in meaning to words which the lexicon does not know.
+class SimilarSegments {
+public:
+  /// Of suggestions; not tuned on any embedding's own figures (Docs/method.md).
+  static constexpr double kLeastCosine = 0.5;
+  static constexpr std::size_t kMost = 10;
+
+  /// structures: per segment, what its name means to the lexicon; empty: nothing.
+  SimilarSegments(const Lexicon& lexicon, const std::vector<NamedSegment>& segments,
+                  const std::vector<Structures>& structures, SentenceEmbedding& embedding);
+
+  /// Segments of a cosine of at least kLeastCosine, best first. Words for a side are no part of the meaning:
+  /// they leave out the segments of the other side.
+  std::vector<SegmentCandidate> find(std::string_view query, SentenceEmbedding& embedding) const;
+
+private:
+  struct Entry {
+    int segment = 0;
+    Side side = Side::None;
+    std::vector<std::size_t> phrases;
+  };
+  std::string withoutSide(const std::vector<std::string>& words) const;
+
+  const Lexicon& lexicon_;
+  std::vector<Entry> entries_;               // of the segments that are present
+  std::vector<std::vector<float>> meanings_; // per phrase
+};
+
+} // namespace innergs
