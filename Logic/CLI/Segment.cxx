@@ -3,12 +3,14 @@
 #include "CLI/Options.h"
 
 #include "Core/Base/Error.h"
-#include "Core/Features/FeatureTraining.h"
+#include "Core/Features/Teacher.h"
+#include "Core/Render/Render.h"
 #include "IO/EmbeddingIO.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/OutputFiles.h"
 #include "IO/SegmentNames.h"
+#include "Onnx/DenseNetwork.h"
 #include "Text/SegmentFinder.h"
 #include "Text/SentenceEncoder.h"
 
@@ -20,7 +22,9 @@ namespace innergs::cli {
 namespace {
 
 struct SegmentCommand {
-  std::string model, labels, names, features, texts, output, score, saveModel, textModel;
+  std::string model, labels, names, features, texts, output, score, saveModel, textModel, network, image;
+  std::vector<float> networkRange;
+  double networkSpacing = 0;
   std::vector<std::string> queries;
   GridOptions grid;
   FeatureTraining training;
@@ -29,12 +33,12 @@ struct SegmentCommand {
   bool sparse = false, quiet = false;
 };
 
-std::vector<SegmentName> namesFor(const SegmentCommand& o) {
-  std::vector<SegmentName> names = readSegmentNames(o.names.empty() ? o.labels : o.names);
+std::vector<SegmentName> namesFor(const SegmentCommand& o, const std::string& otherwise) {
+  std::vector<SegmentName> names = readSegmentNames(o.names.empty() ? otherwise : o.names);
   if (names.empty())
     throw Error(
         ErrorCode::InvalidArgument,
-        "The segments of " + innergs::quoted(o.labels) +
+        "The segments of " + innergs::quoted(o.names.empty() ? otherwise : o.names) +
             " have no names: give a file with them as --names, e.g. {\"1\": \"liver\", \"2\": \"spleen\"}.");
   return names;
 }
@@ -50,38 +54,55 @@ void remarkOnEmptySlices(const SegmentCommand& o, const Labelmap& labels) {
         empty, sparse.labelled.size(), innergs::quoted(o.labels));
 }
 
-std::function<void(double)> learningDisplay() {
-  return [shown = 0](double fraction) mutable {
+std::function<void(double)> learningDisplay(const char* what) {
+  return [what, shown = 0](double fraction) mutable {
     const int percent = static_cast<int>(100 * fraction);
     if (percent < shown + 10) return;
     shown = percent - percent % 10;
-    fmt::print(stderr, "Learning features {} %\n", shown);
+    fmt::print(stderr, "{} {} %\n", what, shown);
   };
 }
 
-FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const Interrupt& interrupt) {
-  const std::vector<SegmentName> names = namesFor(o);
-  Labelmap labels = labelmapOf(readVolume(o.labels));
+NamedLabels givenLabels(const SegmentCommand& o) {
+  NamedLabels given{{}, namesFor(o, o.labels)};
+  given.labels = labelmapOf(readVolume(o.labels));
   if (o.sparse)
-    labels = withSparseSlices(labels);
+    given.labels = withSparseSlices(given.labels);
   else if (!o.quiet)
-    remarkOnEmptySlices(o, labels);
+    remarkOnEmptySlices(o, given.labels);
+  return given;
+}
+
+/// What a network says of --image or, without one, of the model on the grid that was fitted.
+Teacher networksView(const SegmentCommand& o, const GaussianField& field, const std::stop_token& stop) {
+  DenseNetworkOptions options;
+  options.spacing = o.networkSpacing;
+  if (!o.networkRange.empty()) options.range = ValueRange{o.networkRange[0], o.networkRange[1]};
+  options.threads = o.settings.threads;
+  options.stop = stop;
+  if (!o.quiet) options.progress = learningDisplay("Running the network");
+  const std::vector<SegmentName> names = o.texts.empty() ? namesFor(o, {}) : std::vector<SegmentName>();
+  const std::vector<TextEmbedding> texts =
+      o.texts.empty() ? std::vector<TextEmbedding>() : readTextEmbeddings(o.texts);
+  RenderOptions rendering;
+  rendering.threads = o.settings.threads;
+  rendering.stop = stop;
+  return networkTeacher(o.network,
+                        o.image.empty() ? render(field, field.region(), rendering) : readVolume(o.image),
+                        names, texts, options);
+}
+
+FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const Interrupt& interrupt) {
+  const Teacher teacher =
+      !o.network.empty() ? networksView(o, field, interrupt.token())
+      : !o.labels.empty()
+          ? Teacher(givenLabels(o))
+          : Teacher(DenseTeacher{readEmbeddingVolume(o.features), readTextEmbeddings(o.texts)});
   FeatureTraining training = o.training;
   training.threads = o.settings.threads;
   training.stop = interrupt.token();
-  if (!o.quiet) training.progress = learningDisplay();
-  return trainFeatures(field, labels, names, training);
-}
-
-FeatureModel learnEmbeddings(const SegmentCommand& o, const GaussianField& field,
-                             const Interrupt& interrupt) {
-  const std::vector<TextEmbedding> texts = readTextEmbeddings(o.texts);
-  EmbeddingTraining training;
-  training.channels = o.training.channels;
-  training.threads = o.settings.threads;
-  training.stop = interrupt.token();
-  if (!o.quiet) training.progress = learningDisplay();
-  return trainEmbeddings(field, readEmbeddingVolume(o.features), texts, training);
+  if (!o.quiet) training.progress = learningDisplay("Learning features");
+  return trainFrom(field, teacher, training);
 }
 
 /// The segments that the queries ask for; tells what each was understood as. Throws where none is there.
@@ -130,16 +151,24 @@ void checkUsage(const SegmentCommand& o) {
     throw CLI::ValidationError("segment", "--output needs a --query");
   if (!o.score.empty() && o.queries.size() != 1)
     throw CLI::ValidationError("segment", "--score is for a single --query");
-  if (o.labels.empty() && (o.sparse || !o.names.empty()))
-    throw CLI::ValidationError("segment", "--names and --sparse go with --labels");
-  if (o.labels.empty() && o.features.empty() && !o.saveModel.empty())
-    throw CLI::ValidationError("segment", "--save-model goes with --labels or --features");
+  if (o.labels.empty() && o.sparse) throw CLI::ValidationError("segment", "--sparse goes with --labels");
+  if (o.labels.empty() && o.network.empty() && !o.names.empty())
+    throw CLI::ValidationError("segment", "--names goes with --labels or --network");
+  if (o.features.empty() && o.network.empty() && !o.texts.empty())
+    throw CLI::ValidationError("segment", "--text-embeddings goes with --features or --network");
+  if (!o.network.empty() && o.names.empty() == o.texts.empty())
+    throw CLI::ValidationError("segment", "--network needs --names or --text-embeddings");
+  if (!o.network.empty() && !o.labels.empty())
+    throw CLI::ValidationError("segment", "--labels excludes --network");
+  if (o.labels.empty() && o.features.empty() && o.network.empty() && !o.saveModel.empty())
+    throw CLI::ValidationError("segment", "--save-model goes with --labels, --features or --network");
 }
 
 int segment(const SegmentCommand& o) {
   checkUsage(o);
   OutputFiles files;
-  for (const std::string& input : {o.model, o.labels, o.names, o.features, o.texts, o.grid.reference})
+  for (const std::string& input :
+       {o.model, o.labels, o.names, o.features, o.texts, o.network, o.image, o.grid.reference})
     files.read(input);
   files.add(o.output, OutputFiles::Kind::Volume);
   files.add(o.score, OutputFiles::Kind::Volume);
@@ -156,8 +185,7 @@ int segment(const SegmentCommand& o) {
   std::optional<FeatureModel> features;
   const Model model = readModel(o.model, &notes, &features);
   const GaussianField& field = model.field;
-  if (!o.labels.empty()) features = learn(o, field, interrupt);
-  if (!o.features.empty()) features = learnEmbeddings(o, field, interrupt);
+  if (!o.labels.empty() || !o.features.empty() || !o.network.empty()) features = learn(o, field, interrupt);
   if (!features)
     throw Error(ErrorCode::NoData, innergs::quoted(o.model) +
                                        " has no features yet: give labels to learn them from as "
@@ -219,12 +247,11 @@ Subcommand addSegment(CLI::App& app) {
                        "needed for a model that was saved with features")
           ->type_name("IMAGE");
   command
-      ->add_option(
-          "--names", o->names,
-          "Names of the labels: JSON, {\"1\": \"liver\", \"2\": \"spleen\"}, or a .seg.nrrd [those in the "
-          "labels' own header]")
-      ->type_name("FILE")
-      ->needs(labels);
+      ->add_option("--names", o->names,
+                   "Names of the labels, or of a network's channels: JSON, {\"1\": \"liver\", \"2\": "
+                   "\"spleen\"}, or a\n"
+                   ".seg.nrrd [those in the labels' own header]")
+      ->type_name("FILE");
   auto* features =
       command
           ->add_option("--features", o->features,
@@ -236,9 +263,31 @@ Subcommand addSegment(CLI::App& app) {
                     ->add_option("--text-embeddings", o->texts,
                                  "What texts mean to that model: JSON, {\"liver\": [0.1, ...], "
                                  "\"background\": [...]}")
-                    ->type_name("FILE")
-                    ->needs(features);
+                    ->type_name("FILE");
   features->needs(texts);
+  auto* network =
+      command
+          ->add_option(
+              "--network", o->network,
+              "Network to learn from instead (ONNX, run by OpenVINO): an image in; out, a channel for\n"
+              "the background and one per segment (--names), or features (--text-embeddings)")
+          ->type_name("FILE")
+          ->excludes(features);
+  command->add_option("--image", o->image, "Image that the network is shown [the model's own]")
+      ->type_name("IMAGE")
+      ->needs(network);
+  command
+      ->add_option("--network-range", o->networkRange,
+                   "Intensities that become 0 and 1 for the network [mean 0, standard deviation 1]")
+      ->type_name("LOW HIGH")
+      ->expected(2)
+      ->needs(network);
+  command
+      ->add_option("--network-spacing", o->networkSpacing,
+                   "Voxels that the network expects, mm [the image's own]")
+      ->type_name("MM")
+      ->check(CLI::PositiveNumber)
+      ->needs(network);
   command->add_flag("--sparse", o->sparse,
                     "Slices without any label between labelled ones were not labelled: they "
                     "follow the image");

@@ -1,6 +1,5 @@
 #pragma once
-#include "Core/Features/EmbeddingTraining.h"
-#include "Core/Features/Labelmap.h"
+#include "Core/Features/Teacher.h"
 #include "Core/Image/Volume.h"
 
 #include <array>
@@ -35,5 +34,13 @@ EmbeddingVolume applyNetwork(const std::filesystem::path& file, const Volume& im
 /// The channel with the greatest value at each voxel, as a label. Throws Error(InvalidArgument) for a single
 /// channel.
 Labelmap likeliestChannel(const EmbeddingVolume& maps);
+
+/// What a network says of an image, to learn features from: with names, the likeliest channel of each voxel,
+/// channel 0 the background and channel n the segment of label n; otherwise its channels as features that
+/// belong to the texts. Throws as applyNetwork() and likeliestChannel() do, Error(InvalidArgument) without
+/// names and texts, or for a name without a channel.
+Teacher networkTeacher(const std::filesystem::path& file, const Volume& image,
+                       const std::vector<SegmentName>& names, const std::vector<TextEmbedding>& texts,
+                       const DenseNetworkOptions& options = {});
 
 } // namespace innergs

@@ -2,6 +2,7 @@
 #include "SyntheticImages.h"
 
 #include "IO/VolumeIO.h"
+#include "Onnx/TestNetworks.h"
 
 #include <nlohmann/json.hpp>
 
@@ -172,6 +173,51 @@ TEST_F(SegmentTest, LearnsFromAFeatureVolumeAndItsTexts) {
   EXPECT_NE(refused("features.nrrd", "none.json").find("does not hold text embeddings"), std::string::npos);
   EXPECT_NE(refused("labels.nii", "texts.json").find("one value per voxel"), std::string::npos);
   EXPECT_NE(refused("away.nrrd", "texts.json").find("does not exist"), std::string::npos);
+}
+
+TEST_F(SegmentTest, LearnsFromANetwork) {
+  const auto learn = [&](std::vector<std::string> more) {
+    std::vector<std::string> all{
+        "segment", path("m.innergs"), "-q", "--network", path("network.onnx"), "--query", "liver"};
+    all.insert(all.end(), more.begin(), more.end());
+    return run(all);
+  };
+  write("channel.json", R"({"1": "liver"})");
+  write("texts.json", R"({"background": [1, 0], "liver": [0, 1]})");
+  expectOneSentence(learn({"--names", path("channel.json")}), 1, "There is no network");
+  expectOneSentence(learn({}), 2, "--names");
+  write("network.onnx", "no network");
+  if (!openVino().functions) {
+    expectOneSentence(learn({"--names", path("channel.json")}), 1, "OpenVINO");
+    GTEST_SKIP() << openVino().problem;
+  }
+  expectOneSentence(learn({"--names", path("channel.json")}), 1, "no ONNX network");
+  // Bright voxels are the liver: the channels are the scaled image x and 1 - x.
+  testing::writePointwise(path("network.onnx"), 3, 8, {-1, 1}, {1, 0});
+  const Volume scan = readVolume(path("scan.nii"));
+  const auto [low, high] = std::minmax_element(scan.voxels.begin(), scan.voxels.end());
+  const std::vector<std::string> range{"--network-range", std::to_string(std::lround(*low)),
+                                       std::to_string(std::lround(*high))};
+  for (const auto& [option, file] :
+       {std::pair{"--names", "channel.json"}, {"--text-embeddings", "texts.json"}}) {
+    std::vector<std::string> more{option, path(file), "-o", path("bright.nii"), "--image", path("scan.nii")};
+    more.insert(more.end(), range.begin(), range.end());
+    const Outcome outcome = learn(more);
+    ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+    const Volume found = readVolume(path("bright.nii"));
+    ASSERT_EQ(found.voxels.size(), scan.voxels.size());
+    int wrong = 0, bright = 0;
+    const float middle =
+        0.5f * (static_cast<float>(std::lround(*low)) + static_cast<float>(std::lround(*high)));
+    for (std::size_t v = 0; v < found.voxels.size(); ++v) {
+      bright += scan.voxels[v] > middle;
+      wrong += (found.voxels[v] == 1) != (scan.voxels[v] > middle);
+    }
+    EXPECT_GT(bright, 0);
+    EXPECT_LT(wrong, 0.1 * static_cast<double>(found.voxels.size())) << option;
+  }
+  write("seven.json", R"({"7": "liver"})");
+  expectOneSentence(learn({"--names", path("seven.json")}), 1, "gives 2 channels");
 }
 
 } // namespace
