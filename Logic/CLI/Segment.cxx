@@ -130,20 +130,6 @@ SegmentInfo infoOf(const SegmentTerms& terms, std::uint16_t label) {
   return info;
 }
 
-/// Calls each(voxel of the whole lattice, voxel of the segment's part) for every voxel of the part.
-template <class Each>
-void forVoxels(const Segment& segment, const GridGeometry& whole, Each&& each) {
-  const auto& n = segment.geometry.size;
-  std::size_t at = 0;
-  for (std::int64_t k = 0; k < n[2]; ++k)
-    for (std::int64_t j = 0; j < n[1]; ++j) {
-      const std::int64_t row =
-          segment.first[0] + whole.size[0] * (segment.first[1] + j + whole.size[1] * (segment.first[2] + k));
-      for (std::int64_t i = 0; i < n[0]; ++i, ++at)
-        each(static_cast<std::size_t>(row + i), at);
-    }
-}
-
 void checkUsage(const SegmentCommand& o) {
   if (o.output.empty() && o.saveModel.empty() && o.queries.empty())
     throw CLI::ValidationError("segment", "needs --query with --output, or --save-model");
@@ -210,7 +196,7 @@ int segment(const SegmentCommand& o) {
     for (std::size_t n = 0; n < wanted.size(); ++n) {
       const Segment segment =
           finder.probabilities()->segment(wanted[n].classes, o.segment, interrupt.token());
-      forVoxels(segment, grid, [&](std::size_t voxel, std::size_t at) {
+      forEachVoxel(segment, grid.size, [&](std::size_t voxel, std::size_t at) {
         if (segment.mask[at]) labels.voxels[voxel] = static_cast<float>(n + 1);
         if (!score.voxels.empty()) // of several segments, the likeliest
           score.voxels[voxel] = std::max(score.voxels[voxel], segment.probability[at]);

@@ -20,19 +20,24 @@ namespace {
 
 constexpr vtkIdType kBlock = vtkIdType{1} << 20; // voxels between checks of the stop token
 
-vtkDataArray* scalarsOf(vtkImageData* image, const std::string& what) {
+vtkDataArray* arrayOf(vtkImageData* image, const std::string& what) {
   if (!image) throw Error(ErrorCode::NoData, what + " is missing: give an image.");
   vtkDataArray* scalars = image->GetPointData()->GetScalars();
   if (image->GetNumberOfPoints() == 0 || !scalars || scalars->GetNumberOfTuples() == 0)
     throw Error(ErrorCode::NoData,
                 what + " has no voxels: choose an image that has been loaded or computed.");
+  if (scalars->GetNumberOfTuples() != image->GetNumberOfPoints())
+    throw Error(ErrorCode::FileFormat, what + " does not have one value per voxel: its data are damaged.");
+  return scalars;
+}
+
+vtkDataArray* scalarsOf(vtkImageData* image, const std::string& what) {
+  vtkDataArray* scalars = arrayOf(image, what);
   if (const int components = scalars->GetNumberOfComponents(); components != 1)
     throw Error(ErrorCode::UnsupportedImage,
                 what + " has " + std::to_string(components) +
                     " values per voxel (a colour, vector or complex image): give a scalar image, for example "
                     "one of its components.");
-  if (scalars->GetNumberOfTuples() != image->GetNumberOfPoints())
-    throw Error(ErrorCode::FileFormat, what + " does not have one value per voxel: its data are damaged.");
   return scalars;
 }
 
@@ -84,6 +89,22 @@ std::vector<float> voxelsOf(vtkImageData* image, const VoxelBlock& block, const 
         for (std::int64_t i = 0; i < n[0]; ++i)
           *out++ = static_cast<float>(in[i * step[0]]);
       }
+    }
+  });
+  return result;
+}
+
+std::vector<std::vector<float>> componentsOf(vtkImageData* image, const std::string& what,
+                                             const std::stop_token& stop) {
+  vtkDataArray* scalars = arrayOf(image, what);
+  const vtkIdType count = scalars->GetNumberOfTuples();
+  const auto components = static_cast<std::size_t>(scalars->GetNumberOfComponents());
+  std::vector<std::vector<float>> result(components, std::vector<float>(static_cast<std::size_t>(count)));
+  withScalars(scalars, what, [&](const auto* source) {
+    for (vtkIdType v = 0; v < count; ++v) {
+      if (v % kBlock == 0) throwIf(stop);
+      for (std::size_t c = 0; c < components; ++c)
+        result[c][static_cast<std::size_t>(v)] = static_cast<float>(*source++);
     }
   });
   return result;

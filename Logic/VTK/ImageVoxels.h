@@ -24,6 +24,10 @@ void checkVoxels(vtkImageData* image, const std::string& what);
 /// Error(UnsupportedImage) for a non-numeric type, Error(Cancelled).
 std::vector<float> voxelsOf(vtkImageData* image, const VoxelBlock& block, const std::string& what,
                             const std::stop_token& stop = {});
+/// The components of an image of several values per voxel, each in memory order. Throws likewise, but for the
+/// number of components.
+std::vector<std::vector<float>> componentsOf(vtkImageData* image, const std::string& what,
+                                             const std::stop_token& stop = {});
 /// All scalars in memory order: 1 where non-zero.
 std::vector<std::uint8_t> maskOf(vtkImageData* image, const std::string& what,
                                  const std::stop_token& stop = {});

@@ -3,13 +3,15 @@
 
 #include "vtkInnerGSAlgorithm.h"
 
+class vtkDataArray;
 class vtkImageData;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 
-/// Teaches a model (input) the segments of a labelmap: the output is the same model, whose Gaussians then
-/// have features that vtkInnerGSSegment decodes on any grid. The labelmap may have a grid of its own and
-/// labels on some slices alone.
+/// Teaches a model (input) segments from one of three teachers, a labelmap, a feature volume with the
+/// embeddings of texts, or a network: the output is the same model, whose Gaussians then have features that
+/// vtkInnerGSSegment decodes on any grid. The labelmap may have a grid of its own and labels on some slices
+/// alone.
 class VTKINNERGS_EXPORT vtkInnerGSLearnSegments : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSLearnSegments* New();
@@ -36,6 +38,32 @@ public:
   ///@}
 
   ///@{
+  /// Instead of labels: a feature volume, several values per voxel, and what texts mean to the model that
+  /// made it, as many values for each ("background" stands for what is none of the others). An empty or null
+  /// embedding: none.
+  void SetFeatures(vtkImageData* features, vtkMatrix4x4* ijkToRAS = nullptr);
+  void SetTextEmbedding(const std::string& text, vtkDataArray* values);
+  int GetNumberOfTextEmbeddings();
+  void RemoveAllTextEmbeddings();
+  ///@}
+
+  ///@{
+  /// Or: an ONNX file that OpenVINO runs on the model's own image: 1 × 1 × K × J × I (or J × I) in; out, with
+  /// text embeddings, features, otherwise a channel for the background and one per segment, named by
+  /// SetSegmentName().
+  /// "" (default): none.
+  vtkSetMacro(NetworkFile, const std::string&);
+  vtkGetMacro(NetworkFile, std::string);
+  /// Intensities that become 0 and 1 for the network; equal (default): mean 0 and standard deviation 1
+  /// instead.
+  vtkSetVector2Macro(NetworkRange, double);
+  vtkGetVector2Macro(NetworkRange, double);
+  /// Voxels that the network expects, mm; 0 (default): as the fit had them.
+  vtkSetMacro(NetworkSpacing, double);
+  vtkGetMacro(NetworkSpacing, double);
+  ///@}
+
+  ///@{
   /// Channels of a Gaussian's latent: 8, 16 (default) or 32.
   vtkSetMacro(NumberOfChannels, int);
   vtkGetMacro(NumberOfChannels, int);
@@ -57,6 +85,8 @@ protected:
 
   bool SparseSlices = false;
   int NumberOfChannels = 16, NumberOfIterations = 60;
+  std::string NetworkFile;
+  double NetworkRange[2] = {0, 0}, NetworkSpacing = 0;
 
 private:
   vtkInnerGSLearnSegments(const vtkInnerGSLearnSegments&) = delete;

@@ -27,20 +27,6 @@ struct MadeSegment {
   double volume = 0; // mm³
 };
 
-template <class Label>
-void label(const innergs::Segment& segment, const std::array<std::int64_t, 3>& whole, Label value,
-           Label* out) {
-  const auto& n = segment.geometry.size;
-  std::size_t at = 0;
-  for (std::int64_t k = 0; k < n[2]; ++k)
-    for (std::int64_t j = 0; j < n[1]; ++j) {
-      Label* row =
-          out + segment.first[0] + whole[0] * (segment.first[1] + j + whole[1] * (segment.first[2] + k));
-      for (std::int64_t i = 0; i < n[0]; ++i, ++at)
-        if (segment.mask[at]) row[i] = value;
-    }
-}
-
 template <class T>
 const T* at(const std::vector<T>& list, int index) {
   return index >= 0 && index < static_cast<int>(list.size()) ? &list[static_cast<std::size_t>(index)]
@@ -62,7 +48,9 @@ struct vtkInnerGSSegment::Internals {
   const innergs::SegmentAnswer* answer(int query) const { return at(answers, query); }
 };
 
-vtkInnerGSSegment::vtkInnerGSSegment() : Work(std::make_unique<Internals>()) {}
+vtkInnerGSSegment::vtkInnerGSSegment() : Work(std::make_unique<Internals>()) {
+  this->SetNumberOfOutputPorts(2);
+}
 vtkInnerGSSegment::~vtkInnerGSSegment() = default;
 
 void vtkInnerGSSegment::PrintSelf(ostream& os, vtkIndent indent) {
@@ -73,6 +61,7 @@ void vtkInnerGSSegment::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Smoothing: " << this->Smoothing << "\n";
   os << indent << "LargestOnly: " << this->LargestOnly << "\n";
   os << indent << "MinimumSize: " << this->MinimumSize << "\n";
+  os << indent << "MakeScore: " << this->MakeScore << "\n";
   os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
      << this->OutputSpacing[2] << "\n";
   os << indent << "ReferenceGrid: " << (this->Work->reference.given() ? "given" : "none") << "\n";
@@ -116,6 +105,10 @@ void vtkInnerGSSegment::SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijk
 
 vtkImageData* vtkInnerGSSegment::GetOutput() {
   return vtkImageData::SafeDownCast(this->GetOutputDataObject(0));
+}
+
+vtkImageData* vtkInnerGSSegment::GetScore() {
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
 }
 
 vtkMatrix4x4* vtkInnerGSSegment::GetOutputIJKToRASMatrix() {
@@ -197,6 +190,11 @@ void vtkInnerGSSegment::RequestInformation(vtkInformationVector** inputs, vtkInf
       output, innergs::vtk::outputGrid(field->region(), this->Work->reference, this->OutputSpacing),
       this->GeometryInImage);
   vtkDataObject::SetPointDataActiveScalarInfo(output, VTK_UNSIGNED_CHAR, 1);
+  if (this->MakeScore)
+    innergs::vtk::announceImage(
+        outputs->GetInformationObject(1),
+        innergs::vtk::outputGrid(field->region(), this->Work->reference, this->OutputSpacing),
+        this->GeometryInImage);
 }
 
 void vtkInnerGSSegment::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
@@ -248,18 +246,29 @@ void vtkInnerGSSegment::RequestData(vtkInformationVector** inputs, vtkInformatio
   vtkDataArray* scalars = image->GetPointData()->GetScalars();
   scalars->SetName("Label");
   scalars->Fill(0);
+  void* labels = scalars->GetVoidPointer(0);
+  float* score = nullptr;
+  if (this->MakeScore) {
+    vtkImageData* scores = vtkImageData::GetData(outputs, 1);
+    score = innergs::vtk::allocateFloats(scores, grid, this->GeometryInImage);
+    std::fill_n(score, grid.voxelCount(), 0.f);
+    scores->GetPointData()->GetScalars()->SetName("Probability");
+  }
   const innergs::SegmentOptions segment{this->Threshold, this->Smoothing, this->LargestOnly,
                                         this->MinimumSize};
   const double voxel = grid.spacing[0] * grid.spacing[1] * grid.spacing[2];
   for (std::size_t n = 0; n < wanted.size(); ++n) {
     const innergs::Segment found =
         work.finder->probabilities()->segment(wanted[n].classes, segment, options.stop);
-    if (wide)
-      label(found, grid.size, static_cast<unsigned short>(n + 1),
-            static_cast<unsigned short*>(scalars->GetVoidPointer(0)));
-    else
-      label(found, grid.size, static_cast<unsigned char>(n + 1),
-            static_cast<unsigned char*>(scalars->GetVoidPointer(0)));
+    const auto value = static_cast<unsigned short>(n + 1);
+    innergs::forEachVoxel(found, grid.size, [&](std::size_t voxel, std::size_t part) {
+      if (score) score[voxel] = std::max(score[voxel], found.probability[part]);
+      if (!found.mask[part]) return;
+      if (wide)
+        static_cast<unsigned short*>(labels)[voxel] = value;
+      else
+        static_cast<unsigned char*>(labels)[voxel] = static_cast<unsigned char>(value);
+    });
     work.segments.push_back({std::move(wanted[n].terms), static_cast<double>(found.voxels) * voxel});
     this->UpdateProgress(0.9 + 0.1 * static_cast<double>(n + 1) / static_cast<double>(wanted.size()));
     if (options.stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");

@@ -52,6 +52,14 @@ public:
 
   /// Labels in unsigned char or, of more than 255 segments, unsigned short.
   vtkImageData* GetOutput();
+  ///@{
+  /// Whether to make a score too (second output, float, on the same grid): at each voxel the probability of
+  /// what the queries ask for, of several segments the likeliest's. Off by default.
+  vtkSetMacro(MakeScore, bool);
+  vtkGetMacro(MakeScore, bool);
+  vtkBooleanMacro(MakeScore, bool);
+  vtkImageData* GetScore();
+  ///@}
   vtkMatrix4x4* GetOutputIJKToRASMatrix();
 
   /// How a query was answered.
@@ -61,7 +69,8 @@ public:
     Wider,       // only segments that hold what was asked for and more: none is made
     NotInVolume, // a known structure that has no voxel here
     NoMatch,
-    Similar // words that the lexicon does not know: candidates near in meaning (INNERGS_TEXT_MODEL), none leads
+    Similar // words that the lexicon does not know: candidates near in meaning (INNERGS_TEXT_MODEL), none
+            // leads
   };
   ///@{
   /// Of the last update, per query.
@@ -93,7 +102,7 @@ protected:
 #endif
 
   double Threshold = 0, Smoothing = 0, MinimumSize = 0;
-  bool LargestOnly = false;
+  bool LargestOnly = false, MakeScore = false;
   double OutputSpacing[3] = {0, 0, 0};
 
 private:

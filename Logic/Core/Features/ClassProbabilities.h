@@ -22,6 +22,21 @@ struct Segment {
   std::int64_t voxels = 0;                    // inside
 };
 
+/// Calls each(voxel of the whole lattice, voxel of the segment's part), both in memory order, for every voxel
+/// of the part; whole: the lattice's size.
+template <class Each>
+void forEachVoxel(const Segment& segment, const std::array<std::int64_t, 3>& whole, Each&& each) {
+  const auto& n = segment.geometry.size;
+  std::size_t at = 0;
+  for (std::int64_t k = 0; k < n[2] && !segment.mask.empty(); ++k)
+    for (std::int64_t j = 0; j < n[1]; ++j) {
+      const std::int64_t row =
+          segment.first[0] + whole[0] * (segment.first[1] + j + whole[1] * (segment.first[2] + k));
+      for (std::int64_t i = 0; i < n[0]; ++i, ++at)
+        each(static_cast<std::size_t>(row + i), at);
+    }
+}
+
 /// The probabilities of a model's classes on a lattice, encoded once: a query then reads only the voxels of
 /// the classes that it asks for.
 class ClassProbabilities {

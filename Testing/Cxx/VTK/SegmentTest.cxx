@@ -5,9 +5,11 @@
 #include "vtkInnerGSSegment.h"
 
 #include <vtkDataArray.h>
+#include <vtkDoubleArray.h>
 #include <vtkPointData.h>
 
 #include <algorithm>
+#include <cmath>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -212,6 +214,74 @@ TEST_F(Segments, LearningCanBeStoppedAndSparseSlicesAreFollowed) {
     right += found[v] == 1 && phantom.labels.voxels[v] == 2;
   }
   EXPECT_LT(wrong, 0.2 * right);
+}
+
+TEST_F(Segments, TheScoreIsTheProbabilityOnTheSameGrid) {
+  auto filter = segmenting();
+  filter->SetQuery("liver");
+  filter->Update();
+  EXPECT_EQ(filter->GetScore()->GetNumberOfPoints(), 0);
+  filter->MakeScoreOn();
+  filter->Update();
+  ASSERT_EQ(filter->GetErrorMessage(), "");
+  vtkDataArray* score = filter->GetScore()->GetPointData()->GetScalars();
+  const std::vector<int> found = labelsOf(filter);
+  ASSERT_EQ(score->GetNumberOfTuples(), static_cast<vtkIdType>(found.size()));
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    const double probability = score->GetTuple1(static_cast<vtkIdType>(v));
+    ASSERT_TRUE(probability >= 0 && probability <= 1);
+    ASSERT_EQ(found[v] == 1, probability > 0.5) << v;
+  }
+}
+
+TEST_F(Segments, LearnFromAFeatureVolumeAndTexts) {
+  auto learn = learning();
+  learn->SetLabels(nullptr);
+  vtkNew<vtkImageData> features;
+  const auto& size = phantom.labels.geometry.size;
+  features->SetDimensions(static_cast<int>(size[0]), static_cast<int>(size[1]), static_cast<int>(size[2]));
+  features->AllocateScalars(VTK_DOUBLE, 2);
+  vtkDataArray* values = features->GetPointData()->GetScalars();
+  const auto angleOf = [](int label) { return 0.9 * label; };
+  for (std::size_t v = 0; v < phantom.labels.voxels.size(); ++v)
+    values->SetTuple2(static_cast<vtkIdType>(v), std::cos(angleOf(phantom.labels.voxels[v])),
+                      std::sin(angleOf(phantom.labels.voxels[v])));
+  learn->SetFeatures(features, rasMatrix(phantom.labels.geometry));
+  const char* const texts[] = {"background", "liver", "kidney_left", "kidney_right"};
+  for (int label = 0; label < 4; ++label) {
+    vtkNew<vtkDoubleArray> text;
+    text->InsertNextValue(std::cos(angleOf(label)));
+    text->InsertNextValue(std::sin(angleOf(label)));
+    learn->SetTextEmbedding(texts[label], text);
+  }
+  EXPECT_EQ(learn->GetNumberOfTextEmbeddings(), 4);
+  learn->Update();
+  ASSERT_EQ(learn->GetErrorMessage(), "");
+  vtkNew<vtkInnerGSSegment> filter;
+  filter->SetModel(learn->GetOutput());
+  filter->SetQuery("left kidney");
+  filter->Update();
+  const std::vector<int> found = labelsOf(filter);
+  int wrong = 0, right = 0;
+  for (std::size_t v = 0; v < found.size(); ++v) {
+    wrong += (found[v] == 1) != (phantom.labels.voxels[v] == 2);
+    right += found[v] == 1 && phantom.labels.voxels[v] == 2;
+  }
+  EXPECT_LT(wrong, 0.2 * right);
+
+  Errors errors(learn);
+  const auto failing = [&](const char* mention) {
+    errors.texts.clear();
+    learn->Update();
+    ASSERT_EQ(errors.texts.size(), 1u) << mention;
+    EXPECT_NE(errors.texts[0].find(mention), std::string::npos) << errors.texts[0];
+  };
+  learn->SetNetworkFile("nowhere.onnx");
+  failing("several teachers");
+  learn->SetFeatures(nullptr);
+  failing("no network 'nowhere.onnx'");
+  learn->SetNetworkFile("");
+  failing("no labels");
 }
 
 } // namespace
