@@ -117,29 +117,51 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
   render.threads = options.threads;
   render.stop = options.stop;
   const std::int64_t nx = geometry.size[0], ny = geometry.size[1];
+  /// The block of a voxel where something else than background can be; −1: nothing to decode.
+  const auto usefulBlock = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> std::int64_t {
+    const Vec3 index{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+    const std::int64_t block = value.has(index) ? blockOf(index) : -1;
+    if (block < 0) return -1;
+    const auto classes = lists.of(block);
+    return classes.empty() || (classes.size() == 1 && classes[0] == 0) ? -1 : block;
+  };
   std::vector<float> latents;
+  std::vector<std::int32_t> blocks; // per voxel of a chunk
+  std::vector<RowPart> parts;
   forChunks(geometry, [&](std::int64_t first, std::int64_t last) {
+    const std::int64_t rows = (last - first) * ny;
+    blocks.resize(static_cast<std::size_t>(rows * nx));
+    parts.assign(static_cast<std::size_t>(rows), {});
+    pool.run(rows, [&](std::int64_t row) {
+      RowPart& part = parts[static_cast<std::size_t>(row)];
+      for (std::int64_t i = 0; i < nx; ++i) {
+        const std::int64_t block = usefulBlock(i, row % ny, first + row / ny);
+        blocks[static_cast<std::size_t>(row * nx + i)] = static_cast<std::int32_t>(block);
+        if (block < 0) continue;
+        if (part.last == 0) part.first = static_cast<int>(i);
+        part.last = static_cast<int>(i) + 1;
+      }
+    });
     Volume intensity; // that the classes' codes look at
     if (!embeddings)
       intensity = innergs::render(field, cropped(geometry, {0, 0, first}, {nx, ny, last - first}), render);
     latents.resize(static_cast<std::size_t>(nx * ny * (last - first) * features.channels));
     FeatureRenderer(field, planesOf(field, geometry, first, last), pool)
-        .render(features.latents, features.channels, latents.data());
+        .render(features.latents, features.channels, latents.data(), parts);
     withChannels(features.channels, [&]<int N>() {
-      pool.run((last - first) * ny, [&](std::int64_t row) {
+      pool.run(rows, [&](std::int64_t row) {
+        const RowPart part = parts[static_cast<std::size_t>(row)];
+        if (part.first >= part.last) return;
         std::vector<float> probabilities(lists.longest());
         EmbeddingDecoding::Work work;
-        if (embeddings) embeddings->decodeRow(latents.data() + row * nx * N, nx, work);
-        for (std::int64_t i = 0; i < nx; ++i) {
-          const std::int64_t local = row * nx + i;
-          const Vec3 index{static_cast<double>(i), static_cast<double>(row % ny),
-                           static_cast<double>(first + row / ny)};
-          const std::int64_t block = value.has(index) ? blockOf(index) : -1;
+        if (embeddings)
+          embeddings->decodeRow(latents.data() + (row * nx + part.first) * N, part.last - part.first, work);
+        for (std::int64_t i = part.first; i < part.last; ++i) {
+          const std::int64_t local = row * nx + i, block = blocks[static_cast<std::size_t>(local)];
           if (block < 0) continue;
           const auto classes = lists.of(block);
-          if (classes.empty() || (classes.size() == 1 && classes[0] == 0)) continue;
           if (embeddings)
-            embeddings->probabilities(work, i, classes, probabilities.data());
+            embeddings->probabilities(work, i - part.first, classes, probabilities.data());
           else
             decode<N>(features, latents.data() + local * N,
                       features.scale(intensity.voxels[static_cast<std::size_t>(local)]), classes,

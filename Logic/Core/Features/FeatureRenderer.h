@@ -7,6 +7,11 @@
 
 namespace innergs {
 
+/// The voxels [first, last) of a row along x.
+struct RowPart {
+  int first = 0, last = 0;
+};
+
 /// The Gaussians of a field on one lattice, with the contribution of each to every voxel.
 class FeatureRenderer {
 public:
@@ -15,8 +20,9 @@ public:
   const Lattice& lattice() const { return lattice_; }
 
   /// F = Σ w p f / (Σ w p + ε), normalised whatever the field's blending; latents: [Gaussian][channel], out:
-  /// [plane][row][column][channel].
-  void render(std::span<const float> latents, int channels, float* out);
+  /// [plane][row][column][channel]. parts: of each row [plane][row], the voxels that are wanted, others are
+  /// undefined; empty: all.
+  void render(std::span<const float> latents, int channels, float* out, std::span<const RowPart> parts = {});
 
   /// Calls visit(voxel, w·p) for all voxels of one Gaussian, row by row; voxel: in memory order of
   /// nx×ny×planes.
@@ -31,16 +37,26 @@ private:
   }
   template <class Visit>
   void visitTile(std::int64_t gaussian, const TileRange& tile, Visit&& visit) const {
-    const Projected& g = projected_[static_cast<std::size_t>(gaussian)];
-    forEachCandidateRow<Selection::Exact>(g, view(), tile, [&](int k, int y, int x0, int x1) {
-      Contribution c;
-      for (int x = x0; x < x1; ++x) {
-        const double index[3] = {static_cast<double>(x), static_cast<double>(y), lattice_.z[k]};
-        if (contributionAt(g, index, c))
-          visit(x + static_cast<std::int64_t>(lattice_.nx) * (y + static_cast<std::int64_t>(lattice_.ny) * k),
-                c.p);
-      }
+    forEachRow(gaussian, tile, [&](int k, int y, int x0, int x1) {
+      const std::int64_t row =
+          static_cast<std::int64_t>(lattice_.nx) * (y + static_cast<std::int64_t>(lattice_.ny) * k);
+      forRow(gaussian, k, y, x0, x1, [&](int x, float p) { visit(x + row, p); });
     });
+  }
+  template <class Visit>
+  void forEachRow(std::int64_t gaussian, const TileRange& tile, Visit&& visit) const {
+    forEachCandidateRow<Selection::Exact>(projected_[static_cast<std::size_t>(gaussian)], view(), tile,
+                                          visit);
+  }
+  /// visit(x, w·p)
+  template <class Visit>
+  void forRow(std::int64_t gaussian, int k, int y, int x0, int x1, Visit&& visit) const {
+    const Projected& g = projected_[static_cast<std::size_t>(gaussian)];
+    Contribution c;
+    for (int x = x0; x < x1; ++x) {
+      const double index[3] = {static_cast<double>(x), static_cast<double>(y), lattice_.z[k]};
+      if (contributionAt(g, index, c)) visit(x, c.p);
+    }
   }
 
   Lattice lattice_;

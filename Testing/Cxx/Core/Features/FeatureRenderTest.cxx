@@ -47,6 +47,31 @@ TEST(FeatureRender, EqualsTheFieldsScalars) {
   }
 }
 
+TEST(FeatureRender, PartsOfRowsAreThoseOfTheWhole) {
+  const GaussianField field = randomField(200, {}, 3);
+  const FeatureModel features = randomLatents(field, 16);
+  const GridGeometry grid = obliqueGrid();
+  const std::vector<float> whole = renderFeatures(field, features, grid);
+  ThreadPool pool(2);
+  Lattice lattice;
+  lattice.indexToModel = inverse(field.modelToWorld) * grid.indexToWorld();
+  lattice.nx = 13;
+  lattice.ny = 11;
+  for (int k = 0; k < 9; ++k)
+    lattice.z.push_back(k);
+  std::vector<RowPart> parts;
+  for (int row = 0; row < 11 * 9; ++row)
+    parts.push_back({row % 5, row % 7 == 0 ? row % 5 : 13 - row % 4}); // some of them empty
+  std::vector<float> some(whole.size(), -7);
+  FeatureRenderer(field, lattice, pool).render(features.latents, 16, some.data(), parts);
+  for (std::size_t row = 0; row < parts.size(); ++row)
+    for (int x = parts[row].first; x < parts[row].last; ++x)
+      for (std::size_t c = 0; c < 16; ++c) {
+        const std::size_t at = (row * 13 + static_cast<std::size_t>(x)) * 16 + c;
+        ASSERT_EQ(some[at], whole[at]);
+      }
+}
+
 // The rows that training uses are the same map, and the gradient of the latents is its transpose.
 TEST(FeatureRender, RowsAndColumnsAreTheSameMap) {
   const GaussianField field = randomField(150, {}, 4);
