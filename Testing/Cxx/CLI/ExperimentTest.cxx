@@ -128,11 +128,13 @@ TEST_F(ExperimentTest, SegmentationComparesWithLabelsLeftOut) {
   const Outcome outcome = run(all);
   ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
   const auto rows = rowsOf(contents("tables/segmentation.csv"));
-  expectTable(rows, "labels,labelled,classes,method,dice,iou,pixel_accuracy,seconds,measured_on");
-  ASSERT_EQ(rows.size(), 5u); // all slices; three methods with every 5th
-  EXPECT_EQ(rows[2].back(), "slices not labelled");
+  expectTable(
+      rows, "labels,labelled,classes,method,dice,iou,pixel_accuracy,top5_dice,top5_iou,top5_accuracy,seconds,"
+            "measured_on");
+  ASSERT_EQ(rows.size(), 7u); // two methods with all slices, four with every 5th
+  EXPECT_EQ(rows[3].back(), "slices not labelled");
   EXPECT_EQ(rowsOf(contents("tables/segmentation-classes.csv")).size(), 5u);
-  EXPECT_EQ(rowsOf(contents("tables/segmentation-grids.csv")).size(), 3u);
+  EXPECT_EQ(rowsOf(contents("tables/segmentation-grids.csv")).size(), 7u);
   EXPECT_EQ(rowsOf(contents("tables/segmentation-queries.csv")).size(), 2u);
 }
 

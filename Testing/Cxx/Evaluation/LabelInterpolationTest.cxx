@@ -73,13 +73,18 @@ TEST(ExperimentSegmentation, ComparesWithTheSlicesLeftOut) {
   e.leastVoxels = 50;
   e.settings.iterations = 20;
   const SegmentationResult result = runSegmentation(e);
-  ASSERT_EQ(result.methods.rows.size(), 4u); // one with all slices, three with every 4th
+  ASSERT_EQ(result.methods.rows.size(), 6u); // two with all slices, four with every 4th
   const auto dice = [&](int row) { return wholeTextNumber(result.methods.rows[row][4]).value(); };
   EXPECT_GT(dice(0), 0.9);
-  EXPECT_GT(dice(1), dice(3)); // than the nearest slice
-  EXPECT_EQ(result.methods.rows[1].back(), "slices not labelled");
+  EXPECT_EQ(dice(1), 1);       // the teacher itself, on its own slices
+  EXPECT_GT(dice(2), dice(5)); // than the nearest slice
+  EXPECT_EQ(dice(3), 0);       // the teacher elsewhere
+  EXPECT_GE(wholeTextNumber(result.methods.rows[2][7]).value(), dice(2)); // its five best slices
+  EXPECT_EQ(result.methods.rows[2].back(), "slices not labelled");
   EXPECT_EQ(result.classes.rows.size(), 4u);
-  EXPECT_EQ(result.grids.rows.size(), 2u);
+  ASSERT_EQ(result.grids.rows.size(), 6u); // two grids, two truths each and how far these are apart
+  for (const auto& row : result.grids.rows)
+    EXPECT_GT(wholeTextNumber(row[4]).value(), 0.7);
   e.sets[0].labels.geometry.spacing[0] = 2;
   EXPECT_THROW(runSegmentation(e), Error);
 }
