@@ -5,6 +5,7 @@
 #include "vtkInnerGSSegment.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
+#include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLSegmentationNode.h>
 
 #include <vtkDoubleArray.h>
@@ -98,6 +99,22 @@ vtkSlicerInnerGSLogic::SegmentByText(vtkMRMLInnerGSModelNode* model, const std::
     made =
         mrml::addSegments(this->GetMRMLScene(), model,
                           finder.make(requested, {threshold, smoothing, largestOnly, minimumSize}), output);
+  });
+  return made && made->GetScene() ? made.Get() : nullptr;
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ScoreByText(vtkMRMLInnerGSModelNode* model,
+                                                            const std::string& text,
+                                                            vtkMRMLScalarVolumeNode* output, double spacing) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    innergs::interpret(innergs::Lexicon::standard(), text); // refused before the work
+    const innergs::SegmentFinder& finder = this->Work->segments.encoded(model, spacing);
+    const innergs::SegmentAnswer answer = finder.find(text);
+    this->Work->segments.answer = answer.sentence;
+    const auto requested = finder.requested(text, answer);
+    if (requested.empty()) throw Error(ErrorCode::NoData, answer.sentence);
+    made = mrml::addScore(this->GetMRMLScene(), model, finder.make(requested), output);
   });
   return made && made->GetScene() ? made.Get() : nullptr;
 }

@@ -2,15 +2,18 @@
 
 #include "Core/Base/Error.h"
 #include "Geometry.h"
+#include "ImageVoxels.h"
 #include "NodeGeometry.h"
 #include "Outputs.h"
 #include "Queries.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
+#include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
 
+#include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkOrientedImageData.h>
 #include <vtkSegment.h>
@@ -111,6 +114,25 @@ vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRM
                                                    quoted(node) + ": choose a segmentation of labelmaps.");
   }
   return node;
+}
+
+vtkSmartPointer<vtkMRMLScalarVolumeNode> addScore(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                  const MadeSegments& made, vtkMRMLScalarVolumeNode* output) {
+  const vtkSmartPointer<vtkMRMLInnerGSModelNode> keptModel = model; // observers may remove nodes
+  vtkNew<vtkImageData> image;
+  float* score = vtk::allocateFloats(image, made.lattice, false);
+  std::fill_n(score, made.lattice.voxelCount(), 0.f);
+  for (const auto& [terms, segment] : made.segments)
+    forEachVoxel(segment, made.lattice.size, [&](std::size_t voxel, std::size_t part) {
+      score[voxel] = std::max(score[voxel], segment.probability[part]);
+    });
+  vtkNew<vtkMatrix4x4> ijkToRAS;
+  vtk::toMatrix(made.lattice, ijkToRAS);
+  const auto volume = volumeFor(scene, output, model, " score");
+  setProvenance(volume, model);
+  setVolume(volume, image, ijkToRAS);
+  volume->SetAndObserveTransformNodeID(model->GetTransformNodeID());
+  return volume;
 }
 
 } // namespace innergs::mrml

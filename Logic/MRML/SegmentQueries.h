@@ -8,6 +8,7 @@
 
 class vtkInnerGSModel;
 class vtkMRMLInnerGSModelNode;
+class vtkMRMLScalarVolumeNode;
 class vtkMRMLScene;
 class vtkMRMLSegmentationNode;
 
@@ -37,5 +38,10 @@ private:
 vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                      const MadeSegments& made,
                                                      vtkMRMLSegmentationNode* output);
+
+/// The probability of the segments that are requested, of several the likeliest's, as voxels of `output` or
+/// of a new volume node beside the model and under its transform. Throws Error.
+vtkSmartPointer<vtkMRMLScalarVolumeNode> addScore(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                  const MadeSegments& made, vtkMRMLScalarVolumeNode* output);
 
 } // namespace innergs::mrml

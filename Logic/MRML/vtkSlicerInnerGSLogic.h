@@ -202,6 +202,10 @@ public:
                                          vtkMRMLSegmentationNode* output = nullptr, double threshold = 0,
                                          bool largestOnly = false, double minimumSize = 0,
                                          double smoothing = 0, double spacing = 0);
+  /// The probability of what a text asks for, 0 to 1, at every voxel of `output` or a new volume node, under
+  /// the model's transform; of several segments the likeliest's. Null as SegmentByText().
+  vtkMRMLScalarVolumeNode* ScoreByText(vtkMRMLInnerGSModelNode* model, const std::string& text,
+                                       vtkMRMLScalarVolumeNode* output = nullptr, double spacing = 0);
 #ifndef __VTK_WRAP__
   /// For panels with a thread of their own: what is returned gives the labels in the model's own coordinates
   /// (LPS), with their names, on any thread, and throws innergs::Error. Empty after an error.

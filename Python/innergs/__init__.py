@@ -28,9 +28,9 @@ from ._moving import MovingJob, MovingResult, frames, motion, reconstruct_moving
 from ._parameters import parameters
 from ._queries import follow, gaussians, load, plane, query, resample, save, stop_following
 from ._scene import Cancelled, Error, logic
-from ._segments import Found, find, learn, segment
+from ._segments import Found, find, learn, score, segment
 
 __all__ = ["Cancelled", "Error", "Estimate", "Found", "Job", "MovingJob", "MovingResult", "Result", "cancel", "estimate",
            "find", "follow", "frames", "gaussians", "learn", "load", "logic", "motion", "parameters", "plane", "query",
-           "reconstruct", "reconstruct_moving", "resample", "running", "save", "segment", "set_time", "start", "start_moving",
+           "reconstruct", "reconstruct_moving", "resample", "running", "save", "score", "segment", "set_time", "start", "start_moving",
            "stop_following"]

@@ -56,3 +56,13 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
             output = checked(owner, owner.SegmentByText(model, one, output, threshold, largest_only, minimum_size,
                                                         smoothing, spacing))
     return output
+
+
+def score(model, text, output=None, spacing=0.0):
+    """The probability of what a text in words asks for, 0 to 1, as a volume node: `output` or a new one.
+
+    Of several segments the likeliest's. spacing: of the voxels in mm, 0: as the fit had it.
+    """
+    owner = logic_of(model)
+    with quiet(owner):
+        return checked(owner, owner.ScoreByText(model, text, output, spacing))

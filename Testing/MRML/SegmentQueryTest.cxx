@@ -207,6 +207,24 @@ TEST_F(SegmentQueryTest, LabelsForAThreadOfAPanel) {
   EXPECT_NE(logic->GetLastError().find("choose a segmentation"), std::string::npos);
 }
 
+TEST_F(SegmentQueryTest, TheScoreIsAVolumeUnderTheModelsTransform) {
+  EXPECT_EQ(logic->ScoreByText(model, "liver"), nullptr);
+  EXPECT_NE(logic->GetLastError().find("knows no segments"), std::string::npos);
+  ASSERT_TRUE(logic->LearnSegments(model, node)) << logic->GetLastError();
+  auto* score = logic->ScoreByText(model, "liver");
+  ASSERT_NE(score, nullptr) << logic->GetLastError();
+  EXPECT_STREQ(score->GetNodeReferenceID("InnerGSModel"), model->GetID());
+  EXPECT_EQ(score->GetParentTransformNode(), model->GetParentTransformNode());
+  double range[2];
+  score->GetImageData()->GetScalarRange(range);
+  EXPECT_EQ(range[0], 0);
+  EXPECT_GT(range[1], 0.9);
+  EXPECT_LE(range[1], 1);
+  EXPECT_EQ(logic->ScoreByText(model, "left kidney", score, 2), score);
+  EXPECT_EQ(logic->ScoreByText(model, "spleen"), nullptr);
+  EXPECT_NE(logic->GetLastError().find("not in this volume"), std::string::npos);
+}
+
 TEST_F(SegmentQueryTest, SparseSlicesFollowTheScan) {
   int e[6];
   truth->GetExtent(e);

@@ -99,6 +99,9 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(segments.GetSegmentation().GetNumberOfSegments(), 2)
         self.assertIs(innergs.segment(model, "left kidney", output=segments), segments)
         self.assertEqual(segments.GetSegmentation().GetNthSegment(2).GetName(), "kidney_left")
+        score = innergs.score(model, "left kidney")
+        self.assertGreater(score.GetImageData().GetScalarRange()[1], 0.9)
+        self.assertIs(innergs.score(model, "hepar", output=score), score)
         with self.assertRaisesRegex(innergs.Error, "not in this volume"):
             innergs.segment(model, "heart")
         with self.assertRaisesRegex(innergs.Error, "empty"):
