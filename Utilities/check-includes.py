@@ -22,8 +22,8 @@ LAYERS = {
                       "Widgets"],
 }
 # A folder of Logic/Core may include itself and those before it.
-CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Render", "Features", "Fit",
-        "Device", "Job", "Motion"]
+CORE = ["Base", "Image", "Model", "Settings", "Acquisition", "Alignment", "Prediction", "Uncertainty", "Render", "Features",
+        "Fit", "Device", "Job", "Motion"]
 ROOTS = ["Logic", "Logic/VTK", "Logic/MRML", "Widgets", "Widgets/App", "InnerGSModule", "."]
 SUFFIXES = {".h", ".cxx", ".cu", ".cuh"}
 

@@ -29,7 +29,7 @@ struct EvaluateOptions {
   double noise = 0, withheld = 0.05;
   StacksCase stacks;
   Settings settings;
-  bool baselinesOnly = false;
+  bool baselinesOnly = false, uncertainty = false;
   std::string csv, json, picture, saveVolume, saveModel;
   bool quiet = false;
 };
@@ -85,6 +85,7 @@ int evaluate(const EvaluateOptions& o) {
   EvaluationOptions options;
   options.settings = o.settings;
   options.gaussians = !o.baselinesOnly;
+  options.uncertainty = o.uncertainty;
   options.totalVariation = true;
   options.keepVolumes = keep;
   options.withheldFraction = o.withheld;
@@ -173,6 +174,9 @@ Subcommand addEvaluate(CLI::App& app) {
                    "Stacks: scan a cube of so many voxels in the middle [all]")
       ->type_name("N")
       ->check(CLI::Range(16, 4096));
+  command->add_flag(
+      "--uncertainty", o->uncertainty,
+      "Held-out, stacks: also how often the stated uncertainty of the Gaussians holds; takes a second fit");
   command->add_flag("--baselines-only", o->baselinesOnly, "Leave out the Gaussians");
   command->add_option("--csv", o->csv, "Table to write as CSV")->type_name("FILE");
   command->add_option("--json", o->json, "Table to write as JSON")->type_name("FILE");

@@ -49,6 +49,8 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
   files.read(options.resume);
   files.add(options.output, OutputFiles::Kind::Volume);
   files.add(options.ply, OutputFiles::Kind::Ply);
+  files.add(options.uncertainty, OutputFiles::Kind::Volume);
+  files.add(options.measured, OutputFiles::Kind::Volume);
   files.add(options.slices);
   files.add(options.report);
   checkSettings(options.settings);
@@ -97,6 +99,7 @@ void keepRegion(std::vector<Stack>& stacks, const Region& region) {
 ReconstructionInput readInput(const ReconstructOptions& options, std::vector<ScanRecord>& scans) {
   ReconstructionInput input;
   input.heldOutFraction = options.heldOut;
+  input.uncertainty = !options.uncertainty.empty() || !options.measured.empty();
   if (!options.resume.empty()) input.resume = std::make_shared<const Model>(readModel(options.resume));
   input.stacks = readScans(options);
   for (std::size_t n = 0; n < input.stacks.size(); ++n)
@@ -146,6 +149,15 @@ void writeResults(const ReconstructOptions& options, const std::vector<ScanRecor
     writePly(result.model->field, path);
     warn(droppedByPly(result.model->field));
   });
+  if (const auto& u = result.uncertainty) {
+    write(&ReconstructOptions::uncertainty, [&](const auto& path) { writeVolume(u->deviation, path); });
+    write(&ReconstructOptions::measured, [&](const auto& path) {
+      writeVolume({u->deviation.geometry, {u->measured.begin(), u->measured.end()}}, path, OutputType::UInt8);
+    });
+  } else {
+    named.uncertainty.clear();
+    named.measured.clear();
+  }
   write(&ReconstructOptions::slices,
         [&](const auto& path) { writeFileAtomically(path, sliceTable(result)); });
   write(&ReconstructOptions::transforms, [&](const auto& path) { writeTransforms(result, path); });
@@ -189,6 +201,7 @@ int reconstruct(const ReconstructOptions& options) {
   display.say(fmt::format("{} Gaussians, {} iterations, {}. {}\nWrote {}.", result.model->field.size(),
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
+  if (result.uncertainty) display.say("Uncertainty: " + uncertaintySentence(*result.uncertainty));
   return result.judging == Judging::Stopped ? Interrupted : Success;
 }
 

@@ -29,6 +29,19 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       ->add_option("--transforms", o.transforms,
                    "Folder for the same as ITK transforms (.tfm), one per slice")
       ->type_name("DIR");
+  output
+      ->add_option(
+          "--uncertainty", o.uncertainty,
+          "Volume to write: by how much the output may be off, as a standard deviation; takes a second "
+          "fit\n"
+          "without some of the slices")
+      ->type_name("FILE");
+  output
+      ->add_option(
+          "--measured", o.measured,
+          "Volume to write: 1 where some slice measured the tissue, 0 where the output is interpolated;\n"
+          "takes the same second fit")
+      ->type_name("FILE");
   addOutputType(*output, o.type);
   o.grid.add(*output, "the finest spacing of the scans, isotropic, over the first scan's box");
   output->add_flag("-q,--quiet", o.quiet, "No progress and no summary; errors and warnings only");

@@ -17,7 +17,7 @@ struct ReconstructOptions {
   double heldOut = 0;
   std::string resume;
 
-  std::string output, saveModel, ply, report, slices, transforms;
+  std::string output, saveModel, ply, report, slices, transforms, uncertainty, measured;
   OutputType type = OutputType::Float32;
   bool quiet = false;
 };

@@ -75,6 +75,11 @@ std::string qualitySentence(const ReconstructionResult& result) {
 
 namespace {
 
+/// Null where it is not finite.
+Json known(double value) {
+  return std::isfinite(value) ? Json(value) : Json();
+}
+
 /// The alignment of each scan: LPS mm, degrees, dB.
 Json alignmentOf(const ReconstructionResult& result) {
   Json scans = Json::array();
@@ -88,11 +93,21 @@ Json alignmentOf(const ReconstructionResult& result) {
                      {"angle_degrees", a.angle},
                      {"gain", a.gain},
                      {"matrix_lps", matrix},
-                     {"correlation", finite(a.correlation)},
-                     {"psnr_to_others_db", finite(a.psnrAfter)},
-                     {"psnr_to_others_before_db", finite(a.psnrBefore)}});
+                     {"correlation", known(a.correlation)},
+                     {"psnr_to_others_db", known(a.psnrAfter)},
+                     {"psnr_to_others_before_db", known(a.psnrBefore)}});
   }
   return scans;
+}
+
+/// Null where it was not asked for or not found.
+Json uncertaintyOf(const ReconstructionResult& result) {
+  if (!result.uncertainty) return {};
+  const Uncertainty& u = *result.uncertainty;
+  return {{"coverage_90_withheld_slices", known(u.coverage)},
+          {"withheld_voxels", u.samples},
+          {"noise", known(u.noise)},
+          {"statement", uncertaintySentence(u)}};
 }
 
 } // namespace
@@ -116,7 +131,6 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
   for (const auto& [phase, seconds] : phases)
     timings["phases"][phase] = seconds;
   const auto file = [](const std::string& path) { return path.empty() ? Json() : Json(path); };
-  const auto finite = [](double value) { return std::isfinite(value) ? Json(value) : Json(); };
   Json settings = toJson(result.settings);
   settings["instructionSet"] = result.instructionSet;
   settings["threads"] = result.threads;
@@ -138,14 +152,17 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"ply", file(options.ply)},
             {"slices", file(options.slices)},
             {"transforms", file(options.transforms)},
+            {"uncertainty", file(options.uncertainty)},
+            {"measured", file(options.measured)},
             {"grid", result.volume.voxels.empty() ? Json() : toJson(result.volume.geometry)}}},
           {"quality",
            {{"held_out_fraction", options.heldOut},
             {"judging", name(result.judging)},
             {"held_out_slices", result.judging == Judging::Done ? Json(result.heldOutSlices) : Json()},
-            {"held_out_psnr_db", finite(result.heldOutPsnr)},
-            {"fitted_psnr_db", finite(result.trainingPsnr)},
+            {"held_out_psnr_db", known(result.heldOutPsnr)},
+            {"fitted_psnr_db", known(result.trainingPsnr)},
             {"statement", qualitySentence(result)}}},
+          {"uncertainty", uncertaintyOf(result)},
           {"gaussians", result.model ? result.model->field.size() : 0},
           {"densified",
            {{"pruned", result.densified.pruned},
@@ -155,7 +172,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
           {"alignment", alignmentOf(result)},
           {"slice_motion", slicesOf(result)},
           {"prediction", result.prediction.empty() ? Json() : Json(result.prediction)},
-          {"noise", finite(result.noise)},
+          {"noise", known(result.noise)},
           {"non_finite_voxels", result.nonFiniteVoxels},
           {"seconds", timings},
           {"peak_memory_bytes", peakMemory() > 0 ? Json(peakMemory()) : Json()},

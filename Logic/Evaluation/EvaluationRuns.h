@@ -6,8 +6,8 @@ namespace innergs {
 /// Peak of the PSNR: maximum minus minimum of the finite voxels. Throws Error(NoData) if all are equal.
 double intensityRange(const Volume& volume);
 
-/// Reconstructs the Gaussians' volume on `grid`; `report` receives the densification counts and, with
-/// keepVolumes, the model. Throws Error(Cancelled) when stopped.
+/// Reconstructs the Gaussians' volume on `grid`; `report` receives the densification counts, warnings and,
+/// with keepVolumes, the model. Throws Error(Cancelled) when stopped.
 Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry& grid,
                             const EvaluationOptions& options, EvaluationReport& report);
 

@@ -6,6 +6,7 @@
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
+#include "Evaluation/IntervalScore.h"
 #include "Evaluation/TotalVariation.h"
 
 #include <algorithm>
@@ -138,6 +139,11 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
   if (options.mask && std::find(mask.begin(), mask.end(), 1) == mask.end())
     throw Error(ErrorCode::NoData, "The mask does not overlap the volume: check that it belongs to it.");
 
+  std::vector<std::uint8_t> scored(mask.size(), 0);
+  const std::int64_t plane = grid.size[0] * grid.size[1];
+  for (const std::int64_t k : input.testSlices)
+    std::copy_n(mask.begin() + k * plane, plane, scored.begin() + k * plane);
+
   EvaluationReport report;
   report.protocol = "held-out";
   report.caseName = caseName(c);
@@ -156,6 +162,9 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
     score.seconds = run.seconds;
     score.cpuSeconds = run.cpuSeconds;
     if (options.keepVolumes) score.volume = run.volume;
+    if (name == "gaussians" && report.uncertainty)
+      score.intervals = intervalScore(*run.volume, input.truth, scored, *report.uncertainty,
+                                      report.uncertainty->deviation, true);
     report.methods.push_back(std::move(score));
   };
   const std::span<const Stack> first(input.stacks.data(), 1);

@@ -58,11 +58,14 @@ Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry
   input.stacks = stacks;
   input.outputGrid = grid;
   input.mask = options.mask;
+  input.uncertainty = options.uncertainty;
   ReconstructionJob job(std::move(input), options.settings);
   if (options.progress) job.onProgress(options.progress);
   ReconstructionResult result = job.run(options.stop);
   if (result.cancelled) throw Error(ErrorCode::Cancelled, "The evaluation was cancelled.");
   report.densified = result.densified;
+  report.uncertainty = std::move(result.uncertainty);
+  report.notes.insert(report.notes.end(), result.warnings.begin(), result.warnings.end());
   if (options.keepVolumes) report.model = result.model;
   return std::move(result.volume);
 }

@@ -35,6 +35,7 @@ struct HeldOutCase {
 struct EvaluationOptions {
   Settings settings;                                // of the Gaussians; seed and threads apply to all methods
   bool gaussians = true;                            // false: baselines only
+  bool uncertainty = false;                         // also judges the Gaussians' stated uncertainty
   bool totalVariation = false;                      // protocol H: includes the slowest baseline by far
   bool keepVolumes = false;                         // keeps every method's volume (for pictures)
   double withheldFraction = 0.05;                   // protocol P
@@ -51,15 +52,23 @@ struct PlaneScore {
   std::int64_t slices = 0;
 };
 
+/// How often a stated uncertainty holds.
+struct IntervalScore {
+  double coverage = 0; // share of the scored voxels whose truth lies in the 90 % interval
+  double own = 0;      // what the reconstruction itself says of its withheld slices
+  double width = 0;    // median deviation, image units
+};
+
 struct MethodScore {
   std::string name; // gaussians, uncorrected, linear, cubic, lanczos, average, …
   double psnr = 0, ssim = 0;
   double pooledPsnr = 0; // protocol P only (in protocol H, psnr is pooled already)
   double seconds = 0;
-  double cpuSeconds = 0;                // 0: not measured (protocol P)
-  std::vector<PlaneScore> perPlane;     // protocol P only
-  std::optional<PoseErrors> poses;      // protocol stacks, of the Gaussians
-  std::shared_ptr<const Volume> volume; // with keepVolumes; on EvaluationReport::truth's lattice
+  double cpuSeconds = 0;                  // 0: not measured (protocol P)
+  std::vector<PlaneScore> perPlane;       // protocol P only
+  std::optional<PoseErrors> poses;        // protocol stacks, of the Gaussians
+  std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, likewise
+  std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's lattice
 };
 
 /// The result of one evaluation, with the samples that it is for.
@@ -70,7 +79,8 @@ struct EvaluationReport {
   std::string range;    // a sentence: the PSNR's peak
   double peak = 0;      // image units
   std::int64_t voxels = 0;
-  DensifyCounts densified; // by the Gaussians' fit
+  DensifyCounts densified;                // by the Gaussians' fit
+  std::optional<Uncertainty> uncertainty; // of the Gaussians' volume, with EvaluationOptions::uncertainty
   std::vector<MethodScore> methods;
   std::vector<std::string> notes;
   std::shared_ptr<const Volume> truth;             // with keepVolumes: the scored lattice, slices along K

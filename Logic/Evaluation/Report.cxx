@@ -55,6 +55,10 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     if (method.cpuSeconds > 0) entry["cpu_seconds"] = method.cpuSeconds;
     entry["pooled_psnr"] = method.pooledPsnr;
     if (method.poses) entry["pose_errors"] = toJson(*method.poses);
+    if (method.intervals)
+      entry["uncertainty"] = {{"coverage_90", method.intervals->coverage},
+                              {"coverage_90_withheld_slices", method.intervals->own},
+                              {"median_deviation", method.intervals->width}};
     entry["per_plane"] = nlohmann::ordered_json::object();
     for (const PlaneScore& plane : method.perPlane)
       entry["per_plane"][planeName(plane.plane)] = {{"psnr", plane.psnr},
@@ -105,6 +109,13 @@ std::string textReport(std::span<const EvaluationReport> reports) {
             e.degrees.ninetieth, e.millimetres.worst, e.degrees.worst, static_cast<long long>(e.slices),
             e.commonMillimetres, e.commonDegrees);
       }
+    for (const MethodScore& method : report->methods)
+      if (method.intervals)
+        text += formatted(
+            "Uncertainty of %s: its 90 %% intervals held %.1f %% of these samples (%.1f %% of its own "
+            "withheld slices); median standard deviation %.3g.\n",
+            method.name.c_str(), 100 * method.intervals->coverage, 100 * method.intervals->own,
+            method.intervals->width);
     for (const std::string& note : report->notes)
       text += "Note: " + note + "\n";
   }

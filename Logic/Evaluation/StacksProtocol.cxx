@@ -9,6 +9,7 @@
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
+#include "Evaluation/IntervalScore.h"
 #include "Evaluation/ItkInterpolation.h"
 
 #include <algorithm>
@@ -135,9 +136,14 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
   report.caseName = caseName(c);
   report.peak = intensityRange(truth);
   report.range = formatted("PSNR peak: the truth's maximum minus minimum, %g.", report.peak);
-  const auto score = [&](const std::string& name, const TimedVolume& run) -> MethodScore& {
-    Volume image = *run.volume;
-    if (moves) image = moved(image, truth, registered(image, truth, mask), pool);
+  const auto score = [&](const std::string& name, const TimedVolume& run,
+                         const std::optional<Uncertainty>& uncertainty = {}) -> MethodScore& {
+    Volume image = *run.volume, deviation = uncertainty ? uncertainty->deviation : Volume{};
+    if (moves) {
+      const Affine3 toImage = registered(image, truth, mask);
+      image = moved(image, truth, toImage, pool);
+      if (uncertainty) deviation = moved(deviation, truth, toImage, pool);
+    }
     scaleTo(image, truth, mask);
     const Quality quality = pooledQuality(image, truth, mask, report.peak, std::nullopt, options.stop);
     report.voxels = quality.voxels;
@@ -147,6 +153,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
     method.ssim = quality.ssim;
     method.seconds = run.seconds;
     method.cpuSeconds = run.cpuSeconds;
+    if (uncertainty) method.intervals = intervalScore(image, truth, mask, *uncertainty, deviation, false);
     if (options.keepVolumes) method.volume = std::make_shared<const Volume>(std::move(image));
     return method;
   };
@@ -156,6 +163,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
       ReconstructionInput job;
       job.stacks = input.stacks;
       job.outputGrid = grid;
+      job.uncertainty = options.uncertainty && name == "gaussians";
       ReconstructionJob fit(std::move(job), settings);
       if (options.progress) fit.onProgress(options.progress);
       result = fit.run(options.stop);
@@ -170,7 +178,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
         found.push_back(result.sliceMotion.moved ? result.sliceMotion.slices[s][k].pose * whole : whole);
       }
     }
-    MethodScore& method = score(name, run);
+    MethodScore& method = score(name, run, result.uncertainty);
     method.poses = poseErrors(input.stacks, input.poses, poses, body);
     for (const std::string& warning : result.warnings)
       report.notes.push_back(name + ": " + warning);

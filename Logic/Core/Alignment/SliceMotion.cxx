@@ -28,46 +28,6 @@ struct Level {
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
-/// Slices of a stack averaged over squares of `factor` pixels.
-std::vector<PlacedSlice> slicesOf(const Stack& stack, std::size_t index, int factor, double resolution) {
-  const GridGeometry& g = stack.image.geometry;
-  const Affine3 map = g.indexToWorld();
-  std::vector<PlacedSlice> slices;
-  for (std::int64_t k = 0; k < g.size[2]; ++k) {
-    PlacedSlice s;
-    s.stack = index;
-    s.index = k;
-    s.nx = static_cast<int>((g.size[0] + factor - 1) / factor);
-    s.ny = static_cast<int>((g.size[1] + factor - 1) / factor);
-    const double shift = 0.5 * (factor - 1);
-    Affine3 coarse;
-    coarse.linear = diagonal({static_cast<double>(factor), static_cast<double>(factor), 1});
-    coarse.offset = {shift, shift, static_cast<double>(k)};
-    s.toWorld = map * coarse;
-    s.normal = column(g.direction, 2);
-    s.profile = profileQuadrature(stack.profile, effectiveThickness(stack), resolution);
-    s.values.assign(static_cast<std::size_t>(s.nx) * s.ny, std::numeric_limits<float>::quiet_NaN());
-    for (int y = 0; y < s.ny; ++y)
-      for (int x = 0; x < s.nx; ++x) {
-        double sum = 0;
-        int n = 0;
-        for (std::int64_t j = y * factor; j < std::min<std::int64_t>(g.size[1], (y + 1) * factor); ++j)
-          for (std::int64_t i = x * factor; i < std::min<std::int64_t>(g.size[0], (x + 1) * factor); ++i) {
-            const std::size_t v = i + g.size[0] * (j + g.size[1] * k);
-            const float value = stack.image.voxels[v];
-            if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
-            sum += value;
-            ++n;
-          }
-        if (2 * n < factor * factor) continue;
-        s.values[static_cast<std::size_t>(y) * s.nx + x] = static_cast<float>(sum / n);
-        ++s.observed;
-      }
-    slices.push_back(std::move(s));
-  }
-  return slices;
-}
-
 /// A lattice around all stacks, cubes of `spacing` mm, along the first one's axes.
 GridGeometry volumeGrid(std::span<const Stack> stacks, double spacing) {
   GridGeometry grid;
@@ -334,7 +294,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     const SliceOperator op(grid, pool);
     work.slices.clear();
     for (std::size_t s = 0; s < stacks.size(); ++s) {
-      work.slices.push_back(slicesOf(stacks[s], s, pixelsAt(stacks[s], spacing), spacing));
+      work.slices.push_back(placedSlices(stacks[s], s, pixelsAt(stacks[s], spacing), spacing));
       for (std::size_t k = 0; !previous.empty() && k < previous[s].size(); ++k) {
         work.slices[s][k].pose = previous[s][k].pose;
         work.slices[s][k].gain = previous[s][k].gain;
@@ -460,7 +420,8 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
     const GridGeometry grid = volumeGrid(only, level.factor * finest);
     const SliceOperator op(grid, pool);
     const std::vector<float> volume = render(grid).voxels;
-    std::vector<PlacedSlice> slices = slicesOf(stack, 0, pixelsAt(stack, grid.spacing[0]), grid.spacing[0]);
+    std::vector<PlacedSlice> slices =
+        placedSlices(stack, 0, pixelsAt(stack, grid.spacing[0]), grid.spacing[0]);
     pool.run(static_cast<std::int64_t>(indices.size()), [&](std::int64_t n) {
       PlacedSlice& slice = slices[indices[n]];
       slice.pose = result[n].pose;

@@ -54,6 +54,46 @@ struct Box {
 
 } // namespace
 
+std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor, double resolution) {
+  const GridGeometry& g = stack.image.geometry;
+  const Affine3 map = g.indexToWorld();
+  std::vector<PlacedSlice> slices;
+  for (std::int64_t k = 0; k < g.size[2]; ++k) {
+    PlacedSlice s;
+    s.stack = index;
+    s.index = k;
+    s.nx = static_cast<int>((g.size[0] + factor - 1) / factor);
+    s.ny = static_cast<int>((g.size[1] + factor - 1) / factor);
+    const double shift = 0.5 * (factor - 1);
+    Affine3 coarse;
+    coarse.linear = diagonal({static_cast<double>(factor), static_cast<double>(factor), 1});
+    coarse.offset = {shift, shift, static_cast<double>(k)};
+    s.toWorld = map * coarse;
+    s.normal = column(g.direction, 2);
+    if (!stack.poses.empty()) s.pose = stack.poses[static_cast<std::size_t>(k)];
+    s.profile = profileQuadrature(stack.profile, effectiveThickness(stack), resolution);
+    s.values.assign(static_cast<std::size_t>(s.nx) * s.ny, std::numeric_limits<float>::quiet_NaN());
+    for (int y = 0; y < s.ny; ++y)
+      for (int x = 0; x < s.nx; ++x) {
+        double sum = 0;
+        int n = 0;
+        for (std::int64_t j = y * factor; j < std::min<std::int64_t>(g.size[1], (y + 1) * factor); ++j)
+          for (std::int64_t i = x * factor; i < std::min<std::int64_t>(g.size[0], (x + 1) * factor); ++i) {
+            const std::size_t v = i + g.size[0] * (j + g.size[1] * k);
+            const float value = stack.image.voxels[v];
+            if (!std::isfinite(value) || (!stack.observed.empty() && !stack.observed[v])) continue;
+            sum += value;
+            ++n;
+          }
+        if (2 * n < factor * factor) continue;
+        s.values[static_cast<std::size_t>(y) * s.nx + x] = static_cast<float>(sum / n);
+        ++s.observed;
+      }
+    slices.push_back(std::move(s));
+  }
+  return slices;
+}
+
 SliceOperator::SliceOperator(const GridGeometry& grid, ThreadPool& pool)
     : grid_(grid), pool_(pool), worldToIndex_(inverse(grid.indexToWorld())) {}
 

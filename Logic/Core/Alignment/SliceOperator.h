@@ -22,6 +22,10 @@ struct PlacedSlice {
   double weight = 1;
 };
 
+/// All slices of a stack, with its poses, averaged over squares of `factor` pixels. resolution: mm, between
+/// the sub-planes of the profile.
+std::vector<PlacedSlice> placedSlices(const Stack& stack, std::size_t index, int factor, double resolution);
+
 /// What slices see of a volume through their profiles, trilinear on its lattice, and the transpose of that.
 class SliceOperator {
 public:

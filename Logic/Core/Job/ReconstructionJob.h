@@ -7,6 +7,7 @@
 #include "Core/Job/Progress.h"
 #include "Core/Model/Model.h"
 #include "Core/Settings/Settings.h"
+#include "Core/Uncertainty/Uncertainty.h"
 
 #include <memory>
 #include <stop_token>
@@ -24,6 +25,9 @@ struct ReconstructionInput {
   /// Above 0, up to 0.5: the share of every stack's slices withheld from a second fit with the same settings,
   /// which measures the quality on them. The delivered model is fitted to all slices.
   double heldOutFraction = 0;
+  /// Also estimates how far the volume may be from the truth, by that second fit; without a fraction, one
+  /// slice in five is withheld.
+  bool uncertainty = false;
   std::shared_ptr<const Model> resume; // continues from here
 };
 
@@ -37,21 +41,22 @@ struct ReconstructionResult {
   double heldOutPsnr = std::numeric_limits<double>::quiet_NaN(); // dB, pooled; NaN: unknown
   std::int64_t heldOutSlices = 0;                                // scored, over all stacks
   double judgingSeconds = 0;
-  std::vector<StackAlignment> alignment; // of several stacks, where the settings ask for it
-  SliceMotion sliceMotion;               // beyond that, likewise; empty: not looked for
-  std::string prediction;            // a sentence: what was put between the slices; empty: nothing
-  double noise = 0;                  // estimated, scanner units
-  std::int64_t nonFiniteVoxels = 0;  // left out of the fit
-  int iterations = 0;                // of the model, those of earlier runs included
-  int iterationsRun = 0;             // of them in this run
-  DensifyCounts densified;           // by this run, all members
-  double seconds = 0;                // everything
-  double fitSeconds = 0;             // iterations of this model alone; 0: stopped before the first
-  Settings settings;                 // with every optional filled in
-  DeviceUse device;                  // where the fit ended
-  std::string instructionSet;        // what ran on the CPU
-  int threads = 0;                   // that ran there; 0: stopped before the first
-  std::vector<std::string> warnings; // sentences for the user
+  std::optional<Uncertainty> uncertainty; // on the volume's lattice, where asked for and found
+  std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
+  SliceMotion sliceMotion;                // beyond that, likewise; empty: not looked for
+  std::string prediction;                 // a sentence: what was put between the slices; empty: nothing
+  double noise = 0;                       // estimated, scanner units
+  std::int64_t nonFiniteVoxels = 0;       // left out of the fit
+  int iterations = 0;                     // of the model, those of earlier runs included
+  int iterationsRun = 0;                  // of them in this run
+  DensifyCounts densified;                // by this run, all members
+  double seconds = 0;                     // everything
+  double fitSeconds = 0;                  // iterations of this model alone; 0: stopped before the first
+  Settings settings;                      // with every optional filled in
+  DeviceUse device;                       // where the fit ended
+  std::string instructionSet;             // what ran on the CPU
+  int threads = 0;                        // that ran there; 0: stopped before the first
+  std::vector<std::string> warnings;      // sentences for the user
 };
 
 /// Bytes that a job needs beyond its input, including its second fit.

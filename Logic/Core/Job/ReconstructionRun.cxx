@@ -558,20 +558,29 @@ void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
   const GaussianField& field = model_.field;
   double squared = 0;
   std::int64_t count = 0;
+  int slice = -1;
   for (std::size_t s = 0; s < prepared_.stacks.size(); ++s) {
     if (prepared_.heldOut[s].empty()) continue;
     const Stack whole = placedStack(s, options);
+    const Affine3 map = whole.image.geometry.indexToWorld();
     const auto& scored = prepared_.scored[s];
     const Volume rendered = renderStack(field, whole, options);
-    const std::int64_t plane = whole.image.geometry.size[0] * whole.image.geometry.size[1];
+    const std::int64_t row = whole.image.geometry.size[0], plane = row * whole.image.geometry.size[1];
     for (std::int64_t k : prepared_.heldOut[s]) {
       const std::int64_t before = count;
+      const Affine3 pose = whole.poses.empty() ? Affine3{} : whole.poses[static_cast<std::size_t>(k)];
+      ++slice;
       for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
         const float truth = whole.image.voxels[v];
         if (!std::isfinite(truth) || (!scored.empty() && !scored[v])) continue;
         const double e = (rendered.voxels[v] - truth) / field.intensityScale;
         squared += e * e;
         ++count;
+        if (!input_.uncertainty) continue;
+        const std::int64_t p = v - k * plane;
+        withheldValues_.push_back(
+            {pose(map({static_cast<double>(p % row), static_cast<double>(p / row), static_cast<double>(k)})),
+             rendered.voxels[v] - truth, slice});
       }
       result_.heldOutSlices += count > before;
     }

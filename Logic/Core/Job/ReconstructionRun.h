@@ -25,6 +25,10 @@ public:
   /// ReconstructionJob::run() without the quality measurement.
   ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
 
+  /// After run(): the stacks as they were fitted, and what was seen of withheld slices.
+  std::vector<Stack> takeStacks() { return std::move(prepared_.stacks); }
+  const std::vector<WithheldValue>& withheldValues() const { return withheldValues_; }
+
 private:
   std::vector<std::string> align(std::span<Stack> stacks);
   void choose();
@@ -58,6 +62,7 @@ private:
   double nextPreview_ = 1.0; // seconds
 
   PreparedInput prepared_;
+  std::vector<WithheldValue> withheldValues_;
   std::unique_ptr<ThreadPool> pool_;
   const KernelSet* kernels_ = nullptr;
   std::optional<DeviceChoice> device_;

@@ -1,0 +1,51 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Image/Stack.h"
+
+#include <array>
+#include <functional>
+
+namespace innergs {
+
+/// A voxel of a withheld slice, and what a fit without that slice foresaw.
+struct WithheldValue {
+  Vec3 at;              // LPS mm, where the fit put it
+  float difference = 0; // foreseen minus measured, scanner units
+  int slice = 0;        // counts the withheld slices of all stacks
+};
+
+/// The volumes of two fits on one lattice: to all slices, and without some of them.
+struct FittedTwice {
+  Volume whole, second;
+  std::vector<WithheldValue> seen;
+};
+/// Makes them, as for the real scans. An empty second volume: nothing could be withheld.
+using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const GridGeometry& grid)>;
+
+/// What turns errors at withheld slices into errors of the volume that was fitted to all slices: their
+/// squares, without the noise, times a slope, plus an offset (what noise does to the volume), by nearness to
+/// the slices. Found by simulation: the volume, turned out of its axes, is scanned as the stacks scanned the
+/// patient (lattices, profiles, noise), in a cube around its detail, and fitted as they were. What was
+/// scanned is known there.
+class ErrorTransfer {
+public:
+  /// stacks: as they lie in the volume; the motion of single slices is ignored. noise: standard deviation.
+  /// radius: mm, of localDetail(). Throws Error(NoData) where the cube shows too little, Error(Cancelled).
+  ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
+                const FitTwice& fit, ThreadPool& pool);
+
+  /// The volume's standard deviation where ErrorCurve says `seen` of withheld slices.
+  double deviation(double seen, double nearness) const;
+
+  struct Line {
+    double slope = 1, offset = 0;
+  };
+
+private:
+  static constexpr int kNear = 3;
+  static int nearClass(double nearness);
+  double noise_;
+  std::array<Line, kNear> line_;
+};
+
+} // namespace innergs

@@ -1,0 +1,36 @@
+#pragma once
+#include "Core/Uncertainty/ErrorTransfer.h"
+
+#include <string>
+
+namespace innergs {
+
+/// How far a reconstructed volume may be from the tissue.
+struct Uncertainty {
+  Volume
+      deviation; // standard deviation, scanner units: the truth lies within 1.645 of it in 90 % of the voxels
+  std::vector<std::uint8_t> measured; // on the same lattice: 0 where no slice measured anything
+  double noise = 0;                   // of a single measured value beyond that, scanner units
+  double coverage = 0;      // share of withheld voxels inside their 90 % intervals (NaN: unknown), in
+  std::int64_t samples = 0; // so many voxels of slices that those intervals were not learned from
+};
+
+struct UncertaintyInput {
+  const Volume& result;          // fitted to all slices
+  const Volume& second;          // fitted without the withheld ones, on any lattice
+  std::span<const Stack> stacks; // as they lie in the result
+  std::span<const WithheldValue> seen;
+  double noise = 0;     // standard deviation of the stacks' noise
+  const FitTwice& twin; // fits simulated scans in the same way
+};
+
+/// What the second fit misses of the withheld slices tells how far it is off for a given local detail; a
+/// simulation (ErrorTransfer) what that means for the voxels of the result. Where no slice is near, the
+/// deviation is that of all values. Throws Error(NoData) where too few voxels were withheld,
+/// Error(Cancelled).
+Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool);
+
+/// How often the intervals held, and how much of the output was measured: for the user.
+std::string uncertaintySentence(const Uncertainty& uncertainty);
+
+} // namespace innergs
