@@ -237,7 +237,7 @@ QWidget* FindPanel::buildLearning() {
   form->addRow(progress_);
   learningMessage_ = named(new MessageLine, "findLearningMessage", {});
   form->addRow(learningMessage_);
-  learn_ = named(new QPushButton(tr("L&earn")), "findLearn", {});
+  learn_ = named(new QPushButton(tr("Learn")), "findLearn", {});
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
   buttons->addWidget(learn_);
@@ -285,7 +285,7 @@ void FindPanel::updateModel() {
 }
 
 void FindPanel::updateLearning() {
-  learn_->setText(learning_ ? tr("&Cancel") : tr("L&earn"));
+  learn_->setText(learning_ ? tr("Cancel") : tr("Learn"));
   learn_->setToolTip(learning_
                          ? tr("Stop; the model stays as it was")
                          : tr("Let the model learn the structures of the labels: less than two minutes"));

@@ -112,7 +112,7 @@ QWidget* MotionPanel::buildFit() {
   section->setContent(settings_);
   form->addRow(section);
   layout->addWidget(options_);
-  run_ = new QPushButton(tr("&Reconstruct"), this);
+  run_ = new QPushButton(tr("Reconstruct"), this);
   run_->setObjectName(QStringLiteral("motionRun"));
   layout->addWidget(run_);
   bar_ = new QProgressBar(this);
@@ -325,7 +325,7 @@ void MotionPanel::showProgress(const Progress& progress) {
 void MotionPanel::ended() {
   const bool running = motion_->isRunning();
   options_->setEnabled(!running);
-  run_->setText(running ? tr("&Cancel") : tr("&Reconstruct"));
+  run_->setText(running ? tr("Cancel") : tr("Reconstruct"));
   bar_->setVisible(running);
   phase_->setVisible(running);
   if (running)

@@ -237,7 +237,7 @@ private:
     const auto [up, last] = decoder.layers();
     const float* parameters = decoder.parameters.data();
     const std::vector<float> upBack = up.transposed(parameters), lastBack = last.transposed(parameters);
-    const int stride = decoder.stride(), size = decoder.size;
+    const int stride = decoder.stride();
     latentGradient_.resize(static_cast<std::size_t>(count) * n);
     partGradients_.assign(static_cast<std::size_t>(parts), {});
     pool_.run(parts, [&](std::int64_t part) {

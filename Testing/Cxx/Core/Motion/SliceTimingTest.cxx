@@ -115,7 +115,9 @@ TEST(SliceTiming, AFrameAsAcquiredHasItsSlicesAtTheirTimes) {
     for (const std::int64_t s : {std::int64_t{0}, std::int64_t{3}}) {
       const Volume whole = render(fieldAt(*result.field, 3.5 + series.sliceTiming.times[s]), series.geometry);
       for (std::int64_t v = 0; v < series.geometry.voxelCount(); ++v)
-        if (v / groups.step % groups.slices == s) ASSERT_NEAR(frame[v], whole.voxels[v], 1e-3) << axis;
+        if (v / groups.step % groups.slices == s) {
+          ASSERT_NEAR(frame[v], whole.voxels[v], 1e-3) << axis;
+        }
     }
   }
 }
