@@ -92,7 +92,7 @@ std::string uncertaintySentence(const Uncertainty& u) {
       std::isfinite(u.coverage)
           ? formatted(
                 "Its 90 %% intervals held %.0f %% of %s voxels of withheld slices that they were not learned "
-                "from. ",
+                "from; between slices that disagree, as when the patient moved, they hold fewer. ",
                 100 * u.coverage, countText(u.samples).c_str())
           : "How often its intervals hold is unknown: a single slice was withheld. ";
   return known + formatted("Slices measured %.0f %% of the output's voxels.", 100 * measured);
