@@ -60,3 +60,21 @@ bool change(Object* self, Edit edit) {
 }
 
 } // namespace innergs::vtk
+
+/// The same for a filter, whose device, threads and instruction set are its own members.
+#define vtkInnerGSFilterSettingsMacro(Class)                                                                 \
+  vtkInnerGSSettingsAccessMacro(Class) innergs::Settings Class::GetSettings() const {                        \
+    innergs::Settings settings = this->Work->settings;                                                       \
+    settings.device = this->Device;                                                                          \
+    settings.threads = this->NumberOfThreads;                                                                \
+    settings.instructionSet = this->InstructionSet;                                                          \
+    return settings;                                                                                         \
+  }                                                                                                          \
+  void Class::SetSettings(const innergs::Settings& settings) {                                               \
+    if (settings == this->GetSettings()) return;                                                             \
+    this->Work->settings = settings;                                                                         \
+    this->Device = settings.device;                                                                          \
+    this->NumberOfThreads = settings.threads;                                                                \
+    this->InstructionSet = settings.instructionSet;                                                          \
+    this->Modified();                                                                                        \
+  }

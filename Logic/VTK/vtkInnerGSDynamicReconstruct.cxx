@@ -45,24 +45,7 @@ void vtkInnerGSDynamicReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Notes: " << this->Notes << "\n";
 }
 
-vtkInnerGSSettingsAccessMacro(vtkInnerGSDynamicReconstruct);
-
-innergs::Settings vtkInnerGSDynamicReconstruct::GetSettings() const {
-  innergs::Settings settings = this->Work->settings;
-  settings.device = this->Device;
-  settings.threads = this->NumberOfThreads;
-  settings.instructionSet = this->InstructionSet;
-  return settings;
-}
-
-void vtkInnerGSDynamicReconstruct::SetSettings(const innergs::Settings& settings) {
-  if (settings == this->GetSettings()) return;
-  this->Work->settings = settings;
-  this->Device = settings.device;
-  this->NumberOfThreads = settings.threads;
-  this->InstructionSet = settings.instructionSet;
-  this->Modified();
-}
+vtkInnerGSFilterSettingsMacro(vtkInnerGSDynamicReconstruct);
 
 int vtkInnerGSDynamicReconstruct::FillInputPortInformation(int, vtkInformation* information) {
   information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");

@@ -90,24 +90,7 @@ int vtkInnerGSReconstruct::FillOutputPortInformation(int port, vtkInformation* i
 //------------------------------------------------------------------------------
 // Settings.
 
-vtkInnerGSSettingsAccessMacro(vtkInnerGSReconstruct);
-
-innergs::Settings vtkInnerGSReconstruct::GetSettings() const {
-  innergs::Settings settings = this->Work->settings;
-  settings.device = this->Device;
-  settings.threads = this->NumberOfThreads;
-  settings.instructionSet = this->InstructionSet;
-  return settings;
-}
-
-void vtkInnerGSReconstruct::SetSettings(const innergs::Settings& settings) {
-  if (settings == this->GetSettings()) return;
-  this->Work->settings = settings;
-  this->Device = settings.device;
-  this->NumberOfThreads = settings.threads;
-  this->InstructionSet = settings.instructionSet;
-  this->Modified();
-}
+vtkInnerGSFilterSettingsMacro(vtkInnerGSReconstruct);
 
 //------------------------------------------------------------------------------
 // Per-input properties.
