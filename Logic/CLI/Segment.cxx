@@ -92,12 +92,18 @@ Teacher networksView(const SegmentCommand& o, const GaussianField& field, const 
                         names, texts, options);
 }
 
+DenseTeacher givenFeatures(const SegmentCommand& o) {
+  // One statement each: GCC 12 destroys members it never built where a braced list's second reading throws.
+  DenseTeacher teacher;
+  teacher.features = readEmbeddingVolume(o.features);
+  teacher.texts = readTextEmbeddings(o.texts);
+  return teacher;
+}
+
 FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const Interrupt& interrupt) {
-  const Teacher teacher =
-      !o.network.empty() ? networksView(o, field, interrupt.token())
-      : !o.labels.empty()
-          ? Teacher(givenLabels(o))
-          : Teacher(DenseTeacher{readEmbeddingVolume(o.features), readTextEmbeddings(o.texts)});
+  const Teacher teacher = !o.network.empty()  ? networksView(o, field, interrupt.token())
+                          : !o.labels.empty() ? Teacher(givenLabels(o))
+                                              : Teacher(givenFeatures(o));
   FeatureTraining training = o.training;
   training.threads = o.settings.threads;
   training.stop = interrupt.token();
