@@ -60,7 +60,7 @@ struct StopsInAnUpdate {
 
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
-    cuda::runAll(kernel, blocks);
+    cuda::runOnHost(kernel, blocks);
     if constexpr (std::is_same_v<Kernel, cuda::Update>)
       if (--updatesLeft == 0) stop.request_stop();
   }

@@ -1,19 +1,10 @@
 #pragma once
-#include "Cuda/HostBlock.h"
 #include "Cuda/HostExecutor.h"
+#include "RunOnHost.h"
 
 #include <type_traits>
 
 namespace innergs::cuda {
-
-template <class Kernel>
-void runAll(const Kernel& kernel, std::int64_t blocks) {
-  const auto shared = std::make_unique<typename Kernel::Shared>();
-  for (std::int64_t i = 0; i < blocks; ++i) {
-    HostBlock<Kernel::kThreads, typename Kernel::Shared> block(i, *shared);
-    kernel(block);
-  }
-}
 
 /// Rounds differently from the CPU, like a device: changes a few of the last bits of the kernels' results.
 struct Rounding {
@@ -35,7 +26,7 @@ struct Rounding {
 
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
-    runAll(kernel, blocks);
+    runOnHost(kernel, blocks);
     if constexpr (std::is_same_v<Kernel, Project>) {
       for (std::int64_t i = 0; i < kernel.count; ++i) {
         Projected& p = kernel.out[i];

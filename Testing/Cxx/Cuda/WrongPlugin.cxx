@@ -7,6 +7,7 @@
 #include "Cuda/HostBlock.h"
 #include "Cuda/HostExecutor.h"
 #include "Cuda/Plugin.h"
+#include "RunOnHost.h"
 
 #include <chrono>
 #include <cstdlib>
@@ -21,24 +22,12 @@ namespace {
 using namespace innergs;
 using namespace innergs::cuda;
 
-template <class Kernel, class Block>
-void runBlocks(const Kernel& kernel, std::int64_t blocks) {
-  const auto shared = std::make_unique<typename Kernel::Shared>();
-  for (std::int64_t i = 0; i < blocks; ++i) {
-    Block block(i, *shared);
-    kernel(block);
-  }
-}
-
-template <class Kernel>
-using PlainBlock = HostBlock<Kernel::kThreads, typename Kernel::Shared>;
-
 /// Never renders the last brick or tile of an image.
 struct LosesBlocks {
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
     constexpr bool renders = std::is_same_v<Kernel, Accumulate> || std::is_same_v<Kernel, Composite>;
-    runBlocks<Kernel, PlainBlock<Kernel>>(kernel, renders ? blocks - 1 : blocks);
+    runOnHost(kernel, renders ? blocks - 1 : blocks);
   }
 };
 
@@ -64,14 +53,11 @@ struct LossyBlock : HostBlock<threads, Shared> {
 struct LosesLanes {
   template <class Kernel>
   static void run(const Kernel& kernel, std::int64_t blocks) {
-    runBlocks<Kernel, LossyBlock<Kernel::kThreads, typename Kernel::Shared>>(kernel, blocks);
-  }
-};
-
-struct Right {
-  template <class Kernel>
-  static void run(const Kernel& kernel, std::int64_t blocks) {
-    runBlocks<Kernel, PlainBlock<Kernel>>(kernel, blocks);
+    const auto shared = std::make_unique<typename Kernel::Shared>();
+    for (std::int64_t i = 0; i < blocks; ++i) {
+      LossyBlock<Kernel::kThreads, typename Kernel::Shared> block(i, *shared);
+      kernel(block);
+    }
   }
 };
 
@@ -119,7 +105,7 @@ protected:
     constexpr std::size_t memory = kMemory;
     if (device == 0) return std::make_unique<HostExecutor<LosesBlocks>>(memory);
     if (device == 1) return std::make_unique<HostExecutor<LosesLanes>>(memory);
-    return std::make_unique<HostExecutor<Right>>(device == 2 ? std::size_t{1000} : memory);
+    return makeHostExecutor(device == 2 ? std::size_t{1000} : memory);
   }
 };
 
