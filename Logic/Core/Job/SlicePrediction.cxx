@@ -128,6 +128,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
                                                                : PredictionEffort::Balanced;
     options.grid = grid;
     options.matchingBlur = choice_.blur;
+    options.everySecond = trial;
     options.seed = settings_.seed;
     options.instructionSet = settings_.instructionSet;
     Prediction prediction = predictAcrossSlices(scan, options, pool_, [&](const PredictionProgress& p) {

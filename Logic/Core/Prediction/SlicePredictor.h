@@ -24,6 +24,8 @@ struct PredictionOptions {
   /// σ of the Gaussian blur, in in-plane samples, that makes the training images as smooth as the scan is
   /// across its slices. Unset: estimated from the scan.
   std::optional<double> matchingBlur;
+  /// The stack is every second slice of a scan: learns wherever predicting from the whole scan would.
+  bool everySecond = false;
   std::uint64_t seed = 1;
   std::string instructionSet; // "" = best available; "scalar" = the plain reference
 };
@@ -71,7 +73,7 @@ GridGeometry predictionGrid(const GridGeometry& stack);
 /// by the slices' profile and spacing, and applies it in both planes that contain the slice normal.
 /// Ignores withheld (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores
 /// poses and times. Bit-identical for any number of threads of the pool.
-/// Learns nothing, and says why, for k < 1.2 or k > 12, too few slices or pixels, constant images and label
+/// Learns nothing, and says why, for k < 1.2 or k > 12 (24 with everySecond), too few slices or pixels, constant images and label
 /// images. Throws Error(Cancelled) if the pool is stopped, what checkStack throws, and Error(InvalidArgument)
 /// for a grid that is not aligned with the stack's.
 Prediction predictAcrossSlices(const Stack& stack, const PredictionOptions& options, ThreadPool& pool,

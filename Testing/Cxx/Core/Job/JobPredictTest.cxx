@@ -125,6 +125,14 @@ TEST(JobPrediction, FallsBackInASentence) {
     ASSERT_TRUE(v >= 0 && v <= 1);
 }
 
+// At twice such a distance, slices are too far apart to be a scan of their own.
+TEST(JobPrediction, WeighsLearningWhereSlicesAreFarApart) {
+  ReconstructionInput input;
+  input.stacks.push_back(keepEvery(phantom(grid(72, 72, 64, {1, 1, 1})), 2, 7));
+  const auto result = reconstruct(input, quick());
+  EXPECT_EQ(result.prediction.find("Nothing was learned"), std::string::npos) << result.prediction;
+}
+
 TEST(JobPrediction, LeavesOtherFitsAlone) {
   for (const ReconstructionInput& input : {isotropicInput(), orthogonalInput()}) {
     const auto asked = reconstruct(input, quickSettings()), none = [&] {

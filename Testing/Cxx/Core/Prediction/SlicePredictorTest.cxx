@@ -254,6 +254,20 @@ TEST(SlicePredictor, SaysWhyNothingIsLearned) {
   EXPECT_NE(sentence(little).find("too few pixels"), std::string::npos);
 }
 
+TEST(SlicePredictor, LearnsFromEverySecondSliceWhateverTheScanCanLearn) {
+  Volume truth = spherePhantom(72, 61);
+  addNoise(truth.voxels, 1, 7);
+  const Stack kept = keepEvery(truth, 2, 14); // every second of slices 7 pixels apart
+  PredictionOptions options = with(PredictionEffort::Filter);
+  EXPECT_NE(predict(kept, options).sentence.find("14 pixels apart"), std::string::npos);
+  options.everySecond = true;
+  const Prediction prediction = predict(kept, options);
+  EXPECT_TRUE(prediction.learned) << prediction.sentence;
+  Stack rounded = keepEvery(truth, 2, 12);
+  rounded.image.geometry.spacing[2] *= 1 + 1e-7;
+  EXPECT_TRUE(predict(rounded, with(PredictionEffort::Filter)).learned);
+}
+
 TEST(SlicePredictor, StopsInEveryPhaseAndItsProgressNeverFalls) {
   const Stack stack = smallStack(32, 25);
   for (const auto phase : {PredictionPhase::Matching, PredictionPhase::Learning, PredictionPhase::Applying}) {
