@@ -1,6 +1,7 @@
 #include "EndingQuestion.h"
 
 #include "Widgets/Host.h"
+#include "Widgets/MotionHost.h"
 
 #include <QAction>
 #include <QEvent>
@@ -43,7 +44,7 @@ bool EndingQuestion::eventFilter(QObject* watched, QEvent* event) {
 }
 
 bool EndingQuestion::mayEnd(const QString& question) {
-  if (!host_ || !host_->isRunning()) return true;
+  if (!host_ || !(host_->isRunning() || (host_->motion() && host_->motion()->isRunning()))) return true;
   QMessageBox box(QMessageBox::Question, QStringLiteral("InnerGS"), question, QMessageBox::NoButton, window_);
   box.setObjectName("runningBox");
   QPushButton* stay = box.addButton(tr("&Keep Running"), QMessageBox::RejectRole);

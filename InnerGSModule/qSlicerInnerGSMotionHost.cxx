@@ -46,6 +46,9 @@ qSlicerInnerGSMotionHost::qSlicerInnerGSMotionHost(QObject* parent) : MotionHost
   frame_.setSingleShot(true);
   frame_.setInterval(0);
   connect(&frame_, &QTimer::timeout, this, &qSlicerInnerGSMotionHost::showFrame);
+  previewFrame_.setSingleShot(true);
+  previewFrame_.setInterval(0);
+  connect(&previewFrame_, &QTimer::timeout, this, &qSlicerInnerGSMotionHost::showPreview);
 }
 
 void qSlicerInnerGSMotionHost::setLogic(vtkSlicerInnerGSLogic* logic) {
@@ -53,8 +56,9 @@ void qSlicerInnerGSMotionHost::setLogic(vtkSlicerInnerGSLogic* logic) {
   logic_ = logic;
   if (!logic) return;
   for (const unsigned long event :
-       {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobFinishedEvent,
-        vtkSlicerInnerGSLogic::JobFailedEvent, vtkSlicerInnerGSLogic::JobCancelledEvent})
+       {vtkSlicerInnerGSLogic::JobProgressEvent, vtkSlicerInnerGSLogic::JobPreviewEvent,
+        vtkSlicerInnerGSLogic::JobFinishedEvent, vtkSlicerInnerGSLogic::JobFailedEvent,
+        vtkSlicerInnerGSLogic::JobCancelledEvent})
     logicObservers_.add(logic, event, this, &qSlicerInnerGSMotionHost::onJob);
 }
 
@@ -103,11 +107,16 @@ bool qSlicerInnerGSMotionHost::start(const MotionRequest& request) {
   asked->SetSettings(request.settings);
   asked->SetRate(request.rate);
   asked->SetEvaluateQuality(request.evaluateQuality);
+  asked->SetResumeFileName(request.resumeFile.toStdString());
+  asked->KeepWhenCancelledOn();
   job_ = logic_->StartDynamicReconstruction(asked);
   if (!job_) {
     Q_EMIT failed(QString::fromStdString(logic_->GetLastError()));
     return false;
   }
+  preview_ = nullptr;
+  previewTime_ = NAN;
+  scan_ = seriesInfo(request.seriesId).name;
   Q_EMIT started();
   return true;
 }
@@ -127,7 +136,17 @@ void qSlicerInnerGSMotionHost::onJob(vtkObject*, unsigned long event, void* data
     Q_EMIT progressed(job->GetProgressReport());
     return;
   }
+  if (event == vtkSlicerInnerGSLogic::JobPreviewEvent) {
+    double range[2];
+    if (!job->GetPreviewModel() || !job->GetPreviewModel()->GetTimeRange(range)) return;
+    if (std::isnan(previewTime_)) previewTime_ = range[0];
+    previewFrame_.start();
+    Q_EMIT previewed();
+    return;
+  }
   job_ = nullptr;
+  previewFrame_.stop();
+  if (event != vtkSlicerInnerGSLogic::JobFinishedEvent) dropPreview();
   if (event == vtkSlicerInnerGSLogic::JobFailedEvent) {
     Q_EMIT failed(QString::fromStdString(job->GetErrorMessage()));
     return;
@@ -153,7 +172,15 @@ void qSlicerInnerGSMotionHost::onJob(vtkObject*, unsigned long event, void* data
   if (model) {
     report.modelId = QString::fromUtf8(model->GetID());
     report.gaussians = model->GetDynamicModel()->GetNumberOfGaussians();
-    setTime(report.modelId, model->GetTime());
+    if (preview_) { // it goes on showing the model, at the same time
+      shown_ = preview_;
+      shownOf_ = report.modelId;
+      setTime(report.modelId, previewTime_);
+    } else {
+      setTime(report.modelId, model->GetTime());
+    }
+  } else {
+    dropPreview();
   }
   Q_EMIT finished(report);
 }
@@ -169,6 +196,42 @@ MotionInfo qSlicerInnerGSMotionHost::motionInfo(const QString& modelId) const {
   info.now = node->GetTime();
   info.kind = QString::fromStdString(node->GetDynamicModel()->GetKindName());
   return info;
+}
+
+MotionInfo qSlicerInnerGSMotionHost::previewInfo() const {
+  MotionInfo info;
+  double range[2];
+  vtkInnerGSDynamicModel* model = job_ ? job_->GetPreviewModel() : nullptr;
+  if (!model || !model->GetTimeRange(range)) return info;
+  info.known = true;
+  info.first = range[0];
+  info.last = range[1];
+  info.now = previewTime_;
+  info.kind = QString::fromStdString(model->GetKindName());
+  return info;
+}
+
+void qSlicerInnerGSMotionHost::setPreviewTime(double seconds) {
+  previewTime_ = seconds;
+  previewFrame_.start();
+}
+
+/// The model so far at its time, in all slice views the first time.
+void qSlicerInnerGSMotionHost::showPreview() {
+  if (!logic_ || !job_ || !job_->GetPreviewModel()) return;
+  vtkMRMLScalarVolumeNode* before = preview_;
+  vtkMRMLScalarVolumeNode* volume = logic_->PreviewFrame(job_, previewTime_, before);
+  if (!volume) return; // the logic has said why
+  preview_ = volume;
+  if (!before) putIntoViews(volume, tr("%1 InnerGS model in time").arg(scan_).toStdString());
+}
+
+/// Of a fit that gave no model.
+void qSlicerInnerGSMotionHost::dropPreview() {
+  const vtkSmartPointer<vtkMRMLScalarVolumeNode> volume = preview_.GetPointer();
+  preview_ = nullptr;
+  if (volume && volume->GetScene() && !volume->GetScene()->IsClosing())
+    volume->GetScene()->RemoveNode(volume);
 }
 
 /// Of the frames that were made of the model; null: none.
@@ -243,7 +306,11 @@ void qSlicerInnerGSMotionHost::showFrame() {
   shownOf_ = watched_;
   shown_ = volume;
   if (before) return;
-  volume->SetName(node->GetScene()->GenerateUniqueName(std::string(node->GetName()) + " in time").c_str());
+  putIntoViews(volume, std::string(node->GetName()) + " in time");
+}
+
+void qSlicerInnerGSMotionHost::putIntoViews(vtkMRMLScalarVolumeNode* volume, const std::string& name) {
+  volume->SetName(volume->GetScene()->GenerateUniqueName(name).c_str());
   vtkMRMLApplicationLogic* application = logic_->GetMRMLApplicationLogic();
   vtkMRMLSelectionNode* selection = application ? application->GetSelectionNode() : nullptr;
   if (!selection) return;

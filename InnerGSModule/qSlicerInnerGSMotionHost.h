@@ -9,6 +9,9 @@
 
 #include <QTimer>
 
+#include <cmath>
+#include <string>
+
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLScalarVolumeNode;
 class vtkMRMLSequenceBrowserNode;
@@ -29,6 +32,8 @@ public:
   bool isRunning() const override;
   innergs::ui::MotionInfo motionInfo(const QString& modelId) const override;
   void setTime(const QString& modelId, double seconds) override;
+  innergs::ui::MotionInfo previewInfo() const override;
+  void setPreviewTime(double seconds) override;
   bool savesFrames() const override { return false; } // Slicer saves sequences
   QString saveFrames(const QString& modelId, double rate, const QString& file) override;
 
@@ -39,6 +44,9 @@ private:
   void onBrowser(vtkObject* caller, unsigned long event, void* data);
   void watch(const QString& modelId);
   void showFrame();
+  void showPreview();
+  void putIntoViews(vtkMRMLScalarVolumeNode* volume, const std::string& name);
+  void dropPreview();
 
   vtkWeakPointer<vtkSlicerInnerGSLogic> logic_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
@@ -47,5 +55,9 @@ private:
   QTimer frame_;      // one frame for many times
   int selected_ = -1; // item of the browser, as last seen or chosen here
   vtkWeakPointer<vtkMRMLScalarVolumeNode> shown_;
-  QString shownOf_; // the model that it shows
+  QString shownOf_;                                 // the model that it shows
+  vtkWeakPointer<vtkMRMLScalarVolumeNode> preview_; // shows the model so far; then the model
+  QTimer previewFrame_;                             // one frame for many times
+  double previewTime_ = NAN;                        // s
+  QString scan_;                                    // name of the one that is fitted
 };

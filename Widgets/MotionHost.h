@@ -24,6 +24,7 @@ struct MotionRequest {
   Settings settings;           // those of moving scans are looked at
   double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
   bool evaluateQuality = true; // on frames that a second fit does not see
+  QString resumeFile;          // a model file to go on from; "": start anew
 };
 
 /// How it ended well.
@@ -55,7 +56,9 @@ public:
   virtual SeriesInfo seriesInfo(const QString& id) const = 0;
   /// False, after failed(sentence), when it is refused.
   virtual bool start(const MotionRequest& request) = 0;
-  virtual void cancel() = 0; // returns at once
+  /// Returns at once. Where the refinement of the frames stands is kept in Host::recoveryFolder(), as it is
+  /// whatever else stops it.
+  virtual void cancel() = 0;
   virtual bool isRunning() const = 0;
 
   /// Not known for models that do not move.

@@ -3,6 +3,7 @@
 #include "Widgets/MessageLine.h"
 #include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
+#include "Widgets/RecoveryLine.h"
 #include "Widgets/SaveDialog.h"
 #include "Widgets/Section.h"
 #include "Widgets/SettingsPanel.h"
@@ -52,6 +53,9 @@ MotionPanel::MotionPanel(Host* host, QWidget* parent)
 void MotionPanel::build() {
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(0, 0, 0, 0);
+  recovery_ = new RecoveryLine(host_, RecoveryLine::Scans::Moving, this);
+  recovery_->setObjectName(QStringLiteral("motionRecoveryLine"));
+  all->addWidget(recovery_);
   all->addWidget(buildFit());
   all->addWidget(buildView());
   message_ = new MessageLine(this);
@@ -199,7 +203,9 @@ void MotionPanel::connectAll() {
     settings_->setSettings(settings);
   });
   connect(motion_, &MotionHost::progressed, this, &MotionPanel::showProgress);
+  connect(recovery_, &RecoveryLine::chosen, this, &MotionPanel::goOn);
   connect(motion_, &MotionHost::finished, this, [this](const MotionReport& report) {
+    recovery_->setFile({}); // it is complete
     ended();
     showReport(report);
   });
@@ -209,7 +215,7 @@ void MotionPanel::connectAll() {
   });
   connect(motion_, &MotionHost::cancelled, this, [this] {
     ended();
-    say(tr("Cancelled: nothing was changed."));
+    say(recovery_->isHidden() ? tr("Cancelled: nothing was changed.") : tr("Cancelled."));
   });
   connect(motion_, &MotionHost::timeChanged, this, [this](const QString& id, double now) {
     if (id != modelId() || previewing_ || play_->isChecked()) return;
@@ -250,7 +256,23 @@ MotionRequest MotionPanel::request() const {
   request.settings = settings_->settings();
   request.rate = rate_->number().value_or(0);
   request.evaluateQuality = judge_->isChecked();
+  request.resumeFile = recovery_->file();
   return request;
+}
+
+void MotionPanel::goOn(const RecoveredFit& fit) {
+  const std::string kind = settingNamed("kind").textIn(fit.settings);
+  kind_->setCurrentIndex(std::max(0, kind_->findData(QString::fromStdString(kind))));
+  settings_->setSettings(fit.settings);
+  if (fit.interval > 0)
+    interval_->setValue(fit.interval);
+  else
+    interval_->setValue(interval_->minimum());
+}
+
+void MotionPanel::showEvent(QShowEvent* event) {
+  QWidget::showEvent(event);
+  if (!motion_->isRunning()) recovery_->refresh(); // another program may have left something
 }
 
 void MotionPanel::showSeries() {
@@ -328,6 +350,10 @@ void MotionPanel::ended() {
   run_->setText(running ? tr("Cancel") : tr("Reconstruct"));
   bar_->setVisible(running);
   phase_->setVisible(running);
+  if (running)
+    recovery_->hide();
+  else
+    recovery_->refresh();
   if (running)
     run_->setEnabled(true);
   else

@@ -1,4 +1,5 @@
 #pragma once
+#include "IO/RecoveredFit.h"
 #include "Widgets/Host.h"
 #include "Widgets/MotionHost.h"
 
@@ -16,6 +17,7 @@ namespace innergs::ui {
 
 class MessageLine;
 class NumberSpin;
+class RecoveryLine;
 class SettingsPanel;
 class ValueSlider;
 
@@ -35,6 +37,9 @@ Q_SIGNALS:
   /// Another model of a moving scan was chosen or made.
   void modelIdChanged(const QString& id);
 
+protected:
+  void showEvent(QShowEvent* event) override;
+
 private:
   void build();
   QWidget* buildFit();
@@ -47,6 +52,7 @@ private:
   void showReport(const MotionReport& report);
   void ended();
   void startOrCancel();
+  void goOn(const RecoveredFit& fit);
   void play(bool on);
   void advance();
   void showAt(double seconds);
@@ -75,6 +81,7 @@ private:
   QToolButton* play_ = nullptr;
   ValueSlider* time_ = nullptr;
   MessageLine* message_ = nullptr;
+  RecoveryLine* recovery_ = nullptr;
   SettingsPanel* settings_ = nullptr;
 };
 

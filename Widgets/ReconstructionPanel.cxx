@@ -484,7 +484,7 @@ QWidget* ReconstructionPanel::makeStart() {
   auto* row = new QHBoxLayout;
   row->addWidget(progress_->head(), 1);
   row->addWidget(button_, 0);
-  recovery_ = new RecoveryLine(host_, content);
+  recovery_ = new RecoveryLine(host_, RecoveryLine::Scans::AtRest, content);
   recovery_->setObjectName("recoveryLine");
   auto* layout = new QVBoxLayout(content);
   const int gap = layout->spacing() / 2;

@@ -25,14 +25,14 @@ QString textOf(const std::filesystem::path& path) {
 
 } // namespace
 
-RecoveryLine::RecoveryLine(Host* host, QWidget* parent)
-    : QWidget(parent), host_(host), message_(new MessageLine(this)),
+RecoveryLine::RecoveryLine(Host* host, Scans scans, QWidget* parent)
+    : QWidget(parent), host_(host), moving_(scans == Scans::Moving), message_(new MessageLine(this)),
       accept_(new QPushButton(tr("Go On"), this)), dismiss_(new QPushButton(this)) {
-  message_->setObjectName("recovery");
-  accept_->setObjectName("goOn");
+  message_->setObjectName(moving_ ? "motionRecovery" : "recovery");
+  accept_->setObjectName(moving_ ? "motionGoOn" : "goOn");
   accept_->setToolTip(
       tr("Takes the settings of that fit; the next reconstruction of its scans goes on from there."));
-  dismiss_->setObjectName("dropRecovered");
+  dismiss_->setObjectName(moving_ ? "motionDropRecovered" : "dropRecovered");
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
   buttons->addWidget(accept_);
@@ -54,8 +54,9 @@ void RecoveryLine::setFile(const QString& file) {
 
 bool RecoveryLine::refresh() {
   const QString folder = host_->recoveryFolder();
-  const std::vector<RecoveredFit> fits =
+  std::vector<RecoveredFit> fits =
       folder.isEmpty() ? std::vector<RecoveredFit>() : recoveredFits(pathOf(folder));
+  std::erase_if(fits, [this](const RecoveredFit& fit) { return fit.moving != moving_; });
   const std::filesystem::path before = offered_.file;
   offered_ = fits.empty() ? RecoveredFit() : fits.front();
   if (!file_.isEmpty()) {
@@ -65,8 +66,10 @@ bool RecoveryLine::refresh() {
     const QString what =
         found == fits.end() ? QFileInfo(file_).fileName() : QString::fromStdString(found->inputs);
     message_->setMessage(MessageLine::Kind::Information,
-                         tr("The next reconstruction goes on from where that of “%1” stood: choose the same "
-                            "scans and mask, with the same settings.")
+                         (moving_ ? tr("The next reconstruction goes on from where that of “%1” stood: "
+                                       "choose the same scan, with the same settings.")
+                                  : tr("The next reconstruction goes on from where that of “%1” stood: "
+                                       "choose the same scans and mask, with the same settings."))
                              .arg(what));
   } else if (!offered_.file.empty()) {
     const QString scans = QString::fromStdString(offered_.inputs);

@@ -8,13 +8,14 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// Offers to go on from the newest fit in the host's recovery folder, and says when the next reconstruction
-/// goes on from one. Hidden when there is neither.
+/// Offers to go on from the newest fit in the host's recovery folder, of scans at rest or of moving ones, and
+/// says when the next reconstruction goes on from one. Hidden when there is neither.
 class RecoveryLine : public QWidget {
   Q_OBJECT
 public:
-  RecoveryLine(Host* host, QWidget* parent);
-  /// What the next reconstruction goes on from, as Request::resumeFile.
+  enum class Scans { AtRest, Moving };
+  RecoveryLine(Host* host, Scans scans, QWidget* parent);
+  /// What the next reconstruction goes on from, as in its request.
   QString file() const { return file_; }
   void setFile(const QString& file);
   /// Looks again; whether another fit than before is offered.
@@ -31,6 +32,7 @@ private:
   void dismiss();
 
   Host* host_;
+  bool moving_;
   QString file_;
   RecoveredFit offered_; // without a file: none
   MessageLine* message_;

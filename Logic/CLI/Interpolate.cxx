@@ -162,11 +162,7 @@ int interpolate(const InterpolateOptions& o) {
     expected = valuesOf(series.frames);
     checkType(o.type, *expected, "the scan");
     DynamicJob job(std::move(series), o.settings);
-    if (!o.resume.empty()) {
-      auto stopped = std::make_shared<StoppedDynamicFit>();
-      stopped->field = readDynamicModel(o.resume, nullptr, &stopped->state);
-      job.resume(std::move(stopped));
-    }
+    if (!o.resume.empty()) job.resume(readStoppedFit(o.resume));
     job.onProgress([&](const Progress& progress) { display.show(progress); });
     result = job.run(interrupt.token());
     display.finish();
@@ -182,7 +178,7 @@ int interpolate(const InterpolateOptions& o) {
     if (const std::string settings = movingSettingsText(result.settings);
         result.seconds > 0 && !settings.empty())
       notes["Settings"] = settings;
-    writeDynamicModel(field, path, notes, result.state);
+    writeDynamicModel(field, path, notes, result.cancelled ? result.state : RefinementState());
   });
   files.write(o.output, [&](const auto& path) {
     const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());

@@ -31,6 +31,7 @@ JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
   };
   JudgedSeriesResult outcome;
   DynamicJob job(series_, settings_);
+  if (resumed_) job.resume(resumed_);
   job.onProgress([&](Progress progress) {
     if (judging && progress.phase == Phase::Done) progress.phase = Phase::Judging;
     tell(std::move(progress), 0, first);

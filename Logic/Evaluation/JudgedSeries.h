@@ -19,6 +19,8 @@ class JudgedSeries {
 public:
   JudgedSeries(TimeSeries series, Settings settings, bool judge);
 
+  /// The first fit goes on from there, as DynamicJob::resume() does.
+  void resume(std::shared_ptr<const StoppedDynamicFit> fit) { resumed_ = std::move(fit); }
   /// Remaining time and fraction are of both fits.
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
 
@@ -34,6 +36,7 @@ private:
   TimeSeries series_;
   Settings settings_;
   bool judge_;
+  std::shared_ptr<const StoppedDynamicFit> resumed_;
   ProgressCallback progress_;
   std::function<void(std::shared_ptr<const DynamicField>)> preview_;
 };

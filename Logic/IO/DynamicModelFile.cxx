@@ -209,6 +209,12 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
   return field;
 }
 
+std::shared_ptr<const StoppedDynamicFit> readStoppedFit(const std::filesystem::path& path) {
+  auto stopped = std::make_shared<StoppedDynamicFit>();
+  stopped->field = readDynamicModel(path, nullptr, &stopped->state);
+  return stopped;
+}
+
 bool isDynamicModel(const std::filesystem::path& path) {
   try {
     return fullExtension(path) == ".innergs" && isMoving(SafetensorsFile(path));

@@ -1,6 +1,5 @@
 #pragma once
-#include "Core/Motion/DynamicField.h"
-#include "Core/Motion/Refinement.h"
+#include "Core/Motion/DynamicJob.h"
 #include "IO/ModelFile.h"
 
 namespace innergs {
@@ -14,6 +13,9 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
 /// Checks everything before use. Throws Error(FileNotFound | FileFormat | Memory).
 DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes = nullptr,
                               RefinementState* state = nullptr);
+
+/// A stopped fit, for DynamicJob::resume(). Throws as readDynamicModel() does.
+std::shared_ptr<const StoppedDynamicFit> readStoppedFit(const std::filesystem::path& path);
 
 /// Whether the file is a model of a moving scan; false for anything unreadable.
 bool isDynamicModel(const std::filesystem::path& path);

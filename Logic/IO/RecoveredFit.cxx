@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Settings/SettingsTable.h"
+#include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/ModelMetadata.h"
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 #include <sstream>
 #include <utility>
 
@@ -21,6 +23,7 @@ namespace {
 constexpr std::size_t kKept = 10;
 constexpr std::size_t kLongestName = 60;        // bytes
 constexpr const char* kRequested = "Requested"; // a note: every setting that was chosen, one a line
+constexpr const char* kInterval = "Interval";   // a note: s
 
 std::string requestedText(const Settings& settings) {
   std::string text;
@@ -89,23 +92,44 @@ void makePrivate(const fs::path& folder) {
                                    " cannot be made: check the permissions of the one that it is in.");
 }
 
-} // namespace
+using Write = std::function<void(const fs::path& file, const ModelNotes& notes)>;
 
-fs::path writeRecoveredFit(const Model& model, const RecoveredFit& about, const fs::path& folder) {
+fs::path writeInto(const fs::path& folder, const RecoveredFit& about, const std::string& settings,
+                   const Write& write) {
   makePrivate(folder);
   ModelNotes notes{{"Version", INNERGS_VERSION},
                    {"Inputs", about.inputs},
-                   {"Settings", settingsText(about.settings, 0)},
+                   {"Settings", settings},
                    {"Iterations", std::to_string(about.iterations)},
                    {kRequested, requestedText(about.settings)}};
   if (!about.mask.empty()) notes["Mask"] = about.mask;
-  const fs::path file = freeName(folder, about.inputs);
-  writeModel(model, file, notes);
+  if (about.interval > 0) notes[kInterval] = exactText(about.interval);
+  fs::path file = freeName(folder, about.inputs);
+  write(file, notes);
   const std::vector<RecoveredFit> all = recoveredFits(folder);
   std::error_code ignored;
   for (std::size_t n = kKept; n < all.size(); ++n)
     fs::remove(all[n].file, ignored);
   return file;
+}
+
+} // namespace
+
+fs::path writeRecoveredFit(const Model& model, const RecoveredFit& about, const fs::path& folder) {
+  return writeInto(folder, about, settingsText(about.settings, 0),
+                   [&](const fs::path& file, const ModelNotes& notes) { writeModel(model, file, notes); });
+}
+
+fs::path writeRecoveredFit(const StoppedDynamicFit& fit, const RecoveredFit& about, const fs::path& folder) {
+  return writeInto(folder, about, movingSettingsText(about.settings),
+                   [&](const fs::path& file, const ModelNotes& notes) {
+                     writeDynamicModel(fit.field, file, notes, fit.state);
+                   });
+}
+
+void dropRecoveredFit(const fs::path& file, const fs::path& folder) {
+  std::error_code ignored;
+  if (!file.empty() && fs::equivalent(file.parent_path(), folder, ignored)) fs::remove(file, ignored);
 }
 
 std::vector<RecoveredFit> recoveredFits(const fs::path& folder) {
@@ -128,7 +152,10 @@ std::vector<RecoveredFit> recoveredFits(const fs::path& folder) {
       fit.inputs = note("Inputs");
       fit.mask = note("Mask");
       fit.settings = requestedFrom(note(kRequested));
-      fit.iteration = metadata.integer("iteration");
+      fit.moving = isMoving(file);
+      fit.iteration =
+          fit.moving ? metadata.parsed("refinement").at("step").get<int>() : metadata.integer("iteration");
+      fit.interval = wholeTextNumber(note(kInterval)).value_or(0);
       fit.iterations = static_cast<int>(wholeTextNumber(note("Iterations")).value_or(0));
       found.emplace_back(fs::last_write_time(path), std::move(fit));
     } catch (const std::exception&) { // damaged, of another version, or gone meanwhile

@@ -3,6 +3,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Job/MemoryEstimate.h"
+#include "IO/DynamicModelFile.h"
+#include "IO/FilePath.h"
 #include "Outputs.h"
 #include "QualityTable.h"
 #include "SequenceNodes.h"
@@ -37,6 +39,12 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   name_ = sequence_->GetName() ? sequence_->GetName() : "Sequence";
   times_ = framesWanted(request->GetTimes(), request->GetRate(), series_.times);
   judge_ = request->GetEvaluateQuality();
+  keepWhenCancelled_ = request->GetKeepWhenCancelled();
+  interval_ = request->GetInterval();
+  if (const std::string file = request->GetResumeFileName(); !file.empty()) {
+    resumeFile_ = std::filesystem::path(std::u8string(file.begin(), file.end()));
+    checkInputFile(resumeFile_);
+  }
   settings_ = request->GetSettings();
   checkSettings(settings_);
   if (const std::string refusal = memoryRefusal(estimateMemory(series_, settings_), availableMemory());
@@ -44,10 +52,30 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
     throw Error(ErrorCode::Memory, refusal);
 }
 
-bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell) {
+RecoveredFit DynamicWork::about() const {
+  RecoveredFit about;
+  about.inputs = name_;
+  about.settings = settings_;
+  about.moving = true;
+  about.interval = interval_;
+  return about;
+}
+
+void DynamicWork::keep(RecoveredFit& about, const std::filesystem::path& folder) const {
+  const DynamicResult& result = outcome_.result;
+  if (!result.field || result.state.empty()) return;
+  about.iteration = result.state.step;
+  about.iterations = result.steps;
+  about.file = writeRecoveredFit({*result.field, result.state}, about, folder);
+}
+
+bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell,
+                      const PreviewCallback& show) {
   constexpr double fitted = 0.95; // of the work; then the frames
   Progress last;
   JudgedSeries job(std::move(series_), settings_, judge_);
+  if (!resumeFile_.empty()) job.resume(readStoppedFit(resumeFile_));
+  job.onPreview(show);
   job.onProgress([&](Progress progress) {
     progress.fraction *= fitted;
     last = progress;

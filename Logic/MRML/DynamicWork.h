@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Settings/SettingsTable.h"
 #include "Evaluation/JudgedSeries.h"
+#include "IO/RecoveredFit.h"
 
 #include <vtkSmartPointer.h>
 #include <vtkWeakPointer.h>
@@ -32,8 +33,18 @@ public:
   /// Throws Error for what is wrong with the request.
   explicit DynamicWork(vtkSlicerInnerGSDynamicRequest* request);
 
+  using PreviewCallback = std::function<void(std::shared_ptr<const DynamicField>)>;
   /// False when it was stopped before there was a result. Throws Error.
-  bool run(const std::stop_token& stop, const ProgressCallback& tell);
+  bool run(const std::stop_token& stop, const ProgressCallback& tell, const PreviewCallback& show);
+
+  /// The file that it goes on from; empty: none.
+  const std::filesystem::path& resumeFile() const { return resumeFile_; }
+  bool keepsWhenCancelled() const { return keepWhenCancelled_; }
+  /// After run(): writes where the fit stands, or ended, into the folder and completes `about`; leaves it
+  /// without a file where there is nothing to go on from. Throws Error.
+  void keep(RecoveredFit& about, const std::filesystem::path& folder) const;
+  /// What is known of it before the start.
+  RecoveredFit about() const;
 
   /// Throws Error.
   DynamicOutputs makeNodes(vtkMRMLScene* scene);
@@ -44,7 +55,9 @@ public:
 private:
   TimeSeries series_;
   Settings settings_;
-  bool judge_;
+  bool judge_, keepWhenCancelled_;
+  double interval_;
+  std::filesystem::path resumeFile_;
   std::vector<double> times_; // of the frames to make
   std::string name_;
   vtkWeakPointer<vtkMRMLSequenceNode> sequence_;

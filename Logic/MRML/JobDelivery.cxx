@@ -5,6 +5,7 @@
 #include "DynamicWork.h"
 #include "IO/FilePath.h"
 #include "Outputs.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 #include "vtkSlicerInnerGSJob.h"
@@ -35,9 +36,13 @@ void JobDelivery::deliver(JobUpdate& update) {
       (update.progress->phase == Phase::Predicting ? job->PredictionNote : job->DeviceNote) = note;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobProgressEvent, job);
   }
-  if (update.preview && !task->discard) {
+  if (update.hasPreview() && !task->discard) {
     job->Preview = update.preview;
     job->PreviewIJKToRAS = update.previewToRAS;
+    if (update.moving) {
+      job->PreviewModel = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+      job->PreviewModel->SetField(update.moving);
+    }
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobPreviewEvent, job);
   }
   if (update.done) finish(*task);
@@ -127,6 +132,7 @@ void JobDelivery::finish(Task& task) {
     tellKept(task);
   else if (failure.sentence.empty())
     forgetResumed(task);
+  job->PreviewModel = nullptr;
   task.filter = nullptr; // with its volumes
   task.work = nullptr;
   task.deliver = nullptr;
@@ -150,8 +156,7 @@ void JobDelivery::finish(Task& task) {
 }
 
 void JobDelivery::tellKept(Task& task) {
-  if (!task.keep) return;
-  keepFit(task);
+  if (task.keep) keepFit(task);
   if (!task.notKept.sentence.empty()) {
     onError_(
         {task.notKept.code, "Where the reconstruction stood could not be kept. " + task.notKept.sentence});
@@ -160,6 +165,7 @@ void JobDelivery::tellKept(Task& task) {
   const RecoveredFit& kept = task.recovered;
   if (kept.file.empty()) return; // it had not begun
   task.job->RecoveryFile = utf8(kept.file);
+  if (!task.keep) return; // as was asked for
   vtkWarningWithObjectMacro(logic_, "The reconstruction of '"
                                         << kept.inputs << "' was stopped at iteration " << kept.iteration
                                         << " of " << kept.iterations << ". Where it stood is kept in "
@@ -177,6 +183,7 @@ void JobDelivery::forgetResumed(const Task& task) {
 void JobDelivery::abandon(vtkSlicerInnerGSJob* job, bool tell) {
   if (job->IsDone()) return;
   job->State = vtkSlicerInnerGSJob::Cancelled;
+  job->PreviewModel = nullptr;
   if (tell) logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobCancelledEvent, job);
 }
 

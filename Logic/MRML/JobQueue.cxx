@@ -111,19 +111,20 @@ std::optional<JobUpdate> JobQueue::fetch() {
   next.task = rest.task;
   if (rest.started) {
     next.started = std::exchange(rest.started, false);
-  } else if (rest.progress && !(rest.previewNext && rest.preview)) {
+  } else if (rest.progress && !(rest.previewNext && rest.hasPreview())) {
     next.progress.swap(rest.progress);
     rest.previewNext = true;
-  } else if (rest.preview) {
+  } else if (rest.hasPreview()) {
     next.preview = std::exchange(rest.preview, nullptr);
     next.previewToRAS = std::exchange(rest.previewToRAS, nullptr);
+    next.moving = std::exchange(rest.moving, nullptr);
     rest.previewNext = false;
   } else {
     next.done = rest.done;
     std::erase(open_, next.task);
     rest.done = false;
   }
-  if (!rest.progress && !rest.preview && !rest.done) updates_.erase(found);
+  if (!rest.progress && !rest.hasPreview() && !rest.done) updates_.erase(found);
   return next;
 }
 
@@ -181,7 +182,10 @@ void JobQueue::execute(const std::shared_ptr<Task>& task) {
     return;
   }
   if (task->dynamic) {
-    task->cancelled = !task->dynamic->run(task->stop.get_token(), told);
+    task->cancelled = !task->dynamic->run(task->stop.get_token(), told, [&](const auto& field) {
+      post(task, [&](JobUpdate& update) { update.moving = field; });
+    });
+    if (task->keep || (task->cancelled && task->dynamic->keepsWhenCancelled())) keepFit(*task);
     return;
   }
   JobFilter* filter = task->filter;

@@ -2,6 +2,8 @@
 #include "DetachedTasks.h"
 #include "JobSetup.h"
 
+#include "Core/Motion/DynamicField.h"
+
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 
@@ -24,6 +26,9 @@ struct JobUpdate {
   std::optional<Progress> progress;
   vtkSmartPointer<vtkImageData> preview;
   vtkSmartPointer<vtkMatrix4x4> previewToRAS;
+  std::shared_ptr<const DynamicField> moving; // preview of a moving scan
+
+  bool hasPreview() const { return preview || moving; }
 };
 
 /// Does tasks one after the other on a thread of its own. Call everything on the main thread.

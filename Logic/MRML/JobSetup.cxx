@@ -7,6 +7,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
+#include "DynamicWork.h"
 #include "Geometry.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
@@ -53,17 +54,19 @@ ReconstructionResult JobFilter::Reconstruct(ReconstructionInput&& input, const S
 }
 
 void dropResumedFile(const Task& task) {
-  if (!task.filter) return; // other work goes on from no file
-  std::error_code ignored;
-  const std::filesystem::path& file = task.filter->resumeFile;
-  if (!file.empty() && std::filesystem::equivalent(file.parent_path(), task.recoveryFolder, ignored))
-    std::filesystem::remove(file, ignored);
+  if (task.filter) dropRecoveredFit(task.filter->resumeFile, task.recoveryFolder);
+  if (task.dynamic) dropRecoveredFit(task.dynamic->resumeFile(), task.recoveryFolder);
 }
 
 void keepFit(Task& task) {
   vtkInnerGSModel* reached = task.filter ? task.filter->GetOutputModel() : nullptr;
-  if (!reached || reached->IsEmpty() || !task.recovered.file.empty()) return;
+  if (!task.recovered.file.empty() || (!task.dynamic && (!reached || reached->IsEmpty()))) return;
   try {
+    if (task.dynamic) {
+      task.dynamic->keep(task.recovered, task.recoveryFolder);
+      if (!task.recovered.file.empty()) dropResumedFile(task);
+      return;
+    }
     const auto model = reached->GetCoreModel();
     task.recovered.iteration = model->iteration;
     task.recovered.iterations = task.cancelled ? task.filter->GetTotalIterations() : model->iteration;

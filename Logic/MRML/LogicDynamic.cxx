@@ -1,6 +1,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Motion/DynamicField.h"
 #include "DynamicWork.h"
+#include "Geometry.h"
 #include "LogicInternals.h"
 #include "NodeGeometry.h"
 #include "Outputs.h"
@@ -10,12 +11,17 @@
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkSlicerInnerGSDynamicRequest.h"
 
+#include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLTransformNode.h>
 
 #include <vtkImageData.h>
+#include <vtkMatrix4x4.h>
+#include <vtkNew.h>
+
+#include <cmath>
 
 // The logic's moving scans.
 
@@ -58,6 +64,9 @@ vtkSlicerInnerGSLogic::StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest
     auto task = std::make_shared<mrml::Task>();
     task->dynamic = std::make_shared<mrml::DynamicWork>(request);
     task->scene = this->GetMRMLScene();
+    task->recovered = task->dynamic->about();
+    const std::string folder = this->GetRecoveryFolder();
+    task->recoveryFolder = std::filesystem::path(std::u8string(folder.begin(), folder.end()));
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
     work.queue.submit(std::move(task));
@@ -79,6 +88,29 @@ std::string vtkSlicerInnerGSLogic::CheckDynamicRequest(vtkSlicerInnerGSDynamicRe
     const innergs::TimeSeries series = mrml::seriesOf(request->GetSeries(), request->GetInterval(), false);
     mrml::framesWanted(request->GetTimes(), request->GetRate(), series.times);
   });
+}
+
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::PreviewFrame(vtkSlicerInnerGSJob* job, double seconds,
+                                                             vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made = output;
+  const bool done = this->Work->guard([&] {
+    if (!job || !job->GetPreviewModel())
+      throw Error(ErrorCode::InvalidArgument,
+                  "There is no preview of a moving scan: wait for a JobPreviewEvent of its job.");
+    if (!std::isfinite(seconds))
+      throw Error(ErrorCode::InvalidArgument, "The time to show must be finite: give it in seconds.");
+    if (!this->GetMRMLScene())
+      throw Error(ErrorCode::InvalidArgument, "The logic has no scene to put the result into: set one.");
+    const auto field = job->GetPreviewModel()->GetField();
+    const auto frame = mrml::renderFrames(*field, {seconds}, 0, {}).front();
+    if (!made)
+      made = vtkMRMLScalarVolumeNode::SafeDownCast(
+          mrml::addNode(this->GetMRMLScene(), "vtkMRMLScalarVolumeNode", "InnerGS preview"));
+    vtkNew<vtkMatrix4x4> ijkToRAS;
+    innergs::vtk::toMatrix(field->canonical.region(), ijkToRAS);
+    if (made) mrml::setVolume(made, frame, ijkToRAS);
+  });
+  return done && made && made->GetScene() ? made.Get() : nullptr;
 }
 
 vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateFrames(vtkMRMLInnerGSModelNode* model,

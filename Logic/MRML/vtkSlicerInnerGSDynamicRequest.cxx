@@ -20,6 +20,8 @@ void vtkSlicerInnerGSDynamicRequest::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Settings: " << innergs::movingSettingsText(*this->Choices) << "\n";
   os << indent << "Rate: " << this->Rate << "\n";
   os << indent << "EvaluateQuality: " << this->EvaluateQuality << "\n";
+  os << indent << "ResumeFileName: " << this->ResumeFileName << "\n";
+  os << indent << "KeepWhenCancelled: " << this->KeepWhenCancelled << "\n";
 }
 
 vtkInnerGSSettingsAccessMacro(vtkSlicerInnerGSDynamicRequest);

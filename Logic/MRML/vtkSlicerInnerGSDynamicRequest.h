@@ -58,6 +58,19 @@ public:
   vtkGetMacro(EvaluateQuality, bool);
   vtkBooleanMacro(EvaluateQuality, bool);
 
+  ///@{
+  /// A model file to go on from, of the same scan and settings: a job's GetRecoveryFile(), or what
+  /// `innergs interpolate --save-model` wrote when it was interrupted; "" (default): start anew. UTF-8. The
+  /// end of the fit removes one in the recovery folder.
+  vtkSetMacro(ResumeFileName, const std::string&);
+  vtkGetMacro(ResumeFileName, std::string);
+  /// Keep in the recovery folder where the fit stands when Cancel() stops it, as whatever else stops it does.
+  /// Off by default.
+  vtkSetMacro(KeepWhenCancelled, bool);
+  vtkGetMacro(KeepWhenCancelled, bool);
+  vtkBooleanMacro(KeepWhenCancelled, bool);
+  ///@}
+
 protected:
   vtkSlicerInnerGSDynamicRequest();
   ~vtkSlicerInnerGSDynamicRequest() override;
@@ -65,7 +78,8 @@ protected:
   vtkWeakPointer<vtkMRMLSequenceNode> Series;
   vtkSmartPointer<vtkDoubleArray> Times;
   double Interval = 0, Rate = 0;
-  bool EvaluateQuality = true;
+  bool EvaluateQuality = true, KeepWhenCancelled = false;
+  std::string ResumeFileName;
 
 private:
   void SetSettingNumber(const char* name, double number);

@@ -2,6 +2,7 @@
 
 #include "Core/Base/NumberText.h"
 #include "Core/Job/Progress.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
 
@@ -96,6 +97,9 @@ vtkMRMLInnerGSParameterNode* vtkSlicerInnerGSJob::GetParameterNode() {
 }
 vtkImageData* vtkSlicerInnerGSJob::GetPreviewImage() {
   return this->Preview;
+}
+vtkInnerGSDynamicModel* vtkSlicerInnerGSJob::GetPreviewModel() {
+  return this->PreviewModel;
 }
 vtkMatrix4x4* vtkSlicerInnerGSJob::GetPreviewIJKToRASMatrix() {
   return this->PreviewIJKToRAS;

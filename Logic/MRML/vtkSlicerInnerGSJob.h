@@ -12,6 +12,7 @@
 #include <vector> // member
 
 class vtkImageData;
+class vtkInnerGSDynamicModel;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
 class vtkMRMLScalarVolumeNode;
@@ -75,6 +76,8 @@ public:
   /// The last preview (float, scanner units; geometry in the matrix alone); null before the first one.
   vtkImageData* GetPreviewImage();
   vtkMatrix4x4* GetPreviewIJKToRASMatrix();
+  /// Of a moving scan, instead: the model so far, at any time; null before the first one and after the end.
+  vtkInnerGSDynamicModel* GetPreviewModel();
 
   ///@{
   /// After the end. What went wrong, as one sentence that says what to do ("" unless Failed), and sentences
@@ -83,8 +86,9 @@ public:
   vtkGetMacro(ErrorCode, int); // one of vtkInnerGSAlgorithm::ErrorCodes, or 0
   int GetNumberOfWarnings();
   std::string GetWarning(int index);
-  /// A model file to go on from (SetResumeFileName of a parameter node), where closing the scene or removing
-  /// the parameter node stopped the fit; else "".
+  /// A model file to go on from (SetResumeFileName of a parameter node or request), where closing the scene
+  /// or removing the parameter node stopped the fit, or KeepWhenCancelled of a moving scan's request; else
+  /// "".
   vtkGetMacro(RecoveryFile, std::string);
   /// "name=value; ...": every setting as it was used.
   vtkGetMacro(UsedSettings, std::string);
@@ -115,6 +119,7 @@ protected:
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;
+  vtkSmartPointer<vtkInnerGSDynamicModel> PreviewModel;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> ParameterNode;
   vtkWeakPointer<vtkMRMLScalarVolumeNode> VolumeNode;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> ModelNode;

@@ -55,7 +55,7 @@ public:
   enum Events {
     JobStartedEvent = vtkCommand::UserEvent + 18710,
     JobProgressEvent,
-    JobPreviewEvent, // GetPreviewImage() is new
+    JobPreviewEvent, // GetPreviewImage() is new; of a moving scan GetPreviewModel()
     JobFinishedEvent,
     JobFailedEvent,
     JobCancelledEvent
@@ -77,6 +77,10 @@ public:
   vtkSlicerInnerGSJob* StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest* request);
   /// The same, blocking.
   bool ReconstructDynamic(vtkSlicerInnerGSDynamicRequest* request);
+  /// While a moving scan is fitted: the model so far (GetPreviewModel()) at a time in s as a volume node,
+  /// `output` or a new one; null after an error, which it is too before the first JobPreviewEvent.
+  vtkMRMLScalarVolumeNode* PreviewFrame(vtkSlicerInnerGSJob* job, double seconds,
+                                        vtkMRMLScalarVolumeNode* output = nullptr);
   /// The sentence with which it would be refused, as far as lattices, times and types say; "".
   std::string CheckDynamicRequest(vtkSlicerInnerGSDynamicRequest* request);
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or

@@ -16,6 +16,18 @@ and sentences that the user should read, with why the model is of its kind."""
 class MovingJob(Job):
     """The reconstruction of a moving scan in the background."""
 
+    @property
+    def recovery_file(self):
+        """The model file to resume from, of a job that was stopped; else ""."""
+        return self._current().GetRecoveryFile()
+
+    def preview(self, seconds, output=None):
+        """While it is fitted: the model so far at a time in s, as a volume node; None before there is one."""
+        if self._job.GetPreviewModel() is None:
+            return None
+        with quiet(self._logic):
+            return checked(self._logic, self._logic.PreviewFrame(self._job, float(seconds), output))
+
     def result(self, timeout=None):
         """Waits (at most timeout seconds) and returns the MovingResult. Raises Error, Cancelled, or TimeoutError."""
         plain = super().result(timeout)
@@ -35,8 +47,8 @@ def _times(times):
     return array
 
 
-def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, quality=True, progress=None,
-                 **settings):
+def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, quality=True, resume="",
+                 keep=False, progress=None, preview=None, **settings):
     """Starts the reconstruction of a moving scan in the background and returns a MovingJob. Arguments as in
     reconstruct_moving()."""
     owner = logic_of(sequence)
@@ -47,9 +59,11 @@ def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, q
     request.SetTimes(_times(times))
     request.SetRate(rate)
     request.SetEvaluateQuality(quality)
+    request.SetResumeFileName(str(resume))
+    request.SetKeepWhenCancelled(keep)
     with quiet(owner):
         job = checked(owner, owner.StartDynamicReconstruction(request))
-    return MovingJob(owner, job, None, progress)
+    return MovingJob(owner, job, None, progress, preview)
 
 
 def reconstruct_moving(sequence, **choices):
@@ -60,7 +74,10 @@ def reconstruct_moving(sequence, **choices):
                  two foresees withheld frames better
     times, rate  the frames to make: at these times in s, or so many per second; by default at the sequence's own times
     quality      judge by a second fit, on frames that it does not see, beside linear interpolation (default True)
+    resume       a model file to go on from, of a fit of the same sequence and settings that was stopped
+    keep         keep in the recovery folder where a cancelled fit stands; MovingJob.recovery_file has it then
     progress     called with the job from time to time
+    preview      called with the job when the model so far is new: job.preview(seconds)
     any setting of moving scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed, threads ...
     """
     return start_moving(sequence, **choices).result()

@@ -1,3 +1,4 @@
+#include "IO/RecoveredFit.h"
 #include "JobFixture.h"
 
 #include "vtkInnerGSDynamicModel.h"
@@ -160,6 +161,108 @@ TEST_F(DynamicTest, CancelEndsIt) {
   logic->Cancel(job);
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
   EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
+  EXPECT_EQ(job->GetRecoveryFile(), "");
+}
+
+/// By events: the model so far is shown at a time, then the job is cancelled and goes on from its file.
+TEST_F(DynamicTest, APreviewIsShownAndACancelledFitGoesOn) {
+  auto* series = addSeries(9);
+  const auto whole = [&](vtkSlicerInnerGSDynamicRequest* request) {
+    EXPECT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
+    return logic->GetLastJob()->GetModelNode()->GetDynamicModel()->GetField();
+  };
+  const auto request = requestFor(series);
+  request->EvaluateQualityOff();
+  request->SetSetting("rounds", "150");
+  EXPECT_EQ(logic->PreviewFrame(nullptr, 0), nullptr);
+  EXPECT_NE(logic->GetLastError().find("no preview"), std::string::npos);
+  const auto uninterrupted = whole(request);
+
+  request->KeepWhenCancelledOn();
+  vtkMRMLScalarVolumeNode* shown = nullptr;
+  const auto stopAtPreview = [&] {
+    vtkSmartPointer<vtkSlicerInnerGSJob> job;
+    Observer watch(logic, {Logic::JobPreviewEvent}, [&](unsigned long, void* data) {
+      if (!shown) shown = logic->PreviewFrame(jobOf(data), 1.125);
+      logic->RequestCancel(jobOf(data));
+    });
+    job = logic->StartDynamicReconstruction(request);
+    EXPECT_NE(job, nullptr) << logic->GetLastError();
+    logic->WaitForJob(job);
+    return job;
+  };
+  const auto job = stopAtPreview();
+  ASSERT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  EXPECT_EQ(job->GetPreviewModel(), nullptr);
+  ASSERT_NE(shown, nullptr);
+  // Where the blob is half-way between frames 4 and 5, in the world.
+  vtkNew<vtkMatrix4x4> toIJK;
+  shown->GetRASToIJKMatrix(toIJK);
+  const double ras[4] = {-4 + 4.5 * step, 0, 0, 1};
+  double ijk[4];
+  toIJK->MultiplyPoint(ras, ijk);
+  EXPECT_NEAR(shown->GetImageData()->GetScalarComponentAsDouble(
+                  int(std::lround(ijk[0])), int(std::lround(ijk[1])), int(std::lround(ijk[2])), 0),
+              430, 90);
+  const std::string file = job->GetRecoveryFile();
+  ASSERT_TRUE(std::filesystem::exists(file));
+  const auto kept = innergs::recoveredFits(logic->GetRecoveryFolder());
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_TRUE(kept[0].moving);
+  EXPECT_EQ(kept[0].inputs, "Wrist");
+  EXPECT_EQ(kept[0].iterations, 150 * 9);
+  EXPECT_LT(kept[0].iteration, kept[0].iterations);
+
+  // Of another scan or other settings it is refused, and stays.
+  request->SetResumeFileName(file);
+  request->SetSetting("rounds", "151");
+  EXPECT_FALSE(logic->ReconstructDynamic(request));
+  EXPECT_NE(logic->GetLastError().find("other settings"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(file));
+  request->SetSetting("rounds", "150");
+  const auto resumed = whole(request);
+  EXPECT_EQ(resumed->nodes, uninterrupted->nodes);
+  EXPECT_EQ(resumed->ownPath, uninterrupted->ownPath);
+  EXPECT_TRUE(innergs::recoveredFits(logic->GetRecoveryFolder()).empty());
+  request->SetResumeFileName((folder / "gone.innergs").string());
+  EXPECT_NE(refusal(request).find("does not exist"), std::string::npos);
+}
+
+TEST_F(DynamicTest, ClosingTheSceneKeepsWhereItStood) {
+  const auto request = requestFor(addSeries(9));
+  request->SetSetting("rounds", "10000"); // until the scene is closed
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartDynamicReconstruction(request);
+  ASSERT_NE(job, nullptr) << logic->GetLastError();
+  waitUntil([&] {
+    logic->ProcessPendingEvents();
+    return job->IsDone() || job->GetPreviewModel();
+  });
+  std::vector<std::string> warnings;
+  Observer onWarning(logic, {vtkCommand::WarningEvent},
+                     [&](unsigned long, void* text) { warnings.emplace_back(static_cast<char*>(text)); });
+  scene->Clear(false);
+  ASSERT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
+  ASSERT_TRUE(std::filesystem::exists(job->GetRecoveryFile()));
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_NE(warnings[0].find(job->GetRecoveryFile()), std::string::npos);
+}
+
+/// Its quality need not be judged for it to be whole.
+TEST_F(DynamicTest, ClosingTheSceneWhileItIsJudgedKeepsAllOfIt) {
+  const vtkSmartPointer<vtkSlicerInnerGSJob> job =
+      logic->StartDynamicReconstruction(requestFor(addSeries(9)));
+  waitUntil([&] {
+    logic->ProcessPendingEvents();
+    return job->IsDone() || job->IsJudging();
+  });
+  scene->Clear(false);
+  const auto kept = innergs::recoveredFits(logic->GetRecoveryFolder());
+  ASSERT_EQ(kept.size(), 1u);
+  EXPECT_EQ(kept[0].iteration, kept[0].iterations);
+  const auto request = requestFor(addSeries(9));
+  request->SetResumeFileName(job->GetRecoveryFile());
+  EXPECT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
+  EXPECT_NE(logic->GetLastJob()->GetTableNode(), nullptr);
 }
 
 TEST_F(DynamicTest, WhatIsWrongIsOneSentence) {

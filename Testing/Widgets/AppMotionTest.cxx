@@ -3,6 +3,7 @@
 
 #include "Core/Motion/TimeSeries.h"
 #include "IO/DynamicModelFile.h"
+#include "IO/RecoveredFit.h"
 #include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppMotionHost.h"
@@ -109,6 +110,53 @@ private Q_SLOTS:
     QTRY_COMPARE(cancelled.size(), 1);
     QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     QVERIFY(!motion().previewInfo().known);
+  }
+
+  /// Cancelled, then closed: each time it goes on from where it stood, as the panel offers.
+  void goesOnAfterACancelAndAfterClosing() {
+    const QString scan = writeSeries("moving.nii.gz", 12);
+    open({scan});
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
+    ui::MotionRequest request;
+    request.seriesId = host().document().volumes().front()->id;
+    request.settings.kind = DynamicKind::Motion;
+    request.settings.rounds = 10000; // until it is stopped
+    {
+      QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
+          cancelled(&motion(), &ui::MotionHost::cancelled);
+      QVERIFY(motion().start(request));
+      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty(), 60000);
+      motion().cancel();
+      QTRY_COMPARE(cancelled.size(), 1);
+    }
+    QCOMPARE(kept().size(), std::size_t(1));
+    const int reached = kept()[0].iteration;
+    QVERIFY(reached > 0 && kept()[0].iterations == 120000);
+
+    const auto start = [&] {
+      QSignalSpy previewed(&motion(), &ui::MotionHost::previewed), failed(&motion(), &ui::MotionHost::failed);
+      auto* goOn = window_->findChild<QPushButton*>("motionGoOn");
+      QVERIFY(goOn->isVisible());
+      goOn->click();
+      window_->motion()->findChild<QPushButton*>("motionRun")->click();
+      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() || !failed.isEmpty(), 60000);
+      QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
+    };
+    start();
+    answerBox("runningBox", "Stop and Close");
+    window_->close();
+    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
+    QCOMPARE(kept().size(), std::size_t(1)); // the newer state alone
+    QVERIFY(kept()[0].iteration > reached);
+
+    window_ = std::make_unique<app::MainWindow>();
+    window_->show();
+    open({scan});
+    start();
+    motion().cancel();
+    QTRY_VERIFY(!motion().isRunning());
+    QCOMPARE(kept().size(), std::size_t(1));
   }
 
   void aFolderOfFramesIsAMovingScan() {

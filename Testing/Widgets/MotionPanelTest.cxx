@@ -2,14 +2,17 @@
 
 #include "Core/Settings/SettingsTable.h"
 #include "FakeHost.h"
+#include "IO/RecoveredFit.h"
 #include "TestTools.h"
 
 #include <QCheckBox>
 #include <QDoubleSpinBox>
+#include <QLabel>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QSignalSpy>
 #include <QSlider>
+#include <QTemporaryDir>
 #include <QToolButton>
 
 using namespace innergs::ui;
@@ -72,6 +75,29 @@ class MotionPanelTest : public QObject {
   template <class Part>
   Part* part(const char* name) {
     return panel_->findChild<Part*>(name);
+  }
+
+  static QString keep(const QString& folder) {
+    innergs::TimeSeries series;
+    series.geometry.size = {2, 2, 2};
+    series.times = {0, 0.7};
+    series.frames.assign(2, {0, 1, 2, 3, 4, 5, 6, 7});
+    innergs::StoppedDynamicFit fit;
+    fit.field = innergs::emptyField(innergs::DynamicKind::Intensity, series, {1, 0}, 2.5);
+    fit.field.canonical.gaussians.resize(1);
+    fit.field.canonical.gaussians[0].quaternion[0] = 1;
+    fit.field.change = {0, 0.7, 4};
+    fit.field.changes.assign(4, 0.f);
+    fit.state.step = 120;
+    fit.state.moments.assign(2, 0.f);
+    innergs::RecoveredFit about;
+    about.inputs = "Wrist";
+    about.settings.kind = innergs::DynamicKind::Motion;
+    about.settings.knots = 9;
+    about.iterations = 400;
+    about.interval = 0.7;
+    return QString::fromStdU16String(
+        innergs::writeRecoveredFit(fit, about, folder.toStdU16String()).u16string());
   }
 
 private Q_SLOTS:
@@ -203,6 +229,45 @@ private Q_SLOTS:
     QTest::mouseClick(run, Qt::LeftButton);
     QVERIFY(panel_->findChild<QWidget*>("motionMessage")->isVisible());
     QVERIFY(run->isEnabled());
+  }
+
+  void goesOnFromWhatWasKept() {
+    const QTemporaryDir folder;
+    host_->recovery = folder.path();
+    innergs::Model still; // of a scan at rest: not for this panel
+    still.field.gaussians.resize(1);
+    innergs::writeRecoveredFit(still, {}, folder.path().toStdU16String());
+    panel_->setSeriesId("wrist");
+    part<QPushButton>("motionRun")->click();
+    const QString file = keep(folder.path());
+    motion_->running = false;
+    Q_EMIT motion_->cancelled();
+    QVERIFY(part<QWidget>("motionRecoveryLine")->isVisible());
+    const auto told = [&] {
+      QString text;
+      for (const QLabel* label : part<QWidget>("motionRecovery")->findChildren<QLabel*>())
+        text += label->text();
+      return text;
+    };
+    QVERIFY2(told().contains("Wrist") && told().contains("120 of 400"), qPrintable(told()));
+    QVERIFY(!part<QWidget>("motionMessage")->property("text").toString().contains("nothing"));
+    snapshot(*panel_, "motion-recovery");
+    part<QPushButton>("motionGoOn")->click();
+    QCOMPARE(part<QComboBox>("motionKind")->currentIndex(), 1);
+    QCOMPARE(part<QDoubleSpinBox>("motionInterval")->value(), 0.7);
+    part<QPushButton>("motionRun")->click();
+    const MotionRequest& asked = motion_->requests.last();
+    QCOMPARE(asked.resumeFile, file);
+    QVERIFY(asked.settings.knots == 9);
+    QCOMPARE(asked.interval, 0.7);
+    QVERIFY(!part<QWidget>("motionRecoveryLine")->isVisible());
+    QFile::remove(file); // as the hosts do
+    motion_->models["m"] = {true, 0, 18.5, 0, "motion"};
+    motion_->running = false;
+    Q_EMIT motion_->finished({"m", {}, {}, {}, {}, 8192, 37});
+    QVERIFY(!part<QWidget>("motionRecoveryLine")->isVisible());
+    part<QPushButton>("motionRun")->click();
+    QCOMPARE(motion_->requests.last().resumeFile, QString());
   }
 
   void theSliderShowsTimes() {

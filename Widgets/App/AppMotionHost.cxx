@@ -5,9 +5,12 @@
 #include "Core/Base/ThreadPriority.h"
 #include "Core/Render/Render.h"
 #include "Core/Settings/SettingsTable.h"
+#include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
+#include "IO/RecoveredFit.h"
 #include "IO/TimeSeriesIO.h"
 #include "Widgets/App/AppHost.h"
+#include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
 
@@ -99,6 +102,22 @@ void AppMotionHost::post(const Progress& progress) {
       Qt::QueuedConnection);
 }
 
+/// On the worker: where it was stopped, if it can be gone on from there. Throws Error.
+void AppMotionHost::keep(const ui::MotionRequest& request, const VolumeItem& scan,
+                         const DynamicResult& result) {
+  if (!result.field || result.state.empty()) return;
+  RecoveredFit about;
+  about.inputs = nameOf(scan.frames.file).toStdString();
+  about.settings = request.settings;
+  about.moving = true;
+  about.interval = request.interval;
+  about.iteration = result.state.step;
+  about.iterations = result.steps;
+  const std::filesystem::path folder = pathOf(recoveryFolder());
+  writeRecoveredFit({*result.field, result.state}, about, folder);
+  dropRecoveredFit(pathOf(request.resumeFile), folder);
+}
+
 void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& scan,
                          const std::stop_token& stop) {
   lowerThreadPriority(); // the windows have priority
@@ -112,6 +131,7 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     timesAtRate(request.rate, series.times); // or an Error
     const std::string pairs = remarkOnPairs(series);
     JudgedSeries job(std::move(series), request.settings, request.evaluateQuality);
+    if (!request.resumeFile.isEmpty()) job.resume(readStoppedFit(pathOf(request.resumeFile)));
     job.onProgress([&](const Progress& progress) { post(progress); });
     job.onPreview([this](const auto& field) {
       QMetaObject::invokeMethod(
@@ -119,9 +139,11 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     });
     const JudgedSeriesResult made = job.run(stop);
     if (made.result.cancelled || !made.result.field) {
+      keep(request, scan, made.result);
       stopped = true;
       return;
     }
+    dropRecoveredFit(pathOf(request.resumeFile), pathOf(recoveryFolder()));
     ui::MotionReport& report = outcome->report;
     report.choice = QString::fromStdString(made.result.choice);
     for (const std::string& sentence : {pairs, made.note})

@@ -20,7 +20,7 @@ class AppMotionHost : public ui::MotionHost {
   Q_OBJECT
 public:
   explicit AppMotionHost(AppHost* host);
-  /// Stops what runs, waits for it (≤ 200 ms) and drops it.
+  /// Stops what runs, waits for it (≤ 200 ms and the writing) and keeps where it stands.
   ~AppMotionHost() override;
 
   ui::SeriesInfo seriesInfo(const QString& id) const override;
@@ -45,6 +45,7 @@ private:
   };
   void work(const ui::MotionRequest& request, const VolumeItem& scan, const std::stop_token& stop);
   void post(const Progress& progress);
+  void keep(const ui::MotionRequest& request, const VolumeItem& scan, const DynamicResult& result);
   void deliver(Outcome& outcome);
   void showWanted();
   void receivePreview(const std::shared_ptr<const DynamicField>& field);

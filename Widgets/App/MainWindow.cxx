@@ -177,7 +177,7 @@ MainWindow::MainWindow(QWidget* parent)
     list_->setCurrentId(report.modelId);
     reconstructionEnded();
   });
-  connect(&moving, &AppMotionHost::failed, this, &MainWindow::reconstructionEnded);
+  connect(&moving, &AppMotionHost::failed, this, [this] { closeWhenEnded_ = false; });
   connect(&moving, &AppMotionHost::cancelled, this, &MainWindow::reconstructionEnded);
   updateActions();
   restoreLayout();
@@ -549,7 +549,8 @@ void MainWindow::closeEvent(QCloseEvent* event) {
         host_->isRunning()
             ? tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
                  "it stands.")
-            : tr("A moving scan is being reconstructed. Stop that and close?"),
+            : tr("A moving scan is being reconstructed. Stop that and close? Once its frames are refined "
+                 "together, you can go on from where it stands at the next start."),
         QMessageBox::NoButton, this);
     box->setObjectName(QStringLiteral("runningBox"));
     box->setAttribute(Qt::WA_DeleteOnClose);

@@ -231,19 +231,14 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
   job.onPreview([&](const Volume& volume) { post(volume); });
   auto [result, quality] = job.run(stop);
   const std::filesystem::path recovery = pathOf(task.recoveryFolder);
-  const auto dropResumed = [&] { // there is a newer state
-    std::error_code ignored;
-    if (std::filesystem::equivalent(resumed.parent_path(), recovery, ignored))
-      std::filesystem::remove(resumed, ignored);
-  };
   if (result.cancelled) {
     if (keep_ && !result.model->field.gaussians.empty()) {
       writeRecoveredFit(*result.model, recoveredFrom(task, *result.model, iterations), recovery);
-      dropResumed();
+      dropRecoveredFit(resumed, recovery);
     }
     throw Error(ErrorCode::Cancelled, "Stopped on request.");
   }
-  dropResumed();
+  dropRecoveredFit(resumed, recovery);
 
   const VolumeItem& first = task.inputs.front();
   auto outcome = std::make_shared<Outcome>();

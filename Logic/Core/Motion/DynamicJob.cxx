@@ -190,6 +190,9 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   const auto finish = [&](const DynamicField& field) {
     result.field = std::make_shared<const DynamicField>(field);
     result.trainingPsnr = state_.trainingPsnr;
+    if (!refining) return;
+    result.state = network ? network->state() : motion->state();
+    result.state.key = key;
   };
   const auto refinement = [&](double from, const DynamicField& field) {
     return [&, from, told = share(Phase::Fitting, from, 0.98)](double done, double mse) {
@@ -251,6 +254,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
         network->resume(resumed_->field, resumed_->state);
       else
         network->fitCanonical(share(Phase::Initialising, 0, 0.05));
+      result.steps = deformationPlan(series_, settings_).steps;
       refining = true;
       network->refine(refinement(0.05, network->field()));
       finish(network->field());
@@ -264,6 +268,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
         motion->track(share(Phase::Tracking, 0.15, 0.5));
         motion->useSpline(settings_.knots ? *settings_.knots : motion->chooseCoefficients());
       }
+      result.steps = motionPlan(series_, settings_).jointSteps;
       refining = true;
       motion->refine(refinement(0.5, motion->field()));
       finish(motion->field());
@@ -271,11 +276,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result.cancelled = true;
-    if (refining) {
-      finish(network ? network->field() : motion->field());
-      result.state = network ? network->state() : motion->state();
-      result.state.key = key;
-    }
+    if (refining) finish(network ? network->field() : motion->field());
   }
   if (result.field && !result.cancelled) {
     double squared = 0;

@@ -10,7 +10,7 @@
 
 namespace innergs {
 
-/// A fit that was stopped while all frames were refined together.
+/// A fit that was stopped while all frames were refined together, or at the end of that.
 struct StoppedDynamicFit {
   DynamicField field;
   RefinementState state;
@@ -19,8 +19,9 @@ struct StoppedDynamicFit {
 struct DynamicResult {
   std::shared_ptr<const DynamicField> field; // null: stopped before there was one
   bool cancelled = false;                    // true: state at the stop
-  RefinementState state;                     // of a fit stopped in the refinement, to go on from; else empty
-  std::string choice;             // a sentence: why it is of its kind, on which frames it was judged
+  RefinementState state; // where the refinement was stopped, to go on from, or ended; empty: there was none
+  int steps = 0;         // of the refinement, in all
+  std::string choice;    // a sentence: why it is of its kind, on which frames it was judged
   std::vector<std::string> notes; // sentences for the user: what was asked for or found and not used
   Settings settings;              // with the kind that was chosen
   bool slicesTimed = false;       // slices counted at their own times (see acquiredFrame())

@@ -1,5 +1,6 @@
 #include "IO/RecoveredFit.h"
 
+#include "IO/DynamicModelFile.h"
 #include "IO/ModelFile.h"
 #include "TestFiles.h"
 
@@ -39,6 +40,39 @@ TEST(RecoveredFit, SaysWhatItTakesToGoOn) {
   ModelNotes notes;
   EXPECT_EQ(readModel(file, &notes).optimizer.moment1, stopped().optimizer.moment1);
   EXPECT_EQ(notes["Inputs"], about.inputs);
+}
+
+TEST(RecoveredFit, OfAMovingScan) {
+  const TemporaryFolder folder;
+  StoppedDynamicFit fit;
+  fit.field.kind = DynamicKind::Intensity; // the smallest field there is; the state is what counts
+  fit.field.canonical = randomField(5, true);
+  fit.field.times = {0, 0.7};
+  fit.field.change = {0, 0.7, 4};
+  fit.field.changes.assign(20, 1.f);
+  fit.state.step = 12;
+  fit.state.key = "key";
+  fit.state.steps = {12};
+  fit.state.moments.assign(8, 0.5f);
+  RecoveredFit about;
+  about.inputs = "Wrist";
+  about.settings.kind = DynamicKind::Motion;
+  about.settings.knots = 9;
+  about.iterations = 400;
+  about.interval = 0.7;
+  const auto first = writeRecoveredFit(fit, about, folder.path());
+  const auto found = recoveredFits(folder.path());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_TRUE(found[0].moving);
+  EXPECT_EQ(found[0].settings, about.settings);
+  EXPECT_EQ(found[0].iteration, 12);
+  EXPECT_EQ(found[0].iterations, 400);
+  EXPECT_EQ(found[0].interval, 0.7);
+  EXPECT_EQ(readStoppedFit(first)->state.moments, fit.state.moments);
+  dropRecoveredFit(first, folder / "elsewhere");
+  EXPECT_TRUE(std::filesystem::exists(first));
+  dropRecoveredFit(first, folder.path());
+  EXPECT_FALSE(std::filesystem::exists(first));
 }
 
 TEST(RecoveredFit, OthersFilesAreNone) {

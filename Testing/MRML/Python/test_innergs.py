@@ -133,6 +133,24 @@ class InnerGSTest(unittest.TestCase):
         coarse = innergs.reconstruct_moving(sequence, kind="network", rounds=2, knots=5, quality=False)
         self.assertIn("rounds=2", coarse.model.GetAttribute("InnerGS.Settings"))
 
+    def test_moving_stopped(self):
+        sequence = add_series(self.scene)
+        shown = []
+
+        def stop(job):
+            shown.append(job.preview(0.75))
+            job.cancel()
+
+        choices = dict(kind="motion", quality=False, rounds=150)
+        job = innergs.start_moving(sequence, keep=True, preview=stop, **choices)
+        with self.assertRaises(innergs.Cancelled):
+            job.result()
+        self.assertIsNotNone(shown[0].GetImageData())
+        self.assertTrue(job.recovery_file)
+        result = innergs.reconstruct_moving(sequence, resume=job.recovery_file, **choices)
+        innergs.set_time(result.model, 0.75)
+        self.assertAlmostEqual(innergs.query(result.model, [10 + 1.5 * 1.5, 11, 7]), 320, delta=25)
+
     def test_reconstruct(self):
         source = add_volume(self.scene)
         result = innergs.reconstruct(source, spacing=1.5, preset="fast", held_out=0.1)
