@@ -36,8 +36,6 @@ fs::path beside(const fs::path& path, const char* extension) {
 struct Sidecar {
   std::vector<double> times; // s
   double interval = 0;       // s, 0: unknown
-  std::vector<double> sliceTimes;
-  std::string sliceDirection; // "k", "j-" ...; "": not said
 };
 
 Sidecar readSidecar(const fs::path& image) {
@@ -59,10 +57,6 @@ Sidecar readSidecar(const fs::path& image) {
     return numbers;
   };
   sidecar.times = list("VolumeTiming");
-  sidecar.sliceTimes = list("SliceTiming");
-  if (const auto direction = values.find("SliceEncodingDirection");
-      direction != values.end() && direction->is_string())
-    sidecar.sliceDirection = direction->get<std::string>();
   if (const auto interval = values.find("RepetitionTime"); interval != values.end() && interval->is_number())
     sidecar.interval = interval->get<double>();
   return sidecar;
@@ -95,44 +89,12 @@ std::vector<double> givenTimes(const TimeSeriesOptions& options, std::size_t fra
 }
 
 /// When the slices of a frame were acquired, as the sidecar or else the header says.
-SliceTiming sliceTimingOf(const LoadedFrames& loaded, const Sidecar& sidecar, const std::string& what) {
-  SliceTiming timing;
-  if (loaded.sliceAxis >= 0) timing.axis = loaded.sliceAxis;
-  timing.times = loaded.sliceSeconds;
-  if (!sidecar.sliceTimes.empty()) {
-    const std::string& direction = sidecar.sliceDirection;
-    if (!direction.empty()) {
-      timing.axis = direction[0] - 'i';
-      if (timing.axis < 0 || timing.axis > 2 || (direction.size() > 1 && direction.substr(1) != "-"))
-        throw Error(ErrorCode::FileFormat, what + " has a SliceEncodingDirection '" + direction +
-                                               "' beside it; correct it to one of i, j, k, i-, j-, k-.");
-    }
-    timing.times = sidecar.sliceTimes;
-    if (direction.ends_with('-')) std::reverse(timing.times.begin(), timing.times.end());
-    const auto slices = static_cast<std::size_t>(loaded.geometry.size[timing.axis]);
-    if (timing.times.size() != slices)
-      throw Error(ErrorCode::FileFormat, what + " has " + std::to_string(slices) + " slices, and " +
-                                             std::to_string(timing.times.size()) +
-                                             " times in the SliceTiming beside it: correct or remove it.");
-  }
-  const auto [first, last] = std::minmax_element(timing.times.begin(), timing.times.end());
-  if (first == last || *first == *last) timing.times.clear(); // all at once
-  return timing;
-}
-
-/// Slices later than a frame takes are not in seconds, or not of this scan.
-void checkSliceTiming(const TimeSeries& series) {
-  const auto& slices = series.sliceTiming.times;
-  if (slices.empty()) return;
-  double longest = 0;
-  for (std::size_t f = 1; f < series.times.size(); ++f)
-    longest = std::max(longest, series.times[f] - series.times[f - 1]);
-  const double last = *std::max_element(slices.begin(), slices.end());
-  if (last > 1.01 * longest)
-    throw Error(ErrorCode::InvalidArgument,
-                series.name + " has a slice acquired " + numberText(last) + " s after its frame began, and " +
-                    numberText(longest) +
-                    " s from one frame to the next: give both in seconds, or correct the slice times.");
+SliceTiming sliceTimingOf(const LoadedFrames& loaded, const fs::path& path) {
+  const int axis = loaded.sliceAxis >= 0 ? loaded.sliceAxis : 2;
+  if (auto timing = bidsSliceTiming(sidecarOf(path), axis, loaded.geometry)) return *timing;
+  const auto& times = loaded.sliceSeconds;
+  const bool atOnce = std::all_of(times.begin(), times.end(), [&](double t) { return t == times.front(); });
+  return {axis, atOnce ? std::vector<double>() : times};
 }
 
 std::vector<double> timesOf(const LoadedFrames& loaded, const Sidecar& sidecar, const fs::path& path,
@@ -261,10 +223,6 @@ std::vector<fs::path> frameFiles(const fs::path& folder) {
                                                                           : std::vector<fs::path>();
 }
 
-fs::path sidecarOf(const fs::path& image) {
-  return beside(image, ".json");
-}
-
 TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options) {
   std::error_code ignored;
   TimeSeries series;
@@ -287,14 +245,13 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
     if (loaded.frames.size() > 1) {
       const Sidecar sidecar = readSidecar(path);
       series.times = timesOf(loaded, sidecar, path, options);
-      series.sliceTiming = sliceTimingOf(loaded, sidecar, what);
+      series.sliceTiming = sliceTimingOf(loaded, path);
     }
     series.frames = std::move(loaded.frames);
   }
   const fs::path name = path.has_filename() ? path.filename() : path.parent_path().filename();
   series.name = utf8(name.empty() ? path : name);
   checkTimeSeries(series);
-  checkSliceTiming(series);
   return series;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Motion/TimeSeries.h"
+#include "IO/BidsSidecar.h"
 #include "IO/OutputType.h"
 
 #include <filesystem>
@@ -36,8 +37,6 @@ std::string writeTimeSeries(const TimeSeries& series, const std::filesystem::pat
                             OutputType type = OutputType::Float32,
                             const std::optional<VoxelValues>& expected = {});
 
-/// The BIDS sidecar of an image: the same name with .json.
-std::filesystem::path sidecarOf(const std::filesystem::path& image);
 /// Whether writeTimeSeries() writes a sidecar for frames at these times.
 bool needsSidecar(const std::filesystem::path& path, const std::vector<double>& times);
 

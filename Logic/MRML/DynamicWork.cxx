@@ -35,6 +35,8 @@ std::vector<double> framesWanted(vtkDoubleArray* times, double rate, const std::
 DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   if (!request) throw Error(ErrorCode::InvalidArgument, "There is no request: give one.");
   series_ = seriesOf(request->GetSeries(), request->GetInterval(), true);
+  series_.sliceTiming = sliceTimingOf(request, series_.geometry);
+  if (!series_.sliceTiming.empty()) checkTimeSeries(series_); // its slice times too
   sequence_ = request->GetSeries();
   name_ = sequence_->GetName() ? sequence_->GetName() : "Sequence";
   times_ = framesWanted(request->GetTimes(), request->GetRate(), series_.times);

@@ -86,6 +86,7 @@ std::string vtkSlicerInnerGSLogic::CheckDynamicRequest(vtkSlicerInnerGSDynamicRe
   return innergs::sentenceOf([&] {
     if (!request) throw Error(ErrorCode::InvalidArgument, "There is no request: give one.");
     const innergs::TimeSeries series = mrml::seriesOf(request->GetSeries(), request->GetInterval(), false);
+    mrml::sliceTimingOf(request, series.geometry);
     mrml::framesWanted(request->GetTimes(), request->GetRate(), series.times);
   });
 }

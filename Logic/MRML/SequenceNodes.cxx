@@ -6,9 +6,11 @@
 #include "Core/Motion/MotionField.h"
 #include "Core/Render/Render.h"
 #include "Geometry.h"
+#include "IO/BidsSidecar.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
 #include "Outputs.h"
+#include "vtkSlicerInnerGSDynamicRequest.h"
 
 #include <vtkMRMLGridTransformNode.h>
 #include <vtkMRMLLabelMapVolumeNode.h>
@@ -16,9 +18,11 @@
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLStorageNode.h>
 #include <vtkMRMLVectorVolumeNode.h>
 #include <vtkOrientedGridTransform.h>
 
+#include <vtkDoubleArray.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
@@ -54,6 +58,25 @@ std::vector<double> timesOf(vtkMRMLSequenceNode* sequence, double interval) {
     times.push_back(*value * seconds);
   }
   return times;
+}
+
+SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& lattice) {
+  vtkMRMLSequenceNode* sequence = request->GetSeries();
+  const auto pathOf = [](const std::string& file) {
+    return std::filesystem::path(std::u8string(file.begin(), file.end()));
+  };
+  if (vtkDoubleArray* times = request->GetSliceTimes(); times && times->GetNumberOfValues() > 0)
+    return {2, {times->GetPointer(0), times->GetPointer(0) + times->GetNumberOfValues()}};
+  if (const std::string file = request->GetSliceTimingFileName(); !file.empty())
+    return readSliceTiming(pathOf(file), lattice);
+  if (const char* text = sequence->GetAttribute("InnerGS.SliceTiming"); text && *text) {
+    const char* direction = sequence->GetAttribute("InnerGS.SliceEncodingDirection");
+    return sliceTimingFrom(text, direction ? direction : "", 2, lattice, quoted(sequence));
+  }
+  vtkMRMLStorageNode* storage = sequence->GetStorageNode();
+  if (const std::string file = storage ? storage->GetFullNameFromFileName() : std::string(); !file.empty())
+    if (auto timing = bidsSliceTiming(sidecarOf(pathOf(file)), 2, lattice)) return *timing;
+  return {};
 }
 
 vtkSmartPointer<vtkMRMLSequenceBrowserNode> browserOf(vtkMRMLSequenceNode* sequence) {

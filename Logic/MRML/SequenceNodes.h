@@ -13,6 +13,7 @@ class vtkMRMLScene;
 class vtkMRMLSequenceBrowserNode;
 class vtkMRMLSequenceNode;
 class vtkMatrix4x4;
+class vtkSlicerInnerGSDynamicRequest;
 
 /// Moving scans as Slicer's sequences.
 namespace innergs::mrml {
@@ -21,6 +22,11 @@ namespace innergs::mrml {
 /// a browser, if there is one). interval: s from one frame to the next, 0 as the sequence's index says.
 /// Without `voxels` the frames stay empty. Throws Error for what is no moving scan, with one sentence.
 TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels);
+
+/// When the slices of its frames were acquired, as a request says, else the sequence, else the BIDS file
+/// beside the one that it was read from; empty: nothing does. Throws Error(InvalidArgument | FileNotFound |
+/// FileFormat).
+SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& lattice);
 
 /// The frames' times in s. Throws Error(InvalidArgument) where the index is no time.
 std::vector<double> timesOf(vtkMRMLSequenceNode* sequence, double interval);

@@ -20,6 +20,7 @@ void vtkSlicerInnerGSDynamicRequest::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Settings: " << innergs::movingSettingsText(*this->Choices) << "\n";
   os << indent << "Rate: " << this->Rate << "\n";
   os << indent << "EvaluateQuality: " << this->EvaluateQuality << "\n";
+  os << indent << "SliceTimingFileName: " << this->SliceTimingFileName << "\n";
   os << indent << "ResumeFileName: " << this->ResumeFileName << "\n";
   os << indent << "KeepWhenCancelled: " << this->KeepWhenCancelled << "\n";
 }
@@ -54,4 +55,14 @@ void vtkSlicerInnerGSDynamicRequest::SetTimes(vtkDoubleArray* times) {
 
 vtkDoubleArray* vtkSlicerInnerGSDynamicRequest::GetTimes() {
   return this->Times;
+}
+
+void vtkSlicerInnerGSDynamicRequest::SetSliceTimes(vtkDoubleArray* times) {
+  if (times == this->SliceTimes.Get()) return;
+  this->SliceTimes = times;
+  this->Modified();
+}
+
+vtkDoubleArray* vtkSlicerInnerGSDynamicRequest::GetSliceTimes() {
+  return this->SliceTimes;
 }

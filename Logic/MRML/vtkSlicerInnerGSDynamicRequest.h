@@ -32,6 +32,18 @@ public:
   vtkSetMacro(Interval, double);
   vtkGetMacro(Interval, double);
 
+  ///@{
+  /// When the slices of a frame were acquired (s after its time), for the setting sliceTiming: these times,
+  /// one per slice along K, else those of a file (UTF-8; .json as BIDS has it, or text with the times), else
+  /// the sequence's attributes InnerGS.SliceTiming ("0, 1, 0.5") and InnerGS.SliceEncodingDirection ("k", the
+  /// default, "j-" ...), else the BIDS file beside the one that the sequence was read from. Null and "": not
+  /// given, the default.
+  void SetSliceTimes(vtkDoubleArray* times);
+  vtkDoubleArray* GetSliceTimes();
+  vtkSetMacro(SliceTimingFileName, const std::string&);
+  vtkGetMacro(SliceTimingFileName, std::string);
+  ///@}
+
   /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
   /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what foresees
   /// withheld frames better.
@@ -76,10 +88,10 @@ protected:
   ~vtkSlicerInnerGSDynamicRequest() override;
 
   vtkWeakPointer<vtkMRMLSequenceNode> Series;
-  vtkSmartPointer<vtkDoubleArray> Times;
+  vtkSmartPointer<vtkDoubleArray> Times, SliceTimes;
   double Interval = 0, Rate = 0;
   bool EvaluateQuality = true, KeepWhenCancelled = false;
-  std::string ResumeFileName;
+  std::string ResumeFileName, SliceTimingFileName;
 
 private:
   void SetSettingNumber(const char* name, double number);

@@ -9,6 +9,7 @@
 #include "ReconstructInputs.h"
 #include "SettingsAccess.h"
 
+#include "vtkDoubleArray.h"
 #include "vtkImageData.h"
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -29,6 +30,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 struct vtkInnerGSDynamicReconstruct::Internals {
   innergs::Settings settings; // without those that the base class holds
   std::vector<double> times;
+  vtkSmartPointer<vtkDoubleArray> sliceTimes;
   vtkSmartPointer<vtkMatrix4x4> ijkToRAS;
   innergs::Phase phase = innergs::Phase::Preparing;
 };
@@ -81,6 +83,16 @@ void vtkInnerGSDynamicReconstruct::SetTimeStep(double interval, int numberOfFram
     this->SetFrameTime(f, interval * f);
 }
 
+void vtkInnerGSDynamicReconstruct::SetSliceTimes(vtkDoubleArray* times) {
+  if (times == this->Work->sliceTimes) return;
+  this->Work->sliceTimes = times;
+  this->Modified();
+}
+
+vtkDoubleArray* vtkInnerGSDynamicReconstruct::GetSliceTimes() {
+  return this->Work->sliceTimes;
+}
+
 void vtkInnerGSDynamicReconstruct::SetIJKToRASMatrix(vtkMatrix4x4* ijkToRAS) {
   if (innergs::vtk::assignCopy(this->Work->ijkToRAS, ijkToRAS)) this->Modified();
 }
@@ -92,6 +104,7 @@ vtkMatrix4x4* vtkInnerGSDynamicReconstruct::GetIJKToRASMatrix() {
 void vtkInnerGSDynamicReconstruct::ClearInputs() {
   this->SetInputConnection(0, nullptr);
   this->Work->times.clear();
+  this->Work->sliceTimes = nullptr;
   this->Work->ijkToRAS = nullptr;
   this->Modified();
 }
@@ -127,6 +140,9 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
     series.frames.push_back(innergs::vtk::voxelsOf(image, {{0, 0, 0}, grid.size}, what, stop));
     series.times.push_back(this->GetFrameTime(f));
   }
+  if (vtkDoubleArray* times = this->Work->sliceTimes; times && times->GetNumberOfValues() > 0)
+    series.sliceTiming = {this->SliceAxis,
+                          {times->GetPointer(0), times->GetPointer(0) + times->GetNumberOfValues()}};
   innergs::DynamicJob job(std::move(series), this->GetSettings());
   job.onProgress([this](const innergs::Progress& p) {
     this->Work->phase = p.phase;

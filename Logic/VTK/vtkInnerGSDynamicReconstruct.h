@@ -4,6 +4,7 @@
 #include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSSettingsMacro.h"
 
+class vtkDoubleArray;
 class vtkInnerGSDynamicModel;
 class vtkMatrix4x4;
 #ifndef __VTK_WRAP__
@@ -38,6 +39,15 @@ public:
   double GetFrameTime(int index); // NaN: not set
   void SetTimeStep(double interval, int numberOfFrames);
   ///@}
+  ///@{
+  /// s after a frame's time at which each of its slices was acquired, along an axis of the image (0, 1 or 2,
+  /// the default): the setting sliceTiming uses them, where Gaussians change their intensity. Null (default):
+  /// all at once. Kept by reference.
+  void SetSliceTimes(vtkDoubleArray* times);
+  vtkDoubleArray* GetSliceTimes();
+  vtkSetMacro(SliceAxis, int);
+  vtkGetMacro(SliceAxis, int);
+  ///@}
   /// Of all frames: IJK → RAS (mm), copied; null (default): from the first image's origin, spacing and
   /// direction.
   void SetIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
@@ -45,7 +55,7 @@ public:
   /// For messages.
   vtkSetMacro(SeriesName, const std::string&);
   vtkGetMacro(SeriesName, std::string);
-  /// Disconnects all frames and forgets their times and the matrix.
+  /// Disconnects all frames and forgets their times, their slices' and the matrix.
   void ClearInputs();
 
   /// When stopped while all frames are refined together, put out the model reached. Off by default.
@@ -80,6 +90,7 @@ protected:
 #endif
 
   bool KeepModelWhenAborted = false;
+  int SliceAxis = 2;
   double ElapsedSeconds = 0, RemainingSeconds = 0, TrainingPSNR;
   std::string SeriesName = "The series", Choice, Notes;
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import collections
+import os
 
 from ._jobs import Job
 from ._parameters import apply_settings
@@ -47,8 +48,8 @@ def _times(times):
     return array
 
 
-def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, quality=True, resume="",
-                 keep=False, progress=None, preview=None, **settings):
+def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, quality=True, slice_times=None,
+                 resume="", keep=False, progress=None, preview=None, **settings):
     """Starts the reconstruction of a moving scan in the background and returns a MovingJob. Arguments as in
     reconstruct_moving()."""
     owner = logic_of(sequence)
@@ -58,6 +59,10 @@ def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, q
     apply_settings(request, dict(settings, kind=None if kind == "auto" else kind))
     request.SetTimes(_times(times))
     request.SetRate(rate)
+    if isinstance(slice_times, (str, os.PathLike)):
+        request.SetSliceTimingFileName(os.fspath(slice_times))
+    else:
+        request.SetSliceTimes(_times(slice_times))
     request.SetEvaluateQuality(quality)
     request.SetResumeFileName(str(resume))
     request.SetKeepWhenCancelled(keep)
@@ -74,6 +79,9 @@ def reconstruct_moving(sequence, **choices):
                  two foresees withheld frames better
     times, rate  the frames to make: at these times in s, or so many per second; by default at the sequence's own times
     quality      judge by a second fit, on frames that it does not see, beside linear interpolation (default True)
+    slice_times  seconds after a frame's time at which each of its slices was acquired, one per slice along K, or a file
+                 with them (BIDS's .json, or text); by default what the sequence says (attribute InnerGS.SliceTiming)
+                 or the BIDS file beside the one that it was read from. kind "intensity" looks at them
     resume       a model file to go on from, of a fit of the same sequence and settings that was stopped
     keep         keep in the recovery folder where a cancelled fit stands; MovingJob.recovery_file has it then
     progress     called with the job from time to time

@@ -6,11 +6,14 @@
 
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
+#include <vtkMRMLStorageNode.h>
 #include <vtkMRMLTableNode.h>
 #include <vtkMRMLTransformNode.h>
 
 #include <vtkDoubleArray.h>
 #include <vtkGeneralTransform.h>
+
+#include <fstream>
 
 namespace {
 
@@ -263,6 +266,61 @@ TEST_F(DynamicTest, ClosingTheSceneWhileItIsJudgedKeepsAllOfIt) {
   request->SetResumeFileName(job->GetRecoveryFile());
   EXPECT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
   EXPECT_NE(logic->GetLastJob()->GetTableNode(), nullptr);
+}
+
+/// Given as an array, by a file, by the sequence's attributes and by the file beside its own: all the same.
+TEST_F(DynamicTest, SlicesHaveTimesOfTheirOwn) {
+  auto* series = addSeries(8); // 9 slices
+  const auto request = requestFor(series);
+  request->SetKind(vtkSlicerInnerGSDynamicRequest::Intensity);
+  request->EvaluateQualityOff();
+  const auto changes = [&] {
+    EXPECT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
+    return logic->GetLastJob()->GetModelNode()->GetDynamicModel()->GetField()->changes;
+  };
+  const auto write = [&](const char* name, const std::string& text) {
+    std::ofstream(folder / name) << text;
+    return (folder / name).string();
+  };
+  const std::vector<float> atOnce = changes();
+  const double order[] = {0, 5, 1, 6, 2, 7, 3, 8, 4};
+  vtkNew<vtkDoubleArray> times;
+  std::string list, back;
+  for (const double o : order) {
+    times->InsertNextValue(0.025 * o);
+    const std::string text = std::to_string(0.025 * o);
+    list += (list.empty() ? "" : ", ") + text;
+    back = text + (back.empty() ? "" : ", ") + back;
+  }
+  request->SetSliceTimes(times);
+  const std::vector<float> timed = changes();
+  EXPECT_NE(timed, atOnce);
+  request->SetSliceTimes(nullptr);
+  request->SetSliceTimingFileName(write("times.json", "{\"SliceTiming\": [" + list + "]}"));
+  EXPECT_EQ(changes(), timed);
+  request->SetSliceTimingFileName(write("times.txt", list));
+  EXPECT_EQ(changes(), timed);
+  request->SetSliceTimingFileName("");
+  series->SetAttribute("InnerGS.SliceTiming", back.c_str());
+  series->SetAttribute("InnerGS.SliceEncodingDirection", "k-");
+  EXPECT_EQ(changes(), timed);
+  request->SetSetting("sliceTiming", "false");
+  EXPECT_EQ(changes(), atOnce);
+  request->SetSetting("sliceTiming", "");
+  series->RemoveAttribute("InnerGS.SliceTiming");
+  series->AddDefaultStorageNode();
+  ASSERT_NE(series->GetStorageNode(), nullptr);
+  series->GetStorageNode()->SetFileName((folder / "times.nii.gz").string().c_str());
+  EXPECT_EQ(changes(), timed);
+
+  series->SetAttribute("InnerGS.SliceTiming", "0 1");
+  EXPECT_NE(logic->CheckDynamicRequest(request).find("2 slice times for 9 slices"), std::string::npos);
+  series->SetAttribute("InnerGS.SliceTiming", "0 1 2 3 4 5 6 7 8"); // of frames 0.25 s apart
+  EXPECT_NE(refusal(request).find("in seconds"), std::string::npos);
+  request->SetSliceTimingFileName((folder / "gone.json").string());
+  EXPECT_NE(refusal(request).find("does not exist"), std::string::npos);
+  request->SetSliceTimingFileName(write("none.json", "{}"));
+  EXPECT_NE(refusal(request).find("no SliceTiming"), std::string::npos);
 }
 
 TEST_F(DynamicTest, WhatIsWrongIsOneSentence) {

@@ -43,6 +43,15 @@ void checkTimeSeries(const TimeSeries& series) {
       if (!(time >= 0 && time <= 1e6))
         fail(ErrorCode::InvalidArgument,
              " has a slice time that is below 0 s or not finite: correct or remove it.");
+    double longest = 0;
+    for (std::size_t f = 1; f < series.times.size(); ++f)
+      longest = std::max(longest, series.times[f] - series.times[f - 1]);
+    const double last = *std::max_element(timing.times.begin(), timing.times.end());
+    if (last > 1.01 * longest)
+      fail(ErrorCode::InvalidArgument,
+           " has a slice acquired " + numberText(last) + " s after its frame began, and " +
+               numberText(longest) +
+               " s from one frame to the next: give both in seconds, or correct the slice times.");
   }
   const ValueRange range = rangeOf(series);
   bool equal = !(range.high > range.low);

@@ -217,10 +217,11 @@ const std::vector<Setting>& settingsTable() {
                .automatic = "6",
                .usual = 6,
                .applies = mayCarry}),
-      Setting("sliceTiming", MEMBER(sliceTiming), Moving, tr("Slice timing"),
-              tr("Moving scans that change their intensity: take each slice at the time that NIfTI header or "
-                 "BIDS file says, not the whole frame at once."),
-              {.automatic = tr("true where the scan says when"), .applies = mayChange}),
+      Setting(
+          "sliceTiming", MEMBER(sliceTiming), Moving, tr("Slice timing"),
+          tr("Moving scans that change their intensity: take each slice at the time that NIfTI header, BIDS "
+             "file or scene says, not the whole frame at once."),
+          {.automatic = tr("true where the scan says when"), .applies = mayChange}),
   };
   return rows;
 }

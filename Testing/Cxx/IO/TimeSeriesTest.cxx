@@ -98,6 +98,24 @@ TEST(TimeSeriesIO, SliceTimesComeFromTheSidecar) {
   EXPECT_EQ(code(R"({"SliceTiming": [0, -1, 0.5]})"), ErrorCode::InvalidArgument);
 }
 
+TEST(TimeSeriesIO, SliceTimesComeFromAFileThatIsChosen) {
+  const TemporaryFolder folder;
+  GridGeometry lattice;
+  lattice.size = {5, 4, 3};
+  const auto read = [&](const char* name, const std::string& text) {
+    writeBytes(folder / name, text);
+    return readSliceTiming(folder / name, lattice);
+  };
+  const SliceTiming expected{2, {0, 1, 0.5}};
+  EXPECT_EQ(read("a.txt", "0\r\n1\n0.5\n"), expected);
+  EXPECT_EQ(read("a.tsv", "[0, 1;\t5e-1]"), expected);
+  EXPECT_EQ(read("a.json", R"({"SliceTiming": [0, 1, 0.5]})"), expected);
+  EXPECT_EQ(sliceTimingFrom("0 0 1 1", "j-", 2, lattice, "it"), (SliceTiming{1, {1, 1, 0, 0}}));
+  for (const auto& [name, text] : {std::pair{"b.txt", "0 1"}, {"b.txt", "0 1 later"}, {"b.json", "{}"}})
+    EXPECT_THROW(read(name, text), Error) << text;
+  EXPECT_THROW(readSliceTiming(folder / "gone.txt", lattice), Error);
+}
+
 /// slice_code etc. of NIfTI-1.
 TEST(TimeSeriesIO, SliceTimesComeFromTheHeader) {
   const TemporaryFolder folder;

@@ -12,6 +12,7 @@
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSResample.h"
 
+#include <vtkDoubleArray.h>
 #include <vtkInformation.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 
@@ -164,6 +165,48 @@ TEST(Dynamic, WhatIsWrongIsOneSentence) {
             std::string::npos);
   vtkNew<vtkInnerGSInterpolateTime> at;
   EXPECT_NE(failure(at).find("no model of a moving scan"), std::string::npos);
+}
+
+/// Slices at their own times give what the job gives of them, and another model than frames at one time.
+TEST(Dynamic, SlicesHaveTimesOfTheirOwn) {
+  TimeSeries series = movingPhantom(evenTimes(8));
+  const auto slices = static_cast<int>(series.geometry.size[2]);
+  vtkNew<vtkDoubleArray> times;
+  for (int k = 0; k < slices; ++k)
+    times->InsertNextValue(0.5 * ((3 * k) % slices) / slices);
+  const auto changesOf = [&](const auto& change) {
+    const auto filter = filterOf(series, vtkInnerGSDynamicReconstruct::Intensity);
+    filter->SetSetting("gaussians", "");
+    change(filter.Get());
+    filter->Update();
+    return filter->GetOutput()->IsEmpty() ? std::vector<float>() : filter->GetOutput()->GetField()->changes;
+  };
+  const std::vector<float> timed = changesOf([&](auto* f) { f->SetSliceTimes(times); });
+  ASSERT_FALSE(timed.empty());
+  EXPECT_NE(timed, changesOf([](auto*) {}));
+  EXPECT_EQ(changesOf([](auto*) {}), changesOf([&](auto* f) {
+              f->SetSliceTimes(times);
+              f->SetSetting("sliceTiming", "false");
+            }));
+  Settings settings;
+  settings.kind = DynamicKind::Intensity;
+  settings.threads = 1;
+  series.sliceTiming = {2, {times->GetPointer(0), times->GetPointer(0) + slices}};
+  EXPECT_EQ(timed, DynamicJob(series, settings).run().field->changes);
+
+  const auto filter = filterOf(series, vtkInnerGSDynamicReconstruct::Intensity);
+  vtkNew<vtkCallbackCommand> quiet;
+  filter->AddObserver(vtkCommand::ErrorEvent, quiet);
+  filter->SetSliceTimes(times);
+  filter->SetSliceAxis(0);
+  filter->Update();
+  EXPECT_NE(filter->GetErrorMessage().find("not one per slice"), std::string::npos);
+  times->SetValue(1, 500); // ms
+  filter->SetSliceAxis(2);
+  times->Modified();
+  filter->Modified();
+  filter->Update();
+  EXPECT_NE(filter->GetErrorMessage().find("in seconds"), std::string::npos);
 }
 
 TEST(Dynamic, StopsWhenAsked) {

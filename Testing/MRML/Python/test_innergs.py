@@ -133,6 +133,19 @@ class InnerGSTest(unittest.TestCase):
         coarse = innergs.reconstruct_moving(sequence, kind="network", rounds=2, knots=5, quality=False)
         self.assertIn("rounds=2", coarse.model.GetAttribute("InnerGS.Settings"))
 
+    def test_moving_slice_times(self):
+        sequence = add_series(self.scene)
+        slices = sequence.GetNthDataNode(0).GetImageData().GetDimensions()[2]
+        times = [0.5 * ((2 * k) % slices) / slices for k in range(slices)]
+        value = {}
+        for given in (None, times):
+            result = innergs.reconstruct_moving(sequence, kind="intensity", quality=False, slice_times=given)
+            innergs.set_time(result.model, 0.75)
+            value[given is None] = innergs.query(result.model, [11, 11, 7])
+        self.assertNotEqual(value[True], value[False])
+        with self.assertRaisesRegex(innergs.Error, "does not exist"):
+            innergs.reconstruct_moving(sequence, kind="intensity", slice_times="no/such/file.json")
+
     def test_moving_stopped(self):
         sequence = add_series(self.scene)
         shown = []

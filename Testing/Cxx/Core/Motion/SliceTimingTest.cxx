@@ -123,7 +123,7 @@ TEST(SliceTiming, AFrameAsAcquiredHasItsSlicesAtTheirTimes) {
 }
 
 TEST(SliceTiming, WhereGaussiansMoveASentenceSaysThatItIsNotUsed) {
-  TimeSeries series = movingPhantom(evenTimes(4));
+  TimeSeries series = movingPhantom(evenTimes(4, kInterval));
   series.sliceTiming = interleaved(series.geometry.size[2]);
   Settings settings;
   settings.kind = DynamicKind::Motion;
@@ -135,11 +135,13 @@ TEST(SliceTiming, WhereGaussiansMoveASentenceSaysThatItIsNotUsed) {
 }
 
 TEST(SliceTiming, OfAnotherLatticeIsRefused) {
-  TimeSeries series = movingPhantom(evenTimes(3));
+  TimeSeries series = movingPhantom(evenTimes(3, kInterval));
   series.sliceTiming.times = {0, 1};
   EXPECT_THROW(checkTimeSeries(series), Error);
   series.sliceTiming = interleaved(series.geometry.size[2]);
   EXPECT_NO_THROW(checkTimeSeries(series));
   series.sliceTiming.times[2] = -1;
+  EXPECT_THROW(checkTimeSeries(series), Error);
+  series.sliceTiming.times[2] = 1.1 * kInterval; // in the next frame
   EXPECT_THROW(checkTimeSeries(series), Error);
 }

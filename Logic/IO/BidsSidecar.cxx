@@ -1,0 +1,98 @@
+#include "IO/BidsSidecar.h"
+
+#include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
+#include "Core/Image/GridGeometry.h"
+#include "IO/FilePath.h"
+
+#include <nlohmann/json.hpp>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+namespace innergs {
+namespace {
+
+[[noreturn]] void fail(const std::string& sentence) {
+  throw Error(ErrorCode::FileFormat, sentence);
+}
+
+SliceTiming along(std::vector<double> times, const std::string& direction, int axis,
+                  const GridGeometry& lattice, const std::string& what) {
+  SliceTiming timing{axis, std::move(times)};
+  if (!direction.empty()) {
+    timing.axis = direction[0] - 'i';
+    if (timing.axis < 0 || timing.axis > 2 || (direction.size() > 1 && direction.substr(1) != "-"))
+      fail(what + " has a SliceEncodingDirection '" + direction +
+           "'; correct it to one of i, j, k, i-, j-, k-.");
+  }
+  const auto slices = static_cast<std::size_t>(lattice.size[timing.axis]);
+  if (timing.times.size() != slices)
+    fail(what + " has " + std::to_string(timing.times.size()) + " slice times for " + std::to_string(slices) +
+         " slices: correct or remove them.");
+  if (direction.ends_with('-')) std::reverse(timing.times.begin(), timing.times.end());
+  const auto [first, last] = std::minmax_element(timing.times.begin(), timing.times.end());
+  if (*first == *last) timing.times.clear(); // all at once
+  return timing;
+}
+
+} // namespace
+
+fs::path sidecarOf(const fs::path& image) {
+  std::string name = utf8(image.filename());
+  name.resize(name.size() - fullExtension(image).size());
+  name += ".json";
+  return image.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
+}
+
+SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,
+                            const GridGeometry& lattice, const std::string& what) {
+  constexpr const char* blanks = " \t\r\n,;[]";
+  std::vector<double> times;
+  for (std::size_t at = text.find_first_not_of(blanks); at != std::string::npos;) {
+    const std::size_t end = std::min(text.find_first_of(blanks, at), text.size());
+    const std::string word = text.substr(at, end - at);
+    const auto time = wholeTextNumber(word);
+    if (!time) fail(what + " has the slice time '" + word + "', which is no number (s): correct it.");
+    times.push_back(*time);
+    at = text.find_first_not_of(blanks, end);
+  }
+  return along(std::move(times), direction, axis, lattice, what);
+}
+
+std::optional<SliceTiming> bidsSliceTiming(const fs::path& file, int axis, const GridGeometry& lattice) {
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return std::nullopt;
+  std::ifstream in(file, std::ios::binary);
+  const json values = json::parse(in, nullptr, false);
+  if (!values.is_object()) return std::nullopt; // some other file
+  const auto listed = values.find("SliceTiming");
+  if (listed == values.end() || !listed->is_array() || listed->empty()) return std::nullopt;
+  std::vector<double> times;
+  for (const json& time : *listed) {
+    if (!time.is_number())
+      fail(quoted(file) + " has a SliceTiming that is not a list of numbers (s); correct it.");
+    times.push_back(time.get<double>());
+  }
+  const auto direction = values.find("SliceEncodingDirection");
+  return along(std::move(times),
+               direction != values.end() && direction->is_string() ? direction->get<std::string>() : "", axis,
+               lattice, quoted(file));
+}
+
+SliceTiming readSliceTiming(const fs::path& file, const GridGeometry& lattice) {
+  checkInputFile(file);
+  if (fullExtension(file) == ".json") {
+    if (auto timing = bidsSliceTiming(file, 2, lattice)) return *timing;
+    fail(quoted(file) + " has no SliceTiming, a list of one time (s) per slice: choose a BIDS file that has "
+                        "it, or text with these times.");
+  }
+  std::ifstream in(file, std::ios::binary);
+  return sliceTimingFrom({std::istreambuf_iterator<char>(in), {}}, "", 2, lattice, quoted(file));
+}
+
+} // namespace innergs
