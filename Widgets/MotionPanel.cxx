@@ -370,20 +370,23 @@ void MotionPanel::showReport(const MotionReport& report) {
   say(lines.join(QLatin1Char('\n')));
   quality_->setVisible(!report.quality.isEmpty());
   if (report.quality.isEmpty()) return;
+  const QString cell = QStringLiteral("<td align=right style='padding-left:%1px'>%2</td>")
+                           .arg(2 * fontMetrics().averageCharWidth());
   QString rows =
-      QStringLiteral("<tr><th align=left>%1</th><th>&nbsp; PSNR (dB)</th><th>&nbsp; SSIM</th></tr>")
-          .arg(tr("On withheld frames"));
+      QStringLiteral("<tr><td style='white-space:nowrap'><b>%1</b></td>%2%3</tr>")
+          .arg(tr("On withheld frames"), cell.arg(tr("<b>PSNR&nbsp;(dB)</b>")), cell.arg(tr("<b>SSIM</b>")));
   const QLocale locale;
   for (const QualityRow& row : report.quality) {
     const QString name = row.method == QLatin1String("previous") ? tr("Previous frame")
                          : isOurMethod(row.method)               ? methodText(row.method)
                                                                  : tr("Linear in time");
     const QString bold = isOurMethod(row.method) ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
-    rows += QStringLiteral("<tr><td>%1</td><td align=right>&nbsp; %2</td><td align=right>&nbsp; %3</td></tr>")
-                .arg(bold.arg(name.toHtmlEscaped()), bold.arg(locale.toString(row.psnr, 'f', 2)),
-                     bold.arg(locale.toString(row.ssim, 'f', 4)));
+    rows += QStringLiteral("<tr><td style='white-space:nowrap'>%1</td>%2%3</tr>")
+                .arg(bold.arg(name.toHtmlEscaped()), cell.arg(bold.arg(locale.toString(row.psnr, 'f', 2))),
+                     cell.arg(bold.arg(locale.toString(row.ssim, 'f', 4))));
   }
-  quality_->setText(QStringLiteral("<table>%1</table><p>%2</p>")
+  quality_->setText(QStringLiteral("<table width='100%' cellspacing='0' cellpadding='1'>%1</table>"
+                                   "<p style='margin-top:6px; margin-bottom:0'>%2</p>")
                         .arg(rows, tr("Scored on %1").arg(report.samples).toHtmlEscaped()));
 }
 
