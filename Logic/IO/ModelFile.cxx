@@ -123,6 +123,7 @@ json featuresJson(const FeatureModel& features) {
              {"blocks", toJson(features.support.blocks)},
              {"low_intensity", features.scale.low}};
   if (features.decoder) value["embedding_size"] = features.decoder->size;
+  if (!features.residual.empty()) value["residual_grid"] = toJson(features.residual.lattice);
   return value;
 }
 
@@ -147,6 +148,30 @@ void addFeatures(const FeatureModel& features, std::vector<TensorToWrite>& tenso
   tensors.push_back({"feature_support", {features.support.blocks.voxelCount(), words}, [&features] {
                        return features.support.bits;
                      }});
+  const ClassResidual& residual = features.residual;
+  if (residual.empty()) return;
+  const auto voxels = static_cast<std::int64_t>(residual.voxels.size());
+  tensors.push_back({"feature_residual_voxels", {voxels}, [&residual] { return residual.voxels; }});
+  tensors.push_back({"feature_residual_ends", {voxels}, [&residual] { return residual.ends; }});
+  tensors.push_back({"feature_residual", {static_cast<std::int64_t>(residual.entries.size())}, [&residual] {
+                       return residual.entries;
+                     }});
+}
+
+ClassResidual residualOf(const SafetensorsFile& file, const GridGeometry& lattice, const Metadata& metadata,
+                         const std::filesystem::path& path) {
+  ClassResidual residual;
+  residual.lattice = lattice;
+  const auto read = [&](const char* name) {
+    const auto* tensor = file.find(name);
+    if (tensor == nullptr || tensor->shape.size() != 1) metadata.fail(name);
+    checkMemoryFor(4 * static_cast<double>(tensor->shape[0]), quoted(path));
+    return file.readUnsigned(name, tensor->shape);
+  };
+  residual.voxels = read("feature_residual_voxels");
+  residual.ends = read("feature_residual_ends");
+  residual.entries = read("feature_residual");
+  return residual;
 }
 
 FeatureModel featuresOf(const SafetensorsFile& file, const Metadata& metadata, const GaussianField& field,
@@ -200,6 +225,8 @@ FeatureModel featuresOf(const SafetensorsFile& file, const Metadata& metadata, c
   if (support == nullptr || support->shape.size() != 2 || static_cast<double>(support->shape[0]) != blocks)
     metadata.fail("feature_support");
   features.support.bits = file.readUnsigned("feature_support", {support->shape[0], features.support.words});
+  if (value.contains("residual_grid"))
+    features.residual = residualOf(file, metadata.gridOf(value["residual_grid"], "features"), metadata, path);
   checkFeatures(features, field);
   return features;
 }

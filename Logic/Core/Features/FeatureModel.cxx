@@ -37,6 +37,7 @@ void checkFeatures(const FeatureModel& f, const GaussianField& field) {
   if (f.support.words != (f.classes() + 31) / 32 ||
       static_cast<std::int64_t>(f.support.bits.size()) != f.support.blocks.voxelCount() * f.support.words)
     fail("their class support has another size than it says.");
+  checkResidual(f.residual, f.classes());
 }
 
 } // namespace innergs

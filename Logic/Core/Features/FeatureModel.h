@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Features/ClassResidual.h"
 #include "Core/Features/FeatureAutoencoder.h"
 #include "Core/Features/IntensityScale.h"
 #include "Core/Image/GridGeometry.h"
@@ -38,6 +39,7 @@ struct FeatureModel {
   std::vector<float> codes;          // [class][term][channel]
   IntensityScale scale;
   ClassSupport support;
+  ClassResidual residual; // of labels; empty: none
 
   std::optional<EmbeddingDecoder> decoder; // of a dense teacher's features
   std::vector<float> embeddings;           // [class][decoder->size], of unit length; 0 for a background that

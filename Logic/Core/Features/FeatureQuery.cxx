@@ -1,5 +1,6 @@
 #include "Core/Features/FeatureQuery.h"
 
+#include "Core/Features/ClassResidual.h"
 #include "Core/Features/FeatureDecoder.h"
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Model/FieldValue.h"
@@ -111,6 +112,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
   const FieldValue value(field, geometry.indexToWorld(), {});
   const SupportLists lists(features.support);
   const BlockFinder blockOf(features.support.blocks, geometry.indexToWorld());
+  const ClassResidualSampler residual(features.residual, geometry.indexToWorld());
   std::optional<EmbeddingDecoding> embeddings;
   if (features.decoder) embeddings.emplace(features);
   RenderOptions render;
@@ -166,6 +168,9 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
             decode<N>(features, latents.data() + local * N,
                       features.scale(intensity.voxels[static_cast<std::size_t>(local)]), classes,
                       probabilities.data());
+          residual.add(
+              {static_cast<double>(i), static_cast<double>(row % ny), static_cast<double>(first + row / ny)},
+              classes, probabilities.data());
           visit(local + first * nx * ny, classes, probabilities.data());
         }
       });

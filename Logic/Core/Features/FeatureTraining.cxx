@@ -6,6 +6,7 @@
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureRows.h"
 #include "Core/Features/LabelCompletion.h"
+#include "Core/Features/LabelResidual.h"
 #include "Core/Features/SupportBlocks.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/Render.h"
@@ -18,9 +19,14 @@
 namespace innergs {
 namespace {
 
-constexpr float kStartLogit = 4;     // of the class that fills a Gaussian
-constexpr float kPure = 0.999f;      // share from which a Gaussian holds one class
-constexpr float kRate = 0.5f, kLastRate = 0.05f, kCodeRate = 0.02f;
+constexpr float kStartLogit = 4; // of the class that fills a Gaussian
+constexpr float kPure = 0.999f;  // share from which a Gaussian holds one class
+// Between the voxels of complete labels, latents that were learned further are worse and the residual holds
+// what they miss; unlabelled slices have no residual.
+constexpr int kCompleteIterations = 10, kSparseIterations = 60;
+constexpr float kCompleteRate = 0.1f, kSparseRate = 0.5f;
+constexpr float kLastRate = 0.1f; // of the first one
+constexpr float kCodeRate = 0.02f;
 constexpr float kMomentum = 0.9f, kScaling = 0.99f;
 constexpr std::int64_t kCodeBlock = 8192; // rows per task that sums the gradient of the codes
 
@@ -97,16 +103,26 @@ public:
     model_.codes = spreadCodes(model_.support, model_.classes(), model_.channels, training_.seed);
     pool_.throwIfStopped();
     const FeatureRenderer renderer(field_, latticeOf(field_, classes.geometry), pool_);
+    const bool complete = std::count(classes.labelled.begin(), classes.labelled.end(), 0) == 0;
+    const int iterations = training_.iterations > 0 ? training_.iterations
+                           : complete               ? kCompleteIterations
+                                                    : kSparseIterations;
     withChannels(model_.channels, [&]<int N>() {
       start<N>(renderer);
       rows_ = rowsOf(renderer, mixed_, static_cast<std::int64_t>(soft_.size()), field_, pool_);
       listCandidates(classes.geometry);
       report(0.55);
-      for (int iteration = 0; iteration < training_.iterations; ++iteration) {
-        step<N>(iteration);
-        report(0.55 + 0.45 * (iteration + 1) / training_.iterations);
+      for (int iteration = 0; iteration < iterations; ++iteration) {
+        const float fraction = static_cast<float>(iteration) / static_cast<float>(iterations);
+        step<N>(iteration, 1 - fraction * (1 - kLastRate), complete ? kCompleteRate : kSparseRate);
+        report(0.55 + 0.4 * (iteration + 1) / iterations);
       }
     });
+    FeatureQueryOptions options;
+    options.threads = training_.threads;
+    options.stop = training_.stop;
+    options.progress = [&](double f) { report(0.95 + 0.05 * f); };
+    model_.residual = residualOf(field_, model_, classes, options);
   }
 
 private:
@@ -158,7 +174,7 @@ private:
   }
 
   template <int N>
-  void step(int iteration) {
+  void step(int iteration, float decay, float rate) {
     const auto count = static_cast<std::int64_t>(rows_.voxels.size());
     const std::size_t codes = model_.codes.size();
     const std::int64_t parts = (count + kCodeBlock - 1) / kCodeBlock;
@@ -185,9 +201,6 @@ private:
                           codeGradients_.data() + static_cast<std::size_t>(part) * codes);
       }
     });
-    const float fraction =
-        static_cast<float>(iteration) / static_cast<float>(std::max(1, training_.iterations));
-    const float decay = 1 - fraction * (1 - kLastRate / kRate);
     correction_[0] = 1 - std::pow(kMomentum, static_cast<float>(iteration + 1));
     correction_[1] = 1 - std::pow(kScaling, static_cast<float>(iteration + 1));
     moments_.resize(2 * model_.latents.size());
@@ -201,7 +214,7 @@ private:
         });
         for (int n = 0; n < N; ++n)
           adam(model_.latents[static_cast<std::size_t>(g) * N + n],
-               moments_.data() + 2 * (static_cast<std::size_t>(g) * N + n), sum[n], kRate * decay);
+               moments_.data() + 2 * (static_cast<std::size_t>(g) * N + n), sum[n], rate * decay);
       }
     });
     codeMoments_.resize(2 * codes);
@@ -246,8 +259,8 @@ FeatureModel trainFeatures(const GaussianField& field, const Labelmap& labels,
                 "The labelmap has fewer or more voxels or slices than its lattice.");
   if (training.channels != 8 && training.channels != 16 && training.channels != 32)
     throw Error(ErrorCode::InvalidArgument, "A latent has 8, 16 or 32 channels.");
-  if (training.iterations < 1 || training.iterations > 100000)
-    throw Error(ErrorCode::InvalidArgument, "The features need 1 to 100000 iterations.");
+  if (training.iterations < 0 || training.iterations > 100000)
+    throw Error(ErrorCode::InvalidArgument, "The features need at most 100000 iterations.");
   if (!anyLabelInside(field, labels))
     throw Error(ErrorCode::NoData,
                 "No label lies inside the model; give labels of the same patient in the same position.");

@@ -131,10 +131,10 @@ TEST_F(ExperimentTest, SegmentationComparesWithLabelsLeftOut) {
   expectTable(
       rows, "labels,labelled,classes,method,dice,iou,pixel_accuracy,top5_dice,top5_iou,top5_accuracy,seconds,"
             "measured_on");
-  ASSERT_EQ(rows.size(), 7u); // two methods with all slices, four with every 5th
-  EXPECT_EQ(rows[3].back(), "slices not labelled");
+  ASSERT_EQ(rows.size(), 8u); // three methods with all slices, four with every 5th
+  EXPECT_EQ(rows[4].back(), "slices not labelled");
   EXPECT_EQ(rowsOf(contents("tables/segmentation-classes.csv")).size(), 5u);
-  EXPECT_EQ(rowsOf(contents("tables/segmentation-grids.csv")).size(), 7u);
+  EXPECT_EQ(rowsOf(contents("tables/segmentation-grids.csv")).size(), 15u);
   EXPECT_EQ(rowsOf(contents("tables/segmentation-queries.csv")).size(), 2u);
 }
 

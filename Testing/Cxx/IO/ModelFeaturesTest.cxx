@@ -26,6 +26,11 @@ FeatureModel featuresFor(const GaussianField& field, int channels = 16) {
   f.support.words = 1;
   for (std::uint32_t b = 0; b < 60; ++b)
     f.support.bits.push_back(b % 8);
+  f.residual.lattice = field.domain;
+  f.residual.voxels = {3, 17};
+  f.residual.ends = {1, 3};
+  f.residual.entries = {ClassResidual::packed(1, 0.5f), ClassResidual::packed(0, -1),
+                        ClassResidual::packed(2, 1)};
   return f;
 }
 
@@ -34,6 +39,7 @@ FeatureModel embeddingsFor(const GaussianField& field) {
   FeatureModel f = featuresFor(field);
   f.codes.clear();
   f.scale = {};
+  f.residual = {};
   EmbeddingDecoder& decoder = f.decoder.emplace();
   decoder.size = 5;
   for (std::size_t n = 0; n < decoder.layers()[1].end(); ++n)
@@ -68,6 +74,10 @@ TEST(ModelFeatures, RoundTripIsExact) {
     EXPECT_EQ(read->scale.knots, written.scale.knots);
     EXPECT_EQ(read->support.blocks, written.support.blocks);
     EXPECT_EQ(read->support.bits, written.support.bits);
+    EXPECT_EQ(read->residual.lattice, written.residual.lattice);
+    EXPECT_EQ(read->residual.voxels, written.residual.voxels);
+    EXPECT_EQ(read->residual.ends, written.residual.ends);
+    EXPECT_EQ(read->residual.entries, written.residual.entries);
     const GridGeometry grid = cropped(model.field.domain, {10, 10, 10}, {6, 5, 4});
     EXPECT_EQ(classify(model.field, *read, grid).classes, classify(model.field, written, grid).classes);
   }
@@ -123,6 +133,7 @@ TEST(ModelFeatures, WhatDoesNotFitIsRefused) {
         << to;
   };
   refused("feature_codes", "feature_cedes");
+  refused("feature_residual_ends", "feature_residual_ands");
   refused("[0,5,65535]", "[0,5,65536]");
   refused("\\\"size\\\":[3,4,5]", "\\\"size\\\":[3,4,9]");
   features.latents.pop_back();

@@ -47,6 +47,66 @@ TEST(FeatureTraining, LabelsOnAnotherGridAndQueriesOnAnyPlane) {
             static_cast<std::ptrdiff_t>(nothing.classes.size()));
 }
 
+/// Balls of two labels in space: 1 at the left, 2 at the right, 0 around.
+std::uint16_t ballAt(const Vec3& x, const Vec3& middle) {
+  for (const auto& [side, label] : {std::pair{-1.0, std::uint16_t{1}}, {1.0, std::uint16_t{2}}})
+    if (norm(x - middle - Vec3{5.5 * side, 0.7, -0.4}) < 5) return label;
+  return 0;
+}
+
+Labelmap ballsOn(const GridGeometry& geometry, const Vec3& middle) {
+  Labelmap out{geometry, {}, {}};
+  const auto& n = geometry.size;
+  for (std::int64_t v = 0; v < geometry.voxelCount(); ++v)
+    out.voxels.push_back(
+        ballAt(geometry.indexToWorld()({static_cast<double>(v % n[0]), static_cast<double>(v / n[0] % n[1]),
+                                        static_cast<double>(v / (n[0] * n[1]))}),
+               middle));
+  return out;
+}
+
+TEST(FeatureTraining, TheResidualReachesOtherGrids) {
+  BoxPhantom phantom;
+  const GridGeometry own = phantom.labels.geometry;
+  for (Gaussian& gaussian : phantom.field.gaussians) { // blurred, and the image says nothing of the labels
+    gaussian.intensity = 0.5f;
+    for (float& scale : gaussian.logScale)
+      scale = std::log(2.2f);
+  }
+  phantom.labels = ballsOn(own, own.centre());
+  const FeatureModel model = trainFeatures(phantom.field, phantom.labels, kNames);
+  ASSERT_FALSE(model.residual.empty());
+  FeatureModel alone = model;
+  alone.residual = {};
+  EXPECT_EQ(wrongVoxels(classify(phantom.field, model, own), model, phantom.labels), 0);
+  EXPECT_GT(wrongVoxels(classify(phantom.field, alone, own), alone, phantom.labels), 0);
+  GridGeometry oblique = own;
+  const double c = std::cos(0.4), s = std::sin(0.4);
+  oblique.direction = Mat3{{{{1, 0, 0}, {0, c, -s}, {0, s, c}}}} * own.direction;
+  oblique.origin = own.centre() + (oblique.origin - oblique.centre());
+  for (const GridGeometry& grid : {oblique, withSpacing(own, {1, 1, 1})}) {
+    const Labelmap truth = ballsOn(grid, own.centre()); // continuous: no voxel of the labels is repeated
+    const int wrong = wrongVoxels(classify(phantom.field, model, grid), model, truth),
+              without = wrongVoxels(classify(phantom.field, alone, grid), alone, truth);
+    EXPECT_LT(wrong, without);
+    int repeated = 0;
+    const Labelmap nearest = resampled(phantom.labels, grid);
+    for (std::size_t v = 0; v < truth.voxels.size(); ++v)
+      repeated += nearest.voxels[v] != truth.voxels[v];
+    EXPECT_LT(wrong, repeated);
+  }
+}
+
+TEST(FeatureTraining, TheResidualIsOfLabelledSlicesAlone) {
+  const BoxPhantom phantom(20);
+  FeatureTraining training;
+  training.iterations = 1;
+  const FeatureModel model = trainFeatures(phantom.field, phantom.every(5), kNames, training);
+  ASSERT_FALSE(model.residual.empty());
+  for (const std::uint32_t voxel : model.residual.voxels)
+    EXPECT_EQ(voxel / (20 * 20) % 5, 0u);
+}
+
 TEST(FeatureTraining, SparseSlicesFollowTheImage) {
   const BoxPhantom phantom(20);
   const Labelmap teacher = phantom.every(5);
@@ -65,6 +125,8 @@ TEST(FeatureTraining, SameBitsAtAnyNumberOfThreads) {
   const FeatureModel many = trainFeatures(phantom.field, phantom.every(3), kNames, training);
   EXPECT_EQ(one.latents, many.latents);
   EXPECT_EQ(one.codes, many.codes);
+  EXPECT_EQ(one.residual.voxels, many.residual.voxels);
+  EXPECT_EQ(one.residual.entries, many.residual.entries);
   FeatureQueryOptions options;
   options.threads = 3;
   EXPECT_EQ(classify(phantom.field, one, phantom.labels.geometry).classes,
@@ -128,6 +190,16 @@ TEST(FeatureTraining, ForgedFeaturesAreRefused) {
   EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
   bad = good;
   bad.support.bits.clear();
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+  ASSERT_FALSE(good.residual.empty());
+  bad = good;
+  bad.residual.entries.back() = ClassResidual::packed(4, 0.5f); // of 0 to 3
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+  bad = good;
+  bad.residual.ends.back() += 1;
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+  bad = good;
+  bad.residual.voxels.back() = 8 * 8 * 8;
   EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
 }
 
