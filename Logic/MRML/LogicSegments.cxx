@@ -1,4 +1,3 @@
-#include "Core/Base/Error.h"
 #include "LogicInternals.h"
 #include "Queries.h"
 #include "SegmentLearning.h"
@@ -15,8 +14,6 @@
 
 // The logic's segments by what they are called.
 
-using innergs::Error;
-using innergs::ErrorCode;
 namespace mrml = innergs::mrml;
 
 static_assert(static_cast<int>(innergs::AnswerKind::Found) == vtkInnerGSSegment::Found &&
@@ -55,10 +52,8 @@ int vtkSlicerInnerGSLogic::FindByText(vtkMRMLInnerGSModelNode* model, const std:
   int kind = -1;
   if (candidates) candidates->Initialize();
   this->Work->guard([&] {
-    innergs::interpret(innergs::Lexicon::standard(), text); // refused before the work
-    const innergs::SegmentFinder& finder = this->Work->segments.encoded(model, 0);
-    const innergs::SegmentAnswer answer = finder.find(text);
-    this->Work->segments.answer = answer.sentence;
+    const innergs::SegmentAnswer answer = this->Work->segments.ask(model, text, 0);
+    const innergs::SegmentFinder& finder = this->Work->segments.finder(model);
     kind = static_cast<int>(answer.kind);
     if (!candidates) return;
     vtkNew<vtkStringArray> names;
@@ -90,15 +85,10 @@ vtkSlicerInnerGSLogic::SegmentByText(vtkMRMLInnerGSModelNode* model, const std::
                                      double minimumSize, double smoothing, double spacing) {
   vtkSmartPointer<vtkMRMLSegmentationNode> made;
   this->Work->guard([&] {
-    innergs::interpret(innergs::Lexicon::standard(), text); // refused before the work
-    const innergs::SegmentFinder& finder = this->Work->segments.encoded(model, spacing);
-    const innergs::SegmentAnswer answer = finder.find(text);
-    this->Work->segments.answer = answer.sentence;
-    const auto requested = finder.requested(text, answer);
-    if (requested.empty()) throw Error(ErrorCode::NoData, answer.sentence);
-    made =
-        mrml::addSegments(this->GetMRMLScene(), model,
-                          finder.make(requested, {threshold, smoothing, largestOnly, minimumSize}), output);
+    made = mrml::addSegments(
+        this->GetMRMLScene(), model,
+        this->Work->segments.made(model, text, spacing, {threshold, smoothing, largestOnly, minimumSize}),
+        output);
   });
   return made && made->GetScene() ? made.Get() : nullptr;
 }
@@ -108,13 +98,8 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::ScoreByText(vtkMRMLInnerGSModelN
                                                             vtkMRMLScalarVolumeNode* output, double spacing) {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
   this->Work->guard([&] {
-    innergs::interpret(innergs::Lexicon::standard(), text); // refused before the work
-    const innergs::SegmentFinder& finder = this->Work->segments.encoded(model, spacing);
-    const innergs::SegmentAnswer answer = finder.find(text);
-    this->Work->segments.answer = answer.sentence;
-    const auto requested = finder.requested(text, answer);
-    if (requested.empty()) throw Error(ErrorCode::NoData, answer.sentence);
-    made = mrml::addScore(this->GetMRMLScene(), model, finder.make(requested), output);
+    made =
+        mrml::addScore(this->GetMRMLScene(), model, this->Work->segments.made(model, text, spacing), output);
   });
   return made && made->GetScene() ? made.Get() : nullptr;
 }

@@ -73,6 +73,22 @@ SegmentFinder& SegmentQueries::encoded(vtkMRMLInnerGSModelNode* model, double sp
   return found;
 }
 
+SegmentAnswer SegmentQueries::ask(vtkMRMLInnerGSModelNode* model, const std::string& text, double spacing) {
+  interpret(Lexicon::standard(), text); // refused before the work
+  SegmentAnswer found = encoded(model, spacing).find(text);
+  answer = found.sentence;
+  return found;
+}
+
+MadeSegments SegmentQueries::made(vtkMRMLInnerGSModelNode* model, const std::string& text, double spacing,
+                                  const SegmentOptions& options) {
+  const SegmentAnswer found = ask(model, text, spacing);
+  const SegmentFinder& finder = this->finder(model);
+  const std::vector<RequestedSegment> requested = finder.requested(text, found);
+  if (requested.empty()) throw Error(ErrorCode::NoData, found.sentence);
+  return finder.make(requested, options);
+}
+
 vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                      const MadeSegments& made,
                                                      vtkMRMLSegmentationNode* output) {

@@ -26,6 +26,12 @@ public:
   SegmentFinder& finder(vtkMRMLInnerGSModelNode* model);
   SegmentFinder& encoded(vtkMRMLInnerGSModelNode* model, double spacing);
 
+  /// What a text asks for. Throws as finder() and interpret() do.
+  SegmentAnswer ask(vtkMRMLInnerGSModelNode* model, const std::string& text, double spacing);
+  /// The segments that it asks for. Throws as ask(), and Error(NoData) where it asks for none.
+  MadeSegments made(vtkMRMLInnerGSModelNode* model, const std::string& text, double spacing,
+                    const SegmentOptions& options = {});
+
   std::string answer; // the last one, as a sentence
 
 private:
