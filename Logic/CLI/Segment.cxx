@@ -3,13 +3,18 @@
 #include "CLI/Options.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 #include "Core/Features/Teacher.h"
+#include "Core/Motion/MotionField.h"
+#include "Core/Motion/MovingFeatures.h"
 #include "Core/Render/Render.h"
+#include "IO/DynamicModelFile.h"
 #include "IO/EmbeddingIO.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/OutputFiles.h"
 #include "IO/SegmentNames.h"
+#include "IO/TimeSeriesIO.h"
 #include "Onnx/DenseNetwork.h"
 #include "Text/SegmentFinder.h"
 #include "Text/SentenceEncoder.h"
@@ -25,6 +30,7 @@ struct SegmentCommand {
   std::string model, labels, names, features, texts, output, score, saveModel, textModel, network, image;
   std::vector<float> networkRange;
   double networkSpacing = 0;
+  std::optional<double> time, labelTime;
   std::vector<std::string> queries;
   GridOptions grid;
   FeatureTraining training;
@@ -156,13 +162,139 @@ void checkUsage(const SegmentCommand& o) {
     throw CLI::ValidationError("segment", "--save-model goes with --labels, --features or --network");
 }
 
+bool learns(const SegmentCommand& o) {
+  return !o.labels.empty() || !o.features.empty() || !o.network.empty();
+}
+
+[[noreturn]] void refuseWithoutFeatures(const SegmentCommand& o) {
+  throw Error(ErrorCode::NoData, innergs::quoted(o.model) +
+                                     " has no features yet: give labels to learn them from as "
+                                     "--labels, or a feature volume as --features.");
+}
+
+/// Segments of one lattice in an image, and how they are scored.
+struct FoundSegments {
+  Volume labels, score;             // of several segments, the likeliest's score
+  std::vector<SegmentInfo> infos;   // per segment; label n + 1
+  std::vector<std::int64_t> voxels; // likewise
+};
+
+FoundSegments foundOn(const GridGeometry& grid, const SegmentFinder& finder,
+                      const std::vector<RequestedSegment>& wanted, const SegmentCommand& o,
+                      const std::stop_token& stop) {
+  FoundSegments found{
+      {grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)}, {grid, {}}, {}, {}};
+  if (!o.score.empty()) found.score.voxels.resize(found.labels.voxels.size(), 0.f);
+  for (std::size_t n = 0; n < wanted.size(); ++n) {
+    const Segment segment = finder.probabilities()->segment(wanted[n].classes, o.segment, stop);
+    forEachVoxel(segment, grid.size, [&](std::size_t voxel, std::size_t at) {
+      if (segment.mask[at]) found.labels.voxels[voxel] = static_cast<float>(n + 1);
+      if (!found.score.voxels.empty())
+        found.score.voxels[voxel] = std::max(found.score.voxels[voxel], segment.probability[at]);
+    });
+    found.infos.push_back(infoOf(wanted[n].terms, static_cast<std::uint16_t>(n + 1)));
+    found.voxels.push_back(segment.voxels);
+  }
+  return found;
+}
+
+void tell(const FoundSegments& found, const std::string& when = {}) {
+  const GridGeometry& grid = found.labels.geometry;
+  const Vec3& mm = grid.spacing;
+  for (std::size_t n = 0; n < found.infos.size(); ++n)
+    fmt::print(stderr, "{}{}: label {}, {} voxels, {:.1f} ml\n", when, found.infos[n].name.name, n + 1,
+               found.voxels[n], static_cast<double>(found.voxels[n]) * mm[0] * mm[1] * mm[2] / 1000);
+}
+
+OutputType typeFor(const std::vector<RequestedSegment>& wanted) {
+  return wanted.size() > 255 ? OutputType::UInt16 : OutputType::UInt8;
+}
+
+void write(const FoundSegments& found, OutputType type, const SegmentCommand& o, OutputFiles& files) {
+  files.write(o.output, [&](const auto& path) {
+    writeVolume(found.labels, path, type, {},
+                fullExtension(path) == ".nrrd" ? segmentFields(found.infos, found.labels.geometry)
+                                               : std::map<std::string, std::string>{});
+  });
+  files.write(o.score, [&](const auto& path) { writeVolume(found.score, path); });
+}
+
+FeatureQueryOptions queryOptions(const SegmentCommand& o, const Interrupt& interrupt) {
+  FeatureQueryOptions query;
+  query.threads = o.settings.threads;
+  query.stop = interrupt.token();
+  return query;
+}
+
+void segmentStatic(const SegmentCommand& o, const Interrupt& interrupt, OutputFiles& files) {
+  if (o.time || o.labelTime)
+    throw CLI::ValidationError("segment", "--time and --label-time are for a model of a moving scan");
+  ModelNotes notes;
+  std::optional<FeatureModel> features;
+  const Model model = readModel(o.model, &notes, &features);
+  const GaussianField& field = model.field;
+  if (learns(o)) features = learn(o, field, interrupt);
+  if (!features) refuseWithoutFeatures(o);
+  files.write(o.saveModel, [&](const auto& path) { writeModel(model, path, notes, &*features); });
+  if (o.queries.empty()) return;
+  SegmentFinder finder({std::shared_ptr<const Model>(), &field},
+                       std::make_shared<const FeatureModel>(std::move(*features)));
+  const GridGeometry grid = o.grid.choose(field.region(), field.region());
+  checkMemory(grid.voxelCount() * 16, "The labelmap");
+  answer(o, finder, false); // a query that asks for nothing ends here, not after the grid was decoded
+  finder.encode(grid, queryOptions(o, interrupt));
+  const std::vector<RequestedSegment> wanted = answer(o, finder, true);
+  const FoundSegments found = foundOn(grid, finder, wanted, o, interrupt.token());
+  if (!o.quiet) tell(found);
+  write(found, typeFor(wanted), o, files);
+}
+
+/// Every frame of a moving scan, or one time.
+void segmentMoving(const SegmentCommand& o, const Interrupt& interrupt, OutputFiles& files) {
+  if (!o.time && !o.score.empty())
+    throw CLI::ValidationError("segment", "--score of a moving scan's model needs --time");
+  if (!o.time && !o.output.empty()) checkTimeSeriesPath(o.output);
+  ModelNotes notes;
+  RefinementState state;
+  std::optional<FeatureModel> features;
+  const DynamicField field = readDynamicModel(o.model, &notes, &state, &features);
+  const std::vector<double> times = o.time ? checkedTimes({*o.time}, field.times) : field.times;
+  if (learns(o)) {
+    const double time = checkedTimes({o.labelTime.value_or(middleTime(field))}, field.times).front();
+    features = learn(o, featureFieldAt(field, time), interrupt);
+    features->time = time;
+  }
+  if (!features) refuseWithoutFeatures(o);
+  files.write(o.saveModel,
+              [&](const auto& path) { writeDynamicModel(field, path, notes, state, &*features); });
+  if (o.queries.empty()) return;
+  const auto shared = std::make_shared<const FeatureModel>(std::move(*features));
+  const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
+  checkMemory(grid.voxelCount() * (16 + 4 * static_cast<std::int64_t>(times.size())), "The labelmaps");
+  const std::vector<RequestedSegment> wanted =
+      answer(o, SegmentFinder({std::shared_ptr<const GaussianField>(), &field.canonical}, shared), true);
+  if (!o.output.empty() && !o.time && needsSidecar(o.output, times)) files.add(sidecarOf(o.output));
+  TimeSeries series{grid, {}, times, {}, {}};
+  for (const double time : times) {
+    const GaussianField posed = featureFieldAt(field, time);
+    SegmentFinder finder({std::shared_ptr<const GaussianField>(), &posed}, shared);
+    finder.encode(grid, queryAt(field, time, shared->time, queryOptions(o, interrupt)));
+    FoundSegments found = foundOn(grid, finder, wanted, o, interrupt.token());
+    if (!o.quiet) tell(found, numberText(time) + " s, ");
+    if (o.time) return write(found, typeFor(wanted), o, files);
+    series.frames.push_back(std::move(found.labels.voxels));
+  }
+  files.write(o.output, [&](const auto& path) { writeTimeSeries(series, path, typeFor(wanted)); });
+}
+
 int segment(const SegmentCommand& o) {
   checkUsage(o);
   OutputFiles files;
   for (const std::string& input :
        {o.model, o.labels, o.names, o.features, o.texts, o.network, o.image, o.grid.reference})
     files.read(input);
-  files.add(o.output, OutputFiles::Kind::Volume);
+  const bool moving = isDynamicModel(o.model);
+  files.add(o.output, moving && !o.time ? OutputFiles::Kind::Any : OutputFiles::Kind::Volume);
   files.add(o.score, OutputFiles::Kind::Volume);
   files.add(o.saveModel, OutputFiles::Kind::Model);
   for (const std::string& query : o.queries)
@@ -173,54 +305,10 @@ int segment(const SegmentCommand& o) {
       throw Error(ErrorCode::FileNotFound, model.problem);
   }
   Interrupt interrupt;
-  ModelNotes notes;
-  std::optional<FeatureModel> features;
-  const Model model = readModel(o.model, &notes, &features);
-  const GaussianField& field = model.field;
-  if (!o.labels.empty() || !o.features.empty() || !o.network.empty()) features = learn(o, field, interrupt);
-  if (!features)
-    throw Error(ErrorCode::NoData, innergs::quoted(o.model) +
-                                       " has no features yet: give labels to learn them from as "
-                                       "--labels, or a feature volume as --features.");
-  files.write(o.saveModel, [&](const auto& path) { writeModel(model, path, notes, &*features); });
-
-  if (!o.queries.empty()) {
-    SegmentFinder finder({std::shared_ptr<const Model>(), &field},
-                         std::make_shared<const FeatureModel>(std::move(*features)));
-    const GridGeometry grid = o.grid.choose(field.region(), field.region());
-    checkMemory(grid.voxelCount() * 16, "The labelmap");
-    answer(o, finder, false); // a query that asks for nothing ends here, not after the grid was decoded
-    FeatureQueryOptions query;
-    query.threads = o.settings.threads;
-    query.stop = interrupt.token();
-    finder.encode(grid, query);
-    Volume labels{grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)},
-        score{grid, {}};
-    if (!o.score.empty()) score.voxels.resize(labels.voxels.size(), 0.f);
-    std::vector<SegmentInfo> infos;
-    const std::vector<RequestedSegment> wanted = answer(o, finder, true);
-    for (std::size_t n = 0; n < wanted.size(); ++n) {
-      const Segment segment =
-          finder.probabilities()->segment(wanted[n].classes, o.segment, interrupt.token());
-      forEachVoxel(segment, grid.size, [&](std::size_t voxel, std::size_t at) {
-        if (segment.mask[at]) labels.voxels[voxel] = static_cast<float>(n + 1);
-        if (!score.voxels.empty()) // of several segments, the likeliest
-          score.voxels[voxel] = std::max(score.voxels[voxel], segment.probability[at]);
-      });
-      infos.push_back(infoOf(wanted[n].terms, static_cast<std::uint16_t>(n + 1)));
-      const Vec3& mm = grid.spacing;
-      if (!o.quiet)
-        fmt::print(stderr, "{}: label {}, {} voxels, {:.1f} ml\n", wanted[n].terms.name, n + 1,
-                   segment.voxels, static_cast<double>(segment.voxels) * mm[0] * mm[1] * mm[2] / 1000);
-    }
-    const OutputType type = wanted.size() > 255 ? OutputType::UInt16 : OutputType::UInt8;
-    files.write(o.output, [&](const auto& path) {
-      writeVolume(labels, path, type, {},
-                  fullExtension(path) == ".nrrd" ? segmentFields(infos, grid)
-                                                 : std::map<std::string, std::string>{});
-    });
-    files.write(o.score, [&](const auto& path) { writeVolume(score, path); });
-  }
+  if (moving)
+    segmentMoving(o, interrupt, files);
+  else
+    segmentStatic(o, interrupt, files);
   files.check();
   if (!o.quiet && !files.written().empty()) fmt::print(stderr, "Wrote {}.\n", files.written());
   return Success;
@@ -318,6 +406,15 @@ Subcommand addSegment(CLI::App& app) {
                    "Only connected parts of at least so many mm3 [0]")
       ->type_name("MM3")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--time", o->time,
+                   "Time in s of a moving scan's model [every frame, as a 4D labelmap: .nii, .nii.gz, "
+                   ".seq.nrrd]")
+      ->type_name("S");
+  command
+      ->add_option("--label-time", o->labelTime,
+                   "Time in s of a moving scan that --labels belong to [the middle frame's]")
+      ->type_name("S");
   o->grid.add(*command, "the grid that was fitted");
   command
       ->add_option("--channels", o->training.channels,
@@ -332,7 +429,9 @@ Subcommand addSegment(CLI::App& app) {
       "  innergs segment ct.innergs --labels organs.seg.nrrd --query liver -o liver.seg.nrrd\n"
       "  innergs segment ct.innergs --labels every5th.nii.gz --names names.json --sparse --save-model "
       "named.innergs\n"
-      "  innergs segment named.innergs --query \"left kidney\" --query ribs -o found.nii.gz");
+      "  innergs segment named.innergs --query \"left kidney\" --query ribs -o found.nii.gz\n"
+      "  innergs segment wrist.innergs --labels frame0.seg.nrrd --label-time 0 --query lunate -o "
+      "lunate.nii.gz");
   return {command, [o] { return segment(*o); }};
 }
 

@@ -123,7 +123,7 @@ std::vector<std::int64_t> nodesShape(const DynamicField& field) {
 } // namespace
 
 void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path, const ModelNotes& notes,
-                       const RefinementState& state) {
+                       const RefinementState& state, const FeatureModel* features) {
   checkDynamicField(field);
   Model model;
   model.field = field.canonical;
@@ -156,6 +156,7 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
     more["change_spline"] = splineText(field.change);
     add("intensity_change", {field.change.coefficients, field.size()}, field.changes);
   }
+  if (features) addFeatures(*features, field.canonical, more, tensors);
   if (!state.empty()) {
     more["refinement"] =
         json{{"step", state.step}, {"mse", state.mse}, {"key", state.key}, {"steps", state.steps}}.dump();
@@ -164,13 +165,15 @@ void writeDynamicModel(const DynamicField& field, const std::filesystem::path& p
   writeModelWith(model, path, notes, more, std::move(tensors));
 }
 
-DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes, RefinementState* state) {
+DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* notes, RefinementState* state,
+                              std::optional<FeatureModel>* features) {
+  if (features) features->reset();
   const SafetensorsFile file(path);
   if (!isMoving(file))
     throw Error(ErrorCode::FileFormat,
                 quoted(path) + " is not a model of a moving scan; choose another file.");
   DynamicField field;
-  field.canonical = readModelFrom(file, path, notes).field;
+  field.canonical = readModelFrom(file, path, notes, features).field;
   const Metadata metadata(file, path);
   const auto kind = dynamicKindNamed(metadata.text("moving"));
   if (!kind) metadata.fail("moving");

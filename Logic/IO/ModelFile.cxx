@@ -124,11 +124,12 @@ json featuresJson(const FeatureModel& features) {
              {"low_intensity", features.scale.low}};
   if (features.decoder) value["embedding_size"] = features.decoder->size;
   if (!features.residual.empty()) value["residual_grid"] = toJson(features.residual.lattice);
+  if (features.time != 0) value["time"] = features.time;
   return value;
 }
 
 /// Adds tensors that refer to the features.
-void addFeatures(const FeatureModel& features, std::vector<TensorToWrite>& tensors) {
+void addTensors(const FeatureModel& features, std::vector<TensorToWrite>& tensors) {
   const std::int64_t channels = features.channels, classes = features.classes(),
                      words = features.support.words;
   const auto add = [&](const char* name, std::vector<std::int64_t> shape, const std::vector<float>& values) {
@@ -227,6 +228,7 @@ FeatureModel featuresOf(const SafetensorsFile& file, const Metadata& metadata, c
   features.support.bits = file.readUnsigned("feature_support", {support->shape[0], features.support.words});
   if (value.contains("residual_grid"))
     features.residual = residualOf(file, metadata.gridOf(value["residual_grid"], "features"), metadata, path);
+  if (value.contains("time")) features.time = metadata.number(value["time"], "features");
   checkFeatures(features, field);
   return features;
 }
@@ -258,6 +260,13 @@ ModelNotes notesOf(const ReconstructionResult& result, const std::string& inputs
     notes["HeldOutSlices"] = std::to_string(result.heldOutSlices);
   }
   return notes;
+}
+
+void addFeatures(const FeatureModel& features, const GaussianField& field,
+                 std::map<std::string, std::string>& more, std::vector<TensorToWrite>& tensors) {
+  checkFeatures(features, field);
+  addTensors(features, tensors);
+  more["features"] = featuresJson(features).dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
 void writeModelWith(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
@@ -312,11 +321,7 @@ void writeModel(const Model& model, const std::filesystem::path& path, const Mod
                 const FeatureModel* features) {
   std::map<std::string, std::string> more;
   std::vector<TensorToWrite> tensors;
-  if (features) {
-    checkFeatures(*features, model.field);
-    addFeatures(*features, tensors);
-    more["features"] = featuresJson(*features).dump(-1, ' ', false, json::error_handler_t::replace);
-  }
+  if (features) addFeatures(*features, model.field, more, tensors);
   writeModelWith(model, path, notes, more, std::move(tensors));
 }
 

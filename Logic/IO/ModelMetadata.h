@@ -17,6 +17,10 @@ using nlohmann::json;
 /// writeModel() with additional entries and tensors; an entry "moving" marks the file as a moving model.
 void writeModelWith(const Model& model, const std::filesystem::path& path, const ModelNotes& notes,
                     const std::map<std::string, std::string>& more, std::vector<TensorToWrite> others);
+/// Entries and tensors of features for writeModelWith(), which refer to them. Throws Error(FileFormat) as
+/// checkFeatures().
+void addFeatures(const FeatureModel& features, const GaussianField& field,
+                 std::map<std::string, std::string>& more, std::vector<TensorToWrite>& tensors);
 /// readModel() from an open file, which may hold more.
 Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& path, ModelNotes* notes,
                     std::optional<FeatureModel>* features = nullptr);

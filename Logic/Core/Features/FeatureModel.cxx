@@ -38,6 +38,7 @@ void checkFeatures(const FeatureModel& f, const GaussianField& field) {
       static_cast<std::int64_t>(f.support.bits.size()) != f.support.blocks.voxelCount() * f.support.words)
     fail("their class support has another size than it says.");
   checkResidual(f.residual, f.classes());
+  if (!std::isfinite(f.time)) fail("the time of their labels is not finite.");
 }
 
 } // namespace innergs

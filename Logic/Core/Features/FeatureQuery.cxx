@@ -119,10 +119,17 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
   render.threads = options.threads;
   render.stop = options.stop;
   const std::int64_t nx = geometry.size[0], ny = geometry.size[1];
+  const Mat3 toIndex = inverse(geometry.indexToWorld()).linear;
+  std::vector<float> displacement; // of a chunk
+  /// Where the tissue at an index was when the features were learned; local: its voxel in the chunk.
+  const auto learnedAt = [&](const Vec3& index, std::int64_t local) -> Vec3 {
+    if (displacement.empty()) return index;
+    const float* d = displacement.data() + 3 * local;
+    return index + toIndex * Vec3{d[0], d[1], d[2]};
+  };
   /// The block of a voxel where something else than background can be; −1: nothing to decode.
-  const auto usefulBlock = [&](std::int64_t i, std::int64_t j, std::int64_t k) -> std::int64_t {
-    const Vec3 index{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
-    const std::int64_t block = value.has(index) ? blockOf(index) : -1;
+  const auto usefulBlock = [&](const Vec3& index, std::int64_t local) -> std::int64_t {
+    const std::int64_t block = value.has(index) ? blockOf(learnedAt(index, local)) : -1;
     if (block < 0) return -1;
     const auto classes = lists.of(block);
     return classes.empty() || (classes.size() == 1 && classes[0] == 0) ? -1 : block;
@@ -132,12 +139,18 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
   std::vector<RowPart> parts;
   forChunks(geometry, [&](std::int64_t first, std::int64_t last) {
     const std::int64_t rows = (last - first) * ny;
+    const GridGeometry own = cropped(geometry, {0, 0, first}, {nx, ny, last - first});
+    if (options.displacement) displacement = options.displacement(own);
+    const auto indexOf = [&](std::int64_t i, std::int64_t row) {
+      return Vec3{static_cast<double>(i), static_cast<double>(row % ny),
+                  static_cast<double>(first + row / ny)};
+    };
     blocks.resize(static_cast<std::size_t>(rows * nx));
     parts.assign(static_cast<std::size_t>(rows), {});
     pool.run(rows, [&](std::int64_t row) {
       RowPart& part = parts[static_cast<std::size_t>(row)];
       for (std::int64_t i = 0; i < nx; ++i) {
-        const std::int64_t block = usefulBlock(i, row % ny, first + row / ny);
+        const std::int64_t block = usefulBlock(indexOf(i, row), row * nx + i);
         blocks[static_cast<std::size_t>(row * nx + i)] = static_cast<std::int32_t>(block);
         if (block < 0) continue;
         if (part.last == 0) part.first = static_cast<int>(i);
@@ -145,8 +158,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
       }
     });
     Volume intensity; // that the classes' codes look at
-    if (!embeddings)
-      intensity = innergs::render(field, cropped(geometry, {0, 0, first}, {nx, ny, last - first}), render);
+    if (!embeddings) intensity = innergs::render(field, own, render);
     latents.resize(static_cast<std::size_t>(nx * ny * (last - first) * features.channels));
     FeatureRenderer(field, planesOf(field, geometry, first, last), pool)
         .render(features.latents, features.channels, latents.data(), parts);
@@ -168,9 +180,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
             decode<N>(features, latents.data() + local * N,
                       features.scale(intensity.voxels[static_cast<std::size_t>(local)]), classes,
                       probabilities.data());
-          residual.add(
-              {static_cast<double>(i), static_cast<double>(row % ny), static_cast<double>(first + row / ny)},
-              classes, probabilities.data());
+          residual.add(learnedAt(indexOf(i, row), local), classes, probabilities.data());
           visit(local + first * nx * ny, classes, probabilities.data());
         }
       });

@@ -13,6 +13,9 @@ struct FeatureQueryOptions {
   int threads = 0;                      // 0 = all cores
   std::stop_token stop;                 // stopped: throws Error(Cancelled)
   std::function<void(double)> progress; // fraction done
+  /// On a lattice, [voxel][3]: from the tissue's place to where it was when the features were learned, mm,
+  /// LPS. Empty: nothing moved.
+  std::function<std::vector<float>(const GridGeometry&)> displacement;
 };
 
 /// A lattice as a model's features decode it.

@@ -1,6 +1,7 @@
 #include "CommandRunner.h"
 #include "SyntheticImages.h"
 
+#include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
 #include "Onnx/TestNetworks.h"
 
@@ -84,6 +85,68 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
     if (sure.voxels[v] == 1) {
       ASSERT_GE(score.voxels[v], 0.9f);
     }
+}
+
+/// A blob that moves along x, 0.5 s per frame: its frames and, as truth, which voxels are inside it.
+TimeSeries movingBlob(int frames, bool labels) {
+  TimeSeries series;
+  series.geometry.size = {16, 12, 5};
+  for (int f = 0; f < frames; ++f) {
+    auto& frame = series.frames.emplace_back();
+    for (int k = 0; k < 5; ++k)
+      for (int j = 0; j < 12; ++j)
+        for (int i = 0; i < 16; ++i) {
+          const double square = std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2);
+          frame.push_back(static_cast<float>(labels ? square < 9 : 100 * std::exp(-0.1 * square)));
+        }
+    series.times.push_back(0.5 * f);
+  }
+  return series;
+}
+
+TEST_F(SegmentTest, LabelsEveryFrameOfAMovingScan) {
+  writeTimeSeries(movingBlob(6, false), path("in.nii.gz"));
+  ASSERT_EQ(run({"interpolate", path("in.nii.gz"), "--save-model", path("moving.innergs"), "--kind", "motion",
+                 "-q"})
+                .exitCode,
+            0);
+  const TimeSeries truth = movingBlob(6, true);
+  writeVolume({truth.geometry, truth.frames[1]}, path("frame1.nii"), OutputType::UInt8);
+  write("blob.json", R"({"1": "liver"})");
+  const Outcome outcome = run({"segment", path("moving.innergs"), "--labels", path("frame1.nii"),
+                               "--label-time", "0.5", "--names", path("blob.json"), "--query", "liver", "-o",
+                               path("out/all.nii.gz"), "--save-model", path("labelled.innergs")});
+  ASSERT_EQ(outcome.exitCode, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("2.5 s, liver: label 1"), std::string::npos) << outcome.err;
+  const TimeSeries found = readTimeSeries(path("out/all.nii.gz"));
+  ASSERT_EQ(found.size(), 6);
+  for (std::size_t f = 0; f < 6; ++f) {
+    double both = 0, sum = 0;
+    for (std::size_t v = 0; v < truth.frames[f].size(); ++v) {
+      both += found.frames[f][v] == 1 && truth.frames[f][v] == 1;
+      sum += found.frames[f][v] + truth.frames[f][v];
+    }
+    EXPECT_GT(2 * both / sum, 0.85) << f;
+  }
+
+  // One time, from the saved model.
+  ASSERT_EQ(run({"segment", path("labelled.innergs"), "--query", "liver", "--time", "1.5", "-o",
+                 path("out/one.seg.nrrd"), "--score", path("out/score.nii"), "-q"})
+                .exitCode,
+            0);
+  EXPECT_EQ(readVolume(path("out/one.seg.nrrd")).voxels, found.frames[3]);
+
+  expectOneSentence(
+      run({"segment", path("labelled.innergs"), "--query", "liver", "--time", "9", "-o", path("out/x.nii")}),
+      1, "time");
+  expectOneSentence(run({"segment", path("labelled.innergs"), "--query", "liver", "-o", path("out/x.mha")}),
+                    1, ".seq.nrrd");
+  expectOneSentence(
+      run({"segment", path("labelled.innergs"), "--query", "liver", "--score", path("out/x.nii")}), 2,
+      "--time");
+  expectOneSentence(run({"segment", path("moving.innergs"), "--query", "liver", "-o", path("out/x.nii")}), 1,
+                    "--labels");
+  expectOneSentence(segment({"-q", "--query", "liver", "--time", "1"}), 2, "moving scan");
 }
 
 TEST_F(SegmentTest, WhatGoesWrongIsOneSentence) {

@@ -1,0 +1,66 @@
+#include "Core/Motion/MovingFeatures.h"
+#include "Core/Features/FeatureTraining.h"
+#include "Core/Motion/DynamicJob.h"
+#include "MovingPhantom.h"
+
+#include <gtest/gtest.h>
+
+namespace innergs::testing {
+namespace {
+
+/// Two labels of the swinging phantom: its bright parts at the left and at the right.
+Labelmap labelsAt(const GridGeometry& geometry, double time) {
+  const Volume labels = volumeInSpace(geometry, [&](const Vec3& x) {
+    const Vec3 tissue = swing(time).back(x);
+    return blobs(tissue) < 60 ? 0.0 : tissue[0] < 1 ? 1.0 : 2.0;
+  });
+  return labelmapOf(labels);
+}
+
+double dice(const Labelmap& a, const Labelmap& b, std::uint16_t label) {
+  double both = 0, sum = 0;
+  for (std::size_t v = 0; v < a.voxels.size(); ++v) {
+    both += a.voxels[v] == label && b.voxels[v] == label;
+    sum += (a.voxels[v] == label) + (b.voxels[v] == label);
+  }
+  return 2 * both / sum;
+}
+
+class MovingFeatures : public ::testing::TestWithParam<DynamicKind> {};
+
+TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
+  const TimeSeries all = movingPhantom(evenTimes(13));
+  const std::vector<std::int64_t> withheld{3, 6, 9};
+  std::vector<std::int64_t> kept;
+  for (std::int64_t f = 0; f < all.size(); ++f)
+    if (std::find(withheld.begin(), withheld.end(), f) == withheld.end()) kept.push_back(f);
+  Settings settings;
+  settings.kind = GetParam();
+  const DynamicResult fit = DynamicJob(framesOf(all, kept), settings).run();
+  ASSERT_TRUE(fit.field);
+  const DynamicField& field = *fit.field;
+  const double learned = all.times[1]; // not the canonical field's own
+  const Labelmap given = labelsAt(all.geometry, learned);
+  const FeatureModel model =
+      trainFeatures(featureFieldAt(field, learned), given, {{1, "left"}, {2, "right"}});
+  ASSERT_EQ(model.classes(), 3);
+  for (const std::int64_t f : withheld) {
+    const double time = all.times[static_cast<std::size_t>(f)];
+    const ClassImage image =
+        classify(featureFieldAt(field, time), model, all.geometry, queryAt(field, time, learned));
+    Labelmap found{all.geometry, {}, {}};
+    for (const std::uint16_t c : image.classes)
+      found.voxels.push_back(model.labels[c]);
+    const Labelmap truth = labelsAt(all.geometry, time);
+    for (const std::uint16_t label : {std::uint16_t{1}, std::uint16_t{2}}) {
+      RecordProperty("dice", std::to_string(dice(found, truth, label)));
+      EXPECT_GT(dice(found, truth, label), 0.9) << "time " << time << " label " << label;
+      EXPECT_GT(dice(found, truth, label), dice(given, truth, label)) << "time " << time;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Kinds, MovingFeatures, ::testing::Values(DynamicKind::Motion, DynamicKind::Network));
+
+} // namespace
+} // namespace innergs::testing
