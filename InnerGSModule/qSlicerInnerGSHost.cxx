@@ -359,6 +359,12 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
 
 //------------------------------------------------------------------------------ models
 
+QString qSlicerInnerGSHost::onlyModel() const {
+  std::vector<vtkMRMLNode*> models;
+  if (scene_) scene_->GetNodesByClass("vtkMRMLInnerGSModelNode", models);
+  return models.size() == 1 ? QString(models.front()->GetID()) : QString();
+}
+
 ModelInfo qSlicerInnerGSHost::modelInfo(const QString& id) const {
   ModelInfo info = infoOf(modelNode(id));
   info.ellipsoidsShown = info.ellipsoidsShown || ellipsoids_->arePending(id);

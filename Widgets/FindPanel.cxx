@@ -251,8 +251,17 @@ void FindPanel::setModelId(const QString& id) {
   updateModel();
 }
 
+/// Unless a person left it for none.
+void FindPanel::chooseOnlyModel() {
+  if (!selector_->currentId().isEmpty()) return;
+  if (const QString only = host_->onlyModel(); !only.isEmpty() && only != lastId_)
+    selector_->setCurrentId(only);
+}
+
 void FindPanel::updateModel() {
+  chooseOnlyModel();
   const QString id = selector_->currentId();
+  if (!id.isEmpty()) lastId_ = id;
   vtkInnerGSModel* const now = id.isEmpty() ? nullptr : host_->model(id);
   const bool same = id == modelId_ && (now ? model_ && now->HasContentOf(model_) : !model_);
   if (!same) {

@@ -36,6 +36,7 @@ Q_SIGNALS:
 private:
   QWidget* buildLearning();
   QWidget* buildFinding();
+  void chooseOnlyModel();
   void updateModel();
   void updateLearning();
   void learnOrCancel();
@@ -50,6 +51,7 @@ private:
   Host* host_;
   SegmentWorker* worker_;
   QString modelId_, learningId_;           // learningId_: of the model that learns
+  QString lastId_;                         // of the last model that was chosen
   vtkSmartPointer<vtkInnerGSModel> model_; // as it was last seen; null: none
   bool learning_ = false;
   bool prepared_ = true; // the worker was told to decode the model

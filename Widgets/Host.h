@@ -71,6 +71,8 @@ public:
   ///@{
   /// Models.
   virtual ModelInfo modelInfo(const QString& id) const = 0;
+  /// The ID of the only model there is; "": none or several, or a selector chooses one by itself.
+  virtual QString onlyModel() const { return {}; }
   /// Null for an unknown ID, and for one that cannot be shown where it is.
   virtual vtkInnerGSModel* model(const QString& id) const = 0;
   /// RAS → the model's own RAS, where the model has been moved; null: the same. Another thread may use it:

@@ -74,6 +74,7 @@ public:
   void cancel() override;
   bool isRunning() const override { return running_; }
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
+  QString onlyModel() const override { return models.size() == 1 ? models.firstKey() : QString(); }
   vtkInnerGSModel* model(const QString& id) const override;
   QString loadModel(const QString& file, QString* error) override;
   QString saveModel(const QString& id, const QString& file) override;

@@ -116,6 +116,23 @@ struct Shown {
 class FindPanelTest : public QObject {
   Q_OBJECT
 private Q_SLOTS:
+  void choosesTheOnlyModelByItself() {
+    TeachingHost host;
+    FindPanel panel(&host);
+    QVERIFY(panel.modelId().isEmpty());
+    const QString first = host.addModel();
+    QCOMPARE(panel.modelId(), first);
+    panel.setModelId({}); // a person's choice
+    QVERIFY(panel.modelId().isEmpty());
+    Q_EMIT host.modelsChanged();
+    QVERIFY(panel.modelId().isEmpty());
+    FindPanel later(&host);
+    QCOMPARE(later.modelId(), first);
+    host.addModel();
+    FindPanel undecided(&host);
+    QVERIFY(undecided.modelId().isEmpty());
+  }
+
   void learnsFindsAndKeeps() {
     Shown shown;
     QVERIFY(!shown.part<QComboBox>("findText")->isEnabled());
