@@ -142,7 +142,8 @@ private:
     std::vector<std::string> words{o_.microbenchmarks, "--benchmark_out_format=json",
                                    "--benchmark_out=" + workFile("speed.json")};
     if (brainweb_->missing.empty()) words.push_back(brainweb_->path);
-    if (o_.trial) words.push_back("--benchmark_filter=AVX2|scalar|iteration|oblique|plane_query");
+    if (o_.trial)
+      words.push_back("--benchmark_filter=AVX2|scalar|iteration|oblique|plane_query|moving_plane");
     return measure("Micro-benchmarks", "speed.json", std::move(words));
   }
 

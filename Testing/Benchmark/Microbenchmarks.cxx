@@ -18,6 +18,7 @@ int main(int argc, char** argv) {
   innergs::bench::registerKernelBenchmarks();
   innergs::bench::registerFitBenchmarks();
   innergs::bench::registerRenderBenchmarks();
+  innergs::bench::registerMotionBenchmarks();
 #ifdef INNERGS_BENCHMARK_VTK
   innergs::bench::registerVTKBenchmarks();
 #endif

@@ -6,6 +6,7 @@ namespace innergs::bench {
 void registerKernelBenchmarks();
 void registerFitBenchmarks();
 void registerRenderBenchmarks();
+void registerMotionBenchmarks();
 void registerVTKBenchmarks(); // if VTK is found
 
 /// Short repetitions, reported as median and spread, so that one disturbed repetition does not matter.
