@@ -190,8 +190,8 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     iterations = 1000;
   } else if (predicts(settings, traits)) {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 60.0, 30.0}[level]);
-    iterations = std::array{12, 30, 60}[level];
-    plan.coarseIterations = std::array{8, 15, 20}[level];
+    iterations = std::array{12, 12, 60}[level]; // the residual grid keeps what they miss
+    plan.coarseIterations = std::array{8, 8, 20}[level];
   } else if (traits.singleAnisotropic()) {
     // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and are free to turn: they shear along
     // structures.

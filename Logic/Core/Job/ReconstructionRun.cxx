@@ -163,9 +163,8 @@ void ReconstructionRun::choose() {
   if (predicts(settings_, traits_)) {
     SlicePrediction prediction(
         prepared_, settings_, traits_.noise * map_.scale,
-        [this](const Stack& slices, const GridGeometry& grid, double from, double to) {
-          return fieldAlone(slices, grid, from, to);
-        },
+        [this](const Stack& slices, const GridGeometry& grid, const Settings& settings, double from,
+               double to) { return fieldAlone(slices, grid, settings, from, to); },
         progress_, *pool_);
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();
@@ -195,12 +194,13 @@ void ReconstructionRun::choose() {
 }
 
 /// The volume of a one-member field fitted to the slices alone.
-Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& grid, double from, double to) {
+Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings,
+                                     double from, double to) {
   ReconstructionInput input;
   input.stacks = {stack};
   input.outputGrid = grid;
   // `withheld` is true as the slices are already prepared.
-  ReconstructionRun other(input, fieldSettings(settings_), true, [&](const Progress& p) {
+  ReconstructionRun other(input, settings, true, [&](const Progress& p) {
     progress_.report(Phase::Predicting, from + (to - from) * p.fraction);
   });
   ReconstructionResult found = other.run(pool_->stopToken(), false);

@@ -32,7 +32,8 @@ public:
 private:
   std::vector<std::string> align(std::span<Stack> stacks);
   void choose();
-  Volume fieldAlone(const Stack& stack, const GridGeometry& grid, double from, double to);
+  Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
+                    double to);
   std::span<const Stack> fittedStacks() const;
   std::span<const Stack> startedStacks(std::vector<Stack>& bridged) const;
   void setPlace(GaussianField& field) const;

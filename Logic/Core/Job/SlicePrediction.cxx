@@ -7,7 +7,6 @@
 #include "Core/Image/BodyMask.h"
 #include "Core/Image/Region.h"
 #include "Core/Prediction/CandidateLattice.h"
-#include "Core/Prediction/SlicePredictor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,6 +17,9 @@ namespace {
 
 constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to each one's own
 constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
+constexpr double kLittle = 0.985;   // a network's error relative to its filter's; above: little to learn
+constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
+constexpr int kLongerFit = 60;      // iterations of the field
 constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
 
 /// Keeps every second slice.
@@ -70,10 +72,11 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 
 } // namespace
 
-Settings fieldSettings(const Settings& settings) {
+Settings fieldSettings(const Settings& settings, bool longer) {
   Settings field;
   field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
   field.prediction = PredictionKind::None;
+  if (settings.preset == Preset::Balanced && longer) field.iterations = kLongerFit;
   field.ensembleSize = 1;
   field.consistency = settings.consistency;
   field.threads = settings.threads;
@@ -118,13 +121,14 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   Further found;
   const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
   if (withField) {
-    found.field = fitField_(scan, grid, from, middle);
+    found.field = fitField_(scan, grid, fieldSettings(settings_, littleToLearn_), from, middle);
     anchor(*found.field, scan);
   }
   if (withLearned) {
     PredictionOptions options;
     options.effort = trial || settings_.preset == Preset::Fast ? PredictionEffort::Fast
                      : settings_.preset == Preset::Best        ? PredictionEffort::Best
+                     : littleToLearn_                          ? PredictionEffort::Narrow
                                                                : PredictionEffort::Balanced;
     options.grid = grid;
     options.matchingBlur = choice_.blur;
@@ -135,6 +139,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
       progress_.report(Phase::Predicting, middle + (to - middle) * p.fraction);
     });
     found.sentence = prediction.sentence;
+    found.pairs = prediction.pairs;
     if (prediction.learned) {
       found.learned = std::move(prediction.image);
       found.known = std::move(prediction.predicted);
@@ -207,6 +212,9 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     share[1] = 0.5 * share[1] + 0.25 * both;
     share[2] = both - share[1];
   }
+  const auto& spacing = scan_.image.geometry.spacing;
+  littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
+                   tried.pairs.network > kLittle * tried.pairs.filter;
   const Further found = furtherCandidates(scan_, between.geometry, share[1] > 0, share[2] > 0, false,
                                           0.4 * kPredictionEnds, 0.9 * kPredictionEnds);
   const auto field = static_cast<float>(found.field ? share[1] : 0),

@@ -2,21 +2,23 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/JobProgress.h"
 #include "Core/Prediction/CandidateChoice.h"
+#include "Core/Prediction/SlicePredictor.h"
 
 namespace innergs {
 
 constexpr double kMostFieldVoxels = 10e6; // in a prediction that a field fitted to the slices takes part in
 
-/// Settings of the field, fitted to the slices alone, that takes part in a prediction.
-Settings fieldSettings(const Settings& settings);
+/// Settings of the field, fitted to the slices alone, that takes part in a prediction. longer: preset
+/// balanced has more iterations.
+Settings fieldSettings(const Settings& settings, bool longer = false);
 
 /// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what
 /// they miss of it is kept with them.
 class SlicePrediction {
 public:
   /// The volume, on a lattice, of a field fitted to slices alone; from, to: its part of the progress.
-  using FieldFit =
-      std::function<Volume(const Stack& slices, const GridGeometry& grid, double from, double to)>;
+  using FieldFit = std::function<Volume(const Stack& slices, const GridGeometry& grid,
+                                        const Settings& settings, double from, double to)>;
 
   /// noise: of the scan, scanner units. predict() uses everything else but the settings.
   SlicePrediction(const PreparedInput& prepared, Settings settings, double noise, FieldFit fitField,
@@ -32,6 +34,7 @@ private:
     std::optional<Volume> field, learned;
     std::vector<std::uint8_t> known; // voxels that were learned; empty: all
     std::string sentence;            // on the learning
+    PairErrors pairs;                // likewise
   };
   struct Added {                   // added to the interpolation
     double field = 0, learned = 0; // shares
@@ -53,6 +56,7 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   CandidateChoice choice_;
+  bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
   std::string sentence_;
 };
 

@@ -50,9 +50,16 @@ void rectifyBack(const float* activation, float* gradient, std::int64_t count) {
 }
 
 void addSums(const float* image, std::int64_t samples, int channels, float* sums) {
-  for (std::int64_t s = 0; s < samples; ++s)
-    for (int c = 0; c < channels; ++c)
-      sums[c] += image[s * channels + c];
+  // Sums that may alias the image would stay in memory; channels are a multiple of 16.
+  constexpr int lanes = 16;
+  for (int c = 0; c < channels; c += lanes) {
+    float sum[lanes] = {};
+    for (std::int64_t s = 0; s < samples; ++s)
+      for (int l = 0; l < lanes; ++l)
+        sum[l] += image[s * channels + c + l];
+    for (int l = 0; l < lanes; ++l)
+      sums[c + l] += sum[l];
+  }
 }
 
 void convolve(const Bordered& in, const float* image, const float* weights, int outputs,

@@ -263,6 +263,9 @@ Effort effortOf(PredictionEffort effort) {
     plan.channels = 16;
     plan.layers = 3;
     plan.steps = 1200;
+  } else if (effort == PredictionEffort::Narrow) {
+    plan.channels = 16;
+    plan.steps = 4500;
   } else if (effort == PredictionEffort::Best) {
     plan.steps = 10000;
     e.reflections = Reflections::Four;

@@ -12,6 +12,7 @@ namespace innergs {
 enum class PredictionEffort {
   Filter, // a linear filter in closed form
   Fast,   // plus a small network with short training
+  Narrow, // a small network with long training, for scans that a wide one learns hardly more from
   Balanced,
   Best
 };
@@ -73,9 +74,9 @@ GridGeometry predictionGrid(const GridGeometry& stack);
 /// by the slices' profile and spacing, and applies it in both planes that contain the slice normal.
 /// Ignores withheld (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores
 /// poses and times. Bit-identical for any number of threads of the pool.
-/// Learns nothing, and says why, for k < 1.2 or k > 12 (24 with everySecond), too few slices or pixels, constant images and label
-/// images. Throws Error(Cancelled) if the pool is stopped, what checkStack throws, and Error(InvalidArgument)
-/// for a grid that is not aligned with the stack's.
+/// Learns nothing, and says why, for k < 1.2 or k > 12 (24 with everySecond), too few slices or pixels,
+/// constant images and label images. Throws Error(Cancelled) if the pool is stopped, what checkStack throws,
+/// and Error(InvalidArgument) for a grid that is not aligned with the stack's.
 Prediction predictAcrossSlices(const Stack& stack, const PredictionOptions& options, ThreadPool& pool,
                                const PredictionCallback& progress = {});
 
