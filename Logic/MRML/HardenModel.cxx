@@ -22,11 +22,13 @@ bool isRigid(const Mat3& a) {
   return determinant(a) > 0;
 }
 
-std::vector<const GridGeometry*> latticesOf(const GaussianField& field) {
+std::vector<const GridGeometry*> latticesOf(const GaussianField& field, const FeatureModel* features) {
   std::vector<const GridGeometry*> lattices;
   if (field.domain.voxelCount() > 0) lattices.push_back(&field.domain);
   if (!field.support.voxels.empty()) lattices.push_back(&field.support.geometry);
   if (!field.residual.voxels.empty()) lattices.push_back(&field.residual.geometry);
+  if (features) lattices.push_back(&features->support.blocks);
+  if (features && !features->residual.empty()) lattices.push_back(&features->residual.lattice);
   return lattices;
 }
 
@@ -60,8 +62,8 @@ Mat3 withoutShear(const Mat3& map, const Mat3& axes) {
 }
 
 /// What of a map the model's lattices can take.
-Affine3 takeable(const GaussianField& field, const Affine3& map) {
-  const auto lattices = latticesOf(field);
+Affine3 takeable(const GaussianField& field, const FeatureModel* features, const Affine3& map) {
+  const auto lattices = latticesOf(field, features);
   const auto fits = [&](const Mat3& linear) {
     return std::all_of(lattices.begin(), lattices.end(),
                        [&](const GridGeometry* lattice) { return keepsRightAngles(linear, *lattice); });
@@ -113,7 +115,7 @@ void move(Gaussian& g, const Mat3& linear, const Mat3& slopeMap) {
 HardenedModel harden(const Model& model, const FeatureModel* features, const Affine3& map) {
   if (!(std::abs(determinant(map.linear)) > 1e-9) || !std::isfinite(norm(map.offset)))
     throw Error(ErrorCode::Geometry, "The transform cannot be inverted: correct or remove it.");
-  const Affine3 taken = takeable(model.field, map);
+  const Affine3 taken = takeable(model.field, features, map);
   HardenedModel result;
   auto moved = std::make_shared<Model>(model);
   GaussianField& field = moved->field;
@@ -140,6 +142,7 @@ HardenedModel harden(const Model& model, const FeatureModel* features, const Aff
   if (features) {
     const auto movedFeatures = std::make_shared<FeatureModel>(*features);
     move(movedFeatures->support.blocks, taken);
+    if (!movedFeatures->residual.empty()) move(movedFeatures->residual.lattice, taken);
     result.features = movedFeatures;
   }
   moved->optimizer = {};
