@@ -29,6 +29,10 @@ constexpr int kFewIterations = 20;                      // too few to measure a 
 /// prediction.
 constexpr double kLearning[] = {12e6, 90e6, 220e6};
 constexpr double kApplying[] = {8, 14, 28};
+/// Likewise of aligning scans as wholes, per point compared of each with each other, and of looking for
+/// motion between their slices, per voxel; correcting motion that is found takes longer.
+constexpr double kAligning = 100, kSliceMotion = 12;
+constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
 double voxelsOf(const std::vector<Stack>& stacks) {
@@ -135,6 +139,16 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
          std::to_string(settings.consistency);
 }
 
+/// Voxels for which an iteration of the fit takes as long as aligning the scans.
+double aligningVoxels(const std::vector<Stack>& stacks, const Settings& settings, double voxels) {
+  double count = correctsSlices(settings, stacks) ? kSliceMotion * voxels : 0;
+  if (settings.align)
+    for (const Stack& stack : stacks)
+      count += kAligning * std::min(kAlignedPoints, static_cast<double>(stack.image.geometry.voxelCount())) *
+               static_cast<double>(stacks.size() - 1);
+  return count;
+}
+
 /// The prediction as thin slices, without voxels.
 ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
   ReconstructionInput thin;
@@ -162,6 +176,8 @@ TimeEstimator::Timing TimeEstimator::timed(const ReconstructionInput& input, con
   settings.device = "cpu";
   settings.iterations = kTrialIterations;
   settings.ensembleSize = 1;
+  settings.align = false; // a fixed part of it, which a small piece would overrate
+  settings.sliceMotion = SliceMotionKind::Off;
   const double share = traits.volume / geometryTraits(input.stacks).volume;
   const auto scaled = [&](std::int64_t count) {
     return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
@@ -258,6 +274,7 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
   const double iterations =
       plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
   return fits * (voxels / timing.voxels * (members * (t.start + iterations) + t.refine) +
+                 t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
                  outputVoxels / timing.outputVoxels * t.render);
 }
 

@@ -28,8 +28,10 @@ struct TimeEstimate : ::testing::Test {
   double perOutputVoxel = 1e-7; // seconds
   double start = 0;             // seconds per voxel
   int trials = 0;
-  TimeEstimator estimator{[this](const ReconstructionInput& small, const Settings&, int) {
+  bool aligned = false; // in a trial
+  TimeEstimator estimator{[this](const ReconstructionInput& small, const Settings& settings, int) {
     ++trials;
+    aligned = aligned || settings.align || settings.sliceMotion != SliceMotionKind::Off;
     const auto voxels = static_cast<double>(small.stacks.front().image.geometry.voxelCount());
     TrialTimes t;
     t.start = start * voxels;
@@ -61,6 +63,25 @@ TEST_F(TimeEstimate, GrowsWithTheVolumeInProportion) {
   Settings settings = threaded();
   settings.iterations = 100;
   EXPECT_NEAR(estimator.seconds(outline(160), settings), 8 * estimator.seconds(outline(80), settings), 1e-6);
+}
+
+TEST_F(TimeEstimate, CountsTheAlignmentOfScansApartFromTheFit) {
+  ReconstructionInput input = outline(80, 4);
+  input.stacks.push_back(input.stacks.front());
+  Settings settings = threaded();
+  const double both = estimator.seconds(input, settings);
+  EXPECT_FALSE(aligned) << "in a piece too small to tell what it takes";
+  settings.sliceMotion = SliceMotionKind::Off;
+  const double wholes = estimator.seconds(input, settings);
+  settings.align = false;
+  const double none = estimator.seconds(input, settings);
+  EXPECT_GT(both, 1.1 * wholes);
+  EXPECT_GT(wholes, 1.1 * none);
+  input.stacks.pop_back();
+  settings.prediction = PredictionKind::None;
+  const double one = estimator.seconds(input, settings);
+  settings.align = true;
+  EXPECT_EQ(estimator.seconds(input, settings), one) << "one scan is not aligned";
 }
 
 TEST_F(TimeEstimate, IsThatOfWhatTheMaskHolds) {
