@@ -29,6 +29,8 @@ QString phaseText(const Progress& progress) {
     return ProgressCard::tr("Preparing the scans");
   case Phase::Aligning:
     return ProgressCard::tr("Aligning scans and slices");
+  case Phase::Predicting:
+    return ProgressCard::tr("Predicting between the slices");
   case Phase::Initialising:
     return ProgressCard::tr("Placing Gaussians");
   case Phase::Tracking:

@@ -137,6 +137,22 @@ private Q_SLOTS:
     QCOMPARE(panel_->request().inputs.size(), 1);
   }
 
+  void everyPhaseIsNamed() {
+    choose("head");
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QString last = label("phaseText");
+    double fraction = 0;
+    for (const Phase phase : {Phase::Aligning, Phase::Predicting, Phase::Initialising, Phase::Tracking,
+                              Phase::Fitting, Phase::Refining, Phase::Rendering, Phase::Judging}) {
+      host_->sendProgress(phase, fraction += 0.1, 1, 0.01, 25, 100);
+      QTRY_VERIFY2(label("phaseText") != last, phaseName(phase));
+      last = label("phaseText");
+      QVERIFY2(!last.isEmpty(), phaseName(phase));
+    }
+    host_->sendCancelled();
+  }
+
   /// A user's session: start, watch, cancel, start again, done.
   void startCancelRestartFinish() {
     host_->cancelDelay = -1;

@@ -255,7 +255,9 @@ TEST(ImageReading, TrackedSweepIsTold) {
                                 : "") +
             "ElementDataFile = LOCAL\n" + std::string(8, '\1'));
     EXPECT_EQ(loadImage(folder / "a.mha", {}).tracked, tracked);
-    if (tracked) EXPECT_EQ(errorOf([&] { readStack(folder / "a.mha"); }).code(), ErrorCode::UnsupportedImage);
+    if (tracked) {
+      EXPECT_EQ(errorOf([&] { readStack(folder / "a.mha"); }).code(), ErrorCode::UnsupportedImage);
+    }
   }
 }
 

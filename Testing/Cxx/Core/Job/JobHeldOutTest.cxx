@@ -81,7 +81,9 @@ TEST(HeldOut, TellsOfItsOwnSweepsAndOfTheTimeOfBoth) {
       EXPECT_EQ(p.trainingPsnr, fitted.trainingPsnr);
       EXPECT_EQ(p.gaussians, fitted.gaussians);
       EXPECT_GE(p.elapsed, fitted.elapsed);
-      if (p.fraction < 1) EXPECT_GT(p.remaining, 0);
+      if (p.fraction < 1) {
+        EXPECT_GT(p.remaining, 0);
+      }
     }
   }
   ASSERT_GT(judgingIterations.size(), 12u);
@@ -168,7 +170,8 @@ TEST(ProgressOfParts, CorrectsTheRemainingTimeByWhatPartsTake) {
   std::vector<Progress> told;
   ProgressParts parts([&](const Progress& p) { told.push_back(p); }, {2, 1, 1});
   const auto tell = [](const ProgressCallback& part, double fraction, double elapsed, double remaining) {
-    Progress p{Phase::Fitting};
+    Progress p;
+    p.phase = Phase::Fitting;
     p.fraction = fraction;
     p.elapsed = elapsed;
     p.remaining = remaining;

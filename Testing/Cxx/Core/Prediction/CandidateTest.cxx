@@ -70,7 +70,9 @@ TEST(Candidates, KeepSlicesAndConstantsAndFollowLines) {
       double line = 0;
       for (std::size_t t = 0; t < w.weight[z].size(); ++t)
         line += w.weight[z][t] * static_cast<double>(w.first[z] + t);
-      if (inside > 4 && inside < 5) EXPECT_NEAR(line, inside, c == Candidate::Linear ? 1e-6 : 0.02);
+      if (inside > 4 && inside < 5) {
+        EXPECT_NEAR(line, inside, c == Candidate::Linear ? 1e-6 : 0.02);
+      }
     }
   }
 }
