@@ -15,6 +15,7 @@
 #include "IO/OutputFiles.h"
 #include "IO/SegmentNames.h"
 #include "IO/TimeSeriesIO.h"
+#include "IO/TextEmbeddingIO.h"
 #include "Onnx/DenseNetwork.h"
 #include "Text/SegmentFinder.h"
 #include "Text/SentenceEncoder.h"

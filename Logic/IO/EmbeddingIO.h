@@ -2,16 +2,11 @@
 #include "Core/Features/EmbeddingTraining.h"
 
 #include <filesystem>
-#include <vector>
 
 namespace innergs {
 
 /// A dense teacher's features: a NIfTI, NRRD or MetaImage file with several values per voxel. Throws as
 /// readVolume() does, and Error(UnsupportedImage) for a single value per voxel.
 EmbeddingVolume readEmbeddingVolume(const std::filesystem::path& path);
-
-/// What texts mean to that teacher: JSON, {"liver": [0.1, …], "spleen": […]}. Throws Error(FileNotFound |
-/// FileFormat).
-std::vector<TextEmbedding> readTextEmbeddings(const std::filesystem::path& path);
 
 } // namespace innergs
