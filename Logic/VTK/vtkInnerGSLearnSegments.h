@@ -67,7 +67,7 @@ public:
   /// Channels of a Gaussian's latent: 8, 16 (default) or 32.
   vtkSetMacro(NumberOfChannels, int);
   vtkGetMacro(NumberOfChannels, int);
-  /// 60 by default.
+  /// 0 (default): as the labels need. Of labelmaps alone.
   vtkSetMacro(NumberOfIterations, int);
   vtkGetMacro(NumberOfIterations, int);
   ///@}
@@ -84,7 +84,7 @@ protected:
 #endif
 
   bool SparseSlices = false;
-  int NumberOfChannels = 16, NumberOfIterations = 60;
+  int NumberOfChannels = 16, NumberOfIterations = 0;
   std::string NetworkFile;
   double NetworkRange[2] = {0, 0}, NetworkSpacing = 0;
 
