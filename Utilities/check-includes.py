@@ -14,7 +14,7 @@ LAYERS = {
     "Logic/IO": ["Logic/Core"],
     "Logic/Evaluation": ["Logic/Core"],
     "Logic/VTK": ["Logic/Core", "Logic/Onnx", "Logic/Text"],
-    "Logic/MRML": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation", "Logic/VTK"],
+    "Logic/MRML": ["Logic/Core", "Logic/Onnx", "Logic/Text", "Logic/IO", "Logic/Evaluation", "Logic/VTK"],
     "Logic/CLI": ["Logic/Core", "Logic/Onnx", "Logic/Text", "Logic/IO", "Logic/Evaluation"],
     "Widgets": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/VTK"],
     "Widgets/App": ["Logic/Core", "Logic/Text", "Logic/IO", "Logic/Evaluation", "Logic/VTK", "Widgets"],

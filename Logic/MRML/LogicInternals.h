@@ -85,6 +85,8 @@ struct vtkSlicerInnerGSLogic::Internals {
 
   /// Runs the task; what it throws becomes an ErrorEvent and the last error, and it returns false.
   bool guard(const std::function<void()>& task);
+  /// Starts a job that teaches a model; null after an error.
+  vtkSlicerInnerGSJob* startLearning(const std::function<std::shared_ptr<innergs::mrml::Task>()>& prepare);
   void fail(const innergs::Failure& failure);
   innergs::JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters); // throws Error
   innergs::mrml::ThicknessOf thicknessOf() const;

@@ -19,18 +19,43 @@ namespace mrml = innergs::mrml;
 static_assert(static_cast<int>(innergs::AnswerKind::Found) == vtkInnerGSSegment::Found &&
               static_cast<int>(innergs::AnswerKind::Similar) == vtkInnerGSSegment::Similar);
 
-vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
-                                                          bool sparse) {
-  Internals& work = *this->Work;
-  const bool started = work.guard([&] {
-    std::shared_ptr<mrml::Task> task = mrml::prepareLearning(model, labels, sparse, this->GetMRMLScene());
+vtkSlicerInnerGSJob*
+vtkSlicerInnerGSLogic::Internals::startLearning(const std::function<std::shared_ptr<mrml::Task>()>& prepare) {
+  const bool started = this->guard([&] {
+    std::shared_ptr<mrml::Task> task = prepare();
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->Learning = true;
     const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
-    work.queue.submit(std::move(task));
-    work.lastJob = job;
+    this->queue.submit(std::move(task));
+    this->lastJob = job;
   });
-  return started ? work.lastJob.Get() : nullptr;
+  return started ? this->lastJob.Get() : nullptr;
+}
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
+                                                          bool sparse) {
+  return this->Work->startLearning(
+      [&] { return mrml::prepareLearning(model, labels, sparse, this->GetMRMLScene()); });
+}
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromFeatures(vtkMRMLInnerGSModelNode* model,
+                                                                      vtkMRMLVolumeNode* features,
+                                                                      const std::string& textsFile) {
+  return this->Work->startLearning(
+      [&] { return mrml::prepareFeatureLearning(model, features, textsFile, this->GetMRMLScene()); });
+}
+
+vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromNetwork(vtkMRMLInnerGSModelNode* model,
+                                                                     const std::string& networkFile,
+                                                                     vtkStringArray* names,
+                                                                     const std::string& textsFile, double low,
+                                                                     double high, double spacing) {
+  return this->Work->startLearning([&] {
+    mrml::NetworkLesson lesson{networkFile, {}, textsFile, {low, high}, spacing};
+    for (vtkIdType n = 0; names && n < names->GetNumberOfValues(); ++n)
+      lesson.names.push_back(names->GetValue(n));
+    return mrml::prepareNetworkLearning(model, lesson, this->GetMRMLScene());
+  });
 }
 
 bool vtkSlicerInnerGSLogic::LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse) {

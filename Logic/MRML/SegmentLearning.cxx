@@ -2,12 +2,15 @@
 
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
-#include "Core/Features/FeatureTraining.h"
+#include "Core/Features/Teacher.h"
 #include "Core/Model/Model.h"
+#include "Core/Render/Render.h"
 #include "DetachedTasks.h"
 #include "Geometry.h"
+#include "IO/TextEmbeddingIO.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
+#include "Onnx/DenseNetwork.h"
 #include "Queries.h"
 #include "SegmentationMask.h"
 #include "vtkInnerGSModel.h"
@@ -104,11 +107,15 @@ void takeLabelMap(vtkMRMLVolumeNode* node, Lesson& lesson) {
                        "convert it to a segmentation and name its segments.");
 }
 
-std::shared_ptr<Lesson> lessonOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, vtkMRMLScene* scene) {
-  const auto lesson = std::make_shared<Lesson>();
+void checkPupil(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene) {
   modelOf(model);
   if (!scene || model->GetScene() != scene)
     throw Error(ErrorCode::InvalidArgument, "The model is not in the scene: add it first.");
+}
+
+std::shared_ptr<Lesson> lessonOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, vtkMRMLScene* scene) {
+  const auto lesson = std::make_shared<Lesson>();
+  checkPupil(model, scene);
   if (!labels)
     throw Error(ErrorCode::InvalidArgument,
                 "There is nothing to learn from: choose a segmentation or label map.");
@@ -123,25 +130,27 @@ std::shared_ptr<Lesson> lessonOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* la
   return lesson;
 }
 
-} // namespace
+std::filesystem::path pathOf(const std::string& file) {
+  return std::u8string(file.begin(), file.end());
+}
 
-std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
-                                      vtkMRMLScene* scene) {
-  const auto lesson = lessonOf(model, labels, scene);
+/// The teacher as the worker makes it; progress: of what that takes.
+using TeacherMaker = std::function<Teacher(const std::stop_token&, DetachedTasks&,
+                                           const std::function<void(double)>& progress)>;
+
+/// making: the share of the progress until there is a teacher.
+std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene,
+                                   const std::string& from, double making, TeacherMaker makeTeacher) {
   const auto core = model->GetModel()->GetCoreModel();
   const auto learned = std::make_shared<std::shared_ptr<const FeatureModel>>();
   auto task = std::make_shared<Task>();
   task->scene = scene;
   task->model = model;
   task->newModel = false;
-  task->work = [lesson, core, learned, sparse](const std::stop_token& stop, DetachedTasks& unstoppable,
-                                               const ProgressCallback& told) {
+  task->work = [core, learned, making, makeTeacher = std::move(makeTeacher)](
+                   const std::stop_token& stop, DetachedTasks& unstoppable, const ProgressCallback& told) {
     const auto start = std::chrono::steady_clock::now();
-    NamedLabels given = lesson->labels(stop, unstoppable);
-    if (sparse) given.labels = withSparseSlices(given.labels);
-    FeatureTraining training;
-    training.stop = stop;
-    training.progress = [&](double fraction) {
+    const auto report = [&](double fraction) {
       Progress progress;
       progress.phase = Phase::Fitting;
       progress.fraction = fraction;
@@ -150,10 +159,13 @@ std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNod
       progress.remaining = fraction > 0 ? progress.elapsed * (1 - fraction) / fraction : 0;
       told(progress);
     };
-    *learned =
-        std::make_shared<const FeatureModel>(trainFeatures(core->field, given.labels, given.names, training));
+    const Teacher teacher =
+        makeTeacher(stop, unstoppable, [&](double fraction) { report(making * fraction); });
+    FeatureTraining training;
+    training.stop = stop;
+    training.progress = [&](double fraction) { report(making + (1 - making) * fraction); };
+    *learned = std::make_shared<const FeatureModel>(trainFrom(core->field, teacher, training));
   };
-  const std::string from = labels->GetName() ? labels->GetName() : "";
   task->deliver = [core, learned, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> node = target.Get(); // an observer may remove it
     if (!node || node->IsEmpty() || node->GetModel()->GetCoreModel() != core)
@@ -166,6 +178,61 @@ std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNod
     node->SetModel(content);
   };
   return task;
+}
+
+} // namespace
+
+std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
+                                      vtkMRMLScene* scene) {
+  const auto lesson = lessonOf(model, labels, scene);
+  return learningTask(model, scene, labels->GetName() ? labels->GetName() : "", 0,
+                      [lesson, sparse](const std::stop_token& stop, DetachedTasks& unstoppable, const auto&) {
+                        NamedLabels given = lesson->labels(stop, unstoppable);
+                        if (sparse) given.labels = withSparseSlices(given.labels);
+                        return Teacher(std::move(given));
+                      });
+}
+
+std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* features,
+                                             const std::string& textsFile, vtkMRMLScene* scene) {
+  checkPupil(model, scene);
+  if (!features)
+    throw Error(ErrorCode::InvalidArgument, "There is nothing to learn from: choose a feature volume.");
+  const std::string what = "The feature volume " + quoted(features);
+  const auto dense = std::make_shared<DenseTeacher>();
+  vtkNew<vtkMatrix4x4> worldToModel;
+  fromWorld(model, worldToModel);
+  dense->features.geometry = inModel(gridOf(features), worldToModel);
+  dense->features.channels = vtk::componentsOf(features->GetImageData(), what);
+  dense->texts = readTextEmbeddings(pathOf(textsFile));
+  return learningTask(model, scene, features->GetName() ? features->GetName() : "", 0,
+                      [dense](const auto&...) { return Teacher(std::move(*dense)); });
+}
+
+std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkLesson& lesson,
+                                             vtkMRMLScene* scene) {
+  checkPupil(model, scene);
+  std::vector<SegmentName> names;
+  for (const std::string& name : lesson.names)
+    names.push_back({static_cast<std::uint16_t>(names.size() + 1), name});
+  std::vector<TextEmbedding> texts;
+  if (!lesson.textsFile.empty()) texts = readTextEmbeddings(pathOf(lesson.textsFile));
+  DenseNetworkOptions options;
+  options.spacing = lesson.spacing;
+  if (lesson.range[0] != lesson.range[1])
+    options.range = ValueRange{static_cast<float>(lesson.range[0]), static_cast<float>(lesson.range[1])};
+  const auto core = model->GetModel()->GetCoreModel();
+  return learningTask(model, scene, lesson.file, 0.5,
+                      [core, names, texts, options, file = pathOf(lesson.file)](
+                          const std::stop_token& stop, DetachedTasks&, const auto& progress) {
+                        DenseNetworkOptions own = options;
+                        own.stop = stop;
+                        own.progress = progress;
+                        RenderOptions rendering;
+                        rendering.stop = stop;
+                        return networkTeacher(file, render(core->field, core->field.region(), rendering),
+                                              names, texts, own);
+                      });
 }
 
 std::function<NamedLabels(const std::stop_token&)> labelsLater(vtkMRMLInnerGSModelNode* model,

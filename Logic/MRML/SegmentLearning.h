@@ -3,6 +3,7 @@
 #include "JobSetup.h"
 
 class vtkMRMLNode;
+class vtkMRMLVolumeNode;
 
 namespace innergs::mrml {
 
@@ -11,6 +12,22 @@ namespace innergs::mrml {
 /// Error.
 std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
                                       vtkMRMLScene* scene);
+
+/// Instead from a volume node of several values per voxel, and a JSON file that says what texts mean there
+/// (readTextEmbeddings()). Throws Error.
+std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* features,
+                                             const std::string& textsFile, vtkMRMLScene* scene);
+
+/// A network in an ONNX file (networkTeacher()), which sees the model's own image.
+struct NetworkLesson {
+  std::string file;
+  std::vector<std::string> names; // of channels 1, 2, …; or
+  std::string textsFile;          // what texts mean to its features
+  double range[2] = {0, 0};       // values that become 0 and 1; equal: mean 0 and standard deviation 1
+  double spacing = 0;             // mm of the voxels that it expects; 0: as the fit had them
+};
+std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkLesson& lesson,
+                                             vtkMRMLScene* scene);
 
 /// The labels of such a node in the model's own coordinates (LPS), to be called once on any thread. Throws
 /// Error, and so does what is returned.

@@ -26,6 +26,7 @@ class vtkMRMLVolumeNode;
 class vtkPoints;
 class vtkSlicerInnerGSDynamicRequest;
 class vtkSlicerInnerGSJob;
+class vtkStringArray;
 class vtkTable;
 #ifndef __VTK_WRAP__
 namespace innergs {
@@ -190,6 +191,17 @@ public:
                                      bool sparse = false);
   /// Blocking, as Reconstruct().
   bool LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse = false);
+  /// From a volume node of several values per voxel instead, and a JSON file that says what texts mean there:
+  /// {"liver": [0.1, …], "spleen": […]}; "background" stands for what is none of the others.
+  vtkSlicerInnerGSJob* StartLearningFromFeatures(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* features,
+                                                 const std::string& textsFile);
+  /// Or from a network in an ONNX file, which OpenVINO runs on the model's own image: see
+  /// vtkInnerGSLearnSegments. names: of its channels 1, 2, …; null, with a file of texts: its channels are
+  /// features. low, high: values that become 0 and 1; equal: mean 0 and standard deviation 1. spacing: of the
+  /// voxels that it expects, mm; 0: as the fit had them.
+  vtkSlicerInnerGSJob* StartLearningFromNetwork(vtkMRMLInnerGSModelNode* model, const std::string& networkFile,
+                                                vtkStringArray* names, const std::string& textsFile = "",
+                                                double low = 0, double high = 0, double spacing = 0);
   /// What a text in words ("left kidney") asks for: one of vtkInnerGSSegment's Answers; −1 after an error.
   /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well
   /// the words fit) and Leading (1: those that answer the query together).

@@ -15,16 +15,40 @@ sentence embedding in the folder INNERGS_TEXT_MODEL); a sentence; (name, score) 
 _ANSWERS = ("found", "several", "wider", "not in volume", "no match", "similar")  # vtkInnerGSSegment's Answers
 
 
-def learn(model, labels, sparse=False, progress=None):
-    """Lets a model learn the segments of a segmentation or label map node of the same patient, and waits; returns the model.
+def learn(model, labels=None, sparse=False, progress=None, features=None, texts="", network="", names=(), value_range=(0, 0),
+          spacing=0.0):
+    """Lets a model learn segments of the same patient, once, and waits; returns the model, with which they are saved.
 
-    The label map's names come from its colour table. sparse: slices without any label between labelled ones were not
-    labelled and follow the scan. progress: called with the Job from time to time. Saved with the model.
+    labels    a segmentation or label map node, whose names come from its colour table; sparse: slices without any label
+              between labelled ones were not labelled and follow the scan
+    features  instead: a volume node of several values per voxel; texts: a JSON file that says what texts mean there,
+              {"liver": [0.1, 0.2], "background": [0, 1]}
+    network   or: an ONNX file that OpenVINO runs on the model's own image; names: of its channels 1, 2, ..., or texts
+    value_range, spacing  for the network: values that become 0 and 1 (equal: mean 0 and standard deviation 1), mm of its
+              voxels (0: as the fit had them)
+    progress  called with the Job from time to time
     """
+    if sum(bool(teacher) for teacher in (labels, features, network)) > 1:
+        raise Error("Give one teacher: labels, features or a network.")
     owner = logic_of(model)
     with quiet(owner):
-        job = checked(owner, owner.StartLearning(model, labels, sparse))
+        if features:
+            job = owner.StartLearningFromFeatures(model, features, str(texts))
+        elif network:
+            job = owner.StartLearningFromNetwork(model, str(network), _string_array(names), str(texts), *value_range, spacing)
+        else:
+            job = owner.StartLearning(model, labels, sparse)
+        job = checked(owner, job)
     return Job(owner, job, progress=progress).result().model
+
+
+def _string_array(names):
+    from vtkmodules.vtkCommonCore import vtkStringArray
+
+    array = vtkStringArray()
+    for name in names:
+        array.InsertNextValue(name)
+    return array
 
 
 def find(model, text):

@@ -6,9 +6,15 @@
 #include <vtkMRMLColorTableNode.h>
 #include <vtkMRMLLabelMapVolumeDisplayNode.h>
 #include <vtkMRMLLabelMapVolumeNode.h>
+#include <vtkMRMLVectorVolumeNode.h>
 
+#include <vtkStringArray.h>
 #include <vtkTable.h>
 #include <vtkVariant.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 
 namespace {
 
@@ -189,6 +195,67 @@ TEST_F(SegmentQueryTest, LearnsFromALabelMapWhereverTheModelWasMoved) {
     return std::count(p, p + image->GetNumberOfPoints(), 1);
   };
   EXPECT_NEAR(double(voxelsOf(hardened)), double(voxelsOf(found)), 0.03 * double(voxelsOf(found)));
+}
+
+TEST_F(SegmentQueryTest, LearnsFromAFeatureVolumeWhereverTheModelWasMoved) {
+  const double one[3] = {1, 1, 1}, origin[3] = {30, -20, 10};
+  auto* transform = addTransform(oblique(25, one, origin));
+  model->SetAndObserveTransformNodeID(transform->GetID());
+  // Two numbers per voxel: the direction of each label's own.
+  vtkNew<vtkImageData> voxels;
+  voxels->SetDimensions(truth->GetDimensions());
+  voxels->AllocateScalars(VTK_FLOAT, 2);
+  const int* n = voxels->GetDimensions();
+  int e[6];
+  truth->GetExtent(e);
+  for (int k = 0; k < n[2]; ++k)
+    for (int j = 0; j < n[1]; ++j)
+      for (int i = 0; i < n[0]; ++i) {
+        const double angle = truth->GetScalarComponentAsDouble(e[0] + i, e[2] + j, e[4] + k, 0);
+        voxels->SetScalarComponentFromDouble(i, j, k, 0, std::cos(angle));
+        voxels->SetScalarComponentFromDouble(i, j, k, 1, std::sin(angle));
+      }
+  vtkNew<vtkMRMLVectorVolumeNode> features;
+  features->SetName("Features");
+  features->SetAndObserveImageData(voxels);
+  vtkNew<vtkMatrix4x4> matrix;
+  input->GetIJKToRASMatrix(matrix);
+  features->SetIJKToRASMatrix(matrix);
+  scene->AddNode(features);
+  features->SetAndObserveTransformNodeID(transform->GetID());
+  const std::string texts = (folder / "texts.json").string();
+  std::ofstream(texts)
+      << R"({"background": [1, 0], "liver": [0.5403, 0.8415], "kidney_left": [-0.4161, 0.9093],
+                             "kidney_right": [-0.98999, 0.1411]})";
+  auto* job = logic->StartLearningFromFeatures(model, features, texts);
+  ASSERT_NE(job, nullptr) << logic->GetLastError();
+  logic->WaitForJob(job);
+  ASSERT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished) << job->GetErrorMessage();
+  EXPECT_STREQ(model->GetAttribute("InnerGS.Segments"), "Features");
+  auto* found = logic->SegmentByText(model, "left kidney");
+  ASSERT_NE(found, nullptr) << logic->GetLastError();
+  EXPECT_GT(dice(found, "kidney_left", 2), 0.8);
+
+  EXPECT_EQ(logic->StartLearningFromFeatures(model, nullptr, texts), nullptr);
+  EXPECT_NE(logic->GetLastError().find("choose a feature volume"), std::string::npos);
+  EXPECT_EQ(logic->StartLearningFromFeatures(model, features, (folder / "none.json").string()), nullptr);
+  EXPECT_NE(logic->GetLastError().find("does not exist"), std::string::npos);
+}
+
+TEST_F(SegmentQueryTest, ANetworkThatIsNoneIsOneSentence) {
+  vtkNew<vtkStringArray> names;
+  names->InsertNextValue("liver");
+  const std::string file = (folder / "foreign.onnx").string();
+  std::ofstream(file) << "not a network";
+  for (const std::string& network : {file, (folder / "none.onnx").string()}) {
+    auto* job = logic->StartLearningFromNetwork(model, network, names);
+    ASSERT_NE(job, nullptr) << logic->GetLastError();
+    logic->WaitForJob(job);
+    EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Failed);
+    EXPECT_FALSE(job->GetErrorMessage().empty());
+    EXPECT_EQ(job->GetErrorMessage().find('\n'), std::string::npos);
+  }
+  EXPECT_EQ(model->GetModel()->GetNumberOfSegments(), 0);
 }
 
 TEST_F(SegmentQueryTest, LabelsForAThreadOfAPanel) {

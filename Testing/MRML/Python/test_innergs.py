@@ -108,6 +108,33 @@ class InnerGSTest(unittest.TestCase):
             innergs.segment(model, "")
         with self.assertRaisesRegex(innergs.Error, "choose a segmentation"):
             innergs.learn(model, None)
+        with self.assertRaisesRegex(innergs.Error, "one teacher"):
+            innergs.learn(model, node, network="organs.onnx")
+        with self.assertRaisesRegex(innergs.Error, "organs.onnx|OpenVINO"):
+            innergs.learn(model, network="organs.onnx", names=["liver"])
+
+    def test_segments_from_features(self):
+        source = add_volume(self.scene)
+        model = innergs.reconstruct(source, preset="fast", iterations=10).model
+        k, j, i = numpy.indices((20, 22, 24))
+        image = vtkImageData()
+        image.SetDimensions(24, 22, 20)
+        angles = numpy.where(i < 10, 1.5, 0.0).ravel()
+        image.GetPointData().SetScalars(
+            numpy_to_vtk(numpy.stack([numpy.cos(angles), numpy.sin(angles)], axis=1).astype(numpy.float32), deep=True))
+        features = slicer_core.vtkMRMLVectorVolumeNode()
+        features.SetAndObserveImageData(image)
+        matrix = vtkMatrix4x4()
+        source.GetIJKToRASMatrix(matrix)
+        features.SetIJKToRASMatrix(matrix)
+        self.scene.AddNode(features)
+        with tempfile.TemporaryDirectory() as folder:
+            texts = os.path.join(folder, "texts.json")
+            with open(texts, "w") as out:
+                out.write('{"background": [1, 0], "liver": [0.07, 0.9975]}')
+            self.assertIs(innergs.learn(model, features=features, texts=texts), model)
+        self.assertEqual(innergs.find(model, "liver").answer, "found")
+        self.assertEqual(innergs.segment(model, "liver").GetSegmentation().GetNumberOfSegments(), 1)
 
     def test_moving(self):
         sequence = add_series(self.scene)
