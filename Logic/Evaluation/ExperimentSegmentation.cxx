@@ -236,12 +236,10 @@ public:
                        {},
                        {}};
     result_.methods.notes = {
-        "Dice and IoU: foreground classes alone, whole volume, on the slices that nobody labelled; where all "
-        "slices are "
-        "labelled, on these: the residual keeps the labels themselves, so that row predicts nothing.",
+        "Dice and IoU: foreground classes alone, whole volume, on the slices that nobody labelled.",
+        "All slices labelled: on these, whose labels the residual keeps; that row predicts nothing.",
         "The labels are a program's, not a person's. Settings of the completion were chosen on this CT.",
-        "top5: mean over each class's five best slices, for the paper's table of top-5 slices: chosen by the "
-        "score itself.",
+        "top5: mean over each class's five best slices, as the paper's table; chosen by the score itself.",
         "teacher: the labels as they were given, without learning anything.",
         "The paper gives a Dice of 0.8817 on CT-ORG, another data set, with complete labels."};
   }

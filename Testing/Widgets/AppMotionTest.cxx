@@ -34,7 +34,7 @@ class AppMotionTest : public AppWindowTest {
                 std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
       series.times.push_back(0.5 * f);
     }
-    const QString path = sandbox_->path(name);
+    QString path = sandbox_->path(name);
     writeTimeSeries(series, app::pathOf(path));
     return path;
   }

@@ -37,7 +37,7 @@ public:
 
   TeachingHost() { roles << Role::Labels; }
   QString addModel() {
-    const QString id = addBallModel("Boxes");
+    QString id = addBallModel("Boxes");
     auto core = std::make_shared<Model>();
     core->field = phantom.field;
     modelData[id]->SetCoreModel(core);

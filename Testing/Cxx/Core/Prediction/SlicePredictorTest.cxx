@@ -24,7 +24,7 @@ Stack smallStack(std::int64_t width = 48, std::int64_t depth = 37) {
   return keepEvery(truth, 2, kGap);
 }
 
-Prediction predict(const Stack& stack, PredictionOptions options, int threads = 2) {
+Prediction predict(const Stack& stack, const PredictionOptions& options, int threads = 2) {
   ThreadPool pool(threads);
   return predictAcrossSlices(stack, options, pool);
 }
@@ -135,7 +135,7 @@ TEST(SlicePredictor, MatchesLanczosOnABandLimitedVolume) {
     const std::int64_t n = inner == 64 * 64 ? 49 : 64;
     for (std::int64_t v = 0; v < static_cast<std::int64_t>(in.size()); ++v) {
       double sum = 0;
-      for (int i = -15; i <= 15; ++i) {
+      for (std::int64_t i = -15; i <= 15; ++i) {
         const std::int64_t at = v / inner % n, to = (at + i + n) % n;
         sum += low.weights[static_cast<std::size_t>(i + 15)] * in[v + (to - at) * inner];
       }
