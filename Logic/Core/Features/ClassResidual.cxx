@@ -17,7 +17,10 @@ void checkResidual(const ClassResidual& r, int classes) {
     throw Error(ErrorCode::FileFormat, "The residual of the model's features cannot be used: " + what);
   };
   if (r.voxels.size() != r.ends.size()) fail("it has not one list per voxel.");
-  if (r.empty() && r.entries.empty()) return;
+  if (r.empty()) {
+    if (!r.entries.empty()) fail("its lists have another size than they say.");
+    return;
+  }
   checkGeometry(r.lattice, "The lattice of the features' residual");
   if (r.lattice.voxelCount() > std::int64_t{0xffffffff} || r.voxels.back() >= r.lattice.voxelCount() ||
       std::adjacent_find(r.voxels.begin(), r.voxels.end(), std::greater_equal<>()) != r.voxels.end())

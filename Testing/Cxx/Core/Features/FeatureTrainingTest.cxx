@@ -199,6 +199,10 @@ TEST(FeatureTraining, ForgedFeaturesAreRefused) {
   bad.residual.ends.back() += 1;
   EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
   bad = good;
+  bad.residual.voxels.clear();
+  bad.residual.ends.clear(); // entries of no voxel
+  EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
+  bad = good;
   bad.residual.voxels.back() = 8 * 8 * 8;
   EXPECT_THROW(checkFeatures(bad, phantom.field), Error);
 }
