@@ -256,14 +256,14 @@ constexpr double kReach = 0.6;
 
 } // namespace
 
-double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, const InitialisationPlan& start,
-                    double volume, double voxel, ThreadPool& pool) {
+ReachedShare reachedShare(std::span<const Stack> stacks, const IntensityMap& map,
+                          const InitialisationPlan& start, double volume, double voxel, ThreadPool& pool) {
   const bool whole = std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
     for (std::size_t v = 0; v < stack.observed.size(); ++v)
       if (!stack.observed[v] && std::isfinite(stack.image.voxels[v])) return false;
     return true;
   });
-  if (whole) return 1;
+  if (whole) return {};
   // With several stacks, the frame does not depend on their order.
   const Affine3 frame = stacks.size() > 1 ? Affine3{} : Affine3{stacks.front().image.geometry.direction, {}};
   const auto gaussians = static_cast<double>(start.gaussians);
@@ -286,10 +286,11 @@ double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, cons
     sumReached += follows;
     ++voxelsReached;
   }
-  if (voxels == 0) return 1;
+  if (voxels == 0) return {};
   const double byVolume = static_cast<double>(voxelsReached) / static_cast<double>(voxels);
-  if (start.kind != Initialisation::Adaptive || sum <= 0) return byVolume;
-  return std::max(byVolume, start.evenShare * byVolume + (1 - start.evenShare) * sumReached / sum);
+  if (start.kind != Initialisation::Adaptive || sum <= 0) return {byVolume, byVolume};
+  return {std::max(byVolume, start.evenShare * byVolume + (1 - start.evenShare) * sumReached / sum),
+          byVolume};
 }
 
 std::vector<float> structureMeasure(const ProxyVolume& proxy, ThreadPool& pool) {

@@ -21,12 +21,17 @@ struct InitialisationPlan {
 void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
                 std::uint64_t seed, ThreadPool& pool);
 
-/// The share of a start over all finite voxels (volume: theirs, mm³) that lies in what the stacks observe or
-/// little more than half a Gaussian distance from it; 0 to 1, at least the share by volume. With that share
-/// of the Gaussians, a part is fitted as well as the whole is with all of them. `voxel`: mm, the finest
-/// relevant size. Throws Error(Cancelled) if the pool is stopped.
-double reachedShare(std::span<const Stack> stacks, const IntensityMap& map, const InitialisationPlan& start,
-                    double volume, double voxel, ThreadPool& pool);
+/// What a start over all finite voxels has in what the stacks observe, or little more than half a Gaussian
+/// distance from it; 0 to 1. A part is fitted as well as the whole with that share of the Gaussians if as
+/// many of them as there follow its structure.
+struct ReachedShare {
+  double gaussians = 1; // at least `volume`
+  double volume = 1;
+};
+/// `volume`: of all finite voxels, mm³; `voxel`: mm, the finest relevant size. Throws Error(Cancelled) if the
+/// pool is stopped.
+ReachedShare reachedShare(std::span<const Stack> stacks, const IntensityMap& map,
+                          const InitialisationPlan& start, double volume, double voxel, ThreadPool& pool);
 
 /// Structure measure that sets the density: 0.5·|∇I| + |second differences|, smoothed (Docs/method.md);
 /// computed from covered voxels only, 0 elsewhere.

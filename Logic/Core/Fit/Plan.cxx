@@ -180,13 +180,13 @@ void fillChoices(Settings& s, const DataTraits& traits) {
 /// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Balanced ? 1 : 2;
-  const double volume = traits.volume * traits.reached;
+  const double volume = traits.volume * traits.reached.gaussians;
   const double voxels = volume / (traits.voxel * traits.voxel * traits.voxel);
   std::int64_t budget;
   int iterations, members = 1;
   if (settings.preset == Preset::Paper) {
     plan.start.equalCounts = true;
-    budget = std::llround(kPaperGaussians * traits.reached);
+    budget = std::llround(kPaperGaussians * traits.reached.gaussians);
     iterations = 1000;
   } else if (predicts(settings, traits)) {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 60.0, 30.0}[level]);
@@ -254,6 +254,7 @@ FitPlan makePlan(Settings& settings, const DataTraits& traits) {
   plan.beta2 = *settings.beta2;
   plan.cutoff = *settings.cutoff;
   plan.start.kind = *settings.initialisation;
+  plan.start.evenShare *= traits.reached.volume / traits.reached.gaussians;
   plan.bounds.minLogScale = std::log(0.3 * traits.voxel);
   plan.bounds.maxLogScale = std::log(30 * traits.voxel);
   if (settings.blending == Blending::Alpha)

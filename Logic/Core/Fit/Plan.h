@@ -12,7 +12,7 @@ struct DataTraits {
   int stacks = 1;
   std::int64_t samples = 0; // finite observed voxels
   double volume = 0;        // of the finite voxels, observed or not, mm³; overlapping stacks count once
-  double reached = 1;       // share of a full start that affects what is observed (see reachedShare)
+  ReachedShare reached;     // share of a full start that affects what is observed
   bool region = false;      // cut out of larger scans
   bool posed = false;       // slices have poses
   bool cubes = false;       // one connected stack of thin slices with nearly cubic voxels

@@ -92,7 +92,8 @@ std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& s
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings) {
   if (input.stacks.empty()) return 0;
   DataTraits traits = geometryTraits(input.stacks);
-  traits.reached = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
+  traits.reached.gaussians = traits.reached.volume =
+      maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   if (predicts(settings, traits)) {
     Settings filled = settings;
     makePlan(filled, traits);

@@ -34,6 +34,7 @@ double psnrOf(const LossSum& sum) {
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
+constexpr double kSeen = 0.02;        // share of the intensity range, least that is worth a Gaussian
 
 /// The lattice resampled so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
@@ -403,7 +404,9 @@ void ReconstructionRun::coverMask() {
       const std::int64_t v = first[0] + i + g.size[0] * (first[1] + j + g.size[1] * (first[2] + k));
       const float value = stack.image.voxels[v];
       if (!stack.observed[v] || !std::isfinite(value)) continue;
-      if (ones.size() + added.size() >= limit) break;
+      // What nothing reaches is rendered as the offset.
+      const double intensity = (value - field.intensityOffset) / field.intensityScale;
+      if (std::abs(intensity) < kSeen) continue;
       const Vec3 at = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
       Gaussian gaussian{};
       for (int a = 0; a < 3; ++a) {
@@ -411,11 +414,18 @@ void ReconstructionRun::coverMask() {
         gaussian.logScale[a] = static_cast<float>(std::log(0.95 * spacing / field.cutoff));
       }
       gaussian.quaternion[0] = 1;
-      gaussian.intensity = static_cast<float>((value - field.intensityOffset) / field.intensityScale);
+      gaussian.intensity = static_cast<float>(intensity);
       added.push_back(gaussian);
     }
   }
   if (added.empty()) return;
+  const std::size_t room = limit - ones.size();
+  if (added.size() > room) {
+    std::stable_sort(added.begin(), added.end(), [](const Gaussian& a, const Gaussian& b) {
+      return std::abs(a.intensity) > std::abs(b.intensity);
+    });
+    added.resize(room);
+  }
   field.gaussians.insert(field.gaussians.end(), added.begin(), added.end());
   field.gaussians = inMortonOrder(std::move(field.gaussians));
   model_.finished = field.size();

@@ -66,6 +66,27 @@ TEST(JobDensity, AMaskedFitIsAsGoodInside) {
   }
 }
 
+TEST(JobDensity, AMaskedFitLosesNoSmallLabels) {
+  ReconstructionInput input;
+  input.stacks.resize(1);
+  Volume& labels = input.stacks.front().image;
+  labels = volumeOf(head().geometry, [](auto i, auto j, auto k) {
+    return i % 7 < 2 && j % 7 < 2 && k % 7 < 2 ? 40.0 * static_cast<double>(1 + (i / 7 + j / 7 + k / 7) % 5)
+                                               : 0.0;
+  });
+  input.stacks.front().profile = SliceProfile::Point;
+  const Mask mask = ballOf(labels.geometry, 13);
+  input.mask = mask;
+  input.outputGrid = labels.geometry;
+  Settings settings = defaults(200);
+  settings.gaussians = 500;
+  const ReconstructionResult part = reconstruct(input, settings);
+  std::int64_t lost = 0;
+  for (std::size_t v = 0; v < mask.voxels.size(); ++v)
+    lost += mask.voxels[v] && labels.voxels[v] > 0 && part.volume.voxels[v] < 1;
+  EXPECT_EQ(lost, 0);
+}
+
 TEST(JobDensity, AMaskedFitOfThickSlicesIsAsGoodInside) {
   const Volume truth = head();
   ReconstructionInput input;
