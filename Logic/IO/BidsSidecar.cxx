@@ -46,7 +46,7 @@ fs::path sidecarOf(const fs::path& image) {
   std::string name = utf8(image.filename());
   name.resize(name.size() - fullExtension(image).size());
   name += ".json";
-  return image.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
+  return image.parent_path() / pathOf(name);
 }
 
 SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,

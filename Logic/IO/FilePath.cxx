@@ -19,11 +19,6 @@ fs::path followed(fs::path path) {
   return fs::absolute(path, failed);
 }
 
-std::string utf8(const fs::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
-
 std::string quoted(const fs::path& path) {
   std::string text(1, '\'');
   text += utf8(path);

@@ -1,12 +1,12 @@
 #pragma once
+#include "Core/Base/PathText.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace innergs {
 
-/// A path as UTF-8, the encoding used by ITK, error messages and JSON.
-std::string utf8(const std::filesystem::path& path);
 /// 'path', for error messages.
 std::string quoted(const std::filesystem::path& path);
 /// The extension in lower case, including the one before .gz: ".nii.gz", ".mha", "" (none).

@@ -70,8 +70,7 @@ std::vector<fs::path> motionFiles(const fs::path& path, std::size_t times) {
   for (std::size_t f = 0; f < times; ++f) {
     std::string number = std::to_string(f);
     if (number.size() < 3) number.insert(0, 3 - number.size(), '0');
-    const std::string file = name + "-" + number + extension;
-    files.push_back(path.parent_path() / fs::path(std::u8string(file.begin(), file.end())));
+    files.push_back(path.parent_path() / pathOf(name + "-" + number + extension));
   }
   return files;
 }

@@ -78,7 +78,7 @@ fs::path freeName(const fs::path& folder, const std::string& inputs) {
   std::error_code ignored;
   for (int n = 1;; ++n) {
     const std::string name = stem + (n > 1 ? "-" + std::to_string(n) : "") + ".innergs";
-    fs::path file = folder / fs::path(std::u8string(name.begin(), name.end()));
+    fs::path file = folder / pathOf(name);
     if (!fs::exists(file, ignored)) return file;
   }
 }

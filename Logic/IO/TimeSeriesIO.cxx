@@ -29,7 +29,7 @@ fs::path beside(const fs::path& path, const char* extension) {
   std::string name = utf8(path.filename());
   name.resize(name.size() - fullExtension(path).size());
   name += extension;
-  return path.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
+  return path.parent_path() / pathOf(name);
 }
 
 /// What a BIDS sidecar says about the frames' times.

@@ -44,7 +44,7 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   keepWhenCancelled_ = request->GetKeepWhenCancelled();
   interval_ = request->GetInterval();
   if (const std::string file = request->GetResumeFileName(); !file.empty()) {
-    resumeFile_ = std::filesystem::path(std::u8string(file.begin(), file.end()));
+    resumeFile_ = pathOf(file);
     checkInputFile(resumeFile_);
   }
   settings_ = request->GetSettings();

@@ -7,6 +7,7 @@
 #include "Core/Render/Render.h"
 #include "DetachedTasks.h"
 #include "Geometry.h"
+#include "IO/FilePath.h"
 #include "IO/TextEmbeddingIO.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
@@ -128,10 +129,6 @@ std::shared_ptr<Lesson> lessonOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* la
     throw Error(ErrorCode::InvalidArgument,
                 quoted(labels) + " is neither a segmentation nor a label map: choose one.");
   return lesson;
-}
-
-std::filesystem::path pathOf(const std::string& file) {
-  return std::u8string(file.begin(), file.end());
 }
 
 /// The teacher as the worker makes it; progress: of what that takes.
