@@ -37,6 +37,12 @@ std::string fullExtension(const fs::path& path) {
   return lower(utf8(path.stem().extension())) + last;
 }
 
+fs::path withEnding(const fs::path& path, const std::string& ending) {
+  std::string name = utf8(path.filename());
+  name.resize(name.size() - fullExtension(path).size());
+  return path.parent_path() / pathOf(name + ending);
+}
+
 bool isSameFile(const fs::path& a, const fs::path& b) {
   std::error_code unknown;
   if (fs::exists(a, unknown) && fs::exists(b, unknown)) return fs::equivalent(a, b, unknown);

@@ -11,6 +11,8 @@ namespace innergs {
 std::string quoted(const std::filesystem::path& path);
 /// The extension in lower case, including the one before .gz: ".nii.gz", ".mha", "" (none).
 std::string fullExtension(const std::filesystem::path& path);
+/// The same path with `ending` (UTF-8) in place of its full extension.
+std::filesystem::path withEnding(const std::filesystem::path& path, const std::string& ending);
 
 /// The absolute path of the file that a path resolves to through links, whether or not it exists; for
 /// circular links, one of them.
