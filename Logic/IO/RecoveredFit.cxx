@@ -127,6 +127,14 @@ fs::path writeRecoveredFit(const StoppedDynamicFit& fit, const RecoveredFit& abo
                    });
 }
 
+void writeStoppedFit(const DynamicResult& result, RecoveredFit& about, const fs::path& folder) {
+  if (!result.field || result.state.empty()) return;
+  about.moving = true;
+  about.iteration = result.state.step;
+  about.iterations = result.steps;
+  about.file = writeRecoveredFit({*result.field, result.state}, about, folder);
+}
+
 void dropRecoveredFit(const fs::path& file, const fs::path& folder) {
   std::error_code ignored;
   if (!file.empty() && fs::equivalent(file.parent_path(), folder, ignored)) fs::remove(file, ignored);

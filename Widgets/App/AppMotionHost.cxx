@@ -105,17 +105,13 @@ void AppMotionHost::post(const Progress& progress) {
 /// On the worker: where it was stopped, if it can be gone on from there. Throws Error.
 void AppMotionHost::keep(const ui::MotionRequest& request, const VolumeItem& scan,
                          const DynamicResult& result) {
-  if (!result.field || result.state.empty()) return;
   RecoveredFit about;
   about.inputs = nameOf(scan.frames.file).toStdString();
   about.settings = request.settings;
-  about.moving = true;
   about.interval = request.interval;
-  about.iteration = result.state.step;
-  about.iterations = result.steps;
   const std::filesystem::path folder = pathOf(recoveryFolder());
-  writeRecoveredFit({*result.field, result.state}, about, folder);
-  dropRecoveredFit(pathOf(request.resumeFile), folder);
+  writeStoppedFit(result, about, folder);
+  if (!about.file.empty()) dropRecoveredFit(pathOf(request.resumeFile), folder);
 }
 
 void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& scan,
