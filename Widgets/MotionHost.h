@@ -5,6 +5,8 @@
 
 #include <QObject>
 
+class vtkInnerGSDynamicModel;
+
 namespace innergs::ui {
 
 /// A moving scan that can be reconstructed.
@@ -44,6 +46,9 @@ struct MotionInfo {
   double first = 0, last = 0, now = 0; // s
   QString kind;                        // "motion", "intensity", "network"
 };
+
+/// Of a model, at `now` (s); not known of null and of an empty one.
+MotionInfo motionInfoOf(vtkInnerGSDynamicModel* model, double now);
 
 /// What the panel of moving scans needs from the program beside the Host; on the main thread only. One
 /// reconstruction at a time: every start() that returns true ends with exactly one of finished, failed and

@@ -192,16 +192,8 @@ void AppMotionHost::deliver(Outcome& outcome) {
 }
 
 ui::MotionInfo AppMotionHost::motionInfo(const QString& modelId) const {
-  ui::MotionInfo info;
   const auto item = host_->document().model(modelId);
-  double range[2];
-  if (!item || !item->moving || !item->moving->GetTimeRange(range)) return info;
-  info.known = true;
-  info.first = range[0];
-  info.last = range[1];
-  info.now = asked_.value(modelId, item->time);
-  info.kind = QString::fromStdString(item->moving->GetKindName());
-  return info;
+  return item ? ui::motionInfoOf(item->moving, asked_.value(modelId, item->time)) : ui::MotionInfo();
 }
 
 void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& field) {
@@ -215,15 +207,7 @@ void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& fi
 }
 
 ui::MotionInfo AppMotionHost::previewInfo() const {
-  ui::MotionInfo info;
-  double range[2];
-  if (!preview_ || !preview_->GetTimeRange(range)) return info;
-  info.known = true;
-  info.first = range[0];
-  info.last = range[1];
-  info.now = previewTime_;
-  info.kind = QString::fromStdString(preview_->GetKindName());
-  return info;
+  return ui::motionInfoOf(preview_, previewTime_);
 }
 
 void AppMotionHost::setPreviewTime(double seconds) {
