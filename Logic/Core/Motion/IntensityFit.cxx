@@ -230,12 +230,7 @@ void IntensityFit::solve(const Report& report) {
       }
   const std::size_t gaussians = field.gaussians.size();
 
-  Lattice lattice;
-  lattice.indexToModel = toModel;
-  lattice.nx = static_cast<int>(g.size[0]);
-  lattice.ny = static_cast<int>(g.size[1]);
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    lattice.z.push_back(static_cast<double>(k));
+  const Lattice lattice = latticeOf(g, field.modelToWorld);
   LatticeRenderer renderer(lattice, kernels_, pool_);
   const std::size_t size = lattice.bufferSize();
   std::vector<float> weights(size), image(size), zero(size, 0.f), gradient(16 * gaussians);
