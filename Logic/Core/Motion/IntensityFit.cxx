@@ -179,7 +179,7 @@ void IntensityFit::choose(const Report& report) {
   }
 }
 
-double IntensityFit::foresight(std::int64_t frame) const {
+double IntensityFit::predictionError(std::int64_t frame) const {
   std::size_t best = 0; // smoothing, over all frames
   double least = -1;
   for (std::size_t s = 0; s < frameErrors_.size(); ++s) {

@@ -103,7 +103,7 @@ double MotionFit::errorOf(std::span<const float> nodes, std::int64_t frame) {
   return loss(posed, frame);
 }
 
-double MotionFit::foresightBetween(std::int64_t f) {
+double MotionFit::predictionErrorBetween(std::int64_t f) {
   const double w = (series_.times[f] - series_.times[f - 1]) / (series_.times[f + 1] - series_.times[f - 1]);
   std::vector<float> nodes = tracked_[f - 1].nodes;
   for (std::size_t v = 0; v < nodes.size(); ++v)
@@ -117,7 +117,7 @@ int MotionFit::chooseCoefficients() {
   double least = -1;
   for (const int coefficients : {4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96, 128}) {
     if (coefficients > most) break;
-    const double error = foresight(coefficients);
+    const double error = predictionError(coefficients);
     if (least >= 0 && error >= least) continue;
     least = error;
     best = coefficients;
@@ -125,7 +125,7 @@ int MotionFit::chooseCoefficients() {
   return best;
 }
 
-double MotionFit::foresight(int coefficients) {
+double MotionFit::predictionError(int coefficients) {
   const TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
   std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * kValues);
   double sum = 0;
