@@ -61,7 +61,7 @@ public:
   virtual SeriesInfo seriesInfo(const QString& id) const = 0;
   /// False, after failed(sentence), when it is refused.
   virtual bool start(const MotionRequest& request) = 0;
-  /// Returns at once. Where the refinement of the frames stands is kept in Host::recoveryFolder(), as it is
+  /// Returns at once. Host::recoveryFolder() keeps the state of the refinement of the frames, as it does
   /// whatever else stops it.
   virtual void cancel() = 0;
   virtual bool isRunning() const = 0;

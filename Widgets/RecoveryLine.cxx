@@ -84,7 +84,7 @@ bool RecoveryLine::refresh() {
   }
   accept_->setVisible(file_.isEmpty());
   dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Anew"));
-  dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be gone on from.")
+  dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be continued.")
                                        : tr("The next reconstruction begins from the scans alone."));
   setVisible(!file_.isEmpty() || !offered_.file.empty());
   return !offered_.file.empty() && offered_.file != before;

@@ -102,7 +102,7 @@ void AppMotionHost::post(const Progress& progress) {
       Qt::QueuedConnection);
 }
 
-/// On the worker: where it was stopped, if it can be gone on from there. Throws Error.
+/// On the worker: the state of a stopped fit, if it can be continued. Throws Error.
 void AppMotionHost::keep(const ui::MotionRequest& request, const VolumeItem& scan,
                          const DynamicResult& result) {
   RecoveredFit about;
