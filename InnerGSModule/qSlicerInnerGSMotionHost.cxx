@@ -186,29 +186,12 @@ void qSlicerInnerGSMotionHost::onJob(vtkObject*, unsigned long event, void* data
 }
 
 MotionInfo qSlicerInnerGSMotionHost::motionInfo(const QString& modelId) const {
-  MotionInfo info;
   vtkMRMLInnerGSModelNode* node = modelNode(modelId);
-  double range[2];
-  if (!node || !node->GetDynamicModel()->GetTimeRange(range)) return info;
-  info.known = true;
-  info.first = range[0];
-  info.last = range[1];
-  info.now = node->GetTime();
-  info.kind = QString::fromStdString(node->GetDynamicModel()->GetKindName());
-  return info;
+  return node ? motionInfoOf(node->GetDynamicModel(), node->GetTime()) : MotionInfo();
 }
 
 MotionInfo qSlicerInnerGSMotionHost::previewInfo() const {
-  MotionInfo info;
-  double range[2];
-  vtkInnerGSDynamicModel* model = job_ ? job_->GetPreviewModel() : nullptr;
-  if (!model || !model->GetTimeRange(range)) return info;
-  info.known = true;
-  info.first = range[0];
-  info.last = range[1];
-  info.now = previewTime_;
-  info.kind = QString::fromStdString(model->GetKindName());
-  return info;
+  return motionInfoOf(job_ ? job_->GetPreviewModel() : nullptr, previewTime_);
 }
 
 void qSlicerInnerGSMotionHost::setPreviewTime(double seconds) {

@@ -5,6 +5,8 @@
 
 #include <QObject>
 
+class vtkInnerGSDynamicModel;
+
 namespace innergs::ui {
 
 /// A moving scan that can be reconstructed.
@@ -45,6 +47,9 @@ struct MotionInfo {
   QString kind;                        // "motion", "intensity", "network"
 };
 
+/// Of a model, at `now` (s); not known of null and of an empty one.
+MotionInfo motionInfoOf(vtkInnerGSDynamicModel* model, double now);
+
 /// What the panel of moving scans needs from the program beside the Host; on the main thread only. One
 /// reconstruction at a time: every start() that returns true ends with exactly one of finished, failed and
 /// cancelled.
@@ -56,7 +61,7 @@ public:
   virtual SeriesInfo seriesInfo(const QString& id) const = 0;
   /// False, after failed(sentence), when it is refused.
   virtual bool start(const MotionRequest& request) = 0;
-  /// Returns at once. Where the refinement of the frames stands is kept in Host::recoveryFolder(), as it is
+  /// Returns at once. Host::recoveryFolder() keeps the state of the refinement of the frames, as it does
   /// whatever else stops it.
   virtual void cancel() = 0;
   virtual bool isRunning() const = 0;

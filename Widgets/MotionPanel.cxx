@@ -81,15 +81,14 @@ QWidget* MotionPanel::buildFit() {
   interval_->setObjectName(QStringLiteral("motionInterval"));
   interval_->setSuffix(tr(" s"));
   interval_->setSpecialValueText(tr("as the scan says"));
-  interval_->setToolTip(
-      tr("Time from one frame to the next, where the scan does not say it or says it wrongly"));
+  interval_->setToolTip(tr("Time from one frame to the next, where the scan does not say or is wrong"));
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = new QComboBox(this);
   kind_->setObjectName(QStringLiteral("motionKind"));
   kind_->addItem(tr("Chosen by withheld frames"), QString());
   for (const SettingWord& word : settingNamed("kind").words)
     kind_->addItem(settingText(word.label), QString::fromLatin1(word.name));
-  kind_->setToolTip(tr("What changes with time. By itself the program tries both on a few frames"));
+  kind_->setToolTip(tr("What changes with time. Unless you choose, the program tries both on a few frames"));
   kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   kind_->setMinimumContentsLength(12);
   form->addRow(tr("What &changes"), kind_);
@@ -102,9 +101,8 @@ QWidget* MotionPanel::buildFit() {
   judge_ = new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this);
   judge_->setObjectName(QStringLiteral("motionJudge"));
   judge_->setChecked(true);
-  judge_->setToolTip(
-      tr("A second fit does not see every few frames and is compared with linear interpolation\n"
-         "in time and with the previous frame on them"));
+  judge_->setToolTip(tr("A second fit leaves out every few frames and is compared on them with linear\n"
+                        "interpolation in time and with the previous frame"));
   form->addRow(judge_);
   std::vector<const Setting*> rows;
   for (const Setting& row : settingsTable())
@@ -155,7 +153,7 @@ QWidget* MotionPanel::buildView() {
   line->addWidget(play_);
   time_ = new ValueSlider(tr(" s"), 3, this);
   time_->describe(QStringLiteral("motionTime"), tr("Time"),
-                  tr("The time at which the model is shown in the slice views and in the panel Slice query"));
+                  tr("The time at which the slice views and the plane of the query show the model"));
   line->addWidget(time_, 1);
   speed_ = new QComboBox(this);
   speed_->setObjectName(QStringLiteral("motionSpeed"));

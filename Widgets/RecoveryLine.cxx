@@ -1,5 +1,6 @@
 #include "Widgets/RecoveryLine.h"
 
+#include "IO/FilePath.h"
 #include "Widgets/MessageLine.h"
 
 #include <QDir>
@@ -14,10 +15,6 @@
 
 namespace innergs::ui {
 namespace {
-
-std::filesystem::path pathOf(const QString& file) {
-  return {file.toStdU16String()};
-}
 
 QString textOf(const std::filesystem::path& path) {
   return QString::fromStdU16String(path.u16string());
@@ -55,7 +52,7 @@ void RecoveryLine::setFile(const QString& file) {
 bool RecoveryLine::refresh() {
   const QString folder = host_->recoveryFolder();
   std::vector<RecoveredFit> fits =
-      folder.isEmpty() ? std::vector<RecoveredFit>() : recoveredFits(pathOf(folder));
+      folder.isEmpty() ? std::vector<RecoveredFit>() : recoveredFits(pathOf(folder.toStdString()));
   std::erase_if(fits, [this](const RecoveredFit& fit) { return fit.moving != moving_; });
   const std::filesystem::path before = offered_.file;
   offered_ = fits.empty() ? RecoveredFit() : fits.front();
@@ -87,7 +84,7 @@ bool RecoveryLine::refresh() {
   }
   accept_->setVisible(file_.isEmpty());
   dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Anew"));
-  dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be gone on from.")
+  dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be continued.")
                                        : tr("The next reconstruction begins from the scans alone."));
   setVisible(!file_.isEmpty() || !offered_.file.empty());
   return !offered_.file.empty() && offered_.file != before;

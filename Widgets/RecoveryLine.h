@@ -8,7 +8,7 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// Offers to go on from the newest fit in the host's recovery folder, of scans at rest or of moving ones, and
+/// Offers to go on from the newest fit in the host's recovery folder, of static scans or of moving ones, and
 /// says when the next reconstruction goes on from one. Hidden when there is neither.
 class RecoveryLine : public QWidget {
   Q_OBJECT

@@ -27,7 +27,7 @@ struct SegmentWorker::Work {
   SegmentWorker* owner;
   std::mutex mutex; // of what follows, until the thread's own
   std::condition_variable toDo;
-  std::optional<LearningTask> lesson;
+  std::optional<LearningTask> learning;
   std::optional<FindTask> query;
   std::stop_source learningStop, findingStop;
   bool quit = false;
@@ -59,23 +59,23 @@ struct SegmentWorker::Work {
   void run() {
     lowerThreadPriority(); // views have priority
     for (;;) {
-      std::optional<LearningTask> nextLesson;
+      std::optional<LearningTask> nextLearning;
       std::optional<FindTask> nextQuery;
       std::stop_token stop;
       {
         std::unique_lock lock(mutex);
-        toDo.wait(lock, [&] { return quit || lesson || query; });
+        toDo.wait(lock, [&] { return quit || learning || query; });
         if (quit) return;
-        if (lesson) {
-          nextLesson.swap(lesson);
+        if (learning) {
+          nextLearning.swap(learning);
           stop = learningStop.get_token();
         } else {
           nextQuery.swap(query);
           stop = findingStop.get_token();
         }
       }
-      if (nextLesson)
-        teach(*nextLesson, stop);
+      if (nextLearning)
+        teach(*nextLearning, stop);
       else
         answer(std::move(*nextQuery), stop);
     }
@@ -146,7 +146,7 @@ void SegmentWorker::learn(LearningTask task) {
   {
     std::lock_guard lock(work_->mutex);
     work_->learningStop = std::stop_source();
-    work_->lesson = std::move(task);
+    work_->learning = std::move(task);
   }
   work_->toDo.notify_all();
 }

@@ -23,9 +23,9 @@ struct SimulateOptions {
 
 // scan.nii.gz → scan-axial.nii.gz
 std::filesystem::path withSuffix(const std::filesystem::path& path, const std::string& suffix) {
-  std::u8string name = path.filename().u8string();
-  name.insert(name.size() - fullExtension(path).size(), u8"-" + std::u8string(suffix.begin(), suffix.end()));
-  return path.parent_path() / name;
+  std::string name = utf8(path.filename());
+  name.insert(name.size() - fullExtension(path).size(), "-" + suffix);
+  return path.parent_path() / pathOf(name);
 }
 
 int simulate(const SimulateOptions& o) {

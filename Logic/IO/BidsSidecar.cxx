@@ -43,10 +43,34 @@ SliceTiming along(std::vector<double> times, const std::string& direction, int a
 } // namespace
 
 fs::path sidecarOf(const fs::path& image) {
-  std::string name = utf8(image.filename());
-  name.resize(name.size() - fullExtension(image).size());
-  name += ".json";
-  return image.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
+  return withEnding(image, ".json");
+}
+
+BidsTimes readBidsTimes(const fs::path& file) {
+  BidsTimes times;
+  std::error_code ignored;
+  if (!fs::is_regular_file(file, ignored)) return times;
+  std::ifstream in(file, std::ios::binary);
+  const json values = json::parse(in, nullptr, false);
+  if (!values.is_object()) return times; // some other file
+  const auto list = [&](const char* name) {
+    std::vector<double> numbers;
+    if (const auto found = values.find(name); found != values.end() && found->is_array())
+      for (const json& number : *found) {
+        if (!number.is_number())
+          fail(quoted(file) + " has a " + name + " that is not a list of numbers (s); correct it.");
+        numbers.push_back(number.get<double>());
+      }
+    return numbers;
+  };
+  times.frames = list("VolumeTiming");
+  times.slices = list("SliceTiming");
+  if (const auto interval = values.find("RepetitionTime"); interval != values.end() && interval->is_number())
+    times.interval = interval->get<double>();
+  if (const auto direction = values.find("SliceEncodingDirection");
+      direction != values.end() && direction->is_string())
+    times.direction = direction->get<std::string>();
+  return times;
 }
 
 SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,
@@ -64,24 +88,14 @@ SliceTiming sliceTimingFrom(const std::string& text, const std::string& directio
   return along(std::move(times), direction, axis, lattice, what);
 }
 
+std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, const GridGeometry& lattice,
+                                           const std::string& what) {
+  if (times.slices.empty()) return std::nullopt;
+  return along(times.slices, times.direction, axis, lattice, what);
+}
+
 std::optional<SliceTiming> bidsSliceTiming(const fs::path& file, int axis, const GridGeometry& lattice) {
-  std::error_code ignored;
-  if (!fs::is_regular_file(file, ignored)) return std::nullopt;
-  std::ifstream in(file, std::ios::binary);
-  const json values = json::parse(in, nullptr, false);
-  if (!values.is_object()) return std::nullopt; // some other file
-  const auto listed = values.find("SliceTiming");
-  if (listed == values.end() || !listed->is_array() || listed->empty()) return std::nullopt;
-  std::vector<double> times;
-  for (const json& time : *listed) {
-    if (!time.is_number())
-      fail(quoted(file) + " has a SliceTiming that is not a list of numbers (s); correct it.");
-    times.push_back(time.get<double>());
-  }
-  const auto direction = values.find("SliceEncodingDirection");
-  return along(std::move(times),
-               direction != values.end() && direction->is_string() ? direction->get<std::string>() : "", axis,
-               lattice, quoted(file));
+  return sliceTimingFrom(readBidsTimes(file), axis, lattice, quoted(file));
 }
 
 SliceTiming readSliceTiming(const fs::path& file, const GridGeometry& lattice) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace innergs {
 
@@ -12,14 +13,26 @@ struct GridGeometry;
 /// The BIDS sidecar of an image: the same name with .json.
 std::filesystem::path sidecarOf(const std::filesystem::path& image);
 
+/// What a BIDS file (.json) says of when a moving scan was acquired; empty and 0 where it says nothing.
+struct BidsTimes {
+  std::vector<double> frames; // s, VolumeTiming
+  double interval = 0;        // s, RepetitionTime
+  std::vector<double> slices; // s, SliceTiming
+  std::string direction;      // SliceEncodingDirection
+};
+
+/// Nothing for what is no such file. Throws Error(FileFormat).
+BidsTimes readBidsTimes(const std::filesystem::path& file);
+
 /// Slice times (s) of a frame on the lattice from text: one per slice, separated by blanks, commas or lines,
 /// along a direction as BIDS names it ("k", "j-"; "": `axis`). Empty where all are equal. Throws
 /// Error(FileFormat), which names `what`.
 SliceTiming sliceTimingFrom(const std::string& text, const std::string& direction, int axis,
                             const GridGeometry& lattice, const std::string& what);
 
-/// The same from a BIDS file (.json): SliceTiming and SliceEncodingDirection. Nothing where it has none, and
-/// for what is no such file. Throws Error(FileFormat).
+/// The same from a BIDS file; nothing where it has none. Throws Error(FileFormat), which names `what`.
+std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, const GridGeometry& lattice,
+                                           const std::string& what);
 std::optional<SliceTiming> bidsSliceTiming(const std::filesystem::path& file, int axis,
                                            const GridGeometry& lattice);
 

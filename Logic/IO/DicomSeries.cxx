@@ -41,7 +41,7 @@ itk::GDCMImageIO::Pointer openDicom(const std::string& file) {
 }
 
 Slice readSlice(const std::string& file) {
-  const std::string what = quoted(std::filesystem::path(std::u8string(file.begin(), file.end())));
+  const std::string what = quoted(pathOf(file));
   return withItk(ErrorCode::FileFormat, what + " is a damaged or unsupported DICOM file; export it again.",
                  [&] {
                    const auto io = openDicom(file);

@@ -19,11 +19,6 @@ fs::path followed(fs::path path) {
   return fs::absolute(path, failed);
 }
 
-std::string utf8(const fs::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
-
 std::string quoted(const fs::path& path) {
   std::string text(1, '\'');
   text += utf8(path);
@@ -40,6 +35,12 @@ std::string fullExtension(const fs::path& path) {
   std::string last = lower(utf8(path.extension()));
   if (last != ".gz") return last;
   return lower(utf8(path.stem().extension())) + last;
+}
+
+fs::path withEnding(const fs::path& path, const std::string& ending) {
+  std::string name = utf8(path.filename());
+  name.resize(name.size() - fullExtension(path).size());
+  return path.parent_path() / pathOf(name + ending);
 }
 
 bool isSameFile(const fs::path& a, const fs::path& b) {

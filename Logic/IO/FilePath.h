@@ -1,16 +1,18 @@
 #pragma once
+#include "Core/Base/PathText.h"
+
 #include <cstdint>
 #include <filesystem>
 #include <string>
 
 namespace innergs {
 
-/// A path as UTF-8, the encoding used by ITK, error messages and JSON.
-std::string utf8(const std::filesystem::path& path);
 /// 'path', for error messages.
 std::string quoted(const std::filesystem::path& path);
 /// The extension in lower case, including the one before .gz: ".nii.gz", ".mha", "" (none).
 std::string fullExtension(const std::filesystem::path& path);
+/// The same path with `ending` (UTF-8) in place of its full extension.
+std::filesystem::path withEnding(const std::filesystem::path& path, const std::string& ending);
 
 /// The absolute path of the file that a path resolves to through links, whether or not it exists; for
 /// circular links, one of them.

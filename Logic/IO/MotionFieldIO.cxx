@@ -64,14 +64,11 @@ std::vector<fs::path> motionFiles(const fs::path& path, std::size_t times) {
                     " has no extension of a displacement field; use .seq.nrrd for all in one file, "
                     "or .nrrd, .nii.gz, .nii or .mha for one file per frame.");
   if (isSequence(path) || times == 1) return {path};
-  std::string name = utf8(path.filename());
-  name.resize(name.size() - extension.size());
   std::vector<fs::path> files;
   for (std::size_t f = 0; f < times; ++f) {
     std::string number = std::to_string(f);
     if (number.size() < 3) number.insert(0, 3 - number.size(), '0');
-    const std::string file = name + "-" + number + extension;
-    files.push_back(path.parent_path() / fs::path(std::u8string(file.begin(), file.end())));
+    files.push_back(withEnding(path, "-" + number + extension));
   }
   return files;
 }

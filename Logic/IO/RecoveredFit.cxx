@@ -78,7 +78,7 @@ fs::path freeName(const fs::path& folder, const std::string& inputs) {
   std::error_code ignored;
   for (int n = 1;; ++n) {
     const std::string name = stem + (n > 1 ? "-" + std::to_string(n) : "") + ".innergs";
-    fs::path file = folder / fs::path(std::u8string(name.begin(), name.end()));
+    fs::path file = folder / pathOf(name);
     if (!fs::exists(file, ignored)) return file;
   }
 }
@@ -125,6 +125,14 @@ fs::path writeRecoveredFit(const StoppedDynamicFit& fit, const RecoveredFit& abo
                    [&](const fs::path& file, const ModelNotes& notes) {
                      writeDynamicModel(fit.field, file, notes, fit.state);
                    });
+}
+
+void writeStoppedFit(const DynamicResult& result, RecoveredFit& about, const fs::path& folder) {
+  if (!result.field || result.state.empty()) return;
+  about.moving = true;
+  about.iteration = result.state.step;
+  about.iterations = result.steps;
+  about.file = writeRecoveredFit({*result.field, result.state}, about, folder);
 }
 
 void dropRecoveredFit(const fs::path& file, const fs::path& folder) {

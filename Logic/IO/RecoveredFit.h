@@ -29,6 +29,10 @@ std::filesystem::path writeRecoveredFit(const Model& model, const RecoveredFit& 
 std::filesystem::path writeRecoveredFit(const StoppedDynamicFit& fit, const RecoveredFit& about,
                                         const std::filesystem::path& folder);
 
+/// The same for where a moving scan's reconstruction stands, or ended: completes `about` with its steps and
+/// file; leaves it without a file where there is nothing to go on from. Throws Error(Io).
+void writeStoppedFit(const DynamicResult& result, RecoveredFit& about, const std::filesystem::path& folder);
+
 /// Removes a file that a fit went on from, if it lies in the folder: there is a newer state.
 void dropRecoveredFit(const std::filesystem::path& file, const std::filesystem::path& folder);
 

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "IO/FilePath.h"
 #include "IO/Inflate.h"
 
 #include <algorithm>
@@ -164,7 +165,7 @@ MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& wha
     voxelFile_ = path;
     voxelsStart_ = header.end;
   } else if (!data.starts_with("LIST") && data.find('%') == std::string::npos) {
-    voxelFile_ = path.parent_path() / std::u8string(data.begin(), data.end());
+    voxelFile_ = path.parent_path() / pathOf(data);
     if (!std::filesystem::is_regular_file(voxelFile_))
       throw Error(ErrorCode::FileFormat, what + " lacks its voxel file '" + data + "'; copy both files.");
   }

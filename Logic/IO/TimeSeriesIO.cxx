@@ -5,8 +5,6 @@
 #include "IO/FilePath.h"
 #include "IO/ImageReading.h"
 
-#include <nlohmann/json.hpp>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,7 +12,6 @@
 #include <set>
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 namespace innergs {
 namespace {
@@ -22,44 +19,6 @@ namespace {
 bool isFile(const fs::path& path) {
   std::error_code ignored;
   return fs::is_regular_file(path, ignored);
-}
-
-/// The same path with another extension.
-fs::path beside(const fs::path& path, const char* extension) {
-  std::string name = utf8(path.filename());
-  name.resize(name.size() - fullExtension(path).size());
-  name += extension;
-  return path.parent_path() / fs::path(std::u8string(name.begin(), name.end()));
-}
-
-/// What a BIDS sidecar says about the frames' times.
-struct Sidecar {
-  std::vector<double> times; // s
-  double interval = 0;       // s, 0: unknown
-};
-
-Sidecar readSidecar(const fs::path& image) {
-  Sidecar sidecar;
-  const fs::path path = sidecarOf(image);
-  if (!isFile(path)) return sidecar;
-  std::ifstream in(path, std::ios::binary);
-  const json values = json::parse(in, nullptr, false);
-  if (!values.is_object()) return sidecar; // some other file
-  const auto list = [&](const char* name) {
-    std::vector<double> numbers;
-    if (const auto found = values.find(name); found != values.end() && found->is_array())
-      for (const json& number : *found) {
-        if (!number.is_number())
-          throw Error(ErrorCode::FileFormat,
-                      quoted(path) + " has a " + name + " that is not a list of numbers (s); correct it.");
-        numbers.push_back(number.get<double>());
-      }
-    return numbers;
-  };
-  sidecar.times = list("VolumeTiming");
-  if (const auto interval = values.find("RepetitionTime"); interval != values.end() && interval->is_number())
-    sidecar.interval = interval->get<double>();
-  return sidecar;
 }
 
 void checkCount(const std::vector<double>& times, std::size_t frames, const std::string& what) {
@@ -89,22 +48,22 @@ std::vector<double> givenTimes(const TimeSeriesOptions& options, std::size_t fra
 }
 
 /// When the slices of a frame were acquired, as the sidecar or else the header says.
-SliceTiming sliceTimingOf(const LoadedFrames& loaded, const fs::path& path) {
+SliceTiming sliceTimingOf(const LoadedFrames& loaded, const BidsTimes& bids, const fs::path& sidecar) {
   const int axis = loaded.sliceAxis >= 0 ? loaded.sliceAxis : 2;
-  if (auto timing = bidsSliceTiming(sidecarOf(path), axis, loaded.geometry)) return *timing;
+  if (auto timing = sliceTimingFrom(bids, axis, loaded.geometry, quoted(sidecar))) return *timing;
   const auto& times = loaded.sliceSeconds;
   const bool atOnce = std::all_of(times.begin(), times.end(), [&](double t) { return t == times.front(); });
   return {axis, atOnce ? std::vector<double>() : times};
 }
 
-std::vector<double> timesOf(const LoadedFrames& loaded, const Sidecar& sidecar, const fs::path& path,
+std::vector<double> timesOf(const LoadedFrames& loaded, const BidsTimes& bids, const fs::path& path,
                             const TimeSeriesOptions& options) {
   const std::string what = quoted(path);
   const std::size_t frames = loaded.frames.size();
   if (auto given = givenTimes(options, frames, what); !given.empty()) return given;
-  if (!sidecar.times.empty()) {
-    checkCount(sidecar.times, frames, what);
-    return sidecar.times;
+  if (!bids.frames.empty()) {
+    checkCount(bids.frames, frames, what);
+    return bids.frames;
   }
   if (!loaded.indexValues.empty()) {
     checkCount(loaded.indexValues, frames, what);
@@ -120,7 +79,7 @@ std::vector<double> timesOf(const LoadedFrames& loaded, const Sidecar& sidecar, 
     return times;
   }
   if (loaded.frameSeconds > 0) return even(loaded.firstSeconds, loaded.frameSeconds, frames);
-  if (sidecar.interval > 0) return even(0, sidecar.interval, frames);
+  if (bids.interval > 0) return even(0, bids.interval, frames);
   throw Error(
       ErrorCode::InvalidArgument,
       what + " does not say when its frames were acquired: give their times, or the time from one to the "
@@ -235,7 +194,7 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
       throw Error(ErrorCode::UnsupportedImage,
                   what +
                       " has several values per voxel (vectors or tensors) and no frames of a moving scan.");
-    if (isFile(beside(path, ".bval")) || isFile(beside(path, ".bvals")))
+    if (isFile(withEnding(path, ".bval")) || isFile(withEnding(path, ".bvals")))
       throw Error(
           ErrorCode::UnsupportedImage,
           what +
@@ -243,9 +202,10 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
               "by time.");
     series.geometry = loaded.geometry;
     if (loaded.frames.size() > 1) {
-      const Sidecar sidecar = readSidecar(path);
-      series.times = timesOf(loaded, sidecar, path, options);
-      series.sliceTiming = sliceTimingOf(loaded, path);
+      const fs::path sidecar = sidecarOf(path);
+      const BidsTimes bids = readBidsTimes(sidecar);
+      series.times = timesOf(loaded, bids, path, options);
+      series.sliceTiming = sliceTimingOf(loaded, bids, sidecar);
     }
     series.frames = std::move(loaded.frames);
   }

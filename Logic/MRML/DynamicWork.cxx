@@ -44,7 +44,7 @@ DynamicWork::DynamicWork(vtkSlicerInnerGSDynamicRequest* request) {
   keepWhenCancelled_ = request->GetKeepWhenCancelled();
   interval_ = request->GetInterval();
   if (const std::string file = request->GetResumeFileName(); !file.empty()) {
-    resumeFile_ = std::filesystem::path(std::u8string(file.begin(), file.end()));
+    resumeFile_ = pathOf(file);
     checkInputFile(resumeFile_);
   }
   settings_ = request->GetSettings();
@@ -64,11 +64,7 @@ RecoveredFit DynamicWork::about() const {
 }
 
 void DynamicWork::keep(RecoveredFit& about, const std::filesystem::path& folder) const {
-  const DynamicResult& result = outcome_.result;
-  if (!result.field || result.state.empty()) return;
-  about.iteration = result.state.step;
-  about.iterations = result.steps;
-  about.file = writeRecoveredFit({*result.field, result.state}, about, folder);
+  writeStoppedFit(outcome_.result, about, folder);
 }
 
 bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell,

@@ -284,7 +284,7 @@ vtkSmartPointer<JobFilter> filterFor(Parameters* parameters, vtkMRMLScene* scene
   checkSettings(filter->GetSettings());
   checkHeldOutFraction(parameters->GetHeldOutFraction());
   if (const std::string file = parameters->GetResumeFileName(); !file.empty()) {
-    filter->resumeFile = std::filesystem::path(std::u8string(file.begin(), file.end()));
+    filter->resumeFile = pathOf(file);
     checkInputFile(filter->resumeFile);
   }
   if (parameters->GetEvaluateQuality()) checkKeepEvery(*(filter->keepEvery = parameters->GetQualityGap()));

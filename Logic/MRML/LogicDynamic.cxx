@@ -2,6 +2,7 @@
 #include "Core/Motion/DynamicField.h"
 #include "DynamicWork.h"
 #include "Geometry.h"
+#include "IO/FilePath.h"
 #include "LogicInternals.h"
 #include "NodeGeometry.h"
 #include "Outputs.h"
@@ -65,8 +66,7 @@ vtkSlicerInnerGSLogic::StartDynamicReconstruction(vtkSlicerInnerGSDynamicRequest
     task->dynamic = std::make_shared<mrml::DynamicWork>(request);
     task->scene = this->GetMRMLScene();
     task->recovered = task->dynamic->about();
-    const std::string folder = this->GetRecoveryFolder();
-    task->recoveryFolder = std::filesystem::path(std::u8string(folder.begin(), folder.end()));
+    task->recoveryFolder = innergs::pathOf(this->GetRecoveryFolder());
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
     work.queue.submit(std::move(task));

@@ -51,10 +51,10 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartLearningFromNetwork(vtkMRMLInne
                                                                      const std::string& textsFile, double low,
                                                                      double high, double spacing) {
   return this->Work->startLearning([&] {
-    mrml::NetworkLesson lesson{networkFile, {}, textsFile, {low, high}, spacing};
+    mrml::NetworkTeacher network{networkFile, {}, textsFile, {low, high}, spacing};
     for (vtkIdType n = 0; names && n < names->GetNumberOfValues(); ++n)
-      lesson.names.push_back(names->GetValue(n));
-    return mrml::prepareNetworkLearning(model, lesson, this->GetMRMLScene());
+      network.names.push_back(names->GetValue(n));
+    return mrml::prepareNetworkLearning(model, network, this->GetMRMLScene());
   });
 }
 

@@ -82,12 +82,11 @@ ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fi
   }
   for (const std::string& name : model->GetAttributeNames())
     copy_->SetAttribute(name.c_str(), model->GetAttribute(name.c_str()));
-  const std::u8string utf8(fileName.begin(), fileName.end());
+  const std::filesystem::path path = pathOf(fileName);
   // Only a model file keeps everything: a PLY file does not make the model a saved one.
-  own_ = fullExtension(utf8) == ".innergs";
+  own_ = fullExtension(path) == ".innergs";
   // A relative name means the working folder, not, as for a storage node in a scene, the scene's.
-  const std::u8string absolute = std::filesystem::absolute(std::filesystem::path(utf8)).u8string();
-  file_ = std::string(absolute.begin(), absolute.end());
+  file_ = utf8(std::filesystem::absolute(path));
   storage_->SetFileName(file_.c_str());
 }
 

@@ -7,6 +7,7 @@
 #include "Core/Render/Render.h"
 #include "DetachedTasks.h"
 #include "Geometry.h"
+#include "IO/FilePath.h"
 #include "IO/TextEmbeddingIO.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
@@ -32,7 +33,7 @@ namespace innergs::mrml {
 namespace {
 
 /// Labels as the worker needs them.
-struct Lesson {
+struct TrainingLabels {
   std::unique_ptr<SegmentationMask> segmentation; // or
   Volume volume;                                  // of labels, in the world
   std::vector<SegmentName> names;
@@ -53,7 +54,7 @@ GridGeometry inModel(const GridGeometry& world, vtkMatrix4x4* worldToModel) {
   return vtk::gridOf(ijkToModel, size, first, "The labels, seen from the model,");
 }
 
-NamedLabels Lesson::labels(const std::stop_token& stop, DetachedTasks& unstoppable) {
+NamedLabels TrainingLabels::labels(const std::stop_token& stop, DetachedTasks& unstoppable) {
   NamedLabels given{segmentation ? segmentation->makeLabels(stop, unstoppable) : labelmapOf(volume), names};
   volume = {};
   given.labels.geometry = inModel(given.labels.geometry, worldToModel);
@@ -70,7 +71,8 @@ void regionInWorld(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* ijkToWorld, int
   vtkMatrix4x4::Multiply4x4(modelToWorld, ijkToModel, ijkToWorld);
 }
 
-void takeSegmentation(vtkMRMLInnerGSModelNode* model, vtkMRMLSegmentationNode* node, Lesson& lesson) {
+void takeSegmentation(vtkMRMLInnerGSModelNode* model, vtkMRMLSegmentationNode* node,
+                      TrainingLabels& training) {
   vtkNew<vtkMatrix4x4> region;
   int size[3];
   regionInWorld(model, region, size);
@@ -80,58 +82,56 @@ void takeSegmentation(vtkMRMLInnerGSModelNode* model, vtkMRMLSegmentationNode* n
   voxels->SetDimensions(size);
   like->SetAndObserveImageData(voxels);
   like->SetIJKToRASMatrix(region);
-  lesson.segmentation = std::make_unique<SegmentationMask>(
+  training.segmentation = std::make_unique<SegmentationMask>(
       node, "", like, std::vector<GridGeometry>{vtk::gridOf(region, size, first, quoted(model))},
       "segmentation");
-  const auto& names = lesson.segmentation->names();
+  const auto& names = training.segmentation->names();
   for (std::size_t n = 0; n < names.size(); ++n) {
     if (names[n].empty())
       throw Error(ErrorCode::InvalidArgument, "Segment " + std::to_string(n + 1) + " of " + quoted(node) +
                                                   " has no name: name it, e.g. \"liver\".");
-    lesson.names.push_back({static_cast<std::uint16_t>(n + 1), names[n]});
+    training.names.push_back({static_cast<std::uint16_t>(n + 1), names[n]});
   }
 }
 
-void takeLabelMap(vtkMRMLVolumeNode* node, Lesson& lesson) {
+void takeLabelMap(vtkMRMLVolumeNode* node, TrainingLabels& training) {
   const std::string what = "The label map " + quoted(node);
   vtk::checkVoxels(node->GetImageData(), what);
-  lesson.volume.geometry = gridOf(node);
-  lesson.volume.voxels = vtk::voxelsOf(node->GetImageData(), {{0, 0, 0}, lesson.volume.geometry.size}, what);
+  training.volume.geometry = gridOf(node);
+  training.volume.voxels =
+      vtk::voxelsOf(node->GetImageData(), {{0, 0, 0}, training.volume.geometry.size}, what);
   auto* colors = node->GetDisplayNode() ? node->GetDisplayNode()->GetColorNode() : nullptr;
   for (int n = 1; colors && n < std::min(65536, colors->GetNumberOfColors()); ++n)
     if (const char* name = colors->GetColorName(n); name && *name && std::string(name) != "(none)")
-      lesson.names.push_back({static_cast<std::uint16_t>(n), name});
-  if (lesson.names.empty())
+      training.names.push_back({static_cast<std::uint16_t>(n), name});
+  if (training.names.empty())
     throw Error(ErrorCode::InvalidArgument,
                 what + " has no colour table that names its labels: choose one in the Volumes module, or "
                        "convert it to a segmentation and name its segments.");
 }
 
-void checkPupil(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene) {
+void checkInScene(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene) {
   modelOf(model);
   if (!scene || model->GetScene() != scene)
     throw Error(ErrorCode::InvalidArgument, "The model is not in the scene: add it first.");
 }
 
-std::shared_ptr<Lesson> lessonOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, vtkMRMLScene* scene) {
-  const auto lesson = std::make_shared<Lesson>();
-  checkPupil(model, scene);
+std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
+                                                 vtkMRMLScene* scene) {
+  const auto training = std::make_shared<TrainingLabels>();
+  checkInScene(model, scene);
   if (!labels)
     throw Error(ErrorCode::InvalidArgument,
                 "There is nothing to learn from: choose a segmentation or label map.");
-  fromWorld(model, lesson->worldToModel);
+  fromWorld(model, training->worldToModel);
   if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(labels))
-    takeSegmentation(model, segmentation, *lesson);
+    takeSegmentation(model, segmentation, *training);
   else if (auto* volume = vtkMRMLVolumeNode::SafeDownCast(labels))
-    takeLabelMap(volume, *lesson);
+    takeLabelMap(volume, *training);
   else
     throw Error(ErrorCode::InvalidArgument,
                 quoted(labels) + " is neither a segmentation nor a label map: choose one.");
-  return lesson;
-}
-
-std::filesystem::path pathOf(const std::string& file) {
-  return std::u8string(file.begin(), file.end());
+  return training;
 }
 
 /// The teacher as the worker makes it; progress: of what that takes.
@@ -184,18 +184,19 @@ std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene*
 
 std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
                                       vtkMRMLScene* scene) {
-  const auto lesson = lessonOf(model, labels, scene);
-  return learningTask(model, scene, labels->GetName() ? labels->GetName() : "", 0,
-                      [lesson, sparse](const std::stop_token& stop, DetachedTasks& unstoppable, const auto&) {
-                        NamedLabels given = lesson->labels(stop, unstoppable);
-                        if (sparse) given.labels = withSparseSlices(given.labels);
-                        return Teacher(std::move(given));
-                      });
+  const auto training = trainingLabelsOf(model, labels, scene);
+  return learningTask(
+      model, scene, labels->GetName() ? labels->GetName() : "", 0,
+      [training, sparse](const std::stop_token& stop, DetachedTasks& unstoppable, const auto&) {
+        NamedLabels given = training->labels(stop, unstoppable);
+        if (sparse) given.labels = withSparseSlices(given.labels);
+        return Teacher(std::move(given));
+      });
 }
 
 std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* features,
                                              const std::string& textsFile, vtkMRMLScene* scene) {
-  checkPupil(model, scene);
+  checkInScene(model, scene);
   if (!features)
     throw Error(ErrorCode::InvalidArgument, "There is nothing to learn from: choose a feature volume.");
   const std::string what = "The feature volume " + quoted(features);
@@ -209,21 +210,21 @@ std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtk
                       [dense](const auto&...) { return Teacher(std::move(*dense)); });
 }
 
-std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkLesson& lesson,
+std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkTeacher& network,
                                              vtkMRMLScene* scene) {
-  checkPupil(model, scene);
+  checkInScene(model, scene);
   std::vector<SegmentName> names;
-  for (const std::string& name : lesson.names)
+  for (const std::string& name : network.names)
     names.push_back({static_cast<std::uint16_t>(names.size() + 1), name});
   std::vector<TextEmbedding> texts;
-  if (!lesson.textsFile.empty()) texts = readTextEmbeddings(pathOf(lesson.textsFile));
+  if (!network.textsFile.empty()) texts = readTextEmbeddings(pathOf(network.textsFile));
   DenseNetworkOptions options;
-  options.spacing = lesson.spacing;
-  if (lesson.range[0] != lesson.range[1])
-    options.range = ValueRange{static_cast<float>(lesson.range[0]), static_cast<float>(lesson.range[1])};
+  options.spacing = network.spacing;
+  if (network.range[0] != network.range[1])
+    options.range = ValueRange{static_cast<float>(network.range[0]), static_cast<float>(network.range[1])};
   const auto core = model->GetModel()->GetCoreModel();
-  return learningTask(model, scene, lesson.file, 0.5,
-                      [core, names, texts, options, file = pathOf(lesson.file)](
+  return learningTask(model, scene, network.file, 0.5,
+                      [core, names, texts, options, file = pathOf(network.file)](
                           const std::stop_token& stop, DetachedTasks&, const auto& progress) {
                         DenseNetworkOptions own = options;
                         own.stop = stop;
@@ -237,9 +238,10 @@ std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, con
 
 std::function<NamedLabels(const std::stop_token&)> labelsLater(vtkMRMLInnerGSModelNode* model,
                                                                vtkMRMLNode* labels, vtkMRMLScene* scene) {
-  const auto lesson = lessonOf(model, labels, scene);
+  const auto training = trainingLabelsOf(model, labels, scene);
   const auto unstoppable = std::make_shared<DetachedTasks>();
-  return [lesson, unstoppable](const std::stop_token& stop) { return lesson->labels(stop, *unstoppable); };
+  return
+      [training, unstoppable](const std::stop_token& stop) { return training->labels(stop, *unstoppable); };
 }
 
 } // namespace innergs::mrml

@@ -19,14 +19,14 @@ std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtk
                                              const std::string& textsFile, vtkMRMLScene* scene);
 
 /// A network in an ONNX file (networkTeacher()), which sees the model's own image.
-struct NetworkLesson {
+struct NetworkTeacher {
   std::string file;
   std::vector<std::string> names; // of channels 1, 2, …; or
   std::string textsFile;          // what texts mean to its features
   double range[2] = {0, 0};       // values that become 0 and 1; equal: mean 0 and standard deviation 1
   double spacing = 0;             // mm of the voxels that it expects; 0: as the fit had them
 };
-std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkLesson& lesson,
+std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkTeacher& network,
                                              vtkMRMLScene* scene);
 
 /// The labels of such a node in the model's own coordinates (LPS), to be called once on any thread. Throws

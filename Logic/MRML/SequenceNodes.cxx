@@ -7,6 +7,7 @@
 #include "Core/Render/Render.h"
 #include "Geometry.h"
 #include "IO/BidsSidecar.h"
+#include "IO/FilePath.h"
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
 #include "Outputs.h"
@@ -62,9 +63,6 @@ std::vector<double> timesOf(vtkMRMLSequenceNode* sequence, double interval) {
 
 SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& lattice) {
   vtkMRMLSequenceNode* sequence = request->GetSeries();
-  const auto pathOf = [](const std::string& file) {
-    return std::filesystem::path(std::u8string(file.begin(), file.end()));
-  };
   if (vtkDoubleArray* times = request->GetSliceTimes(); times && times->GetNumberOfValues() > 0)
     return {2, {times->GetPointer(0), times->GetPointer(0) + times->GetNumberOfValues()}};
   if (const std::string file = request->GetSliceTimingFileName(); !file.empty())

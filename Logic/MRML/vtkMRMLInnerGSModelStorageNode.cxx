@@ -22,10 +22,6 @@ vtkMRMLNodeNewMacro(vtkMRMLInnerGSModelStorageNode);
 
 namespace {
 
-std::filesystem::path pathOf(const std::string& name) { // MRML's file names are UTF-8
-  return std::filesystem::path(std::u8string(name.begin(), name.end()));
-}
-
 /// Whether the name is that of a PLY file; throws when it is neither that nor a model's.
 bool isPly(const std::filesystem::path& path) {
   const std::string extension = innergs::fullExtension(path);
@@ -103,7 +99,7 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     if (!modelNode || name.empty())
       throw innergs::Error(innergs::ErrorCode::InvalidArgument,
                            "There is no file name to read a model from: choose a file.");
-    const std::filesystem::path path = pathOf(name);
+    const std::filesystem::path path = innergs::pathOf(name);
     isPly(path); // or a model by its name
     innergs::ModelNotes notes;
     if (innergs::isDynamicModel(path)) {
@@ -119,8 +115,8 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     std::optional<innergs::FeatureModel> features;
     auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes, &features));
     vtkNew<vtkInnerGSModel> model;
-    model->SetCoreModel(
-        core, features ? std::make_shared<const innergs::FeatureModel>(std::move(*features)) : nullptr);
+    model->SetCoreModel(core, features ? std::make_shared<const innergs::FeatureModel>(std::move(*features))
+                                       : nullptr);
     MRMLNodeModifyBlocker blocker(modelNode);
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
@@ -161,7 +157,7 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
     if (name.empty())
       throw innergs::Error(innergs::ErrorCode::InvalidArgument,
                            "There is no file name to save the model under: choose one.");
-    const std::filesystem::path path = pathOf(name);
+    const std::filesystem::path path = innergs::pathOf(name);
     const auto core = modelNode->GetModel()->GetCoreModel();
     const auto features = modelNode->GetModel()->GetFeatures();
     if (isPly(path)) {

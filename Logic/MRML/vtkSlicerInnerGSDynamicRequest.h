@@ -45,7 +45,7 @@ public:
   ///@}
 
   /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
-  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what foresees
+  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what predicts
   /// withheld frames better.
   vtkInnerGSSettingsMacro();
   vtkInnerGSSettingMacro(NumberOfThreads, threads, int);

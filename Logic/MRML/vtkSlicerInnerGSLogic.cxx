@@ -151,8 +151,7 @@ vtkSlicerInnerGSJob* vtkSlicerInnerGSLogic::StartReconstruction(vtkMRMLInnerGSPa
                                                      copyVoxels || this->GetNumberOfJobs() > 0);
     task->job = vtkSmartPointer<vtkSlicerInnerGSJob>::New();
     task->job->ParameterNode = parameters;
-    const std::string folder = this->GetRecoveryFolder();
-    task->recoveryFolder = std::filesystem::path(std::u8string(folder.begin(), folder.end()));
+    task->recoveryFolder = innergs::pathOf(this->GetRecoveryFolder());
     const vtkSmartPointer<vtkSlicerInnerGSJob> job = task->job;
     work.queue.submit(std::move(task));
     work.lastJob = job;

@@ -1,6 +1,7 @@
 #include "Onnx/OnnxNetwork.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/PathText.h"
 #include "Onnx/OpenVino.h"
 #include "Onnx/OpenVinoFunctions.h"
 
@@ -12,11 +13,6 @@ namespace innergs {
 namespace {
 
 using Api = OpenVinoFunctions;
-
-std::string utf8(const std::filesystem::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
 
 /// An object of OpenVINO, freed with its own function.
 template <class T, class Free>

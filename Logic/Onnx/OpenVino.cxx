@@ -1,5 +1,6 @@
 #include "Onnx/OpenVino.h"
 
+#include "Core/Base/PathText.h"
 #include "Core/Base/SharedLibrary.h"
 #include "Onnx/OpenVinoFunctions.h"
 
@@ -15,11 +16,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kOldestYear = 2025, kOldestRelease = 4;
-
-std::string utf8(const fs::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
 
 std::vector<fs::path> entriesOf(const fs::path& folder) {
   std::vector<fs::path> entries;

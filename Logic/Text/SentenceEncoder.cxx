@@ -1,6 +1,7 @@
 #include "Text/SentenceEncoder.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/PathText.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,11 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kBatch = 32; // texts at once
-
-std::string utf8(const fs::path& path) {
-  const std::u8string text = path.u8string();
-  return {text.begin(), text.end()};
-}
 
 fs::path networkIn(const fs::path& folder) {
   std::error_code none;

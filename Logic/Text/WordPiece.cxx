@@ -1,6 +1,7 @@
 #include "Text/WordPiece.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/PathText.h"
 #include "Text/Unicode.h"
 
 #include <fstream>
@@ -63,8 +64,7 @@ std::size_t codePoints(const std::string& word) {
 } // namespace
 
 WordPiece::WordPiece(const std::filesystem::path& vocabulary) {
-  const std::u8string path = vocabulary.u8string();
-  const std::string name = "'" + std::string(path.begin(), path.end()) + "'";
+  const std::string name = "'" + utf8(vocabulary) + "'";
   std::ifstream in(vocabulary, std::ios::binary);
   if (!in)
     throw Error(ErrorCode::FileNotFound,

@@ -26,7 +26,7 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
-  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what foresees
+  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what predicts
   /// withheld frames better.
   vtkInnerGSSettingsMacro();
   enum Kinds { Motion, Intensity, Network };

@@ -1,6 +1,7 @@
 #include "vtkInnerGSLearnSegments.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/PathText.h"
 #include "Core/Features/Teacher.h"
 #include "Core/Render/Render.h"
 #include "Geometry.h"
@@ -180,11 +181,10 @@ void vtkInnerGSLearnSegments::RequestData(vtkInformationVector** inputs, vtkInfo
     innergs::RenderOptions rendering;
     rendering.threads = this->NumberOfThreads;
     rendering.stop = stop;
-    teacher = innergs::networkTeacher(std::u8string(this->NetworkFile.begin(), this->NetworkFile.end()),
-                                      innergs::render(field, field.region(), rendering),
-                                      this->Work->texts.empty() ? this->Work->segmentNames()
-                                                                : std::vector<innergs::SegmentName>(),
-                                      this->Work->texts, options);
+    teacher = innergs::networkTeacher(
+        innergs::pathOf(this->NetworkFile), innergs::render(field, field.region(), rendering),
+        this->Work->texts.empty() ? this->Work->segmentNames() : std::vector<innergs::SegmentName>(),
+        this->Work->texts, options);
   } else if (features) {
     const std::string what = "The feature volume";
     innergs::DenseTeacher dense;

@@ -108,14 +108,7 @@ std::string sceneName() {
 }
 
 Lattice sceneLattice() {
-  const GridGeometry& grid = scene().stack.image.geometry;
-  Lattice lattice;
-  lattice.indexToModel = inverse(scene().field.modelToWorld) * grid.indexToWorld();
-  lattice.nx = static_cast<int>(grid.size[0]);
-  lattice.ny = static_cast<int>(grid.size[1]);
-  for (std::int64_t k = 0; k < grid.size[2]; ++k)
-    lattice.z.push_back(static_cast<double>(k));
-  return lattice;
+  return latticeOf(scene().stack.image.geometry, scene().field.modelToWorld);
 }
 
 } // namespace innergs::bench

@@ -1,5 +1,6 @@
 // Moving scans in the desktop app, from the file to the slider.
 #include "AppWindowTest.h"
+#include "SyntheticImages.h"
 
 #include "Core/Motion/TimeSeries.h"
 #include "IO/DynamicModelFile.h"
@@ -12,7 +13,6 @@
 
 #include <QDockWidget>
 
-#include <cmath>
 #include <fstream>
 
 using namespace innergs;
@@ -22,20 +22,8 @@ class AppMotionTest : public AppWindowTest {
   Q_OBJECT
 
   QString writeSeries(const char* name, int frames = 6) {
-    TimeSeries series;
-    series.geometry.size = {16, 12, 5};
-    for (int f = 0; f < frames; ++f) {
-      auto& frame = series.frames.emplace_back();
-      for (int k = 0; k < 5; ++k)
-        for (int j = 0; j < 12; ++j)
-          for (int i = 0; i < 16; ++i)
-            frame.push_back(static_cast<float>(
-                100 *
-                std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
-      series.times.push_back(0.5 * f);
-    }
     QString path = sandbox_->path(name);
-    writeTimeSeries(series, app::pathOf(path));
+    writeTimeSeries(test::movingBlob(frames), app::pathOf(path));
     return path;
   }
   app::AppMotionHost& motion() { return window_->host()->motionHost(); }

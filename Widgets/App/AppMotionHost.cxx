@@ -102,20 +102,16 @@ void AppMotionHost::post(const Progress& progress) {
       Qt::QueuedConnection);
 }
 
-/// On the worker: where it was stopped, if it can be gone on from there. Throws Error.
+/// On the worker: the state of a stopped fit, if it can be continued. Throws Error.
 void AppMotionHost::keep(const ui::MotionRequest& request, const VolumeItem& scan,
                          const DynamicResult& result) {
-  if (!result.field || result.state.empty()) return;
   RecoveredFit about;
   about.inputs = nameOf(scan.frames.file).toStdString();
   about.settings = request.settings;
-  about.moving = true;
   about.interval = request.interval;
-  about.iteration = result.state.step;
-  about.iterations = result.steps;
   const std::filesystem::path folder = pathOf(recoveryFolder());
-  writeRecoveredFit({*result.field, result.state}, about, folder);
-  dropRecoveredFit(pathOf(request.resumeFile), folder);
+  writeStoppedFit(result, about, folder);
+  if (!about.file.empty()) dropRecoveredFit(pathOf(request.resumeFile), folder);
 }
 
 void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& scan,
@@ -196,16 +192,8 @@ void AppMotionHost::deliver(Outcome& outcome) {
 }
 
 ui::MotionInfo AppMotionHost::motionInfo(const QString& modelId) const {
-  ui::MotionInfo info;
   const auto item = host_->document().model(modelId);
-  double range[2];
-  if (!item || !item->moving || !item->moving->GetTimeRange(range)) return info;
-  info.known = true;
-  info.first = range[0];
-  info.last = range[1];
-  info.now = asked_.value(modelId, item->time);
-  info.kind = QString::fromStdString(item->moving->GetKindName());
-  return info;
+  return item ? ui::motionInfoOf(item->moving, asked_.value(modelId, item->time)) : ui::MotionInfo();
 }
 
 void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& field) {
@@ -219,15 +207,7 @@ void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& fi
 }
 
 ui::MotionInfo AppMotionHost::previewInfo() const {
-  ui::MotionInfo info;
-  double range[2];
-  if (!preview_ || !preview_->GetTimeRange(range)) return info;
-  info.known = true;
-  info.first = range[0];
-  info.last = range[1];
-  info.now = previewTime_;
-  info.kind = QString::fromStdString(preview_->GetKindName());
-  return info;
+  return ui::motionInfoOf(preview_, previewTime_);
 }
 
 void AppMotionHost::setPreviewTime(double seconds) {

@@ -20,7 +20,7 @@ class AppMotionHost : public ui::MotionHost {
   Q_OBJECT
 public:
   explicit AppMotionHost(AppHost* host);
-  /// Stops what runs, waits for it (≤ 200 ms and the writing) and keeps where it stands.
+  /// Stops what runs, waits for it (≤ 200 ms and the writing) and keeps its state.
   ~AppMotionHost() override;
 
   ui::SeriesInfo seriesInfo(const QString& id) const override;

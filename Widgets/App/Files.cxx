@@ -50,8 +50,7 @@ ModelItem readModelItem(const QString& path) {
 } // namespace
 
 std::filesystem::path pathOf(const QString& path) {
-  const QByteArray utf8 = path.toUtf8();
-  return std::filesystem::path(std::u8string(utf8.begin(), utf8.end()));
+  return innergs::pathOf(path.toStdString());
 }
 
 /// A name for people: the file's, without folder and extension.

@@ -39,7 +39,7 @@ class Runner : public QObject {
   Q_OBJECT
 public:
   explicit Runner(QObject* parent = nullptr);
-  /// Stops what runs, waits for it (≤ 200 ms and the writing) and keeps where it stands.
+  /// Stops what runs, waits for it (≤ 200 ms and the writing) and keeps its state.
   ~Runner() override;
 
   /// Ends with failed() where no thread can be started.

@@ -7,6 +7,8 @@
 
 namespace innergs {
 
+struct GridGeometry;
+
 /// Where a field is evaluated: nx×ny points on parallel planes at continuous index z, all in index
 /// coordinates (x, y, z).
 struct Lattice {
@@ -20,5 +22,10 @@ struct Lattice {
   std::size_t planeSize() const { return static_cast<std::size_t>(stride()) * ny; }
   std::size_t bufferSize() const { return planeSize() * z.size(); }
 };
+
+/// The voxel centres of a grid, or of its slices from `first` up to `last`, seen from a model.
+Lattice latticeOf(const GridGeometry& grid, const Affine3& modelToWorld);
+Lattice latticeOf(const GridGeometry& grid, const Affine3& modelToWorld, std::int64_t first,
+                  std::int64_t last);
 
 } // namespace innergs

@@ -308,7 +308,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     squaredBefore = squaredAfter = 0;
     pixelsBefore = pixelsAfter = 0;
     std::vector<std::vector<Fit>> before(stacks.size());
-    if (judged) { // how well still slices would foresee each other
+    if (judged) { // how well still slices would predict each other
       auto still = work.slices;
       std::swap(still, work.slices);
       for (auto& stack : work.slices)
@@ -467,7 +467,7 @@ void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {
 std::string sliceMotionSentence(const SliceMotion& m) {
   if (!m.moved) return {};
   std::string text = formatted(
-      "The slices were moved one by one, half of them by more than %.1f mm or %.1f°: the scans then foresee "
+      "The slices were moved one by one, half of them by more than %.1f mm or %.1f°: the scans then predict "
       "each other's slices at %.1f dB, before at %.1f dB.",
       m.displacement, m.angle, m.psnrAfter, m.psnrBefore);
   if (m.rejected > 0)

@@ -20,7 +20,7 @@ struct SlicePose {
 struct SliceMotion {
   bool moved = false;                         // false: every pose is the identity
   std::vector<std::vector<SlicePose>> slices; // per stack
-  /// How well the scans foresee each other's slices: PSNR in dB, peak: their range; NaN: unknown.
+  /// How well the scans predict each other's slices: PSNR in dB, peak: their range; NaN: unknown.
   double psnrBefore = 0, psnrAfter = 0;
   double displacement = 0, angle = 0; // medians over the slices, mm and degrees
   std::int64_t rejected = 0;          // slices of weight 0

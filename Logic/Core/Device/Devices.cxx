@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Base/PathText.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Base/SharedLibrary.h"
 #include "Core/Device/DevicePlugin.h"
@@ -55,8 +56,7 @@ struct Backend {
 };
 
 Backend load(const fs::path& file) {
-  const std::u8string path = file.u8string();
-  const std::string name = "The CUDA backend " + std::string(path.begin(), path.end());
+  const std::string name = "The CUDA backend " + utf8(file);
   Backend backend;
   std::string why;
   void* library = openSharedLibrary(file, why);

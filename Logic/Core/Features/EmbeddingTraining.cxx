@@ -419,13 +419,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
       trainAutoencoder(samples, size, plan, kernels, pool, [&](double f) { report(0.05 + 0.55 * f); });
   model.decoder = autoencoder.decoder;
 
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * volume.geometry.indexToWorld();
-  lattice.nx = static_cast<int>(nx);
-  lattice.ny = static_cast<int>(ny);
-  for (std::int64_t k = 0; k < volume.geometry.size[2]; ++k)
-    lattice.z.push_back(static_cast<double>(k));
-  const FeatureRenderer renderer(field, lattice, pool);
+  const FeatureRenderer renderer(field, latticeOf(volume.geometry, field.modelToWorld), pool);
   const FeatureRows rows = rowsOf(
       renderer, std::vector<std::uint8_t>(static_cast<std::size_t>(field.size()), 1), voxels, field, pool);
   report(0.65);

@@ -15,17 +15,6 @@ namespace {
 
 constexpr std::int64_t kChunk = std::int64_t{1} << 20; // voxels at once: bounds the scratch memory
 
-Lattice planesOf(const GaussianField& field, const GridGeometry& geometry, std::int64_t first,
-                 std::int64_t last) {
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * geometry.indexToWorld();
-  lattice.nx = static_cast<int>(geometry.size[0]);
-  lattice.ny = static_cast<int>(geometry.size[1]);
-  for (std::int64_t k = first; k < last; ++k)
-    lattice.z.push_back(static_cast<double>(k));
-  return lattice;
-}
-
 /// Probabilities of classes from latents by way of embeddings.
 class EmbeddingDecoding {
 public:
@@ -97,7 +86,7 @@ std::vector<float> renderFeatures(const GaussianField& field, const FeatureModel
   const std::int64_t plane = geometry.size[0] * geometry.size[1];
   std::vector<float> latents(static_cast<std::size_t>(geometry.voxelCount() * features.channels));
   forChunks(geometry, [&](std::int64_t first, std::int64_t last) {
-    FeatureRenderer(field, planesOf(field, geometry, first, last), pool)
+    FeatureRenderer(field, latticeOf(geometry, field.modelToWorld, first, last), pool)
         .render(features.latents, features.channels, latents.data() + first * plane * features.channels);
   });
   return latents;
@@ -160,7 +149,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
     Volume intensity; // that the classes' codes look at
     if (!embeddings) intensity = innergs::render(field, own, render);
     latents.resize(static_cast<std::size_t>(nx * ny * (last - first) * features.channels));
-    FeatureRenderer(field, planesOf(field, geometry, first, last), pool)
+    FeatureRenderer(field, latticeOf(geometry, field.modelToWorld, first, last), pool)
         .render(features.latents, features.channels, latents.data(), parts);
     withChannels(features.channels, [&]<int N>() {
       pool.run(rows, [&](std::int64_t row) {

@@ -56,16 +56,6 @@ Labelmap classesOf(const Labelmap& labels, const std::vector<SegmentName>& names
   return classes;
 }
 
-Lattice latticeOf(const GaussianField& field, const GridGeometry& geometry) {
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * geometry.indexToWorld();
-  lattice.nx = static_cast<int>(geometry.size[0]);
-  lattice.ny = static_cast<int>(geometry.size[1]);
-  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
-    lattice.z.push_back(static_cast<double>(k));
-  return lattice;
-}
-
 bool anyLabelInside(const GaussianField& field, const Labelmap& labels) {
   const FieldValue value(field, labels.geometry.indexToWorld(), {});
   std::size_t at = 0;
@@ -102,7 +92,7 @@ public:
     pool_.throwIfStopped();
     model_.codes = spreadCodes(model_.support, model_.classes(), model_.channels, training_.seed);
     pool_.throwIfStopped();
-    const FeatureRenderer renderer(field_, latticeOf(field_, classes.geometry), pool_);
+    const FeatureRenderer renderer(field_, latticeOf(classes.geometry, field_.modelToWorld), pool_);
     const bool complete = std::count(classes.labelled.begin(), classes.labelled.end(), 0) == 0;
     const int iterations = training_.iterations > 0 ? training_.iterations
                            : complete               ? kCompleteIterations

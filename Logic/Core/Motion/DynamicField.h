@@ -41,7 +41,7 @@ struct DynamicField {
   std::int64_t size() const { return canonical.size(); }
 };
 
-/// Numbers over time per value: of the spline, or of the network's planes.
+/// Coefficients over time per value: of the spline, or of the network's planes.
 int coefficientsInTime(const DynamicField& field);
 
 /// A field without Gaussians over a series' lattice and times.

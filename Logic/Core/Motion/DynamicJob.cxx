@@ -21,7 +21,7 @@ namespace innergs {
 namespace {
 
 constexpr double kClearly =
-    0.9; // of the other's error: in noise alone both foresee alike, and changes cost less
+    0.9; // of the other's error: in noise alone both predict alike, and changes cost less
 constexpr std::int64_t kTrialReach = 3;  // frames on either side of where most changes
 constexpr double kVoxelsPerGaussian = 6; // of moving ones
 constexpr std::int64_t kMostGaussians = 1'000'000;
@@ -225,15 +225,15 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       int judged = 0;
       for (std::int64_t f = 1; f + 1 < part.size(); ++f) {
         if (f == trial.middle()) continue; // the canonical field knows it
-        moved += trial.foresightBetween(f);
-        changed += intensity->foresight(first + f);
+        moved += trial.predictionErrorBetween(f);
+        changed += intensity->predictionError(first + f);
         ++judged;
       }
       if (judged > 0) {
         kind = moved < kClearly * changed ? DynamicKind::Motion : DynamicKind::Intensity;
         result.choice = std::string("Gaussians ") +
                         (kind == DynamicKind::Motion ? "move" : "stay in place and change their intensity") +
-                        ": where the frames change most, moving ones foresaw withheld frames with " +
+                        ": where the frames change most, moving ones predicted withheld frames with " +
                         formatted("%.2f", decibels(moved / judged)) + " dB, changing ones with " +
                         formatted("%.2f", decibels(changed / judged)) + " dB.";
       }

@@ -1,5 +1,6 @@
 #include "Core/Motion/IntensityFit.h"
 
+#include "Core/Motion/FrameFolds.h"
 #include "Core/Render/LatticeRenderer.h"
 
 #include <algorithm>
@@ -10,7 +11,6 @@ namespace innergs {
 namespace {
 
 constexpr std::int64_t kBlock = 4096; // voxels per task
-constexpr int kFolds = 4;
 constexpr std::array<double, 12> kSmoothings{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6};
 
 std::vector<double> later(std::vector<double> times, double by) {
@@ -126,24 +126,16 @@ void IntensityFit::keepMean() {
 void IntensityFit::choose(const Report& report) {
   const std::int64_t n = series_.geometry.voxelCount();
   std::vector<std::vector<float>> errors(kSmoothings.size(), std::vector<float>(n, 0.f));
-  const auto frames = static_cast<std::int64_t>(course_.size());
   frameErrors_.assign(kSmoothings.size(), std::vector<double>(course_.size(), 0.0));
-  for (int fold = 0; fold < kFolds; ++fold) {
-    std::vector<std::int64_t> kept, withheld;
-    for (std::int64_t f = 0; f < frames; ++f)
-      (f % kFolds == fold && f > 0 && f + 1 < frames ? withheld : kept).push_back(f);
-    if (withheld.empty() || kept.size() < 2) continue;
-    std::vector<double> times, where;
-    for (const std::int64_t f : kept)
-      times.push_back(series_.times[f]);
-    for (const std::int64_t f : withheld)
-      where.push_back(series_.times[f]);
+  const std::vector<FrameFold> folds = frameFolds(series_.times);
+  for (std::size_t fold = 0; fold < folds.size(); ++fold) {
+    const std::vector<std::int64_t>&kept = folds[fold].kept, &withheld = folds[fold].withheld;
     for (std::size_t s = 0; s < kSmoothings.size(); ++s) {
       pool_.throwIfStopped();
       std::vector<std::vector<double>> rows; // of each group of slices
       for (const double time : slices_.times)
-        rows.push_back(
-            splinePrediction(field_.change, later(times, time), later(where, time), kSmoothings[s]));
+        rows.push_back(splinePrediction(field_.change, later(folds[fold].keptTimes, time),
+                                        later(folds[fold].withheldTimes, time), kSmoothings[s]));
       const std::int64_t blocks = (n + kBlock - 1) / kBlock;
       std::vector<double> parts(blocks * withheld.size(), 0.0);
       pool_.blocks(n, kBlock, [&](std::int64_t first, std::int64_t last) {
@@ -170,7 +162,8 @@ void IntensityFit::choose(const Report& report) {
       });
       for (std::size_t part = 0; part < parts.size(); ++part)
         frameErrors_[s][withheld[part % withheld.size()]] += parts[part] / static_cast<double>(n);
-      report((fold + static_cast<double>(s + 1) / kSmoothings.size()) / kFolds);
+      report((static_cast<double>(fold) + static_cast<double>(s + 1) / kSmoothings.size()) /
+             static_cast<double>(folds.size()));
     }
   }
   std::vector<float> least(n);
@@ -186,7 +179,7 @@ void IntensityFit::choose(const Report& report) {
   }
 }
 
-double IntensityFit::foresight(std::int64_t frame) const {
+double IntensityFit::predictionError(std::int64_t frame) const {
   std::size_t best = 0; // smoothing, over all frames
   double least = -1;
   for (std::size_t s = 0; s < frameErrors_.size(); ++s) {
@@ -230,12 +223,7 @@ void IntensityFit::solve(const Report& report) {
       }
   const std::size_t gaussians = field.gaussians.size();
 
-  Lattice lattice;
-  lattice.indexToModel = toModel;
-  lattice.nx = static_cast<int>(g.size[0]);
-  lattice.ny = static_cast<int>(g.size[1]);
-  for (std::int64_t k = 0; k < g.size[2]; ++k)
-    lattice.z.push_back(static_cast<double>(k));
+  const Lattice lattice = latticeOf(g, field.modelToWorld);
   LatticeRenderer renderer(lattice, kernels_, pool_);
   const std::size_t size = lattice.bufferSize();
   std::vector<float> weights(size), image(size), zero(size, 0.f), gradient(16 * gaussians);

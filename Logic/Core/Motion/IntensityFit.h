@@ -38,7 +38,7 @@ public:
   void choose(const Report& report);
   /// How well the smoothed courses of the other frames predict a frame that is withheld with every 4th one:
   /// mean squared error, normalised intensity². Not for the first and the last frame.
-  double foresight(std::int64_t frame) const;
+  double predictionError(std::int64_t frame) const;
   /// Solves for the Gaussians and their intensities.
   void solve(const Report& report);
 

@@ -1,6 +1,7 @@
 #include "Core/Motion/MotionFit.h"
 
 #include "Core/Base/Random.h"
+#include "Core/Motion/FrameFolds.h"
 #include "Core/Motion/Pose.h"
 #include "Core/Render/LatticeRenderer.h"
 
@@ -12,7 +13,6 @@ namespace innergs {
 namespace {
 
 constexpr int kValues = MotionLattice::kValues;
-constexpr int kFolds = 4; // every 4th tracked frame is withheld to choose the spline by, all quarters in turn
 
 } // namespace
 
@@ -103,7 +103,7 @@ double MotionFit::errorOf(std::span<const float> nodes, std::int64_t frame) {
   return loss(posed, frame);
 }
 
-double MotionFit::foresightBetween(std::int64_t f) {
+double MotionFit::predictionErrorBetween(std::int64_t f) {
   const double w = (series_.times[f] - series_.times[f - 1]) / (series_.times[f + 1] - series_.times[f - 1]);
   std::vector<float> nodes = tracked_[f - 1].nodes;
   for (std::size_t v = 0; v < nodes.size(); ++v)
@@ -117,7 +117,7 @@ int MotionFit::chooseCoefficients() {
   double least = -1;
   for (const int coefficients : {4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 40, 48, 64, 96, 128}) {
     if (coefficients > most) break;
-    const double error = foresight(coefficients);
+    const double error = predictionError(coefficients);
     if (least >= 0 && error >= least) continue;
     least = error;
     best = coefficients;
@@ -125,31 +125,22 @@ int MotionFit::chooseCoefficients() {
   return best;
 }
 
-double MotionFit::foresight(int coefficients) {
+double MotionFit::predictionError(int coefficients) {
   const TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
   std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * kValues);
   double sum = 0;
   std::int64_t judged = 0;
-  for (int fold = 0; fold < kFolds; ++fold) {
-    std::vector<std::int64_t> kept, withheld;
-    for (std::int64_t f = 0; f < series_.size(); ++f)
-      (f % kFolds == fold && f > 0 && f + 1 < series_.size() ? withheld : kept).push_back(f);
-    if (withheld.empty() || kept.size() < 2) continue;
-    std::vector<double> times, where;
-    for (const std::int64_t f : kept)
-      times.push_back(series_.times[f]);
-    for (const std::int64_t f : withheld)
-      where.push_back(series_.times[f]);
-    const std::vector<double> rows = splinePrediction(spline, times, where, 0);
-    for (std::size_t i = 0; i < withheld.size(); ++i, ++judged) {
+  for (const FrameFold& fold : frameFolds(series_.times)) {
+    const std::vector<double> rows = splinePrediction(spline, fold.keptTimes, fold.withheldTimes, 0);
+    for (std::size_t i = 0; i < fold.withheld.size(); ++i, ++judged) {
       pool_.throwIfStopped();
       std::fill(nodes.begin(), nodes.end(), 0.f);
-      for (std::size_t t = 0; t < kept.size(); ++t) {
-        const auto w = static_cast<float>(rows[i * kept.size() + t]);
+      for (std::size_t t = 0; t < fold.kept.size(); ++t) {
+        const auto w = static_cast<float>(rows[i * fold.kept.size() + t]);
         for (std::size_t v = 0; v < nodes.size(); ++v)
-          nodes[v] += w * tracked_[kept[t]].nodes[v];
+          nodes[v] += w * tracked_[fold.kept[t]].nodes[v];
       }
-      sum += errorOf(nodes, withheld[i]);
+      sum += errorOf(nodes, fold.withheld[i]);
     }
   }
   return sum / static_cast<double>(std::max<std::int64_t>(1, judged));

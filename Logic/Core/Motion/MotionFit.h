@@ -50,13 +50,13 @@ public:
   /// Frame after frame outward from the middle one, the canonical field kept, each from the pose that those
   /// before extrapolate to.
   void track(const Report& report);
-  /// How well splines through the poses of the other frames foresee every 4th, all quarters in turn: mean
+  /// How well splines through the poses of the other frames predict every 4th, all quarters in turn: mean
   /// squared error, for a number of coefficients.
-  double foresight(int coefficients);
-  /// The number of coefficients that foresees best; a few where there are too few frames to withhold any.
+  double predictionError(int coefficients);
+  /// The number of coefficients that predicts best; a few where there are too few frames to withhold any.
   int chooseCoefficients();
   /// The same for one frame and the poses of its two neighbours alone, interpolated linearly.
-  double foresightBetween(std::int64_t frame);
+  double predictionErrorBetween(std::int64_t frame);
   /// Least-squares spline through all poses.
   void useSpline(int coefficients);
   /// All parameters together, one frame a step in an order drawn anew for every round. Ready for it is a fit

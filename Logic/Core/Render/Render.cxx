@@ -64,18 +64,13 @@ Volume renderLattice(const GaussianField& field, const GridGeometry& geometry, R
   const auto epsilon = static_cast<float>(field.epsilon);
   Volume volume{geometry, {}};
   volume.voxels.resize(geometry.voxelCount());
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * geometry.indexToWorld();
-  lattice.nx = static_cast<int>(geometry.size[0]);
-  lattice.ny = static_cast<int>(geometry.size[1]);
+  Lattice lattice = latticeOf(geometry, field.modelToWorld, 0, 0);
   const int chunk = static_cast<int>(
       std::clamp<std::int64_t>(kChunk / std::max<std::size_t>(1, lattice.planeSize()), 1, geometry.size[2]));
   std::vector<float> weights, numerators;
   for (std::int64_t first = 0; first < geometry.size[2]; first += chunk) {
     const std::int64_t last = std::min(geometry.size[2], first + chunk);
-    lattice.z.clear();
-    for (std::int64_t k = first; k < last; ++k)
-      lattice.z.push_back(static_cast<double>(k));
+    lattice = latticeOf(geometry, field.modelToWorld, first, last);
     float* values = volume.voxels.data() + first * lattice.ny * lattice.nx;
     const bool ready = renderedOnDevice(options, lattice, {}, values);
     if (!ready) {

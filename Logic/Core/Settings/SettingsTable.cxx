@@ -194,12 +194,12 @@ const std::vector<Setting>& settingsTable() {
               {.words = {{"motion", tr("The tissue moves")},
                          {"intensity", tr("It stays and changes its intensity (fMRI)")},
                          {"network", tr("It moves, by a deformation network (slower)")}},
-               .automatic = tr("motion or intensity, which foresees withheld frames better")}),
+               .automatic = tr("motion or intensity, which predicts withheld frames better")}),
       Setting(
-          "knots", MEMBER(knots), Moving, tr("Numbers over time"),
-          tr("Moving scans: how many coefficients describe what changes over all the time."),
+          "knots", MEMBER(knots), Moving, tr("Knots in time"),
+          tr("Moving scans: how many coefficients describe what changes over the whole time."),
           {.range = between(4, 4096),
-           .automatic = tr("motion: those that foresee withheld frames best; intensity: one for 3 frames, "
+           .automatic = tr("motion: those that predict withheld frames best; intensity: one for 3 frames, "
                            "at most 64; network: one for 2 frames"),
            .usual = 12}),
       Setting("rounds", MEMBER(rounds), Moving, tr("Rounds"),

@@ -7,10 +7,10 @@
 
 namespace innergs {
 
-/// A voxel of a withheld slice, and what a fit without that slice foresaw.
+/// A voxel of a withheld slice, and what a fit without that slice predicted.
 struct WithheldValue {
   Vec3 at;              // LPS mm, where the fit put it
-  float difference = 0; // foreseen minus measured, scanner units
+  float difference = 0; // predicted minus measured, scanner units
   int slice = 0;        // counts the withheld slices of all stacks
 };
 

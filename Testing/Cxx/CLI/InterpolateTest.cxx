@@ -1,6 +1,6 @@
 #include "CommandRunner.h"
+#include "SyntheticImages.h"
 
-#include "Core/Motion/TimeSeries.h"
 #include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
 
@@ -17,23 +17,6 @@ namespace innergs::test {
 namespace {
 
 using InterpolateTest = CommandTest;
-
-/// A blob that moves along x, 0.5 s per frame.
-TimeSeries movingBlob(int frames) {
-  TimeSeries series;
-  series.geometry.size = {16, 12, 5};
-  for (int f = 0; f < frames; ++f) {
-    auto& frame = series.frames.emplace_back();
-    for (int k = 0; k < 5; ++k)
-      for (int j = 0; j < 12; ++j)
-        for (int i = 0; i < 16; ++i)
-          frame.push_back(static_cast<float>(
-              100 *
-              std::exp(-0.1 * (std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2)))));
-    series.times.push_back(0.5 * f);
-  }
-  return series;
-}
 
 TEST_F(InterpolateTest, FramesAtAnyTimeAndAModelThatGivesMore) {
   writeTimeSeries(movingBlob(6), path("in.nii.gz"));

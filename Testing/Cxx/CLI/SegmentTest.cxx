@@ -87,30 +87,13 @@ TEST_F(SegmentTest, LearnsAnswersAndKeepsWhatItLearned) {
     }
 }
 
-/// A blob that moves along x, 0.5 s per frame: its frames and, as truth, which voxels are inside it.
-TimeSeries movingBlob(int frames, bool labels) {
-  TimeSeries series;
-  series.geometry.size = {16, 12, 5};
-  for (int f = 0; f < frames; ++f) {
-    auto& frame = series.frames.emplace_back();
-    for (int k = 0; k < 5; ++k)
-      for (int j = 0; j < 12; ++j)
-        for (int i = 0; i < 16; ++i) {
-          const double square = std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2);
-          frame.push_back(static_cast<float>(labels ? square < 9 : 100 * std::exp(-0.1 * square)));
-        }
-    series.times.push_back(0.5 * f);
-  }
-  return series;
-}
-
 TEST_F(SegmentTest, LabelsEveryFrameOfAMovingScan) {
-  writeTimeSeries(movingBlob(6, false), path("in.nii.gz"));
+  writeTimeSeries(movingBlob(6), path("in.nii.gz"));
   ASSERT_EQ(run({"interpolate", path("in.nii.gz"), "--save-model", path("moving.innergs"), "--kind", "motion",
                  "-q"})
                 .exitCode,
             0);
-  const TimeSeries truth = movingBlob(6, true);
+  const TimeSeries truth = movingBlobLabels(6);
   writeVolume({truth.geometry, truth.frames[1]}, path("frame1.nii"), OutputType::UInt8);
   write("blob.json", R"({"1": "liver"})");
   const Outcome outcome = run({"segment", path("moving.innergs"), "--labels", path("frame1.nii"),

@@ -4,6 +4,26 @@
 #include <cstring>
 
 namespace innergs::test {
+namespace {
+
+/// valueOf: a voxel's by its squared distance (mm²) from the blob's centre.
+template <class ValueOf>
+TimeSeries blobSeries(int frames, const ValueOf& valueOf) {
+  TimeSeries series;
+  series.geometry.size = {16, 12, 5};
+  for (int f = 0; f < frames; ++f) {
+    auto& frame = series.frames.emplace_back();
+    for (int k = 0; k < 5; ++k)
+      for (int j = 0; j < 12; ++j)
+        for (int i = 0; i < 16; ++i)
+          frame.push_back(static_cast<float>(
+              valueOf(std::pow(i - 5 - 0.8 * f, 2) + std::pow(j - 6, 2) + std::pow(k - 2, 2))));
+    series.times.push_back(0.5 * f);
+  }
+  return series;
+}
+
+} // namespace
 
 Volume phantom(std::array<std::int64_t, 3> size, double dz) {
   Volume volume;
@@ -23,6 +43,14 @@ Volume phantom(std::array<std::int64_t, 3> size, double dz) {
         volume.voxels.push_back(static_cast<float>(1000 * head * structure));
       }
   return volume;
+}
+
+TimeSeries movingBlob(int frames) {
+  return blobSeries(frames, [](double square) { return 100 * std::exp(-0.1 * square); });
+}
+
+TimeSeries movingBlobLabels(int frames) {
+  return blobSeries(frames, [](double square) { return square < 9 ? 1 : 0; });
 }
 
 std::string MetaImage::bytes() const {

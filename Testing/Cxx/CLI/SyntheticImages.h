@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Image/Volume.h"
+#include "Core/Motion/TimeSeries.h"
 
 #include <string>
 #include <vector>
@@ -8,6 +9,11 @@ namespace innergs::test {
 
 /// A smooth head-like phantom, values about 0 to 1000, oblique in space, spacing 1×1×`dz` mm.
 Volume phantom(std::array<std::int64_t, 3> size = {24, 28, 20}, double dz = 1);
+
+/// A blob on 16×12×5 voxels that moves along x, 0.5 s per frame.
+TimeSeries movingBlob(int frames);
+/// 1 within 3 mm of its centre, else 0.
+TimeSeries movingBlobLabels(int frames);
 
 /// A MetaImage (.mha) with exactly this header: for files that no careful writer would produce.
 struct MetaImage {

@@ -75,6 +75,36 @@ TEST(RecoveredFit, OfAMovingScan) {
   EXPECT_FALSE(std::filesystem::exists(first));
 }
 
+TEST(RecoveredFit, OfAStoppedMovingScanOnlyWhereThereIsAState) {
+  const TemporaryFolder folder;
+  DynamicResult result;
+  RecoveredFit about;
+  about.inputs = "Wrist";
+  writeStoppedFit(result, about, folder.path());
+  DynamicField field;
+  field.kind = DynamicKind::Intensity;
+  field.canonical = randomField(5, true);
+  field.times = {0, 0.7};
+  field.change = {0, 0.7, 4};
+  field.changes.assign(20, 1.f);
+  result.field = std::make_shared<const DynamicField>(field);
+  writeStoppedFit(result, about, folder.path());
+  EXPECT_TRUE(about.file.empty());
+  EXPECT_TRUE(recoveredFits(folder.path()).empty());
+  result.state.step = 12;
+  result.state.key = "key";
+  result.state.steps = {12};
+  result.state.moments.assign(8, 0.5f);
+  result.steps = 400;
+  writeStoppedFit(result, about, folder.path());
+  const auto found = recoveredFits(folder.path());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_EQ(found[0].file, about.file);
+  EXPECT_TRUE(found[0].moving);
+  EXPECT_EQ(found[0].iteration, 12);
+  EXPECT_EQ(found[0].iterations, 400);
+}
+
 TEST(RecoveredFit, OthersFilesAreNone) {
   const TemporaryFolder folder;
   EXPECT_TRUE(recoveredFits(folder / "missing").empty());

@@ -53,17 +53,12 @@ TEST(FeatureRender, PartsOfRowsAreThoseOfTheWhole) {
   const GridGeometry grid = obliqueGrid();
   const std::vector<float> whole = renderFeatures(field, features, grid);
   ThreadPool pool(2);
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * grid.indexToWorld();
-  lattice.nx = 13;
-  lattice.ny = 11;
-  for (int k = 0; k < 9; ++k)
-    lattice.z.push_back(k);
   std::vector<RowPart> parts;
   for (int row = 0; row < 11 * 9; ++row)
     parts.push_back({row % 5, row % 7 == 0 ? row % 5 : 13 - row % 4}); // some of them empty
   std::vector<float> some(whole.size(), -7);
-  FeatureRenderer(field, lattice, pool).render(features.latents, 16, some.data(), parts);
+  FeatureRenderer(field, latticeOf(grid, field.modelToWorld), pool)
+      .render(features.latents, 16, some.data(), parts);
   for (std::size_t row = 0; row < parts.size(); ++row)
     for (int x = parts[row].first; x < parts[row].last; ++x)
       for (std::size_t c = 0; c < 16; ++c) {
@@ -79,13 +74,7 @@ TEST(FeatureRender, RowsAndColumnsAreTheSameMap) {
   const GridGeometry grid = obliqueGrid();
   const std::vector<float> rendered = renderFeatures(field, features, grid);
   ThreadPool pool(2);
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * grid.indexToWorld();
-  lattice.nx = 13;
-  lattice.ny = 11;
-  for (int k = 0; k < 9; ++k)
-    lattice.z.push_back(k);
-  const FeatureRenderer renderer(field, lattice, pool);
+  const FeatureRenderer renderer(field, latticeOf(grid, field.modelToWorld), pool);
   const FeatureRows rows =
       rowsOf(renderer, std::vector<std::uint8_t>(150, 1), grid.voxelCount(), field, pool);
   ASSERT_GT(rows.voxels.size(), 500u);

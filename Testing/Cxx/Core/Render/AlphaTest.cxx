@@ -32,16 +32,6 @@ GaussianField alphaField(int gaussians, std::uint64_t seed) {
   return field;
 }
 
-Lattice latticeOf(const GaussianField& field, const GridGeometry& geometry) {
-  Lattice lattice;
-  lattice.indexToModel = inverse(field.modelToWorld) * geometry.indexToWorld();
-  lattice.nx = static_cast<int>(geometry.size[0]);
-  lattice.ny = static_cast<int>(geometry.size[1]);
-  for (std::int64_t k = 0; k < geometry.size[2]; ++k)
-    lattice.z.push_back(static_cast<double>(k));
-  return lattice;
-}
-
 bool sameBits(const std::vector<float>& a, const std::vector<float>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;
 }
@@ -124,7 +114,7 @@ TEST(Alpha, IsTheSameForAnyNumberOfThreadsAndTiles) {
     GridGeometry geometry = oblique();
     geometry.size = {70, 90, planes};
     geometry.spacing = {0.3, 0.3, 1.5};
-    const Lattice lattice = latticeOf(field, geometry);
+    const Lattice lattice = latticeOf(geometry, field.modelToWorld);
     std::vector<float> images[3], gradients[3];
     for (int n = 0; n < 3; ++n) {
       ThreadPool pool(std::array{1, 2, 5}[n]);
