@@ -88,9 +88,10 @@ std::vector<double> givenTimes(const TimeSeriesOptions& options, std::size_t fra
   return options.interval ? even(0, *options.interval, frames) : std::vector<double>{};
 }
 
-/// When the slices of a frame were acquired, as the sidecar or else the header says.
-SliceTiming sliceTimingOf(const LoadedFrames& loaded, const fs::path& path) {
+/// When the slices of a frame were acquired, as a chosen file, the sidecar or else the header says.
+SliceTiming sliceTimingOf(const LoadedFrames& loaded, const fs::path& path, const fs::path& chosen) {
   const int axis = loaded.sliceAxis >= 0 ? loaded.sliceAxis : 2;
+  if (!chosen.empty()) return readSliceTiming(chosen, loaded.geometry, axis);
   if (auto timing = bidsSliceTiming(sidecarOf(path), axis, loaded.geometry)) return *timing;
   const auto& times = loaded.sliceSeconds;
   const bool atOnce = std::all_of(times.begin(), times.end(), [&](double t) { return t == times.front(); });
@@ -229,6 +230,8 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
   const std::string what = quoted(path);
   if (fs::is_directory(path, ignored)) {
     series = readFolder(path, options);
+    if (!options.sliceTimes.empty())
+      series.sliceTiming = readSliceTiming(options.sliceTimes, series.geometry);
   } else {
     LoadedFrames loaded = loadFrames(path);
     if (loaded.vectors)
@@ -245,7 +248,7 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
     if (loaded.frames.size() > 1) {
       const Sidecar sidecar = readSidecar(path);
       series.times = timesOf(loaded, sidecar, path, options);
-      series.sliceTiming = sliceTimingOf(loaded, path);
+      series.sliceTiming = sliceTimingOf(loaded, path, options.sliceTimes);
     }
     series.frames = std::move(loaded.frames);
   }
