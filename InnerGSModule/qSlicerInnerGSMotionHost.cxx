@@ -107,6 +107,7 @@ bool qSlicerInnerGSMotionHost::start(const MotionRequest& request) {
   asked->SetSettings(request.settings);
   asked->SetRate(request.rate);
   asked->SetEvaluateQuality(request.evaluateQuality);
+  asked->SetSliceTimingFileName(request.sliceTimesFile.toStdString());
   asked->SetResumeFileName(request.resumeFile.toStdString());
   asked->KeepWhenCancelledOn();
   job_ = logic_->StartDynamicReconstruction(asked);

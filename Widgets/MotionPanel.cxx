@@ -1,5 +1,6 @@
 #include "Widgets/MotionPanel.h"
 
+#include "Widgets/DeviceBox.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/NumberSpin.h"
 #include "Widgets/PanelTools.h"
@@ -13,11 +14,13 @@
 #include <QCheckBox>
 #include <QComboBox>
 #include <QDir>
+#include <QFileDialog>
 #include <QFileInfo>
 #include <QFormLayout>
 #include <QGroupBox>
 #include <QHBoxLayout>
 #include <QLabel>
+#include <QLineEdit>
 #include <QLocale>
 #include <QProgressBar>
 #include <QPushButton>
@@ -92,6 +95,26 @@ QWidget* MotionPanel::buildFit() {
   kind_->setSizeAdjustPolicy(QComboBox::AdjustToMinimumContentsLengthWithIcon);
   kind_->setMinimumContentsLength(12);
   form->addRow(tr("What &changes"), kind_);
+  auto* timing = new QWidget(this);
+  auto* file = new QHBoxLayout(timing);
+  file->setContentsMargins(0, 0, 0, 0);
+  sliceTimes_ = new QLineEdit(this);
+  sliceTimes_->setObjectName(QStringLiteral("motionSliceTimes"));
+  sliceTimes_->setPlaceholderText(tr("as the scan says"));
+  sliceTimes_->setClearButtonEnabled(true);
+  sliceTimes_->setToolTip(
+      tr("When the slices of a frame were acquired, where intensities change (fMRI): a BIDS "
+         "file (.json),\nor text with one time in s per slice"));
+  file->addWidget(sliceTimes_, 1);
+  auto* choose = new QToolButton(this);
+  choose->setObjectName(QStringLiteral("motionChooseSliceTimes"));
+  choose->setText(QStringLiteral("…"));
+  choose->setToolTip(tr("Choose the file"));
+  choose->setAccessibleName(tr("Choose the file of slice times"));
+  connect(choose, &QToolButton::clicked, this, &MotionPanel::chooseSliceTimes);
+  file->addWidget(choose);
+  timing->setFocusProxy(sliceTimes_);
+  form->addRow(tr("Slice t&imes"), timing);
   rate_ = new NumberSpin({1e-3, 1e4, false, true, 1}, this);
   rate_->setObjectName(QStringLiteral("motionRate"));
   rate_->setSuffix(tr(" per second"));
@@ -104,6 +127,9 @@ QWidget* MotionPanel::buildFit() {
   judge_->setToolTip(tr("A second fit leaves out every few frames and is compared on them with linear\n"
                         "interpolation in time and with the previous frame"));
   form->addRow(judge_);
+  device_ = new DeviceBox(this);
+  device_->setObjectName(QStringLiteral("motionDevice"));
+  form->addRow(tr("De&vice"), device_);
   std::vector<const Setting*> rows;
   for (const Setting& row : settingsTable())
     if (row.group == Setting::Group::Moving && row.name != std::string("kind")) rows.push_back(&row);
@@ -199,6 +225,8 @@ void MotionPanel::connectAll() {
     Settings settings = settings_->settings();
     settingNamed("kind").setText(settings, kind_->currentData().toString().toStdString());
     settings_->setSettings(settings);
+    const bool times = !settings.kind || settings.kind == DynamicKind::Intensity;
+    sliceTimes_->parentWidget()->setEnabled(times);
   });
   connect(motion_, &MotionHost::progressed, this, &MotionPanel::showProgress);
   connect(recovery_, &RecoveryLine::chosen, this, &MotionPanel::goOn);
@@ -252,16 +280,32 @@ MotionRequest MotionPanel::request() const {
   request.seriesId = series_->currentId();
   request.interval = interval_->number().value_or(0);
   request.settings = settings_->settings();
+  request.settings.device = device_->device().toStdString();
+  if (sliceTimes_->isEnabled()) request.sliceTimesFile = sliceTimes_->text().trimmed();
   request.rate = rate_->number().value_or(0);
   request.evaluateQuality = judge_->isChecked();
   request.resumeFile = recovery_->file();
   return request;
 }
 
+void MotionPanel::chooseSliceTimes() {
+  auto* dialog = new QFileDialog(this, tr("Slice times"), host_->folder(),
+                                 tr("Slice times (*.json *.txt);;All files (*)"));
+  dialog->setObjectName(QStringLiteral("motionSliceTimesDialog"));
+  dialog->setAttribute(Qt::WA_DeleteOnClose);
+  dialog->setFileMode(QFileDialog::ExistingFile);
+  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
+    host_->setFolder(QFileInfo(file).absolutePath());
+    sliceTimes_->setText(QDir::toNativeSeparators(file));
+  });
+  dialog->open();
+}
+
 void MotionPanel::goOn(const RecoveredFit& fit) {
   const std::string kind = settingNamed("kind").textIn(fit.settings);
   kind_->setCurrentIndex(std::max(0, kind_->findData(QString::fromStdString(kind))));
   settings_->setSettings(fit.settings);
+  device_->setDevice(QString::fromStdString(fit.settings.device));
   if (fit.interval > 0)
     interval_->setValue(fit.interval);
   else
@@ -339,6 +383,7 @@ void MotionPanel::showProgress(const Progress& progress) {
   }
   QString text = QString::fromLatin1(phaseName(progress.phase));
   if (progress.remaining >= 1) text += tr(", %1 left").arg(roughDuration(progress.remaining));
+  if (!progress.note.empty()) device_->setReason(QString::fromStdString(progress.note));
   phase_->setText(text);
 }
 

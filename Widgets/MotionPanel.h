@@ -9,12 +9,14 @@
 class QCheckBox;
 class QComboBox;
 class QLabel;
+class QLineEdit;
 class QProgressBar;
 class QPushButton;
 class QToolButton;
 
 namespace innergs::ui {
 
+class DeviceBox;
 class MessageLine;
 class NumberSpin;
 class RecoveryLine;
@@ -52,6 +54,7 @@ private:
   void showReport(const MotionReport& report);
   void ended();
   void startOrCancel();
+  void chooseSliceTimes();
   void goOn(const RecoveredFit& fit);
   void play(bool on);
   void advance();
@@ -75,6 +78,8 @@ private:
   NumberSpin *interval_ = nullptr, *rate_ = nullptr;
   QComboBox *kind_ = nullptr, *speed_ = nullptr;
   QCheckBox* judge_ = nullptr;
+  DeviceBox* device_ = nullptr;
+  QLineEdit* sliceTimes_ = nullptr;
   QPushButton *run_ = nullptr, *saveFrames_ = nullptr, *saveModel_ = nullptr;
   QProgressBar* bar_ = nullptr;
   QWidget *options_ = nullptr, *view_ = nullptr;

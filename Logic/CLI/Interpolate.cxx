@@ -7,8 +7,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Motion/DynamicJob.h"
+#include "Core/Motion/FrameRenderer.h"
 #include "Core/Motion/MotionField.h"
-#include "Core/Render/Render.h"
 #include "IO/AtomicFile.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/FilePath.h"
@@ -24,7 +24,7 @@ namespace innergs::cli {
 namespace {
 
 struct InterpolateOptions {
-  std::string input, output, saveModel, report, motion, resume;
+  std::string input, output, saveModel, report, motion, resume, sliceTimes;
   std::vector<double> times;
   std::optional<double> rate, at, motionFrom;
   TimeSeriesOptions reading;
@@ -57,6 +57,7 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
   OutputFiles files;
   files.read(o.input);
   if (!std::filesystem::is_directory(o.input)) files.read(sidecarOf(o.input));
+  files.read(o.sliceTimes);
   files.add(o.saveModel, OutputFiles::Kind::Model); // before read(): may be the resumed model itself
   files.read(o.resume);
   files.read(o.grid.reference);
@@ -96,14 +97,11 @@ TimeSeries rendered(const DynamicField& field, const std::vector<double>& times,
   RenderOptions render;
   render.threads = o.settings.threads;
   render.instructionSet = o.settings.instructionSet;
-  render.stop = stop;
-  ThreadPool pool(o.settings.threads);
-  pool.setStop(stop);
-  GaussianField posed = field.canonical;
-  for (const double time : times) {
-    poseAt(field, time, posed, pool);
-    series.frames.push_back(std::move(innergs::render(posed, grid, render).voxels));
-  }
+  render.stop = std::move(stop);
+  FrameRenderer renderer(field, grid, render, o.settings.device);
+  for (const double time : times)
+    series.frames.push_back(renderer.at(time));
+  if (!renderer.problem().empty()) fmt::print(stderr, "innergs: warning: {}\n", renderer.problem());
   return series;
 }
 
@@ -133,9 +131,11 @@ nlohmann::ordered_json reportOf(const InterpolateOptions& o, const DynamicField&
   report["output_times_s"] = times;
   report["training_psnr_db"] = result.seconds > 0 ? nlohmann::ordered_json(result.trainingPsnr) : nullptr;
   report["training_psnr_note"] = "on the frames that were fitted, not on withheld ones";
+  report["slice_times_used"] = result.slicesTimed;
   report["notes"] = result.notes;
   report["settings"] = toJson(result.settings, true);
   report["seconds"] = result.seconds;
+  report["device"] = result.seconds > 0 ? toJson(result.device) : nullptr;
   report["threads"] = result.threads;
   report["instruction_set"] = result.instructionSet;
   return report;
@@ -150,11 +150,15 @@ int interpolate(const InterpolateOptions& o) {
   std::vector<double> times;
   if (isDynamicModel(o.input)) {
     if (!o.resume.empty()) throw CLI::ValidationError("--resume", "takes the scan as its input, not a model");
+    if (!o.sliceTimes.empty())
+      throw CLI::ValidationError("--slice-times", "takes the scan as its input, not a model");
     result.field = std::make_shared<const DynamicField>(readDynamicModel(o.input));
     times = outputTimes(o, result.field->times);
     addTimed(o, times, files);
   } else {
-    TimeSeries series = readTimeSeries(o.input, o.reading);
+    TimeSeriesOptions reading = o.reading;
+    reading.sliceTimes = o.sliceTimes;
+    TimeSeries series = readTimeSeries(o.input, reading);
     if (const std::string remark = remarkOnPairs(series); !remark.empty())
       fmt::print(stderr, "innergs: warning: {}\n", remark);
     times = outputTimes(o, series.times);
@@ -252,6 +256,11 @@ Subcommand addInterpolate(CLI::App& app) {
                    "Time from one frame of the input to the next in s [from the file]")
       ->type_name("S");
   command
+      ->add_option("--slice-times", o->sliceTimes,
+                   "When the slices of a frame were acquired: BIDS's .json, or text with one time in s per\n"
+                   "slice [the .json beside the input, or its header]")
+      ->type_name("FILE");
+  command
       ->add_option("--resume", o->resume,
                    "Resume from a model that an interrupted run of the same scan and settings saved")
       ->type_name("MODEL");
@@ -260,14 +269,16 @@ Subcommand addInterpolate(CLI::App& app) {
   for (const Setting& row : settingsTable())
     if (concernsMovingScans(row)) addSetting(*command, o->settings, row.name);
   command->add_flag("-q,--quiet", o->quiet, "Print only errors");
-  command->footer("Examples:\n"
-                  "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
-                  "  innergs interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n"
-                  "  innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n"
-                  "  innergs interpolate wrist.innergs --motion motion.nii.gz --motion-from 0\n"
-                  "  innergs interpolate wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\n"
-                  "Ctrl-C stops the fit; once frames are refined together, what was reached is written,\n"
-                  "and --resume continues from the saved model.");
+  command->footer(
+      "Examples:\n"
+      "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
+      "  innergs interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n"
+      "  innergs interpolate bold.nii.gz --kind intensity --slice-times task.json -o even.nii.gz\n"
+      "  innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n"
+      "  innergs interpolate wrist.innergs --motion motion.nii.gz --motion-from 0\n"
+      "  innergs interpolate wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\n"
+      "Ctrl-C stops the fit; once frames are refined together, what was reached is written,\n"
+      "and --resume continues from the saved model.");
   return {command, [o] { return interpolate(*o); }};
 }
 

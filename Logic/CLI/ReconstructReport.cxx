@@ -48,6 +48,10 @@ Json toJson(const Settings& settings, bool moving) {
   return json;
 }
 
+Json toJson(const DeviceUse& device) {
+  return {{"asked", device.asked}, {"used", device.id}, {"name", device.name}, {"reason", device.reason}};
+}
+
 Json versions() {
   return {{"innergs", INNERGS_VERSION}, {"itk", itk::Version::GetITKVersion()}};
 }
@@ -134,10 +138,6 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
   Json settings = toJson(result.settings);
   settings["instructionSet"] = result.instructionSet;
   settings["threads"] = result.threads;
-  const Json device{{"asked", result.device.asked},
-                    {"used", result.device.id},
-                    {"name", result.device.name},
-                    {"reason", result.device.reason}};
   return {{"date", utcTime()},
           {"versions", versions()},
           {"interrupted", result.cancelled},
@@ -145,7 +145,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
           {"mask", file(options.mask)},
           {"resumed_from", file(options.resume)},
           {"settings", settings},
-          {"device", device},
+          {"device", toJson(result.device)},
           {"output",
            {{"volume", file(options.output)},
             {"model", file(options.saveModel)},

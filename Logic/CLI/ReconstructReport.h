@@ -8,6 +8,8 @@ namespace innergs::cli {
 nlohmann::ordered_json toJson(const GridGeometry& geometry);
 /// moving: those of a moving scan, else those of every other fit.
 nlohmann::ordered_json toJson(const Settings& settings, bool moving = false);
+/// Where a fit ran.
+nlohmann::ordered_json toJson(const DeviceUse& device);
 /// Versions of InnerGS and of its dependencies.
 nlohmann::ordered_json versions();
 

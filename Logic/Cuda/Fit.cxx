@@ -210,7 +210,7 @@ void Fit::download(GaussianField* field, Adam* adam, GradientAccumulator* accumu
   }
 }
 
-void Fit::enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
+void Fit::enqueue(std::span<View> views, const GaussianField& numbers, const Gaussian* gaussians,
                   std::int64_t count, bool backward, int iteration) {
   bool first = true;
   for (View& view : views) {
@@ -331,18 +331,30 @@ DensifyCounts Fit::densify() {
   return counts;
 }
 
-LossSum Fit::evaluate(const GaussianField& field) {
+/// The loss of any field on views and, if it is not empty, its gradient.
+LossSum Fit::measure(std::span<View> views, const GaussianField& field, std::span<float> gradient) {
   for (;;) {
     try {
       passes_.clearStatus();
       others_.upload(field.gaussians.data(), field.size());
-      enqueue(fine_, field, others_.data(), field.size(), false, 0);
+      if (!gradient.empty()) gradient_.reserve(16 * field.size());
+      enqueue(views, field, others_.data(), field.size(), !gradient.empty(), 0);
       const std::vector<LossSum> sums = settled(1, false);
-      if (!sums.empty()) return sums.front();
+      if (sums.empty()) continue; // now there is room for all pairs
+      if (!gradient.empty()) gradient_.download(gradient.data(), 16 * field.size());
+      return sums.front();
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Memory || !smaller()) throw;
     }
   }
+}
+
+LossSum Fit::evaluate(const GaussianField& field) {
+  return measure(fine_, field, {});
+}
+
+LossSum Fit::gradient(const GaussianField& field, std::int64_t observation, std::span<float> gradient) {
+  return measure({&fine_.at(static_cast<std::size_t>(observation)), 1}, field, gradient);
 }
 
 } // namespace innergs::cuda

@@ -27,6 +27,7 @@ public:
   std::vector<LossSum> iterateMany(std::span<const IterationOptions> iterations) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
+  LossSum gradient(const GaussianField& field, std::int64_t observation, std::span<float> gradient) override;
   std::string remark() const override;
 
   int slabs() const; // total, of the finest observations
@@ -40,10 +41,11 @@ private:
   void cut(std::vector<View>& views);
   bool smaller();
   void throwIfStopped() const;
-  void enqueue(std::vector<View>& views, const GaussianField& numbers, const Gaussian* gaussians,
+  void enqueue(std::span<View> views, const GaussianField& numbers, const Gaussian* gaussians,
                std::int64_t count, bool backward, int iteration);
   void queue(const IterationOptions& options, int slot);
   std::vector<LossSum> settled(int queued, bool updating);
+  LossSum measure(std::span<View> views, const GaussianField& field, std::span<float> gradient);
   template <class Work>
   void withMemory(const Work& work);
 

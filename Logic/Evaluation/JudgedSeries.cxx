@@ -51,6 +51,7 @@ JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
   experiment.progress = [&](Progress progress) {
     if (progress.phase != Phase::Done) progress.phase = Phase::Judging;
     progress.trainingPsnr = reached;
+    progress.note.clear(); // where the first fit ran was told
     tell(std::move(progress), first, 1);
   };
   try {

@@ -98,15 +98,15 @@ std::optional<SliceTiming> bidsSliceTiming(const fs::path& file, int axis, const
   return sliceTimingFrom(readBidsTimes(file), axis, lattice, quoted(file));
 }
 
-SliceTiming readSliceTiming(const fs::path& file, const GridGeometry& lattice) {
+SliceTiming readSliceTiming(const fs::path& file, const GridGeometry& lattice, int axis) {
   checkInputFile(file);
   if (fullExtension(file) == ".json") {
-    if (auto timing = bidsSliceTiming(file, 2, lattice)) return *timing;
+    if (auto timing = bidsSliceTiming(file, axis, lattice)) return *timing;
     fail(quoted(file) + " has no SliceTiming, a list of one time (s) per slice: choose a BIDS file that has "
                         "it, or text with these times.");
   }
   std::ifstream in(file, std::ios::binary);
-  return sliceTimingFrom({std::istreambuf_iterator<char>(in), {}}, "", 2, lattice, quoted(file));
+  return sliceTimingFrom({std::istreambuf_iterator<char>(in), {}}, "", axis, lattice, quoted(file));
 }
 
 } // namespace innergs

@@ -36,8 +36,8 @@ std::optional<SliceTiming> sliceTimingFrom(const BidsTimes& times, int axis, con
 std::optional<SliceTiming> bidsSliceTiming(const std::filesystem::path& file, int axis,
                                            const GridGeometry& lattice);
 
-/// The same from a file that someone chose: .json, or the text alone, along k. Throws Error(FileNotFound |
+/// The same from a file that someone chose: .json, or the text alone. Throws Error(FileNotFound |
 /// FileFormat).
-SliceTiming readSliceTiming(const std::filesystem::path& file, const GridGeometry& lattice);
+SliceTiming readSliceTiming(const std::filesystem::path& file, const GridGeometry& lattice, int axis = 2);
 
 } // namespace innergs

@@ -47,9 +47,11 @@ std::vector<double> givenTimes(const TimeSeriesOptions& options, std::size_t fra
   return options.interval ? even(0, *options.interval, frames) : std::vector<double>{};
 }
 
-/// When the slices of a frame were acquired, as the sidecar or else the header says.
-SliceTiming sliceTimingOf(const LoadedFrames& loaded, const BidsTimes& bids, const fs::path& sidecar) {
+/// When the slices of a frame were acquired, as a chosen file, the sidecar or else the header says.
+SliceTiming sliceTimingOf(const LoadedFrames& loaded, const BidsTimes& bids, const fs::path& sidecar,
+                          const fs::path& chosen) {
   const int axis = loaded.sliceAxis >= 0 ? loaded.sliceAxis : 2;
+  if (!chosen.empty()) return readSliceTiming(chosen, loaded.geometry, axis);
   if (auto timing = sliceTimingFrom(bids, axis, loaded.geometry, quoted(sidecar))) return *timing;
   const auto& times = loaded.sliceSeconds;
   const bool atOnce = std::all_of(times.begin(), times.end(), [&](double t) { return t == times.front(); });
@@ -188,6 +190,8 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
   const std::string what = quoted(path);
   if (fs::is_directory(path, ignored)) {
     series = readFolder(path, options);
+    if (!options.sliceTimes.empty())
+      series.sliceTiming = readSliceTiming(options.sliceTimes, series.geometry);
   } else {
     LoadedFrames loaded = loadFrames(path);
     if (loaded.vectors)
@@ -205,7 +209,7 @@ TimeSeries readTimeSeries(const fs::path& path, const TimeSeriesOptions& options
       const fs::path sidecar = sidecarOf(path);
       const BidsTimes bids = readBidsTimes(sidecar);
       series.times = timesOf(loaded, bids, path, options);
-      series.sliceTiming = sliceTimingOf(loaded, bids, sidecar);
+      series.sliceTiming = sliceTimingOf(loaded, bids, sidecar, options.sliceTimes);
     }
     series.frames = std::move(loaded.frames);
   }

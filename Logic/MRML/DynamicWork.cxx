@@ -83,12 +83,15 @@ bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell,
   if (outcome_.result.cancelled || !outcome_.result.field) return false;
   const bool judged = last.phase == Phase::Judging; // a stop has ended the judging alone
   last.phase = judged ? Phase::Judging : Phase::Rendering;
-  frames_ = renderFrames(*outcome_.result.field, times_, settings_.threads, judged ? std::stop_token{} : stop,
-                         [&](double share) {
-                           last.fraction = fitted + (1 - fitted) * share;
-                           last.remaining = 0;
-                           if (tell) tell(last);
-                         });
+  last.note.clear(); // told
+  RenderOptions options;
+  options.threads = settings_.threads;
+  if (!judged) options.stop = stop;
+  frames_ = renderFrames(*outcome_.result.field, times_, options, settings_.device, [&](double share) {
+    last.fraction = fitted + (1 - fitted) * share;
+    last.remaining = 0;
+    if (tell) tell(last);
+  });
   return true;
 }
 
@@ -103,7 +106,7 @@ DynamicOutputs DynamicWork::makeNodes(vtkMRMLScene* scene) {
     node->SetAttribute("InnerGS.Inputs", name_.c_str());
     node->SetAttribute("InnerGS.Settings", settingsText().c_str());
     node->SetAttribute("InnerGS.InstructionSet", outcome_.result.instructionSet.c_str());
-    node->SetAttribute("InnerGS.Device", "cpu");
+    node->SetAttribute("InnerGS.Device", outcome_.result.device.id.c_str());
     node->SetAttribute("InnerGS.TrainingPSNR", formatted("%.3f", outcome_.result.trainingPsnr).c_str());
   };
   DynamicOutputs made;

@@ -103,7 +103,7 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::PreviewFrame(vtkSlicerInnerGSJob
     if (!this->GetMRMLScene())
       throw Error(ErrorCode::InvalidArgument, "The logic has no scene to put the result into: set one.");
     const auto field = job->GetPreviewModel()->GetField();
-    const auto frame = mrml::renderFrames(*field, {seconds}, 0, {}).front();
+    const auto frame = mrml::renderFrames(*field, {seconds}).front();
     if (!made)
       made = vtkMRMLScalarVolumeNode::SafeDownCast(
           mrml::addNode(this->GetMRMLScene(), "vtkMRMLScalarVolumeNode", "InnerGS preview"));
@@ -122,7 +122,7 @@ vtkMRMLSequenceNode* vtkSlicerInnerGSLogic::CreateFrames(vtkMRMLInnerGSModelNode
     const auto field = movingField(model);
     refuseParent(model);
     const std::vector<double> wanted = mrml::framesWanted(times, 0, field->times);
-    const auto frames = mrml::renderFrames(*field, wanted, 0, {});
+    const auto frames = mrml::renderFrames(*field, wanted);
     if (!made)
       made = mrml::addSequence(this->GetMRMLScene(), std::string(model->GetName()) + " frames", model);
     mrml::setProvenance(made, model);

@@ -3,8 +3,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/SystemMemory.h"
+#include "Core/Motion/FrameRenderer.h"
 #include "Core/Motion/MotionField.h"
-#include "Core/Render/Render.h"
 #include "Geometry.h"
 #include "IO/BidsSidecar.h"
 #include "IO/FilePath.h"
@@ -182,27 +182,20 @@ vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence
   return browser;
 }
 
-std::vector<vtkSmartPointer<vtkImageData>> renderFrames(const DynamicField& field,
-                                                        const std::vector<double>& times, int threads,
-                                                        const std::stop_token& stop,
-                                                        const std::function<void(double)>& report) {
+std::vector<vtkSmartPointer<vtkImageData>>
+renderFrames(const DynamicField& field, const std::vector<double>& times, const RenderOptions& options,
+             const std::string& device, const std::function<void(double)>& report) {
   const GridGeometry& grid = field.canonical.region();
   const std::int64_t available = availableMemory(),
                      bytes = 4 * grid.voxelCount() * static_cast<std::int64_t>(times.size());
   if (available > 0 && bytes > available - (std::int64_t{1} << 28))
     throw Error(ErrorCode::Memory, "So many frames do not fit into memory: choose a lower rate.");
-  RenderOptions options;
-  options.threads = threads;
-  options.stop = stop;
-  ThreadPool pool(threads);
-  pool.setStop(stop);
-  GaussianField posed = field.canonical;
+  FrameRenderer renderer(field, grid, options, device);
   std::vector<vtkSmartPointer<vtkImageData>> frames;
   for (const double time : times) {
-    poseAt(field, time, posed, pool);
-    const Volume volume = render(posed, grid, options);
+    const std::vector<float> voxels = renderer.at(time);
     auto image = vtkSmartPointer<vtkImageData>::New();
-    std::copy(volume.voxels.begin(), volume.voxels.end(), vtk::allocateFloats(image, grid, false));
+    std::copy(voxels.begin(), voxels.end(), vtk::allocateFloats(image, grid, false));
     frames.push_back(image);
     if (report) report(static_cast<double>(frames.size()) / static_cast<double>(times.size()));
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Motion/DynamicField.h"
 #include "Core/Motion/TimeSeries.h"
+#include "Core/Render/Render.h"
 
 #include <vtkSmartPointer.h>
 
@@ -50,11 +51,11 @@ vtkSmartPointer<vtkMRMLSequenceNode> addSequence(vtkMRMLScene* scene, const std:
 /// The sequence in `like`'s browser where the indices agree, else in one of its own.
 vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence, vtkMRMLSequenceNode* like);
 
-/// A moving scan's frames, rendered on its own lattice: voxels as floats. Throws Error(Cancelled | Memory).
-std::vector<vtkSmartPointer<vtkImageData>> renderFrames(const DynamicField& field,
-                                                        const std::vector<double>& times, int threads,
-                                                        const std::stop_token& stop,
-                                                        const std::function<void(double)>& report = {});
+/// A moving scan's frames, rendered on its own lattice: voxels as floats. device: as in Settings. Throws
+/// Error(Cancelled | Memory), as DeviceChoice does.
+std::vector<vtkSmartPointer<vtkImageData>>
+renderFrames(const DynamicField& field, const std::vector<double>& times, const RenderOptions& options = {},
+             const std::string& device = "auto", const std::function<void(double)>& report = {});
 /// Puts rendered frames into a sequence.
 void fillFrames(vtkMRMLSequenceNode* sequence, const DynamicField& field, const std::vector<double>& times,
                 const std::vector<vtkSmartPointer<vtkImageData>>& frames);

@@ -44,6 +44,8 @@ void vtkInnerGSDynamicReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Settings: " << innergs::movingSettingsText(this->GetSettings()) << "\n";
   os << indent << "TrainingPSNR: " << this->TrainingPSNR << "\n";
   os << indent << "Choice: " << this->Choice << "\n";
+  os << indent << "UsedDevice: " << this->UsedDevice << "\n";
+  os << indent << "DeviceNote: " << this->DeviceNote << "\n";
   os << indent << "Notes: " << this->Notes << "\n";
 }
 
@@ -118,8 +120,8 @@ std::string vtkInnerGSDynamicReconstruct::GetPhase() {
 }
 
 void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
-  this->Choice.clear();
-  this->Notes.clear();
+  for (std::string* last : {&this->Choice, &this->Notes, &this->UsedDevice, &this->DeviceNote})
+    last->clear();
   this->TrainingPSNR = kNaN;
   const std::stop_token stop = this->GetStopToken();
   innergs::TimeSeries series;
@@ -149,6 +151,7 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
     this->ElapsedSeconds = p.elapsed;
     this->RemainingSeconds = p.remaining;
     this->TrainingPSNR = p.trainingPsnr;
+    if (!p.note.empty()) this->DeviceNote = p.note; // sent once, kept for later readers
     std::string text = innergs::phaseName(p.phase);
     if (p.remaining >= 1) text += innergs::formatted(", about %.0f s left", std::ceil(p.remaining));
     this->SetProgressText(text.c_str());
@@ -162,6 +165,8 @@ void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vt
     this->Aborted = true;
   }
   this->Choice = result.choice;
+  this->UsedDevice = result.device.id;
+  this->DeviceNote = result.device.reason;
   for (const std::string& note : result.notes)
     this->Notes += (this->Notes.empty() ? "" : "\n") + note;
   this->TrainingPSNR = result.trainingPsnr;

@@ -14,8 +14,8 @@ struct Settings;
 #endif
 
 /// Fits a continuous volume in space and time to a moving scan. Input: its frames, scalar vtkImageData of one
-/// lattice (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel. On the
-/// CPU: where Device names another, GetNotes() says so. Inputs are never modified.
+/// lattice (AddInputData once per frame, in the order of their times). Output: vtkInnerGSDynamicModel.
+/// Inputs are never modified.
 ///
 /// ProgressEvent: GetProgress(), GetProgressText() and the getters under "State of the fit", on the thread
 /// that called Update().
@@ -72,6 +72,8 @@ public:
   vtkGetMacro(RemainingSeconds, double); // estimated
   vtkGetMacro(TrainingPSNR, double);     // dB, on the fitted frames; NaN: unknown
   vtkGetMacro(Choice, std::string);      // why the model is of its kind, a sentence; "" where it was given
+  vtkGetMacro(UsedDevice, std::string);  // where the fit ended: "cpu", "cuda:N"
+  vtkGetMacro(DeviceNote, std::string);  // where the fit runs and why, a sentence
   vtkGetMacro(Notes, std::string);       // sentences, one a line: what was asked for or found and not used
   ///@}
 
@@ -92,7 +94,7 @@ protected:
   bool KeepModelWhenAborted = false;
   int SliceAxis = 2;
   double ElapsedSeconds = 0, RemainingSeconds = 0, TrainingPSNR;
-  std::string SeriesName = "The series", Choice, Notes;
+  std::string SeriesName = "The series", Choice, Notes, UsedDevice, DeviceNote;
 
 private:
   vtkInnerGSDynamicReconstruct(const vtkInnerGSDynamicReconstruct&) = delete;

@@ -86,7 +86,8 @@ def reconstruct_moving(sequence, **choices):
     keep         keep in the recovery folder where a cancelled fit stands; MovingJob.recovery_file has it then
     progress     called with the job from time to time
     preview      called with the job when the model so far is new: job.preview(seconds)
-    any setting of moving scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed, threads ...
+    any setting of moving scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed,
+                 threads, device ("auto", "cpu", "cuda", "cuda:N") ...
     """
     return start_moving(sequence, **choices).result()
 

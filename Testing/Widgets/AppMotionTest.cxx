@@ -176,6 +176,40 @@ private Q_SLOTS:
     QCOMPARE(motion().motionInfo(finished[0][0].value<ui::MotionReport>().modelId).last, 25.0);
   }
 
+  void slicesAreTakenAtTheTimesOfAChosenFile() {
+    open({writeSeries("bold.nii.gz", 8)});
+    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    ui::MotionRequest request;
+    request.seriesId = host().document().volumes().front()->id;
+    request.settings.kind = DynamicKind::Intensity;
+    request.evaluateQuality = false;
+    const auto write = [&](const char* name, const char* text) {
+      request.sliceTimesFile = sandbox_->path(name);
+      std::ofstream(app::pathOf(request.sliceTimesFile)) << text;
+    };
+    const auto changes = [&] {
+      QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed);
+      motion().start(request);
+      [&] { QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, 60000); }();
+      if (finished.isEmpty()) return std::vector<float>();
+      const QString id = finished[0][0].value<ui::MotionReport>().modelId;
+      return host().document().model(id)->moving->GetField()->changes;
+    };
+    const std::vector<float> atOnce = changes();
+    QVERIFY(!atOnce.empty());
+    write("task.json", R"({"SliceTiming": [0, 0.3, 0.1, 0.4, 0.2]})");
+    const std::vector<float> timed = changes();
+    QVERIFY(!timed.empty());
+    QVERIFY(timed != atOnce);
+    write("task.txt", "0 0.3 0.1 0.4 0.2");
+    QVERIFY(changes() == timed);
+    write("bad.json", R"({"SliceTiming": [0, 0.3]})");
+    QSignalSpy failed(&motion(), &ui::MotionHost::failed);
+    QVERIFY(changes().empty());
+    QVERIFY2(failed[0][0].toString().contains("2 slice times for 5 slices"),
+             qPrintable(failed[0][0].toString()));
+  }
+
   void cancelAndBadScans() {
     open({writeSeries("moving.nii.gz", 12)});
     QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});

@@ -6,8 +6,11 @@
 #include "TestTools.h"
 
 #include <QCheckBox>
+#include <QDir>
 #include <QDoubleSpinBox>
+#include <QFileDialog>
 #include <QLabel>
+#include <QLineEdit>
 #include <QProgressBar>
 #include <QPushButton>
 #include <QSignalSpy>
@@ -192,6 +195,50 @@ private Q_SLOTS:
     QVERIFY(asked.kind == innergs::DynamicKind::Network);
     QVERIFY(asked.knots == 9);
     QVERIFY(!asked.rounds);
+  }
+
+  void takesTheFileOfSliceTimes() {
+    panel_->setSeriesId("bold");
+    QTemporaryDir folder;
+    const QString file = folder.filePath("task.json");
+    QFile json(file);
+    QVERIFY(json.open(QFile::WriteOnly));
+    json.write("{}");
+    json.close();
+    part<QToolButton>("motionChooseSliceTimes")->click();
+    auto* dialog = part<QFileDialog>("motionSliceTimesDialog");
+    QVERIFY(dialog);
+    Q_EMIT dialog->fileSelected(file);
+    QCOMPARE(QDir::fromNativeSeparators(part<QLineEdit>("motionSliceTimes")->text()), file);
+    QCOMPARE(host_->folder(), folder.path());
+    part<QPushButton>("motionRun")->click();
+    QCOMPARE(QDir::fromNativeSeparators(motion_->requests.last().sliceTimesFile), file);
+    motion_->running = false;
+    Q_EMIT motion_->cancelled();
+    part<QComboBox>("motionKind")->setCurrentIndex(1); // where Gaussians move, a frame is one moment
+    QVERIFY(!part<QLineEdit>("motionSliceTimes")->isEnabled());
+    part<QPushButton>("motionRun")->click();
+    QCOMPARE(motion_->requests.last().sliceTimesFile, QString());
+    motion_->running = false;
+    Q_EMIT motion_->cancelled();
+    part<QComboBox>("motionKind")->setCurrentIndex(2);
+    QVERIFY(part<QLineEdit>("motionSliceTimes")->isEnabled());
+  }
+
+  void theDeviceIsChosenAndSaysWhy() {
+    panel_->setSeriesId("wrist");
+    auto* device = part<QComboBox>("device");
+    part<QPushButton>("motionRun")->click();
+    QCOMPARE(motion_->requests.last().settings.device, std::string("auto"));
+    Progress progress;
+    progress.note = "On the CPU. There is no driver.";
+    Q_EMIT motion_->progressed(progress);
+    QCOMPARE(part<QLabel>("deviceReason")->text(), QString("On the CPU. There is no driver."));
+    motion_->running = false;
+    Q_EMIT motion_->cancelled();
+    device->setCurrentIndex(device->findData("cpu"));
+    part<QPushButton>("motionRun")->click();
+    QCOMPARE(motion_->requests.last().settings.device, std::string("cpu"));
   }
 
   void theSliderShowsTheModelSoFar() {

@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/ThreadPriority.h"
+#include "Core/Motion/FrameRenderer.h"
 #include "Core/Render/Render.h"
 #include "Core/Settings/SettingsTable.h"
 #include "IO/DynamicModelFile.h"
@@ -86,8 +87,10 @@ void AppMotionHost::post(const Progress& progress) {
   {
     const std::lock_guard lock(mutex_);
     const bool first = !latest_;
+    const std::string note = first ? std::string() : latest_->note;
     latest_ = progress;
-    if (!first) return; // the call under way delivers the newest
+    if (latest_->note.empty()) latest_->note = note; // told once
+    if (!first) return;                              // the call under way delivers the newest
   }
   QMetaObject::invokeMethod(
       this,
@@ -97,7 +100,9 @@ void AppMotionHost::post(const Progress& progress) {
           const std::lock_guard lock(mutex_);
           progress.swap(latest_);
         }
-        if (progress && running_) Q_EMIT progressed(*progress);
+        if (!progress || !running_) return;
+        if (!progress->note.empty()) Q_EMIT host_->logged(QString::fromStdString(progress->note));
+        Q_EMIT progressed(*progress);
       },
       Qt::QueuedConnection);
 }
@@ -123,6 +128,7 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     post({});
     TimeSeriesOptions reading;
     if (request.interval > 0) reading.interval = request.interval;
+    reading.sliceTimes = pathOf(request.sliceTimesFile);
     TimeSeries series = readTimeSeries(pathOf(scan.frames.file), reading);
     timesAtRate(request.rate, series.times); // or an Error
     const std::string pairs = remarkOnPairs(series);
@@ -291,12 +297,9 @@ QString AppMotionHost::saveFrames(const QString& modelId, double rate, const QSt
       const auto field = item->moving->GetField();
       TimeSeries series{field->canonical.region(), {}, timesAtRate(rate, field->times), {}, {}};
       checkTimeSeriesPath(pathOf(file));
-      ThreadPool pool(0);
-      GaussianField posed = field->canonical;
-      for (const double time : series.times) {
-        poseAt(*field, time, posed, pool);
-        series.frames.push_back(render(posed, series.geometry).voxels);
-      }
+      FrameRenderer renderer(*field, series.geometry, {});
+      for (const double time : series.times)
+        series.frames.push_back(renderer.at(time));
       writeTimeSeries(series, pathOf(file));
     });
   });

@@ -224,6 +224,12 @@ void judgeFit(DevicePlugin& plugin, int device, const Probe& probe, Judge& judge
                 static_cast<double>(cpuGrown.split + cpuGrown.cloned - cpuGrown.pruned));
   fetch();
   const Adam clear = clearMoments(probe.field);
+  const std::int64_t last = static_cast<std::int64_t>(probe.request.observations->size()) - 1;
+  std::vector<float> slopes(16 * probe.field.gaussians.size()), right(slopes.size());
+  const LossSum one = fit->gradient(probe.field, last, slopes),
+                cpuOne = cpu.gradient(probe.field, last, right);
+  judge.compare("loss of one scan", one.loss, cpuOne.loss);
+  judge.compareColumns("gradient of one scan", slopes, right);
   options.accumulateGradients = false;
   options.relocate = RelocationPlan{0.1, probe.request.rules.bounds.minLogScale};
   fit->upload(probe.field, clear, {});

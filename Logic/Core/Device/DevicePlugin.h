@@ -41,7 +41,7 @@ public:
 };
 
 /// Increased with every change of what crosses the boundary.
-constexpr std::uint32_t kPluginAbi = 3;
+constexpr std::uint32_t kPluginAbi = 4;
 
 /// Plain data, readable by any two builds.
 struct PluginStamp {

@@ -216,6 +216,10 @@ void DeviceChoice::leave(const std::string& why) {
   plugin_ = nullptr;
 }
 
+void DeviceChoice::failed(const std::string& how, const std::string& why) {
+  leave(label() + " failed " + how + ": " + why);
+}
+
 void DeviceChoice::considerSize(const FitRequest& request) {
   double samples = 0;
   for (const Observation& o : *request.observations)
@@ -252,8 +256,11 @@ std::unique_ptr<FitDevice> DeviceChoice::makeFit(const FitRequest& request) {
       if (needed <= free) {
         std::unique_ptr<FitDevice> fit = plugin_->makeFit(index_, request);
         if (!fit) throw Error(ErrorCode::Internal, "it offers no fit.");
-        use.reason += " The fit needs about " + bytesText(static_cast<double>(needed)) + " of its " +
-                      bytesText(static_cast<double>(free)) + " of free memory.";
+        const std::size_t before = memory_.empty() ? std::string::npos : use.reason.find(memory_);
+        if (before != std::string::npos) use.reason.erase(before, memory_.size());
+        memory_ = " The fit needs about " + bytesText(static_cast<double>(needed)) + " of its " +
+                  bytesText(static_cast<double>(free)) + " of free memory.";
+        use.reason += memory_;
         note(fit->remark());
         return fit;
       }

@@ -53,6 +53,8 @@ public:
   std::shared_ptr<FieldDevice> makeField(const GaussianField& field, const std::stop_token& stop = {});
   /// Switches to the CPU for good.
   void leave(const std::string& why);
+  /// The same where the device failed. how: "after iteration 3, and the fit continued".
+  void failed(const std::string& how, const std::string& why);
   /// Adds FitDevice::remark() to the reason. False if it is empty or already there.
   bool note(const std::string& remark);
 
@@ -69,6 +71,7 @@ private:
   bool insists_ = false, onlyDisagree_ = true;
   std::vector<Candidate> candidates_; // not tried yet
   std::string passed_;                // why the others were ruled out
+  std::string memory_;                // what the last fit needs: part of the reason
   DevicePlugin* plugin_ = nullptr;    // owned by its library
   int index_ = 0;
 };

@@ -1,8 +1,18 @@
 #include "Core/Fit/CpuFitDevice.h"
 
 #include <algorithm>
+#include <iterator>
 
 namespace innergs {
+namespace {
+
+bool rendersAlike(const Observation& a, const Observation& b) {
+  return a.lattice.indexToModel == b.lattice.indexToModel && a.lattice.nx == b.lattice.nx &&
+         a.lattice.ny == b.lattice.ny && a.lattice.z == b.lattice.z && a.psf.active == b.psf.active &&
+         std::equal(std::begin(a.psf.covariance), std::end(a.psf.covariance), b.psf.covariance);
+}
+
+} // namespace
 
 CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, ThreadPool& pool)
     : rules_(request.rules), kernels_(kernels), pool_(pool), observations_(request.observations) {
@@ -11,10 +21,10 @@ CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, 
     for (const Observation& o : *observations_)
       halves_.push_back(coarsened(o));
   for (const Observation& o : halves_)
-    coarse_.push_back(view(o));
+    addView(o, coarse_);
   for (const Observation& o : *observations_) {
     buffer = std::max(buffer, o.lattice.bufferSize());
-    fine_.push_back(view(o));
+    addView(o, fine_);
   }
   weights_.resize(buffer);
   numerators_.resize(buffer);
@@ -22,8 +32,20 @@ CpuFitDevice::CpuFitDevice(const FitRequest& request, const KernelSet& kernels, 
 
 CpuFitDevice::~CpuFitDevice() = default;
 
-CpuFitDevice::View CpuFitDevice::view(const Observation& o) const {
-  return {&o, std::make_unique<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf, scratch_)};
+void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) const {
+  if (!views.empty() && rendersAlike(*views.back().observation, o))
+    views.push_back({&o, views.back().renderer});
+  else
+    views.push_back({&o, std::make_shared<LatticeRenderer>(o.lattice, kernels_, pool_, o.psf, scratch_)});
+}
+
+/// The loss of a view; adds its gradient if that is not empty.
+LossSum CpuFitDevice::sweep(View& view, const GaussianField& field, std::span<float> gradient) {
+  view.renderer->forward(field, {}, weights_.data(), numerators_.data());
+  const LossSum sum =
+      lossPass(*view.observation, field, rules_.loss, weights_.data(), numerators_.data(), pool_);
+  if (!gradient.empty()) view.renderer->backward(field, weights_.data(), numerators_.data(), gradient);
+  return sum;
 }
 
 void CpuFitDevice::upload(const GaussianField& field, const Adam& adam,
@@ -41,12 +63,8 @@ LossSum CpuFitDevice::iterate(const IterationOptions& options) {
   gradient_.resize(16 * state_.field.gaussians.size());
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
-  for (View& view : options.coarse ? coarse_ : fine_) {
-    view.renderer->forward(state_.field, {}, weights_.data(), numerators_.data());
-    total +=
-        lossPass(*view.observation, state_.field, rules_.loss, weights_.data(), numerators_.data(), pool_);
-    view.renderer->backward(state_.field, weights_.data(), numerators_.data(), gradient_);
-  }
+  for (View& view : options.coarse ? coarse_ : fine_)
+    total += sweep(view, state_.field, gradient_);
   if (options.accumulateGradients) state_.accumulator.add(gradient_, rules_.densify, pool_);
   state_.adam.apply(state_.field, gradient_, options.rates, rules_.bounds, options.step, pool_);
   if (options.relocate) relocateGaussians(state_.field, state_.adam, *options.relocate);
@@ -59,11 +77,15 @@ DensifyCounts CpuFitDevice::densify() {
 
 LossSum CpuFitDevice::evaluate(const GaussianField& field) {
   LossSum total;
-  for (View& view : fine_) {
-    view.renderer->forward(field, {}, weights_.data(), numerators_.data());
-    total += lossPass(*view.observation, field, rules_.loss, weights_.data(), numerators_.data(), pool_);
-  }
+  for (View& view : fine_)
+    total += sweep(view, field, {});
   return total;
+}
+
+LossSum CpuFitDevice::gradient(const GaussianField& field, std::int64_t observation,
+                               std::span<float> gradient) {
+  std::fill(gradient.begin(), gradient.end(), 0.f);
+  return sweep(fine_.at(static_cast<std::size_t>(observation)), field, gradient);
 }
 
 } // namespace innergs

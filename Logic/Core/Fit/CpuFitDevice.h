@@ -19,13 +19,15 @@ public:
   LossSum iterate(const IterationOptions& options) override;
   DensifyCounts densify() override;
   LossSum evaluate(const GaussianField& field) override;
+  LossSum gradient(const GaussianField& field, std::int64_t observation, std::span<float> gradient) override;
 
 private:
   struct View {
     const Observation* observation;
-    std::unique_ptr<LatticeRenderer> renderer;
+    std::shared_ptr<LatticeRenderer> renderer; // shared by views of one lattice
   };
-  View view(const Observation& observation) const;
+  void addView(const Observation& observation, std::vector<View>& views) const;
+  LossSum sweep(View& view, const GaussianField& field, std::span<float> gradient);
 
   FitRules rules_;
   const KernelSet& kernels_;

@@ -37,8 +37,8 @@ struct FitRequest {
   Blending blending = Blending::Normalised;
   bool linearIntensity = false;
   int iterations = 0;         // planned in total; 0: unknown
-  std::int64_t gaussians = 0; // the largest number that upload(), densify() or evaluate() will see
-  std::stop_token stop;       // makes iterate() throw Error(Cancelled)
+  std::int64_t gaussians = 0; // the largest number that the fit or a field to evaluate will have
+  std::stop_token stop;       // makes iterate() and gradient() throw Error(Cancelled)
 };
 
 /// The state that iterations change.
@@ -81,6 +81,10 @@ public:
 
   /// Loss of any field on the full-resolution observations; changes nothing.
   virtual LossSum evaluate(const GaussianField& field) = 0;
+  /// The same on one observation, with its gradient if that is not empty: becomes dL/d(parameters) of every
+  /// Gaussian, 16 floats each in the order of struct Gaussian.
+  virtual LossSum gradient(const GaussianField& field, std::int64_t observation,
+                           std::span<float> gradient) = 0;
 
   /// One sentence about the run for the user; empty: nothing special.
   virtual std::string remark() const { return {}; }

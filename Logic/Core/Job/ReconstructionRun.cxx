@@ -449,9 +449,9 @@ void ReconstructionRun::noticeFailure(const Trainer& trainer, int before) {
   const std::string lost = from <= progress_.state.iteration && !trainer.finished()
                                ? " again from iteration " + std::to_string(from)
                                : std::string();
-  device_->leave(device_->use.name + " (" + device_->use.id + ") failed after iteration " +
-                 std::to_string(progress_.state.iteration) + ", and the fit continued" + lost + ": " +
-                 trainer.failure());
+  device_->failed("after iteration " + std::to_string(progress_.state.iteration) + ", and the fit continued" +
+                      lost,
+                  trainer.failure());
   result_.device = device_->use;
   result_.warnings.push_back(device_->use.reason);
   reportDevice();

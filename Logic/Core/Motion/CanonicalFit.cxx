@@ -8,6 +8,8 @@
 namespace innergs {
 namespace {
 
+constexpr int kBatch = 8; // iterations that a device runs between reports
+
 /// Frame and margin, the edge voxels repeated outward; not finite voxels stay so.
 Volume padded(const std::vector<float>& frame, const GridGeometry& g,
               const std::array<std::int64_t, 3>& margin) {
@@ -67,10 +69,20 @@ Observation observeFrame(const std::vector<float>& frame, const GridGeometry& ge
   return o;
 }
 
+std::vector<Observation> observeFrames(const TimeSeries& series, const Affine3& modelToWorld,
+                                       const IntensityMap& map, const ThreadPool& pool) {
+  std::vector<Observation> frames;
+  for (const auto& frame : series.frames) {
+    pool.throwIfStopped();
+    frames.push_back(observeFrame(frame, series.geometry, modelToWorld, map));
+  }
+  return frames;
+}
+
 GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame, const GridGeometry& g,
                           const IntensityMap& map, const CanonicalPlan& plan, std::uint64_t seed,
                           const KernelSet& kernels, ThreadPool& pool,
-                          const std::function<void(double, double)>& report) {
+                          const std::function<void(double, double)>& report, DeviceChoice* device) {
   const double voxel = finestSpacing(g);
   std::array<std::int64_t, 3> margin;
   for (int a = 0; a < 3; ++a)
@@ -98,10 +110,17 @@ GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame,
       gaussian.logScale[a] += static_cast<float>(std::log(g.spacing[a]));
     }
   }
-  Trainer trainer(std::move(start), {observeFrame(volume.voxels, volume.geometry, field.modelToWorld, map)},
-                  fit, kernels, pool);
-  while (trainer.step())
+  FitRequest request = fitRequest({observeFrame(volume.voxels, volume.geometry, field.modelToWorld, map)},
+                                  fit, start, pool.stopToken());
+  std::unique_ptr<FitDevice> placed = device ? device->makeFit(request) : nullptr;
+  Trainer trainer(std::move(start), std::move(request), fit, kernels, pool, std::move(placed));
+  while (trainer.step(kBatch)) {
+    if (!trainer.failure().empty() && !device->onCpu())
+      device->failed("before iteration " + std::to_string(trainer.iteration() + 1) +
+                         " on the middle frame, and the fit continued",
+                     trainer.failure());
     report(static_cast<double>(trainer.iteration()) / fit.iterations, trainer.mse());
+  }
   field.gaussians = trainer.field().gaussians;
   return volume.geometry;
 }

@@ -1,7 +1,9 @@
 #pragma once
 #include "Core/Acquisition/Observation.h"
+#include "Core/Device/Devices.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Model/GaussianField.h"
+#include "Core/Motion/TimeSeries.h"
 #include "Core/Render/Kernels.h"
 
 #include <functional>
@@ -24,13 +26,18 @@ FitPlan fitPlan(const CanonicalPlan& plan, double voxel);
 Observation observeFrame(const std::vector<float>& frame, const GridGeometry& geometry,
                          const Affine3& modelToWorld, const IntensityMap& map);
 
+/// All frames of a series so. Throws Error(Cancelled) when the pool is stopped.
+std::vector<Observation> observeFrames(const TimeSeries& series, const Affine3& modelToWorld,
+                                       const IntensityMap& map, const ThreadPool& pool);
+
 /// Replaces a field's Gaussians by ones fitted to a frame whose edge voxels are repeated in a margin. Returns
-/// the lattice of frame and margin. report: share done, mean squared error (normalised intensity²). Throws
-/// Error(Cancelled) when the pool is stopped.
+/// the lattice of frame and margin. report: share done, mean squared error (normalised intensity²). device:
+/// where to; null: the CPU. Throws Error(Cancelled) when the pool is stopped.
 GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame, const GridGeometry& geometry,
                           const IntensityMap& map, const CanonicalPlan& plan, std::uint64_t seed,
                           const KernelSet& kernels, ThreadPool& pool,
-                          const std::function<void(double share, double mse)>& report);
+                          const std::function<void(double share, double mse)>& report,
+                          DeviceChoice* device = nullptr);
 
 /// Corners of the box of a lattice's voxel centres, mm, model frame.
 std::array<Vec3, 2> boxInModel(const GridGeometry& lattice, const Affine3& modelToWorld);

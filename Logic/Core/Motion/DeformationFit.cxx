@@ -1,7 +1,7 @@
 #include "Core/Motion/DeformationFit.h"
 
 #include "Core/Base/Random.h"
-#include "Core/Render/LatticeRenderer.h"
+#include "Core/Motion/FrameLoss.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,16 +9,17 @@
 namespace innergs {
 
 DeformationFit::DeformationFit(const TimeSeries& series, const IntensityMap& map, DeformationPlan plan,
-                               std::uint64_t seed, const KernelSet& kernels, ThreadPool& pool)
+                               std::uint64_t seed, const KernelSet& kernels, ThreadPool& pool,
+                               DeviceChoice* device)
     : series_(series), map_(map), plan_(std::move(plan)), seed_(seed), kernels_(kernels), pool_(pool),
-      voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
+      device_(device), voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
   field_ = emptyField(DynamicKind::Network, series, map, plan_.canonical.cutoff);
 }
 
 void DeformationFit::fitCanonical(const Report& report) {
   const GridGeometry covered =
       innergs::fitCanonical(field_.canonical, series_.frames[middle_], series_.geometry, map_,
-                            plan_.canonical, seed_, kernels_, pool_, report);
+                            plan_.canonical, seed_, kernels_, pool_, report, device_);
   field_.anchors.clear();
   for (const Gaussian& gaussian : field_.canonical.gaussians)
     field_.anchors.insert(field_.anchors.end(), gaussian.mean, gaussian.mean + 3);
@@ -59,20 +60,15 @@ void DeformationFit::resume(const DynamicField& field, const RefinementState& st
 void DeformationFit::refine(const Report& report) {
   if (optimizer_.step == 0) startRefinement();
   DeformationNetwork& network = field_.network;
-  std::vector<Observation> frames;
-  for (const auto& frame : series_.frames) {
-    pool_.throwIfStopped();
-    frames.push_back(observeFrame(frame, series_.geometry, field_.canonical.modelToWorld, map_));
-  }
+  FrameLoss loss(observeFrames(series_, field_.canonical.modelToWorld, map_, pool_), kernels_, pool_,
+                 device_);
   const std::size_t gaussians = field_.canonical.gaussians.size(), planes = network.planeParameters();
   DeformationEvaluator evaluator(network, field_.anchors, matrixKernels(kernels_.name));
-  LatticeRenderer renderer(frames[middle_].lattice, kernels_, pool_);
   GaussianField posed = field_.canonical;
   const FitPlan fit = fitPlan(plan_.canonical, voxel_);
   std::vector<float> change(16 * gaussians), gradient(16 * gaussians), back(network.parameters.size());
-  std::vector<float> weights(frames[middle_].lattice.bufferSize()), numerators(weights.size());
   Random random(seed_);
-  const auto samples = static_cast<double>(frames[middle_].samples);
+  const auto samples = static_cast<double>(loss.frame(middle_).samples);
   for (int s = 0; s < plan_.steps; ++s) {
     const double reach = std::max(1.0, static_cast<double>(series_.size()) * (s + 1) /
                                            std::max(1.0, plan_.growth * plan_.steps));
@@ -85,12 +81,8 @@ void DeformationFit::refine(const Report& report) {
     const double time = series_.times[f];
     evaluator.forward(network, time, change, pool_);
     addChanges(field_.canonical, change, posed, pool_);
-    renderer.forward(posed, {}, weights.data(), numerators.data());
-    const LossSum sum = lossPass(frames[f], posed, {}, weights.data(), numerators.data(), pool_);
-    const double error = sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples));
-    std::fill(gradient.begin(), gradient.end(), 0.f);
+    const double error = loss(posed, f, gradient);
     std::fill(back.begin(), back.end(), 0.f);
-    renderer.backward(posed, weights.data(), numerators.data(), gradient);
     evaluator.backward(network, time, gradient, back, pool_);
     addPlaneSmoothness(network, plan_.smoothInTime * samples / static_cast<double>(planes),
                        plan_.smoothInSpace * samples / static_cast<double>(planes), back);

@@ -31,8 +31,9 @@ class DeformationFit {
 public:
   using Report = std::function<void(double share, double mse)>;
 
+  /// device: where frames are rendered and gradients gathered; the network stays on the CPU. Null: all does.
   DeformationFit(const TimeSeries& series, const IntensityMap& map, DeformationPlan plan, std::uint64_t seed,
-                 const KernelSet& kernels, ThreadPool& pool);
+                 const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device = nullptr);
 
   void fitCanonical(const Report& report);
   void refine(const Report& report);
@@ -52,6 +53,7 @@ private:
   std::uint64_t seed_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
+  DeviceChoice* device_;
   double voxel_; // finest spacing, mm
   std::int64_t middle_;
   DynamicField field_;

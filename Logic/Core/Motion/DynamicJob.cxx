@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace innergs {
 namespace {
@@ -142,7 +143,28 @@ void DynamicJob::report(Phase phase, double fraction, double mse) {
   state_.elapsed = now() - start_;
   state_.remaining = state_.fraction > 0.02 ? state_.elapsed * (1 - state_.fraction) / state_.fraction : 0;
   if (mse > 0) state_.trainingPsnr = decibels(mse);
+  if (device_ && device_->use.id != std::exchange(told_, device_->use.id)) state_.note = device_->use.reason;
   if (progress_) progress_(state_);
+  state_.note.clear();
+}
+
+/// Keeps small fits on the CPU, and what only the CPU does.
+void DynamicJob::considerDevice() {
+  if (settings_.kind == DynamicKind::Intensity) return leaveDevice();
+  const MotionPlan motion = motionPlan(series_, settings_);
+  const DeformationPlan network = deformationPlan(series_, settings_);
+  const std::int64_t steps =
+      settings_.kind == DynamicKind::Network
+          ? network.canonical.iterations + network.steps
+          : motion.canonical.iterations + motion.trackingSteps * (series_.size() - 1) + motion.jointSteps;
+  device_->considerSize(static_cast<double>(series_.geometry.voxelCount()),
+                        static_cast<int>(std::min<std::int64_t>(steps, std::numeric_limits<int>::max())));
+}
+
+void DynamicJob::leaveDevice() {
+  if (!device_->onCpu())
+    device_->leave(
+        "Gaussians that change their intensity are solved for in one go, which only the CPU does.");
 }
 
 DynamicResult DynamicJob::run(std::stop_token stop) {
@@ -158,15 +180,14 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       !refusal.empty())
     throw Error(ErrorCode::Memory, refusal);
   const KernelSet& kernels = kernelSet(settings_.instructionSet);
+  device_.emplace(settings_.device, settings_.instructionSet);
+  told_.clear();
   ThreadPool pool(settings_.threads);
   pool.setStop(stop);
   DynamicResult result;
   result.settings = settings_;
   result.instructionSet = kernels.name;
   result.threads = pool.threads();
-  const std::string& device = settings_.device;
-  if (device != "auto" && device != "cpu")
-    result.notes.push_back("A moving scan is fitted on the CPU: the device " + device + " was not used.");
   const bool timed = !series_.sliceTiming.empty();
   if (timed && !settings_.sliceTiming.value_or(true)) series_.sliceTiming = {};
   const std::string key = keyOf(series_, settings_);
@@ -177,6 +198,9 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   if (resumed_ && resumed_->state.key != key)
     throw Error(ErrorCode::InvalidArgument,
                 "The model to resume is of another scan or other settings: give those it was made with.");
+  const bool insists = !device_->onCpu() && settings_.device != "auto";
+  considerDevice();
+  const bool hoped = !device_->onCpu();
   report(Phase::Preparing, 0);
   const IntensityMap map = mapOf(series_);
   const auto share = [&](Phase phase, double from, double to) {
@@ -218,7 +242,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       for (std::int64_t f = first; f <= last; ++f)
         window.push_back(f);
       const TimeSeries part = framesOf(series_, window);
-      MotionFit trial(part, map, motionPlan(series_, settings_), settings_.seed, kernels, pool);
+      MotionFit trial(part, map, motionPlan(series_, settings_), settings_.seed, kernels, pool, &*device_);
       trial.fitCanonical(share(Phase::Initialising, 0.05, 0.06));
       trial.track(share(Phase::Tracking, 0.06, 0.1));
       double moved = 0, changed = 0;
@@ -240,6 +264,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       if (kind == DynamicKind::Motion) intensity.reset();
     }
     result.settings.kind = kind;
+    if (kind == DynamicKind::Intensity) leaveDevice();
     result.slicesTimed = kind == DynamicKind::Intensity && !series_.sliceTiming.empty();
     if (timed && !result.slicesTimed && kind != DynamicKind::Intensity)
       result.notes.push_back("The slices of a frame were acquired at different times; where Gaussians move, "
@@ -249,7 +274,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       finish(intensity->field());
     } else if (kind == DynamicKind::Network) {
       network = std::make_unique<DeformationFit>(series_, map, deformationPlan(series_, settings_),
-                                                 settings_.seed, kernels, pool);
+                                                 settings_.seed, kernels, pool, &*device_);
       if (resumed_)
         network->resume(resumed_->field, resumed_->state);
       else
@@ -260,7 +285,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       finish(network->field());
     } else {
       motion = std::make_unique<MotionFit>(series_, map, motionPlan(series_, settings_), settings_.seed,
-                                           kernels, pool);
+                                           kernels, pool, &*device_);
       if (resumed_) {
         motion->resume(resumed_->field, resumed_->state);
       } else {
@@ -304,6 +329,10 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       result.cancelled = true;
     }
   }
+  result.device = device_->use;
+  // With "auto", intensities are not what a device was hoped for.
+  if (device_->onCpu() && (insists || (hoped && result.settings.kind != DynamicKind::Intensity)))
+    result.notes.push_back(device_->use.reason);
   result.seconds = now() - start_;
   if (!result.cancelled) report(Phase::Done, 1);
   return result;

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Device/Devices.h"
 #include "Core/Job/Progress.h"
 #include "Core/Motion/DynamicField.h"
 #include "Core/Motion/Refinement.h"
@@ -6,7 +7,9 @@
 #include "Core/Settings/Settings.h"
 
 #include <memory>
+#include <optional>
 #include <stop_token>
+#include <string>
 
 namespace innergs {
 
@@ -27,6 +30,7 @@ struct DynamicResult {
   bool slicesTimed = false;       // slices counted at their own times (see acquiredFrame())
   double trainingPsnr = 0;        // dB over the range of the series, on the frames that were fitted
   double seconds = 0;
+  DeviceUse device;
   std::string instructionSet;
   int threads = 0;
 };
@@ -34,9 +38,10 @@ struct DynamicResult {
 /// Bytes a job will need beyond its input.
 std::int64_t estimateMemory(const TimeSeries& series, const Settings& settings);
 
-/// Makes a continuous volume in space and time from a series, on the CPU. Of the settings it looks at those
-/// that concernsMovingScans() names. Same series, settings and seed: the same bits at any number of threads,
-/// stopped and resumed or not.
+/// Makes a continuous volume in space and time from a series. Of the settings it looks at those that
+/// concernsMovingScans() names. Gaussians that move are fitted on the device chosen, as static ones are;
+/// those that change their intensity on the CPU. Same series, settings, seed and device: the same bits at any
+/// number of threads, stopped and resumed or not.
 class DynamicJob {
 public:
   DynamicJob(TimeSeries series, Settings settings);
@@ -58,6 +63,8 @@ public:
 private:
   void report(Phase phase, double fraction, double mse = -1);
   void show(const DynamicField& field);
+  void considerDevice();
+  void leaveDevice();
 
   TimeSeries series_;
   Settings settings_;
@@ -65,6 +72,8 @@ private:
   ProgressCallback progress_;
   std::function<void(std::shared_ptr<const DynamicField>)> preview_;
   Progress state_;
+  std::optional<DeviceChoice> device_;
+  std::string told_;                   // the device that the user knows of
   double start_ = 0, nextPreview_ = 0; // s
 };
 

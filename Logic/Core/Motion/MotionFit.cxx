@@ -3,7 +3,6 @@
 #include "Core/Base/Random.h"
 #include "Core/Motion/FrameFolds.h"
 #include "Core/Motion/Pose.h"
-#include "Core/Render/LatticeRenderer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,22 +16,16 @@ constexpr int kValues = MotionLattice::kValues;
 } // namespace
 
 MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
-                     const KernelSet& kernels, ThreadPool& pool)
-    : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool),
-      voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2) {
-  field_ = emptyField(DynamicKind::Motion, series, map, plan_.canonical.cutoff);
-  for (const auto& frame : series.frames) {
-    pool_.throwIfStopped();
-    frames_.push_back(observeFrame(frame, series.geometry, field_.canonical.modelToWorld, map));
-  }
-  weights_.resize(frames_.front().lattice.bufferSize());
-  numerators_.resize(weights_.size());
-}
+                     const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device)
+    : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool), device_(device),
+      voxel_(finestSpacing(series.geometry)), middle_(series.size() / 2),
+      field_(emptyField(DynamicKind::Motion, series, map, plan_.canonical.cutoff)),
+      loss_(observeFrames(series, field_.canonical.modelToWorld, map, pool), kernels, pool, device) {}
 
 void MotionFit::fitCanonical(const Report& report) {
   const GridGeometry covered =
       innergs::fitCanonical(field_.canonical, series_.frames[middle_], series_.geometry, map_,
-                            plan_.canonical, seed_, kernels_, pool_, report);
+                            plan_.canonical, seed_, kernels_, pool_, report, device_);
   field_.anchors.clear();
   for (const Gaussian& gaussian : field_.canonical.gaussians)
     field_.anchors.insert(field_.anchors.end(), gaussian.mean, gaussian.mean + 3);
@@ -41,22 +34,15 @@ void MotionFit::fitCanonical(const Report& report) {
   field_.lattice = latticeOver(low, high, {distance, distance, distance});
 }
 
-/// weights_ and numerators_ become F0 and F1.
-double MotionFit::loss(const GaussianField& posed, std::int64_t frame) {
-  const LossSum sum = lossPass(frames_[frame], posed, {}, weights_.data(), numerators_.data(), pool_);
-  return sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples));
-}
-
 void MotionFit::track(const Report& report) {
   const std::int64_t count = series_.size();
   const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
   tracked_.assign(count, {});
   tracked_[middle_].nodes.assign(values, 0.f);
-  LatticeRenderer renderer(frames_[middle_].lattice, kernels_, pool_);
   Poser poser(field_);
   GaussianField posed = field_.canonical;
   std::vector<float> gradient(16 * posed.gaussians.size()), nodeGradient(values);
-  const double bending = plan_.bending * static_cast<double>(frames_[middle_].samples) /
+  const double bending = plan_.bending * static_cast<double>(loss_.frame(middle_).samples) /
                          static_cast<double>(field_.lattice.nodes());
   std::int64_t done = 0;
   const auto trackFrame = [&](std::int64_t f, std::int64_t before, std::int64_t beforeThat) {
@@ -73,11 +59,8 @@ void MotionFit::track(const Report& report) {
     for (int s = 0; s < plan_.trackingSteps; ++s) {
       pool_.throwIfStopped();
       poser.pose(field_, now.nodes, {}, posed, pool_);
-      renderer.forward(posed, {}, weights_.data(), numerators_.data());
-      now.mse = loss(posed, f);
-      std::fill(gradient.begin(), gradient.end(), 0.f);
+      now.mse = loss_(posed, f, gradient);
       std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
-      renderer.backward(posed, weights_.data(), numerators_.data(), gradient);
       poser.backward(field_, now.nodes, gradient, nodeGradient, pool_);
       addBending(field_.lattice, now.nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
       const double rate = std::pow(0.1, static_cast<double>(s) / plan_.trackingSteps);
@@ -96,11 +79,9 @@ void MotionFit::track(const Report& report) {
 }
 
 double MotionFit::errorOf(std::span<const float> nodes, std::int64_t frame) {
-  LatticeRenderer renderer(frames_[frame].lattice, kernels_, pool_);
   GaussianField posed = field_.canonical;
   Poser(field_).pose(field_, nodes, {}, posed, pool_);
-  renderer.forward(posed, {}, weights_.data(), numerators_.data());
-  return loss(posed, frame);
+  return loss_(posed, frame);
 }
 
 double MotionFit::predictionErrorBetween(std::int64_t f) {
@@ -184,14 +165,13 @@ void MotionFit::refine(const Report& report) {
   }
   AdamBlock *nodeAdam = optimizer_.blocks.data(), *ownAdam = nodeAdam + field_.motion.coefficients;
   const FitPlan fit = fitPlan(plan_.canonical, voxel_);
-  LatticeRenderer renderer(frames_[middle_].lattice, kernels_, pool_);
   Poser poser(field_);
   GaussianField posed = field_.canonical;
   std::vector<float> gradient(16 * gaussians), nodeGradient(values), move(own);
   std::vector<std::int64_t> order(series_.size());
   std::iota(order.begin(), order.end(), 0);
   Random random(seed_);
-  const double bending = plan_.jointBending * static_cast<double>(frames_[middle_].samples) /
+  const double bending = plan_.jointBending * static_cast<double>(loss_.frame(middle_).samples) /
                          static_cast<double>(field_.lattice.nodes());
   for (int s = 0; s < plan_.jointSteps; ++s) {
     const std::size_t turnOf = s % order.size();
@@ -204,11 +184,8 @@ void MotionFit::refine(const Report& report) {
     const double time = series_.times[f];
     const std::vector<float> nodes = nodesAt(field_, time);
     poser.pose(field_, nodes, time, posed, pool_);
-    renderer.forward(posed, {}, weights_.data(), numerators_.data());
-    const double error = loss(posed, f);
-    std::fill(gradient.begin(), gradient.end(), 0.f);
+    const double error = loss_(posed, f, gradient);
     std::fill(nodeGradient.begin(), nodeGradient.end(), 0.f);
-    renderer.backward(posed, weights_.data(), numerators_.data(), gradient);
     poser.backward(field_, nodes, gradient, nodeGradient, pool_);
     addBending(field_.lattice, nodes, plan_.nodeDistance * voxel_, bending, nodeGradient);
     const double rate = std::pow(plan_.finalRate, static_cast<double>(s) / plan_.jointSteps);

@@ -2,6 +2,7 @@
 #include "Core/Job/Progress.h"
 #include "Core/Motion/CanonicalFit.h"
 #include "Core/Motion/DynamicField.h"
+#include "Core/Motion/FrameLoss.h"
 #include "Core/Motion/Refinement.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Render/Kernels.h"
@@ -35,15 +36,15 @@ struct TrackedFrame {
   double mse = 0;           // normalised intensity²
 };
 
-/// The steps of a fit of moving Gaussians to a series, on the CPU: bit-identical at any number of threads.
-/// `report` is told the share done of the step in hand. Each throws Error(Cancelled) when the pool is
-/// stopped.
+/// The steps of a fit of moving Gaussians to a series: bit-identical at any number of threads. `report` is
+/// told the share done of the step in hand. Each throws Error(Cancelled) when the pool is stopped.
 class MotionFit {
 public:
   using Report = std::function<void(double share, double mse)>;
 
+  /// device: where frames are rendered and gradients gathered; null: the CPU.
   MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
-            const KernelSet& kernels, ThreadPool& pool);
+            const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device = nullptr);
 
   /// Canonical Gaussians: fitted to the middle frame, its edge voxels repeated in the margin.
   void fitCanonical(const Report& report);
@@ -71,7 +72,6 @@ public:
   std::int64_t middle() const { return middle_; }
 
 private:
-  double loss(const GaussianField& posed, std::int64_t frame);
   double errorOf(std::span<const float> nodes, std::int64_t frame);
   void startRefinement();
 
@@ -81,12 +81,12 @@ private:
   std::uint64_t seed_;
   const KernelSet& kernels_;
   ThreadPool& pool_;
+  DeviceChoice* device_;
   double voxel_; // finest spacing, mm
   std::int64_t middle_;
-  std::vector<Observation> frames_;
-  std::vector<TrackedFrame> tracked_;
   DynamicField field_;
-  std::vector<float> weights_, numerators_;
+  FrameLoss loss_;
+  std::vector<TrackedFrame> tracked_;
   RefinementOptimizer optimizer_;
 };
 

@@ -1,8 +1,11 @@
 #include "CommandRunner.h"
 #include "SyntheticImages.h"
 
+#include "Core/Motion/TimeSeries.h"
+#include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -140,6 +143,40 @@ TEST_F(DeviceTest, IsChosenReportedAndLeftWhenItFails) {
     EXPECT_TRUE(has(none.err, "On the CPU. ")) << none.err;
     EXPECT_FALSE(has(none.err, "warning")) << none.err;
   }
+}
+
+TEST_F(DeviceTest, FitsMovingScans) {
+  TimeSeries series;
+  series.geometry.size = {14, 12, 5};
+  for (int f = 0; f < 4; ++f) {
+    series.times.push_back(f);
+    auto& frame = series.frames.emplace_back();
+    for (int v = 0; v < 14 * 12 * 5; ++v)
+      frame.push_back(static_cast<float>(
+          100 * std::exp(-0.1 * (std::pow(v % 14 - 5 - 0.7 * f, 2) + std::pow(v / 14 % 12 - 6, 2)))));
+  }
+  writeTimeSeries(series, path("moving.nii.gz"));
+  const auto fit = [&](const std::string& device, const std::string& prefix) {
+    return run({"interpolate", path("moving.nii.gz"), "--kind", "motion", "--rounds", "5", "--at", "1.5",
+                "-o", path("out/at.nii"), "--report", path("out/r.json"), "--device", device},
+               prefix);
+  };
+  const Outcome good = fit("cuda", fake("good"));
+  ASSERT_EQ(good.exitCode, 0) << good.err;
+  EXPECT_TRUE(has(good.err, "On Fake Two (cuda:1)")) << good.err;
+  auto report = reportOf(contents("out/r.json"));
+  EXPECT_EQ(report["device"]["asked"], "cuda");
+  EXPECT_EQ(report["device"]["used"], "cuda:1");
+  EXPECT_TRUE(report["notes"].empty());
+  const Outcome failing = fit("cuda:0", fake("good", "gradient:9"));
+  ASSERT_EQ(failing.exitCode, 0) << failing.err;
+  EXPECT_TRUE(has(failing.err, "innergs: warning: On the CPU. Fake One (cuda:0) failed on frame"))
+      << failing.err;
+  report = reportOf(contents("out/r.json"));
+  EXPECT_EQ(report["device"]["used"], "cpu");
+  std::filesystem::remove(path("out/at.nii"));
+  expectOneSentence(fit("cuda", fake("good", "none")), 1, "No NVIDIA driver is installed.");
+  EXPECT_FALSE(exists("out/at.nii"));
 }
 
 TEST_F(DeviceTest, IsAnErrorWhereItIsNot) {

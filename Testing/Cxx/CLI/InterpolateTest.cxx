@@ -98,6 +98,55 @@ TEST_F(InterpolateTest, MotionIsADisplacementFieldOfItk) {
       run({"interpolate", path("in.nii.gz"), "--motion", path("d.nrrd"), "--kind", "intensity"}), 2, "move");
 }
 
+/// A still blob that glows, each slice seen at its own time, even slices first.
+TEST_F(InterpolateTest, SliceTimesOfAChosenFileShowMomentsBetter) {
+  TimeSeries series, truth;
+  series.geometry.size = truth.geometry.size = {16, 12, 6};
+  const double order[] = {0, 3, 1, 4, 2, 5};
+  const auto sliceAt = [&](int k, double time, std::vector<float>& frame) {
+    const double glow = 100 * (1 + 0.3 * std::sin(2 * 3.14159265 * time / 14));
+    for (int j = 0; j < 12; ++j)
+      for (int i = 0; i < 16; ++i)
+        frame.push_back(static_cast<float>(
+            glow * std::exp(-0.1 * (std::pow(i - 8, 2) + std::pow(j - 6, 2) + 0.3 * std::pow(k - 3, 2)))));
+  };
+  for (int f = 0; f < 14; ++f) {
+    series.times.push_back(2 * f);
+    auto& frame = series.frames.emplace_back();
+    for (int k = 0; k < 6; ++k)
+      sliceAt(k, 2 * f + order[k] / 3, frame);
+  }
+  for (int k = 0; k < 6; ++k)
+    sliceAt(k, 13, truth.frames.emplace_back());
+  writeTimeSeries(series, path("in.nii.gz"));
+  write("task.json", R"({"SliceTiming": [0, 1, 0.33333, 1.33333, 0.66667, 1.66667]})");
+  write("task.txt", "0 1 0.33333\n1.33333 0.66667 1.66667\n");
+  const auto error = [&](std::vector<std::string> more, bool used) {
+    std::vector<std::string> words{"interpolate", path("in.nii.gz"), "--kind",   "intensity",    "--at", "13",
+                                   "-o",          path("o.nii"),     "--report", path("r.json"), "-q"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Outcome outcome = run(words);
+    EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+    EXPECT_EQ(nlohmann::json::parse(contents("r.json")).at("slice_times_used"), used);
+    const Volume found = readVolume(path("o.nii"));
+    double sum = 0;
+    for (std::size_t v = 0; v < found.voxels.size(); ++v)
+      sum += std::pow(found.voxels[v] - truth.frames[v / (16 * 12)][v % (16 * 12)], 2);
+    return sum;
+  };
+  const double ignored = error({}, false), json = error({"--slice-times", path("task.json")}, true);
+  EXPECT_LT(json, 0.5 * ignored);
+  EXPECT_EQ(error({"--slice-times", path("task.txt")}, true), json);
+  EXPECT_EQ(error({"--slice-times", path("task.json"), "--slice-timing", "false"}, false), ignored);
+  write("short.json", R"({"SliceTiming": [0, 1]})");
+  expectOneSentence(
+      run({"interpolate", path("in.nii.gz"), "-o", path("p.nii"), "--slice-times", path("short.json")}), 1,
+      "2 slice times for 6 slices");
+  expectOneSentence(
+      run({"interpolate", path("in.nii.gz"), "-o", path("p.nii"), "--slice-times", path("gone.json")}), 1,
+      "gone.json");
+}
+
 TEST_F(InterpolateTest, WhatIsWrongIsOneSentence) {
   const TimeSeries series = movingBlob(3);
   writeTimeSeries(series, path("in.nii.gz"));

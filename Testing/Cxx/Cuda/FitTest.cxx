@@ -67,6 +67,44 @@ TEST_P(Fits, TrainToTheSameQuality) {
   }
 }
 
+/// Two scans of one lattice, as the frames of a moving scan are.
+TEST_P(Fits, GradientOfOneScanAsTheCpu) {
+  const auto& [where, c] = GetParam();
+  INNERGS_EXECUTOR_OR_SKIP(executor, where);
+  Scene scene(c);
+  Observation other = scene.observations.front();
+  for (std::size_t i = 0; i < other.target.size(); ++i)
+    other.target[i] = 0.8f * other.target[i] + 0.1f;
+  std::fill_n(other.weight.begin(), 40, std::uint8_t{0});
+  other.samples = std::count_if(other.weight.begin(), other.weight.end(), [](auto w) { return w > 0; });
+  scene.observations.push_back(other);
+  ThreadPool pool(1);
+  CpuFitDevice cpu(scene.request(), kernelSet("scalar"), pool);
+  cuda::Fit fit(std::move(executor), scene.request());
+  fit.upload(scene.field, Adam(scene.field.size()), {});
+  GaussianField moved = scene.field;
+  std::vector<float> before;
+  for (const std::int64_t scan : {1, 0, 1}) {
+    SCOPED_TRACE(scan);
+    for (Gaussian& g : moved.gaussians)
+      g.mean[0] += 0.07f;
+    std::vector<float> found(16 * moved.gaussians.size(), 7.f), expected(found.size(), 3.f);
+    const LossSum a = fit.gradient(moved, scan, found), b = cpu.gradient(moved, scan, expected);
+    EXPECT_EQ(a.samples, b.samples);
+    EXPECT_EQ(a.samples, scene.observations[scan].samples);
+    EXPECT_NEAR(a.loss, b.loss, 1e-4 * b.loss);
+    EXPECT_NEAR(a.squared, b.squared, 1e-4 * b.squared);
+    EXPECT_LE(relativeError(found, expected), 1e-4);
+    const LossSum alone = fit.gradient(moved, scan, {});
+    EXPECT_NEAR(alone.loss, a.loss, 1e-4 * a.loss);
+    EXPECT_NE(found, before);
+    before = found;
+  }
+  GaussianField field;
+  fit.download(&field, nullptr, nullptr);
+  EXPECT_TRUE(same(field, scene.field)) << "it changes nothing";
+}
+
 TEST_P(Fits, StopAndLeaveTheStateAsItWas) {
   const auto& [where, c] = GetParam();
   INNERGS_EXECUTOR_OR_SKIP(executor, where);

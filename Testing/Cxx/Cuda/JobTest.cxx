@@ -1,6 +1,10 @@
 #include "JobInputs.h"
+#include "Motion/MovingPhantom.h"
 
 #include "Core/Device/Devices.h"
+#include "Core/Image/Metrics.h"
+#include "Core/Motion/DynamicJob.h"
+#include "Core/Motion/FrameRenderer.h"
 #include "Core/Render/FieldDevice.h"
 #include "Core/Render/PlaneSampler.h"
 #include "Core/Render/Render.h"
@@ -26,16 +30,18 @@ const Case kCases[] = {{"Isotropic", isotropicInput, Blending::Normalised},
                        {"Additive", isotropicInput, Blending::Additive},
                        {"Alpha", isotropicInput, Blending::Alpha}};
 
+void useHostPlugin() {
+#ifdef _WIN32
+  _putenv_s("INNERGS_PLUGIN_PATH", INNERGS_HOST_PLUGIN);
+#else
+  setenv("INNERGS_PLUGIN_PATH", INNERGS_HOST_PLUGIN, 1);
+#endif
+}
+
 /// Whole reconstructions through the plugin loader, with the kernels on the host executor.
 class Jobs : public ::testing::TestWithParam<Case> {
 protected:
-  static void SetUpTestSuite() {
-#ifdef _WIN32
-    _putenv_s("INNERGS_PLUGIN_PATH", INNERGS_HOST_PLUGIN);
-#else
-    setenv("INNERGS_PLUGIN_PATH", INNERGS_HOST_PLUGIN, 1);
-#endif
-  }
+  static void SetUpTestSuite() { useHostPlugin(); }
 };
 
 } // namespace
@@ -87,6 +93,32 @@ TEST_P(Jobs, AnswerQueriesAsTheCpu) {
   for (int i = 0; i < 300; ++i)
     points.push_back({-36 + i * 0.1, 8 + i * 0.08, 2 + i * 0.07});
   expectNear(renderPoints(*field, points, onDevice), renderPoints(*field, points, options));
+}
+
+/// Rounding, which Adam's steps amplify, must stay far below the error of the fit itself.
+TEST(MovingJobs, GiveTheFramesOfTheCpu) {
+  useHostPlugin();
+  const TimeSeries series = movingPhantom(evenTimes(5));
+  for (const DynamicKind kind : {DynamicKind::Motion, DynamicKind::Network}) {
+    SCOPED_TRACE(dynamicKindName(kind));
+    Settings settings;
+    settings.kind = kind;
+    settings.rounds = 12;
+    settings.threads = 1;
+    settings.device = "cpu";
+    const DynamicResult cpu = DynamicJob(series, settings).run();
+    settings.device = "cuda:0";
+    const DynamicResult device = DynamicJob(series, settings).run();
+    EXPECT_EQ(device.device.name, "Host executor");
+    EXPECT_EQ(device.device.id, "cuda:0");
+    EXPECT_TRUE(device.notes.empty());
+    EXPECT_EQ(device.field->size(), cpu.field->size());
+    EXPECT_NEAR(device.trainingPsnr, cpu.trainingPsnr, 0.1);
+    FrameRenderer found(*device.field, series.geometry, {}, "cuda:0"),
+        expected(*cpu.field, series.geometry, {}, "cpu");
+    for (const double time : {0.0, 0.75, 1.6})
+      EXPECT_GT(pooledPsnr(found.at(time), expected.at(time), {}, 200), cpu.trainingPsnr + 6) << time;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(OnTheHostExecutor, Jobs, ::testing::ValuesIn(kCases),

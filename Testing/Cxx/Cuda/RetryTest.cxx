@@ -140,6 +140,26 @@ TEST_P(Retry, EvaluatesInSmallerSlabs) {
   EXPECT_GT(allocations, 0);
 }
 
+TEST_P(Retry, GathersTheGradientInSmallerSlabs) {
+  const Scene scene = densifying(GetParam());
+  Swept plain(scene);
+  const State start(*plain.fit);
+  GaussianField other = scene.field;
+  other.gaussians.push_back(other.gaussians.front());
+  std::vector<float> expected(16 * other.gaussians.size()), found(expected.size());
+  const LossSum sum = plain.fit->gradient(other, 0, expected);
+  LossSum again;
+  const int allocations = failingOnce(
+      scene, [&](cuda::Fit& fit) { again = fit.gradient(other, 0, found); },
+      [&](cuda::Fit& fit, std::size_t) {
+        EXPECT_EQ(again.samples, sum.samples);
+        EXPECT_LE(relativeError(found, expected), 1e-5);
+        EXPECT_GT(fit.slabs(), 1);
+        State(fit).expectAs(start);
+      });
+  EXPECT_GT(allocations, 0);
+}
+
 INSTANTIATE_TEST_SUITE_P(Everywhere, Retry,
                          ::testing::Values(Blending::Normalised, Blending::Additive, Blending::Alpha),
                          [](const auto& info) { return blendingName(info.param); });

@@ -114,6 +114,18 @@ TEST(TimeSeriesIO, SliceTimesComeFromAFileThatIsChosen) {
   for (const auto& [name, text] : {std::pair{"b.txt", "0 1"}, {"b.txt", "0 1 later"}, {"b.json", "{}"}})
     EXPECT_THROW(read(name, text), Error) << text;
   EXPECT_THROW(readSliceTiming(folder / "gone.txt", lattice), Error);
+
+  // Before what the scan says of itself, and where it says nothing.
+  writeTimeSeries(ramp({0, 2, 4}), folder / "scan.nii.gz");
+  writeBytes(folder / "scan.json", R"({"SliceTiming": [0, 0.2, 0.4]})");
+  TimeSeriesOptions options;
+  EXPECT_EQ(readTimeSeries(folder / "scan.nii.gz", options).sliceTiming, (SliceTiming{2, {0, 0.2, 0.4}}));
+  options.sliceTimes = folder / "a.json";
+  EXPECT_EQ(readTimeSeries(folder / "scan.nii.gz", options).sliceTiming, expected);
+  writeTimeSeries(ramp({0, 2, 4}), folder / "scan.seq.nrrd");
+  EXPECT_EQ(readTimeSeries(folder / "scan.seq.nrrd", options).sliceTiming, expected);
+  options.sliceTimes = folder / "b.txt";
+  EXPECT_EQ(errorOfReading(folder / "scan.nii.gz", options).code(), ErrorCode::FileFormat);
 }
 
 /// slice_code etc. of NIfTI-1.

@@ -43,13 +43,16 @@ struct Fitted {
   TimeSeries series = movingPhantom(evenTimes(7));
   vtkNew<vtkInnerGSDynamicModel> model;
   int events = 0;
+  std::string device;
   Fitted() {
     const auto filter = filterOf(series, vtkInnerGSDynamicReconstruct::Motion);
     vtkNew<vtkCallbackCommand> count;
     count->SetClientData(&events);
     count->SetCallback([](vtkObject*, unsigned long, void* n, void*) { ++*static_cast<int*>(n); });
     filter->AddObserver(vtkCommand::ProgressEvent, count);
+    filter->SetSetting("device", "cpu");
     filter->Update();
+    device = filter->GetUsedDevice() + ": " + filter->GetDeviceNote();
     model->ShallowCopy(filter->GetOutput());
   }
 };
@@ -62,6 +65,7 @@ TEST(Dynamic, ReconstructsAsTheJobDoes) {
   vtkInnerGSDynamicModel* model = fitted().model;
   ASSERT_FALSE(model->IsEmpty());
   EXPECT_GT(fitted().events, 5);
+  EXPECT_EQ(fitted().device, "cpu: On the CPU, as asked.");
   EXPECT_EQ(model->GetKindName(), "motion");
   EXPECT_EQ(model->GetNumberOfFrames(), 7);
   EXPECT_EQ(model->GetFrameTime(2), 1.0);

@@ -1,7 +1,7 @@
 // A device plugin whose devices are the CPU in disguise. The environment variable INNERGS_FAKE selects the
 // failure: none, small, short (after three iterations), throws, make, upload, iteration:N, lost:N, reshape,
-// evaluate, download, render, mark (renders values that are 1 too high), later (likewise, but not during the
-// initial self-check).
+// evaluate, gradient:N, download, render, mark (renders values that are 1 too high), later (likewise, but not
+// during the initial self-check).
 #include "Core/Base/Error.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Fit/CpuFitDevice.h"
@@ -60,6 +60,12 @@ public:
     if (fault("evaluate")) outOfMemory();
     return inner_.evaluate(field);
   }
+  LossSum gradient(const GaussianField& field, std::int64_t observation, std::span<float> gradient) override {
+    int at = 0;
+    ++gradients_;
+    if (fault("gradient", &at) && gradients_ == at) outOfMemory();
+    return inner_.gradient(field, observation, gradient);
+  }
 
   std::string remark() const override {
     return fault("short") && iterations_ > 3 ? "Its memory is short: the slices are processed in 7 parts."
@@ -69,7 +75,7 @@ public:
 private:
   ThreadPool pool_;
   CpuFitDevice inner_;
-  int iterations_ = 0;
+  int iterations_ = 0, gradients_ = 0;
   bool lost_ = false;
 };
 

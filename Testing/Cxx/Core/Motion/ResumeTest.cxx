@@ -115,12 +115,10 @@ TEST(DynamicSettings, SayHowLongAndHowFine) {
   Settings settings = shortFit(DynamicKind::Motion);
   settings.knots = 5;
   settings.nodeDistance = 9;
-  settings.device = "cuda:1";
   const DynamicResult motion = stopped(series, settings, 0);
   EXPECT_EQ(motion.field->motion.coefficients, 5);
   EXPECT_NEAR(motion.field->lattice.spacing[0], 9, 1.5);
-  ASSERT_EQ(motion.notes.size(), 1u);
-  EXPECT_NE(motion.notes[0].find("cuda:1"), std::string::npos);
+  EXPECT_TRUE(motion.notes.empty());
   settings = shortFit(DynamicKind::Network);
   settings.knots = 7;
   EXPECT_EQ(coefficientsInTime(*stopped(series, settings, 0).field), 7);
