@@ -231,6 +231,8 @@ Report reportOf(vtkSlicerInnerGSJob* job) {
   report.volumeId = idOf(job->GetVolumeNode());
   report.modelId = idOf(job->GetModelNode());
   report.tableId = idOf(job->GetTableNode());
+  report.uncertaintyId = idOf(job->GetUncertaintyNode());
+  report.uncertainty = QString::fromStdString(job->GetUncertaintyNote());
   for (int i = 0; i < job->GetNumberOfWarnings(); ++i)
     report.warnings << QString::fromStdString(job->GetWarning(i));
   report.trainingPsnr = job->GetTrainingPSNR();

@@ -34,6 +34,7 @@ Request requestOf(vtkMRMLInnerGSParameterNode* node) {
   request.settings = node->GetSettings();
   request.heldOutFraction = node->GetHeldOutFraction();
   request.resumeFile = QString::fromStdString(node->GetResumeFileName());
+  request.estimateUncertainty = node->GetEstimateUncertainty();
   request.evaluateQuality = node->GetEvaluateQuality();
   request.qualityGap = node->GetQualityGap();
   return request;
@@ -72,6 +73,7 @@ void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
   node->SetSettings(request.settings);
   node->SetHeldOutFraction(request.heldOutFraction);
   node->SetResumeFileName(request.resumeFile.toStdString());
+  node->SetEstimateUncertainty(request.estimateUncertainty);
   node->SetEvaluateQuality(request.evaluateQuality);
   node->SetQualityGap(request.qualityGap);
 }

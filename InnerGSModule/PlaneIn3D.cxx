@@ -138,9 +138,9 @@ void PlaneIn3D::setWindow(double lower, double upper) {
 
 void PlaneIn3D::update() {
   if (!scene_ || scene_->IsClosing()) return;
-  if (!shown_ || !picture_.image) return remove();
+  if (!shown_ || !picture_.shown()) return remove();
   if (!node_ || node_->GetScene() != scene_) node_ = addHidden(scene_);
-  colours_->SetInputData(picture_.image);
+  colours_->SetInputData(picture_.shown());
   colours_->SetWindow(upper_ - lower_);
   colours_->SetLevel((upper_ + lower_) / 2);
   colours_->Update();

@@ -9,6 +9,8 @@
 #include "NodeInfo.h"
 #include "NodeTransform.h"
 #include "ParameterRequest.h"
+#include "Queries.h"
+#include "UncertaintyImage.h"
 #include "qSlicerInnerGSMotionHost.h"
 #include "qSlicerInnerGSSelector.h"
 #include "vtkInnerGSModel.h"
@@ -379,6 +381,17 @@ vtkInnerGSModel* qSlicerInnerGSHost::model(const QString& id) const {
 vtkSmartPointer<vtkAbstractTransform> qSlicerInnerGSHost::toModel(const QString& id) const {
   vtkMRMLInnerGSModelNode* node = modelNode(id);
   return node ? placeOf(node).toModel : nullptr;
+}
+
+std::shared_ptr<const UncertaintyVolume> qSlicerInnerGSHost::uncertaintyOf(const QString& id) const {
+  vtkMRMLScalarVolumeNode* node = mrml::uncertaintyOf(modelNode(id));
+  if (!node) return nullptr;
+  auto found = std::make_shared<UncertaintyVolume>();
+  found->image = node->GetImageData();
+  found->ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
+  node->GetIJKToRASMatrix(found->ijkToRAS);
+  found->usual = vtk::usualDeviation(found->image);
+  return found;
 }
 
 QString qSlicerInnerGSHost::modelProblem(const QString& id) const {

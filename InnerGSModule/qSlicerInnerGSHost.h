@@ -59,6 +59,7 @@ public:
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
   vtkInnerGSModel* model(const QString& id) const override;
   vtkSmartPointer<vtkAbstractTransform> toModel(const QString& id) const override;
+  std::shared_ptr<const innergs::ui::UncertaintyVolume> uncertaintyOf(const QString& id) const override;
   QString onlyModel() const override;
   QString loadModel(const QString& file, QString* error) override;
   QString saveModel(const QString& id, const QString& file) override;

@@ -3,6 +3,7 @@
 #include "Text/SegmentFinder.h"
 #include "Widgets/Request.h"
 #include "Widgets/SegmentWorker.h"
+#include "Widgets/UncertaintyVolume.h"
 
 #include <QObject>
 #include <QWidget>
@@ -78,6 +79,10 @@ public:
   /// RAS → the model's own RAS, where the model has been moved; null: the same. Another thread may use it:
   /// it never changes, and is another object after the model was moved again.
   virtual vtkSmartPointer<vtkAbstractTransform> toModel(const QString& /*id*/) const { return nullptr; }
+  /// How far the model's volume may be off; null: unknown. Another object after a change.
+  virtual std::shared_ptr<const UncertaintyVolume> uncertaintyOf(const QString& /*id*/) const {
+    return nullptr;
+  }
   /// The ID of what was read, or "" with a sentence in *error. Files: .innergs, .ply.
   virtual QString loadModel(const QString& file, QString* error) = 0;
   /// "" or a sentence. A .ply file holds only the Gaussians, so the model stays unsaved.

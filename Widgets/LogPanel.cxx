@@ -75,6 +75,7 @@ void LogPanel::addReport(const Report& report) {
   for (const QString& warning : report.warnings)
     add(tr("Warning: %1").arg(sentence(warning)));
   if (!report.prediction.isEmpty()) add(report.prediction);
+  if (!report.uncertainty.isEmpty()) add(tr("Uncertainty: %1").arg(report.uncertainty));
   if (std::isfinite(report.trainingPsnr))
     add(tr("%1 dB on the fitted samples, not held out.").arg(report.trainingPsnr, 0, 'f', 2));
   if (std::isfinite(report.heldOutPsnr))

@@ -25,11 +25,11 @@ struct PlanePicture {
 
 QString savePicture(const PlaneImage& plane, double lower, double upper, const QString& file) {
   int size[3];
-  plane.image->GetDimensions(size);
+  plane.shown()->GetDimensions(size);
   QImage picture(size[0], size[1], QImage::Format_Grayscale8);
   if (picture.isNull())
     return PlanePicture::tr("The picture does not fit in memory: choose a larger pixel size.");
-  const auto* pixels = static_cast<const float*>(plane.image->GetScalarPointer());
+  const auto* pixels = static_cast<const float*>(plane.shown()->GetScalarPointer());
   const double scale = 255 / std::max(upper - lower, 1e-30);
   for (int y = 0; y < size[1]; ++y) {
     uchar* line = picture.scanLine(size[1] - 1 - y);

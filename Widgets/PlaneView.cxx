@@ -11,8 +11,10 @@
 #include <vtkImageSlice.h>
 #include <vtkImageSliceMapper.h>
 #include <vtkMatrix4x4.h>
+#include <vtkPointData.h>
 #include <vtkRenderWindowInteractor.h>
 #include <vtkRenderer.h>
+#include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
 #include <cmath>
@@ -48,6 +50,27 @@ QCursor turnCursor(const QWidget* widget) {
 
 double angleOf(const QPointF& p) { // degrees, counter-clockwise on the screen
   return std::atan2(-p.y(), p.x()) * 180 / 3.14159265358979323846;
+}
+
+/// Diagonal stripes over the pixels of a plane of standard deviations that nothing was measured at (RGBA);
+/// null: everywhere something was, or that is not known.
+vtkSmartPointer<vtkImageData> hatching(vtkImageData* deviation) {
+  auto* measured = vtkUnsignedCharArray::SafeDownCast(
+      deviation ? deviation->GetPointData()->GetArray("Measured") : nullptr);
+  if (!measured || measured->GetRange()[0] > 0) return nullptr;
+  constexpr int kStripe = 8; // pixels
+  auto image = vtkSmartPointer<vtkImageData>::New();
+  image->CopyStructure(deviation);
+  image->AllocateScalars(VTK_UNSIGNED_CHAR, 4);
+  auto* out = static_cast<unsigned char*>(image->GetScalarPointer());
+  const int columns = deviation->GetDimensions()[0];
+  for (vtkIdType n = 0; n < measured->GetNumberOfTuples(); ++n, out += 4) {
+    const bool stripe = (n % columns + n / columns) % kStripe < 2;
+    const unsigned char colour[4] = {255, 170, 0, static_cast<unsigned char>(stripe ? 200 : 40)};
+    std::copy_n(colour, 4, out);
+    if (measured->GetValue(n)) out[3] = 0;
+  }
+  return image;
 }
 
 } // namespace
@@ -140,6 +163,13 @@ PlaneView::PlaneView(QWidget* parent) : QVTKOpenGLNativeWidget(parent), overlay_
   slice_->GetProperty()->SetInterpolationTypeToLinear();
   slice_->SetVisibility(false);
   renderer_->AddViewProp(slice_);
+  unmeasuredMapper_->SetOrientationToZ();
+  unmeasuredMapper_->BorderOn();
+  unmeasured_->SetMapper(unmeasuredMapper_);
+  unmeasured_->GetProperty()->SetInterpolationTypeToNearest();
+  unmeasured_->ForceTranslucentOn();
+  unmeasured_->SetVisibility(false);
+  renderer_->AddViewProp(unmeasured_);
   redraw_.setSingleShot(true);
   redraw_.setInterval(0);
   connect(&redraw_, &QTimer::timeout, this, [this] {
@@ -169,14 +199,18 @@ void PlaneView::setPose(const PlanePose& pose) {
 
 void PlaneView::setImage(const PlaneImage& image) {
   image_ = image;
-  if (image.image) {
+  const auto place = [&](vtkImageData* pixels, double height, vtkImageSliceMapper* mapper,
+                         vtkImageSlice* slice) {
+    slice->SetVisibility(pixels != nullptr);
+    if (!pixels) return;
     vtkNew<vtkImageData> placed; // the same pixels in plane coordinates
-    placed->ShallowCopy(image.image);
-    placed->SetOrigin(image.task.left, image.task.bottom, 0);
+    placed->ShallowCopy(pixels);
+    placed->SetOrigin(image.task.left, image.task.bottom, height);
     placed->SetSpacing(image.task.pixelSize, image.task.pixelSize, 1);
-    mapper_->SetInputData(placed);
-  }
-  slice_->SetVisibility(image.image != nullptr);
+    mapper->SetInputData(placed);
+  };
+  place(image.shown(), 0, mapper_, slice_);
+  place(hatching(image.deviation), 0.1, unmeasuredMapper_, unmeasured_); // over the plane
   placeImage();
   draw();
 }
@@ -184,6 +218,7 @@ void PlaneView::setImage(const PlaneImage& image) {
 void PlaneView::clearImage() {
   image_ = {};
   slice_->SetVisibility(false);
+  unmeasured_->SetVisibility(false);
   mapper_->SetInputData(nullptr);
   draw();
 }
@@ -202,6 +237,7 @@ void PlaneView::placeImage() {
       matrix->SetElement(r, 3, shift[r]);
     }
   slice_->SetUserMatrix(matrix);
+  unmeasured_->SetUserMatrix(matrix);
 }
 
 void PlaneView::setMessage(const QString& message) {

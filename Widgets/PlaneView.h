@@ -29,7 +29,8 @@ public:
 
   const PlanePose& pose() const { return pose_; }
   void setPose(const PlanePose& pose);
-  /// image: null hides it. It keeps its position in the patient while only the plane's own axes move.
+  /// image: null hides it. A standard deviation is hatched where nothing was measured. It keeps its position
+  /// in the patient while only the plane's own axes move.
   void setImage(const PlaneImage& image);
   void clearImage();
   const PlaneImage& image() const { return image_; }
@@ -110,8 +111,8 @@ private:
   QTimer redraw_;
   QWidget* overlay_; // an Overlay
   vtkNew<vtkRenderer> renderer_;
-  vtkNew<vtkImageSliceMapper> mapper_;
-  vtkNew<vtkImageSlice> slice_;
+  vtkNew<vtkImageSliceMapper> mapper_, unmeasuredMapper_;
+  vtkNew<vtkImageSlice> slice_, unmeasured_; // hatched where nothing was measured
 };
 
 } // namespace innergs::ui

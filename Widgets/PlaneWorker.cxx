@@ -34,6 +34,7 @@ struct PlaneWorker::Work {
   bool showing = false;               // the query is computing a plane to show
   vtkNew<vtkInnerGSPlaneQuery> query; // used only by the thread, except for Cancel()
   std::shared_ptr<const Model> queried;
+  std::shared_ptr<const UncertaintyVolume> queriedUncertainty;
   std::thread thread;
 
   /// Called on the thread. Waits for a task; returns false at the end.
@@ -71,6 +72,14 @@ struct PlaneWorker::Work {
       corner.move(task.left, task.bottom, 0);
       vtkNew<vtkMatrix4x4> matrix;
       toMatrix(corner, matrix);
+      if (queriedUncertainty != task.uncertainty) {
+        vtkNew<vtkImageData> own; // with information of its own, the voxels are shared
+        if (task.uncertainty) own->ShallowCopy(task.uncertainty->image);
+        query->SetStandardDeviationData(task.uncertainty ? own.Get() : nullptr);
+        query->SetStandardDeviationIJKToRASMatrix(task.uncertainty ? task.uncertainty->ijkToRAS.Get()
+                                                                   : nullptr);
+        queriedUncertainty = task.uncertainty;
+      }
       query->SetTransformToModel(task.toModel);
       query->SetPlaneToRASMatrix(matrix);
       query->SetSpacing(task.pixelSize, task.pixelSize);
@@ -78,6 +87,10 @@ struct PlaneWorker::Work {
       result.image = query->Query();
       result.error = QString::fromStdString(query->GetErrorMessage());
       if (!result.image) return result;
+      if (task.uncertainty) {
+        result.deviation = vtkSmartPointer<vtkImageData>::New();
+        result.deviation->ShallowCopy(query->GetOutputStandardDeviation());
+      }
       result.ijkToRAS->DeepCopy(query->GetOutputIJKToRASMatrix());
       result.milliseconds = query->GetQueryMilliseconds();
       if (task.columns == 1 && task.rows == 1) {

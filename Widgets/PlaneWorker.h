@@ -1,16 +1,17 @@
 #pragma once
 #include "Widgets/PlanePose.h"
+#include "Widgets/UncertaintyVolume.h"
 
 #include <QMetaType>
 #include <QObject>
 #include <QString>
 
 #include <vtkAbstractTransform.h>
+#include <vtkImageData.h>
 #include <vtkSmartPointer.h>
 
 #include <memory>
 
-class vtkImageData;
 class vtkMatrix4x4;
 
 namespace innergs {
@@ -22,7 +23,8 @@ namespace innergs::ui {
 /// Pixels on a plane of a model.
 struct PlaneTask {
   std::shared_ptr<const Model> model;
-  vtkSmartPointer<vtkAbstractTransform> toModel; // see Host::toModel()
+  vtkSmartPointer<vtkAbstractTransform> toModel;        // see Host::toModel()
+  std::shared_ptr<const UncertaintyVolume> uncertainty; // queried as well; null: not
   PlanePose pose;
   double left = 0, bottom = 0; // centre of pixel (0, 0) in plane coordinates, mm
   double pixelSize = 1;        // mm
@@ -36,11 +38,16 @@ QString commandOf(const PlaneTask& task, const QString& modelFile);
 
 struct PlaneImage {
   PlaneTask task;
-  vtkSmartPointer<vtkImageData> image;    // float, scanner units; origin 0, spacing 1; null after an error
-  vtkSmartPointer<vtkMatrix4x4> ijkToRAS; // of the image
-  QString error;                          // a sentence; also if the picture was not written
-  double milliseconds = 0;                // duration of the query
-  bool inside = true;                     // for a probe: whether the model has a value there
+  vtkSmartPointer<vtkImageData> image;     // float, scanner units; origin 0, spacing 1; null after an error
+  vtkSmartPointer<vtkImageData> deviation; // likewise, with what was measured (UncertaintyImage.h); null: not
+                                           // asked for
+  vtkSmartPointer<vtkMatrix4x4> ijkToRAS;  // of the images
+  QString error;                           // a sentence; also if the picture was not written
+  double milliseconds = 0;                 // duration of the query
+  bool inside = true;                      // for a probe: whether the model has a value there
+
+  /// What is shown of it: the deviation where it was asked for.
+  vtkImageData* shown() const { return deviation ? deviation : image; }
 };
 
 /// Queries planes on a separate thread. Showing and probing follow the latest request and skip those in

@@ -49,6 +49,8 @@ QString phaseText(const Progress& progress) {
           .arg(progress.iteration)
           .arg(progress.iterations);
     return ProgressCard::tr("Judging the quality");
+  case Phase::Estimating:
+    return ProgressCard::tr("Estimating the uncertainty");
   case Phase::Done:
     return ProgressCard::tr("Done");
   }
@@ -198,7 +200,9 @@ void ProgressCard::setWaiting() {
 void ProgressCard::setCancelling() {
   cancelling_ = true;
   phase_->setText(shown_.phase == Phase::Judging ? tr("Stopping the judging; the finished model is kept…")
-                                                 : tr("Cancelling…"));
+                  : shown_.phase == Phase::Estimating
+                      ? tr("Stopping the estimate of the uncertainty; the finished model is kept…")
+                      : tr("Cancelling…"));
   remaining_->clear();
   bar_->setRange(0, 0);
 }

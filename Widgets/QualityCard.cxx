@@ -83,6 +83,7 @@ QString verdictText(const Report& report) {
 QualityCard::QualityCard(QWidget* parent)
     : QWidget(parent), summary_(makeWrappedLabel("resultSummary", this)),
       prediction_(makeWrappedLabel("resultPrediction", this)),
+      uncertainty_(makeWrappedLabel("resultUncertainty", this)),
       verdict_(makeWrappedLabel("qualityVerdict", this)), heldOut_(makeWrappedLabel("heldOutQuality", this)),
       samples_(makeWrappedLabel("qualitySamples", this)),
       training_(makeWrappedLabel("trainingQuality", this)), warnings_(new MessageLine(this)),
@@ -91,10 +92,10 @@ QualityCard::QualityCard(QWidget* parent)
   warnings_->setObjectName("resultWarnings");
   auto* layout = new QVBoxLayout(this);
   layout->setContentsMargins(0, 0, 0, 0);
-  for (QWidget* part :
-       {static_cast<QWidget*>(summary_), static_cast<QWidget*>(prediction_), static_cast<QWidget*>(warnings_),
-        static_cast<QWidget*>(verdict_), table_, static_cast<QWidget*>(samples_),
-        static_cast<QWidget*>(heldOut_), static_cast<QWidget*>(training_)})
+  for (QWidget* part : {static_cast<QWidget*>(summary_), static_cast<QWidget*>(prediction_),
+                        static_cast<QWidget*>(uncertainty_), static_cast<QWidget*>(warnings_),
+                        static_cast<QWidget*>(verdict_), table_, static_cast<QWidget*>(samples_),
+                        static_cast<QWidget*>(heldOut_), static_cast<QWidget*>(training_)})
     layout->addWidget(part);
   hide();
 }
@@ -121,6 +122,7 @@ void QualityCard::setReport(const Report& report) {
     label->setVisible(!text.isEmpty());
   };
   set(prediction_, report.prediction);
+  set(uncertainty_, report.uncertainty.isEmpty() ? QString() : tr("Uncertainty: %1").arg(report.uncertainty));
   set(verdict_, scopeText(report) + verdictText(report));
   setTable(report.quality);
   set(samples_,

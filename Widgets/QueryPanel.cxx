@@ -23,8 +23,10 @@
 #include <QSignalBlocker>
 #include <QToolButton>
 
+#include <vtkDataArray.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
+#include <vtkPointData.h>
 
 #include <algorithm>
 #include <cmath>
@@ -86,6 +88,7 @@ QueryPanel::~QueryPanel() {
 void QueryPanel::connectAll() {
   connect(selector_, &Selector::currentIdChanged, this, &QueryPanel::updateModel);
   connect(host_, &Host::modelsChanged, this, &QueryPanel::updateModel);
+  connect(host_, &Host::volumesChanged, this, &QueryPanel::updateModel); // its uncertainty is one of them
   for (int i = 0; i < 3; ++i)
     connect(orientations_[i], &QToolButton::clicked, this, [this, i] {
       PlanePose pose = pose_;
@@ -139,9 +142,11 @@ void QueryPanel::connectAll() {
       view_->setWindow(level_->value() - 0.5 * window_->value(), level_->value() + 0.5 * window_->value());
       Q_EMIT windowChanged(view_->lower(), view_->upper());
     });
-  connect(autoWindow_, &QPushButton::clicked, this, [this] {
-    view_->setWindow(info_.window[0], info_.window[1]);
-    showWindow();
+  connect(autoWindow_, &QPushButton::clicked, this, &QueryPanel::resetWindow);
+  connect(showUncertainty_, &QCheckBox::toggled, this, [this] {
+    resetWindow();
+    query(false);
+    probeShown();
   });
   connect(handles_, &QCheckBox::toggled, view_, &PlaneView::setHandlesShown);
   connect(exportVolume_, &QPushButton::clicked, this, [this] { exportPlane({}); });
@@ -170,6 +175,12 @@ void QueryPanel::updateModel() {
   info_ = model ? host_->modelInfo(id) : ModelInfo();
   if (info_.bounds[0] > info_.bounds[1]) info_.bounds = {};
   controls_->setEnabled(model != nullptr);
+  const bool shownBefore = showsUncertainty();
+  auto uncertainty = model ? host_->uncertaintyOf(id) : nullptr;
+  const bool otherUncertainty =
+      (uncertainty ? uncertainty->image : nullptr) != (uncertainty_ ? uncertainty_->image : nullptr);
+  if (otherUncertainty) uncertainty_ = std::move(uncertainty);
+  showUncertainty_->setVisible(uncertainty_ != nullptr);
   view_->setMessage(model ? QString() : tr("Choose a model above, or reconstruct or load one first."));
   if (otherModel) {
     worker_->clear();
@@ -184,9 +195,8 @@ void QueryPanel::updateModel() {
       if (otherId) {
         const QSignalBlocker block(pixelSize_);
         pixelSize_->setValue(info_.finestSpacing > 0 ? info_.finestSpacing : 1);
-        view_->setWindow(info_.window[0], info_.window[1]);
-        showWindow();
       }
+      if (otherId || shownBefore != showsUncertainty()) resetWindow();
       bool away = !placed_;
       for (int a = 0; a < 3 && !linked_; ++a) // a linked view keeps its position
         away = away || pose_.origin[a] < info_.bounds[2 * a] || pose_.origin[a] > info_.bounds[2 * a + 1];
@@ -199,6 +209,9 @@ void QueryPanel::updateModel() {
       query(false);
       probeShown();
     }
+  } else if (otherUncertainty && (shownBefore || showsUncertainty())) {
+    resetWindow();
+    query(false);
   } else if (moved) { // under the plane, which stays
     showPose();
     query(true);
@@ -282,12 +295,25 @@ void QueryPanel::showWindow() {
   Q_EMIT windowChanged(view_->lower(), view_->upper());
 }
 
+bool QueryPanel::showsUncertainty() const {
+  return uncertainty_ && showUncertainty_->isChecked();
+}
+
+void QueryPanel::resetWindow() {
+  if (showsUncertainty())
+    view_->setWindow(0, uncertainty_->usual);
+  else
+    view_->setWindow(info_.window[0], info_.window[1]);
+  showWindow();
+}
+
 // The pixels cover the model's whole box as seen along the normal, so that neighbouring planes have the same
 // grid.
 PlaneTask QueryPanel::taskFor(double pixelSize) const {
   PlaneTask task;
   task.model = model_;
   task.toModel = toModel_;
+  if (showsUncertainty()) task.uncertainty = uncertainty_;
   task.pose = pose_;
   task.pixelSize = pixelSize;
   const auto extent = extentOf(pose_, info_.bounds);
@@ -327,6 +353,7 @@ void QueryPanel::settle() {
 
 void QueryPanel::showImage(const PlaneImage& image) {
   if (image.task.model != model_) return;
+  if (image.task.uncertainty != (showsUncertainty() ? uncertainty_ : nullptr)) return; // others follow
   if (image.error.isEmpty()) {
     msPerPixel_ = image.milliseconds / (static_cast<double>(image.task.columns) * image.task.rows);
     view_->setImage(image);
@@ -342,6 +369,7 @@ void QueryPanel::probe(const QPointF& planePoint) {
   PlaneTask task;
   task.model = model_;
   task.toModel = toModel_;
+  if (showsUncertainty()) task.uncertainty = uncertainty_;
   task.pose = pose_;
   task.left = planePoint.x();
   task.bottom = planePoint.y();
@@ -370,7 +398,15 @@ void QueryPanel::showProbe(const PlaneImage& point) {
     const int decimals = window_->decimals();
     double value = point.image->GetScalarComponentAsDouble(0, 0, 0, 0);
     if (std::abs(value) < 0.5 * std::pow(10., -decimals)) value = 0; // not −0.0
-    readout_->setText(tr("%1: %2 scanner units").arg(place, QLocale().toString(value, 'f', decimals)));
+    QString number = QLocale().toString(value, 'f', decimals);
+    vtkImageData* deviation = point.deviation;
+    if (deviation)
+      number += QString::fromUtf8(" ± ") +
+                QLocale().toString(deviation->GetScalarComponentAsDouble(0, 0, 0, 0), 'f', decimals);
+    vtkDataArray* measured = deviation ? deviation->GetPointData()->GetArray("Measured") : nullptr;
+    readout_->setText(measured && measured->GetTuple1(0) == 0
+                          ? tr("%1: %2 scanner units, not measured").arg(place, number)
+                          : tr("%1: %2 scanner units").arg(place, number));
   }
 }
 
@@ -541,6 +577,13 @@ void QueryPanel::build() {
   savePicture_ = new QPushButton(tr("Save pictu&re…"));
   savePicture_->setObjectName(QStringLiteral("querySavePicture"));
   savePicture_->setToolTip(tr("Save the plane as a PNG picture with this window and level"));
+  showUncertainty_ = new QCheckBox(tr("Show how far it may &be off"));
+  showUncertainty_->setObjectName(QStringLiteral("queryUncertainty"));
+  showUncertainty_->setToolTip(
+      tr("The standard deviation of the model's volume on the plane, in scanner units;\n"
+         "striped where no slice measured anything."));
+  showUncertainty_->hide();
+  rows->addWidget(showUncertainty_);
   auto* exports = new QHBoxLayout;
   exports->addWidget(handles_);
   exports->addStretch(1);
@@ -572,7 +615,7 @@ void QueryPanel::exportPlane(const QString& file) {
         true);
     return;
   }
-  exports_.append({planeName(), modelId_});
+  exports_.append({task.uncertainty ? tr("%1, standard deviation").arg(planeName()) : planeName(), modelId_});
   task.picture = file;
   task.lower = view_->lower();
   task.upper = view_->upper();
@@ -585,7 +628,7 @@ void QueryPanel::finishExport(const PlaneImage& image) {
   QString error = image.error;
   if (error.isEmpty() && file.isEmpty()) {
     const std::array<double, 2> window{image.task.lower, image.task.upper};
-    host_->addVolumeOf(modelId, window, image.image, image.ijkToRAS, name, &error);
+    host_->addVolumeOf(modelId, window, image.shown(), image.ijkToRAS, name, &error);
     if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(name));
   } else if (error.isEmpty()) {
     say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));

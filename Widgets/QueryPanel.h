@@ -59,6 +59,9 @@ private:
   void showPose();
   void home();
   void showWindow();
+  /// Black and white of what is shown as at first.
+  void resetWindow();
+  bool showsUncertainty() const;
   PlaneTask taskFor(double pixelSize) const;
   void query(bool moving);
   void settle();
@@ -79,6 +82,7 @@ private:
   QString modelId_;
   std::shared_ptr<const Model> model_;
   vtkSmartPointer<vtkAbstractTransform> toModel_;
+  std::shared_ptr<const UncertaintyVolume> uncertainty_; // of the model; null: unknown
   ModelInfo info_;
   PlanePose pose_;
   vtkNew<vtkMatrix4x4> matrix_;
@@ -100,7 +104,7 @@ private:
   QPushButton *home_ = nullptr, *autoWindow_ = nullptr, *exportVolume_ = nullptr, *savePicture_ = nullptr;
   ValueSlider *position_ = nullptr, *tiltUp_ = nullptr, *tiltSide_ = nullptr, *inPlane_ = nullptr;
   QDoubleSpinBox *pixelSize_ = nullptr, *window_ = nullptr, *level_ = nullptr;
-  QCheckBox* handles_ = nullptr;
+  QCheckBox *handles_ = nullptr, *showUncertainty_ = nullptr;
   QLabel *size_ = nullptr, *readout_ = nullptr;
   MessageLine* message_ = nullptr;
   PlaneView* view_ = nullptr;

@@ -164,6 +164,7 @@ Request ReconstructionPanel::request() const {
   request.settings.device = device_->device().toStdString();
   request.heldOutFraction = heldOutFraction_;
   request.resumeFile = recovery_->file();
+  request.estimateUncertainty = uncertainty_->isChecked();
   request.evaluateQuality = evaluate_->isChecked();
   request.qualityGap = qualityGap_;
   return request;
@@ -184,6 +185,7 @@ void ReconstructionPanel::setRequest(const Request& request) {
   settings_->setSettings(request.settings);
   heldOut_->setValue(100 * request.heldOutFraction);
   recovery_->setFile(request.resumeFile);
+  uncertainty_->setChecked(request.estimateUncertainty);
   evaluate_->setChecked(request.evaluateQuality);
   gap_->setValue(std::max(1, request.qualityGap));
   heldOutFraction_ = request.heldOutFraction;
@@ -413,10 +415,17 @@ QWidget* ReconstructionPanel::makeFit() {
   form->addRow(tr("&Preset:"), preset_);
   form->addRow(presetLine_);
   form->addRow(tr("&Device:"), device_);
+  uncertainty_ = new QCheckBox(tr("Estimate the uncertaint&y (further fits)"), group);
+  uncertainty_->setObjectName("estimateUncertainty");
+  uncertainty_->setToolTip(
+      tr("Adds a volume of standard deviations: by how much the result may be off in each\n"
+         "voxel. Takes a fit without every fifth slice, and two of simulated scans."));
   form->addRow(evaluate_);
+  form->addRow(uncertainty_);
   connect(preset_, QOverload<int>::of(&QComboBox::currentIndexChanged), this, &ReconstructionPanel::edited);
   connect(device_, &DeviceBox::changed, this, &ReconstructionPanel::edited);
   connect(evaluate_, &QCheckBox::toggled, this, &ReconstructionPanel::edited);
+  connect(uncertainty_, &QCheckBox::toggled, this, &ReconstructionPanel::edited);
   return group;
 }
 

@@ -90,7 +90,7 @@ private:
   QComboBox* preset_;
   QLabel* presetLine_;
   DeviceBox* device_;
-  QCheckBox* evaluate_;
+  QCheckBox *evaluate_, *uncertainty_;
   QSpinBox* gap_;
   QDoubleSpinBox* heldOut_;
   SettingsPanel* settings_;

@@ -41,10 +41,11 @@ struct Request {
   QString referenceId;                   // with OutputGrid::Reference
   QString outputVolumeId, outputModelId; // "" new ones
   Settings settings;
-  double heldOutFraction = 0;  // of each input's slices, withheld from a second fit; 0 to 0.5
-  bool evaluateQuality = true; // also judge the settings by protocol H in a second fit
-  QString resumeFile;          // a model file to go on from; "": start anew
-  int qualityGap = 0;          // protocol H keeps every n-th slice; 0: 2nd or 4th by the spacing
+  double heldOutFraction = 0;       // of each input's slices, withheld from a second fit; 0 to 0.5
+  bool estimateUncertainty = false; // also a volume of how far the result may be off
+  bool evaluateQuality = true;      // also judge the settings by protocol H in a second fit
+  QString resumeFile;               // a model file to go on from; "": start anew
+  int qualityGap = 0;               // protocol H keeps every n-th slice; 0: 2nd or 4th by the spacing
 };
 
 struct VolumeInfo {
@@ -74,6 +75,8 @@ struct QualityRow {
 /// How a reconstruction ended well.
 struct Report {
   QString volumeId, modelId, tableId; // what it made; tableId may be ""
+  QString uncertaintyId;              // the standard deviation of the volume; "": none
+  QString uncertainty;                // how often what it states holds, a sentence; "": none
   QStringList warnings;               // sentences
   QString prediction;                 // what was put between the slices, a sentence; "": nothing
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out

@@ -19,7 +19,7 @@ constexpr int lineWidth = 79; // fits an 80-column terminal
 std::string state(const Progress& progress) {
   std::string text;
   if (progress.iterations > 0) text += fmt::format("  {}/{}", progress.iteration, progress.iterations);
-  if (progress.phase != Phase::Judging) { // those belong to another fit
+  if (!resultIsComplete(progress.phase)) { // those belong to another fit
     if (progress.trainingPsnr > 0 && std::isfinite(progress.trainingPsnr))
       text += fmt::format("  fit {:.2f} dB", progress.trainingPsnr);
     else if (progress.loss > 0)

@@ -87,6 +87,10 @@ std::vector<Stack> readScans(const ReconstructOptions& options) {
   return stacks;
 }
 
+bool asksForUncertainty(const ReconstructOptions& options) {
+  return !options.uncertainty.empty() || !options.measured.empty();
+}
+
 // Crops the stacks: a region needs only the voxels in and around it.
 void keepRegion(std::vector<Stack>& stacks, const Region& region) {
   double margin = 0;
@@ -99,7 +103,7 @@ void keepRegion(std::vector<Stack>& stacks, const Region& region) {
 ReconstructionInput readInput(const ReconstructOptions& options, std::vector<ScanRecord>& scans) {
   ReconstructionInput input;
   input.heldOutFraction = options.heldOut;
-  input.uncertainty = !options.uncertainty.empty() || !options.measured.empty();
+  input.uncertainty = asksForUncertainty(options);
   if (!options.resume.empty()) input.resume = std::make_shared<const Model>(readModel(options.resume));
   input.stacks = readScans(options);
   for (std::size_t n = 0; n < input.stacks.size(); ++n)
@@ -202,7 +206,8 @@ int reconstruct(const ReconstructOptions& options) {
                           result.iterations, durationText(result.seconds), qualitySentence(result),
                           files.written()));
   if (result.uncertainty) display.say("Uncertainty: " + uncertaintySentence(*result.uncertainty));
-  return result.judging == Judging::Stopped ? Interrupted : Success;
+  const bool unknown = asksForUncertainty(options) && !result.uncertainty && interrupt.requested();
+  return unknown || result.judging == Judging::Stopped ? Interrupted : Success;
 }
 
 } // namespace

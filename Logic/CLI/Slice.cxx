@@ -4,8 +4,10 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Render/Render.h"
+#include "Core/Uncertainty/Uncertainty.h"
 #include "IO/FilePath.h"
 #include "IO/OutputFiles.h"
+#include "IO/VolumeIO.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -18,7 +20,7 @@ namespace {
 enum class Plane { Axial, Coronal, Sagittal };
 
 struct SliceOptions {
-  std::string model, output;
+  std::string model, output, uncertainty;
   std::optional<Plane> plane;
   std::optional<double> position;
   std::vector<double> centre, origin, normal, u, v, size, spacing;
@@ -151,6 +153,23 @@ void writeGreyPng(const Volume& slice, const SliceOptions& o) {
            grey);
 }
 
+Volume rendered(const GaussianField& field, const GridGeometry& plane, const SliceOptions& o) {
+  RenderOptions render;
+  render.threads = o.settings.threads;
+  render.selection = o.settings.selection;
+  render.device = renderDevice(o.settings.device, field, plane.voxelCount(), o.settings.selection);
+  return innergs::render(field, plane, render);
+}
+
+void warnOf(const std::string& sentence) {
+  if (!sentence.empty()) fmt::print(stderr, "innergs: warning: {}\n", sentence);
+}
+
+Volume deviationOf(const GridGeometry& plane, const SliceOptions& o) {
+  ThreadPool pool(o.settings.threads);
+  return deviationOn(plane, readVolume(o.uncertainty), pool);
+}
+
 int slice(const SliceOptions& o) {
   const bool png = fullExtension(o.output) == ".png";
   if (!o.plane && o.normal.empty() && o.u.empty())
@@ -162,17 +181,16 @@ int slice(const SliceOptions& o) {
     throw CLI::ValidationError("slice", "--type is for .nii, .nii.gz, .nrrd and .mha; a .png has 8 bits");
   OutputFiles files;
   files.read(o.model);
+  files.read(o.uncertainty);
   files.add(o.output, png ? OutputFiles::Kind::Png : OutputFiles::Kind::Volume);
   const GaussianField field = loadField(o.model, o.fill);
   const GridGeometry plane = slicePlane(o, field.region());
   checkMemory(8 * plane.voxelCount(), "The slice");
-  RenderOptions render;
-  render.threads = o.settings.threads;
-  render.selection = o.settings.selection;
-  render.device = renderDevice(o.settings.device, field, plane.voxelCount(), o.settings.selection);
-  const Volume image = innergs::render(field, plane, render);
+  const Volume image = o.uncertainty.empty() ? rendered(field, plane, o) : deviationOf(plane, o);
   if (png)
     writeGreyPng(image, o);
+  else if (!o.uncertainty.empty())
+    warnOf(writeVolume(image, o.output, o.type));
   else
     writeRendered(image, field, o.output, o.type);
   if (!o.quiet)
@@ -226,6 +244,10 @@ Subcommand addSlice(CLI::App& app) {
       ->excludes(centre)
       ->excludes(position);
   o->frame.add(*command);
+  command
+      ->add_option("--uncertainty", o->uncertainty,
+                   "Shows this volume of reconstruct --uncertainty on the plane instead of the model")
+      ->type_name("FILE");
   addNumbers(*command, "--size", o->size, {1, 2}, "Pixels: one number or columns,rows [covers the model]")
       ->type_name("N");
   addNumbers(*command, "--spacing", o->spacing, {1, 2},

@@ -4,7 +4,9 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "Core/Fit/Plan.h"
+#include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
+#include "Core/Job/SimulatedFit.h"
 
 #include <algorithm>
 #include <chrono>
@@ -38,8 +40,13 @@ std::vector<double> costs(const ReconstructionInput& input, const Settings& sett
     for (const Stack& stack : input.stacks)
       checkGeometry(stack.image.geometry, "The stack");
     const GridGeometry& first = input.stacks.front().image.geometry;
-    const double fits = input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1;
-    return {fits * costOf(input, settings), costOf(keptOutline(first, keepEvery, 2), settings),
+    const double withheld = withheldFraction(input);
+    double job = (withheld > 0 ? 2 - withheld : 1) * costOf(input, settings);
+    if (input.uncertainty) {
+      const SimulatedFit simulated = simulatedOutline(input, settings);
+      job += (2 - simulated.input.heldOutFraction) * costOf(simulated.input, simulated.settings);
+    }
+    return {job, costOf(keptOutline(first, keepEvery, 2), settings),
             kInterpolationIterations * static_cast<double>(first.voxelCount())};
   } catch (const Error&) { // the fits will throw it too
     return {1, 1, 1};

@@ -70,15 +70,18 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   job->UsedSettings = task.filter->GetUsedSettings();
   job->PredictionNote = task.filter->GetPredictionNote();
   job->DeviceNote = task.filter->GetDeviceNote();
+  job->UncertaintyNote = task.filter->GetUncertaintyNote();
+  job->UncertaintyCoverage = task.filter->GetUncertaintyCoverage();
   job->Told->trainingPsnr = task.filter->GetTrainingPSNR();
   job->Told->heldOutPsnr = task.filter->GetHeldOutPSNR();
   job->NumberOfHeldOutSlices = task.filter->GetNumberOfHeldOutSlices();
   job->QualityState = task.filter->GetQualityState();
   for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
     job->Warnings.push_back(task.filter->GetWarning(n));
-  const auto [volume, model, table, replaced, problem] = makeOutputs(task, scene);
+  const auto [volume, model, table, uncertainty, replaced, problem] = makeOutputs(task, scene);
   if (task.discard) return;
   if (volume) logic_->StopFollowing(volume); // the next move of the view would overwrite the result
+  if (uncertainty) logic_->StopFollowing(uncertainty);
   if (replaced)
     job->Warnings.push_back(
         "A chosen output was deleted during the reconstruction: what was meant for it is in a new node.");
@@ -95,6 +98,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   job->VolumeNode = volume;
   job->ModelNode = model;
   job->TableNode = table;
+  job->UncertaintyNode = uncertainty;
   if (const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
       parameters && parameters->GetScene() == scene) {
     using Parameters = vtkMRMLInnerGSParameterNode;
@@ -105,6 +109,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     refer(Parameters::GetResultVolumeReferenceRole(), volume);
     refer(Parameters::GetResultModelReferenceRole(), model);
     refer(Parameters::GetResultTableReferenceRole(), table);
+    refer(Parameters::GetResultUncertaintyReferenceRole(), uncertainty);
   }
 }
 

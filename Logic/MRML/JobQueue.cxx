@@ -170,7 +170,7 @@ void JobQueue::work() {
 
 void JobQueue::execute(const std::shared_ptr<Task>& task) {
   const ProgressCallback told = [&](const innergs::Progress& progress) {
-    task->judging = task->judging || progress.phase == Phase::Judging;
+    task->judging = task->judging || resultIsComplete(progress.phase);
     post(task, [&](JobUpdate& update) {
       const std::string note = update.progress ? update.progress->note : std::string();
       update.progress = progress;

@@ -226,27 +226,37 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
                                                    "The output model", "an InnerGS model");
   task.table = referenced<vtkMRMLTableNode>(parameters, Parameters::GetQualityTableReferenceRole(), 0,
                                             "The quality table", "a table");
+  task.uncertainty =
+      referenced<vtkMRMLScalarVolumeNode>(parameters, Parameters::GetOutputUncertaintyReferenceRole(), 0,
+                                          "The output of the uncertainty", "a scalar volume");
   task.newVolume = !task.volume;
   task.newModel = !task.model;
   task.newTable = !task.table;
-  if (!task.volume) return;
-  vtkMRMLNode* output = task.volume;
-  if (std::find(inputs.begin(), inputs.end(), output) != inputs.end())
-    refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
-                                           " is an input as well: choose another, inputs are never changed.");
-  if (output == parameters->GetMaskNode() || output == parameters->GetReferenceVolumeNode())
-    refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
-                                           " is the mask or the reference as well: choose another, these are "
-                                           "never changed.");
-  if (vtkMRMLLabelMapVolumeNode::SafeDownCast(output))
-    refuse(ErrorCode::InvalidArgument,
-           "The output " + quoted(output) + " is a label map: choose a scalar volume.");
+  task.newUncertainty = !task.uncertainty;
+  for (vtkMRMLNode* output : {task.volume.Get(), task.uncertainty.Get()}) {
+    if (!output) continue;
+    if (std::find(inputs.begin(), inputs.end(), output) != inputs.end())
+      refuse(ErrorCode::InvalidArgument,
+             "The output " + quoted(output) +
+                 " is an input as well: choose another, inputs are never changed.");
+    if (output == parameters->GetMaskNode() || output == parameters->GetReferenceVolumeNode())
+      refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
+                                             " is the mask or the reference as well: choose another, these "
+                                             "are never changed.");
+    if (vtkMRMLLabelMapVolumeNode::SafeDownCast(output))
+      refuse(ErrorCode::InvalidArgument,
+             "The output " + quoted(output) + " is a label map: choose a scalar volume.");
+  }
+  if (task.volume && task.volume == task.uncertainty)
+    refuse(ErrorCode::InvalidArgument, "The output " + quoted(task.volume) +
+                                           " is that of the uncertainty as well: choose another for one.");
 }
 
 void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const ThicknessOf& thicknessOf) {
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
   filter->SetSettings(parameters->GetSettings());
   filter->SetHeldOutFraction(parameters->GetHeldOutFraction());
+  filter->SetEstimateUncertainty(parameters->GetEstimateUncertainty());
   filter->GeometryInImageOff(); // volume nodes keep it themselves
   for (std::size_t n = 0; n < inputs.size(); ++n) {
     vtkMRMLVolumeNode* input = inputs[n];

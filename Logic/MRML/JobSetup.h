@@ -61,13 +61,13 @@ struct Task {
   // Other work: on the worker, throws Error; and what makes it seen, on the main thread.
   std::function<void(const std::stop_token&, DetachedTasks&, const ProgressCallback&)> work;
   std::function<void()> deliver;
-  std::shared_ptr<DynamicWork> dynamic;     // of a moving scan
+  std::shared_ptr<DynamicWork> dynamic; // of a moving scan
   std::stop_source stop;
 
   // What the worker found.
   Failure failure; // no sentence: none
   bool cancelled = false;
-  bool judging = false; // the fit is complete: a cancel now ends only the judging of its quality
+  bool judging = false; // the fit is complete: a cancel now ends only what is learned about it
   std::optional<EvaluationReport> report;
 
   // Where the fit stood, for what ends it from outside: what is told of the job, and the folder and file.
@@ -77,13 +77,14 @@ struct Task {
   Failure notKept;
 
   // For the main thread, when it is done.
-  bool discard = false;                                    // the result is no longer wanted
-  std::string inputNames, maskName;                        // "" without a mask
-  bool newVolume = true, newModel = true, newTable = true; // none was chosen at the start
+  bool discard = false;             // the result is no longer wanted
+  std::string inputNames, maskName; // "" without a mask
+  bool newVolume = true, newModel = true, newTable = true,
+       newUncertainty = true; // none was chosen at the start
   vtkWeakPointer<vtkMRMLScene> scene;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters;
   vtkWeakPointer<vtkMRMLVolumeNode> firstInput;
-  vtkWeakPointer<vtkMRMLScalarVolumeNode> volume;
+  vtkWeakPointer<vtkMRMLScalarVolumeNode> volume, uncertainty;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> model;
   vtkWeakPointer<vtkMRMLTableNode> table;
 };

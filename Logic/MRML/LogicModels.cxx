@@ -75,6 +75,19 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryPlane(vtkMRMLInnerGSModelNo
   return kept(made, output);
 }
 
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::QueryUncertaintyPlane(vtkMRMLInnerGSModelNode* model,
+                                                                      vtkMatrix4x4* planeToRAS, int columns,
+                                                                      int rows, double spacing,
+                                                                      vtkMRMLScalarVolumeNode* output) {
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> made;
+  this->Work->guard([&] {
+    made =
+        mrml::queryUncertaintyPlane(this->GetMRMLScene(), model, planeToRAS, columns, rows, spacing, output);
+    if (output) this->StopFollowing(output);
+  });
+  return kept(made, output);
+}
+
 vtkMRMLScalarVolumeNode* vtkSlicerInnerGSLogic::Resample(vtkMRMLInnerGSModelNode* model, double spacing,
                                                          vtkMRMLScalarVolumeNode* output) {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> made;

@@ -4,6 +4,7 @@
 #include "Core/Base/Failure.h"
 #include "Core/Base/NumberText.h"
 #include "QualityTable.h"
+#include "UncertaintyImage.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 #include "vtkMRMLInnerGSParameterNode.h"
@@ -107,6 +108,28 @@ void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4*
     node->SetAndObserveDisplayNodeID(display->GetID());
 }
 
+void setDeviation(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
+                  vtkMRMLVolumeNode* like) {
+  const vtkSmartPointer<vtkMRMLScalarVolumeNode> alive = node;
+  const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
+  MRMLNodeModifyBlocker blocker(node);
+  if (like && like->GetVoxelValueUnits()) node->SetVoxelValueUnits(like->GetVoxelValueUnits());
+  if (!node->GetDisplayNode() && scene) {
+    vtkNew<vtkMRMLScalarVolumeDisplayNode> display;
+    display->SetAutoWindowLevel(0);
+    display->SetWindowLevelMinMax(0, vtk::usualDeviation(image));
+    constexpr const char* kColours = "vtkMRMLColorTableNodeFileInferno.txt"; // where the application has them
+    if (scene->GetNodeByID(kColours))
+      display->SetAndObserveColorNodeID(kColours);
+    else
+      display->SetDefaultColorMap();
+    scene->AddNode(display);
+    if (node->GetScene() == scene && display->GetScene() == scene)
+      node->SetAndObserveDisplayNodeID(display->GetID());
+  }
+  if (node->GetScene() == scene) setVolume(node, image, ijkToRAS);
+}
+
 void leaveHierarchy(vtkMRMLNode* node, vtkMRMLScene* scene) {
   const bool ours = node->GetAttribute("InnerGS.Version") || node->GetNodeReferenceID("InnerGSModel");
   if (!ours || !scene || scene->IsClosing()) return;
@@ -142,6 +165,8 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   content->ShallowCopy(task.filter->GetOutputModel());
   vtkNew<vtkImageData> image;
   image->ShallowCopy(task.filter->GetOutputImage());
+  vtkNew<vtkImageData> deviation;
+  deviation->ShallowCopy(task.filter->GetOutputStandardDeviation());
 
   // Every change of a node is an event, whose observers may remove nodes, clear or delete the scene, or run
   // out of memory. So this goes step by step, and one failure does not affect the others.
@@ -180,6 +205,26 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (there(made.volume) && there(made.model))
     step([&] { made.volume->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
   if (there(made.volume)) step([&] { placeBeside(made.volume, input()); });
+  if (deviation->GetNumberOfPoints() > 0 && !task.discard)
+    take(made.uncertainty, task.uncertainty.Get(), !task.newUncertainty, "vtkMRMLScalarVolumeNode",
+         " InnerGS standard deviation");
+  if (there(made.uncertainty)) step([&] { setProvenance(made.uncertainty, task); });
+  if (there(made.uncertainty))
+    step([&] {
+      made.uncertainty->SetAttribute("InnerGS.Uncertainty", task.filter->GetUncertaintyNote().c_str());
+    });
+  if (there(made.uncertainty))
+    step([&] { setDeviation(made.uncertainty, deviation, task.filter->GetOutputIJKToRASMatrix(), input()); });
+  if (there(made.uncertainty) && there(made.model))
+    step([&] { made.uncertainty->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
+  if (there(made.uncertainty) && there(made.volume))
+    step([&] { made.uncertainty->SetNodeReferenceID("InnerGSVolume", made.volume->GetID()); });
+  if (there(made.uncertainty)) step([&] { placeBeside(made.uncertainty, input()); });
+  if (there(made.model) && (there(made.uncertainty) || made.model->GetNodeReferenceID(kUncertaintyRole)))
+    step([&] {
+      made.model->SetNodeReferenceID(kUncertaintyRole,
+                                     there(made.uncertainty) ? made.uncertainty->GetID() : nullptr);
+    });
   if (quality && !task.discard)
     take(made.table, task.table.Get(), !task.newTable, "vtkMRMLTableNode", " InnerGS quality");
   if (there(made.table)) step([&] { setProvenance(made.table, task); });
@@ -195,6 +240,7 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
     step([&] { scene->RemoveNode(made.volume); });
   if (!there(made.volume) || !made.volume->GetImageData()) made.volume = nullptr;
   if (!there(made.table)) made.table = nullptr;
+  if (!there(made.uncertainty) || !made.uncertainty->GetImageData()) made.uncertainty = nullptr;
   return made;
 }
 

@@ -15,8 +15,9 @@ struct Outputs {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> volume;
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLTableNode> table;
-  bool replaced = false; // a chosen node was deleted
-  std::string problem;   // a sentence on what failed; everything else is done
+  vtkSmartPointer<vtkMRMLScalarVolumeNode> uncertainty; // null where it was not asked for or is not known
+  bool replaced = false;                                // a chosen node was deleted
+  std::string problem;                                  // a sentence on what failed; everything else is done
 };
 Outputs makeOutputs(const Task& task, vtkMRMLScene* scene);
 
@@ -27,6 +28,14 @@ vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className,
 /// `like`'s.
 void setVolume(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
                vtkMRMLVolumeNode* like = nullptr);
+
+/// Puts standard deviations into a volume node likewise, with a colour map from 0 to what few voxels exceed;
+/// their units are those of `like`.
+void setDeviation(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4x4* ijkToRAS,
+                  vtkMRMLVolumeNode* like = nullptr);
+
+/// The role in which a model refers to the standard deviation of its volume.
+constexpr const char* kUncertaintyRole = "InnerGSUncertainty";
 
 /// Places a node beside another one in the subject hierarchy, if there is one.
 void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling);

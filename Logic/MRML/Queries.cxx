@@ -141,15 +141,24 @@ void refuseShear(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* lattice) {
 
 } // namespace
 
+vtkMRMLScalarVolumeNode* uncertaintyOf(vtkMRMLInnerGSModelNode* model) {
+  auto* node =
+      model ? vtkMRMLScalarVolumeNode::SafeDownCast(model->GetNodeReference(kUncertaintyRole)) : nullptr;
+  return node && node->GetImageData() ? node : nullptr;
+}
+
+namespace {
+
 vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     vtkMatrix4x4* planeToRAS, int columns, int rows,
-                                                    double spacing, vtkMRMLScalarVolumeNode* output) {
+                                                    double spacing, vtkMRMLScalarVolumeNode* output,
+                                                    vtkMRMLScalarVolumeNode* deviation) {
   if (!planeToRAS)
     throw Error(ErrorCode::InvalidArgument, "There is no matrix that places the plane: give one.");
   if (columns < 1 || rows < 1 || !(spacing > 0))
     throw Error(ErrorCode::InvalidArgument,
                 "A plane needs at least one pixel a side and a spacing above 0 mm.");
-  const Alive alive(model, output);
+  const Alive alive(model, output, deviation);
   vtkNew<vtkInnerGSPlaneQuery> query;
   query->SetModel(modelOf(model));
   query->SetTransformToModel(transformFromWorld(model));
@@ -157,11 +166,42 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
   query->SetDimensions(columns, rows);
   query->SetSpacing(spacing, spacing);
   query->GeometryInImageOff();
+  if (deviation) {
+    vtkNew<vtkMatrix4x4> ijkToRAS;
+    deviation->GetIJKToRASMatrix(ijkToRAS);
+    query->SetStandardDeviationData(deviation->GetImageData());
+    query->SetStandardDeviationIJKToRASMatrix(ijkToRAS);
+  }
   run(query);
-  const auto volume = volumeFor(scene, output, model, " plane");
+  const auto volume = volumeFor(scene, output, model, deviation ? " plane standard deviation" : " plane");
   setProvenance(volume, model);
-  setVolume(volume, query->GetOutput(), query->GetOutputIJKToRASMatrix());
+  if (deviation)
+    setDeviation(volume, query->GetOutputStandardDeviation(), query->GetOutputIJKToRASMatrix(), deviation);
+  else
+    setVolume(volume, query->GetOutput(), query->GetOutputIJKToRASMatrix());
   return volume;
+}
+
+} // namespace
+
+vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
+                                                    vtkMatrix4x4* planeToRAS, int columns, int rows,
+                                                    double spacing, vtkMRMLScalarVolumeNode* output) {
+  return queryPlane(scene, model, planeToRAS, columns, rows, spacing, output, nullptr);
+}
+
+vtkSmartPointer<vtkMRMLScalarVolumeNode>
+queryUncertaintyPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* planeToRAS,
+                      int columns, int rows, double spacing, vtkMRMLScalarVolumeNode* output) {
+  modelOf(model);
+  auto* deviation = uncertaintyOf(model);
+  if (!deviation)
+    throw Error(ErrorCode::NoData, "How far " + quoted(model) +
+                                       " may be off is not known: reconstruct it with its uncertainty.");
+  if (output == deviation)
+    throw Error(ErrorCode::InvalidArgument,
+                "The output is the uncertainty of the whole model: choose another.");
+  return queryPlane(scene, model, planeToRAS, columns, rows, spacing, output, deviation);
 }
 
 vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,

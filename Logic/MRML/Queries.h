@@ -35,11 +35,18 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> volumeFor(vtkMRMLScene* scene, vtkMRMLS
 /// a reference to the model (role "InnerGSModel").
 void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model);
 
+/// The standard deviation of the model's volume, which lies in the model's own coordinates; null: none.
+vtkMRMLScalarVolumeNode* uncertaintyOf(vtkMRMLInnerGSModelNode* model);
+
 /// The logic's methods of these names; if they throw Error, nothing has changed.
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
 vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     vtkMatrix4x4* planeToRAS, int columns, int rows,
                                                     double spacing, vtkMRMLScalarVolumeNode* output);
+/// The standard deviation of the model's volume there; throws Error(NoData) where it is not known.
+vtkSmartPointer<vtkMRMLScalarVolumeNode>
+queryUncertaintyPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* planeToRAS,
+                      int columns, int rows, double spacing, vtkMRMLScalarVolumeNode* output);
 vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                   double spacing, vtkMRMLScalarVolumeNode* output);
 vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,

@@ -50,6 +50,7 @@ void setFormer(innergs::Settings& settings, const innergs::Setting& row, const s
 // What else is set: (kind of macro, XML attribute, property).
 #define INNERGS_SETTINGS(DO)                                                                                 \
   DO(Float, heldOutFraction, HeldOutFraction)                                                                \
+  DO(Boolean, estimateUncertainty, EstimateUncertainty)                                                      \
   DO(Boolean, evaluateQuality, EvaluateQuality)                                                              \
   DO(Int, qualityGap, QualityGap)                                                                            \
   DO(Int, outputGrid, OutputGrid)                                                                            \
@@ -66,7 +67,8 @@ vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() : Choices(std::make_u
        {GetInputVolumeReferenceRole(), GetMaskReferenceRole(), GetROIReferenceRole(),
         GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(), GetOutputModelReferenceRole(),
         GetQualityTableReferenceRole(), GetResultVolumeReferenceRole(), GetResultModelReferenceRole(),
-        GetResultTableReferenceRole()})
+        GetResultTableReferenceRole(), GetOutputUncertaintyReferenceRole(),
+        GetResultUncertaintyReferenceRole()})
     this->AddNodeReferenceRole(role, (std::string(role) + "Ref").c_str());
 }
 
@@ -251,6 +253,8 @@ INNERGS_REFERENCE(vtkMRMLVolumeNode, ReferenceVolumeNode, ReferenceVolume)
 INNERGS_REFERENCE(vtkMRMLScalarVolumeNode, OutputVolumeNode, OutputVolume)
 INNERGS_REFERENCE(vtkMRMLInnerGSModelNode, OutputModelNode, OutputModel)
 INNERGS_REFERENCE(vtkMRMLTableNode, QualityTableNode, QualityTable)
+INNERGS_REFERENCE(vtkMRMLScalarVolumeNode, OutputUncertaintyNode, OutputUncertainty)
 INNERGS_GET_REFERENCE(vtkMRMLScalarVolumeNode, ResultVolumeNode, ResultVolume)
+INNERGS_GET_REFERENCE(vtkMRMLScalarVolumeNode, ResultUncertaintyNode, ResultUncertainty)
 INNERGS_GET_REFERENCE(vtkMRMLInnerGSModelNode, ResultModelNode, ResultModel)
 INNERGS_GET_REFERENCE(vtkMRMLTableNode, ResultTableNode, ResultTable)

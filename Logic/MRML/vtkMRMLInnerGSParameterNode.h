@@ -97,10 +97,13 @@ public:
   vtkMRMLInnerGSModelNode* GetOutputModelNode();
   void SetQualityTableNode(vtkMRMLTableNode* node);
   vtkMRMLTableNode* GetQualityTableNode();
+  void SetOutputUncertaintyNode(vtkMRMLScalarVolumeNode* node);
+  vtkMRMLScalarVolumeNode* GetOutputUncertaintyNode();
   /// What the last reconstruction made or wrote to.
   vtkMRMLScalarVolumeNode* GetResultVolumeNode();
   vtkMRMLInnerGSModelNode* GetResultModelNode();
   vtkMRMLTableNode* GetResultTableNode();
+  vtkMRMLScalarVolumeNode* GetResultUncertaintyNode();
   ///@}
 
   ///@{
@@ -120,6 +123,10 @@ public:
   /// 0.5.
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);
+  /// Also estimate how far the volume may be off: a volume node of standard deviations. Off by default.
+  vtkSetMacro(EstimateUncertainty, bool);
+  vtkGetMacro(EstimateUncertainty, bool);
+  vtkBooleanMacro(EstimateUncertainty, bool);
   /// Also judge the settings on the first input by protocol H: keep every QualityGap-th slice (0,
   /// default: 2nd or 4th by its spacing), score the others beside linear, cubic and Lanczos interpolation, in
   /// a table node. Off by default.
@@ -159,6 +166,12 @@ public:
   static const char* GetQualityTableReferenceRole() {
     return "qualityTable";
   }
+  static const char* GetOutputUncertaintyReferenceRole() {
+    return "outputUncertainty";
+  }
+  static const char* GetResultUncertaintyReferenceRole() {
+    return "resultUncertainty";
+  }
   static const char* GetResultVolumeReferenceRole() {
     return "resultVolume";
   }
@@ -188,7 +201,7 @@ protected:
   int OutputGrid = AutomaticGrid;
   double OutputSpacing = 1;
   double HeldOutFraction = 0;
-  bool EvaluateQuality = false;
+  bool EstimateUncertainty = false, EvaluateQuality = false;
   int QualityGap = 0;
 
 private:

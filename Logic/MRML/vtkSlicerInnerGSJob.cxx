@@ -16,10 +16,13 @@
 #include <vtkObjectFactory.h>
 
 #include <cmath>
+#include <limits>
 
 vtkStandardNewMacro(vtkSlicerInnerGSJob);
 
-vtkSlicerInnerGSJob::vtkSlicerInnerGSJob() : Told(std::make_unique<innergs::Progress>()) {}
+vtkSlicerInnerGSJob::vtkSlicerInnerGSJob()
+    : Told(std::make_unique<innergs::Progress>()),
+      UncertaintyCoverage(std::numeric_limits<double>::quiet_NaN()) {}
 vtkSlicerInnerGSJob::~vtkSlicerInnerGSJob() = default;
 
 void vtkSlicerInnerGSJob::PrintSelf(ostream& os, vtkIndent indent) {
@@ -60,7 +63,7 @@ std::string vtkSlicerInnerGSJob::GetPhase() {
                                : innergs::phaseName(this->Told->phase);
 }
 bool vtkSlicerInnerGSJob::IsJudging() {
-  return this->State == Running && this->Told->phase == innergs::Phase::Judging;
+  return this->State == Running && resultIsComplete(this->Told->phase);
 }
 double vtkSlicerInnerGSJob::GetProgress() {
   return this->Told->fraction;
@@ -115,6 +118,9 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSJob::GetVolumeNode() {
 }
 vtkMRMLInnerGSModelNode* vtkSlicerInnerGSJob::GetModelNode() {
   return this->ModelNode;
+}
+vtkMRMLScalarVolumeNode* vtkSlicerInnerGSJob::GetUncertaintyNode() {
+  return this->UncertaintyNode;
 }
 vtkMRMLTableNode* vtkSlicerInnerGSJob::GetTableNode() {
   return this->TableNode;

@@ -49,7 +49,7 @@ public:
   ///@{
   /// How far it is.
   std::string GetPhase(); // for people: "Preparing", "Fitting", ...
-  /// The fit is complete and a second one judges its quality: a cancel ends only that.
+  /// The fit is complete and others judge its quality or estimate its uncertainty: a cancel ends only that.
   bool IsJudging();
   /// A model learns segments: the result is GetModelNode().
   vtkGetMacro(Learning, bool);
@@ -94,10 +94,14 @@ public:
   vtkGetMacro(UsedSettings, std::string);
   vtkGetMacro(QualityState, int); // one of vtkInnerGSReconstruct::QualityStates
   vtkGetMacro(NumberOfHeldOutSlices, int);
+  /// Share of withheld voxels inside their 90 % intervals (NaN: unknown), and a sentence on that ("": none).
+  vtkGetMacro(UncertaintyCoverage, double);
+  vtkGetMacro(UncertaintyNote, std::string);
   /// Null unless Finished, or when deleted since.
   vtkMRMLScalarVolumeNode* GetVolumeNode();
   vtkMRMLInnerGSModelNode* GetModelNode();
   vtkMRMLTableNode* GetTableNode();
+  vtkMRMLScalarVolumeNode* GetUncertaintyNode(); // standard deviations; null unless asked for and known
   /// Of a moving scan alone.
   vtkMRMLSequenceNode* GetSequenceNode();
   vtkMRMLSequenceBrowserNode* GetBrowserNode();
@@ -115,13 +119,14 @@ protected:
   bool Learning = false;
   std::unique_ptr<innergs::Progress> Told;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
-  std::string PredictionNote, DeviceNote, ErrorMessage, RecoveryFile, UsedSettings;
+  double UncertaintyCoverage;
+  std::string UncertaintyNote, PredictionNote, DeviceNote, ErrorMessage, RecoveryFile, UsedSettings;
   std::vector<std::string> Warnings;
   vtkSmartPointer<vtkImageData> Preview;
   vtkSmartPointer<vtkMatrix4x4> PreviewIJKToRAS;
   vtkSmartPointer<vtkInnerGSDynamicModel> PreviewModel;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> ParameterNode;
-  vtkWeakPointer<vtkMRMLScalarVolumeNode> VolumeNode;
+  vtkWeakPointer<vtkMRMLScalarVolumeNode> VolumeNode, UncertaintyNode;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> ModelNode;
   vtkWeakPointer<vtkMRMLTableNode> TableNode;
   vtkWeakPointer<vtkMRMLSequenceNode> SequenceNode;

@@ -144,6 +144,11 @@ public:
   /// pixels of `spacing` mm.
   vtkMRMLScalarVolumeNode* QueryPlane(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* planeToRAS, int columns,
                                       int rows, double spacing, vtkMRMLScalarVolumeNode* output = nullptr);
+  /// Likewise the standard deviation of its volume, where that was estimated. Point data "Measured" of the
+  /// image: 0 where no slice measured anything.
+  vtkMRMLScalarVolumeNode* QueryUncertaintyPlane(vtkMRMLInnerGSModelNode* model, vtkMatrix4x4* planeToRAS,
+                                                 int columns, int rows, double spacing,
+                                                 vtkMRMLScalarVolumeNode* output = nullptr);
   /// On the region that was fitted at an isotropic spacing in mm (0: as the fit had it).
   vtkMRMLScalarVolumeNode* Resample(vtkMRMLInnerGSModelNode* model, double spacing = 0,
                                     vtkMRMLScalarVolumeNode* output = nullptr);
@@ -199,9 +204,10 @@ public:
   /// vtkInnerGSLearnSegments. names: of its channels 1, 2, …; null, with a file of texts: its channels are
   /// features. low, high: values that become 0 and 1; equal: mean 0 and standard deviation 1. spacing: of the
   /// voxels that it expects, mm; 0: as the fit had them.
-  vtkSlicerInnerGSJob* StartLearningFromNetwork(vtkMRMLInnerGSModelNode* model, const std::string& networkFile,
-                                                vtkStringArray* names, const std::string& textsFile = "",
-                                                double low = 0, double high = 0, double spacing = 0);
+  vtkSlicerInnerGSJob* StartLearningFromNetwork(vtkMRMLInnerGSModelNode* model,
+                                                const std::string& networkFile, vtkStringArray* names,
+                                                const std::string& textsFile = "", double low = 0,
+                                                double high = 0, double spacing = 0);
   /// What a text in words ("left kidney") asks for: one of vtkInnerGSSegment's Answers; −1 after an error.
   /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well
   /// the words fit) and Leading (1: those that answer the query together).

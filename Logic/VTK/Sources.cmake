@@ -20,4 +20,5 @@ set(INNERGS_VTK_PRIVATE_SOURCES
   ImageVoxels.cxx
   PipelineTime.cxx
   ReconstructInputs.cxx
+  UncertaintyImage.cxx
 )

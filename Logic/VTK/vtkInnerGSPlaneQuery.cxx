@@ -7,6 +7,8 @@
 #include "Core/Render/Render.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
+#include "ReconstructInputs.h"
+#include "UncertaintyImage.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkAbstractTransform.h"
@@ -38,39 +40,47 @@ struct vtkInnerGSPlaneQuery::Internals {
   int threads = 0;
   std::string instructionSet, device;
 
-  void samplePoints(const innergs::Affine3& toRAS, int columns, int rows, std::span<float> out,
-                    const std::stop_token& stop) const;
+  vtkSmartPointer<vtkMatrix4x4> deviationToRAS; // null: the image's own
+  std::unique_ptr<innergs::ThreadPool> pool;    // for the standard deviation
+
+  std::vector<innergs::Vec3> pointsOf(const innergs::Affine3& toRAS, int columns, int rows,
+                                      const std::stop_token& stop) const;
 };
 
-/// The pixel centres, mapped by the transform. On this thread, as not every transform's inverse is
-/// thread-safe.
-void vtkInnerGSPlaneQuery::Internals::samplePoints(const innergs::Affine3& toRAS, int columns, int rows,
-                                                   std::span<float> out, const std::stop_token& stop) const {
+/// The pixel centres (LPS mm), mapped to the model by the transform. On this thread, as not every transform's
+/// inverse is thread-safe.
+std::vector<innergs::Vec3> vtkInnerGSPlaneQuery::Internals::pointsOf(const innergs::Affine3& toRAS,
+                                                                     int columns, int rows,
+                                                                     const std::stop_token& stop) const {
   using innergs::Vec3;
-  innergs::RenderOptions options;
-  options.threads = threads;
-  options.instructionSet = instructionSet;
-  options.stop = stop;
-  std::vector<Vec3> points(out.size());
-  std::size_t n = 0;
-  rasToModel->Update();
+  std::vector<Vec3> points;
+  points.reserve(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+  if (rasToModel) rasToModel->Update();
   for (int y = 0; y < rows; ++y) {
     if (stop.stop_requested()) throw innergs::Error(innergs::ErrorCode::Cancelled, "The query was stopped.");
-    for (int x = 0; x < columns; ++x, ++n) {
+    for (int x = 0; x < columns; ++x) {
       const Vec3 at = toRAS({static_cast<double>(x), static_cast<double>(y), 0});
-      double there[3];
-      rasToModel->InternalTransformPoint(at.data(), there);
-      points[n] = innergs::vtk::flipped(Vec3{there[0], there[1], there[2]});
+      Vec3 there = at;
+      if (rasToModel) rasToModel->InternalTransformPoint(at.data(), there.data());
+      points.push_back(innergs::vtk::flipped(there));
     }
   }
-  const std::vector<float> values = renderPoints(*field, points, options);
-  std::copy(values.begin(), values.end(), out.begin());
+  return points;
 }
 
 vtkInnerGSPlaneQuery::vtkInnerGSPlaneQuery() : Work(std::make_unique<Internals>()) {
   this->Device = "cpu";
+  this->SetNumberOfInputPorts(2);
+  this->SetNumberOfOutputPorts(2);
 }
 vtkInnerGSPlaneQuery::~vtkInnerGSPlaneQuery() = default;
+
+int vtkInnerGSPlaneQuery::FillInputPortInformation(int port, vtkInformation* information) {
+  if (port == 0) return this->Superclass::FillInputPortInformation(port, information);
+  information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1);
+  return 1;
+}
 
 void vtkInnerGSPlaneQuery::PrintSelf(ostream& os, vtkIndent indent) {
   this->Superclass::PrintSelf(os, indent);
@@ -109,8 +119,23 @@ vtkAbstractTransform* vtkInnerGSPlaneQuery::GetTransformToModel() {
   return this->Work->rasToModel;
 }
 
+void vtkInnerGSPlaneQuery::SetStandardDeviationData(vtkImageData* deviation) {
+  if (deviation)
+    this->SetInputDataObject(1, deviation);
+  else
+    this->RemoveAllInputConnections(1);
+}
+
+void vtkInnerGSPlaneQuery::SetStandardDeviationIJKToRASMatrix(vtkMatrix4x4* ijkToRAS) {
+  if (innergs::vtk::assignCopy(this->Work->deviationToRAS, ijkToRAS)) this->Modified();
+}
+
 vtkImageData* vtkInnerGSPlaneQuery::GetOutput() {
   return vtkImageData::SafeDownCast(this->GetOutputDataObject(0));
+}
+
+vtkImageData* vtkInnerGSPlaneQuery::GetOutputStandardDeviation() {
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
 }
 
 vtkSmartPointer<vtkImageData> vtkInnerGSPlaneQuery::Query() {
@@ -132,11 +157,13 @@ vtkMTimeType vtkInnerGSPlaneQuery::GetMTime() {
   return std::max({this->Superclass::GetMTime(), this->Work->planeToRAS->GetMTime(), place});
 }
 
-void vtkInnerGSPlaneQuery::RequestInformation(vtkInformationVector**, vtkInformationVector* outputs) {
+void vtkInnerGSPlaneQuery::RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   const int extent[6] = {0, this->Dimensions[0] - 1, 0, this->Dimensions[1] - 1, 0, 0};
-  vtkInformation* output = outputs->GetInformationObject(0);
-  output->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
-  vtkDataObject::SetPointDataActiveScalarInfo(output, VTK_FLOAT, 1);
+  for (int port = 0; port < (inputs[1]->GetNumberOfInformationObjects() > 0 ? 2 : 1); ++port) {
+    vtkInformation* output = outputs->GetInformationObject(port);
+    output->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), extent, 6);
+    vtkDataObject::SetPointDataActiveScalarInfo(output, VTK_FLOAT, 1);
+  }
 }
 
 void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
@@ -148,6 +175,7 @@ void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInforma
   if (!work.sampler || work.field != field || work.threads != this->NumberOfThreads ||
       work.instructionSet != this->InstructionSet || work.device != this->Device) {
     work.sampler.reset();
+    work.pool.reset();
     work.sampler = std::make_unique<innergs::PlaneSampler>(
         field, this->NumberOfThreads, this->InstructionSet,
         innergs::DeviceChoice(this->Device, this->InstructionSet).makeField(*field));
@@ -188,7 +216,23 @@ void vtkInnerGSPlaneQuery::RequestData(vtkInformationVector** inputs, vtkInforma
     work.sampler->sample(innergs::vtk::flipped(toModel * toRAS), this->Dimensions[0], this->Dimensions[1],
                          out, this->GetStopToken());
   } else {
-    work.samplePoints(toRAS, this->Dimensions[0], this->Dimensions[1], out, this->GetStopToken());
+    innergs::RenderOptions options;
+    options.threads = work.threads;
+    options.instructionSet = work.instructionSet;
+    options.stop = this->GetStopToken();
+    const std::vector<float> values = renderPoints(
+        *work.field, work.pointsOf(toRAS, this->Dimensions[0], this->Dimensions[1], options.stop), options);
+    std::copy(values.begin(), values.end(), out.begin());
+  }
+  vtkImageData* onPlane = vtkImageData::GetData(outputs, 1);
+  onPlane->Initialize();
+  if (vtkImageData* deviation = vtkImageData::GetData(inputs[1])) {
+    const std::stop_token stop = this->GetStopToken();
+    if (!work.pool) work.pool = std::make_unique<innergs::ThreadPool>(work.threads);
+    work.pool->setStop(stop);
+    innergs::vtk::sampleUncertainty(deviation, work.deviationToRAS,
+                                    work.pointsOf(toRAS, this->Dimensions[0], this->Dimensions[1], stop),
+                                    grid, this->GeometryInImage, *work.pool, onPlane);
   }
   innergs::vtk::toMatrix(toRAS, work.outputToRAS);
   this->QueryMilliseconds =

@@ -10,7 +10,8 @@ class vtkImageData;
 class vtkMatrix4x4;
 
 /// Renders the model (input) on a plane as a 2D vtkImageData (output, float, scanner units), fast enough to
-/// follow a drag. Keeps threads and buffers between executions.
+/// follow a drag. Keeps threads and buffers between executions. Port 1: with the standard deviation of a
+/// volume of the model as second input, that on the plane.
 class VTKINNERGS_EXPORT vtkInnerGSPlaneQuery : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSPlaneQuery* New();
@@ -42,6 +43,16 @@ public:
   vtkAbstractTransform* GetTransformToModel();
   ///@}
 
+  ///@{
+  /// The third output of vtkInnerGSReconstruct, in the model's own RAS; it lies as the matrix (IJK → RAS,
+  /// copied; null: from the image) says. Null image (default): the second output is empty.
+  void SetStandardDeviationData(vtkImageData* deviation);
+  void SetStandardDeviationIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
+  /// On the lattice of the first output: scalars "StandardDeviation" (float, scanner units) and point data
+  /// "Measured" (unsigned char): 0 where no slice measured anything, and where the volume has no voxels.
+  vtkImageData* GetOutputStandardDeviation();
+  ///@}
+
   /// Device: the CPU by default, as it renders a plane in a few milliseconds; on other devices the model
   /// stays loaded.
 
@@ -60,6 +71,7 @@ public:
 protected:
   vtkInnerGSPlaneQuery();
   ~vtkInnerGSPlaneQuery() override;
+  int FillInputPortInformation(int port, vtkInformation* information) override;
 #ifndef __VTK_WRAP__
   void RequestInformation(vtkInformationVector** inputs, vtkInformationVector* outputs) override;
   void RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) override;

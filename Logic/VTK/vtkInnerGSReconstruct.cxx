@@ -7,6 +7,7 @@
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"
 #include "SettingsAccess.h"
+#include "UncertaintyImage.h"
 #include "vtkInnerGSModel.h"
 
 #include "vtkDataObject.h"
@@ -34,7 +35,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 std::string progressText(const innergs::Progress& p) {
   std::string text = innergs::phaseName(p.phase);
   const bool fitting = p.phase == innergs::Phase::Fitting;
-  if (fitting || (p.phase == innergs::Phase::Judging && p.iterations > 0))
+  if (fitting || (resultIsComplete(p.phase) && p.iterations > 0))
     text += innergs::formatted(", iteration %d of %d", p.iteration, p.iterations);
   if (fitting) text += innergs::formatted(", %.1f dB", p.trainingPsnr);
   if (p.phase != innergs::Phase::Done && p.remaining >= 1)
@@ -58,9 +59,9 @@ struct vtkInnerGSReconstruct::Internals {
 };
 
 vtkInnerGSReconstruct::vtkInnerGSReconstruct()
-    : TrainingPSNR(kNaN), HeldOutPSNR(kNaN), Work(std::make_unique<Internals>()) {
+    : TrainingPSNR(kNaN), HeldOutPSNR(kNaN), UncertaintyCoverage(kNaN), Work(std::make_unique<Internals>()) {
   this->SetNumberOfInputPorts(2);
-  this->SetNumberOfOutputPorts(2);
+  this->SetNumberOfOutputPorts(3);
 }
 
 vtkInnerGSReconstruct::~vtkInnerGSReconstruct() = default;
@@ -70,6 +71,7 @@ void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "Settings: " << innergs::settingsText(this->GetSettings(), this->HeldOutFraction) << "\n";
   os << indent << "OutputSpacing: " << this->OutputSpacing[0] << " " << this->OutputSpacing[1] << " "
      << this->OutputSpacing[2] << "\n";
+  os << indent << "EstimateUncertainty: " << this->EstimateUncertainty << "\n";
   os << indent << "UsedSettings: " << this->UsedSettings << "\n";
   os << indent << "TrainingPSNR: " << this->TrainingPSNR << "\n";
   os << indent << "HeldOutPSNR: " << this->HeldOutPSNR << "\n";
@@ -188,6 +190,9 @@ vtkInnerGSModel* vtkInnerGSReconstruct::GetOutputModel() {
 vtkImageData* vtkInnerGSReconstruct::GetOutputImage() {
   return vtkImageData::SafeDownCast(this->GetOutputDataObject(1));
 }
+vtkImageData* vtkInnerGSReconstruct::GetOutputStandardDeviation() {
+  return vtkImageData::SafeDownCast(this->GetOutputDataObject(2));
+}
 vtkMatrix4x4* vtkInnerGSReconstruct::GetOutputIJKToRASMatrix() {
   return this->Work->outputToRAS;
 }
@@ -222,6 +227,7 @@ innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<
                                                               vtkImageData* mask, std::stop_token stop) {
   innergs::ReconstructionInput input = this->Work->inputs.read(images, mask, this->MakeOutputChoice(), stop);
   input.heldOutFraction = this->HeldOutFraction;
+  input.uncertainty = this->EstimateUncertainty;
   if (this->Work->resume) {
     if (this->Work->resume->IsEmpty())
       throw Error(ErrorCode::NoData, "The model to resume has no Gaussians: choose another or none.");
@@ -265,6 +271,7 @@ bool vtkInnerGSReconstruct::WithOutline(const std::function<void(const innergs::
   if (images.empty()) return false;
   innergs::ReconstructionInput input = this->Work->inputs.outline(images, this->MakeOutputChoice());
   input.heldOutFraction = this->HeldOutFraction;
+  input.uncertainty = this->EstimateUncertainty;
   use(input);
   return true;
 }
@@ -310,6 +317,8 @@ void vtkInnerGSReconstruct::RequestInformation(vtkInformationVector** inputs, vt
     grid = *this->Work->inputs.outline(images, this->MakeOutputChoice()).outputGrid;
   }
   innergs::vtk::announceImage(outputs->GetInformationObject(1), grid, this->GeometryInImage);
+  if (this->EstimateUncertainty)
+    innergs::vtk::announceImage(outputs->GetInformationObject(2), grid, this->GeometryInImage);
 }
 
 void vtkInnerGSReconstruct::ReportProgress(const innergs::Progress& p) {
@@ -353,8 +362,9 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   Internals& work = *this->Work;
   work.warnings.clear();
   for (std::string* last : {&this->UsedSettings, &this->UsedInstructionSet, &this->UsedDevice,
-                            &this->PredictionNote, &this->DeviceNote})
+                            &this->PredictionNote, &this->DeviceNote, &this->UncertaintyNote})
     last->clear();
+  this->UncertaintyCoverage = kNaN;
   this->NumberOfHeldOutSlices = 0;
   this->QualityState = QualityNotAsked;
   this->ReportProgress({});
@@ -406,4 +416,16 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   vtkInformation* output = outputs->GetInformationObject(1);
   innergs::vtk::announceImage(output, result.volume.geometry, this->GeometryInImage);
   output->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), image->GetExtent(), 6);
+  vtkImageData* deviation = vtkImageData::GetData(outputs, 2);
+  deviation->Initialize();
+  vtkInformation* second = outputs->GetInformationObject(2);
+  if (const auto& u = result.uncertainty) {
+    innergs::vtk::setUncertainty(deviation, *u, this->GeometryInImage);
+    innergs::vtk::announceImage(second, u->deviation.geometry, this->GeometryInImage);
+    this->UncertaintyCoverage = u->coverage;
+    this->UncertaintyNote = innergs::uncertaintySentence(*u);
+  } else {
+    second->Set(vtkStreamingDemandDrivenPipeline::WHOLE_EXTENT(), deviation->GetExtent(), 6);
+  }
+  second->Set(vtkStreamingDemandDrivenPipeline::UPDATE_EXTENT(), deviation->GetExtent(), 6);
 }

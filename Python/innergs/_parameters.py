@@ -43,7 +43,7 @@ def temporary(volumes, spacing=None, **choices):
 
 
 def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mask=None, segment=None, roi=None,
-         thickness=None, profile=None, axis=None, held_out=0.0, quality=False, quality_gap=0, output=None,
+         thickness=None, profile=None, axis=None, held_out=0.0, uncertainty=False, quality=False, quality_gap=0, output=None,
          output_model=None, **settings):
     volumes = list(volumes) if isinstance(volumes, (list, tuple)) else [volumes]
     if not volumes:
@@ -85,6 +85,7 @@ def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mas
         node.SetMaskSegmentID(segment or "")
         node.SetROINode(roi)
         node.SetHeldOutFraction(held_out)
+        node.SetEstimateUncertainty(uncertainty)
         node.SetEvaluateQuality(quality)
         node.SetQualityGap(quality_gap)
         node.SetOutputVolumeNode(output)

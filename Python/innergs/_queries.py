@@ -26,8 +26,8 @@ def query(model, points):
     return float(result) if array.ndim == 1 else result
 
 
-def plane(model, matrix, size=256, spacing=1.0, output=None):
-    """The model on a plane as a volume node.
+def plane(model, matrix, size=256, spacing=1.0, output=None, uncertainty=False):
+    """The model on a plane as a volume node; uncertainty: the standard deviation of its volume there instead.
 
     matrix: plane to RAS (vtkMatrix4x4 or 4x4 numbers), like a slice node's SliceToRAS; its origin is the centre of the
     image. size: pixels, one number or (columns, rows); spacing in mm.
@@ -35,7 +35,8 @@ def plane(model, matrix, size=256, spacing=1.0, output=None):
     columns, rows = (size, size) if isinstance(size, int) else size
     owner = logic_of(model)
     with quiet(owner):
-        return checked(owner, owner.QueryPlane(model, _matrix(matrix), columns, rows, spacing, output))
+        query = owner.QueryUncertaintyPlane if uncertainty else owner.QueryPlane
+        return checked(owner, query(model, _matrix(matrix), columns, rows, spacing, output))
 
 
 def _matrix(matrix):

@@ -112,6 +112,30 @@ TEST_F(JobTest, SceneClearedWhileQualityIsJudged) {
   EXPECT_EQ(countNodes("vtkMRMLInnerGSModelNode"), 0);
 }
 
+TEST_F(JobTest, CancelWhileTheUncertaintyIsEstimatedKeepsTheResult) {
+  auto* parameters = addParameters(addLargerVolume());
+  parameters->SetNumberOfIterations(5);
+  parameters->EstimateUncertaintyOn();
+  bool cancelled = false;
+  Observer watch(logic, {Logic::JobProgressEvent}, [&](unsigned long, void* data) {
+    auto* job = jobOf(data);
+    if (cancelled || job->GetPhase() != "Estimating the uncertainty") return;
+    EXPECT_TRUE(job->IsJudging());
+    cancelled = true;
+    logic->Cancel(job);
+  });
+  EXPECT_TRUE(logic->Reconstruct(parameters));
+  EXPECT_TRUE(cancelled);
+  auto* job = logic->GetLastJob();
+  EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Finished);
+  EXPECT_NE(job->GetVolumeNode(), nullptr);
+  EXPECT_NE(job->GetModelNode(), nullptr);
+  EXPECT_EQ(job->GetUncertaintyNode(), nullptr);
+  EXPECT_TRUE(std::isfinite(job->GetHeldOutPSNR()));
+  ASSERT_GT(job->GetNumberOfWarnings(), 0);
+  EXPECT_NE(job->GetWarning(job->GetNumberOfWarnings() - 1).find("uncertainty"), std::string::npos);
+}
+
 // In the second fit and in the interpolations that it is compared with.
 TEST_F(JobTest, CancelWhileQualityIsJudged) {
   const int size[3] = {160, 160, 120};

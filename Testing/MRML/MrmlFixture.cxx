@@ -74,6 +74,12 @@ vtkMRMLScalarVolumeNode* MrmlFixture::addVolume(const char* name) {
   return addVolume(name, size, matrix);
 }
 
+vtkMRMLScalarVolumeNode* MrmlFixture::addLargerVolume(const char* name) {
+  const int size[3] = {36, 34, 30};
+  const double spacing[3] = {1.5, 1.5, 2}, origin[3] = {-20, -25, -30};
+  return addVolume(name, size, oblique(20, spacing, origin));
+}
+
 vtkMRMLScalarVolumeNode* MrmlFixture::addThickVolume(const char* name) {
   const int size[3] = {32, 30, 10};
   const double spacing[3] = {1.5, 1.5, 5};

@@ -63,6 +63,8 @@ protected:
   vtkMRMLScalarVolumeNode* addVolume(const char* name = "Head");
   /// Wide axial slices: 32×30×10 voxels of 1.5×1.5×5 mm.
   vtkMRMLScalarVolumeNode* addThickVolume(const char* name = "Thick");
+  /// 36×34×30 oblique voxels of 1.5×1.5×2 mm: as many as an uncertainty needs.
+  vtkMRMLScalarVolumeNode* addLargerVolume(const char* name = "Larger");
   vtkMRMLInnerGSParameterNode* addParameters(vtkMRMLVolumeNode* input);
   vtkMRMLLinearTransformNode* addTransform(vtkMatrix4x4* matrix, const char* name = "Transform");
 

@@ -15,6 +15,7 @@ void fill(Parameters* p) {
   p->SetInstructionSet("\"none\" <&> such");
   p->SetHeldOutFraction(0.1);
   p->EvaluateQualityOn();
+  p->EstimateUncertaintyOn();
   p->SetQualityGap(6);
   p->SetOutputGrid(Parameters::SpacingGrid);
   p->SetOutputSpacing(0.7);
@@ -30,6 +31,7 @@ void expectFilled(Parameters* p) {
   EXPECT_EQ(p->GetSeed(), 18000000000000000001u);
   EXPECT_EQ(p->GetHeldOutFraction(), 0.1);
   EXPECT_TRUE(p->GetEvaluateQuality());
+  EXPECT_TRUE(p->GetEstimateUncertainty());
   EXPECT_EQ(p->GetQualityGap(), 6);
   EXPECT_EQ(p->GetOutputGrid(), Parameters::SpacingGrid);
   EXPECT_EQ(p->GetOutputSpacing(), 0.7);
@@ -137,7 +139,8 @@ TEST_F(ParameterNodeTest, ReadsScenesOfOldVersions) {
             "preset=best; device=cuda:1; fill=-1024; blending=additive; linearIntensity=false; cutoff=2.3; "
             "initialisation=grid; gaussians=1000; ensembleSize=3; iterations=77; loss=huber; lossWeight=0.8; "
             "ssimWeight=0; huberDelta=0.3333333333333333; allAxes=false; relocate=false; consistency=false; "
-            "prediction=auto; align=true; sliceMotion=auto; schedule=plateau; plateauPatience=7; plateauFactor=0.5; plateauLowest=0.01; "
+            "prediction=auto; align=true; sliceMotion=auto; schedule=plateau; plateauPatience=7; "
+            "plateauFactor=0.5; plateauLowest=0.01; "
             "plateauThreshold=0.0001; "
             "beta1=0.81; paperStopRule=true; densifyEvery=0; maxGaussians=2000; selection=method2; seed=42; "
             "heldOutFraction=0");

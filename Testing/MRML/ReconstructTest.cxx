@@ -324,6 +324,72 @@ TEST_F(ReconstructTest, SegmentationOfSurfacesAsMask) {
   }
 }
 
+TEST_F(ReconstructTest, UncertaintyIsAVolumeBesideTheResult) {
+  auto* input = addLargerVolume();
+  auto* parameters = addParameters(input);
+  parameters->SetNumberOfIterations(10);
+  parameters->EstimateUncertaintyOn();
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* job = logic->GetLastJob();
+  auto* volume = job->GetVolumeNode();
+  auto* model = job->GetModelNode();
+  auto* deviation = job->GetUncertaintyNode();
+  ASSERT_NE(deviation, nullptr) << job->GetWarning(job->GetNumberOfWarnings() - 1);
+  EXPECT_STREQ(deviation->GetName(), "Larger InnerGS standard deviation");
+  EXPECT_EQ(parameters->GetResultUncertaintyNode(), deviation);
+  EXPECT_EQ(deviation->GetNodeReference("InnerGSModel"), model);
+  EXPECT_EQ(deviation->GetNodeReference("InnerGSVolume"), volume);
+  EXPECT_EQ(deviation->GetAttribute("InnerGS.Uncertainty"), job->GetUncertaintyNote());
+  EXPECT_GT(job->GetUncertaintyCoverage(), 0.8);
+  vtkNew<vtkMatrix4x4> ofVolume, ofDeviation;
+  volume->GetIJKToRASMatrix(ofVolume);
+  deviation->GetIJKToRASMatrix(ofDeviation);
+  for (int i = 0; i < 16; ++i)
+    EXPECT_EQ(ofVolume->GetElement(i / 4, i % 4), ofDeviation->GetElement(i / 4, i % 4));
+  double range[2];
+  deviation->GetImageData()->GetScalarRange(range);
+  EXPECT_GT(range[0], 0);
+  auto* display = vtkMRMLScalarVolumeDisplayNode::SafeDownCast(deviation->GetDisplayNode());
+  ASSERT_NE(display, nullptr);
+  EXPECT_FALSE(display->GetAutoWindowLevel());
+  EXPECT_EQ(display->GetWindowLevelMin(), 0);
+  EXPECT_GT(display->GetWindowLevelMax(), range[0]);
+  EXPECT_LE(display->GetWindowLevelMax(), range[1]);
+
+  // On a plane through a voxel, also of a model that was moved.
+  const double ijk[4] = {12, 20, 9, 1};
+  for (const double moved : {0., 7.}) {
+    vtkNew<vtkMatrix4x4> shift, plane;
+    shift->SetElement(1, 3, moved);
+    model->SetAndObserveTransformNodeID(addTransform(shift)->GetID());
+    double at[4];
+    ofDeviation->MultiplyPoint(ijk, at);
+    for (int a = 0; a < 3; ++a)
+      plane->SetElement(a, 3, at[a] + (a == 1 ? moved : 0));
+    auto* shown = logic->QueryUncertaintyPlane(model, plane, 3, 3, 1);
+    ASSERT_NE(shown, nullptr) << logic->GetLastError();
+    EXPECT_NEAR(shown->GetImageData()->GetScalarComponentAsDouble(1, 1, 0, 0),
+                deviation->GetImageData()->GetScalarComponentAsDouble(12, 20, 9, 0), 1e-3);
+    EXPECT_EQ(shown->GetNodeReference("InnerGSModel"), model);
+  }
+
+  // Into a chosen node; and without it, nothing refers to one.
+  parameters->SetOutputModelNode(model);
+  parameters->SetOutputUncertaintyNode(deviation);
+  parameters->SetSeed(3);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_EQ(logic->GetLastJob()->GetUncertaintyNode(), deviation);
+  parameters->EstimateUncertaintyOff();
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_EQ(logic->GetLastJob()->GetUncertaintyNode(), nullptr);
+  EXPECT_EQ(parameters->GetResultUncertaintyNode(), nullptr);
+  vtkNew<vtkMatrix4x4> plane;
+  EXPECT_EQ(logic->QueryUncertaintyPlane(model, plane, 3, 3, 1), nullptr);
+  EXPECT_NE(logic->GetLastError().find("is not known"), std::string::npos);
+  parameters->SetOutputUncertaintyNode(vtkMRMLScalarVolumeNode::SafeDownCast(input));
+  EXPECT_NE(logic->CheckParameters(parameters), "");
+}
+
 TEST_F(ReconstructTest, QualityTable) {
   auto* parameters = addParameters(addVolume());
   parameters->SetHeldOutFraction(0.2);

@@ -4,8 +4,11 @@
 
 #include "Core/Base/SystemMemory.h"
 #include "Core/Job/ReconstructionJob.h"
+#include "IO/VolumeIO.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
+
+#include <vtkPointData.h>
 
 #include <QSignalSpy>
 #include <QTest>
@@ -174,6 +177,32 @@ private Q_SLOTS:
     QVERIFY(host_->document().volume(plain.volumeId)->volume->voxels ==
             host_->document().volume(report.volumeId)->volume->voxels);
     QCOMPARE(plain.trainingPsnr, report.trainingPsnr);
+  }
+
+  void theUncertaintyIsAVolumeOfTheDocument() {
+    const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {36, 36, 30}, {1.5, 1.5, 2}));
+    ui::Request request = apptest::request(id);
+    const ui::Estimate without = host_->estimate(request);
+    request.estimateUncertainty = true;
+    QVERIFY(host_->estimate(request).memory > without.memory);
+    const ui::Report report = reconstructAndWait(*host_, request);
+    QVERIFY2(!report.uncertaintyId.isEmpty(), qPrintable(report.warnings.join(' ')));
+    QVERIFY(report.uncertainty.contains("90 % intervals"));
+    const auto item = host_->document().volume(report.uncertaintyId);
+    QCOMPARE(item->name, QString("ball standard deviation"));
+    QVERIFY(item->volume->geometry == host_->document().volume(report.volumeId)->volume->geometry);
+    QVERIFY(item->range[0] > 0);
+    QCOMPARE(item->window->lower, 0.0);
+    QVERIFY(item->window->upper > item->range[0] && item->window->upper <= item->range[1]);
+    QVERIFY(host_->document().unsaved().contains(report.uncertaintyId));
+    const QString file = sandbox_->path("deviation.nii.gz");
+    QCOMPARE(host_->save(report.uncertaintyId, file), QString());
+    QVERIFY(readVolume(file.toStdString()).voxels == item->volume->voxels);
+    const auto known = host_->uncertaintyOf(report.modelId);
+    QVERIFY(known && known->image == item->image);
+    QVERIFY(known->image->GetPointData()->GetArray("Measured"));
+    host_->document().remove(report.uncertaintyId);
+    QVERIFY(!host_->uncertaintyOf(report.modelId));
   }
 
   void cancelledWhileJudgingKeepsTheFit() {

@@ -59,7 +59,8 @@ public:
   /// What was done with models and volumes.
   QMap<QString, innergs::ui::ModelInfo> models;
   QMap<QString, vtkSmartPointer<vtkInnerGSModel>> modelData;
-  QStringList savedFiles, loadedFiles, addedVolumes; // addedVolumes: names
+  QMap<QString, std::shared_ptr<const innergs::ui::UncertaintyVolume>> uncertainties; // by model
+  QStringList savedFiles, loadedFiles, addedVolumes;                                  // addedVolumes: names
   vtkSmartPointer<vtkImageData> lastAddedImage;
   vtkSmartPointer<vtkMatrix4x4> lastAddedMatrix;
   QString modelError; // what load, save, show and addVolume fail with; "" = they work
@@ -76,6 +77,9 @@ public:
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
   QString onlyModel() const override { return models.size() == 1 ? models.firstKey() : QString(); }
   vtkInnerGSModel* model(const QString& id) const override;
+  std::shared_ptr<const innergs::ui::UncertaintyVolume> uncertaintyOf(const QString& id) const override {
+    return uncertainties.value(id);
+  }
   QString loadModel(const QString& file, QString* error) override;
   QString saveModel(const QString& id, const QString& file) override;
   QString showEllipsoids(const QString& id, bool shown) override;

@@ -3,7 +3,12 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "vtkInnerGSPointQuery.h"
 
+#include <vtkImageData.h>
+#include <vtkPointData.h>
+#include <vtkUnsignedCharArray.h>
+
 #include <QApplication>
+#include <QCheckBox>
 #include <QClipboard>
 #include <QDoubleSpinBox>
 #include <QFileDialog>
@@ -173,6 +178,70 @@ private Q_SLOTS:
     // Another plane replaces it.
     shown.find<QDoubleSpinBox>("queryPositionValue")->setValue(30);
     QTRY_VERIFY(std::abs(grey(left) - (rampAt(17, -10, 30) - 50) / 300 * 255) < 8);
+  }
+
+  void theUncertaintyOfThePlaneAndWhatWasNotMeasured() {
+    Shown shown(ramp_);
+    auto* box = shown.find<QCheckBox>("queryUncertainty");
+    QVERIFY(!box->isVisible()); // nothing is known of it
+    // 4 mm voxels over the model, 10 towards the patient's left of x = 5 and 30 towards the right; the upper
+    // half (y > −10) was not measured.
+    auto uncertainty = std::make_shared<UncertaintyVolume>();
+    uncertainty->image = vtkSmartPointer<vtkImageData>::New();
+    uncertainty->image->SetDimensions(16, 16, 16);
+    uncertainty->image->AllocateScalars(VTK_FLOAT, 1);
+    vtkNew<vtkUnsignedCharArray> measured;
+    measured->SetName("Measured");
+    for (int k = 0; k < 16; ++k)
+      for (int j = 0; j < 16; ++j)
+        for (int i = 0; i < 16; ++i) {
+          uncertainty->image->SetScalarComponentFromDouble(i, j, k, 0, i < 8 ? 10 : 30);
+          measured->InsertNextValue(j < 8);
+        }
+    uncertainty->image->GetPointData()->AddArray(measured);
+    uncertainty->ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
+    const double corner[3] = {5 - 30, -10 - 30, 20 - 30};
+    for (int a = 0; a < 3; ++a) {
+      uncertainty->ijkToRAS->SetElement(a, a, 4);
+      uncertainty->ijkToRAS->SetElement(a, 3, corner[a]);
+    }
+    uncertainty->usual = 40;
+    shown.host.uncertainties["ramp"] = uncertainty;
+    Q_EMIT shown.host.modelsChanged();
+    QVERIFY(box->isVisible());
+    shown.view->setHandlesShown(false);
+    const auto pixel = [&](double x, double y) {
+      const QImage image = shown.view->grab().toImage();
+      return QColor(image.pixel((shown.view->widgetAt({x, y}) * image.devicePixelRatio()).toPoint()));
+    };
+    const auto isGrey = [](const QColor& c, double of) {
+      return std::abs(c.red() - of) < 8 && std::abs(c.blue() - of) < 8;
+    };
+    QTRY_VERIFY(isGrey(pixel(-12, -8), (rampAt(5 + 12, -10 - 8, 20) - 50) / 300 * 255));
+    QTest::mouseClick(box, Qt::LeftButton, {}, {5, 5});
+    QCOMPARE(shown.find<QDoubleSpinBox>("queryWindow")->value(), 40.0);
+    // Left on the screen is the patient's right; black is 0, white 40.
+    QTRY_VERIFY(isGrey(pixel(-12, -8), 30. / 40 * 255));
+    QVERIFY(isGrey(pixel(12, -8), 10. / 40 * 255));
+    const QColor unmeasured = pixel(12, 8);
+    QVERIFY(unmeasured.red() > unmeasured.blue() + 5); // the stripes and what is between them are orange
+    auto* readout = shown.find<QLabel>("queryReadout");
+    const QPoint at = shown.view->widgetAt({12, 8}).toPoint();
+    QTest::mouseMove(shown.view, at + QPoint(30, 30));
+    QTest::mouseMove(shown.view, at);
+    QTRY_VERIFY2(readout->text().contains(QString::fromUtf8(" ± 10")) &&
+                     readout->text().endsWith("scanner units, not measured"),
+                 qPrintable(readout->text()));
+    exported(shown);
+    QVERIFY(shown.host.addedVolumes.last().contains("standard deviation"));
+    double range[2];
+    shown.host.lastAddedImage->GetScalarRange(range);
+    QCOMPARE(range[0], 10.0);
+    QCOMPARE(range[1], 30.0);
+    shown.host.uncertainties.clear(); // the volume was closed
+    Q_EMIT shown.host.volumesChanged();
+    QVERIFY(!box->isVisible());
+    QTRY_VERIFY(isGrey(pixel(-12, -8), (rampAt(5 + 12, -10 - 8, 20) - 50) / 300 * 255));
   }
 
   void valueUnderTheCursor() {

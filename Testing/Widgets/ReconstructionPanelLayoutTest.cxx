@@ -65,10 +65,19 @@ private Q_SLOTS:
       QTest::keyClick(at, Qt::Key_Tab);
     }
     QCOMPARE(QApplication::focusWidget(), button());
-    const QStringList expected{"inputSelector",  "sliceThickness", "sliceProfile",
-                               "sliceAxis",      "addInput",       "maskSelector",
-                               "regionSelector", "outputGrid",     "outputVolumeSelector",
-                               "preset",         "device",         "evaluateQuality",
+    const QStringList expected{"inputSelector",
+                               "sliceThickness",
+                               "sliceProfile",
+                               "sliceAxis",
+                               "addInput",
+                               "maskSelector",
+                               "regionSelector",
+                               "outputGrid",
+                               "outputVolumeSelector",
+                               "preset",
+                               "device",
+                               "evaluateQuality",
+                               "estimateUncertainty",
                                "sectionButton"};
     QVERIFY2(order == expected, qPrintable(order.join(' ')));
     QTest::keyClick(button(), Qt::Key_Space);

@@ -143,8 +143,9 @@ private Q_SLOTS:
     QTest::mouseClick(button(), Qt::LeftButton);
     QString last = label("phaseText");
     double fraction = 0;
-    for (const Phase phase : {Phase::Aligning, Phase::Predicting, Phase::Initialising, Phase::Tracking,
-                              Phase::Fitting, Phase::Refining, Phase::Rendering, Phase::Judging}) {
+    for (const Phase phase :
+         {Phase::Aligning, Phase::Predicting, Phase::Initialising, Phase::Tracking, Phase::Fitting,
+          Phase::Refining, Phase::Rendering, Phase::Judging, Phase::Estimating}) {
       host_->sendProgress(phase, fraction += 0.1, 1, 0.01, 25, 100);
       QTRY_VERIFY2(label("phaseText") != last, phaseName(phase));
       last = label("phaseText");
@@ -323,6 +324,30 @@ private Q_SLOTS:
     QVERIFY(line("resultWarnings").contains("stopped"));
   }
 
+  void theUncertaintyIsAskedForAndStated() {
+    host_->cancelDelay = -1;
+    choose("head");
+    QVERIFY(!panel_->request().estimateUncertainty);
+    QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
+    QTest::mouseClick(child<QCheckBox>("estimateUncertainty"), Qt::LeftButton, {}, {5, 5});
+    QCOMPARE(changed.count(), 1);
+    QVERIFY(panel_->request().estimateUncertainty);
+    QTRY_VERIFY(host_->estimated.last().estimateUncertainty); // its time and memory count before the start
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(host_->requests.last().estimateUncertainty);
+    host_->sendProgress(Phase::Estimating, 0.8, 3, 0.002, 38, 20);
+    QTRY_COMPARE(label("phaseText"), QString("Estimating the uncertainty"));
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(label("phaseText").contains("finished model is kept"));
+    Report report = FakeHost::exampleReport();
+    report.uncertainty = "Its 90 % intervals held 91 % of 4,000 voxels.";
+    host_->sendFinished(report);
+    QCOMPARE(label("resultUncertainty"), "Uncertainty: " + report.uncertainty);
+    finish(FakeHost::exampleReport());
+    QVERIFY(!isShown("resultUncertainty"));
+  }
+
   void theChartTellsEnsemblesAndHalfResolutionApart() {
     host_->cancelDelay = -1;
     choose("head");
@@ -402,6 +427,7 @@ private Q_SLOTS:
     request.settings.iterations = 12;
     request.settings.seed = 99;
     request.heldOutFraction = 0.125;
+    request.estimateUncertainty = true;
     request.evaluateQuality = false;
     request.qualityGap = 3;
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
@@ -421,6 +447,7 @@ private Q_SLOTS:
     QCOMPARE(back.settings.iterations, request.settings.iterations);
     QCOMPARE(back.settings.seed, request.settings.seed);
     QCOMPARE(back.heldOutFraction, request.heldOutFraction);
+    QCOMPARE(back.estimateUncertainty, request.estimateUncertainty);
     QCOMPARE(back.evaluateQuality, request.evaluateQuality);
     QCOMPARE(back.qualityGap, request.qualityGap);
     QVERIFY(isShown("referenceSelector"));

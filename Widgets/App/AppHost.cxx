@@ -400,6 +400,8 @@ void AppHost::deliver(Outcome outcome) {
   } else {
     report.volumeId = document_.add(std::move(outcome.volume));
   }
+  if (outcome.uncertainty)
+    outcome.model.uncertaintyId = report.uncertaintyId = document_.add(std::move(*outcome.uncertainty));
   if (!request_.outputModelId.isEmpty() && document_.model(request_.outputModelId)) {
     report.modelId = request_.outputModelId;
     document_.replace(report.modelId, std::move(outcome.model));
@@ -407,6 +409,14 @@ void AppHost::deliver(Outcome outcome) {
     report.modelId = document_.add(std::move(outcome.model));
   }
   Q_EMIT finished(report);
+}
+
+std::shared_ptr<const ui::UncertaintyVolume> AppHost::uncertaintyOf(const QString& modelId) const {
+  const auto model = document_.model(modelId);
+  const auto item = model ? document_.volume(model->uncertaintyId) : nullptr;
+  if (!item) return nullptr;
+  return std::make_shared<ui::UncertaintyVolume>(
+      ui::UncertaintyVolume{item->image, item->ijkToRAS, item->window->firstUpper});
 }
 
 void AppHost::cancel() {

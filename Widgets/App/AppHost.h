@@ -42,6 +42,7 @@ public:
   QString loadModel(const QString& file, QString* error) override;
   QString saveModel(const QString& id, const QString& file) override;
   QString showEllipsoids(const QString& id, bool shown) override;
+  std::shared_ptr<const ui::UncertaintyVolume> uncertaintyOf(const QString& modelId) const override;
   QString addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const QString& name,
                     QString* error) override;
 

@@ -4,6 +4,7 @@
 #include "Core/Image/SliceAxis.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
+#include "UncertaintyImage.h"
 
 #include <vtkCommand.h>
 #include <vtkFloatArray.h>
@@ -111,6 +112,16 @@ VolumeItem makeItem(Volume volume, const QString& name, const QString& file, dou
   item.image = imageOf(item.volume, name);
   item.ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
   vtk::toMatrix(item.volume->geometry, item.ijkToRAS);
+  return item;
+}
+
+VolumeItem makeItem(Uncertainty uncertainty, const QString& name) {
+  VolumeItem item = makeItem(std::move(uncertainty.deviation), name);
+  item.role = VolumeRole::Made;
+  item.saved = false;
+  vtk::setMeasured(item.image, uncertainty.measured);
+  const double upper = vtk::usualDeviation(item.image);
+  *item.window = {0, upper, 0, upper};
   return item;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Image/Volume.h"
 #include "Core/Motion/DynamicField.h"
+#include "Core/Uncertainty/Uncertainty.h"
 #include "IO/ModelFile.h"
 #include "IO/SegmentNames.h"
 #include "vtkInnerGSDynamicModel.h"
@@ -64,6 +65,7 @@ struct ModelItem {
   vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null for others
   double time = 0;                                // s
   std::array<double, 2> window{0, 1};             // intensities worth showing
+  QString uncertaintyId;                          // the volume of its standard deviation; "" none
   bool saved = true, ellipsoidsShown = false;
   std::int64_t ellipsoids = 0; // that the 3D view draws
 };
@@ -72,6 +74,8 @@ struct ModelItem {
 /// threads. Throws Error(Geometry | NoData).
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file = {}, double thickness = 0,
                     int sliceAxis = -1);
+/// Likewise of standard deviations, unsaved; the image also has what was measured (UncertaintyImage.h).
+VolumeItem makeItem(Uncertainty uncertainty, const QString& name);
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},
                    ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
 

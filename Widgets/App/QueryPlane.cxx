@@ -44,11 +44,11 @@ QueryPlane::~QueryPlane() = default;
 
 void QueryPlane::setPicture(const ui::PlaneImage& picture) {
   Parts& p = *parts_;
-  any_ = picture.image != nullptr && picture.ijkToRAS != nullptr;
+  any_ = picture.shown() != nullptr && picture.ijkToRAS != nullptr;
   if (any_) {
     int size[3];
-    picture.image->GetDimensions(size);
-    p.mapper->SetInputData(picture.image);
+    picture.shown()->GetDimensions(size);
+    p.mapper->SetInputData(picture.shown());
     p.frame->SetBounds(-0.5, size[0] - 0.5, -0.5, size[1] - 0.5, 0, 0);
     p.slice->SetUserMatrix(picture.ijkToRAS);
     p.outline->SetUserMatrix(picture.ijkToRAS);

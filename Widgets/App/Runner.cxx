@@ -112,6 +112,7 @@ ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
     input.stacks.push_back(stackOf(task.inputs[n], task.request.inputs[static_cast<int>(n)], voxels));
   input.outputGrid = outputGrid(task, input.stacks);
   input.heldOutFraction = task.request.heldOutFraction;
+  input.uncertainty = task.request.estimateUncertainty;
   input.cropToMask =
       task.request.grid == ui::OutputGrid::Automatic || task.request.grid == ui::OutputGrid::Spacing;
   if (task.mask) input.mask = maskOf(*task.mask->volume);
@@ -273,6 +274,10 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
   outcome->volume.role = VolumeRole::Made;
   outcome->volume.window = first.window;
   outcome->volume.saved = false;
+  if (auto& u = result.uncertainty) {
+    report.uncertainty = QString::fromStdString(uncertaintySentence(*u));
+    outcome->uncertainty = makeItem(std::move(*u), tr("%1 standard deviation").arg(first.name));
+  }
   return outcome;
 }
 

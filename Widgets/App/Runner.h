@@ -30,6 +30,7 @@ std::optional<int> keepEvery(const ReconstructionTask& task);
 /// The result, on its way to the document.
 struct Outcome {
   VolumeItem volume;
+  std::optional<VolumeItem> uncertainty;
   ModelItem model;
   ui::Report report; // without IDs
 };

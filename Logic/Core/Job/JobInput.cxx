@@ -230,6 +230,10 @@ Affine3 modelFrame(const GridGeometry& geometry) {
   return frame;
 }
 
+double withheldFraction(const ReconstructionInput& input) {
+  return input.uncertainty && input.heldOutFraction == 0 ? kUsualFraction : input.heldOutFraction;
+}
+
 void checkHeldOutFraction(double fraction) {
   if (!(fraction >= 0 && fraction <= 0.5))
     throw Error(ErrorCode::InvalidArgument, "The held-out fraction must be between 0 and 0.5.");
@@ -243,7 +247,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   checkHeldOutFraction(input.heldOutFraction);
-  const double fraction = withheld ? input.heldOutFraction : 0;
+  const double fraction = withheld ? withheldFraction(input) : 0;
   PreparedInput prepared;
   prepared.stacks = input.stacks;
   auto& stacks = prepared.stacks;

@@ -35,6 +35,12 @@ bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 /// For messages. index: among the input's stacks, from 0.
 std::string nameOf(const Stack& stack, std::size_t index);
 
+/// Of the slices, withheld where the uncertainty is asked for without a fraction.
+constexpr double kUsualFraction = 0.2;
+
+/// The share of the slices that a second fit does not see; 0: there is none.
+double withheldFraction(const ReconstructionInput& input);
+
 /// Throws Error(InvalidArgument) unless the fraction is in [0, 0.5].
 void checkHeldOutFraction(double fraction);
 

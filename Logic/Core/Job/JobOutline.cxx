@@ -42,6 +42,7 @@ std::string JobOutline::key() const {
   for (const ReconstructionInput& fit : fits) {
     key += "|fit";
     add(fit.heldOutFraction);
+    add(fit.uncertainty);
     for (const Stack& stack : fit.stacks) {
       addGrid(stack.image.geometry);
       add(stack.thickness);

@@ -3,9 +3,11 @@
 #include "Core/Base/Quantities.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Job/JobInput.h"
+#include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/Projected.h"
+#include "Core/Uncertainty/ErrorCurve.h"
 
 #include <algorithm>
 #include <cmath>
@@ -83,8 +85,30 @@ std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& s
     candidates = std::max(candidates,
                           static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
   }
-  const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0;
-  return static_cast<std::int64_t>(std::max(fit, candidates + 20 * slices)) + kept;
+  return static_cast<std::int64_t>(std::max(fit, candidates + 20 * slices));
+}
+
+/// While the result waits for what is learned about it: the second fit, then the simulation of the
+/// uncertainty and what it ends in.
+std::int64_t judgedMemory(const ReconstructionInput& input, const Settings& settings, std::int64_t fit) {
+  if (withheldFraction(input) == 0) return fit;
+  const std::int64_t result = resultBytes(input);
+  if (!input.uncertainty) return result + fit;
+  double voxels = 0;
+  for (const Stack& stack : input.stacks)
+    voxels += static_cast<double>(stack.image.geometry.voxelCount());
+  // The stacks as they lie, and what is seen of withheld slices, all of it and in halves.
+  const double seen = withheldFraction(input) * voxels;
+  const auto kept =
+      static_cast<std::int64_t>(5 * voxels + seen * (sizeof(WithheldValue) + 2 * sizeof(SeenError)));
+  const SimulatedFit simulated = simulatedOutline(input, settings);
+  const std::int64_t cube =
+      6 * simulated.input.outputGrid->voxelCount() * static_cast<std::int64_t>(sizeof(float));
+  return result + kept +
+         std::max(
+             {fit,
+              result /* the second volume */ + cube + estimateMemory(simulated.input, simulated.settings),
+              4 * result /* details, deviation, distances and what was measured */});
 }
 
 } // namespace
@@ -97,8 +121,9 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   if (predicts(settings, traits)) {
     Settings filled = settings;
     makePlan(filled, traits);
-    return predictedMemory(input, settings, filled,
-                           input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks));
+    const std::int64_t fit = predictedMemory(
+        input, settings, filled, input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks));
+    return judgedMemory(input, settings, fit);
   }
   const GridGeometry domain = dataDomain(input.stacks);
   const Vec3 extent = domain.extent();
@@ -119,16 +144,16 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double densify = plan.densify.every > 0 ? gaussians * (3 * 64.0 + 16) : 0; // while sorting them
   const double fit = merged + lattices.largest * 8 /* W, N */ +
                      gaussians * (4 * 64.0 + views * (sizeof(Projected) + 16.0) + 16) + alpha + densify;
-  const double bridged = input.heldOutFraction > 0 ? lattices.voxels * 5 : 0; // see startStacks()
+  const double bridged = withheldFraction(input) > 0 ? lattices.voxels * 5 : 0; // see startStacks()
   const double start = bridged + proxy * 13 /* values, coverage, density and its smoothing */;
   const double output = static_cast<double>(grid.voxelCount()) * 4 + 64e6;
   const double residual = traits.superResolution() && settings.consistency
                               ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
                               : 0;
-  const std::int64_t kept = input.heldOutFraction > 0 ? resultBytes(input) : 0; // during the second fit
   const double motion =
       correctsSlices(settings, input.stacks) ? static_cast<double>(sliceMotionMemory(input.stacks)) : 0;
-  return static_cast<std::int64_t>(copies + std::max({fit, start, residual, motion}) + output) + kept;
+  return judgedMemory(input, settings,
+                      static_cast<std::int64_t>(copies + std::max({fit, start, residual, motion}) + output));
 }
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {

@@ -15,10 +15,16 @@ enum class Phase {
   Fitting,
   Refining,
   Rendering,
-  Judging, // measures the quality by a second fit, whose steps have no phases of their own
+  Judging,    // measures the quality by a second fit, whose steps have no phases of their own
+  Estimating, // how far the result may be off, likewise by fits of its own
   Done
 };
 const char* phaseName(Phase phase);
+
+/// From then on a stop ends only what is learned about the result.
+inline bool resultIsComplete(Phase phase) {
+  return phase == Phase::Judging || phase == Phase::Estimating;
+}
 
 /// How the quality measurement by a second fit ended; the result is complete in any case.
 enum class Judging { NotAsked, Done, Stopped, Failed };
@@ -27,11 +33,11 @@ enum class Judging { NotAsked, Done, Stopped, Failed };
 struct Progress {
   Phase phase = Phase::Preparing;
   double fraction = 0;      // of the whole job, 0…1, never decreases
-  int iteration = 0;        // iterations over the data so far; during Judging those of the second fit
+  int iteration = 0;        // iterations over the data so far; from Judging on those of the other fits
   int iterations = 0;       // planned iterations, likewise
   int members = 1;          // ensemble members, fitted one after the other: iterations / members each
   int coarseIterations = 0; // the first iterations of each member, at half resolution
-  // Of the delivered model, also during Judging.
+  // Of the delivered model, also from Judging on.
   double loss = 0; // of the last iteration, normalised intensity units
   double trainingPsnr = std::numeric_limits<double>::quiet_NaN(); // dB on the fitted samples; NaN: unknown so
                                                                   // far

@@ -10,7 +10,8 @@ namespace innergs {
 ProgressParts::ProgressParts(ProgressCallback callback, std::vector<double> weights)
     : callback_(std::move(callback)), weights_(std::move(weights)) {}
 
-ProgressCallback ProgressParts::next() {
+ProgressCallback ProgressParts::next(Phase phase) {
+  phase_ = phase;
   if (begun_ > 0) {
     weightBefore_ += weights_[current_];
     elapsedBefore_ = last_.elapsed;
@@ -23,10 +24,11 @@ ProgressCallback ProgressParts::next() {
 void ProgressParts::report(const Progress& part) {
   const double all = std::accumulate(weights_.begin(), weights_.end(), 0.0);
   const double weight = weights_[current_], later = all - weightBefore_ - weight;
-  if (current_ > 0 && !std::isnan(part.heldOutPsnr)) first_.heldOutPsnr = part.heldOutPsnr;
+  if (current_ > 0 && phase_ == Phase::Judging && !std::isnan(part.heldOutPsnr))
+    first_.heldOutPsnr = part.heldOutPsnr;
   Progress whole = current_ == 0 ? part : first_;
   if (current_ > 0) {
-    whole.phase = Phase::Judging;
+    whole.phase = phase_;
     whole.iteration = part.iteration;
     whole.iterations = part.iterations;
     whole.note.clear(); // only the delivered fit reports where it runs

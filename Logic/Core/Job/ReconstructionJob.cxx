@@ -3,8 +3,10 @@
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Job/ReconstructionRun.h"
+#include "Core/Job/SimulatedFit.h"
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +34,8 @@ const char* phaseName(Phase phase) {
     return "Rendering";
   case Phase::Judging:
     return "Judging the quality (second fit)";
+  case Phase::Estimating:
+    return "Estimating the uncertainty";
   case Phase::Done:
     return "Done";
   }
@@ -40,7 +44,27 @@ const char* phaseName(Phase phase) {
 
 namespace {
 
-constexpr double kUsualFraction = 0.2; // of the slices, withheld for the uncertainty; likewise of its twin's
+double voxelsOf(std::span<const Stack> stacks) {
+  double count = 0;
+  for (const Stack& stack : stacks)
+    count += static_cast<double>(stack.image.geometry.voxelCount());
+  return count;
+}
+
+/// Costs of the fit, of the one that judges it, and of those of the simulation, relative to the first.
+std::vector<double> partsOf(const ReconstructionInput& input, const Settings& settings) {
+  std::vector<double> parts{1, 1 - withheldFraction(input)};
+  if (!input.uncertainty || input.stacks.empty()) return parts;
+  try {
+    std::for_each(input.stacks.begin(), input.stacks.end(), checkStack);
+  } catch (const Error&) { // the run reports it
+    return parts;
+  }
+  const ReconstructionInput simulated = simulatedOutline(input, settings).input;
+  const double share = std::min(1.0, voxelsOf(simulated.stacks) / std::max(1.0, voxelsOf(input.stacks)));
+  parts.insert(parts.end(), {share, share * (1 - simulated.heldOutFraction)});
+  return parts;
+}
 
 } // namespace
 
@@ -50,11 +74,10 @@ struct ReconstructionJob::Impl {
   ProgressCallback progress;
   std::function<void(const Volume&)> preview;
 
-  std::optional<Uncertainty> estimated(ReconstructionResult& result, const Volume& second,
-                                       std::span<const Stack> placed, std::span<const WithheldValue> seen,
-                                       const std::stop_token& stop) const;
-  /// Measures the result's quality by a second fit with the same settings.
-  void judge(ReconstructionResult& result, std::span<const Stack> placed, const ProgressCallback& told,
+  void estimate(ReconstructionResult& result, const Volume& second, std::span<const Stack> placed,
+                std::span<const WithheldValue> seen, ProgressParts& parts, const std::stop_token& stop) const;
+  /// Measures the result's quality by a second fit with the same settings, and its uncertainty.
+  void judge(ReconstructionResult& result, std::span<const Stack> placed, ProgressParts& parts,
              const std::stop_token& stop);
 };
 
@@ -75,11 +98,9 @@ ReconstructionInput ReconstructionJob::takeInput() {
 }
 ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhenCancelled) {
   Impl& job = *impl_;
-  if (job.input.uncertainty && job.input.heldOutFraction == 0) job.input.heldOutFraction = kUsualFraction;
-  const double fraction = job.input.heldOutFraction;
-  checkHeldOutFraction(fraction);
+  checkHeldOutFraction(job.input.heldOutFraction);
   std::optional<ProgressParts> parts;
-  if (fraction > 0) parts.emplace(job.progress, std::vector<double>{1, 1 - fraction});
+  if (withheldFraction(job.input) > 0) parts.emplace(job.progress, partsOf(job.input, job.settings));
   ReconstructionResult result;
   std::vector<Stack> placed;
   {
@@ -89,58 +110,50 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
     if (job.input.uncertainty) placed = first.takeStacks();
   }
   if (parts && !result.cancelled) {
-    job.judge(result, placed, parts->next(), stop);
+    job.judge(result, placed, *parts, stop);
     parts->finish();
   }
   return result;
 }
 
-/// Nothing, with a warning, where too little is known for it.
-std::optional<Uncertainty> ReconstructionJob::Impl::estimated(ReconstructionResult& result,
-                                                              const Volume& second,
-                                                              std::span<const Stack> placed,
-                                                              std::span<const WithheldValue> seen,
-                                                              const std::stop_token& stop) const {
-  ThreadPool pool(settings.threads);
-  pool.setStop(stop);
-  const FitTwice twin = [&](std::vector<Stack> stacks, const GridGeometry& grid) {
-    ReconstructionInput simulated;
-    simulated.stacks = std::move(stacks);
-    simulated.outputGrid = grid;
-    simulated.uncertainty = true;
-    simulated.heldOutFraction = std::max(input.heldOutFraction, kUsualFraction);
-    Settings same = settings;
-    same.align = false;
-    same.sliceMotion = SliceMotionKind::Off;
-    if (same.gaussians) {
-      const auto& [x, y, z] = grid.extent();
-      const auto& [a, b, c] = result.volume.geometry.extent();
-      const double share = std::min(1.0, x * y * z / (a * b * c));
-      same.gaussians = std::max<std::int64_t>(1, std::llround(share * static_cast<double>(*same.gaussians)));
-    }
+/// A warning instead, where too little is known for it, or when it fails or is stopped.
+void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volume& second,
+                                       std::span<const Stack> placed, std::span<const WithheldValue> seen,
+                                       ProgressParts& parts, const std::stop_token& stop) const {
+  ProgressCallback told = parts.next(Phase::Estimating);
+  told({});
+  const FitTwice twice = [&](std::vector<Stack> stacks, const GridGeometry& grid) {
+    const auto [simulated, same] =
+        simulatedFit(std::move(stacks), grid, result.volume.geometry, input, settings);
     FittedTwice fitted;
-    fitted.whole = ReconstructionRun(simulated, same, false, {}).run(stop, false).volume;
-    ReconstructionRun second(simulated, same, true, {});
-    ReconstructionResult found = second.run(stop, false);
+    fitted.whole = ReconstructionRun(simulated, same, false, told).run(stop, false).volume;
+    ReconstructionRun without(simulated, same, true, parts.next(Phase::Estimating));
+    without.keepWithheldValues();
+    ReconstructionResult found = without.run(stop, false);
     if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
     if (found.heldOutSlices > 0) fitted.second = std::move(found.volume);
-    fitted.seen = second.withheldValues();
+    fitted.seen = without.takeWithheldValues();
     return fitted;
   };
+  Failure failure;
   try {
-    return estimateUncertainty({result.volume, second, placed, seen, result.noise, twin}, pool);
-  } catch (const Error& error) {
-    if (error.code() != ErrorCode::NoData && error.code() != ErrorCode::Cancelled) throw;
-    result.warnings.push_back(
-        error.code() == ErrorCode::NoData
-            ? error.what()
-            : "Stopped before the uncertainty was known: the result itself is complete.");
+    ThreadPool pool(settings.threads);
+    pool.setStop(stop);
+    result.uncertainty =
+        estimateUncertainty({result.volume, second, placed, seen, result.noise, twice}, pool);
+  } catch (...) {
+    failure = failureOf();
   }
-  return {};
+  if (failure.sentence.empty()) return;
+  result.warnings.push_back(failure.code == ErrorCode::Cancelled
+                                ? "Stopped before the uncertainty was known: the result itself is complete."
+                            : failure.code == ErrorCode::NoData
+                                ? failure.sentence
+                                : "The uncertainty could not be estimated. " + failure.sentence);
 }
 
 void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<const Stack> placed,
-                                    const ProgressCallback& told, const std::stop_token& stop) {
+                                    ProgressParts& parts, const std::stop_token& stop) {
   const auto begun = std::chrono::steady_clock::now();
   const auto fail = [&](const std::string& why) {
     result.judging = Judging::Failed;
@@ -152,11 +165,12 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
   const auto resume = std::exchange(input.resume, nullptr); // it has seen the slices to be withheld
   Failure failure;
   ReconstructionResult found;
+  std::vector<WithheldValue> seen;
   try {
-    ReconstructionRun second(input, settings, true, told);
+    ReconstructionRun second(input, settings, true, parts.next());
+    if (input.uncertainty) second.keepWithheldValues();
     found = second.run(stop, false);
-    if (input.uncertainty && !found.cancelled && found.heldOutSlices > 0)
-      result.uncertainty = estimated(result, found.volume, placed, second.withheldValues(), stop);
+    seen = second.takeWithheldValues();
   } catch (...) {
     failure = failureOf();
   }
@@ -172,6 +186,7 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
     result.judging = Judging::Done;
     result.heldOutPsnr = found.heldOutPsnr;
     result.heldOutSlices = found.heldOutSlices;
+    if (input.uncertainty) estimate(result, found.volume, placed, seen, parts, stop);
   }
   result.judgingSeconds = secondsSince(begun);
   result.seconds += result.judgingSeconds;

@@ -59,7 +59,7 @@ struct ReconstructionResult {
   std::vector<std::string> warnings;      // sentences for the user
 };
 
-/// Bytes that a job needs beyond its input, including its second fit.
+/// Bytes that a job needs beyond its input, including its second fit and its uncertainty.
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings);
 
 /// Runs one reconstruction. run() reports all errors in input and settings before any work.

@@ -586,7 +586,7 @@ void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
         const double e = (rendered.voxels[v] - truth) / field.intensityScale;
         squared += e * e;
         ++count;
-        if (!input_.uncertainty) continue;
+        if (!keepsValues_) continue;
         const std::int64_t p = v - k * plane;
         withheldValues_.push_back(
             {pose(map({static_cast<double>(p % row), static_cast<double>(p / row), static_cast<double>(k)})),

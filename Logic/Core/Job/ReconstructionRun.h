@@ -25,9 +25,11 @@ public:
   /// ReconstructionJob::run() without the quality measurement.
   ReconstructionResult run(const std::stop_token& stop, bool renderWhenCancelled);
 
+  /// Before run(): also keeps what is seen of withheld slices, for takeWithheldValues().
+  void keepWithheldValues() { keepsValues_ = true; }
   /// After run(): the stacks as they were fitted, and what was seen of withheld slices.
   std::vector<Stack> takeStacks() { return std::move(prepared_.stacks); }
-  const std::vector<WithheldValue>& withheldValues() const { return withheldValues_; }
+  std::vector<WithheldValue> takeWithheldValues() { return std::move(withheldValues_); }
 
 private:
   std::vector<std::string> align(std::span<Stack> stacks);
@@ -58,6 +60,7 @@ private:
   const ReconstructionInput& input_;
   Settings settings_;
   const bool withheld_;
+  bool keepsValues_ = false;
   JobProgress progress_;
   std::function<void(const Volume&)> preview_;
   double nextPreview_ = 1.0; // seconds

@@ -7,6 +7,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ReconstructionRun.h"
 #include "Core/Job/Resume.h"
+#include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Prediction/CandidateLattice.h"
 
@@ -241,6 +242,14 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
 }
 
 double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {
+  if (!input.uncertainty || input.stacks.empty()) return fitSeconds(input, settings);
+  const double fits = fitSeconds(input, settings);
+  const SimulatedFit simulated = simulatedOutline(input, settings);
+  const double simulation = fitSeconds(simulated.input, simulated.settings);
+  return fits > 0 && simulation > 0 ? fits + simulation : 0;
+}
+
+double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Settings& settings) {
   checkSettings(settings);
   checkHeldOutFraction(input.heldOutFraction);
   if (input.stacks.empty())
@@ -257,8 +266,8 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
   const double voxels = share * voxelsOf(input.stacks),
                outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.ensembleSize;
-  const double fits =
-      input.heldOutFraction > 0 ? 2 - input.heldOutFraction : 1; // includes the fit that measures the quality
+  const double withheld = withheldFraction(input);
+  const double fits = withheld > 0 ? 2 - withheld : 1; // includes the fit that measures the quality
   if (predicts(settings, traits)) return fits * share * predictedSeconds(input, settings, filled, output);
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);

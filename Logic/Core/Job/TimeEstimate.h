@@ -7,12 +7,12 @@
 
 namespace innergs {
 
-/// Rough estimate of the seconds that a job including its second fit takes: often within a factor of two if
-/// nothing else runs, an upper bound if a stop rule may end the fit. On the CPU it times a similar job on a
-/// few thousand voxels, which takes some tens of milliseconds at the first call for given settings and
-/// spacings. On another device it uses the last fit there; before the first one the time is unknown: 0. As
-/// for the memory, the lattices of the stacks and of the output suffice; if a mask's voxels are given, their
-/// number counts. Throws Error for settings and lattices that the job would refuse.
+/// Rough estimate of the seconds that a job including its second fit and its uncertainty takes: often within
+/// a factor of two if nothing else runs, an upper bound if a stop rule may end the fit. On the CPU it times a
+/// similar job on a few thousand voxels, which takes some tens of milliseconds at the first call for given
+/// settings and spacings. On another device it uses the last fit there; before the first one the time is
+/// unknown: 0. As for the memory, the lattices of the stacks and of the output suffice; if a mask's voxels
+/// are given, their number counts. Throws Error for settings and lattices that the job would refuse.
 double estimateSeconds(const ReconstructionInput& input, const Settings& settings);
 
 /// Records the duration of a completed fit on a device other than the CPU, for later estimates.
@@ -51,6 +51,8 @@ private:
   Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
                double voxels) const;
   Timing timingOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output);
+  /// Without the simulation of the uncertainty.
+  double fitSeconds(const ReconstructionInput& input, const Settings& settings);
   double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
                           const GridGeometry& output);
 

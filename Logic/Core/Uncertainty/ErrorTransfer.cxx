@@ -7,6 +7,7 @@
 #include "Core/Uncertainty/ErrorCurve.h"
 #include "Core/Uncertainty/LocalDetail.h"
 #include "Core/Uncertainty/Nearness.h"
+#include "Core/Uncertainty/SimulatedLattices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,9 +16,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kEdge = 96;      // voxels of the cube
 constexpr int kDetails = 6;             // classes
-constexpr double kFewestSlices = 8;     // of the thickest stack, in it
 constexpr Vec3 kTurn{0.62, 0.41, 0.53}; // radians: no axis stays an axis
 constexpr std::int64_t kFewest = 500;   // samples of a class
 
@@ -63,24 +62,16 @@ float mirrored(const Volume& volume, const Vec3& index) {
   return static_cast<float>(sum);
 }
 
+/// The lattice of what is scanned.
 struct Cube {
   GridGeometry grid;
   double margin; // mm beside its and the scans' faces that are not scored
 
-  Cube(std::span<const Stack> stacks, const Vec3& middle) {
-    double finest = std::numeric_limits<double>::max(), coarsest = 0;
-    for (const Stack& stack : stacks) {
-      const Vec3& s = stack.image.geometry.spacing;
-      finest = std::min({finest, s[0], s[1], s[2]});
-      coarsest = std::max({coarsest, s[2], stack.thickness});
-    }
-    const double spacing = std::max(finest, (kFewestSlices + 2) * coarsest / static_cast<double>(kEdge));
-    grid.direction = stacks.front().image.geometry.direction;
-    grid.size = {kEdge, kEdge, kEdge};
-    grid.spacing = {spacing, spacing, spacing};
-    const double half = 0.5 * spacing * static_cast<double>(kEdge - 1);
-    grid.origin = middle - grid.direction * Vec3{half, half, half};
-    margin = coarsest + 2 * spacing;
+  Cube(std::span<const Stack> stacks, const Vec3& middle) : grid(simulationGrid(stacks, middle)) {
+    double coarsest = 0;
+    for (const Stack& stack : stacks)
+      coarsest = std::max({coarsest, stack.image.geometry.spacing[2], stack.thickness});
+    margin = coarsest + 2 * grid.spacing[0];
   }
   /// Whether a place (LPS mm) is well inside the cube and one of the scans.
   bool scores(const Vec3& x, std::span<const GridGeometry> scans) const {
@@ -94,33 +85,6 @@ struct Cube {
     return true;
   }
 };
-
-/// The part of a stack in the cube, without its values.
-Stack emptied(const Stack& stack, const GridGeometry& cube) {
-  const GridGeometry& g = stack.image.geometry;
-  const Affine3 map = inverse(g.indexToWorld()) * cube.indexToWorld();
-  std::array<std::int64_t, 3> first, size;
-  for (int a = 0; a < 3; ++a) {
-    double low = std::numeric_limits<double>::max(), high = std::numeric_limits<double>::lowest();
-    for (int corner = 0; corner < 8; ++corner) {
-      Vec3 index;
-      for (int b = 0; b < 3; ++b)
-        index[b] = (corner >> b & 1) ? static_cast<double>(kEdge - 1) : 0;
-      low = std::min(low, map(index)[a]);
-      high = std::max(high, map(index)[a]);
-    }
-    first[a] = std::clamp<std::int64_t>(std::llround(std::ceil(low)), 0, g.size[a] - 1);
-    size[a] =
-        std::clamp<std::int64_t>(std::llround(std::floor(high)), first[a], g.size[a] - 1) - first[a] + 1;
-  }
-  Stack part;
-  part.image.geometry = cropped(g, first, size);
-  part.image.voxels.assign(static_cast<std::size_t>(part.image.geometry.voxelCount()), 0.f);
-  part.thickness = stack.thickness;
-  part.profile = stack.profile;
-  part.name = stack.name;
-  return part;
-}
 
 /// The square of what is seen at a deviation, without that of the noise.
 double withoutNoise(double seen, double noise) {
@@ -160,24 +124,25 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   const Cube cube(stacks, middle);
   const GridGeometry& grid = cube.grid;
   const auto voxels = static_cast<std::size_t>(grid.voxelCount());
+  const std::int64_t edge = grid.size[0];
   // What is scanned.
   std::vector<float> truth(voxels);
   const Affine3 map =
       inverse(volume.geometry.indexToWorld()) * rigidAbout(middle, kTurn, {}) * grid.indexToWorld();
-  pool.run(kEdge, [&](std::int64_t k) {
-    for (std::int64_t j = 0; j < kEdge; ++j)
-      for (std::int64_t i = 0; i < kEdge; ++i)
-        truth[i + kEdge * (j + kEdge * k)] =
+  pool.run(edge, [&](std::int64_t k) {
+    for (std::int64_t j = 0; j < edge; ++j)
+      for (std::int64_t i = 0; i < edge; ++i)
+        truth[i + edge * (j + edge * k)] =
             mirrored(volume, map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)}));
   });
   // How it is scanned.
   const SliceOperator op(grid, pool);
   std::vector<Stack> scans;
   std::vector<GridGeometry> boxes;
-  for (const Stack& stack : stacks) {
-    Stack scan = emptied(stack, grid);
+  for (Stack& scan : simulatedLattices(stacks, grid)) {
     const auto& n = scan.image.geometry.size;
     if (n[2] < 3) continue;
+    scan.image.voxels.assign(static_cast<std::size_t>(scan.image.geometry.voxelCount()), 0.f);
     for (const PlacedSlice& slice : placedSlices(scan, 0, 1, grid.spacing[0])) {
       const std::vector<float> seen = op.project(truth, slice);
       std::copy(seen.begin(), seen.end(), scan.image.voxels.begin() + slice.index * n[0] * n[1]);
@@ -204,7 +169,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
       seen.push_back({sampleLinear(secondDetail, toIndex(value.at)), value.difference});
   }
   if (static_cast<std::int64_t>(seen.size()) < kFewest) refuse();
-  const ErrorCurve curve(std::move(seen));
+  simulated_ = ErrorCurve(std::move(seen));
   // The errors of the whole, beside them.
   const std::vector<float>& full = fitted.whole.voxels;
   const Volume detail = localDetail(fitted.whole, radius, pool);
@@ -213,8 +178,8 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   const Affine3 toWorld = grid.indexToWorld();
   for (std::size_t v = 0; v < voxels; ++v) {
     const auto at = static_cast<std::int64_t>(v);
-    const Vec3 index{static_cast<double>(at % kEdge), static_cast<double>(at / kEdge % kEdge),
-                     static_cast<double>(at / (kEdge * kEdge))};
+    const Vec3 index{static_cast<double>(at % edge), static_cast<double>(at / edge % edge),
+                     static_cast<double>(at / (edge * edge))};
     if (!cube.scores(toWorld(index), boxes) || !std::isfinite(near[v])) continue;
     scored.push_back(v);
     details.push_back(detail.voxels[v]);
@@ -241,7 +206,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
       Class& c = classes[static_cast<std::size_t>(n * kDetails + d)];
       if (static_cast<std::int64_t>(c.error.size()) < kFewest) continue;
       const double deviation = quantile(c.error, 0.9) / kNinety;
-      points.push_back({withoutNoise(curve.at(c.detail / static_cast<double>(c.error.size())), noise),
+      points.push_back({withoutNoise(simulated_.at(c.detail / static_cast<double>(c.error.size())), noise),
                         deviation * deviation});
     }
     all.insert(all.end(), points.begin(), points.end());
@@ -254,7 +219,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   // The lines as a whole hold 90 % of the simulated errors.
   std::vector<float> ratio;
   for (const std::size_t v : scored) {
-    const double expected = kNinety * deviation(curve.at(detail.voxels[v]), near[v]);
+    const double expected = kNinety * deviation(simulated_.at(detail.voxels[v]), detail.voxels[v], near[v]);
     if (expected > 0) ratio.push_back(static_cast<float>(std::abs(full[v] - truth[v]) / expected));
   }
   const double scale = quantile(ratio, 0.9);
@@ -265,9 +230,11 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
     }
 }
 
-double ErrorTransfer::deviation(double seen, double nearness) const {
+double ErrorTransfer::deviation(double seen, double detail, double nearness) const {
   const Line& line = line_[nearClass(nearness)];
-  return std::sqrt(line.slope * withoutNoise(seen, noise_) + line.offset);
+  const double real = withoutNoise(seen, noise_);
+  const double expected = std::min(real, withoutNoise(simulated_.at(detail), noise_));
+  return std::sqrt(line.slope * expected + line.offset + (real - expected));
 }
 
 int ErrorTransfer::nearClass(double nearness) {

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Base/Parallel.h"
 #include "Core/Image/Stack.h"
+#include "Core/Uncertainty/ErrorCurve.h"
 
 #include <array>
 #include <functional>
@@ -26,7 +27,9 @@ using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const Grid
 /// squares, without the noise, times a slope, plus an offset (what noise does to the volume), by nearness to
 /// the slices. Found by simulation: the volume, turned out of its axes, is scanned as the stacks scanned the
 /// patient (lattices, profiles, noise), in a cube around its detail, and fitted as they were. What was
-/// scanned is known there.
+/// scanned is known there. Simulated slices agree with each other; by how much more real ones are missed
+/// (motion, changes of intensity, detail beyond the volume's) does not shrink where slices are nearer, and is
+/// added as it is.
 class ErrorTransfer {
 public:
   /// stacks: as they lie in the volume; the motion of single slices is ignored. noise: standard deviation.
@@ -34,8 +37,8 @@ public:
   ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
                 const FitTwice& fit, ThreadPool& pool);
 
-  /// The volume's standard deviation where ErrorCurve says `seen` of withheld slices.
-  double deviation(double seen, double nearness) const;
+  /// The volume's standard deviation where ErrorCurve says `seen` of withheld slices at this local detail.
+  double deviation(double seen, double detail, double nearness) const;
 
   struct Line {
     double slope = 1, offset = 0;
@@ -45,6 +48,7 @@ private:
   static constexpr int kNear = 3;
   static int nearClass(double nearness);
   double noise_;
+  ErrorCurve simulated_; // at withheld slices
   std::array<Line, kNear> line_;
 };
 

@@ -78,11 +78,26 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
   pool.blocks(grid.voxelCount(), 1 << 16, [&](std::int64_t from, std::int64_t to) {
     for (std::int64_t v = from; v < to; ++v) {
       float& value = result.deviation.voxels[static_cast<std::size_t>(v)];
-      const double error = transfer.deviation(curve.at(value), near[v]);
+      const double error = transfer.deviation(curve.at(value), value, near[v]);
       value = static_cast<float>(std::isfinite(near[v]) ? std::min(error, unknown) : unknown);
     }
   });
   return result;
+}
+
+Volume deviationOn(const GridGeometry& grid, const Volume& deviation, ThreadPool& pool) {
+  const float largest = *std::max_element(deviation.voxels.begin(), deviation.voxels.end());
+  Volume on{grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), largest)};
+  const Affine3 map = inverse(deviation.geometry.indexToWorld()) * grid.indexToWorld();
+  const auto& n = grid.size;
+  pool.run(n[1] * n[2], [&](std::int64_t row) {
+    for (std::int64_t i = 0; i < n[0]; ++i)
+      sampleInside(
+          deviation.geometry, deviation.voxels.data(),
+          map({static_cast<double>(i), static_cast<double>(row % n[1]), static_cast<double>(row / n[1])}),
+          on.voxels[static_cast<std::size_t>(i + n[0] * row)]);
+  });
+  return on;
 }
 
 std::string uncertaintySentence(const Uncertainty& u) {

@@ -30,6 +30,10 @@ struct UncertaintyInput {
 /// Error(Cancelled).
 Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool);
 
+/// A standard deviation on another lattice: interpolated; beside its own, the largest. Throws
+/// Error(Cancelled).
+Volume deviationOn(const GridGeometry& grid, const Volume& deviation, ThreadPool& pool);
+
 /// How often the intervals held, and how much of the output was measured: for the user.
 std::string uncertaintySentence(const Uncertainty& uncertainty);
 

@@ -171,6 +171,40 @@ TEST_F(OutputTest, PlySaysInNumbersWhatItLeavesOut) {
   EXPECT_NE(outcome.err.find(" values (RMS "), std::string::npos) << outcome.err;
 }
 
+TEST_F(OutputTest, ASliceShowsHowFarTheModelMayBeOff) {
+  Volume deviation = phantom();
+  const GridGeometry& g = deviation.geometry;
+  const Affine3 map = g.indexToWorld();
+  float largest = 0;
+  for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+    const Vec3 at =
+        map({double(v % g.size[0]), double(v / g.size[0] % g.size[1]), double(v / (g.size[0] * g.size[1]))});
+    deviation.voxels[v] = static_cast<float>(200 + at[0] + 2 * at[1] - at[2]);
+    largest = std::max(largest, deviation.voxels[v]);
+  }
+  writeVolume(deviation, path("deviation.nii"));
+  const Outcome outcome = run({"slice", path("m.innergs"), "--normal", "1,2,3", "--size", "9",
+                               "--uncertainty", path("deviation.nii"), "-o", path("out/on.nii")});
+  EXPECT_EQ(outcome.exitCode, 0) << outcome.err;
+  const Volume on = readVolume(path("out/on.nii"));
+  const Affine3 pixels = on.geometry.indexToWorld(), toIndex = inverse(map);
+  int inside = 0;
+  for (std::int64_t v = 0; v < 81; ++v) {
+    const Vec3 at = pixels({double(v % 9), double(v / 9), 0}), index = toIndex(at);
+    bool within = true;
+    for (int a = 0; a < 3; ++a)
+      within = within && index[a] >= 0 && index[a] <= double(g.size[a] - 1);
+    if (!within) continue;
+    EXPECT_NEAR(on.voxels[v], 200 + at[0] + 2 * at[1] - at[2], 1e-2);
+    ++inside;
+  }
+  EXPECT_GT(inside, 60);
+  const Outcome beside = run({"slice", path("m.innergs"), "--plane", "axial", "--size", "300",
+                              "--uncertainty", path("deviation.nii"), "-o", path("out/on.nii")});
+  EXPECT_EQ(beside.exitCode, 0) << beside.err;
+  EXPECT_FLOAT_EQ(readVolume(path("out/on.nii")).voxels.front(), largest) << "beside the volume";
+}
+
 // Accepts positions as 3D Slicer and the app show them.
 TEST_F(OutputTest, PositionsInEitherFrame) {
   const Vec3 c = phantom().geometry.centre();

@@ -1,4 +1,4 @@
-#include "Fixtures.h"
+#include "ReconstructFixtures.h"
 
 #include <vtkVersionMacros.h>
 
@@ -94,6 +94,28 @@ TEST(AbortFilter, WhileTheQualityIsJudgedOnlyEndsThat) {
   EXPECT_EQ(filter->GetNumberOfWarnings(), 1);
   EXPECT_EQ(valuesOf(filter->GetOutputImage()), whole);
   EXPECT_EQ(filter->GetOutputModel()->GetNumberOfIterations(), 6);
+}
+
+TEST(AbortFilter, WhileTheUncertaintyIsEstimatedOnlyEndsThat) {
+  auto filter = quickFilter(headInput(), 4);
+  filter->SetSetting("sliceMotion", "off");
+  filter->EstimateUncertaintyOn();
+  {
+    Observer progress(filter, vtkCommand::ProgressEvent, [&](void*) {
+      if (filter->GetPhase() == innergs::phaseName(innergs::Phase::Estimating) &&
+          filter->GetCurrentIteration() == 2)
+        filter->Cancel();
+    });
+    filter->Update();
+  }
+  EXPECT_FALSE(filter->GetAborted());
+  EXPECT_EQ(filter->GetErrorCode(), 0u);
+  EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
+  EXPECT_TRUE(std::isfinite(filter->GetHeldOutPSNR()));
+  ASSERT_GT(filter->GetNumberOfWarnings(), 0);
+  EXPECT_NE(filter->GetWarning(filter->GetNumberOfWarnings() - 1).find("uncertainty"), std::string::npos);
+  EXPECT_GT(filter->GetOutputImage()->GetNumberOfPoints(), 0);
+  EXPECT_EQ(filter->GetOutputStandardDeviation()->GetNumberOfPoints(), 0);
 }
 
 TEST(AbortFilter, FromAnotherThread) {

@@ -8,10 +8,12 @@
 
 #include <vtkFloatArray.h>
 #include <vtkGeneralTransform.h>
+#include <vtkPointData.h>
 #include <vtkPoints.h>
 #include <vtkPolyData.h>
 #include <vtkThinPlateSplineTransform.h>
 #include <vtkTransform.h>
+#include <vtkUnsignedCharArray.h>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -261,6 +263,67 @@ TEST(PlaneQuery, FollowsItsModelPlaneAndSize) {
   query->Update();
   EXPECT_NEAR(valuesOf(query->GetOutput())[210], first[210] + 100, 1e-2);
   EXPECT_GT(query->GetQueryMilliseconds(), 0);
+}
+
+TEST(PlaneQuery, ShowsTheStandardDeviationAndWhereNothingWasMeasured) {
+  GaussianField field = framedField();
+  vtkNew<vtkInnerGSPlaneQuery> query;
+  query->SetModel(modelOf(field));
+  query->SetDimensions(12, 10);
+  query->SetSpacing(1, 1);
+  query->CentredOff();
+  const GridGeometry lattice = grid(9, 8, 7, {1.5, 1.5, 2}, {1, 2, 3}, obliqueDirection(0.4));
+  const auto ramp = [](double i, double j, double k) { return 4 + i + 2 * j + 3 * k; };
+  Volume values =
+      volumeOf(lattice, [&](auto i, auto j, auto k) { return ramp(double(i), double(j), double(k)); });
+  vtkNew<vtkUnsignedCharArray> measured;
+  measured->SetName("Measured");
+  for (std::int64_t v = 0; v < lattice.voxelCount(); ++v)
+    measured->InsertNextValue(v / 72 != 3); // not the fourth slice
+  // A plane across the lattice's I and K, from beside its first row to beside its last.
+  GridGeometry plane = grid(12, 10, 1, {1, 1, 1}, lattice.indexToWorld()({-1, 3.25, -0.4}));
+  for (int r = 0; r < 3; ++r) {
+    plane.direction[r][0] = lattice.direction[r][0];
+    plane.direction[r][1] = lattice.direction[r][2];
+    plane.direction[r][2] = lattice.direction[r][1];
+  }
+  query->SetPlaneToRASMatrix(rasMatrix(plane));
+  query->Update();
+  EXPECT_EQ(query->GetOutputStandardDeviation()->GetNumberOfPoints(), 0) << "none was given";
+  const auto intensity = valuesOf(query->GetOutput());
+  for (const int type : {VTK_FLOAT, VTK_SHORT}) {
+    const auto image = plainImage(values, type);
+    image->GetPointData()->AddArray(measured);
+    query->SetStandardDeviationData(image);
+    query->SetStandardDeviationIJKToRASMatrix(rasMatrix(lattice));
+    query->Update(1);
+    ASSERT_EQ(query->GetErrorMessage(), "");
+    EXPECT_EQ(valuesOf(query->GetOutput()), intensity);
+    vtkImageData* shown = query->GetOutputStandardDeviation();
+    const auto deviation = valuesOf(shown);
+    ASSERT_EQ(deviation.size(), intensity.size());
+    vtkDataArray* marks = shown->GetPointData()->GetArray("Measured");
+    ASSERT_NE(marks, nullptr);
+    const Affine3 toIndex = inverse(lattice.indexToWorld()) * plane.indexToWorld();
+    int outside = 0, unmeasured = 0;
+    for (int y = 0; y < 10; ++y)
+      for (int x = 0; x < 12; ++x) {
+        const Vec3 at = toIndex({double(x), double(y), 0});
+        const bool inside = at[0] > -0.5 && at[0] < 8.5 && at[2] > -0.5 && at[2] < 6.5;
+        const double expected =
+            inside ? ramp(std::clamp(at[0], 0., 8.), at[1], std::clamp(at[2], 0., 6.)) : ramp(8, 7, 6);
+        const bool known = inside && std::lround(at[2]) != 3;
+        EXPECT_NEAR(deviation[x + 12 * y], expected, 1e-3) << x << " " << y;
+        EXPECT_EQ(marks->GetTuple1(x + 12 * y) != 0, known) << x << " " << y;
+        outside += !inside;
+        unmeasured += inside && !known;
+      }
+    EXPECT_GT(outside, 5);
+    EXPECT_GT(unmeasured, 5);
+  }
+  query->SetStandardDeviationData(nullptr);
+  query->Update(1);
+  EXPECT_EQ(query->GetOutputStandardDeviation()->GetNumberOfPoints(), 0);
 }
 
 TEST(PlaneQuery, AShearedPlaneIsSampledWhereItsPixelsLie) {

@@ -1,4 +1,6 @@
 #pragma once
+#include "../Core/Alignment/HeadPhantom.h"
+#include "Core/Image/Simulate.h"
 #include "Fixtures.h"
 
 namespace innergs::testing {
@@ -18,6 +20,15 @@ inline ReconstructionInput posedInput(const Pose& pose, bool thick) {
   stack.profile = SliceProfile::Point;
   if (thick) stack = simulateThickStack(truth, 2, 3);
   input.stacks.push_back(std::move(stack));
+  return input;
+}
+
+/// Two scans of 4 mm slices of a head, which suffice for its uncertainty.
+inline ReconstructionInput headInput() {
+  const Volume truth = headPhantom(56);
+  ReconstructionInput input;
+  for (int s = 0; s < 2; ++s)
+    input.stacks.push_back(simulateThickStack(truth, 2 - s, 4, 5, static_cast<std::uint64_t>(s) + 1));
   return input;
 }
 

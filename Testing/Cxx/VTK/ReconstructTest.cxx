@@ -2,6 +2,7 @@
 #include "SettingTexts.h"
 
 #include <vtkImageShiftScale.h>
+#include <vtkPointData.h>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -160,6 +161,42 @@ TEST(ReconstructFilter, MasksAndWithholds) {
       << "of all slices, whatever was withheld to judge it";
   EXPECT_TRUE(std::isnan(filter->GetHeldOutPSNR()));
   EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);
+}
+
+TEST(ReconstructFilter, SaysHowFarItsImageMayBeOff) {
+  ReconstructionInput input = headInput();
+  auto filter = quickFilter(input, 4);
+  filter->SetSetting("sliceMotion", "off");
+  const vtkTypeInt64 before = filter->EstimateMemory();
+  filter->EstimateUncertaintyOn();
+  EXPECT_GT(filter->EstimateMemory(), before);
+  filter->Update(2);
+  ASSERT_EQ(filter->GetErrorMessage(), "");
+  Settings settings = quickSettings(4);
+  settings.sliceMotion = SliceMotionKind::Off;
+  input.uncertainty = true;
+  const ReconstructionResult expected = reconstruct(input, settings);
+  ASSERT_TRUE(expected.uncertainty);
+  vtkImageData* deviation = filter->GetOutputStandardDeviation();
+  const auto values = valuesOf(deviation);
+  ASSERT_EQ(values.size(), expected.uncertainty->deviation.voxels.size());
+  EXPECT_GT(psnr({{}, values}, expected.uncertainty->deviation), 40);
+  EXPECT_STREQ(deviation->GetPointData()->GetScalars()->GetName(), "StandardDeviation");
+  vtkDataArray* measured = deviation->GetPointData()->GetArray("Measured");
+  ASSERT_NE(measured, nullptr);
+  std::size_t same = 0;
+  for (std::size_t v = 0; v < values.size(); ++v)
+    same += measured->GetTuple1(static_cast<vtkIdType>(v)) == expected.uncertainty->measured[v];
+  EXPECT_GT(static_cast<double>(same), 0.99 * static_cast<double>(values.size()));
+  EXPECT_NEAR(filter->GetUncertaintyCoverage(), expected.uncertainty->coverage, 0.01);
+  EXPECT_NE(filter->GetUncertaintyNote().find("90 % intervals"), std::string::npos);
+  EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityMeasured);
+  filter->EstimateUncertaintyOff();
+  filter->Update(2);
+  EXPECT_EQ(filter->GetOutputStandardDeviation()->GetNumberOfPoints(), 0);
+  EXPECT_TRUE(std::isnan(filter->GetUncertaintyCoverage()));
+  EXPECT_EQ(filter->GetUncertaintyNote(), "");
+  EXPECT_GT(filter->GetOutputImage()->GetNumberOfPoints(), 0);
 }
 
 TEST(ReconstructFilter, CutsTheImageToTheMasksBox) {

@@ -240,6 +240,24 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(judged.training_psnr, plain.training_psnr)
         self.assertEqual(innergs.query(judged.model, [1, 2, 3]), innergs.query(plain.model, [1, 2, 3]))
 
+    def test_uncertainty_is_a_volume_beside_the_result(self):
+        source = add_volume(self.scene, "Head", (36, 34, 30), (1.5, 1.5, 2.0))
+        result = innergs.reconstruct(source, preset="fast", iterations=10, uncertainty=True)
+        self.assertIsNotNone(result.uncertainty, result.warnings)
+        self.assertEqual(result.uncertainty.GetName(), "Head InnerGS standard deviation")
+        self.assertEqual(result.uncertainty.GetImageData().GetDimensions(), result.volume.GetImageData().GetDimensions())
+        self.assertGreater(result.coverage, 0.8)
+        self.assertLessEqual(result.coverage, 1)
+        matrix = numpy.eye(4)
+        plane = innergs.plane(result.model, matrix, size=(9, 7), spacing=1, uncertainty=True)
+        low, high = result.uncertainty.GetImageData().GetScalarRange()
+        self.assertTrue(low <= plane.GetImageData().GetScalarRange()[0] <= plane.GetImageData().GetScalarRange()[1] <= high)
+        plain = innergs.reconstruct(source, preset="fast", iterations=10)
+        self.assertIsNone(plain.uncertainty)
+        self.assertTrue(math.isnan(plain.coverage))
+        with self.assertRaisesRegex(innergs.Error, "is not known"):
+            innergs.plane(plain.model, matrix, uncertainty=True)
+
     def test_background_job(self):
         threads, fractions = set(), []
 

@@ -60,3 +60,14 @@ TEST(MemoryNeed, SaysWhenOnlyTheJudgingIsTooLarge) {
   const MemoryNeed need = memoryNeed(fits, settings, estimateMemory(fits[0], settings) + 1'000'000);
   EXPECT_EQ(need.refusal.find("Judging the quality needs about "), 0u) << need.refusal;
 }
+
+TEST(MemoryNeed, CountsWhatTheUncertaintyKeeps) {
+  const Settings settings;
+  ReconstructionInput judged = outline(256), uncertain = judged;
+  judged.heldOutFraction = 0.2;
+  uncertain.uncertainty = true; // withholds as many
+  const std::int64_t voxels = 256 * 256 * 20;
+  const std::int64_t more = estimateMemory(uncertain, settings) - estimateMemory(judged, settings);
+  EXPECT_GE(more, 5 * voxels) << "the scans as they lie, and what was seen of withheld slices";
+  EXPECT_LT(more, 2 * estimateMemory(judged, settings));
+}

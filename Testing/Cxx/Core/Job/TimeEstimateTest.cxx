@@ -84,6 +84,24 @@ TEST_F(TimeEstimate, CountsTheAlignmentOfScansApartFromTheFit) {
   EXPECT_EQ(estimator.seconds(input, settings), one) << "one scan is not aligned";
 }
 
+TEST_F(TimeEstimate, CountsTheSimulationOfTheUncertaintyWhichIsAsLongForAnyScan) {
+  Settings settings = threaded();
+  settings.iterations = 100;
+  const auto simulation = [&](std::int64_t side) {
+    ReconstructionInput judged = outline(side);
+    judged.heldOutFraction = 0.2;
+    ReconstructionInput uncertain = outline(side);
+    uncertain.uncertainty = true; // withholds as many
+    return estimator.seconds(uncertain, settings) - estimator.seconds(judged, settings);
+  };
+  const double small = simulation(140);
+  EXPECT_NEAR(small, simulation(280), 1e-6 * small);
+  perOutputVoxel = 0;
+  settings.iterations = 10'000;
+  EXPECT_NEAR(simulation(140), 1.8 * estimator.seconds(outline(96), settings), 0.05 * simulation(140))
+      << "two fits of 96 voxels across";
+}
+
 TEST_F(TimeEstimate, IsThatOfWhatTheMaskHolds) {
   ReconstructionInput input = outline(60);
   perOutputVoxel = 0;

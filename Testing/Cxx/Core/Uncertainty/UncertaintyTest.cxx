@@ -3,6 +3,7 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -101,6 +102,100 @@ TEST(Uncertainty, SaysWhyItIsUnknown) {
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_NE(result.warnings.back().find("The uncertainty is unknown"), std::string::npos);
   EXPECT_FALSE(result.volume.voxels.empty());
+}
+
+/// A head whose slices lie up to 2 voxels beside each other, at random, in a little noise.
+Stack restlessScan(double noise) {
+  Stack scan = simulateThickStack(testing::headPhantom(kWidth), 2, 1, noise);
+  std::uint64_t state = 7;
+  const auto step = [&] {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<std::int64_t>(state >> 33) % 5 - 2;
+  };
+  const std::vector<float> still = scan.image.voxels;
+  for (std::int64_t k = 0; k < kWidth; ++k) {
+    const std::int64_t x = step(), y = step();
+    for (std::int64_t j = 0; j < kWidth; ++j)
+      for (std::int64_t i = 0; i < kWidth; ++i)
+        scan.image.voxels[i + kWidth * (j + kWidth * k)] =
+            still[std::clamp<std::int64_t>(i + x, 0, kWidth - 1) +
+                  kWidth * (std::clamp<std::int64_t>(j + y, 0, kWidth - 1) + kWidth * k)];
+  }
+  return scan;
+}
+
+TEST(Uncertainty, HoldsSlicesThatDisagree) {
+  constexpr double kNoise = 5;
+  const Stack whole = restlessScan(kNoise);
+  ReconstructionInput input;
+  Stack& kept = input.stacks.emplace_back();
+  kept.image.geometry = whole.image.geometry;
+  kept.image.geometry.size[2] /= 2;
+  kept.image.geometry.spacing[2] *= 2;
+  kept.thickness = 1;
+  const std::int64_t plane = kWidth * kWidth;
+  for (std::int64_t k = 0; k < kWidth; k += 2)
+    kept.image.voxels.insert(kept.image.voxels.end(), whole.image.voxels.begin() + k * plane,
+                             whole.image.voxels.begin() + (k + 1) * plane);
+  input.outputGrid = whole.image.geometry;
+  input.uncertainty = true;
+  const ReconstructionResult result = ReconstructionJob(input, quick()).run();
+  ASSERT_TRUE(result.uncertainty);
+  std::int64_t held = 0, count = 0;
+  for (std::int64_t k = 7; k < kWidth - 7; k += 2)
+    for (std::int64_t j = 6; j < kWidth - 6; ++j)
+      for (std::int64_t i = 6; i < kWidth - 6; ++i) {
+        const std::size_t v = i + kWidth * (j + kWidth * k);
+        const double width = std::hypot(result.uncertainty->deviation.voxels[v], result.noise);
+        held += std::abs(result.volume.voxels[v] - whole.image.voxels[v]) <= kNinety * width;
+        ++count;
+      }
+  const double share = static_cast<double>(held) / static_cast<double>(count);
+  EXPECT_GT(share, 0.85);
+  EXPECT_LT(share, 0.95);
+}
+
+TEST(Uncertainty, HasAPhaseOfItsOwnWhoseStopKeepsTheResult) {
+  const Volume truth = testing::headPhantom(kWidth);
+  Settings settings = quick();
+  settings.iterations = 4;
+  ReconstructionJob whole(scansOf(truth, 5), settings);
+  std::vector<Progress> told;
+  whole.onProgress([&](const Progress& p) { told.push_back(p); });
+  const ReconstructionResult full = whole.run();
+  double fraction = 0;
+  int estimating = 0;
+  Phase before = Phase::Preparing;
+  for (const Progress& p : told) {
+    EXPECT_GE(p.fraction, fraction);
+    if (p.phase >= Phase::Judging) {
+      EXPECT_GE(p.phase, before);
+    }
+    fraction = p.fraction;
+    before = p.phase;
+    estimating += p.phase == Phase::Estimating && p.iterations > 0;
+  }
+  EXPECT_EQ(told.back().phase, Phase::Done);
+  EXPECT_EQ(told.back().fraction, 1);
+  EXPECT_GE(estimating, 4) << "both fits of the simulation tell of their iterations";
+  for (const bool inSecondFit : {false, true}) {
+    std::stop_source stop;
+    ReconstructionJob job(scansOf(truth, 5), settings);
+    int before = 0;
+    job.onProgress([&](const Progress& p) {
+      if (p.phase != Phase::Estimating) return;
+      if (inSecondFit ? p.iteration < before : p.iteration > 0) stop.request_stop();
+      before = p.iteration;
+    });
+    const ReconstructionResult result = job.run(stop.get_token());
+    EXPECT_FALSE(result.cancelled);
+    EXPECT_FALSE(result.uncertainty);
+    EXPECT_EQ(result.judging, Judging::Done);
+    EXPECT_EQ(result.heldOutPsnr, full.heldOutPsnr);
+    EXPECT_EQ(result.volume.voxels, full.volume.voxels);
+    ASSERT_FALSE(result.warnings.empty());
+    EXPECT_NE(result.warnings.back().find("Stopped before the uncertainty was known"), std::string::npos);
+  }
 }
 
 } // namespace

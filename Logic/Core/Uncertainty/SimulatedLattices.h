@@ -1,0 +1,15 @@
+#pragma once
+#include "Core/Image/Stack.h"
+
+#include <span>
+
+namespace innergs {
+
+/// The lattice that ErrorTransfer simulates scans of: a cube around a place (LPS mm) with the first stack's
+/// axes.
+GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle);
+
+/// The stacks' parts in it, without voxels.
+std::vector<Stack> simulatedLattices(std::span<const Stack> stacks, const GridGeometry& grid);
+
+} // namespace innergs

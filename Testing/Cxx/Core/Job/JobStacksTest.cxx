@@ -1,0 +1,92 @@
+// Several scans that do not go together as they should.
+#include "JobInputs.h"
+#include "Prediction/SpherePhantom.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+using testing::psnr;
+using testing::reconstruct;
+
+constexpr std::int64_t kWidth = 48;
+
+/// Two scans of 4 mm slices at right angles, each of its own volume on the same lattice.
+ReconstructionInput scansOf(const Volume& first, const Volume& second) {
+  ReconstructionInput input;
+  input.stacks = {simulateThickStack(first, 2, 4), simulateThickStack(second, 0, 4)};
+  input.stacks[0].name = "first.nii";
+  input.stacks[1].name = "second.nii";
+  input.outputGrid = first.geometry;
+  return input;
+}
+
+Settings quick(bool align = true) {
+  Settings settings;
+  settings.preset = Preset::Fast;
+  settings.threads = 2;
+  settings.device = "cpu";
+  settings.align = align;
+  if (!align) settings.sliceMotion = SliceMotionKind::Off;
+  return settings;
+}
+
+Volume body(std::uint64_t seed) {
+  return testing::spherePhantom(kWidth, kWidth, seed);
+}
+
+TEST(JobStacks, OfDifferentBodiesAreSaidSoAndLeftWhereTheyLie) {
+  const ReconstructionInput input = scansOf(body(3), body(11));
+  const ReconstructionResult result = reconstruct(input, quick());
+  ASSERT_EQ(result.alignment.size(), 2u);
+  EXPECT_FALSE(result.alignment[1].fits);
+  EXPECT_TRUE(std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
+    return warning.find("second.nii") != std::string::npos && warning.find("not fit") != std::string::npos;
+  }));
+  EXPECT_FALSE(result.sliceMotion.moved);
+  EXPECT_EQ(result.volume.voxels, reconstruct(input, quick(false)).volume.voxels);
+}
+
+TEST(JobStacks, OfWildlyDifferentIntensitiesAreScaled) {
+  const Volume truth = body(3);
+  ReconstructionInput input = scansOf(truth, truth);
+  const double same = psnr(reconstruct(input, quick()).volume, truth);
+  for (const float factor : {300.f, 0.01f}) {
+    ReconstructionInput other = input;
+    for (float& value : other.stacks[1].image.voxels)
+      value *= factor;
+    const ReconstructionResult result = reconstruct(other, quick());
+    EXPECT_NEAR(result.alignment[1].gain, 1 / factor, 0.02 / factor) << factor;
+    EXPECT_GT(psnr(result.volume, truth), same - 0.5) << factor;
+  }
+}
+
+TEST(JobStacks, GivenTwiceAreAsGoodAsOnce) {
+  const Volume truth = body(3);
+  ReconstructionInput twice = scansOf(truth, truth);
+  const double once = psnr(reconstruct(twice, quick()).volume, truth);
+  twice.stacks.push_back(twice.stacks[1]);
+  const ReconstructionResult result = reconstruct(twice, quick());
+  EXPECT_GT(psnr(result.volume, truth), once - 0.5);
+  EXPECT_TRUE(result.alignment[2].fits);
+  EXPECT_LT(result.alignment[2].displacement, 0.05);
+}
+
+TEST(JobStacks, WithSlicesGivenTwiceStayWhole) {
+  const Volume truth = body(3);
+  ReconstructionInput input = scansOf(truth, truth);
+  const double still = psnr(reconstruct(input, quick()).volume, truth);
+  Volume& image = input.stacks[0].image;
+  const std::int64_t plane = kWidth * kWidth;
+  std::copy_n(image.voxels.begin() + 5 * plane, plane,
+              image.voxels.begin() + 6 * plane); // one in the wrong place
+  const ReconstructionResult result = reconstruct(input, quick());
+  EXPECT_TRUE(std::all_of(result.volume.voxels.begin(), result.volume.voxels.end(),
+                          [](float value) { return std::isfinite(value); }));
+  EXPECT_GT(psnr(result.volume, truth), still - 3);
+}
+
+} // namespace
+} // namespace innergs
