@@ -18,6 +18,7 @@ namespace {
 constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to each one's own
 constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
 constexpr double kLittle = 0.985;   // a network's error relative to its filter's; above: little to learn
+constexpr double kMuch = 0.95;      // below: much
 constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
 constexpr int kLongerFit = 60;      // iterations of the field
 constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
@@ -128,7 +129,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
     PredictionOptions options;
     options.effort = trial || settings_.preset == Preset::Fast ? PredictionEffort::Fast
                      : settings_.preset == Preset::Best        ? PredictionEffort::Best
-                     : littleToLearn_                          ? PredictionEffort::Narrow
+                     : muchToLearn_                            ? PredictionEffort::Long
                                                                : PredictionEffort::Balanced;
     options.grid = grid;
     options.matchingBlur = choice_.blur;
@@ -213,6 +214,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     share[2] = both - share[1];
   }
   const auto& spacing = scan_.image.geometry.spacing;
+  muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
   const Further found = furtherCandidates(scan_, between.geometry, share[1] > 0, share[2] > 0, false,

@@ -57,6 +57,7 @@ private:
   ThreadPool& pool_;
   CandidateChoice choice_;
   bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
+  bool muchToLearn_ = false;   // it improved on it a lot
   std::string sentence_;
 };
 

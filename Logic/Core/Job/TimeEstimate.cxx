@@ -28,7 +28,7 @@ constexpr int kFewIterations = 20;                      // too few to measure a 
 /// Approximate cost of learning across slices, as the number of voxels for which an iteration of the fit
 /// takes as long: for the presets fast, balanced and best; the cost of applying it is per voxel of the
 /// prediction.
-constexpr double kLearning[] = {12e6, 90e6, 220e6};
+constexpr double kLearning[] = {8e6, 36e6, 220e6};
 constexpr double kApplying[] = {8, 14, 28};
 /// Likewise of aligning scans as wholes, per point compared of each with each other, and of looking for
 /// motion between their slices, per voxel; correcting motion that is found takes longer.

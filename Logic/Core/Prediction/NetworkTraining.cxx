@@ -1,5 +1,6 @@
 #include "Core/Prediction/NetworkTraining.h"
 #include "Core/Prediction/Orthogonal.h"
+#include "Core/Prediction/StartWeights.h"
 
 #include <algorithm>
 #include <cmath>
@@ -72,11 +73,15 @@ double batchLoss(const ConvolutionNetwork& network, const PatchFilter& filter, c
   return loss;
 }
 
-ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSampling& sampling,
-                                const PatchFilter& filter, const PairShape& shape, const TrainingPlan& plan,
-                                double pairNoise, std::uint64_t seed, const MatrixKernels& kernels,
-                                ThreadPool& pool, const std::function<void(double)>& progress) {
-  ConvolutionNetwork network({sampling.phases, plan.channels, plan.layers}, seed);
+ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const TrainingPlan& plan,
+                                std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool,
+                                const std::function<void(double)>& progress) {
+  const int phases = sources.front().sampling.phases;
+  ConvolutionNetwork network({phases, plan.channels, plan.layers}, seed);
+  if (!plan.fromScratch) {
+    const std::vector<float> start = startWeights(network.shape());
+    std::copy(start.begin(), start.end(), network.parameters().begin());
+  }
   const auto count = static_cast<std::int64_t>(network.parameters().size());
   std::vector<float> moment1(network.parameters().size(), 0.f), moment2 = moment1, sum = moment1;
   std::vector<PairWork> works(plan.pairs);
@@ -87,13 +92,17 @@ ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSamplin
     pool.run(plan.pairs, [&](std::int64_t p) {
       PairWork& work = works[p];
       work.random = randomOf(seed + 1, static_cast<std::int64_t>(step) * plan.pairs + p);
-      const PairPlace place = randomPlace(planes.learning, sampling, shape, work.random);
-      makePair(planes.learning[place.plane], place, sampling, shape.slices, shape.columns, pairNoise,
-               work.random, work.pair);
-      batchOf(work.pair, sampling.phases, plan.floor, work.batch);
+      const TrainingSource& from = sources.size() == 1
+                                       ? sources.front()
+                                       : sources[static_cast<std::size_t>(
+                                             work.random.uniform() * static_cast<double>(sources.size()))];
+      const PairPlace place = randomPlace(from.planes.learning, from.sampling, from.shape, work.random);
+      makePair(from.planes.learning[place.plane], place, from.sampling, from.shape.slices, from.shape.columns,
+               from.pairNoise, work.random, work.pair);
+      batchOf(work.pair, phases, from.floor, work.batch);
       work.gradient.assign(static_cast<std::size_t>(count), 0.f);
-      work.loss = batchLoss(network, filter, work.batch, transposed, kernels, work.network, work.gradient,
-                            work.counted);
+      work.loss = batchLoss(network, from.filter, work.batch, transposed, kernels, work.network,
+                            work.gradient, work.counted);
     });
     double counted = 0;
     for (const PairWork& work : works)

@@ -3,25 +3,36 @@
 #include "Core/Prediction/LinearFilter.h"
 
 #include <functional>
+#include <span>
 
 namespace innergs {
+
+/// What pairs are drawn from: the images of one scan, degraded like its slices.
+struct TrainingSource {
+  const TrainingPlanes& planes;
+  const SliceSampling& sampling; // the same number of phases in all sources of a training
+  const PatchFilter& filter;
+  PairShape shape;
+  float floor = 1;      // minimum of the deviation, image units
+  double pairNoise = 0; // image units
+};
 
 /// How a network is trained on the mean squared error of what the filter leaves: weights by orthogonalised
 /// momentum, biases by Adam; the rate rises to `rate` and falls to 0.
 struct TrainingPlan {
   int channels = 32, layers = 4;
-  int steps = 3000;
+  int steps = 1200;
   int pairs = 2; // per step
   PairShape most{24, 48};
-  double rate = 4e-3;
-  float floor = 1; // minimum of the deviation, image units
+  double rate = 2e-3;
+  bool fromScratch = false; // ignores startWeights()
 };
 
-/// Bit-identical for any number of threads: the sums of a step's pairs are added in order. Progress: 0…1.
-ConvolutionNetwork trainNetwork(const TrainingPlanes& planes, const SliceSampling& sampling,
-                                const PatchFilter& filter, const PairShape& shape, const TrainingPlan& plan,
-                                double pairNoise, std::uint64_t seed, const MatrixKernels& kernels,
-                                ThreadPool& pool, const std::function<void(double)>& progress);
+/// Each pair comes from one of the sources, drawn at random. Bit-identical for any number of threads: the
+/// sums of a step's pairs are added in order. Progress: 0…1.
+ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const TrainingPlan& plan,
+                                std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool,
+                                const std::function<void(double)>& progress);
 
 /// Training samples.
 struct TrainingBatch {

@@ -261,13 +261,13 @@ Effort effortOf(PredictionEffort effort) {
   TrainingPlan& plan = e.training;
   if (effort == PredictionEffort::Fast) {
     plan.channels = 16;
-    plan.layers = 3;
-    plan.steps = 1200;
-  } else if (effort == PredictionEffort::Narrow) {
-    plan.channels = 16;
-    plan.steps = 4500;
+    plan.steps = 600;
+  } else if (effort == PredictionEffort::Long) {
+    plan.steps = 3000;
+    plan.rate = 4e-3;
   } else if (effort == PredictionEffort::Best) {
     plan.steps = 10000;
+    plan.rate = 4e-3;
     e.reflections = Reflections::Four;
   }
   return e;
@@ -441,12 +441,12 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
       effort.training.steps, std::max(kFewestSteps, static_cast<int>(kMostRounds * thinSamples / perStep)));
   report(PredictionPhase::Learning, 0.05);
   model.filter = learnFilter(planes, model.sampling, shape, pairNoise, options.seed, kernels, pool);
-  model.floor = effort.training.floor = static_cast<float>(std::max(0.05 * model.filter.typical, noise));
+  model.floor = static_cast<float>(std::max(0.05 * model.filter.typical, noise));
   const bool filterOnly = options.effort == PredictionEffort::Filter;
+  const TrainingSource source{planes, model.sampling, model.filter, shape, model.floor, pairNoise};
   if (!filterOnly)
-    model.network =
-        trainNetwork(planes, model.sampling, model.filter, shape, effort.training, pairNoise, options.seed,
-                     kernels, pool, [&](double f) { report(PredictionPhase::Learning, 0.05 + 0.65 * f); });
+    model.network = trainNetwork({&source, 1}, effort.training, options.seed, kernels, pool,
+                                 [&](double f) { report(PredictionPhase::Learning, 0.05 + 0.65 * f); });
   Measured measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool);
   if (measured.errors.samples == 0) return nothing("too little of the image can be learned from.");
   if (model.network && measured.errors.network > measured.errors.filter) {

@@ -12,8 +12,8 @@ namespace innergs {
 enum class PredictionEffort {
   Filter, // a linear filter in closed form
   Fast,   // plus a small network with short training
-  Narrow, // a small network with long training, for scans that a wide one learns hardly more from
   Balanced,
+  Long, // like Balanced with longer training, for scans from which much is learned
   Best
 };
 

@@ -1,6 +1,10 @@
 #include "Core/Prediction/NetworkTraining.h"
 #include "Core/Prediction/Orthogonal.h"
+#include "Core/Prediction/StartWeights.h"
 
+#include "SpherePhantom.h"
+
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace innergs {
@@ -95,6 +99,74 @@ TEST(Network, OrthogonalisedColumnsAreNearlyOrthonormal) {
         product += static_cast<double>(values[r * columns + a]) * values[r * columns + b];
       EXPECT_NEAR(product, a == b, a == b ? 0.6 : 0.35);
     }
+}
+
+TEST(StartWeights, FitTheNetworksThatAreTrained) {
+  for (const int channels : {16, 32})
+    for (const int phases : {2, 5}) {
+      const ConvolutionNetwork network({phases, channels, 4}, 1);
+      const std::vector<float> start = startWeights(network.shape());
+      ASSERT_EQ(start.size(), network.matrices().back().at);
+      double squares = 0;
+      for (const float weight : start) {
+        ASSERT_TRUE(std::isfinite(weight));
+        squares += static_cast<double>(weight) * weight;
+      }
+      EXPECT_GT(squares, 1);
+    }
+  EXPECT_TRUE(startWeights({4, 16, 3}).empty());
+  EXPECT_TRUE(startWeights({4, 48, 4}).empty());
+}
+
+TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
+  ThreadPool pool(2);
+  constexpr int phases = 4;
+  Stack stack;
+  stack.image = testing::spherePhantom(96, 24);
+  testing::addNoise(stack.image.voxels, 1, 7);
+  stack.thickness = 1;
+  stack.image.geometry.spacing[2] = phases;
+  GridGeometry thin = stack.image.geometry;
+  thin.spacing[2] = 1;
+  const SliceSampling sampling = sliceSampling(stack, thin, phases);
+  const FilledImage filled = filledImage(stack);
+  const TrainingPlanes planes = trainingPlanes(filled, knownBody(filled, {}), sampling, {}, pool);
+  TrainingPlan plan;
+  plan.channels = 16;
+  plan.steps = 60;
+  const PairShape shape = pairShape(planes, sampling, 24, plan.most);
+  const MatrixKernels& kernels = matrixKernels("");
+  const PatchFilter filter = learnFilter(planes, sampling, shape, 0, 1, kernels, pool);
+  const TrainingSource source{planes, sampling, filter, shape, 1};
+  const auto errorOf = [&](bool fromScratch) {
+    plan.fromScratch = fromScratch;
+    const ConvolutionNetwork network = trainNetwork({&source, 1}, plan, 1, kernels, pool, {});
+    double loss = 0;
+    for (int p = 0; p < 20; ++p) {
+      Random random = randomOf(99, p);
+      TrainingPair pair;
+      const PairPlace place = randomPlace(planes.measuring, sampling, shape, random);
+      makePair(planes.measuring[place.plane], place, sampling, shape.slices, shape.columns, 0, random, pair);
+      TrainingBatch batch;
+      makeFeatures(pair.low.data(), pair.slices, pair.columns, source.floor, batch.features);
+      batch.thin.resize(static_cast<std::size_t>(batch.features.samples()) * phases);
+      batch.counts.assign(static_cast<std::size_t>(batch.features.samples()), 0);
+      for (int s = 0; s < pair.slices; ++s)
+        for (int c = 0; c < pair.columns; ++c) {
+          const std::int64_t at = batch.features.at(s, c);
+          batch.counts[at] = pair.inside[static_cast<std::size_t>(s) * pair.columns + c];
+          std::copy_n(pair.thin.data() + (static_cast<std::size_t>(s) * pair.columns + c) * phases, phases,
+                      batch.thin.data() + at * phases);
+        }
+      ConvolutionNetwork::Workspace work;
+      std::vector<float> gradient(network.parameters().size(), 0.f);
+      double counted = 0;
+      loss +=
+          batchLoss(network, filter, batch, network.transposedWeights(), kernels, work, gradient, counted);
+    }
+    return loss;
+  };
+  EXPECT_LT(errorOf(false), 0.98 * errorOf(true));
 }
 
 } // namespace
