@@ -1,6 +1,7 @@
 #include "ReconstructFixtures.h"
 #include "SettingTexts.h"
 
+#include <vtkDataArray.h>
 #include <vtkImageShiftScale.h>
 #include <vtkPointData.h>
 
