@@ -21,6 +21,7 @@ constexpr double kConverged = 0.005; // mm
 constexpr double kArm = 50;          // mm: scale of the angles in the equations
 constexpr double kStill = 0.1;       // mm: scans without motion seem displaced by less
 constexpr double kSameGain = 0.005;  // and to differ by less
+constexpr double kAlikeScale = 2;    // ratio of means within which gains start at 1
 constexpr double kWorthwhile = 0.5;  // dB: minimum gain
 constexpr double kAlike = 0.8;       // minimum correlation of scans of the same tissue
 constexpr double kTukey = 4.685 * 1.4826;
@@ -144,6 +145,18 @@ std::vector<Pair> pairsAt(std::span<const Vec3> points, const Placed& scan, std:
   return all;
 }
 
+/// Scans on scales far apart start with the ratio of their means.
+void startGain(StackAlignment& alignment, std::span<const Pair> pairs) {
+  double own = 0, other = 0;
+  for (const Pair& p : pairs) {
+    own += p.own;
+    other += p.other;
+  }
+  if (!(own > 0) || !(other > 0)) return;
+  const double ratio = other / own;
+  if (ratio < 1 / kAlikeScale || ratio > kAlikeScale) alignment.gain *= ratio;
+}
+
 struct Agreement {
   double squared = 0, correlation = kNaN; // mean squared difference
 };
@@ -254,6 +267,7 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
       for (std::size_t n = 1; n < part.size(); ++n) {
         StackAlignment& mine = result[part[n]];
         const bool scales = !low(n) && !low(0); // values with an offset, as in CT, must not be scaled
+        if (scales && level == 4 && round == 0) startGain(mine, seen(n, mine, 0));
         for (int step = 0; step < kSteps; ++step) {
           const std::vector<Pair> pairs = seen(n, mine, 0.5 * level * sigma);
           if (static_cast<std::int64_t>(pairs.size()) < kFewestPoints) break;
