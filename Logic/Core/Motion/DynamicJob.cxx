@@ -118,7 +118,7 @@ std::int64_t estimateMemory(const TimeSeries& series, const Settings& settings) 
   const std::int64_t moving = gaussiansFor(series, settings, DynamicKind::Motion),
                      still = gaussiansFor(series, settings, DynamicKind::Intensity);
   const std::int64_t coefficients =
-      settings.knots.value_or(static_cast<int>(std::min<std::int64_t>(frames, 64)));
+      settings.knots.value_or(static_cast<int>(std::min<std::int64_t>(frames, 256)));
   const std::int64_t motion = frames * voxels * 6 + moving * (16 * 4 * 6 + coefficients * 3 * 4 * 3 + 8 * 8);
   const std::int64_t intensity =
       frames * voxels * 4 + voxels * (4 * 20) + still * (16 * 4 * 3 + coefficients * 4);

@@ -10,7 +10,11 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kBlock = 4096; // voxels per task
+constexpr std::int64_t kBlock = 4096;             // voxels per task
+constexpr std::array<int, 3> kFiner{1, 2, 3};     // coefficients tried, times those of the plan
+constexpr double kWorthwhile = 0.98;              // of the prediction error, for which more are taken
+constexpr std::int64_t kCoefficientSample = 2000; // voxels
+constexpr std::int64_t kMostCoefficients = 256;
 constexpr std::array<double, 12> kSmoothings{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6};
 
 std::vector<double> later(std::vector<double> times, double by) {
@@ -123,7 +127,47 @@ void IntensityFit::keepMean() {
   });
 }
 
+void IntensityFit::chooseCoefficients() {
+  const std::int64_t n = series_.geometry.voxelCount(),
+                     step = std::max<std::int64_t>(1, n / kCoefficientSample);
+  const std::int64_t most = std::min<std::int64_t>(kMostCoefficients, series_.size());
+  const std::vector<FrameFold> folds = frameFolds(series_.times);
+  // The mean squared error at withheld frames with the best of the smoothings, of the same slice times.
+  const auto error = [&](const TimeSpline& spline) {
+    std::array<double, kSmoothings.size()> sums{};
+    pool_.blocks(std::ssize(kSmoothings), 1, [&](std::int64_t first, std::int64_t last) {
+      for (std::int64_t s = first; s < last; ++s)
+        for (const FrameFold& fold : folds) {
+          const double delay = slices_.times.front();
+          const auto rows = splinePrediction(spline, later(fold.keptTimes, delay),
+                                             later(fold.withheldTimes, delay), kSmoothings[s]);
+          for (std::int64_t v = 0; v < n; v += step)
+            for (std::size_t i = 0; i < fold.withheld.size(); ++i) {
+              double predicted = 0;
+              for (std::size_t t = 0; t < fold.kept.size(); ++t)
+                predicted += rows[i * fold.kept.size() + t] * static_cast<double>(course_[fold.kept[t]][v]);
+              sums[s] += std::pow(predicted - static_cast<double>(course_[fold.withheld[i]][v]), 2);
+            }
+        }
+    });
+    return *std::min_element(sums.begin(), sums.end());
+  };
+  const int planned = field_.change.coefficients;
+  double least = 0;
+  for (const int finer : kFiner) {
+    pool_.throwIfStopped();
+    TimeSpline spline = field_.change;
+    spline.coefficients = static_cast<int>(std::min<std::int64_t>(most, std::int64_t{finer} * planned));
+    const double found = error(spline);
+    if (finer == 1 || found < kWorthwhile * least) {
+      least = found;
+      field_.change = spline;
+    }
+  }
+}
+
 void IntensityFit::choose(const Report& report) {
+  if (plan_.coefficients == 0) chooseCoefficients();
   const std::int64_t n = series_.geometry.voxelCount();
   std::vector<std::vector<float>> errors(kSmoothings.size(), std::vector<float>(n, 0.f));
   frameErrors_.assign(kSmoothings.size(), std::vector<double>(course_.size(), 0.0));

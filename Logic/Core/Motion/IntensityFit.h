@@ -12,13 +12,13 @@ namespace innergs {
 struct IntensityPlan {
   double voxelsPerGaussian = 1;    // of the frames' lattice
   double width = 0.55;             // σ in distances between Gaussians
-  double framesPerCoefficient = 3; // of the splines in time
-  int mostCoefficients = 64;
-  int coefficients = 0;     // not 0: so many, whatever the frames are
-  double neighbourhood = 1; // voxels, σ: neighbourhood that shares the choice of smoothing in time
-  int iterations = 8;       // conjugate-gradient iterations per coefficient
-  double ridge = 1e-3;      // on the intensities, relative to a voxel's weight
-  double cutoff = 2.5;      // Mahalanobis radius
+  double framesPerCoefficient = 3; // of the splines in time, unless withheld frames show faster changes
+  int mostCoefficients = 64;       // likewise
+  int coefficients = 0;            // not 0: so many, whatever the frames are
+  double neighbourhood = 1;        // voxels, σ: neighbourhood that shares the choice of smoothing in time
+  int iterations = 8;              // conjugate-gradient iterations per coefficient
+  double ridge = 1e-3;             // on the intensities, relative to a voxel's weight
+  double cutoff = 2.5;             // Mahalanobis radius
 };
 
 /// A fit of a series without motion: keeps every voxel's mean over time, and Gaussians on an even grid carry
@@ -34,7 +34,7 @@ public:
   IntensityFit(const TimeSeries& series, const IntensityMap& map, IntensityPlan plan,
                const KernelSet& kernels, ThreadPool& pool);
 
-  /// Chooses the smoothing in time.
+  /// Chooses the coefficients of the splines, where the plan leaves them open, and the smoothing in time.
   void choose(const Report& report);
   /// How well the smoothed courses of the other frames predict a frame that is withheld with every 4th one:
   /// mean squared error, normalised intensity². Not for the first and the last frame.
@@ -47,6 +47,7 @@ public:
 private:
   void fillGaps();
   void keepMean();
+  void chooseCoefficients();
 
   const TimeSeries& series_;
   IntensityMap map_;
