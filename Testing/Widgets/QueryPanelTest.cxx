@@ -350,6 +350,7 @@ private Q_SLOTS:
                              "queryWindow",
                              "queryLevel",
                              "queryAutoWindow",
+                             "queryUncertainty",
                              "queryHandles",
                              "queryExportVolume",
                              "querySavePicture"};
