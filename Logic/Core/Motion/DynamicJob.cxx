@@ -245,15 +245,17 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
       MotionFit trial(part, map, motionPlan(series_, settings_), settings_.seed, kernels, pool, &*device_);
       trial.fitCanonical(share(Phase::Initialising, 0.05, 0.06));
       trial.track(share(Phase::Tracking, 0.06, 0.1));
-      double moved = 0, changed = 0;
+      double linear = 0, cubic = 0, changed = 0;
       int judged = 0;
       for (std::int64_t f = 1; f + 1 < part.size(); ++f) {
         if (f == trial.middle()) continue; // the canonical field knows it
-        moved += trial.predictionErrorBetween(f);
+        linear += trial.predictionErrorBetween(f, false);
+        cubic += trial.predictionErrorBetween(f, true);
         changed += intensity->predictionError(first + f);
         ++judged;
       }
       if (judged > 0) {
+        const double moved = std::min(linear, cubic);
         kind = moved < kClearly * changed ? DynamicKind::Motion : DynamicKind::Intensity;
         result.choice = std::string("Gaussians ") +
                         (kind == DynamicKind::Motion ? "move" : "stay in place and change their intensity") +

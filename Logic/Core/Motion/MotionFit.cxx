@@ -84,11 +84,18 @@ double MotionFit::errorOf(std::span<const float> nodes, std::int64_t frame) {
   return loss_(posed, frame);
 }
 
-double MotionFit::predictionErrorBetween(std::int64_t f) {
-  const double w = (series_.times[f] - series_.times[f - 1]) / (series_.times[f + 1] - series_.times[f - 1]);
-  std::vector<float> nodes = tracked_[f - 1].nodes;
-  for (std::size_t v = 0; v < nodes.size(); ++v)
-    nodes[v] += static_cast<float>(w) * (tracked_[f + 1].nodes[v] - nodes[v]);
+double MotionFit::predictionErrorBetween(std::int64_t f, bool cubic) {
+  std::vector<std::int64_t> around{f - 1, f + 1};
+  if (cubic && f >= 2) around.push_back(f - 2);
+  if (cubic && f + 2 < series_.size()) around.push_back(f + 2);
+  std::vector<float> nodes(tracked_[f].nodes.size(), 0.f);
+  for (const std::int64_t a : around) {
+    double weight = 1; // Lagrange's
+    for (const std::int64_t b : around)
+      if (a != b) weight *= (series_.times[f] - series_.times[b]) / (series_.times[a] - series_.times[b]);
+    for (std::size_t v = 0; v < nodes.size(); ++v)
+      nodes[v] += static_cast<float>(weight) * tracked_[a].nodes[v];
+  }
   return errorOf(nodes, f);
 }
 

@@ -56,8 +56,9 @@ public:
   double predictionError(int coefficients);
   /// The number of coefficients that predicts best; a few where there are too few frames to withhold any.
   int chooseCoefficients();
-  /// The same for one frame and the poses of its two neighbours alone, interpolated linearly.
-  double predictionErrorBetween(std::int64_t frame);
+  /// The same for one frame and the poses of its two neighbours alone, interpolated linearly, or of the two
+  /// on either side.
+  double predictionErrorBetween(std::int64_t frame, bool cubic);
   /// Least-squares spline through all poses.
   void useSpline(int coefficients);
   /// All parameters together, one frame a step in an order drawn anew for every round. Ready for it is a fit

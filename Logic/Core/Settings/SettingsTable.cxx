@@ -200,7 +200,7 @@ const std::vector<Setting>& settingsTable() {
           tr("Moving scans: how many coefficients describe what changes over the whole time."),
           {.range = between(4, 4096),
            .automatic = tr("motion: those that predict withheld frames best; intensity: one for 3 frames, "
-                           "at most 64; network: one for 2 frames"),
+                           "more where withheld frames change faster; network: one for 2 frames"),
            .usual = 12}),
       Setting("rounds", MEMBER(rounds), Moving, tr("Rounds"),
               tr("Moving scans: how often the refinement of all frames together goes through each; "
