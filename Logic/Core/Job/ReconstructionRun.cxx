@@ -365,7 +365,7 @@ void ReconstructionRun::fit() {
 
 /// How many Gaussians coverMask() may add.
 std::int64_t ReconstructionRun::coverLimit(std::int64_t gaussians) const {
-  return input_.mask && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
+  return !input_.masks.empty() && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
 }
 
 /// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it the gradient
