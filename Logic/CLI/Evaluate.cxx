@@ -6,6 +6,7 @@
 
 #include "Core/Base/Error.h"
 #include "Evaluation/Report.h"
+#include "Evaluation/ScansProtocol.h"
 #include "Evaluation/StacksProtocol.h"
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
@@ -19,14 +20,15 @@
 namespace innergs::cli {
 namespace {
 
-enum class Protocol { HeldOut, Paper, Both, Stacks };
+enum class Protocol { HeldOut, Paper, Both, Stacks, Scans };
 
 struct EvaluateOptions {
-  std::string volume;
+  std::vector<std::string> volumes, masks;
   ReadOptions reading;
   Protocol protocol = Protocol::HeldOut;
   int keepEvery = 0, thickness = 0, orthogonal = 0;
-  double noise = 0, withheld = 0.05;
+  double noise = 0;
+  std::optional<double> withheld;
   StacksCase stacks;
   Settings settings;
   bool baselinesOnly = false, uncertainty = false;
@@ -70,8 +72,17 @@ int evaluate(const EvaluateOptions& o) {
   if (keep && (o.baselinesOnly || o.protocol == Protocol::Both))
     throw CLI::ValidationError(
         "evaluate", "--picture, --save-volume and --save-model need one protocol and the Gaussians");
+  const bool scans = o.protocol == Protocol::Scans;
+  if (!scans && (o.volumes.size() > 1 || !o.masks.empty()))
+    throw CLI::ValidationError("evaluate", "several volumes and --mask need --protocol scans");
+  if (scans && (o.baselinesOnly || o.uncertainty || !o.picture.empty()))
+    throw CLI::ValidationError("evaluate",
+                               "--protocol scans has no --baselines-only, --uncertainty and --picture");
   OutputFiles files;
-  files.read(o.volume);
+  for (const auto& path : o.volumes)
+    files.read(path);
+  for (const auto& path : o.masks)
+    files.read(path);
   files.add(o.saveVolume, OutputFiles::Kind::Volume);
   files.add(o.saveModel, OutputFiles::Kind::Model);
   files.add(o.picture, OutputFiles::Kind::Png);
@@ -81,18 +92,27 @@ int evaluate(const EvaluateOptions& o) {
 
   ProgressDisplay display(o.quiet);
   Interrupt interrupt;
-  const Volume volume = readVolume(o.volume, o.reading);
   EvaluationOptions options;
   options.settings = o.settings;
   options.gaussians = !o.baselinesOnly;
   options.uncertainty = o.uncertainty;
   options.totalVariation = true;
   options.keepVolumes = keep;
-  options.withheldFraction = o.withheld;
+  options.withheldFraction = o.withheld.value_or(scans ? 0.2 : 0.05);
   options.progress = [&](const Progress& progress) { display.show(progress); };
   options.onMethod = [&](const std::string& name) { display.say("Running " + name); };
   options.stop = interrupt.token();
   std::vector<EvaluationReport> reports;
+  if (scans) {
+    std::vector<Stack> stacks;
+    for (const auto& path : o.volumes)
+      stacks.push_back(readStack(path, o.reading));
+    std::vector<Mask> masks;
+    for (const auto& path : o.masks)
+      masks.push_back(readMask(path));
+    reports.push_back(evaluateScans(stacks, masks, options));
+  }
+  const Volume volume = scans ? Volume{} : readVolume(o.volumes.front(), o.reading);
   if (o.protocol == Protocol::Stacks) reports.push_back(evaluateStacks(volume, stacksCase(o), options));
   if (o.protocol == Protocol::HeldOut || o.protocol == Protocol::Both)
     reports.push_back(evaluateHeldOut(volume, heldOutCase(o), options));
@@ -105,7 +125,7 @@ int evaluate(const EvaluateOptions& o) {
   files.write(o.saveVolume, [&](const auto& path) { writeVolume(*gaussiansOf(report).volume, path); });
   files.write(o.saveModel, [&](const auto& path) { writeModel(*report.model, path); });
   files.write(o.picture, [&](const auto& path) {
-    const auto name = utf8(std::filesystem::path(o.volume).filename());
+    const auto name = utf8(std::filesystem::path(o.volumes.front()).filename());
     const Picture picture = comparisonPicture(report, fmt::format("{}, {}", name, report.caseName));
     writePng(path, picture.width, picture.height, 3, picture.rgb);
   });
@@ -121,7 +141,9 @@ Subcommand addEvaluate(CLI::App& app) {
   auto* command = app.add_subcommand(
       "evaluate", "Measures the quality against a known truth, compared with classic methods");
   auto o = std::make_shared<EvaluateOptions>();
-  command->add_option("volume", o->volume, "The truth: the volume that input is taken from")
+  command
+      ->add_option("volume", o->volumes,
+                   "The truth: the volume that input is taken from; with --protocol scans, two scans or more")
       ->required()
       ->type_name("VOLUME");
   addReading(*command, o->reading);
@@ -130,9 +152,12 @@ Subcommand addEvaluate(CLI::App& app) {
       {{"held-out", Protocol::HeldOut},
        {"paper", Protocol::Paper},
        {"both", Protocol::Both},
-       {"stacks", Protocol::Stacks}},
+       {"stacks", Protocol::Stacks},
+       {"scans", Protocol::Scans}},
       "held-out: what is withheld is withheld in every plane; paper: withheld per plane, so that the\n"
-      "other planes still show it; stacks: thick scans at right angles of a patient who moves [held-out]");
+      "other planes still show it; stacks: thick scans at right angles of a patient who moves; scans: "
+      "slices\n"
+      "withheld from several real scans, predicted from the rest and from their average [held-out]");
   auto* keepEvery =
       command
           ->add_option("--keep-every", o->keepEvery,
@@ -156,9 +181,16 @@ Subcommand addEvaluate(CLI::App& app) {
                    "Held-out, stacks: standard deviation of noise added to the input, image units [0]")
       ->type_name("SD")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--withheld", o->withheld, "Paper: fraction of each plane's slices withheld [0.05]")
+  command
+      ->add_option("--withheld", o->withheld,
+                   "Paper: fraction of each plane's slices withheld [0.05]; scans: of each scan's [0.2]")
       ->type_name("F")
       ->check(CLI::Range(0.001, 0.5));
+  command
+      ->add_option(
+          "--mask", o->masks,
+          "Scans: fit and score inside this mask, or one per scan in their order; give it after them")
+      ->type_name("IMAGE");
   const auto amount = [&](const char* name, double& target, const char* help, const char* unit) {
     command->add_option(name, target, help)->type_name(unit)->check(CLI::NonNegativeNumber);
   };
@@ -196,6 +228,7 @@ Subcommand addEvaluate(CLI::App& app) {
       "  innergs evaluate t1.nii.gz --thickness 4 --csv table.csv\n"
       "  innergs evaluate t1.nii.gz --orthogonal 3 --thickness 5 --picture result.png --json table.json\n"
       "  innergs evaluate t1.nii.gz --protocol stacks --motion 3 --turn 3 --central 120 --noise 10\n"
+      "  innergs evaluate a.nii.gz b.nii.gz --protocol scans --mask a-brain.nii.gz b-brain.nii.gz\n"
       "  innergs evaluate t1.nii.gz --protocol paper --gaussians 74088");
   return {command, [o] { return evaluate(*o); }};
 }

@@ -43,7 +43,8 @@ OutputFiles checkedOutputs(const ReconstructOptions& options) {
   OutputFiles files;
   for (const auto& input : options.inputs)
     files.read(input);
-  files.read(options.mask);
+  for (const auto& mask : options.masks)
+    files.read(mask);
   files.read(options.grid.reference);
   files.add(options.saveModel, OutputFiles::Kind::Model); // before read(): may be the resumed model itself
   files.read(options.resume);
@@ -108,7 +109,8 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
   input.stacks = readScans(options);
   for (std::size_t n = 0; n < input.stacks.size(); ++n)
     scans.push_back(record(options.inputs[n], input.stacks[n]));
-  if (!options.mask.empty()) input.mask = readMask(options.mask);
+  for (const auto& mask : options.masks)
+    input.masks.push_back(readMask(mask));
   if (options.grid.given())
     input.outputGrid = options.grid.choose(acquisitionGrid(input.stacks), defaultOutputGrid(input.stacks));
   if (!options.grid.roi.empty()) keepRegion(input.stacks, options.grid.region());
@@ -126,10 +128,13 @@ VoxelValues valuesOf(const std::vector<Stack>& stacks) {
 }
 
 ModelNotes notesOf(const ReconstructOptions& options, const ReconstructionResult& result) {
-  std::string inputs;
-  for (const auto& path : options.inputs)
-    inputs += (inputs.empty() ? "" : "; ") + utf8(std::filesystem::path(path).filename());
-  return notesOf(result, inputs, utf8(std::filesystem::path(options.mask).filename()),
+  const auto names = [](const std::vector<std::string>& paths) {
+    std::string text;
+    for (const auto& path : paths)
+      text += (text.empty() ? "" : "; ") + utf8(std::filesystem::path(path).filename());
+    return text;
+  };
+  return notesOf(result, names(options.inputs), names(options.masks),
                  settingsText(result.settings, options.heldOut));
 }
 
@@ -181,7 +186,7 @@ int reconstruct(const ReconstructOptions& options) {
   std::vector<ScanRecord> scans;
   ReconstructionInput input = readInput(options, scans);
   VoxelValues values = valuesOf(input.stacks);
-  if (input.mask) {
+  if (!input.masks.empty()) {
     const double span = values.span; // of the scanned values
     values.join(VoxelValues(std::array{static_cast<float>(options.settings.fill)}));
     values.span = span;

@@ -69,9 +69,10 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       "How a slice averages the tissue across its thickness; point = infinitely thin [box]");
   input
       ->add_option(
-          "--mask", o.mask,
-          "Fit only inside this mask (any grid; not 0 = inside): the model has values there and up\n"
-          "to one slice distance beyond, and without --reference and --roi the output is cropped to that box")
+          "--mask", o.masks,
+          "Fit only inside this mask (any grid; not 0 = inside), or one per scan in their order; give it\n"
+          "after the scans. The model has values there and up to one slice distance beyond, and without\n"
+          "--reference and --roi the output is cropped to that box")
       ->type_name("IMAGE");
   input
       ->add_option("--held-out", o.heldOut,
@@ -86,14 +87,16 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
                    "Resume from a model saved by an interrupted run with the same inputs and settings")
       ->type_name("MODEL");
 
-  app.footer("Examples:\n"
-             "  innergs reconstruct axial.nii.gz -o volume.nii.gz\n"
-             "  innergs reconstruct ax.nii.gz cor.nii.gz sag.nii.gz --spacing 1 -o volume.nii.gz\n"
-             "  innergs reconstruct ax.nii.gz cor.nii.gz sag.nii.gz --transforms poses -o volume.nii.gz\n"
-             "  innergs reconstruct dicom-folder/ --reference t1.nii.gz --type int16 -o volume.nrrd\n"
-             "  innergs reconstruct t2.nii.gz --thickness 4 --profile gaussian --mask brain.nii.gz \\\n"
-             "      --preset best --save-model t2.innergs --held-out 0.1 --report t2.json -o t2-1mm.nii.gz\n"
-             "Ctrl-C stops the fit and writes the result so far; --resume continues from the saved model.");
+  app.footer(
+      "Examples:\n"
+      "  innergs reconstruct axial.nii.gz -o volume.nii.gz\n"
+      "  innergs reconstruct ax.nii.gz cor.nii.gz sag.nii.gz --spacing 1 -o volume.nii.gz\n"
+      "  innergs reconstruct ax.nii.gz cor.nii.gz sag.nii.gz --transforms poses -o volume.nii.gz\n"
+      "  innergs reconstruct ax.nii.gz cor.nii.gz --mask ax-brain.nii.gz cor-brain.nii.gz -o volume.nii.gz\n"
+      "  innergs reconstruct dicom-folder/ --reference t1.nii.gz --type int16 -o volume.nrrd\n"
+      "  innergs reconstruct t2.nii.gz --thickness 4 --profile gaussian --mask brain.nii.gz \\\n"
+      "      --preset best --save-model t2.innergs --held-out 0.1 --report t2.json -o t2-1mm.nii.gz\n"
+      "Ctrl-C stops the fit and writes the result so far; --resume continues from the saved model.");
 }
 
 } // namespace innergs::cli

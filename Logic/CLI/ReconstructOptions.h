@@ -11,7 +11,7 @@ struct ReconstructOptions {
   std::vector<int> series;       // none, one, or one per input folder
   std::vector<double> thickness; // none, one, or one per input
   std::optional<SliceProfile> profile;
-  std::string mask;
+  std::vector<std::string> masks; // none, one, or one per input
   GridOptions grid;
   Settings settings;
   double heldOut = 0;

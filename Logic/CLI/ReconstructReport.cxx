@@ -142,7 +142,8 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
           {"versions", versions()},
           {"interrupted", result.cancelled},
           {"inputs", inputs},
-          {"mask", file(options.mask)},
+          {"mask", options.masks.size() > 1 ? Json(options.masks)
+                                            : file(options.masks.empty() ? "" : options.masks.front())},
           {"resumed_from", file(options.resume)},
           {"settings", settings},
           {"device", toJson(result.device)},

@@ -85,7 +85,7 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     if (result.cancelled) return judged;
     ReconstructionInput input = job.takeInput();
     volume = std::move(input.stacks.front().image);
-    options.mask = std::move(input.mask);
+    if (!input.masks.empty()) options.mask = std::move(input.masks.front());
   }
 
   const auto begun = Clock::now();

@@ -57,7 +57,7 @@ Volume reconstructGaussians(const std::vector<Stack>& stacks, const GridGeometry
   ReconstructionInput input;
   input.stacks = stacks;
   input.outputGrid = grid;
-  input.mask = options.mask;
+  if (options.mask) input.masks = {*options.mask};
   input.uncertainty = options.uncertainty;
   ReconstructionJob job(std::move(input), options.settings);
   if (options.progress) job.onProgress(options.progress);

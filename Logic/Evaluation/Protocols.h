@@ -38,7 +38,7 @@ struct EvaluationOptions {
   bool uncertainty = false;                         // also judges the Gaussians' stated uncertainty
   bool totalVariation = false;                      // protocol H: includes the slowest baseline by far
   bool keepVolumes = false;                         // keeps every method's volume (for pictures)
-  double withheldFraction = 0.05;                   // protocol P
+  double withheldFraction = 0.05;                   // protocols P and scans
   ProgressCallback progress;                        // of the Gaussians' fit
   std::function<void(const std::string&)> onMethod; // called before each method with its name
   std::stop_token stop;                             // when stopped, throws Error(Cancelled)
@@ -67,13 +67,14 @@ struct MethodScore {
   double cpuSeconds = 0;                  // 0: not measured (protocol P)
   std::vector<PlaneScore> perPlane;       // protocol P only
   std::optional<PoseErrors> poses;        // protocol stacks, of the Gaussians
+  std::optional<double> ncc;              // protocol scans: normalised cross-correlation
   std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, likewise
   std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's lattice
 };
 
 /// The result of one evaluation, with the samples that it is for.
 struct EvaluationReport {
-  std::string protocol; // "held-out", "paper" or "stacks"
+  std::string protocol; // "held-out", "paper", "stacks" or "scans"
   std::string caseName; // "keep-every-4", "thick-4", "orthogonal-2-thick-4", "withheld-5%"
   std::string samples;  // a sentence: the voxels scored
   std::string range;    // a sentence: the PSNR's peak

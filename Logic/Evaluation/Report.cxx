@@ -54,6 +54,7 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     entry["seconds"] = method.seconds;
     if (method.cpuSeconds > 0) entry["cpu_seconds"] = method.cpuSeconds;
     entry["pooled_psnr"] = method.pooledPsnr;
+    if (method.ncc) entry["ncc"] = *method.ncc;
     if (method.poses) entry["pose_errors"] = toJson(*method.poses);
     if (method.intervals)
       entry["uncertainty"] = {{"coverage_90", method.intervals->coverage},
@@ -81,10 +82,12 @@ std::string textReport(std::span<const EvaluationReport> reports) {
     const bool paper = report->protocol == "paper";
     text += paper                          ? "Protocol P (paper), "
             : report->protocol == "stacks" ? "Simulated stacks, "
+            : report->protocol == "scans"  ? "Withheld slices of real scans, "
                                            : "Protocol H (held-out), ";
     text += report->caseName + "\n";
     text += "Samples: " + report->samples + "\n" + report->range + "\n";
     text += padded("method", 16, true) + padded("PSNR dB", 9) + padded("SSIM", 9) + padded("seconds", 10);
+    if (report->protocol == "scans") text += padded("NCC", 8);
     if (paper) {
       text += padded("pooled dB", 11);
       for (Plane plane : {Plane::Axial, Plane::Coronal, Plane::Sagittal})
@@ -94,6 +97,7 @@ std::string textReport(std::span<const EvaluationReport> reports) {
     for (const MethodScore& method : report->methods) {
       text += padded(method.name, 16, true) + padded(number(2, method.psnr), 9) +
               padded(number(4, method.ssim), 9) + padded(number(2, method.seconds), 10);
+      if (method.ncc) text += padded(number(4, *method.ncc), 8);
       if (paper) text += padded(number(2, method.pooledPsnr), 11);
       for (const PlaneScore& plane : method.perPlane)
         text += padded(number(2, plane.psnr) + " / " + number(4, plane.ssim), 24);

@@ -43,7 +43,7 @@ JobFilter::~JobFilter() = default;
 
 ReconstructionResult JobFilter::Reconstruct(ReconstructionInput&& input, const Settings& settings,
                                             const std::stop_token& stop) {
-  if (mask) input.mask = std::exchange(mask, nullptr)->make(stop, *unstoppable);
+  if (mask) input.masks = {std::exchange(mask, nullptr)->make(stop, *unstoppable)};
   if (!resumeFile.empty()) input.resume = std::make_shared<const Model>(readModel(resumeFile));
   JudgedReconstruction job(std::move(input), settings, keepEvery);
   job.onProgress([this](const innergs::Progress& progress) { ReportProgress(progress); });
@@ -324,7 +324,7 @@ JobOutline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const Thicknes
   outline.settings = filter->GetSettings();
   filter->WithOutline([&](ReconstructionInput input) {
     if (const Mask* inside = mask.of(parameters, inputsOf(parameters).front(), gridsOf(input)))
-      input.mask = *inside;
+      input.masks = {*inside};
     outline.fits = fitOutlines(input, filter->keepEvery);
   });
   return outline;

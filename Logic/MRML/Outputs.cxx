@@ -113,7 +113,8 @@ void setDeviation(vtkMRMLScalarVolumeNode* node, vtkImageData* image, vtkMatrix4
   const vtkSmartPointer<vtkMRMLScalarVolumeNode> alive = node;
   const vtkSmartPointer<vtkMRMLScene> scene = node->GetScene();
   MRMLNodeModifyBlocker blocker(node);
-  if (like && like->GetVoxelValueUnits()) node->SetVoxelValueUnits(like->GetVoxelValueUnits());
+  if (auto* scalar = vtkMRMLScalarVolumeNode::SafeDownCast(like); scalar && scalar->GetVoxelValueUnits())
+    node->SetVoxelValueUnits(scalar->GetVoxelValueUnits());
   if (!node->GetDisplayNode() && scene) {
     vtkNew<vtkMRMLScalarVolumeDisplayNode> display;
     display->SetAutoWindowLevel(0);

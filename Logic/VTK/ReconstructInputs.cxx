@@ -146,12 +146,15 @@ ReconstructionInput ReconstructInputs::make(const std::vector<vtkImageData*>& im
   return input;
 }
 
-ReconstructionInput ReconstructInputs::read(const std::vector<vtkImageData*>& images, vtkImageData* mask,
+ReconstructionInput ReconstructInputs::read(const std::vector<vtkImageData*>& images,
+                                            const std::vector<vtkImageData*>& masks,
                                             const OutputChoice& choice, const std::stop_token& stop) const {
   ReconstructionInput input = make(images, choice, true, stop);
-  if (mask) {
-    std::vector<std::uint8_t> inside = maskOf(mask, "The mask", stop);
-    input.mask = Mask{gridOf(mask, maskToRAS, "The mask"), std::move(inside)};
+  for (std::size_t m = 0; m < masks.size(); ++m) {
+    const std::string name = masks.size() == 1 ? "The mask" : "Mask " + std::to_string(m + 1);
+    std::vector<std::uint8_t> inside = maskOf(masks[m], name, stop);
+    input.masks.push_back(
+        {gridOf(masks[m], m < masksToRAS.size() ? masksToRAS[m].Get() : nullptr, name), std::move(inside)});
   }
   return input;
 }

@@ -30,16 +30,16 @@ public:
     int profile = 1, axis = 2;
     std::string name;
   };
-  vtkSmartPointer<vtkMatrix4x4> maskToRAS;
+  std::vector<vtkSmartPointer<vtkMatrix4x4>> masksToRAS; // null or missing: the mask's own
 
   /// The index-th input, created on demand; null for a negative index.
   Input* at(int index);
   Input get(int index) const;
 
   /// Copies and checks everything. Throws Error.
-  ReconstructionInput read(const std::vector<vtkImageData*>& images, vtkImageData* mask,
+  ReconstructionInput read(const std::vector<vtkImageData*>& images, const std::vector<vtkImageData*>& masks,
                            const OutputChoice& choice, const std::stop_token& stop) const;
-  /// Likewise without voxels and mask: geometry, thickness and output grid.
+  /// Likewise without voxels and masks: geometry, thickness and output grid.
   ReconstructionInput outline(const std::vector<vtkImageData*>& images, const OutputChoice& choice) const;
 
 private:

@@ -19,6 +19,7 @@
 #include "vtkStreamingDemandDrivenPipeline.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -80,7 +81,7 @@ void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
 int vtkInnerGSReconstruct::FillInputPortInformation(int port, vtkInformation* information) {
   information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
   information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // not needed with a snapshot
-  information->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), port == 0);
+  information->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
   return 1;
 }
 
@@ -145,8 +146,23 @@ void vtkInnerGSReconstruct::SetMaskData(vtkImageData* mask) {
     this->RemoveAllInputConnections(1);
 }
 
+void vtkInnerGSReconstruct::AddMaskData(vtkImageData* mask) {
+  this->AddInputDataObject(1, mask);
+}
+
 void vtkInnerGSReconstruct::SetMaskIJKToRASMatrix(vtkMatrix4x4* ijkToRAS) {
-  if (innergs::vtk::assignCopy(this->Work->inputs.maskToRAS, ijkToRAS)) this->Modified();
+  this->SetMaskIJKToRASMatrix(0, ijkToRAS);
+}
+
+void vtkInnerGSReconstruct::SetMaskIJKToRASMatrix(int index, vtkMatrix4x4* ijkToRAS) {
+  if (index < 0 || index > 65535) {
+    vtkErrorMacro(<< "There is no mask with the index " << index << ": give 0 or more.");
+    return;
+  }
+  auto& matrices = this->Work->inputs.masksToRAS;
+  const auto at = static_cast<std::size_t>(index);
+  if (at >= matrices.size()) matrices.resize(at + 1);
+  if (innergs::vtk::assignCopy(matrices[at], ijkToRAS)) this->Modified();
 }
 
 void vtkInnerGSReconstruct::SetRegionToRASMatrix(vtkMatrix4x4* regionToRAS) {
@@ -224,8 +240,9 @@ innergs::vtk::OutputChoice vtkInnerGSReconstruct::MakeOutputChoice() {
 }
 
 innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<vtkImageData*>& images,
-                                                              vtkImageData* mask, std::stop_token stop) {
-  innergs::ReconstructionInput input = this->Work->inputs.read(images, mask, this->MakeOutputChoice(), stop);
+                                                              const std::vector<vtkImageData*>& masks,
+                                                              std::stop_token stop) {
+  innergs::ReconstructionInput input = this->Work->inputs.read(images, masks, this->MakeOutputChoice(), stop);
   input.heldOutFraction = this->HeldOutFraction;
   input.uncertainty = this->EstimateUncertainty;
   if (this->Work->resume) {
@@ -236,21 +253,17 @@ innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<
   return input;
 }
 
-std::vector<vtkImageData*> vtkInnerGSReconstruct::GetInputImages() {
+std::vector<vtkImageData*> vtkInnerGSReconstruct::GetInputImages(int port) {
   std::vector<vtkImageData*> images;
-  for (int i = 0; i < this->GetNumberOfInputConnections(0); ++i)
-    images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(0, i)));
+  for (int i = 0; i < this->GetNumberOfInputConnections(port); ++i)
+    images.push_back(vtkImageData::SafeDownCast(this->GetInputDataObject(port, i)));
   return images;
 }
 
 bool vtkInnerGSReconstruct::TakeSnapshot() {
   this->Work->snapshot.reset();
-  const bool done = this->Guard([&] {
-    vtkImageData* mask = this->GetNumberOfInputConnections(1)
-                             ? vtkImageData::SafeDownCast(this->GetInputDataObject(1, 0))
-                             : nullptr;
-    this->Work->snapshot = this->MakeInput(this->GetInputImages(), mask, {});
-  });
+  const bool done = this->Guard(
+      [&] { this->Work->snapshot = this->MakeInput(this->GetInputImages(0), this->GetInputImages(1), {}); });
   if (!done) return false;
   this->RemoveAllInputConnections(0);
   this->RemoveAllInputConnections(1);
@@ -267,7 +280,7 @@ bool vtkInnerGSReconstruct::WithOutline(const std::function<void(const innergs::
     use(*this->Work->snapshot);
     return true;
   }
-  const std::vector<vtkImageData*> images = this->GetInputImages();
+  const std::vector<vtkImageData*> images = this->GetInputImages(0);
   if (images.empty()) return false;
   innergs::ReconstructionInput input = this->Work->inputs.outline(images, this->MakeOutputChoice());
   input.heldOutFraction = this->HeldOutFraction;
@@ -377,10 +390,11 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
     input = std::move(*work.snapshot);
     work.snapshot.reset();
   } else {
-    std::vector<vtkImageData*> images;
-    for (int i = 0; i < inputs[0]->GetNumberOfInformationObjects(); ++i)
-      images.push_back(vtkImageData::GetData(inputs[0], i));
-    input = this->MakeInput(images, vtkImageData::GetData(inputs[1]), stop);
+    std::array<std::vector<vtkImageData*>, 2> images;
+    for (int port = 0; port < 2; ++port)
+      for (int i = 0; i < inputs[port]->GetNumberOfInformationObjects(); ++i)
+        images[port].push_back(vtkImageData::GetData(inputs[port], i));
+    input = this->MakeInput(images[0], images[1], stop);
   }
   innergs::ReconstructionResult result = this->Reconstruct(std::move(input), settings, stop);
   // A stop during the quality measurement ended only that.

@@ -25,10 +25,11 @@ struct OutputChoice;
 /// Fits a continuous model to one or several scans and renders it on a grid.
 ///
 /// Inputs: port 0, one or several scalar vtkImageData (any numeric type; AddInputData), each with an IJK→RAS
-/// matrix; port 1, an optional mask image. Outputs: port 0, vtkInnerGSModel; port 1, vtkImageData (float,
-/// scanner units); port 2, empty unless EstimateUncertainty is on, vtkImageData on the same lattice: scalars
-/// "StandardDeviation" (float, scanner units) and point data "Measured" (unsigned char, 0 where no slice
-/// measured anything). Inputs are never modified; their relevant voxels are copied once.
+/// matrix; port 1, no mask image, one for all inputs or one per input. Outputs: port 0, vtkInnerGSModel; port
+/// 1, vtkImageData (float, scanner units); port 2, empty unless EstimateUncertainty is on, vtkImageData on
+/// the same lattice: scalars "StandardDeviation" (float, scanner units) and point data "Measured" (unsigned
+/// char, 0 where no slice measured anything). Inputs are never modified; their relevant voxels are copied
+/// once.
 ///
 /// ProgressEvent: see GetProgress(), GetProgressText() and the getters under "State of the fit".
 /// PreviewEvent: a coarse rendering (vtkImageData as call data) from time to time, only if it is observed.
@@ -64,14 +65,17 @@ public:
   void SetInputName(int index, const std::string& name);
   std::string GetInputName(int index);
   ///@}
-  /// Disconnects all inputs and the mask, and clears their properties.
+  /// Disconnects all inputs and masks, and clears their properties.
   void ClearInputs();
 
   ///@{
   /// Fits only voxels where the mask is non-zero. It may be on any lattice, with its own IJK→RAS matrix
-  /// (null: from the image). Null image: no mask.
+  /// (null: from the image). Null image: no mask. AddMaskData(): one mask per input, in their order, each
+  /// with the matrix of its index.
   void SetMaskData(vtkImageData* mask);
+  void AddMaskData(vtkImageData* mask);
   void SetMaskIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
+  void SetMaskIJKToRASMatrix(int index, vtkMatrix4x4* ijkToRAS);
   ///@}
 
   ///@{
@@ -129,7 +133,7 @@ public:
   vtkBooleanMacro(KeepModelWhenAborted, bool);
   ///@}
 
-  /// Copies the inputs' voxels now, on this thread, and disconnects inputs and mask. The next Update() uses
+  /// Copies the inputs' voxels now, on this thread, and disconnects inputs and masks. The next Update() uses
   /// up this snapshot, on any thread, without touching the images. Returns false after an error.
   bool TakeSnapshot();
   bool HasSnapshot();
@@ -202,10 +206,10 @@ protected:
   void ChangeInput(int index, Change change);
   void SetSettingNumber(const char* name, double number);
   double GetSettingNumber(const char* name);
-  std::vector<vtkImageData*> GetInputImages();
+  std::vector<vtkImageData*> GetInputImages(int port);
   innergs::vtk::OutputChoice MakeOutputChoice();
-  innergs::ReconstructionInput MakeInput(const std::vector<vtkImageData*>& images, vtkImageData* mask,
-                                         std::stop_token stop);
+  innergs::ReconstructionInput MakeInput(const std::vector<vtkImageData*>& images,
+                                         const std::vector<vtkImageData*>& masks, std::stop_token stop);
   /// Uses the snapshot, or what is known of the inputs without their voxels. False without any. May throw.
   bool WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use);
   /// Runs the reconstruction on the thread that called Update(), calling ReportProgress() and

@@ -115,7 +115,7 @@ ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
   input.uncertainty = task.request.estimateUncertainty;
   input.cropToMask =
       task.request.grid == ui::OutputGrid::Automatic || task.request.grid == ui::OutputGrid::Spacing;
-  if (task.mask) input.mask = maskOf(*task.mask->volume);
+  if (task.mask) input.masks = {maskOf(*task.mask->volume)};
   return input;
 }
 

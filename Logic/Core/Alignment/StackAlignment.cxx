@@ -331,13 +331,18 @@ void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> 
 }
 
 std::string alignmentSentence(const StackAlignment& a, const std::string& name) {
+  if (!a.fits && std::isnan(a.correlation))
+    return name + " shares too little with the other scans to be compared with them: it was not moved. Check "
+                  "that it shows the same body.";
   if (!a.fits)
     return name + formatted(" does not fit the other scans (correlation %.2f, PSNR %.1f dB between them): it "
                             "was not moved. Check that it shows the same body with the same contrast.",
                             a.correlation, a.psnrAfter);
   std::string done;
   if (a.displacement > 0) done = formatted("moved by %.1f mm and turned by %.1f°", a.displacement, a.angle);
-  if (a.gain != 1) done += (done.empty() ? "" : ", and ") + formatted("multiplied by %.3f", a.gain);
+  if (a.gain != 1)
+    done += (done.empty() ? "" : ", and ") +
+            formatted(a.gain < 0.01 || a.gain > 100 ? "multiplied by %.3g" : "multiplied by %.3f", a.gain);
   if (done.empty()) return {};
   return name + " was " + done +
          formatted(" to fit the other scans (PSNR between them %.1f dB, before %.1f dB).", a.psnrAfter,

@@ -46,6 +46,16 @@ Mask cropped(const Mask& mask, const IndexBlock& block) {
   return part;
 }
 
+/// The smallest block that holds both.
+IndexBlock joined(const IndexBlock& a, const IndexBlock& b) {
+  IndexBlock both;
+  for (int axis = 0; axis < 3; ++axis) {
+    both.first[axis] = std::min(a.first[axis], b.first[axis]);
+    both.size[axis] = std::max(a.first[axis] + a.size[axis], b.first[axis] + b.size[axis]) - both.first[axis];
+  }
+  return both;
+}
+
 /// The largest distance (mm) between the centre of a stack's voxel and that of the domain's voxel that holds
 /// it.
 double misplacement(const Stack& stack, const GridGeometry& domain) {
@@ -126,16 +136,19 @@ double supportMargin(std::span<const Stack> stacks) {
   return margin;
 }
 
-Mask supportOf(const Mask& mask, std::span<const Stack> stacks, const GridGeometry& domain, double margin,
-               const std::stop_token& stop) {
+Mask supportOf(std::span<const Mask> masks, std::span<const Stack> stacks, const GridGeometry& domain,
+               double margin, const std::stop_token& stop) {
   const auto none = [] {
     return Error(ErrorCode::NoData, "The mask does not overlap the images: check that it belongs to them.");
   };
-  const auto inside = filledBlock(mask);
-  if (!inside) throw none();
-  const GridGeometry box = boxOf(cropped(mask.geometry, inside->first, inside->size));
   const double voxel = *std::max_element(domain.spacing.begin(), domain.spacing.end());
-  const auto block = blockOver(domain, grown(box, margin + voxel));
+  std::optional<IndexBlock> block;
+  for (const Mask& mask : masks)
+    if (const auto inside = filledBlock(mask)) {
+      const GridGeometry box = boxOf(cropped(mask.geometry, inside->first, inside->size));
+      if (const auto part = blockOver(domain, grown(box, margin + voxel)))
+        block = block ? joined(*block, *part) : *part;
+    }
   if (!block) throw none();
   throwIfStopped(stop);
   Mask support{cropped(domain, block->first, block->size), {}};
@@ -147,9 +160,11 @@ Mask supportOf(const Mask& mask, std::span<const Stack> stacks, const GridGeomet
     reach = std::min(reach, margin - 2 * misplacement(stack, domain));
   }
   if (reach > 0) dilate(support, reach, stop);
-  const std::vector<std::uint8_t> masked = resampleMask(mask, support.geometry, stop);
-  for (std::size_t v = 0; v < masked.size(); ++v)
-    support.voxels[v] |= masked[v];
+  for (const Mask& mask : masks) {
+    const std::vector<std::uint8_t> masked = resampleMask(mask, support.geometry, stop);
+    for (std::size_t v = 0; v < masked.size(); ++v)
+      support.voxels[v] |= masked[v];
+  }
   const auto filled = filledBlock(support);
   if (!filled) throw none();
   return cropped(support, *filled);

@@ -131,11 +131,23 @@ std::int64_t usable(const Stack& stack) {
   return n;
 }
 
-} // namespace
+/// The masks of stacks that alignment has moved, moved with them.
+std::vector<Mask> movedMasks(const ReconstructionInput& input, std::span<const Stack> stacks) {
+  std::vector<Mask> masks = input.masks;
+  for (std::size_t s = 0; s < masks.size(); ++s) {
+    GridGeometry& g = masks[s].geometry;
+    const Affine3 move =
+        stacks[s].image.geometry.indexToWorld() * inverse(input.stacks[s].image.geometry.indexToWorld());
+    g.origin = move(g.origin);
+    g.direction = move.linear * g.direction;
+  }
+  return masks;
+}
 
-double maskedShare(const ReconstructionInput& input, double volume, double reach) {
-  if (!input.mask || input.mask->voxels.empty()) return 1;
-  const GridGeometry& g = input.mask->geometry;
+/// The share of the volume (mm³) in blocks of `reach` mm that contain a voxel of the mask.
+double maskedShare(const Mask& mask, double volume, double reach) {
+  if (mask.voxels.empty()) return 1;
+  const GridGeometry& g = mask.geometry;
   std::array<std::int64_t, 3> edge, blocks;
   for (int a = 0; a < 3; ++a) {
     edge[a] = std::clamp<std::int64_t>(std::llround(reach / g.spacing[a]), 1, g.size[a]);
@@ -147,12 +159,22 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
     for (std::int64_t j = 0; j < g.size[1]; ++j) {
       std::uint8_t* row = held.data() + blocks[0] * (j / edge[1] + blocks[1] * (k / edge[2]));
       for (std::int64_t i = 0; i < g.size[0]; ++i)
-        row[i / edge[0]] |= input.mask->voxels[v++] != 0;
+        row[i / edge[0]] |= mask.voxels[v++] != 0;
     }
   const double block =
       g.spacing[0] * g.spacing[1] * g.spacing[2] * static_cast<double>(edge[0] * edge[1] * edge[2]);
   const auto count = static_cast<double>(std::count(held.begin(), held.end(), 1));
   return std::clamp(count * block / volume, 1e-3, 1.0);
+}
+
+} // namespace
+
+double maskedShare(const ReconstructionInput& input, double volume, double reach) {
+  if (input.masks.empty()) return 1;
+  double share = 0;
+  for (const Mask& mask : input.masks)
+    share = std::max(share, maskedShare(mask, volume, reach));
+  return share;
 }
 
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks) {
@@ -246,6 +268,12 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   };
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
+  if (input.masks.size() > 1 && input.masks.size() != input.stacks.size())
+    throw Error(
+        ErrorCode::InvalidArgument,
+        formatted("There are %zu masks for %zu scan%s: give one mask for all, or one per scan in their "
+                  "order.",
+                  input.masks.size(), input.stacks.size(), input.stacks.size() == 1 ? "" : "s"));
   checkHeldOutFraction(input.heldOutFraction);
   const double fraction = withheld ? withheldFraction(input) : 0;
   PreparedInput prepared;
@@ -266,7 +294,12 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     for (float v : stack.image.voxels)
       prepared.nonFinite += !std::isfinite(v);
     throwIfStopped();
-    if (input.mask) applyMask(stack, *input.mask, stop);
+    if (input.masks.empty()) continue;
+    applyMask(stack, input.masks[input.masks.size() == 1 ? 0 : s], stop);
+    if (input.masks.size() > 1 && usable(stack) == 0)
+      throw Error(ErrorCode::NoData, "The mask of " + nameOf(stack, s) +
+                                         " holds no centre of its finite voxels: check that it belongs to it "
+                                         "and that the masks are in the order of the scans.");
   }
   if (const std::size_t s = apart(stacks); s > 0)
     throw Error(ErrorCode::Geometry,
@@ -278,9 +311,10 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     samples += usable(stack);
   if (samples == 0)
     throw Error(ErrorCode::NoData,
-                input.mask ? "The mask holds no centre of a finite voxel of the images: check that it "
-                             "belongs to them and is not smaller than their voxels."
-                           : "The images have no finite observed voxel: there is nothing to fit.");
+                !input.masks.empty()
+                    ? "The mask holds no centre of a finite voxel of the images: check that it "
+                      "belongs to them and is not smaller than their voxels."
+                    : "The images have no finite observed voxel: there is nothing to fit.");
   for (const Stack& stack : stacks)
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
@@ -291,8 +325,9 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
       std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
   const GridGeometry usual = defaultOutputGrid(moved ? input.stacks : stacks);
   prepared.domain = dataDomain(stacks);
-  if (input.mask)
-    prepared.support = supportOf(*input.mask, stacks, prepared.domain, supportMargin(stacks), stop);
+  if (!input.masks.empty())
+    prepared.support = supportOf(input.masks.size() == 1 ? input.masks : movedMasks(input, stacks), stacks,
+                                 prepared.domain, supportMargin(stacks), stop);
   prepared.range = observedRange(stacks);
   for (const Stack& stack : stacks) {
     throwIfStopped();
@@ -308,7 +343,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
       std::any_of(input.stacks.begin(), input.stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
   prepared.outputGrid = input.outputGrid ? *input.outputGrid : posed ? prepared.domain : usual;
   checkGeometry(prepared.outputGrid, "The output grid");
-  if (input.mask && (!input.outputGrid || input.cropToMask))
+  if (!input.masks.empty() && (!input.outputGrid || input.cropToMask))
     if (const auto block = blockOver(prepared.outputGrid, boxOf(prepared.support.geometry)))
       prepared.outputGrid = cropped(prepared.outputGrid, block->first, block->size);
   if (!posed && std::none_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {

@@ -19,11 +19,10 @@ struct PreparedInput {
 };
 
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
-/// nor adjoin (with room for a slice between them), an empty mask, nothing finite to fit, an output grid
-/// apart from the data. Error(Cancelled) when stopped on the way. withheld: without the slices that
-/// heldOutFraction speaks of.
-/// align: may move and scale several stacks, and their slices, before the field's domain is laid out; returns
-/// sentences.
+/// nor adjoin (with room for a slice between them), a wrong number of masks, an empty mask, nothing finite to
+/// fit, an output grid apart from the data. Error(Cancelled) when stopped on the way. withheld: without the
+/// slices that heldOutFraction speaks of. align: may move and scale several stacks, and their slices, before
+/// the field's domain is laid out; returns sentences.
 using AlignStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
                            bool withheld = false, const AlignStacks& align = {});
@@ -44,8 +43,8 @@ double withheldFraction(const ReconstructionInput& input);
 /// Throws Error(InvalidArgument) unless the fraction is in [0, 0.5].
 void checkHeldOutFraction(double fraction);
 
-/// The approximate share of the stacks' volume (mm³) that a fit inside the mask processes: blocks of `reach`
-/// mm that contain a voxel of the mask. 1 without a mask or without its voxels.
+/// The approximate share of the stacks' volume (mm³) that a fit inside the masks processes: blocks of `reach`
+/// mm that contain a voxel of the largest mask. 1 without a mask or without its voxels.
 double maskedShare(const ReconstructionInput& input, double volume, double reach);
 
 /// The stacks that Gaussians are initialised from: withheld slices are interpolated linearly between the

@@ -49,7 +49,7 @@ std::string JobOutline::key() const {
       add(static_cast<double>(stack.profile));
     }
     if (fit.outputGrid) addGrid(*fit.outputGrid);
-    if (fit.mask) add(maskedShare(fit, 1e9, 0));
+    if (!fit.masks.empty()) add(maskedShare(fit, 1e9, 0));
   }
   return key;
 }

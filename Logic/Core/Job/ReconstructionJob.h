@@ -17,8 +17,9 @@ namespace innergs {
 /// The input of a reconstruction. The job keeps this snapshot; it does not change while the job runs.
 struct ReconstructionInput {
   std::vector<Stack> stacks;
-  std::optional<Mask> mask; // only voxels inside (patient space) are fitted; the model has values only there
-                            // and up to one slice distance around
+  /// None, one for all stacks or one per stack, each where its stack was scanned: only voxels inside are
+  /// fitted; the model has values only there and up to one slice distance around.
+  std::vector<Mask> masks;
   std::optional<GridGeometry> outputGrid; // default: isotropic at the finest spacing over the first stack's
                                           // box, cropped to the mask's
   bool cropToMask = false;                // also crop a given output grid to the mask's box

@@ -35,6 +35,7 @@ double psnrOf(const LossSum& sum) {
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
 constexpr double kSeen = 0.02;        // share of the intensity range, least that is worth a Gaussian
+constexpr double kAnotherBody = 0.3;  // correlation of scans below that
 
 /// The lattice resampled so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
@@ -146,6 +147,10 @@ std::vector<std::string> ReconstructionRun::align(std::span<Stack> stacks) {
         sentences.push_back(std::move(said));
   }
   if (!correctsSlices(settings_, stacks)) return sentences;
+  // Slices of another body can only be moved to where they happen to look alike.
+  const bool strangers = std::any_of(result_.alignment.begin(), result_.alignment.end(),
+                                     [](const auto& a) { return !a.fits && a.correlation < kAnotherBody; });
+  if (strangers && settings_.sliceMotion == SliceMotionKind::Auto) return sentences;
   progress_.report(Phase::Aligning, 0);
   result_.sliceMotion =
       findSliceMotion(stacks, settings_.sliceMotion == SliceMotionKind::On, *pool_,
@@ -365,7 +370,7 @@ void ReconstructionRun::fit() {
 
 /// How many Gaussians coverMask() may add.
 std::int64_t ReconstructionRun::coverLimit(std::int64_t gaussians) const {
-  return input_.mask && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
+  return !input_.masks.empty() && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
 }
 
 /// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it the gradient

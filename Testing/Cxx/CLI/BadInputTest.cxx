@@ -102,6 +102,10 @@ TEST_F(BadInputTest, MaskEmptyOrElsewhere) {
   mask.geometry.origin[1] += 500;
   expectRefused({image, "--mask", scan("far-mask.nii", mask)}, "mask");
   expectRefused({image, "--mask", path("no-mask.nii")}, "no-mask.nii");
+  const std::string whole = scan("whole-mask.nii"), other = scan("other.nii");
+  expectRefused({image, "--mask", whole, whole}, "2 masks for 1 scan:");
+  expectRefused({image, other, "--mask", whole, whole, whole}, "3 masks for 2 scans:");
+  expectRefused({image, other, "--mask", whole, path("far-mask.nii")}, "The mask of other.nii");
 }
 
 TEST_F(BadInputTest, RegionOutsideOrInverted) {

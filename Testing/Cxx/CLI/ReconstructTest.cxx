@@ -245,6 +245,29 @@ TEST_F(ReconstructTest, MaskOnAnotherGridIsResampled) {
   reconstruct(quickly({scan("scan.nii", phantom()), "--mask", scan("mask.nii", mask)}));
 }
 
+TEST_F(ReconstructTest, EachScanMayHaveItsOwnMask) {
+  const Volume truth = phantom({24, 24, 24});
+  const std::string a = scan("a.nii", simulateThickStack(truth, 2, 3).image);
+  const std::string b = scan("b.nii", simulateThickStack(truth, 0, 3).image);
+  Volume large = truth, small = truth;
+  for (std::int64_t v = 0; v < truth.geometry.voxelCount(); ++v) {
+    const std::int64_t i = v % 24, j = v / 24 % 24, k = v / 576;
+    large.voxels[v] = std::min({i, j, k}) >= 6 && std::max({i, j, k}) < 18;
+    small.voxels[v] = large.voxels[v] > 0 && j < 12;
+  }
+  const std::string first = scan("large.nii", large), second = scan("small.nii", small);
+  const Volume common = reconstruct(quickly({a, b, "--mask", first}));
+  const Volume own = reconstruct(quickly({a, b, "--mask", first, second, "--save-model",
+                                          path("out/m.innergs"), "--report", path("out/r.json")}));
+  EXPECT_EQ(own.geometry.size, common.geometry.size) << "the box of both masks";
+  EXPECT_NE(own.voxels, common.voxels);
+  EXPECT_EQ(reconstruct(quickly({a, b, "--mask", first, "--mask", second})).voxels, own.voxels);
+  EXPECT_EQ(reconstruct(quickly({a, b, "--mask", first, "--mask", first})).voxels, common.voxels);
+  EXPECT_EQ(nlohmann::json::parse(contents("out/r.json")).at("mask"), (nlohmann::json{first, second}));
+  const auto info = nlohmann::json::parse(run({"info", path("out/m.innergs"), "--json"}).out);
+  EXPECT_EQ(info.at("notes").at("Mask"), "large.nii; small.nii");
+}
+
 TEST_F(ReconstructTest, NothingIsInventedOutsideALabelMap) {
   Volume labels = phantom();
   const auto& n = labels.geometry.size;

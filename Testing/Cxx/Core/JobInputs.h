@@ -61,8 +61,8 @@ inline double psnrOfAFitWithout(ReconstructionInput input, const std::vector<std
   input.heldOutFraction = 0;
   Stack& stack = input.stacks.front();
   const std::int64_t plane = stack.image.geometry.size[0] * stack.image.geometry.size[1];
-  const std::vector<std::uint8_t> inside = input.mask
-                                               ? resampleMask(*input.mask, stack.image.geometry)
+  const std::vector<std::uint8_t> inside = !input.masks.empty()
+                                               ? resampleMask(input.masks.front(), stack.image.geometry)
                                                : std::vector<std::uint8_t>(stack.image.voxels.size(), 1);
   stack.observed.assign(stack.image.voxels.size(), 1);
   for (const std::int64_t k : slices)

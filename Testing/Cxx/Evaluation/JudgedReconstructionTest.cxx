@@ -36,7 +36,7 @@ Mask lowerHalf() {
 
 TEST(JudgedReconstruction, GivesTheFullFitAndProtocolHOfTheFirstStackInsideTheMask) {
   ReconstructionInput input = isotropicInput();
-  input.mask = lowerHalf();
+  input.masks = {lowerHalf()};
   const JudgedAttempt run = runUntil({}, input, 2);
   const auto full = reconstruct(input, quickSettings(8));
   EXPECT_TRUE(sameField(run.result.reconstruction.model->field, full.model->field));
@@ -44,7 +44,7 @@ TEST(JudgedReconstruction, GivesTheFullFitAndProtocolHOfTheFirstStackInsideTheMa
   EXPECT_EQ(run.result.reconstruction.judging, Judging::Done);
   EvaluationOptions options;
   options.settings = quickSettings(8);
-  options.mask = input.mask;
+  options.mask = input.masks.front();
   HeldOutCase heldOut;
   heldOut.factor = 2;
   heldOut.axis = 2;

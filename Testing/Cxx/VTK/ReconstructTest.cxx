@@ -132,14 +132,34 @@ TEST(ReconstructFilter, CountsSlicesAlongAnotherAxis) {
                     0.1);
 }
 
+TEST(ReconstructFilter, MasksEachInputByItsOwn) {
+  ReconstructionInput input = posedInput({"Straight", 0, false}, false); // exact: no rounding to follow
+  input.stacks.push_back(input.stacks[0]);
+  auto filter = quickFilter(input);
+  for (int s = 0; s < 2; ++s) {
+    const GridGeometry lattice = withSpacing(input.stacks[0].image.geometry, {1.7, 1.7, 1.7});
+    const double face = lattice.centre()[0] + 0.37 + 4 * s;
+    const Volume inside = volumeInSpace(lattice, [&](const Vec3& x) { return x[0] < face ? 1 : 0; });
+    input.masks.push_back({lattice, {inside.voxels.begin(), inside.voxels.end()}});
+    filter->AddMaskData(plainImage(inside, VTK_UNSIGNED_CHAR));
+    filter->SetMaskIJKToRASMatrix(s, rasMatrix(lattice));
+  }
+  filter->Update();
+  expectSame(filter, reconstruct(input, quickSettings()));
+  filter->AddMaskData(plainImage(input.stacks[0].image, VTK_UNSIGNED_CHAR));
+  filter->Update();
+  EXPECT_NE(filter->GetErrorMessage().find("3 masks for 2 scans"), std::string::npos)
+      << filter->GetErrorMessage();
+}
+
 TEST(ReconstructFilter, MasksAndWithholds) {
   ReconstructionInput input = posedInput({"Straight", 0, false}, false); // exact: no rounding to follow
   const GridGeometry& g = input.stacks[0].image.geometry;
-  input.mask = Mask{withSpacing(g, {1.7, 1.7, 1.7}), {}};
-  Volume inside =
-      volumeInSpace(input.mask->geometry, [&](const Vec3& x) { return x[0] < g.centre()[0] + 0.37 ? 3 : 0; });
+  input.masks = {Mask{withSpacing(g, {1.7, 1.7, 1.7}), {}}};
+  Volume inside = volumeInSpace(input.masks.front().geometry,
+                                [&](const Vec3& x) { return x[0] < g.centre()[0] + 0.37 ? 3 : 0; });
   for (const float v : inside.voxels)
-    input.mask->voxels.push_back(v != 0);
+    input.masks.front().voxels.push_back(v != 0);
   input.heldOutFraction = 0.2;
   auto filter = quickFilter(input);
   filter->SetMaskData(plainImage(inside, VTK_UNSIGNED_CHAR));

@@ -81,7 +81,7 @@ const GridGeometry kDomain = grid(20, 22, 18, {1, 1.2, 1.5}, {-8, 30, 4}, obliqu
 GaussianField maskedField() {
   GaussianField field = wildField(kDomain);
   const Mask mask = ballIn(kDomain, kDomain.centre() + Vec3{1, -2, 2}, 5);
-  field.support = supportOf(mask, scanIn(mask), kDomain, 1.5);
+  field.support = supportOf(std::vector{mask}, scanIn(mask), kDomain, 1.5);
   field.fill = -77;
   field.range = {0, 100};
   return field;
@@ -92,7 +92,7 @@ GaussianField maskedField() {
 TEST(Support, ReachesTheMarginBeyondTheMaskAndNoFurther) {
   for (const double margin : {0.0, 1.0, 2.6, 4.5}) {
     const Mask mask = ballIn(kDomain, kDomain.centre(), 4);
-    const Mask support = supportOf(mask, scanIn(mask), kDomain, margin);
+    const Mask support = supportOf(std::vector{mask}, scanIn(mask), kDomain, margin);
     const std::vector<double> distance = distances(kDomain, mask);
     const std::int64_t expected =
         std::count_if(distance.begin(), distance.end(), [&](double d) { return d <= margin + 1e-6; });
@@ -110,7 +110,7 @@ TEST(Support, ReachesTheMarginBeyondTheMaskAndNoFurther) {
 TEST(Support, OfThickSlicesReachesNoScannedPointBeyondTheMargin) {
   GridGeometry thick = withSpacing(kDomain, {1, 1.2, 4.5});
   const Mask mask = ballIn(thick, kDomain.centre(), 6);
-  const Mask support = supportOf(mask, scanIn(mask), kDomain, 4.5);
+  const Mask support = supportOf(std::vector{mask}, scanIn(mask), kDomain, 4.5);
   GaussianField field = wildField(kDomain);
   field.support = support;
   field.fill = -77;
@@ -136,11 +136,11 @@ TEST(Support, OfOneVoxelBetweenTheDomainsIsAround) {
   Stack stack; // one observed voxel there
   stack.image = Volume{fine, {5}};
   stack.observed = {1};
-  const Mask support = supportOf({fine, {1}}, std::vector{stack}, kDomain, 0);
+  const Mask support = supportOf(std::vector{Mask{fine, {1}}}, std::vector{stack}, kDomain, 0);
   EXPECT_EQ(count(support), 1);
   EXPECT_LT(norm(support.geometry.centre() - fine.origin), 1.2);
   fine.origin[1] += 300;
-  EXPECT_THROW(supportOf({fine, {1}}, {}, kDomain, 3), Error);
+  EXPECT_THROW(supportOf(std::vector{Mask{fine, {1}}}, {}, kDomain, 3), Error);
 }
 
 TEST(Support, CountsForEveryQueryAlike) {

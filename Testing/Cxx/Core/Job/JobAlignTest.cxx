@@ -51,6 +51,36 @@ TEST(JobAlign, MakesUpForMotionAndGainBetweenScansAndSaysSo) {
   EXPECT_EQ(result.warnings[0].find("second.nii was moved by 1."), 0u) << result.warnings[0];
 }
 
+TEST(JobAlign, LeavesAScanOfAnotherBodyWhereItIs) {
+  ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 1);
+  input.stacks[1] = simulateThickStack(testing::spherePhantom(48, 48, 9), 0, 4);
+  input.stacks[1].name = "other.nii";
+  const ReconstructionResult result = reconstruct(input, fewIterations());
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_EQ(result.warnings[0].find("other.nii does not fit the other scans"), 0u) << result.warnings[0];
+  EXPECT_EQ(result.alignment.at(1).toOthers, Affine3{});
+  EXPECT_FALSE(result.sliceMotion.moved);
+  Settings settings = fewIterations();
+  settings.align = false;
+  settings.sliceMotion = SliceMotionKind::Off;
+  EXPECT_EQ(result.volume.voxels, reconstruct(input, settings).volume.voxels) << "as it was scanned";
+}
+
+TEST(JobAlign, SaysByHowMuchAScanOnAnotherScaleWasMultiplied) {
+  const ReconstructionResult result =
+      reconstruct(twoScans(testing::spherePhantom(48, 48, 3), 0, 1e5f), fewIterations());
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("multiplied by 1e-05"), std::string::npos) << result.warnings[0];
+}
+
+TEST(JobAlign, SaysThatABlankScanCannotBeCompared) {
+  ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 0);
+  const ReconstructionResult result = reconstruct(input, fewIterations());
+  ASSERT_FALSE(result.warnings.empty());
+  EXPECT_EQ(result.warnings[0].find("second.nii shares too little with the other scans"), 0u)
+      << result.warnings[0];
+}
+
 TEST(JobAlign, SeesNoWithheldSlice) {
   const Volume truth = testing::spherePhantom(48, 48, 3);
   ReconstructionInput input = twoScans(truth, 1.5, 1);

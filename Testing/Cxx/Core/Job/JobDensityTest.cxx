@@ -43,7 +43,7 @@ void expectAsGoodInside(ReconstructionInput input, const Volume& truth, const Se
   const ReconstructionResult whole = reconstruct(input, settings);
   for (const double radius : {9.0, 13.0}) {
     const Mask mask = ballOf(truth.geometry, radius);
-    input.mask = mask;
+    input.masks = {mask};
     const ReconstructionResult part = reconstruct(input, settings);
     EXPECT_LT(*part.settings.gaussians, *whole.settings.gaussians);
     EXPECT_GT(insidePsnr(part.volume, truth, mask), insidePsnr(whole.volume, truth, mask) - 0.3)
@@ -76,7 +76,7 @@ TEST(JobDensity, AMaskedFitLosesNoSmallLabels) {
   });
   input.stacks.front().profile = SliceProfile::Point;
   const Mask mask = ballOf(labels.geometry, 13);
-  input.mask = mask;
+  input.masks = {mask};
   input.outputGrid = labels.geometry;
   Settings settings = defaults(200);
   settings.gaussians = 500;
@@ -114,7 +114,7 @@ TEST(JobDensity, TheOrderOfTheInputsDoesNotMatter) {
     ReconstructionInput one, other;
     one.stacks = {large, small};
     other.stacks = {small, large};
-    if (masked) one.mask = other.mask = ballOf(truth.geometry, 12);
+    if (masked) one.masks = other.masks = {ballOf(truth.geometry, 12)};
     const auto budget = *reconstruct(one, defaults(2)).settings.gaussians;
     EXPECT_EQ(budget, *reconstruct(other, defaults(2)).settings.gaussians) << masked;
     if (!masked) {
@@ -181,19 +181,19 @@ Mask cubeMask(std::int64_t side) {
 TEST(JobDensity, MasksOfAFewVoxelsWork) {
   ReconstructionInput input = isotropicInput();
   for (const int side : {1, 4}) {
-    input.mask = cubeMask(side);
+    input.masks = {cubeMask(side)};
     input.outputGrid = smallGrid();
     const ReconstructionResult result = reconstruct(input, defaults(60));
     EXPECT_LE(*result.settings.gaussians, side * side * side);
-    EXPECT_GT(insidePsnr(result.volume, input.stacks.front().image, *input.mask), 40) << side;
+    EXPECT_GT(insidePsnr(result.volume, input.stacks.front().image, input.masks.front()), 40) << side;
   }
 }
 
 TEST(JobDensity, AMaskBetweenThickSlicesIsRefusedOrFitted) {
   ReconstructionInput input = anisotropicInput();
-  input.mask = cubeMask(4);
+  input.masks = {cubeMask(4)};
   EXPECT_GT(reconstruct(input, defaults()).trainingPsnr, 30);
-  input.mask = cubeMask(1);
+  input.masks = {cubeMask(1)};
   try {
     reconstruct(input, defaults());
     FAIL() << "it holds no centre of a voxel";

@@ -55,18 +55,29 @@ TEST(JobInput, WithoutFiniteVoxelsIsRefused) {
 
 TEST(JobInput, WithAnEmptyOrDistantMaskIsRefused) {
   ReconstructionInput input = isotropicInput();
-  input.mask = Mask{smallGrid(), std::vector<std::uint8_t>(smallGrid().voxelCount(), 0)};
+  input.masks = {Mask{smallGrid(), std::vector<std::uint8_t>(smallGrid().voxelCount(), 0)}};
   EXPECT_EQ(errorOf(input), ErrorCode::NoData);
-  std::fill(input.mask->voxels.begin(), input.mask->voxels.end(), std::uint8_t{1});
-  input.mask->geometry.origin[0] += 500;
+  std::fill(input.masks.front().voxels.begin(), input.masks.front().voxels.end(), std::uint8_t{1});
+  input.masks.front().geometry.origin[0] += 500;
   EXPECT_EQ(errorOf(input), ErrorCode::NoData);
+}
+
+TEST(JobInput, WithMasksThatDoNotMatchItsScansIsRefused) {
+  ReconstructionInput input = orthogonalInput();
+  const Mask whole{smallGrid(), std::vector<std::uint8_t>(smallGrid().voxelCount(), 1)};
+  input.masks = {whole, whole, whole};
+  EXPECT_EQ(errorOf(input), ErrorCode::InvalidArgument) << "three for two scans";
+  Mask empty = whole;
+  std::fill(empty.voxels.begin(), empty.voxels.end(), std::uint8_t{0});
+  input.masks = {whole, empty};
+  EXPECT_EQ(errorOf(input), ErrorCode::NoData) << "although the other scan has voxels inside its own";
 }
 
 TEST(JobInput, OfAMaskOnBrokenVoxelsOnlyIsRefused) {
   ReconstructionInput input = isotropicInput();
-  input.mask = Mask{smallGrid(), std::vector<std::uint8_t>(smallGrid().voxelCount(), 0)};
+  input.masks = {Mask{smallGrid(), std::vector<std::uint8_t>(smallGrid().voxelCount(), 0)}};
   for (int v : {100, 101, 102}) {
-    input.mask->voxels[v] = 1;
+    input.masks.front().voxels[v] = 1;
     input.stacks[0].image.voxels[v] = static_cast<float>(kNaN);
   }
   EXPECT_EQ(errorOf(input), ErrorCode::NoData);

@@ -138,9 +138,9 @@ TEST(HeldOut, SaysWhyTheQualityIsUnknown) {
     stack.image.voxels[v] = static_cast<float>(v % 24);
   two.heldOutFraction = 0.5;
   ReconstructionInput masked = heldOutInput(); // no withheld slice lies inside
-  masked.mask = Mask{smallGrid(), std::vector<std::uint8_t>(24 * 22 * 20, 0)};
+  masked.masks = {Mask{smallGrid(), std::vector<std::uint8_t>(24 * 22 * 20, 0)}};
   for (std::int64_t k : {8, 9})
-    std::fill_n(masked.mask->voxels.begin() + k * 24 * 22, 24 * 22, std::uint8_t{1});
+    std::fill_n(masked.masks.front().voxels.begin() + k * 24 * 22, 24 * 22, std::uint8_t{1});
   for (const ReconstructionInput& input : {two, masked}) {
     const auto result = reconstruct(input, quickSettings(3));
     EXPECT_EQ(result.judging, Judging::Failed);

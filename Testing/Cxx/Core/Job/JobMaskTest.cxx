@@ -1,3 +1,4 @@
+#include "Core/Job/JobInput.h"
 #include "Core/Render/PlaneSampler.h"
 #include "Core/Render/Render.h"
 #include "JobInputs.h"
@@ -24,7 +25,7 @@ Mask ball(double radius) {
 
 ReconstructionInput maskedInput() {
   ReconstructionInput input = anisotropicInput();
-  input.mask = ball(6);
+  input.masks = {ball(6)};
   return input;
 }
 
@@ -62,7 +63,7 @@ TEST(MaskedJob, GivesTheFillValueBeyondTheMasksMargin) {
   std::vector<Vec3> inside, all;
   for (std::int64_t v = 0; v < smallGrid().voxelCount(); ++v) {
     all.push_back(map({double(v % n[0]), double(v / n[0] % n[1]), double(v / n[0] / n[1])}));
-    if (input.mask->voxels[v]) inside.push_back(all.back());
+    if (input.masks.front().voxels[v]) inside.push_back(all.back());
   }
   int around = 0;
   for (std::size_t v = 0; v < all.size(); ++v) {
@@ -117,6 +118,41 @@ TEST(MaskedJob, StaysWithinTheMaskedRange) {
   EXPECT_GE(low, range->low);
   EXPECT_LE(high, range->high);
   EXPECT_GT(high, low);
+}
+
+TEST(MaskedJob, FitsEachScanInsideItsOwnMask) {
+  ReconstructionInput input = orthogonalInput();
+  input.masks = {ball(6), ball(4)};
+  const PreparedInput prepared = prepareInput(input);
+  for (int s = 0; s < 2; ++s)
+    EXPECT_EQ(prepared.stacks[s].observed, resampleMask(input.masks[s], input.stacks[s].image.geometry));
+  ReconstructionInput one = input, twice = input;
+  one.masks = {ball(6)};
+  twice.masks = {ball(6), ball(6)};
+  const GaussianField expected = reconstruct(one, filled()).model->field;
+  EXPECT_TRUE(sameField(reconstruct(twice, filled()).model->field, expected))
+      << "one for all is one for each";
+  EXPECT_FALSE(sameField(reconstruct(input, filled()).model->field, expected));
+}
+
+TEST(MaskedJob, MovesAMaskWithItsScan) {
+  ReconstructionInput input = orthogonalInput();
+  input.masks = {ball(6), ball(6)};
+  const Vec3 off{-9, 0, 0}; // of the second scan and its mask
+  for (GridGeometry* g : {&input.stacks[1].image.geometry, &input.masks[1].geometry})
+    g->origin = g->origin + off;
+  const auto back = [&](std::span<Stack> stacks) {
+    stacks[1].image.geometry.origin = stacks[1].image.geometry.origin - off;
+    return std::vector<std::string>{};
+  };
+  ReconstructionInput together = orthogonalInput();
+  together.masks = {ball(6)};
+  const Mask expected = prepareInput(together).support;
+  const PreparedInput aligned = prepareInput(input, {}, false, back);
+  EXPECT_EQ(aligned.support.voxels, expected.voxels);
+  EXPECT_TRUE(sameLattice(aligned.support.geometry, expected.geometry, 1e-6));
+  EXPECT_GT(prepareInput(input).support.geometry.voxelCount(), expected.geometry.voxelCount())
+      << "nothing to move";
 }
 
 TEST(MaskedJob, GoesOnWhereItWasStopped) {

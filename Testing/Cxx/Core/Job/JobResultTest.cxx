@@ -174,7 +174,7 @@ TEST(JobWithAMask, FitsOnlyInside) {
   Mask mask{smallGrid(), {}};
   for (std::int64_t v = 0; v < mask.geometry.voxelCount(); ++v)
     mask.voxels.push_back(v % 24 < 12);
-  input.mask = mask;
+  input.masks = {mask};
   const auto result = reconstruct(input, quickSettings(15));
   // Nothing outside may matter.
   ReconstructionInput other = input;

@@ -188,7 +188,7 @@ TEST(AllAxes, KeepHeldOutSlicesAndTheMaskFromEveryView) {
   Mask mask{smallGrid(), {}};
   for (std::int64_t v = 0; v < mask.geometry.voxelCount(); ++v)
     mask.voxels.push_back(v % 24 < 20);
-  input.mask = mask;
+  input.masks = {mask};
   Settings settings = quickSettings(15);
   settings.blending = Blending::Alpha;
   const auto result = reconstruct(input, settings);

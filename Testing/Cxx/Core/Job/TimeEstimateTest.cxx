@@ -108,10 +108,10 @@ TEST_F(TimeEstimate, IsThatOfWhatTheMaskHolds) {
   Settings settings = threaded();
   settings.iterations = 100;
   const double whole = estimator.seconds(input, settings);
-  input.mask = Mask{input.stacks[0].image.geometry, {}};
+  input.masks = {Mask{input.stacks[0].image.geometry, {}}};
   EXPECT_EQ(estimator.seconds(input, settings), whole) << "its voxels are not known";
-  input.mask->voxels.resize(60 * 60 * 60);
-  std::fill_n(input.mask->voxels.begin(), 60 * 60 * 15, std::uint8_t{1});
+  input.masks.front().voxels.resize(60 * 60 * 60);
+  std::fill_n(input.masks.front().voxels.begin(), 60 * 60 * 15, std::uint8_t{1});
   EXPECT_NEAR(estimator.seconds(input, settings), 0.25 * whole, 1e-6 * whole);
   const Settings best = threaded(Preset::Best);
   EXPECT_LT(estimateMemory(input, best), estimateMemory(outline(60), best));
