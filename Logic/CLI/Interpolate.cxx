@@ -146,13 +146,16 @@ int interpolate(const InterpolateOptions& o) {
   ProgressDisplay display(o.quiet);
   Interrupt interrupt;
   DynamicResult result;
+  ModelNotes notes;
   std::optional<VoxelValues> expected;
+  std::optional<FeatureModel> features; // of the model that was read
   std::vector<double> times;
   if (isDynamicModel(o.input)) {
     if (!o.resume.empty()) throw CLI::ValidationError("--resume", "takes the scan as its input, not a model");
     if (!o.sliceTimes.empty())
       throw CLI::ValidationError("--slice-times", "takes the scan as its input, not a model");
-    result.field = std::make_shared<const DynamicField>(readDynamicModel(o.input));
+    result.field =
+        std::make_shared<const DynamicField>(readDynamicModel(o.input, &notes, &result.state, &features));
     times = outputTimes(o, result.field->times);
     addTimed(o, times, files);
   } else {
@@ -175,14 +178,14 @@ int interpolate(const InterpolateOptions& o) {
     if (!result.choice.empty()) display.say(result.choice);
     for (const std::string& note : result.notes)
       fmt::print(stderr, "innergs: warning: {}\n", note);
+    notes["Inputs"] = utf8(std::filesystem::path(o.input).filename());
+    if (const std::string settings = movingSettingsText(result.settings); !settings.empty())
+      notes["Settings"] = settings;
+    if (!result.cancelled) result.state = {};
   }
   const DynamicField& field = *result.field;
   files.write(o.saveModel, [&](const auto& path) {
-    ModelNotes notes{{"Inputs", utf8(std::filesystem::path(o.input).filename())}};
-    if (const std::string settings = movingSettingsText(result.settings);
-        result.seconds > 0 && !settings.empty())
-      notes["Settings"] = settings;
-    writeDynamicModel(field, path, notes, result.cancelled ? result.state : RefinementState());
+    writeDynamicModel(field, path, notes, result.state, features ? &*features : nullptr);
   });
   files.write(o.output, [&](const auto& path) {
     const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());

@@ -214,7 +214,9 @@ DynamicField readDynamicModel(const std::filesystem::path& path, ModelNotes* not
 
 std::shared_ptr<const StoppedDynamicFit> readStoppedFit(const std::filesystem::path& path) {
   auto stopped = std::make_shared<StoppedDynamicFit>();
-  stopped->field = readDynamicModel(path, nullptr, &stopped->state);
+  std::optional<FeatureModel> features;
+  stopped->field = readDynamicModel(path, nullptr, &stopped->state, &features);
+  stopped->knowsSegments = features.has_value();
   return stopped;
 }
 

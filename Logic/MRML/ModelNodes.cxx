@@ -73,7 +73,7 @@ ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fi
                 "There is no file name to save the model under: choose one that ends with .innergs or .ply.");
   if (model->IsDynamic()) {
     vtkNew<vtkInnerGSDynamicModel> content;
-    content->SetField(model->GetDynamicModel()->GetField());
+    content->ShallowCopy(model->GetDynamicModel());
     copy_->SetDynamicModel(content);
   } else {
     vtkNew<vtkInnerGSModel> content;

@@ -114,6 +114,10 @@ void checkInScene(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene) {
   modelOf(model);
   if (!scene || model->GetScene() != scene)
     throw Error(ErrorCode::InvalidArgument, "The model is not in the scene: add it first.");
+  if (model->IsDynamic())
+    throw Error(ErrorCode::InvalidArgument,
+                "The model " + quoted(model) +
+                    " is of a moving scan: save it and let it learn by innergs segment --label-time.");
 }
 
 std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,

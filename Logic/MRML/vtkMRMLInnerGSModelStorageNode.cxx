@@ -36,6 +36,10 @@ std::shared_ptr<const void> contentOf(vtkMRMLInnerGSModelNode* node) {
   return node->GetModel()->GetCoreModel();
 }
 
+std::shared_ptr<const innergs::FeatureModel> featuresOf(vtkMRMLInnerGSModelNode* node) {
+  return node->IsDynamic() ? node->GetDynamicModel()->GetFeatures() : node->GetModel()->GetFeatures();
+}
+
 const std::string kPrefix = "InnerGS."; // of the attributes that say what a model was made from
 
 innergs::ModelNotes notesOf(vtkMRMLNode* node) {
@@ -66,7 +70,7 @@ bool vtkMRMLInnerGSModelStorageNode::CanReadInReferenceNode(vtkMRMLNode* node) {
 
 bool vtkMRMLInnerGSModelStorageNode::Holds(vtkMRMLInnerGSModelNode* node) {
   return node && !node->IsEmpty() && this->Stored.lock() == contentOf(node) &&
-         (node->IsDynamic() || this->StoredFeatures.lock() == node->GetModel()->GetFeatures());
+         this->StoredFeatures.lock() == featuresOf(node);
 }
 
 void vtkMRMLInnerGSModelStorageNode::NoteStored(vtkMRMLInnerGSModelNode* node) {
@@ -76,8 +80,7 @@ void vtkMRMLInnerGSModelStorageNode::NoteStored(vtkMRMLInnerGSModelNode* node) {
 
 void vtkMRMLInnerGSModelStorageNode::Remember(vtkMRMLInnerGSModelNode* node) {
   this->Stored = contentOf(node);
-  this->StoredFeatures.reset();
-  if (!node->IsDynamic()) this->StoredFeatures = node->GetModel()->GetFeatures();
+  this->StoredFeatures = featuresOf(node);
 }
 
 void vtkMRMLInnerGSModelStorageNode::InitializeSupportedReadFileTypes() {
@@ -102,21 +105,24 @@ int vtkMRMLInnerGSModelStorageNode::ReadDataInternal(vtkMRMLNode* node) {
     const std::filesystem::path path = innergs::pathOf(name);
     isPly(path); // or a model by its name
     innergs::ModelNotes notes;
+    std::optional<innergs::FeatureModel> features;
+    const auto shared = [](std::optional<innergs::FeatureModel> read) {
+      return read ? std::make_shared<const innergs::FeatureModel>(std::move(*read)) : nullptr;
+    };
     if (innergs::isDynamicModel(path)) {
-      auto field = std::make_shared<const innergs::DynamicField>(innergs::readDynamicModel(path, &notes));
+      auto field = std::make_shared<const innergs::DynamicField>(
+          innergs::readDynamicModel(path, &notes, nullptr, &features));
       vtkNew<vtkInnerGSDynamicModel> model;
-      model->SetField(field);
+      model->SetField(field, shared(std::move(features)));
       MRMLNodeModifyBlocker blocker(modelNode);
       if (!notes.empty()) setNotes(modelNode, notes);
       modelNode->SetDynamicModel(model);
       this->Remember(modelNode);
       return 1;
     }
-    std::optional<innergs::FeatureModel> features;
     auto core = std::make_shared<const innergs::Model>(innergs::readModel(path, &notes, &features));
     vtkNew<vtkInnerGSModel> model;
-    model->SetCoreModel(core, features ? std::make_shared<const innergs::FeatureModel>(std::move(*features))
-                                       : nullptr);
+    model->SetCoreModel(core, shared(std::move(features)));
     MRMLNodeModifyBlocker blocker(modelNode);
     if (!notes.empty()) setNotes(modelNode, notes); // else what the scene's file says of the node stays
     modelNode->SetModel(model);
@@ -159,11 +165,10 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
                            "There is no file name to save the model under: choose one.");
     const std::filesystem::path path = innergs::pathOf(name);
     const auto core = modelNode->GetModel()->GetCoreModel();
-    const auto features = modelNode->GetModel()->GetFeatures();
+    const auto features = featuresOf(modelNode);
     if (isPly(path)) {
       innergs::writePly(core->field, path);
-      const std::string dropped =
-          innergs::droppedByPly(core->field, modelNode->GetModel()->GetNumberOfSegments());
+      const std::string dropped = innergs::droppedByPly(core->field, features ? features->classes() - 1 : 0);
       this->Partly =
           !dropped.empty() || !core->complete() || core->iteration > 0 || !notesOf(modelNode).empty();
       this->Partly = this->Partly || modelNode->IsDynamic();
@@ -174,7 +179,8 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
                 "The state of the fit and what the model was made from are not in a PLY file either: until "
                 "it is saved as an .innergs file the model counts as unsaved.");
     } else if (modelNode->IsDynamic()) {
-      innergs::writeDynamicModel(*modelNode->GetDynamicModel()->GetField(), path, notesOf(modelNode));
+      innergs::writeDynamicModel(*modelNode->GetDynamicModel()->GetField(), path, notesOf(modelNode), {},
+                                 features.get());
     } else {
       innergs::writeModel(*core, path, notesOf(modelNode), features.get());
     }

@@ -2,6 +2,7 @@
 
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
+#include "Core/Features/FeatureModel.h"
 #include "Core/Model/Model.h"
 #include "Core/Motion/DynamicField.h"
 #include "vtkInnerGSModel.h"
@@ -26,16 +27,23 @@ void vtkInnerGSDynamicModel::PrintSelf(ostream& os, vtkIndent indent) {
 void vtkInnerGSDynamicModel::Initialize() {
   this->Superclass::Initialize();
   this->Field.reset();
+  this->Features.reset();
 }
 
 void vtkInnerGSDynamicModel::ShallowCopy(vtkDataObject* source) {
   this->Superclass::ShallowCopy(source);
-  if (auto* model = vtkInnerGSDynamicModel::SafeDownCast(source)) this->Field = model->Field;
+  this->Share(vtkInnerGSDynamicModel::SafeDownCast(source));
 }
 
 void vtkInnerGSDynamicModel::DeepCopy(vtkDataObject* source) {
   this->Superclass::DeepCopy(source);
-  if (auto* model = vtkInnerGSDynamicModel::SafeDownCast(source)) this->Field = model->Field;
+  this->Share(vtkInnerGSDynamicModel::SafeDownCast(source));
+}
+
+void vtkInnerGSDynamicModel::Share(vtkInnerGSDynamicModel* model) {
+  if (!model) return;
+  this->Field = model->Field;
+  this->Features = model->Features;
 }
 
 unsigned long vtkInnerGSDynamicModel::GetActualMemorySize() {
@@ -45,15 +53,18 @@ unsigned long vtkInnerGSDynamicModel::GetActualMemorySize() {
     const std::size_t bytes = f.canonical.gaussians.size() * sizeof(innergs::Gaussian) +
                               (f.canonical.residual.voxels.size() + f.nodes.size() + f.anchors.size() +
                                f.ownPath.size() + f.changes.size()) *
-                                  sizeof(float);
+                                  sizeof(float) +
+                              (this->Features ? innergs::memoryOf(*this->Features) : 0);
     size += static_cast<unsigned long>((bytes + 1023) / 1024);
   }
   return size;
 }
 
-void vtkInnerGSDynamicModel::SetField(std::shared_ptr<const innergs::DynamicField> field) {
-  if (field == this->Field) return;
+void vtkInnerGSDynamicModel::SetField(std::shared_ptr<const innergs::DynamicField> field,
+                                      std::shared_ptr<const innergs::FeatureModel> features) {
+  if (field == this->Field && features == this->Features) return;
   this->Field = std::move(field);
+  this->Features = std::move(features);
   this->Modified();
 }
 
@@ -93,6 +104,16 @@ bool vtkInnerGSDynamicModel::GetTimeRange(double range[2]) {
   range[0] = this->Field->times.front();
   range[1] = this->Field->times.back();
   return true;
+}
+
+int vtkInnerGSDynamicModel::GetNumberOfSegments() {
+  return this->Features ? this->Features->classes() - 1 : 0; // without the background
+}
+
+std::string vtkInnerGSDynamicModel::GetSegmentName(int index) {
+  return index >= 0 && index < this->GetNumberOfSegments()
+             ? this->Features->names[static_cast<std::size_t>(index) + 1]
+             : "";
 }
 
 vtkInnerGSModel* vtkInnerGSDynamicModel::NewModelAt(double time) {

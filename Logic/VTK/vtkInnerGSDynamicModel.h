@@ -10,6 +10,7 @@
 
 namespace innergs {
 struct DynamicField;
+struct FeatureModel;
 } // namespace innergs
 class vtkInformation;
 class vtkInformationVector;
@@ -47,6 +48,12 @@ public:
   bool GetTimeRange(double range[2]);
   ///@}
 
+  ///@{
+  /// The segments that its Gaussians' features decode to; 0: none. As of vtkInnerGSModel.
+  int GetNumberOfSegments();
+  std::string GetSegmentName(int index);
+  ///@}
+
   /// The model at a time (s), for all filters that take one, to be deleted by who asked (in Python by
   /// itself); null when empty or when the time is not finite.
   VTK_NEWINSTANCE vtkInnerGSModel* NewModelAt(double time);
@@ -60,7 +67,13 @@ public:
   std::shared_ptr<const innergs::DynamicField> GetField() const {
     return this->Field;
   }
-  void SetField(std::shared_ptr<const innergs::DynamicField> field);
+  /// features: of the canonical Gaussians; null: none.
+  void SetField(std::shared_ptr<const innergs::DynamicField> field,
+                std::shared_ptr<const innergs::FeatureModel> features = nullptr);
+  /// Null without features.
+  std::shared_ptr<const innergs::FeatureModel> GetFeatures() const {
+    return this->Features;
+  }
 #endif
 
 protected:
@@ -72,7 +85,10 @@ private:
   void operator=(const vtkInnerGSDynamicModel&) = delete;
 
 #ifndef __VTK_WRAP__
+  void Share(vtkInnerGSDynamicModel* model);
+
   std::shared_ptr<const innergs::DynamicField> Field;
+  std::shared_ptr<const innergs::FeatureModel> Features;
 #endif
 };
 

@@ -56,11 +56,7 @@ unsigned long vtkInnerGSModel::GetActualMemorySize() {
         c.field.gaussians.size() * sizeof(innergs::Gaussian) +
         (c.optimizer.moment1.size() + c.optimizer.moment2.size() + c.field.residual.voxels.size()) *
             sizeof(float) +
-        c.field.support.voxels.size() +
-        (this->Features ? (this->Features->latents.size() + this->Features->codes.size() +
-                           this->Features->support.bits.size()) *
-                              sizeof(float)
-                        : 0);
+        c.field.support.voxels.size() + (this->Features ? innergs::memoryOf(*this->Features) : 0);
     size += static_cast<unsigned long>((bytes + 1023) / 1024);
   }
   return size;

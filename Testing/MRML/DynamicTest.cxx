@@ -1,3 +1,5 @@
+#include "Core/Features/FeatureTraining.h"
+#include "Core/Motion/DynamicField.h"
 #include "IO/RecoveredFit.h"
 #include "JobFixture.h"
 
@@ -126,6 +128,29 @@ TEST_F(DynamicTest, SequenceInModelAndFramesOut) {
   EXPECT_EQ(read->GetDynamicModel()->GetNumberOfFrames(), 9);
   read->SetTime(0.5);
   EXPECT_EQ(logic->GetValueAtRAS(read, 1, 2, 3), logic->GetValueAtRAS(model, 1, 2, 3));
+
+  // The file keeps the segments that the model knows.
+  const auto field = model->GetDynamicModel()->GetField();
+  innergs::Volume labels{field->canonical.region(), {}};
+  labels.voxels.assign(static_cast<std::size_t>(labels.geometry.voxelCount()), 0);
+  std::fill_n(labels.voxels.begin(), labels.voxels.size() / 2, 1.f);
+  const auto learned = std::make_shared<const innergs::FeatureModel>(
+      innergs::trainFeatures(field->canonical, innergs::labelmapOf(labels), {{1, "lunate"}}));
+  vtkNew<vtkInnerGSDynamicModel> labelled;
+  labelled->SetField(field, learned);
+  model->SetDynamicModel(labelled);
+  EXPECT_TRUE(model->GetModifiedSinceRead());
+  ASSERT_TRUE(logic->SaveModel(model, file)) << logic->GetLastError();
+  EXPECT_FALSE(model->GetModifiedSinceRead());
+  vtkMRMLInnerGSModelNode* again = logic->LoadModel(file);
+  ASSERT_TRUE(again && again->GetDynamicModel()->GetFeatures());
+  EXPECT_EQ(again->GetDynamicModel()->GetSegmentName(0), "lunate");
+  EXPECT_EQ(again->GetDynamicModel()->GetFeatures()->latents, learned->latents);
+
+  // Learning in place would end the moving.
+  EXPECT_EQ(logic->StartLearning(model, nullptr, false), nullptr);
+  EXPECT_NE(logic->GetLastError().find("moving scan"), std::string::npos) << logic->GetLastError();
+  EXPECT_TRUE(model->IsDynamic());
 
   // Motion: a point at `from` moves with the blob, and a frame's transform brings it back.
   vtkMRMLSequenceNode* motion = logic->CreateMotion(model, nullptr, 0.5);

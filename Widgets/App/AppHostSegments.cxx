@@ -18,6 +18,10 @@ AppHost::labelsFor(const QString& modelId, const QString& labelsId, const QStrin
     *error = tr("The model or the labels are no longer open: choose others.");
     return {};
   }
+  if (document_.model(modelId)->moving) {
+    *error = tr("The model is of a moving scan: save it and let it learn by innergs segment --label-time.");
+    return {};
+  }
   std::vector<SegmentName> known; // of a labelmap made here
   for (const SegmentInfo& segment : item->segments)
     known.push_back(segment.name);

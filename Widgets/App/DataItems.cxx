@@ -138,9 +138,9 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
 }
 
 ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& name, const QString& file,
-                   ModelNotes notes) {
+                   ModelNotes notes, std::shared_ptr<const FeatureModel> features) {
   const auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
-  moving->SetField(field);
+  moving->SetField(field, std::move(features));
   const auto first = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(field->times.front()));
   ModelItem item = makeItem(first->GetCoreModel(), name, file, std::move(notes));
   item.moving = moving;

@@ -34,17 +34,20 @@ std::size_t nonFinite(const Volume& volume) {
 
 ModelItem readModelItem(const QString& path) {
   ModelNotes notes;
-  if (isDynamicModel(pathOf(path))) {
-    auto field = std::make_shared<const DynamicField>(readDynamicModel(pathOf(path), &notes));
-    return makeItem(std::move(field), nameOf(path), path, std::move(notes));
-  }
   std::optional<FeatureModel> features;
+  const auto shared = [&]() -> std::shared_ptr<const FeatureModel> {
+    return features ? std::make_shared<const FeatureModel>(std::move(*features)) : nullptr;
+  };
+  if (isDynamicModel(pathOf(path))) {
+    auto field =
+        std::make_shared<const DynamicField>(readDynamicModel(pathOf(path), &notes, nullptr, &features));
+    return makeItem(std::move(field), nameOf(path), path, std::move(notes), shared());
+  }
   auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes, &features));
   if (model->field.gaussians.empty())
     throw Error(ErrorCode::NoData,
                 tr("The model '%1' has no Gaussians: choose another.").arg(path).toStdString());
-  return makeItem(std::move(model), nameOf(path), path, std::move(notes),
-                  features ? std::make_shared<const FeatureModel>(std::move(*features)) : nullptr);
+  return makeItem(std::move(model), nameOf(path), path, std::move(notes), shared());
 }
 
 } // namespace
@@ -170,7 +173,8 @@ void saveItem(const ModelItem& item, const QString& file) {
     writePly(item.model->GetCoreModel()->field, pathOf(file));
   else if (file.endsWith(QLatin1String(".innergs"), Qt::CaseInsensitive))
     item.moving
-        ? writeDynamicModel(*item.moving->GetField(), pathOf(file), item.notes)
+        ? writeDynamicModel(*item.moving->GetField(), pathOf(file), item.notes, {},
+                            item.moving->GetFeatures().get())
         : writeModel(*item.model->GetCoreModel(), pathOf(file), item.notes, item.model->GetFeatures().get());
   else
     throw Error(ErrorCode::InvalidArgument,

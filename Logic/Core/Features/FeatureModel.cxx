@@ -7,6 +7,10 @@
 
 namespace innergs {
 
+std::size_t memoryOf(const FeatureModel& f) {
+  return sizeof(float) * (f.latents.size() + f.codes.size() + f.embeddings.size() + f.support.bits.size());
+}
+
 void checkFeatures(const FeatureModel& f, const GaussianField& field) {
   const auto fail = [](const std::string& what) {
     throw Error(ErrorCode::FileFormat, "The model's features cannot be used: " + what);

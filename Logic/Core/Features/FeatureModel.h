@@ -50,6 +50,9 @@ struct FeatureModel {
   const float* codeOf(int c) const { return codes.data() + static_cast<std::size_t>(c) * kTerms * channels; }
 };
 
+/// Bytes of latents, codes, embeddings and support.
+std::size_t memoryOf(const FeatureModel& features);
+
 /// Throws Error(FileFormat) if features do not match the field or cannot be evaluated.
 void checkFeatures(const FeatureModel& features, const GaussianField& field);
 

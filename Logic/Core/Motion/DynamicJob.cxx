@@ -198,6 +198,10 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   if (resumed_ && resumed_->state.key != key)
     throw Error(ErrorCode::InvalidArgument,
                 "The model to resume is of another scan or other settings: give those it was made with.");
+  if (resumed_ && resumed_->knowsSegments)
+    result.notes.push_back(
+        "The model to resume knows segments, but the Gaussians that they belong to change: "
+        "let the result learn them again.");
   const bool insists = !device_->onCpu() && settings_.device != "auto";
   considerDevice();
   const bool hoped = !device_->onCpu();

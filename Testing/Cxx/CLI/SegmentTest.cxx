@@ -119,6 +119,12 @@ TEST_F(SegmentTest, LabelsEveryFrameOfAMovingScan) {
             0);
   EXPECT_EQ(readVolume(path("out/one.seg.nrrd")).voxels, found.frames[3]);
 
+  // Writing the model again keeps its segments and what it was made from.
+  ASSERT_EQ(
+      run({"interpolate", path("labelled.innergs"), "--save-model", path("again.innergs"), "-q"}).exitCode,
+      0);
+  EXPECT_EQ(contents("again.innergs"), contents("labelled.innergs"));
+
   expectOneSentence(
       run({"segment", path("labelled.innergs"), "--query", "liver", "--time", "9", "-o", path("out/x.nii")}),
       1, "time");

@@ -2,6 +2,7 @@
 
 #include "../Core/Motion/MovingPhantom.h"
 
+#include "Core/Features/FeatureModel.h"
 #include "Core/Motion/DynamicJob.h"
 #include "Core/Motion/MotionField.h"
 #include "Core/Render/Render.h"
@@ -59,6 +60,23 @@ struct Fitted {
 Fitted& fitted() {
   static Fitted once;
   return once;
+}
+
+TEST(Dynamic, CopiesShareSegments) {
+  FeatureModel features;
+  features.names = {"background", "lunate"};
+  vtkNew<vtkInnerGSDynamicModel> model, shallow, deep;
+  model->SetField(fitted().model->GetField(), std::make_shared<const FeatureModel>(features));
+  shallow->ShallowCopy(model);
+  deep->DeepCopy(model);
+  for (vtkInnerGSDynamicModel* copy : {shallow.Get(), deep.Get()}) {
+    EXPECT_EQ(copy->GetFeatures(), model->GetFeatures());
+    EXPECT_EQ(copy->GetNumberOfSegments(), 1);
+    EXPECT_EQ(copy->GetSegmentName(0), "lunate");
+    EXPECT_EQ(copy->GetSegmentName(1), "");
+    copy->SetField(copy->GetField()); // a new fit knows none
+    EXPECT_EQ(copy->GetNumberOfSegments(), 0);
+  }
 }
 
 TEST(Dynamic, ReconstructsAsTheJobDoes) {

@@ -65,6 +65,17 @@ TEST(DynamicResume, StoppedTwiceAndResumedGivesTheSameBits) {
   }
 }
 
+TEST(DynamicResume, SaysThatSegmentsAreGone) {
+  const TimeSeries series = movingPhantom(evenTimes(6));
+  const Settings settings = shortFit(DynamicKind::Motion);
+  const DynamicResult first = stopped(series, settings, 1);
+  StoppedDynamicFit labelled{*first.field, first.state, true};
+  const auto notes = stopped(series, settings, 1, std::make_shared<const StoppedDynamicFit>(labelled)).notes;
+  ASSERT_FALSE(notes.empty());
+  EXPECT_NE(notes[0].find("learn them again"), std::string::npos) << notes[0];
+  EXPECT_EQ(stopped(series, settings, 1, fitOf(first)).notes.size() + 1, notes.size());
+}
+
 TEST(DynamicResume, OfAnotherFitIsRefused) {
   const TimeSeries series = movingPhantom(evenTimes(6));
   const Settings settings = shortFit(DynamicKind::Motion);
