@@ -68,7 +68,7 @@ struct MethodScore {
   std::vector<PlaneScore> perPlane;       // protocol P only
   std::optional<PoseErrors> poses;        // protocol stacks, of the Gaussians
   std::optional<double> ncc;              // protocol scans: normalised cross-correlation
-  std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, likewise
+  std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, of the Gaussians
   std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's lattice
 };
 

@@ -78,7 +78,7 @@ void vtkInnerGSReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
   os << indent << "HeldOutPSNR: " << this->HeldOutPSNR << "\n";
 }
 
-int vtkInnerGSReconstruct::FillInputPortInformation(int port, vtkInformation* information) {
+int vtkInnerGSReconstruct::FillInputPortInformation(int /*port*/, vtkInformation* information) {
   information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
   information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // not needed with a snapshot
   information->Set(vtkAlgorithm::INPUT_IS_REPEATABLE(), 1);
