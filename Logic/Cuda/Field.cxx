@@ -1,6 +1,7 @@
 #include "Cuda/Field.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Render/Projected.h"
 
 #include <algorithm>
@@ -10,12 +11,8 @@
 namespace innergs::cuda {
 namespace {
 
-constexpr std::int64_t kSlabPoints = std::int64_t{1} << 25, kFewestPoints = std::int64_t{1} << 16;
+constexpr std::int64_t kMostPoints = std::int64_t{1} << 25, kFewestPoints = std::int64_t{1} << 16;
 constexpr std::int64_t kPoints = std::int64_t{1} << 22; // of a query, per batch
-
-void throwIfStopped(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-}
 
 GaussianField numbersOf(const GaussianField& field) {
   GaussianField numbers;
@@ -54,7 +51,7 @@ void Field::renderLattice(const Lattice& lattice, const ClosedFormPsf& psf, std:
   passes_.project(gaussians_.data(), upload(values), count_, projectionFrame(lattice), rules(psf));
   const std::int64_t plane = static_cast<std::int64_t>(lattice.planeSize()),
                      packed = static_cast<std::int64_t>(lattice.nx) * lattice.ny;
-  std::int64_t points = kSlabPoints;
+  std::int64_t points = kMostPoints;
   for (int first = 0; first < lattice.planes();) {
     throwIfStopped(stop);
     const int planes =

@@ -1,6 +1,7 @@
 #include "Cuda/Fit.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Render/FieldGradient.h"
 
 #include <algorithm>
@@ -163,7 +164,7 @@ std::string Fit::remark() const {
 }
 
 void Fit::throwIfStopped() const {
-  if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  innergs::throwIfStopped(stop_);
 }
 
 void Fit::upload(const GaussianField& field, const Adam& adam, const GradientAccumulator& accumulator) {

@@ -12,7 +12,7 @@ namespace innergs {
 namespace {
 
 constexpr double kLevels[] = {0.5, 0.1, 0.01};
-constexpr double kReach = 2.7;
+constexpr double kFootprint = 2.7;
 
 Mat3 randomRotation(Random& random) {
   double q[4], r[9];
@@ -169,7 +169,7 @@ ContourResult checkContours(const ContourCheck& check, std::stop_token stop) {
     const Splat splat(g, frame);
     const double sigma = std::sqrt(splat.conditional.variance);
     for (int s = 0; s < check.slices; ++s) {
-      const double inSigmas = check.slices == 1 ? 0 : kReach * (2.0 * s / (check.slices - 1) - 1);
+      const double inSigmas = check.slices == 1 ? 0 : kFootprint * (2.0 * s / (check.slices - 1) - 1);
       const double t = splat.mean[2] + inSigmas * sigma;
       comparePoints(g, frame, splat, t, check, result);
       compareContours(g, frame, splat, t, check, result, nullptr);

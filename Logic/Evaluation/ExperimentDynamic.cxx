@@ -1,5 +1,6 @@
 #include "Evaluation/ExperimentDynamic.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/Metrics.h"
@@ -25,13 +26,9 @@ struct Score {
   double pooled = 0, ssim = 0; // dB; mean
 };
 
-double secondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-class Run {
+class DynamicRun {
 public:
-  explicit Run(const DynamicExperiment& experiment) : e_(experiment) {
+  explicit DynamicRun(const DynamicExperiment& experiment) : e_(experiment) {
     std::vector<std::int64_t> kept;
     for (std::int64_t f = 0; f < e_.series.size(); ++f)
       (f > 0 && f % e_.every == 0 && f + 1 < e_.series.size() ? withheld_ : kept).push_back(f);
@@ -214,7 +211,7 @@ private:
 
 DynamicExperimentResult runDynamic(const DynamicExperiment& experiment) {
   checkTimeSeries(experiment.series);
-  Run run(experiment);
+  DynamicRun run(experiment);
   for (const FrameMethod method : {FrameMethod::Previous, FrameMethod::Nearest, FrameMethod::Linear,
                                    FrameMethod::Cubic, FrameMethod::Mean, FrameMethod::Spline})
     run.baseline(method);
@@ -227,7 +224,7 @@ DynamicExperimentResult runDynamic(const DynamicExperiment& experiment) {
 
 EvaluationReport judgeFrames(const DynamicExperiment& experiment) {
   checkTimeSeries(experiment.series);
-  Run run(experiment);
+  DynamicRun run(experiment);
   run.baseline(FrameMethod::Linear);
   run.baseline(FrameMethod::Previous);
   run.gaussians(experiment.settings.kind);

@@ -1,5 +1,6 @@
 #include "Evaluation/ExperimentSegmentation.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Features/ClassProbabilities.h"
 #include "Core/Job/ReconstructionJob.h"
@@ -14,10 +15,6 @@ namespace innergs {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double secondsSince(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 std::string spacingText(int every) {
   if (every == 1) return "all slices";
@@ -206,9 +203,9 @@ GridGeometry obliqueGrid(const GridGeometry& g) {
   return out;
 }
 
-class Run {
+class SegmentationRun {
 public:
-  explicit Run(const SegmentationExperiment& e) : e_(e) {
+  explicit SegmentationRun(const SegmentationExperiment& e) : e_(e) {
     const std::string on = "Segmentation of " + e.volumeName + ", mean over the classes of at least " +
                            std::to_string(e.leastVoxels) + " voxels";
     result_.methods = {"segmentation",
@@ -445,7 +442,7 @@ private:
 } // namespace
 
 SegmentationResult runSegmentation(const SegmentationExperiment& experiment) {
-  return Run(experiment).run();
+  return SegmentationRun(experiment).run();
 }
 
 } // namespace innergs

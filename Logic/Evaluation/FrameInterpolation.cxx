@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Parallel.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Motion/TimeSpline.h"
 
 #include <itkImage.h>
@@ -186,7 +187,7 @@ std::vector<std::vector<float>> interpolateFrames(const TimeSeries& series, std:
 }
 
 std::vector<float> demonsFrame(const TimeSeries& series, double time, const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  throwIfStopped(stop);
   const std::int64_t before = frameBefore(series, time);
   const double w = shareOfWay(series, before, time);
   const GridGeometry& g = series.geometry;

@@ -1,6 +1,7 @@
 #include "DetachedTasks.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 
 #include <chrono>
 #include <system_error>
@@ -18,9 +19,9 @@ bool isOver(const std::future<bool>& done, std::chrono::milliseconds patience) {
 bool DetachedTasks::run(std::function<bool()> work, const std::stop_token& stop) {
   const auto wait = [&](const std::future<bool>& done) {
     while (!isOver(done, std::chrono::milliseconds(stop.stop_requested() ? 0 : 10)))
-      if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+      throwIfStopped(stop);
   };
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  throwIfStopped(stop);
   if (left_.valid()) wait(left_); // one at a time: many would take all cores from later ones
   std::future<bool> done;
   try {

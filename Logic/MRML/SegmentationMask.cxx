@@ -1,6 +1,7 @@
 #include "SegmentationMask.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "DetachedTasks.h"
@@ -44,7 +45,7 @@ std::string referenceName() {
 }
 
 void throwIf(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  throwIfStopped(stop);
 }
 
 bool hasVoxels(vtkOrientedImageData* image) {

@@ -1,6 +1,7 @@
 #include "ImageVoxels.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Geometry.h"
 
 #include "vtkDataArray.h"
@@ -53,7 +54,7 @@ void withScalars(vtkDataArray* scalars, const std::string& what, Use use) {
 }
 
 void throwIf(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  throwIfStopped(stop);
 }
 
 } // namespace

@@ -1,6 +1,7 @@
 #include "vtkInnerGSSegment.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "Text/SegmentFinder.h"
@@ -271,7 +272,7 @@ void vtkInnerGSSegment::RequestData(vtkInformationVector** inputs, vtkInformatio
     });
     work.segments.push_back({std::move(wanted[n].terms), static_cast<double>(found.voxels) * voxel});
     this->UpdateProgress(0.9 + 0.1 * static_cast<double>(n + 1) / static_cast<double>(wanted.size()));
-    if (options.stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    innergs::throwIfStopped(options.stop);
   }
   innergs::vtk::toMatrix(grid, work.outputToRAS);
 }

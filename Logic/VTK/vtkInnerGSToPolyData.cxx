@@ -1,6 +1,7 @@
 #include "vtkInnerGSToPolyData.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Model/GaussianMath.h"
 #include "Core/Render/Disagreement.h"
@@ -130,7 +131,7 @@ void vtkInnerGSToPolyData::RequestData(vtkInformationVector** inputs, vtkInforma
   for (vtkIdType out = 0; out < count; ++out) {
     if (out % 65536 == 0) {
       this->UpdateProgress(static_cast<double>(out) / static_cast<double>(count));
-      if (stop.stop_requested()) throw innergs::Error(innergs::ErrorCode::Cancelled, "Stopped on request.");
+      innergs::throwIfStopped(stop);
     }
     const std::size_t i = shown[static_cast<std::size_t>(static_cast<double>(out) * static_cast<double>(all) /
                                                          static_cast<double>(count))];

@@ -1,6 +1,6 @@
 #include "Core/Base/Parallel.h"
 
-#include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Base/ThreadPriority.h"
 
 #include <algorithm>
@@ -83,7 +83,7 @@ void ThreadPool::work() {
 }
 
 void ThreadPool::throwIfStopped() const {
-  if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  innergs::throwIfStopped(stop_);
 }
 
 void ThreadPool::run(std::int64_t count, const std::function<void(std::int64_t)>& task) {

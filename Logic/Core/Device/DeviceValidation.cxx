@@ -1,6 +1,6 @@
 #include "Core/Device/DeviceValidation.h"
 
-#include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Device/DeviceCheck.h"
 
 #include <atomic>
@@ -97,7 +97,7 @@ DeviceValidation validateDevice(DevicePlugin& plugin, int device, const std::str
     }
   }
   while (result.wait_for(10ms) != std::future_status::ready)
-    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    throwIfStopped(stop);
   return result.get();
 }
 

@@ -1,6 +1,7 @@
 #include "Core/Features/ClassProbabilities.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Image/Components.h"
 
@@ -10,7 +11,7 @@
 namespace innergs {
 namespace {
 
-constexpr float kLeast = 1 / 1024.f; // a class less likely than this is not kept
+constexpr float kLeastProbability = 1 / 1024.f; // a class less likely than this is not kept
 constexpr std::uint16_t kLikeliest = 0x8000, kOne = 0x7fff;
 
 struct Entry {
@@ -78,7 +79,7 @@ ClassProbabilities::ClassProbabilities(const GaussianField& field, const Feature
         static_cast<std::size_t>(std::max_element(p, p + static_cast<std::ptrdiff_t>(classes.size())) - p);
     std::vector<Entry>& row = rows[static_cast<std::size_t>(voxel / n[0])];
     for (std::size_t c = 0; c < classes.size(); ++c) {
-      if (classes[c] == 0 || (p[c] < kLeast && c != best)) continue;
+      if (classes[c] == 0 || (p[c] < kLeastProbability && c != best)) continue;
       const auto share = static_cast<std::uint16_t>(std::lround(std::min(p[c], 1.f) * kOne));
       row.push_back({static_cast<std::uint32_t>(voxel), classes[c],
                      static_cast<std::uint16_t>(share | (c == best ? kLikeliest : 0))});
@@ -169,7 +170,7 @@ Segment ClassProbabilities::segment(std::span<const int> classes, const SegmentO
     else
       values.assign(segment.mask.begin(), segment.mask.end());
     for (int a = 0; a < 3; ++a) {
-      if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+      throwIfStopped(stop);
       smoothAlong(values, size, a, options.smoothing / geometry_.spacing[a]);
     }
     const float least = options.threshold > 0 ? static_cast<float>(options.threshold) : 0.5f;

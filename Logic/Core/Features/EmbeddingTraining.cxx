@@ -19,7 +19,7 @@ namespace {
 constexpr std::int64_t kMostSamples = 65'536; // that the autoencoder learns from
 constexpr int kIterations = 20;               // of the conjugate gradients
 constexpr float kRidge = 1e-3f;               // relative to a voxel's weight
-constexpr std::int64_t kBlock = 4096;
+constexpr std::int64_t kVoxelsPerTask = 4096;
 
 bool isBackground(const std::string& name) {
   std::string lower;
@@ -68,9 +68,9 @@ int addClasses(const EmbeddingVolume& teacher, const std::vector<TextEmbedding>&
 }
 
 /// Unit embeddings of the teacher's voxels.
-class Teacher {
+class UnitEmbeddings {
 public:
-  explicit Teacher(const EmbeddingVolume& volume) : volume_(volume) {}
+  explicit UnitEmbeddings(const EmbeddingVolume& volume) : volume_(volume) {}
 
   int size() const { return static_cast<int>(volume_.channels.size()); }
   /// False where there is none.
@@ -100,7 +100,7 @@ void solveLatents(const FeatureRows& rows, const std::vector<float>& targets,
   std::vector<float> image(static_cast<std::size_t>(count) * n);
   // image = A·values, or targets − A·values; 0 where nothing is known
   const auto forward = [&](const std::vector<float>& values, bool residual) {
-    pool.blocks(count, kBlock, [&](std::int64_t first, std::int64_t last) {
+    pool.blocks(count, kVoxelsPerTask, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t row = first; row < last; ++row) {
         float* out = image.data() + static_cast<std::size_t>(row) * n;
         std::fill_n(out, n, 0.f);
@@ -365,7 +365,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
   FeatureModel model;
   model.channels = training.channels;
   const int firstClass = addClasses(volume, texts, model);
-  const Teacher teacher(volume);
+  const UnitEmbeddings teacher(volume);
   const int size = teacher.size();
 
   // Inside the field, where there is an embedding, and the class that it means there.
@@ -373,7 +373,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
   const std::int64_t nx = volume.geometry.size[0], ny = volume.geometry.size[1];
   std::vector<std::uint8_t> usable(static_cast<std::size_t>(voxels), 0);
   std::vector<SoftLabel> meant(usable.size(), SoftLabel{});
-  pool.blocks(voxels, kBlock, [&](std::int64_t first, std::int64_t last) {
+  pool.blocks(voxels, kVoxelsPerTask, [&](std::int64_t first, std::int64_t last) {
     std::vector<float> unit(static_cast<std::size_t>(size));
     for (std::int64_t v = first; v < last; ++v) {
       if (!value.has({static_cast<double>(v % nx), static_cast<double>(v / nx % ny),

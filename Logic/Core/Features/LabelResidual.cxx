@@ -7,7 +7,7 @@ namespace innergs {
 namespace {
 
 // A voxel has no residual where every class misses less, and otherwise none for those that miss less.
-constexpr float kLeast = 1 / 16.f, kLeastEntry = kLeast / 8;
+constexpr float kLeastResidual = 1 / 16.f, kLeastEntry = kLeastResidual / 8;
 
 struct Found {
   std::uint32_t voxel, entry;
@@ -30,7 +30,7 @@ ClassResidual residualOf(const GaussianField& field, const FeatureModel& feature
     float most = 0;
     for (std::size_t n = 0; n < decoded.size(); ++n)
       most = std::max(most, std::fabs(missed(n)));
-    if (most < kLeast) return;
+    if (most < kLeastResidual) return;
     for (std::size_t n = 0; n < decoded.size(); ++n)
       if (const float m = missed(n); std::fabs(m) >= kLeastEntry)
         rows[static_cast<std::size_t>(voxel / nx)].push_back(

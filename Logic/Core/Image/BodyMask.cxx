@@ -1,5 +1,5 @@
 #include "Core/Image/BodyMask.h"
-#include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Image/Components.h"
 #include "Core/Image/Otsu.h"
 
@@ -7,10 +7,6 @@
 
 namespace innergs {
 namespace {
-
-void throwIfStopped(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "The body mask was cancelled.");
-}
 
 constexpr std::uint8_t outside = 0, foreground = 1, largest = 3;
 

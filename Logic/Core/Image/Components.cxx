@@ -1,6 +1,6 @@
 #include "Core/Image/Components.h"
 
-#include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 
 namespace innergs {
 
@@ -11,8 +11,7 @@ std::vector<std::int64_t> floodFill(std::vector<std::uint8_t>& voxels, const std
   std::vector<std::int64_t> reached{seed};
   voxels[seed] = visited;
   for (std::size_t head = 0; head < reached.size(); ++head) {
-    if (head % stride == 0 && stop.stop_requested())
-      throw Error(ErrorCode::Cancelled, "The search for connected parts was cancelled.");
+    if (head % stride == 0) throwIfStopped(stop);
     const std::int64_t p = reached[head], i = p % n[0], j = p / n[0] % n[1], k = p / (n[0] * n[1]);
     const auto visit = [&](bool within, std::int64_t q) {
       if (within && voxels[q] == inside) {

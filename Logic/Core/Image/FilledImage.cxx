@@ -1,6 +1,6 @@
 #include "Core/Image/FilledImage.h"
 
-#include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 
 #include <cmath>
 
@@ -34,7 +34,7 @@ FilledImage filledImage(const Stack& stack, const std::stop_token& stop) {
     if (border) front.push_back(v);
   }
   while (!front.empty()) {
-    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    throwIfStopped(stop);
     next.clear();
     for (const std::int64_t p : front)
       neighbours(p, [&](std::int64_t q) {

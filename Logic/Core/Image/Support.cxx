@@ -1,6 +1,7 @@
 #include "Core/Image/Support.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Image/Region.h"
 
 #include <algorithm>
@@ -9,10 +10,6 @@
 
 namespace innergs {
 namespace {
-
-void throwIfStopped(const std::stop_token& stop) {
-  if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-}
 
 /// The smallest block that holds every non-zero voxel; nothing if there is none.
 std::optional<IndexBlock> filledBlock(const Mask& mask) {

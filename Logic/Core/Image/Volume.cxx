@@ -1,6 +1,7 @@
 #include "Core/Image/Volume.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/StopToken.h"
 
 #include <algorithm>
 
@@ -107,7 +108,7 @@ std::vector<std::uint8_t> resampleMask(const Mask& mask, const GridGeometry& geo
   const auto& n = mask.geometry.size;
   std::size_t at = 0;
   for (std::int64_t k = 0; k < geometry.size[2]; ++k) {
-    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    throwIfStopped(stop);
     for (std::int64_t j = 0; j < geometry.size[1]; ++j)
       for (std::int64_t i = 0; i < geometry.size[0]; ++i, ++at) {
         const Vec3 x = toMask({double(i), double(j), double(k)});

@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Hash.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Image/Region.h"
 #include "Core/Image/Support.h"
 
@@ -263,9 +264,6 @@ void checkHeldOutFraction(double fraction) {
 
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld,
                            const AlignStacks& align) {
-  const auto throwIfStopped = [&] {
-    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-  };
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   if (input.masks.size() > 1 && input.masks.size() != input.stacks.size())
@@ -282,7 +280,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   std::uint64_t h = kHashStart;
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     Stack& stack = stacks[s];
-    throwIfStopped();
+    throwIfStopped(stop);
     checkStack(stack);
     const auto& size = stack.image.geometry.size;
     if (size[0] > 65536 || size[1] > 65536 || size[2] > 65536)
@@ -293,7 +291,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
                   nameOf(stack, s) + " has a single slice; at least two are needed.");
     for (float v : stack.image.voxels)
       prepared.nonFinite += !std::isfinite(v);
-    throwIfStopped();
+    throwIfStopped(stop);
     if (input.masks.empty()) continue;
     applyMask(stack, input.masks[input.masks.size() == 1 ? 0 : s], stop);
     if (input.masks.size() > 1 && usable(stack) == 0)
@@ -330,7 +328,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
                                  prepared.domain, supportMargin(stacks), stop);
   prepared.range = observedRange(stacks);
   for (const Stack& stack : stacks) {
-    throwIfStopped();
+    throwIfStopped(stop);
     hash(h, &stack.image.geometry, sizeof(GridGeometry));
     hash(h, &stack.thickness, sizeof(double));
     hash(h, &stack.profile, sizeof(stack.profile));

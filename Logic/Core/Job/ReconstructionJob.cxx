@@ -3,6 +3,7 @@
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "Core/Base/StopToken.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Job/ReconstructionRun.h"
@@ -130,7 +131,7 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
     ReconstructionRun without(simulated, same, true, parts.next(Phase::Estimating));
     without.keepWithheldValues();
     ReconstructionResult found = without.run(stop, false);
-    if (stop.stop_requested()) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+    throwIfStopped(stop);
     if (found.heldOutSlices > 0) fitted.second = std::move(found.volume);
     fitted.seen = without.takeWithheldValues();
     return fitted;

@@ -12,8 +12,8 @@ namespace {
 
 constexpr int kC = DeformationNetwork::kChannels, kW = DeformationNetwork::kWidth,
               kO = DeformationNetwork::kOutputs;
-constexpr std::int64_t kBlock = 128; // points whose activations stay in the cache
-constexpr std::int64_t kChunks = 8;  // each sums its own gradient, so that no sum depends on the threads
+constexpr std::int64_t kPointsPerBlock = 128; // points whose activations stay in the cache
+constexpr std::int64_t kChunks = 8; // each sums its own gradient, so that no sum depends on the threads
 constexpr std::array<std::array<int, 2>, 3> kPairs{{{0, 1}, {0, 2}, {1, 2}}};
 
 /// Where the planes of a level begin among the parameters.
@@ -175,7 +175,7 @@ void addPlaneSmoothness(const DeformationNetwork& network, double timeWeight, do
 
 struct DeformationEvaluator::Activations {
   explicit Activations(std::int64_t features)
-      : encoded(kBlock * features), first(kBlock * kW), second(kBlock * kW) {}
+      : encoded(kPointsPerBlock * features), first(kPointsPerBlock * kW), second(kPointsPerBlock * kW) {}
   std::vector<float> encoded, first, second;
 };
 
@@ -272,7 +272,7 @@ void DeformationEvaluator::forward(const DeformationNetwork& network, double tim
                                    ThreadPool& pool) const {
   const std::vector<float> lines = linesAt(network, time);
   const DenseLayer heads = layersOf(network)[2];
-  pool.blocks(points_, kBlock, [&](std::int64_t first, std::int64_t last) {
+  pool.blocks(points_, kPointsPerBlock, [&](std::int64_t first, std::int64_t last) {
     Activations work(network.features());
     hidden(network, lines, first, last - first, work);
     float* to = out.data() + first * kO;
@@ -299,10 +299,11 @@ void DeformationEvaluator::backward(const DeformationNetwork& network, double ti
     g.assign(network.parameters.size(), 0.f);
     lineGradient.assign(lines.size(), 0.f);
     Activations work(inputs);
-    std::vector<float> heads(kBlock * kO), second(kBlock * kW), first(kBlock * kW), encoded(kBlock * inputs);
+    std::vector<float> heads(kPointsPerBlock * kO), second(kPointsPerBlock * kW), first(kPointsPerBlock * kW),
+        encoded(kPointsPerBlock * inputs);
     const std::int64_t end = (chunk + 1) * points_ / kChunks;
-    for (std::int64_t from = chunk * points_ / kChunks; from < end; from += kBlock) {
-      const std::int64_t n = std::min(kBlock, end - from);
+    for (std::int64_t from = chunk * points_ / kChunks; from < end; from += kPointsPerBlock) {
+      const std::int64_t n = std::min(kPointsPerBlock, end - from);
       hidden(network, lines, from, n, work);
       for (std::int64_t i = 0; i < n * kO; ++i)
         heads[i] = network.scale[i % kO] * outputGradient[from * kO + i];

@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kBlock = 4096;             // voxels per task
+constexpr std::int64_t kPerTask = 4096;           // voxels or Gaussians
 constexpr std::array<int, 3> kFiner{1, 2, 3};     // coefficients tried, times those of the plan
 constexpr double kWorthwhile = 0.98;              // of the prediction error, for which more are taken
 constexpr std::int64_t kCoefficientSample = 2000; // voxels
@@ -25,12 +25,13 @@ std::vector<double> later(std::vector<double> times, double by) {
 
 double dot(std::span<const float> a, std::span<const float> b, ThreadPool& pool) {
   const auto n = static_cast<std::int64_t>(a.size());
-  std::vector<double> parts((n + kBlock - 1) / kBlock, 0.0); // summed in order, independent of the threads
-  pool.blocks(n, kBlock, [&](std::int64_t first, std::int64_t last) {
+  std::vector<double> parts((n + kPerTask - 1) / kPerTask,
+                            0.0); // summed in order, independent of the threads
+  pool.blocks(n, kPerTask, [&](std::int64_t first, std::int64_t last) {
     double sum = 0;
     for (std::int64_t i = first; i < last; ++i)
       sum += static_cast<double>(a[i]) * static_cast<double>(b[i]);
-    parts[first / kBlock] = sum;
+    parts[first / kPerTask] = sum;
   });
   double sum = 0;
   for (const double p : parts)
@@ -48,7 +49,7 @@ void blur(std::vector<float>& map, const GridGeometry& g, double sigma, ThreadPo
   std::vector<float> out(map.size());
   const std::int64_t step[3] = {1, g.size[0], g.size[0] * g.size[1]};
   for (int a = 0; a < 3; ++a) {
-    pool.blocks(g.voxelCount(), kBlock, [&](std::int64_t first, std::int64_t last) {
+    pool.blocks(g.voxelCount(), kPerTask, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t v = first; v < last; ++v) {
         const std::int64_t at = v / step[a] % g.size[a];
         float sum = 0;
@@ -86,7 +87,7 @@ void IntensityFit::fillGaps() {
     frame.resize(n);
   const auto frames = static_cast<std::int64_t>(course_.size());
   const double inverse = 1 / map_.scale;
-  pool_.blocks(n, kBlock, [&](std::int64_t first, std::int64_t last) {
+  pool_.blocks(n, kPerTask, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t v = first; v < last; ++v) {
       std::int64_t before = -1;
       for (std::int64_t f = 0; f < frames; ++f) {
@@ -115,7 +116,7 @@ void IntensityFit::keepMean() {
   Volume& mean = field_.canonical.residual;
   mean.geometry = series_.geometry;
   mean.voxels.resize(static_cast<std::size_t>(series_.geometry.voxelCount()));
-  pool_.blocks(series_.geometry.voxelCount(), kBlock, [&](std::int64_t first, std::int64_t last) {
+  pool_.blocks(series_.geometry.voxelCount(), kPerTask, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t v = first; v < last; ++v) {
       double sum = 0;
       for (const auto& frame : course_)
@@ -180,9 +181,9 @@ void IntensityFit::choose(const Report& report) {
       for (const double time : slices_.times)
         rows.push_back(splinePrediction(field_.change, later(folds[fold].keptTimes, time),
                                         later(folds[fold].withheldTimes, time), kSmoothings[s]));
-      const std::int64_t blocks = (n + kBlock - 1) / kBlock;
+      const std::int64_t blocks = (n + kPerTask - 1) / kPerTask;
       std::vector<double> parts(blocks * withheld.size(), 0.0);
-      pool_.blocks(n, kBlock, [&](std::int64_t first, std::int64_t last) {
+      pool_.blocks(n, kPerTask, [&](std::int64_t first, std::int64_t last) {
         std::vector<float> predicted(static_cast<std::size_t>(last - first));
         for (std::size_t i = 0; i < withheld.size(); ++i) {
           std::fill(predicted.begin(), predicted.end(), 0.f);
@@ -201,7 +202,7 @@ void IntensityFit::choose(const Report& report) {
             errors[s][first + v] += e;
             sum += static_cast<double>(e);
           }
-          parts[first / kBlock * withheld.size() + i] = sum;
+          parts[first / kPerTask * withheld.size() + i] = sum;
         }
       });
       for (std::size_t part = 0; part < parts.size(); ++part)
@@ -295,7 +296,7 @@ void IntensityFit::solve(const Report& report) {
     });
     std::fill(gradient.begin(), gradient.end(), 0.f);
     renderer.backward(field, image.data(), zero.data(), gradient);
-    pool_.blocks(static_cast<std::int64_t>(gaussians), kBlock, [&](std::int64_t first, std::int64_t last) {
+    pool_.blocks(static_cast<std::int64_t>(gaussians), kPerTask, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t i = first; i < last; ++i)
         out[i] = gradient[16 * i + 11];
     });
@@ -313,7 +314,7 @@ void IntensityFit::solve(const Report& report) {
   field_.changes.assign(gaussians * field_.change.coefficients, 0.f);
   const auto ridge = static_cast<float>(plan_.ridge);
   for (int c = 0; c < field_.change.coefficients; ++c) {
-    pool_.blocks(g.voxelCount(), kBlock, [&](std::int64_t first, std::int64_t last) {
+    pool_.blocks(g.voxelCount(), kPerTask, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t v = first; v < last; ++v) {
         const double* row = fits[chosen_[v]][slices_.of(v)].data() + c * frames;
         double sum = 0;

@@ -9,11 +9,7 @@
 #include <numeric>
 
 namespace innergs {
-namespace {
-
-constexpr int kValues = MotionLattice::kValues;
-
-} // namespace
+namespace {} // namespace
 
 MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
                      const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device)
@@ -36,7 +32,7 @@ void MotionFit::fitCanonical(const Report& report) {
 
 void MotionFit::track(const Report& report) {
   const std::int64_t count = series_.size();
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
   tracked_.assign(count, {});
   tracked_[middle_].nodes.assign(values, 0.f);
   Poser poser(field_);
@@ -68,7 +64,7 @@ void MotionFit::track(const Report& report) {
                  turn = static_cast<float>(rate * plan_.trackingTurn);
       adam.apply(
           now.nodes.data(), [&](std::int64_t i) { return nodeGradient[i]; },
-          [&](std::int64_t i) { return i % kValues < 3 ? shift : turn; }, pool_);
+          [&](std::int64_t i) { return i % MotionLattice::kValues < 3 ? shift : turn; }, pool_);
     }
     report(static_cast<double>(++done) / static_cast<double>(std::max<std::int64_t>(1, count - 1)), now.mse);
   };
@@ -115,7 +111,7 @@ int MotionFit::chooseCoefficients() {
 
 double MotionFit::predictionError(int coefficients) {
   const TimeSpline spline{series_.times.front(), series_.times.back(), coefficients};
-  std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * kValues);
+  std::vector<float> nodes(static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues);
   double sum = 0;
   std::int64_t judged = 0;
   for (const FrameFold& fold : frameFolds(series_.times)) {
@@ -137,7 +133,7 @@ double MotionFit::predictionError(int coefficients) {
 void MotionFit::useSpline(int coefficients) {
   field_.motion = {series_.times.front(), series_.times.back(), coefficients};
   const std::vector<double> rows = splineFit(field_.motion, series_.times, 0);
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
   field_.nodes.assign(values * coefficients, 0.f);
   for (int k = 0; k < coefficients; ++k)
     for (std::size_t t = 0; t < tracked_.size(); ++t) {
@@ -149,7 +145,7 @@ void MotionFit::useSpline(int coefficients) {
 
 void MotionFit::startRefinement() {
   const std::size_t gaussians = field_.canonical.gaussians.size();
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
   // Of the lattice's coefficients, then of the Gaussians' own.
   std::vector<AdamBlock> blocks(field_.motion.coefficients, AdamBlock(values));
   blocks.resize(blocks.size() + field_.own.coefficients, AdamBlock(3 * gaussians));
@@ -164,7 +160,7 @@ void MotionFit::resume(const DynamicField& field, const RefinementState& state) 
 
 void MotionFit::refine(const Report& report) {
   const std::size_t gaussians = field_.canonical.gaussians.size(), own = 3 * gaussians;
-  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * kValues;
+  const std::size_t values = static_cast<std::size_t>(field_.lattice.nodes()) * MotionLattice::kValues;
   if (optimizer_.step == 0) {
     field_.own = field_.motion;
     field_.ownPath.assign(own * field_.own.coefficients, 0.f);
@@ -203,7 +199,7 @@ void MotionFit::refine(const Report& report) {
       nodeAdam[w.first + a].apply(
           field_.nodes.data() + (w.first + a) * values,
           [&](std::int64_t i) { return w.weight[a] * nodeGradient[i]; },
-          [&](std::int64_t i) { return i % kValues < 3 ? shift : turn; }, pool_);
+          [&](std::int64_t i) { return i % MotionLattice::kValues < 3 ? shift : turn; }, pool_);
     if (plan_.ownRate > 0) {
       const TimeSpline::Weights p = field_.own.at(time);
       const auto ownShift = static_cast<float>(rate * plan_.ownRate * voxel_),

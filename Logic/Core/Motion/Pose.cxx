@@ -3,8 +3,7 @@
 namespace innergs {
 namespace {
 
-constexpr int kValues = MotionLattice::kValues;
-constexpr std::int64_t kBlock = 1024;
+constexpr std::int64_t kGaussiansPerTask = 1024;
 
 /// The product a ⊗ b of quaternions (w, x, y, z).
 void product(const float* a, const float* b, float* c) {
@@ -17,7 +16,7 @@ void product(const float* a, const float* b, float* c) {
 } // namespace
 
 std::vector<float> nodesAt(const DynamicField& field, double time) {
-  const std::size_t count = static_cast<std::size_t>(field.lattice.nodes()) * kValues;
+  const std::size_t count = static_cast<std::size_t>(field.lattice.nodes()) * MotionLattice::kValues;
   std::vector<float> values(count, 0.f);
   const TimeSpline::Weights w = field.motion.at(time);
   for (int a = 0; a < w.count; ++a) {
@@ -56,58 +55,62 @@ void Poser::pose(const DynamicField& field, std::span<const float> nodes, std::o
   const bool moves = ownTime && !field.ownPath.empty();
   const TimeSpline::Weights own = moves ? field.own.at(*ownTime) : TimeSpline::Weights{};
   const std::size_t stride = 3 * places_.size();
-  pool.blocks(static_cast<std::int64_t>(places_.size()), kBlock, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      const Gaussian& from = field.canonical.gaussians[i];
-      Gaussian& to = out.gaussians[i];
-      to = from;
-      const auto v = lattice_.at(places_[i], nodes);
-      for (int a = 0; a < 3; ++a)
-        to.mean[a] += v[a];
-      const float turn[4] = {1, 0.5f * v[3], 0.5f * v[4], 0.5f * v[5]};
-      product(turn, from.quaternion, to.quaternion);
-      if (!moves) continue;
-      for (int k = 0; k < own.count; ++k)
-        for (int a = 0; a < 3; ++a)
-          to.mean[a] +=
-              own.weight[k] * field.ownPath[static_cast<std::size_t>(own.first + k) * stride + 3 * i + a];
-    }
-  });
+  pool.blocks(static_cast<std::int64_t>(places_.size()), kGaussiansPerTask,
+              [&](std::int64_t first, std::int64_t last) {
+                for (std::int64_t i = first; i < last; ++i) {
+                  const Gaussian& from = field.canonical.gaussians[i];
+                  Gaussian& to = out.gaussians[i];
+                  to = from;
+                  const auto v = lattice_.at(places_[i], nodes);
+                  for (int a = 0; a < 3; ++a)
+                    to.mean[a] += v[a];
+                  const float turn[4] = {1, 0.5f * v[3], 0.5f * v[4], 0.5f * v[5]};
+                  product(turn, from.quaternion, to.quaternion);
+                  if (!moves) continue;
+                  for (int k = 0; k < own.count; ++k)
+                    for (int a = 0; a < 3; ++a)
+                      to.mean[a] +=
+                          own.weight[k] *
+                          field.ownPath[static_cast<std::size_t>(own.first + k) * stride + 3 * i + a];
+                }
+              });
 }
 
 void Poser::backward(const DynamicField& field, std::span<const float> nodeValues, std::span<float> gradient,
                      std::span<float> nodes, ThreadPool& pool) {
   listMembers();
-  pulls_.resize(places_.size() * kValues);
-  pool.blocks(static_cast<std::int64_t>(places_.size()), kBlock, [&](std::int64_t first, std::int64_t last) {
-    for (std::int64_t i = first; i < last; ++i) {
-      float* g = gradient.data() + 16 * i;
-      float* pull = pulls_.data() + kValues * i;
-      const float* q = field.canonical.gaussians[i].quaternion;
-      const float* dq = g + 6; // of turn ⊗ q
-      for (int a = 0; a < 3; ++a)
-        pull[a] = g[a];
-      pull[3] = 0.5f * (-q[1] * dq[0] + q[0] * dq[1] - q[3] * dq[2] + q[2] * dq[3]);
-      pull[4] = 0.5f * (-q[2] * dq[0] + q[3] * dq[1] + q[0] * dq[2] - q[1] * dq[3]);
-      pull[5] = 0.5f * (-q[3] * dq[0] - q[2] * dq[1] + q[1] * dq[2] + q[0] * dq[3]);
-      const auto v = lattice_.at(places_[i], nodeValues);
-      const float back[4] = {1, -0.5f * v[3], -0.5f * v[4], -0.5f * v[5]};
-      float canonical[4];
-      product(back, dq, canonical);
-      for (int a = 0; a < 4; ++a)
-        g[6 + a] = canonical[a];
-    }
-  });
+  pulls_.resize(places_.size() * MotionLattice::kValues);
+  pool.blocks(static_cast<std::int64_t>(places_.size()), kGaussiansPerTask,
+              [&](std::int64_t first, std::int64_t last) {
+                for (std::int64_t i = first; i < last; ++i) {
+                  float* g = gradient.data() + 16 * i;
+                  float* pull = pulls_.data() + MotionLattice::kValues * i;
+                  const float* q = field.canonical.gaussians[i].quaternion;
+                  const float* dq = g + 6; // of turn ⊗ q
+                  for (int a = 0; a < 3; ++a)
+                    pull[a] = g[a];
+                  pull[3] = 0.5f * (-q[1] * dq[0] + q[0] * dq[1] - q[3] * dq[2] + q[2] * dq[3]);
+                  pull[4] = 0.5f * (-q[2] * dq[0] + q[3] * dq[1] + q[0] * dq[2] - q[1] * dq[3]);
+                  pull[5] = 0.5f * (-q[3] * dq[0] - q[2] * dq[1] + q[1] * dq[2] + q[0] * dq[3]);
+                  const auto v = lattice_.at(places_[i], nodeValues);
+                  const float back[4] = {1, -0.5f * v[3], -0.5f * v[4], -0.5f * v[5]};
+                  float canonical[4];
+                  product(back, dq, canonical);
+                  for (int a = 0; a < 4; ++a)
+                    g[6 + a] = canonical[a];
+                }
+              });
   pool.blocks(lattice_.nodes(), 16, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t n = first; n < last; ++n) {
-      float sum[kValues] = {};
+      float sum[MotionLattice::kValues] = {};
       for (std::uint32_t m = first_[n]; m < first_[n + 1]; ++m) {
-        const float* pull = pulls_.data() + static_cast<std::size_t>(members_[m].gaussian) * kValues;
-        for (int v = 0; v < kValues; ++v)
+        const float* pull =
+            pulls_.data() + static_cast<std::size_t>(members_[m].gaussian) * MotionLattice::kValues;
+        for (int v = 0; v < MotionLattice::kValues; ++v)
           sum[v] += members_[m].weight * pull[v];
       }
-      for (int v = 0; v < kValues; ++v)
-        nodes[n * kValues + v] += sum[v];
+      for (int v = 0; v < MotionLattice::kValues; ++v)
+        nodes[n * MotionLattice::kValues + v] += sum[v];
     }
   });
 }

@@ -11,10 +11,10 @@
 namespace innergs {
 namespace {
 
-constexpr double kOnSlice = 1e-6;     // slice distances: within this, a position is the slice itself
-constexpr double kNegligible = 1e-7;  // smaller weights are dropped
-constexpr std::int64_t kReach = 14;   // slices: the spline's weights fall by a factor of 0.27 per slice
-constexpr std::int64_t kPiece = 2048; // samples of a plane per task
+constexpr double kOnSlice = 1e-6;         // slice distances: within this, a position is the slice itself
+constexpr double kNegligible = 1e-7;      // smaller weights are dropped
+constexpr std::int64_t kSplineReach = 14; // slices: the spline's weights fall by a factor of 0.27 per slice
+constexpr std::int64_t kPiece = 2048;     // samples of a plane per task
 
 struct Position {
   std::int64_t base;
@@ -40,7 +40,7 @@ void addCoefficient(std::int64_t at, std::int64_t slices, double share, std::vec
   const double pole = std::sqrt(3.0) - 2;
   double power = std::sqrt(3.0); // −6·pole/(1 − pole²)
   row[mirrored(at)] += share * power;
-  for (std::int64_t n = 1; n <= 2 * kReach; ++n) {
+  for (std::int64_t n = 1; n <= 2 * kSplineReach; ++n) {
     power *= pole;
     row[mirrored(at - n)] += share * power;
     row[mirrored(at + n)] += share * power;

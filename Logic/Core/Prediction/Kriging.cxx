@@ -9,17 +9,17 @@
 namespace innergs {
 namespace {
 
-constexpr double kRange = 5;        // of the exponential
-constexpr double kNugget = 1e-9;    // of the variance: keeps the equations well-conditioned
-constexpr std::int64_t kReach = 12; // slices on each side
-constexpr int kPoints = 15;         // quadrature points of a box
+constexpr double kRange = 5;             // of the exponential
+constexpr double kNugget = 1e-9;         // of the variance: keeps the equations well-conditioned
+constexpr std::int64_t kNeighbours = 12; // slices on each side
+constexpr int kPoints = 15;              // quadrature points of a box
 
 } // namespace
 
 Kriging::Kriging(double blur, SliceProfile profile, double thickness)
     : blur_(blur), thickness_(thickness), box_(profile == SliceProfile::Box && thickness > 0) {
   if (profile == SliceProfile::Gaussian) profileVariance_ = thickness * thickness / (8 * std::numbers::ln2);
-  for (std::int64_t lag = 0; lag < 2 * kReach; ++lag)
+  for (std::int64_t lag = 0; lag < 2 * kNeighbours; ++lag)
     lags_.push_back(betweenSlices(static_cast<double>(lag)));
   lags_[0] *= 1 + kNugget;
 }
@@ -61,9 +61,9 @@ void Kriging::addWeights(double position, double share, std::span<double> row) c
   }
   const auto slices = static_cast<std::int64_t>(row.size());
   const std::int64_t first =
-      std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(position)) + 1 - kReach, 0,
-                               std::max<std::int64_t>(0, slices - 2 * kReach));
-  const auto n = static_cast<int>(std::min(slices - first, 2 * kReach));
+      std::clamp<std::int64_t>(static_cast<std::int64_t>(std::floor(position)) + 1 - kNeighbours, 0,
+                               std::max<std::int64_t>(0, slices - 2 * kNeighbours));
+  const auto n = static_cast<int>(std::min(slices - first, 2 * kNeighbours));
   std::vector<double> square(static_cast<std::size_t>(n) * n), right(static_cast<std::size_t>(n) * 2);
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j < n; ++j)

@@ -16,7 +16,7 @@ namespace innergs {
 namespace {
 
 constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-plane spacing
-constexpr std::int64_t kFewestSlices = 5, kFewestPixels = 24;
+constexpr std::int64_t kFewestToLearn = 5, kFewestPixelsToLearn = 24;
 constexpr std::int64_t kFewestKept = 4; // slices, of which every second is left
 constexpr int kMostPhases = 24;
 constexpr double kMostRounds = 40; // how often a small scan is used at most
@@ -394,9 +394,9 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   if (ratio > mostRatio + kAligned)
     return nothing(
         formatted("they lie %.0f pixels apart, and more than %.0f are too many.", ratio, mostRatio));
-  if (g.size[2] < (options.everySecond ? kFewestKept : kFewestSlices))
+  if (g.size[2] < (options.everySecond ? kFewestKept : kFewestToLearn))
     return nothing(formatted("%d slices are too few.", static_cast<int>(g.size[2])));
-  if (std::min(g.size[0], g.size[1]) < std::max<std::int64_t>(kFewestPixels, std::llround(5 * ratio)))
+  if (std::min(g.size[0], g.size[1]) < std::max<std::int64_t>(kFewestPixelsToLearn, std::llround(5 * ratio)))
     return nothing("they have too few pixels.");
 
   std::array<bool, 2> axes;

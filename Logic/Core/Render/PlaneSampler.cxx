@@ -11,8 +11,8 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kBlock = 16384; // Gaussians that one task searches
-constexpr int kLargest = 32768;        // pixels along one axis
+constexpr std::int64_t kSearchedPerTask = 16384; // Gaussians
+constexpr int kLargest = 32768;                  // pixels along one axis
 
 /// The plane's map with a unit normal as its third column.
 Affine3 completed(Affine3 map) {
@@ -49,7 +49,7 @@ void PlaneSampler::measureReach() {
   const std::size_t n = field_->gaussians.size();
   for (auto* v : {&x_, &y_, &z_, &reach_})
     v->resize(n);
-  pool_.blocks(static_cast<std::int64_t>(n), kBlock, [&](std::int64_t first, std::int64_t last) {
+  pool_.blocks(static_cast<std::int64_t>(n), kSearchedPerTask, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
       const Gaussian& g = field_->gaussians[i];
       x_[i] = g.mean[0], y_[i] = g.mean[1], z_[i] = g.mean[2];
@@ -83,11 +83,12 @@ void PlaneSampler::selectNear(const Affine3& pixelToModel, int nx, int ny) {
   const float c[3] = {float(centre[0]), float(centre[1]), float(centre[2])};
   const float m[3] = {float(n[0]), float(n[1]), float(n[2])}, r = static_cast<float>(radius * 1.0001 + 1e-3);
   const auto count = static_cast<std::int64_t>(x_.size());
-  chosen_.resize((count + kBlock - 1) / kBlock);
+  chosen_.resize((count + kSearchedPerTask - 1) / kSearchedPerTask);
   pool_.run(static_cast<std::int64_t>(chosen_.size()), [&](std::int64_t block) {
     auto& list = chosen_[block];
     list.clear();
-    for (std::int64_t i = block * kBlock; i < std::min(count, (block + 1) * kBlock); ++i) {
+    for (std::int64_t i = block * kSearchedPerTask; i < std::min(count, (block + 1) * kSearchedPerTask);
+         ++i) {
       const float d[3] = {x_[i] - c[0], y_[i] - c[1], z_[i] - c[2]};
       const float off = std::abs(m[0] * d[0] + m[1] * d[1] + m[2] * d[2]), far = r + reach_[i];
       if (off <= reach_[i] && d[0] * d[0] + d[1] * d[1] + d[2] * d[2] <= far * far)

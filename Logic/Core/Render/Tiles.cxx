@@ -2,7 +2,7 @@
 
 namespace innergs {
 namespace {
-constexpr std::int64_t kBlock = 8192; // Gaussians per task: fixed, so the order never depends on the threads
+constexpr std::int64_t kGaussiansPerTask = 8192; // fixed, so the order never depends on the threads
 } // namespace
 
 Tiles::Tiles(const LatticeView& lattice, int planesPerTile) {
@@ -32,7 +32,8 @@ Tiles::Reach Tiles::find(const Projected& g, const LatticeView& lattice) const {
 }
 
 void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool) {
-  const std::int64_t n = static_cast<std::int64_t>(gaussians.size()), blocks = (n + kBlock - 1) / kBlock;
+  const std::int64_t n = static_cast<std::int64_t>(gaussians.size()),
+                     blocks = (n + kGaussiansPerTask - 1) / kGaussiansPerTask;
   const std::int64_t tiles = count();
   cursor_.assign(blocks * tiles, 0);
   reach_.resize(n);
@@ -44,7 +45,7 @@ void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice
   };
   pool.run(blocks, [&](std::int64_t b) {
     std::int64_t* counts = cursor_.data() + b * tiles;
-    for (std::int64_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i) {
+    for (std::int64_t i = b * kGaussiansPerTask; i < std::min(n, (b + 1) * kGaussiansPerTask); ++i) {
       reach_[i] = find(gaussians[i], lattice);
       visit(i, [&](std::int64_t t) { ++counts[t]; });
     }
@@ -64,7 +65,7 @@ void Tiles::bin(std::span<const Projected> gaussians, const LatticeView& lattice
   ids_.resize(total);
   pool.run(blocks, [&](std::int64_t b) {
     std::int64_t* cursor = cursor_.data() + b * tiles;
-    for (std::int64_t i = b * kBlock; i < std::min(n, (b + 1) * kBlock); ++i)
+    for (std::int64_t i = b * kGaussiansPerTask; i < std::min(n, (b + 1) * kGaussiansPerTask); ++i)
       visit(i, [&](std::int64_t t) { ids_[cursor[t]++] = static_cast<std::uint32_t>(i); });
   });
 }

@@ -14,7 +14,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kFewest = 2000; // withheld voxels
+constexpr std::int64_t kFewestWithheld = 2000; // withheld voxels
 
 /// mm: errors lie beside what causes them, about a quarter of a slice distance away.
 double detailRadius(std::span<const Stack> stacks) {
@@ -52,7 +52,7 @@ Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool)
     seen.push_back({detail, value.difference});
     halves[value.slice % 2].push_back(seen.back());
   }
-  if (static_cast<std::int64_t>(seen.size()) < kFewest)
+  if (static_cast<std::int64_t>(seen.size()) < kFewestWithheld)
     throw Error(ErrorCode::NoData,
                 "The uncertainty is unknown: the slices withheld for it show too little of the "
                 "output. Withhold more slices, or choose a larger output.");

@@ -1,5 +1,6 @@
 #include "CommandRunner.h"
 #include "SyntheticImages.h"
+#include "TextContains.h"
 
 #include "Core/Motion/TimeSeries.h"
 #include "IO/TimeSeriesIO.h"
@@ -29,10 +30,6 @@ protected:
   }
   std::string libraryName() const { return std::filesystem::path(INNERGS_FAKE_LIBRARY).filename().string(); }
 };
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 } // namespace
 

@@ -13,26 +13,26 @@ using namespace innergs::testing;
 
 namespace {
 
-constexpr double kTolerance = 1e-4;
+constexpr double kQueryTolerance = 1e-4;
 
-struct Case {
+struct QueryCase {
   const char* name;
   Blending blending;
   bool linear, channel;
 };
-void PrintTo(const Case& c, std::ostream* out) {
+void PrintTo(const QueryCase& c, std::ostream* out) {
   *out << c.name;
 }
-const Case kCases[] = {{"Normalised", Blending::Normalised, true, false},
-                       {"NormalisedChannel", Blending::Normalised, true, true},
-                       {"Additive", Blending::Additive, false, false},
-                       {"Alpha", Blending::Alpha, false, false},
-                       {"AlphaChannel", Blending::Alpha, false, true}};
+const QueryCase kQueryCases[] = {{"Normalised", Blending::Normalised, true, false},
+                                 {"NormalisedChannel", Blending::Normalised, true, true},
+                                 {"Additive", Blending::Additive, false, false},
+                                 {"Alpha", Blending::Alpha, false, false},
+                                 {"AlphaChannel", Blending::Alpha, false, true}};
 
-class Queries : public ::testing::TestWithParam<std::tuple<Where, Case>> {
+class Queries : public ::testing::TestWithParam<std::tuple<Where, QueryCase>> {
 protected:
   GaussianField field() const {
-    const Case& c = std::get<1>(GetParam());
+    const QueryCase& c = std::get<1>(GetParam());
     Cloud cloud;
     cloud.low.fill(-12);
     cloud.high.fill(12);
@@ -82,7 +82,7 @@ TEST_P(Queries, RenderLatticesAsTheCpu) {
     const Lattice lattice = oblique(nx, ny, nz);
     std::vector<float> found(static_cast<std::size_t>(nx) * ny * nz, -1.f);
     device.renderLattice(lattice, {}, channel, found.data(), {});
-    EXPECT_LE(relativeError(found, expectedOn(f, lattice, channel)), kTolerance)
+    EXPECT_LE(relativeError(found, expectedOn(f, lattice, channel)), kQueryTolerance)
         << nx << "x" << ny << "x" << nz;
   }
 }
@@ -103,7 +103,7 @@ TEST_P(Queries, AnswerPointsAsTheCpu) {
     options.scannerUnits = false;
     std::vector<float> found(count, -1.f);
     device.renderPoints(points, channel, found.data(), {});
-    EXPECT_LE(relativeError(found, renderPoints(f, points, options)), kTolerance) << count;
+    EXPECT_LE(relativeError(found, renderPoints(f, points, options)), kQueryTolerance) << count;
   }
 }
 
@@ -127,7 +127,7 @@ TEST_P(Queries, StayInsideMaskAndRangeAsTheCpu) {
   const auto filled = [&](const std::vector<float>& v) { return std::count(v.begin(), v.end(), outside); };
   EXPECT_GT(filled(expected), 1000);
   EXPECT_EQ(filled(found), filled(expected));
-  EXPECT_LE(relativeError(found, expected), kTolerance);
+  EXPECT_LE(relativeError(found, expected), kQueryTolerance);
   if (channel.empty()) {
     for (const float v : found)
       ASSERT_TRUE(v == -50 || (v >= 0.1f && v <= 0.8f)) << v;
@@ -136,7 +136,7 @@ TEST_P(Queries, StayInsideMaskAndRangeAsTheCpu) {
   Numbers random(3);
   for (int n = 0; n < 400; ++n)
     points.push_back({random(-12, 12), random(-12, 12), random(-12, 12)});
-  EXPECT_LE(relativeError(renderPoints(f, points, gpu), renderPoints(f, points, cpu)), kTolerance);
+  EXPECT_LE(relativeError(renderPoints(f, points, gpu), renderPoints(f, points, cpu)), kQueryTolerance);
 }
 
 TEST_P(Queries, RejectWhatCannotBe) {
@@ -158,7 +158,8 @@ TEST_P(Queries, RejectWhatCannotBe) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Everywhere, Queries,
-                         ::testing::Combine(::testing::ValuesIn(kEverywhere), ::testing::ValuesIn(kCases)),
+                         ::testing::Combine(::testing::ValuesIn(kEverywhere),
+                                            ::testing::ValuesIn(kQueryCases)),
                          [](const auto& info) {
                            return whereName(std::get<0>(info.param)) + std::get<1>(info.param).name;
                          });
@@ -240,7 +241,7 @@ TEST(FieldOnTheHostExecutor, TakesLargerCellsForPointsWhenMemoryIsShort) {
   options.scannerUnits = false;
   std::vector<float> found(points.size());
   cuda::Field(cuda::makeHostExecutor(1 << 20), f).renderPoints(points, {}, found.data(), {});
-  EXPECT_LE(relativeError(found, renderPoints(f, points, options)), kTolerance);
+  EXPECT_LE(relativeError(found, renderPoints(f, points, options)), kQueryTolerance);
   try {
     cuda::Field(cuda::makeHostExecutor(1 << 16), f).renderPoints(points, {}, found.data(), {});
     FAIL() << "fitted";

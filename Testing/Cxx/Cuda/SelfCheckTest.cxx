@@ -1,4 +1,5 @@
 #include "JobInputs.h"
+#include "TextContains.h"
 
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Device/Devices.h"
@@ -12,6 +13,7 @@
 
 using namespace innergs;
 using namespace innergs::testing;
+using innergs::test::has;
 
 namespace {
 
@@ -38,10 +40,6 @@ protected:
     return (folder / name).string();
   }
 };
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 GaussianField somethingToRender() {
   GaussianField field;

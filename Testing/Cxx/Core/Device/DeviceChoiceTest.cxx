@@ -1,7 +1,9 @@
 #include "FakeDevice.h"
+#include "TextContains.h"
 
 using namespace innergs;
 using namespace innergs::testing;
+using innergs::test::has;
 
 namespace {
 class Choice : public FakeDevice {};
@@ -17,9 +19,6 @@ std::string refusal(const std::string& asked, const std::string& set = {},
   }
 }
 
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 } // namespace
 
 TEST_F(Choice, ListsWhatThePluginOffers) {

@@ -1,9 +1,11 @@
 #include "FakeDevice.h"
+#include "TextContains.h"
 
 #include "Core/Job/TimeEstimate.h"
 
 using namespace innergs;
 using namespace innergs::testing;
+using innergs::test::has;
 
 namespace {
 
@@ -30,10 +32,6 @@ protected:
   std::vector<std::string> notes;
   int shown = 0;
 };
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 } // namespace
 

@@ -1,5 +1,6 @@
 #include "FakeDevice.h"
 #include "Motion/MovingPhantom.h"
+#include "TextContains.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Image/Metrics.h"
@@ -10,6 +11,7 @@
 
 using namespace innergs;
 using namespace innergs::testing;
+using innergs::test::has;
 
 namespace {
 
@@ -48,10 +50,6 @@ protected:
   const TimeSeries series = movingPhantom(evenTimes(5));
   std::vector<std::string> notes;
 };
-
-bool has(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 } // namespace
 

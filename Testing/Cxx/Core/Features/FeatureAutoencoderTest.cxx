@@ -8,20 +8,20 @@
 namespace innergs::testing {
 namespace {
 
-constexpr int kSize = 21; // not a multiple of a vector
+constexpr int kEdge = 21; // not a multiple of a vector
 
-/// Embeddings of unit length in the plane of two directions, [sample][kSize].
+/// Embeddings of unit length in the plane of two directions, [sample][kEdge].
 std::vector<float> unitSamples(int count) {
   Random random(3);
   std::vector<float> directions, samples;
-  for (int i = 0; i < 2 * kSize; ++i)
+  for (int i = 0; i < 2 * kEdge; ++i)
     directions.push_back(static_cast<float>(2 * random.uniform() - 1));
   for (int s = 0; s < count; ++s) {
     const auto a = static_cast<float>(random.uniform()), b = static_cast<float>(random.uniform());
     float square = 0;
     std::vector<float> x;
-    for (int i = 0; i < kSize; ++i) {
-      x.push_back(a * directions[i] + b * directions[kSize + i]);
+    for (int i = 0; i < kEdge; ++i) {
+      x.push_back(a * directions[i] + b * directions[kEdge + i]);
       square += x.back() * x.back();
     }
     for (const float v : x)
@@ -36,10 +36,10 @@ TEST(FeatureAutoencoder, GradientIsTheDifferenceQuotient) {
   ThreadPool pool(1);
   const MatrixKernels kernels = scalarMatrixKernels();
   const std::vector<float> samples = unitSamples(40);
-  FeatureAutoencoder a = trainAutoencoder(samples, kSize, short_, kernels, pool, {});
+  FeatureAutoencoder a = trainAutoencoder(samples, kEdge, short_, kernels, pool, {});
   std::vector<float> x(5 * static_cast<std::size_t>(a.decoder.stride()), 0.f);
   for (int s = 0; s < 5; ++s)
-    std::copy_n(samples.data() + static_cast<std::ptrdiff_t>(s) * kSize, kSize,
+    std::copy_n(samples.data() + static_cast<std::ptrdiff_t>(s) * kEdge, kEdge,
                 x.data() + static_cast<std::ptrdiff_t>(s) * a.decoder.stride());
   std::vector<float> encoder(a.encoder.size(), 0.f), decoder(a.decoder.parameters.size(), 0.f);
   autoencoderLoss(a, x.data(), 5, kernels, encoder, decoder);
@@ -74,16 +74,16 @@ TEST(FeatureAutoencoder, RestoresWhatItLearned) {
   const std::vector<float> samples = unitSamples(500);
   AutoencoderTraining plan;
   plan.steps = 600;
-  const FeatureAutoencoder a = trainAutoencoder(samples, kSize, plan, kernels, pool, {});
+  const FeatureAutoencoder a = trainAutoencoder(samples, kEdge, plan, kernels, pool, {});
   EXPECT_NO_THROW(checkDecoder(a.decoder));
   std::vector<float> x(static_cast<std::size_t>(a.decoder.stride()), 0.f), latent(16), hidden, y(x.size());
   double worst = 1;
   for (int s = 0; s < 500; ++s) {
-    std::copy_n(samples.data() + static_cast<std::ptrdiff_t>(s) * kSize, kSize, x.data());
+    std::copy_n(samples.data() + static_cast<std::ptrdiff_t>(s) * kEdge, kEdge, x.data());
     a.encode(x.data(), 1, kernels, hidden, latent.data());
     a.decoder.decode(latent.data(), 1, kernels, hidden, y.data());
     double dot = 0, square = 0;
-    for (int i = 0; i < kSize; ++i) {
+    for (int i = 0; i < kEdge; ++i) {
       dot += static_cast<double>(x[i]) * static_cast<double>(y[i]);
       square += static_cast<double>(y[i]) * static_cast<double>(y[i]);
     }
@@ -97,14 +97,14 @@ TEST(FeatureAutoencoder, SameBitsAtAnyNumberOfThreadsAndStops) {
   plan.steps = 10;
   const std::vector<float> samples = unitSamples(50);
   ThreadPool one(1), four(4);
-  const FeatureAutoencoder a = trainAutoencoder(samples, kSize, plan, matrixKernels(""), one, {}),
-                           b = trainAutoencoder(samples, kSize, plan, matrixKernels(""), four, {});
+  const FeatureAutoencoder a = trainAutoencoder(samples, kEdge, plan, matrixKernels(""), one, {}),
+                           b = trainAutoencoder(samples, kEdge, plan, matrixKernels(""), four, {});
   EXPECT_EQ(a.encoder, b.encoder);
   EXPECT_EQ(a.decoder.parameters, b.decoder.parameters);
   std::stop_source stop;
   stop.request_stop();
   four.setStop(stop.get_token());
-  EXPECT_THROW(trainAutoencoder(samples, kSize, plan, matrixKernels(""), four, {}), Error);
+  EXPECT_THROW(trainAutoencoder(samples, kEdge, plan, matrixKernels(""), four, {}), Error);
 }
 
 } // namespace
