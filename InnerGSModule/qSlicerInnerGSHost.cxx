@@ -387,7 +387,8 @@ std::shared_ptr<const UncertaintyVolume> qSlicerInnerGSHost::uncertaintyOf(const
   vtkMRMLScalarVolumeNode* node = mrml::uncertaintyOf(modelNode(id));
   if (!node) return nullptr;
   auto found = std::make_shared<UncertaintyVolume>();
-  found->image = node->GetImageData();
+  found->image = vtkSmartPointer<vtkImageData>::New(); // a worker reads it
+  found->image->ShallowCopy(node->GetImageData());
   found->ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
   node->GetIJKToRASMatrix(found->ijkToRAS);
   found->usual = vtk::usualDeviation(found->image);
