@@ -18,7 +18,6 @@
 #include "IO/TimeSeriesIO.h"
 #include "Onnx/DenseNetwork.h"
 #include "Text/SegmentFinder.h"
-#include "Text/SentenceEncoder.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -300,11 +299,7 @@ int segment(const SegmentCommand& o) {
   files.add(o.saveModel, OutputFiles::Kind::Model);
   for (const std::string& query : o.queries)
     interpret(Lexicon::standard(), query); // rejects invalid queries before the work starts
-  if (!o.textModel.empty()) {
-    setSentenceFolder(o.textModel);
-    if (const SentenceModel model = sentenceModel(); !model.embedding)
-      throw Error(ErrorCode::FileNotFound, model.problem);
-  }
+  if (!o.textModel.empty()) useTextModel(o.textModel);
   Interrupt interrupt;
   if (moving)
     segmentMoving(o, interrupt, files);
@@ -377,12 +372,7 @@ Subcommand addSegment(CLI::App& app) {
                    "A structure, in words, e.g. \"left kidney\"; again for more segments")
       ->type_name("TEXT")
       ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--text-model", o->textModel,
-          "Folder with model.onnx and vocab.txt of a sentence embedding (all-MiniLM-L6-v2), which OpenVINO\n"
-          "runs: suggests segments for words that the lexicon does not know [INNERGS_TEXT_MODEL]")
-      ->type_name("FOLDER");
+  addTextModel(*command, o->textModel);
   command
       ->add_option("-o,--output", o->output,
                    "Labelmap to write: .nii, .nii.gz, .mha or, with names, .seg.nrrd")
