@@ -143,6 +143,7 @@ ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& nam
   moving->SetField(field, std::move(features));
   const auto first = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(field->times.front()));
   ModelItem item = makeItem(first->GetCoreModel(), name, file, std::move(notes));
+  item.model = first; // which knows the scan's segments
   item.moving = moving;
   item.time = field->times.front();
   return item;
