@@ -69,6 +69,8 @@ def find(model, text):
 def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum_size=0.0, smoothing=0.0, spacing=0.0):
     """Segments by what they are called as a segmentation node: `output` or a new one, with terminology and colours.
 
+    Of a moving model those of the time that set_time() chose.
+
     text          one structure in words, or a list of them; both sides where the side is open
     threshold     of the probability, 0 to 1; 0: where the segment is the likeliest
     largest_only  only the largest connected part of each segment; minimum_size: of connected parts, mm3
