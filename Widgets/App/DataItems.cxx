@@ -137,7 +137,7 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
   return item;
 }
 
-ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& name, const QString& file,
+ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name, const QString& file,
                    ModelNotes notes, std::shared_ptr<const FeatureModel> features) {
   const auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
   moving->SetField(field, std::move(features));
