@@ -87,7 +87,8 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
 def score(model, text, output=None, spacing=0.0):
     """The probability of what a text in words asks for, 0 to 1, as a volume node: `output` or a new one.
 
-    Of several segments the likeliest's. spacing: of the voxels in mm, 0: as the fit had it.
+    Of several segments the likeliest's; of a moving model at the time that set_time() chose. spacing: of the voxels in mm,
+    0: as the fit had it.
     """
     owner = logic_of(model)
     with quiet(owner):
