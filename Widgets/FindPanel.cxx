@@ -179,7 +179,7 @@ QWidget* FindPanel::buildFinding() {
 
   connect(text_->lineEdit(), &QLineEdit::textEdited, this, [this] { // so that the first answer is quick
     if (std::exchange(prepared_, true) || !model_) return;
-    worker_->find({model_->GetField(), model_->GetFeatures(), {}, -1, {}});
+    worker_->find({model_->GetSegmented(), {}, -1, {}});
   });
   connect(find_, &QPushButton::clicked, this, [this] { ask(-1); });
   connect(text_->lineEdit(), &QLineEdit::returnPressed, this, [this] { ask(-1); });
@@ -264,6 +264,17 @@ void FindPanel::updateModel() {
   if (!id.isEmpty()) lastId_ = id;
   vtkInnerGSModel* const now = id.isEmpty() ? nullptr : host_->model(id);
   const bool same = id == modelId_ && (now ? model_ && now->HasContentOf(model_) : !model_);
+  const auto sameScan = [](const SegmentedModel& a, const SegmentedModel& b) {
+    return a.moving && a.moving == b.moving && a.features == b.features;
+  };
+  const bool moved =
+      !same && now && model_ && id == modelId_ && sameScan(now->GetSegmented(), model_->GetSegmented());
+  if (moved) { // the same model at another time
+    model_->ShallowCopy(now);
+    worker_->stopFinding();
+    if (asking_ || !asked_.isEmpty()) ask(asking_ ? -1 : candidates_->currentRow());
+    return;
+  }
   if (!same) {
     model_ = nullptr;
     if (now) { // what it holds never changes
@@ -388,23 +399,25 @@ void FindPanel::ask(int candidate) {
                         tr("That is too long: name one structure, e.g. “liver” or “left kidney”."));
     return;
   }
-  FindTask task{model_->GetField(), model_->GetFeatures(), text.toStdString(), candidate, {}};
+  FindTask task{model_->GetSegmented(), text.toStdString(), candidate, {}};
   if (thresholded_->isChecked()) task.options.threshold = threshold_->value();
   task.options.smoothing = smoothing_->value();
   task.options.minimumSize = 1000 * minimum_->value(); // ml to mm³
   task.options.largestOnly = largest_->isChecked();
+  asking_ = true;
   worker_->find(std::move(task));
 }
 
 void FindPanel::showFound(const FindResult& result) {
   decoding_->hide();
-  if (!model_ || result.task.features != model_->GetFeatures()) return; // of an earlier model
+  if (!model_ || result.task.model != model_->GetSegmented()) return; // of an earlier model
   if (!result.error.isEmpty()) {
     clearFound();
     answer_->setMessage(MessageLine::Kind::Error, result.error);
     return;
   }
   if (result.task.query.empty()) return; // only decoded
+  asking_ = false;
   const QString text = QString::fromStdString(result.task.query);
   const bool listed = text == asked_ && result.task.candidate >= 0;
   asked_ = text;
@@ -449,6 +462,7 @@ void FindPanel::showFound(const FindResult& result) {
 }
 
 void FindPanel::clearFound() {
+  asking_ = false;
   asked_.clear();
   made_ = {};
   {

@@ -55,6 +55,7 @@ private:
   vtkSmartPointer<vtkInnerGSModel> model_; // as it was last seen; null: none
   bool learning_ = false;
   bool prepared_ = true; // the worker was told to decode the model
+  bool asking_ = false;  // an answer is to come
   MadeSegments made_;    // what is shown
   QString asked_;        // the query of what is listed
 

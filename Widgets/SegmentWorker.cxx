@@ -34,8 +34,7 @@ struct SegmentWorker::Work {
   std::thread thread;
 
   // The thread's own.
-  std::shared_ptr<const GaussianField> field;
-  std::shared_ptr<const FeatureModel> features;
+  SegmentedModel model;
   std::optional<SegmentFinder> finder;
 
   template <class Signal, class... Arguments>
@@ -103,16 +102,15 @@ struct SegmentWorker::Work {
     const auto result = std::make_shared<FindResult>();
     try {
       if (!task.query.empty()) interpret(Lexicon::standard(), task.query); // refused before the work
-      if (!finder || field != task.field || features != task.features) {
+      if (!finder || model != task.model) {
         finder.reset();
-        finder.emplace(task.field, task.features);
-        field = task.field;
-        features = task.features;
+        finder.emplace(task.model);
+        model = task.model;
       }
       FeatureQueryOptions options;
       options.stop = stop;
       options.progress = [this](double fraction) { tell(&SegmentWorker::decoding, fraction); };
-      finder->encode(field->region(), options);
+      finder->encode(finder->region(), options);
       if (!task.query.empty()) {
         result->answer = finder->find(task.query);
         for (const SegmentCandidate& candidate : result->answer.candidates)

@@ -19,8 +19,7 @@ struct LearningTask {
 };
 
 struct FindTask {
-  std::shared_ptr<const GaussianField> field;
-  std::shared_ptr<const FeatureModel> features;
+  SegmentedModel model;
   std::string query;  // "": only decodes the features, so that the first query is quick
   int candidate = -1; // of the answer, alone; −1: what the answer asks for
   SegmentOptions options;

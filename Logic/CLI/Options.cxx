@@ -8,6 +8,7 @@
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
+#include "Text/SentenceEncoder.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -110,6 +111,22 @@ CLI::Option* addNumbers(CLI::App& app, const std::string& name, std::vector<doub
                                                      counts.back() == 1 ? "" : "s", target.size()));
       },
       help);
+}
+
+CLI::Option* addTextModel(CLI::App& app, std::string& folder) {
+  return app
+      .add_option(
+          "--text-model", folder,
+          "Folder with model.onnx and vocab.txt of a sentence embedding (all-MiniLM-L6-v2), which OpenVINO\n"
+          "runs: suggests segments for words that the lexicon does not know [INNERGS_TEXT_MODEL]")
+      ->type_name("FOLDER");
+}
+
+SentenceModel useTextModel(const std::string& folder) {
+  if (!folder.empty()) setSentenceFolder(folder);
+  SentenceModel model = sentenceModel();
+  if (!folder.empty() && !model.embedding) throw Error(ErrorCode::FileNotFound, model.problem);
+  return model;
 }
 
 void addReading(CLI::App& app, ReadOptions& reading) {

@@ -4,6 +4,7 @@
 #include "Core/Model/GaussianField.h"
 #include "Core/Settings/SettingsTable.h"
 #include "IO/VolumeIO.h"
+#include "Text/SentenceEmbedding.h"
 
 #include <CLI/CLI.hpp>
 
@@ -57,6 +58,12 @@ CLI::Option* addOutputType(CLI::App& app, OutputType& type);
 /// start than the CPU to render a few million samples.
 std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
                                           std::int64_t samples, Selection selection);
+
+/// Adds --text-model: the folder of a sentence embedding.
+CLI::Option* addTextModel(CLI::App& app, std::string& folder);
+/// Lets queries use the sentence embedding in a folder; "": INNERGS_TEXT_MODEL's. Throws Error(FileNotFound)
+/// for a folder without one.
+SentenceModel useTextModel(const std::string& folder);
 
 /// The frame of positions and directions in input and output: LPS or, with --ras, RAS.
 struct Frame {

@@ -18,7 +18,6 @@
 #include "IO/TimeSeriesIO.h"
 #include "Onnx/DenseNetwork.h"
 #include "Text/SegmentFinder.h"
-#include "Text/SentenceEncoder.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -238,8 +237,9 @@ void segmentStatic(const SegmentCommand& o, const Interrupt& interrupt, OutputFi
   if (!features) refuseWithoutFeatures(o);
   files.write(o.saveModel, [&](const auto& path) { writeModel(model, path, notes, &*features); });
   if (o.queries.empty()) return;
-  SegmentFinder finder({std::shared_ptr<const Model>(), &field},
-                       std::make_shared<const FeatureModel>(std::move(*features)));
+  SegmentFinder finder({{std::shared_ptr<const Model>(), &field},
+                        std::make_shared<const FeatureModel>(std::move(*features)),
+                        {}});
   const GridGeometry grid = o.grid.choose(field.region(), field.region());
   checkMemory(grid.voxelCount() * 16, "The labelmap");
   answer(o, finder, false); // a query that asks for nothing ends here, not after the grid was decoded
@@ -272,14 +272,15 @@ void segmentMoving(const SegmentCommand& o, const Interrupt& interrupt, OutputFi
   const auto shared = std::make_shared<const FeatureModel>(std::move(*features));
   const GridGeometry grid = o.grid.choose(field.canonical.region(), field.canonical.region());
   checkMemory(grid.voxelCount() * (16 + 4 * static_cast<std::int64_t>(times.size())), "The labelmaps");
-  const std::vector<RequestedSegment> wanted =
-      answer(o, SegmentFinder({std::shared_ptr<const GaussianField>(), &field.canonical}, shared), true);
+  const auto finderAt = [&](double time) {
+    return SegmentFinder({{}, shared, {std::shared_ptr<const DynamicField>(), &field}, time});
+  };
+  const std::vector<RequestedSegment> wanted = answer(o, finderAt(times.front()), true);
   if (!o.output.empty() && !o.time && needsSidecar(o.output, times)) files.add(sidecarOf(o.output));
   TimeSeries series{grid, {}, times, {}, {}};
   for (const double time : times) {
-    const GaussianField posed = featureFieldAt(field, time);
-    SegmentFinder finder({std::shared_ptr<const GaussianField>(), &posed}, shared);
-    finder.encode(grid, queryAt(field, time, shared->time, queryOptions(o, interrupt)));
+    SegmentFinder finder = finderAt(time);
+    finder.encode(grid, queryOptions(o, interrupt));
     FoundSegments found = foundOn(grid, finder, wanted, o, interrupt.token());
     if (!o.quiet) tell(found, numberText(time) + " s, ");
     if (o.time) return write(found, typeFor(wanted), o, files);
@@ -300,11 +301,7 @@ int segment(const SegmentCommand& o) {
   files.add(o.saveModel, OutputFiles::Kind::Model);
   for (const std::string& query : o.queries)
     interpret(Lexicon::standard(), query); // rejects invalid queries before the work starts
-  if (!o.textModel.empty()) {
-    setSentenceFolder(o.textModel);
-    if (const SentenceModel model = sentenceModel(); !model.embedding)
-      throw Error(ErrorCode::FileNotFound, model.problem);
-  }
+  if (!o.textModel.empty()) useTextModel(o.textModel);
   Interrupt interrupt;
   if (moving)
     segmentMoving(o, interrupt, files);
@@ -377,12 +374,7 @@ Subcommand addSegment(CLI::App& app) {
                    "A structure, in words, e.g. \"left kidney\"; again for more segments")
       ->type_name("TEXT")
       ->allow_extra_args(false);
-  command
-      ->add_option(
-          "--text-model", o->textModel,
-          "Folder with model.onnx and vocab.txt of a sentence embedding (all-MiniLM-L6-v2), which OpenVINO\n"
-          "runs: suggests segments for words that the lexicon does not know [INNERGS_TEXT_MODEL]")
-      ->type_name("FOLDER");
+  addTextModel(*command, o->textModel);
   command
       ->add_option("-o,--output", o->output,
                    "Labelmap to write: .nii, .nii.gz, .mha or, with names, .seg.nrrd")

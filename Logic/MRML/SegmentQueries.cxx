@@ -59,7 +59,7 @@ SegmentFinder& SegmentQueries::finder(vtkMRMLInnerGSModelNode* model) {
   vtkInnerGSModel* content = modelOf(model);
   if (!finder_ || !model_->HasContentOf(content)) {
     finder_.reset();
-    finder_.emplace(content->GetField(), content->GetFeatures());
+    finder_.emplace(content->GetSegmented());
     model_->ShallowCopy(content);
   }
   return *finder_;

@@ -35,6 +35,13 @@ std::string otherSide(std::string name) {
   return name;
 }
 
+double medianOf(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
 } // namespace
 
 PhraseSet phrasesFrom(const Lexicon& lexicon, std::string_view text) {
@@ -61,21 +68,28 @@ PhraseSet phrasesFrom(const Lexicon& lexicon, std::string_view text) {
   return set;
 }
 
-PhraseReport reportOn(const Lexicon& lexicon, const PhraseSet& set) {
+PhraseReport reportOn(const Lexicon& lexicon, const PhraseSet& set,
+                      std::shared_ptr<SentenceEmbedding> embedding) {
   std::vector<NamedSegment> scene;
   for (const std::string& name : set.scene)
     scene.push_back({name, true});
-  const SegmentSearch search(lexicon, scene);
+  const SegmentSearch search(lexicon, scene, [&] { return SentenceModel{embedding, {}}; });
   PhraseReport report;
-  const auto start = std::chrono::steady_clock::now();
+  std::vector<double> milliseconds, unread;
   for (const Phrase& phrase : set.phrases) {
+    const auto start = std::chrono::steady_clock::now();
     const SegmentAnswer answer = search.find(phrase.text);
-    std::vector<std::string> given, first;
+    milliseconds.push_back(
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+    if (answer.kind == AnswerKind::NoMatch || answer.kind == AnswerKind::Similar)
+      unread.push_back(milliseconds.back());
+    std::vector<std::string> given, first, suggested;
     for (std::size_t n = 0; n < answer.candidates.size(); ++n) {
       const std::string& name = scene[static_cast<std::size_t>(answer.candidates[n].segment)].name;
       if (n < answer.leading) given.push_back(name);
       if (n < std::max<std::size_t>(3, phrase.expect.size())) first.push_back(name);
     }
+    if (answer.kind == AnswerKind::Similar) suggested = first; // best first
     std::sort(given.begin(), given.end());
     std::sort(first.begin(), first.end());
     const auto hasAny = [&](const std::vector<std::string>& wanted) {
@@ -88,11 +102,16 @@ PhraseReport reportOn(const Lexicon& lexicon, const PhraseSet& set) {
       ++report.foreign;
       missed = !given.empty();
       report.falseAccepts += missed;
+      report.foreignSuggested += !suggested.empty();
     } else {
       ++report.named;
       missed = given != phrase.expect;
       report.top1 += !missed;
-      report.top3 += std::includes(first.begin(), first.end(), phrase.expect.begin(), phrase.expect.end());
+      const bool among =
+          std::includes(first.begin(), first.end(), phrase.expect.begin(), phrase.expect.end());
+      report.top3 += among;
+      report.unanswered += given.empty();
+      report.suggested += among && !suggested.empty();
       if (!given.empty() && !hasAny(phrase.expect)) {
         ++report.wrong;
         std::vector<std::string> others = phrase.expect;
@@ -104,11 +123,15 @@ PhraseReport reportOn(const Lexicon& lexicon, const PhraseSet& set) {
       std::string line = phrase.text + ":";
       for (const std::string& name : given)
         line += " " + name;
-      report.misses.push_back(given.empty() ? line + " nothing" : line);
+      if (given.empty()) line += " nothing";
+      for (std::size_t n = 0; n < suggested.size(); ++n)
+        line += (n == 0 ? "; suggested: " : " ") + suggested[n];
+      report.misses.push_back(line);
     }
   }
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  report.milliseconds = elapsed.count() / std::max<double>(1, static_cast<double>(set.phrases.size()));
+  report.milliseconds = medianOf(milliseconds);
+  report.unread = medianOf(unread);
+  if (!milliseconds.empty()) report.slowest = *std::max_element(milliseconds.begin(), milliseconds.end());
   return report;
 }
 

@@ -1,6 +1,7 @@
 #include "Text/SegmentFinder.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Motion/MovingFeatures.h"
 #include "Text/SentenceEncoder.h"
 
 #include <algorithm>
@@ -35,32 +36,34 @@ std::string terminologyEntry(const SegmentTerms& terms) {
          terms.code + "^" + terms.meaning + "~" + side + "~Anatomic codes - DICOM master list~^^~^^";
 }
 
-SegmentFinder::SegmentFinder(std::shared_ptr<const GaussianField> field,
-                             std::shared_ptr<const FeatureModel> features)
-    : field_(std::move(field)), features_(std::move(features)) {
-  if (!field_ || !features_)
+SegmentFinder::SegmentFinder(SegmentedModel model) : model_(std::move(model)) {
+  if (!model_.features || !(model_.moving || model_.field))
     throw Error(ErrorCode::NoData,
                 "The model knows no segments yet: let it learn them from a labelmap or segmentation first.");
+  if (model_.moving)
+    model_.field = std::make_shared<const GaussianField>(featureFieldAt(*model_.moving, model_.time));
   makeSearch();
 }
 
 void SegmentFinder::makeSearch() {
   std::vector<NamedSegment> scene;
-  for (int c = 1; c < features_->classes(); ++c)
-    scene.push_back(
-        {features_->names[static_cast<std::size_t>(c)], !probabilities_ || probabilities_->voxels(c) > 0});
+  for (int c = 1; c < model_.features->classes(); ++c)
+    scene.push_back({model_.features->names[static_cast<std::size_t>(c)],
+                     !probabilities_ || probabilities_->voxels(c) > 0});
   search_.emplace(Lexicon::standard(), std::move(scene), sentenceModel);
 }
 
 void SegmentFinder::encode(const GridGeometry& geometry, const FeatureQueryOptions& options) {
   if (probabilities_ && probabilities_->geometry() == geometry) return;
   probabilities_.reset(); // its memory first
-  probabilities_.emplace(*field_, *features_, geometry, options);
+  probabilities_.emplace(*model_.field, *model_.features, geometry,
+                         model_.moving ? queryAt(*model_.moving, model_.time, model_.features->time, options)
+                                       : options);
   makeSearch();
 }
 
 const std::string& SegmentFinder::nameOf(const SegmentCandidate& candidate) const {
-  return features_->names[static_cast<std::size_t>(candidate.segment) + 1];
+  return model_.features->names[static_cast<std::size_t>(candidate.segment) + 1];
 }
 
 MadeSegments SegmentFinder::make(const std::vector<RequestedSegment>& requested,

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Features/ClassProbabilities.h"
+#include "Core/Motion/DynamicField.h"
 #include "Text/SegmentSearch.h"
 
 #include <array>
@@ -35,11 +36,20 @@ struct MadeSegments {
   std::vector<std::pair<SegmentTerms, Segment>> segments;
 };
 
+/// What segments are found in: a model with features or a moving scan's at a time.
+struct SegmentedModel {
+  std::shared_ptr<const GaussianField> field;   // of a moving scan unused
+  std::shared_ptr<const FeatureModel> features; // null: none
+  std::shared_ptr<const DynamicField> moving;   // null: it does not move
+  double time = 0;                              // s
+  bool operator==(const SegmentedModel&) const = default;
+};
+
 /// Finds the segments of a model with features by what a person calls them, on one lattice.
 class SegmentFinder {
 public:
   /// Throws Error(NoData) for a model without features.
-  SegmentFinder(std::shared_ptr<const GaussianField> field, std::shared_ptr<const FeatureModel> features);
+  explicit SegmentFinder(SegmentedModel model);
 
   /// Decodes the features at every voxel of a lattice, once: seconds for a whole volume. Queries after it
   /// take milliseconds and know which structures the volume does not show. Nothing for the lattice of before.
@@ -48,7 +58,8 @@ public:
   /// Null before encode().
   const ClassProbabilities* probabilities() const { return probabilities_ ? &*probabilities_ : nullptr; }
 
-  const FeatureModel& features() const { return *features_; }
+  /// The lattice of the region that was fitted.
+  const GridGeometry& region() const { return model_.field->region(); }
   /// The name of a candidate's segment.
   const std::string& nameOf(const SegmentCandidate& candidate) const;
 
@@ -67,8 +78,7 @@ public:
 private:
   void makeSearch();
 
-  std::shared_ptr<const GaussianField> field_;
-  std::shared_ptr<const FeatureModel> features_;
+  SegmentedModel model_; // of a moving scan with its field at the time
   std::optional<ClassProbabilities> probabilities_;
   std::optional<SegmentSearch> search_;
 };

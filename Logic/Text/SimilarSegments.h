@@ -6,8 +6,9 @@ namespace innergs {
 /// The segments of a scene that are nearest in meaning to words which the lexicon does not know.
 class SimilarSegments {
 public:
-  /// Of suggestions; not tuned on any embedding's own figures (Docs/method.md).
-  static constexpr double kLeastCosine = 0.5;
+  /// Of suggestions by all-MiniLM-L6-v2: above what words without an anatomical meaning reach
+  /// (Docs/method.md).
+  static constexpr double kLeastCosine = 0.48;
   static constexpr std::size_t kMost = 10;
 
   /// structures: per segment, what its name means to the lexicon; empty: nothing.

@@ -1,5 +1,7 @@
 #include "Text/Unicode.h"
 
+#include <utility>
+
 namespace innergs {
 
 char32_t nextCodePoint(std::string_view text, std::size_t& at) {
@@ -22,6 +24,14 @@ std::string withoutAccent(char32_t c) {
   static constexpr std::string_view extended =
       "aaaaaaccccccccddddeeeeeeeeeegggggggghhhhiiiiiiiiii--jjkkkllllllllllnnnnnnnnnoooooo--rrrrrrssssssss"
       "ttttttuuuuuuuuuuuuwwyyyzzzzzzs";
+  // U+01CD to U+0233 (Pinyin, Romanian) and U+1E00 to U+1EFF (Vietnamese)
+  static constexpr std::string_view latinB =
+      "aaiioouuuuuuuuuu-aaaa----ggkkoooo--j---gg--nnaa----aaaaeeeeiiiioooorrrruuuusstt--hh------aaeeooo"
+      "oooooyy";
+  static constexpr std::string_view additional =
+      "aabbbbbbccddddddddddeeeeeeeeeeffgghhhhhhhhhhiiiikkkkkkllllllllmmmmmmnnnnnnnnoooooooopppprrrrrrrr"
+      "ssssssssssttttttttuuuuuuuuuuvvvvwwwwwwwwwwxxxxyyzzzzzzhtwy------aaaaaaaaaaaaaaaaaaaaaaaaeeeeeeee"
+      "eeeeeeeeiiiioooooooooooooooooooooooouuuuuuuuuuuuuuyyyyyyyy------";
   if (c >= 0xc0 && c < 0x100) {
     const char letter = latin1[c - 0xc0];
     if (letter != '-') return {letter};
@@ -32,6 +42,9 @@ std::string withoutAccent(char32_t c) {
     if (letter != '-') return {letter};
     return c == 0x152 || c == 0x153 ? "oe" : c == 0x132 || c == 0x133 ? "ij" : "";
   }
+  if (c == 0x1e9e) return "ss";
+  for (const auto& [first, letters] : {std::pair{char32_t{0x1cd}, latinB}, {char32_t{0x1e00}, additional}})
+    if (c >= first && c < first + letters.size() && letters[c - first] != '-') return {letters[c - first]};
   return "";
 }
 

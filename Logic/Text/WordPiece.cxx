@@ -44,6 +44,8 @@ bool isOwnLetter(char32_t c) {
 }
 
 char32_t lower(char32_t c) {
+  if (c == 0x130) return 'i'; // the Turkish I with a dot
+  if (c == 0x1e9e) return 0xdf;
   if ((c >= 'A' && c <= 'Z') || (c >= 0xc0 && c <= 0xde && c != 0xd7) || (c >= 0x391 && c <= 0x3a9) ||
       (c >= 0x410 && c <= 0x42f))
     return c + 0x20;

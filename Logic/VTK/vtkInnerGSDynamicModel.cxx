@@ -122,7 +122,7 @@ vtkInnerGSModel* vtkInnerGSDynamicModel::NewModelAt(double time) {
   core->field = innergs::fieldAt(*this->Field, time);
   core->finished = core->field.size();
   vtkInnerGSModel* model = vtkInnerGSModel::New();
-  model->SetCoreModel(std::move(core));
+  model->SetCoreModel(std::move(core), this->Features, this->Field, time);
   return model;
 }
 

@@ -54,8 +54,8 @@ public:
   std::string GetSegmentName(int index);
   ///@}
 
-  /// The model at a time (s), for all filters that take one, to be deleted by who asked (in Python by
-  /// itself); null when empty or when the time is not finite.
+  /// The model at a time (s), with its segments there, for all filters that take one, to be deleted by who
+  /// asked (in Python by itself); null when empty or when the time is not finite.
   VTK_NEWINSTANCE vtkInnerGSModel* NewModelAt(double time);
 
   /// The model in a pipeline's information, or null.

@@ -50,7 +50,7 @@ void vtkInnerGSInterpolateTime::RequestData(vtkInformationVector** inputs, vtkIn
   this->OutputTime = innergs::vtk::requestedTime(information, model, this->Time);
   vtkInnerGSModel* output = vtkInnerGSModel::GetData(outputs);
   const auto posed = vtkSmartPointer<vtkInnerGSModel>::Take(model->NewModelAt(this->OutputTime));
-  output->SetCoreModel(posed->GetCoreModel());
+  output->ShallowCopy(posed);
   using Pipeline = vtkStreamingDemandDrivenPipeline;
   const double asked = information->Has(Pipeline::UPDATE_TIME_STEP())
                            ? information->Get(Pipeline::UPDATE_TIME_STEP())

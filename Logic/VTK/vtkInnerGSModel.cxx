@@ -6,6 +6,7 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Core/Model/FieldValue.h"
 #include "Geometry.h"
+#include "Text/SegmentFinder.h"
 
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"
@@ -30,6 +31,7 @@ void vtkInnerGSModel::Initialize() {
   this->Superclass::Initialize();
   this->CoreModel.reset();
   this->Features.reset();
+  this->Moving.reset();
 }
 
 void vtkInnerGSModel::ShallowCopy(vtkDataObject* source) {
@@ -46,6 +48,8 @@ void vtkInnerGSModel::Share(vtkInnerGSModel* model) {
   if (!model) return;
   this->CoreModel = model->CoreModel;
   this->Features = model->Features;
+  this->Moving = model->Moving;
+  this->Time = model->Time;
 }
 
 unsigned long vtkInnerGSModel::GetActualMemorySize() {
@@ -63,11 +67,19 @@ unsigned long vtkInnerGSModel::GetActualMemorySize() {
 }
 
 void vtkInnerGSModel::SetCoreModel(std::shared_ptr<const innergs::Model> core,
-                                   std::shared_ptr<const innergs::FeatureModel> features) {
-  if (core == this->CoreModel && features == this->Features) return;
+                                   std::shared_ptr<const innergs::FeatureModel> features,
+                                   std::shared_ptr<const innergs::DynamicField> moving, double time) {
+  if (core == this->CoreModel && features == this->Features && moving == this->Moving && time == this->Time)
+    return;
   this->CoreModel = std::move(core);
   this->Features = std::move(features);
+  this->Moving = std::move(moving);
+  this->Time = time;
   this->Modified();
+}
+
+innergs::SegmentedModel vtkInnerGSModel::GetSegmented() const {
+  return {this->GetField(), this->Features, this->Moving, this->Time};
 }
 
 std::shared_ptr<const innergs::GaussianField> vtkInnerGSModel::GetField() const {

@@ -8,9 +8,11 @@
 #include <string> // returned
 
 namespace innergs {
+struct DynamicField;
 struct FeatureModel;
 struct Model;
 struct GaussianField;
+struct SegmentedModel;
 } // namespace innergs
 class vtkInformation;
 class vtkInformationVector;
@@ -63,7 +65,7 @@ public:
 
   ///@{
   /// The segments that the Gaussians' features decode to, once they were learned from a labelmap; 0: none
-  /// yet.
+  /// yet. Of a moving scan's model at a time, those of the scan.
   int GetNumberOfSegments();
   /// As the labelmap had it: "liver", "kidney_left". "" outside 0 to GetNumberOfSegments() − 1.
   std::string GetSegmentName(int index);
@@ -78,13 +80,17 @@ public:
   std::shared_ptr<const innergs::Model> GetCoreModel() const {
     return this->CoreModel;
   }
-  /// features: of this model's Gaussians; null: none.
+  /// features: of this model's Gaussians; null: none. moving: the model of a moving scan that this one is at
+  /// a time (s), and whose features they are; null: it does not move.
   void SetCoreModel(std::shared_ptr<const innergs::Model> core,
-                    std::shared_ptr<const innergs::FeatureModel> features = nullptr);
-  /// Null without features.
+                    std::shared_ptr<const innergs::FeatureModel> features = nullptr,
+                    std::shared_ptr<const innergs::DynamicField> moving = nullptr, double time = 0);
+  /// Null without features, and for a moving scan's model at a time, which cannot be saved with them.
   std::shared_ptr<const innergs::FeatureModel> GetFeatures() const {
-    return this->Features;
+    return this->Moving ? nullptr : this->Features;
   }
+  /// Where its segments are found.
+  innergs::SegmentedModel GetSegmented() const;
   /// Whether both hold the same, Gaussians and features.
   bool HasContentOf(vtkInnerGSModel* other) const {
     return other && this->CoreModel == other->CoreModel && this->Features == other->Features;
@@ -106,6 +112,8 @@ private:
 
   std::shared_ptr<const innergs::Model> CoreModel;
   std::shared_ptr<const innergs::FeatureModel> Features;
+  std::shared_ptr<const innergs::DynamicField> Moving; // null: it does not move
+  double Time = 0;                                     // s, of Moving
 #endif
 };
 

@@ -212,7 +212,7 @@ void vtkInnerGSSegment::RequestData(vtkInformationVector** inputs, vtkInformatio
     innergs::interpret(innergs::Lexicon::standard(), query); // what is no query is refused before the work
   if (!work.finder || !work.model->HasContentOf(model)) {
     work.finder.reset();
-    work.finder.emplace(model->GetField(), model->GetFeatures());
+    work.finder.emplace(model->GetSegmented());
     work.model->ShallowCopy(model);
   }
   const innergs::GridGeometry grid =

@@ -69,6 +69,8 @@ def find(model, text):
 def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum_size=0.0, smoothing=0.0, spacing=0.0):
     """Segments by what they are called as a segmentation node: `output` or a new one, with terminology and colours.
 
+    Of a moving model those of the time that set_time() chose.
+
     text          one structure in words, or a list of them; both sides where the side is open
     threshold     of the probability, 0 to 1; 0: where the segment is the likeliest
     largest_only  only the largest connected part of each segment; minimum_size: of connected parts, mm3
@@ -85,7 +87,8 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
 def score(model, text, output=None, spacing=0.0):
     """The probability of what a text in words asks for, 0 to 1, as a volume node: `output` or a new one.
 
-    Of several segments the likeliest's. spacing: of the voxels in mm, 0: as the fit had it.
+    Of several segments the likeliest's; of a moving model at the time that set_time() chose. spacing: of the voxels in mm,
+    0: as the fit had it.
     """
     owner = logic_of(model)
     with quiet(owner):

@@ -1,11 +1,13 @@
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Motion/DynamicField.h"
+#include "Core/Motion/MovingFeatures.h"
 #include "IO/RecoveredFit.h"
 #include "JobFixture.h"
 
 #include "vtkInnerGSDynamicModel.h"
 #include "vtkSlicerInnerGSDynamicRequest.h"
 
+#include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLSequenceBrowserNode.h>
 #include <vtkMRMLSequenceNode.h>
 #include <vtkMRMLStorageNode.h>
@@ -14,6 +16,10 @@
 
 #include <vtkDoubleArray.h>
 #include <vtkGeneralTransform.h>
+#include <vtkOrientedImageData.h>
+#include <vtkSegment.h>
+#include <vtkSegmentation.h>
+#include <vtkSegmentationConverter.h>
 
 #include <fstream>
 
@@ -61,6 +67,33 @@ protected:
     request->SetSeries(series);
     request->SetKind(vtkSlicerInnerGSDynamicRequest::Motion);
     return request;
+  }
+  static bool isInside(const double ras[3], double frame) {
+    return blob(ras[0], ras[1], ras[2], frame) > 230;
+  }
+  /// The Dice coefficient of a node's only segment with the blob at a time.
+  static double diceOf(vtkMRMLSegmentationNode* node, double seconds) {
+    const char* binary = vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName();
+    auto* image = vtkOrientedImageData::SafeDownCast(
+        node->GetSegmentation()->GetNthSegment(0)->GetRepresentation(binary));
+    vtkNew<vtkMatrix4x4> toWorld;
+    image->GetImageToWorldMatrix(toWorld);
+    int e[6];
+    image->GetExtent(e);
+    const int margin = 10; // of voxels, for what the segment misses
+    double both = 0, sum = 0;
+    for (int k = e[4] - margin; k <= e[5] + margin; ++k)
+      for (int j = e[2] - margin; j <= e[3] + margin; ++j)
+        for (int i = e[0] - margin; i <= e[1] + margin; ++i) {
+          double at[4] = {double(i), double(j), double(k), 1};
+          toWorld->MultiplyPoint(at, at);
+          const bool truth = isInside(at, seconds / 0.25);
+          const bool found = i >= e[0] && i <= e[1] && j >= e[2] && j <= e[3] && k >= e[4] && k <= e[5] &&
+                             image->GetScalarComponentAsDouble(i, j, k, 0) != 0;
+          both += truth && found;
+          sum += truth + found;
+        }
+    return 2 * both / sum;
   }
   std::string refusal(vtkSlicerInnerGSDynamicRequest* request) {
     EXPECT_EQ(logic->StartDynamicReconstruction(request), nullptr);
@@ -168,6 +201,46 @@ TEST_F(DynamicTest, SequenceInModelAndFramesOut) {
   vtkMRMLSequenceNode* some = logic->CreateFrames(model, times);
   ASSERT_NE(some, nullptr);
   EXPECT_EQ(some->GetNthIndexValue(1), "0.2");
+}
+
+TEST_F(DynamicTest, SegmentsAreThoseOfTheNodesTime) {
+  const auto request = requestFor(addSeries(9));
+  request->EvaluateQualityOff();
+  ASSERT_TRUE(logic->ReconstructDynamic(request)) << logic->GetLastError();
+  vtkMRMLInnerGSModelNode* model = logic->GetLastJob()->GetModelNode();
+  const auto field = model->GetDynamicModel()->GetField();
+  const double learned = 0.5;
+  innergs::Volume labels;
+  labels.geometry.size = {29, 25, 21};
+  labels.geometry.origin = {-14, -12, -10};
+  for (int k = 0; k < 21; ++k)
+    for (int j = 0; j < 25; ++j)
+      for (int i = 0; i < 29; ++i) {
+        const double ras[3] = {14.0 - i, 12.0 - j, k - 10.0};
+        labels.voxels.push_back(isInside(ras, learned / 0.25) ? 1.f : 0.f);
+      }
+  innergs::FeatureModel features = innergs::trainFeatures(innergs::featureFieldAt(*field, learned),
+                                                          innergs::labelmapOf(labels), {{1, "lunate"}});
+  features.time = learned;
+  vtkNew<vtkInnerGSDynamicModel> labelled;
+  labelled->SetField(field, std::make_shared<const innergs::FeatureModel>(features));
+  model->SetDynamicModel(labelled);
+
+  vtkMRMLSegmentationNode* segments = nullptr;
+  for (const double seconds : {1.625, 0.5, 1.1}) {
+    model->SetTime(seconds);
+    EXPECT_EQ(logic->FindByText(model, "the lunate"), 0) << logic->GetLastAnswer();
+    segments = logic->SegmentByText(model, "lunate", segments, 0, false, 0, 0, 1);
+    ASSERT_NE(segments, nullptr) << logic->GetLastError();
+    EXPECT_EQ(segments->GetSegmentation()->GetNumberOfSegments(), 1);
+    EXPECT_GT(diceOf(segments, seconds), 0.9) << seconds;
+    if (seconds != learned) {
+      EXPECT_LT(diceOf(segments, learned), 0.8) << seconds;
+    }
+  }
+  vtkMRMLScalarVolumeNode* score = logic->ScoreByText(model, "lunate");
+  ASSERT_NE(score, nullptr) << logic->GetLastError();
+  EXPECT_EQ(score->GetImageData()->GetScalarType(), VTK_FLOAT);
 }
 
 TEST_F(DynamicTest, FramesAtTheSeriesTimesShareItsBrowser) {

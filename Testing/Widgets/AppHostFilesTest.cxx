@@ -108,7 +108,7 @@ private Q_SLOTS:
     QVERIFY(!host_->modelInfo(made.modelId).saved);
     QCOMPARE(host_->model(made.modelId)->GetNumberOfSegments(), 2);
 
-    SegmentFinder finder(field, features);
+    SegmentFinder finder({field, features, {}});
     finder.encode(field->region());
     const MadeSegments found = finder.make(finder.requested("liver", finder.find("liver")));
     std::shared_ptr<const app::SegmentOverlay> overlay;

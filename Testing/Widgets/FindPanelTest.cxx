@@ -1,10 +1,14 @@
 #include "Widgets/FindPanel.h"
 #include "FakeHost.h"
 #include "Features/BoxPhantom.h"
+#include "Motion/MovingPhantom.h"
 #include "Widgets/MessageLine.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Model/Model.h"
+#include "Core/Motion/DynamicJob.h"
+#include "Core/Motion/MovingFeatures.h"
+#include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 
 #include <QCheckBox>
@@ -116,6 +120,8 @@ struct Shown {
 class FindPanelTest : public QObject {
   Q_OBJECT
 private Q_SLOTS:
+  void initTestCase() { qunsetenv("INNERGS_TEXT_MODEL"); } // the lexicon alone answers
+
   void choosesTheOnlyModelByItself() {
     TeachingHost host;
     FindPanel panel(&host);
@@ -131,6 +137,41 @@ private Q_SLOTS:
     host.addModel();
     FindPanel undecided(&host);
     QVERIFY(undecided.modelId().isEmpty());
+  }
+
+  void followsAMovingModelsTime() {
+    const TimeSeries series = testing::movingPhantom(testing::evenTimes(5));
+    Settings settings;
+    settings.kind = DynamicKind::Motion;
+    settings.gaussians = 400;
+    const auto field = std::make_shared<const DynamicField>(*DynamicJob(series, settings).run().field);
+    FeatureModel features =
+        trainFeatures(featureFieldAt(*field, 0), testing::movingLabels(series.geometry, 0),
+                      {{1, "lunate"}, {2, "capitate"}});
+    vtkNew<vtkInnerGSDynamicModel> moving;
+    moving->SetField(field, std::make_shared<const FeatureModel>(std::move(features)));
+    Shown shown;
+    const auto showAt = [&](double time) {
+      shown.host.modelData[shown.id] = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(time));
+      Q_EMIT shown.host.modelsChanged();
+    };
+    const auto diceAt = [&](double time) {
+      Labelmap found{series.geometry, std::vector<std::uint16_t>(series.frames[0].size(), 0), {}};
+      for (const auto& [terms, segment] : shown.host.shown.segments)
+        forEachVoxel(segment, shown.host.shown.lattice.size,
+                     [&](std::size_t voxel, std::size_t part) { found.voxels[voxel] = segment.mask[part]; });
+      return testing::dice(found, testing::movingLabels(series.geometry, time), 1);
+    };
+    showAt(0);
+    QVERIFY(shown.part<QLabel>("findState")->text().contains("knows 2 structures"));
+    shown.ask("lunate");
+    QVERIFY2(diceAt(0) > 0.9, qPrintable(QString::number(diceAt(0))));
+    const int before = shown.host.previews;
+    showAt(1.75); // asks again by itself
+    QTRY_VERIFY(shown.host.previews > before);
+    QVERIFY2(diceAt(1.75) > 0.9, qPrintable(QString::number(diceAt(1.75))));
+    QVERIFY(diceAt(1.75) > diceAt(0));
+    QCOMPARE(shown.part<QListWidget>("findCandidates")->count(), 1);
   }
 
   void learnsFindsAndKeeps() {

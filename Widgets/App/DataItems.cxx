@@ -137,12 +137,13 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
   return item;
 }
 
-ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& name, const QString& file,
+ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name, const QString& file,
                    ModelNotes notes, std::shared_ptr<const FeatureModel> features) {
   const auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
   moving->SetField(field, std::move(features));
   const auto first = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(field->times.front()));
   ModelItem item = makeItem(first->GetCoreModel(), name, file, std::move(notes));
+  item.model = first; // which knows the scan's segments
   item.moving = moving;
   item.time = field->times.front();
   return item;

@@ -80,8 +80,9 @@ ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, cons
                    ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
 
 /// Of a moving scan, at its first frame's time.
-ModelItem makeItem(std::shared_ptr<const DynamicField> field, const QString& name, const QString& file = {},
-                   ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
+ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name,
+                   const QString& file = {}, ModelNotes notes = {},
+                   std::shared_ptr<const FeatureModel> features = nullptr);
 
 /// "axial", "coronal", "sagittal" or "oblique": how the slices along an axis lie.
 QString orientationOf(const GridGeometry& geometry, int sliceAxis);

@@ -78,8 +78,8 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
               "paper_false_negatives,candidates,paper_candidates,per_contributing,microseconds,"
               "scalar_microseconds,measured_on");
   expectTable(table("contour"), "measure,value,paper,compared,measured_on");
-  expectTable(table("text"), "phrases,naming_one,top_1,top_3,wrong,side_flipped,must_not_match,false_accepts,"
-                             "ms_a_phrase,measured_on");
+  expectTable(table("text"), "phrases,by,naming_one,top_1,top_3,wrong,side_flipped,suggested,must_not_match,"
+                             "false_accepts,any_suggested,ms_a_phrase,ms_unread,slowest_ms,measured_on");
   expectTable(table("static"), "method,plane,gaussians,psnr_db,paper_psnr_db,ssim,paper_ssim,seconds,"
                                "paper_seconds,estimated_memory_mb,measured_on");
   expectTable(table("static-held-out"),

@@ -13,9 +13,11 @@ namespace {
 using testing::BoxPhantom;
 
 SegmentFinder finderOf(const BoxPhantom& phantom) {
-  return {std::make_shared<const GaussianField>(phantom.field),
-          std::make_shared<const FeatureModel>(trainFeatures(
-              phantom.field, phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}))};
+  return SegmentFinder(
+      {std::make_shared<const GaussianField>(phantom.field),
+       std::make_shared<const FeatureModel>(trainFeatures(
+           phantom.field, phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}})),
+       {}});
 }
 
 TEST(SegmentFinder, AQueryMakesOneSegmentOrOneEach) {
@@ -61,7 +63,7 @@ TEST(SegmentFinder, KnowsWhatALatticeDoesNotShow) {
 }
 
 TEST(SegmentFinder, NeedsFeatures) {
-  EXPECT_THROW(SegmentFinder(std::make_shared<const GaussianField>(), nullptr), Error);
+  EXPECT_THROW(SegmentFinder({std::make_shared<const GaussianField>(), nullptr, {}}), Error);
 }
 
 } // namespace

@@ -12,7 +12,8 @@ TEST(Words, AreLowerCaseWithoutAccentsAndPunctuation) {
   EXPECT_EQ(wordsOf("  the patient's LEFT  kidney? "), (Words{"the", "patients", "left", "kidney"}));
   EXPECT_EQ(wordsOf("Bauchspeicheldr\xC3\xBCse"), Words{"bauchspeicheldruse"});
   EXPECT_EQ(wordsOf("ri\xC3\xB1\xC3\xB3n"), Words{"rinon"});
-  EXPECT_EQ(wordsOf("rin\xCC\x83on"), Words{"rinon"}); // decomposed
+  EXPECT_EQ(wordsOf("rin\xCC\x83on"), Words{"rinon"});                        // decomposed
+  EXPECT_EQ(wordsOf("\xC8\x99old ph\xE1\xBB\x95i"), (Words{"sold", "phoi"})); // Romanian, Vietnamese
   EXPECT_EQ(wordsOf("l'aorte"), Words{"aorte"});
   EXPECT_EQ(wordsOf("LeftKidney"), (Words{"left", "kidney"}));
   EXPECT_EQ(wordsOf("\xFF\xC3 ?!"), Words{}); // not UTF-8

@@ -2,9 +2,10 @@
 
 #include "../Core/Motion/MovingPhantom.h"
 
-#include "Core/Features/FeatureModel.h"
+#include "Core/Features/FeatureTraining.h"
 #include "Core/Motion/DynamicJob.h"
 #include "Core/Motion/MotionField.h"
+#include "Core/Motion/MovingFeatures.h"
 #include "Core/Render/Render.h"
 #include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSDynamicReconstruct.h"
@@ -12,9 +13,11 @@
 #include "vtkInnerGSMotionField.h"
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSResample.h"
+#include "vtkInnerGSSegment.h"
 
 #include <vtkDoubleArray.h>
 #include <vtkInformation.h>
+#include <vtkPointData.h>
 #include <vtkStreamingDemandDrivenPipeline.h>
 
 #include <gtest/gtest.h>
@@ -136,6 +139,59 @@ TEST(Dynamic, TimeComesFromThePipeline) {
   alone->Update();
   EXPECT_EQ(alone->GetOutputTime(), 1.3);
   EXPECT_EQ(alone->GetOutput()->GetNumberOfGaussians(), 400);
+}
+
+TEST(Dynamic, SegmentsAreFoundAtAnyTime) {
+  const auto field = fitted().model->GetField();
+  const GridGeometry& geometry = fitted().series.geometry;
+  const double learned = 0.5;
+  const Labelmap given = movingLabels(geometry, learned);
+  FeatureModel features =
+      trainFeatures(featureFieldAt(*field, learned), given, {{1, "lunate"}, {2, "capitate"}});
+  features.time = learned;
+  vtkNew<vtkInnerGSDynamicModel> model;
+  model->SetField(field, std::make_shared<const FeatureModel>(features));
+
+  vtkNew<vtkInnerGSInterpolateTime> at;
+  at->SetDynamicModel(model);
+  vtkNew<vtkInnerGSSegment> filter;
+  filter->SetInputConnection(at->GetOutputPort());
+  filter->SetReferenceGrid(rasMatrix(geometry), 24, 22, 7);
+  filter->AddQuery("lunate");
+  filter->AddQuery("capitate");
+  const auto found = [&] {
+    EXPECT_EQ(filter->GetErrorMessage(), "");
+    Labelmap labels{geometry, {}, {}};
+    vtkDataArray* scalars = filter->GetOutput()->GetPointData()->GetScalars();
+    for (vtkIdType v = 0; scalars && v < scalars->GetNumberOfTuples(); ++v)
+      labels.voxels.push_back(static_cast<std::uint16_t>(scalars->GetTuple1(v)));
+    EXPECT_EQ(labels.voxels.size(), given.voxels.size());
+    return labels;
+  };
+  for (const double time : {1.75, 2.6, 0.5}) {
+    filter->UpdateTimeStep(time);
+    const Labelmap labels = found(), truth = movingLabels(geometry, time);
+    for (const std::uint16_t label : {std::uint16_t{1}, std::uint16_t{2}}) {
+      EXPECT_GT(dice(labels, truth, label), 0.9) << "time " << time << " label " << label;
+      if (time != learned) {
+        EXPECT_GT(dice(labels, truth, label), dice(given, truth, label)) << "time " << time;
+      }
+    }
+  }
+
+  // The model at a time knows them by itself, and copies of it do, but is not saved with them.
+  const auto posed = vtkSmartPointer<vtkInnerGSModel>::Take(model->NewModelAt(1.75));
+  EXPECT_EQ(posed->GetSegmentName(1), "capitate");
+  EXPECT_EQ(posed->GetFeatures(), nullptr);
+  vtkNew<vtkInnerGSModel> copy;
+  copy->DeepCopy(posed);
+  filter->UpdateTimeStep(1.75);
+  const Labelmap before = found();
+  filter->SetModel(copy);
+  filter->Update();
+  EXPECT_EQ(found().voxels, before.voxels);
+  copy->SetCoreModel(posed->GetCoreModel());
+  EXPECT_EQ(copy->GetNumberOfSegments(), 0);
 }
 
 TEST(Dynamic, MotionIsInRas) {

@@ -8,24 +8,6 @@
 namespace innergs::testing {
 namespace {
 
-/// Two labels of the swinging phantom: its bright parts at the left and at the right.
-Labelmap labelsAt(const GridGeometry& geometry, double time) {
-  const Volume labels = volumeInSpace(geometry, [&](const Vec3& x) {
-    const Vec3 tissue = swing(time).back(x);
-    return blobs(tissue) < 60 ? 0.0 : tissue[0] < 1 ? 1.0 : 2.0;
-  });
-  return labelmapOf(labels);
-}
-
-double dice(const Labelmap& a, const Labelmap& b, std::uint16_t label) {
-  double both = 0, sum = 0;
-  for (std::size_t v = 0; v < a.voxels.size(); ++v) {
-    both += a.voxels[v] == label && b.voxels[v] == label;
-    sum += (a.voxels[v] == label) + (b.voxels[v] == label);
-  }
-  return 2 * both / sum;
-}
-
 class MovingFeatures : public ::testing::TestWithParam<DynamicKind> {};
 
 TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
@@ -40,7 +22,7 @@ TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
   ASSERT_TRUE(fit.field);
   const DynamicField& field = *fit.field;
   const double learned = all.times[1]; // not the canonical field's own
-  const Labelmap given = labelsAt(all.geometry, learned);
+  const Labelmap given = movingLabels(all.geometry, learned);
   const FeatureModel model =
       trainFeatures(featureFieldAt(field, learned), given, {{1, "left"}, {2, "right"}});
   ASSERT_EQ(model.classes(), 3);
@@ -51,7 +33,7 @@ TEST_P(MovingFeatures, LabelsFollowTheTissueToTimesThatWereNotSeen) {
     Labelmap found{all.geometry, {}, {}};
     for (const std::uint16_t c : image.classes)
       found.voxels.push_back(model.labels[c]);
-    const Labelmap truth = labelsAt(all.geometry, time);
+    const Labelmap truth = movingLabels(all.geometry, time);
     for (const std::uint16_t label : {std::uint16_t{1}, std::uint16_t{2}}) {
       RecordProperty("dice", std::to_string(dice(found, truth, label)));
       EXPECT_GT(dice(found, truth, label), 0.9) << "time " << time << " label " << label;

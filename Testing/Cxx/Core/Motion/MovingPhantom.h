@@ -1,6 +1,7 @@
 #pragma once
 #include "TestVolumes.h"
 
+#include "Core/Features/Labelmap.h"
 #include "Core/Motion/TimeSeries.h"
 
 namespace innergs::testing {
@@ -47,6 +48,24 @@ inline TimeSeries movingPhantom(const std::vector<double>& times) {
     series.frames.push_back(
         volumeInSpace(series.geometry, [&](const Vec3& x) { return blobs(swing(time).back(x)); }).voxels);
   return series;
+}
+
+/// Two labels of it: its bright parts at the left and at the right.
+inline Labelmap movingLabels(const GridGeometry& geometry, double time) {
+  return labelmapOf(volumeInSpace(geometry, [&](const Vec3& x) {
+    const Vec3 tissue = swing(time).back(x);
+    return blobs(tissue) < 60 ? 0.0 : tissue[0] < 1 ? 1.0 : 2.0;
+  }));
+}
+
+/// The Dice coefficient of a label.
+inline double dice(const Labelmap& a, const Labelmap& b, std::uint16_t label) {
+  double both = 0, sum = 0;
+  for (std::size_t v = 0; v < a.voxels.size(); ++v) {
+    both += a.voxels[v] == label && b.voxels[v] == label;
+    sum += (a.voxels[v] == label) + (b.voxels[v] == label);
+  }
+  return 2 * both / sum;
 }
 
 inline std::vector<double> evenTimes(int count, double interval = 0.5) {
