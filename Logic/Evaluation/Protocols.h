@@ -2,6 +2,7 @@
 #include "Core/Image/Metrics.h"
 #include "Core/Job/ReconstructionJob.h"
 
+#include "Evaluation/BiasErrors.h"
 #include "Evaluation/PoseErrors.h"
 
 #include <functional>
@@ -67,6 +68,7 @@ struct MethodScore {
   double cpuSeconds = 0;                  // 0: not measured (protocol P)
   std::vector<PlaneScore> perPlane;       // protocol P only
   std::optional<PoseErrors> poses;        // protocol stacks, of the Gaussians
+  std::optional<BiasErrors> bias;         // of shaded stacks, likewise
   std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, likewise
   std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's lattice
 };

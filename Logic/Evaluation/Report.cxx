@@ -55,6 +55,8 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     if (method.cpuSeconds > 0) entry["cpu_seconds"] = method.cpuSeconds;
     entry["pooled_psnr"] = method.pooledPsnr;
     if (method.poses) entry["pose_errors"] = toJson(*method.poses);
+    if (method.bias)
+      entry["bias_errors"] = {{"between", method.bias->between}, {"shared", method.bias->shared}};
     if (method.intervals)
       entry["uncertainty"] = {{"coverage_90", method.intervals->coverage},
                               {"coverage_90_withheld_slices", method.intervals->own},
@@ -109,6 +111,10 @@ std::string textReport(std::span<const EvaluationReport> reports) {
             e.degrees.ninetieth, e.millimetres.worst, e.degrees.worst, static_cast<long long>(e.slices),
             e.commonMillimetres, e.commonDegrees);
       }
+    for (const MethodScore& method : report->methods)
+      if (method.bias)
+        text += formatted("Shading left by %s: %.1f %% between the stacks, %.1f %% shared by all.\n",
+                          method.name.c_str(), 100 * method.bias->between, 100 * method.bias->shared);
     for (const MethodScore& method : report->methods)
       if (method.intervals)
         text += formatted(
