@@ -40,13 +40,19 @@ struct Common {
   double log(std::size_t p, std::size_t s) const { return logs[p * scans.size() + s]; }
 };
 
-Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, ThreadPool& pool) {
-  Common c;
-  c.scans.assign(part.begin(), part.end());
+/// σ (mm) of the coarsest axis.
+double commonResolution(std::span<const Stack> stacks, std::span<const std::size_t> part) {
   double sigma = 0;
   for (const std::size_t s : part)
     for (int axis = 0; axis < 3; ++axis)
       sigma = std::max(sigma, std::sqrt(resolutionVariance(stacks[s], axis)));
+  return sigma;
+}
+
+Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, ThreadPool& pool) {
+  Common c;
+  c.scans.assign(part.begin(), part.end());
+  const double sigma = commonResolution(stacks, part);
   std::vector<BlurredStack> images;
   std::vector<double> threshold;
   for (const std::size_t s : part) {
@@ -252,7 +258,12 @@ BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool
   BiasCorrection result;
   std::vector<std::size_t> part;
   for (std::size_t s = 0; s < stacks.size(); ++s)
-    if (stacks[s].poses.empty() && !belowZero(observedRange(stacks.subspan(s, 1)))) part.push_back(s);
+    if (stacks[s].poses.empty()) part.push_back(s);
+  if (part.size() < 2) return result;
+  const double sigma = commonResolution(stacks, part);
+  std::erase_if(part, [&](std::size_t s) { // noise apart
+    return belowZero(valuesOf(BlurredStack(stacks[s], sigma, pool)));
+  });
   Common c;
   Coefficients fields;
   for (;;) {

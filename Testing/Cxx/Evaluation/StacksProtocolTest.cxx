@@ -103,7 +103,7 @@ TEST(PoseErrors, TakeAwayWhatIsCommonToAll) {
 }
 
 TEST(StacksProtocol, ScoresShadingThatIsEvenedOut) {
-  const Volume head = testing::headPhantom(64);
+  const Volume head = testing::headPhantom(48);
   StacksCase c = smallCase();
   c.shading = 0.4;
   EvaluationOptions options;
