@@ -24,7 +24,7 @@ constexpr double kRidge = 1e-4;
 constexpr double kTukey = 4.685 * 1.4826; // in median deviations
 constexpr double kWorthwhile = 0.5;       // dB
 constexpr double kAlike = 0.8;            // least correlation of scans of the same tissue
-constexpr double kExcess = 2;             // of the shared shading over what the scans' own suggest
+constexpr double kExcess = 1.5;           // of the shared shading over what the scans' own suggest
 constexpr double kLeast = 0.01;           // range of a scan's own shading that is spoken of
 
 /// What the scans that take part show at common places.
