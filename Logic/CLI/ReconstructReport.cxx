@@ -104,6 +104,18 @@ Json alignmentOf(const ReconstructionResult& result) {
   return scans;
 }
 
+/// The range of each scan's shading against the others, and of what all share; dB between the scans.
+Json shadingOf(const ReconstructionResult& result) {
+  const BiasCorrection& bias = result.bias;
+  Json scans = Json::array();
+  for (const BiasCorrection::Scan& scan : bias.scans)
+    scans.push_back({{"lowest", scan.lowest}, {"highest", scan.highest}});
+  return {{"scans", scans},
+          {"shared", {{"lowest", bias.sharedLowest}, {"highest", bias.sharedHighest}}},
+          {"psnr_between_db", known(bias.psnrAfter)},
+          {"psnr_between_before_db", known(bias.psnrBefore)}};
+}
+
 /// Null where it was not asked for or not found.
 Json uncertaintyOf(const ReconstructionResult& result) {
   if (!result.uncertainty) return {};
@@ -171,6 +183,7 @@ Json reconstructReport(const ReconstructOptions& options, const std::vector<Scan
             {"cloned", result.densified.cloned}}},
           {"iterations", result.iterations},
           {"alignment", alignmentOf(result)},
+          {"shading", shadingOf(result)},
           {"slice_motion", slicesOf(result)},
           {"prediction", result.prediction.empty() ? Json() : Json(result.prediction)},
           {"noise", known(result.noise)},

@@ -2,6 +2,7 @@
 #include "Core/Image/Metrics.h"
 #include "Core/Job/ReconstructionJob.h"
 
+#include "Evaluation/BiasErrors.h"
 #include "Evaluation/PoseErrors.h"
 
 #include <functional>
@@ -68,6 +69,7 @@ struct MethodScore {
   std::vector<PlaneScore> perPlane;       // protocol P only
   std::optional<PoseErrors> poses;        // protocol stacks, of the Gaussians
   std::optional<double> ncc;              // protocol scans: normalised cross-correlation
+  std::optional<BiasErrors> bias;         // protocol stacks, of the Gaussians, where they are shaded
   std::optional<IntervalScore> intervals; // with EvaluationOptions::uncertainty, of the Gaussians
   std::shared_ptr<const Volume> volume;   // with keepVolumes; on EvaluationReport::truth's lattice
 };

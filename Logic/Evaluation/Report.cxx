@@ -56,6 +56,8 @@ nlohmann::ordered_json toJson(const EvaluationReport& report) {
     entry["pooled_psnr"] = method.pooledPsnr;
     if (method.ncc) entry["ncc"] = *method.ncc;
     if (method.poses) entry["pose_errors"] = toJson(*method.poses);
+    if (method.bias)
+      entry["bias_errors"] = {{"between", method.bias->between}, {"shared", method.bias->shared}};
     if (method.intervals)
       entry["uncertainty"] = {{"coverage_90", method.intervals->coverage},
                               {"coverage_90_withheld_slices", method.intervals->own},
@@ -113,6 +115,10 @@ std::string textReport(std::span<const EvaluationReport> reports) {
             e.degrees.ninetieth, e.millimetres.worst, e.degrees.worst, static_cast<long long>(e.slices),
             e.commonMillimetres, e.commonDegrees);
       }
+    for (const MethodScore& method : report->methods)
+      if (method.bias)
+        text += formatted("Shading left by %s: %.1f %% between the stacks, %.1f %% shared by all.\n",
+                          method.name.c_str(), 100 * method.bias->between, 100 * method.bias->shared);
     for (const MethodScore& method : report->methods)
       if (method.intervals)
         text += formatted(

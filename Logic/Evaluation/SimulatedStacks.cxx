@@ -101,10 +101,16 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
     Random random(c.seed + 1000 * static_cast<std::uint64_t>(s + 1));
     const auto even = [&] { return 2 * random.uniform() - 1; };
     const Shading shading(c.shading, random);
+    Vec3 scale, offset{-1, -1, -1};
+    for (int a = 0; a < 3; ++a)
+      scale[a] = 2 / static_cast<double>(g.size[a] - 1);
+    const Affine3 toBox = Affine3{diagonal(scale), offset} * inverse(g.indexToWorld());
+    result.shading.push_back([shading, toBox](const Vec3& x) { return shading.at(toBox(x)); });
     const ProfileQuadrature planesOf =
         profileQuadrature(SliceProfile::Box, c.thickness, result.truth.geometry.spacing[axis]);
     const auto count = static_cast<std::int64_t>(planesOf.offset.size());
     const std::int64_t plane = g.size[0] * g.size[1];
+    const Affine3 map = g.indexToWorld();
     auto& poses = result.poses.emplace_back();
     for (std::int64_t k = 0; k < g.size[2]; ++k) {
       Vec3 shift, turn;
@@ -129,11 +135,10 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
         double sum = 0;
         for (std::int64_t q = 0; q < count; ++q)
           sum += planesOf.weight[q] * thin[static_cast<std::size_t>(q * plane + p)];
-        const Vec3 at{2 * static_cast<double>(p % g.size[0]) / static_cast<double>(g.size[0] - 1) - 1,
-                      2 * static_cast<double>(p / g.size[0]) / static_cast<double>(g.size[1] - 1) - 1,
-                      2 * static_cast<double>(k) / static_cast<double>(g.size[2] - 1) - 1};
+        const Vec3 at = map(
+            {static_cast<double>(p % g.size[0]), static_cast<double>(p / g.size[0]), static_cast<double>(k)});
         stack.image.voxels[static_cast<std::size_t>(k * plane + p)] =
-            static_cast<float>(sum * gain * shading.at(at));
+            static_cast<float>(sum * gain * result.shading.back()(at));
       }
     }
     if (c.noise > 0) addNoise(stack.image.voxels, c.noise, c.seed + static_cast<std::uint64_t>(s));

@@ -2,6 +2,8 @@
 #include "Core/Base/Parallel.h"
 #include "Core/Image/Stack.h"
 
+#include <functional>
+
 namespace innergs {
 
 /// Thick stacks at right angles of a patient who moves, in a scanner that shades.
@@ -21,6 +23,7 @@ struct StacksCase {
 struct SimulatedStacks {
   Volume truth; // what is scanned: the volume or its middle
   std::vector<Stack> stacks;
+  std::vector<std::function<double(const Vec3&)>> shading; // per stack: the factor where it lies, LPS mm
   std::vector<std::vector<Affine3>> poses; // what slices saw lay there: rigid, LPS mm, as Stack::poses
 };
 

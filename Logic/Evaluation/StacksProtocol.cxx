@@ -180,6 +180,8 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
     }
     MethodScore& method = score(name, run, result.uncertainty);
     method.poses = poseErrors(input.stacks, input.poses, poses, body);
+    if (c.shading > 0)
+      method.bias = biasErrors(result.bias, result.alignment, input.shading, Mask{grid, mask});
     for (const std::string& warning : result.warnings)
       report.notes.push_back(name + ": " + warning);
     if (name != "gaussians") return;
@@ -191,6 +193,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
     Settings off = options.settings;
     off.align = false;
     off.sliceMotion = SliceMotionKind::Off;
+    off.biasField = BiasFieldKind::Off;
     if (!(off == options.settings)) fitted("uncorrected", off);
   }
   const std::span<const Stack> first(input.stacks.data(), 1);

@@ -1,6 +1,7 @@
 #include "Core/Alignment/SliceMotion.h"
 
 #include "Core/Alignment/Rigid.h"
+#include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/SliceVolume.h"
 #include "Core/Base/Cholesky.h"
 #include "Core/Base/NumberText.h"
@@ -28,39 +29,12 @@ struct Level {
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
-/// A lattice around all stacks, cubes of `spacing` mm, along the first one's axes.
-GridGeometry volumeGrid(std::span<const Stack> stacks, double spacing) {
-  GridGeometry grid;
-  grid.direction = stacks.front().image.geometry.direction;
-  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (const Stack& stack : stacks) {
-    const GridGeometry& g = stack.image.geometry;
-    for (int corner = 0; corner < 8; ++corner) {
-      Vec3 index;
-      for (int a = 0; a < 3; ++a)
-        index[a] = (corner >> a & 1) ? static_cast<double>(g.size[a]) - 0.5 : -0.5;
-      const Vec3 x = transpose(grid.direction) * g.indexToWorld()(index);
-      for (int a = 0; a < 3; ++a) {
-        low[a] = std::min(low[a], x[a]);
-        high[a] = std::max(high[a], x[a]);
-      }
-    }
-  }
-  for (int a = 0; a < 3; ++a) {
-    const double extent = high[a] - low[a] + 2 * kMargin;
-    grid.size[a] = static_cast<std::int64_t>(std::ceil(extent / spacing)) + 1;
-    grid.spacing[a] = spacing;
-  }
-  grid.origin = grid.direction * (low - Vec3{kMargin, kMargin, kMargin});
-  return grid;
-}
-
 /// The finest spacing of the stacks, or one at which the lattice is not too large.
 double finestSpacing(std::span<const Stack> stacks) {
   double finest = std::numeric_limits<double>::max();
   for (const Stack& stack : stacks)
     finest = std::min({finest, stack.image.geometry.spacing[0], stack.image.geometry.spacing[1]});
-  while (volumeGrid(stacks, finest).voxelCount() > kMostVoxels)
+  while (latticeAround(stacks, finest, kMargin).voxelCount() > kMostVoxels)
     finest *= 1.05;
   return finest;
 }
@@ -274,9 +248,9 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     distance = std::max(distance, stack.image.geometry.spacing[2]);
   }
   const double finest = finestSpacing(stacks);
-  const Vec3 centre = volumeGrid(stacks, finest).centre();
+  const Vec3 centre = latticeAround(stacks, finest, kMargin).centre();
   const ValueRange range = observedRange(stacks);
-  const bool scales = range.low >= -0.05f * (range.high - range.low);
+  const bool scales = !belowZero(range);
   Work work{stacks, {}, static_cast<double>(range.high) - range.low};
   std::vector<std::vector<PlacedSlice>> previous;
   double all = 0, done = 0;
@@ -290,7 +264,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
   };
   for (const Level& level : kLevels) {
     const double spacing = level.factor * finest;
-    const GridGeometry grid = volumeGrid(stacks, spacing);
+    const GridGeometry grid = latticeAround(stacks, spacing, kMargin);
     const SliceOperator op(grid, pool);
     work.slices.clear();
     for (std::size_t s = 0; s < stacks.size(); ++s) {
@@ -417,7 +391,7 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
   const std::span<const Stack> only(&stack, 1);
   const double finest = finestSpacing(only);
   for (const Level& level : kLevels) {
-    const GridGeometry grid = volumeGrid(only, level.factor * finest);
+    const GridGeometry grid = latticeAround(only, level.factor * finest, kMargin);
     const SliceOperator op(grid, pool);
     const std::vector<float> volume = render(grid).voxels;
     std::vector<PlacedSlice> slices =
@@ -442,7 +416,7 @@ std::int64_t sliceMotionMemory(std::span<const Stack> stacks) {
     pixels += stack.image.geometry.voxelCount();
   const std::int64_t volumes =
       static_cast<std::int64_t>(stacks.size()) + 4; // and what conjugate gradients hold
-  return 4 * (volumes * volumeGrid(stacks, finestSpacing(stacks)).voxelCount() + 4 * pixels);
+  return 4 * (volumes * latticeAround(stacks, finestSpacing(stacks), kMargin).voxelCount() + 4 * pixels);
 }
 
 void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {

@@ -1,10 +1,9 @@
 #include "Core/Alignment/StackAlignment.h"
 
-#include "Core/Alignment/BlurredStack.h"
 #include "Core/Alignment/Rigid.h"
+#include "Core/Alignment/SamplePlaces.h"
 #include "Core/Base/Cholesky.h"
 #include "Core/Base/NumberText.h"
-#include "Core/Image/Otsu.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +13,7 @@ namespace innergs {
 namespace {
 
 constexpr int kParameters = 7; // translation, rotation, gain
-constexpr std::int64_t kMostPoints = 40'000, kFewestPoints = 300, kBlock = 4096;
+constexpr std::int64_t kFewestPoints = 300, kBlock = 4096;
 constexpr int kSteps = 25;           // at each resolution
 constexpr int kRounds = 3;           // over the scans, once there are more than two
 constexpr double kConverged = 0.005; // mm
@@ -56,56 +55,6 @@ std::optional<double> meanAt(std::span<const Placed> scans, const Vec3& x) {
     }
   if (count == 0) return {};
   return sum / count;
-}
-
-/// Points spread evenly over a lattice's box: Roberts' quasi-random sequence in three dimensions. A regular
-/// grid would always sample slices at the same fractions of their distance, and so at another resolution.
-std::vector<Vec3> spread(const GridGeometry& box, double distance) {
-  double volume = 1;
-  for (int a = 0; a < 3; ++a)
-    volume *= static_cast<double>(box.size[a]) * box.spacing[a];
-  const auto count = static_cast<std::int64_t>(
-      std::clamp(volume / (distance * distance * distance), 1.0, static_cast<double>(kMostPoints)));
-  constexpr double root = 1.2207440846057596; // x⁴ = x + 1
-  const Affine3 map = box.indexToWorld();
-  std::vector<Vec3> points;
-  double step = 1, position[3];
-  for (double& p : position)
-    p = step /= root;
-  for (std::int64_t n = 1; n <= count; ++n) {
-    Vec3 index;
-    for (int a = 0; a < 3; ++a)
-      index[a] =
-          std::fmod(0.5 + static_cast<double>(n) * position[a], 1.0) * static_cast<double>(box.size[a]) - 0.5;
-    points.push_back(map(index));
-  }
-  return points;
-}
-
-/// The part of its lattice with observed voxels.
-GridGeometry seenBox(const BlurredStack& image) {
-  const GridGeometry& g = image.geometry();
-  std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
-  for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
-    if (std::isnan(image.values()[v])) continue;
-    const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], at[a]);
-      high[a] = std::max(high[a], at[a]);
-    }
-  }
-  if (high[0] < 0) return g;
-  return cropped(g, low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1});
-}
-
-ValueRange valuesOf(const BlurredStack& image) {
-  ValueRange range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
-  for (const float v : image.values())
-    if (std::isfinite(v)) {
-      range.low = std::min(range.low, v);
-      range.high = std::max(range.high, v);
-    }
-  return range;
 }
 
 /// What both scans show at a point in the body.
@@ -247,13 +196,9 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
     std::vector<BlurredStack> images;
     for (const std::size_t s : part)
       images.emplace_back(stacks[s], level * sigma, pool);
-    const std::vector<Vec3> points = spread(seenBox(images.front()), 0.7 * level * sigma);
+    const std::vector<Vec3> points = spreadPlaces(seenBox(images.front()), 0.7 * level * sigma);
     const ValueRange values = valuesOf(images.front());
-    const double threshold = 0.5 * (values.low + otsuThreshold(images.front().values()));
-    const auto low = [&](std::size_t n) {
-      const ValueRange own = valuesOf(images[n]);
-      return own.low < -0.05f * (own.high - own.low);
-    };
+    const double threshold = bodyThreshold(images.front());
     const auto against = [&](std::size_t n) {
       std::vector<Placed> others;
       for (std::size_t m = 0; m < part.size(); ++m)
@@ -266,7 +211,7 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
     for (int round = 0; round < (part.size() > 2 ? kRounds : 1); ++round)
       for (std::size_t n = 1; n < part.size(); ++n) {
         StackAlignment& mine = result[part[n]];
-        const bool scales = !low(n) && !low(0); // values with an offset, as in CT, must not be scaled
+        const bool scales = !belowZero(valuesOf(images[n])) && !belowZero(values);
         if (scales && level == 4 && round == 0) startGain(mine, seen(n, mine, 0));
         for (int step = 0; step < kSteps; ++step) {
           const std::vector<Pair> pairs = seen(n, mine, 0.5 * level * sigma);

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Alignment/BiasCorrection.h"
 #include "Core/Alignment/SliceMotion.h"
 #include "Core/Alignment/StackAlignment.h"
 #include "Core/Device/Devices.h"
@@ -43,6 +44,7 @@ struct ReconstructionResult {
   std::int64_t heldOutSlices = 0;                                // scored, over all stacks
   double judgingSeconds = 0;
   std::optional<Uncertainty> uncertainty; // on the volume's lattice, where asked for and found
+  BiasCorrection bias;                    // of several stacks, likewise
   std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
   SliceMotion sliceMotion;                // beyond that, likewise; empty: not looked for
   std::string prediction;                 // a sentence: what was put between the slices; empty: nothing

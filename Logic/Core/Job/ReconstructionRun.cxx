@@ -135,17 +135,29 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   return std::move(result_);
 }
 
-/// Scans as a whole, then slice by slice; sentences.
+/// Scans as a whole, their shading, then slice by slice; sentences.
 std::vector<std::string> ReconstructionRun::align(std::span<Stack> stacks) {
   std::vector<std::string> sentences;
   if (settings_.align) {
     progress_.report(Phase::Aligning, 0);
     result_.alignment = alignStacks(stacks, *pool_);
+  }
+  if (settings_.biasField != BiasFieldKind::Off) {
+    progress_.report(Phase::Aligning, 0);
+    result_.bias = findBias(stacks, result_.alignment, settings_.biasField == BiasFieldKind::On, *pool_);
+  }
+  if (settings_.align) {
     applyAlignment(result_.alignment, stacks);
     for (std::size_t s = 0; s < stacks.size(); ++s)
       if (std::string said = alignmentSentence(result_.alignment[s], nameOf(stacks[s], s)); !said.empty())
         sentences.push_back(std::move(said));
   }
+  for (std::size_t s = 0; s < result_.bias.scans.size(); ++s) {
+    applyBias(result_.bias.scans[s], stacks[s], *pool_);
+    if (std::string said = biasSentence(result_.bias.scans[s], nameOf(stacks[s], s)); !said.empty())
+      sentences.push_back(std::move(said));
+  }
+  if (std::string said = biasSentence(result_.bias); !said.empty()) sentences.push_back(std::move(said));
   if (!correctsSlices(settings_, stacks)) return sentences;
   // Slices of another body can only be moved to where they happen to look alike.
   const bool strangers = std::any_of(result_.alignment.begin(), result_.alignment.end(),
@@ -555,6 +567,7 @@ void ReconstructionRun::keepPrediction() {
 Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& options) {
   std::vector<Stack> whole{input_.stacks[index]};
   if (!result_.alignment.empty()) applyAlignment(std::span(&result_.alignment[index], 1), whole);
+  if (!result_.bias.scans.empty()) applyBias(result_.bias.scans[index], whole.front(), *pool_);
   if (!result_.sliceMotion.moved) return std::move(whole.front());
   SliceMotion motion;
   motion.moved = true;

@@ -13,6 +13,7 @@ SimulatedFit simulatedFit(std::vector<Stack> stacks, const GridGeometry& grid, c
   SimulatedFit fit{{}, settings};
   fit.input.heldOutFraction = std::max(withheldFraction(input), kUsualFraction);
   fit.settings.align = false;
+  fit.settings.biasField = BiasFieldKind::Off;
   fit.settings.sliceMotion = SliceMotionKind::Off;
   if (settings.gaussians) {
     const auto volumeOf = [](const GridGeometry& g) {

@@ -30,9 +30,10 @@ constexpr int kFewIterations = 20;                      // too few to measure a 
 /// prediction.
 constexpr double kLearning[] = {8e6, 36e6, 220e6};
 constexpr double kApplying[] = {8, 14, 28};
-/// Likewise of aligning scans as wholes, per point compared of each with each other, and of looking for
-/// motion between their slices, per voxel; correcting motion that is found takes longer.
-constexpr double kAligning = 100, kSliceMotion = 12;
+/// Likewise of aligning scans as wholes and of looking for their shading, per point compared of each with
+/// each other, and of looking for motion between their slices, per voxel; correcting motion that is found
+/// takes longer.
+constexpr double kAligning = 100, kShading = 50, kSliceMotion = 12;
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
@@ -143,9 +144,11 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
 /// Voxels for which an iteration of the fit takes as long as aligning the scans.
 double aligningVoxels(const std::vector<Stack>& stacks, const Settings& settings, double voxels) {
   double count = correctsSlices(settings, stacks) ? kSliceMotion * voxels : 0;
-  if (settings.align)
+  const double perPoint =
+      (settings.align ? kAligning : 0) + (settings.biasField != BiasFieldKind::Off ? kShading : 0);
+  if (perPoint > 0)
     for (const Stack& stack : stacks)
-      count += kAligning * std::min(kAlignedPoints, static_cast<double>(stack.image.geometry.voxelCount())) *
+      count += perPoint * std::min(kAlignedPoints, static_cast<double>(stack.image.geometry.voxelCount())) *
                static_cast<double>(stacks.size() - 1);
   return count;
 }
@@ -178,6 +181,7 @@ TimeEstimator::Timing TimeEstimator::timed(const ReconstructionInput& input, con
   settings.iterations = kTrialIterations;
   settings.ensembleSize = 1;
   settings.align = false; // a fixed part of it, which a small piece would overrate
+  settings.biasField = BiasFieldKind::Off;
   settings.sliceMotion = SliceMotionKind::Off;
   const double share = traits.volume / geometryTraits(input.stacks).volume;
   const auto scaled = [&](std::int64_t count) {

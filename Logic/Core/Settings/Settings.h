@@ -40,6 +40,13 @@ enum class SliceMotionKind {
   Off
 };
 
+/// Whether the smooth shading of several scans is evened out.
+enum class BiasFieldKind {
+  Off,
+  Auto, // where the scans agree better without it
+  On
+};
+
 /// When learning rates drop under Schedule::Plateau.
 struct PlateauRule {
   int patience = 10;       // iterations in which the mean loss has not improved on the best by `threshold`
@@ -86,6 +93,7 @@ struct Settings {
   PredictionKind prediction = PredictionKind::Auto;    // one scan of distant slices, normalised blending
   bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
+  BiasFieldKind biasField = BiasFieldKind::Off;        // several scans: see Alignment/BiasCorrection.h
   double fill = 0;                                     // scanner units
   int threads = 0;                                     // 0: all cores
   std::string instructionSet;                          // "": best available; "scalar": the plain reference

@@ -121,6 +121,12 @@ const std::vector<Setting>& settingsTable() {
       Setting("align", MEMBER(align), Fit, tr("Align the scans"),
               tr("Several scans: move and scale each after the first as a whole to fit the others, and say "
                  "by how much.")),
+      Setting("biasField", MEMBER(biasField), Fit, tr("Shading"),
+              tr("Several scans: estimate the smooth shading of each, as by coils, from how they differ, and "
+                 "divide by it."),
+              {.words = {{"off", tr("off")},
+                         {"auto", tr("automatic"), tr("Where the scans agree better without it.")},
+                         {"on", tr("on")}}}),
       Setting("sliceMotion", MEMBER(sliceMotion), Fit, tr("Motion of slices"),
               tr("Several scans of thick slices: give every slice a rigid motion and a gain of its own, and "
                  "leave "

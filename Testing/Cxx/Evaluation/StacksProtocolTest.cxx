@@ -102,6 +102,26 @@ TEST(PoseErrors, TakeAwayWhatIsCommonToAll) {
   EXPECT_LT(errors.millimetres.median, 0.1);
 }
 
+TEST(StacksProtocol, ScoresShadingThatIsEvenedOut) {
+  const Volume head = testing::headPhantom(48);
+  StacksCase c = smallCase();
+  c.shading = 0.4;
+  EvaluationOptions options;
+  options.settings.biasField = BiasFieldKind::Auto;
+  options.settings.preset = Preset::Fast;
+  options.settings.device = "cpu";
+  const EvaluationReport report = evaluateStacks(head, c, options);
+  const MethodScore &corrected = report.methods[0], &uncorrected = report.methods[1];
+  ASSERT_EQ(uncorrected.name, "uncorrected");
+  EXPECT_GT(corrected.psnr, uncorrected.psnr + 2);
+  ASSERT_TRUE(corrected.bias && uncorrected.bias);
+  EXPECT_GT(uncorrected.bias->between, 0.05);
+  EXPECT_LT(corrected.bias->between, 0.03);
+  const std::vector<EvaluationReport> reports{report};
+  EXPECT_NE(textReport(reports).find("Shading left by gaussians: "), std::string::npos);
+  EXPECT_NE(jsonReport(reports).find("\"bias_errors\""), std::string::npos);
+}
+
 TEST(StacksProtocol, ScoresWithAndWithoutCorrection) {
   const Volume head = testing::headPhantom(56);
   StacksCase c = smallCase();

@@ -31,7 +31,8 @@ struct TimeEstimate : ::testing::Test {
   bool aligned = false; // in a trial
   TimeEstimator estimator{[this](const ReconstructionInput& small, const Settings& settings, int) {
     ++trials;
-    aligned = aligned || settings.align || settings.sliceMotion != SliceMotionKind::Off;
+    aligned = aligned || settings.align || settings.biasField != BiasFieldKind::Off ||
+              settings.sliceMotion != SliceMotionKind::Off;
     const auto voxels = static_cast<double>(small.stacks.front().image.geometry.voxelCount());
     TrialTimes t;
     t.start = start * voxels;

@@ -1,0 +1,408 @@
+#include "Core/Alignment/BiasCorrection.h"
+
+#include "Core/Alignment/HistogramSharpening.h"
+#include "Core/Alignment/SamplePlaces.h"
+#include "Core/Base/Cholesky.h"
+#include "Core/Base/NumberText.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace innergs {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr int kDegree = 4, kSharedDegree = 2;
+constexpr int kTerms = legendreCount(kDegree), kShared = legendreCount(kSharedDegree);
+constexpr std::int64_t kBlock = 1024, kFewest = 300; // points
+constexpr std::int64_t kSamples = 60'000;            // of the shared shading, from all scans
+constexpr int kSweeps = 15;
+constexpr int kRounds = 6;         // of alignment and shading, once there is a shading
+constexpr double kConverged = 0.1; // dB
+constexpr double kRidge = 1e-4;
+constexpr double kTukey = 4.685 * 1.4826; // in median deviations
+constexpr double kWorthwhile = 0.5;       // dB
+constexpr double kAlike = 0.8;            // least correlation of scans of the same tissue
+constexpr double kExcess = 1.5;           // of the shared shading over what the scans' own suggest
+constexpr double kLeast = 0.01;           // range of a scan's own shading that is spoken of
+
+/// What the scans that take part show at common places.
+struct Common {
+  BiasField frame; // without coefficients
+  std::vector<std::size_t> scans;
+  std::size_t points = 0;
+  std::vector<double> terms;  // [points][kTerms]
+  std::vector<double> logs;   // [points][scans]; NaN: air, or not seen
+  std::vector<double> inside; // [scans]: logarithm that only the body's inside exceeds
+  double peak = 1;
+
+  double log(std::size_t p, std::size_t s) const { return logs[p * scans.size() + s]; }
+};
+
+/// σ (mm) of the coarsest axis.
+double commonResolution(std::span<const Stack> stacks, std::span<const std::size_t> part) {
+  double sigma = 0;
+  for (const std::size_t s : part)
+    for (int axis = 0; axis < 3; ++axis)
+      sigma = std::max(sigma, std::sqrt(resolutionVariance(stacks[s], axis)));
+  return sigma;
+}
+
+Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, ThreadPool& pool) {
+  Common c;
+  c.scans.assign(part.begin(), part.end());
+  const double sigma = commonResolution(stacks, part);
+  std::vector<BlurredStack> images;
+  std::vector<double> threshold;
+  for (const std::size_t s : part) {
+    images.emplace_back(stacks[s], sigma, pool);
+    threshold.push_back(std::max(bodyThreshold(images.back()), 1e-30));
+    c.inside.push_back(std::log(2 * threshold.back()));
+  }
+  const ValueRange values = valuesOf(images.front());
+  c.peak = static_cast<double>(values.high) - values.low;
+  const GridGeometry box = latticeAround(stacks, 0.7 * sigma, 0);
+  c.frame = biasFieldOver(box, kDegree);
+  const std::vector<Vec3> places = spreadPlaces(box, 0.7 * sigma);
+  const std::size_t n = part.size();
+  std::vector<double> logs(places.size() * n, kNaN);
+  pool.blocks(static_cast<std::int64_t>(places.size()), kBlock, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t p = from; p < to; ++p)
+      for (std::size_t s = 0; s < n; ++s)
+        if (const auto value = images[s].at(places[p]); value && *value > threshold[s])
+          logs[p * n + s] = std::log(*value);
+  });
+  for (std::size_t p = 0; p < places.size(); ++p) {
+    const auto first = logs.begin() + static_cast<std::ptrdiff_t>(p * n);
+    if (std::count_if(first, first + static_cast<std::ptrdiff_t>(n),
+                      [](double l) { return std::isfinite(l); }) < 2)
+      continue;
+    c.logs.insert(c.logs.end(), first, first + static_cast<std::ptrdiff_t>(n));
+    std::array<double, kTerms> terms;
+    legendreProducts(c.frame.unit(places[p]), kDegree, terms);
+    c.terms.insert(c.terms.end(), terms.begin(), terms.end());
+    ++c.points;
+  }
+  return c;
+}
+
+using Coefficients = std::vector<std::array<double, kTerms>>; // per scan
+
+double valueAt(const double* terms, const std::array<double, kTerms>& coefficients) {
+  double sum = 0;
+  for (int t = 0; t < kTerms; ++t)
+    sum += coefficients[t] * terms[t];
+  return sum;
+}
+
+/// The logarithms without the fields.
+std::vector<double> evened(const Common& c, const Coefficients& fields, ThreadPool& pool) {
+  std::vector<double> logs(c.logs.size());
+  const std::size_t n = c.scans.size();
+  pool.blocks(static_cast<std::int64_t>(c.points), kBlock, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t p = from; p < to; ++p)
+      for (std::size_t s = 0; s < n; ++s)
+        logs[p * n + s] = c.logs[p * n + s] - valueAt(&c.terms[p * kTerms], fields[s]);
+  });
+  return logs;
+}
+
+/// The mean of the other scans at a point; NaN: none of them sees it.
+double othersAt(const double* logs, std::size_t count, std::size_t own) {
+  double sum = 0;
+  int seen = 0;
+  for (std::size_t s = 0; s < count; ++s)
+    if (s != own && std::isfinite(logs[s])) {
+      sum += logs[s];
+      ++seen;
+    }
+  return seen > 0 ? sum / seen : kNaN;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The first `count` coefficients of each field, by iteratively reweighted least squares, scan after scan.
+/// Their mean over the scans is taken away: the scans do not tell it.
+Coefficients fitFields(const Common& c, int count, ThreadPool& pool) {
+  const std::size_t n = c.scans.size();
+  Coefficients fields(n);
+  for (auto& f : fields)
+    f.fill(0);
+  const auto blocks = (static_cast<std::int64_t>(c.points) + kBlock - 1) / kBlock;
+  const auto square = static_cast<std::size_t>(count) * count;
+  for (int sweep = 0; sweep < kSweeps; ++sweep)
+    for (std::size_t s = 0; s < n; ++s) {
+      const std::vector<double> logs = evened(c, fields, pool);
+      std::vector<double> rest(c.points, kNaN), sizes;
+      for (std::size_t p = 0; p < c.points; ++p) {
+        rest[p] = logs[p * n + s] - othersAt(&logs[p * n], n, s);
+        if (std::isfinite(rest[p])) sizes.push_back(std::abs(rest[p]));
+      }
+      if (static_cast<std::int64_t>(sizes.size()) < kFewest) continue;
+      // The first sweep sees the shading itself.
+      const double width = sweep == 0 ? std::numeric_limits<double>::infinity() : kTukey * median(sizes);
+      std::vector<std::vector<double>> parts(static_cast<std::size_t>(blocks));
+      pool.run(blocks, [&](std::int64_t b) {
+        std::vector<double>& sum = parts[b];
+        sum.assign(square + count + 1, 0);
+        const auto end = std::min<std::int64_t>(static_cast<std::int64_t>(c.points), (b + 1) * kBlock);
+        for (std::int64_t p = b * kBlock; p < end; ++p) {
+          if (!(std::abs(rest[p]) < width)) continue;
+          const double t = rest[p] / width, weight = (1 - t * t) * (1 - t * t);
+          const double* terms = &c.terms[p * kTerms];
+          for (int i = 0; i < count; ++i) {
+            for (int j = 0; j <= i; ++j)
+              sum[i * count + j] += weight * terms[i] * terms[j];
+            sum[square + i] += weight * terms[i] * rest[p];
+          }
+          sum.back() += weight;
+        }
+      });
+      std::vector<double> total(square + count + 1);
+      for (const auto& part : parts)
+        for (std::size_t i = 0; i < total.size(); ++i)
+          total[i] += part[i];
+      if (!(total.back() > 0)) continue;
+      std::vector<double> right(total.begin() + static_cast<std::ptrdiff_t>(square), total.end() - 1);
+      for (int i = 0; i < count; ++i)
+        total[i * (count + 1)] += kRidge * total.back();
+      solveCholesky(total, right, count, 1);
+      for (int i = 0; i < count; ++i)
+        fields[s][i] += right[i];
+    }
+  for (int i = 0; i < count; ++i) {
+    double mean = 0;
+    for (const auto& f : fields)
+      mean += f[i] / static_cast<double>(n);
+    for (auto& f : fields)
+      f[i] -= mean;
+  }
+  return fields;
+}
+
+struct Agreement {
+  double psnr = kNaN;
+  std::vector<double> correlation; // of each scan with the mean of the others
+};
+
+Agreement agreementOf(const Common& c, const Coefficients& fields, ThreadPool& pool) {
+  const std::size_t n = c.scans.size();
+  const std::vector<double> logs = evened(c, fields, pool);
+  Agreement agreement;
+  double squared = 0, count = 0;
+  for (std::size_t s = 0; s < n; ++s) {
+    double m = 0, a = 0, b = 0, aa = 0, bb = 0, ab = 0;
+    for (std::size_t p = 0; p < c.points; ++p) {
+      const double other = std::exp(othersAt(&logs[p * n], n, s)), own = std::exp(logs[p * n + s]);
+      if (!std::isfinite(own + other)) continue;
+      count += 1;
+      squared += (own - other) * (own - other);
+      if (!(c.log(p, s) > c.inside[s])) continue; // edges agree in any contrast
+      m += 1;
+      a += own;
+      b += other;
+      aa += own * own;
+      bb += other * other;
+      ab += own * other;
+    }
+    const double va = aa - a * a / m, vb = bb - b * b / m;
+    agreement.correlation.push_back(m >= kFewest && va > 0 && vb > 0 ? (ab - a * b / m) / std::sqrt(va * vb)
+                                                                     : kNaN);
+  }
+  if (count >= kFewest) agreement.psnr = -10 * std::log10(squared / count / (c.peak * c.peak));
+  return agreement;
+}
+
+/// Samples of what the evened scans show, each at its own resolution, and the shading in them that sharpens
+/// their histogram; none: it could not be found.
+std::vector<double> sharedShading(std::span<const Stack> stacks, const Common& c, const Coefficients& fields,
+                                  ThreadPool& pool) {
+  std::vector<double> logs, terms;
+  for (std::size_t n = 0; n < c.scans.size(); ++n) {
+    const Stack& stack = stacks[c.scans[n]];
+    const GridGeometry& g = stack.image.geometry;
+    const double threshold =
+        2 * bodyThreshold(BlurredStack(stack, 0, pool)); // Otsu's: the edges of the body tell nothing
+    const Affine3 map = g.indexToWorld();
+    const auto share = static_cast<std::int64_t>(kSamples / static_cast<std::int64_t>(c.scans.size()));
+    const auto every = std::max<std::int64_t>(1, g.voxelCount() / share) | 1;
+    for (std::int64_t v = 0; v < g.voxelCount(); v += every) {
+      const std::int64_t i = v % g.size[0], j = v / g.size[0] % g.size[1], k = v / (g.size[0] * g.size[1]);
+      if (i == 0 || j == 0 || i + 1 == g.size[0] || j + 1 == g.size[1]) continue;
+      double mean = 0;
+      for (int dj = -1; dj <= 1; ++dj)
+        for (int di = -1; di <= 1; ++di) {
+          const auto at = static_cast<std::size_t>(v + di + dj * g.size[0]);
+          const bool seen = stack.observed.empty() || stack.observed[at];
+          mean += (seen ? stack.image.voxels[at] : kNaN) * (2 - std::abs(di)) * (2 - std::abs(dj)) / 16;
+        }
+      if (!(mean > threshold)) continue;
+      std::array<double, kTerms> products;
+      legendreProducts(
+          c.frame.unit(map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)})),
+          kDegree, products);
+      logs.push_back(std::log(mean) - valueAt(products.data(), fields[n]));
+      terms.insert(terms.end(), products.begin() + 1, products.begin() + kShared);
+    }
+  }
+  return sharpestShading(logs, terms, kShared - 1, [&] { pool.throwIfStopped(); });
+}
+
+/// The shading of stacks as they lie.
+BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool& pool) {
+  BiasCorrection result;
+  std::vector<std::size_t> part;
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    if (stacks[s].poses.empty()) part.push_back(s);
+  if (part.size() < 2) return result;
+  const double sigma = commonResolution(stacks, part);
+  std::erase_if(part, [&](std::size_t s) { // noise apart
+    return belowZero(valuesOf(BlurredStack(stacks[s], sigma, pool)));
+  });
+  Common c;
+  Coefficients fields;
+  for (;;) {
+    if (part.size() < 2) return result;
+    c = look(stacks, part, pool);
+    if (static_cast<std::int64_t>(c.points) < kFewest) return result;
+    fields = fitFields(c, kTerms, pool);
+    const Agreement after = agreementOf(c, fields, pool);
+    std::vector<std::size_t> alike;
+    for (std::size_t n = 0; n < part.size(); ++n)
+      if (after.correlation[n] >= kAlike) alike.push_back(part[n]);
+    if (alike.size() == part.size()) {
+      result.psnrAfter = after.psnr;
+      break;
+    }
+    if (alike.size() < 2) return result;
+    part = alike;
+  }
+  result.psnrBefore = agreementOf(c, fitFields(c, 1, pool), pool).psnr;
+  if (!(result.psnrAfter >= result.psnrBefore + (always ? 0 : kWorthwhile))) {
+    result.psnrAfter = result.psnrBefore;
+    return result;
+  }
+  result.scans.resize(stacks.size());
+  double own = 0, count = 0;
+  const std::size_t n = part.size();
+  for (std::size_t s = 0; s < n; ++s) {
+    std::vector<double> logs;
+    for (std::size_t p = 0; p < c.points; ++p)
+      if (std::isfinite(c.log(p, s))) logs.push_back(valueAt(&c.terms[p * kTerms], fields[s]));
+    double mean = 0;
+    for (const double l : logs)
+      mean += l / static_cast<double>(logs.size());
+    for (const double l : logs)
+      own += (l - mean) * (l - mean);
+    count += static_cast<double>(logs.size());
+    const auto [low, high] = std::minmax_element(logs.begin(), logs.end());
+    result.scans[part[s]].lowest = std::exp(*low - mean);
+    result.scans[part[s]].highest = std::exp(*high - mean);
+  }
+  std::vector<double> shared = sharedShading(stacks, c, fields, pool);
+  if (!shared.empty()) {
+    std::array<double, kTerms> all{};
+    std::copy(shared.begin(), shared.end(), all.begin() + 1);
+    double mean = 0, squared = 0;
+    std::vector<double> logs(c.points);
+    for (std::size_t p = 0; p < c.points; ++p)
+      mean += (logs[p] = valueAt(&c.terms[p * kTerms], all)) / static_cast<double>(c.points);
+    for (const double l : logs)
+      squared += (l - mean) * (l - mean);
+    // Shadings that are independent of each other leave a mean of this size; more is anatomy.
+    const double expected = own / count / static_cast<double>(n - 1);
+    if (squared / static_cast<double>(c.points) <= kExcess * kExcess * expected) {
+      all[0] = -mean;
+      for (auto& f : fields)
+        for (int t = 0; t < kTerms; ++t)
+          f[t] += all[t];
+      const auto [low, high] = std::minmax_element(logs.begin(), logs.end());
+      result.sharedLowest = std::exp(*low - mean);
+      result.sharedHighest = std::exp(*high - mean);
+    }
+  }
+  for (std::size_t s = 0; s < n; ++s) {
+    result.scans[part[s]].field = c.frame;
+    result.scans[part[s]].field.coefficients.assign(fields[s].begin(), fields[s].end());
+  }
+  return result;
+}
+
+/// Shading and alignment in turn, from the given alignment (empty: scans stay) on.
+BiasCorrection alternate(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
+                         ThreadPool& pool) {
+  std::vector<Stack> placed(stacks.begin(), stacks.end());
+  if (!alignment.empty()) applyAlignment(alignment, placed);
+  BiasCorrection found = findFields(placed, always, pool);
+  for (int round = 0; round < kRounds && !found.scans.empty() && !alignment.empty(); ++round) {
+    for (std::size_t s = 0; s < placed.size(); ++s) {
+      applyBias(found.scans[s], placed[s], pool);
+      placed[s].image.geometry = stacks[s].image.geometry;
+    }
+    std::vector<StackAlignment> again = alignStacks(placed, pool);
+    for (std::size_t s = 0; s < placed.size(); ++s)
+      again[s].gain *= alignment[s].gain;
+    placed.assign(stacks.begin(), stacks.end());
+    applyAlignment(again, placed);
+    BiasCorrection better = findFields(placed, always, pool);
+    const bool gains = better.psnrAfter > found.psnrAfter + kConverged;
+    alignment = std::move(again);
+    found = std::move(better);
+    if (!gains) break;
+  }
+  return found;
+}
+
+} // namespace
+
+BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
+                        ThreadPool& pool) {
+  BiasCorrection found = alternate(stacks, alignment, always, pool);
+  if (std::all_of(alignment.begin(), alignment.end(), [](const auto& a) { return a.displacement == 0; }))
+    return found;
+  // Shading can make scans move that lie where they should.
+  std::vector<StackAlignment> still(alignment.size());
+  BiasCorrection other = alternate(stacks, still, always, pool);
+  if (other.scans.empty() || !(other.psnrAfter > found.psnrAfter + kConverged)) return found;
+  alignment = std::move(still);
+  return other;
+}
+
+void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool) {
+  if (scan.field.coefficients.empty()) return;
+  const GridGeometry& g = stack.image.geometry;
+  const Affine3 map = g.indexToWorld();
+  pool.blocks(g.size[1] * g.size[2], 16, [&](std::int64_t from, std::int64_t to) {
+    for (std::int64_t row = from; row < to; ++row)
+      for (std::int64_t i = 0; i < g.size[0]; ++i)
+        stack.image.voxels[row * g.size[0] + i] *= static_cast<float>(
+            std::exp(-scan.field.logAt(map({static_cast<double>(i), static_cast<double>(row % g.size[1]),
+                                            static_cast<double>(row / g.size[1])}))));
+  });
+}
+
+std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& name) {
+  if (scan.field.coefficients.empty() || scan.highest - scan.lowest < kLeast) return {};
+  return name + formatted(" is shaded by %.2f to %.2f against the others: this was evened out.", scan.lowest,
+                          scan.highest);
+}
+
+std::string biasSentence(const BiasCorrection& c) {
+  if (c.scans.empty()) return {};
+  std::string text =
+      formatted("Without shading the scans agree at %.1f dB, before at %.1f dB.", c.psnrAfter, c.psnrBefore);
+  if (c.sharedHighest > c.sharedLowest)
+    text += formatted(" A shading by %.2f to %.2f that all share was estimated from their histogram and "
+                      "evened out as well.",
+                      c.sharedLowest, c.sharedHighest);
+  else
+    text += " Shading that all scans share stays.";
+  return text;
+}
+
+} // namespace innergs

@@ -1,0 +1,40 @@
+#pragma once
+#include "Core/Alignment/BiasField.h"
+#include "Core/Alignment/StackAlignment.h"
+
+#include <limits>
+
+namespace innergs {
+
+/// The smooth shading of several scans of one body, as by the coils of MR.
+struct BiasCorrection {
+  /// What one scan's values are divided by, where the scan lies once aligned, and its range in the body
+  /// relative to the other scans.
+  struct Scan {
+    BiasField field;
+    double lowest = 1, highest = 1;
+  };
+  std::vector<Scan> scans;                    // as the stacks; none: nothing was corrected
+  double sharedLowest = 1, sharedHighest = 1; // range in the body of what all scans share; 1: none found
+  double psnrBefore = std::numeric_limits<double>::quiet_NaN(); // dB between the scans, each times one gain;
+  double psnrAfter = psnrBefore;                                // NaN: unknown
+};
+
+/// Finds a polynomial of fourth degree for the logarithm of each scan's brightness, from the robust
+/// differences to the others at their common resolution, and one of second degree that all scans share, from
+/// their histogram (HistogramSharpening.h). `alignment` (empty: scans stay) is found anew on what is
+/// corrected. Corrects nothing where scans would agree by less than 0.5 dB better (`always`: where they
+/// would by less), and never scans with values below zero or that do not correlate with the others.
+/// Bit-identical for any number of threads. Throws Error(Cancelled).
+BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
+                        ThreadPool& pool);
+
+/// Divides one aligned stack's values by its field.
+void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool);
+
+/// "Scan 2 is shaded by 0.71 to 1.38 against the others: this was evened out."; "" if it was not.
+std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& name);
+/// What was done to all scans together; "" for nothing.
+std::string biasSentence(const BiasCorrection& correction);
+
+} // namespace innergs

@@ -1,0 +1,32 @@
+#pragma once
+#include "Core/Image/GridGeometry.h"
+
+#include <span>
+#include <vector>
+
+namespace innergs {
+
+/// The number of products of Legendre polynomials in three coordinates of at most that degree in total.
+constexpr int legendreCount(int degree) {
+  return (degree + 1) * (degree + 2) * (degree + 3) / 6;
+}
+
+/// These products at a point of [−1, 1]³, lower total degrees first; the first is 1. values:
+/// [legendreCount(degree)].
+void legendreProducts(const Vec3& unit, int degree, std::span<double> values);
+
+/// A smooth factor of brightness over space: the exponential of a polynomial, constant beyond its box along
+/// each axis.
+struct BiasField {
+  Affine3 toBox; // LPS mm → [−1, 1]³
+  int degree = 0;
+  std::vector<double> coefficients; // [legendreCount(degree)]; none: 1 everywhere
+
+  Vec3 unit(const Vec3& x) const;    // clamped
+  double logAt(const Vec3& x) const; // x: LPS mm
+};
+
+/// One over a lattice's box, without coefficients.
+BiasField biasFieldOver(const GridGeometry& box, int degree);
+
+} // namespace innergs

@@ -1,0 +1,93 @@
+#include "Core/Alignment/SamplePlaces.h"
+
+#include "Core/Image/Otsu.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace innergs {
+
+GridGeometry latticeAround(std::span<const Stack> stacks, double spacing, double margin) {
+  GridGeometry grid;
+  grid.direction = stacks.front().image.geometry.direction;
+  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+  for (const Stack& stack : stacks) {
+    const GridGeometry& g = stack.image.geometry;
+    for (int corner = 0; corner < 8; ++corner) {
+      Vec3 index;
+      for (int a = 0; a < 3; ++a)
+        index[a] = (corner >> a & 1) ? static_cast<double>(g.size[a]) - 0.5 : -0.5;
+      const Vec3 x = transpose(grid.direction) * g.indexToWorld()(index);
+      for (int a = 0; a < 3; ++a) {
+        low[a] = std::min(low[a], x[a]);
+        high[a] = std::max(high[a], x[a]);
+      }
+    }
+  }
+  for (int a = 0; a < 3; ++a) {
+    const double extent = high[a] - low[a] + 2 * margin;
+    grid.size[a] = static_cast<std::int64_t>(std::ceil(extent / spacing)) + 1;
+    grid.spacing[a] = spacing;
+  }
+  grid.origin = grid.direction * (low - Vec3{margin, margin, margin});
+  return grid;
+}
+
+GridGeometry seenBox(const BlurredStack& image) {
+  const GridGeometry& g = image.geometry();
+  std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
+  for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+    if (std::isnan(image.values()[v])) continue;
+    const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], at[a]);
+      high[a] = std::max(high[a], at[a]);
+    }
+  }
+  if (high[0] < 0) return g;
+  return cropped(g, low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1});
+}
+
+std::vector<Vec3> spreadPlaces(const GridGeometry& box, double distance) {
+  constexpr double kMost = 40'000;
+  double volume = 1;
+  for (int a = 0; a < 3; ++a)
+    volume *= static_cast<double>(box.size[a]) * box.spacing[a];
+  const auto count =
+      static_cast<std::int64_t>(std::clamp(volume / (distance * distance * distance), 1.0, kMost));
+  constexpr double root = 1.2207440846057596; // x⁴ = x + 1
+  const Affine3 map = box.indexToWorld();
+  std::vector<Vec3> points;
+  double step = 1, position[3];
+  for (double& p : position)
+    p = step /= root;
+  for (std::int64_t n = 1; n <= count; ++n) {
+    Vec3 index;
+    for (int a = 0; a < 3; ++a)
+      index[a] =
+          std::fmod(0.5 + static_cast<double>(n) * position[a], 1.0) * static_cast<double>(box.size[a]) - 0.5;
+    points.push_back(map(index));
+  }
+  return points;
+}
+
+ValueRange valuesOf(const BlurredStack& image) {
+  ValueRange range{std::numeric_limits<float>::max(), std::numeric_limits<float>::lowest()};
+  for (const float v : image.values())
+    if (std::isfinite(v)) {
+      range.low = std::min(range.low, v);
+      range.high = std::max(range.high, v);
+    }
+  return range;
+}
+
+double bodyThreshold(const BlurredStack& image) {
+  return 0.5 * (valuesOf(image).low + otsuThreshold(image.values()));
+}
+
+bool belowZero(const ValueRange& range) {
+  return range.low < -0.05f * (range.high - range.low);
+}
+
+} // namespace innergs

@@ -1,0 +1,26 @@
+#pragma once
+#include "Core/Alignment/BlurredStack.h"
+
+namespace innergs {
+
+/// A lattice around all stacks: cubes of `spacing` mm along the first one's axes, with a margin in mm.
+GridGeometry latticeAround(std::span<const Stack> stacks, double spacing, double margin);
+
+/// The part of a stack's lattice with observed voxels.
+GridGeometry seenBox(const BlurredStack& image);
+
+/// Points spread evenly over a lattice's box, about `distance` mm apart, at most 40,000: Roberts'
+/// quasi-random sequence in three dimensions. A regular grid would always sample slices at the same fractions
+/// of their distance, and so at another resolution.
+std::vector<Vec3> spreadPlaces(const GridGeometry& box, double distance);
+
+/// The range of the finite values.
+ValueRange valuesOf(const BlurredStack& image);
+
+/// A value between air and body: halfway from the lowest to Otsu's threshold.
+double bodyThreshold(const BlurredStack& image);
+
+/// Whether values have an offset, as in CT: such values must not be scaled.
+bool belowZero(const ValueRange& range);
+
+} // namespace innergs

@@ -1,0 +1,20 @@
+#pragma once
+#include "Core/Alignment/BiasCorrection.h"
+
+#include <functional>
+
+namespace innergs {
+
+/// How wrong the logarithm of the found shading is: root mean squares in the body, once one gain per stack is
+/// taken away. 0.01: 1 % of the brightness.
+struct BiasErrors {
+  double between = 0; // what stacks still differ by from their mean
+  double shared = 0;  // that mean, which is in the result
+};
+
+/// truth: per stack, the factor of its brightness at a place, LPS mm. alignment: of the stacks; none: they
+/// stay. Fields without coefficients: nothing was corrected.
+BiasErrors biasErrors(const BiasCorrection& found, std::span<const StackAlignment> alignment,
+                      std::span<const std::function<double(const Vec3&)>> truth, const Mask& body);
+
+} // namespace innergs
