@@ -120,6 +120,8 @@ struct Shown {
 class FindPanelTest : public QObject {
   Q_OBJECT
 private Q_SLOTS:
+  void initTestCase() { qunsetenv("INNERGS_TEXT_MODEL"); } // the lexicon alone answers
+
   void choosesTheOnlyModelByItself() {
     TeachingHost host;
     FindPanel panel(&host);
