@@ -4,6 +4,7 @@
 #include "CLI/Options.h"
 #include "CLI/ProgressDisplay.h"
 
+#include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Evaluation/ExperimentDynamic.h"
 #include "Evaluation/ExperimentSegmentation.h"
@@ -20,7 +21,6 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
-#include <chrono>
 #include <iostream>
 
 namespace innergs::cli {
@@ -161,7 +161,7 @@ private:
                      "any_suggested", "ms_a_phrase",  "ms_unread",  "slowest_ms",     "measured_on"};
     const auto started = std::chrono::steady_clock::now();
     const SentenceModel sentences = useTextModel(o_.textModel);
-    const std::chrono::duration<double> loading = std::chrono::steady_clock::now() - started;
+    const double loading = secondsSince(started);
     std::vector<std::shared_ptr<SentenceEmbedding>> embeddings{nullptr};
     if (sentences.embedding) embeddings.push_back(sentences.embedding);
     for (const auto& [name, json, on] :
@@ -193,7 +193,7 @@ private:
                           "meant is among its first three, of the phrases without an answer; unread: "
                           "phrases beyond the lexicon; slowest: the first of them, which encodes the names "
                           "of the scene's segments.",
-                          loading.count())
+                          loading)
             : sentences.problem);
     table.notes.push_back("top 1: the leading candidates are exactly what is meant; wrong: they hold none of "
                           "it. Both sets were written before the lexicon, by the same author.");
