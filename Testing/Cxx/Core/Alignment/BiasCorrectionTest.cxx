@@ -12,7 +12,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kWidth = 72;
+constexpr std::int64_t kScanWidth = 72;
 
 using Shading = std::function<double(const Vec3&)>; // of coordinates from −1 to 1 over the phantom
 
@@ -29,13 +29,13 @@ double dark(const Vec3& u) {
 Vec3 unitOf(const Vec3& x) {
   Vec3 u;
   for (int a = 0; a < 3; ++a)
-    u[a] = 2 * (x[a] + 0.5) / kWidth - 1;
+    u[a] = 2 * (x[a] + 0.5) / kScanWidth - 1;
   return u;
 }
 
 /// Three orthogonal scans of 4 mm slices, each with its own shading.
 std::vector<Stack> scans(const std::vector<Shading>& shadings, double noise = 1) {
-  const Volume truth = testing::headPhantom(kWidth);
+  const Volume truth = testing::headPhantom(kScanWidth);
   std::vector<Stack> stacks;
   for (std::size_t s = 0; s < shadings.size(); ++s) {
     Stack stack = simulateThickStack(truth, 2 - static_cast<int>(s), 4, noise, s + 1);
@@ -62,7 +62,7 @@ double errorBetween(const BiasCorrection& found, const std::vector<Shading>& tru
       if (norm(u) > 0.75) continue;
       Vec3 x;
       for (int a = 0; a < 3; ++a)
-        x[a] = 0.5 * (u[a] + 1) * kWidth - 0.5;
+        x[a] = 0.5 * (u[a] + 1) * kScanWidth - 0.5;
       rest.push_back(found.scans[s].field.logAt(x) - found.scans[0].field.logAt(x) -
                      std::log(truth[s](u) / truth[0](u)));
       mean += rest.back();
