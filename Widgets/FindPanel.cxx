@@ -25,6 +25,7 @@
 #include <QPushButton>
 #include <QSignalBlocker>
 #include <QStringListModel>
+#include <QTimer>
 #include <QVBoxLayout>
 
 #include <utility>
@@ -182,8 +183,11 @@ QWidget* FindPanel::buildFinding() {
     worker_->find({model_->GetSegmented(), {}, -1, {}});
   });
   connect(find_, &QPushButton::clicked, this, [this] { ask(-1); });
-  connect(text_->lineEdit(), &QLineEdit::returnPressed, this, [this] { ask(-1); });
-  connect(text_, QOverload<int>::of(&QComboBox::activated), this, [this] { ask(-1); });
+  auto* entered = new QTimer(this); // Return on an earlier query emits both signals
+  entered->setSingleShot(true);
+  connect(entered, &QTimer::timeout, this, [this] { ask(-1); });
+  connect(text_->lineEdit(), &QLineEdit::returnPressed, entered, QOverload<>::of(&QTimer::start));
+  connect(text_, QOverload<int>::of(&QComboBox::activated), entered, QOverload<>::of(&QTimer::start));
   connect(candidates_, &QListWidget::currentRowChanged, this, [this](int row) {
     if (row >= 0) ask(row);
   });

@@ -264,6 +264,17 @@ private Q_SLOTS:
     QCOMPARE(text->itemText(1), QString("left kidney"));
   }
 
+  void asksOnceForAnEarlierQuery() {
+    Shown shown;
+    shown.learn();
+    shown.ask("left kidney");
+    shown.ask("liver");
+    const QSignalSpy answers(shown.panel.findChild<SegmentWorker*>(), &SegmentWorker::found);
+    for (int n = 0; n < 20; ++n)
+      shown.ask(n % 2 ? "liver" : "left kidney");
+    QCOMPARE(answers.count(), 20);
+  }
+
   void saysWhyItCannotLearn() {
     Shown shown;
     shown.host.refusal = "The labels are no longer open.";
