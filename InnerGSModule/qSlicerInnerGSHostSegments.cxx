@@ -1,14 +1,11 @@
 #include "qSlicerInnerGSHost.h"
 
-#include "vtkInnerGSModel.h"
-
 #include <vtkMRMLDisplayNode.h>
 #include <vtkMRMLInnerGSModelNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
 #include <vtkSlicerInnerGSLogic.h>
 
-#include <vtkNew.h>
 #include <vtkSegmentation.h>
 
 // The scene's segments by what they are called.
@@ -31,9 +28,7 @@ QString qSlicerInnerGSHost::setFeatures(const QString& modelId,
                                         const std::shared_ptr<const innergs::FeatureModel>& features) {
   vtkMRMLInnerGSModelNode* node = modelNode(modelId);
   if (!node || node->IsEmpty()) return tr("The model is no longer in the scene.");
-  vtkNew<vtkInnerGSModel> content;
-  content->SetCoreModel(node->GetModel()->GetCoreModel(), features);
-  node->SetModel(content);
+  node->SetFeatures(features);
   Q_EMIT modelsChanged();
   return {};
 }

@@ -276,6 +276,7 @@ void FindPanel::updateModel() {
   if (moved) { // the same model at another time
     model_->ShallowCopy(now);
     worker_->stopFinding();
+    updateLearning();
     if (asking_ || !asked_.isEmpty()) ask(asking_ ? -1 : candidates_->currentRow());
     return;
   }
@@ -310,9 +311,13 @@ void FindPanel::updateModel() {
 
 void FindPanel::updateLearning() {
   learn_->setText(learning_ ? tr("Cancel") : tr("Learn"));
-  learn_->setToolTip(learning_
-                         ? tr("Stop; the model stays as it was")
-                         : tr("Let the model learn the structures of the labels: less than two minutes"));
+  learn_->setToolTip(
+      learning_ ? tr("Stop; the model stays as it was")
+      : model_ && model_->GetSegmented().moving
+          ? tr("Let the model learn the structures of the labels, which must show the scan at the time "
+               "that is shown now, %1 s: less than two minutes")
+                .arg(QLocale().toString(model_->GetSegmented().time))
+          : tr("Let the model learn the structures of the labels: less than two minutes"));
   learn_->setEnabled(learning_ || (model_ && labels_ && !labels_->currentId().isEmpty()));
   for (QWidget* part :
        {static_cast<QWidget*>(labels_), static_cast<QWidget*>(names_), static_cast<QWidget*>(sparse_)})
@@ -341,7 +346,7 @@ void FindPanel::learnOrCancel() {
   if (!model_) return;
   QString problem;
   LearningTask task;
-  task.field = model_->GetField();
+  task.model = model_->GetSegmented();
   task.sparse = sparse_->isChecked();
   task.labels =
       host_->labelsFor(modelId_, labels_->currentId(),

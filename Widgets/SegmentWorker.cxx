@@ -40,8 +40,12 @@ struct SegmentWorker::Work {
   template <class Signal, class... Arguments>
   void tell(Signal signal, Arguments... arguments) {
     QMetaObject::invokeMethod(
-        owner, [this, signal, arguments...] { Q_EMIT(owner->*signal)
-                                              (arguments...); }, Qt::QueuedConnection);
+        owner,
+        [this, signal, arguments...] {
+          Q_EMIT(owner->*signal)
+          (arguments...);
+        },
+        Qt::QueuedConnection);
   }
 
   /// "" where there is a thread.
@@ -87,8 +91,8 @@ struct SegmentWorker::Work {
       FeatureTraining training;
       training.stop = stop;
       training.progress = [this](double fraction) { tell(&SegmentWorker::learningProgressed, fraction); };
-      tell(&SegmentWorker::learned, std::make_shared<const FeatureModel>(
-                                        trainFeatures(*task.field, given.labels, given.names, training)));
+      tell(&SegmentWorker::learned,
+           std::make_shared<const FeatureModel>(trainFrom(task.model, std::move(given), training)));
     } catch (...) {
       const Failure failure = failureOf();
       if (failure.code == ErrorCode::Cancelled)

@@ -12,8 +12,8 @@
 namespace innergs::ui {
 
 struct LearningTask {
-  std::shared_ptr<const GaussianField> field;
-  /// In the field's own coordinates (LPS, mm). Called on the worker's thread; may throw Error.
+  SegmentedModel model; // of a moving scan at the time of the labels
+  /// In the model's own coordinates (LPS, mm). Called on the worker's thread; may throw Error.
   std::function<NamedLabels(const std::stop_token&)> labels;
   bool sparse = false; // slices without any label between labelled ones were not labelled
 };

@@ -14,6 +14,7 @@
 #include "Onnx/DenseNetwork.h"
 #include "Queries.h"
 #include "SegmentationMask.h"
+#include "Text/SegmentedModel.h"
 #include "vtkInnerGSModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
@@ -114,10 +115,6 @@ void checkInScene(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene) {
   modelOf(model);
   if (!scene || model->GetScene() != scene)
     throw Error(ErrorCode::InvalidArgument, "The model is not in the scene: add it first.");
-  if (model->IsDynamic())
-    throw Error(ErrorCode::InvalidArgument,
-                "The model " + quoted(model) +
-                    " is of a moving scan: save it and let it learn by innergs segment --label-time.");
 }
 
 std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
@@ -145,20 +142,20 @@ using TeacherMaker = std::function<Teacher(const std::stop_token&, DetachedTasks
 /// making: the share of the progress until there is a teacher.
 std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene,
                                    const std::string& from, double making, TeacherMaker makeTeacher) {
-  const auto core = model->GetModel()->GetCoreModel();
+  const SegmentedModel segmented = model->GetModel()->GetSegmented();
   const auto learned = std::make_shared<std::shared_ptr<const FeatureModel>>();
   auto task = std::make_shared<Task>();
   task->scene = scene;
   task->model = model;
   task->newModel = false;
-  task->work = [core, learned, making, makeTeacher = std::move(makeTeacher)](
+  task->work = [segmented, learned, making, makeTeacher = std::move(makeTeacher)](
                    const std::stop_token& stop, DetachedTasks& unstoppable, const ProgressCallback& told) {
     const auto start = std::chrono::steady_clock::now();
     const auto report = [&](double fraction) {
       Progress progress;
       progress.phase = Phase::Fitting;
       progress.fraction = fraction;
-      progress.gaussians = core->field.size();
+      progress.gaussians = segmented.field->size();
       progress.elapsed = secondsSince(start);
       progress.remaining = fraction > 0 ? progress.elapsed * (1 - fraction) / fraction : 0;
       told(progress);
@@ -168,18 +165,17 @@ std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene*
     FeatureTraining training;
     training.stop = stop;
     training.progress = [&](double fraction) { report(making + (1 - making) * fraction); };
-    *learned = std::make_shared<const FeatureModel>(trainFrom(core->field, teacher, training));
+    *learned = std::make_shared<const FeatureModel>(trainFrom(segmented, teacher, training));
   };
-  task->deliver = [core, learned, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
+  task->deliver = [segmented, learned, from, target = vtkWeakPointer<vtkMRMLInnerGSModelNode>(model)] {
     const vtkSmartPointer<vtkMRMLInnerGSModelNode> node = target.Get(); // an observer may remove it
-    if (!node || node->IsEmpty() || node->GetModel()->GetCoreModel() != core)
+    const SegmentedModel now = node && !node->IsEmpty() ? node->GetModel()->GetSegmented() : SegmentedModel();
+    if (segmented.moving ? now.moving != segmented.moving : now.field != segmented.field)
       throw Error(ErrorCode::InvalidArgument,
                   "The model was replaced while it learned: let it learn the segments again.");
-    vtkNew<vtkInnerGSModel> content;
-    content->SetCoreModel(core, *learned);
     MRMLNodeModifyBlocker blocker(node);
     node->SetAttribute("InnerGS.Segments", from.c_str());
-    node->SetModel(content);
+    node->SetFeatures(*learned);
   };
   return task;
 }

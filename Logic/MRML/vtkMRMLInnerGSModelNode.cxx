@@ -117,6 +117,18 @@ bool vtkMRMLInnerGSModelNode::IsEmpty() {
   return !this->Model || this->Model->IsEmpty();
 }
 
+void vtkMRMLInnerGSModelNode::SetFeatures(const std::shared_ptr<const innergs::FeatureModel>& features) {
+  if (this->IsDynamic()) {
+    vtkNew<vtkInnerGSDynamicModel> dynamic;
+    dynamic->SetField(this->DynamicModel->GetField(), features);
+    this->SetDynamicModel(dynamic);
+  } else {
+    vtkNew<vtkInnerGSModel> model;
+    model->SetCoreModel(this->Model->GetCoreModel(), features);
+    this->SetModel(model);
+  }
+}
+
 vtkInnerGSDynamicModel* vtkMRMLInnerGSModelNode::GetDynamicModel() {
   return this->DynamicModel;
 }
@@ -209,11 +221,12 @@ void vtkMRMLInnerGSModelNode::ApplyTransformMatrix(vtkMatrix4x4* matrix) {
   const bool hardening = parent && this->Scene && sameMatrix(parentToWorld, matrix);
   try {
     if (this->DynamicModel)
-      throw innergs::Error(innergs::ErrorCode::Geometry,
-                           "A model of a moving scan cannot be moved itself: put the transform on the node as "
-                           "a parent transform instead.");
-    const auto hardened = innergs::mrml::harden(*this->Model->GetCoreModel(),
-                                                this->Model->GetFeatures().get(), toLPS(matrix));
+      throw innergs::Error(
+          innergs::ErrorCode::Geometry,
+          "A model of a moving scan cannot be moved itself: put the transform on the node as "
+          "a parent transform instead.");
+    const auto hardened =
+        innergs::mrml::harden(*this->Model->GetCoreModel(), this->Model->GetFeatures().get(), toLPS(matrix));
     if (!hardened.complete && !hardening)
       throw innergs::Error(
           innergs::ErrorCode::Geometry,

@@ -6,8 +6,12 @@
 
 #include <vtkSmartPointer.h> // member
 
+#include <memory> // std::shared_ptr
 #include <string>
 
+namespace innergs {
+struct FeatureModel;
+}
 class vtkInnerGSDynamicModel;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
@@ -36,6 +40,10 @@ public:
   vtkInnerGSModel* GetModel();
   void SetModel(vtkInnerGSModel* model);
   bool IsEmpty();
+#ifndef __VTK_WRAP__
+  /// What the Gaussians have learned, of a moving scan for every time; not for an empty model.
+  void SetFeatures(const std::shared_ptr<const innergs::FeatureModel>& features);
+#endif
 
   ///@{
   /// Of a moving scan; null for others. Setting it invokes ModelModifiedEvent, and so does another time.

@@ -208,7 +208,7 @@ public:
                                                 const std::string& networkFile, vtkStringArray* names,
                                                 const std::string& textsFile = "", double low = 0,
                                                 double high = 0, double spacing = 0);
-  /// Of a moving scan's model, which learns by `innergs segment`, the following are those of its GetTime().
+  /// Of a moving scan's model the following are those of its GetTime().
   /// What a text in words ("left kidney") asks for: one of vtkInnerGSSegment's Answers; −1 after an error.
   /// candidates (may be null): the segments that fit, best first, as columns Name, Score (0 to 1: how well
   /// the words fit) and Leading (1: those that answer the query together).

@@ -1,10 +1,9 @@
 #pragma once
 #include "Core/Features/ClassProbabilities.h"
-#include "Core/Motion/DynamicField.h"
 #include "Text/SegmentSearch.h"
+#include "Text/SegmentedModel.h"
 
 #include <array>
-#include <memory>
 #include <optional>
 
 namespace innergs {
@@ -34,15 +33,6 @@ struct RequestedSegment {
 struct MadeSegments {
   GridGeometry lattice; // of which each segment is a part
   std::vector<std::pair<SegmentTerms, Segment>> segments;
-};
-
-/// What segments are found in: a model with features or a moving scan's at a time.
-struct SegmentedModel {
-  std::shared_ptr<const GaussianField> field;   // of a moving scan unused
-  std::shared_ptr<const FeatureModel> features; // null: none
-  std::shared_ptr<const DynamicField> moving;   // null: it does not move
-  double time = 0;                              // s
-  bool operator==(const SegmentedModel&) const = default;
 };
 
 /// Finds the segments of a model with features by what a person calls them, on one lattice.

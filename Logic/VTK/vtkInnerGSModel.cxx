@@ -6,7 +6,7 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Core/Model/FieldValue.h"
 #include "Geometry.h"
-#include "Text/SegmentFinder.h"
+#include "Text/SegmentedModel.h"
 
 #include "vtkInformation.h"
 #include "vtkInformationVector.h"

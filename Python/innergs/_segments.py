@@ -19,6 +19,8 @@ def learn(model, labels=None, sparse=False, progress=None, features=None, texts=
           spacing=0.0):
     """Lets a model learn segments of the same patient, once, and waits; returns the model, with which they are saved.
 
+    A model of a moving scan learns from labels of the time that set_time() chose.
+
     labels    a segmentation or label map node, whose names come from its colour table; sparse: slices without any label
               between labelled ones were not labelled and follow the scan
     features  instead: a volume node of several values per voxel; texts: a JSON file that says what texts mean there,

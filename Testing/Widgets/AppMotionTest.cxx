@@ -3,10 +3,12 @@
 #include "SyntheticImages.h"
 
 #include "Core/Motion/TimeSeries.h"
+#include "Core/Render/Render.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/RecoveredFit.h"
 #include "IO/TimeSeriesIO.h"
 #include "IO/VolumeIO.h"
+#include "Text/SegmentedModel.h"
 #include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/Files.h"
 #include "Widgets/MotionPanel.h"
@@ -62,6 +64,23 @@ private Q_SLOTS:
     QCOMPARE(motion().motionInfo(id).now, 2.25);
     QCOMPARE(host().document().volumes().size(), std::size_t{2}); // one volume for all times
 
+    // It learns segments at that time, and its file keeps them.
+    const SegmentedModel segmented = host().document().model(id)->model->GetSegmented();
+    Volume bright = render(*segmented.field, segmented.field->region());
+    const float most = *std::max_element(bright.voxels.begin(), bright.voxels.end());
+    for (float& value : bright.voxels)
+      value = value > most / 2;
+    FeatureTraining training;
+    training.iterations = 20;
+    const FeatureModel features =
+        trainFrom(segmented, NamedLabels{labelmapOf(bright), {{1, "blob"}}}, training);
+    QCOMPARE(features.time, 2.25);
+    QCOMPARE(host().setFeatures(id, std::make_shared<const FeatureModel>(features)), QString());
+    const auto taught = host().document().model(id);
+    QVERIFY(taught->moving && !taught->saved);
+    QCOMPARE(taught->model->GetNumberOfSegments(), 1);
+    QCOMPARE(taught->model->GetSegmented().time, 2.25);
+
     const QString model = sandbox_->path("m.innergs"), frames = sandbox_->path("f.seq.nrrd");
     QCOMPARE(host().saveModel(id, model), QString());
     QVERIFY(isDynamicModel(app::pathOf(model)));
@@ -73,6 +92,8 @@ private Q_SLOTS:
     open({model});
     QTRY_COMPARE(host().document().models().size(), std::size_t{2});
     QVERIFY(host().document().models().back()->moving);
+    QCOMPARE(QString::fromStdString(host().document().models().back()->moving->GetSegmentName(0)),
+             QString("blob"));
   }
 
   /// By events: at the first preview the slider moves, then the fit is cancelled.

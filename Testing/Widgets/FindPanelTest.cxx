@@ -7,7 +7,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Model/Model.h"
 #include "Core/Motion/DynamicJob.h"
-#include "Core/Motion/MovingFeatures.h"
 #include "vtkInnerGSDynamicModel.h"
 #include "vtkInnerGSModel.h"
 
@@ -33,7 +32,10 @@ namespace {
 class TeachingHost : public FakeHost {
 public:
   testing::BoxPhantom phantom;
-  QString refusal, failure; // of labels: at the start, on the worker
+  NamedLabels labels{phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}};
+  vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null: the model does not move
+  double time = 0;                                // s, that it is shown at
+  QString refusal, failure;                       // of labels: at the start, on the worker
   MadeSegments shown;
   int previews = 0;
   QStringList kept;
@@ -54,11 +56,16 @@ public:
     if (!refusal.isEmpty()) return {};
     return [this](const std::stop_token&) {
       if (!failure.isEmpty()) throw Error(ErrorCode::InvalidArgument, failure.toStdString());
-      return NamedLabels{phantom.labels, {{1, "liver"}, {2, "kidney_left"}, {3, "kidney_right"}}};
+      return labels;
     };
   }
   QString setFeatures(const QString& id, const std::shared_ptr<const FeatureModel>& features) override {
-    modelData[id]->SetCoreModel(modelData[id]->GetCoreModel(), features);
+    if (moving) {
+      moving->SetField(moving->GetField(), features);
+      modelData[id] = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(time));
+    } else {
+      modelData[id]->SetCoreModel(modelData[id]->GetCoreModel(), features);
+    }
     Q_EMIT modelsChanged();
     return {};
   }
@@ -139,20 +146,19 @@ private Q_SLOTS:
     QVERIFY(undecided.modelId().isEmpty());
   }
 
-  void followsAMovingModelsTime() {
+  void aMovingModelLearnsAndIsFollowed() {
     const TimeSeries series = testing::movingPhantom(testing::evenTimes(5));
     Settings settings;
     settings.kind = DynamicKind::Motion;
     settings.gaussians = 400;
     const auto field = std::make_shared<const DynamicField>(*DynamicJob(series, settings).run().field);
-    FeatureModel features =
-        trainFeatures(featureFieldAt(*field, 0), testing::movingLabels(series.geometry, 0),
-                      {{1, "lunate"}, {2, "capitate"}});
-    vtkNew<vtkInnerGSDynamicModel> moving;
-    moving->SetField(field, std::make_shared<const FeatureModel>(std::move(features)));
     Shown shown;
+    shown.host.moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+    shown.host.moving->SetField(field);
     const auto showAt = [&](double time) {
-      shown.host.modelData[shown.id] = vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(time));
+      shown.host.time = time;
+      shown.host.modelData[shown.id] =
+          vtkSmartPointer<vtkInnerGSModel>::Take(shown.host.moving->NewModelAt(time));
       Q_EMIT shown.host.modelsChanged();
     };
     const auto diceAt = [&](double time) {
@@ -162,7 +168,12 @@ private Q_SLOTS:
                      [&](std::size_t voxel, std::size_t part) { found.voxels[voxel] = segment.mask[part]; });
       return testing::dice(found, testing::movingLabels(series.geometry, time), 1);
     };
-    showAt(0);
+    showAt(0.5);
+    QVERIFY(shown.part<QPushButton>("findLearn")->toolTip().contains("0.5 s"));
+    shown.host.labels = {testing::movingLabels(series.geometry, 0.5), {{1, "lunate"}, {2, "capitate"}}};
+    QTest::mouseClick(shown.part<QPushButton>("findLearn"), Qt::LeftButton);
+    showAt(0); // meanwhile
+    QTRY_VERIFY(!shown.panel.isLearning());
     QVERIFY(shown.part<QLabel>("findState")->text().contains("knows 2 structures"));
     shown.ask("lunate");
     QVERIFY2(diceAt(0) > 0.9, qPrintable(QString::number(diceAt(0))));
@@ -285,7 +296,7 @@ private Q_SLOTS:
     shown.learn();
     QCOMPARE(shown.message("findLearningMessage"), QString("The labels have no names."));
     shown.host.failure.clear();
-    shown.host.phantom.labels.geometry.origin[0] += 900;
+    shown.host.labels.labels.geometry.origin[0] += 900;
     shown.learn();
     QVERIFY(shown.message("findLearningMessage").contains("same patient"));
     QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);

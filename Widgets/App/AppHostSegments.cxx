@@ -18,10 +18,6 @@ AppHost::labelsFor(const QString& modelId, const QString& labelsId, const QStrin
     *error = tr("The model or the labels are no longer open: choose others.");
     return {};
   }
-  if (document_.model(modelId)->moving) {
-    *error = tr("The model is of a moving scan: save it and let it learn by innergs segment --label-time.");
-    return {};
-  }
   std::vector<SegmentName> known; // of a labelmap made here
   for (const SegmentInfo& segment : item->segments)
     known.push_back(segment.name);
@@ -43,6 +39,13 @@ AppHost::labelsFor(const QString& modelId, const QString& labelsId, const QStrin
 QString AppHost::setFeatures(const QString& modelId, const std::shared_ptr<const FeatureModel>& features) {
   const auto item = document_.model(modelId);
   if (!item) return tr("The model is no longer open.");
+  if (item->moving) {
+    auto moving = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
+    moving->SetField(item->moving->GetField(), features);
+    document_.setModel(modelId, vtkSmartPointer<vtkInnerGSModel>::Take(moving->NewModelAt(item->time)),
+                       moving);
+    return {};
+  }
   auto model = vtkSmartPointer<vtkInnerGSModel>::New();
   model->SetCoreModel(item->model->GetCoreModel(), features);
   document_.setModel(modelId, model);

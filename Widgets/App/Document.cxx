@@ -107,10 +107,12 @@ void Document::setSaved(const QString& id, const QString& file) {
   }
 }
 
-void Document::setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content) {
+void Document::setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content,
+                        const vtkSmartPointer<vtkInnerGSDynamicModel>& moving) {
   const auto item = model(id);
   if (!item) return;
   item->model = content;
+  item->moving = moving;
   item->saved = false;
   Q_EMIT modelsChanged();
 }

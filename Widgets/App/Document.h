@@ -32,7 +32,9 @@ public:
   void remove(const QString& id);
   void setSaved(const QString& id, const QString& file);
   /// A model that has learned something: unsaved from now on.
-  void setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content);
+  /// moving: of a moving scan, which the content is at a time.
+  void setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content,
+                const vtkSmartPointer<vtkInnerGSDynamicModel>& moving = nullptr);
   void setEllipsoidsShown(const QString& id, bool shown);
   void setEllipsoidsDrawn(const QString& id, std::int64_t count);
 

@@ -160,6 +160,30 @@ class InnerGSTest(unittest.TestCase):
         coarse = innergs.reconstruct_moving(sequence, kind="network", rounds=2, knots=5, quality=False)
         self.assertIn("rounds=2", coarse.model.GetAttribute("InnerGS.Settings"))
 
+    def test_moving_segments(self):
+        sequence = add_series(self.scene)
+        model = innergs.reconstruct_moving(sequence, kind="motion", quality=False).model
+        node = slicer_core.vtkMRMLSegmentationNode()
+        self.scene.AddNode(node)
+        image = slicer_core.vtkOrientedImageData()
+        image.SetDimensions(14, 12, 6)
+        image.SetSpacing(2, 2, 3)
+        frame = vtk_to_numpy(sequence.GetNthDataNode(1).GetImageData().GetPointData().GetScalars())
+        image.GetPointData().SetScalars(numpy_to_vtk((frame > 150).astype(numpy.uint8), deep=True))
+        node.AddSegmentFromBinaryLabelmapRepresentation(image, "lunate")
+        innergs.set_time(model, 0.5)
+        taught = innergs.learn(model, node, progress=lambda job: innergs.set_time(model, 2.0))
+        self.assertIs(taught, model)
+        self.assertTrue(model.IsDynamic())
+        for frame in (1, 4):
+            innergs.set_time(model, 0.5 * frame)
+            score = innergs.score(model, "lunate")
+            found = vtk_to_numpy(score.GetImageData().GetPointData().GetScalars()) > 0.5
+            truth = vtk_to_numpy(sequence.GetNthDataNode(frame).GetImageData().GetPointData().GetScalars()) > 150
+            self.assertGreater(2 * (found & truth).sum() / (found.sum() + truth.sum()), 0.85)
+        segments = innergs.segment(model, "lunate")
+        self.assertEqual(segments.GetSegmentation().GetNthSegment(0).GetName(), "lunate")
+
     def test_moving_slice_times(self):
         sequence = add_series(self.scene)
         slices = sequence.GetNthDataNode(0).GetImageData().GetDimensions()[2]
