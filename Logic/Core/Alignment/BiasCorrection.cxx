@@ -63,7 +63,6 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
   const ValueRange values = valuesOf(images.front());
   c.peak = static_cast<double>(values.high) - values.low;
   const GridGeometry box = latticeAround(stacks, 0.7 * sigma, 0);
-  c.frame = biasFieldOver(box, kDegree);
   const std::vector<Vec3> places = spreadPlaces(box, 0.7 * sigma);
   const std::size_t n = part.size();
   std::vector<double> logs(places.size() * n, kNaN);
@@ -73,17 +72,29 @@ Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, Th
         if (const auto value = images[s].at(places[p]); value && *value > threshold[s])
           logs[p * n + s] = std::log(*value);
   });
+  // Where scans can be compared; a polynomial would go anywhere beyond that.
+  std::vector<Vec3> common;
+  const Affine3 toIndex = inverse(box.indexToWorld());
+  Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
   for (std::size_t p = 0; p < places.size(); ++p) {
     const auto first = logs.begin() + static_cast<std::ptrdiff_t>(p * n);
     if (std::count_if(first, first + static_cast<std::ptrdiff_t>(n),
                       [](double l) { return std::isfinite(l); }) < 2)
       continue;
     c.logs.insert(c.logs.end(), first, first + static_cast<std::ptrdiff_t>(n));
-    std::array<double, kTerms> terms;
-    legendreProducts(c.frame.unit(places[p]), kDegree, terms);
-    c.terms.insert(c.terms.end(), terms.begin(), terms.end());
-    ++c.points;
+    common.push_back(places[p]);
+    const Vec3 index = toIndex(places[p]);
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], index[a]);
+      high[a] = std::max(high[a], index[a]);
+    }
   }
+  c.points = common.size();
+  if (static_cast<std::int64_t>(c.points) < kFewest) return c;
+  c.frame = biasFieldOver(box, low, high, kDegree);
+  c.terms.resize(c.points * kTerms);
+  for (std::size_t p = 0; p < c.points; ++p)
+    legendreProducts(c.frame.unit(common[p]), kDegree, {&c.terms[p * kTerms], kTerms});
   return c;
 }
 
@@ -94,6 +105,14 @@ double valueAt(const double* terms, const std::array<double, kTerms>& coefficien
   for (int t = 0; t < kTerms; ++t)
     sum += coefficients[t] * terms[t];
   return sum;
+}
+
+/// The logarithms of a scan's field where it is seen.
+std::vector<double> logsOf(const Common& c, std::size_t scan, const std::array<double, kTerms>& field) {
+  std::vector<double> logs;
+  for (std::size_t p = 0; p < c.points; ++p)
+    if (std::isfinite(c.log(p, scan))) logs.push_back(valueAt(&c.terms[p * kTerms], field));
+  return logs;
 }
 
 /// The logarithms without the fields.
@@ -242,10 +261,11 @@ std::vector<double> sharedShading(std::span<const Stack> stacks, const Common& c
           mean += (seen ? stack.image.voxels[at] : kNaN) * (2 - std::abs(di)) * (2 - std::abs(dj)) / 16;
         }
       if (!(mean > threshold)) continue;
+      const Vec3 at = map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
+      const Vec3 unit = c.frame.toBox(at);
+      if (std::any_of(unit.begin(), unit.end(), [](double u) { return std::abs(u) > 1; })) continue;
       std::array<double, kTerms> products;
-      legendreProducts(
-          c.frame.unit(map({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)})),
-          kDegree, products);
+      legendreProducts(unit, kDegree, products);
       logs.push_back(std::log(mean) - valueAt(products.data(), fields[n]));
       terms.insert(terms.end(), products.begin() + 1, products.begin() + kShared);
     }
@@ -291,9 +311,7 @@ BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool
   double own = 0, count = 0;
   const std::size_t n = part.size();
   for (std::size_t s = 0; s < n; ++s) {
-    std::vector<double> logs;
-    for (std::size_t p = 0; p < c.points; ++p)
-      if (std::isfinite(c.log(p, s))) logs.push_back(valueAt(&c.terms[p * kTerms], fields[s]));
+    const std::vector<double> logs = logsOf(c, s, fields[s]);
     double mean = 0;
     for (const double l : logs)
       mean += l / static_cast<double>(logs.size());
@@ -327,8 +345,13 @@ BiasCorrection findFields(std::span<const Stack> stacks, bool always, ThreadPool
     }
   }
   for (std::size_t s = 0; s < n; ++s) {
-    result.scans[part[s]].field = c.frame;
-    result.scans[part[s]].field.coefficients.assign(fields[s].begin(), fields[s].end());
+    BiasField& field = result.scans[part[s]].field;
+    field = c.frame;
+    field.coefficients.assign(fields[s].begin(), fields[s].end());
+    const std::vector<double> logs = logsOf(c, s, fields[s]);
+    const auto [low, high] = std::minmax_element(logs.begin(), logs.end());
+    field.lowestLog = *low;
+    field.highestLog = *high;
   }
   return result;
 }

@@ -39,18 +39,27 @@ double BiasField::logAt(const Vec3& x) const {
   double sum = 0;
   for (std::size_t n = 0; n < coefficients.size(); ++n)
     sum += coefficients[n] * products[n];
-  return sum;
+  return std::clamp(sum, lowestLog, highestLog);
 }
 
 BiasField biasFieldOver(const GridGeometry& box, int degree) {
+  Vec3 low, high;
+  for (int a = 0; a < 3; ++a) {
+    low[a] = -0.5;
+    high[a] = static_cast<double>(box.size[a]) - 0.5;
+  }
+  return biasFieldOver(box, low, high, degree);
+}
+
+BiasField biasFieldOver(const GridGeometry& lattice, const Vec3& low, const Vec3& high, int degree) {
   BiasField field;
   field.degree = degree;
   Vec3 scale, offset;
   for (int a = 0; a < 3; ++a) {
-    scale[a] = 2 / static_cast<double>(box.size[a]);
-    offset[a] = scale[a] * 0.5 - 1;
+    scale[a] = 2 / (high[a] - low[a]);
+    offset[a] = -1 - scale[a] * low[a];
   }
-  field.toBox = Affine3{diagonal(scale), offset} * inverse(box.indexToWorld());
+  field.toBox = Affine3{diagonal(scale), offset} * inverse(lattice.indexToWorld());
   return field;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Image/GridGeometry.h"
 
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -16,17 +17,19 @@ constexpr int legendreCount(int degree) {
 void legendreProducts(const Vec3& unit, int degree, std::span<double> values);
 
 /// A smooth factor of brightness over space: the exponential of a polynomial, constant beyond its box along
-/// each axis.
+/// each axis and held to a range.
 struct BiasField {
   Affine3 toBox; // LPS mm → [−1, 1]³
   int degree = 0;
   std::vector<double> coefficients; // [legendreCount(degree)]; none: 1 everywhere
+  double lowestLog = -std::numeric_limits<double>::infinity(), highestLog = -lowestLog;
 
   Vec3 unit(const Vec3& x) const;    // clamped
   double logAt(const Vec3& x) const; // x: LPS mm
 };
 
-/// One over a lattice's box, without coefficients.
+/// One over a lattice's box, or the part of it between two of its indices, without coefficients.
 BiasField biasFieldOver(const GridGeometry& box, int degree);
+BiasField biasFieldOver(const GridGeometry& lattice, const Vec3& low, const Vec3& high, int degree);
 
 } // namespace innergs

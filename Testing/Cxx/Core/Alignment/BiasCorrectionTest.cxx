@@ -93,6 +93,29 @@ TEST(BiasCorrection, FindsTheShadingBetweenScansToAFewPercent) {
   EXPECT_EQ(biasSentence(found.scans[1], "Scan 2").find("Scan 2 is shaded by 0."), 0u);
 }
 
+/// Scans that overlap in part: what was seen there is not continued beyond, where nothing tells it.
+TEST(BiasCorrection, DoesNotExtrapolate) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans({bright, dark}, 5);
+  Volume& axial = stacks[0].image;
+  axial.geometry.size[2] = axial.geometry.size[2] / 2;
+  axial.voxels.resize(static_cast<std::size_t>(axial.geometry.voxelCount()));
+  std::vector<StackAlignment> still(2);
+  const BiasCorrection found = findBias(stacks, still, true, pool);
+  ASSERT_EQ(found.scans.size(), 2u);
+  for (std::size_t s = 0; s < 2; ++s) {
+    double low = 0, high = 0;
+    for (int n = 0; n < 20 * 20 * 20; ++n) {
+      const double at =
+          found.scans[s].field.logAt({4.0 * (n % 20) - 2, 4.0 * (n / 20 % 20) - 2, 4.0 * (n / 400) - 2});
+      low = std::min(low, at);
+      high = std::max(high, at);
+    }
+    EXPECT_GT(low, -0.6) << s;
+    EXPECT_LT(high, 0.6) << s;
+  }
+}
+
 TEST(BiasCorrection, FindsItTogetherWithMotionAndGain) {
   ThreadPool pool(2);
   const std::vector<Shading> truth{flat, bright, dark};
