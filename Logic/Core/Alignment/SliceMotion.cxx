@@ -27,6 +27,9 @@ struct Level {
   int iterations;
 };
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
+// dB that one volume must explain all slices better by at their poses than at rest: two stacks leave poses
+// enough freedom to fit each other's gaps.
+constexpr double kConsistentOfTwo = 5, kConsistent = 2;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// The finest spacing of the stacks, or one at which the lattice is not too large.
@@ -233,6 +236,37 @@ void weighSlices(std::vector<PlacedSlice>& slices, const std::vector<double>& re
   }
 }
 
+/// How much better, in dB, one volume explains all slices at their poses than at rest.
+double jointGain(const std::vector<std::vector<PlacedSlice>>& slices, const SliceOperator& op,
+                 const SliceVolumePlan& plan, ThreadPool& pool) {
+  std::vector<PlacedSlice> moved;
+  for (const auto& stack : slices)
+    for (const PlacedSlice& slice : stack)
+      if (slice.observed > 0 && slice.weight > 0) moved.push_back(slice);
+  const auto residual = [&](const std::vector<PlacedSlice>& all) {
+    std::vector<const PlacedSlice*> views;
+    for (const PlacedSlice& slice : all)
+      views.push_back(&slice);
+    std::vector<float> volume;
+    fitVolume(volume, op, views, plan, pool);
+    std::vector<Fit> fits(all.size());
+    pool.run(static_cast<std::int64_t>(all.size()),
+             [&](std::int64_t k) { fits[k] = fitOf(all[k], op, volume); });
+    double squared = 0, pixels = 0;
+    for (const Fit& fit : fits) {
+      squared += fit.squared;
+      pixels += static_cast<double>(fit.pixels);
+    }
+    return squared / pixels;
+  };
+  const double after = residual(moved);
+  for (PlacedSlice& slice : moved) {
+    slice.pose = {};
+    slice.gain = 1;
+  }
+  return 10 * std::log10(residual(moved) / after);
+}
+
 } // namespace
 
 SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPool& pool,
@@ -253,6 +287,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
   const bool scales = !belowZero(range);
   Work work{stacks, {}, static_cast<double>(range.high) - range.low};
   std::vector<std::vector<PlacedSlice>> previous;
+  bool consistent = true;
   double all = 0, done = 0;
   for (const Level& level : kLevels)
     all += level.rounds / (level.factor * level.factor);
@@ -339,8 +374,11 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
       if (progress) progress(done / all);
     }
     previous = work.slices;
+    if (!judged || last) continue;
     // What does not move at twice the finest spacing is not worth the finest level, most of the work.
-    if (judged && !last &&
+    consistent = jointGain(work.slices, op, {level.smoothness, 2 * level.iterations}, pool) >=
+                 (stacks.size() == 2 ? kConsistentOfTwo : kConsistent);
+    if (!consistent ||
         psnr(squaredAfter, pixelsAfter) < psnr(squaredBefore, pixelsBefore) + 0.5 * kWorthwhile)
       break;
   }
@@ -373,7 +411,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     }
   result.displacement = medianOf(displacements);
   result.angle = medianOf(angles);
-  result.moved = always || result.psnrAfter >= result.psnrBefore + kWorthwhile;
+  result.moved = always || (consistent && result.psnrAfter >= result.psnrBefore + kWorthwhile);
   if (!result.moved) {
     for (auto& stack : result.slices)
       for (SlicePose& pose : stack)
