@@ -142,7 +142,7 @@ vtkSmartPointer<vtkImageData> vtkInnerGSPlaneQuery::Query() {
   this->Modified(); // the last output was handed over
   this->Update();
   if (this->GetAborted() || !this->GetErrorMessage().empty()) return nullptr;
-  const auto image = vtkSmartPointer<vtkImageData>::New();
+  auto image = vtkSmartPointer<vtkImageData>::New();
   image->ShallowCopy(this->GetOutput());
   this->GetOutput()->Initialize();
   return image;

@@ -64,7 +64,7 @@ Volume ball(std::array<std::int64_t, 3> size, const Vec3& spacing, bool oblique)
 
 QString writeBall(const Sandbox& sandbox, const QString& name, std::array<std::int64_t, 3> size,
                   const Vec3& spacing, bool oblique) {
-  const QString path = sandbox.path(name);
+  QString path = sandbox.path(name);
   writeVolume(ball(size, spacing, oblique), path.toStdString());
   return path;
 }
@@ -94,7 +94,7 @@ QString writeFrames(const Sandbox& sandbox, const QString& name, int frames, flo
 }
 
 QString writeRgb(const Sandbox& sandbox, const QString& name) {
-  const QString path = writeBall(sandbox, name, {8, 8, 8});
+  QString path = writeBall(sandbox, name, {8, 8, 8});
   QFile file(path);
   if (!file.open(QIODevice::ReadWrite)) return {};
   const char type[] = {char(128), 0, 24, 0}; // datatype RGB24 and bits per voxel, where NIfTI has them

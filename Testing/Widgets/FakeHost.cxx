@@ -76,7 +76,7 @@ QString FakeHost::addBallModel(const QString& name, int gaussians) {
   }
   auto data = vtkSmartPointer<vtkInnerGSModel>::New();
   data->SetCoreModel(core);
-  const QString id = QString("model%1").arg(models.size() + 1);
+  QString id = QString("model%1").arg(models.size() + 1);
   ModelInfo info;
   info.name = name;
   info.gaussians = gaussians;
@@ -257,7 +257,7 @@ QString FakeHost::addVolume(vtkImageData* image, vtkMatrix4x4* ijkToRAS, const Q
   image->GetDimensions(info.dimensions.data());
   image->GetSpacing(info.spacing.data());
   info.orientation = "oblique";
-  const QString id = QString("added%1").arg(addedVolumes.size());
+  QString id = QString("added%1").arg(addedVolumes.size());
   addVolume(id, info);
   return id;
 }

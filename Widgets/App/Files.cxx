@@ -39,9 +39,9 @@ ModelItem readModelItem(const QString& path) {
     return features ? std::make_shared<const FeatureModel>(std::move(*features)) : nullptr;
   };
   if (isDynamicModel(pathOf(path))) {
-    auto field =
+    const auto field =
         std::make_shared<const DynamicField>(readDynamicModel(pathOf(path), &notes, nullptr, &features));
-    return makeItem(std::move(field), nameOf(path), path, std::move(notes), shared());
+    return makeItem(field, nameOf(path), path, std::move(notes), shared());
   }
   auto model = std::make_shared<const Model>(readModel(pathOf(path), &notes, &features));
   if (model->field.gaussians.empty())

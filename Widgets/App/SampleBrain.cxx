@@ -44,7 +44,7 @@ QStringList places() {
 } // namespace
 
 QString sampleBrain() {
-  const QString chosen = appSettings()->value(kChosen).toString();
+  QString chosen = appSettings()->value(kChosen).toString();
   if (!chosen.isEmpty() && QFileInfo(chosen).isReadable()) return chosen;
   for (const QString& folder : places()) {
     const QFileInfo file(folder + QStringLiteral("/ch2.nii.gz"));

@@ -203,7 +203,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   for (int n = 0; n < kNear; ++n) {
     std::vector<Point> points;
     for (int d = 0; d < kDetails; ++d) {
-      Class& c = classes[static_cast<std::size_t>(n * kDetails + d)];
+      Class& c = classes[static_cast<std::size_t>(n) * kDetails + static_cast<std::size_t>(d)];
       if (static_cast<std::int64_t>(c.error.size()) < kFewest) continue;
       const double deviation = quantile(c.error, 0.9) / kNinety;
       points.push_back({withoutNoise(simulated_.at(c.detail / static_cast<double>(c.error.size())), noise),

@@ -164,7 +164,7 @@ TEST(Ply, Refused) {
   EXPECT_EQ(errorOf([&] { readPly(folder / "missing.ply"); }).code(), ErrorCode::FileNotFound);
   const auto refused = [&](const std::string& bytes) {
     writeBytes(folder / "a.ply", bytes);
-    const Error error = errorOf([&] { readPly(folder / "a.ply"); });
+    Error error = errorOf([&] { readPly(folder / "a.ply"); });
     EXPECT_EQ(error.code(), ErrorCode::FileFormat);
     return error;
   };

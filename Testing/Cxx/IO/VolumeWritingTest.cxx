@@ -14,7 +14,7 @@ namespace {
 
 const char* const formats[] = {"a.nii", "a.nii.gz", "a.nrrd", "a.mha"};
 
-Volume lineOf(std::vector<float> voxels) {
+Volume lineOf(const std::vector<float>& voxels) {
   return {{{static_cast<std::int64_t>(voxels.size()), 1, 1}, {0, 0, 0}, {1, 1, 1}, {}}, voxels};
 }
 
