@@ -77,7 +77,7 @@ QString writeFrames(const Sandbox& sandbox, const QString& name, int frames, flo
     for (const float value : one)
       all.voxels.push_back(value * float(1 + frame));
   all.geometry.size[2] *= frames;
-  const QString path = sandbox.path(name);
+  QString path = sandbox.path(name);
   writeVolume(all, path.toStdString());
   QFile file(path);
   if (!file.open(QIODevice::ReadWrite)) return {};
