@@ -226,10 +226,14 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
       StackAlignment& mine = result[part[n]];
       const StackAlignment still;
       const std::vector<Pair> before = seen(n, still, 0);
-      const std::vector<Pair> moved = seen(n, mine, 0);
-      if (static_cast<std::int64_t>(std::min(before.size(), moved.size())) < kFewestPoints) {
+      if (static_cast<std::int64_t>(before.size()) < kFewestPoints) { // slabs that adjoin
         mine = result[first];
         continue;
+      }
+      std::vector<Pair> moved = seen(n, mine, 0);
+      if (static_cast<std::int64_t>(moved.size()) < kFewestPoints) { // moved away from the others
+        mine = result[first];
+        moved = before;
       }
       double squares = 0;
       const Affine3 back = inverse(mine.toOthers);
@@ -289,9 +293,10 @@ std::string alignmentSentence(const StackAlignment& a, const std::string& name) 
     done += (done.empty() ? "" : ", and ") +
             formatted(a.gain < 0.01 || a.gain > 100 ? "multiplied by %.3g" : "multiplied by %.3f", a.gain);
   if (done.empty()) return {};
+  const std::string before =
+      std::isnan(a.psnrBefore) ? "before too little in common" : formatted("before %.1f dB", a.psnrBefore);
   return name + " was " + done +
-         formatted(" to fit the other scans (PSNR between them %.1f dB, before %.1f dB).", a.psnrAfter,
-                   a.psnrBefore);
+         formatted(" to fit the other scans (PSNR between them %.1f dB, %s).", a.psnrAfter, before.c_str());
 }
 
 } // namespace innergs

@@ -132,6 +132,35 @@ std::int64_t usable(const Stack& stack) {
   return n;
 }
 
+/// The value of all usable voxels if they share one.
+std::optional<float> onlyValue(const Stack& stack) {
+  std::optional<float> value;
+  for (std::size_t v = 0; v < stack.image.voxels.size(); ++v) {
+    const float voxel = stack.image.voxels[v];
+    if (!std::isfinite(voxel) || (!stack.observed.empty() && !stack.observed[v])) continue;
+    if (value && *value != voxel) return {};
+    value = voxel;
+  }
+  return value;
+}
+
+/// Refuses a scan without content where another shows some: their values would be averaged.
+void checkContent(std::span<const Stack> stacks) {
+  std::vector<std::optional<float>> only;
+  for (const Stack& stack : stacks)
+    only.push_back(onlyValue(stack));
+  for (std::size_t s = 0; s < stacks.size(); ++s) {
+    if (!only[s]) continue;
+    for (std::size_t other = 0; other < stacks.size(); ++other)
+      if (!only[other] && usable(stacks[other]) > 0 &&
+          overlap(stacks[s].image.geometry, stacks[other].image.geometry))
+        throw Error(ErrorCode::NoData,
+                    formatted("%s shows nothing: all its %svoxels are %g. Leave it out.",
+                              nameOf(stacks[s], s).c_str(), stacks[s].observed.empty() ? "" : "observed ",
+                              static_cast<double>(*only[s])));
+  }
+}
+
 /// The masks of stacks that alignment has moved, moved with them.
 std::vector<Mask> movedMasks(const ReconstructionInput& input, std::span<const Stack> stacks) {
   std::vector<Mask> masks = input.masks;
@@ -313,6 +342,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
                     ? "The mask holds no centre of a finite voxel of the images: check that it "
                       "belongs to them and is not smaller than their voxels."
                     : "The images have no finite observed voxel: there is nothing to fit.");
+  checkContent(stacks);
   for (const Stack& stack : stacks)
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)

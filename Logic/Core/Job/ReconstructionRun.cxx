@@ -160,8 +160,9 @@ std::vector<std::string> ReconstructionRun::align(std::span<Stack> stacks) {
   if (std::string said = biasSentence(result_.bias); !said.empty()) sentences.push_back(std::move(said));
   if (!correctsSlices(settings_, stacks)) return sentences;
   // Slices of another body can only be moved to where they happen to look alike.
-  const bool strangers = std::any_of(result_.alignment.begin(), result_.alignment.end(),
-                                     [](const auto& a) { return !a.fits && a.correlation < kAnotherBody; });
+  const bool strangers = std::any_of(result_.alignment.begin(), result_.alignment.end(), [](const auto& a) {
+    return !a.fits && !(a.correlation >= kAnotherBody);
+  });
   if (strangers && settings_.sliceMotion == SliceMotionKind::Auto) return sentences;
   progress_.report(Phase::Aligning, 0);
   result_.sliceMotion =

@@ -60,6 +60,19 @@ TEST_F(BadInputTest, SingleSlice) {
   flat.offset = "0 0";
   flat.spacing = "1 1";
   expectRefused({file("flat2.mha", flat.bytes())}, "slice");
+  expectRefused({scan("whole.nii"), path("flat.mha")}, "flat.mha' has a single slice");
+}
+
+TEST_F(BadInputTest, ScanWithoutContentAmongOthers) {
+  Volume blank = phantom();
+  for (auto& voxel : blank.voxels)
+    voxel = 0;
+  const std::string image = scan("image.nii"), zeros = scan("zeros.nii", blank);
+  expectRefused({image, zeros}, "zeros.nii shows nothing: all its voxels are 0.");
+  expectRefused({zeros, image, "--no-align"}, "zeros.nii shows nothing");
+  Volume air = blank; // a slab of the same acquisition beyond the body
+  air.geometry.origin[2] += static_cast<double>(air.geometry.size[2]) * air.geometry.spacing[2];
+  EXPECT_EQ(run(quickly({"reconstruct", image, scan("air.nii", air), "-o", path("slabs.nii")})).exitCode, 0);
 }
 
 TEST_F(BadInputTest, FourDimensionsNameTheOption) {

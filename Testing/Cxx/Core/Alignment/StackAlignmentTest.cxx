@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <numbers>
+#include <random>
 
 namespace innergs {
 namespace {
@@ -88,6 +89,30 @@ TEST(StackAlignment, SaysWhichScanDoesNotFit) {
   EXPECT_EQ(found[1].toOthers, Affine3{});
   EXPECT_EQ(found[1].gain, 1);
   EXPECT_NE(alignmentSentence(found[1], "Scan 2").find("does not fit"), std::string::npos);
+}
+
+TEST(StackAlignment, SaysThatNoiseDoesNotFit) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = scans(head());
+  std::mt19937 random(5);
+  for (float& v : stacks[1].image.voxels)
+    v = static_cast<float>(random() % 200);
+  const auto found = alignStacks(stacks, pool);
+  EXPECT_FALSE(found[1].fits);
+  EXPECT_EQ(found[1].toOthers, Affine3{});
+  EXPECT_EQ(found[1].gain, 1);
+  EXPECT_NE(alignmentSentence(found[1], "Scan 2"), "");
+  EXPECT_TRUE(found[2].fits);
+}
+
+TEST(StackAlignment, StatesNoFigureThatIsUnknown) {
+  StackAlignment found;
+  found.displacement = 12;
+  found.psnrBefore = std::nan("");
+  found.psnrAfter = 25;
+  const std::string said = alignmentSentence(found, "Scan 2");
+  EXPECT_NE(said.find("25.0 dB"), std::string::npos) << said;
+  EXPECT_EQ(said.find("nan"), std::string::npos) << said;
 }
 
 TEST(StackAlignment, NeverLooksAtUnobservedVoxels) {

@@ -73,8 +73,10 @@ TEST(JobAlign, SaysByHowMuchAScanOnAnotherScaleWasMultiplied) {
   EXPECT_NE(result.warnings[0].find("multiplied by 1e-05"), std::string::npos) << result.warnings[0];
 }
 
-TEST(JobAlign, SaysThatABlankScanCannotBeCompared) {
+TEST(JobAlign, SaysThatANearlyBlankScanCannotBeCompared) {
   ReconstructionInput input = twoScans(testing::spherePhantom(48, 48, 3), 0, 0);
+  EXPECT_THROW((void)reconstruct(input, fewIterations()), Error); // shows nothing
+  input.stacks[1].image.voxels[0] = 1;
   const ReconstructionResult result = reconstruct(input, fewIterations());
   ASSERT_FALSE(result.warnings.empty());
   EXPECT_EQ(result.warnings[0].find("second.nii shares too little with the other scans"), 0u)
