@@ -21,11 +21,6 @@ void forEachSlice(const ReconstructionResult& result, const Visit& visit) {
 
 } // namespace
 
-Affine3 placeOf(const ReconstructionResult& result, std::size_t scan, std::size_t slice) {
-  const Affine3 whole = result.alignment.empty() ? Affine3{} : result.alignment[scan].toOthers;
-  return result.sliceMotion.moved ? result.sliceMotion.slices[scan][slice].pose * whole : whole;
-}
-
 std::string sliceTable(const ReconstructionResult& result) {
   std::string text = "scan\tslice\tweight\tgain\tdisplacement_mm\tangle_degrees\tresidual";
   for (int row = 0; row < 3; ++row)
@@ -35,7 +30,7 @@ std::string sliceTable(const ReconstructionResult& result) {
   forEachSlice(result, [&](std::size_t scan, std::size_t slice, const SlicePose& pose) {
     text += fmt::format("{}\t{}\t{:.4g}\t{:.5g}\t{:.4g}\t{:.4g}\t{:.5g}", scan + 1, slice, pose.weight,
                         pose.gain, pose.displacement, pose.angle, pose.residual);
-    const Affine3 place = placeOf(result, scan, slice);
+    const Affine3 place = slicePlace(result, scan, slice);
     for (int row = 0; row < 3; ++row)
       text += fmt::format("\t{:.9g}\t{:.9g}\t{:.9g}\t{:.9g}", place.linear[row][0], place.linear[row][1],
                           place.linear[row][2], place.offset[row]);
@@ -52,7 +47,7 @@ nlohmann::ordered_json slicesOf(const ReconstructionResult& result) {
   };
   auto slices = nlohmann::ordered_json::array();
   forEachSlice(result, [&](std::size_t scan, std::size_t slice, const SlicePose& pose) {
-    const Affine3 place = placeOf(result, scan, slice);
+    const Affine3 place = slicePlace(result, scan, slice);
     auto matrix = nlohmann::ordered_json::array();
     for (int row = 0; row < 3; ++row)
       matrix.push_back({place.linear[row][0], place.linear[row][1], place.linear[row][2], place.offset[row]});
@@ -93,7 +88,7 @@ void writeTransforms(const ReconstructionResult& result, const std::filesystem::
                 "The folder " + quoted(folder) + " could not be made: " + failure.message() + ".");
   forEachSlice(result, [&](std::size_t scan, std::size_t slice, const SlicePose&) {
     writeFileAtomically(folder / fmt::format("scan-{}-slice-{:03}.tfm", scan + 1, slice),
-                        itkTransform(placeOf(result, scan, slice)));
+                        itkTransform(slicePlace(result, scan, slice)));
   });
 }
 

@@ -9,11 +9,8 @@
 
 namespace innergs::cli {
 
-/// Where a slice was found to lie: its scan's alignment, then its own motion; rigid, LPS mm.
-Affine3 placeOf(const ReconstructionResult& result, std::size_t scan, std::size_t slice);
-
 /// One row per slice: scan, slice (from 0), weight, gain, displacement (mm), angle (degrees), residual, and
-/// the twelve numbers of placeOf(), row by row.
+/// the twelve numbers of slicePlace(), row by row.
 std::string sliceTable(const ReconstructionResult& result);
 /// The same for the report; null where slices were not looked at.
 nlohmann::ordered_json slicesOf(const ReconstructionResult& result);

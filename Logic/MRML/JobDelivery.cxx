@@ -4,6 +4,7 @@
 #include "Core/Base/Failure.h"
 #include "DynamicWork.h"
 #include "IO/FilePath.h"
+#include "NodeGeometry.h"
 #include "Outputs.h"
 #include "vtkInnerGSDynamicModel.h"
 #include "vtkMRMLInnerGSModelNode.h"
@@ -78,7 +79,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   job->QualityState = task.filter->GetQualityState();
   for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
     job->Warnings.push_back(task.filter->GetWarning(n));
-  const auto [volume, model, table, uncertainty, replaced, problem] = makeOutputs(task, scene);
+  const auto [volume, model, table, slices, uncertainty, replaced, problem] = makeOutputs(task, scene);
   if (task.discard) return;
   if (volume) logic_->StopFollowing(volume); // the next move of the view would overwrite the result
   if (uncertainty) logic_->StopFollowing(uncertainty);
@@ -98,6 +99,10 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   job->VolumeNode = volume;
   job->ModelNode = model;
   job->TableNode = table;
+  job->SliceTableNode = slices;
+  if (slices)
+    job->Warnings.push_back("Where every slice was found to lie is in the table " + quoted(slices.Get()) +
+                            ".");
   job->UncertaintyNode = uncertainty;
   if (const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
       parameters && parameters->GetScene() == scene) {
@@ -109,6 +114,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
     refer(Parameters::GetResultVolumeReferenceRole(), volume);
     refer(Parameters::GetResultModelReferenceRole(), model);
     refer(Parameters::GetResultTableReferenceRole(), table);
+    refer(Parameters::GetResultSliceTableReferenceRole(), slices);
     refer(Parameters::GetResultUncertaintyReferenceRole(), uncertainty);
   }
 }
@@ -174,7 +180,7 @@ void JobDelivery::tellKept(Task& task) {
   vtkWarningWithObjectMacro(logic_, "The reconstruction of '"
                                         << kept.inputs << "' was stopped at iteration " << kept.iteration
                                         << " of " << kept.iterations << ". Where it stood is kept in "
-                                        << quoted(kept.file)
+                                        << innergs::quoted(kept.file)
                                         << ": load its scans again and go on from that file.");
 }
 

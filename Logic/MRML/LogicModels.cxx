@@ -2,12 +2,15 @@
 #include "LogicInternals.h"
 #include "ModelNodes.h"
 #include "Queries.h"
+#include "SliceTransforms.h"
 #include "vtkMRMLInnerGSModelNode.h"
 
+#include <vtkMRMLLinearTransformNode.h>
 #include <vtkMRMLModelNode.h>
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLSliceNode.h>
 
+#include <vtkCollection.h>
 #include <vtkFloatArray.h>
 #include <vtkPoints.h>
 
@@ -47,6 +50,13 @@ std::exception_ptr thrownBy(const std::function<void()>& task) {
 }
 
 } // namespace
+
+bool vtkSlicerInnerGSLogic::CreateSliceTransforms(vtkMRMLTableNode* slices, vtkCollection* transforms) {
+  return this->Work->guard([&] {
+    for (const auto& made : mrml::makeSliceTransforms(slices))
+      if (transforms) transforms->AddItem(made);
+  });
+}
 
 double vtkSlicerInnerGSLogic::GetValueAtRAS(vtkMRMLInnerGSModelNode* model, double r, double a, double s) {
   vtkNew<vtkPoints> point;

@@ -235,12 +235,24 @@ Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
   if (there(made.table) && there(made.volume))
     step([&] { made.table->SetNodeReferenceID("InnerGSVolume", made.volume->GetID()); });
   if (there(made.table)) step([&] { placeBeside(made.table, input()); });
+  vtkNew<vtkTable> slices;
+  slices->ShallowCopy(task.filter->GetSliceTable());
+  if (task.filter->GetSlicesMoved() && !task.discard) {
+    vtkMRMLTableNode* none = nullptr;
+    take(made.slices, none, false, "vtkMRMLTableNode", " InnerGS slices");
+  }
+  if (there(made.slices)) step([&] { setProvenance(made.slices, task); });
+  if (there(made.slices)) step([&] { made.slices->SetAndObserveTable(slices); });
+  if (there(made.slices) && there(made.model))
+    step([&] { made.slices->SetNodeReferenceID("InnerGSModel", made.model->GetID()); });
+  if (there(made.slices)) step([&] { placeBeside(made.slices, input()); });
   // Removed since they were created, or never filled.
   if (!there(made.model) || made.model->GetModel() != content.Get()) made.model = nullptr;
   if (there(made.volume) && task.newVolume && !made.volume->GetImageData())
     step([&] { scene->RemoveNode(made.volume); });
   if (!there(made.volume) || !made.volume->GetImageData()) made.volume = nullptr;
   if (!there(made.table)) made.table = nullptr;
+  if (!there(made.slices)) made.slices = nullptr;
   if (!there(made.uncertainty) || !made.uncertainty->GetImageData()) made.uncertainty = nullptr;
   return made;
 }

@@ -34,6 +34,7 @@ set(INNERGS_LOGIC_PRIVATE_SOURCES
   SegmentationMask.cxx
   SequenceNodes.cxx
   SliceThickness.cxx
+  SliceTransforms.cxx
   SliceFollower.cxx
   DetachedTasks.cxx
 )

@@ -68,7 +68,7 @@ vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() : Choices(std::make_u
         GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(), GetOutputModelReferenceRole(),
         GetQualityTableReferenceRole(), GetResultVolumeReferenceRole(), GetResultModelReferenceRole(),
         GetResultTableReferenceRole(), GetOutputUncertaintyReferenceRole(),
-        GetResultUncertaintyReferenceRole()})
+        GetResultUncertaintyReferenceRole(), GetResultSliceTableReferenceRole()})
     this->AddNodeReferenceRole(role, (std::string(role) + "Ref").c_str());
 }
 
@@ -258,3 +258,4 @@ INNERGS_GET_REFERENCE(vtkMRMLScalarVolumeNode, ResultVolumeNode, ResultVolume)
 INNERGS_GET_REFERENCE(vtkMRMLScalarVolumeNode, ResultUncertaintyNode, ResultUncertainty)
 INNERGS_GET_REFERENCE(vtkMRMLInnerGSModelNode, ResultModelNode, ResultModel)
 INNERGS_GET_REFERENCE(vtkMRMLTableNode, ResultTableNode, ResultTable)
+INNERGS_GET_REFERENCE(vtkMRMLTableNode, ResultSliceTableNode, ResultSliceTable)

@@ -104,6 +104,7 @@ public:
   vtkMRMLInnerGSModelNode* GetResultModelNode();
   vtkMRMLTableNode* GetResultTableNode();
   vtkMRMLScalarVolumeNode* GetResultUncertaintyNode();
+  vtkMRMLTableNode* GetResultSliceTableNode();
   ///@}
 
   ///@{
@@ -180,6 +181,9 @@ public:
   }
   static const char* GetResultTableReferenceRole() {
     return "resultTable";
+  }
+  static const char* GetResultSliceTableReferenceRole() {
+    return "resultSliceTable";
   }
 
 protected:

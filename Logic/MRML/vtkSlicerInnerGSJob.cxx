@@ -125,6 +125,9 @@ vtkMRMLScalarVolumeNode* vtkSlicerInnerGSJob::GetUncertaintyNode() {
 vtkMRMLTableNode* vtkSlicerInnerGSJob::GetTableNode() {
   return this->TableNode;
 }
+vtkMRMLTableNode* vtkSlicerInnerGSJob::GetSliceTableNode() {
+  return this->SliceTableNode;
+}
 vtkMRMLSequenceNode* vtkSlicerInnerGSJob::GetSequenceNode() {
   return this->SequenceNode;
 }

@@ -101,6 +101,9 @@ public:
   vtkMRMLScalarVolumeNode* GetVolumeNode();
   vtkMRMLInnerGSModelNode* GetModelNode();
   vtkMRMLTableNode* GetTableNode();
+  /// Where the slices of several scans were found to lie (vtkInnerGSReconstruct::GetSliceTable); null where
+  /// they were not moved one by one.
+  vtkMRMLTableNode* GetSliceTableNode();
   vtkMRMLScalarVolumeNode* GetUncertaintyNode(); // standard deviations; null unless asked for and known
   /// Of a moving scan alone.
   vtkMRMLSequenceNode* GetSequenceNode();
@@ -128,7 +131,7 @@ protected:
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> ParameterNode;
   vtkWeakPointer<vtkMRMLScalarVolumeNode> VolumeNode, UncertaintyNode;
   vtkWeakPointer<vtkMRMLInnerGSModelNode> ModelNode;
-  vtkWeakPointer<vtkMRMLTableNode> TableNode;
+  vtkWeakPointer<vtkMRMLTableNode> TableNode, SliceTableNode;
   vtkWeakPointer<vtkMRMLSequenceNode> SequenceNode;
   vtkWeakPointer<vtkMRMLSequenceBrowserNode> BrowserNode;
 

@@ -11,6 +11,7 @@
 #include <stop_token> // std::stop_token
 #include <string>     // returned
 
+class vtkCollection;
 class vtkDoubleArray;
 class vtkFloatArray;
 class vtkMatrix4x4;
@@ -22,6 +23,7 @@ class vtkMRMLScalarVolumeNode;
 class vtkMRMLSegmentationNode;
 class vtkMRMLSequenceNode;
 class vtkMRMLSliceNode;
+class vtkMRMLTableNode;
 class vtkMRMLVolumeNode;
 class vtkPoints;
 class vtkSlicerInnerGSDynamicRequest;
@@ -84,6 +86,10 @@ public:
                                         vtkMRMLScalarVolumeNode* output = nullptr);
   /// The sentence with which it would be refused, as far as lattices, times and types say; "".
   std::string CheckDynamicRequest(vtkSlicerInnerGSDynamicRequest* request);
+  /// Transform nodes of a table of slices (vtkSlicerInnerGSJob::GetSliceTableNode()), one per row, in a
+  /// folder beside it: to its parent, RAS mm, from where the scan's header puts the slice to where it lies.
+  /// They are added to `transforms`, which may be null. False after an error.
+  bool CreateSliceTransforms(vtkMRMLTableNode* slices, vtkCollection* transforms = nullptr);
   /// Ends a job, or all (null), queued and running, and waits for it: within 200 ms it is Cancelled, or
   /// Finished when it had been before. What of Slicer's cannot be stopped (surfaces to voxels) ends on its
   /// own; the logic's destruction waits for that.

@@ -20,5 +20,6 @@ set(INNERGS_VTK_PRIVATE_SOURCES
   ImageVoxels.cxx
   PipelineTime.cxx
   ReconstructInputs.cxx
+  SliceTable.cxx
   UncertaintyImage.cxx
 )

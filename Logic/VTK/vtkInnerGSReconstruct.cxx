@@ -7,6 +7,7 @@
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"
 #include "SettingsAccess.h"
+#include "SliceTable.h"
 #include "UncertaintyImage.h"
 #include "vtkInnerGSModel.h"
 
@@ -17,6 +18,7 @@
 #include "vtkNew.h"
 #include "vtkObjectFactory.h"
 #include "vtkStreamingDemandDrivenPipeline.h"
+#include "vtkTable.h"
 
 #include <algorithm>
 #include <array>
@@ -57,6 +59,7 @@ struct vtkInnerGSReconstruct::Internals {
   vtkNew<vtkImageData> preview;
   innergs::Phase phase = innergs::Phase::Preparing;
   std::vector<std::string> warnings;
+  vtkSmartPointer<vtkTable> slices = vtkSmartPointer<vtkTable>::New();
 };
 
 vtkInnerGSReconstruct::vtkInnerGSReconstruct()
@@ -224,6 +227,10 @@ std::string vtkInnerGSReconstruct::GetPhase() {
 int vtkInnerGSReconstruct::GetNumberOfWarnings() {
   return static_cast<int>(this->Work->warnings.size());
 }
+vtkTable* vtkInnerGSReconstruct::GetSliceTable() {
+  return this->Work->slices;
+}
+
 std::string vtkInnerGSReconstruct::GetWarning(int index) {
   return index >= 0 && index < this->GetNumberOfWarnings() ? this->Work->warnings[index] : "";
 }
@@ -415,6 +422,8 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->Noise = result.noise;
   this->NumberOfNonFiniteVoxels = static_cast<vtkIdType>(result.nonFiniteVoxels);
   work.warnings = std::move(result.warnings);
+  work.slices = innergs::vtk::makeSliceTable(result);
+  this->SlicesMoved = result.sliceMotion.moved;
   this->UsedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
   this->UsedInstructionSet = result.instructionSet;
   this->UsedDevice = result.device.id;

@@ -9,6 +9,7 @@
 
 class vtkImageData;
 class vtkMatrix4x4;
+class vtkTable;
 #ifndef __VTK_WRAP__
 namespace innergs {
 struct Progress;
@@ -187,6 +188,12 @@ public:
   vtkGetMacro(NumberOfNonFiniteVoxels, vtkIdType);
   int GetNumberOfWarnings();
   std::string GetWarning(int index); // a sentence for the user
+  /// Where the slices of several scans were found to lie, a row each: Scan (from 1), Slice (from 0), Weight
+  /// (0: left out), Gain, Displacement (mm), Angle (degrees), Residual (scanner units; NaN: unknown), and M00
+  /// to M23, rigid, RAS mm: from where the header puts the slice to where it lies. Empty where that was not
+  /// looked at.
+  vtkTable* GetSliceTable();
+  vtkGetMacro(SlicesMoved, bool); // whether they were moved one by one
   /// "name=value" pairs separated by "; ": every setting as used, including chosen ones.
   vtkGetMacro(UsedSettings, std::string);
   vtkGetMacro(UsedInstructionSet, std::string);
@@ -225,7 +232,7 @@ protected:
   bool UseRegion = false;
   double OutputSpacing[3] = {0, 0, 0};
   double HeldOutFraction = 0;
-  bool EstimateUncertainty = false, KeepModelWhenAborted = false;
+  bool EstimateUncertainty = false, KeepModelWhenAborted = false, SlicesMoved = false;
   int CurrentIteration = 0, TotalIterations = 0, NumberOfHeldOutSlices = 0, QualityState = QualityNotAsked;
   double CurrentLoss = 0, TrainingPSNR, HeldOutPSNR, ElapsedSeconds = 0, RemainingSeconds = 0;
   vtkIdType CurrentGaussians = 0, NumberOfNonFiniteVoxels = 0;

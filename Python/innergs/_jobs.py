@@ -7,10 +7,12 @@ import collections
 from ._parameters import temporary
 from ._scene import Cancelled, Error, logic, logic_of, quiet
 
-Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings uncertainty coverage")
+Result = collections.namedtuple("Result", "volume model table training_psnr held_out_psnr warnings uncertainty coverage slices")
 Result.__doc__ = """The result of a reconstruction: nodes (table: None unless quality was requested), PSNR in dB on the fitted samples
 and, for a second fit, on the slices withheld from it (NaN without one), sentences that the user should read, and with
-uncertainty=True a volume node of standard deviations (else None) and the share of withheld voxels inside their 90 % intervals."""
+uncertainty=True a volume node of standard deviations (else None) and the share of withheld voxels inside their 90 % intervals.
+slices: of several scans, a table node of where every slice was found to lie (slice_transforms() makes transforms of it), or
+None where they were not moved one by one."""
 
 
 class Job:
@@ -105,7 +107,8 @@ class Job:
             raise Cancelled("The reconstruction was cancelled.")
         warnings = [job.GetWarning(n) for n in range(job.GetNumberOfWarnings())]
         return Result(job.GetVolumeNode(), job.GetModelNode(), job.GetTableNode(), job.GetTrainingPSNR(),
-                      job.GetHeldOutPSNR(), warnings, job.GetUncertaintyNode(), job.GetUncertaintyCoverage())
+                      job.GetHeldOutPSNR(), warnings, job.GetUncertaintyNode(), job.GetUncertaintyCoverage(),
+                      job.GetSliceTableNode())
 
 
 def _node_of(volumes, spacing, parameter_node, choices):

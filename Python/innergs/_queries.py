@@ -83,6 +83,18 @@ def load(path, scene=None):
         return checked(owner, owner.LoadModel(str(path)))
 
 
+def slice_transforms(slices):
+    """Transform nodes of a result's slices (Result.slices), in their order: from where a scan's header puts the slice
+    to where it lies (to parent, RAS mm)."""
+    from vtkmodules.vtkCommonCore import vtkCollection
+
+    owner = logic_of(slices)
+    transforms = vtkCollection()
+    with quiet(owner):
+        checked(owner, owner.CreateSliceTransforms(slices, transforms))
+    return [transforms.GetItemAsObject(n) for n in range(transforms.GetNumberOfItems())]
+
+
 def save(model, path):
     """Writes a model file (.innergs: everything; .ply: only the Gaussians)."""
     owner = logic_of(model)

@@ -9,6 +9,7 @@
 #include <vtkMRMLTableNode.h>
 
 #include <vtkClosedSurfaceToBinaryLabelmapConversionRule.h>
+#include <vtkCollection.h>
 #include <vtkOrientedImageData.h>
 #include <vtkSegment.h>
 #include <vtkSegmentation.h>
@@ -425,6 +426,62 @@ TEST_F(ReconstructTest, QualityTable) {
   EXPECT_EQ(std::memcmp(judged->GetScalarPointer(), plain->GetScalarPointer(),
                         sizeof(float) * static_cast<std::size_t>(plain->GetNumberOfPoints())),
             0);
+}
+
+TEST_F(ReconstructTest, GivesSlicesATableAndTransforms) {
+  const auto scan = [&](const char* name, const int(&size)[3], const double(&spacing)[3]) {
+    vtkNew<vtkMatrix4x4> ijkToRAS;
+    for (int a = 0; a < 3; ++a) {
+      ijkToRAS->SetElement(a, a, spacing[a]);
+      ijkToRAS->SetElement(a, 3, -0.5 * spacing[a] * (size[a] - 1));
+    }
+    return addVolume(name, size, ijkToRAS);
+  };
+  auto* axial = scan("Axial", {40, 40, 15}, {1.5, 1.5, 4});
+  auto* coronal = scan("Coronal", {40, 15, 40}, {1.5, 4, 1.5});
+  coronal->SetOrigin(coronal->GetOrigin()[0] + 2, coronal->GetOrigin()[1], coronal->GetOrigin()[2]);
+  auto* parameters = addParameters(axial);
+  parameters->AddInputVolumeNode(coronal);
+  parameters->SetSetting("sliceMotion", "on");
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  auto* job = logic->GetLastJob();
+  vtkMRMLTableNode* table = job->GetSliceTableNode();
+  ASSERT_NE(table, nullptr);
+  EXPECT_EQ(parameters->GetResultSliceTableNode(), table);
+  EXPECT_STREQ(table->GetName(), "Axial InnerGS slices");
+  EXPECT_EQ(table->GetNodeReference("InnerGSModel"), job->GetModelNode());
+  ASSERT_EQ(table->GetTable()->GetNumberOfRows(), 15 + 15);
+  EXPECT_EQ(table->GetTable()->GetValueByName(15, "Scan").ToInt(), 2);
+  EXPECT_EQ(table->GetTable()->GetValueByName(15, "Slice").ToInt(), 0);
+
+  vtkNew<vtkCollection> transforms;
+  ASSERT_TRUE(logic->CreateSliceTransforms(table, transforms)) << logic->GetLastError();
+  ASSERT_EQ(transforms->GetNumberOfItems(), 15 + 15);
+  auto* hierarchy = vtkMRMLSubjectHierarchyNode::GetSubjectHierarchyNode(scene);
+  double between = 0; // mm to the right, from the axial slices' motion to the coronal ones'
+  for (int row = 0; row < 30; ++row) {
+    auto* transform = vtkMRMLLinearTransformNode::SafeDownCast(transforms->GetItemAsObject(row));
+    ASSERT_EQ(transform->GetScene(), scene.Get());
+    vtkNew<vtkMatrix4x4> matrix;
+    transform->GetMatrixTransformToWorld(matrix);
+    EXPECT_NEAR(matrix->Determinant(), 1, 1e-9);
+    EXPECT_EQ(matrix->GetElement(1, 3), table->GetTable()->GetValueByName(row, "M13").ToDouble());
+    if (row % 15 > 3 && row % 15 < 11) between += (row < 15 ? -1 : 1) * matrix->GetElement(0, 3) / 7;
+    const vtkIdType folder = hierarchy->GetItemParent(hierarchy->GetItemByDataNode(transform));
+    EXPECT_EQ(hierarchy->GetItemName(folder), "Axial InnerGS slices transforms");
+  }
+  EXPECT_NEAR(between, -2, 0.5) << "back by what the header is off";
+  EXPECT_STREQ(vtkMRMLNode::SafeDownCast(transforms->GetItemAsObject(18))->GetName(), "Scan 2 slice 003");
+
+  vtkNew<vtkMRMLTableNode> other;
+  scene->AddNode(other);
+  EXPECT_FALSE(logic->CreateSliceTransforms(other));
+  EXPECT_NE(logic->GetLastError().find("does not say where slices lie"), std::string::npos);
+  EXPECT_FALSE(logic->CreateSliceTransforms(nullptr));
+  parameters->SetSetting("sliceMotion", "off");
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_EQ(logic->GetLastJob()->GetSliceTableNode(), nullptr);
+  EXPECT_EQ(parameters->GetResultSliceTableNode(), nullptr);
 }
 
 } // namespace

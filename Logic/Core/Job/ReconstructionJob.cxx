@@ -193,4 +193,9 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
   result.seconds += result.judgingSeconds;
 }
 
+Affine3 slicePlace(const ReconstructionResult& result, std::size_t scan, std::size_t slice) {
+  const Affine3 whole = result.alignment.empty() ? Affine3{} : result.alignment[scan].toOthers;
+  return result.sliceMotion.moved ? result.sliceMotion.slices[scan][slice].pose * whole : whole;
+}
+
 } // namespace innergs

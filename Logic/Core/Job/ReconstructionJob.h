@@ -62,6 +62,10 @@ struct ReconstructionResult {
   std::vector<std::string> warnings;      // sentences for the user
 };
 
+/// Where a slice was found to lie: its scan's alignment, then its own motion; rigid, LPS mm, applied to where
+/// the scan's header puts it.
+Affine3 slicePlace(const ReconstructionResult& result, std::size_t scan, std::size_t slice);
+
 /// Bytes that a job needs beyond its input, including its second fit and its uncertainty.
 std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings);
 

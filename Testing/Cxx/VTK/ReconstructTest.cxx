@@ -4,6 +4,8 @@
 #include <vtkDataArray.h>
 #include <vtkImageShiftScale.h>
 #include <vtkPointData.h>
+#include <vtkTable.h>
+#include <vtkVariant.h>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -182,6 +184,45 @@ TEST(ReconstructFilter, MasksAndWithholds) {
       << "of all slices, whatever was withheld to judge it";
   EXPECT_TRUE(std::isnan(filter->GetHeldOutPSNR()));
   EXPECT_EQ(filter->GetQualityState(), vtkInnerGSReconstruct::QualityNotAsked);
+}
+
+TEST(ReconstructFilter, TellsWhereSlicesLie) {
+  ReconstructionInput input = headInput();
+  ASSERT_GT(input.stacks.size(), 1u);
+  auto filter = quickFilter(input, 2);
+  filter->SetSetting("sliceMotion", "on");
+  filter->Update();
+  ASSERT_EQ(filter->GetErrorMessage(), "");
+  EXPECT_TRUE(filter->GetSlicesMoved());
+  Settings settings = quickSettings(2);
+  settings.sliceMotion = SliceMotionKind::On;
+  const ReconstructionResult expected = reconstruct(input, settings);
+  vtkTable* table = filter->GetSliceTable();
+  vtkIdType row = 0;
+  for (std::size_t scan = 0; scan < input.stacks.size(); ++scan)
+    for (std::int64_t slice = 0; slice < input.stacks[scan].image.geometry.size[2]; ++slice, ++row) {
+      ASSERT_LT(row, table->GetNumberOfRows());
+      EXPECT_EQ(table->GetValueByName(row, "Scan").ToInt(), static_cast<int>(scan) + 1);
+      EXPECT_EQ(table->GetValueByName(row, "Slice").ToInt(), static_cast<int>(slice));
+      const auto& pose = expected.sliceMotion.slices[scan][static_cast<std::size_t>(slice)];
+      EXPECT_NEAR(table->GetValueByName(row, "Weight").ToDouble(), pose.weight, 0.02);
+      EXPECT_NEAR(table->GetValueByName(row, "Displacement (mm)").ToDouble(), pose.displacement, 0.02);
+      const Vec3 x{10, -20, 30}, lies = slicePlace(expected, scan, static_cast<std::size_t>(slice))(x);
+      const double ras[] = {-x[0], -x[1], x[2], 1}, expectedRAS[] = {-lies[0], -lies[1], lies[2]};
+      for (int r = 0; r < 3; ++r) {
+        double found = 0;
+        for (int c = 0; c < 4; ++c)
+          found +=
+              table->GetValueByName(row, ("M" + std::to_string(r) + std::to_string(c)).c_str()).ToDouble() *
+              ras[c];
+        EXPECT_NEAR(found, expectedRAS[r], 0.02); // see expectSame
+      }
+    }
+  EXPECT_EQ(row, table->GetNumberOfRows());
+  filter->SetSetting("sliceMotion", "off");
+  filter->Update();
+  EXPECT_FALSE(filter->GetSlicesMoved());
+  EXPECT_EQ(filter->GetSliceTable()->GetNumberOfRows(), 0);
 }
 
 TEST(ReconstructFilter, SaysHowFarItsImageMayBeOff) {

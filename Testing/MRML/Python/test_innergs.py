@@ -255,6 +255,21 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(result.table.GetTable().GetNumberOfRows(), 4)
         self.assertEqual(result.volume.GetAttribute("InnerGS.Inputs"), "Axial; Coronal")
 
+    def test_slices_of_several_scans_have_transforms(self):
+        axial = add_volume(self.scene, "Axial", (30, 28, 12), (1.5, 1.5, 4.0))
+        coronal = add_volume(self.scene, "Coronal", (30, 12, 30), (1.5, 4.0, 1.5))
+        result = innergs.reconstruct([axial, coronal], preset="fast", iterations=4, sliceMotion="on")
+        table = result.slices.GetTable()
+        self.assertEqual(table.GetNumberOfRows(), 24)
+        transforms = innergs.slice_transforms(result.slices)
+        self.assertEqual(len(transforms), 24)
+        matrix = vtkMatrix4x4()
+        transforms[13].GetMatrixTransformToParent(matrix)
+        self.assertEqual(matrix.GetElement(2, 3), table.GetValueByName(13, "M23").ToDouble())
+        self.assertEqual(transforms[13].GetName(), "Scan 2 slice 001")
+        with self.assertRaisesRegex(innergs.Error, "does not say where slices lie"):
+            innergs.slice_transforms(self.scene.AddNewNodeByClass("vtkMRMLTableNode"))
+
     def test_held_out_slices_judge_a_second_fit(self):
         source = add_volume(self.scene)
         plain = innergs.reconstruct(source, preset="fast", iterations=10)

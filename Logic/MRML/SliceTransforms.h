@@ -1,0 +1,17 @@
+#pragma once
+#include <vtkSmartPointer.h>
+
+#include <vector>
+
+class vtkMRMLLinearTransformNode;
+class vtkMRMLTableNode;
+
+namespace innergs::mrml {
+
+/// One transform node per row of a table of slices (vtkSlicerInnerGSJob::GetSliceTableNode()), in a folder of
+/// the subject hierarchy beside it: to its parent, RAS mm, from where the scan's header puts the slice to
+/// where it lies. Ends early where an observer removes the table. Throws Error(InvalidArgument) of another
+/// table.
+std::vector<vtkSmartPointer<vtkMRMLLinearTransformNode>> makeSliceTransforms(vtkMRMLTableNode* slices);
+
+} // namespace innergs::mrml
