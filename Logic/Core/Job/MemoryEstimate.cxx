@@ -78,7 +78,7 @@ std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& s
                voxels = static_cast<double>(stack.image.geometry.voxelCount());
   const double fit = static_cast<double>(estimateMemory(thin, filled)) + 5 * slices;
   double candidates = 16 * voxels;
-  if (settings.prediction != PredictionKind::Interpolation && voxels <= kMostFieldVoxels) {
+  if (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels)) {
     ReconstructionInput field;
     field.stacks = input.stacks;
     field.outputGrid = stack.image.geometry;

@@ -21,6 +21,7 @@ constexpr double kLittle = 0.985;   // a network's error relative to its filter'
 constexpr double kMuch = 0.95;      // below: much
 constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
 constexpr int kLongerFit = 60;      // iterations of the field
+constexpr int kTrialFit = 20;       // and on every second slice, where more of them only fit it too closely
 constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
 
 /// Keeps every second slice.
@@ -73,6 +74,10 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 
 } // namespace
 
+bool triesField(const Settings& settings, double voxels) {
+  return voxels <= (settings.preset == Preset::Fast ? 1.5e6 : 10e6);
+}
+
 Settings fieldSettings(const Settings& settings, bool longer) {
   Settings field;
   field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
@@ -122,7 +127,12 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   Further found;
   const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
   if (withField) {
-    found.field = fitField_(scan, grid, fieldSettings(settings_, littleToLearn_), from, middle);
+    Settings settings = fieldSettings(settings_, littleToLearn_);
+    if (trial) {
+      settings.iterations = kTrialFit;
+      settings.consistency = false; // anchor() does much the same
+    }
+    found.field = fitField_(scan, grid, settings, from, middle);
     anchor(*found.field, scan);
   }
   if (withLearned) {
@@ -155,7 +165,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
 SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
-  const bool withField = static_cast<double>(between.voxels.size()) <= kMostFieldVoxels;
+  const bool withField = triesField(settings_, static_cast<double>(between.voxels.size()));
   const Stack even = everySecond(scan_);
   GridGeometry middle = even.image.geometry; // every second plane belongs to a withheld slice
   middle.spacing[2] = g.spacing[2];

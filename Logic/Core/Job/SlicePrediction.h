@@ -6,10 +6,10 @@
 
 namespace innergs {
 
-constexpr double kMostFieldVoxels = 10e6; // in a prediction that a field fitted to the slices takes part in
+/// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
+bool triesField(const Settings& settings, double voxels);
 
-/// Settings of the field, fitted to the slices alone, that takes part in a prediction. longer: preset
-/// balanced has more iterations.
+/// Settings of that field. longer: preset balanced has more iterations.
 Settings fieldSettings(const Settings& settings, bool longer = false);
 
 /// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what

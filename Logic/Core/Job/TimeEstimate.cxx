@@ -233,8 +233,8 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   slices.stacks = input.stacks;
   slices.outputGrid = thin.stacks.front().image.geometry;
   const double voxels = static_cast<double>(slices.outputGrid->voxelCount());
-  const bool withField = voxels <= kMostFieldVoxels;
-  if (withField) seconds += 1.5 * this->seconds(slices, fieldSettings(settings));
+  const bool withField = triesField(settings, voxels);
+  if (withField) seconds += 1.35 * this->seconds(slices, fieldSettings(settings));
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
   // Learning, expressed in iterations of the fit over so many voxels.
