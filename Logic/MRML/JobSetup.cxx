@@ -88,7 +88,7 @@ using Parameters = vtkMRMLInnerGSParameterNode;
 
 /// Of its own, so that a worker touches no node's image, with the same voxels.
 vtkSmartPointer<vtkImageData> sharing(vtkImageData* image) {
-  const auto own = vtkSmartPointer<vtkImageData>::New();
+  auto own = vtkSmartPointer<vtkImageData>::New();
   own->ShallowCopy(image);
   return own;
 }

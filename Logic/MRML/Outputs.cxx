@@ -28,7 +28,7 @@ namespace {
 
 /// Creates a node outside the scene.
 vtkSmartPointer<vtkMRMLNode> makeNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
-  const auto node = vtkSmartPointer<vtkMRMLNode>::Take(scene->CreateNodeByClass(className));
+  auto node = vtkSmartPointer<vtkMRMLNode>::Take(scene->CreateNodeByClass(className));
   if (!node)
     throw Error(ErrorCode::InvalidArgument, std::string("The scene does not know ") + className + ".");
   node->SetName(scene->GenerateUniqueName(name).c_str());
@@ -71,7 +71,7 @@ void setProvenance(vtkMRMLNode* node, const Task& task) {
 } // namespace
 
 vtkSmartPointer<vtkMRMLNode> addNode(vtkMRMLScene* scene, const char* className, const std::string& name) {
-  const auto node = makeNode(scene, className, name);
+  auto node = makeNode(scene, className, name);
   scene->AddNode(node);
   return node;
 }

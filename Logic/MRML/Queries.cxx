@@ -173,7 +173,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRML
     query->SetStandardDeviationIJKToRASMatrix(ijkToRAS);
   }
   run(query);
-  const auto volume = volumeFor(scene, output, model, deviation ? " plane standard deviation" : " plane");
+  auto volume = volumeFor(scene, output, model, deviation ? " plane standard deviation" : " plane");
   setProvenance(volume, model);
   if (deviation)
     setDeviation(volume, query->GetOutputStandardDeviation(), query->GetOutputIJKToRASMatrix(), deviation);
@@ -223,7 +223,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resample(vtkMRMLScene* scene, vtkMRMLIn
   setSpacing(filter, model->GetModel(), modelToWorld, spacing);
   run(filter);
   vtkMatrix4x4::Multiply4x4(modelToWorld, filter->GetOutputIJKToRASMatrix(), ijkToWorld);
-  const auto volume = volumeFor(scene, output, model, " resampled");
+  auto volume = volumeFor(scene, output, model, " resampled");
   setProvenance(volume, model);
   setVolume(volume, filter->GetOutput(), ijkToWorld);
   return volume;
@@ -250,7 +250,7 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> resampleLike(vtkMRMLScene* scene, vtkMR
   filter->SetReferenceGrid(ijkToModel, size[0], size[1], size[2]);
   filter->GeometryInImageOff();
   run(filter);
-  const auto volume = volumeFor(scene, output, model, " resampled");
+  auto volume = volumeFor(scene, output, model, " resampled");
   setProvenance(volume, model);
   setVolume(volume, filter->GetOutput(), referenceToWorld, reference);
   return volume;

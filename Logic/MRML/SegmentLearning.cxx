@@ -119,7 +119,7 @@ void checkInScene(vtkMRMLInnerGSModelNode* model, vtkMRMLScene* scene) {
 
 std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels,
                                                  vtkMRMLScene* scene) {
-  const auto training = std::make_shared<TrainingLabels>();
+  auto training = std::make_shared<TrainingLabels>();
   checkInScene(model, scene);
   if (!labels)
     throw Error(ErrorCode::InvalidArgument,

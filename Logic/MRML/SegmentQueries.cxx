@@ -139,12 +139,12 @@ vtkSmartPointer<vtkMRMLScalarVolumeNode> addScore(vtkMRMLScene* scene, vtkMRMLIn
   float* score = vtk::allocateFloats(image, made.lattice, false);
   std::fill_n(score, made.lattice.voxelCount(), 0.f);
   for (const auto& [terms, segment] : made.segments)
-    forEachVoxel(segment, made.lattice.size, [&](std::size_t voxel, std::size_t part) {
-      score[voxel] = std::max(score[voxel], segment.probability[part]);
+    forEachVoxel(segment, made.lattice.size, [score, &found = segment](std::size_t voxel, std::size_t part) {
+      score[voxel] = std::max(score[voxel], found.probability[part]);
     });
   vtkNew<vtkMatrix4x4> ijkToRAS;
   vtk::toMatrix(made.lattice, ijkToRAS);
-  const auto volume = volumeFor(scene, output, model, " score");
+  auto volume = volumeFor(scene, output, model, " score");
   setProvenance(volume, model);
   setVolume(volume, image, ijkToRAS);
   volume->SetAndObserveTransformNodeID(model->GetTransformNodeID());

@@ -35,13 +35,12 @@ std::string formerName(const std::string& name) {
 /// A choice was a number then, and what is out of range, -1 or 0, stood for unset.
 void setFormer(innergs::Settings& settings, const innergs::Setting& row, const std::string& text) {
   const innergs::Settings before = settings;
-  if (row.type() == innergs::Setting::Type::Text)
+  const auto number =
+      row.type() == innergs::Setting::Type::Text ? std::nullopt : innergs::wholeTextNumber(text);
+  if (!number)
     row.setText(settings, text);
-  else if (const auto number = innergs::wholeTextNumber(text);
-           number && !(row.member.optional && *number < 0))
+  else if (!row.member.optional || *number >= 0)
     row.setNumber(settings, number);
-  else if (!number)
-    row.setText(settings, text);
   if (row.member.optional && !innergs::sentenceOf([&] { row.check(settings); }).empty()) settings = before;
 }
 

@@ -40,10 +40,10 @@ vtkSmartPointer<vtkTable> makeSliceTable(const ReconstructionResult& result) {
         figures[n]->InsertNextValue(values[n]);
       const Affine3 lps = slicePlace(result, scan, slice);
       const Affine3 ras{flipped(lps).linear * diagonal({-1, -1, 1}), flipped(lps.offset)};
+      auto entry = matrix.begin();
       for (int row = 0; row < 3; ++row)
         for (int column = 0; column < 4; ++column)
-          matrix[static_cast<std::size_t>(4 * row + column)]->InsertNextValue(
-              column < 3 ? ras.linear[row][column] : ras.offset[row]);
+          (*entry++)->InsertNextValue(column < 3 ? ras.linear[row][column] : ras.offset[row]);
     }
   return table;
 }

@@ -57,8 +57,9 @@ TEST_F(JobTest, PreviewHasDataAndGeometry) {
     vtkNew<vtkMatrix4x4> toIJK;
     vtkMatrix4x4::Invert(job->GetPreviewIJKToRASMatrix(), toIJK);
     toIJK->MultiplyPoint(at, centre);
-    EXPECT_NEAR(job->GetPreviewImage()->GetScalarComponentAsDouble(int(centre[0] + .5), int(centre[1] + .5),
-                                                                   int(centre[2] + .5), 0),
+    EXPECT_NEAR(job->GetPreviewImage()->GetScalarComponentAsDouble(
+                    static_cast<int>(std::lround(centre[0])), static_cast<int>(std::lround(centre[1])),
+                    static_cast<int>(std::lround(centre[2])), 0),
                 truth(0, 0, 0), 40);
     logic->Cancel(job);
   });

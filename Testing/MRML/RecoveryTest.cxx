@@ -20,7 +20,7 @@ protected:
     return parameters;
   }
   vtkSmartPointer<vtkSlicerInnerGSJob> startAndReach(vtkMRMLInnerGSParameterNode* parameters, int iteration) {
-    const vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
+    vtkSmartPointer<vtkSlicerInnerGSJob> job = logic->StartReconstruction(parameters);
     EXPECT_NE(job, nullptr) << logic->GetLastError();
     if (job)
       waitUntil([&] {
