@@ -21,7 +21,8 @@ constexpr double kLittle = 0.985;   // a network's error relative to its filter'
 constexpr double kMuch = 0.95;      // below: much
 constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
 constexpr int kLongerFit = 60;      // iterations of the field
-constexpr int kTrialFit = 20;       // and on every second slice, where more of them only fit it too closely
+constexpr int kTrialFit = 20;       // and on every second slice of a large scan: more only fit it too closely
+constexpr double kLarge = 1.5e6;    // voxels
 constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
 
 /// Keeps every second slice.
@@ -75,7 +76,7 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 } // namespace
 
 bool triesField(const Settings& settings, double voxels) {
-  return voxels <= (settings.preset == Preset::Fast ? 1.5e6 : 10e6);
+  return voxels <= (settings.preset == Preset::Fast ? kLarge : 10e6);
 }
 
 Settings fieldSettings(const Settings& settings, bool longer) {
@@ -128,7 +129,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
   if (withField) {
     Settings settings = fieldSettings(settings_, littleToLearn_);
-    if (trial) {
+    if (trial && large_) {
       settings.iterations = kTrialFit;
       settings.consistency = false; // anchor() does much the same
     }
@@ -165,6 +166,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
 SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
+  large_ = static_cast<double>(between.voxels.size()) > kLarge;
   const bool withField = triesField(settings_, static_cast<double>(between.voxels.size()));
   const Stack even = everySecond(scan_);
   GridGeometry middle = even.image.geometry; // every second plane belongs to a withheld slice

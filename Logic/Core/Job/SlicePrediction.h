@@ -56,6 +56,7 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   CandidateChoice choice_;
+  bool large_ = false;         // a field takes long
   bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
   bool muchToLearn_ = false;   // it improved on it a lot
   std::string sentence_;
