@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "Core/Base/NumberText.h"
 #include "Core/Device/Devices.h"
 #include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
@@ -43,7 +44,13 @@ JobFilter::~JobFilter() = default;
 
 ReconstructionResult JobFilter::Reconstruct(ReconstructionInput&& input, const Settings& settings,
                                             const std::stop_token& stop) {
-  if (mask) input.masks = {std::exchange(mask, nullptr)->make(stop, *unstoppable)};
+  if (!masks.empty()) {
+    std::vector<Mask> all;
+    auto own = input.masks.begin();
+    for (const auto& segmentation : std::exchange(masks, {}))
+      all.push_back(segmentation ? segmentation->make(stop, *unstoppable) : std::move(*own++));
+    input.masks = std::move(all);
+  }
   if (!resumeFile.empty()) input.resume = std::make_shared<const Model>(readModel(resumeFile));
   JudgedReconstruction job(std::move(input), settings, keepEvery);
   job.onProgress([this](const innergs::Progress& progress) { ReportProgress(progress); });
@@ -126,42 +133,67 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
   return inputs;
 }
 
-/// Only checks that a segmentation is usable: it is copied at the start.
-void setMask(vtkInnerGSReconstruct* filter, Parameters* parameters) {
-  auto* node = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
-                                                    "The mask", "a label map or segmentation");
-  if (!node) return;
-  if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
-    SegmentationMask::check(segmentation, parameters->GetMaskSegmentID());
-    return;
-  }
-  auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
-  if (!volume)
+std::vector<vtkMRMLTransformableNode*> masksOf(Parameters* parameters) {
+  std::vector<vtkMRMLTransformableNode*> masks;
+  for (int n = 0; n < parameters->GetNumberOfMaskNodes(); ++n)
+    if (auto* mask = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), n,
+                                                          "The mask", "a label map or segmentation"))
+      masks.push_back(mask);
+  if (parameters->GetNumberOfChosenMasks() > std::max(1, parameters->GetNumberOfMaskNodes()))
     refuse(ErrorCode::InvalidArgument,
-           "The mask " + quoted(node) + " is neither a label map nor a segmentation: choose one.");
-  if (!volume->GetImageData())
-    refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
-  vtkNew<vtkMatrix4x4> matrix;
-  ijkToWorld(volume, matrix);
-  filter->SetMaskData(sharing(volume->GetImageData()));
-  filter->SetMaskIJKToRASMatrix(matrix);
+           "One of the scans' masks is no longer in the scene: choose the masks again.");
+  return masks;
 }
 
-/// That a mask is for.
-std::vector<GridGeometry> gridsOf(const ReconstructionInput& input) {
+/// Only checks that segmentations are usable: they are copied at the start.
+void setMasks(vtkInnerGSReconstruct* filter, Parameters* parameters) {
+  int index = 0;
+  for (vtkMRMLTransformableNode* node : masksOf(parameters)) {
+    if (auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node)) {
+      SegmentationMask::check(segmentation, parameters->GetMaskSegmentID());
+      continue;
+    }
+    auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
+    if (!volume)
+      refuse(ErrorCode::InvalidArgument,
+             "The mask " + quoted(node) + " is neither a label map nor a segmentation: choose one.");
+    if (!volume->GetImageData())
+      refuse(ErrorCode::NoData, "The mask " + quoted(node) + " has no voxels: choose another or none.");
+    vtkNew<vtkMatrix4x4> matrix;
+    ijkToWorld(volume, matrix);
+    filter->AddMaskData(sharing(volume->GetImageData()));
+    filter->SetMaskIJKToRASMatrix(index++, matrix);
+  }
+}
+
+/// What the mask of this index is for: all inputs, or its own.
+std::vector<GridGeometry> gridsOf(const ReconstructionInput& input, std::size_t mask, std::size_t masks) {
   std::vector<GridGeometry> grids;
-  for (const Stack& stack : input.stacks)
-    grids.push_back(stack.image.geometry);
+  for (std::size_t s = 0; s < input.stacks.size(); ++s)
+    if (masks == 1 || s == mask) grids.push_back(input.stacks[s].image.geometry);
   return grids;
 }
 
-/// Copies what the mask needs of a segmentation while this is the main thread.
-void takeMask(JobFilter* filter, Parameters* parameters, vtkMRMLVolumeNode* like) {
-  auto* node = vtkMRMLSegmentationNode::SafeDownCast(parameters->GetMaskNode());
-  if (!node) return;
-  std::vector<GridGeometry> grids;
-  filter->WithOutline([&](const ReconstructionInput& input) { grids = gridsOf(input); });
-  filter->mask = std::make_unique<SegmentationMask>(node, parameters->GetMaskSegmentID(), like, grids);
+void checkNumber(std::size_t masks, std::size_t inputs) {
+  if (masks > 1 && masks != inputs)
+    refuse(ErrorCode::InvalidArgument,
+           formatted("There are %zu masks for %zu scan%s: choose one for all, or one for each.", masks,
+                     inputs, inputs == 1 ? "" : "s"));
+}
+
+/// Copies what the masks need of segmentations while this is the main thread.
+void takeMasks(JobFilter* filter, Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>& inputs) {
+  const std::vector<vtkMRMLTransformableNode*> nodes = masksOf(parameters);
+  bool segmentations = false;
+  std::vector<std::unique_ptr<SegmentationMask>> masks(nodes.size());
+  for (std::size_t n = 0; n < nodes.size(); ++n)
+    if (auto* node = vtkMRMLSegmentationNode::SafeDownCast(nodes[n])) {
+      std::vector<GridGeometry> grids;
+      filter->WithOutline([&](const ReconstructionInput& input) { grids = gridsOf(input, n, nodes.size()); });
+      masks[n] = std::make_unique<SegmentationMask>(node, parameters->GetMaskSegmentID(), inputs[n], grids);
+      segmentations = true;
+    }
+  if (segmentations) filter->masks = std::move(masks);
 }
 
 void setReference(vtkInnerGSReconstruct* filter, const GridGeometry& grid) {
@@ -239,7 +271,9 @@ void checkOutputs(Parameters* parameters, const std::vector<vtkMRMLVolumeNode*>&
       refuse(ErrorCode::InvalidArgument,
              "The output " + quoted(output) +
                  " is an input as well: choose another, inputs are never changed.");
-    if (output == parameters->GetMaskNode() || output == parameters->GetReferenceVolumeNode())
+    const auto masks = masksOf(parameters);
+    if (std::find(masks.begin(), masks.end(), output) != masks.end() ||
+        output == parameters->GetReferenceVolumeNode())
       refuse(ErrorCode::InvalidArgument, "The output " + quoted(output) +
                                              " is the mask or the reference as well: choose another, these "
                                              "are never changed.");
@@ -277,7 +311,8 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const Thic
     const bool acquired = axis == automatic && axis == 2; // as DICOM's slices are stacked
     filter->SetInputSliceThickness(index, thickness == 0 && acquired ? thicknessOf(input) : thickness);
   }
-  setMask(filter, parameters);
+  checkNumber(masksOf(parameters).size(), inputs.size());
+  setMasks(filter, parameters);
   setGrid(filter, parameters, inputs);
 }
 
@@ -318,13 +353,20 @@ std::string describeDevice(Parameters* parameters) {
 }
 
 JobOutline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf,
-                     OutlineMask& mask) {
+                     std::vector<OutlineMask>& masks) {
   const auto filter = check(parameters, scene, thicknessOf);
   JobOutline outline;
   outline.settings = filter->GetSettings();
   filter->WithOutline([&](ReconstructionInput input) {
-    if (const Mask* inside = mask.of(parameters, inputsOf(parameters).front(), gridsOf(input)))
-      input.masks = {*inside};
+    const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
+    const std::vector<vtkMRMLTransformableNode*> nodes = masksOf(parameters);
+    masks.resize(nodes.size());
+    input.masks.clear();
+    for (std::size_t n = 0; n < nodes.size(); ++n)
+      if (const Mask* inside = masks[n].of(nodes[n], parameters->GetMaskSegmentID(), inputs[n],
+                                           gridsOf(input, n, nodes.size())))
+        input.masks.push_back(*inside);
+    if (input.masks.size() < nodes.size()) input.masks.clear();
     outline.fits = fitOutlines(input, filter->keepEvery);
   });
   return outline;
@@ -335,12 +377,14 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const
   auto task = std::make_shared<Task>();
   task->filter = filterFor(parameters, scene, thicknessOf, *task);
   const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
-  takeMask(task->filter, parameters, inputs.front());
+  takeMasks(task->filter, parameters, inputs);
   if (copy && !task->filter->TakeSnapshot()) task->filter->RethrowError();
   for (vtkMRMLVolumeNode* input : inputs)
     task->inputNames +=
         (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");
-  if (vtkMRMLNode* mask = parameters->GetMaskNode()) task->maskName = mask->GetName() ? mask->GetName() : "";
+  for (vtkMRMLNode* mask : masksOf(parameters))
+    task->maskName +=
+        (task->maskName.empty() ? "" : "; ") + std::string(mask->GetName() ? mask->GetName() : "");
   task->recovered.inputs = task->inputNames;
   task->recovered.mask = task->maskName;
   task->recovered.settings = task->filter->GetSettings();

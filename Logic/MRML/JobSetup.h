@@ -35,8 +35,9 @@ public:
   static JobFilter* New();
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
   using vtkInnerGSReconstruct::WithOutline;
-  /// The worker makes it before the fit; what cannot be stopped is left to `unstoppable`.
-  std::unique_ptr<SegmentationMask> mask;
+  /// Of segmentations, which the worker makes before the fit; null for what is among the filter's own masks.
+  /// What cannot be stopped is left to `unstoppable`.
+  std::vector<std::unique_ptr<SegmentationMask>> masks;
   DetachedTasks* unstoppable = nullptr;
   /// See JudgedReconstruction.
   std::optional<int> keepEvery;
@@ -78,7 +79,7 @@ struct Task {
 
   // For the main thread, when it is done.
   bool discard = false;             // the result is no longer wanted
-  std::string inputNames, maskName; // "" without a mask
+  std::string inputNames, maskName; // names apart by "; "; "" without a mask
   bool newVolume = true, newModel = true, newTable = true,
        newUncertainty = true; // none was chosen at the start
   vtkWeakPointer<vtkMRMLScene> scene;
@@ -107,7 +108,7 @@ std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 
 /// Of the job and its quality table; knows no nodes, so any thread may use it. Throws Error.
 JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
-                     const ThicknessOf& thicknessOf, OutlineMask& mask);
+                     const ThicknessOf& thicknessOf, std::vector<OutlineMask>& masks);
 
 /// check(), and copies the voxels; without `copy` the worker copies them from what it shares with the nodes.
 /// Throws Error.

@@ -22,7 +22,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   std::vector<std::shared_ptr<innergs::mrml::SliceFollower>> followers;
   innergs::mrml::JobDelivery delivery;
   DicomLookup dicom;
-  innergs::mrml::OutlineMask outlineMask;
+  std::vector<innergs::mrml::OutlineMask> outlineMasks;
   std::string recoveryFolder; // "": the usual one
   innergs::mrml::SegmentQueries segments;
 

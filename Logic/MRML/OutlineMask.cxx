@@ -5,7 +5,6 @@
 #include "ImageVoxels.h"
 #include "NodeGeometry.h"
 #include "SegmentationMask.h"
-#include "vtkMRMLInnerGSParameterNode.h"
 
 #include <vtkMRMLSegmentationNode.h>
 #include <vtkMRMLVolumeNode.h>
@@ -67,13 +66,11 @@ std::string keyOf(vtkMRMLVolumeNode* node) {
 
 } // namespace
 
-const Mask* OutlineMask::of(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLVolumeNode* like,
+const Mask* OutlineMask::of(vtkMRMLNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                             const std::vector<GridGeometry>& grids) {
-  vtkMRMLNode* node = parameters->GetMaskNode();
   auto* segmentation = vtkMRMLSegmentationNode::SafeDownCast(node);
   auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
   if (!segmentation && !(volume && volume->GetImageData())) return nullptr;
-  const std::string segment = parameters->GetMaskSegmentID();
   try {
     std::string key = segmentation ? keyOf(segmentation, segment, grids) : keyOf(volume);
     if (key != key_) {

@@ -5,18 +5,18 @@
 #include <string>
 #include <vector>
 
-class vtkMRMLInnerGSParameterNode;
+class vtkMRMLNode;
 class vtkMRMLVolumeNode;
 
 namespace innergs::mrml {
 
-/// The mask of estimates: made anew only when the mask, its voxels or its place have changed, since every
+/// One mask of estimates: made anew only when the mask, its voxels or its place have changed, since every
 /// choice in a panel is estimated. Main thread.
 class OutlineMask {
 public:
   /// On its own lattice (LPS); null without a mask, for surfaces, which only Slicer's slow conversion could
-  /// count, and for what the job will refuse. `like`, grids: as SegmentationMask's.
-  const Mask* of(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLVolumeNode* like,
+  /// count, and for what the job will refuse. segment, `like`, grids: as SegmentationMask's.
+  const Mask* of(vtkMRMLNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                  const std::vector<GridGeometry>& grids);
 
 private:

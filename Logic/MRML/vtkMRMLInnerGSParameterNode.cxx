@@ -58,6 +58,7 @@ void setFormer(innergs::Settings& settings, const innergs::Setting& row, const s
 #define INNERGS_PROPERTIES(DO)                                                                               \
   INNERGS_SETTINGS(DO)                                                                                       \
   DO(StdString, maskSegmentID, MaskSegmentID)                                                                \
+  DO(Int, numberOfMasks, NumberOfChosenMasks)                                                                \
   DO(StdString, resumeFileName, ResumeFileName)                                                              \
   DO(StdString, inputSettings, InputSettings)
 
@@ -189,6 +190,28 @@ vtkMRMLVolumeNode* vtkMRMLInnerGSParameterNode::GetInputVolumeNode(int index) {
   return vtkMRMLVolumeNode::SafeDownCast(this->GetNthNodeReference(GetInputVolumeReferenceRole(), index));
 }
 
+void vtkMRMLInnerGSParameterNode::SetMaskNode(vtkMRMLNode* node) {
+  MRMLNodeModifyBlocker blocker(this);
+  if (this->GetNumberOfMaskNodes() > 1) this->RemoveNodeReferenceIDs(GetMaskReferenceRole());
+  this->SetReference(GetMaskReferenceRole(), node);
+  this->SetNumberOfChosenMasks(this->GetNumberOfMaskNodes());
+}
+
+void vtkMRMLInnerGSParameterNode::AddMaskNode(vtkMRMLNode* node) {
+  if (!node) return;
+  MRMLNodeModifyBlocker blocker(this);
+  this->AddNodeReferenceID(GetMaskReferenceRole(), node->GetID());
+  this->SetNumberOfChosenMasks(this->GetNumberOfMaskNodes());
+}
+
+int vtkMRMLInnerGSParameterNode::GetNumberOfMaskNodes() {
+  return this->GetNumberOfNodeReferences(GetMaskReferenceRole());
+}
+
+vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetMaskNode(int index) {
+  return this->GetNthNodeReference(GetMaskReferenceRole(), index);
+}
+
 vtkMRMLInnerGSParameterNode::StackSettings vtkMRMLInnerGSParameterNode::StackOf(vtkMRMLNode* input) const {
   const auto found = input && input->GetID() ? this->Stacks.find(input->GetID()) : this->Stacks.end();
   return found == this->Stacks.end() ? StackSettings{} : found->second;
@@ -246,7 +269,6 @@ void vtkMRMLInnerGSParameterNode::SetReference(const char* role, vtkMRMLNode* no
     this->SetReference(Get##Role##ReferenceRole(), node);                                                    \
   }                                                                                                          \
   INNERGS_GET_REFERENCE(Type, Name, Role)
-INNERGS_REFERENCE(vtkMRMLNode, MaskNode, Mask)
 INNERGS_REFERENCE(vtkMRMLNode, ROINode, ROI)
 INNERGS_REFERENCE(vtkMRMLVolumeNode, ReferenceVolumeNode, ReferenceVolume)
 INNERGS_REFERENCE(vtkMRMLScalarVolumeNode, OutputVolumeNode, OutputVolume)

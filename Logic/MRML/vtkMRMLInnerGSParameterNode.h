@@ -69,9 +69,14 @@ public:
 
   ///@{
   /// Only voxels inside are fitted: a labelmap volume (not 0 is inside) or a segmentation (all segments, or
-  /// the one named by MaskSegmentID). Null: no mask.
+  /// the one named by MaskSegmentID). Null: no mask. Of several scans either one for all, or one for each, in
+  /// their order.
   void SetMaskNode(vtkMRMLNode* node);
-  vtkMRMLNode* GetMaskNode();
+  void AddMaskNode(vtkMRMLNode* node);
+  int GetNumberOfMaskNodes();
+  vtkMRMLNode* GetMaskNode(int index = 0);
+  /// More than GetNumberOfMaskNodes() when one has left the scene since.
+  vtkGetMacro(NumberOfChosenMasks, int);
   vtkSetMacro(MaskSegmentID, const std::string&);
   vtkGetMacro(MaskSegmentID, std::string);
   /// A markups ROI: only what it contains is fitted and put out. Null: everything.
@@ -201,6 +206,8 @@ protected:
   double GetSettingNumber(const char* name);
 #endif
 
+  vtkSetMacro(NumberOfChosenMasks, int);
+  int NumberOfChosenMasks = 0;
   std::string MaskSegmentID, ResumeFileName;
   int OutputGrid = AutomaticGrid;
   double OutputSpacing = 1;

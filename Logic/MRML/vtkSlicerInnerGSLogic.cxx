@@ -65,7 +65,7 @@ void vtkSlicerInnerGSLogic::Internals::showFine(const std::shared_ptr<mrml::Slic
 }
 
 innergs::JobOutline vtkSlicerInnerGSLogic::Internals::outlineOf(vtkMRMLInnerGSParameterNode* parameters) {
-  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf(), outlineMask);
+  return mrml::outlineOf(parameters, logic->GetMRMLScene(), thicknessOf(), outlineMasks);
 }
 
 mrml::ThicknessOf vtkSlicerInnerGSLogic::Internals::thicknessOf() const {

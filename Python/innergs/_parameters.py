@@ -81,7 +81,9 @@ def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mas
             node.SetReferenceVolumeNode(reference)
         elif input_grid:
             node.SetOutputGrid(node.InputGrid)
-        node.SetMaskNode(mask)
+        node.SetMaskNode(None)
+        for one in mask if isinstance(mask, (list, tuple)) else [mask]:
+            node.AddMaskNode(one)
         node.SetMaskSegmentID(segment or "")
         node.SetROINode(roi)
         node.SetHeldOutFraction(held_out)

@@ -80,15 +80,20 @@ vtkMRMLScalarVolumeNode* MrmlFixture::addLargerVolume(const char* name) {
   return addVolume(name, size, oblique(20, spacing, origin));
 }
 
-vtkMRMLScalarVolumeNode* MrmlFixture::addThickVolume(const char* name) {
-  const int size[3] = {32, 30, 10};
-  const double spacing[3] = {1.5, 1.5, 5};
+vtkMRMLScalarVolumeNode* MrmlFixture::addCentredVolume(const char* name, const int size[3],
+                                                       const double spacing[3]) {
   vtkNew<vtkMatrix4x4> matrix;
   for (int a = 0; a < 3; ++a) {
     matrix->SetElement(a, a, spacing[a]);
     matrix->SetElement(a, 3, -spacing[a] * (size[a] - 1) / 2);
   }
   return addVolume(name, size, matrix);
+}
+
+vtkMRMLScalarVolumeNode* MrmlFixture::addThickVolume(const char* name) {
+  const int size[3] = {32, 30, 10};
+  const double spacing[3] = {1.5, 1.5, 5};
+  return addCentredVolume(name, size, spacing);
 }
 
 vtkMRMLInnerGSParameterNode* MrmlFixture::addParameters(vtkMRMLVolumeNode* input) {

@@ -61,6 +61,8 @@ protected:
                                      vtkMatrix4x4* nodeToWorld = nullptr);
   /// 24×22×20 voxels of 2 mm around the origin.
   vtkMRMLScalarVolumeNode* addVolume(const char* name = "Head");
+  /// Along the axes, around the origin; spacing in mm.
+  vtkMRMLScalarVolumeNode* addCentredVolume(const char* name, const int size[3], const double spacing[3]);
   /// Wide axial slices: 32×30×10 voxels of 1.5×1.5×5 mm.
   vtkMRMLScalarVolumeNode* addThickVolume(const char* name = "Thick");
   /// 36×34×30 oblique voxels of 1.5×1.5×2 mm: as many as an uncertainty needs.

@@ -47,6 +47,8 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   parameters->SetInputSliceProfile(second, Parameters::GaussianProfile);
   parameters->SetInputSliceAxis(second, 1);
   parameters->SetReferenceVolumeNode(first);
+  parameters->SetMaskNode(second);
+  parameters->AddMaskNode(first);
   parameters->SetQualityTableNode(
       vtkMRMLTableNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTableNode")));
   fill(parameters);
@@ -76,6 +78,9 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   EXPECT_EQ(restored->GetInputSliceAxis(input), 1);
   EXPECT_EQ(restored->GetInputSliceThickness(restored->GetInputVolumeNode(0)), 0);
   EXPECT_STREQ(restored->GetReferenceVolumeNode()->GetName(), "First");
+  ASSERT_EQ(restored->GetNumberOfMaskNodes(), 2);
+  EXPECT_STREQ(restored->GetMaskNode(0)->GetName(), "Second");
+  EXPECT_STREQ(restored->GetMaskNode(1)->GetName(), "First");
   EXPECT_NE(restored->GetQualityTableNode(), nullptr);
 }
 

@@ -20,10 +20,19 @@
 #include <vtkTransform.h>
 
 #include <sstream>
+#include <utility>
 
 namespace {
 
-using ReconstructTest = MrmlFixture;
+class ReconstructTest : public MrmlFixture {
+protected:
+  /// Axial and coronal slices of 4 mm.
+  std::pair<vtkMRMLScalarVolumeNode*, vtkMRMLScalarVolumeNode*> addTwoScans() {
+    const int axial[3] = {40, 40, 15}, coronal[3] = {40, 15, 40};
+    const double across[3] = {1.5, 1.5, 4}, along[3] = {1.5, 4, 1.5};
+    return {addCentredVolume("Axial", axial, across), addCentredVolume("Coronal", coronal, along)};
+  }
+};
 using Parameters = vtkMRMLInnerGSParameterNode;
 
 TEST_F(ReconstructTest, NewNodesBesideTheInput) {
@@ -429,16 +438,7 @@ TEST_F(ReconstructTest, QualityTable) {
 }
 
 TEST_F(ReconstructTest, GivesSlicesATableAndTransforms) {
-  const auto scan = [&](const char* name, const int(&size)[3], const double(&spacing)[3]) {
-    vtkNew<vtkMatrix4x4> ijkToRAS;
-    for (int a = 0; a < 3; ++a) {
-      ijkToRAS->SetElement(a, a, spacing[a]);
-      ijkToRAS->SetElement(a, 3, -0.5 * spacing[a] * (size[a] - 1));
-    }
-    return addVolume(name, size, ijkToRAS);
-  };
-  auto* axial = scan("Axial", {40, 40, 15}, {1.5, 1.5, 4});
-  auto* coronal = scan("Coronal", {40, 15, 40}, {1.5, 4, 1.5});
+  auto [axial, coronal] = addTwoScans();
   coronal->SetOrigin(coronal->GetOrigin()[0] + 2, coronal->GetOrigin()[1], coronal->GetOrigin()[2]);
   auto* parameters = addParameters(axial);
   parameters->AddInputVolumeNode(coronal);
@@ -482,6 +482,71 @@ TEST_F(ReconstructTest, GivesSlicesATableAndTransforms) {
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_EQ(logic->GetLastJob()->GetSliceTableNode(), nullptr);
   EXPECT_EQ(parameters->GetResultSliceTableNode(), nullptr);
+}
+
+TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
+  auto [axial, coronal] = addTwoScans();
+  auto* parameters = addParameters(axial);
+  parameters->AddInputVolumeNode(coronal);
+  parameters->SetSetting("align", "false");
+  parameters->SetSetting("sliceMotion", "off");
+  // To the left the axial scan shows something else, which its own mask leaves out.
+  auto* inside =
+      vtkMRMLLabelMapVolumeNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLLabelMapVolumeNode", "Right"));
+  vtkNew<vtkImageData> labels;
+  labels->SetDimensions(40, 40, 15);
+  labels->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  for (int k = 0; k < 15; ++k)
+    for (int j = 0; j < 40; ++j)
+      for (int i = 0; i < 40; ++i) {
+        labels->SetScalarComponentFromDouble(i, j, k, 0, i >= 20);
+        if (i < 20) axial->GetImageData()->SetScalarComponentFromDouble(i, j, k, 0, 2000);
+      }
+  inside->SetAndObserveImageData(labels);
+  vtkNew<vtkMatrix4x4> matrix;
+  axial->GetIJKToRASMatrix(matrix);
+  inside->SetIJKToRASMatrix(matrix);
+  vtkNew<vtkOrientedImageData> whole;
+  whole->SetDimensions(40, 15, 40);
+  whole->AllocateScalars(VTK_UNSIGNED_CHAR, 1);
+  whole->GetPointData()->GetScalars()->Fill(1);
+  coronal->GetIJKToRASMatrix(matrix);
+  whole->SetImageToWorldMatrix(matrix);
+  auto* all =
+      vtkMRMLSegmentationNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLSegmentationNode", "Whole"));
+  vtkNew<vtkSegment> segment;
+  segment->AddRepresentation(vtkSegmentationConverter::GetSegmentationBinaryLabelmapRepresentationName(),
+                             whole);
+  ASSERT_TRUE(all->GetSegmentation()->AddSegment(segment, "Whole"));
+  const auto wrong = [&] { // where only the coronal scan is right
+    auto* model = logic->GetLastJob()->GetModelNode();
+    return std::abs(logic->GetValueAtRAS(model, -12, 3, -5) - truth(-12, 3, -5));
+  };
+
+  parameters->SetMaskNode(inside);
+  parameters->AddMaskNode(all);
+  ASSERT_EQ(parameters->GetNumberOfMaskNodes(), 2);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_LT(wrong(), 15);
+  EXPECT_STREQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), "Right; Whole");
+  EXPECT_GT(logic->EstimateMemory(parameters), 0);
+
+  parameters->SetMaskNode(all); // for both
+  ASSERT_EQ(parameters->GetNumberOfMaskNodes(), 1);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_GT(wrong(), 100);
+
+  parameters->AddMaskNode(inside);
+  parameters->AddMaskNode(inside);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_EQ(logic->GetLastError(), "There are 3 masks for 2 scans: choose one for all, or one for each.");
+  parameters->SetMaskNode(nullptr);
+  EXPECT_EQ(parameters->GetNumberOfMaskNodes(), 0);
+  parameters->SetMaskNode(inside);
+  parameters->AddMaskNode(all);
+  scene->RemoveNode(all);
+  EXPECT_FALSE(logic->Reconstruct(parameters));
+  EXPECT_NE(logic->GetLastError().find("no longer in the scene"), std::string::npos) << logic->GetLastError();
 }
 
 } // namespace
