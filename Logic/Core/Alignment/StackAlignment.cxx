@@ -176,15 +176,12 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }
 
-} // namespace
-
-std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPool& pool) {
+/// Aligns those scans that take part to the first of them; the others' alignment is unknown.
+std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::span<const std::size_t> part,
+                                         ThreadPool& pool) {
   std::vector<StackAlignment> result(stacks.size());
   for (StackAlignment& a : result)
     a.correlation = a.psnrBefore = a.psnrAfter = kNaN;
-  std::vector<std::size_t> part;
-  for (std::size_t s = 0; s < stacks.size(); ++s)
-    if (stacks[s].poses.empty()) part.push_back(s);
   if (part.size() < 2) return result;
   const std::size_t first = part.front();
   double sigma = 0;
@@ -263,6 +260,27 @@ std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPoo
     }
   }
   return result;
+}
+
+} // namespace
+
+std::vector<StackAlignment> alignStacks(std::span<const Stack> stacks, ThreadPool& pool) {
+  std::vector<std::size_t> part;
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    if (stacks[s].poses.empty()) part.push_back(s);
+  std::vector<StackAlignment> result = alignToFirst(stacks, part, pool);
+  const auto anyFits = [](const std::vector<StackAlignment>& found, std::span<const std::size_t> scans) {
+    return std::any_of(scans.begin(), scans.end(), [&](std::size_t s) { return found[s].fits; });
+  };
+  if (part.size() < 3 || anyFits(result, std::span(part).subspan(1))) return result;
+  // None fits the first scan: perhaps it is the one that fits none.
+  const std::span<const std::size_t> others = std::span(part).subspan(1);
+  std::vector<StackAlignment> without = alignToFirst(stacks, others, pool);
+  if (!anyFits(without, others.subspan(1))) return result;
+  StackAlignment& stranger = without[part.front()];
+  stranger = result[part.back()]; // was compared with it alone
+  stranger.fits = false;
+  return without;
 }
 
 void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> stacks) {

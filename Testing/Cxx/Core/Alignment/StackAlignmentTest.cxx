@@ -105,6 +105,28 @@ TEST(StackAlignment, SaysThatNoiseDoesNotFit) {
   EXPECT_TRUE(found[2].fits);
 }
 
+TEST(StackAlignment, SaysThatTheFirstScanFitsNone) {
+  ThreadPool pool(2);
+  const Volume truth = head();
+  std::vector<Stack> stacks = scans(truth);
+  std::mt19937 random(5);
+  for (float& v : stacks[0].image.voxels)
+    v = static_cast<float>(random() % 200);
+  displace(stacks[2], turned(0, {2, 0, -1}, {}));
+  const auto found = alignStacks(stacks, pool);
+  EXPECT_FALSE(found[0].fits);
+  EXPECT_EQ(found[0].toOthers, Affine3{});
+  EXPECT_NE(alignmentSentence(found[0], "Scan 1").find("does not fit"), std::string::npos);
+  EXPECT_TRUE(found[1].fits);
+  EXPECT_TRUE(found[2].fits);
+  EXPECT_LT(norm(found[2].toOthers({40, 40, 40}) - Vec3{38, 40, 41}), 0.25);
+  stacks[1].image.voxels = stacks[0].image.voxels; // two of noise: nobody can tell
+  const auto lost = alignStacks(stacks, pool);
+  EXPECT_TRUE(lost[0].fits);
+  EXPECT_FALSE(lost[1].fits);
+  EXPECT_FALSE(lost[2].fits);
+}
+
 TEST(StackAlignment, StatesNoFigureThatIsUnknown) {
   StackAlignment found;
   found.displacement = 12;

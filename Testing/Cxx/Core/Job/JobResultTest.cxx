@@ -157,6 +157,19 @@ TEST(JobOfBrokenVoxels, CountsAndIgnoresThem) {
   EXPECT_GT(psnr(result.volume, truth), 20) << "the broken voxels are filled from their neighbours";
 }
 
+TEST(JobOfRepeatedSlices, SaysSo) {
+  ReconstructionInput input = isotropicInput();
+  Volume& scan = input.stacks[0].image;
+  const std::int64_t plane = scan.geometry.size[0] * scan.geometry.size[1];
+  for (const std::int64_t k : {5, 9})
+    std::copy_n(scan.voxels.begin() + (k - 1) * plane, plane, scan.voxels.begin() + k * plane);
+  input.stacks[0].name = "knee";
+  const auto result = reconstruct(input, quickSettings(8));
+  ASSERT_EQ(result.warnings.size(), 1u);
+  EXPECT_NE(result.warnings[0].find("2 of the "), std::string::npos) << result.warnings[0];
+  EXPECT_NE(result.warnings[0].find("knee repeat the slice before"), std::string::npos) << result.warnings[0];
+}
+
 TEST(JobOfTwoSlices, Works) {
   ReconstructionInput input;
   Stack stack;
