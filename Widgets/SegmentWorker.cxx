@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "Core/Base/ThreadPriority.h"
+#include "Core/Device/FeatureDeviceChoice.h"
 
 #include <condition_variable>
 #include <mutex>
@@ -90,6 +91,7 @@ struct SegmentWorker::Work {
       if (task.sparse) given.labels = withSparseSlices(given.labels);
       FeatureTraining training;
       training.stop = stop;
+      training.devices = std::make_shared<FeatureDeviceChoice>("auto");
       training.progress = [this](double fraction) { tell(&SegmentWorker::learningProgressed, fraction); };
       tell(&SegmentWorker::learned,
            std::make_shared<const FeatureModel>(trainFrom(task.model, std::move(given), training)));

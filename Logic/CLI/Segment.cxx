@@ -4,6 +4,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Device/FeatureDeviceChoice.h"
 #include "Core/Features/Teacher.h"
 #include "Core/Motion/MotionField.h"
 #include "Core/Motion/MovingFeatures.h"
@@ -34,7 +35,7 @@ struct SegmentCommand {
   std::vector<std::string> queries;
   GridOptions grid;
   FeatureTraining training;
-  Settings settings; // threads
+  Settings settings; // threads, device
   SegmentOptions segment;
   bool sparse = false, quiet = false;
 };
@@ -113,8 +114,13 @@ FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const In
   FeatureTraining training = o.training;
   training.threads = o.settings.threads;
   training.stop = interrupt.token();
+  const auto devices = std::make_shared<FeatureDeviceChoice>(o.settings.device);
+  training.devices = devices;
   if (!o.quiet) training.progress = learningDisplay("Learning features");
-  return trainFrom(field, teacher, training);
+  FeatureModel model = trainFrom(field, teacher, training);
+  if (!o.quiet && (devices->use().id != "cpu" || o.settings.device != "auto"))
+    fmt::print(stderr, "{}\n", devices->use().reason);
+  return model;
 }
 
 /// The segments that the queries ask for; tells what each was understood as. Throws where none is there.
@@ -415,6 +421,7 @@ Subcommand addSegment(CLI::App& app) {
       ->type_name("N")
       ->check(CLI::IsMember({8, 16, 32}));
   addSetting(*command, o->settings, "threads");
+  addSetting(*command, o->settings, "device");
   command->add_flag("-q,--quiet", o->quiet, "Say what was found and nothing else");
   command->footer(
       "Research software: the segments are as good as the labels, and no diagnosis.\n"

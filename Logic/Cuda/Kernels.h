@@ -3,6 +3,7 @@
 #include "Cuda/Kernels/Bin.h"
 #include "Cuda/Kernels/Composite.h"
 #include "Cuda/Kernels/CompositeBackward.h"
+#include "Cuda/Kernels/Features.h"
 #include "Cuda/Kernels/Gather.h"
 #include "Cuda/Kernels/Loss.h"
 #include "Cuda/Kernels/Order.h"
@@ -23,6 +24,7 @@ using AllKernels =
                Gather, GatherLarge, Composite, CompositeBackward, SumSlots, PointLosses, SumLosses, SsimTerms,
                SsimGradient, Chain, Update, Finish, QueryPoints, RelocationKeys, MarkParents, CountVictims,
                TakeVictims, Relocate, DensifyMarks, TakeKept, Densify, BoxMeans, BoxBoxes, MortonKeys,
-               TakeIds, TakeRecords>;
+               TakeIds, TakeRecords, FeatureGradients, CodeGradients, SumCodeChunks, UpdateCodes,
+               UpdateLatents>;
 
 } // namespace innergs::cuda

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Device/DevicePlugin.h"
+#include "Cuda/Features.h"
 #include "Cuda/Field.h"
 #include "Cuda/Fit.h"
 
@@ -15,6 +16,9 @@ public:
   }
   std::unique_ptr<FieldDevice> makeField(int device, const GaussianField& field) override {
     return std::make_unique<Field>(executor(device), field);
+  }
+  std::unique_ptr<FeatureDevice> makeFeatures(int device, const FeatureProblem& problem) override {
+    return std::make_unique<Features>(executor(device), problem);
   }
 
 protected:

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
+#include "Core/Device/FeatureDeviceChoice.h"
 #include "Core/Features/ClassProbabilities.h"
 #include "Core/Job/ReconstructionJob.h"
 #include "Evaluation/LabelInterpolation.h"
@@ -276,6 +277,7 @@ private:
     FeatureTraining training = e_.training;
     training.stop = e_.stop;
     training.threads = e_.settings.threads;
+    training.devices = std::make_shared<FeatureDeviceChoice>(e_.settings.device);
     auto start = Clock::now();
     const FeatureModel model = trainFeatures(fitted_->field, teacher, set.names, training);
     const double seconds = secondsSince(start);

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
+#include "Core/Device/FeatureDeviceChoice.h"
 #include "Core/Features/Teacher.h"
 #include "Core/Model/Model.h"
 #include "Core/Render/Render.h"
@@ -164,6 +165,7 @@ std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene*
         makeTeacher(stop, unstoppable, [&](double fraction) { report(making * fraction); });
     FeatureTraining training;
     training.stop = stop;
+    training.devices = std::make_shared<FeatureDeviceChoice>("auto");
     training.progress = [&](double fraction) { report(making + (1 - making) * fraction); };
     *learned = std::make_shared<const FeatureModel>(trainFrom(segmented, teacher, training));
   };

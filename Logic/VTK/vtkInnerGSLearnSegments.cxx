@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/PathText.h"
+#include "Core/Device/FeatureDeviceChoice.h"
 #include "Core/Features/Teacher.h"
 #include "Core/Render/Render.h"
 #include "Geometry.h"
@@ -203,6 +204,7 @@ void vtkInnerGSLearnSegments::RequestData(vtkInformationVector** inputs, vtkInfo
   training.iterations = this->NumberOfIterations;
   training.threads = this->NumberOfThreads;
   training.stop = stop;
+  training.devices = std::make_shared<innergs::FeatureDeviceChoice>(this->Device);
   training.progress = [this](double fraction) { this->UpdateProgress(fraction); };
   this->SetProgressText("Learning segments");
   auto learned = std::make_shared<const innergs::FeatureModel>(innergs::trainFrom(field, teacher, training));

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Features/FeatureDevice.h"
 #include "Core/Fit/FitDevice.h"
 #include "Core/Render/FieldDevice.h"
 
@@ -38,10 +39,12 @@ public:
   virtual std::unique_ptr<FitDevice> makeFit(int device, const FitRequest& request) = 0;
   /// Copies the field (its Gaussians and numbers, not the residual grid) to the device.
   virtual std::unique_ptr<FieldDevice> makeField(int device, const GaussianField& field) = 0;
+  /// Copies what features are learned from to the device.
+  virtual std::unique_ptr<FeatureDevice> makeFeatures(int device, const FeatureProblem& problem) = 0;
 };
 
 /// Increased with every change of what crosses the boundary.
-constexpr std::uint32_t kPluginAbi = 4;
+constexpr std::uint32_t kPluginAbi = 5;
 
 /// Plain data, readable by any two builds.
 struct PluginStamp {
@@ -54,10 +57,12 @@ struct PluginStamp {
 static constexpr std::uint32_t pluginLayout() {
   std::uint32_t hash = 2166136261u;
   for (std::size_t size :
-       {sizeof(void*), sizeof(std::string), sizeof(std::vector<float>), sizeof(Gaussian),
-        sizeof(GaussianField), sizeof(Adam), sizeof(GradientAccumulator), sizeof(Observation),
-        sizeof(Lattice), sizeof(FitRules), sizeof(IterationOptions), sizeof(RelocationPlan),
-        sizeof(DensifyCounts), sizeof(LossSum), sizeof(FitRequest), sizeof(DeviceInfo), sizeof(DeviceList)})
+       {sizeof(void*),         sizeof(std::string), sizeof(std::vector<float>),  sizeof(Gaussian),
+        sizeof(GaussianField), sizeof(Adam),        sizeof(GradientAccumulator), sizeof(Observation),
+        sizeof(Lattice),       sizeof(FitRules),    sizeof(IterationOptions),    sizeof(RelocationPlan),
+        sizeof(DensifyCounts), sizeof(LossSum),     sizeof(FitRequest),          sizeof(FeatureProblem),
+        sizeof(FeatureRows),   sizeof(FeatureStep), sizeof(SoftLabel),           sizeof(DeviceInfo),
+        sizeof(DeviceList)})
     hash = (hash ^ static_cast<std::uint32_t>(size)) * 16777619u;
   return hash;
 }

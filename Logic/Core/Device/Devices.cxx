@@ -288,6 +288,18 @@ std::shared_ptr<FieldDevice> DeviceChoice::makeField(const GaussianField& field,
   }
 }
 
+std::unique_ptr<FeatureDevice> DeviceChoice::makeFeatures(const FeatureProblem& problem,
+                                                          const std::stop_token& stop) {
+  validate(stop);
+  if (onCpu()) return nullptr;
+  try {
+    return plugin_->makeFeatures(index_, problem);
+  } catch (const std::exception& error) {
+    leave(sentence(label() + " cannot be used: " + error.what()));
+    return nullptr;
+  }
+}
+
 std::shared_ptr<FieldDevice> renderingDevice(const std::string& asked, const GaussianField& field,
                                              std::int64_t samples, const std::string& instructionSet,
                                              Selection selection, std::string* problem) {

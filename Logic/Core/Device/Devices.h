@@ -9,9 +9,11 @@
 namespace innergs {
 
 class DevicePlugin;
+class FeatureDevice;
 class FieldDevice;
 class FitDevice;
 struct DeviceList;
+struct FeatureProblem;
 struct FitRequest;
 
 /// Where a fit runs, for progress, reports and results.
@@ -51,6 +53,10 @@ public:
   std::unique_ptr<FitDevice> makeFit(const FitRequest& request);
   /// Likewise the field on the device, for rendering; null on the CPU and if it cannot be made.
   std::shared_ptr<FieldDevice> makeField(const GaussianField& field, const std::stop_token& stop = {});
+  /// Likewise what features are learned from; null on the CPU. If the device cannot hold it, moves on to the
+  /// CPU and says why in the reason.
+  std::unique_ptr<FeatureDevice> makeFeatures(const FeatureProblem& problem,
+                                              const std::stop_token& stop = {});
   /// Switches to the CPU for good.
   void leave(const std::string& why);
   /// The same where the device failed. how: "after iteration 3, and the fit continued".

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Features/FeatureModel.h"
+#include "Core/Features/FeatureStep.h"
 
 #include <algorithm>
 #include <array>
@@ -8,17 +9,11 @@
 
 namespace innergs {
 
-/// 1, T₁(u), T₂(u) for u = 2·rank − 1; the decoder treats all background ranks alike.
-inline std::array<float, FeatureModel::kTerms> decoderTerms(float rank) {
-  const float u = 2 * std::max(rank, -0.3f) - 1;
-  return {1, u, 2 * u * u - 1};
-}
-
 /// Probabilities (softmax of the logits) of some classes, from a latent F of N channels.
 template <int N>
 void decode(const FeatureModel& model, const float* latent, float rank,
             std::span<const std::uint16_t> classes, float* probabilities) {
-  const auto terms = decoderTerms(rank);
+  const DecoderTerms terms(rank);
   float greatest = -INFINITY;
   for (std::size_t n = 0; n < classes.size(); ++n) {
     const float* code = model.codeOf(classes[n]);
@@ -27,7 +22,7 @@ void decode(const FeatureModel& model, const float* latent, float rank,
       float sum = 0;
       for (int channel = 0; channel < N; ++channel)
         sum += latent[channel] * code[channel];
-      logit += terms[t] * sum;
+      logit += terms.v[t] * sum;
     }
     probabilities[n] = logit;
     greatest = std::max(greatest, logit);
@@ -45,11 +40,11 @@ template <int N>
 void decodeBackward(const FeatureModel& model, const float* latent, float rank,
                     std::span<const std::uint16_t> classes, const float* logitGradient, float* gradient,
                     float* codeGradient = nullptr) {
-  const auto terms = decoderTerms(rank);
+  const DecoderTerms terms(rank);
   for (std::size_t n = 0; n < classes.size(); ++n) {
     const float* code = model.codeOf(classes[n]);
     for (int t = 0; t < FeatureModel::kTerms; ++t, code += N) {
-      const float r = terms[t] * logitGradient[n];
+      const float r = terms.v[t] * logitGradient[n];
       for (int channel = 0; channel < N; ++channel)
         gradient[channel] += r * code[channel];
       if (!codeGradient) continue;
@@ -78,6 +73,7 @@ public:
     return {classes_.data() + start_[b], start_[b + 1] - start_[b]};
   }
   std::size_t longest() const { return most_; }
+  std::int64_t blocks() const { return static_cast<std::int64_t>(start_.size()) - 1; }
 
 private:
   std::vector<std::uint16_t> classes_;

@@ -1,6 +1,7 @@
 #pragma once
 #include "Core/Features/ClassResidual.h"
 #include "Core/Features/FeatureAutoencoder.h"
+#include "Core/Features/FeatureStep.h"
 #include "Core/Features/IntensityScale.h"
 #include "Core/Image/GridGeometry.h"
 #include "Core/Model/GaussianField.h"
@@ -29,8 +30,8 @@ struct ClassSupport {
 /// background. Features of a dense teacher have no codes: F is decoded to an embedding, and a class's logit
 /// is kSharpness times the cosine between that and the class's own.
 struct FeatureModel {
-  static constexpr int kTerms = 3;           // vectors of a class's code
-  static constexpr float kSharpness = 100.f; // as CLIP's (Radford et al. 2021)
+  static constexpr int kTerms = DecoderTerms::kCount; // vectors of a class's code
+  static constexpr float kSharpness = 100.f;          // as CLIP's (Radford et al. 2021)
 
   int channels = 16;                 // 8, 16 or 32
   std::vector<float> latents;        // [Gaussian][channel]

@@ -1,5 +1,7 @@
 #include "Core/Features/FeatureRows.h"
 
+#include "Core/Features/FeatureRenderer.h"
+
 #include <atomic>
 #include <numeric>
 

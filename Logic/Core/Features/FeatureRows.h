@@ -1,11 +1,14 @@
 #pragma once
 #include "Core/Base/Parallel.h"
-#include "Core/Features/FeatureRenderer.h"
+#include "Core/Features/FeatureStep.h"
 
 #include <cstdint>
 #include <vector>
 
 namespace innergs {
+
+class FeatureRenderer;
+struct GaussianField;
 
 /// The linear map from the Gaussians' latents to F at some voxels, stored by rows (voxels) and by columns
 /// (Gaussians), so that both F and the gradient of the latents are gathers.
@@ -26,12 +29,8 @@ public:
       each(columnEntries[n].index, columnEntries[n].weight);
   }
 
-  struct Entry {
-    std::uint32_t index;
-    float weight; // w p / (Σ w p + ε)
-  };
   std::vector<std::int64_t> rowStart, columnStart{0};
-  std::vector<Entry> rowEntries, columnEntries;
+  std::vector<FeatureEntry> rowEntries, columnEntries;
 };
 
 /// The rows for those of `voxelCount` voxels that the chosen Gaussians reach: all of them or, if there are

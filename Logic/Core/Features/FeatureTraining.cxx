@@ -2,7 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Features/ClassCodes.h"
-#include "Core/Features/FeatureDecoder.h"
+#include "Core/Features/FeatureDevice.h"
 #include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureRows.h"
 #include "Core/Features/LabelCompletion.h"
@@ -27,7 +27,6 @@ constexpr int kCompleteIterations = 10, kSparseIterations = 60;
 constexpr float kCompleteRate = 0.1f, kSparseRate = 0.5f;
 constexpr float kLastRate = 0.1f; // of the first one
 constexpr float kCodeRate = 0.02f;
-constexpr float kMomentum = 0.9f, kScaling = 0.99f;
 constexpr std::int64_t kCodeBlock = 8192; // rows per task that sums the gradient of the codes
 
 /// The labelmap's values as classes, without empty ones.
@@ -102,11 +101,13 @@ public:
       rows_ = rowsOf(renderer, mixed_, static_cast<std::int64_t>(soft_.size()), field_, pool_);
       listCandidates(classes.geometry);
       report(0.55);
-      for (int iteration = 0; iteration < iterations; ++iteration) {
-        const float fraction = static_cast<float>(iteration) / static_cast<float>(iterations);
-        step<N>(iteration, 1 - fraction * (1 - kLastRate), complete ? kCompleteRate : kSparseRate);
-        report(0.55 + 0.4 * (iteration + 1) / iterations);
-      }
+      const auto iterate = [&](auto&& step) {
+        for (int iteration = 0; iteration < iterations; ++iteration) {
+          step(stepAt(iteration, iterations, complete ? kCompleteRate : kSparseRate));
+          report(0.55 + 0.4 * (iteration + 1) / iterations);
+        }
+      };
+      if (!iteratesOnDevice(iterations, iterate)) iterate([&](const FeatureStep& now) { step<N>(now); });
     });
     FeatureQueryOptions options;
     options.threads = training_.threads;
@@ -163,8 +164,42 @@ private:
     }
   }
 
+  static FeatureStep stepAt(int iteration, int iterations, float rate) {
+    const float fraction = static_cast<float>(iteration) / static_cast<float>(iterations);
+    const float decay = 1 - fraction * (1 - kLastRate);
+    return {rate * decay, kCodeRate * decay,
+            1 - std::pow(FeatureStep::kMomentum, static_cast<float>(iteration + 1)),
+            1 - std::pow(FeatureStep::kScaling, static_cast<float>(iteration + 1))};
+  }
+
+  /// False where there is no device or it failed: nothing has changed then.
+  template <class Iterate>
+  bool iteratesOnDevice(int iterations, Iterate&& iterate) {
+    if (!training_.devices) return false;
+    FeatureProblem problem{model_.channels, model_.latents, model_.codes, &rows_, &*lists_, {}, {}, blocks_};
+    for (const std::int64_t voxel : rows_.voxels) {
+      problem.ranks.push_back(ranks_[static_cast<std::size_t>(voxel)]);
+      problem.labels.push_back(soft_[static_cast<std::size_t>(voxel)]);
+    }
+    try {
+      const std::unique_ptr<FeatureDevice> device =
+          training_.devices->make(problem, iterations, training_.stop);
+      if (!device) return false;
+      iterate([&](const FeatureStep& now) { device->step(now); });
+      std::vector<float> latents(model_.latents.size()), codes(model_.codes.size());
+      device->download(latents, codes);
+      model_.latents = std::move(latents);
+      model_.codes = std::move(codes);
+      return true;
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::Cancelled) throw;
+      training_.devices->failed(error.what());
+      return false;
+    }
+  }
+
   template <int N>
-  void step(int iteration, float decay, float rate) {
+  void step(const FeatureStep& now) {
     const auto count = static_cast<std::int64_t>(rows_.voxels.size());
     const std::size_t codes = model_.codes.size();
     const std::int64_t parts = (count + kCodeBlock - 1) / kCodeBlock;
@@ -191,8 +226,6 @@ private:
                           codeGradients_.data() + static_cast<std::size_t>(part) * codes);
       }
     });
-    correction_[0] = 1 - std::pow(kMomentum, static_cast<float>(iteration + 1));
-    correction_[1] = 1 - std::pow(kScaling, static_cast<float>(iteration + 1));
     moments_.resize(2 * model_.latents.size());
     pool_.blocks(rows_.columns(), 256, [&](std::int64_t first, std::int64_t last) {
       for (std::int64_t g = first; g < last; ++g) {
@@ -203,8 +236,8 @@ private:
             sum[n] += weight * gradient_[static_cast<std::size_t>(row) * N + n];
         });
         for (int n = 0; n < N; ++n)
-          adam(model_.latents[static_cast<std::size_t>(g) * N + n],
-               moments_.data() + 2 * (static_cast<std::size_t>(g) * N + n), sum[n], rate * decay);
+          adam(now, model_.latents[static_cast<std::size_t>(g) * N + n],
+               moments_.data() + 2 * (static_cast<std::size_t>(g) * N + n), sum[n], now.rate);
       }
     });
     codeMoments_.resize(2 * codes);
@@ -212,14 +245,12 @@ private:
       float sum = 0;
       for (std::int64_t part = 0; part < parts; ++part)
         sum += codeGradients_[static_cast<std::size_t>(part) * codes + n];
-      if (sum != 0) adam(model_.codes[n], codeMoments_.data() + 2 * n, sum, kCodeRate * decay);
+      if (sum != 0) adam(now, model_.codes[n], codeMoments_.data() + 2 * n, sum, now.codeRate);
     }
   }
 
-  void adam(float& x, float* moments, float gradient, float rate) const {
-    moments[0] = kMomentum * moments[0] + (1 - kMomentum) * gradient;
-    moments[1] = kScaling * moments[1] + (1 - kScaling) * gradient * gradient;
-    x -= rate * (moments[0] / correction_[0]) / (std::sqrt(moments[1] / correction_[1]) + 1e-6f);
+  static void adam(const FeatureStep& now, float& x, float* moments, float gradient, float rate) {
+    now.update(x, moments[0], moments[1], gradient, rate);
   }
 
   const GaussianField& field_;
@@ -233,7 +264,6 @@ private:
   std::optional<SupportLists> lists_;
   std::vector<std::int64_t> blocks_; // per row
   std::vector<float> gradient_, codeGradients_, moments_, codeMoments_;
-  float correction_[2] = {1, 1};
 };
 
 } // namespace

@@ -3,9 +3,12 @@
 #include "Core/Features/Labelmap.h"
 
 #include <functional>
+#include <memory>
 #include <stop_token>
 
 namespace innergs {
+
+class FeatureDevices;
 
 /// A class of a labelmap: its value there and its name.
 struct SegmentName {
@@ -24,16 +27,17 @@ struct FeatureTraining {
   int iterations = 0; // over the voxels near borders of classes; 0: as the labels need
   int threads = 0;    // 0 = all cores
   std::uint64_t seed = 1;
-  std::function<void(double)> progress; // fraction done
-  std::stop_token stop;                 // stopped: throws Error(Cancelled)
+  std::function<void(double)> progress;    // fraction done
+  std::stop_token stop;                    // stopped: throws Error(Cancelled)
+  std::shared_ptr<FeatureDevices> devices; // for the iterations; null: the CPU
 };
 
 /// Learns latents for the Gaussians of a field, whose geometry stays as it is, from a labelmap of any
 /// lattice: completeLabels() on the field's own intensities, then the cross-entropy of what the latents
 /// decode to, by Adam, then what they still miss of the labelled slices as a residual. Labels without a name
 /// are called "Segment 3"; named ones without a voxel become no class. The same bits at any number of
-/// threads. Throws Error(NoData) without a label inside the field, Error(Geometry | InvalidArgument |
-/// Cancelled).
+/// threads; on a device, which may fail, other last bits. Throws Error(NoData) without a label inside the
+/// field, Error(Geometry | InvalidArgument | Cancelled).
 FeatureModel trainFeatures(const GaussianField& field, const Labelmap& labels,
                            const std::vector<SegmentName>& names, const FeatureTraining& training = {});
 

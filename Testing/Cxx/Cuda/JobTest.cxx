@@ -1,7 +1,12 @@
+#include "Features/BoxPhantom.h"
 #include "JobInputs.h"
 #include "Motion/MovingPhantom.h"
 
+#include "Core/Base/Error.h"
 #include "Core/Device/Devices.h"
+#include "Core/Device/FeatureDeviceChoice.h"
+#include "Core/Features/FeatureQuery.h"
+#include "Core/Features/FeatureTraining.h"
 #include "Core/Image/Metrics.h"
 #include "Core/Motion/DynamicJob.h"
 #include "Core/Motion/FrameRenderer.h"
@@ -45,6 +50,34 @@ protected:
 };
 
 } // namespace
+
+TEST(FeaturesOnADevice, AreLearnedThroughThePluginLoader) {
+  useHostPlugin();
+  const BoxPhantom phantom(20);
+  const Labelmap labels = phantom.every(4);
+  FeatureTraining training;
+  training.threads = 1;
+  const FeatureModel cpu = trainFeatures(phantom.field, labels, {}, training);
+  const auto choice = std::make_shared<FeatureDeviceChoice>("cuda:0");
+  training.devices = choice;
+  const FeatureModel device = trainFeatures(phantom.field, labels, {}, training);
+  EXPECT_EQ(choice->use().id, "cuda:0") << choice->use().reason;
+  EXPECT_NE(device.latents, cpu.latents) << "sums in another order";
+  const GridGeometry& grid = phantom.labels.geometry;
+  const auto expected = classify(phantom.field, cpu, grid).classes,
+             found = classify(phantom.field, device, grid).classes;
+  int different = 0;
+  for (std::size_t v = 0; v < expected.size(); ++v)
+    different += found[v] != expected[v];
+  EXPECT_LE(different, static_cast<int>(expected.size() / 500));
+
+  const auto automatic = std::make_shared<FeatureDeviceChoice>("auto");
+  training.devices = automatic;
+  const FeatureModel small = trainFeatures(phantom.field, labels, {}, training);
+  EXPECT_EQ(automatic->use().id, "cpu") << "too small to be worth starting a device";
+  EXPECT_EQ(small.latents, cpu.latents);
+  EXPECT_THROW(FeatureDeviceChoice("cuda:7"), Error);
+}
 
 TEST_P(Jobs, GiveTheVolumeOfTheCpu) {
   Settings settings = quickSettings(16);

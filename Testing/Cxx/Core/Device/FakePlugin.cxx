@@ -156,6 +156,9 @@ public:
   std::unique_ptr<FieldDevice> makeField(int, const GaussianField& field) override {
     return std::make_unique<FakeField>(field);
   }
+  std::unique_ptr<FeatureDevice> makeFeatures(int, const FeatureProblem&) override {
+    throw Error(ErrorCode::Memory, "it learns no features.");
+  }
 };
 
 } // namespace

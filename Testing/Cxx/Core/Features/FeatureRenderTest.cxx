@@ -1,4 +1,5 @@
 #include "Core/Features/FeatureQuery.h"
+#include "Core/Features/FeatureRenderer.h"
 #include "Core/Features/FeatureRows.h"
 #include "Core/Render/Render.h"
 #include "RandomFields.h"

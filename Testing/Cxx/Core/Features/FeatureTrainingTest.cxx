@@ -1,5 +1,6 @@
 #include "Core/Features/FeatureTraining.h"
 #include "Core/Base/Error.h"
+#include "Core/Features/FeatureDevice.h"
 #include "Core/Features/FeatureQuery.h"
 #include "Features/BoxPhantom.h"
 
@@ -26,6 +27,52 @@ TEST(FeatureTraining, NamedBoxesAreFoundExactly) {
   EXPECT_NO_THROW(checkFeatures(model, phantom.field));
   const ClassImage image = classify(phantom.field, model, phantom.labels.geometry);
   EXPECT_EQ(wrongVoxels(image, model, phantom.labels), 0);
+}
+
+/// Fails at its third step, or when the result is fetched.
+class FailingDevice final : public FeatureDevice {
+public:
+  explicit FailingDevice(int steps) : left_(steps) {}
+  void step(const FeatureStep&) override { use(); }
+  void download(std::span<float> latents, std::span<float>) override {
+    std::fill(latents.begin(), latents.end(), 7.f);
+    use();
+  }
+
+private:
+  void use() {
+    if (left_-- == 0) throw Error(ErrorCode::Internal, "The device is lost.");
+  }
+  int left_;
+};
+
+class FailingDevices final : public FeatureDevices {
+public:
+  int steps = 0, made = 0;
+  std::string said;
+  std::unique_ptr<FeatureDevice> make(const FeatureProblem&, int, const std::stop_token&) override {
+    ++made;
+    if (steps < 0) return nullptr;
+    return std::make_unique<FailingDevice>(steps);
+  }
+  void failed(const std::string& why) override { said = why; }
+};
+
+TEST(FeatureTraining, ADeviceThatFailsLeavesNoTrace) {
+  const BoxPhantom phantom;
+  FeatureTraining training;
+  training.iterations = 4;
+  const FeatureModel cpu = trainFeatures(phantom.field, phantom.labels, kNames, training);
+  for (const int steps : {-1, 0, 2, 4}) {
+    const auto devices = std::make_shared<FailingDevices>();
+    devices->steps = steps;
+    training.devices = devices;
+    const FeatureModel model = trainFeatures(phantom.field, phantom.labels, kNames, training);
+    EXPECT_EQ(devices->made, 1);
+    EXPECT_EQ(devices->said, steps < 0 ? "" : "The device is lost.");
+    EXPECT_EQ(model.latents, cpu.latents) << steps;
+    EXPECT_EQ(model.codes, cpu.codes) << steps;
+  }
 }
 
 TEST(FeatureTraining, LabelsOnAnotherGridAndQueriesOnAnyPlane) {

@@ -1,0 +1,15 @@
+#include "Core/Device/FeatureDeviceChoice.h"
+
+namespace innergs {
+
+std::unique_ptr<FeatureDevice> FeatureDeviceChoice::make(const FeatureProblem& problem, int iterations,
+                                                         const std::stop_token& stop) {
+  choice_.considerSize(static_cast<double>(problem.rows->voxels.size()), iterations);
+  return choice_.makeFeatures(problem, stop);
+}
+
+void FeatureDeviceChoice::failed(const std::string& why) {
+  choice_.failed("while it learned, and the CPU began anew", why);
+}
+
+} // namespace innergs
