@@ -12,6 +12,7 @@
 #include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ModelFile.h"
+#include "IO/N4Correction.h"
 #include "IO/OutputFiles.h"
 #include "IO/Ply.h"
 
@@ -105,6 +106,7 @@ ReconstructionInput readInput(const ReconstructOptions& options, std::vector<Sca
   ReconstructionInput input;
   input.heldOutFraction = options.heldOut;
   input.uncertainty = asksForUncertainty(options);
+  input.n4 = correctByN4;
   if (!options.resume.empty()) input.resume = std::make_shared<const Model>(readModel(options.resume));
   input.stacks = readScans(options);
   for (std::size_t n = 0; n < input.stacks.size(); ++n)

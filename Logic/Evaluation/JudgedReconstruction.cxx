@@ -4,6 +4,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "Core/Fit/Plan.h"
+#include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Job/SimulatedFit.h"
@@ -84,8 +85,14 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     result = job.run(stop, renderWhenCancelled);
     if (result.cancelled) return judged;
     ReconstructionInput input = job.takeInput();
-    volume = std::move(input.stacks.front().image);
+    Stack& scan = input.stacks.front();
     if (!input.masks.empty()) options.mask = std::move(input.masks.front());
+    if (settings_.n4) { // what it gives is what is judged
+      if (options.mask) scan.observed = resampleMask(*options.mask, scan.image.geometry, stop);
+      input.n4(scan, options.mask.has_value(), stop);
+      options.settings.n4 = false;
+    }
+    volume = std::move(scan.image);
   }
 
   const auto begun = Clock::now();

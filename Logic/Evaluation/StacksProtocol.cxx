@@ -11,6 +11,7 @@
 #include "Evaluation/EvaluationRuns.h"
 #include "Evaluation/IntervalScore.h"
 #include "Evaluation/ItkInterpolation.h"
+#include "IO/N4Correction.h"
 
 #include <algorithm>
 #include <cmath>
@@ -163,6 +164,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
       ReconstructionInput job;
       job.stacks = input.stacks;
       job.outputGrid = grid;
+      job.n4 = correctByN4;
       job.uncertainty = options.uncertainty && name == "gaussians";
       ReconstructionJob fit(std::move(job), settings);
       if (options.progress) fit.onProgress(options.progress);
@@ -194,6 +196,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
     off.align = false;
     off.sliceMotion = SliceMotionKind::Off;
     off.biasField = BiasFieldKind::Off;
+    off.n4 = false;
     if (!(off == options.settings)) fitted("uncorrected", off);
   }
   const std::span<const Stack> first(input.stacks.data(), 1);

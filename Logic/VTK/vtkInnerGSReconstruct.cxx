@@ -4,6 +4,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/TimeEstimate.h"
+#include "IO/N4Correction.h"
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"
 #include "SettingsAccess.h"
@@ -252,6 +253,7 @@ innergs::ReconstructionInput vtkInnerGSReconstruct::MakeInput(const std::vector<
   innergs::ReconstructionInput input = this->Work->inputs.read(images, masks, this->MakeOutputChoice(), stop);
   input.heldOutFraction = this->HeldOutFraction;
   input.uncertainty = this->EstimateUncertainty;
+  input.n4 = innergs::correctByN4;
   if (this->Work->resume) {
     if (this->Work->resume->IsEmpty())
       throw Error(ErrorCode::NoData, "The model to resume has no Gaussians: choose another or none.");

@@ -6,6 +6,7 @@
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "IO/ModelFile.h"
+#include "IO/N4Correction.h"
 #include "IO/RecoveredFit.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/Background.h"
@@ -113,6 +114,7 @@ ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
   input.outputGrid = outputGrid(task, input.stacks);
   input.heldOutFraction = task.request.heldOutFraction;
   input.uncertainty = task.request.estimateUncertainty;
+  input.n4 = correctByN4;
   input.cropToMask =
       task.request.grid == ui::OutputGrid::Automatic || task.request.grid == ui::OutputGrid::Spacing;
   if (task.mask) input.masks = {maskOf(*task.mask->volume)};

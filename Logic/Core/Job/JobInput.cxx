@@ -161,6 +161,29 @@ void checkContent(std::span<const Stack> stacks) {
   }
 }
 
+/// How many slices repeat the one before, apart from slices of a single value.
+std::int64_t repeatedSlices(const Volume& image) {
+  const std::int64_t plane = image.geometry.size[0] * image.geometry.size[1];
+  std::int64_t repeated = 0;
+  for (std::int64_t k = 1; k < image.geometry.size[2]; ++k) {
+    const auto slice = image.voxels.begin() + k * plane;
+    repeated += std::equal(slice, slice + plane, slice - plane) &&
+                std::any_of(slice, slice + plane, [&](float v) { return v != *slice; });
+  }
+  return repeated;
+}
+
+/// Says of a scan that it has fewer slices than its header says.
+std::string repetitionSentence(const Stack& stack, const std::string& name) {
+  const std::int64_t repeated = repeatedSlices(stack.image), slices = stack.image.geometry.size[2];
+  if (repeated == 0) return {};
+  return formatted(
+      "%lld of the %lld slices of %s repeat%s the slice before, voxel by voxel: the volume has steps "
+      "there. Leave the copies out and correct the slice distance.",
+      static_cast<long long>(repeated), static_cast<long long>(slices), name.c_str(),
+      repeated == 1 ? "s" : "");
+}
+
 /// The masks of stacks that alignment has moved, moved with them.
 std::vector<Mask> movedMasks(const ReconstructionInput& input, std::span<const Stack> stacks) {
   std::vector<Mask> masks = input.masks;
@@ -292,7 +315,7 @@ void checkHeldOutFraction(double fraction) {
 }
 
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop, bool withheld,
-                           const AlignStacks& align) {
+                           const CorrectStacks& correct) {
   if (input.stacks.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no image to reconstruct from: give at least one.");
   if (input.masks.size() > 1 && input.masks.size() != input.stacks.size())
@@ -347,7 +370,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     prepared.scored.push_back(fraction > 0 ? stack.observed : std::vector<std::uint8_t>{});
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
-  if (align && stacks.size() > 1) prepared.warnings = align(stacks);
+  if (correct) prepared.warnings = correct(stacks);
   // Slices that move do not change what is given back.
   const bool moved =
       std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
@@ -380,6 +403,9 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     throw Error(
         ErrorCode::Geometry,
         "The output grid does not overlap the images in patient space: choose another reference or region.");
+  for (std::size_t s = 0; s < stacks.size(); ++s)
+    if (std::string said = repetitionSentence(input.stacks[s], nameOf(stacks[s], s)); !said.empty())
+      prepared.warnings.push_back(std::move(said));
   if (prepared.nonFinite > 0)
     prepared.warnings.push_back(std::to_string(prepared.nonFinite) +
                                 " voxels are not finite (NaN or infinite); they were left out of the fit.");

@@ -21,11 +21,11 @@ struct PreparedInput {
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
 /// nor adjoin (with room for a slice between them), a wrong number of masks, an empty mask, nothing finite to
 /// fit, an output grid apart from the data. Error(Cancelled) when stopped on the way. withheld: without the
-/// slices that heldOutFraction speaks of. align: may move and scale several stacks, and their slices, before
-/// the field's domain is laid out; returns sentences.
-using AlignStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
+/// slices that heldOutFraction speaks of. correct: may move and scale stacks and their slices before the
+/// field's domain is laid out; returns sentences.
+using CorrectStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
-                           bool withheld = false, const AlignStacks& align = {});
+                           bool withheld = false, const CorrectStacks& correct = {});
 
 /// Whether slices get motions of their own: several scans without poses, of slices clearly thicker than their
 /// pixels.

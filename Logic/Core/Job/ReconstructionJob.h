@@ -15,6 +15,10 @@
 
 namespace innergs {
 
+/// Divides a scan by its smooth shading, found in its observed voxels; masked: which a mask has chosen.
+/// Returns a sentence for the user. Throws Error.
+using ShadingCorrection = std::function<std::string(Stack&, bool masked, const std::stop_token&)>;
+
 /// The input of a reconstruction. The job keeps this snapshot; it does not change while the job runs.
 struct ReconstructionInput {
   std::vector<Stack> stacks;
@@ -31,6 +35,7 @@ struct ReconstructionInput {
   /// slice in five is withheld.
   bool uncertainty = false;
   std::shared_ptr<const Model> resume; // continues from here
+  ShadingCorrection n4;                // IO/N4Correction.h; without it, the setting `n4` is refused
 };
 
 struct ReconstructionResult {

@@ -68,6 +68,9 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   kernels_ = &kernelSet(settings_.instructionSet, settings_.selection);
   device_.emplace(settings_.device, settings_.instructionSet, settings_.selection);
   progress_.report(Phase::Preparing, 0);
+  if (settings_.n4 && !input_.n4)
+    throw Error(ErrorCode::InvalidArgument,
+                "N4 is not available here: leave the setting n4 out, or give a scan that N4 has corrected.");
   result_.device = device_->use;
   result_.instructionSet = kernels_->name;
   for (const Stack& stack : input_.stacks)
@@ -81,7 +84,7 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   pool_->setStop(stop);
   try {
     prepared_ =
-        prepareInput(input_, stop, withheld_, [this](std::span<Stack> stacks) { return align(stacks); });
+        prepareInput(input_, stop, withheld_, [this](std::span<Stack> stacks) { return correct(stacks); });
   } catch (const Error& error) {
     if (error.code() != ErrorCode::Cancelled) throw;
     result_.cancelled = true;
@@ -135,9 +138,15 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   return std::move(result_);
 }
 
-/// Scans as a whole, their shading, then slice by slice; sentences.
-std::vector<std::string> ReconstructionRun::align(std::span<Stack> stacks) {
+/// Each scan's shading alone, scans as a whole, their shading together, then slice by slice; sentences.
+std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   std::vector<std::string> sentences;
+  if (settings_.n4)
+    for (Stack& stack : stacks) {
+      sentences.push_back(input_.n4(stack, !input_.masks.empty(), pool_->stopToken()));
+      if (withheld_) evened_.push_back(stack.image.voxels);
+    }
+  if (stacks.size() < 2) return sentences;
   if (settings_.align) {
     progress_.report(Phase::Aligning, 0);
     result_.alignment = alignStacks(stacks, *pool_);
@@ -218,8 +227,10 @@ Volume ReconstructionRun::fieldAlone(const Stack& stack, const GridGeometry& gri
   ReconstructionInput input;
   input.stacks = {stack};
   input.outputGrid = grid;
+  Settings prepared = settings;
+  prepared.n4 = false;
   // `withheld` is true as the slices are already prepared.
-  ReconstructionRun other(input, settings, true, [&](const Progress& p) {
+  ReconstructionRun other(input, prepared, true, [&](const Progress& p) {
     progress_.report(Phase::Predicting, from + (to - from) * p.fraction);
   });
   ReconstructionResult found = other.run(pool_->stopToken(), false);
@@ -567,6 +578,7 @@ void ReconstructionRun::keepPrediction() {
 /// they are placed in what was fitted to the others.
 Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& options) {
   std::vector<Stack> whole{input_.stacks[index]};
+  if (!evened_.empty()) whole.front().image.voxels = evened_[index];
   if (!result_.alignment.empty()) applyAlignment(std::span(&result_.alignment[index], 1), whole);
   if (!result_.bias.scans.empty()) applyBias(result_.bias.scans[index], whole.front(), *pool_);
   if (!result_.sliceMotion.moved) return std::move(whole.front());

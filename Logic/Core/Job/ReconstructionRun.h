@@ -32,7 +32,7 @@ public:
   std::vector<WithheldValue> takeWithheldValues() { return std::move(withheldValues_); }
 
 private:
-  std::vector<std::string> align(std::span<Stack> stacks);
+  std::vector<std::string> correct(std::span<Stack> stacks);
   void choose();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
                     double to);
@@ -66,6 +66,7 @@ private:
   double nextPreview_ = 1.0; // seconds
 
   PreparedInput prepared_;
+  std::vector<std::vector<float>> evened_; // of the scans, by N4, where some slices are withheld
   std::vector<WithheldValue> withheldValues_;
   std::unique_ptr<ThreadPool> pool_;
   const KernelSet* kernels_ = nullptr;

@@ -14,6 +14,7 @@ SimulatedFit simulatedFit(std::vector<Stack> stacks, const GridGeometry& grid, c
   fit.input.heldOutFraction = std::max(withheldFraction(input), kUsualFraction);
   fit.settings.align = false;
   fit.settings.biasField = BiasFieldKind::Off;
+  fit.settings.n4 = false;
   fit.settings.sliceMotion = SliceMotionKind::Off;
   if (settings.gaussians) {
     const auto volumeOf = [](const GridGeometry& g) {

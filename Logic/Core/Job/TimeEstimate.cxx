@@ -182,6 +182,7 @@ TimeEstimator::Timing TimeEstimator::timed(const ReconstructionInput& input, con
   settings.ensembleSize = 1;
   settings.align = false; // a fixed part of it, which a small piece would overrate
   settings.biasField = BiasFieldKind::Off;
+  settings.n4 = false;
   settings.sliceMotion = SliceMotionKind::Off;
   const double share = traits.volume / geometryTraits(input.stacks).volume;
   const auto scaled = [&](std::int64_t count) {

@@ -94,6 +94,7 @@ struct Settings {
   bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
   BiasFieldKind biasField = BiasFieldKind::Off;        // several scans: see Alignment/BiasCorrection.h
+  bool n4 = false;                                     // needs ReconstructionInput::n4
   double fill = 0;                                     // scanner units
   int threads = 0;                                     // 0: all cores
   std::string instructionSet;                          // "": best available; "scalar": the plain reference

@@ -127,6 +127,9 @@ const std::vector<Setting>& settingsTable() {
               {.words = {{"off", tr("off")},
                          {"auto", tr("automatic"), tr("Where the scans agree better without it.")},
                          {"on", tr("on")}}}),
+      Setting("n4", MEMBER(n4), Fit, tr("N4 before the fit"),
+              tr("Divide each scan by its smooth shading, as by coils, as ITK's N4 finds it in the scan "
+                 "itself, before anything else.")),
       Setting("sliceMotion", MEMBER(sliceMotion), Fit, tr("Motion of slices"),
               tr("Several scans of thick slices: give every slice a rigid motion and a gain of its own, and "
                  "leave "

@@ -1,6 +1,8 @@
 #include "ReconstructFixtures.h"
 #include "SettingTexts.h"
 
+#include "IO/N4Correction.h"
+
 #include <vtkDataArray.h>
 #include <vtkImageShiftScale.h>
 #include <vtkPointData.h>
@@ -58,6 +60,20 @@ TEST(ReconstructFilter, FusesSeveralInputs) {
   auto filter = quickFilter(input);
   filter->Update();
   expectSame(filter, reconstruct(input, quickSettings()));
+}
+
+TEST(ReconstructFilter, HasN4) {
+  ReconstructionInput input = orthogonalInput();
+  auto filter = quickFilter(input);
+  ASSERT_TRUE(filter->SetSetting("n4", "true"));
+  filter->Update();
+  Settings settings = quickSettings();
+  settings.n4 = true;
+  input.n4 = correctByN4;
+  expectSame(filter, reconstruct(input, settings));
+  ASSERT_GE(filter->GetNumberOfWarnings(), 2);
+  for (int scan = 0; scan < 2; ++scan)
+    EXPECT_EQ(filter->GetWarning(scan).find("N4 "), 0u) << filter->GetWarning(scan);
 }
 
 TEST(ReconstructFilter, ReadsEveryScalarType) {
