@@ -6,6 +6,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
+#include "Core/Render/Render.h"
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
@@ -98,11 +99,14 @@ Affine3 registered(const Volume& image, const Volume& truth, std::span<const std
 }
 
 /// The image on the truth's lattice, moved onto it.
+GridGeometry moved(GridGeometry lattice, const Affine3& motion) {
+  lattice.origin = motion(lattice.origin);
+  lattice.direction = motion.linear * lattice.direction;
+  return lattice;
+}
+
 Volume moved(const Volume& image, const Volume& truth, const Affine3& toImage, ThreadPool& pool) {
-  GridGeometry lattice = truth.geometry;
-  lattice.origin = toImage(lattice.origin);
-  lattice.direction = toImage.linear * lattice.direction;
-  return {truth.geometry, ItkCubic(image).on(lattice, pool)};
+  return {truth.geometry, ItkCubic(image).on(moved(truth.geometry, toImage), pool)};
 }
 
 /// Multiplied by the one gain that brings it nearest to the truth.
@@ -138,11 +142,17 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
   report.peak = intensityRange(truth);
   report.range = formatted("PSNR peak: the truth's maximum minus minimum, %g.", report.peak);
   const auto score = [&](const std::string& name, const TimedVolume& run,
-                         const std::optional<Uncertainty>& uncertainty = {}) -> MethodScore& {
+                         const std::optional<Uncertainty>& uncertainty = {},
+                         const GaussianField* field = nullptr) -> MethodScore& {
     Volume image = *run.volume, deviation = uncertainty ? uncertainty->deviation : Volume{};
     if (moves) {
       const Affine3 toImage = registered(image, truth, mask);
-      image = moved(image, truth, toImage, pool);
+      RenderOptions render;
+      render.threads = threads;
+      render.stop = options.stop;
+      image = field ? Volume{truth.geometry,
+                             innergs::render(*field, moved(truth.geometry, toImage), render).voxels}
+                    : moved(image, truth, toImage, pool);
       if (uncertainty) deviation = moved(deviation, truth, toImage, pool);
     }
     scaleTo(image, truth, mask);
@@ -180,7 +190,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
         found.push_back(result.sliceMotion.moved ? result.sliceMotion.slices[s][k].pose * whole : whole);
       }
     }
-    MethodScore& method = score(name, run, result.uncertainty);
+    MethodScore& method = score(name, run, result.uncertainty, &result.model->field);
     method.poses = poseErrors(input.stacks, input.poses, poses, body);
     if (c.shading > 0)
       method.bias = biasErrors(result.bias, result.alignment, input.shading, Mask{grid, mask});
@@ -222,6 +232,10 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
       formatted("%s voxels of the truth's body mask, %g mm or more from the faces of what was scanned, "
                 "after one gain%s was taken away from every method's volume.",
                 countText(report.voxels).c_str(), kFromFaces, moves ? " and one rigid transform" : "");
+  if (moves)
+    report.notes.push_back(
+        "Where that transform puts the truth's voxels, the Gaussians are rendered, and the "
+        "other volumes interpolated by cubic B-splines.");
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

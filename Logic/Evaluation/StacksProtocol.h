@@ -6,7 +6,8 @@ namespace innergs {
 
 /// Reconstructs simulated thick stacks and scores every method on the truth, inside its body mask and 8 mm
 /// from the faces of what was scanned: PSNR and SSIM once one gain is taken away, and where slices moved one
-/// rigid transform, for no method can know either. Where slices move, the Gaussians are also fitted without
+/// rigid transform, for no method can know either: the Gaussians are rendered there, other volumes
+/// interpolated by cubic B-splines. Where slices move, the Gaussians are also fitted without
 /// correcting that
 /// ("uncorrected"). Throws Error(InvalidArgument) when the volume is too small for the case, NoData when it
 /// is constant or has no body there, Error(Cancelled).

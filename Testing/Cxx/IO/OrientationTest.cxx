@@ -7,7 +7,7 @@
 namespace innergs::test {
 namespace {
 
-const char* const formats[] = {"volume.nii", "volume.nii.gz", "volume.nrrd", "volume.mha"};
+const char* const volumeFiles[] = {"volume.nii", "volume.nii.gz", "volume.nrrd", "volume.mha"};
 
 void expectSameGeometry(const GridGeometry& read, const GridGeometry& written) {
   EXPECT_EQ(read.size, written.size);
@@ -25,7 +25,7 @@ void roundTrip(const Mat3& direction, const TemporaryFolder& folder) {
   const Vec3 landmark = geometry.indexToWorld()({6.3, 5.4, 4.2});
   const Volume volume = blob(geometry, landmark, 1.2);
   const Vec3 marked = centreOfMass(volume);
-  for (const char* format : formats) {
+  for (const char* format : volumeFiles) {
     SCOPED_TRACE(format);
     writeVolume(volume, folder / format);
     const Volume read = readVolume(folder / format);
