@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace innergs {
 namespace {
@@ -36,29 +37,50 @@ Residual residualOf(const Volume& volume, const Stack& stack, ThreadPool& pool) 
   return r;
 }
 
-/// Posed slices around a point, each with a tent as wide as the slice distance on either side.
-bool samplePosed(const Residual& r, const Vec3& at, float& value) {
-  const GridGeometry& g = r.stack->image.geometry;
-  GridGeometry slice = g;
-  slice.size[2] = 1;
-  double sum = 0, weights = 0;
-  for (std::size_t k = 0; k < r.gridToIndex.size(); ++k) {
-    const Affine3& map = r.gridToIndex[k];
-    const double w = 1 - std::abs(dot(map.linear[2], at) + map.offset[2] - static_cast<double>(k));
-    if (w <= 0) continue;
-    Vec3 index = map(at);
-    index[2] = 0;
-    float seen;
-    if (!sampleInside(slice, r.voxels.data() + k * static_cast<std::size_t>(g.size[0] * g.size[1]), index,
-                      seen))
-      continue;
-    sum += w * seen;
-    weights += w;
+/// Posed slices around the points of one row (j, k) of the volume, each with a tent as wide as the slice
+/// distance on either side.
+class PosedRow {
+public:
+  PosedRow(const Residual& r, std::int64_t points, double j, double k)
+      : residual_(r), slice_(r.stack->image.geometry) {
+    slice_.size[2] = 1;
+    const Vec3 first{0, j, k}, last{static_cast<double>(points - 1), j, k};
+    for (std::size_t s = 0; s < r.gridToIndex.size(); ++s) {
+      const double a = distance(s, first), b = distance(s, last);
+      constexpr double kReach = 1 + 1e-6;
+      if (std::max(a, b) > -kReach && std::min(a, b) < kReach) near_.push_back(s);
+    }
   }
-  if (weights < 0.1) return false;
-  value = static_cast<float>(sum / weights);
-  return true;
-}
+
+  bool sample(const Vec3& at, float& value) const {
+    double sum = 0, weights = 0;
+    for (const std::size_t s : near_) {
+      const double w = 1 - std::abs(distance(s, at));
+      if (w <= 0) continue;
+      Vec3 index = residual_.gridToIndex[s](at);
+      index[2] = 0;
+      float seen;
+      if (!sampleInside(slice_, residual_.voxels.data() + s * pixels(), index, seen)) continue;
+      sum += w * seen;
+      weights += w;
+    }
+    if (weights < 0.1) return false;
+    value = static_cast<float>(sum / weights);
+    return true;
+  }
+
+private:
+  /// From a slice, in slice distances.
+  double distance(std::size_t slice, const Vec3& at) const {
+    const Affine3& map = residual_.gridToIndex[slice];
+    return dot(map.linear[2], at) + map.offset[2] - static_cast<double>(slice);
+  }
+  std::size_t pixels() const { return static_cast<std::size_t>(slice_.size[0] * slice_.size[1]); }
+
+  const Residual& residual_;
+  GridGeometry slice_;
+  std::vector<std::size_t> near_;
+};
 
 } // namespace
 
@@ -121,14 +143,18 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
     pool.run(n[1] * n[2], [&](std::int64_t row) {
       float* out = volume.voxels.data() + row * n[0];
       const double j = static_cast<double>(row % n[1]), k = static_cast<double>(row / n[1]);
+      std::vector<std::optional<PosedRow>> posed(residuals.size());
+      for (std::size_t s = 0; s < residuals.size(); ++s)
+        if (!residuals[s].stack->poses.empty()) posed[s].emplace(residuals[s], n[0], j, k);
       for (std::int64_t i = 0; i < n[0]; ++i) {
         float sum = 0, weight = 0;
-        for (const Residual& r : residuals) {
+        for (std::size_t s = 0; s < residuals.size(); ++s) {
+          const Residual& r = residuals[s];
           float value;
           const Vec3 at{static_cast<double>(i), j, k};
-          const bool seen = r.stack->poses.empty() ? sampleInside(r.stack->image.geometry, r.voxels.data(),
-                                                                  r.gridToIndex.front()(at), value)
-                                                   : samplePosed(r, at, value);
+          const bool seen = posed[s] ? posed[s]->sample(at, value)
+                                     : sampleInside(r.stack->image.geometry, r.voxels.data(),
+                                                    r.gridToIndex.front()(at), value);
           if (!seen) continue;
           sum += value;
           weight += 1;

@@ -1,6 +1,7 @@
 #include "Core/Acquisition/BackProjection.h"
 #include "Evaluation/BackProjection.h"
 
+#include "Core/Alignment/Rigid.h"
 #include "Core/Base/Error.h"
 #include "Core/Image/BodyMask.h"
 #include "Core/Image/Metrics.h"
@@ -56,6 +57,43 @@ TEST(BackProjection, ObliqueProfilesKeepRamps) {
     const auto seen = projectToStack(truth, stack, pool);
     for (std::size_t p = 0; p < seen.size(); ++p)
       ASSERT_NEAR(seen[p], stack.image.voxels[p], 1e-3);
+  }
+}
+
+// Slices that one rigid transform poses alike lie where a header moved by it puts them.
+TEST(BackProjection, PosesThatAreAllAlikeMoveTheStack) {
+  const Volume truth = phantom(grid(24, 24, 24));
+  const Affine3 motion = rigidAbout(truth.geometry.centre(), {0.1, -0.2, 0.15}, {1.5, -0.7, 2});
+  const auto solved = [&](const Stack& stack) {
+    Volume volume{truth.geometry, std::vector<float>(truth.voxels.size(), 50.f)};
+    backProject(volume, {&stack, 1}, {.iterations = 2}, pool);
+    return volume.voxels;
+  };
+  for (const bool moved : {false, true}) {
+    Stack posed = simulateThickStack(truth, 2, 4), still = posed;
+    posed.poses.assign(static_cast<std::size_t>(posed.image.geometry.size[2]), moved ? motion : Affine3{});
+    if (moved) {
+      still.image.geometry.direction = motion.linear * still.image.geometry.direction;
+      still.image.geometry.origin = motion(still.image.geometry.origin);
+    }
+    const std::vector<float> a = solved(posed), b = solved(still);
+    // At a stack's faces, posed slices fade out and a stack ends.
+    const GridGeometry& g = still.image.geometry;
+    const Affine3 toIndex = inverse(g.indexToWorld());
+    int compared = 0;
+    for (std::size_t v = 0; v < a.size(); ++v) {
+      const auto at = static_cast<std::int64_t>(v);
+      const Vec3 index = toIndex(truth.geometry.indexToWorld()(
+          {static_cast<double>(at % 24), static_cast<double>(at / 24 % 24), static_cast<double>(at / 576)}));
+      bool inside = true;
+      for (int axis = 0; axis < 3; ++axis)
+        inside = inside &&
+                 std::abs(index[axis] - 0.5 * static_cast<double>(g.size[axis] - 1)) < (axis == 2 ? 1.5 : 9);
+      if (!inside) continue;
+      ASSERT_NEAR(a[v], b[v], 1e-3) << v << moved;
+      ++compared;
+    }
+    EXPECT_GT(compared, 2000);
   }
 }
 
