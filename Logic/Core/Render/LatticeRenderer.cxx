@@ -16,8 +16,11 @@ LatticeView LatticeRenderer::view() const {
 
 void LatticeRenderer::forward(const GaussianField& field, std::span<const float> values, float* weights,
                               float* numerators) {
-  project(field, values, lattice_, psf_, pool_, *projected_, kernels_.selection);
   const LatticeView lattice = view();
+  if (field.blending == Blending::Alpha || kernels_.selection != Selection::Exact)
+    project(field, values, lattice_, psf_, pool_, *projected_, kernels_.selection);
+  else
+    projectNear(field, values, lattice_, psf_, pool_, *projected_);
   if (field.blending == Blending::Alpha)
     return compositor_.forward(*projected_, lattice, pool_, weights, numerators);
   tiles_.bin(*projected_, lattice, pool_);
@@ -43,6 +46,7 @@ void LatticeRenderer::backward(const GaussianField& field, const float* f0, cons
   if (alpha) compositor_.backward(*projected_, lattice, pool_, f0, f1);
   pool_.blocks(field.size(), 256, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i) {
+      if (!alpha && tiles_.reach(i).count() == 0) continue;
       math::Moments<float> moments;
       if (alpha)
         moments = compositor_.moments(*projected_, lattice, i);

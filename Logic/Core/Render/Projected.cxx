@@ -20,15 +20,69 @@ ProjectionFrame projectionFrame(const Lattice& lattice) {
   return f;
 }
 
+namespace {
+
+ProjectionRules rulesOf(const GaussianField& field, const ClosedFormPsf& psf, Selection selection) {
+  return {static_cast<float>(field.cutoff * field.cutoff), field.blending, field.linearIntensity, selection,
+          psf};
+}
+
+/// Whether a Gaussian's cut-off ellipsoid may reach planes [low, high] of a frame: its extent along z is at
+/// most that of a sphere with the largest scale.
+class PlaneReach {
+public:
+  PlaneReach(const ProjectionFrame& frame, const ProjectionRules& rules, double low, double high)
+      : frame_(frame), low_(low), high_(high) {
+    const float* t = frame.toIndex + 6;
+    const float* c = rules.psf.covariance;
+    constexpr double kRounding = 1.001;
+    along_ = kRounding * rules.radius2 * (double(t[0]) * t[0] + double(t[1]) * t[1] + double(t[2]) * t[2]);
+    // The largest eigenvalue is at most the trace.
+    blur_ = rules.psf.active ? static_cast<double>(c[0]) + c[3] + c[5] : 0;
+  }
+
+  bool operator()(const Gaussian& g) const {
+    double z = frame_.offset[2];
+    for (int j = 0; j < 3; ++j)
+      z += frame_.inverse[6 + j] * static_cast<double>(g.mean[j]);
+    const double beyond = std::max(low_ - z, z - high_);
+    if (beyond <= 0) return true;
+    const double scale = std::exp(std::max({g.logScale[0], g.logScale[1], g.logScale[2]}));
+    return !(beyond * beyond > along_ * (scale * scale + blur_) + 1e-4);
+  }
+
+private:
+  const ProjectionFrame& frame_;
+  double low_, high_, along_, blur_;
+};
+
+} // namespace
+
 void project(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
              const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out, Selection selection) {
   const ProjectionFrame frame = projectionFrame(lattice);
-  const ProjectionRules rules{static_cast<float>(field.cutoff * field.cutoff), field.blending,
-                              field.linearIntensity, selection, psf};
+  const ProjectionRules rules = rulesOf(field, psf, selection);
   out.resize(field.gaussians.size());
   pool.blocks(field.size(), 2048, [&](std::int64_t first, std::int64_t last) {
     for (std::int64_t i = first; i < last; ++i)
       projectGaussian(field.gaussians[i], values.empty() ? nullptr : &values[i], frame, rules, out[i]);
+  });
+}
+
+void projectNear(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
+                 const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out) {
+  const ProjectionFrame frame = projectionFrame(lattice);
+  const ProjectionRules rules = rulesOf(field, psf, Selection::Exact);
+  const PlaneReach reaches(frame, rules, lattice.z.front(), lattice.z.back());
+  Projected missed{};
+  std::fill(std::begin(missed.half), std::end(missed.half), -1.f);
+  out.resize(field.gaussians.size());
+  pool.blocks(field.size(), 2048, [&](std::int64_t first, std::int64_t last) {
+    for (std::int64_t i = first; i < last; ++i)
+      if (reaches(field.gaussians[i]))
+        projectGaussian(field.gaussians[i], values.empty() ? nullptr : &values[i], frame, rules, out[i]);
+      else
+        out[i] = missed;
   });
 }
 

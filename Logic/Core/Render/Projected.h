@@ -13,6 +13,12 @@ void project(const GaussianField& field, std::span<const float> values, const La
              const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out,
              Selection selection = Selection::Exact);
 
+/// The same for Selection::Exact, but Gaussians whose cut-off ellipsoids miss the lattice's planes are only
+/// marked by negative half extents, which cover no plane: the time of a lattice that shows few of a field's
+/// Gaussians, such as a posed slice.
+void projectNear(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
+                 const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out);
+
 /// The smallest distance between any point of a lattice and the edge of the cut-off ellipsoid, in units of
 /// the exponent. Gradients jump where a point crosses that edge, so devices with different rounding may
 /// differ where the clearance is near 0.

@@ -1,0 +1,63 @@
+#include "Core/Render/Projected.h"
+#include "Core/Render/Rows.h"
+#include "RandomFields.h"
+#include "TestVolumes.h"
+
+#include <cstring>
+#include <gtest/gtest.h>
+
+namespace innergs::testing {
+namespace {
+
+// Oblique lattices of few planes, with and without a profile: what is only marked has no row in any plane,
+// and all others are as ever.
+TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
+  ThreadPool pool(2);
+  Cloud cloud;
+  cloud.low = {-20, -20, -20};
+  cloud.high = {20, 20, 20};
+  cloud.anisotropy = 6;
+  GaussianField field = randomField(2000, cloud, 5, Blending::Normalised, true);
+  field.gaussians[7].mean[1] = std::nanf("");
+  std::vector<float> values(2000, 0.5f);
+  for (const bool blurred : {false, true})
+    for (const std::vector<double>& planes :
+         {std::vector<double>{0}, std::vector<double>{-1, 0, 0.5}, std::vector<double>{100}}) {
+      Lattice lattice;
+      lattice.nx = lattice.ny = 9;
+      lattice.z = planes;
+      lattice.indexToModel.linear = obliqueDirection(0.4) * diagonal({1, 0.8, 3});
+      lattice.indexToModel.offset = {-4, 2, 5};
+      ClosedFormPsf psf;
+      if (blurred) {
+        psf.active = true;
+        const float covariance[6] = {1.f, 0.1f, 0.2f, 2.f, -0.3f, 4.f};
+        std::copy_n(covariance, 6, psf.covariance);
+      }
+      std::vector<Projected> all, near;
+      project(field, values, lattice, psf, pool, all);
+      projectNear(field, values, lattice, psf, pool, near);
+      ASSERT_EQ(near.size(), all.size());
+      const LatticeView view{lattice.nx, lattice.ny, static_cast<int>(planes.size()), lattice.stride(),
+                             lattice.z.data()};
+      int marked = 0, reaching = 0;
+      for (std::size_t i = 0; i < all.size(); ++i) {
+        int first, last;
+        planeRange(near[i], view, first, last);
+        if (std::memcmp(&near[i], &all[i], sizeof(Projected)) == 0) {
+          reaching += first < last;
+          continue;
+        }
+        ++marked;
+        EXPECT_LT(near[i].half[2], 0);
+        EXPECT_GE(first, last);
+        planeRange(all[i], view, first, last);
+        EXPECT_GE(first, last) << "it reaches a plane";
+      }
+      EXPECT_GT(marked, 500);
+      EXPECT_EQ(reaching > 100, planes.front() < 100);
+    }
+}
+
+} // namespace
+} // namespace innergs::testing
