@@ -77,7 +77,9 @@ TEST(N4Correction, LooksAtObservedVoxelsAlone) {
   const std::string one = correctByN4(s.stack, false), two = correctByN4(same.stack, false);
   EXPECT_EQ(one, two);
   for (std::size_t v = 0; v < s.truth.size(); ++v)
-    if (s.stack.observed[v]) ASSERT_EQ(s.stack.image.voxels[v], same.stack.image.voxels[v]) << v;
+    if (s.stack.observed[v]) {
+      ASSERT_EQ(s.stack.image.voxels[v], same.stack.image.voxels[v]) << v;
+    }
   EXPECT_LT(left(s), 0.1);
 }
 
