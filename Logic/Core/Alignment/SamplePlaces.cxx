@@ -8,12 +8,31 @@
 
 namespace innergs {
 
-GridGeometry latticeAround(std::span<const Stack> stacks, double spacing, double margin) {
+namespace {
+
+/// The part of a lattice with voxels that are seen; all of it where there are none.
+template <typename Seen>
+GridGeometry boxOf(const GridGeometry& g, const Seen& seen) {
+  std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
+  for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
+    if (!seen(v)) continue;
+    const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
+    for (int a = 0; a < 3; ++a) {
+      low[a] = std::min(low[a], at[a]);
+      high[a] = std::max(high[a], at[a]);
+    }
+  }
+  if (high[0] < 0) return g;
+  return cropped(g, low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1});
+}
+
+} // namespace
+
+GridGeometry latticeAround(std::span<const GridGeometry> boxes, double spacing, double margin) {
   GridGeometry grid;
-  grid.direction = stacks.front().image.geometry.direction;
+  grid.direction = boxes.front().direction;
   Vec3 low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
-  for (const Stack& stack : stacks) {
-    const GridGeometry& g = stack.image.geometry;
+  for (const GridGeometry& g : boxes) {
     for (int corner = 0; corner < 8; ++corner) {
       Vec3 index;
       for (int a = 0; a < 3; ++a)
@@ -34,19 +53,17 @@ GridGeometry latticeAround(std::span<const Stack> stacks, double spacing, double
   return grid;
 }
 
-GridGeometry seenBox(const BlurredStack& image) {
-  const GridGeometry& g = image.geometry();
-  std::array<std::int64_t, 3> low = g.size, high{-1, -1, -1};
-  for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
-    if (std::isnan(image.values()[v])) continue;
-    const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
-    for (int a = 0; a < 3; ++a) {
-      low[a] = std::min(low[a], at[a]);
-      high[a] = std::max(high[a], at[a]);
-    }
-  }
-  if (high[0] < 0) return g;
-  return cropped(g, low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1});
+std::vector<GridGeometry> observedBoxes(std::span<const Stack> stacks) {
+  std::vector<GridGeometry> boxes;
+  for (const Stack& stack : stacks)
+    boxes.push_back(boxOf(stack.image.geometry, [&](std::int64_t v) {
+      return (stack.observed.empty() || stack.observed[v]) && std::isfinite(stack.image.voxels[v]);
+    }));
+  return boxes;
+}
+
+GridGeometry observedBox(const BlurredStack& image) {
+  return boxOf(image.geometry(), [&](std::int64_t v) { return !std::isnan(image.values()[v]); });
 }
 
 std::vector<Vec3> spreadPlaces(const GridGeometry& box, double distance) {

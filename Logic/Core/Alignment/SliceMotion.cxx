@@ -17,7 +17,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::int64_t kMostVoxels = 6'000'000;                            // of the finest volume
 constexpr std::int64_t kFewestPixels = 200;                                // of a slice, to be registered
-constexpr double kMargin = 8;                                              // mm around the stacks
+constexpr double kMargin = 8;                                              // mm around what the stacks show
 constexpr double kPriorShift = 6, kPriorTurn = 6 * std::numbers::pi / 180; // mm, radians: σ of the motion
 
 struct Level {
@@ -32,12 +32,12 @@ constexpr double kWorthwhile = 0.5; // dB that poses must gain
 constexpr double kConsistentOfTwo = 5, kConsistent = 2;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
-/// The finest spacing of the stacks, or one at which the lattice is not too large.
-double finestSpacing(std::span<const Stack> stacks) {
+/// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
+double finestSpacing(std::span<const GridGeometry> boxes) {
   double finest = std::numeric_limits<double>::max();
-  for (const Stack& stack : stacks)
-    finest = std::min({finest, stack.image.geometry.spacing[0], stack.image.geometry.spacing[1]});
-  while (latticeAround(stacks, finest, kMargin).voxelCount() > kMostVoxels)
+  for (const GridGeometry& box : boxes)
+    finest = std::min({finest, box.spacing[0], box.spacing[1]});
+  while (latticeAround(boxes, finest, kMargin).voxelCount() > kMostVoxels)
     finest *= 1.05;
   return finest;
 }
@@ -281,8 +281,9 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     if (!stack.poses.empty()) return result;
     distance = std::max(distance, stack.image.geometry.spacing[2]);
   }
-  const double finest = finestSpacing(stacks);
-  const Vec3 centre = latticeAround(stacks, finest, kMargin).centre();
+  const std::vector<GridGeometry> boxes = observedBoxes(stacks);
+  const double finest = finestSpacing(boxes);
+  const Vec3 centre = latticeAround(boxes, finest, kMargin).centre();
   const ValueRange range = observedRange(stacks);
   const bool scales = !belowZero(range);
   Work work{stacks, {}, static_cast<double>(range.high) - range.low};
@@ -299,7 +300,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
   };
   for (const Level& level : kLevels) {
     const double spacing = level.factor * finest;
-    const GridGeometry grid = latticeAround(stacks, spacing, kMargin);
+    const GridGeometry grid = latticeAround(boxes, spacing, kMargin);
     const SliceOperator op(grid, pool);
     work.slices.clear();
     for (std::size_t s = 0; s < stacks.size(); ++s) {
@@ -426,7 +427,7 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
                                    const Stack& stack, std::span<const std::int64_t> indices, bool scales,
                                    ThreadPool& pool) {
   std::vector<SlicePose> result(indices.size());
-  const std::span<const Stack> only(&stack, 1);
+  const std::span<const GridGeometry> only(&stack.image.geometry, 1);
   const double finest = finestSpacing(only);
   for (const Level& level : kLevels) {
     const GridGeometry grid = latticeAround(only, level.factor * finest, kMargin);
@@ -450,11 +451,14 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
 
 std::int64_t sliceMotionMemory(std::span<const Stack> stacks) {
   std::int64_t pixels = 0;
-  for (const Stack& stack : stacks)
+  std::vector<GridGeometry> boxes;
+  for (const Stack& stack : stacks) {
     pixels += stack.image.geometry.voxelCount();
+    boxes.push_back(stack.image.geometry);
+  }
   const std::int64_t volumes =
       static_cast<std::int64_t>(stacks.size()) + 4; // and what conjugate gradients hold
-  return 4 * (volumes * latticeAround(stacks, finestSpacing(stacks), kMargin).voxelCount() + 4 * pixels);
+  return 4 * (volumes * latticeAround(boxes, finestSpacing(boxes), kMargin).voxelCount() + 4 * pixels);
 }
 
 void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {

@@ -30,9 +30,9 @@ struct SliceMotion {
 /// stacks show, which is fitted to them through their slice profiles (fitVolume) where they lie now, stack
 /// after stack, coarse to fine: Gauss-Newton with analytic gradients of what the slice sees of the volume,
 /// robust weights (Cauchy's), slices that fit nowhere lose theirs. The mean motion is none: the result stays
-/// in the frame of the input. Needs two stacks without poses or more. `always`: poses are kept even where
-/// they do not make the scans agree better. The bits do not depend on the number of threads. Throws
-/// Error(Cancelled).
+/// in the frame of the input. Volumes reach as far as observed voxels do. Needs two stacks without poses or
+/// more. `always`: poses are kept even where they do not make the scans agree better. The bits do not depend
+/// on the number of threads. Throws Error(Cancelled).
 SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPool& pool,
                             const std::function<void(double)>& progress = {});
 
@@ -46,7 +46,7 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
                                    const Stack& stack, std::span<const std::int64_t> slices, bool scales,
                                    ThreadPool& pool);
 
-/// Bytes that findSliceMotion() needs.
+/// Bytes that findSliceMotion() needs where all voxels are observed, and the most that it needs otherwise.
 std::int64_t sliceMotionMemory(std::span<const Stack> stacks);
 
 /// Gives the stacks their poses and gains; slices of weight 0 become unobserved.

@@ -193,7 +193,7 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
     std::vector<BlurredStack> images;
     for (const std::size_t s : part)
       images.emplace_back(stacks[s], level * sigma, pool);
-    const std::vector<Vec3> points = spreadPlaces(seenBox(images.front()), 0.7 * level * sigma);
+    const std::vector<Vec3> points = spreadPlaces(observedBox(images.front()), 0.7 * level * sigma);
     const ValueRange values = valuesOf(images.front());
     const double threshold = bodyThreshold(images.front());
     const auto against = [&](std::size_t n) {

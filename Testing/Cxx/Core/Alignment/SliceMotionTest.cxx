@@ -2,6 +2,7 @@
 
 #include "Core/Acquisition/BackProjection.h"
 #include "Core/Alignment/Rigid.h"
+#include "Core/Alignment/SamplePlaces.h"
 #include "Core/Alignment/SliceVolume.h"
 #include "Core/Base/Error.h"
 #include "Core/Image/Simulate.h"
@@ -276,6 +277,49 @@ TEST(SliceMotion, NeverLooksAtUnobservedVoxels) {
   const SliceMotion after = findSliceMotion(stacks, true, pool);
   EXPECT_EQ(before.slices[1][6].pose, after.slices[1][6].pose);
   EXPECT_EQ(before.psnrAfter, after.psnrAfter);
+}
+
+TEST(SliceMotion, LooksOnlyWhereVoxelsAreObserved) {
+  Stack stack;
+  stack.image.geometry.size = {9, 8, 7};
+  stack.image.geometry.spacing = {1, 2, 4};
+  stack.image.geometry.direction = rotation({0.2, -0.3, 0.4});
+  stack.image.voxels.assign(9 * 8 * 7, 1.f);
+  const auto at = [](int i, int j, int k) { return i + 9 * (j + 8 * k); };
+  EXPECT_EQ(observedBoxes({&stack, 1}).front(), stack.image.geometry);
+  stack.observed.assign(stack.image.voxels.size(), 0);
+  EXPECT_EQ(observedBoxes({&stack, 1}).front(), stack.image.geometry);
+  stack.observed[at(2, 3, 1)] = stack.observed[at(5, 3, 4)] = stack.observed[at(8, 7, 6)] = 1;
+  stack.image.voxels[at(8, 7, 6)] = std::nanf("");
+  const GridGeometry box = observedBoxes({&stack, 1}).front();
+  EXPECT_EQ(box, cropped(stack.image.geometry, {2, 3, 1}, {4, 1, 4}));
+  const GridGeometry around = latticeAround({&box, 1}, 1, 3);
+  EXPECT_EQ(around.size, (std::array<std::int64_t, 3>{11, 9, 23}));
+  EXPECT_LT(norm(around.origin - box.indexToWorld()({-3.5, -2, -1.25})), 1e-9);
+}
+
+// A mask around the head keeps what lies around it out of the volume that slices are registered to.
+TEST(SliceMotion, FindsMaskedSlicesAlone) {
+  ThreadPool pool(2);
+  std::vector<Stack> stacks = movingScans(3, 2), alone;
+  for (Stack& stack : stacks) {
+    const GridGeometry g = stack.image.geometry;
+    const std::array<std::int64_t, 3> low{8, 8, 2}, size{kWidth - 16, kWidth - 16, g.size[2] - 4};
+    stack.observed.assign(stack.image.voxels.size(), 0);
+    Stack& part = alone.emplace_back();
+    part.thickness = stack.thickness;
+    part.image.geometry = cropped(g, low, size);
+    for (std::int64_t v = 0; v < part.image.geometry.voxelCount(); ++v) {
+      const std::int64_t from = low[0] + v % size[0] + g.size[0] * (low[1] + v / size[0] % size[1]) +
+                                g.size[0] * g.size[1] * (low[2] + v / (size[0] * size[1]));
+      stack.observed[from] = 1;
+      part.image.voxels.push_back(stack.image.voxels[from]);
+    }
+  }
+  const SliceMotion masked = findSliceMotion(withoutPoses(stacks), true, pool),
+                    cut = findSliceMotion(alone, true, pool);
+  EXPECT_NEAR(masked.psnrBefore, cut.psnrBefore, 1e-6);
+  EXPECT_NEAR(masked.psnrAfter, cut.psnrAfter, 0.01); // rounding: many turns of round things fit as well
 }
 
 TEST(SliceMotion, PlacesSlicesThatTookNoPart) {
