@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kWidth = 1240, kHeight = 640, kLeft = 84, kTop = 64, kBottom = 76, kLegend = 440;
 constexpr double kTallest = 24; // dB: the first iterations are not informative
-constexpr Colour kBackground{24, 24, 28}, kGrid{58, 58, 64}, kFaint{170, 170, 170}, kInk{255, 255, 255};
+constexpr Colour kBackground{24, 24, 28}, kGrid{58, 58, 64}, kFaint{170, 170, 170}, kTextColour{255, 255, 255};
 
 struct Range {
   double low = 1e300, high = -1e300;
@@ -29,7 +29,7 @@ double niceStep(double range) {
   return 10 * power;
 }
 
-struct Axes {
+struct ChartAxes {
   Range x, y; // x: log10
   double left = kLeft, right = kWidth - kLegend, top = kTop, bottom = kHeight - kBottom;
 
@@ -39,8 +39,8 @@ struct Axes {
   }
 };
 
-Axes axesOf(const std::vector<Series>& series) {
-  Axes axes;
+ChartAxes axesOf(const std::vector<Series>& series) {
+  ChartAxes axes;
   for (const Series& one : series)
     for (const auto* points : {&one.points, &one.dots})
       for (const auto& [x, y] : *points)
@@ -58,7 +58,7 @@ Axes axesOf(const std::vector<Series>& series) {
   return axes;
 }
 
-void drawGrid(Picture& picture, const Axes& axes) {
+void drawGrid(Picture& picture, const ChartAxes& axes) {
   for (double decade = std::floor(axes.x.low); decade <= axes.x.high; ++decade)
     for (const double factor : {1.0, 2.0, 5.0}) {
       const double logX = decade + std::log10(factor);
@@ -109,7 +109,7 @@ void drawLine(Picture& picture, std::array<double, 2> a, std::array<double, 2> b
 
 Picture lineChart(const std::vector<Series>& series, const ChartText& text) {
   Picture picture(kWidth, kHeight, kBackground);
-  const Axes axes = axesOf(series);
+  const ChartAxes axes = axesOf(series);
   drawGrid(picture, axes);
   for (std::size_t n = 0; n < series.size(); ++n) {
     const Colour colour = seriesColour(n);
@@ -129,9 +129,9 @@ Picture lineChart(const std::vector<Series>& series, const ChartText& text) {
       }
     const int left = kWidth - kLegend + 28, top = kTop + 22 * static_cast<int>(n);
     drawLine(picture, {left + 0.0, top + 6.0}, {left + 24.0, top + 6.0}, 3, colour);
-    picture.text(left + 34, top, series[n].label, kInk);
+    picture.text(left + 34, top, series[n].label, kTextColour);
   }
-  picture.text(kLeft, 18, text.title, kInk, 2);
+  picture.text(kLeft, 18, text.title, kTextColour, 2);
   picture.text(8, kTop - 20, text.yLabel, kFaint);
   const int middle = static_cast<int>(0.5 * (axes.left + axes.right));
   picture.text(middle - Picture::textWidth(text.xLabel) / 2, kHeight - kBottom + 28, text.xLabel, kFaint);

@@ -22,7 +22,7 @@ std::string number(int digits, double value) {
   return formatted("%.*f", digits, value);
 }
 
-std::string padded(const std::string& text, std::size_t width, bool left = false) {
+std::string paddedCell(const std::string& text, std::size_t width, bool left = false) {
   const std::string space(text.size() < width ? width - text.size() : 0, ' ');
   return left ? text + space : space + text;
 }
@@ -88,21 +88,21 @@ std::string textReport(std::span<const EvaluationReport> reports) {
                                            : "Protocol H (held-out), ";
     text += report->caseName + "\n";
     text += "Samples: " + report->samples + "\n" + report->range + "\n";
-    text += padded("method", 16, true) + padded("PSNR dB", 9) + padded("SSIM", 9) + padded("seconds", 10);
-    if (report->protocol == "scans") text += padded("NCC", 8);
+    text += paddedCell("method", 16, true) + paddedCell("PSNR dB", 9) + paddedCell("SSIM", 9) + paddedCell("seconds", 10);
+    if (report->protocol == "scans") text += paddedCell("NCC", 8);
     if (paper) {
-      text += padded("pooled dB", 11);
+      text += paddedCell("pooled dB", 11);
       for (Plane plane : {Plane::Axial, Plane::Coronal, Plane::Sagittal})
-        text += padded(std::string(planeName(plane)) + " dB / SSIM", 24);
+        text += paddedCell(std::string(planeName(plane)) + " dB / SSIM", 24);
     }
     text += "\n";
     for (const MethodScore& method : report->methods) {
-      text += padded(method.name, 16, true) + padded(number(2, method.psnr), 9) +
-              padded(number(4, method.ssim), 9) + padded(number(2, method.seconds), 10);
-      if (method.ncc) text += padded(number(4, *method.ncc), 8);
-      if (paper) text += padded(number(2, method.pooledPsnr), 11);
+      text += paddedCell(method.name, 16, true) + paddedCell(number(2, method.psnr), 9) +
+              paddedCell(number(4, method.ssim), 9) + paddedCell(number(2, method.seconds), 10);
+      if (method.ncc) text += paddedCell(number(4, *method.ncc), 8);
+      if (paper) text += paddedCell(number(2, method.pooledPsnr), 11);
       for (const PlaneScore& plane : method.perPlane)
-        text += padded(number(2, plane.psnr) + " / " + number(4, plane.ssim), 24);
+        text += paddedCell(number(2, plane.psnr) + " / " + number(4, plane.ssim), 24);
       text += "\n";
     }
     for (const MethodScore& method : report->methods)

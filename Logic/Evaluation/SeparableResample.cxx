@@ -62,19 +62,19 @@ std::int64_t borderIndex(std::int64_t i, std::int64_t n, bool mirrored) {
 }
 
 // Arrays as [outer][n][inner]: one axis of a volume in memory order.
-struct Shape {
+struct LineShape {
   std::int64_t outer, n, inner;
 };
-Shape shapeAlong(const std::array<std::int64_t, 3>& size, int axis) {
-  return axis == 0   ? Shape{size[1] * size[2], size[0], 1}
-         : axis == 1 ? Shape{size[2], size[1], size[0]}
-                     : Shape{1, size[2], size[0] * size[1]};
+LineShape shapeAlong(const std::array<std::int64_t, 3>& size, int axis) {
+  return axis == 0   ? LineShape{size[1] * size[2], size[0], 1}
+         : axis == 1 ? LineShape{size[2], size[1], size[0]}
+                     : LineShape{1, size[2], size[0] * size[1]};
 }
 // Work is divided into (outer, piece of inner), so that every axis keeps all threads busy.
 constexpr std::int64_t pieceSize = 1024;
 
 // Samples → cubic B-spline coefficients (Unser 1999), mirrored borders.
-void prefilter(std::vector<float>& values, const Shape& shape, ThreadPool& pool) {
+void prefilter(std::vector<float>& values, const LineShape& shape, ThreadPool& pool) {
   if (shape.n < 2) return;
   const double pole = std::sqrt(3.0) - 2, gain = 6;
   const std::int64_t horizon = std::min<std::int64_t>(shape.n, 32);
@@ -119,7 +119,7 @@ void prefilter(std::vector<float>& values, const Shape& shape, ThreadPool& pool)
   });
 }
 
-std::vector<float> interpolate(const std::vector<float>& in, const Shape& shape, const Line& line,
+std::vector<float> interpolate(const std::vector<float>& in, const LineShape& shape, const Line& line,
                                ThreadPool& pool) {
   const auto n = static_cast<std::int64_t>(line.first.size());
   std::vector<float> out(static_cast<std::size_t>(shape.outer * n * shape.inner));
@@ -212,7 +212,7 @@ std::vector<float> resampleAligned(const Volume& image, const GridGeometry& grid
   });
   for (int a = 0; a < 3; ++a) {
     const Line line = makeLine(size[a], grid.size[a], map.offset[a], map.scale[a], kind);
-    const Shape shape = shapeAlong(size, a);
+    const LineShape shape = shapeAlong(size, a);
     if (kind == Interpolation::Cubic && !line.identity) prefilter(values, shape, pool);
     values = interpolate(values, shape, line, pool);
     size[a] = grid.size[a];

@@ -17,7 +17,7 @@ struct Tap {
 };
 
 /// The slices of one stack as weighted sums of voxels along a grid axis.
-struct SliceOperator {
+struct BlurOperator {
   std::array<std::int64_t, 3> stride{}, start{}; // steps of the stack's samples per grid index, in-plane axes
   int axis = 2;                                  // grid axis normal to the slices
   std::int64_t sliceStride = 1;
@@ -33,14 +33,14 @@ struct SliceOperator {
   }
 };
 
-SliceOperator makeOperator(const Stack& stack, const GridGeometry& grid, double scale) {
+BlurOperator makeOperator(const Stack& stack, const GridGeometry& grid, double scale) {
   const GridGeometry& g = stack.image.geometry;
   const auto map = alignedAxes(g, grid);
   const auto refuse = [] {
     throw Error(ErrorCode::InvalidArgument, "Total variation needs stacks whose pixels are the grid's.");
   };
   if (!map || !stack.poses.empty()) refuse();
-  SliceOperator op;
+  BlurOperator op;
   const std::int64_t strides[3] = {1, g.size[0], g.size[0] * g.size[1]};
   for (int a = 0; a < 3; ++a) {
     if (map->axis[a] == 2) {
@@ -98,7 +98,7 @@ Volume totalVariation(std::span<const Stack> stacks, const GridGeometry& grid,
                       const TotalVariationSettings& settings) {
   const ValueRange range = observedRange(stacks);
   const double scale = range.high > range.low ? static_cast<double>(range.high) - range.low : 1;
-  std::vector<SliceOperator> operators;
+  std::vector<BlurOperator> operators;
   for (const Stack& stack : stacks)
     operators.push_back(makeOperator(stack, grid, scale));
   Volume volume = averageUpsampled(stacks, grid, Interpolation::Cubic, settings.threads, settings.stop);
@@ -133,7 +133,7 @@ Volume totalVariation(std::span<const Stack> stacks, const GridGeometry& grid,
             dual[a][v] = next[a] * shrink;
         }
     });
-    for (SliceOperator& op : operators) {
+    for (BlurOperator& op : operators) {
       const int u = op.axis == 0 ? 1 : 0, w = op.axis == 2 ? 1 : 2; // in-plane axes of the grid
       pool.run(static_cast<std::int64_t>(op.voxels.size()), [&](std::int64_t s) {
         std::array<std::int64_t, 3> at{};
@@ -157,7 +157,7 @@ Volume totalVariation(std::span<const Stack> stacks, const GridGeometry& grid,
           float descent = 0, columnSum = 6;
           for (int a = 0; a < 3; ++a)
             descent += dual[a][v] - (at[a] > 0 ? dual[a][v - strides[a]] : 0.f);
-          for (const SliceOperator& op : operators)
+          for (const BlurOperator& op : operators)
             for (const Tap& tap : op.slices[at[op.axis]]) {
               descent -= tap.weight * op.dual[op.sample(at, tap.index)];
               columnSum += tap.weight;

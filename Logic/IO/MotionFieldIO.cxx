@@ -14,10 +14,6 @@ namespace fs = std::filesystem;
 namespace innergs {
 namespace {
 
-bool isSequence(const fs::path& path) {
-  return utf8(path.filename()).ends_with(".seq.nrrd");
-}
-
 /// 3D Slicer looks for the times under "axis 3", whatever the list's axis is.
 std::string header(const MotionSequence& motion) {
   const GridGeometry& g = motion.geometry;
@@ -57,13 +53,13 @@ void writeSequence(const MotionSequence& motion, const fs::path& path) {
 
 std::vector<fs::path> motionFiles(const fs::path& path, std::size_t times) {
   const std::string extension = fullExtension(path);
-  if (!isSequence(path) && extension != ".nrrd" && extension != ".nii" && extension != ".nii.gz" &&
+  if (!isSequenceFile(path) && extension != ".nrrd" && extension != ".nii" && extension != ".nii.gz" &&
       extension != ".mha")
     throw Error(ErrorCode::InvalidArgument,
                 quoted(path) +
                     " has no extension of a displacement field; use .seq.nrrd for all in one file, "
                     "or .nrrd, .nii.gz, .nii or .mha for one file per frame.");
-  if (isSequence(path) || times == 1) return {path};
+  if (isSequenceFile(path) || times == 1) return {path};
   std::vector<fs::path> files;
   for (std::size_t f = 0; f < times; ++f) {
     std::string number = std::to_string(f);
@@ -81,7 +77,7 @@ void writeMotion(const MotionSequence& motion, const fs::path& path) {
     if (field.size() != values)
       throw Error(ErrorCode::InvalidArgument,
                   "The motion for " + quoted(path) + " has a field of another size than its lattice.");
-  if (isSequence(path)) return writeSequence(motion, path);
+  if (isSequenceFile(path)) return writeSequence(motion, path);
   const std::vector<fs::path> files = motionFiles(path, motion.times.size());
   for (std::size_t f = 0; f < files.size(); ++f)
     writeItkFile(files[f], motion.geometry, OutputType::Float32,

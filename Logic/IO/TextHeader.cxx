@@ -14,9 +14,9 @@
 namespace innergs {
 namespace {
 
-using Fields = std::map<std::string, std::string>;
-struct Header {
-  Fields fields;
+using TextFields = std::map<std::string, std::string>;
+struct TextHeader {
+  TextFields fields;
   std::size_t longestField = 0; // characters of a line that is neither a comment nor NRRD's key:=value
   std::uint64_t end = 0;        // bytes from the start of the file
 };
@@ -28,8 +28,8 @@ std::string trimmed(const std::string& text) {
 }
 
 /// Reads "key<separator>value" lines up to the empty line or the field that ends the header.
-Header readHeader(const std::filesystem::path& path, char separator, const std::string& last) {
-  Header header;
+TextHeader readHeader(const std::filesystem::path& path, char separator, const std::string& last) {
+  TextHeader header;
   std::ifstream in(path, std::ios::binary);
   constexpr std::size_t longestHeader = 16 << 20; // tracked ultrasound has a few lines per frame
   for (std::string line; header.end < longestHeader && std::getline(in, line);) {
@@ -73,7 +73,7 @@ std::vector<std::string> words(const std::string& text) {
   return all;
 }
 
-void checkFinite(const Fields& fields, const std::string& key, const std::string& name,
+void checkFinite(const TextFields& fields, const std::string& key, const std::string& name,
                  const std::string& what) {
   const auto found = fields.find(key);
   if (found == fields.end()) return;
@@ -83,7 +83,7 @@ void checkFinite(const Fields& fields, const std::string& key, const std::string
 }
 
 /// An axis of vector components may have spacing NaN; the three others need a real one.
-void checkSpacing(const Fields& fields, const std::string& key, const std::string& what) {
+void checkSpacing(const TextFields& fields, const std::string& key, const std::string& what) {
   const auto found = fields.find(key);
   if (found == fields.end()) return;
   int positive = 0;
@@ -100,8 +100,8 @@ void checkSpacing(const Fields& fields, const std::string& key, const std::strin
 } // namespace
 
 NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& what) {
-  const Header header = readHeader(path, ':', "");
-  const Fields& fields = header.fields;
+  const TextHeader header = readHeader(path, ':', "");
+  const TextFields& fields = header.fields;
   for (const char* key : {"type", "dimension", "sizes", "encoding"})
     if (!fields.contains(key))
       throw Error(ErrorCode::FileFormat,
@@ -139,8 +139,8 @@ NrrdHeader::NrrdHeader(const std::filesystem::path& path, const std::string& wha
 }
 
 MetaHeader::MetaHeader(const std::filesystem::path& path, const std::string& what) {
-  const Header header = readHeader(path, '=', "ElementDataFile");
-  const Fields& fields = header.fields;
+  const TextHeader header = readHeader(path, '=', "ElementDataFile");
+  const TextFields& fields = header.fields;
   for (const char* key : {"NDims", "DimSize", "ElementType", "ElementDataFile"})
     if (!fields.contains(key))
       throw Error(ErrorCode::FileFormat,

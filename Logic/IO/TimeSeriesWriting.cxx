@@ -25,10 +25,6 @@ bool isNifti(const fs::path& path) {
   return fullExtension(path).starts_with(".nii");
 }
 
-bool isSequence(const fs::path& path) {
-  return utf8(path.filename()).ends_with(".seq.nrrd");
-}
-
 const char* nrrdType(OutputType type) {
   switch (type) {
   case OutputType::UInt8:
@@ -173,7 +169,7 @@ bool needsSidecar(const fs::path& path, const std::vector<double>& times) {
 }
 
 void checkTimeSeriesPath(const fs::path& path) {
-  if (!isNifti(path) && !isSequence(path))
+  if (!isNifti(path) && !isSequenceFile(path))
     throw Error(ErrorCode::InvalidArgument,
                 quoted(path) + " has no extension of a moving scan; use .nii.gz, .nii or .seq.nrrd.");
   checkOutputFolder(path);
@@ -196,7 +192,7 @@ std::string writeTimeSeries(const TimeSeries& series, const fs::path& path, Outp
     throw Error(ErrorCode::InvalidArgument,
                 "The series for " + quoted(path) + " needs frames, with one time each.");
   const TypedVoxels voxels(all, type, expected, path);
-  if (isSequence(path)) {
+  if (isSequenceFile(path)) {
     writeSequence(series, type, voxels, path);
     return voxels.remark();
   }

@@ -26,13 +26,13 @@ namespace {
 
 using Component = itk::CommonEnums::IOComponent;
 
-struct Format {
+struct OutputFormat {
   itk::ImageIOBase::Pointer io;
   bool compressed;
   std::string headerEnd; // end of the header, before the voxels; empty: the header has 352 bytes (NIfTI)
 };
 
-Format formatOf(const fs::path& path) {
+OutputFormat outputFormatOf(const fs::path& path) {
   const std::string extension = fullExtension(path);
   if (extension == ".nii" || extension == ".nii.gz")
     return {itk::NiftiImageIO::New().GetPointer(), extension == ".nii.gz", ""};
@@ -69,7 +69,7 @@ std::uint64_t voxelsStart(std::ifstream& in, const std::string& headerEnd) {
 }
 
 /// niftilib and MetaIO do not report a full disk, so this reads the file back and counts.
-bool isComplete(const fs::path& path, const Format& format, std::uint64_t voxelBytes) {
+bool isComplete(const fs::path& path, const OutputFormat& format, std::uint64_t voxelBytes) {
   std::ifstream in(path, std::ios::binary);
   if (!in) return false;
   if (!format.compressed) return fs::file_size(path) >= 352 + voxelBytes;
@@ -77,7 +77,7 @@ bool isComplete(const fs::path& path, const Format& format, std::uint64_t voxelB
   return inflatedBytes(in, voxelsStart(in, format.headerEnd)) == voxelBytes;
 }
 
-void writeWithItk(const Format& format, const GridGeometry& geometry, OutputType type, unsigned components,
+void writeWithItk(const OutputFormat& format, const GridGeometry& geometry, OutputType type, unsigned components,
                   const void* voxels, const fs::path& path) {
   itk::ImageIOBase& io = *format.io;
   io.SetNumberOfDimensions(3);
@@ -103,7 +103,7 @@ void writeWithItk(const Format& format, const GridGeometry& geometry, OutputType
 } // namespace
 
 void checkVolumePath(const fs::path& path) {
-  formatOf(path);
+  outputFormatOf(path);
   checkOutputFolder(path);
 }
 
@@ -121,6 +121,10 @@ TypedVoxels::TypedVoxels(std::span<const float> voxels, OutputType type,
               numberText(values.high) + ", were cut off at the ends of the voxel type's range.";
 }
 
+bool isSequenceFile(const fs::path& path) {
+  return utf8(path.filename()).ends_with(".seq.nrrd");
+}
+
 std::string writingFailed(const fs::path& path) {
   return quoted(path) +
          " could not be written (the disk is full or failed); free some space or choose another folder.";
@@ -129,7 +133,7 @@ std::string writingFailed(const fs::path& path) {
 void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType type,
                   const TypedVoxels& voxels, const std::map<std::string, std::string>& fields,
                   unsigned components) {
-  const Format format = formatOf(path);
+  const OutputFormat format = outputFormatOf(path);
   if (format.headerEnd.empty())
     for (const std::int64_t n : geometry.size)
       if (n > std::numeric_limits<std::int16_t>::max())
@@ -149,7 +153,7 @@ void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType
 std::string writeVolume(const Volume& volume, const fs::path& path, OutputType type,
                         const std::optional<VoxelValues>& expected,
                         const std::map<std::string, std::string>& fields) {
-  formatOf(path);
+  outputFormatOf(path);
   checkGeometry(volume.geometry, "The volume for " + quoted(path));
   if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
     throw Error(ErrorCode::InvalidArgument,

@@ -28,6 +28,8 @@ private:
   std::string remark_;
 };
 
+/// Whether the name is that of a 3D Slicer sequence: "name.seq.nrrd".
+bool isSequenceFile(const std::filesystem::path& path);
 /// The message for a full disk.
 std::string writingFailed(const std::filesystem::path& path);
 

@@ -24,7 +24,7 @@ using innergs::Error;
 using innergs::ErrorCode;
 
 namespace {
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
 }
 
 struct vtkInnerGSDynamicReconstruct::Internals {
@@ -36,7 +36,7 @@ struct vtkInnerGSDynamicReconstruct::Internals {
 };
 
 vtkInnerGSDynamicReconstruct::vtkInnerGSDynamicReconstruct()
-    : TrainingPSNR(kNaN), Work(std::make_unique<Internals>()) {}
+    : TrainingPSNR(kNotANumber), Work(std::make_unique<Internals>()) {}
 vtkInnerGSDynamicReconstruct::~vtkInnerGSDynamicReconstruct() = default;
 
 void vtkInnerGSDynamicReconstruct::PrintSelf(ostream& os, vtkIndent indent) {
@@ -69,7 +69,7 @@ void vtkInnerGSDynamicReconstruct::SetFrameTime(int index, double time) {
     return;
   }
   std::vector<double>& times = this->Work->times;
-  if (static_cast<std::size_t>(index) >= times.size()) times.resize(index + 1, kNaN);
+  if (static_cast<std::size_t>(index) >= times.size()) times.resize(index + 1, kNotANumber);
   if (times[index] == time) return;
   times[index] = time;
   this->Modified();
@@ -77,7 +77,7 @@ void vtkInnerGSDynamicReconstruct::SetFrameTime(int index, double time) {
 
 double vtkInnerGSDynamicReconstruct::GetFrameTime(int index) {
   return index >= 0 && static_cast<std::size_t>(index) < this->Work->times.size() ? this->Work->times[index]
-                                                                                  : kNaN;
+                                                                                  : kNotANumber;
 }
 
 void vtkInnerGSDynamicReconstruct::SetTimeStep(double interval, int numberOfFrames) {
@@ -122,7 +122,7 @@ std::string vtkInnerGSDynamicReconstruct::GetPhase() {
 void vtkInnerGSDynamicReconstruct::RequestData(vtkInformationVector** inputs, vtkInformationVector* outputs) {
   for (std::string* last : {&this->Choice, &this->Notes, &this->UsedDevice, &this->DeviceNote})
     last->clear();
-  this->TrainingPSNR = kNaN;
+  this->TrainingPSNR = kNotANumber;
   const std::stop_token stop = this->GetStopToken();
   innergs::TimeSeries series;
   series.name = this->SeriesName;

@@ -2,6 +2,7 @@
 #include "Core/Model/GaussianField.h"
 
 #include <cmath>
+#include <cstring>
 #include <random>
 
 namespace innergs::testing {
@@ -53,6 +54,12 @@ inline GaussianField randomField(int gaussians, const Cloud& cloud, std::uint64_
     if (!linear) std::fill_n(field.gaussians.back().slope, 3, 0.f);
   }
   return field;
+}
+
+/// Bit for bit.
+inline bool sameGaussians(const GaussianField& a, const GaussianField& b) {
+  return a.size() == b.size() &&
+         std::memcmp(a.gaussians.data(), b.gaussians.data(), a.size() * sizeof(Gaussian)) == 0;
 }
 
 } // namespace innergs::testing

@@ -1,8 +1,8 @@
 #include "Core/Fit/Initialise.h"
+#include "RandomFields.h"
 #include "TestVolumes.h"
 
 #include <algorithm>
-#include <cstring>
 #include <gtest/gtest.h>
 #include <set>
 
@@ -38,11 +38,6 @@ ProxyVolume cubeProxy() {
   ThreadPool pool(2);
   const std::vector<Stack> stacks{cubeStack()};
   return makeProxy(stacks, kFrame, kMap, 1, pool);
-}
-
-bool same(const GaussianField& a, const GaussianField& b) {
-  return a.size() == b.size() &&
-         std::memcmp(a.gaussians.data(), b.gaussians.data(), a.size() * sizeof(Gaussian)) == 0;
 }
 
 /// Distance (mm) to the nearest face of the cube.
@@ -127,8 +122,8 @@ TEST_P(Start, IsDeterministicAndFollowsTheSeed) {
   const ProxyVolume proxy = cubeProxy();
   const GaussianField field = start(proxy, plan(2000), 5, 1);
   for (int threads : {2, 3, 5})
-    EXPECT_TRUE(same(field, start(proxy, plan(2000), 5, threads)));
-  EXPECT_FALSE(same(field, start(proxy, plan(2000), 6)));
+    EXPECT_TRUE(sameGaussians(field, start(proxy, plan(2000), 5, threads)));
+  EXPECT_FALSE(sameGaussians(field, start(proxy, plan(2000), 6)));
 }
 
 TEST_P(Start, IsSortedAlongAMortonCurve) {

@@ -1,8 +1,8 @@
 #include "Core/Fit/Trainer.h"
 #include "Core/Render/Kernels.h"
+#include "RandomFields.h"
 #include "TestVolumes.h"
 
-#include <cstring>
 #include <gtest/gtest.h>
 
 using namespace innergs;
@@ -11,12 +11,12 @@ using namespace innergs::testing;
 namespace {
 
 /// A fit of a phantom of n³ voxels of a given size, whose Gaussians start on a grid of every third voxel.
-struct Scene {
+struct TrainedScene {
   Stack stack;
   GaussianField field;
   FitPlan plan;
 
-  explicit Scene(Blending blending = Blending::Normalised, int n = 18, double voxel = 1,
+  explicit TrainedScene(Blending blending = Blending::Normalised, int n = 18, double voxel = 1,
                  int phantomSize = 0) {
     const GridGeometry whole = grid(n, n, n, {voxel, voxel, voxel});
     stack.image = phantomSize == 0 ? phantom(whole) : cornerPhantom(whole, phantomSize);
@@ -67,11 +67,6 @@ void useAll(FitPlan& plan) { // everything that depends on the history
   plan.densify.limit = 280;
 }
 
-bool same(const GaussianField& a, const GaussianField& b) {
-  return a.size() == b.size() &&
-         std::memcmp(a.gaussians.data(), b.gaussians.data(), a.gaussians.size() * sizeof(Gaussian)) == 0;
-}
-
 /// The mean absolute displacement of all Gaussians in one more iteration.
 double move(Trainer& trainer) {
   const auto before = trainer.field().gaussians;
@@ -98,7 +93,7 @@ TEST(Plateau, ReducesTheRateWhenTheLossHasNotImproved) {
 }
 
 TEST(Plateau, SlowsTheFitDownWhereTheExponentialScheduleDoesNot) {
-  Scene scene;
+  TrainedScene scene;
   ThreadPool pool(2);
   scene.plan.iterations = 1000;
   scene.plan.finalRate = 1;
@@ -116,7 +111,7 @@ TEST(Plateau, SlowsTheFitDownWhereTheExponentialScheduleDoesNot) {
 TEST(Training, WithDensificationIsTheSameForAnyNumberOfThreads) {
   for (const Blending blending : {Blending::Normalised, Blending::Additive, Blending::Alpha}) {
     SCOPED_TRACE(blendingName(blending));
-    Scene scene(blending);
+    TrainedScene scene(blending);
     useAll(scene.plan);
     if (blending == Blending::Additive) scene.plan.densify.thresholds.opacity = 0.02;
     GaussianField first;
@@ -131,13 +126,13 @@ TEST(Training, WithDensificationIsTheSameForAnyNumberOfThreads) {
         EXPECT_LT(trainer.loss(), 0.5 * trainer.losses().front());
         EXPECT_EQ(trainer.losses().size(), 60u);
       }
-      EXPECT_TRUE(same(trainer.field(), first)) << threads << " threads";
+      EXPECT_TRUE(sameGaussians(trainer.field(), first)) << threads << " threads";
     }
   }
 }
 
 TEST(Training, GoesOnFromAnyIterationAsIfItHadNotStopped) {
-  Scene scene;
+  TrainedScene scene;
   useAll(scene.plan);
   scene.plan.coarseIterations = 4;
   ThreadPool pool(2);
@@ -148,19 +143,19 @@ TEST(Training, GoesOnFromAnyIterationAsIfItHadNotStopped) {
     Trainer before = scene.trainer(pool);
     while (before.iteration() < stop)
       before.step();
-    Scene rest = scene;
+    TrainedScene rest = scene;
     rest.field = before.field();
     Trainer after = rest.trainer(pool);
     after.restore(before.optimizer(), stop);
     while (after.step()) {
     }
-    EXPECT_TRUE(same(after.field(), whole.field())) << "stopped after iteration " << stop;
+    EXPECT_TRUE(sameGaussians(after.field(), whole.field())) << "stopped after iteration " << stop;
     EXPECT_EQ(after.losses(), whole.losses());
   }
 }
 
 TEST(StopRule, LooksBackBeyondAResumption) {
-  Scene scene;
+  TrainedScene scene;
   scene.plan.iterations = 1000;
   scene.plan.paperStopRule = true;
   ThreadPool pool(2);
@@ -170,7 +165,7 @@ TEST(StopRule, LooksBackBeyondAResumption) {
   const int end = whole.iteration();
   ASSERT_GT(end, 100);
   ASSERT_LT(end, 1000);
-  Scene rest = scene;
+  TrainedScene rest = scene;
   Trainer before = scene.trainer(pool);
   while (before.iteration() < end - 10)
     before.step();
@@ -180,13 +175,13 @@ TEST(StopRule, LooksBackBeyondAResumption) {
   while (after.step()) {
   }
   EXPECT_EQ(after.iteration(), end);
-  EXPECT_TRUE(same(after.field(), whole.field()));
+  EXPECT_TRUE(sameGaussians(after.field(), whole.field()));
 }
 
 TEST(GradientAccumulator, MeansTheSameAtAnyVolumeAndVoxelSize) {
-  const auto strongest = [](const Scene& s) {
+  const auto strongest = [](const TrainedScene& s) {
     ThreadPool pool(2);
-    Scene scene = s;
+    TrainedScene scene = s;
     scene.plan.densify.every = 20;
     Trainer trainer = scene.trainer(pool);
     trainer.step();
@@ -196,15 +191,15 @@ TEST(GradientAccumulator, MeansTheSameAtAnyVolumeAndVoxelSize) {
     gradients.resize(100);
     return gradients;
   };
-  const auto reference = strongest(Scene(Blending::Normalised, 18, 1, 18));
+  const auto reference = strongest(TrainedScene(Blending::Normalised, 18, 1, 18));
   EXPECT_GT(reference.front(), 0.01);
-  const auto larger = strongest(Scene(Blending::Normalised, 30, 1, 18)); // the same phantom, empty beside it
+  const auto larger = strongest(TrainedScene(Blending::Normalised, 30, 1, 18)); // the same phantom, empty beside it
   int close = 0;
   for (std::size_t i = 0; i < 100; ++i)
     close += std::abs(larger[i] - reference[i]) < 0.1 * reference[i] + 1e-4;
   EXPECT_GT(close, 90);
   const auto finer = strongest([] { // the same voxels at half the size
-    Scene scene(Blending::Normalised, 18, 1, 18);
+    TrainedScene scene(Blending::Normalised, 18, 1, 18);
     scene.stack.image.geometry.spacing = {0.5, 0.5, 0.5};
     for (Gaussian& g : scene.field.gaussians)
       for (int a = 0; a < 3; ++a) {

@@ -28,7 +28,7 @@ GaussianField fieldOn(const GridGeometry& geometry, Blending blending, bool line
   return field;
 }
 
-GridGeometry oblique() {
+GridGeometry obliqueGrid() {
   return grid(17, 14, 12, {1.0, 1.2, 1.5}, {30, -20, 55}, obliqueDirection(0.8));
 }
 
@@ -57,11 +57,11 @@ struct Way {
 
 class Rendering : public ::testing::TestWithParam<Way> {
 protected:
-  GaussianField field = fieldOn(oblique(), GetParam().blending, GetParam().linear);
+  GaussianField field = fieldOn(obliqueGrid(), GetParam().blending, GetParam().linear);
 };
 
 TEST_P(Rendering, IsTheFieldsFormulaAtEveryVoxel) {
-  const GridGeometry geometry = oblique();
+  const GridGeometry geometry = obliqueGrid();
   const Volume volume = render(field, geometry);
   const double range = rangeOf(volume);
   EXPECT_GT(range, 0.3);
@@ -72,7 +72,7 @@ TEST_P(Rendering, IsTheFieldsFormulaAtEveryVoxel) {
 }
 
 TEST_P(Rendering, OfOnePointAgreesThroughEverySlicing) {
-  const GridGeometry geometry = oblique();
+  const GridGeometry geometry = obliqueGrid();
   const Volume volume = render(field, geometry);
   const double tolerance = 1e-5 * rangeOf(volume);
   const Affine3 map = geometry.indexToWorld();
@@ -114,7 +114,7 @@ TEST_P(Rendering, OfOnePointAgreesThroughEverySlicing) {
 }
 
 TEST_P(Rendering, OfAMirroredAndPermutedLatticeIsTheSameImage) {
-  const GridGeometry geometry = oblique();
+  const GridGeometry geometry = obliqueGrid();
   const Volume volume = render(field, geometry);
   GridGeometry mirrored = geometry; // I reversed: left-handed
   mirrored.origin = geometry.indexToWorld()({double(geometry.size[0] - 1), 0, 0});
@@ -130,22 +130,22 @@ TEST_P(Rendering, OfAMirroredAndPermutedLatticeIsTheSameImage) {
 TEST_P(Rendering, IsTheSameForAnyNumberOfThreads) {
   RenderOptions options;
   options.threads = 1;
-  const Volume one = render(field, oblique(), options);
-  const auto pointsOne = renderPoints(field, pointsOf(oblique()), options);
+  const Volume one = render(field, obliqueGrid(), options);
+  const auto pointsOne = renderPoints(field, pointsOf(obliqueGrid()), options);
   for (int threads : {2, 3, 5}) {
     options.threads = threads;
-    EXPECT_EQ(render(field, oblique(), options).voxels, one.voxels);
-    EXPECT_EQ(renderPoints(field, pointsOf(oblique()), options), pointsOne);
+    EXPECT_EQ(render(field, obliqueGrid(), options).voxels, one.voxels);
+    EXPECT_EQ(renderPoints(field, pointsOf(obliqueGrid()), options), pointsOne);
   }
 }
 
 TEST_P(Rendering, AgreesBetweenInstructionSets) {
   RenderOptions options;
   options.instructionSet = "scalar";
-  const Volume scalar = render(field, oblique(), options);
+  const Volume scalar = render(field, obliqueGrid(), options);
   for (const std::string& name : instructionSets()) {
     options.instructionSet = name;
-    const Volume volume = render(field, oblique(), options);
+    const Volume volume = render(field, obliqueGrid(), options);
     for (std::size_t v = 0; v < scalar.voxels.size(); ++v)
       ASSERT_NEAR(volume.voxels[v], scalar.voxels[v], 1e-5 * rangeOf(scalar)) << name;
   }
@@ -156,10 +156,10 @@ TEST_P(Rendering, AppliesTheIntensityMapOnlyWhenAsked) {
   field.intensityOffset = -1024;
   RenderOptions plain;
   plain.scannerUnits = false;
-  const Volume scanner = render(field, oblique()), normalised = render(field, oblique(), plain);
+  const Volume scanner = render(field, obliqueGrid()), normalised = render(field, obliqueGrid(), plain);
   for (std::size_t v = 0; v < scanner.voxels.size(); ++v)
     ASSERT_NEAR(scanner.voxels[v], 250 * normalised.voxels[v] - 1024, 1e-3);
-  EXPECT_NEAR(renderPoints(field, pointsOf(oblique())).at(5), scanner.voxels[5], 2e-3);
+  EXPECT_NEAR(renderPoints(field, pointsOf(obliqueGrid())).at(5), scanner.voxels[5], 2e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(Blendings, Rendering,
@@ -169,13 +169,13 @@ INSTANTIATE_TEST_SUITE_P(Blendings, Rendering,
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(RenderingOfAConstant, IsExactlyThatConstantWhereCovered) {
-  GaussianField field = fieldOn(oblique(), Blending::Normalised, false);
+  GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, false);
   for (Gaussian& g : field.gaussians)
     g.intensity = 0.625f;
   const std::vector<float> ones(field.gaussians.size(), 1.f);
   RenderOptions coverage;
   coverage.values = ones;
-  const Volume image = render(field, oblique()), covered = render(field, oblique(), coverage);
+  const Volume image = render(field, obliqueGrid()), covered = render(field, obliqueGrid(), coverage);
   std::int64_t voxels = 0;
   for (std::size_t v = 0; v < image.voxels.size(); ++v) {
     // The constant is multiplied by the ratio Σ w p / (Σ w p + ε), which must add no texture.
@@ -186,7 +186,7 @@ TEST(RenderingOfAConstant, IsExactlyThatConstantWhereCovered) {
   }
   EXPECT_GT(voxels, 500);
   field.epsilon = 1e-9;
-  const Volume exact = render(field, oblique());
+  const Volume exact = render(field, obliqueGrid());
   for (std::size_t v = 0; v < exact.voxels.size(); ++v)
     if (covered.voxels[v] > 0.1) {
       ASSERT_NEAR(exact.voxels[v], 0.625, 1e-6);
@@ -197,12 +197,12 @@ TEST(RenderingOfAStack, IntegratesTheFieldOverTheSliceProfile) {
   for (const Blending blending : {Blending::Normalised, Blending::Additive})
     for (const SliceProfile profile : {SliceProfile::Point, SliceProfile::Box, SliceProfile::Gaussian}) {
       SCOPED_TRACE(static_cast<int>(blending) * 10 + static_cast<int>(profile));
-      GaussianField field = fieldOn(oblique(), blending, blending == Blending::Normalised);
+      GaussianField field = fieldOn(obliqueGrid(), blending, blending == Blending::Normalised);
       field.intensityScale = 100;
       field.cutoff = 6; // removes the effect of the cut-off
       Stack stack;
       stack.image.geometry =
-          grid(9, 8, 4, {1.1, 1.3, 3}, oblique().centre() - Vec3{5, 5, 5}, obliqueDirection(-0.6));
+          grid(9, 8, 4, {1.1, 1.3, 3}, obliqueGrid().centre() - Vec3{5, 5, 5}, obliqueDirection(-0.6));
       stack.image.voxels.assign(stack.image.geometry.voxelCount(), 0.f);
       stack.profile = profile;
       stack.thickness = 3.3;
@@ -237,9 +237,9 @@ TEST(RenderingOfAStack, IntegratesTheFieldOverTheSliceProfile) {
 }
 
 TEST(RenderingOfAStack, FollowsThePosesOfItsSlices) {
-  const GaussianField field = fieldOn(oblique(), Blending::Normalised, true);
+  const GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
   Stack stack;
-  stack.image.geometry = cropped(oblique(), {0, 0, 2}, {17, 14, 5});
+  stack.image.geometry = cropped(obliqueGrid(), {0, 0, 2}, {17, 14, 5});
   stack.image.voxels.assign(stack.image.geometry.voxelCount(), 0.f);
   stack.profile = SliceProfile::Point;
   for (int k = 0; k < 5; ++k)
@@ -255,15 +255,15 @@ TEST(RenderingOfAStack, FollowsThePosesOfItsSlices) {
 }
 
 TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
-  GaussianField field = fieldOn(oblique(), Blending::Normalised, true);
-  field.domain = oblique();
+  GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
+  field.domain = obliqueGrid();
   const GaussianField plain = field;
   field.residual =
-      randomVolume(grid(9, 8, 7, {1.5, 1.3, 1.4}, oblique().centre() - Vec3{5, 4, 5}, obliqueDirection(-0.2)),
+      randomVolume(grid(9, 8, 7, {1.5, 1.3, 1.4}, obliqueGrid().centre() - Vec3{5, 4, 5}, obliqueDirection(-0.2)),
                    -0.3, 0.3, 4);
   EXPECT_NO_THROW(checkField(field));
-  const Volume with = render(field, oblique()), without = render(plain, oblique());
-  const auto points = pointsOf(oblique());
+  const Volume with = render(field, obliqueGrid()), without = render(plain, obliqueGrid());
+  const auto points = pointsOf(obliqueGrid());
   const auto queried = renderPoints(field, points);
   const Affine3 toIndex = inverse(field.residual.geometry.indexToWorld());
   int inside = 0;
@@ -283,17 +283,17 @@ TEST(RenderingOfDetail, AddsItInsideItsBoxThroughEveryPath) {
   const std::vector<float> ones(field.gaussians.size(), 1.f);
   RenderOptions channel;
   channel.values = ones;
-  EXPECT_EQ(render(field, oblique(), channel).voxels, render(plain, oblique(), channel).voxels);
+  EXPECT_EQ(render(field, obliqueGrid(), channel).voxels, render(plain, obliqueGrid(), channel).voxels);
   field.residual.voxels.pop_back();
   EXPECT_THROW(checkField(field), Error);
 }
 
 TEST(RenderingOfADomain, EndsAtItsBoxThroughEveryPath) {
   for (const double offset : {0.0, -1024.0}) {
-    GaussianField field = fieldOn(oblique(), Blending::Normalised, true), unlimited = field;
+    GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true), unlimited = field;
     field.intensityOffset = unlimited.intensityOffset = offset;
     field.domain =
-        grid(8, 7, 6, {1.1, 1.2, 1.3}, oblique().centre() - Vec3{2, 3, 4}, obliqueDirection(1.1, true));
+        grid(8, 7, 6, {1.1, 1.2, 1.3}, obliqueGrid().centre() - Vec3{2, 3, 4}, obliqueDirection(1.1, true));
     const Affine3 toDomain = inverse(field.domain.indexToWorld());
     const auto margin = [&](const Vec3& x) { // > 0 inside, in voxels of the domain
       const Vec3 at = toDomain(x);
@@ -302,7 +302,7 @@ TEST(RenderingOfADomain, EndsAtItsBoxThroughEveryPath) {
         nearest = std::min({nearest, at[a] + 0.5, static_cast<double>(field.domain.size[a]) - 0.5 - at[a]});
       return nearest;
     };
-    const Volume volume = render(field, oblique());
+    const Volume volume = render(field, obliqueGrid());
     for (int axis = 0; axis < 3; ++axis) {
       const Volume turned = withSliceAxis(volume, axis);
       const Volume limited = render(field, turned.geometry), whole = render(unlimited, turned.geometry);
@@ -323,7 +323,7 @@ TEST(RenderingOfADomain, EndsAtItsBoxThroughEveryPath) {
 }
 
 TEST(RenderingErrors, AreRefusedInASentence) {
-  const GaussianField field = fieldOn(oblique(), Blending::Normalised, true);
+  const GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
   const auto code = [](auto&& call) {
     try {
       call();
@@ -336,31 +336,31 @@ TEST(RenderingErrors, AreRefusedInASentence) {
   RenderOptions options;
   const std::vector<float> three(3, 1.f);
   options.values = three;
-  EXPECT_EQ(code([&] { render(field, oblique(), options); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(code([&] { render(field, obliqueGrid(), options); }), ErrorCode::InvalidArgument);
   EXPECT_EQ(code([&] {
               renderPoints(field, std::vector<Vec3>{{0, 0, 0}}, options);
             }),
             ErrorCode::InvalidArgument);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(code([&] { renderPoints(field, std::vector<Vec3>{{0, nan, 0}}); }), ErrorCode::InvalidArgument);
-  GridGeometry broken = oblique();
+  GridGeometry broken = obliqueGrid();
   broken.spacing[1] = 0;
   EXPECT_EQ(code([&] { render(field, broken); }), ErrorCode::Geometry);
   RenderOptions unknown;
   unknown.instructionSet = "MMX";
-  EXPECT_EQ(code([&] { render(field, oblique(), unknown); }), ErrorCode::InvalidArgument);
+  EXPECT_EQ(code([&] { render(field, obliqueGrid(), unknown); }), ErrorCode::InvalidArgument);
   std::stop_source source;
   source.request_stop();
   RenderOptions stopped;
   stopped.stop = source.get_token();
-  EXPECT_EQ(code([&] { render(field, oblique(), stopped); }), ErrorCode::Cancelled);
-  EXPECT_EQ(code([&] { renderPoints(field, pointsOf(oblique()), stopped); }), ErrorCode::Cancelled);
+  EXPECT_EQ(code([&] { render(field, obliqueGrid(), stopped); }), ErrorCode::Cancelled);
+  EXPECT_EQ(code([&] { renderPoints(field, pointsOf(obliqueGrid()), stopped); }), ErrorCode::Cancelled);
 }
 
 TEST(RenderingOfPoints, AcceptsNoneOneAndManyInAPlane) {
-  const GaussianField field = fieldOn(oblique(), Blending::Normalised, true);
+  const GaussianField field = fieldOn(obliqueGrid(), Blending::Normalised, true);
   EXPECT_TRUE(renderPoints(field, {}).empty());
-  const Vec3 centre = oblique().centre();
+  const Vec3 centre = obliqueGrid().centre();
   const Affine3 toModel = inverse(field.modelToWorld);
   const auto one = renderPoints(field, std::vector<Vec3>{centre});
   EXPECT_NEAR(one.at(0), referenceValue(field, toModel(centre)), 1e-5);
