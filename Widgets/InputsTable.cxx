@@ -37,13 +37,18 @@ QString slicesText(const VolumeInfo& info, int axis) {
       .arg(lengthText(d[u]), lengthText(d[v]), lengthText(d[axis]));
 }
 
+/// What takes the keyboard.
+QWidget* fieldOf(Selector* selector) {
+  return selector->focusProxy() ? selector->focusProxy() : selector;
+}
+
 } // namespace
 
 InputRow::InputRow(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), selector_(host->createSelector(Host::Role::Input, this)),
       title_(new QLabel(this)), description_(makeWrappedLabel("inputDescription", this)),
-      thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
-      remove_(new QToolButton(this)) {
+      maskRow_(new QWidget(this)), thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)),
+      axis_(new QComboBox(this)), remove_(new QToolButton(this)) {
   setObjectName("inputRow");
   selector_->setObjectName("inputSelector");
   selector_->setToolTip(tr("The scan to reconstruct: one stack of slices."));
@@ -104,9 +109,22 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->addWidget(thickness_, 3, 0);
   grid->addWidget(profile_, 3, 1);
   grid->addWidget(axis_, 3, 2);
+  auto* maskLayout = new QHBoxLayout(maskRow_);
+  maskLayout->setContentsMargins(0, 0, 0, 0);
+  if (host->offers(Host::Role::Mask)) {
+    mask_ = host->createSelector(Host::Role::Mask, maskRow_);
+    mask_->setObjectName("ownMaskSelector");
+    mask_->setToolTip(tr("A mask for this scan alone, where it was scanned.\n"
+                         "None: the mask for all scans, below."));
+    mask_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    maskLayout->addWidget(label(tr("Own mask"), mask_));
+    maskLayout->addWidget(mask_, 1);
+  }
+  grid->addWidget(maskRow_, 4, 0, 1, 3);
   grid->setColumnStretch(0, 4);
   grid->setColumnStretch(1, 3);
   grid->setColumnStretch(2, 3);
+  showMask();
   chainTabs();
   setFocusProxy(selector_);
   guardWheel(this);
@@ -116,6 +134,11 @@ InputRow::InputRow(Host* host, QWidget* parent)
     Q_EMIT changed();
   };
   connect(selector_, &Selector::currentIdChanged, this, edited);
+  if (mask_)
+    connect(mask_, &Selector::currentIdChanged, this, [this, edited] {
+      showMask();
+      edited();
+    });
   connect(thickness_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, edited](double mm) {
     choice_.sliceThickness = mm;
     edited();
@@ -135,6 +158,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
 InputChoice InputRow::choice() const {
   InputChoice choice = choice_;
   choice.id = selector_->currentId();
+  if (mask_) choice.maskId = mask_->currentId();
   return choice;
 }
 
@@ -146,6 +170,7 @@ void InputRow::setChoice(const InputChoice& choice) {
     thickness_->setValue(choice.sliceThickness);
     profile_->setCurrentIndex(std::max(0, profile_->findData(choice.sliceProfile)));
     axis_->setCurrentIndex(std::max(0, axis_->findData(choice.sliceAxis)));
+    if (mask_) mask_->setCurrentId(choice.maskId);
     choice_ = choice;
     refresh();
   }
@@ -155,6 +180,13 @@ void InputRow::setChoice(const InputChoice& choice) {
 void InputRow::setPlace(int number, bool alone) {
   title_->setText(alone ? tr("Sca&n:") : tr("Scan &%1:").arg(number));
   remove_->setVisible(!alone);
+  alone_ = alone;
+  showMask();
+}
+
+/// A single scan has that of the panel, unless it was given one of its own.
+void InputRow::showMask() {
+  maskRow_->setVisible(mask_ && (!alone_ || !mask_->currentId().isEmpty()));
 }
 
 void InputRow::setTabAfter(InputRow* other) {
@@ -167,6 +199,7 @@ void InputRow::chainTabs() {
   setTabOrder(remove_, thickness_);
   setTabOrder(thickness_, profile_);
   setTabOrder(profile_, axis_);
+  if (mask_) setTabOrder(axis_, lastField());
 }
 
 void InputRow::changeEvent(QEvent* event) {
@@ -175,11 +208,11 @@ void InputRow::changeEvent(QEvent* event) {
 }
 
 QWidget* InputRow::firstField() const {
-  return selector_->focusProxy() ? selector_->focusProxy() : selector_;
+  return fieldOf(selector_);
 }
 
 QWidget* InputRow::lastField() const {
-  return axis_;
+  return mask_ ? fieldOf(mask_) : axis_;
 }
 
 void InputRow::refresh() {

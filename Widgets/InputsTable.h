@@ -12,7 +12,8 @@ namespace innergs::ui {
 
 class NumberSpin;
 
-/// One scan: which volume, the orientation of its slices, their thickness (mm), profile and axis.
+/// One scan: which volume, the orientation of its slices, their thickness (mm), profile and axis, and, among
+/// several, a mask of its own.
 class InputRow : public QWidget {
   Q_OBJECT
 public:
@@ -38,14 +39,17 @@ protected:
 
 private:
   void chainTabs();
+  void showMask();
 
   Host* host_;
-  Selector* selector_;
+  Selector *selector_, *mask_ = nullptr; // its own mask; null where the host has none
   QLabel *title_, *description_;
+  QWidget* maskRow_;
+  bool alone_ = true;
   NumberSpin* thickness_;
   QComboBox *profile_, *axis_;
   QToolButton* remove_;
-  InputChoice choice_; // except the ID; values stay exact until they are edited
+  InputChoice choice_; // except the IDs; values stay exact until they are edited
 };
 
 /// The scans of a reconstruction. At least one row, which may be empty.

@@ -130,7 +130,7 @@ private Q_SLOTS:
         if (rows()[r]->isAncestorOf(at)) order << QString::number(r);
       QTest::keyClick(at, Qt::Key_Tab);
     }
-    QCOMPARE(order.join(""), QString("000001111122222"));
+    QCOMPARE(order.join(""), QString("000000111111222222"));
   }
 
   /// In every state, 400 pixels wide; the test also runs at 150 %.
