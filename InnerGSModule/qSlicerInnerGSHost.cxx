@@ -270,7 +270,7 @@ void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
 
 bool qSlicerInnerGSHost::start(const Request& request) {
   if (isRunning()) {
-    Q_EMIT failed(tr("A reconstruction is running: wait for its end or cancel it."));
+    Q_EMIT failed(tr("A reconstruction is running: wait for it or cancel it."));
     return false;
   }
   if (!logic_ || !parameters_) {
@@ -298,11 +298,10 @@ bool qSlicerInnerGSHost::start(const Request& request) {
 QString qSlicerInnerGSHost::whyEnded(vtkSlicerInnerGSJob* job) const {
   if (cancelling_) return {};
   if (!scene_ || scene_->IsClosing()) {
-    const QString why =
-        tr("Closing the scene ended the reconstruction, as opening another one in its place does.");
+    const QString why = tr("Closing or replacing the scene ended the reconstruction.");
     return why + ' ' +
-           (job->GetRecoveryFile().empty() ? tr("Open its scans again and start anew.")
-                                           : tr("Open its scans again to go on from where it stood."));
+           (job->GetRecoveryFile().empty() ? tr("Open its scans and start again.")
+                                           : tr("Open its scans again to continue it."));
   }
   vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode();
   return parameters && parameters->GetScene() == scene_

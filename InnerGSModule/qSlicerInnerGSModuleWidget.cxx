@@ -172,21 +172,21 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   layout->addStretch(1);
   // The texts of the rows of scans, the mask and the big button change: Scan, Add, Mask, Reconstruct, Cancel.
   const QMainWindow* window = qSlicerApplication::application()->mainWindow();
-  shareAltKeys(
-      q, window ? window->menuBar() : nullptr,
-      {reconstruction->findChild<QWidget*>("inputs"), reconstruction->findChild<QWidget*>("maskLabel"),
-       reconstruction->findChild<QWidget*>("reconstruct")},
-      "NARCK");
+  shareAltKeys(q, window ? window->menuBar() : nullptr,
+               {reconstruction->findChild<QWidget*>("inputs"),
+                reconstruction->findChild<QWidget*>("maskLabel"),
+                reconstruction->findChild<QWidget*>("reconstruct")},
+               "NARCK");
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
   QMainWindow* window = qSlicerApplication::application()->mainWindow();
   if (!window) return;
   auto* question = new EndingQuestion(host, window, q_ptr);
-  question->guard("FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
-                  qSlicerInnerGSModuleWidget::tr(
-                      "A reconstruction is running. Stop it and close the scene? Where it stands "
-                      "is kept, to go on from."));
+  question->guard(
+      "FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
+      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene? Its state is "
+                                     "kept, so that you can continue it."));
   question->guard("FileLoadSceneAction", "on_FileLoadSceneAction_triggered()",
                   qSlicerInnerGSModuleWidget::tr(
                       "A reconstruction is running. Stop it and open another scene in place of this one?"));

@@ -236,7 +236,7 @@ void InputRow::refresh() {
   QString text = slicesText(info, axis);
   if (choice_.sliceThickness == 0)
     text = said ? tr("%1; slice thickness %2 mm, as the file says").arg(text, lengthText(info.sliceThickness))
-                : tr("%1; slice thickness: the distance").arg(text);
+                : tr("%1; slice thickness not given: the slice distance").arg(text);
   description_->setText(text);
 }
 

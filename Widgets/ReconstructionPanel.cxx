@@ -253,7 +253,7 @@ QString ReconstructionPanel::ownRefusal(const Request& request) const {
           .arg(info.name, QStringLiteral("IJK").mid(axis, 1));
   }
   if (request.grid == OutputGrid::Reference && request.referenceId.isEmpty())
-    return tr("Choose the reference volume whose voxels the result gets, or another result grid.");
+    return tr("Choose a reference volume for the result's voxels, or another result grid.");
   try {
     checkSettings(request.settings);
   } catch (const Error& error) {
@@ -411,7 +411,7 @@ QWidget* ReconstructionPanel::makeFit() {
     preset_->addItem(settingText(word.label), preset_->count());
   preset_->setCurrentIndex(1);
   preset_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  preset_->setToolTip(tr("How much work the fit does."));
+  preset_->setToolTip(tr("More work takes longer and fits the scans better."));
   presetLine_ = makeWrappedLabel("presetLine", group);
   device_ = new DeviceBox(group);
   device_->setObjectName("deviceBox");

@@ -39,7 +39,8 @@ private Q_SLOTS:
     choose("head");
     QCOMPARE(
         label("inputDescription"),
-        QString::fromUtf8("30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm; slice thickness: the distance"));
+        QString::fromUtf8(
+            "30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm; slice thickness not given: the slice distance"));
     QCOMPARE(child<QDoubleSpinBox>("sliceThickness")->text(), QString("auto (4 mm)"));
     QCOMPARE(child<QComboBox>("sliceAxis")->currentText(), QString("auto (K)"));
     QCOMPARE(label("gridExplanation"), QString("Cubes of 0.9 mm, the finest spacing of all scans."));
@@ -61,7 +62,7 @@ private Q_SLOTS:
     QCOMPARE(thickness->text(), QString("auto (8 mm)"));
     // The file says nothing about another axis; a typed value is used as given.
     child<QComboBox>("sliceAxis")->setCurrentIndex(1);
-    QVERIFY(label("inputDescription").endsWith("; slice thickness: the distance"));
+    QVERIFY(label("inputDescription").endsWith("; slice thickness not given: the slice distance"));
     QCOMPARE(thickness->text(), QString("auto (0.9 mm)"));
     thickness->setValue(3);
     QVERIFY(label("inputDescription").endsWith(" mm"));
@@ -235,11 +236,11 @@ private Q_SLOTS:
     report.quality = {{"gaussians", 29, 0.9}, {"linear", 30.2, 0.92}, {"cubic", 30, 0.91}};
     finish(report);
     QVERIFY(label("qualityVerdict").contains("worse than the best of the others: 1.2 dB less PSNR"));
-    QVERIFY(label("qualityVerdict").endsWith("keep to interpolation for this scan."));
+    QVERIFY(label("qualityVerdict").endsWith("use interpolation for this scan."));
     report.scans = 3; // protocol H says nothing about their combination
     finish(report);
     QVERIFY(label("qualityVerdict").startsWith("Judged on the first scan alone"));
-    QVERIFY(!label("qualityVerdict").contains("keep to interpolation"));
+    QVERIFY(!label("qualityVerdict").contains("use interpolation"));
   }
 
   void measuresThatDisagreeAreBothSaid() {

@@ -132,6 +132,7 @@ bool showSlices(MainWindow& window, const QStringList& scansAndMasks, const QStr
     choice.maskId = volumes[n + 1]->id;
     request.inputs.push_back(choice);
   }
+  request.settings.preset = innergs::Preset::Fast;
   request.evaluateQuality = false;
   window.reconstruction()->setRequest(request);
   window.state()->setVolumeId(volumes.front()->id);
