@@ -37,11 +37,6 @@ QString slicesText(const VolumeInfo& info, int axis) {
       .arg(lengthText(d[u]), lengthText(d[v]), lengthText(d[axis]));
 }
 
-/// What takes the keyboard.
-QWidget* fieldOf(Selector* selector) {
-  return selector->focusProxy() ? selector->focusProxy() : selector;
-}
-
 } // namespace
 
 InputRow::InputRow(Host* host, QWidget* parent)
@@ -124,8 +119,9 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->setColumnStretch(0, 4);
   grid->setColumnStretch(1, 3);
   grid->setColumnStretch(2, 3);
+  for (QWidget* field : fields()) // else setTabOrder() passes over selectors, whose proxies take the keyboard
+    field->setFocusPolicy(Qt::StrongFocus);
   showMask();
-  chainTabs();
   setFocusProxy(selector_);
   guardWheel(this);
 
@@ -189,30 +185,15 @@ void InputRow::showMask() {
   maskRow_->setVisible(mask_ && (!alone_ || !mask_->currentId().isEmpty()));
 }
 
-void InputRow::setTabAfter(InputRow* other) {
-  setTabOrder(other->lastField(), firstField());
-  chainTabs();
-}
-
-void InputRow::chainTabs() {
-  setTabOrder(firstField(), remove_);
-  setTabOrder(remove_, thickness_);
-  setTabOrder(thickness_, profile_);
-  setTabOrder(profile_, axis_);
-  if (mask_) setTabOrder(axis_, lastField());
-}
-
 void InputRow::changeEvent(QEvent* event) {
   QWidget::changeEvent(event);
   if (event->type() == QEvent::FontChange || event->type() == QEvent::StyleChange) refresh(); // its widths
 }
 
-QWidget* InputRow::firstField() const {
-  return fieldOf(selector_);
-}
-
-QWidget* InputRow::lastField() const {
-  return mask_ ? fieldOf(mask_) : axis_;
+QVector<QWidget*> InputRow::fields() const {
+  QVector<QWidget*> all{selector_, remove_, thickness_, profile_, axis_};
+  if (mask_) all << mask_;
+  return all;
 }
 
 void InputRow::refresh() {
@@ -310,8 +291,6 @@ void InputsTable::setInputs(const QVector<InputChoice>& inputs) {
 
 InputRow* InputsTable::addRow() {
   auto* row = new InputRow(host_, this);
-  if (!rows_.isEmpty()) row->setTabAfter(rows_.last());
-  setTabOrder(row->lastField(), add_);
   rows_ << row;
   rowsLayout_->addWidget(row);
   row->setVisible(true);
@@ -336,6 +315,16 @@ void InputsTable::removeRow(InputRow* row) {
 void InputsTable::number() {
   for (int i = 0; i < rows_.size(); ++i)
     rows_[i]->setPlace(i + 1, rows_.size() == 1);
+  chainTabs();
+}
+
+void InputsTable::chainTabs() {
+  QVector<QWidget*> fields;
+  for (const InputRow* row : rows_)
+    fields << row->fields();
+  for (int i = 1; i < fields.size(); ++i)
+    setTabOrder(fields[i - 1], fields[i]);
+  setTabOrder(fields.last(), add_);
 }
 
 } // namespace innergs::ui

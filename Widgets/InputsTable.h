@@ -25,10 +25,9 @@ public:
   void setPlace(int number, bool alone);
   /// Shows the volume again after a change in the host.
   void refresh();
-  /// Puts this row after the last field of another row in the Tab order.
-  void setTabAfter(InputRow* other);
-  QWidget* firstField() const;
-  QWidget* lastField() const;
+  QWidget* firstField() const { return fields().first(); }
+  /// In the order of Tab.
+  QVector<QWidget*> fields() const;
 
 Q_SIGNALS:
   void changed();
@@ -38,7 +37,6 @@ protected:
   void changeEvent(QEvent* event) override;
 
 private:
-  void chainTabs();
   void showMask();
 
   Host* host_;
@@ -72,6 +70,7 @@ private:
   InputRow* addRow();
   void removeRow(InputRow* row);
   void number();
+  void chainTabs();
   void tell();
 
   Host* host_;

@@ -134,6 +134,8 @@ private Q_SLOTS:
       QTest::keyClick(at, Qt::Key_Tab);
     }
     QCOMPARE(order.join(""), QString("000000111111222222"));
+    QTest::keyClick(QApplication::focusWidget(), Qt::Key_Tab); // and goes on below
+    QVERIFY(child<Selector>("maskSelector")->isAncestorOf(QApplication::focusWidget()));
   }
 
   /// In every state, 400 pixels wide; the test also runs at 150 %.

@@ -200,7 +200,7 @@ int main(int argc, char** argv) {
     good = save(&window, folder + QStringLiteral("app-running.png")) && good;
   }
   if (!waitFor([&] { return ended; }, 1200000) || host->document().models().empty()) return 1;
-  shown(window, "qualityCard");
+  shown(window, "slicesLine");
   good = save(&window, folder + QString::fromLatin1(scaled ? "app-150.png" : "app-result.png")) && good;
   if (!scaled) good = save(shown(window, "qualityCard"), folder + QStringLiteral("quality-card.png")) && good;
   if (scaled) return good ? 0 : 1;
@@ -215,7 +215,7 @@ int main(int argc, char** argv) {
   window.views()->threeD()->setVolumeRendered(true);
   innergs::app::useDarkPalette();
   window.showPanel(QStringLiteral("reconstructDock"));
-  shown(window, "qualityCard");
+  shown(window, "slicesLine");
   good = save(&window, folder + QStringLiteral("app-dark.png")) && good;
   return good ? 0 : 1;
 }
