@@ -16,6 +16,13 @@ Node* nodeOf(vtkMRMLNode* owner, const QString& id) {
   return scene && !id.isEmpty() ? Node::SafeDownCast(scene->GetNodeByID(id.toUtf8().constData())) : nullptr;
 }
 
+QStringList masksOf(const Request& request) {
+  QStringList masks{request.maskId};
+  for (const InputChoice& input : request.inputs)
+    if (!input.maskId.isEmpty()) masks << input.maskId;
+  return masks;
+}
+
 } // namespace
 
 Request requestOf(vtkMRMLInnerGSParameterNode* node) {
@@ -23,7 +30,8 @@ Request requestOf(vtkMRMLInnerGSParameterNode* node) {
   for (int i = 0; i < node->GetNumberOfInputVolumeNodes(); ++i)
     if (vtkMRMLVolumeNode* input = node->GetInputVolumeNode(i))
       request.inputs.append({idOf(input), node->GetInputSliceThickness(input),
-                             node->GetInputSliceProfile(input), node->GetInputSliceAxis(input)});
+                             node->GetInputSliceProfile(input), node->GetInputSliceAxis(input),
+                             idOf(node->GetInputMaskNode(input))});
   request.maskId = idOf(node->GetMaskNode());
   request.regionId = idOf(node->GetROINode());
   request.grid = static_cast<OutputGrid>(node->GetOutputGrid());
@@ -38,6 +46,14 @@ Request requestOf(vtkMRMLInnerGSParameterNode* node) {
   request.evaluateQuality = node->GetEvaluateQuality();
   request.qualityGap = node->GetQualityGap();
   return request;
+}
+
+std::vector<vtkMRMLNode*> masksOf(vtkMRMLInnerGSParameterNode* node) {
+  std::vector<vtkMRMLNode*> masks{node->GetMaskNode()};
+  for (int i = 0; i < node->GetNumberOfInputVolumeNodes(); ++i)
+    masks.push_back(node->GetInputMaskNode(node->GetInputVolumeNode(i)));
+  std::erase(masks, nullptr);
+  return masks;
 }
 
 void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
@@ -55,12 +71,11 @@ void setRequest(vtkMRMLInnerGSParameterNode* node, const Request& request) {
       node->SetInputSliceThickness(volume, input.sliceThickness);
       node->SetInputSliceProfile(volume, input.sliceProfile);
       node->SetInputSliceAxis(volume, input.sliceAxis);
+      node->SetInputMaskNode(volume, nodeOf<vtkMRMLNode>(node, input.maskId));
     }
   }
-  if (request.maskId != before.maskId) { // a segment is one of the mask before
-    node->SetMaskSegmentID("");
-    node->SetMaskNode(nodeOf<vtkMRMLNode>(node, request.maskId));
-  }
+  if (request.maskId != before.maskId) node->SetMaskNode(nodeOf<vtkMRMLNode>(node, request.maskId));
+  if (masksOf(request) != masksOf(before)) node->SetMaskSegmentID(""); // of a mask before
   if (request.regionId != before.regionId) node->SetROINode(nodeOf<vtkMRMLNode>(node, request.regionId));
   node->SetOutputGrid(static_cast<int>(request.grid));
   node->SetOutputSpacing(request.spacing);

@@ -24,21 +24,25 @@
 #include <vtkMRMLScalarVolumeNode.h>
 #include <vtkMRMLScene.h>
 #include <vtkMRMLSegmentationNode.h>
+#include <vtkMRMLTableNode.h>
 #include <vtkMRMLTransformNode.h>
 #include <vtkSlicerInnerGSJob.h>
 #include <vtkSlicerInnerGSLogic.h>
 
+#include <vtkCollection.h>
 #include <vtkImageData.h>
 #include <vtkMatrix3x3.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 #include <vtkSegmentation.h>
+#include <vtkTable.h>
 
 #include <QDir>
 #include <QEventLoop>
 #include <QRunnable>
 #include <QSettings>
 
+#include <algorithm>
 #include <initializer_list>
 #include <utility>
 
@@ -115,7 +119,8 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   modelObservers_.clear();
   volumeObservers_.clear();
   chosenObservers_.clear();
-  watched_ = watchedMask_ = watchedRegion_ = nullptr;
+  watched_ = watchedRegion_ = nullptr;
+  watchedMasks_.clear();
   places_.clear();
   scene_ = scene;
   ellipsoids_->setMRMLScene(scene);
@@ -265,7 +270,7 @@ void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
 
 bool qSlicerInnerGSHost::start(const Request& request) {
   if (isRunning()) {
-    Q_EMIT failed(tr("A reconstruction is running: wait for its end or cancel it."));
+    Q_EMIT failed(tr("A reconstruction is running: wait for it or cancel it."));
     return false;
   }
   if (!logic_ || !parameters_) {
@@ -293,11 +298,10 @@ bool qSlicerInnerGSHost::start(const Request& request) {
 QString qSlicerInnerGSHost::whyEnded(vtkSlicerInnerGSJob* job) const {
   if (cancelling_) return {};
   if (!scene_ || scene_->IsClosing()) {
-    const QString why =
-        tr("Closing the scene ended the reconstruction, as opening another one in its place does.");
+    const QString why = tr("Closing or replacing the scene ended the reconstruction.");
     return why + ' ' +
-           (job->GetRecoveryFile().empty() ? tr("Open its scans again and start anew.")
-                                           : tr("Open its scans again to go on from where it stood."));
+           (job->GetRecoveryFile().empty() ? tr("Open its scans and start again.")
+                                           : tr("Open its scans again to continue it."));
   }
   vtkMRMLInnerGSParameterNode* parameters = job->GetParameterNode();
   return parameters && parameters->GetScene() == scene_
@@ -359,6 +363,27 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
   }
 }
 
+bool qSlicerInnerGSHost::hasResult() const {
+  return parameters_ && (parameters_->GetResultVolumeNode() || parameters_->GetResultModelNode());
+}
+
+vtkTable* qSlicerInnerGSHost::sliceTable() const {
+  vtkMRMLTableNode* node = parameters_ ? parameters_->GetResultSliceTableNode() : nullptr;
+  vtkTable* table = node ? node->GetTable() : nullptr;
+  return table && table->GetNumberOfRows() > 0 ? table : nullptr;
+}
+
+QString qSlicerInnerGSHost::createSliceTransforms(const QString&, QString* error) {
+  vtkMRMLTableNode* slices = parameters_ ? parameters_->GetResultSliceTableNode() : nullptr;
+  vtkNew<vtkCollection> made;
+  if (!logic_ || !logic_->CreateSliceTransforms(slices, made)) {
+    *error = lastError();
+    return {};
+  }
+  return tr("Made %n transforms, in a folder beside the table “%1”.", nullptr, made->GetNumberOfItems())
+      .arg(QString::fromUtf8(slices->GetName()));
+}
+
 //------------------------------------------------------------------------------ models
 
 QString qSlicerInnerGSHost::onlyModel() const {
@@ -391,7 +416,7 @@ std::shared_ptr<const UncertaintyVolume> qSlicerInnerGSHost::uncertaintyOf(const
   found->image->ShallowCopy(node->GetImageData());
   found->ijkToRAS = vtkSmartPointer<vtkMatrix4x4>::New();
   node->GetIJKToRASMatrix(found->ijkToRAS);
-  found->usual = vtk::usualDeviation(found->image);
+  found->usual = innergs::vtk::usualDeviation(found->image);
   return found;
 }
 
@@ -576,11 +601,13 @@ void qSlicerInnerGSHost::watchModels() {
 /// Observes what else a request depends on, while the panels are shown.
 void qSlicerInnerGSHost::watchChosen() {
   vtkMRMLInnerGSParameterNode* parameters = active_ ? parameters_.GetPointer() : nullptr;
-  vtkMRMLNode* mask = parameters ? parameters->GetMaskNode() : nullptr;
+  const std::vector<vtkMRMLNode*> masks = parameters ? masksOf(parameters) : std::vector<vtkMRMLNode*>{};
   vtkMRMLNode* region = parameters ? parameters->GetROINode() : nullptr;
-  if (parameters == watched_ && mask == watchedMask_ && region == watchedRegion_) return;
+  if (parameters == watched_ && region == watchedRegion_ &&
+      std::equal(masks.begin(), masks.end(), watchedMasks_.begin(), watchedMasks_.end()))
+    return;
   watched_ = parameters;
-  watchedMask_ = mask;
+  watchedMasks_.assign(masks.begin(), masks.end());
   watchedRegion_ = region;
   chosenEdited_.stop();
   chosenObservers_.clear();
@@ -591,14 +618,16 @@ void qSlicerInnerGSHost::watchChosen() {
   };
   watch(region, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent,
                  vtkMRMLMarkupsNode::PointModifiedEvent});
-  watch(mask, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent});
-  if (vtkMRMLSegmentationNode::SafeDownCast(mask)) // of any representation: painted
-    watch(mask,
-          {vtkMRMLSegmentationNode::SegmentationChangedEvent, vtkSegmentation::SegmentAdded,
-           vtkSegmentation::SegmentRemoved, vtkSegmentation::SegmentModified,
-           vtkSegmentation::RepresentationModified, vtkSegmentation::ContainedRepresentationNamesModified});
-  else
-    watch(mask, {vtkMRMLVolumeNode::ImageDataModifiedEvent});
+  for (vtkMRMLNode* mask : masks) {
+    watch(mask, {vtkCommand::ModifiedEvent, vtkMRMLTransformableNode::TransformModifiedEvent});
+    if (vtkMRMLSegmentationNode::SafeDownCast(mask)) // of any representation: painted
+      watch(mask,
+            {vtkMRMLSegmentationNode::SegmentationChangedEvent, vtkSegmentation::SegmentAdded,
+             vtkSegmentation::SegmentRemoved, vtkSegmentation::SegmentModified,
+             vtkSegmentation::RepresentationModified, vtkSegmentation::ContainedRepresentationNamesModified});
+    else
+      watch(mask, {vtkMRMLVolumeNode::ImageDataModifiedEvent});
+  }
 }
 
 void qSlicerInnerGSHost::onParameters(vtkObject*, unsigned long, void*) {

@@ -16,6 +16,7 @@
 #include <array>
 #include <functional>
 #include <optional>
+#include <vector>
 
 class EllipsoidNodes;
 class qSlicerInnerGSMotionHost;
@@ -56,6 +57,9 @@ public:
   void cancel() override;
   bool isRunning() const override;
   bool isQueued() const;
+  bool hasResult() const override;
+  vtkTable* sliceTable() const override;
+  QString createSliceTransforms(const QString& folder, QString* error) override;
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
   vtkInnerGSModel* model(const QString& id) const override;
   vtkSmartPointer<vtkAbstractTransform> toModel(const QString& id) const override;
@@ -105,11 +109,12 @@ private:
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
   ScopedObservers logicObservers_, sceneObservers_, modelObservers_, volumeObservers_, chosenObservers_;
-  vtkWeakPointer<vtkMRMLNode> watched_, watchedMask_, watchedRegion_; // chosenObservers_ are of these
+  vtkWeakPointer<vtkMRMLNode> watched_, watchedRegion_; // chosenObservers_ are of these
+  std::vector<vtkWeakPointer<vtkMRMLNode>> watchedMasks_;
   QTimer changed_;        // one signal for many changes of the scene
   QTimer modelsMoved_;    // one for many moves of a transform
   QTimer volumesEdited_;  // names and geometry of volumes
-  QTimer chosenEdited_;   // the mask or the region
+  QTimer chosenEdited_;   // a mask or the region
   QString volumesBefore_; // as last reported
   bool active_ = false;
   QMap<QString, innergs::JobForecast> forecasts_; // by the outline's key

@@ -170,22 +170,23 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   part = section(tr("Log"), "LogSection", false, layout);
   part->layout()->addWidget(new LogPanel(host));
   layout->addStretch(1);
-  // The texts of the rows of scans and of the big button change: Scan, Add, Reconstruct, Cancel.
+  // The texts of the rows of scans, the mask and the big button change: Scan, Add, Mask, Reconstruct, Cancel.
   const QMainWindow* window = qSlicerApplication::application()->mainWindow();
-  shareAltKeys(
-      q, window ? window->menuBar() : nullptr,
-      {reconstruction->findChild<QWidget*>("inputs"), reconstruction->findChild<QWidget*>("reconstruct")},
-      "NARC");
+  shareAltKeys(q, window ? window->menuBar() : nullptr,
+               {reconstruction->findChild<QWidget*>("inputs"),
+                reconstruction->findChild<QWidget*>("maskLabel"),
+                reconstruction->findChild<QWidget*>("reconstruct")},
+               "NARCK");
 }
 
 void qSlicerInnerGSModuleWidgetPrivate::askBeforeTheEnd() {
   QMainWindow* window = qSlicerApplication::application()->mainWindow();
   if (!window) return;
   auto* question = new EndingQuestion(host, window, q_ptr);
-  question->guard("FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
-                  qSlicerInnerGSModuleWidget::tr(
-                      "A reconstruction is running. Stop it and close the scene? Where it stands "
-                      "is kept, to go on from."));
+  question->guard(
+      "FileCloseSceneAction", "on_FileCloseSceneAction_triggered()",
+      qSlicerInnerGSModuleWidget::tr("A reconstruction is running. Stop it and close the scene? Its state is "
+                                     "kept, so that you can continue it."));
   question->guard("FileLoadSceneAction", "on_FileLoadSceneAction_triggered()",
                   qSlicerInnerGSModuleWidget::tr(
                       "A reconstruction is running. Stop it and open another scene in place of this one?"));
@@ -264,10 +265,12 @@ void qSlicerInnerGSModuleWidgetPrivate::explainTransform() {
 
 void qSlicerInnerGSModuleWidgetPrivate::explainMask() {
   const std::string id = parameters() ? parameters()->GetMaskSegmentID() : std::string();
-  auto* mask = vtkMRMLSegmentationNode::SafeDownCast(parameters() ? parameters()->GetMaskNode() : nullptr);
-  const bool one = mask && !id.empty();
-  maskMessage->setVisible(one);
-  if (!one) return;
+  vtkMRMLSegmentationNode* mask = nullptr;
+  if (!id.empty())
+    for (vtkMRMLNode* node : masksOf(parameters()))
+      if (!mask) mask = vtkMRMLSegmentationNode::SafeDownCast(node);
+  maskMessage->setVisible(mask != nullptr);
+  if (!mask) return;
   vtkSegment* segment = mask->GetSegmentation()->GetSegment(id);
   const char* name = segment ? segment->GetName() : nullptr;
   maskMessage->setText(qSlicerInnerGSModuleWidget::tr("Only the segment “%1” of the mask is used. "

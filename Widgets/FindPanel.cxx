@@ -61,8 +61,7 @@ FindPanel::FindPanel(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), worker_(new SegmentWorker(this)) {
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(0, 0, 0, 0);
-  selector_ = named(host_->createSelector(Host::Role::Model, this), "findModel",
-                    tr("The model whose structures are looked for"));
+  selector_ = named(host_->createSelector(Host::Role::Model, this), "findModel", tr("The model to search"));
   auto* choice = new QHBoxLayout;
   auto* label = new QLabel(tr("&Model"));
   label->setBuddy(selector_);
@@ -220,8 +219,8 @@ QWidget* FindPanel::buildLearning() {
     names_ =
         named(new QLineEdit, "findNames",
               tr("A file with the labels' names: JSON {\"1\": \"liver\", \"2\": \"spleen\"} or a .seg.nrrd; "
-                 "empty: the labels' own file says them (.seg.nrrd)"));
-    names_->setPlaceholderText(tr("in the labels' own file"));
+                 "empty: as the labels' own file has them (.seg.nrrd)"));
+    names_->setPlaceholderText(tr("from the labels' own file"));
     auto* choose = named(new QPushButton(tr("C&hoose…")), "findChooseNames", names_->toolTip());
     auto* line = new QHBoxLayout;
     line->addWidget(names_, 1);
@@ -236,7 +235,7 @@ QWidget* FindPanel::buildLearning() {
                   tr("Slices without any label between labelled ones then follow the scan; else they are "
                      "background"));
   form->addRow(QString(), sparse_);
-  progress_ = named(new QProgressBar, "findProgress", tr("How far the learning is"));
+  progress_ = named(new QProgressBar, "findProgress", tr("Progress of the learning"));
   progress_->hide();
   form->addRow(progress_);
   learningMessage_ = named(new MessageLine, "findLearningMessage", {});

@@ -14,6 +14,7 @@
 class vtkImageData;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
+class vtkTable;
 
 Q_DECLARE_METATYPE(innergs::Progress)
 
@@ -67,6 +68,21 @@ public:
   virtual bool start(const Request& request) = 0;
   virtual void cancel() = 0; // returns at once; cancelled() follows within 200 ms
   virtual bool isRunning() const = 0;
+  ///@}
+
+  ///@{
+  /// The last result, in 3D Slicer that of the parameter set, and where the slices of its scans were found to
+  /// lie.
+  virtual bool hasResult() const { return false; }
+  /// As vtkInnerGSReconstruct::GetSliceTable(), another object for another result; null: no slice was moved.
+  virtual vtkTable* sliceTable() const { return nullptr; }
+  /// Whether transforms and table are written to files, or are in the scene.
+  virtual bool keepsSlicesInFiles() const { return false; }
+  /// A transform per slice, as nodes or as .tfm files in a folder. What was made, a sentence; "": nothing,
+  /// with a sentence in *error.
+  virtual QString createSliceTransforms(const QString& /*folder*/, QString* /*error*/) { return {}; }
+  /// The table as tab-separated values. "" or a sentence.
+  virtual QString saveSliceTable(const QString& /*file*/) { return {}; }
   ///@}
 
   ///@{

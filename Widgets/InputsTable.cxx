@@ -42,8 +42,8 @@ QString slicesText(const VolumeInfo& info, int axis) {
 InputRow::InputRow(Host* host, QWidget* parent)
     : QWidget(parent), host_(host), selector_(host->createSelector(Host::Role::Input, this)),
       title_(new QLabel(this)), description_(makeWrappedLabel("inputDescription", this)),
-      thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)), axis_(new QComboBox(this)),
-      remove_(new QToolButton(this)) {
+      maskRow_(new QWidget(this)), thickness_(new NumberSpin({0, 1e9}, this)), profile_(new QComboBox(this)),
+      axis_(new QComboBox(this)), remove_(new QToolButton(this)) {
   setObjectName("inputRow");
   selector_->setObjectName("inputSelector");
   selector_->setToolTip(tr("The scan to reconstruct: one stack of slices."));
@@ -104,10 +104,24 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->addWidget(thickness_, 3, 0);
   grid->addWidget(profile_, 3, 1);
   grid->addWidget(axis_, 3, 2);
+  auto* maskLayout = new QHBoxLayout(maskRow_);
+  maskLayout->setContentsMargins(0, 0, 0, 0);
+  if (host->offers(Host::Role::Mask)) {
+    mask_ = host->createSelector(Host::Role::Mask, maskRow_);
+    mask_->setObjectName("ownMaskSelector");
+    mask_->setToolTip(tr("A mask for this scan alone, where it was scanned.\n"
+                         "None: the mask for all scans, below."));
+    mask_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
+    maskLayout->addWidget(label(tr("Own mask"), mask_));
+    maskLayout->addWidget(mask_, 1);
+  }
+  grid->addWidget(maskRow_, 4, 0, 1, 3);
   grid->setColumnStretch(0, 4);
   grid->setColumnStretch(1, 3);
   grid->setColumnStretch(2, 3);
-  chainTabs();
+  for (QWidget* field : fields()) // else setTabOrder() passes over selectors, whose proxies take the keyboard
+    field->setFocusPolicy(Qt::StrongFocus);
+  showMask();
   setFocusProxy(selector_);
   guardWheel(this);
 
@@ -116,6 +130,11 @@ InputRow::InputRow(Host* host, QWidget* parent)
     Q_EMIT changed();
   };
   connect(selector_, &Selector::currentIdChanged, this, edited);
+  if (mask_)
+    connect(mask_, &Selector::currentIdChanged, this, [this, edited] {
+      showMask();
+      edited();
+    });
   connect(thickness_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, [this, edited](double mm) {
     choice_.sliceThickness = mm;
     edited();
@@ -135,6 +154,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
 InputChoice InputRow::choice() const {
   InputChoice choice = choice_;
   choice.id = selector_->currentId();
+  if (mask_) choice.maskId = mask_->currentId();
   return choice;
 }
 
@@ -146,6 +166,7 @@ void InputRow::setChoice(const InputChoice& choice) {
     thickness_->setValue(choice.sliceThickness);
     profile_->setCurrentIndex(std::max(0, profile_->findData(choice.sliceProfile)));
     axis_->setCurrentIndex(std::max(0, axis_->findData(choice.sliceAxis)));
+    if (mask_) mask_->setCurrentId(choice.maskId);
     choice_ = choice;
     refresh();
   }
@@ -155,18 +176,13 @@ void InputRow::setChoice(const InputChoice& choice) {
 void InputRow::setPlace(int number, bool alone) {
   title_->setText(alone ? tr("Sca&n:") : tr("Scan &%1:").arg(number));
   remove_->setVisible(!alone);
+  alone_ = alone;
+  showMask();
 }
 
-void InputRow::setTabAfter(InputRow* other) {
-  setTabOrder(other->lastField(), firstField());
-  chainTabs();
-}
-
-void InputRow::chainTabs() {
-  setTabOrder(firstField(), remove_);
-  setTabOrder(remove_, thickness_);
-  setTabOrder(thickness_, profile_);
-  setTabOrder(profile_, axis_);
+/// A single scan has that of the panel, unless it was given one of its own.
+void InputRow::showMask() {
+  maskRow_->setVisible(mask_ && (!alone_ || !mask_->currentId().isEmpty()));
 }
 
 void InputRow::changeEvent(QEvent* event) {
@@ -174,12 +190,10 @@ void InputRow::changeEvent(QEvent* event) {
   if (event->type() == QEvent::FontChange || event->type() == QEvent::StyleChange) refresh(); // its widths
 }
 
-QWidget* InputRow::firstField() const {
-  return selector_->focusProxy() ? selector_->focusProxy() : selector_;
-}
-
-QWidget* InputRow::lastField() const {
-  return axis_;
+QVector<QWidget*> InputRow::fields() const {
+  QVector<QWidget*> all{selector_, remove_, thickness_, profile_, axis_};
+  if (mask_) all << mask_;
+  return all;
 }
 
 void InputRow::refresh() {
@@ -203,7 +217,7 @@ void InputRow::refresh() {
   QString text = slicesText(info, axis);
   if (choice_.sliceThickness == 0)
     text = said ? tr("%1; slice thickness %2 mm, as the file says").arg(text, lengthText(info.sliceThickness))
-                : tr("%1; slice thickness: the distance").arg(text);
+                : tr("%1; slice thickness not given: the slice distance").arg(text);
   description_->setText(text);
 }
 
@@ -277,8 +291,6 @@ void InputsTable::setInputs(const QVector<InputChoice>& inputs) {
 
 InputRow* InputsTable::addRow() {
   auto* row = new InputRow(host_, this);
-  if (!rows_.isEmpty()) row->setTabAfter(rows_.last());
-  setTabOrder(row->lastField(), add_);
   rows_ << row;
   rowsLayout_->addWidget(row);
   row->setVisible(true);
@@ -303,6 +315,16 @@ void InputsTable::removeRow(InputRow* row) {
 void InputsTable::number() {
   for (int i = 0; i < rows_.size(); ++i)
     rows_[i]->setPlace(i + 1, rows_.size() == 1);
+  chainTabs();
+}
+
+void InputsTable::chainTabs() {
+  QVector<QWidget*> fields;
+  for (const InputRow* row : rows_)
+    fields << row->fields();
+  for (int i = 1; i < fields.size(); ++i)
+    setTabOrder(fields[i - 1], fields[i]);
+  setTabOrder(fields.last(), add_);
 }
 
 } // namespace innergs::ui

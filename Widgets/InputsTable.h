@@ -12,7 +12,8 @@ namespace innergs::ui {
 
 class NumberSpin;
 
-/// One scan: which volume, the orientation of its slices, their thickness (mm), profile and axis.
+/// One scan: which volume, the orientation of its slices, their thickness (mm), profile and axis, and, among
+/// several, a mask of its own.
 class InputRow : public QWidget {
   Q_OBJECT
 public:
@@ -24,10 +25,9 @@ public:
   void setPlace(int number, bool alone);
   /// Shows the volume again after a change in the host.
   void refresh();
-  /// Puts this row after the last field of another row in the Tab order.
-  void setTabAfter(InputRow* other);
-  QWidget* firstField() const;
-  QWidget* lastField() const;
+  QWidget* firstField() const { return fields().first(); }
+  /// In the order of Tab.
+  QVector<QWidget*> fields() const;
 
 Q_SIGNALS:
   void changed();
@@ -37,15 +37,17 @@ protected:
   void changeEvent(QEvent* event) override;
 
 private:
-  void chainTabs();
+  void showMask();
 
   Host* host_;
-  Selector* selector_;
+  Selector *selector_, *mask_ = nullptr; // its own mask; null where the host has none
   QLabel *title_, *description_;
+  QWidget* maskRow_;
+  bool alone_ = true;
   NumberSpin* thickness_;
   QComboBox *profile_, *axis_;
   QToolButton* remove_;
-  InputChoice choice_; // except the ID; values stay exact until they are edited
+  InputChoice choice_; // except the IDs; values stay exact until they are edited
 };
 
 /// The scans of a reconstruction. At least one row, which may be empty.
@@ -68,6 +70,7 @@ private:
   InputRow* addRow();
   void removeRow(InputRow* row);
   void number();
+  void chainTabs();
   void tell();
 
   Host* host_;

@@ -119,7 +119,7 @@ QWidget* MotionPanel::buildFit() {
   rate_->setObjectName(QStringLiteral("motionRate"));
   rate_->setSuffix(tr(" per second"));
   rate_->setSpecialValueText(tr("the scan's own"));
-  rate_->setToolTip(tr("How many frames per second are made to be saved; the slider below shows any time"));
+  rate_->setToolTip(tr("Frames per second to save; the slider below shows any time"));
   form->addRow(tr("Fra&mes to make"), rate_);
   judge_ = new QCheckBox(tr("&Judge the quality on withheld frames (twice the time)"), this);
   judge_->setObjectName(QStringLiteral("motionJudge"));

@@ -71,7 +71,7 @@ QString verdictText(const Report& report) {
         QualityCard::tr("On slices that no method saw, InnerGS is worse than the best of the others: %1.")
             .arg(by);
     return report.scans > 1 ? text
-                            : text + QualityCard::tr(" Try the preset \"best\", or keep to interpolation for "
+                            : text + QualityCard::tr(" Try the preset \"best\", or use interpolation for "
                                                      "this scan.");
   }
   }

@@ -13,6 +13,7 @@
 #include "Widgets/RecoveryLine.h"
 #include "Widgets/Section.h"
 #include "Widgets/SettingsPanel.h"
+#include "Widgets/SlicesLine.h"
 #include "Widgets/TextFormat.h"
 
 #include <QAbstractSpinBox>
@@ -79,9 +80,12 @@ ReconstructionPanel::ReconstructionPanel(Host* host, QWidget* parent)
   message_->setObjectName("message");
   quality_ = new QualityCard(this);
   quality_->setObjectName("qualityCard");
+  slices_ = new SlicesLine(host, this);
+  slices_->setObjectName("slicesLine");
   auto* layout = new QVBoxLayout(this);
-  for (QWidget* part : {choices_, static_cast<QWidget*>(start_), static_cast<QWidget*>(message_),
-                        static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_)})
+  for (QWidget* part :
+       {choices_, static_cast<QWidget*>(start_), static_cast<QWidget*>(message_),
+        static_cast<QWidget*>(progress_), static_cast<QWidget*>(quality_), static_cast<QWidget*>(slices_)})
     layout->addWidget(part);
   layout->addStretch(1);
 
@@ -128,7 +132,7 @@ void ReconstructionPanel::connectHost() {
     recovery_->setFile({}); // it is complete
     setState(State::Idle);
     if (resumed) Q_EMIT requestChanged();
-    reveal(quality_, quality_);
+    reveal(quality_, slices_);
   });
   connect(host_, &Host::failed, this, [this](const QString& text) {
     progress_->hide();
@@ -174,10 +178,7 @@ void ReconstructionPanel::setRequest(const Request& request) {
   quiet_ = true;
   inputs_->setInputs(request.inputs);
   if (mask_) mask_->setCurrentId(request.maskId);
-  if (fill_) {
-    fill_->setNumber(request.settings.fill);
-    enableFill();
-  }
+  if (fill_) fill_->setNumber(request.settings.fill);
   if (region_) region_->setCurrentId(request.regionId);
   output_->set(request);
   preset_->setCurrentIndex(std::max(0, preset_->findData(static_cast<int>(request.settings.preset))));
@@ -192,6 +193,7 @@ void ReconstructionPanel::setRequest(const Request& request) {
   qualityGap_ = request.qualityGap;
   quiet_ = false;
   explain();
+  slices_->refresh();
   estimateTimer_.start();
 }
 
@@ -206,8 +208,13 @@ void ReconstructionPanel::forgetResult() {
   message_->clear();
 }
 
-void ReconstructionPanel::enableFill() {
-  fill_->setEnabled(!mask_->currentId().isEmpty());
+void ReconstructionPanel::explainMask() {
+  if (!mask_) return;
+  const QVector<InputChoice> inputs = inputs_->inputs();
+  maskLabel_->setText(inputs.size() > 1 ? tr("Mas&k for all:") : tr("Mas&k:"));
+  fill_->setEnabled(!mask_->currentId().isEmpty() ||
+                    std::any_of(inputs.begin(), inputs.end(),
+                                [](const InputChoice& input) { return !input.maskId.isEmpty(); }));
 }
 
 void ReconstructionPanel::edited() {
@@ -222,6 +229,7 @@ void ReconstructionPanel::explain() {
   const auto preset = static_cast<std::size_t>(request.settings.preset);
   presetLine_->setText(settingText(settingNamed("preset").words.at(preset).text));
   output_->explain(request.inputs);
+  explainMask();
   gap_->setEnabled(request.evaluateQuality);
   if (settings_->settings().preset != request.settings.preset) {
     const bool before = std::exchange(quiet_, true);
@@ -245,7 +253,7 @@ QString ReconstructionPanel::ownRefusal(const Request& request) const {
           .arg(info.name, QStringLiteral("IJK").mid(axis, 1));
   }
   if (request.grid == OutputGrid::Reference && request.referenceId.isEmpty())
-    return tr("Choose the reference volume whose voxels the result gets, or another result grid.");
+    return tr("Choose a reference volume for the result's voxels, or another result grid.");
   try {
     checkSettings(request.settings);
   } catch (const Error& error) {
@@ -368,16 +376,16 @@ QWidget* ReconstructionPanel::makeInputs() {
   };
   mask_ = add(Host::Role::Mask, "maskSelector", tr("Mas&k:"),
               tr("Reconstructs only what is inside this segmentation, and up to one slice around it.\n"
-                 "None: everything."));
+                 "None: everything. A scan with its own mask uses that instead."));
   if (mask_) {
+    maskLabel_ = qobject_cast<QLabel*>(form->labelForField(mask_));
+    maskLabel_->setObjectName("maskLabel");
     const Setting& row = settingNamed("fill");
     fill_ = new NumberSpin(settingRange(row), group);
     fill_->setObjectName("fillValue");
     fill_->setToolTip(settingTip(row));
     form->addRow(settingText(row.label) + ":", fill_);
     connect(fill_, QOverload<double>::of(&QDoubleSpinBox::valueChanged), this, &ReconstructionPanel::edited);
-    connect(mask_, &Selector::currentIdChanged, this, &ReconstructionPanel::enableFill);
-    enableFill();
   }
   region_ = add(Host::Role::Region, "regionSelector", tr("R&egion:"),
                 tr("Reconstructs only what is inside this box. None: everything."));
@@ -403,7 +411,7 @@ QWidget* ReconstructionPanel::makeFit() {
     preset_->addItem(settingText(word.label), preset_->count());
   preset_->setCurrentIndex(1);
   preset_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Fixed);
-  preset_->setToolTip(tr("How much work the fit does."));
+  preset_->setToolTip(tr("More work takes longer and fits the scans better."));
   presetLine_ = makeWrappedLabel("presetLine", group);
   device_ = new DeviceBox(group);
   device_->setObjectName("deviceBox");

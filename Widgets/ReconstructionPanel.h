@@ -24,6 +24,7 @@ class ProgressCard;
 class QualityCard;
 class RecoveryLine;
 class SettingsPanel;
+class SlicesLine;
 
 /// From scans to a result: what to reconstruct and how, what it will take, one button that starts and
 /// cancels, progress, and what came out. Grows downwards: to be shown in a scroll area, in which the button
@@ -63,8 +64,8 @@ private:
   QWidget* makeQualityOptions();
   QWidget* makeStart();
   void connectHost();
-  /// The value outside a mask is asked for where there is one.
-  void enableFill();
+  /// Names the mask by the number of scans; the value outside is asked for where there is a mask.
+  void explainMask();
   void edited();
   void explain();
   /// The sentence that speaks against a start, without asking the host.
@@ -85,6 +86,7 @@ private:
   QWidget* choices_; // everything that is greyed while it runs
   InputsTable* inputs_;
   Selector *mask_ = nullptr, *region_ = nullptr;
+  QLabel* maskLabel_ = nullptr;
   NumberSpin* fill_ = nullptr;
   OutputBox* output_;
   QComboBox* preset_;
@@ -101,6 +103,7 @@ private:
   RecoveryLine* recovery_;
   ProgressCard* progress_;
   QualityCard* quality_;
+  SlicesLine* slices_;
 };
 
 } // namespace innergs::ui

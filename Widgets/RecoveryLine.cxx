@@ -24,11 +24,11 @@ QString textOf(const std::filesystem::path& path) {
 
 RecoveryLine::RecoveryLine(Host* host, Scans scans, QWidget* parent)
     : QWidget(parent), host_(host), moving_(scans == Scans::Moving), message_(new MessageLine(this)),
-      accept_(new QPushButton(tr("Go On"), this)), dismiss_(new QPushButton(this)) {
+      accept_(new QPushButton(tr("Continue"), this)), dismiss_(new QPushButton(this)) {
   message_->setObjectName(moving_ ? "motionRecovery" : "recovery");
   accept_->setObjectName(moving_ ? "motionGoOn" : "goOn");
   accept_->setToolTip(
-      tr("Takes the settings of that fit; the next reconstruction of its scans goes on from there."));
+      tr("Restores the settings of that fit; the next reconstruction of its scans continues it."));
   dismiss_->setObjectName(moving_ ? "motionDropRecovered" : "dropRecovered");
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
@@ -79,13 +79,12 @@ bool RecoveryLine::refresh() {
             : tr("The reconstruction of “%1” was stopped when its fit was complete.").arg(scans);
     message_->setMessage(
         MessageLine::Kind::Information,
-        stopped + ' ' +
-            tr("Where it stood is kept in %1.").arg(QDir::toNativeSeparators(textOf(offered_.file))));
+        stopped + ' ' + tr("Its state is kept in %1.").arg(QDir::toNativeSeparators(textOf(offered_.file))));
   }
   accept_->setVisible(file_.isEmpty());
-  dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Anew"));
+  dismiss_->setText(file_.isEmpty() ? tr("Delete") : tr("Start Over"));
   dismiss_->setToolTip(file_.isEmpty() ? tr("Deletes the file: that fit can no longer be continued.")
-                                       : tr("The next reconstruction begins from the scans alone."));
+                                       : tr("The next reconstruction starts from the scans alone."));
   setVisible(!file_.isEmpty() || !offered_.file.empty());
   return !offered_.file.empty() && offered_.file != before;
 }

@@ -21,6 +21,7 @@ struct InputChoice {
   double sliceThickness = 0; // mm; 0: the distance between slices
   int sliceProfile = 1;      // as innergs::SliceProfile: 0 point, 1 box, 2 Gaussian
   int sliceAxis = -1;        // 0, 1, 2: the index axis that counts the slices; −1: chosen
+  QString maskId = {};       // of its own; "": the request's
   bool operator==(const InputChoice&) const = default;
 };
 
@@ -35,7 +36,7 @@ enum class OutputGrid {
 /// Everything that a reconstruction is asked for.
 struct Request {
   QVector<InputChoice> inputs;
-  QString maskId, regionId; // "" none
+  QString maskId, regionId; // "" none; the mask of the scans without one of their own
   OutputGrid grid = OutputGrid::Automatic;
   double spacing = 1;                    // mm
   QString referenceId;                   // with OutputGrid::Reference

@@ -2,7 +2,6 @@
 #include "CLI/Interrupt.h"
 #include "CLI/ProgressDisplay.h"
 #include "CLI/ReconstructReport.h"
-#include "CLI/SliceTable.h"
 #include "CLI/Version.h"
 
 #include "Core/Base/Error.h"
@@ -15,6 +14,7 @@
 #include "IO/N4Correction.h"
 #include "IO/OutputFiles.h"
 #include "IO/Ply.h"
+#include "IO/SliceFiles.h"
 
 #include <spdlog/fmt/fmt.h>
 
@@ -170,8 +170,9 @@ void writeResults(const ReconstructOptions& options, const std::vector<ScanRecor
     named.measured.clear();
   }
   write(&ReconstructOptions::slices,
-        [&](const auto& path) { writeFileAtomically(path, sliceTable(result)); });
-  write(&ReconstructOptions::transforms, [&](const auto& path) { writeTransforms(result, path); });
+        [&](const auto& path) { writeFileAtomically(path, sliceTable(foundSlices(result))); });
+  write(&ReconstructOptions::transforms,
+        [&](const auto& path) { writeTransforms(foundSlices(result), path); });
   for (const auto& warning : result.warnings)
     fmt::print(stderr, "innergs: warning: {}\n", warning);
   for (const auto& failure : files.failures())

@@ -1,8 +1,9 @@
 #include "CLI/ReconstructReport.h"
 
 #include "CLI/Platform.h"
-#include "CLI/SliceTable.h"
 #include "CLI/Version.h"
+
+#include "Core/Job/FoundSlices.h"
 
 #include <itkVersion.h>
 #include <spdlog/fmt/fmt.h>
@@ -22,6 +23,34 @@ const char* name(SliceProfile profile) {
 
 const char* name(Judging judging) {
   return std::array{"not asked", "done", "stopped", "failed"}.at(static_cast<std::size_t>(judging));
+}
+
+/// Null where slices were not looked at.
+Json slicesOf(const ReconstructionResult& result) {
+  const SliceMotion& motion = result.sliceMotion;
+  if (motion.slices.empty()) return {};
+  const auto finite = [](double x) { return std::isfinite(x) ? Json(x) : Json(); };
+  Json slices = Json::array();
+  for (const auto& [scan, slice, pose, place] : foundSlices(result)) {
+    Json matrix = Json::array();
+    for (int row = 0; row < 3; ++row)
+      matrix.push_back({place.linear[row][0], place.linear[row][1], place.linear[row][2], place.offset[row]});
+    slices.push_back({{"scan", scan + 1},
+                      {"slice", slice},
+                      {"weight", pose.weight},
+                      {"gain", pose.gain},
+                      {"displacement_mm", pose.displacement},
+                      {"angle_degrees", pose.angle},
+                      {"residual", finite(pose.residual)},
+                      {"matrix_lps", matrix}});
+  }
+  return {{"moved", motion.moved},
+          {"psnr_to_others_db", finite(motion.psnrAfter)},
+          {"psnr_to_others_before_db", finite(motion.psnrBefore)},
+          {"median_displacement_mm", finite(motion.displacement)},
+          {"median_angle_degrees", finite(motion.angle)},
+          {"left_out", motion.rejected},
+          {"slices", slices}};
 }
 
 } // namespace

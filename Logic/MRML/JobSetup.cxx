@@ -2,7 +2,6 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
-#include "Core/Base/NumberText.h"
 #include "Core/Device/Devices.h"
 #include "Core/Image/Region.h"
 #include "Core/Job/JobInput.h"
@@ -133,16 +132,36 @@ std::vector<vtkMRMLVolumeNode*> inputsOf(Parameters* parameters) {
   return inputs;
 }
 
-std::vector<vtkMRMLTransformableNode*> masksOf(Parameters* parameters) {
-  std::vector<vtkMRMLTransformableNode*> masks;
-  for (int n = 0; n < parameters->GetNumberOfMaskNodes(); ++n)
-    if (auto* mask = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), n,
-                                                          "The mask", "a label map or segmentation"))
-      masks.push_back(mask);
-  if (parameters->GetNumberOfChosenMasks() > std::max(1, parameters->GetNumberOfMaskNodes()))
+vtkMRMLTransformableNode* ownMaskOf(Parameters* parameters, vtkMRMLVolumeNode* input) {
+  if (!parameters->HasInputMask(input)) return nullptr;
+  vtkMRMLNode* mask = parameters->GetInputMaskNode(input);
+  if (!mask)
     refuse(ErrorCode::InvalidArgument,
-           "One of the scans' masks is no longer in the scene: choose the masks again.");
-  return masks;
+           "The mask of " + quoted(input) + " is no longer in the scene: choose another.");
+  auto* placed = vtkMRMLTransformableNode::SafeDownCast(mask);
+  if (!placed)
+    refuse(ErrorCode::InvalidArgument,
+           "The mask " + quoted(mask) + " is neither a label map nor a segmentation: choose one.");
+  return placed;
+}
+
+/// None, one for all inputs, or one for each.
+std::vector<vtkMRMLTransformableNode*> masksOf(Parameters* parameters) {
+  auto* common = referenced<vtkMRMLTransformableNode>(parameters, Parameters::GetMaskReferenceRole(), 0,
+                                                      "The mask", "a label map or segmentation");
+  const std::vector<vtkMRMLVolumeNode*> inputs = inputsOf(parameters);
+  std::vector<vtkMRMLTransformableNode*> own;
+  for (vtkMRMLVolumeNode* input : inputs)
+    own.push_back(ownMaskOf(parameters, input));
+  if (std::all_of(own.begin(), own.end(), [](auto* mask) { return !mask; }))
+    return common ? std::vector{common} : std::vector<vtkMRMLTransformableNode*>{};
+  for (std::size_t n = 0; n < own.size(); ++n) {
+    if (!own[n]) own[n] = common;
+    if (!own[n])
+      refuse(ErrorCode::InvalidArgument,
+             quoted(inputs[n]) + " has no mask, but other scans have: choose one for it, or one for all.");
+  }
+  return own;
 }
 
 /// Only checks that segmentations are usable: they are copied at the start.
@@ -172,13 +191,6 @@ std::vector<GridGeometry> gridsOf(const ReconstructionInput& input, std::size_t 
   for (std::size_t s = 0; s < input.stacks.size(); ++s)
     if (masks == 1 || s == mask) grids.push_back(input.stacks[s].image.geometry);
   return grids;
-}
-
-void checkNumber(std::size_t masks, std::size_t inputs) {
-  if (masks > 1 && masks != inputs)
-    refuse(ErrorCode::InvalidArgument,
-           formatted("There are %zu masks for %zu scan%s: choose one for all, or one for each.", masks,
-                     inputs, inputs == 1 ? "" : "s"));
 }
 
 /// Copies what the masks need of segmentations while this is the main thread.
@@ -311,7 +323,6 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const Thic
     const bool acquired = axis == automatic && axis == 2; // as DICOM's slices are stacked
     filter->SetInputSliceThickness(index, thickness == 0 && acquired ? thicknessOf(input) : thickness);
   }
-  checkNumber(masksOf(parameters).size(), inputs.size());
   setMasks(filter, parameters);
   setGrid(filter, parameters, inputs);
 }

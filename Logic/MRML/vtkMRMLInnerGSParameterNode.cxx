@@ -58,16 +58,15 @@ void setFormer(innergs::Settings& settings, const innergs::Setting& row, const s
 #define INNERGS_PROPERTIES(DO)                                                                               \
   INNERGS_SETTINGS(DO)                                                                                       \
   DO(StdString, maskSegmentID, MaskSegmentID)                                                                \
-  DO(Int, numberOfMasks, NumberOfChosenMasks)                                                                \
   DO(StdString, resumeFileName, ResumeFileName)                                                              \
   DO(StdString, inputSettings, InputSettings)
 
 vtkMRMLInnerGSParameterNode::vtkMRMLInnerGSParameterNode() : Choices(std::make_unique<innergs::Settings>()) {
   for (const char* role :
-       {GetInputVolumeReferenceRole(), GetMaskReferenceRole(), GetROIReferenceRole(),
-        GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(), GetOutputModelReferenceRole(),
-        GetQualityTableReferenceRole(), GetResultVolumeReferenceRole(), GetResultModelReferenceRole(),
-        GetResultTableReferenceRole(), GetOutputUncertaintyReferenceRole(),
+       {GetInputVolumeReferenceRole(), GetMaskReferenceRole(), GetInputMaskReferenceRole(),
+        GetROIReferenceRole(), GetReferenceVolumeReferenceRole(), GetOutputVolumeReferenceRole(),
+        GetOutputModelReferenceRole(), GetQualityTableReferenceRole(), GetResultVolumeReferenceRole(),
+        GetResultModelReferenceRole(), GetResultTableReferenceRole(), GetOutputUncertaintyReferenceRole(),
         GetResultUncertaintyReferenceRole(), GetResultSliceTableReferenceRole()})
     this->AddNodeReferenceRole(role, (std::string(role) + "Ref").c_str());
 }
@@ -153,7 +152,10 @@ void vtkMRMLInnerGSParameterNode::SetSettings(const innergs::Settings& settings)
 
 void vtkMRMLInnerGSParameterNode::UpdateReferenceID(const char* oldID, const char* newID) {
   this->Superclass::UpdateReferenceID(oldID, newID);
-  const auto found = oldID && newID ? this->Stacks.find(oldID) : this->Stacks.end();
+  if (!oldID || !newID) return;
+  for (auto& [input, stack] : this->Stacks)
+    if (stack.Mask == oldID) stack.Mask = newID;
+  const auto found = this->Stacks.find(oldID);
   if (found == this->Stacks.end()) return;
   const StackSettings settings = found->second;
   this->Stacks.erase(found);
@@ -190,28 +192,6 @@ vtkMRMLVolumeNode* vtkMRMLInnerGSParameterNode::GetInputVolumeNode(int index) {
   return vtkMRMLVolumeNode::SafeDownCast(this->GetNthNodeReference(GetInputVolumeReferenceRole(), index));
 }
 
-void vtkMRMLInnerGSParameterNode::SetMaskNode(vtkMRMLNode* node) {
-  MRMLNodeModifyBlocker blocker(this);
-  if (this->GetNumberOfMaskNodes() > 1) this->RemoveNodeReferenceIDs(GetMaskReferenceRole());
-  this->SetReference(GetMaskReferenceRole(), node);
-  this->SetNumberOfChosenMasks(this->GetNumberOfMaskNodes());
-}
-
-void vtkMRMLInnerGSParameterNode::AddMaskNode(vtkMRMLNode* node) {
-  if (!node) return;
-  MRMLNodeModifyBlocker blocker(this);
-  this->AddNodeReferenceID(GetMaskReferenceRole(), node->GetID());
-  this->SetNumberOfChosenMasks(this->GetNumberOfMaskNodes());
-}
-
-int vtkMRMLInnerGSParameterNode::GetNumberOfMaskNodes() {
-  return this->GetNumberOfNodeReferences(GetMaskReferenceRole());
-}
-
-vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetMaskNode(int index) {
-  return this->GetNthNodeReference(GetMaskReferenceRole(), index);
-}
-
 vtkMRMLInnerGSParameterNode::StackSettings vtkMRMLInnerGSParameterNode::StackOf(vtkMRMLNode* input) const {
   const auto found = input && input->GetID() ? this->Stacks.find(input->GetID()) : this->Stacks.end();
   return found == this->Stacks.end() ? StackSettings{} : found->second;
@@ -231,12 +211,38 @@ INNERGS_STACK_SETTING(double, Thickness)
 INNERGS_STACK_SETTING(int, Profile)
 INNERGS_STACK_SETTING(int, Axis)
 
+void vtkMRMLInnerGSParameterNode::SetInputMaskNode(vtkMRMLNode* input, vtkMRMLNode* mask) {
+  const std::string id = mask && mask->GetID() ? mask->GetID() : "";
+  if (!input || !input->GetID() || this->StackOf(input).Mask == id) return;
+  MRMLNodeModifyBlocker blocker(this);
+  this->Stacks[input->GetID()].Mask = id;
+  this->ReferToInputMasks();
+  this->Modified();
+}
+
+vtkMRMLNode* vtkMRMLInnerGSParameterNode::GetInputMaskNode(vtkMRMLNode* input) {
+  const std::string id = this->StackOf(input).Mask;
+  return this->Scene && !id.empty() ? this->Scene->GetNodeByID(id.c_str()) : nullptr;
+}
+
+bool vtkMRMLInnerGSParameterNode::HasInputMask(vtkMRMLNode* input) {
+  return !this->StackOf(input).Mask.empty();
+}
+
+/// So that the scene renames their IDs here where it has to.
+void vtkMRMLInnerGSParameterNode::ReferToInputMasks() {
+  this->RemoveNodeReferenceIDs(GetInputMaskReferenceRole());
+  for (const auto& [input, stack] : this->Stacks)
+    if (!stack.Mask.empty()) this->AddNodeReferenceID(GetInputMaskReferenceRole(), stack.Mask.c_str());
+}
+
 std::string vtkMRMLInnerGSParameterNode::GetInputSettings() {
   std::ostringstream text;
   text.imbue(std::locale::classic());
   text.precision(17);
   for (const auto& [id, stack] : this->Stacks)
-    text << id << ' ' << stack.Thickness << ' ' << stack.Profile << ' ' << stack.Axis << ';';
+    text << id << ' ' << stack.Thickness << ' ' << stack.Profile << ' ' << stack.Axis
+         << (stack.Mask.empty() ? "" : " ") << stack.Mask << ';';
   return text.str();
 }
 
@@ -248,7 +254,9 @@ void vtkMRMLInnerGSParameterNode::SetInputSettings(const std::string& text) {
     words.imbue(std::locale::classic());
     std::string id;
     StackSettings stack;
-    if (words >> id >> stack.Thickness >> stack.Profile >> stack.Axis) stacks[id] = stack;
+    if (!(words >> id >> stack.Thickness >> stack.Profile >> stack.Axis)) continue;
+    words >> stack.Mask; // may be missing
+    stacks[id] = stack;
   }
   if (text == this->GetInputSettings()) return;
   this->Stacks = std::move(stacks);
@@ -269,6 +277,7 @@ void vtkMRMLInnerGSParameterNode::SetReference(const char* role, vtkMRMLNode* no
     this->SetReference(Get##Role##ReferenceRole(), node);                                                    \
   }                                                                                                          \
   INNERGS_GET_REFERENCE(Type, Name, Role)
+INNERGS_REFERENCE(vtkMRMLNode, MaskNode, Mask)
 INNERGS_REFERENCE(vtkMRMLNode, ROINode, ROI)
 INNERGS_REFERENCE(vtkMRMLVolumeNode, ReferenceVolumeNode, ReferenceVolume)
 INNERGS_REFERENCE(vtkMRMLScalarVolumeNode, OutputVolumeNode, OutputVolume)

@@ -65,18 +65,19 @@ public:
   /// spacing, else 2 (K).
   void SetInputSliceAxis(vtkMRMLNode* input, int axis);
   int GetInputSliceAxis(vtkMRMLNode* input);
+  /// A mask of its own, which moves with it where scans are aligned; null (default): GetMaskNode().
+  void SetInputMaskNode(vtkMRMLNode* input, vtkMRMLNode* mask);
+  vtkMRMLNode* GetInputMaskNode(vtkMRMLNode* input);
+  /// Whether one was set and not unset since; its node may have left the scene.
+  bool HasInputMask(vtkMRMLNode* input);
   ///@}
 
   ///@{
   /// Only voxels inside are fitted: a labelmap volume (not 0 is inside) or a segmentation (all segments, or
-  /// the one named by MaskSegmentID). Null: no mask. Of several scans either one for all, or one for each, in
-  /// their order.
+  /// the one named by MaskSegmentID). Null: no mask. It is that of all inputs without one of their own; where
+  /// an input has a mask, all must have one.
   void SetMaskNode(vtkMRMLNode* node);
-  void AddMaskNode(vtkMRMLNode* node);
-  int GetNumberOfMaskNodes();
-  vtkMRMLNode* GetMaskNode(int index = 0);
-  /// More than GetNumberOfMaskNodes() when one has left the scene since.
-  vtkGetMacro(NumberOfChosenMasks, int);
+  vtkMRMLNode* GetMaskNode();
   vtkSetMacro(MaskSegmentID, const std::string&);
   vtkGetMacro(MaskSegmentID, std::string);
   /// A markups ROI: only what it contains is fitted and put out. Null: everything.
@@ -157,6 +158,9 @@ public:
   static const char* GetMaskReferenceRole() {
     return "mask";
   }
+  static const char* GetInputMaskReferenceRole() {
+    return "inputMask";
+  }
   static const char* GetROIReferenceRole() {
     return "roi";
   }
@@ -197,7 +201,7 @@ protected:
   vtkMRMLInnerGSParameterNode(const vtkMRMLInnerGSParameterNode&);
   void operator=(const vtkMRMLInnerGSParameterNode&);
 
-  /// "id thickness profile axis;..." of the inputs that differ from the defaults.
+  /// "id thickness profile axis [mask];..." of the inputs that differ from the defaults.
   std::string GetInputSettings();
   void SetInputSettings(const std::string& text);
   void SetReference(const char* role, vtkMRMLNode* node);
@@ -206,8 +210,6 @@ protected:
   double GetSettingNumber(const char* name);
 #endif
 
-  vtkSetMacro(NumberOfChosenMasks, int);
-  int NumberOfChosenMasks = 0;
   std::string MaskSegmentID, ResumeFileName;
   int OutputGrid = AutomaticGrid;
   double OutputSpacing = 1;
@@ -221,9 +223,11 @@ private:
   struct StackSettings {
     double Thickness = 0;
     int Profile = BoxProfile, Axis = Automatic;
+    std::string Mask; // its ID
   };
   /// The node's settings; a fresh entry is made only to change it.
   StackSettings StackOf(vtkMRMLNode* input) const;
+  void ReferToInputMasks();
   std::map<std::string, StackSettings> Stacks; // by node ID
 #endif
 };

@@ -19,7 +19,7 @@ Array* addColumn(vtkTable* table, const std::string& name) {
 
 } // namespace
 
-vtkSmartPointer<vtkTable> makeSliceTable(const ReconstructionResult& result) {
+vtkSmartPointer<vtkTable> makeSliceTable(std::span<const FoundSlice> found) {
   auto table = vtkSmartPointer<vtkTable>::New();
   auto* scans = addColumn<vtkIntArray>(table, "Scan");
   auto* slices = addColumn<vtkIntArray>(table, "Slice");
@@ -30,21 +30,18 @@ vtkSmartPointer<vtkTable> makeSliceTable(const ReconstructionResult& result) {
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
       matrix.push_back(addColumn<vtkDoubleArray>(table, "M" + std::to_string(row) + std::to_string(column)));
-  for (std::size_t scan = 0; scan < result.sliceMotion.slices.size(); ++scan)
-    for (std::size_t slice = 0; slice < result.sliceMotion.slices[scan].size(); ++slice) {
-      const SlicePose& pose = result.sliceMotion.slices[scan][slice];
-      scans->InsertNextValue(static_cast<int>(scan) + 1);
-      slices->InsertNextValue(static_cast<int>(slice));
-      const double values[] = {pose.weight, pose.gain, pose.displacement, pose.angle, pose.residual};
-      for (std::size_t n = 0; n < figures.size(); ++n)
-        figures[n]->InsertNextValue(values[n]);
-      const Affine3 lps = slicePlace(result, scan, slice);
-      const Affine3 ras{flipped(lps).linear * diagonal({-1, -1, 1}), flipped(lps.offset)};
-      auto entry = matrix.begin();
-      for (int row = 0; row < 3; ++row)
-        for (int column = 0; column < 4; ++column)
-          (*entry++)->InsertNextValue(column < 3 ? ras.linear[row][column] : ras.offset[row]);
-    }
+  for (const auto& [scan, slice, pose, lps] : found) {
+    scans->InsertNextValue(static_cast<int>(scan) + 1);
+    slices->InsertNextValue(static_cast<int>(slice));
+    const double values[] = {pose.weight, pose.gain, pose.displacement, pose.angle, pose.residual};
+    for (std::size_t n = 0; n < figures.size(); ++n)
+      figures[n]->InsertNextValue(values[n]);
+    const Affine3 ras{flipped(lps).linear * diagonal({-1, -1, 1}), flipped(lps.offset)};
+    auto entry = matrix.begin();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column)
+        (*entry++)->InsertNextValue(column < 3 ? ras.linear[row][column] : ras.offset[row]);
+  }
   return table;
 }
 

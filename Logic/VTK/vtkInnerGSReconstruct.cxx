@@ -424,7 +424,7 @@ void vtkInnerGSReconstruct::RequestData(vtkInformationVector** inputs, vtkInform
   this->Noise = result.noise;
   this->NumberOfNonFiniteVoxels = static_cast<vtkIdType>(result.nonFiniteVoxels);
   work.warnings = std::move(result.warnings);
-  work.slices = innergs::vtk::makeSliceTable(result);
+  work.slices = innergs::vtk::makeSliceTable(innergs::foundSlices(result));
   this->SlicesMoved = result.sliceMotion.moved;
   this->UsedSettings = innergs::settingsText(result.settings, this->HeldOutFraction);
   this->UsedInstructionSet = result.instructionSet;

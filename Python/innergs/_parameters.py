@@ -81,9 +81,16 @@ def _add(hidden, volumes, spacing=None, *, reference=None, input_grid=False, mas
             node.SetReferenceVolumeNode(reference)
         elif input_grid:
             node.SetOutputGrid(node.InputGrid)
-        node.SetMaskNode(None)
-        for one in mask if isinstance(mask, (list, tuple)) else [mask]:
-            node.AddMaskNode(one)
+        if isinstance(mask, (list, tuple)):
+            if len(mask) not in (0, 1, len(volumes)):
+                raise Error("There are %d masks for %d volumes: give one for all, or one for each." % (len(mask), len(volumes)))
+            if len(mask) == len(volumes) > 1:
+                for volume, one in zip(volumes, mask):
+                    node.SetInputMaskNode(volume, one)
+            else:
+                node.SetMaskNode(mask[0] if mask else None)
+        else:
+            node.SetMaskNode(mask)
         node.SetMaskSegmentID(segment or "")
         node.SetROINode(roi)
         node.SetHeldOutFraction(held_out)

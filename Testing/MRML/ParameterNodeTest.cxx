@@ -48,7 +48,7 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   parameters->SetInputSliceAxis(second, 1);
   parameters->SetReferenceVolumeNode(first);
   parameters->SetMaskNode(second);
-  parameters->AddMaskNode(first);
+  parameters->SetInputMaskNode(second, first);
   parameters->SetQualityTableNode(
       vtkMRMLTableNode::SafeDownCast(scene->AddNewNodeByClass("vtkMRMLTableNode")));
   fill(parameters);
@@ -78,9 +78,11 @@ TEST_F(ParameterNodeTest, SavedAndRestoredWithTheScene) {
   EXPECT_EQ(restored->GetInputSliceAxis(input), 1);
   EXPECT_EQ(restored->GetInputSliceThickness(restored->GetInputVolumeNode(0)), 0);
   EXPECT_STREQ(restored->GetReferenceVolumeNode()->GetName(), "First");
-  ASSERT_EQ(restored->GetNumberOfMaskNodes(), 2);
-  EXPECT_STREQ(restored->GetMaskNode(0)->GetName(), "Second");
-  EXPECT_STREQ(restored->GetMaskNode(1)->GetName(), "First");
+  ASSERT_NE(restored->GetMaskNode(), nullptr);
+  EXPECT_STREQ(restored->GetMaskNode()->GetName(), "Second");
+  ASSERT_NE(restored->GetInputMaskNode(input), nullptr);
+  EXPECT_STREQ(restored->GetInputMaskNode(input)->GetName(), "First");
+  EXPECT_FALSE(restored->HasInputMask(restored->GetInputVolumeNode(0)));
   EXPECT_NE(restored->GetQualityTableNode(), nullptr);
 }
 

@@ -523,30 +523,36 @@ TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
     return std::abs(logic->GetValueAtRAS(model, -12, 3, -5) - truth(-12, 3, -5));
   };
 
-  parameters->SetMaskNode(inside);
-  parameters->AddMaskNode(all);
-  ASSERT_EQ(parameters->GetNumberOfMaskNodes(), 2);
+  parameters->SetInputMaskNode(axial, inside);
+  EXPECT_EQ(logic->CheckParameters(parameters),
+            "'Coronal' has no mask, but other scans have: choose one for it, or one for all.");
+  parameters->SetInputMaskNode(coronal, all);
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_LT(wrong(), 15);
   EXPECT_STREQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), "Right; Whole");
   EXPECT_GT(logic->EstimateMemory(parameters), 0);
 
-  parameters->SetMaskNode(all); // for both
-  ASSERT_EQ(parameters->GetNumberOfMaskNodes(), 1);
+  parameters->SetMaskNode(all); // of the scans without one of their own
+  parameters->SetInputMaskNode(coronal, nullptr);
+  ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
+  EXPECT_LT(wrong(), 15);
+  EXPECT_STREQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), "Right; Whole");
+  parameters->SetInputMaskNode(axial, nullptr); // for both
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_GT(wrong(), 100);
+  EXPECT_STREQ(logic->GetLastJob()->GetModelNode()->GetAttribute("InnerGS.Mask"), "Whole");
 
-  parameters->AddMaskNode(inside);
-  parameters->AddMaskNode(inside);
+  // A mask that lies beside its scan.
+  parameters->SetInputMaskNode(axial, inside);
+  matrix->SetElement(0, 3, 900);
+  inside->SetIJKToRASMatrix(matrix);
   EXPECT_FALSE(logic->Reconstruct(parameters));
-  EXPECT_EQ(logic->GetLastError(), "There are 3 masks for 2 scans: choose one for all, or one for each.");
-  parameters->SetMaskNode(nullptr);
-  EXPECT_EQ(parameters->GetNumberOfMaskNodes(), 0);
-  parameters->SetMaskNode(inside);
-  parameters->AddMaskNode(all);
-  scene->RemoveNode(all);
+  EXPECT_NE(logic->GetLastError().find("The mask of Axial holds no centre of its finite voxels"),
+            std::string::npos)
+      << logic->GetLastError();
+  scene->RemoveNode(inside);
   EXPECT_FALSE(logic->Reconstruct(parameters));
-  EXPECT_NE(logic->GetLastError().find("no longer in the scene"), std::string::npos) << logic->GetLastError();
+  EXPECT_EQ(logic->GetLastError(), "The mask of 'Axial' is no longer in the scene: choose another.");
 }
 
 } // namespace

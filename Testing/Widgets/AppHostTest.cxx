@@ -9,7 +9,10 @@
 #include "Widgets/App/Files.h"
 
 #include <vtkPointData.h>
+#include <vtkTable.h>
 
+#include <QDir>
+#include <QFile>
 #include <QSignalSpy>
 #include <QTest>
 
@@ -24,6 +27,17 @@ using innergs::app::AppHost;
 
 class AppHostTest : public HostTest {
   Q_OBJECT
+  /// Of the ball's voxels, those with I from `first` to `last`.
+  QString writeMask(const QString& name, std::int64_t first, std::int64_t last) {
+    Volume mask = ball({24, 24, 10}, {1.5, 1.5, 4});
+    for (std::size_t v = 0; v < mask.voxels.size(); ++v) {
+      const auto i = static_cast<std::int64_t>(v % 24);
+      mask.voxels[v] = i >= first && i <= last ? 1.f : 0.f;
+    }
+    QString path = sandbox_->path(name);
+    writeVolume(mask, path.toStdString());
+    return path;
+  }
 private Q_SLOTS:
   void estimatesQuickly() {
     const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {128, 128, 40}));
@@ -114,6 +128,74 @@ private Q_SLOTS:
     background.run("Second", [&] { return [&] { after = true; }; });
     QTRY_VERIFY(after);
     QVERIFY(!background.isBusy());
+  }
+
+  void slicesThatMovedAreWritten() {
+    const QString axial = openAndWait(*host_, writeBall(*sandbox_, "axial.nii.gz"));
+    const QString sagittal =
+        openAndWait(*host_, writeBall(*sandbox_, "sagittal.nii.gz", {10, 24, 24}, {4, 1.5, 1.5}));
+    QVERIFY(!host_->hasResult());
+    ui::Request request = apptest::request(axial);
+    const ui::Report alone = reconstructAndWait(*host_, request);
+    QVERIFY(host_->hasResult() && !host_->sliceTable());
+    request.inputs.push_back({sagittal});
+    request.settings.sliceMotion = SliceMotionKind::On;
+    const ui::Report report = reconstructAndWait(*host_, request);
+    QVERIFY2(
+        report.warnings.join(' ').contains("The slices were moved one by one, half of them by more than"),
+        qPrintable(report.warnings.join(' ')));
+    QVERIFY(host_->sliceTable());
+    QCOMPARE(host_->sliceTable()->GetNumberOfRows(), vtkIdType(20));
+    QString error;
+    const QString folder = sandbox_->path("poses");
+    QVERIFY(host_->createSliceTransforms(folder, &error).contains("20"));
+    QCOMPARE(error, QString());
+    QCOMPARE(QDir(folder).entryList({"scan-*-slice-*.tfm"}).size(), 20);
+    const QString file = sandbox_->path("slices.tsv");
+    QCOMPARE(host_->saveSliceTable(file), QString());
+    QFile table(file);
+    QVERIFY(table.open(QIODevice::ReadOnly));
+    QVERIFY(table.readLine().startsWith("scan\tslice\tweight\t"));
+    QCOMPARE(table.readAll().count('\n'), 20);
+    QVERIFY(host_->createSliceTransforms(file, &error).isEmpty()); // a file is no folder
+    QVERIFY2(error.contains("slices.tsv"), qPrintable(error));
+    host_->document().remove(report.modelId);
+    QVERIFY(!host_->hasResult() && !host_->sliceTable());
+  }
+
+  void everyScanMayHaveAMaskOfItsOwn() {
+    const QString axial = openAndWait(*host_, writeBall(*sandbox_, "axial.nii.gz"));
+    const QString sagittal =
+        openAndWait(*host_, writeBall(*sandbox_, "sagittal.nii.gz", {10, 24, 24}, {4, 1.5, 1.5}));
+    const QString left = openAndWait(*host_, writeMask("left.nii.gz", 12, 23));
+    const QString right = openAndWait(*host_, writeMask("right.nii.gz", 0, 11));
+    const QString empty = openAndWait(*host_, writeMask("empty.nii.gz", 0, -1));
+    ui::Request request = apptest::request(axial);
+    request.inputs.push_back({sagittal});
+    request.settings.align = false;
+    request.settings.sliceMotion = SliceMotionKind::Off;
+    request.inputs[0].maskId = left;
+    QCOMPARE(host_->estimate(request).refusal,
+             QString("'sagittal' has no mask, but other scans have: choose one for it, or one for all."));
+    request.maskId = right; // of the scans without one
+    const ui::Report both = reconstructAndWait(*host_, request);
+    const auto masksOf = [this](const ui::Report& report) {
+      return QString::fromStdString(host_->document().model(report.modelId)->notes.at("Mask"));
+    };
+    QCOMPARE(masksOf(both), QString("left; right"));
+    request.inputs[0].maskId.clear(); // one for both
+    const ui::Report one = reconstructAndWait(*host_, request);
+    QCOMPARE(masksOf(one), QString("right"));
+    // The results are as wide as their masks together.
+    QVERIFY(host_->volumeInfo(both.volumeId).dimensions[0] >
+            host_->volumeInfo(one.volumeId).dimensions[0] + 5);
+    request.inputs[1].maskId = empty;
+    QSignalSpy failed(host_.get(), &AppHost::failed);
+    QVERIFY(host_->start(request));
+    QVERIFY(failed.wait(60000));
+    const QString sentence = failed.first().first().toString();
+    QVERIFY2(sentence.startsWith("The mask of sagittal holds no centre of its finite voxels"),
+             qPrintable(sentence));
   }
 
   void reconstructsTwiceIntoNewItems() {

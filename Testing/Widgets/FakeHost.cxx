@@ -10,6 +10,7 @@
 #include <QHBoxLayout>
 #include <QSignalBlocker>
 
+#include <vtkDoubleArray.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
@@ -211,6 +212,36 @@ void FakeHost::cancel() {
   ++cancels;
   timer_.stop();
   if (cancelDelay >= 0) QTimer::singleShot(cancelDelay, this, &FakeHost::sendCancelled);
+}
+
+vtkSmartPointer<vtkTable> FakeHost::exampleSlices() {
+  auto table = vtkSmartPointer<vtkTable>::New();
+  const auto add = [&](const char* name, const std::array<double, 6>& values) {
+    vtkNew<vtkDoubleArray> column;
+    column->SetName(name);
+    for (const double value : values)
+      column->InsertNextValue(value);
+    table->AddColumn(column);
+  };
+  add("Scan", {1, 1, 1, 2, 2, 2});
+  add("Slice", {0, 1, 2, 0, 1, 2});
+  add("Weight", {1, 1, 0.81, 1, 1, 0});
+  add("Gain", {1, 1.012, 0.99, 1, 1, 1});
+  add("Displacement (mm)", {0.5, 3.25, 10.5, 1, 2, 0});
+  add("Angle (degrees)", {0.1, 2.9, 1, 0, 0.25, 0});
+  add("Residual", {12.5, 11, 30, 12, 13, NAN});
+  return table;
+}
+
+QString FakeHost::createSliceTransforms(const QString& folder, QString* error) {
+  transformFolders << folder;
+  *error = slicesError;
+  return slicesError.isEmpty() ? QStringLiteral("Made 6 transforms.") : QString();
+}
+
+QString FakeHost::saveSliceTable(const QString& file) {
+  savedTables << file;
+  return slicesError;
 }
 
 ModelInfo FakeHost::modelInfo(const QString& id) const {

@@ -5,6 +5,7 @@
 #include <QTimer>
 
 #include <vtkSmartPointer.h>
+#include <vtkTable.h>
 
 #include <functional>
 
@@ -56,6 +57,17 @@ public:
   ///@}
 
   ///@{
+  /// The last result's slices.
+  bool result = false;
+  vtkSmartPointer<vtkTable> slices; // null: none was moved
+  bool slicesInFiles = false;
+  QString slicesError; // what creating and saving fails with; "" = they work
+  QStringList transformFolders, savedTables;
+  /// Two scans of three slices, the last of which was left out.
+  static vtkSmartPointer<vtkTable> exampleSlices();
+  ///@}
+
+  ///@{
   /// What was done with models and volumes.
   QMap<QString, innergs::ui::ModelInfo> models;
   QMap<QString, vtkSmartPointer<vtkInnerGSModel>> modelData;
@@ -74,6 +86,11 @@ public:
   bool start(const innergs::ui::Request& request) override;
   void cancel() override;
   bool isRunning() const override { return running_; }
+  bool hasResult() const override { return result; }
+  vtkTable* sliceTable() const override { return slices; }
+  bool keepsSlicesInFiles() const override { return slicesInFiles; }
+  QString createSliceTransforms(const QString& folder, QString* error) override;
+  QString saveSliceTable(const QString& file) override;
   innergs::ui::ModelInfo modelInfo(const QString& id) const override;
   QString onlyModel() const override { return models.size() == 1 ? models.firstKey() : QString(); }
   vtkInnerGSModel* model(const QString& id) const override;

@@ -2,10 +2,13 @@
 #include "Widgets/FitChart.h"
 #include "Widgets/PreviewView.h"
 #include "Widgets/Section.h"
+#include "Widgets/SlicesDialog.h"
 
 #include <QCheckBox>
 #include <QDoubleSpinBox>
+#include <QHeaderView>
 #include <QKeySequence>
+#include <QTableView>
 #include <QToolButton>
 
 #include <vtkImageData.h>
@@ -130,7 +133,9 @@ private Q_SLOTS:
         if (rows()[r]->isAncestorOf(at)) order << QString::number(r);
       QTest::keyClick(at, Qt::Key_Tab);
     }
-    QCOMPARE(order.join(""), QString("000001111122222"));
+    QCOMPARE(order.join(""), QString("000000111111222222"));
+    QTest::keyClick(QApplication::focusWidget(), Qt::Key_Tab); // and goes on below
+    QVERIFY(child<Selector>("maskSelector")->isAncestorOf(QApplication::focusWidget()));
   }
 
   /// In every state, 400 pixels wide; the test also runs at 150 %.
@@ -153,7 +158,7 @@ private Q_SLOTS:
     host_->sendPreview();
     QTRY_VERIFY(label("phaseText").contains("87"));
     checkFit("panel-advanced-running");
-    host_->sendFinished(FakeHost::exampleReport());
+    showSlices("slices-dialog");
     checkFit("panel-advanced-finished");
     host_->sendFailed("The file cannot be read: choose another one, or export it anew from the scanner");
     checkFit("panel-advanced-error");
@@ -178,7 +183,7 @@ private Q_SLOTS:
     QVERIFY(qGray(chart.pixel(2, 2)) < 60);
     QVERIFY(brightest(chart) > 150); // its text
     QVERIFY(qGray(label_("phaseText")->grab().toImage().pixel(0, 0)) < 90);
-    host_->sendFinished(FakeHost::exampleReport());
+    showSlices("slices-dialog-dark");
     snapshot(*panel_, "panel-dark-finished");
     QVERIFY(label("fitNumbers").contains(dark.color(QPalette::Text).name())); // the legend's line
     QApplication::setPalette(before);
@@ -222,6 +227,21 @@ private:
       for (int x = 0; x < image.width(); ++x)
         most = std::max(most, qGray(image.pixel(x, y)));
     return most;
+  }
+  /// Of a result that has moved slices.
+  void showSlices(const QString& name) {
+    host_->result = true;
+    host_->slices = FakeHost::exampleSlices();
+    host_->sendFinished(FakeHost::exampleReport());
+    QTest::mouseClick(child<QPushButton>("createSliceTransforms"), Qt::LeftButton);
+    QTest::mouseClick(child<QPushButton>("showSlices"), Qt::LeftButton);
+    auto* dialog = child<SlicesDialog>("slicesDialog");
+    QVERIFY(dialog && dialog->isVisible());
+    snapshot(*dialog, name);
+    QTRY_COMPARE(clippedWidget(*dialog), QString());
+    auto* table = dialog->findChild<QTableView*>();
+    QVERIFY(table->horizontalHeader()->length() <= table->viewport()->width());
+    dialog->close();
   }
   void checkFit(const QString& name) {
     snapshot(*panel_, name);

@@ -2,12 +2,16 @@
 #include "Widgets/FitChart.h"
 #include "Widgets/PreviewView.h"
 #include "Widgets/QualityVerdict.h"
+#include "Widgets/SlicesDialog.h"
 
 #include <QCheckBox>
 #include <QDoubleSpinBox>
+#include <QFileDialog>
 #include <QProgressBar>
 #include <QSignalSpy>
 #include <QSpinBox>
+#include <QTableView>
+#include <QTemporaryDir>
 #include <QToolButton>
 
 using namespace innergs::ui;
@@ -35,7 +39,8 @@ private Q_SLOTS:
     choose("head");
     QCOMPARE(
         label("inputDescription"),
-        QString::fromUtf8("30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm; slice thickness: the distance"));
+        QString::fromUtf8(
+            "30 axial slices of 256 × 256; 0.9 × 0.9 × 4 mm; slice thickness not given: the slice distance"));
     QCOMPARE(child<QDoubleSpinBox>("sliceThickness")->text(), QString("auto (4 mm)"));
     QCOMPARE(child<QComboBox>("sliceAxis")->currentText(), QString("auto (K)"));
     QCOMPARE(label("gridExplanation"), QString("Cubes of 0.9 mm, the finest spacing of all scans."));
@@ -57,7 +62,7 @@ private Q_SLOTS:
     QCOMPARE(thickness->text(), QString("auto (8 mm)"));
     // The file says nothing about another axis; a typed value is used as given.
     child<QComboBox>("sliceAxis")->setCurrentIndex(1);
-    QVERIFY(label("inputDescription").endsWith("; slice thickness: the distance"));
+    QVERIFY(label("inputDescription").endsWith("; slice thickness not given: the slice distance"));
     QCOMPARE(thickness->text(), QString("auto (0.9 mm)"));
     thickness->setValue(3);
     QVERIFY(label("inputDescription").endsWith(" mm"));
@@ -231,11 +236,11 @@ private Q_SLOTS:
     report.quality = {{"gaussians", 29, 0.9}, {"linear", 30.2, 0.92}, {"cubic", 30, 0.91}};
     finish(report);
     QVERIFY(label("qualityVerdict").contains("worse than the best of the others: 1.2 dB less PSNR"));
-    QVERIFY(label("qualityVerdict").endsWith("keep to interpolation for this scan."));
+    QVERIFY(label("qualityVerdict").endsWith("use interpolation for this scan."));
     report.scans = 3; // protocol H says nothing about their combination
     finish(report);
     QVERIFY(label("qualityVerdict").startsWith("Judged on the first scan alone"));
-    QVERIFY(!label("qualityVerdict").contains("keep to interpolation"));
+    QVERIFY(!label("qualityVerdict").contains("use interpolation"));
   }
 
   void measuresThatDisagreeAreBothSaid() {
@@ -414,7 +419,7 @@ private Q_SLOTS:
 
   void requestsComeBack() {
     Request request;
-    request.inputs = {{"head", 3.5, 2, 2}, {"side", 0, 0, -1}};
+    request.inputs = {{"head", 3.5, 2, 2}, {"side", 0, 0, -1, "brain"}};
     request.maskId = "brain";
     request.settings.fill = -1024;
     request.regionId = "box";
@@ -469,6 +474,111 @@ private Q_SLOTS:
     fill->setValue(7.5);
     QCOMPARE(changed.count(), 1);
     QCOMPARE(panel_->request().settings.fill, 7.5);
+  }
+
+  void slicesThatMovedGetTransforms() {
+    auto* create = child<QPushButton>("createSliceTransforms");
+    QVERIFY(!isShown("slicesLine")); // there is no result
+    choose("head");
+    QTRY_VERIFY(button()->isEnabled());
+    QTest::mouseClick(button(), Qt::LeftButton);
+    host_->result = true;
+    host_->sendFinished(FakeHost::exampleReport());
+    QVERIFY(isShown("slicesLine"));
+    QVERIFY(!create->isEnabled() && !child<QPushButton>("showSlices")->isEnabled());
+    QVERIFY2(create->toolTip().startsWith("Nothing to create: "), qPrintable(create->toolTip()));
+
+    host_->slices = FakeHost::exampleSlices();
+    Q_EMIT host_->modelsChanged();
+    QVERIFY(create->isEnabled());
+    QTest::mouseClick(create, Qt::LeftButton);
+    QCOMPARE(host_->transformFolders, QStringList{QString()}); // nodes have no folder
+    QCOMPARE(line("slicesMessage"), QString("Made 6 transforms."));
+    host_->slicesError = "There is no space left.";
+    QTest::mouseClick(create, Qt::LeftButton);
+    QCOMPARE(line("slicesMessage"), host_->slicesError);
+
+    QTest::mouseClick(button(), Qt::LeftButton);
+    QVERIFY(!isShown("slicesLine")); // the result that it is about is not shown
+    host_->sendCancelled();
+    QVERIFY(isShown("slicesLine"));
+    host_->slices = FakeHost::exampleSlices();
+    Q_EMIT host_->modelsChanged();
+    QVERIFY(!isShown("slicesMessage"));
+  }
+
+  void slicesAreShownAndSaved() {
+    host_->result = host_->slicesInFiles = true;
+    host_->slices = FakeHost::exampleSlices();
+    Q_EMIT host_->modelsChanged();
+    QTest::mouseClick(child<QPushButton>("showSlices"), Qt::LeftButton);
+    auto* dialog = panel_->findChild<SlicesDialog*>("slicesDialog");
+    QVERIFY(dialog && dialog->isVisible());
+    auto* table = dialog->findChild<QTableView*>("slicesTable");
+    const auto text = [&](int row, int column) {
+      return table->model()->index(row, column).data().toString();
+    };
+    QCOMPARE(table->model()->rowCount(), 6);
+    QCOMPARE(text(1, 2), QString("3.25"));
+    QCOMPARE(text(5, 6), QString::fromUtf8("–"));
+    table->sortByColumn(2, Qt::DescendingOrder); // as numbers: 10.50 first
+    QCOMPARE(text(0, 2), QString("10.50"));
+    snapshot(*dialog, "slices-dialog");
+    QTest::mouseClick(dialog->findChild<QPushButton*>("saveSlices"), Qt::LeftButton);
+    QTemporaryDir folder;
+    auto* save = dialog->findChild<QFileDialog*>("saveSlicesDialog");
+    QVERIFY(save);
+    const QString file = QDir(folder.path()).filePath("slices.tsv");
+    Q_EMIT save->fileSelected(file);
+    QCOMPARE(host_->savedTables, QStringList{file});
+    QVERIFY(line("slicesMessage").contains("slices.tsv"));
+    save->close();
+    host_->slices = FakeHost::exampleSlices(); // of another result
+    QPointer<SlicesDialog> old = dialog;
+    Q_EMIT host_->modelsChanged();
+    QVERIFY(old.isNull());
+
+    QTest::mouseClick(child<QPushButton>("createSliceTransforms"), Qt::LeftButton);
+    auto* choose = panel_->findChild<QFileDialog*>("transformsDialog");
+    QVERIFY(choose);
+    Q_EMIT choose->fileSelected(folder.path());
+    QCOMPARE(host_->transformFolders, QStringList{folder.path()});
+    QCOMPARE(host_->folder(), folder.path());
+    choose->close();
+  }
+
+  void everyScanMayHaveAMaskOfItsOwn() {
+    const auto own = [this](int row) { return rows()[row]->findChild<Selector*>("ownMaskSelector"); };
+    host_->masks = {{"brain", "Brain"}, {"cord", "Cord"}};
+    Q_EMIT host_->volumesChanged();
+    choose("head");
+    QVERIFY(!own(0)->isVisible()); // one scan has one mask
+    QCOMPARE(label("maskLabel"), QString("Mas&k:"));
+    QTest::mouseClick(child<QToolButton>("addInput"), Qt::LeftButton);
+    select(rows()[1]->findChild<Selector*>(), "side");
+    QVERIFY(own(0)->isVisible() && own(1)->isVisible());
+    QCOMPARE(label("maskLabel"), QString("Mas&k for all:"));
+    select(child<Selector>("maskSelector"), "brain");
+    QVERIFY(panel_->request().inputs[0].maskId.isEmpty());
+    QCOMPARE(panel_->request().maskId, QString("brain"));
+    select(child<Selector>("maskSelector"), "");
+    auto* fill = child<QDoubleSpinBox>("fillValue");
+    QVERIFY(!fill->isEnabled());
+    QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
+    select(own(1), "cord");
+    QVERIFY(changed.count() > 0);
+    QVERIFY(fill->isEnabled());
+    QCOMPARE(panel_->request().inputs[1].maskId, QString("cord"));
+    QVERIFY(panel_->request().inputs[0].maskId.isEmpty());
+    host_->masks.remove("cord"); // what is gone is chosen no longer
+    Q_EMIT host_->volumesChanged();
+    QVERIFY(panel_->request().inputs[1].maskId.isEmpty());
+    select(own(1), "brain");
+    QTest::mouseClick(rows()[0]->findChild<QToolButton*>("removeInput"), Qt::LeftButton);
+    QVERIFY(own(0)->isVisible()); // it still counts
+    QCOMPARE(panel_->request().inputs[0].maskId, QString("brain"));
+    select(own(0), "");
+    QVERIFY(!own(0)->isVisible());
   }
 
   /// Showing a script's request does not change it.

@@ -7,7 +7,9 @@
 #include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
+#include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
+#include "IO/SliceFiles.h"
 #include "ImageVoxels.h"
 #include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/AppSettings.h"
@@ -307,7 +309,17 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   if (task.inputs.empty()) refuse(tr("There is no input volume: open a scan and choose it."));
   task.recoveryFolder = recoveryFolder();
   task.window = {task.inputs.front().window->lower, task.inputs.front().window->upper};
-  if (!request.maskId.isEmpty()) task.mask = find(request.maskId, tr("The mask"));
+  const auto hasMask = [](const ui::InputChoice& choice) { return !choice.maskId.isEmpty(); };
+  if (std::any_of(request.inputs.begin(), request.inputs.end(), hasMask))
+    for (const ui::InputChoice& choice : request.inputs) {
+      const QString name = document_.nameOf(choice.id);
+      const QString id = hasMask(choice) ? choice.maskId : request.maskId;
+      if (id.isEmpty())
+        refuse(tr("'%1' has no mask, but other scans have: choose one for it, or one for all.").arg(name));
+      task.masks.push_back(find(id, tr("The mask of '%1'").arg(name)));
+    }
+  else if (!request.maskId.isEmpty())
+    task.masks.push_back(find(request.maskId, tr("The mask")));
   if (request.grid == ui::OutputGrid::Reference) {
     if (request.referenceId.isEmpty())
       refuse(tr("There is no reference volume to take the output grid from: choose one."));
@@ -320,7 +332,8 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
       if (choice.id == output.id)
         refuse(tr("The output '%1' is an input as well: choose another, inputs are never changed.")
                    .arg(output.name));
-    if (output.id == request.maskId ||
+    if (std::any_of(task.masks.begin(), task.masks.end(),
+                    [&](const VolumeItem& mask) { return mask.id == output.id; }) ||
         (request.grid == ui::OutputGrid::Reference && output.id == request.referenceId))
       refuse(
           tr("The output '%1' is the mask or the reference as well: choose another, these are never changed.")
@@ -408,7 +421,29 @@ void AppHost::deliver(Outcome outcome) {
   } else {
     report.modelId = document_.add(std::move(outcome.model));
   }
+  resultId_ = report.modelId;
   Q_EMIT finished(report);
+}
+
+vtkTable* AppHost::sliceTable() const {
+  const auto result = document_.model(resultId_);
+  return result ? result->sliceTable.Get() : nullptr;
+}
+
+QString AppHost::createSliceTransforms(const QString& folder, QString* error) {
+  const auto result = document_.model(resultId_);
+  const std::vector<FoundSlice> slices = result ? result->slices : std::vector<FoundSlice>{};
+  background_->runAndWait(tr("Writing transforms"),
+                          [&] { *error = sentenceOf([&] { writeTransforms(slices, pathOf(folder)); }); });
+  if (!error->isEmpty()) return {};
+  return tr("Wrote %n transforms to “%1”.", nullptr, static_cast<int>(slices.size()))
+      .arg(QDir::toNativeSeparators(folder));
+}
+
+QString AppHost::saveSliceTable(const QString& file) {
+  const auto result = document_.model(resultId_);
+  if (!result) return tr("The result is no longer open.");
+  return sentenceOf([&] { writeFileAtomically(pathOf(file), innergs::sliceTable(result->slices)); });
 }
 
 std::shared_ptr<const ui::UncertaintyVolume> AppHost::uncertaintyOf(const QString& modelId) const {

@@ -37,6 +37,12 @@ public:
   void stopAndKeep();
   bool isRunning() const override;
 
+  bool hasResult() const override { return document_.model(resultId_) != nullptr; }
+  vtkTable* sliceTable() const override;
+  bool keepsSlicesInFiles() const override { return true; }
+  QString createSliceTransforms(const QString& folder, QString* error) override;
+  QString saveSliceTable(const QString& file) override;
+
   ui::ModelInfo modelInfo(const QString& id) const override;
   vtkInnerGSModel* model(const QString& id) const override;
   QString loadModel(const QString& file, QString* error) override;
@@ -90,6 +96,7 @@ private:
   Runner* runner_;
   AppMotionHost* motion_;
   ui::Request request_;              // of the reconstruction that runs
+  QString resultId_;                 // the model of the last one
   QHash<QString, int> wantedFrames_; // by item, while one is read
   Background* estimates_;
   QHash<QString, JobForecast> forecasts_; // by the outline's key

@@ -1,5 +1,6 @@
 #pragma once
 #include "Core/Image/Volume.h"
+#include "Core/Job/FoundSlices.h"
 #include "Core/Motion/DynamicField.h"
 #include "Core/Uncertainty/Uncertainty.h"
 #include "IO/ModelFile.h"
@@ -10,6 +11,7 @@
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkSmartPointer.h>
+#include <vtkTable.h>
 
 #include <QString>
 
@@ -66,6 +68,8 @@ struct ModelItem {
   double time = 0;                                // s
   std::array<double, 2> window{0, 1};             // intensities worth showing
   QString uncertaintyId;                          // the volume of its standard deviation; "" none
+  std::vector<FoundSlice> slices;                 // of its scans, where they were moved; not saved
+  vtkSmartPointer<vtkTable> sliceTable;           // the same; null: none was moved
   bool saved = true, ellipsoidsShown = false;
   std::int64_t ellipsoids = 0; // that the 3D view draws
 };

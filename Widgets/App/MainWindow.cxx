@@ -339,7 +339,7 @@ void MainWindow::makeViewMenu() {
   int key = 1;
   for (const auto& [layout, text] : layouts) {
     QAction* action = add(
-        menu, "", text, tr("Double click into a view does the same"),
+        menu, "", text, tr("Double-clicking a view does the same"),
         [this, layout = layout] { views_->setLayoutShown(layout); },
         QKeySequence(QStringLiteral("Ctrl+%1").arg(key++)));
     action->setObjectName(QStringLiteral("layout%1").arg(static_cast<int>(layout)));
@@ -547,10 +547,9 @@ void MainWindow::closeEvent(QCloseEvent* event) {
     auto* box = new QMessageBox(
         QMessageBox::Question, QStringLiteral("InnerGS"),
         host_->isRunning()
-            ? tr("A reconstruction is running. Stop it and close? At the next start you can go on from where "
-                 "it stands.")
-            : tr("A moving scan is being reconstructed. Stop that and close? Once its frames are refined "
-                 "together, you can go on from where it stands at the next start."),
+            ? tr("A reconstruction is running. Stop it and close? You can continue it at the next start.")
+            : tr("A moving scan is being reconstructed. Stop it and close? Once its frames are refined "
+                 "together, you can continue it at the next start."),
         QMessageBox::NoButton, this);
     box->setObjectName(QStringLiteral("runningBox"));
     box->setAttribute(Qt::WA_DeleteOnClose);

@@ -9,6 +9,7 @@
 #include "IO/N4Correction.h"
 #include "IO/RecoveredFit.h"
 #include "ImageVoxels.h"
+#include "SliceTable.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/Files.h"
 
@@ -84,18 +85,23 @@ Mask maskOf(const Volume& volume) {
   return {volume.geometry, std::move(inside)};
 }
 
-QStringList namesOf(const ReconstructionTask& task) {
+QStringList namesOf(const std::vector<VolumeItem>& items) {
   QStringList names;
-  for (const VolumeItem& input : task.inputs)
-    names << input.name;
+  for (const VolumeItem& item : items)
+    names << item.name;
   return names;
+}
+
+/// As notes of models have them.
+std::string listed(const std::vector<VolumeItem>& items) {
+  return namesOf(items).join(QStringLiteral("; ")).toStdString();
 }
 
 /// Without its file.
 RecoveredFit recoveredFrom(const ReconstructionTask& task, const Model& model, int iterations) {
   RecoveredFit fit;
-  fit.inputs = namesOf(task).join(QStringLiteral("; ")).toStdString();
-  if (task.mask) fit.mask = task.mask->name.toStdString();
+  fit.inputs = listed(task.inputs);
+  fit.mask = listed(task.masks);
   fit.settings = task.request.settings;
   fit.iteration = model.iteration;
   fit.iterations = iterations;
@@ -117,7 +123,8 @@ ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels) {
   input.n4 = correctByN4;
   input.cropToMask =
       task.request.grid == ui::OutputGrid::Automatic || task.request.grid == ui::OutputGrid::Spacing;
-  if (task.mask) input.masks = {maskOf(*task.mask->volume)};
+  for (const VolumeItem& mask : task.masks)
+    input.masks.push_back(maskOf(*mask.volume));
   return input;
 }
 
@@ -264,14 +271,16 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
     report.qualitySamples = QString::fromStdString(quality->samples);
   }
   report.seconds = result.seconds;
-  const QStringList names = namesOf(task);
-  const std::string mask = task.mask ? task.mask->name.toStdString() : "";
-  outcome->model = makeItem(
-      result.model, tr("%1 model").arg(first.name), {},
-      notesOf(result, names.join(QStringLiteral("; ")).toStdString(), mask, report.settings.toStdString()));
+  outcome->model =
+      makeItem(result.model, tr("%1 model").arg(first.name), {},
+               notesOf(result, listed(task.inputs), listed(task.masks), report.settings.toStdString()));
   outcome->model.window = task.window;
-  outcome->model.origin = names.join(QStringLiteral(", "));
+  outcome->model.origin = namesOf(task.inputs).join(QStringLiteral(", "));
   outcome->model.saved = false;
+  if (result.sliceMotion.moved) {
+    outcome->model.slices = foundSlices(result);
+    outcome->model.sliceTable = vtk::makeSliceTable(outcome->model.slices);
+  }
   outcome->volume = makeItem(std::move(result.volume), tr("%1 reconstructed").arg(first.name));
   outcome->volume.role = VolumeRole::Made;
   outcome->volume.window = first.window;

@@ -17,12 +17,13 @@ namespace innergs::app {
 struct ReconstructionTask {
   ui::Request request;
   std::vector<VolumeItem> inputs; // in the request's order
-  std::optional<VolumeItem> mask, reference;
+  std::vector<VolumeItem> masks;  // none, one for all inputs, or one for each
+  std::optional<VolumeItem> reference;
   QString recoveryFolder;             // where stopAndKeep() writes
   std::array<double, 2> window{0, 1}; // of the first input: the views change theirs meanwhile
 };
 
-/// The engine's input; without voxels (to estimate) only the mask's are copied. Throws Error.
+/// The engine's input; without voxels (to estimate) only the masks' are copied. Throws Error.
 ReconstructionInput makeInput(const ReconstructionTask& task, bool voxels);
 /// Protocol H keeps every n-th slice to judge the quality; none: not asked for.
 std::optional<int> keepEvery(const ReconstructionTask& task);

@@ -2,6 +2,8 @@
 // Usage: innergs_screenshots FOLDER [all|scaled]
 //        innergs_screenshots FOLDER find QUERY SCAN MODEL   a model that has learned segments, asked in words
 //        innergs_screenshots FOLDER moving SCAN             a moving scan, while it is fitted and afterwards
+//        innergs_screenshots FOLDER slices (SCAN MASK)...   scans with their masks, and where their slices
+//        lie
 #include "Widgets/App/AppMotionHost.h"
 #include "Widgets/App/Background.h"
 #include "Widgets/App/FileDialogs.h"
@@ -16,8 +18,11 @@
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 
+#include <QAbstractButton>
 #include <QApplication>
+#include <QDialog>
 #include <QElapsedTimer>
+#include <QPainter>
 #include <QPixmap>
 #include <QScrollArea>
 #include <QTextStream>
@@ -114,6 +119,45 @@ bool showMoving(MainWindow& window, const QString& scan, const QString& folder) 
   return save(&window, folder + QStringLiteral("app-moving.png")) && good;
 }
 
+/// Several scans, each with its mask: the panel with its choices, and with its result and the list of slices.
+bool showSlices(MainWindow& window, const QStringList& scansAndMasks, const QString& folder) {
+  auto* host = window.host();
+  host->open(scansAndMasks);
+  if (!waitFor([&] { return !host->background().isBusy(); }, 60000)) return false;
+  innergs::ui::Request request = window.reconstruction()->request();
+  request.inputs.clear();
+  const auto& volumes = host->document().volumes();
+  for (std::size_t n = 0; n + 1 < volumes.size(); n += 2) {
+    innergs::ui::InputChoice choice{volumes[n]->id};
+    choice.maskId = volumes[n + 1]->id;
+    request.inputs.push_back(choice);
+  }
+  request.settings.preset = innergs::Preset::Fast;
+  request.evaluateQuality = false;
+  window.reconstruction()->setRequest(request);
+  window.state()->setVolumeId(volumes.front()->id);
+  bool good = save(&window, folder + QStringLiteral("app-scans.png"));
+  bool ended = false;
+  QObject::connect(host, &innergs::ui::Host::failed, [&] { ended = true; });
+  QObject::connect(host, &innergs::ui::Host::finished, [&] { ended = true; });
+  window.reconstruct(false);
+  if (!waitFor([&] { return ended; }, 1200000) || !host->sliceTable()) return false;
+  shown(window, "slicesLine");
+  window.findChild<QAbstractButton*>(QStringLiteral("showSlices"))->click();
+  settle();
+  auto* dialog = window.findChild<QDialog*>(QStringLiteral("slicesDialog"));
+  QPixmap picture = window.grab();
+  const QPixmap list = dialog->grab();
+  QPainter painter(&picture);
+  const QRect place(window.width() - dialog->width() - 40, window.height() - dialog->height() - 60,
+                    dialog->width(), dialog->height());
+  painter.drawPixmap(place, list);
+  painter.drawRect(place);
+  painter.end();
+  dialog->close();
+  return picture.save(folder + QStringLiteral("app-slices.png"), "PNG") && good;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -136,6 +180,8 @@ int main(int argc, char** argv) {
                : 1;
   if (argc > 3 && QString::fromLocal8Bit(argv[2]) == QLatin1String("moving"))
     return showMoving(window, QString::fromLocal8Bit(argv[3]), folder) ? 0 : 1;
+  if (argc > 4 && QString::fromLocal8Bit(argv[2]) == QLatin1String("slices"))
+    return showSlices(window, QApplication::arguments().mid(3), folder) ? 0 : 1;
   window.files()->openSample();
   if (!waitFor([&] { return !host->background().isBusy(); }, 60000) || host->document().volumes().empty())
     return 1;
@@ -154,7 +200,7 @@ int main(int argc, char** argv) {
     good = save(&window, folder + QStringLiteral("app-running.png")) && good;
   }
   if (!waitFor([&] { return ended; }, 1200000) || host->document().models().empty()) return 1;
-  shown(window, "qualityCard");
+  shown(window, "slicesLine");
   good = save(&window, folder + QString::fromLatin1(scaled ? "app-150.png" : "app-result.png")) && good;
   if (!scaled) good = save(shown(window, "qualityCard"), folder + QStringLiteral("quality-card.png")) && good;
   if (scaled) return good ? 0 : 1;
@@ -169,7 +215,7 @@ int main(int argc, char** argv) {
   window.views()->threeD()->setVolumeRendered(true);
   innergs::app::useDarkPalette();
   window.showPanel(QStringLiteral("reconstructDock"));
-  shown(window, "qualityCard");
+  shown(window, "slicesLine");
   good = save(&window, folder + QStringLiteral("app-dark.png")) && good;
   return good ? 0 : 1;
 }

@@ -1,6 +1,7 @@
 #include "ReconstructFixtures.h"
 #include "SettingTexts.h"
 
+#include "Core/Job/FoundSlices.h"
 #include "IO/N4Correction.h"
 
 #include <vtkDataArray.h>
@@ -213,6 +214,7 @@ TEST(ReconstructFilter, TellsWhereSlicesLie) {
   Settings settings = quickSettings(2);
   settings.sliceMotion = SliceMotionKind::On;
   const ReconstructionResult expected = reconstruct(input, settings);
+  const std::vector<FoundSlice> found = foundSlices(expected);
   vtkTable* table = filter->GetSliceTable();
   vtkIdType row = 0;
   for (std::size_t scan = 0; scan < input.stacks.size(); ++scan)
@@ -223,7 +225,7 @@ TEST(ReconstructFilter, TellsWhereSlicesLie) {
       const auto& pose = expected.sliceMotion.slices[scan][static_cast<std::size_t>(slice)];
       EXPECT_NEAR(table->GetValueByName(row, "Weight").ToDouble(), pose.weight, 0.02);
       EXPECT_NEAR(table->GetValueByName(row, "Displacement (mm)").ToDouble(), pose.displacement, 0.02);
-      const Vec3 x{10, -20, 30}, lies = slicePlace(expected, scan, static_cast<std::size_t>(slice))(x);
+      const Vec3 x{10, -20, 30}, lies = found[static_cast<std::size_t>(row)].place(x);
       const double ras[] = {-x[0], -x[1], x[2], 1}, expectedRAS[] = {-lies[0], -lies[1], lies[2]};
       for (int r = 0; r < 3; ++r) {
         double found = 0;

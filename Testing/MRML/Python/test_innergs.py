@@ -255,6 +255,21 @@ class InnerGSTest(unittest.TestCase):
         self.assertEqual(result.table.GetTable().GetNumberOfRows(), 4)
         self.assertEqual(result.volume.GetAttribute("InnerGS.Inputs"), "Axial; Coronal")
 
+    def test_every_volume_may_have_a_mask_of_its_own(self):
+        axial = add_volume(self.scene, "Axial", (30, 28, 12), (1.5, 1.5, 4.0))
+        coronal = add_volume(self.scene, "Coronal", (30, 12, 30), (1.5, 4.0, 1.5))
+        masks = [add_volume(self.scene, name, (12, 12, 12), (3.0, 3.0, 3.0)) for name in ("First", "Second")]
+        node = innergs.parameters([axial, coronal], mask=masks)
+        self.assertIsNone(node.GetMaskNode())
+        self.assertEqual([node.GetInputMaskNode(scan) for scan in (axial, coronal)], masks)
+        node = innergs.parameters([axial, coronal], mask=masks[0])
+        self.assertEqual(node.GetMaskNode(), masks[0])
+        self.assertFalse(node.HasInputMask(axial))
+        with self.assertRaisesRegex(innergs.Error, "3 masks for 2 volumes"):
+            innergs.parameters([axial, coronal], mask=[*masks, masks[0]])
+        with self.assertRaisesRegex(innergs.Error, "'Coronal' has no mask, but other scans have"):
+            innergs.reconstruct([axial, coronal], preset="fast", iterations=2, mask=[masks[0], None])
+
     def test_slices_of_several_scans_have_transforms(self):
         axial = add_volume(self.scene, "Axial", (30, 28, 12), (1.5, 1.5, 4.0))
         coronal = add_volume(self.scene, "Coronal", (30, 12, 30), (1.5, 4.0, 1.5))
