@@ -21,7 +21,7 @@ struct Pass {
   double width;
   int iterations;
 };
-constexpr Pass kPasses[] = {{0.15, 20}, {0.1, 20}, {0.07, 20}, {0.05, 30}};
+constexpr Pass kPasses[] = {{0.15, 20}, {0.1, 20}, {0.07, 20}, {0.05, 30}, {0.035, 30}, {0.025, 30}};
 
 using Bins = std::array<double, kPadded>;
 

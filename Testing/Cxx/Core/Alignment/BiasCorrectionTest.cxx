@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -196,6 +197,28 @@ TEST(HistogramSharpening, FindsTheShadingOfTwoTissues) {
   EXPECT_NEAR(found[0], 0.2, 0.01);
   EXPECT_NEAR(found[1], 0, 0.01);
   EXPECT_NEAR(found[2], -0.1, 0.02);
+}
+
+/// Two tissues, more of the brighter one on one side, and most voxels hold some of both.
+TEST(HistogramSharpening, IsHardlyMisledByPartialVolumesOfUnevenlySpreadTissues) {
+  const auto spread = [](int n, double step) { return std::fmod(n * step, 1.0); };
+  for (const double brighter : {133.0, 160.0}) {
+    std::vector<double> logs, terms;
+    for (int n = 0; n < 20000; ++n) {
+      const double x = n % 100 / 50.0 - 1, y = n / 100 / 100.0 - 1, share = 0.5 + 0.45 * x;
+      const bool mixed = spread(n, 0.7548776662) < 0.7;
+      const double part = mixed ? std::clamp(share + spread(n, 0.5698402910) - 0.5, 0.0, 1.0)
+                                : spread(n, 0.6180339887) < share;
+      logs.push_back(std::log(100 + (brighter - 100) * part) + 0.2 * x - 0.1 * y * y);
+      for (const double term : {x, y, y * y})
+        terms.push_back(term);
+    }
+    const std::vector<double> found = sharpestShading(logs, terms, 3, [] {});
+    ASSERT_EQ(found.size(), 3u);
+    EXPECT_NEAR(found[0], 0.2, 0.005) << brighter;
+    EXPECT_NEAR(found[1], 0, 0.005) << brighter;
+    EXPECT_NEAR(found[2], -0.1, 0.005) << brighter;
+  }
 }
 
 } // namespace
