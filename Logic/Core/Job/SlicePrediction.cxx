@@ -17,13 +17,15 @@ namespace {
 
 constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to each one's own
 constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
-constexpr double kLittle = 0.985;   // a network's error relative to its filter's; above: little to learn
+constexpr double kLittle = 0.98;    // a network's error relative to its filter's; above: little to learn
 constexpr double kMuch = 0.95;      // below: much
 constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
 constexpr int kLongerFit = 60;      // iterations of the field
 constexpr int kTrialFit = 20;       // and on every second slice of a large scan: more only fit it too closely
 constexpr double kLarge = 1.5e6;    // voxels
 constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
+constexpr double kAsGood = 1.01;    // squared error of fused planes relative to their mean
+constexpr double kLeastRest = 0.3;  // of interpolation, below which what is learned alone replaces it
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -138,10 +140,12 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   }
   if (withLearned) {
     PredictionOptions options;
-    options.effort = trial || settings_.preset == Preset::Fast ? PredictionEffort::Fast
-                     : settings_.preset == Preset::Best        ? PredictionEffort::Best
-                     : muchToLearn_                            ? PredictionEffort::Long
-                                                               : PredictionEffort::Balanced;
+    const bool fast = trial || settings_.preset == Preset::Fast;
+    options.effort = fast && large_                     ? PredictionEffort::Brief
+                     : fast                             ? PredictionEffort::Fast
+                     : settings_.preset == Preset::Best ? PredictionEffort::Best
+                     : muchToLearn_                     ? PredictionEffort::Long
+                                                        : PredictionEffort::Balanced;
     options.grid = grid;
     options.matchingBlur = choice_.blur;
     options.everySecond = trial;
@@ -206,7 +210,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
         for (int b = 0; b <= kept; ++b)
           measured[a][b] += e[a] * e[b];
     }
-  fused_ = !guesses[kept] || measured[kept - 1][kept - 1] <= measured[kept][kept];
+  fused_ = !guesses[kept] || measured[kept - 1][kept - 1] <= kAsGood * measured[kept][kept];
   const std::array<int, kept> part{0, 1, fused_ ? kept - 1 : kept};
   Covariance<kept> errors{};
   for (int a = 0; a < kept; ++a)
@@ -237,6 +241,10 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     const double both = share[1] + share[2];
     share[1] = 0.5 * share[1] + 0.25 * both;
     share[2] = both - share[1];
+  }
+  if (share[1] == 0 && share[0] < kLeastRest) { // learning suffers most at twice the distance
+    share[2] += share[0];
+    share[0] = 0;
   }
   const auto& spacing = scan_.image.geometry.spacing;
   muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;

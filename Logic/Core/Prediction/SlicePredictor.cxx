@@ -245,10 +245,10 @@ struct Effort {
 Effort effortOf(PredictionEffort effort) {
   Effort e;
   TrainingPlan& plan = e.training;
-  if (effort == PredictionEffort::Fast) {
+  if (effort == PredictionEffort::Brief || effort == PredictionEffort::Fast) {
     plan.channels = 16;
-    plan.steps = 600;
-    e.reflections = Reflections::None;
+    plan.steps = effort == PredictionEffort::Brief ? 400 : 600;
+    if (effort == PredictionEffort::Brief) e.reflections = Reflections::None;
   } else if (effort == PredictionEffort::Long) {
     plan.steps = 3000;
     plan.rate = 4e-3;

@@ -11,7 +11,8 @@ namespace innergs {
 /// The effort spent on learning what lies between the slices.
 enum class PredictionEffort {
   Filter, // a linear filter in closed form
-  Fast,   // plus a small network with short training
+  Brief,  // plus a small network with short training
+  Fast,   // plus the same network with longer training, applied with reflections like all below
   Balanced,
   Long, // like Balanced with longer training, for scans from which much is learned
   Best
