@@ -28,7 +28,7 @@ constexpr int kFewIterations = 20;                      // too few to measure a 
 /// takes as long: for the trial and for the presets fast, balanced and best; the cost of applying it is per
 /// voxel of the prediction.
 constexpr double kTrialLearning = 8e6;
-constexpr double kLearning[] = {16e6, 130e6, 220e6};
+constexpr double kLearning[] = {16e6, 150e6, 220e6};
 constexpr double kApplying[] = {7, 20, 28};
 /// Likewise of aligning scans as wholes and of looking for their shading, per point compared of each with
 /// each other, and of looking for motion between their slices, per voxel; correcting motion that is found
