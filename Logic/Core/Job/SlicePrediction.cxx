@@ -17,13 +17,15 @@ namespace {
 
 constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to each one's own
 constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
-constexpr double kLittle = 0.985;   // a network's error relative to its filter's; above: little to learn
+constexpr double kLittle = 0.98;    // a network's error relative to its filter's; above: little to learn
 constexpr double kMuch = 0.95;      // below: much
 constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
 constexpr int kLongerFit = 60;      // iterations of the field
 constexpr int kTrialFit = 20;       // and on every second slice of a large scan: more only fit it too closely
 constexpr double kLarge = 1.5e6;    // voxels
 constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
+constexpr double kAsGood = 1.01;    // squared error of fused planes relative to their mean
+constexpr double kLeastRest = 0.3;  // of interpolation, below which what is learned alone replaces it
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -76,7 +78,7 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 } // namespace
 
 bool triesField(const Settings& settings, double voxels) {
-  return voxels <= (settings.preset == Preset::Fast ? kLarge : 10e6);
+  return voxels <= (settings.preset == Preset::Best ? 10e6 : kLarge);
 }
 
 Settings fieldSettings(const Settings& settings, bool longer) {
@@ -138,13 +140,16 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   }
   if (withLearned) {
     PredictionOptions options;
-    options.effort = trial || settings_.preset == Preset::Fast ? PredictionEffort::Fast
-                     : settings_.preset == Preset::Best        ? PredictionEffort::Best
-                     : muchToLearn_                            ? PredictionEffort::Long
-                                                               : PredictionEffort::Balanced;
+    const bool fast = trial || settings_.preset == Preset::Fast;
+    options.effort = fast && large_                     ? PredictionEffort::Brief
+                     : fast                             ? PredictionEffort::Fast
+                     : settings_.preset == Preset::Best ? PredictionEffort::Best
+                     : muchToLearn_                     ? PredictionEffort::Long
+                                                        : PredictionEffort::Balanced;
     options.grid = grid;
     options.matchingBlur = choice_.blur;
     options.everySecond = trial;
+    options.fused = fused_;
     options.seed = settings_.seed;
     options.instructionSet = settings_.instructionSet;
     Prediction prediction = predictAcrossSlices(scan, options, pool_, [&](const PredictionProgress& p) {
@@ -156,6 +161,10 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
       found.learned = std::move(prediction.image);
       found.known = std::move(prediction.predicted);
       anchor(*found.learned, scan);
+      if (trial) {
+        found.mean = std::move(prediction.mean);
+        anchor(*found.mean, scan);
+      }
     }
   }
   return found;
@@ -176,29 +185,37 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
       furtherCandidates(even, middle, withField, true, true, 0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
   interpolate(even, completeSlices(even, pool_), middle, mixture.voxels);
-  const Volume* guesses[3] = {&mixture, tried.field ? &*tried.field : nullptr,
-                              tried.learned ? &*tried.learned : nullptr};
+  constexpr int kept = 3; // guesses that can take part
+  const Volume* guesses[kept + 1] = {&mixture, tried.field ? &*tried.field : nullptr,
+                                     tried.learned ? &*tried.learned : nullptr,
+                                     tried.mean ? &*tried.mean : nullptr};
   // Withheld thick slices are compared with equally thick ones.
-  std::array<std::vector<float>, 3> seen;
+  std::array<std::vector<float>, kept + 1> seen;
   Stack all = scan_;
   all.image.geometry = middle;
   all.image.voxels.assign(static_cast<std::size_t>(middle.voxelCount()), 0.f);
   all.observed.clear();
-  for (int n = 0; n < 3; ++n)
+  for (int n = 0; n <= kept; ++n)
     if (guesses[n]) seen[n] = projectToStack(*guesses[n], all, pool_);
   const std::vector<std::uint8_t> body = bodyMask({g, completeSlices(scan_, pool_)}, pool_.stopToken());
-  Covariance<3> errors{};
+  Covariance<kept + 1> measured{};
   for (std::int64_t k = 1; k < middle.size[2]; k += 2)
     for (std::int64_t v = k * plane; v < (k + 1) * plane; ++v) {
       const float truth = scan_.image.voxels[v];
       if (!body[v] || !std::isfinite(truth) || (!scan_.observed.empty() && !scan_.observed[v])) continue;
-      double e[3];
-      for (int n = 0; n < 3; ++n)
+      double e[kept + 1];
+      for (int n = 0; n <= kept; ++n)
         e[n] = guesses[n] ? static_cast<double>(seen[n][v]) - truth : 0;
-      for (int a = 0; a < 3; ++a)
-        for (int b = 0; b < 3; ++b)
-          errors[a][b] += e[a] * e[b];
+      for (int a = 0; a <= kept; ++a)
+        for (int b = 0; b <= kept; ++b)
+          measured[a][b] += e[a] * e[b];
     }
+  fused_ = !guesses[kept] || measured[kept - 1][kept - 1] <= kAsGood * measured[kept][kept];
+  const std::array<int, kept> part{0, 1, fused_ ? kept - 1 : kept};
+  Covariance<kept> errors{};
+  for (int a = 0; a < kept; ++a)
+    for (int b = 0; b < kept; ++b)
+      errors[a][b] = measured[part[a]][part[b]];
   const Covariance<3> shown = errors;
   // Converts from twice the slice distance to the distance itself: in smooth scans, interpolation's error
   // falls faster than that of the others.
@@ -224,6 +241,10 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     const double both = share[1] + share[2];
     share[1] = 0.5 * share[1] + 0.25 * both;
     share[2] = both - share[1];
+  }
+  if (share[1] == 0 && share[0] < kLeastRest) { // learning suffers most at twice the distance
+    share[2] += share[0];
+    share[0] = 0;
   }
   const auto& spacing = scan_.image.geometry.spacing;
   muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;

@@ -32,6 +32,7 @@ public:
 private:
   struct Further {
     std::optional<Volume> field, learned;
+    std::optional<Volume> mean;      // of a trial: what was learned, with the mean of the two planes
     std::vector<std::uint8_t> known; // voxels that were learned; empty: all
     std::string sentence;            // on the learning
     PairErrors pairs;                // likewise
@@ -56,6 +57,7 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   CandidateChoice choice_;
+  bool fused_ = true;          // the planes that were learned from weigh by the gradients along them
   bool large_ = false;         // a field takes long
   bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
   bool muchToLearn_ = false;   // it improved on it a lot

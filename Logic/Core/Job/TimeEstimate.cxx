@@ -12,7 +12,6 @@
 #include "Core/Prediction/CandidateLattice.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -26,10 +25,11 @@ constexpr std::int64_t kMostOutput = 200'000;           // voxels that the timed
 constexpr double kOld = 60;                             // seconds; after: timed again, as the load changes
 constexpr int kFewIterations = 20;                      // too few to measure a device's speed
 /// Approximate cost of learning across slices, as the number of voxels for which an iteration of the fit
-/// takes as long: for the presets fast, balanced and best; the cost of applying it is per voxel of the
-/// prediction.
-constexpr double kLearning[] = {8e6, 36e6, 220e6};
-constexpr double kApplying[] = {8, 14, 28};
+/// takes as long: for the trial and for the presets fast, balanced and best; the cost of applying it is per
+/// voxel of the prediction.
+constexpr double kTrialLearning = 8e6;
+constexpr double kLearning[] = {16e6, 150e6, 220e6};
+constexpr double kApplying[] = {7, 20, 28};
 /// Likewise of aligning scans as wholes and of looking for their shading, per point compared of each with
 /// each other, and of looking for motion between their slices, per voxel; correcting motion that is found
 /// takes longer.
@@ -241,9 +241,7 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   // Learning, expressed in iterations of the fit over so many voxels.
   const Timing t = timingOf(thin, fitted, output);
   const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Best ? 2 : 1;
-  const double learning = std::array{kLearning[0] + kLearning[0], kLearning[0] + kLearning[1],
-                                     kLearning[0] + kLearning[2]}[level];
-  return seconds + t.times.fine / t.voxels * (learning + kApplying[level] * voxels);
+  return seconds + t.times.fine / t.voxels * (kTrialLearning + kLearning[level] + kApplying[level] * voxels);
 }
 
 double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {

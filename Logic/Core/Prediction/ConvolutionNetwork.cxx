@@ -62,11 +62,13 @@ void addSums(const float* image, std::int64_t samples, int channels, float* sums
   }
 }
 
-void convolve(const Bordered& in, const float* image, const float* weights, int outputs,
-              const MatrixKernels& kernels, float* out) {
+/// Computes `count` samples from sample `at` on; out: of all samples.
+void convolve(const Bordered& in, const float* image, const float* weights, int outputs, std::int64_t at,
+              std::int64_t count, const MatrixKernels& kernels, float* out) {
   for (int row = 0; row < kTaps; ++row)
-    kernels.multiplyAdd({in.samples, kTaps * in.channels, outputs, image + in.tapRow(row), in.channels, 1,
-                         weights + static_cast<std::int64_t>(row) * kTaps * in.channels * outputs, out});
+    kernels.multiplyAdd(
+        {count, kTaps * in.channels, outputs, image + in.tapRow(row) + at * in.channels, in.channels, 1,
+         weights + static_cast<std::int64_t>(row) * kTaps * in.channels * outputs, out + at * outputs});
 }
 
 } // namespace
@@ -118,25 +120,28 @@ void ConvolutionNetwork::forward(const PatchFeatures& features, const MatrixKern
   work.activations.resize(static_cast<std::size_t>(shape_.layers) + 1);
   for (int layer = 0; layer <= shape_.layers; ++layer) {
     auto& activation = work.activations[layer];
-    if (activation.size() != image.size()) activation.assign(image.size(), 0.f);
+    if (activation.size() != image.size() || !features.spans.empty()) activation.assign(image.size(), 0.f);
     float* out = activation.data() + image.first();
-    if (layer == 0) {
-      fillBias(out, image.samples, shape_.channels, p + firstBias());
-      kernels.multiplyAdd({image.samples, PatchFeatures::count, shape_.channels, features.values.data(),
-                           kPatch, 1, p + firstWeights(), out});
-    } else {
-      fillBias(out, image.samples, shape_.channels, p + layerBias(layer));
-      convolve(image, work.activations[layer - 1].data(), p + layerWeights(layer), shape_.channels, kernels,
-               out);
-    }
-    rectify(out, image.samples * shape_.channels);
+    features.forComputed([&](std::int64_t at, std::int64_t count) {
+      float* here = out + at * shape_.channels;
+      fillBias(here, count, shape_.channels, p + (layer == 0 ? firstBias() : layerBias(layer)));
+      if (layer == 0)
+        kernels.multiplyAdd({count, PatchFeatures::count, shape_.channels,
+                             features.values.data() + at * kPatch, kPatch, 1, p + firstWeights(), here});
+      else
+        convolve(image, work.activations[layer - 1].data(), p + layerWeights(layer), shape_.channels, at,
+                 count, kernels, out);
+      rectify(here, count * shape_.channels);
+    });
     clearBorders(out, features.slices, image.width, shape_.channels);
   }
   const int last = shape_.layers + 1, outputs = outputsOf(last);
   work.outputs.resize(static_cast<std::size_t>(image.samples) * outputs);
-  fillBias(work.outputs.data(), image.samples, outputs, p + layerBias(last));
-  convolve(image, work.activations[shape_.layers].data(), p + layerWeights(last), outputs, kernels,
-           work.outputs.data());
+  features.forComputed([&](std::int64_t at, std::int64_t count) {
+    fillBias(work.outputs.data() + at * outputs, count, outputs, p + layerBias(last));
+    convolve(image, work.activations[shape_.layers].data(), p + layerWeights(last), outputs, at, count,
+             kernels, work.outputs.data());
+  });
 }
 
 std::vector<float> ConvolutionNetwork::transposedWeights() const {
@@ -182,8 +187,8 @@ void ConvolutionNetwork::backward(const PatchFeatures& features, const std::vect
                                static_cast<std::size_t>(row) * kTaps * image.channels * outer.channels});
     work.previous.assign(image.size(), 0.f);
     float* in = work.previous.data() + image.first();
-    convolve(outer, work.gradient.data(), transposed.data() + layerWeights(layer), shape_.channels, kernels,
-             in);
+    convolve(outer, work.gradient.data(), transposed.data() + layerWeights(layer), shape_.channels, 0,
+             image.samples, kernels, in);
     rectifyBack(input + image.first(), in, image.samples * image.channels);
     clearBorders(in, features.slices, image.width, image.channels);
     work.gradient.swap(work.previous);

@@ -16,6 +16,9 @@ public:
     bool operator==(const Shape&) const = default;
   };
 
+  /// How far samples see each other, along each axis, beyond their own patches.
+  int reach() const { return shape_.layers + 1; }
+
   /// The position of a layer's weights among the parameters: [rows][columns], one column per output. Biases
   /// follow.
   struct Matrix {
@@ -37,7 +40,8 @@ public:
   std::vector<float>& parameters() { return parameters_; } // size: a multiple of 16
   const std::vector<float>& parameters() const { return parameters_; }
 
-  /// Computes work.outputs[sample][outputStride(phases)] for every sample of the features.
+  /// Computes work.outputs[sample][outputStride(phases)] for the samples of the features that are computed.
+  /// The channels of the others count as 0, which shows within reach() of them.
   void forward(const PatchFeatures& features, const MatrixKernels& kernels, Workspace& work) const;
 
   /// Adds the gradient of a loss to `gradient` (size of parameters()), given its derivative by the outputs of

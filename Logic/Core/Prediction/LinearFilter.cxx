@@ -210,17 +210,19 @@ void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const
     const int end = PatchFilter::endOf(slice - features.before, stack);
     return end < 0 || filter.ends[end].empty() ? filter.weights : filter.ends[end];
   };
-  for (int first = 0; first < features.slices;) {
-    const std::vector<float>& weights = weightsOf(first);
-    int last = first + 1;
-    while (last < features.slices && &weightsOf(last) == &weights)
-      ++last;
-    const std::int64_t at = static_cast<std::int64_t>(first) * features.paddedColumns();
-    kernels.multiplyAdd({(last - first) * static_cast<std::int64_t>(features.paddedColumns()),
-                         PatchFeatures::count, outputs, features.values.data() + at * kStride, kStride, 1,
-                         weights.data(), out + at * outputs});
-    first = last;
-  }
+  const std::int64_t width = features.paddedColumns();
+  features.forComputed([&](std::int64_t begin, std::int64_t count) {
+    for (const std::int64_t end = begin + count; begin < end;) {
+      const std::vector<float>& weights = weightsOf(static_cast<int>(begin / width));
+      std::int64_t last = std::min(end, (begin / width + 1) * width);
+      while (last < end && &weightsOf(static_cast<int>(last / width)) == &weights)
+        last = std::min(end, last + width);
+      kernels.multiplyAdd({last - begin, PatchFeatures::count, outputs,
+                           features.values.data() + begin * kStride, kStride, 1, weights.data(),
+                           out + begin * outputs});
+      begin = last;
+    }
+  });
 }
 
 } // namespace innergs

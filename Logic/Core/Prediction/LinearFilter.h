@@ -46,8 +46,8 @@ PairPlace randomPlace(const std::vector<TrainingPlane>& planes, const SliceSampl
 PatchFilter learnFilter(const TrainingPlanes& planes, const SliceSampling& sampling, const PairShape& shape,
                         double pairNoise, std::uint64_t seed, const MatrixKernels& kernels, ThreadPool& pool);
 
-/// out[sample][outputStride] += weights · features: the thin samples' difference from the patch mean, divided
-/// by the deviation.
+/// For the samples that are computed, out[sample][outputStride] += weights · features: the thin samples'
+/// difference from the patch mean, divided by the deviation.
 void applyFilter(const PatchFilter& filter, const PatchFeatures& features, const MatrixKernels& kernels,
                  float* out);
 

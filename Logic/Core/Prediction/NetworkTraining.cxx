@@ -79,8 +79,8 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
   const int phases = sources.front().sampling.phases;
   ConvolutionNetwork network({phases, plan.channels, plan.layers}, seed);
   if (!plan.fromScratch) {
-    const std::vector<float> start = startWeights(network.shape());
-    std::copy(start.begin(), start.end(), network.parameters().begin());
+    std::vector<float> start = startWeights(network.shape(), sources.front().sampling);
+    if (!start.empty()) network.parameters() = std::move(start);
   }
   const auto count = static_cast<std::int64_t>(network.parameters().size());
   std::vector<float> moment1(network.parameters().size(), 0.f), moment2 = moment1, sum = moment1;

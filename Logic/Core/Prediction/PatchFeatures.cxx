@@ -45,13 +45,14 @@ void normalisePatch(float floor, float* values, float& mean, float& deviation) {
 }
 
 void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features, int before,
-                  int after) {
+                  int after, std::span<const ColumnSpan> spans) {
   constexpr int halfRows = PatchFeatures::rows / 2, halfWidth = PatchFeatures::width / 2;
   const int slices = stack + before + after;
   features.slices = slices;
   features.before = before;
   features.after = after;
   features.columns = columns;
+  features.spans.assign(spans.begin(), spans.end());
   features.values.resize(static_cast<std::size_t>(features.samples()) * PatchFeatures::stride);
   features.mean.assign(static_cast<std::size_t>(features.samples()), 0.f);
   features.deviation.assign(static_cast<std::size_t>(features.samples()), 0.f);
@@ -75,7 +76,8 @@ void makeFeatures(const float* low, int stack, int columns, float floor, PatchFe
     for (int r = 0; r < PatchFeatures::rows; ++r)
       rows[r] =
           padded.data() + static_cast<std::size_t>(reflected(s - before + r - halfRows, stack)) * paddedWidth;
-    for (int c = 0; c < columns; ++c) {
+    const ColumnSpan span = spans.empty() ? ColumnSpan{0, columns} : spans[s];
+    for (int c = span.first; c < span.last; ++c) {
       const std::int64_t at = features.at(s, c);
       float* out = features.values.data() + at * PatchFeatures::stride;
       for (int r = 0; r < PatchFeatures::rows; ++r)

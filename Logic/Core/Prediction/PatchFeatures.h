@@ -1,7 +1,14 @@
 #pragma once
 #include "Core/Prediction/SliceSampling.h"
 
+#include <span>
+
 namespace innergs {
+
+/// Columns first … last − 1 of a row of samples.
+struct ColumnSpan {
+  int first = 0, last = 0;
+};
 
 /// The inputs of a linear filter and a network for every sample of an image of slices [slice][column]: the
 /// samples around it, minus their mean, divided by their deviation.
@@ -13,19 +20,27 @@ struct PatchFeatures {
   std::vector<float> values; // [slice][1 + columns + 1][stride]
   // Of the patch, image units; [slice][1 + columns + 1].
   std::vector<float> mean, deviation;
+  std::vector<ColumnSpan> spans; // of each slice, the only samples that are computed; empty: all
 
   int paddedColumns() const { return columns + 2; }
   std::int64_t samples() const { return static_cast<std::int64_t>(slices) * paddedColumns(); }
   std::int64_t at(int slice, int column) const {
     return static_cast<std::int64_t>(slice) * paddedColumns() + column + 1;
   }
+  /// Calls run(first sample, count) for the samples that are computed.
+  template <typename Run>
+  void forComputed(Run&& run) const {
+    if (spans.empty()) return run(0, samples());
+    for (int s = 0; s < slices; ++s)
+      if (spans[s].first < spans[s].last) run(at(s, spans[s].first), spans[s].last - spans[s].first);
+  }
 };
 
 /// low: [slice][column] of a stack of `stack` slices, continued by reflection, also for the `before` and
 /// `after` slices beyond its ends. `floor`: minimum of the deviation, image units; 0: values are not divided,
-/// and the deviation is 1.
+/// and the deviation is 1. spans: one per slice, those beyond the ends included; empty: all samples.
 void makeFeatures(const float* low, int stack, int columns, float floor, PatchFeatures& features,
-                  int before = 0, int after = 0);
+                  int before = 0, int after = 0, std::span<const ColumnSpan> spans = {});
 
 /// Normalises one sample in place: `values` holds its patch [rows][width], padded to stride.
 void normalisePatch(float floor, float* values, float& mean, float& deviation);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace innergs {
 namespace {
@@ -27,9 +26,10 @@ int floorDivide(int a, int b) {
 /// The planes that contain one in-plane axis and the normal.
 class Planes {
 public:
-  Planes(const SliceModel& model, const Volume& image, const Volume& thin, int axis)
-      : model_(model), image_(image), columns_(static_cast<int>(image.geometry.size[axis])),
-        slices_(static_cast<int>(image.geometry.size[2])), rows_(static_cast<int>(thin.geometry.size[2])) {
+  Planes(const SliceModel& model, const Volume& image, std::span<const std::uint8_t> wanted,
+         const GridGeometry& thin, int axis)
+      : model_(model), image_(image), wanted_(wanted), columns_(static_cast<int>(image.geometry.size[axis])),
+        slices_(static_cast<int>(image.geometry.size[2])), rows_(static_cast<int>(thin.size[2])) {
     const auto& n = image.geometry.size;
     columnStep_ = axis == 0 ? 1 : n[0];
     planeStep_ = axis == 0 ? n[0] : 1;
@@ -43,8 +43,9 @@ public:
     }
   }
 
-  void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels, float weight,
-               bool add, Volume& thin) const {
+  /// thin: the samples of the thin lattice, of which it sets the plane's.
+  void predict(std::int64_t plane, std::span<const Flip> flips, const MatrixKernels& kernels,
+               std::vector<float>& thin) const {
     const int phases = model_.sampling.phases;
     const int outputs = outputStride(phases);
     const int twiceCentre = static_cast<int>(std::lround(2 * model_.sampling.centre));
@@ -52,6 +53,8 @@ public:
     std::vector<float> sum(static_cast<std::size_t>(rows_) * columns_, 0.f);
     ConvolutionNetwork::Workspace work;
     PatchFeatures features;
+    const std::vector<ColumnSpan> computed = spansOf(plane);
+    std::vector<ColumnSpan> spans;
     for (const Flip flip : flips) {
       const int before = flip.rows ? after_ : before_, after = flip.rows ? before_ : after_;
       const auto sliceOf = [&](int s) { return flip.rows ? slices_ - 1 - s : s; };
@@ -62,7 +65,12 @@ public:
         for (int c = 0; c < columns_; ++c)
           out[c] = in[columnOf(c) * columnStep_];
       }
-      makeFeatures(slices.data(), slices_, columns_, model_.floor, features, before, after);
+      spans.clear();
+      for (int s = 0; s < slices_ + before + after; ++s) {
+        const ColumnSpan span = computed[std::clamp(sliceOf(s - before), 0, slices_ - 1)];
+        spans.push_back(flip.columns ? ColumnSpan{columns_ - span.last, columns_ - span.first} : span);
+      }
+      makeFeatures(slices.data(), slices_, columns_, model_.floor, features, before, after, spans);
       predictSamples(model_, features, kernels, work, output);
       for (int s = 0; s < features.slices; ++s)
         for (int q = 0; q < phases; ++q) {
@@ -70,26 +78,47 @@ public:
           const int t = sliceOf(s - before) * phases + (flip.rows ? twiceCentre - phase : phase);
           if (t < 0 || t >= rows_) continue;
           float* out = sum.data() + static_cast<std::size_t>(t) * columns_;
-          for (int c = 0; c < columns_; ++c) {
+          const ColumnSpan span = computed[std::clamp(sliceOf(s - before), 0, slices_ - 1)];
+          for (int c = span.first; c < span.last; ++c) {
             const std::int64_t at = features.at(s, columnOf(c));
             out[c] += features.mean[at] + features.deviation[at] * output[at * outputs + q];
           }
         }
     }
-    const float share = weight / static_cast<float>(flips.size());
+    const float share = 1 / static_cast<float>(flips.size());
     for (int t = 0; t < rows_; ++t) {
-      float* out = thin.voxels.data() + t * sliceStep_ + plane * planeStep_;
+      float* out = thin.data() + t * sliceStep_ + plane * planeStep_;
       const float* in = sum.data() + static_cast<std::size_t>(t) * columns_;
-      for (int c = 0; c < columns_; ++c) {
-        float& value = out[c * columnStep_];
-        value = (add ? value : 0) + share * in[c];
-      }
+      for (int c = 0; c < columns_; ++c)
+        out[c * columnStep_] = share * in[c];
     }
   }
 
 private:
+  /// For each slice, the columns with wanted voxels, and what the network needs around them.
+  std::vector<ColumnSpan> spansOf(std::int64_t plane) const {
+    const int reach = model_.network ? model_.network->reach() : 0;
+    std::vector<ColumnSpan> own, spans(static_cast<std::size_t>(slices_));
+    for (int s = 0; s < slices_; ++s) {
+      const std::uint8_t* row = wanted_.data() + s * sliceStep_ + plane * planeStep_;
+      ColumnSpan span{columns_, 0};
+      for (int c = 0; c < columns_; ++c)
+        if (row[c * columnStep_]) span = {std::min(span.first, c), c + 1};
+      own.push_back(span);
+    }
+    for (int s = 0; s < slices_; ++s) {
+      ColumnSpan span{columns_, 0};
+      for (int t = std::max(0, s - reach); t <= std::min(slices_ - 1, s + reach); ++t)
+        span = {std::min(span.first, own[t].first), std::max(span.last, own[t].last)};
+      if (span.first < span.last)
+        spans[s] = {std::max(0, span.first - reach), std::min(columns_, span.last + reach)};
+    }
+    return spans;
+  }
+
   const SliceModel& model_;
   const Volume& image_;
+  std::span<const std::uint8_t> wanted_;
   int columns_, slices_, rows_, before_ = 0, after_ = 0;
   std::int64_t columnStep_ = 0, planeStep_ = 0, sliceStep_ = 0;
 };
@@ -107,23 +136,28 @@ void predictSamples(const SliceModel& model, const PatchFeatures& features, cons
   applyFilter(model.filter, features, kernels, output.data());
 }
 
-void applyAcrossSlices(const SliceModel& model, const Volume& image, Reflections reflections,
-                       const MatrixKernels& kernels, Volume& thin, ThreadPool& pool,
-                       const std::function<void(double)>& progress) {
+std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, const Volume& image,
+                                                    std::span<const std::uint8_t> wanted,
+                                                    Reflections reflections, const MatrixKernels& kernels,
+                                                    const GridGeometry& thin, ThreadPool& pool,
+                                                    const std::function<void(double)>& progress) {
   const std::vector<Flip> flips = flipsOf(reflections, model.sampling);
   const auto& n = image.geometry.size;
   const double all = static_cast<double>(n[0] + n[1]);
   constexpr std::int64_t band = 16; // planes per progress report
+  std::array<std::vector<float>, 2> predicted;
   for (const int axis : {0, 1}) {
-    const Planes planes(model, image, thin, axis);
+    predicted[axis].resize(static_cast<std::size_t>(thin.voxelCount()));
+    const Planes planes(model, image, wanted, thin, axis);
     const std::int64_t count = n[1 - axis];
     for (std::int64_t start = 0; start < count; start += band) {
       pool.run(std::min(band, count - start),
-               [&](std::int64_t p) { planes.predict(start + p, flips, kernels, 0.5f, axis == 1, thin); });
+               [&](std::int64_t p) { planes.predict(start + p, flips, kernels, predicted[axis]); });
       if (progress)
         progress(static_cast<double>((axis == 1 ? n[1] : 0) + std::min(count, start + band)) / all);
     }
   }
+  return predicted;
 }
 
 } // namespace innergs

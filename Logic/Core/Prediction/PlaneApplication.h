@@ -2,8 +2,10 @@
 #include "Core/Prediction/ConvolutionNetwork.h"
 #include "Core/Prediction/LinearFilter.h"
 
+#include <array>
 #include <functional>
 #include <optional>
+#include <span>
 
 namespace innergs {
 
@@ -18,11 +20,14 @@ struct SliceModel {
 /// How often a plane is predicted: unreflected only, or with reflections.
 enum class Reflections { None, Two, Four };
 
-/// The stack's thin samples: the mean of the predictions in the two planes that contain the slice normal.
-/// thin: the lattice that the sampling was made for; its voxels are overwritten. Progress: 0…1.
-void applyAcrossSlices(const SliceModel& model, const Volume& image, Reflections reflections,
-                       const MatrixKernels& kernels, Volume& thin, ThreadPool& pool,
-                       const std::function<void(double)>& progress);
+/// The stack's thin samples, predicted in the planes along I and in those along J that contain the slice
+/// normal, on the lattice that the sampling was made for.
+/// wanted: 1 for the image's voxels whose thin samples are wanted; others may be left 0. Progress: 0…1.
+std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, const Volume& image,
+                                                    std::span<const std::uint8_t> wanted,
+                                                    Reflections reflections, const MatrixKernels& kernels,
+                                                    const GridGeometry& thin, ThreadPool& pool,
+                                                    const std::function<void(double)>& progress);
 
 /// output[sample][outputStride]: the prediction's difference from the patch mean, divided by the deviation.
 void predictSamples(const SliceModel& model, const PatchFeatures& features, const MatrixKernels& kernels,

@@ -4,8 +4,10 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Image/NoiseEstimate.h"
+#include "Core/Prediction/DetailMask.h"
 #include "Core/Prediction/NetworkTraining.h"
 #include "Core/Prediction/PlaneApplication.h"
+#include "Core/Prediction/PlaneFusion.h"
 #include "Core/Prediction/ProfileEstimate.h"
 
 #include <algorithm>
@@ -189,32 +191,19 @@ std::vector<float> errorBySlice(const ThinLattice& thin, const SliceSampling& sa
   return error;
 }
 
-/// 1 where an unknown voxel lies within two slices and three pixels.
+/// 1 where an unknown voxel lies within two slices and three pixels; empty: nowhere.
 std::vector<std::uint8_t> nearUnknown(const FilledImage& filled, ThreadPool& pool) {
-  const auto& n = filled.image.geometry.size;
   std::vector<std::uint8_t> near(filled.known.size());
   for (std::size_t v = 0; v < near.size(); ++v)
     near[v] = !filled.known[v];
-  const std::int64_t steps[3] = {1, n[0], n[0] * n[1]};
-  const std::int64_t reach[3] = {3, 3, 2};
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::vector<std::uint8_t> before = near;
-    pool.blocks(n[1] * n[2], 64, [&](std::int64_t from, std::int64_t to) {
-      for (std::int64_t row = from; row < to; ++row)
-        for (std::int64_t i = 0; i < n[0]; ++i) {
-          const std::int64_t index[3] = {i, row % n[1], row / n[1]}, v = row * n[0] + i;
-          for (std::int64_t d = -reach[axis]; d <= reach[axis]; ++d)
-            if (index[axis] + d >= 0 && index[axis] + d < n[axis] && before[v + d * steps[axis]]) near[v] = 1;
-        }
-    });
-  }
+  if (!near.empty()) dilate(near, filled.image.geometry.size, {3, 3, 2}, pool);
   return near;
 }
 
-/// Interpolates near unknown voxels, restores acquired thin slices, and clamps to the observed range. Returns
-/// which voxels are predicted; empty: all.
-std::vector<std::uint8_t> finish(const FilledImage& filled, const SliceSampling& sampling, Volume& thin,
-                                 ThreadPool& pool) {
+/// Interpolates next to unwanted voxels, restores acquired thin slices, and clamps to the observed range.
+/// Returns which voxels are predicted; empty: all.
+std::vector<std::uint8_t> finish(const FilledImage& filled, const std::vector<std::uint8_t>& wanted,
+                                 const SliceSampling& sampling, Volume& thin, ThreadPool& pool) {
   const auto& n = filled.image.geometry.size;
   const std::int64_t area = n[0] * n[1];
   float low = filled.image.voxels[0], high = low; // filled voxels repeat known ones
@@ -222,11 +211,8 @@ std::vector<std::uint8_t> finish(const FilledImage& filled, const SliceSampling&
     low = std::min(low, v);
     high = std::max(high, v);
   }
-  std::vector<std::uint8_t> near, predicted;
-  if (!filled.known.empty()) {
-    near = nearUnknown(filled, pool);
-    predicted.assign(thin.voxels.size(), 1);
-  }
+  std::vector<std::uint8_t> predicted;
+  if (std::find(wanted.begin(), wanted.end(), 0) != wanted.end()) predicted.assign(thin.voxels.size(), 1);
   const bool acquired = sampling.slice.weights.size() == 1;
   pool.run(thin.geometry.size[2], [&](std::int64_t t) {
     const double slice = (static_cast<double>(t) - sampling.centre) / sampling.phases;
@@ -239,7 +225,7 @@ std::vector<std::uint8_t> finish(const FilledImage& filled, const SliceSampling&
     float* out = thin.voxels.data() + t * area;
     for (std::int64_t p = 0; p < area; ++p) {
       const float a = filled.image.voxels[below * area + p], b = filled.image.voxels[above * area + p];
-      if (!near.empty() && (near[below * area + p] || near[above * area + p])) {
+      if (!wanted[below * area + p] || !wanted[above * area + p]) {
         out[p] = a + share * (b - a);
         predicted[t * area + p] = 0;
       } else if (onSlice) {
@@ -253,15 +239,16 @@ std::vector<std::uint8_t> finish(const FilledImage& filled, const SliceSampling&
 
 struct Effort {
   TrainingPlan training;
-  Reflections reflections = Reflections::None;
+  Reflections reflections = Reflections::Two;
 };
 
 Effort effortOf(PredictionEffort effort) {
   Effort e;
   TrainingPlan& plan = e.training;
-  if (effort == PredictionEffort::Fast) {
+  if (effort == PredictionEffort::Brief || effort == PredictionEffort::Fast) {
     plan.channels = 16;
-    plan.steps = 600;
+    plan.steps = effort == PredictionEffort::Brief ? 400 : 600;
+    if (effort == PredictionEffort::Brief) e.reflections = Reflections::None;
   } else if (effort == PredictionEffort::Long) {
     plan.steps = 3000;
     plan.rate = 4e-3;
@@ -458,14 +445,31 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   result.learningSeconds = secondsSince(start);
 
   const auto applying = std::chrono::steady_clock::now();
-  Volume image{thin.geometry, std::vector<float>(static_cast<std::size_t>(thin.geometry.voxelCount()))};
-  applyAcrossSlices(model, filled.image, effort.reflections, kernels, image, pool, [&](double f) {
-    report(PredictionPhase::Applying, (filterOnly ? 0.1 : 0.7) + (filterOnly ? 0.9 : 0.3) * f);
-  });
-  std::vector<std::uint8_t> predicted = finish(filled, model.sampling, image, pool);
+  std::vector<std::uint8_t> wanted = detailMask(filled, std::move(body), noise, pool);
+  const std::vector<std::uint8_t> near = nearUnknown(filled, pool);
+  for (std::size_t v = 0; v < near.size(); ++v)
+    wanted[v] &= !near[v];
+  const std::array<std::vector<float>, 2> both = applyAcrossSlices(
+      model, filled.image, wanted, effort.reflections, kernels, thin.geometry, pool, [&](double f) {
+        report(PredictionPhase::Applying, (filterOnly ? 0.1 : 0.7) + (filterOnly ? 0.9 : 0.3) * f);
+      });
+  const auto complete = [&](std::vector<float> voxels) {
+    Volume image{thin.geometry, std::move(voxels)};
+    std::vector<std::uint8_t> predicted = finish(filled, wanted, model.sampling, image, pool);
+    putOnGrid(thin, grid, g, std::move(image), std::move(predicted), result, pool);
+  };
+  if (!options.fused || options.everySecond) {
+    std::vector<float> mean = both[0];
+    for (std::size_t v = 0; v < mean.size(); ++v)
+      mean[v] = 0.5f * (mean[v] + both[1][v]);
+    complete(std::move(mean));
+  }
+  if (options.fused) {
+    result.mean = std::move(result.image);
+    complete(fusedPlanes(both, thin.geometry.size, pool));
+  }
   pool.throwIfStopped();
   result.expectedError = errorBySlice(thin, model.sampling, grid, measured.phase);
-  putOnGrid(thin, grid, g, std::move(image), std::move(predicted), result, pool);
   result.learned = true;
   result.sentence = "Learned across the slices from the images along them: " + gainText(result.pairs) +
                     " better than interpolation on held-out ones.";

@@ -11,7 +11,8 @@ namespace innergs {
 /// The effort spent on learning what lies between the slices.
 enum class PredictionEffort {
   Filter, // a linear filter in closed form
-  Fast,   // plus a small network with short training
+  Brief,  // plus a small network with short training
+  Fast,   // plus the same network with longer training, applied with reflections like all below
   Balanced,
   Long, // like Balanced with longer training, for scans from which much is learned
   Best
@@ -27,6 +28,8 @@ struct PredictionOptions {
   std::optional<double> matchingBlur;
   /// The stack is every second slice of a scan: learns wherever predicting from the whole scan would.
   bool everySecond = false;
+  /// The predictions in the two planes weigh by the gradients along them (PlaneFusion.h); otherwise equally.
+  bool fused = true;
   std::uint64_t seed = 1;
   std::string instructionSet; // "" = best available; "scalar" = the plain reference
 };
@@ -55,9 +58,9 @@ struct Prediction {
   bool learned = false; // false: image is empty, the sentence says why, callers interpolate
   std::string sentence; // for the user: what was learned, or why nothing was
   Volume image;         // on the requested grid; scanner units, finite everywhere
+  Volume mean;          // with PredictionOptions::everySecond and fused: the same with equal weights
   /// For each voxel of image: 1 = predicted, 0 = interpolated because unobserved or non-finite voxels are
-  /// near.
-  /// Empty: all predicted.
+  /// near, or because the image is flat there, as in air. Empty: all predicted.
   std::vector<std::uint8_t> predicted;
   std::vector<float> expectedError; // per K slice of image: RMS in image units, 0 on acquired thin slices
   PairErrors pairs;

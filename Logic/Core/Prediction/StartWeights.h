@@ -3,9 +3,10 @@
 
 namespace innergs {
 
-/// The parameters before the last layer from which training starts, for any number of phases: learned from
-/// the in-plane detail of other, open scans (Docs/method.md; written by innergs_start_weights). Empty if
-/// there are none for the shape's channels and layers.
-std::vector<float> startWeights(const ConvolutionNetwork::Shape& shape);
+/// The parameters from which training starts: learned from the detail of other, open scans, seen through thin
+/// or thick slices, whichever is nearer to the sampling (Docs/method.md; written by innergs_start_weights).
+/// Outputs between those learned are interpolated. Empty if there are none for the shape's channels and
+/// layers.
+std::vector<float> startWeights(const ConvolutionNetwork::Shape& shape, const SliceSampling& sampling);
 
 } // namespace innergs

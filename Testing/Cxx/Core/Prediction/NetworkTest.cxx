@@ -85,6 +85,36 @@ TEST(Network, InstructionSetsAgreeInLossAndGradient) {
   }
 }
 
+TEST(Network, ComputesPartsOfAnImageAsInTheWhole) {
+  const Example example;
+  constexpr int slices = 16, columns = 30;
+  std::vector<float> low(slices * columns);
+  Random random(6);
+  for (float& v : low)
+    v = static_cast<float>(random.uniform());
+  const ConvolutionNetwork& network = example.network;
+  const int reach = network.reach(), outputs = outputStride(network.shape().phases);
+  std::vector<ColumnSpan> spans(slices);
+  for (int s = 8 - reach; s <= 8 + reach; ++s)
+    spans[s] = {12 - reach, 13 + reach};
+  PatchFeatures whole, part;
+  makeFeatures(low.data(), slices, columns, 0.1f, whole);
+  makeFeatures(low.data(), slices, columns, 0.1f, part, 0, 0, spans);
+  ConvolutionNetwork::Workspace work, partWork;
+  for (const MatrixKernels& set : matrixKernelSets()) {
+    network.forward(whole, set, work);
+    network.forward(part, set, partWork);
+    std::vector<float> filtered(work.outputs.size(), 0.f), partFiltered = filtered;
+    applyFilter(example.filter, whole, set, filtered.data());
+    applyFilter(example.filter, part, set, partFiltered.data());
+    const std::int64_t at = whole.at(8, 12) * outputs;
+    for (int q = 0; q < network.shape().phases; ++q) {
+      EXPECT_EQ(partWork.outputs[at + q], work.outputs[at + q]) << set.name;
+      EXPECT_EQ(partFiltered[at + q], filtered[at + q]) << set.name;
+    }
+  }
+}
+
 TEST(Network, OrthogonalisedColumnsAreNearlyOrthonormal) {
   constexpr std::int64_t rows = 40, columns = 16;
   std::vector<float> values(rows * columns);
@@ -101,21 +131,39 @@ TEST(Network, OrthogonalisedColumnsAreNearlyOrthonormal) {
     }
 }
 
+SliceSampling samplingOf(int phases, SliceProfile profile) {
+  Stack stack;
+  stack.image.geometry.size = {8, 8, 8};
+  stack.image.geometry.spacing = {1, 1, static_cast<double>(phases)};
+  stack.thickness = phases;
+  stack.profile = profile;
+  GridGeometry thin = stack.image.geometry;
+  thin.spacing[2] = 1;
+  return sliceSampling(stack, thin, phases);
+}
+
 TEST(StartWeights, FitTheNetworksThatAreTrained) {
   for (const int channels : {16, 32})
-    for (const int phases : {2, 5}) {
-      const ConvolutionNetwork network({phases, channels, 4}, 1);
-      const std::vector<float> start = startWeights(network.shape());
-      ASSERT_EQ(start.size(), network.matrices().back().at);
-      double squares = 0;
-      for (const float weight : start) {
-        ASSERT_TRUE(std::isfinite(weight));
-        squares += static_cast<double>(weight) * weight;
+    for (const int phases : {2, 5, 20})
+      for (const SliceProfile profile : {SliceProfile::Point, SliceProfile::Box}) {
+        const ConvolutionNetwork network({phases, channels, 4}, 1);
+        const std::vector<float> start = startWeights(network.shape(), samplingOf(phases, profile));
+        ASSERT_EQ(start.size(), network.parameters().size());
+        const ConvolutionNetwork::Matrix last = network.matrices().back();
+        for (std::int64_t row = 0; row <= last.rows; ++row)
+          for (int q = phases; q < last.columns; ++q)
+            ASSERT_EQ(start[last.at + row * last.columns + q], 0);
+        double squares = 0;
+        for (const float weight : start) {
+          ASSERT_TRUE(std::isfinite(weight));
+          squares += static_cast<double>(weight) * weight;
+        }
+        EXPECT_GT(squares, 1);
       }
-      EXPECT_GT(squares, 1);
-    }
-  EXPECT_TRUE(startWeights({4, 16, 3}).empty());
-  EXPECT_TRUE(startWeights({4, 48, 4}).empty());
+  const SliceSampling sampling = samplingOf(4, SliceProfile::Point);
+  EXPECT_TRUE(startWeights({4, 16, 3}, sampling).empty());
+  EXPECT_TRUE(startWeights({4, 48, 4}, sampling).empty());
+  EXPECT_NE(startWeights({4, 16, 4}, sampling), startWeights({4, 16, 4}, samplingOf(4, SliceProfile::Box)));
 }
 
 TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
