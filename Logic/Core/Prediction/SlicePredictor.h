@@ -27,6 +27,7 @@ struct PredictionOptions {
   std::optional<double> matchingBlur;
   /// The stack is every second slice of a scan: learns wherever predicting from the whole scan would.
   bool everySecond = false;
+  bool fromScratch = false; // the network starts from random weights, not from startWeights()
   std::uint64_t seed = 1;
   std::string instructionSet; // "" = best available; "scalar" = the plain reference
 };
