@@ -45,6 +45,7 @@ std::vector<std::string> ablations() {
   std::vector<std::string> names;
   for (const std::string& name : ablationNames())
     names.push_back("ablation-" + name);
+  names.push_back("ablation-prediction");
   return names;
 }
 
@@ -104,6 +105,8 @@ public:
       segmentation();
     else if (name == "static")
       staticReconstruction();
+    else if (name == "ablation-prediction")
+      predictionAblation();
     else
       ablation(ablationOf(name));
   }
@@ -239,6 +242,12 @@ private:
     write(result.table);
     writeCsv(curvesOf(result));
     write(result.table.name + ".png", ablationChart(result, titleOf(result.title)));
+  }
+
+  void predictionAblation() {
+    const PredictionAblation result = runPredictionAblation(fits().setup());
+    write(result.table);
+    write(result.table.name + ".png", predictionChart(result));
   }
 
   std::string titleOf(const std::string& what) { return what + ", " + fits().setup().volumeName; }

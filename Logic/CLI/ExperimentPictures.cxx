@@ -156,4 +156,40 @@ Picture ablationChart(const Ablation& ablation, const std::string& title) {
                             "protocol P, at the end."});
 }
 
+Picture predictionChart(const PredictionAblation& ablation) {
+  constexpr int line = 22, heading = 48, labels = 330, bars = 480, figures = 240, top = 48;
+  int lines = 0;
+  for (const auto& one : ablation.cases)
+    lines += static_cast<int>(one.rows.size());
+  Picture picture(2 * kMargin + labels + bars + figures,
+                  top + heading * static_cast<int>(ablation.cases.size()) + line * lines + kMargin,
+                  kPictureBackground);
+  picture.text(kMargin, 16, ablation.table.title, kInk);
+  int y = top;
+  for (const auto& one : ablation.cases) {
+    double low = INFINITY, high = -INFINITY;
+    for (const auto& row : one.rows)
+      if (row.quality && std::isfinite(row.quality->psnr)) {
+        low = std::min(low, row.quality->psnr);
+        high = std::max(high, row.quality->psnr);
+      }
+    const double floor = low - 0.1 * (high - low) - 0.1; // so that the shortest bar shows
+    picture.text(kMargin, y + 18, fmt::format("{}; bars begin at {:.2f} dB", one.title, floor), kFaintText);
+    y += heading;
+    std::size_t colour = 0;
+    for (std::size_t n = 0; n < one.rows.size(); ++n, y += line) {
+      const auto& row = one.rows[n];
+      if (n > 0 && row.family != one.rows[n - 1].family) ++colour;
+      picture.text(kMargin, y, row.label, kInk);
+      if (!row.quality) continue;
+      const double left = kMargin + labels, middle = y + 6,
+                   share = std::clamp((row.quality->psnr - floor) / (high - floor), 0.0, 1.0);
+      drawLine(picture, {left, middle}, {left + share * bars, middle}, 12, seriesColour(colour));
+      picture.text(kMargin + labels + bars + 16, y,
+                   fmt::format("{:.2f} dB, {:.1f} s of CPU", row.quality->psnr, row.cpuSeconds), kFaintText);
+    }
+  }
+  return picture;
+}
+
 } // namespace innergs::cli

@@ -2,6 +2,7 @@
 #include "CLI/Picture.h"
 #include "Evaluation/ExperimentAblation.h"
 #include "Evaluation/ExperimentContour.h"
+#include "Evaluation/ExperimentPrediction.h"
 #include "Evaluation/ExperimentStatic.h"
 
 namespace innergs::cli {
@@ -14,5 +15,8 @@ Picture staticPicture(const StaticExperiment& experiment, const std::string& tit
 
 /// Training PSNR over time, with dots for the PSNR on the withheld slices.
 Picture ablationChart(const Ablation& ablation, const std::string& title);
+
+/// A bar for the PSNR of every part, case by case.
+Picture predictionChart(const PredictionAblation& ablation);
 
 } // namespace innergs::cli

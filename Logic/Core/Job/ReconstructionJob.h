@@ -19,6 +19,13 @@ namespace innergs {
 /// Returns a sentence for the user. Throws Error.
 using ShadingCorrection = std::function<std::string(Stack&, bool masked, const std::stop_token&)>;
 
+/// What takes part in a prediction beside interpolation. All of it does, except to measure what a part is
+/// worth.
+struct PredictionParts {
+  bool field = true, learned = true; // the candidates
+  bool startWeights = true;          // false: networks start from random weights
+};
+
 /// The input of a reconstruction. The job keeps this snapshot; it does not change while the job runs.
 struct ReconstructionInput {
   std::vector<Stack> stacks;
@@ -36,6 +43,7 @@ struct ReconstructionInput {
   bool uncertainty = false;
   std::shared_ptr<const Model> resume; // continues from here
   ShadingCorrection n4;                // IO/N4Correction.h; without it, the setting `n4` is refused
+  PredictionParts predictionParts;
 };
 
 struct ReconstructionResult {

@@ -190,7 +190,7 @@ void ReconstructionRun::choose() {
   traits_ = measureTraits(prepared_.stacks, map_);
   if (predicts(settings_, traits_)) {
     SlicePrediction prediction(
-        prepared_, settings_, traits_.noise * map_.scale,
+        prepared_, settings_, input_.predictionParts, traits_.noise * map_.scale,
         [this](const Stack& slices, const GridGeometry& grid, const Settings& settings, double from,
                double to) { return fieldAlone(slices, grid, settings, from, to); },
         progress_, *pool_);

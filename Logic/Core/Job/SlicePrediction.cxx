@@ -95,10 +95,10 @@ Settings fieldSettings(const Settings& settings, bool longer) {
   return field;
 }
 
-SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings settings, double noise,
-                                 FieldFit fitField, JobProgress& progress, ThreadPool& pool)
-    : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), noise_(noise),
-      fitField_(std::move(fitField)), progress_(progress), pool_(pool) {}
+SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings settings, PredictionParts parts,
+                                 double noise, FieldFit fitField, JobProgress& progress, ThreadPool& pool)
+    : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), parts_(parts),
+      noise_(noise), fitField_(std::move(fitField)), progress_(progress), pool_(pool) {}
 
 /// Interpolates between a stack's complete slices with the chosen mixture.
 void SlicePrediction::interpolate(const Stack& stack, std::span<const float> complete,
@@ -150,6 +150,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
     options.matchingBlur = choice_.blur;
     options.everySecond = trial;
     options.fused = fused_;
+    options.fromScratch = !parts_.startWeights;
     options.seed = settings_.seed;
     options.instructionSet = settings_.instructionSet;
     Prediction prediction = predictAcrossSlices(scan, options, pool_, [&](const PredictionProgress& p) {
@@ -176,13 +177,13 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
   large_ = static_cast<double>(between.voxels.size()) > kLarge;
-  const bool withField = triesField(settings_, static_cast<double>(between.voxels.size()));
+  const bool withField = parts_.field && triesField(settings_, static_cast<double>(between.voxels.size()));
   const Stack even = everySecond(scan_);
   GridGeometry middle = even.image.geometry; // every second plane belongs to a withheld slice
   middle.spacing[2] = g.spacing[2];
   middle.size[2] = 2 * even.image.geometry.size[2] - 1;
-  const Further tried =
-      furtherCandidates(even, middle, withField, true, true, 0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
+  const Further tried = furtherCandidates(even, middle, withField, parts_.learned, true,
+                                          0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
   interpolate(even, completeSlices(even, pool_), middle, mixture.voxels);
   constexpr int kept = 3; // guesses that can take part
@@ -260,7 +261,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     if (found.learned && (found.known.empty() || found.known[v]))
       between.voxels[v] += learned * (found.learned->voxels[v] - interpolated);
   }
-  Added added{field, learned, 0, tried.learned ? std::string() : " " + tried.sentence};
+  Added added{field, learned, 0, tried.learned || !parts_.learned ? std::string() : " " + tried.sentence};
   const double left = meanSquare<3>(shown, {1 - added.field - added.learned, added.field, added.learned});
   if (left > 0) added.gain = 10 * std::log10(shown[0][0] / left);
   return added;

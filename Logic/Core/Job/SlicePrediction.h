@@ -21,8 +21,8 @@ public:
                                         const Settings& settings, double from, double to)>;
 
   /// noise: of the scan, scanner units. predict() uses everything else but the settings.
-  SlicePrediction(const PreparedInput& prepared, Settings settings, double noise, FieldFit fitField,
-                  JobProgress& progress, ThreadPool& pool);
+  SlicePrediction(const PreparedInput& prepared, Settings settings, PredictionParts parts, double noise,
+                  FieldFit fitField, JobProgress& progress, ThreadPool& pool);
 
   /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
   Stack predict();
@@ -52,6 +52,7 @@ private:
   const PreparedInput& prepared_;
   const Stack& scan_;
   const Settings settings_;
+  const PredictionParts parts_;
   const double noise_;
   const FieldFit fitField_;
   JobProgress& progress_;

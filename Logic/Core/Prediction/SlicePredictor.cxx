@@ -416,6 +416,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
   const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
   Effort effort = effortOf(options.effort);
+  effort.training.fromScratch = options.fromScratch;
   const PairShape shape = pairShape(planes, model.sampling, working.size[2], effort.training.most);
   if (planes.learning.empty() || planes.measuring.empty() || shape.slices < 4)
     return nothing("too little of the image can be learned from.");

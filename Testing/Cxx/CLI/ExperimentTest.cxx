@@ -95,14 +95,16 @@ TEST_F(ExperimentTest, AllOfThemOnAPhantom) {
     expectTable(table(std::string("ablation-") + name + "-curves"),
                 "choice,iteration,seconds,psnr_db,measured_on");
   }
+  expectTable(table("ablation-prediction"),
+              "case,part,family,psnr_db,over_best_interpolation_db,ssim,seconds,cpu_seconds,measured_on");
   for (const char* name :
        {"contour", "static", "ablation-blending", "ablation-initialisation", "ablation-densification",
-        "ablation-optimiser", "ablation-gaussians", "ablation-selection"})
+        "ablation-optimiser", "ablation-gaussians", "ablation-selection", "ablation-prediction"})
     expectPicture(path(std::string("tables/") + name + ".png"));
   expectTable(table("dynamic"),
               "method,gaussians,psnr_db,ssim,above_linear_db,frames_above_previous,seconds,measured_on");
   expectTable(table("dynamic-frames"), "method,frame,time_s,psnr_db,ssim,measured_on");
-  EXPECT_EQ(filesIn("tables").size(), 7u + 6 * 2 + 8);
+  EXPECT_EQ(filesIn("tables").size(), 8u + 6 * 2 + 9);
 
   // What readers must be told.
   for (const char* words : {"32.47", "145x174x145", "not for 400", "withheld slices (P)",

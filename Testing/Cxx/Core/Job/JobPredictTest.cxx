@@ -37,6 +37,24 @@ TEST(JobPrediction, IsNotBelowInterpolationAndSaysWhatItIs) {
   EXPECT_GE(psnr(chosen.volume, truth), psnr(interpolated.volume, truth) - 0.02);
 }
 
+TEST(JobPrediction, LeavesOutPartsOnRequest) {
+  ReconstructionInput input = gappedInput();
+  const auto everything = reconstruct(input, quick());
+  const auto interpolated = reconstruct(input, quick(PredictionKind::Interpolation));
+  input.predictionParts = {.field = false, .learned = false};
+  EXPECT_EQ(reconstruct(input, quick()).volume.voxels, interpolated.volume.voxels);
+  for (const PredictionParts parts : {PredictionParts{.field = false}, PredictionParts{.learned = false},
+                                      PredictionParts{.startWeights = false}}) {
+    input.predictionParts = parts;
+    const auto without = reconstruct(input, quick());
+    EXPECT_NE(without.volume.voxels, everything.volume.voxels);
+    EXPECT_NE(without.volume.voxels, interpolated.volume.voxels);
+    EXPECT_EQ(without.prediction.find("a field") == std::string::npos, !parts.field) << without.prediction;
+    EXPECT_EQ(without.prediction.find("learned from") == std::string::npos, !parts.learned)
+        << without.prediction;
+  }
+}
+
 TEST(JobPrediction, IsOneFieldForVolumePlanesAndPoints) {
   const auto result = reconstruct(gappedInput(), quick());
   const GaussianField& field = result.model->field;
