@@ -160,11 +160,9 @@ PredictionAblation runPredictionAblation(const ExperimentSetup& setup) {
                  c.measuredOn});
     }
   }
-  table.notes = {"PSNR and SSIM are pooled over the body mask of the truth, which also says which "
-                 "interpolation is the best.",
-                 "Filter and network alone: the volume as learned, without Gaussians, not anchored to the "
-                 "slices. Mixture "
-                 "alone: --prediction interpolation. No prediction: --prediction none.",
+  table.notes = {"PSNR and SSIM are pooled over the truth's body, which also says which interpolation is best.",
+                 "Filter and network alone: the volume as learned, without Gaussians, not anchored to slices.",
+                 "Mixture alone: --prediction interpolation. No prediction: --prediction none.",
                  "From random weights: the networks do not start from weights learned on other scans.",
                  "No residual grid: --no-consistency, which also omits the back-projection of thick slices.",
                  std::string("Preset ") + (setup.quick ? "fast" : "balanced") +
