@@ -19,6 +19,8 @@ constexpr int kPlausible = 3;                                          // blurs 
 constexpr int kClassical = 3;                                          // candidates without a blur
 constexpr double kKrigingBlurs[] = {0, 0.15, 0.25, 0.35, 0.5, 0.7, 1}; // in slice distances
 constexpr double kAsGood = 1.02;                                       // ratio of squared errors
+constexpr double kFine = 1.5;                                          // minimum slice distance, in pixels
+constexpr double kLevel = 0.1;                                         // weight of errors beside ratios
 constexpr int kSteps = 20;                                             // divisions of a share
 constexpr int kBackProjections = 12;
 
@@ -279,9 +281,11 @@ struct Simulation {
   double blur = 0;         // mm
   Errors plain, projected; // against the images; with back-projection
   Errors withheld;         // from withheldErrors() on their slices
-  double slope = 0;
+  double slopeSum = 0;     // over the axes that show one
+  int slopes = 0;
 
   const Errors& best() const { return projected.samples > 0 ? projected : plain; }
+  double slope() const { return slopes > 0 ? slopeSum / slopes : 0; }
 };
 
 /// krigingBlur: in slice distances. first: the first candidate to evaluate; with fewer than all candidates,
@@ -313,7 +317,9 @@ void simulate(const Lines& image, const Stack& stack, double sample, double krig
   }
   if (first > 0) return;
   result.withheld.add(withheldErrors(low, view, krigingBlur));
-  result.slope += slopeShare(low);
+  const double slope = slopeShare(low);
+  result.slopeSum += slope;
+  result.slopes += slope > 0;
 }
 
 /// How far a simulation is from what the scan shows.
@@ -323,7 +329,9 @@ double misfit(const Simulation& s, const Errors& withheld, double slope) {
   for (int c = 1; c < kClassical; ++c)
     if (a[0][0] > 0 && b[0][0] > 0 && a[c][c] > 0 && b[c][c] > 0)
       sum += std::abs(std::log(a[c][c] / a[0][0]) - std::log(b[c][c] / b[0][0]));
-  if (slope > 0 && s.slope > 0) sum += std::abs(std::log(0.5 * s.slope / slope));
+  if (slope > 0 && s.slope() > 0) sum += std::abs(std::log(s.slope() / slope));
+  // Only a hint: contrast along the slices differs from that across them.
+  if (a[0][0] > 0 && b[0][0] > 0) sum += kLevel * std::abs(std::log(a[0][0] / b[0][0]));
   return sum;
 }
 
@@ -387,13 +395,17 @@ std::array<double, kCandidates> rootsOf(const Covariance<kCandidates>& errors) {
   return roots;
 }
 
-/// The images along both in-plane axes, blurred by `blur` mm.
+/// The images along both in-plane axes, blurred by `blur` mm; along one alone if only its pixels are finer
+/// than the slices' distance.
 Simulation simulated(const Lines (&within)[2], const Stack& stack, double blur, double krigingBlur,
                      int first) {
   Simulation result;
   result.blur = blur;
+  const auto& spacing = stack.image.geometry.spacing;
+  const auto fine = [&](int axis) { return spacing[2] >= kFine * spacing[axis]; };
   for (int axis = 0; axis < 2; ++axis)
-    simulate(within[axis], stack, stack.image.geometry.spacing[axis], krigingBlur, first, result);
+    if (fine(axis) || !fine(1 - axis))
+      simulate(within[axis], stack, spacing[axis], krigingBlur, first, result);
   return result;
 }
 
