@@ -58,18 +58,16 @@ QString verdictText(const Report& report) {
   case Verdict::Unknown:
     break;
   case Verdict::Better:
-    return QualityCard::tr("On slices that no method saw, InnerGS is better than the others: %1.").arg(by);
+    return QualityCard::tr("On withheld slices, InnerGS is better than the others: %1.").arg(by);
   case Verdict::AsGood:
-    return QualityCard::tr("On slices that no method saw, InnerGS is as good as the best of the others: %1.")
-        .arg(by);
+    return QualityCard::tr("On withheld slices, InnerGS is as good as the best of the others: %1.").arg(by);
   case Verdict::Mixed:
-    return QualityCard::tr("On slices that no method saw, InnerGS is better by one measure and worse by the "
+    return QualityCard::tr("On withheld slices, InnerGS is better by one measure and worse by the "
                            "other: %1.")
         .arg(by);
   case Verdict::Worse: {
     const QString text =
-        QualityCard::tr("On slices that no method saw, InnerGS is worse than the best of the others: %1.")
-            .arg(by);
+        QualityCard::tr("On withheld slices, InnerGS is worse than the best of the others: %1.").arg(by);
     return report.scans > 1 ? text
                             : text + QualityCard::tr(" Try the preset \"best\", or use interpolation for "
                                                      "this scan.");

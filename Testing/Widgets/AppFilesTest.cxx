@@ -214,6 +214,8 @@ private Q_SLOTS:
     trigger("openSample");
     QTRY_COMPARE(lines().size(), 4);
     QCOMPARE(lines()[2], QString("Brain, 5 mm slices"));
+    QVERIFY(host().document().volumes()[0]->caveat.isEmpty());
+    QVERIFY(host().document().volumes()[2]->caveat.contains("not held out"));
   }
 
   void opensRealVolumes() {

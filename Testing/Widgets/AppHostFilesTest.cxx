@@ -302,6 +302,19 @@ private Q_SLOTS:
     QVERIFY(!host_->document().hasUnsaved());
   }
 
+  void saysThatStartWeightsWereLearnedFromTheSample() {
+    const QString head = writeBall(*sandbox_, "ch2.nii.gz", {40, 40, 43}, {1, 1, 1});
+    QSignalSpy opened(host_.get(), &AppHost::opened);
+    host_->openSample(head);
+    QTRY_COMPARE_WITH_TIMEOUT(opened.size(), 1, 60000);
+    ui::Request request = apptest::request(opened.first().first().toString());
+    for (const bool measured : {true, false}) {
+      request.evaluateQuality = measured;
+      const QString warnings = reconstructAndWait(*host_, request).warnings.join(' ');
+      QVERIFY2(warnings.contains("not held out") == measured, qPrintable(warnings));
+    }
+  }
+
   void opensEverySeriesOfADicomFolder() {
     const QString folder = sandbox_->path("dicom");
     const std::filesystem::path path(folder.toStdString());

@@ -217,7 +217,7 @@ private Q_SLOTS:
     QCOMPARE(label("resultSummary"),
              QString("Done in 1 min 23 s. 74,088 Gaussians. On the CPU. The CUDA backend is not installed."));
     QCOMPARE(label("qualityVerdict"),
-             QString("On slices that no method saw, InnerGS is better than the others: 1.5 dB more PSNR than "
+             QString("On withheld slices, InnerGS is better than the others: 1.5 dB more PSNR than "
                      "linear interpolation, 0.021 more SSIM than linear interpolation."));
     QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices. Every 4th slice"));
     QCOMPARE(label("quality-1-0"), QString("InnerGS"));
@@ -249,7 +249,7 @@ private Q_SLOTS:
     finish(report);
     QCOMPARE(
         label("qualityVerdict"),
-        QString("On slices that no method saw, InnerGS is better by one measure and worse by the other: "
+        QString("On withheld slices, InnerGS is better by one measure and worse by the other: "
                 "0.4 dB more PSNR than linear interpolation, 0.014 less SSIM than cubic interpolation."));
   }
 

@@ -45,7 +45,8 @@ enum class VolumeRole {
 struct VolumeItem {
   QString id, name, file; // file "": in none yet
   VolumeRole role = VolumeRole::Scan;
-  QString note; // what was done to open it, sentences; may be ""
+  QString note;   // what was done to open it, sentences; may be ""
+  QString caveat; // of figures measured on it, a sentence; may be ""
   Frames frames;
   std::shared_ptr<const Volume> volume;
   vtkSmartPointer<vtkImageData> image;    // the same voxels; origin 0, spacing 1

@@ -266,6 +266,8 @@ std::shared_ptr<Outcome> Runner::reconstruct(const ReconstructionTask& task, con
   report.settings = QString::fromStdString(settingsText(result.settings, task.request.heldOutFraction));
   report.scans = static_cast<int>(task.inputs.size());
   if (quality) {
+    for (const VolumeItem& item : task.inputs)
+      if (!item.caveat.isEmpty() && !report.prediction.isEmpty()) report.warnings << item.caveat;
     for (const MethodScore& score : quality->methods)
       report.quality.push_back({QString::fromStdString(score.name), score.psnr, score.ssim});
     report.qualitySamples = QString::fromStdString(quality->samples);

@@ -75,12 +75,16 @@ std::vector<VolumeItem> makeSample(const QString& brain) {
                     .arg(brain)
                     .toStdString());
   Stack scan = simulateThickStack(head, 2, slices);
-  const QString name =
-      QFileInfo(brain).fileName().startsWith(QLatin1String("ch2")) ? tr("Brain") : nameOf(brain);
+  const bool colin27 = QFileInfo(brain).fileName().startsWith(QLatin1String("ch2"));
+  const QString name = colin27 ? tr("Brain") : nameOf(brain);
   std::vector<VolumeItem> items;
   items.push_back(makeItem(std::move(scan.image),
                            tr("%1, %2 mm slices").arg(name, ui::lengthText(scan.thickness)), {},
                            scan.thickness, 2));
+  if (colin27)
+    items.back().caveat =
+        tr("The start weights of InnerGS were learned from this head, among others: its figures "
+           "here are not held out. On your own scans they are.");
   items.push_back(makeItem(std::move(head), tr("%1, %2 mm").arg(name, ui::lengthText(step)), brain));
   items.back().role = VolumeRole::Truth;
   return items;
