@@ -28,9 +28,9 @@ struct Level {
   int iterations;
 };
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
-// dB that one volume must explain all slices better by at their poses than at rest: two stacks leave poses
-// enough freedom to fit each other's gaps.
-constexpr double kConsistentOfTwo = 5, kConsistent = 2;
+// dB that one volume must explain all slices better by at their poses than at rest: two stacks leave poses of
+// single slices enough freedom to fit each other's gaps, packets leave none.
+constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentOfPackets = 1;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
@@ -342,6 +342,14 @@ void weighSlices(std::vector<PlacedSlice>& slices, const std::vector<double>& re
   }
 }
 
+double leastJointGain(std::span<const Stack> stacks, int packets) {
+  const bool shared = packets > 0 && std::all_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
+                        return stack.image.geometry.size[2] >= 2 * std::int64_t{packets};
+                      });
+  if (shared) return kConsistentOfPackets;
+  return stacks.size() == 2 ? kConsistentOfTwo : kConsistent;
+}
+
 /// How much better, in dB, one volume explains all slices at their poses than at rest.
 double jointGain(const std::vector<std::vector<PlacedSlice>>& slices, const SliceOperator& op,
                  const SliceVolumePlan& plan, ThreadPool& pool) {
@@ -485,7 +493,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
     if (!judged || last) continue;
     // What does not move at twice the finest spacing is not worth the finest level, most of the work.
     consistent = jointGain(work.slices, op, {level.smoothness, 2 * level.iterations}, pool) >=
-                 (stacks.size() == 2 ? kConsistentOfTwo : kConsistent);
+                 leastJointGain(stacks, plan.packets);
     if (!consistent ||
         psnr(squaredAfter, pixelsAfter) < psnr(squaredBefore, pixelsBefore) + 0.5 * kWorthwhile)
       break;
