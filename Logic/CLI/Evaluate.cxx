@@ -198,6 +198,12 @@ Subcommand addEvaluate(CLI::App& app) {
   amount("--motion", o->stacks.motion, "Stacks: every slice is displaced by up to this along each axis [0]",
          "MM");
   amount("--turn", o->stacks.turn, "Stacks: and turned by up to this about each axis [0]", "DEG");
+  command
+      ->add_option("--motion-packets", o->stacks.motionPackets,
+                   "Stacks: the slices of each of so many interleaved packets move together [0: every slice "
+                   "by itself]")
+      ->type_name("N")
+      ->check(CLI::Range(0, 10'000));
   amount("--shading", o->stacks.shading,
          "Stacks: the brightness of each scan varies smoothly by up to ± this share [0]", "F");
   amount("--slice-gain", o->stacks.gain, "Stacks: each slice is multiplied by 1 ± up to this [0]", "F");

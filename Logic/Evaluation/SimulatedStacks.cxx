@@ -22,6 +22,7 @@ void checkCase(const StacksCase& c, const GridGeometry& volume) {
     if (!std::isfinite(x) || x < 0)
       refuse("Thickness, gap, motion, turn, shading, gain and noise of the stacks must be finite and at "
              "least 0.");
+  if (c.motionPackets < 0) refuse("The number of packets that move must be at least 0.");
   if (!(c.thickness > 0)) refuse("The slices of the stacks need a thickness above 0 mm.");
   if (c.shading >= 1 || c.gain >= 1) refuse("Shading and gain are shares: give less than 1.");
   for (const std::int64_t n : volume.size)
@@ -59,6 +60,23 @@ Stack emptyStack(const GridGeometry& scanned, int axis, const StacksCase& c) {
   stack.profile = SliceProfile::Box;
   stack.image.voxels.resize(static_cast<std::size_t>(g.voxelCount()));
   return stack;
+}
+
+/// The middle of slice k, or of its packet.
+Vec3 turningCentre(const GridGeometry& g, std::int64_t k, std::int64_t packets) {
+  const std::int64_t last = packets > 0 ? g.size[2] - 1 - (g.size[2] - 1 - k) % packets : k;
+  return g.indexToWorld()({0.5 * static_cast<double>(g.size[0] - 1), 0.5 * static_cast<double>(g.size[1] - 1),
+                           0.5 * static_cast<double>(k + last)});
+}
+
+/// A rigid motion by up to what the case says.
+Affine3 randomPose(const StacksCase& c, const Vec3& centre, const std::function<double()>& even) {
+  Vec3 shift, turn;
+  for (int a = 0; a < 3; ++a)
+    shift[a] = c.motion * even();
+  for (int a = 0; a < 3; ++a)
+    turn[a] = c.turn * std::numbers::pi / 180 * even();
+  return c.motion > 0 || c.turn > 0 ? rigidAbout(centre, turn, shift) : Affine3{};
 }
 
 /// 1 ± up to `amount`: a polynomial of second degree over the stack's box.
@@ -113,15 +131,9 @@ SimulatedStacks simulateStacks(const Volume& volume, const StacksCase& c, Thread
     const Affine3 map = g.indexToWorld();
     auto& poses = result.poses.emplace_back();
     for (std::int64_t k = 0; k < g.size[2]; ++k) {
-      Vec3 shift, turn;
-      for (int a = 0; a < 3; ++a)
-        shift[a] = c.motion * even();
-      for (int a = 0; a < 3; ++a)
-        turn[a] = c.turn * std::numbers::pi / 180 * even();
-      const Vec3 centre =
-          g.indexToWorld()({0.5 * static_cast<double>(g.size[0] - 1),
-                            0.5 * static_cast<double>(g.size[1] - 1), static_cast<double>(k)});
-      const Affine3 pose = c.motion > 0 || c.turn > 0 ? rigidAbout(centre, turn, shift) : Affine3{};
+      const bool follows = c.motionPackets > 0 && k >= c.motionPackets;
+      const Affine3 pose = follows ? poses[static_cast<std::size_t>(k % c.motionPackets)]
+                                   : randomPose(c, turningCentre(g, k, c.motionPackets), even);
       poses.push_back(pose);
       GridGeometry seen = g; // the planes within this slice
       seen.size[2] = count;

@@ -30,6 +30,7 @@ std::string caseName(const StacksCase& c) {
   add("-gap-%gmm", c.gap);
   add("-motion-%gmm", c.motion);
   add("-turn-%gdeg", c.turn);
+  add("-motion-packets-%g", c.motionPackets);
   add("-shading-%g", c.shading);
   add("-gain-%g", c.gain);
   add("-noise-%g", c.noise);

@@ -15,7 +15,7 @@ struct Outputs {
   vtkSmartPointer<vtkMRMLScalarVolumeNode> volume;
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLTableNode> table;
-  vtkSmartPointer<vtkMRMLTableNode> slices;             // null where slices were not moved one by one
+  vtkSmartPointer<vtkMRMLTableNode> slices;             // null where slices were not moved
   vtkSmartPointer<vtkMRMLScalarVolumeNode> uncertainty; // null where it was not asked for or is not known
   bool replaced = false;                                // a chosen node was deleted
   std::string problem;                                  // a sentence on what failed; everything else is done

@@ -102,7 +102,7 @@ public:
   vtkMRMLInnerGSModelNode* GetModelNode();
   vtkMRMLTableNode* GetTableNode();
   /// Where the slices of several scans were found to lie (vtkInnerGSReconstruct::GetSliceTable); null where
-  /// they were not moved one by one.
+  /// they were not moved.
   vtkMRMLTableNode* GetSliceTableNode();
   vtkMRMLScalarVolumeNode* GetUncertaintyNode(); // standard deviations; null unless asked for and known
   /// Of a moving scan alone.

@@ -193,7 +193,7 @@ public:
   /// to M23, rigid, RAS mm: from where the header puts the slice to where it lies. Empty where that was not
   /// looked at.
   vtkTable* GetSliceTable();
-  vtkGetMacro(SlicesMoved, bool); // whether they were moved one by one
+  vtkGetMacro(SlicesMoved, bool); // whether any motion was found
   /// "name=value" pairs separated by "; ": every setting as used, including chosen ones.
   vtkGetMacro(UsedSettings, std::string);
   vtkGetMacro(UsedInstructionSet, std::string);

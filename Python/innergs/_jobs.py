@@ -12,7 +12,7 @@ Result.__doc__ = """The result of a reconstruction: nodes (table: None unless qu
 and, for a second fit, on the slices withheld from it (NaN without one), sentences that the user should read, and with
 uncertainty=True a volume node of standard deviations (else None) and the share of withheld voxels inside their 90 % intervals.
 slices: of several scans, a table node of where every slice was found to lie (slice_transforms() makes transforms of it), or
-None where they were not moved one by one."""
+None where they were not moved."""
 
 
 class Job:

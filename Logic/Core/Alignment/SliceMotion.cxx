@@ -7,6 +7,7 @@
 #include "Core/Base/NumberText.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -27,9 +28,9 @@ struct Level {
   int iterations;
 };
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
-// dB that one volume must explain all slices better by at their poses than at rest: two stacks leave poses
-// enough freedom to fit each other's gaps.
-constexpr double kConsistentOfTwo = 5, kConsistent = 2;
+// dB that one volume must explain all slices better by at their poses than at rest: two stacks leave poses of
+// single slices enough freedom to fit each other's gaps, packets leave none.
+constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentOfPackets = 1;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
@@ -96,10 +97,6 @@ struct Fit {
   double rms() const { return pixels > 0 ? std::sqrt(squared / static_cast<double>(pixels)) : kNaN; }
 };
 
-Vec3 centreOf(const PlacedSlice& s) {
-  return s.pose(s.toWorld({0.5 * (s.nx - 1), 0.5 * (s.ny - 1), 0}));
-}
-
 /// One slice's differences to a volume, with plain squares.
 Fit fitOf(const PlacedSlice& slice, const SliceOperator& op, const std::vector<float>& volume) {
   const std::vector<float> seen = op.project(volume, slice);
@@ -113,78 +110,187 @@ Fit fitOf(const PlacedSlice& slice, const SliceOperator& op, const std::vector<f
   return fit;
 }
 
-/// Gauss-Newton steps of pose and gain; sigma: of the differences, for Cauchy's weights.
-void registerSlice(PlacedSlice& slice, const SliceOperator& op, const std::vector<float>& volume, int steps,
-                   double sigma, bool scales) {
-  constexpr int kParameters = 7;
+/// Where the header puts the middle of the slice.
+Vec3 headerCentre(const PlacedSlice& s) {
+  return s.toWorld({0.5 * (s.nx - 1), 0.5 * (s.ny - 1), 0});
+}
+
+/// Slices that share one pose.
+using Packet = std::vector<PlacedSlice*>;
+
+/// Every `count`-th slice; 0: every slice by itself.
+std::vector<Packet> packetsOf(std::vector<PlacedSlice>& slices, int count) {
+  const std::size_t most = slices.size();
+  std::vector<Packet> packets(count > 0 ? std::min<std::size_t>(count, most) : most);
+  for (std::size_t k = 0; k < most; ++k)
+    packets[k % packets.size()].push_back(&slices[k]);
+  return packets;
+}
+
+constexpr int kPoseParameters = 6, kParameters = kPoseParameters + 1; // shift, turn; gain
+
+/// The normal equations of one slice's pose and gain.
+struct SliceEquations {
+  std::array<double, kParameters * kParameters> hessian{}; // lower triangle
+  std::array<double, kParameters> gradient{};
+  double cost = 0;
+  std::int64_t pixels = 0;
+};
+
+SliceEquations equationsOf(const PlacedSlice& slice, const SliceOperator& op,
+                           const std::vector<float>& volume, const Vec3& centre, double width, bool scales) {
+  SliceEquations sum;
+  const SliceOperator::Reader reader(op, volume, slice, slice.pose, centre);
+  for (int j = 0; j < slice.ny; ++j)
+    for (int i = 0; i < slice.nx; ++i) {
+      const float given = slice.values[static_cast<std::size_t>(j) * slice.nx + i];
+      SliceOperator::Seen seen;
+      if (std::isnan(given) || !reader.at(i, j, seen)) continue;
+      const double r = slice.gain * seen.value - given, t = r / width;
+      const double weight = 1 / (1 + t * t);
+      sum.cost += width * width * std::log1p(t * t);
+      ++sum.pixels;
+      const double row[kParameters] = {slice.gain * seen.shift[0],          slice.gain * seen.shift[1],
+                                       slice.gain * seen.shift[2],          slice.gain * seen.turn[0],
+                                       slice.gain * seen.turn[1],           slice.gain * seen.turn[2],
+                                       scales ? slice.gain * seen.value : 0};
+      for (int a = 0; a < kParameters; ++a) {
+        for (int b = 0; b <= a; ++b)
+          sum.hessian[a * kParameters + b] += weight * row[a] * row[b];
+        sum.gradient[a] -= weight * row[a] * r;
+      }
+    }
+  return sum;
+}
+
+/// The normal equations of a packet's pose, then each slice's gain.
+struct PacketEquations {
+  int size;
+  std::vector<double> hessian, gradient; // lower triangle
+
+  explicit PacketEquations(std::size_t slices)
+      : size(kPoseParameters + static_cast<int>(slices)), hessian(static_cast<std::size_t>(size) * size),
+        gradient(size) {}
+
+  double& at(int a, int b) { return hessian[static_cast<std::size_t>(a) * size + b]; }
+
+  void add(const SliceEquations& slice, std::size_t index, double share) {
+    const auto place = [&](int a) { return a < kPoseParameters ? a : a + static_cast<int>(index); };
+    for (int a = 0; a < kParameters; ++a) {
+      for (int b = 0; b <= a; ++b)
+        at(place(a), place(b)) += share * slice.hessian[a * kParameters + b];
+      gradient[place(a)] += share * slice.gradient[a];
+    }
+  }
+};
+
+/// The weights of a packet's slices beside the best of them.
+std::vector<double> sharesOf(const Packet& packet) {
+  double most = 0;
+  for (const PlacedSlice* slice : packet)
+    most = std::max(most, slice->weight);
+  std::vector<double> shares;
+  for (const PlacedSlice* slice : packet)
+    shares.push_back(most > 0 ? slice->weight / most : 1);
+  return shares;
+}
+
+/// Gauss-Newton steps of a packet's pose and its slices' gains; sigma: of the differences, for Cauchy's
+/// weights. pool: null where packets are registered in parallel.
+void registerPacket(const Packet& packet, const SliceOperator& op, const std::vector<float>& volume,
+                    int steps, double sigma, bool scales, ThreadPool* pool = nullptr) {
   const double width = 2.385 * sigma; // 95 % as good as least squares where the differences are Gaussian
   const double spread = sigma * sigma * 10; // pixels are not independent
-  PlacedSlice moved = slice;
+  const std::size_t count = packet.size();
+  const std::vector<double> shares = sharesOf(packet);
+  std::vector<PlacedSlice> moved;
+  Vec3 centre{};
+  std::int64_t observed = 0;
+  for (const PlacedSlice* slice : packet) {
+    moved.push_back(*slice);
+    centre = centre + (1 / static_cast<double>(count)) * headerCentre(*slice);
+    observed += slice->observed;
+  }
   double best = std::numeric_limits<double>::infinity();
   double damping = 1e-3;
-  std::vector<double> square, right;
+  PacketEquations equations(count);
+  std::vector<SliceEquations> parts(count);
   for (int step = 0; step <= 2 * steps; ++step) {
-    const Vec3 centre = centreOf(moved);
-    const SliceOperator::Reader reader(op, volume, moved, moved.pose, centre);
-    std::vector<double> hessian(kParameters * kParameters), gradient(kParameters);
-    double cost = 0;
+    const Affine3 pose = moved.front().pose;
+    const auto look = [&](std::int64_t n) {
+      parts[n] = equationsOf(moved[n], op, volume, pose(centre), width, scales);
+    };
+    if (pool)
+      pool->run(static_cast<std::int64_t>(count), look);
+    else
+      for (std::size_t n = 0; n < count; ++n)
+        look(static_cast<std::int64_t>(n));
+    PacketEquations sum(count);
+    double cost = 0, expected = 0, compared = 0;
     std::int64_t pixels = 0;
-    for (int j = 0; j < moved.ny; ++j)
-      for (int i = 0; i < moved.nx; ++i) {
-        const float given = moved.values[static_cast<std::size_t>(j) * moved.nx + i];
-        SliceOperator::Seen seen;
-        if (std::isnan(given) || !reader.at(i, j, seen)) continue;
-        const double r = moved.gain * seen.value - given, t = r / width;
-        const double weight = 1 / (1 + t * t);
-        cost += width * width * std::log1p(t * t);
-        ++pixels;
-        const double row[kParameters] = {moved.gain * seen.shift[0],          moved.gain * seen.shift[1],
-                                         moved.gain * seen.shift[2],          moved.gain * seen.turn[0],
-                                         moved.gain * seen.turn[1],           moved.gain * seen.turn[2],
-                                         scales ? moved.gain * seen.value : 0};
-        for (int a = 0; a < kParameters; ++a) {
-          for (int b = 0; b <= a; ++b)
-            hessian[a * kParameters + b] += weight * row[a] * row[b];
-          gradient[a] -= weight * row[a] * r;
-        }
-      }
-    if (pixels < std::clamp<std::int64_t>(slice.observed / 2, 1, kFewestPixels)) return;
-    cost *= static_cast<double>(slice.observed) / static_cast<double>(pixels);
+    for (std::size_t n = 0; n < count; ++n) {
+      sum.add(parts[n], n, shares[n]);
+      cost += shares[n] * parts[n].cost;
+      expected += shares[n] * static_cast<double>(moved[n].observed);
+      compared += shares[n] * static_cast<double>(parts[n].pixels);
+      pixels += parts[n].pixels;
+    }
+    if (pixels < std::clamp<std::int64_t>(observed / 2, 1, kFewestPixels) || !(compared > 0)) return;
+    cost *= expected / compared;
     // The prior: no motion from where the header puts it.
-    const Vec3 turned = rotationVector(moved.pose.linear);
-    const Vec3 at = slice.toWorld({0.5 * (slice.nx - 1), 0.5 * (slice.ny - 1), 0});
-    const Vec3 shifted = moved.pose(at) - at;
+    const Vec3 turned = rotationVector(pose.linear);
+    const Vec3 shifted = pose(centre) - centre;
     cost += spread * (dot(shifted, shifted) / (kPriorShift * kPriorShift) +
                       dot(turned, turned) / (kPriorTurn * kPriorTurn));
     if (cost < best) {
       best = cost;
-      slice.pose = moved.pose;
-      slice.gain = moved.gain;
+      for (std::size_t n = 0; n < count; ++n) {
+        packet[n]->pose = pose;
+        packet[n]->gain = moved[n].gain;
+      }
       damping = std::max(1e-4, 0.2 * damping);
       for (int a = 0; a < 3; ++a) {
-        hessian[a * kParameters + a] += spread / (kPriorShift * kPriorShift);
-        gradient[a] -= spread * shifted[a] / (kPriorShift * kPriorShift);
-        hessian[(3 + a) * kParameters + 3 + a] += spread / (kPriorTurn * kPriorTurn);
-        gradient[3 + a] -= spread * turned[a] / (kPriorTurn * kPriorTurn);
+        sum.at(a, a) += spread / (kPriorShift * kPriorShift);
+        sum.gradient[a] -= spread * shifted[a] / (kPriorShift * kPriorShift);
+        sum.at(3 + a, 3 + a) += spread / (kPriorTurn * kPriorTurn);
+        sum.gradient[3 + a] -= spread * turned[a] / (kPriorTurn * kPriorTurn);
       }
-      square = hessian;
-      right = gradient;
+      equations = std::move(sum);
     } else {
       damping *= 10;
     }
     if (step == 2 * steps || damping > 10) break;
-    std::vector<double> a = square, b = right;
-    for (int d = 0; d < kParameters; ++d) {
-      double& diagonal = a[d * kParameters + d];
+    PacketEquations solved = equations;
+    for (int d = 0; d < solved.size; ++d) {
+      double& diagonal = solved.at(d, d);
       diagonal = diagonal > 0 ? diagonal * (1 + damping) : 1;
     }
-    solveCholesky(a, b, kParameters, 1);
-    if (!std::isfinite(b[0] + b[1] + b[2] + b[3] + b[4] + b[5] + b[6])) break;
+    std::vector<double>& b = solved.gradient;
+    solveCholesky(solved.hessian, b, solved.size, 1);
+    if (!std::all_of(b.begin(), b.end(), [](double x) { return std::isfinite(x); })) break;
     const Vec3 shift{b[0], b[1], b[2]}, turn{b[3], b[4], b[5]};
-    if (norm(shift) < 1e-3 && norm(turn) < 2e-5 && std::abs(b[6]) < 1e-4) break;
-    moved.pose = rigidAbout(centreOf(slice), turn, shift) * slice.pose;
-    moved.gain = slice.gain * (1 + std::clamp(b[6], -0.2, 0.2));
+    if (norm(shift) < 1e-3 && norm(turn) < 2e-5 &&
+        std::all_of(b.begin() + kPoseParameters, b.end(), [](double x) { return std::abs(x) < 1e-4; }))
+      break;
+    const Affine3 next = rigidAbout(packet.front()->pose(centre), turn, shift) * packet.front()->pose;
+    for (std::size_t n = 0; n < count; ++n) {
+      moved[n].pose = next;
+      moved[n].gain = packet[n]->gain * (1 + std::clamp(b[kPoseParameters + n], -0.2, 0.2));
+    }
   }
+}
+
+/// Packets of one slice in parallel, else the slices of each.
+void registerPackets(const std::vector<Packet>& packets, const SliceOperator& op,
+                     const std::vector<float>& volume, int steps, double sigma, bool scales,
+                     ThreadPool& pool) {
+  if (packets.front().size() > 1) {
+    for (const Packet& packet : packets)
+      registerPacket(packet, op, volume, steps, sigma, scales, &pool);
+    return;
+  }
+  pool.run(static_cast<std::int64_t>(packets.size()),
+           [&](std::int64_t n) { registerPacket(packets[n], op, volume, steps, sigma, scales); });
 }
 
 struct Work {
@@ -236,6 +342,14 @@ void weighSlices(std::vector<PlacedSlice>& slices, const std::vector<double>& re
   }
 }
 
+double leastJointGain(std::span<const Stack> stacks, int packets) {
+  const bool shared = packets > 0 && std::all_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
+                        return stack.image.geometry.size[2] >= 2 * std::int64_t{packets};
+                      });
+  if (shared) return kConsistentOfPackets;
+  return stacks.size() == 2 ? kConsistentOfTwo : kConsistent;
+}
+
 /// How much better, in dB, one volume explains all slices at their poses than at rest.
 double jointGain(const std::vector<std::vector<PlacedSlice>>& slices, const SliceOperator& op,
                  const SliceVolumePlan& plan, ThreadPool& pool) {
@@ -269,12 +383,14 @@ double jointGain(const std::vector<std::vector<PlacedSlice>>& slices, const Slic
 
 } // namespace
 
-SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPool& pool,
+SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan& plan, ThreadPool& pool,
                             const std::function<void(double)>& progress) {
   SliceMotion result;
   result.psnrBefore = result.psnrAfter = kNaN;
-  for (const Stack& stack : stacks)
+  for (const Stack& stack : stacks) {
     result.slices.emplace_back(static_cast<std::size_t>(stack.image.geometry.size[2]));
+    if (plan.packets < stack.image.geometry.size[2]) result.packets = plan.packets;
+  }
   if (stacks.size() < 2) return result;
   double distance = 0;
   for (const Stack& stack : stacks) {
@@ -311,10 +427,10 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
         work.slices[s][k].weight = previous[s][k].weight;
       }
     }
-    const SliceVolumePlan plan{level.smoothness, level.iterations};
+    const SliceVolumePlan volumePlan{level.smoothness, level.iterations};
     std::vector<std::vector<float>> volumes(stacks.size());
     const bool last = level.factor == 1;
-    const bool judged = last || (level.factor == 2 && !always);
+    const bool judged = last || (level.factor == 2 && !plan.always);
     squaredBefore = squaredAfter = 0;
     pixelsBefore = pixelsAfter = 0;
     std::vector<std::vector<Fit>> before(stacks.size());
@@ -343,8 +459,8 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
       const bool judging = round == level.rounds;
       for (std::size_t s = 0; s < stacks.size(); ++s) {
         const auto others = work.others(s);
-        if (volumes[s].empty()) fitVolume(volumes[s], op, others, plan, pool);
-        fitVolume(volumes[s], op, others, plan, pool);
+        if (volumes[s].empty()) fitVolume(volumes[s], op, others, volumePlan, pool);
+        fitVolume(volumes[s], op, others, volumePlan, pool);
         const std::vector<float> shown = shownPart(volumes[s], op, others, distance, pool);
         std::vector<PlacedSlice>& mine = work.slices[s];
         std::vector<double> residual(mine.size(), kNaN);
@@ -363,10 +479,9 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
         for (const double r : residual)
           if (std::isfinite(r)) known.push_back(r);
         const double sigma = std::max(medianOf(known), 1e-6 * work.peak);
-        pool.run(static_cast<std::int64_t>(mine.size()), [&](std::int64_t k) {
-          registerSlice(mine[k], op, shown, level.steps, sigma, scales);
-          residual[k] = fitOf(mine[k], op, shown).rms();
-        });
+        registerPackets(packetsOf(mine, plan.packets), op, shown, level.steps, sigma, scales, pool);
+        pool.run(static_cast<std::int64_t>(mine.size()),
+                 [&](std::int64_t k) { residual[k] = fitOf(mine[k], op, shown).rms(); });
         weighSlices(mine, residual);
       }
       if (judging) continue;
@@ -378,7 +493,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     if (!judged || last) continue;
     // What does not move at twice the finest spacing is not worth the finest level, most of the work.
     consistent = jointGain(work.slices, op, {level.smoothness, 2 * level.iterations}, pool) >=
-                 (stacks.size() == 2 ? kConsistentOfTwo : kConsistent);
+                 leastJointGain(stacks, plan.packets);
     if (!consistent ||
         psnr(squaredAfter, pixelsAfter) < psnr(squaredBefore, pixelsBefore) + 0.5 * kWorthwhile)
       break;
@@ -412,7 +527,7 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPo
     }
   result.displacement = medianOf(displacements);
   result.angle = medianOf(angles);
-  result.moved = always || (consistent && result.psnrAfter >= result.psnrBefore + kWorthwhile);
+  result.moved = plan.always || (consistent && result.psnrAfter >= result.psnrBefore + kWorthwhile);
   if (!result.moved) {
     for (auto& stack : result.slices)
       for (SlicePose& pose : stack)
@@ -441,7 +556,7 @@ std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry
       slice.gain = 1 / result[n].gain;
       const double sigma = fitOf(slice, op, volume).rms();
       if (!(sigma > 0)) return;
-      registerSlice(slice, op, volume, 8, sigma, scales);
+      registerPacket({&slice}, op, volume, 8, sigma, scales);
       result[n].pose = slice.pose;
       result[n].gain = 1 / slice.gain;
     });
@@ -482,10 +597,14 @@ void applySliceMotion(const SliceMotion& motion, std::span<Stack> stacks) {
 
 std::string sliceMotionSentence(const SliceMotion& m) {
   if (!m.moved) return {};
-  std::string text = formatted(
-      "The slices were moved one by one, half of them by more than %.1f mm or %.1f°: the scans then predict "
-      "each other's slices at %.1f dB, before at %.1f dB.",
-      m.displacement, m.angle, m.psnrAfter, m.psnrBefore);
+  const std::string how =
+      m.packets == 0   ? "The slices were moved one by one"
+      : m.packets == 1 ? "The slices of each scan were moved together"
+                       : formatted("The slices of each scan were moved in %d interleaved packets", m.packets);
+  std::string text =
+      how + formatted(", half of them by more than %.1f mm or %.1f°: the scans then predict each other's "
+                      "slices at %.1f dB, before at %.1f dB.",
+                      m.displacement, m.angle, m.psnrAfter, m.psnrBefore);
   if (m.rejected > 0)
     text += formatted(" %lld slice%s no other and %s left out.", static_cast<long long>(m.rejected),
                       m.rejected == 1 ? " fits" : "s fit", m.rejected == 1 ? "was" : "were");

@@ -17,8 +17,14 @@ struct SlicePose {
   double residual = 0; // RMS difference to what the other scans show of its place, scan's units; NaN: unknown
 };
 
+struct SliceMotionPlan {
+  bool always = false; // poses are kept even where they do not make the scans agree better
+  int packets = 0;     // per stack: slices k, k + packets, … share one pose (interleaved); 0: none do
+};
+
 struct SliceMotion {
   bool moved = false;                         // false: every pose is the identity
+  int packets = 0;                            // as in the plan; 0 where every packet is one slice
   std::vector<std::vector<SlicePose>> slices; // per stack
   /// How well the scans predict each other's slices: PSNR in dB, peak: their range; NaN: unknown.
   double psnrBefore = 0, psnrAfter = 0;
@@ -26,14 +32,14 @@ struct SliceMotion {
   std::int64_t rejected = 0;          // slices of weight 0
 };
 
-/// One rigid transform and gain per slice. Each stack's slices are registered to the volume that all other
-/// stacks show, which is fitted to them through their slice profiles (fitVolume) where they lie now, stack
-/// after stack, coarse to fine: Gauss-Newton with analytic gradients of what the slice sees of the volume,
-/// robust weights (Cauchy's), slices that fit nowhere lose theirs. The mean motion is none: the result stays
-/// in the frame of the input. Volumes reach as far as observed voxels do. Needs two stacks without poses or
-/// more. `always`: poses are kept even where they do not make the scans agree better. The bits do not depend
-/// on the number of threads. Throws Error(Cancelled).
-SliceMotion findSliceMotion(std::span<const Stack> stacks, bool always, ThreadPool& pool,
+/// One rigid transform per slice or packet of slices, and one gain per slice. Each stack's slices are
+/// registered to the volume that all other stacks show, which is fitted to them through their slice profiles
+/// (fitVolume) where they lie now, stack after stack, coarse to fine: Gauss-Newton with analytic gradients of
+/// what the slice sees of the volume, robust weights (Cauchy's), slices that fit nowhere lose theirs. The
+/// mean motion is none: the result stays in the frame of the input. Volumes reach as far as observed voxels
+/// do. Needs two stacks without poses or more. The bits do not depend on the number of threads. Throws
+/// Error(Cancelled).
+SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan& plan, ThreadPool& pool,
                             const std::function<void(double)>& progress = {});
 
 /// What was found, for the user; "": nothing was moved, and there is nothing to say.

@@ -12,7 +12,7 @@ struct FoundSlice {
   Affine3 place;                   // slicePlace()
 };
 
-/// Scan after scan; empty where slices were not looked at one by one.
+/// Scan after scan; empty where their motion was not looked for.
 std::vector<FoundSlice> foundSlices(const ReconstructionResult& result);
 
 } // namespace innergs

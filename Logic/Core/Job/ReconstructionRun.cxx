@@ -175,7 +175,7 @@ std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   if (strangers && settings_.sliceMotion == SliceMotionKind::Auto) return sentences;
   progress_.report(Phase::Aligning, 0);
   result_.sliceMotion =
-      findSliceMotion(stacks, settings_.sliceMotion == SliceMotionKind::On, *pool_,
+      findSliceMotion(stacks, {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, *pool_,
                       [&](double done) { progress_.report(Phase::Aligning, kMotionEnds * done); });
   applySliceMotion(result_.sliceMotion, stacks);
   if (const std::string said = sliceMotionSentence(result_.sliceMotion); !said.empty())

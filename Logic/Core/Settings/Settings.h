@@ -33,7 +33,7 @@ enum class PredictionKind {
   Learned // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
 };
 
-/// Whether every slice of several scans gets a rigid motion of its own.
+/// Whether the slices of several scans, or packets of them, get rigid motions of their own.
 enum class SliceMotionKind {
   Auto, // where the scans agree better with it
   On,
@@ -93,6 +93,7 @@ struct Settings {
   PredictionKind prediction = PredictionKind::Auto;    // one scan of distant slices, normalised blending
   bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h
+  int packets = 0;                                     // of slices that move together; 0: none do
   BiasFieldKind biasField = BiasFieldKind::Off;        // several scans: see Alignment/BiasCorrection.h
   bool n4 = false;                                     // needs ReconstructionInput::n4
   double fill = 0;                                     // scanner units

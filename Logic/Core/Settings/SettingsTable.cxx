@@ -28,6 +28,9 @@ bool plateaus(const Settings& s) {
 bool densifies(const Settings& s) {
   return s.densifyEvery.value_or(0) > 0;
 }
+bool movesSlices(const Settings& s) {
+  return s.sliceMotion != SliceMotionKind::Off;
+}
 bool refines(const Settings& s) {
   return s.kind != DynamicKind::Intensity;
 }
@@ -137,6 +140,10 @@ const std::vector<Setting>& settingsTable() {
               {.words = {{"auto", tr("automatic"), tr("Where the scans agree better with it.")},
                          {"on", tr("on")},
                          {"off", tr("off")}}}),
+      Setting("packets", MEMBER(packets), Fit, tr("Interleaved packets"),
+              tr("Motion of slices: every scan was acquired in so many interleaved packets (2: odd and even "
+                 "slices), and each packet moves as a whole."),
+              {.range = between(0, 1e4), .zero = tr("every slice by itself"), .applies = movesSlices}),
 
       Setting("schedule", MEMBER(schedule), LearningRates, tr("Schedule"),
               tr("Learning rates decay over the iterations, or fall when the loss stops improving."),

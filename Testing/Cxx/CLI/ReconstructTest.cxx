@@ -74,6 +74,21 @@ TEST_F(ReconstructTest, TellsWhereSlicesLie) {
   EXPECT_LT(norm(back(place(x)) - x), 1e-6); // from tissue to where the header puts the slice
 }
 
+TEST_F(ReconstructTest, MovesInterleavedPacketsAsAWhole) {
+  const Volume truth = phantom({40, 40, 40});
+  const Stack axial = simulateThickStack(truth, 2, 4), sagittal = simulateThickStack(truth, 0, 4);
+  reconstruct({scan("a.nii.gz", axial.image), scan("b.nii.gz", sagittal.image), "--preset", "fast",
+               "--iterations", "4", "--slice-motion", "on", "--packets", "2", "--report",
+               path("out/r.json")});
+  const auto report = nlohmann::json::parse(contents("out/r.json"));
+  EXPECT_EQ(report.at("settings").at("packets"), 2);
+  EXPECT_NE(report.at("warnings").dump().find("in 2 interleaved packets,"), std::string::npos);
+  const auto& slices = report.at("slice_motion").at("slices");
+  for (std::size_t k = 12; k < 20; ++k)
+    EXPECT_EQ(slices[k].at("matrix_lps"), slices[k - 2].at("matrix_lps"));
+  EXPECT_NE(slices[11].at("matrix_lps"), slices[10].at("matrix_lps"));
+}
+
 TEST_F(ReconstructTest, WritesEverythingAskedFor) {
   const Volume truth = phantom();
   const Volume volume = reconstruct({scan("scan.nii.gz", truth), "--gaussians", "3000", "--iterations", "40",

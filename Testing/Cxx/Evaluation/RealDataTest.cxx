@@ -86,7 +86,7 @@ TEST(RealData, SlicesMoveOnlyWhereTheyMoved) {
   for (const auto& [stacks, moved] : {std::pair{2, 0.0}, {2, 2.0}, {3, 0.0}, {3, 1.0}}) {
     simulated.stacks = stacks;
     simulated.motion = simulated.turn = moved;
-    const SliceMotion found = findSliceMotion(simulateStacks(*volume, simulated, pool).stacks, false, pool);
+    const SliceMotion found = findSliceMotion(simulateStacks(*volume, simulated, pool).stacks, {}, pool);
     EXPECT_EQ(found.moved, moved > 0)
         << stacks << " scans, by " << moved << ": " << found.psnrBefore << " to " << found.psnrAfter << " dB";
   }

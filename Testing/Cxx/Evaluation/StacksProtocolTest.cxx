@@ -59,6 +59,26 @@ TEST(SimulatedStacks, MoveShadeAndAreSeeded) {
   }
 }
 
+TEST(SimulatedStacks, MoveInInterleavedPackets) {
+  ThreadPool pool(2);
+  const Volume head = testing::headPhantom(32);
+  StacksCase c = smallCase();
+  c.motion = c.turn = 2;
+  const SimulatedStacks slices = simulateStacks(head, c, pool);
+  c.motionPackets = 8;
+  EXPECT_EQ(simulateStacks(head, c, pool).stacks[1].image.voxels, slices.stacks[1].image.voxels);
+  c.motionPackets = 3;
+  const SimulatedStacks packets = simulateStacks(head, c, pool);
+  const std::vector<Affine3>& poses = packets.poses[1];
+  ASSERT_EQ(poses.size(), 8u);
+  for (std::size_t k = 3; k < poses.size(); ++k)
+    EXPECT_EQ(poses[k], poses[k - 3]);
+  EXPECT_NE(poses[0], poses[1]);
+  const Vec3 centre = packets.stacks[1].image.geometry.indexToWorld()({15.5, 15.5, 2 + 1.5});
+  for (const double d : poses[2](centre) - centre)
+    EXPECT_LE(std::abs(d), 2.0001);
+}
+
 TEST(SimulatedStacks, RefuseWhatCannotBe) {
   ThreadPool pool(1);
   const Volume head = testing::headPhantom(24);
@@ -74,6 +94,7 @@ TEST(SimulatedStacks, RefuseWhatCannotBe) {
   };
   EXPECT_TRUE(refused([](StacksCase& c) { c.stacks = 4; }));
   EXPECT_TRUE(refused([](StacksCase& c) { c.motion = -1; }));
+  EXPECT_TRUE(refused([](StacksCase& c) { c.motionPackets = -1; }));
   EXPECT_TRUE(refused([](StacksCase& c) { c.thickness = 0; }));
   EXPECT_TRUE(refused([](StacksCase& c) { c.thickness = 20; }));
   EXPECT_TRUE(refused([](StacksCase& c) { c.central = 30; }));
