@@ -10,8 +10,9 @@ GridGeometry predictionLattice(const GridGeometry& stack, const GridGeometry& wa
   GridGeometry grid = withSpacing(stack, {stack.spacing[0], stack.spacing[1], fine});
   const Vec3 normal = column(stack.direction, 2);
   for (int a = 0; a < 3; ++a) {
-    const double along = dot(column(wanted.direction, a), normal), spacing = wanted.spacing[a];
-    if (std::abs(std::abs(along) - 1) > 1e-6 || spacing < 0.6 * fine || spacing > 1.6 * fine) continue;
+    const double along = dot(column(wanted.direction, a), normal);
+    const double spacing = wanted.spacing[a] / std::max(1.0, std::round(wanted.spacing[a] / fine));
+    if (std::abs(std::abs(along) - 1) > 1e-6 || spacing < 0.6 * fine) continue;
     const double extent = stack.extent()[2];
     const Vec3 start = stack.indexToWorld()({0, 0, -0.5}); // the box's first face
     double offset = std::fmod(dot(wanted.origin - start, normal), spacing);
