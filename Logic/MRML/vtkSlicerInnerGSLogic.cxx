@@ -22,7 +22,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <new>
 
 vtkStandardNewMacro(vtkSlicerInnerGSLogic);
 

@@ -10,7 +10,6 @@
 #include "Core/Job/SimulatedFit.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace innergs {
