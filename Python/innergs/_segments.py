@@ -22,7 +22,7 @@ def learn(model, labels=None, sparse=False, progress=None, features=None, texts=
     A model of a moving scan learns from labels of the time that set_time() chose.
 
     labels    a segmentation or label map node, whose names come from its colour table; sparse: unlabelled slices
-              between labelled ones were not labelled and follow the scan
+              between labelled ones follow the scan
     features  instead: a volume node of several values per voxel; texts: a JSON file that says what texts mean there,
               {"liver": [0.1, 0.2], "background": [0, 1]}
     network   or: an ONNX file that OpenVINO runs on the model's own image; names: of its channels 1, 2, ..., or texts
