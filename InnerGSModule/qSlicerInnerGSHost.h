@@ -122,7 +122,7 @@ private:
   EllipsoidNodes* ellipsoids_;
   qSlicerInnerGSMotionHost* motion_;
   QSet<QString> remade_;                // IDs of models that have been replaced
-  QThreadPool threads_;                 // ends before the rest goes
+  QThreadPool threads_;                 // ends before the rest is destroyed
   std::optional<innergs::Phase> phase_; // of the log's last line
   std::string deviceNote_;
   bool cancelling_ = false;                         // by the panel

@@ -51,7 +51,7 @@ QString qSlicerInnerGSModule::helpText() const {
   return tr("Turns medical image slices into a continuous volume made of 3D Gaussians. Choose one scan, or "
             "several scans of the same anatomy in any orientation, press <b>Reconstruct</b>, and get a "
             "volume "
-            "at any spacing and a model that can be cut at any plane. The "
+            "at any spacing and a model to cut at any plane. The "
             "<a href=\"%1/blob/main/Docs/tutorial.md\">tutorial</a> takes ten minutes; "
             "<a href=\"%1\">the project's page</a> has the method and its measurements.<br>"
             "<b>Research software: not a medical device, not for diagnosis or treatment.</b>")
@@ -62,7 +62,7 @@ QString qSlicerInnerGSModule::acknowledgementText() const {
   return tr("InnerGS follows the method of S. Liang, Y. Xiao, W. Tang: <i>InnerGS: Internal Scenes Rendering "
             "via Factorized 3D Gaussian Splatting</i>, <a href=\"%1\">arXiv:2508.13287</a>, 2025; please "
             "cite this paper. This module is an independent implementation: name it as InnerGS %2 beside the "
-            "paper.<br>It stands on 3D Slicer, ITK, VTK, Qt, Highway and nlohmann-json.")
+            "paper.<br>It builds on 3D Slicer, ITK, VTK, Qt, Highway and nlohmann-json.")
       .arg("https://arxiv.org/abs/2508.13287")
       .arg(QString::fromStdString(vtkSlicerInnerGSLogic::GetVersion()));
 }

@@ -140,8 +140,7 @@ void qSlicerInnerGSModuleWidgetPrivate::makePanels() {
   rendering->setObjectName("VolumeRenderingButton");
   rendering->setCheckable(true);
   rendering->setEnabled(false);
-  rendering->setToolTip(
-      tr("Render the last result, or that of a parameter set chosen since, in the 3D views"));
+  rendering->setToolTip(tr("Render the last result, or that of the chosen parameter set, in the 3D views"));
   part->layout()->addWidget(rendering);
   message = new QLabel;
   message->setObjectName("MessageLabel");

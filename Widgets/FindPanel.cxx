@@ -87,8 +87,7 @@ FindPanel::FindPanel(Host* host, QWidget* parent)
   });
   connect(worker_, &SegmentWorker::learningCancelled, this, [this] {
     endLearning();
-    learningMessage_->setMessage(MessageLine::Kind::Information,
-                                 tr("Stopped. The model knows what it knew before."));
+    learningMessage_->setMessage(MessageLine::Kind::Information, tr("Stopped. The model is unchanged."));
   });
   connect(worker_, &SegmentWorker::decoding, this, [this](double fraction) {
     decoding_->setVisible(fraction < 1);
@@ -125,7 +124,7 @@ QWidget* FindPanel::buildFinding() {
   completer->setCaseSensitivity(Qt::CaseInsensitive);
   completer->setFilterMode(Qt::MatchContains);
   text_->setCompleter(completer);
-  find_ = named(new QPushButton(tr("&Find")), "findGo", tr("Show what the words ask for in the views"));
+  find_ = named(new QPushButton(tr("&Find")), "findGo", tr("Show the structure in the views"));
   auto* label = new QLabel(tr("S&tructure"));
   label->setBuddy(text_);
   label->setToolTip(text_->toolTip());
@@ -170,7 +169,7 @@ QWidget* FindPanel::buildFinding() {
   found_ = makeWrappedLabel(QStringLiteral("findVolume"), this);
   all->addWidget(found_);
   add_ = named(new QPushButton(tr("&Keep as Segment")), "findAdd",
-               tr("Make a segmentation or labelmap of what is shown"));
+               tr("Make a segmentation or labelmap from what is shown"));
   add_->setEnabled(false);
   auto* buttons = new QHBoxLayout;
   buttons->addStretch(1);
@@ -210,8 +209,8 @@ QWidget* FindPanel::buildLearning() {
   labels_ = host_->createSelector(Host::Role::Labels, group);
   if (labels_) {
     named(labels_, "findLabels",
-          tr("A segmentation or labelmap of the same patient, on any grid, e.g. of TotalSegmentator or drawn "
-             "by hand"));
+          tr("A segmentation or labelmap of the same patient, on any grid, e.g. from TotalSegmentator or "
+             "drawn by hand"));
     form->addRow(tr("&Labels"), labels_);
     connect(labels_, &Selector::currentIdChanged, this, &FindPanel::updateLearning);
   }
@@ -219,7 +218,7 @@ QWidget* FindPanel::buildLearning() {
     names_ =
         named(new QLineEdit, "findNames",
               tr("A file with the labels' names: JSON {\"1\": \"liver\", \"2\": \"spleen\"} or a .seg.nrrd; "
-                 "empty: as the labels' own file has them (.seg.nrrd)"));
+                 "empty: the names in the labels' own file (.seg.nrrd)"));
     names_->setPlaceholderText(tr("from the labels' own file"));
     auto* choose = named(new QPushButton(tr("C&hoose…")), "findChooseNames", names_->toolTip());
     auto* line = new QHBoxLayout;
@@ -232,10 +231,9 @@ QWidget* FindPanel::buildLearning() {
     connect(choose, &QPushButton::clicked, this, &FindPanel::chooseNames);
   }
   sparse_ = named(new QCheckBox(tr("Only &some slices are labelled")), "findSparse",
-                  tr("Slices without any label between labelled ones then follow the scan; else they are "
-                     "background"));
+                  tr("Unlabelled slices between labelled ones follow the scan; else they are background"));
   form->addRow(QString(), sparse_);
-  progress_ = named(new QProgressBar, "findProgress", tr("Progress of the learning"));
+  progress_ = named(new QProgressBar, "findProgress", tr("Progress of learning"));
   progress_->hide();
   form->addRow(progress_);
   learningMessage_ = named(new MessageLine, "findLearningMessage", {});
@@ -291,7 +289,7 @@ void FindPanel::updateModel() {
   const int segments = model_ ? model_->GetNumberOfSegments() : 0;
   state_->setText(!model_ ? tr("Choose a model, or reconstruct one first.")
                   : segments == 0
-                      ? tr("This model knows no structures yet: let it learn them from labels below.")
+                      ? tr("This model knows no structures yet: let it learn some from labels below.")
                       : tr("This model knows %n structures.", nullptr, segments));
   finding_->setEnabled(segments > 0);
   if (!same) {
@@ -310,13 +308,12 @@ void FindPanel::updateModel() {
 
 void FindPanel::updateLearning() {
   learn_->setText(learning_ ? tr("Cancel") : tr("Learn"));
-  learn_->setToolTip(
-      learning_ ? tr("Stop; the model stays as it was")
-      : model_ && model_->GetSegmented().moving
-          ? tr("Let the model learn the structures of the labels, which must show the scan at the time "
-               "that is shown now, %1 s: less than two minutes")
-                .arg(QLocale().toString(model_->GetSegmented().time))
-          : tr("Let the model learn the structures of the labels: less than two minutes"));
+  learn_->setToolTip(learning_ ? tr("Stop and leave the model unchanged")
+                     : model_ && model_->GetSegmented().moving
+                         ? tr("Learn the labelled structures; takes less than two minutes. The labels must "
+                              "belong to the time shown now, %1 s.")
+                               .arg(QLocale().toString(model_->GetSegmented().time))
+                         : tr("Learn the labelled structures; takes less than two minutes"));
   learn_->setEnabled(learning_ || (model_ && labels_ && !labels_->currentId().isEmpty()));
   for (QWidget* part :
        {static_cast<QWidget*>(labels_), static_cast<QWidget*>(names_), static_cast<QWidget*>(sparse_)})
@@ -375,7 +372,7 @@ void FindPanel::learned(const std::shared_ptr<const FeatureModel>& features) {
   QString problem;
   if (!now ||
       static_cast<std::size_t>(now->GetNumberOfGaussians()) * features->channels != features->latents.size())
-    problem = tr("The model was closed or replaced while it learned: let it learn the structures again.");
+    problem = tr("The model was closed or replaced while learning: learn the structures again.");
   else
     problem = host_->setFeatures(learningId_, features);
   if (!problem.isEmpty()) {

@@ -89,13 +89,12 @@ int FitChart::lines() const {
 QString FitChart::explanation() const {
   QStringList sentences;
   if (members_ > 1)
-    sentences << tr("An ensemble of %n models is fitted, one after the other, and merged at the end: each "
-                    "starts at a dotted line.",
+    sentences << tr("An ensemble of %n models is fitted one after another and merged at the end; each starts "
+                    "at a dotted line.",
                     nullptr, members_);
   if (coarse_ > 0)
-    sentences << tr(
-        "Shaded: iterations that see the scans at half resolution; their figures do not compare with "
-        "the others.");
+    sentences << tr("Shaded: iterations that see the scans at half resolution; do not compare their figures "
+                    "with the others.");
   return sentences.join(' ');
 }
 

@@ -50,7 +50,7 @@ void ModelPanel::build() {
   all->setContentsMargins(0, 0, 0, 0);
   selector_ = host_->createSelector(Host::Role::Model, this);
   selector_->setObjectName(QStringLiteral("modelSelector"));
-  selector_->setToolTip(tr("The model that this panel is about"));
+  selector_->setToolTip(tr("The model that this panel shows"));
   auto* choice = new QHBoxLayout;
   auto* label = new QLabel(tr("&Model"));
   label->setBuddy(selector_);
@@ -76,14 +76,13 @@ void ModelPanel::build() {
   };
   row(state_, "modelState", tr("State"), tr("Whether the model is saved in a file"));
   row(gaussians_, "modelGaussians", tr("Gaussians"), tr("Number of Gaussians in the model"));
-  row(memory_, "modelMemory", tr("Memory"), tr("Memory that the model takes"));
+  row(memory_, "modelMemory", tr("Memory"), tr("Memory that the model uses"));
   row(size_, "modelSize", tr("Extent"),
       tr("Size of the box that holds the fitted region, along right–left, anterior–posterior and "
          "superior–inferior"));
-  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file that it comes from"));
-  row(file_, "modelFile", tr("File"), tr("The file that it was last read from or saved to, and its size"));
-  row(description_, "modelDescription", tr("Summary"),
-      tr("Its Gaussians, how they are blended, its extent and memory"));
+  row(origin_, "modelOrigin", tr("From"), tr("The scans or the file it comes from"));
+  row(file_, "modelFile", tr("File"), tr("The file it was last read from or saved to, and its size"));
+  row(description_, "modelDescription", tr("Summary"), tr("Its Gaussians, blending, extent and memory"));
   all->addLayout(form);
 
   ellipsoids_ = new QCheckBox(tr("Show &ellipsoids"));
@@ -103,8 +102,7 @@ void ModelPanel::build() {
   buttons->addWidget(save_);
   all->addLayout(buttons);
   shown_ = makeWrappedLabel(QStringLiteral("modelEllipsoidsShown"), this);
-  shown_->setToolTip(
-      tr("Those with the largest weights, without those that hardly differ from the background"));
+  shown_->setToolTip(tr("Those with the largest weights, except those close to the background"));
   all->addWidget(shown_);
 
   message_ = new MessageLine;

@@ -83,8 +83,8 @@ QWidget* MotionPanel::buildFit() {
   interval_ = new NumberSpin({1e-6, 1e6, false, true, 1}, this);
   interval_->setObjectName(QStringLiteral("motionInterval"));
   interval_->setSuffix(tr(" s"));
-  interval_->setSpecialValueText(tr("as the scan says"));
-  interval_->setToolTip(tr("Time from one frame to the next, where the scan does not say or is wrong"));
+  interval_->setSpecialValueText(tr("from the scan"));
+  interval_->setToolTip(tr("Time from one frame to the next, if the scan lacks it or is wrong"));
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = new QComboBox(this);
   kind_->setObjectName(QStringLiteral("motionKind"));
@@ -100,7 +100,7 @@ QWidget* MotionPanel::buildFit() {
   file->setContentsMargins(0, 0, 0, 0);
   sliceTimes_ = new QLineEdit(this);
   sliceTimes_->setObjectName(QStringLiteral("motionSliceTimes"));
-  sliceTimes_->setPlaceholderText(tr("as the scan says"));
+  sliceTimes_->setPlaceholderText(tr("from the scan"));
   sliceTimes_->setClearButtonEnabled(true);
   sliceTimes_->setToolTip(
       tr("When the slices of a frame were acquired, where intensities change (fMRI): a BIDS "
@@ -174,7 +174,7 @@ QWidget* MotionPanel::buildView() {
   play_->setObjectName(QStringLiteral("motionPlay"));
   play_->setCheckable(true);
   play_->setIcon(style()->standardIcon(QStyle::SP_MediaPlay));
-  play_->setToolTip(tr("Play, again and again"));
+  play_->setToolTip(tr("Play in a loop"));
   play_->setAccessibleName(tr("Play"));
   line->addWidget(play_);
   time_ = new ValueSlider(tr(" s"), 3, this);
@@ -183,7 +183,7 @@ QWidget* MotionPanel::buildView() {
   line->addWidget(time_, 1);
   speed_ = new QComboBox(this);
   speed_->setObjectName(QStringLiteral("motionSpeed"));
-  speed_->setToolTip(tr("How fast it plays"));
+  speed_->setToolTip(tr("Playback speed"));
   speed_->setAccessibleName(tr("Speed"));
   for (const double speed : {0.25, 0.5, 1., 2., 4.})
     speed_->addItem(tr("%1×").arg(QLocale().toString(speed)), speed);
@@ -197,7 +197,7 @@ QWidget* MotionPanel::buildView() {
   saveFrames_->setVisible(motion_->savesFrames());
   saveModel_ = new QPushButton(tr("Save Mo&del…"), this);
   saveModel_->setObjectName(QStringLiteral("motionSaveModel"));
-  saveModel_->setToolTip(tr("The model (.innergs), which gives frames at any time again"));
+  saveModel_->setToolTip(tr("The model (.innergs), which renders frames at any time"));
   buttons->addStretch(1);
   buttons->addWidget(saveFrames_);
   buttons->addWidget(saveModel_);
@@ -332,10 +332,9 @@ void MotionPanel::showSeries() {
     const auto interval = interval_->number();
     const double last = interval ? (info.frames - 1) * *interval : info.last,
                  first = interval ? 0 : info.first;
-    text += last > first ? tr(", from %1 s to %2 s.").arg(seconds(first), seconds(last))
-            : info.timed || interval
-                ? QStringLiteral(".")
-                : tr(". The scan does not say when they were acquired: give the time between frames.");
+    text += last > first             ? tr(", from %1 s to %2 s.").arg(seconds(first), seconds(last))
+            : info.timed || interval ? QStringLiteral(".")
+                                     : tr(". The scan has no frame times: give the time between frames.");
   }
   about_->setText(text);
   run_->setEnabled(motion_->isRunning() || (!info.name.isEmpty() && info.problem.isEmpty()));
@@ -354,7 +353,7 @@ void MotionPanel::showModel() {
   if (!info_.known) {
     play_->setChecked(false);
     aboutModel_->setText(id.isEmpty() ? tr("No model of a moving scan yet.")
-                                      : tr("This model does not move: it is of a single moment."));
+                                      : tr("This model does not move: it shows a single moment."));
     return;
   }
   if (previewing_)

@@ -199,9 +199,10 @@ void ProgressCard::setWaiting() {
 
 void ProgressCard::setCancelling() {
   cancelling_ = true;
-  phase_->setText(shown_.phase == Phase::Judging ? tr("Stopping the judging; the finished model is kept…")
+  phase_->setText(shown_.phase == Phase::Judging
+                      ? tr("Stopping; the finished model is kept without its quality…")
                   : shown_.phase == Phase::Estimating
-                      ? tr("Stopping the estimate of the uncertainty; the finished model is kept…")
+                      ? tr("Stopping; the finished model is kept without its uncertainty…")
                       : tr("Cancelling…"));
   remaining_->clear();
   bar_->setRange(0, 0);

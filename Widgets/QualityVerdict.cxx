@@ -2,7 +2,6 @@
 
 #include "Widgets/TextFormat.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace innergs::ui {

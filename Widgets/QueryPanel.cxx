@@ -572,8 +572,7 @@ void QueryPanel::build() {
   exportVolume_ = new QPushButton(tr("Exp&ort as a volume"));
   exportVolume_->setObjectName(QStringLiteral("queryExportVolume"));
   exportVolume_->setToolTip(
-      tr("Add the plane to the volumes, at its pixel size and in its place in the patient; "
-         "from there it can be saved"));
+      tr("Add the plane to the volumes, at its pixel size and its place in the patient; save it from there"));
   savePicture_ = new QPushButton(tr("Save pictu&re…"));
   savePicture_->setObjectName(QStringLiteral("querySavePicture"));
   savePicture_->setToolTip(tr("Save the plane as a PNG picture with this window and level"));

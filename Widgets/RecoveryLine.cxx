@@ -11,7 +11,6 @@
 #include <QVBoxLayout>
 
 #include <algorithm>
-#include <utility>
 
 namespace innergs::ui {
 namespace {
@@ -62,12 +61,12 @@ bool RecoveryLine::refresh() {
     });
     const QString what =
         found == fits.end() ? QFileInfo(file_).fileName() : QString::fromStdString(found->inputs);
-    message_->setMessage(MessageLine::Kind::Information,
-                         (moving_ ? tr("The next reconstruction goes on from where that of “%1” stood: "
-                                       "choose the same scan, with the same settings.")
-                                  : tr("The next reconstruction goes on from where that of “%1” stood: "
-                                       "choose the same scans and mask, with the same settings."))
-                             .arg(what));
+    message_->setMessage(
+        MessageLine::Kind::Information,
+        (moving_ ? tr("The next reconstruction continues that of “%1”: choose the same scan and settings.")
+                 : tr("The next reconstruction continues that of “%1”: choose the same scans, mask and "
+                      "settings."))
+            .arg(what));
   } else if (!offered_.file.empty()) {
     const QString scans = QString::fromStdString(offered_.inputs);
     const QString stopped =

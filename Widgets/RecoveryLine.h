@@ -9,13 +9,13 @@ namespace innergs::ui {
 class MessageLine;
 
 /// Offers to go on from the newest fit in the host's recovery folder, of static scans or of moving ones, and
-/// says when the next reconstruction goes on from one. Hidden when there is neither.
+/// says when the next reconstruction continues one. Hidden when there is neither.
 class RecoveryLine : public QWidget {
   Q_OBJECT
 public:
   enum class Scans { AtRest, Moving };
   RecoveryLine(Host* host, Scans scans, QWidget* parent);
-  /// What the next reconstruction goes on from, as in its request.
+  /// What the next reconstruction continues, as in its request.
   QString file() const { return file_; }
   void setFile(const QString& file);
   /// Looks again; whether another fit than before is offered.

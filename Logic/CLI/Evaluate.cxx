@@ -154,10 +154,9 @@ Subcommand addEvaluate(CLI::App& app) {
        {"both", Protocol::Both},
        {"stacks", Protocol::Stacks},
        {"scans", Protocol::Scans}},
-      "held-out: what is withheld is withheld in every plane; paper: withheld per plane, so that the\n"
-      "other planes still show it; stacks: thick scans at right angles of a patient who moves; scans: "
-      "slices\n"
-      "withheld from several real scans, predicted from the rest and from their average [held-out]");
+      "held-out: withheld data are hidden in every plane; paper: withheld per plane, so that the\nother "
+      "planes still show them; stacks: thick scans at right angles of a patient who moves; scans: "
+      "slices\nwithheld from several real scans, predicted from the rest and from their average [held-out]");
   auto* keepEvery =
       command
           ->add_option("--keep-every", o->keepEvery,

@@ -272,16 +272,13 @@ Subcommand addInterpolate(CLI::App& app) {
   for (const Setting& row : settingsTable())
     if (concernsMovingScans(row)) addSetting(*command, o->settings, row.name);
   command->add_flag("-q,--quiet", o->quiet, "Print only errors");
-  command->footer(
-      "Examples:\n"
-      "  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n"
-      "  innergs interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n"
-      "  innergs interpolate bold.nii.gz --kind intensity --slice-times task.json -o even.nii.gz\n"
-      "  innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n"
-      "  innergs interpolate wrist.innergs --motion motion.nii.gz --motion-from 0\n"
-      "  innergs interpolate wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\n"
-      "Ctrl-C stops the fit; once frames are refined together, what was reached is written,\n"
-      "and --resume continues from the saved model.");
+  command->footer("Examples:\n  innergs interpolate wrist.nii.gz --rate 10 -o smooth.seq.nrrd\n  innergs "
+                  "interpolate bold.nii.gz --kind intensity --times 1,3,5 -o between.nii.gz\n  innergs "
+                  "interpolate bold.nii.gz --kind intensity --slice-times task.json -o even.nii.gz\n  "
+                  "innergs interpolate frames/ --save-model wrist.innergs -o frames.nii.gz\n  innergs "
+                  "interpolate wrist.innergs --motion motion.nii.gz --motion-from 0\n  innergs interpolate "
+                  "wrist.innergs --at 4.25 --spacing 1 -o moment.nii.gz\nCtrl-C stops the fit; once frames "
+                  "are refined together, it writes the model so far,\nand --resume continues from it.");
   return {command, [o] { return interpolate(*o); }};
 }
 

@@ -20,21 +20,18 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
   output->add_option("--report", o.report, "JSON report to write: settings, geometry, quality, timings")
       ->type_name("FILE");
   output
-      ->add_option("--slices", o.slices,
-                   "Table to write (TSV): where each slice of several scans was found to lie, its weight and "
-                   "how well\n"
-                   "it fits")
+      ->add_option(
+          "--slices", o.slices,
+          "Table to write (TSV): where each slice of several scans lies, its weight and how well it fits")
       ->type_name("FILE");
   output
       ->add_option("--transforms", o.transforms,
-                   "Folder for the same as ITK transforms (.tfm), one per slice")
+                   "Folder for the same places as ITK transforms (.tfm), one per slice")
       ->type_name("DIR");
   output
-      ->add_option(
-          "--uncertainty", o.uncertainty,
-          "Volume to write: by how much the output may be off, as a standard deviation; takes a second "
-          "fit\n"
-          "without some of the slices")
+      ->add_option("--uncertainty", o.uncertainty,
+                   "Volume to write: the standard deviation by which the output may be off; takes a second "
+                   "fit\nwithout some of the slices")
       ->type_name("FILE");
   output
       ->add_option(

@@ -173,9 +173,10 @@ bool learns(const SegmentCommand& o) {
 }
 
 [[noreturn]] void refuseWithoutFeatures(const SegmentCommand& o) {
-  throw Error(ErrorCode::NoData, innergs::quoted(o.model) +
-                                     " has no features yet: give labels to learn them from as "
-                                     "--labels, or a feature volume as --features.");
+  throw Error(
+      ErrorCode::NoData,
+      innergs::quoted(o.model) +
+          " has no features yet: give labels to learn from as --labels, or a feature volume as --features.");
 }
 
 /// Segments of one lattice in an image, and how they are scored.
@@ -321,15 +322,14 @@ int segment(const SegmentCommand& o) {
 } // namespace
 
 Subcommand addSegment(CLI::App& app) {
-  auto* command = app.add_subcommand("segment", "Segments of a model by what they are called");
+  auto* command = app.add_subcommand("segment", "Finds segments of a model by name");
   auto o = std::make_shared<SegmentCommand>();
   command->add_option("model", o->model, "Model (.innergs)")->required()->type_name("MODEL");
-  auto* labels =
-      command
-          ->add_option("--labels", o->labels,
-                       "Labelmap or segmentation (.seg.nrrd) to learn from, on a grid of its own; not "
-                       "needed for a model that was saved with features")
-          ->type_name("IMAGE");
+  auto* labels = command
+                     ->add_option("--labels", o->labels,
+                                  "Labelmap or segmentation (.seg.nrrd) to learn from, on any grid; not "
+                                  "needed for a model saved with features")
+                     ->type_name("IMAGE");
   command
       ->add_option("--names", o->names,
                    "Names of the labels, or of a network's channels: JSON, {\"1\": \"liver\", \"2\": "
@@ -345,7 +345,7 @@ Subcommand addSegment(CLI::App& app) {
           ->excludes(labels);
   auto* texts = command
                     ->add_option("--text-embeddings", o->texts,
-                                 "What texts mean to that model: JSON, {\"liver\": [0.1, ...], "
+                                 "Embeddings of texts by that model: JSON, {\"liver\": [0.1, ...], "
                                  "\"background\": [...]}")
                     ->type_name("FILE");
   features->needs(texts);
@@ -353,8 +353,8 @@ Subcommand addSegment(CLI::App& app) {
       command
           ->add_option(
               "--network", o->network,
-              "Network to learn from instead (ONNX, run by OpenVINO): an image in; out, a channel for\n"
-              "the background and one per segment (--names), or features (--text-embeddings)")
+              "Network to learn from instead (ONNX, run by OpenVINO): takes an image, gives a channel "
+              "for\nthe background and one per segment (--names), or features (--text-embeddings)")
           ->type_name("FILE")
           ->excludes(features);
   command->add_option("--image", o->image, "Image that the network is shown [the model's own]")
@@ -373,11 +373,10 @@ Subcommand addSegment(CLI::App& app) {
       ->check(CLI::PositiveNumber)
       ->needs(network);
   command->add_flag("--sparse", o->sparse,
-                    "Slices without any label between labelled ones were not labelled: they "
-                    "follow the image");
+                    "Unlabelled slices between labelled ones follow the image instead of being background");
   command
       ->add_option("--query", o->queries,
-                   "A structure, in words, e.g. \"left kidney\"; again for more segments")
+                   "A structure in words, e.g. \"left kidney\"; repeat for more segments")
       ->type_name("TEXT")
       ->allow_extra_args(false);
   addTextModel(*command, o->textModel);
@@ -422,7 +421,7 @@ Subcommand addSegment(CLI::App& app) {
       ->check(CLI::IsMember({8, 16, 32}));
   addSetting(*command, o->settings, "threads");
   addSetting(*command, o->settings, "device");
-  command->add_flag("-q,--quiet", o->quiet, "Say what was found and nothing else");
+  command->add_flag("-q,--quiet", o->quiet, "Print only what was found");
   command->footer(
       "Research software: the segments are as good as the labels, and no diagnosis.\n"
       "Examples:\n"

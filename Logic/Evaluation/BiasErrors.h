@@ -5,8 +5,8 @@
 
 namespace innergs {
 
-/// How wrong the logarithm of the found shading is: root mean squares in the body, once one gain per stack is
-/// taken away. 0.01: 1 % of the brightness.
+/// How wrong the logarithm of the found shading is: root mean squares in the body, after removing one gain
+/// per stack. 0.01: 1 % of the brightness.
 struct BiasErrors {
   double between = 0; // what stacks still differ by from their mean
   double shared = 0;  // that mean, which is in the result

@@ -8,7 +8,6 @@
 #include "Evaluation/EvaluationRuns.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace innergs {
 namespace {

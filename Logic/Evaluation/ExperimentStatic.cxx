@@ -1,6 +1,5 @@
 #include "Evaluation/ExperimentStatic.h"
 
-#include "Core/Base/Error.h"
 
 #include <algorithm>
 #include <cmath>

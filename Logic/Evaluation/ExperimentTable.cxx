@@ -48,7 +48,7 @@ std::string csvLine(const std::vector<std::string>& cells) {
 
 void ExperimentTable::add(std::vector<std::string> row) {
   if (row.size() != columns.size())
-    throw Error(ErrorCode::Internal, "A row of the table '" + name + "' has not one cell per column.");
+    throw Error(ErrorCode::Internal, "A row of the table '" + name + "' does not have one cell per column.");
   rows.push_back(std::move(row));
 }
 

@@ -123,7 +123,7 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     if (!stopped)
       result.warnings.push_back("The quality could not be judged. " + failure.sentence);
     else if (result.judging != Judging::Stopped) // that case is reported already
-      result.warnings.push_back("The judging of the quality was stopped: the result itself is complete.");
+      result.warnings.push_back("Judging the quality was stopped: the result itself is complete.");
     result.judging = stopped ? Judging::Stopped : Judging::Failed;
   }
   const double seconds = secondsSince(begun);

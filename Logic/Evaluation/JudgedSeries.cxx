@@ -61,7 +61,7 @@ JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
     const Failure failure = failureOf();
     outcome.judging = failure.code == ErrorCode::Cancelled ? Judging::Stopped : Judging::Failed;
     outcome.note = outcome.judging == Judging::Stopped
-                       ? "The judging of the quality was stopped; the result is complete."
+                       ? "Judging the quality was stopped; the result is complete."
                        : "The quality could not be judged: " + failure.sentence;
   }
   return outcome;

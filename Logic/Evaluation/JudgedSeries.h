@@ -19,7 +19,7 @@ class JudgedSeries {
 public:
   JudgedSeries(TimeSeries series, Settings settings, bool judge);
 
-  /// The first fit goes on from there, as DynamicJob::resume() does.
+  /// The first fit continues from there, as DynamicJob::resume() does.
   void resume(std::shared_ptr<const StoppedDynamicFit> fit) { resumed_ = std::move(fit); }
   /// Remaining time and fraction are of both fits.
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }

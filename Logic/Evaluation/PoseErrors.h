@@ -5,15 +5,15 @@
 
 namespace innergs {
 
-/// How far slices lie from where they should, once one rigid transform common to all is taken away: no method
-/// can know it.
+/// How far slices lie from where they should, after removing one rigid transform common to all, which no
+/// method can know.
 struct PoseErrors {
   struct Spread {
     double median = 0, ninetieth = 0, worst = 0; // over the slices
   };
   Spread millimetres; // root mean square over what the slice shows of the body
   Spread degrees;
-  double commonMillimetres = 0, commonDegrees = 0; // of what was taken away, in the middle of the first stack
+  double commonMillimetres = 0, commonDegrees = 0; // of what was removed, in the middle of the first stack
   std::int64_t slices = 0;                         // that show body
 };
 

@@ -15,7 +15,6 @@
 #include "IO/N4Correction.h"
 
 #include <algorithm>
-#include <cmath>
 
 namespace innergs {
 namespace {

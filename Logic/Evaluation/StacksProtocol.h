@@ -5,7 +5,7 @@
 namespace innergs {
 
 /// Reconstructs simulated thick stacks and scores every method on the truth, inside its body mask and 8 mm
-/// from the faces of what was scanned: PSNR and SSIM once one gain is taken away, and where slices moved one
+/// from the faces of what was scanned: PSNR and SSIM after removing one gain and where slices moved one
 /// rigid transform, for no method can know either: the Gaussians are rendered there, other volumes
 /// interpolated by cubic B-splines. Where slices move, the Gaussians are also fitted without
 /// correcting that

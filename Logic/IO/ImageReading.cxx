@@ -14,7 +14,6 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
-#include <array>
 #include <fstream>
 
 namespace fs = std::filesystem;

@@ -15,7 +15,6 @@
 #include <cmath>
 #include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace innergs {
@@ -163,7 +162,7 @@ std::string correctByN4(Stack& stack, bool masked, const std::stop_token& stop) 
     for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
       stack.image.voxels[v] = static_cast<float>(
           stack.image.voxels[v] * gain * std::exp(-static_cast<double>(std::clamp(logs[v][0], low, high))));
-    return formatted("N4 evened out %s: its shading was between %.2f and %.2f of its mean.", name.c_str(),
+    return formatted("N4 corrected %s: its shading was between %.2f and %.2f of its mean.", name.c_str(),
                      std::exp(static_cast<double>(low)) / gain, std::exp(static_cast<double>(high)) / gain);
   } catch (const itk::ExceptionObject& exception) {
     throw Error(ErrorCode::UnsupportedImage, "N4 failed on " + name + ": " + exception.GetDescription());

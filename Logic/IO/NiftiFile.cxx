@@ -7,7 +7,6 @@
 #include <itk_zlib.h>
 
 #include <algorithm>
-#include <bit>
 #include <cstring>
 #include <memory>
 

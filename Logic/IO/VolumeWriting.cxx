@@ -15,7 +15,6 @@
 #include <itkNrrdImageIO.h>
 
 #include <algorithm>
-#include <cmath>
 #include <fstream>
 #include <limits>
 

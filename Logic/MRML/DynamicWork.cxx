@@ -22,8 +22,6 @@
 #include <vtkNew.h>
 #include <vtkTable.h>
 
-#include <algorithm>
-#include <cmath>
 
 namespace innergs::mrml {
 

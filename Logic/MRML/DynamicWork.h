@@ -37,11 +37,11 @@ public:
   /// False when it was stopped before there was a result. Throws Error.
   bool run(const std::stop_token& stop, const ProgressCallback& tell, const PreviewCallback& show);
 
-  /// The file that it goes on from; empty: none.
+  /// The file that it continues; empty: none.
   const std::filesystem::path& resumeFile() const { return resumeFile_; }
   bool keepsWhenCancelled() const { return keepWhenCancelled_; }
   /// After run(): writes where the fit stands, or ended, into the folder and completes `about`; leaves it
-  /// without a file where there is nothing to go on from. Throws Error.
+  /// without a file where there is nothing to continue. Throws Error.
   void keep(RecoveredFit& about, const std::filesystem::path& folder) const;
   /// What is known of it before the start.
   RecoveredFit about() const;

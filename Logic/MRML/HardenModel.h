@@ -17,7 +17,7 @@ struct HardenedModel {
 
 /// Moves means, covariances, slopes, domain, support, residual grid and the features' lattices by rotations,
 /// shifts, scalings and mirrorings along the axes of the model's lattices, or by anything when it has no
-/// lattice. A shear of a lattice stays in `rest`. A fit that was interrupted cannot go on from a moved model.
+/// lattice. A shear of a lattice stays in `rest`. An interrupted fit cannot continue from a moved model.
 /// Throws Error when the map cannot be inverted or takes the model out of range.
 HardenedModel harden(const Model& model, const FeatureModel* features, const Affine3& map);
 

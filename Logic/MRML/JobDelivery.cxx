@@ -85,24 +85,23 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   if (uncertainty) logic_->StopFollowing(uncertainty);
   if (replaced)
     job->Warnings.push_back(
-        "A chosen output was deleted during the reconstruction: what was meant for it is in a new node.");
+        "A chosen output was deleted during the reconstruction: its data are in a new node.");
   if (!problem.empty() && !volume && !model)
     throw Error(ErrorCode::Memory,
                 "The fit is complete, but its result could not be put into the scene. " + problem);
   if (!problem.empty())
     job->Warnings.push_back(
-        (!volume ? "The volume could not be put into the scene: make it of the model, which is kept. "
+        (!volume ? "The volume could not be put into the scene: make it from the model, which is kept. "
                  : "The result could not be put into the scene in full. ") +
         problem);
   else if (!volume || !model)
-    job->Warnings.push_back("An output node was deleted as it was made: what was meant for it is lost.");
+    job->Warnings.push_back("An output node was deleted as it was made: its data are lost.");
   job->VolumeNode = volume;
   job->ModelNode = model;
   job->TableNode = table;
   job->SliceTableNode = slices;
   if (slices)
-    job->Warnings.push_back("Where every slice was found to lie is in the table " + quoted(slices.Get()) +
-                            ".");
+    job->Warnings.push_back("The place of every slice is in the table " + quoted(slices.Get()) + ".");
   job->UncertaintyNode = uncertainty;
   if (const vtkSmartPointer<vtkMRMLInnerGSParameterNode> parameters = task.parameters.Get();
       parameters && parameters->GetScene() == scene) {
@@ -170,7 +169,7 @@ void JobDelivery::tellKept(Task& task) {
   if (task.keep) keepFit(task);
   if (!task.notKept.sentence.empty()) {
     onError_(
-        {task.notKept.code, "Where the reconstruction stood could not be kept. " + task.notKept.sentence});
+        {task.notKept.code, "The state of the reconstruction could not be kept. " + task.notKept.sentence});
     return;
   }
   const RecoveredFit& kept = task.recovered;
@@ -179,9 +178,9 @@ void JobDelivery::tellKept(Task& task) {
   if (!task.keep) return; // as was asked for
   vtkWarningWithObjectMacro(logic_, "The reconstruction of '"
                                         << kept.inputs << "' was stopped at iteration " << kept.iteration
-                                        << " of " << kept.iterations << ". Where it stood is kept in "
+                                        << " of " << kept.iterations << ". Its state is kept in "
                                         << innergs::quoted(kept.file)
-                                        << ": load its scans again and go on from that file.");
+                                        << ": load its scans again and continue from that file.");
 }
 
 void JobDelivery::forgetResumed(const Task& task) {

@@ -21,7 +21,7 @@ private:
   void finish(Task& task);
   void makeNodes(Task& task, vtkMRMLScene* scene);
   void tellKept(Task& task);
-  /// Where it went on from: it is complete.
+  /// The file it continued: it is complete.
   static void forgetResumed(const Task& task);
 
   vtkSlicerInnerGSLogic* logic_;

@@ -1,6 +1,5 @@
 #include "JobQueue.h"
 
-#include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
 #include "Core/Base/ThreadPriority.h"
 #include "DynamicWork.h"

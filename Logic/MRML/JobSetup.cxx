@@ -159,7 +159,8 @@ std::vector<vtkMRMLTransformableNode*> masksOf(Parameters* parameters) {
     if (!own[n]) own[n] = common;
     if (!own[n])
       refuse(ErrorCode::InvalidArgument,
-             quoted(inputs[n]) + " has no mask, but other scans have: choose one for it, or one for all.");
+             quoted(inputs[n]) +
+                 " has no mask, but other scans have one: choose one for it, or one for all.");
   }
   return own;
 }

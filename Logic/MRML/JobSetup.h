@@ -42,7 +42,7 @@ public:
   /// See JudgedReconstruction.
   std::optional<int> keepEvery;
   std::optional<EvaluationReport> quality;
-  /// A model file to go on from, read by the worker; empty: none.
+  /// A model file to continue, read by the worker; empty: none.
   std::filesystem::path resumeFile;
   /// Called on the worker.
   ProgressCallback told;
@@ -93,7 +93,7 @@ struct Task {
 /// Writes where the task's fit stands, or its result, into its recovery folder, once and if there is
 /// something; on the thread that the task belongs to. Does not throw.
 void keepFit(Task& task);
-/// Removes the file that the task went on from, if it is a recovered one: there is a newer state.
+/// Removes the file that the task continued, if it is a recovered one: there is a newer state.
 void dropResumedFile(const Task& task);
 
 /// The slice thickness (mm) of an input for which 0 is set; 0: the distance between slices.

@@ -34,7 +34,7 @@ struct vtkSlicerInnerGSLogic::Internals {
   vtkNew<vtkCallbackCommand> onApplicationGone, onOwnEnd;
 
   innergs::mrml::FinePlanes fine; // of the views that are followed
-  innergs::mrml::JobQueue queue;  // last: its worker ends before the rest goes
+  innergs::mrml::JobQueue queue;  // last: its worker ends before the rest is destroyed
 
   explicit Internals(vtkSlicerInnerGSLogic* owner)
       : logic(owner), delivery(owner, [this](const innergs::Failure& failure) { this->fail(failure); }),

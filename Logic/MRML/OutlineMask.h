@@ -10,7 +10,7 @@ class vtkMRMLVolumeNode;
 
 namespace innergs::mrml {
 
-/// One mask of estimates: made anew only when the mask, its voxels or its place have changed, since every
+/// One mask of estimates: rebuilt only when the mask, its voxels or its place have changed, since every
 /// choice in a panel is estimated. Main thread.
 class OutlineMask {
 public:

@@ -174,7 +174,7 @@ std::shared_ptr<Task> learningTask(vtkMRMLInnerGSModelNode* model, vtkMRMLScene*
     const SegmentedModel now = node && !node->IsEmpty() ? node->GetModel()->GetSegmented() : SegmentedModel();
     if (segmented.moving ? now.moving != segmented.moving : now.field != segmented.field)
       throw Error(ErrorCode::InvalidArgument,
-                  "The model was replaced while it learned: let it learn the segments again.");
+                  "The model was replaced while learning: learn the segments again.");
     MRMLNodeModifyBlocker blocker(node);
     node->SetAttribute("InnerGS.Segments", from.c_str());
     node->SetFeatures(*learned);

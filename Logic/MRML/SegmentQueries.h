@@ -14,7 +14,7 @@ class vtkMRMLSegmentationNode;
 
 namespace innergs::mrml {
 
-/// The segments of model nodes by what they are called. Keeps the last model's probabilities, so that its
+/// Segments of model nodes by name. Keeps the last model's probabilities, so that its
 /// next query takes milliseconds. Main thread.
 class SegmentQueries {
 public:

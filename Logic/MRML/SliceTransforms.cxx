@@ -29,9 +29,9 @@ std::vector<SliceRow> rowsOf(vtkTable* table) {
   const auto column = [&](const std::string& name) {
     vtkAbstractArray* found = rows > 0 ? table->GetColumnByName(name.c_str()) : nullptr;
     if (!found)
-      throw Error(ErrorCode::InvalidArgument,
-                  "This table does not say where slices lie: choose the one that a "
-                  "reconstruction of several scans has made.");
+      throw Error(
+          ErrorCode::InvalidArgument,
+          "This table has no places of slices: choose one made by a reconstruction of several scans.");
     return found;
   };
   vtkAbstractArray *scans = column("Scan"), *slices = column("Slice");

@@ -27,7 +27,8 @@ bool isPly(const std::filesystem::path& path) {
   const std::string extension = innergs::fullExtension(path);
   if (extension != ".ply" && extension != ".innergs")
     throw innergs::Error(innergs::ErrorCode::InvalidArgument,
-                         innergs::quoted(path) + " is no name of a model: let it end with .innergs or .ply.");
+                         innergs::quoted(path) +
+                             " is not a model's file name: let it end with .innergs or .ply.");
   return extension == ".ply";
 }
 
@@ -176,8 +177,8 @@ int vtkMRMLInnerGSModelStorageNode::WriteDataInternal(vtkMRMLNode* node) {
         this->GetUserMessages()->AddMessage(
             vtkCommand::WarningEvent,
             (dropped.empty() ? dropped : dropped + " ") +
-                "The state of the fit and what the model was made from are not in a PLY file either: until "
-                "it is saved as an .innergs file the model counts as unsaved.");
+                "A PLY file also lacks the state of the fit and the model's sources: until it is saved as an "
+                ".innergs file, the model counts as unsaved.");
     } else if (modelNode->IsDynamic()) {
       innergs::writeDynamicModel(*modelNode->GetDynamicModel()->GetField(), path, notesOf(modelNode), {},
                                  features.get());

@@ -22,7 +22,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <new>
 
 vtkStandardNewMacro(vtkSlicerInnerGSLogic);
 
@@ -37,7 +36,7 @@ bool vtkSlicerInnerGSLogic::Internals::guard(const std::function<void()>& task) 
     if (std::this_thread::get_id() != mainThread)
       throw Error(
           ErrorCode::InvalidArgument,
-          "The InnerGS logic was called from another thread than the one that made it: call it from the "
+          "The InnerGS logic was called from a thread other than the one that made it: call it from the "
           "main thread.");
     task();
     return true;

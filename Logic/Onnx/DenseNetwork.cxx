@@ -276,15 +276,14 @@ Teacher networkTeacher(const std::filesystem::path& file, const Volume& image,
                        const std::vector<SegmentName>& names, const std::vector<TextEmbedding>& texts,
                        const DenseNetworkOptions& options) {
   if (names.empty() == texts.empty())
-    throw Error(ErrorCode::InvalidArgument,
-                "A network teaches segments or features: give the names of its channels or, for features, "
-                "embeddings of texts.");
+    throw Error(ErrorCode::InvalidArgument, "A network teaches segments or features: give the names of its "
+                                            "channels or, for features, text embeddings.");
   EmbeddingVolume maps = applyNetwork(file, image, options);
   if (!texts.empty()) return DenseTeacher{std::move(maps), texts};
   for (const SegmentName& name : names)
     if (name.label >= maps.channels.size())
       throw Error(ErrorCode::InvalidArgument, "The network gives " + std::to_string(maps.channels.size()) +
-                                                  " channels, but \"" + name.name + "\" is to be channel " +
+                                                  " channels, but \"" + name.name + "\" should be channel " +
                                                   std::to_string(name.label) +
                                                   ": channel 0 is the background, 1 the first segment.");
   return NamedLabels{likeliestChannel(maps), names};

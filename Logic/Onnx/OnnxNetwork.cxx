@@ -125,7 +125,7 @@ struct OnnxNetwork::Internals {
     if (!whole || inputs[index].type == NetworkPort::Type::Other)
       throw Error(ErrorCode::InvalidArgument,
                   name + " has an input '" + inputs[index].name +
-                      "' of a type or size that InnerGS does not give: use another network.");
+                      "' of a type or size that InnerGS does not provide: use another network.");
     std::vector<std::int64_t> sizes = tensor.shape;
     auto made = owned<Api::Tensor>(api.tensor_free);
     check(api.tensor_create(inputTypes[index], {static_cast<std::int64_t>(sizes.size()), sizes.data()},
@@ -165,13 +165,13 @@ OnnxNetwork::OnnxNetwork(const std::filesystem::path& file, int streams) {
                                        "' does not start: install it again.");
   auto model = owned<Api::Model>(api.model_free);
   if (!mayBeOnnx(file) || api.core_read_model(work.core.get(), path.c_str(), nullptr, model.out()) != 0)
-    work.fail(" is no ONNX network that OpenVINO " + runtime.version + " can read: give another file.");
+    work.fail(" is not an ONNX network that OpenVINO " + runtime.version + " can read: give another file.");
   // Single precision everywhere, and a thread per stream: the same figures on every machine's settings.
   const std::string threads = std::to_string(std::max(1, streams));
   const Api::Status compiled = api.core_compile_model(
       work.core.get(), model.get(), "CPU", 6, work.compiled.out(), "INFERENCE_PRECISION_HINT", "f32",
       "INFERENCE_NUM_THREADS", threads.c_str(), "NUM_STREAMS", threads.c_str());
-  if (compiled != 0) work.fail(" cannot be made to run by OpenVINO on this CPU: give another network.");
+  if (compiled != 0) work.fail(" cannot be compiled by OpenVINO for this CPU: give another network.");
   work.readPorts();
   for (int stream = 0; stream < std::max(1, streams); ++stream) {
     work.requests.emplace_back(api.infer_request_free);

@@ -149,7 +149,7 @@ OpenVino load() {
       continue;
     }
     if (!bindAll(library, functions)) {
-      found.problem = utf8(file) + " is no OpenVINO that is known here: install 2025.4 or later.";
+      found.problem = utf8(file) + " is not a known version of OpenVINO: install 2025.4 or later.";
       continue;
     }
     OpenVinoFunctions::Version version{};
@@ -185,7 +185,7 @@ OpenVino openVino() {
       loaded = load();
     } catch (const std::exception& error) {
       loaded = {};
-      loaded.problem = std::string("OpenVINO cannot be looked for: ") + error.what();
+      loaded.problem = std::string("OpenVINO cannot be searched for: ") + error.what();
     }
   }
   return loaded;

@@ -57,7 +57,7 @@ PhraseSet phrasesFrom(const Lexicon& lexicon, std::string_view text) {
                      [&](const std::string& name) { return matches(name, pattern); });
         if (phrase.expect.size() == before)
           throw Error(ErrorCode::FileFormat, "The phrase '" + phrase.text + "' expects '" + pattern +
-                                                 "', which no structure is called.");
+                                                 "', which names no structure.");
       }
       std::sort(phrase.expect.begin(), phrase.expect.end());
       set.phrases.push_back(std::move(phrase));

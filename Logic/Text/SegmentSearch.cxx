@@ -152,8 +152,8 @@ SegmentAnswer SegmentSearch::find(std::string_view query) const {
         asked + " matches no segment; use a structure's name, e.g. \"liver\" or \"left kidney\".";
     break;
   case AnswerKind::Similar:
-    answer.sentence = asked + " is no name that is known here; nearest in meaning: " + joined(names) +
-                      "; ask for one of them.";
+    answer.sentence =
+        asked + " is not a known name; nearest in meaning: " + joined(names) + "; ask for one of them.";
     break;
   }
   return answer;

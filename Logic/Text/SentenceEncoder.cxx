@@ -44,9 +44,9 @@ SentenceEncoder::SentenceEncoder(const fs::path& folder)
                                                   "': give a sentence embedding such as all-MiniLM-L6-v2.");
   for (const NetworkPort& port : inputs)
     if (port.name != "input_ids" && port.name != "attention_mask" && port.name != "token_type_ids")
-      throw Error(ErrorCode::InvalidArgument, network_.name() + " has an input '" + port.name +
-                                                  "' that is not known here: give a sentence embedding such "
-                                                  "as all-MiniLM-L6-v2.");
+      throw Error(ErrorCode::InvalidArgument,
+                  network_.name() + " has an input '" + port.name +
+                      "', which is unknown: give a sentence embedding such as all-MiniLM-L6-v2.");
 }
 
 std::vector<std::vector<float>> SentenceEncoder::encode(const std::vector<std::string>& texts) {

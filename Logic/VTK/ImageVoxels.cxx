@@ -78,7 +78,7 @@ std::vector<float> voxelsOf(vtkImageData* image, const VoxelBlock& block, const 
     start += block.first[a] * strides[a];
     count *= n[a];
     if (block.first[a] < 0 || block.size[a] < 0 || block.first[a] + block.size[a] > dimensions[a])
-      throw Error(ErrorCode::Internal, what + " was to be read beyond its voxels: report this.");
+      throw Error(ErrorCode::Internal, what + " was to be read beyond its voxels: please report this.");
   }
   std::vector<float> result(static_cast<std::size_t>(count));
   withScalars(scalars, what, [&](const auto* source) {

@@ -15,7 +15,6 @@
 #include "vtkObjectFactory.h"
 
 #include <algorithm>
-#include <cmath>
 
 vtkStandardNewMacro(vtkInnerGSModel);
 

@@ -8,7 +8,7 @@ In Slicer's Python console, in a notebook or a script with slicer-core:
     innergs.query(result.model, [[0, 0, 0], [10, -5, 20]])     # values at RAS points
     innergs.plane(result.model, matrix, size=512)              # any oblique plane as a volume node
 
-    innergs.learn(result.model, segmentationNode)              # once: segments to be asked for by their names
+    innergs.learn(result.model, segmentationNode)              # once: segments to find by name
     innergs.segment(result.model, "left kidney")               # a segmentation node
 
     job = innergs.start([axial, sagittal], held_out=0.1)       # in the background
@@ -17,9 +17,9 @@ In Slicer's Python console, in a notebook or a script with slicer-core:
     job.result()                                               # waits
 
     moving = innergs.reconstruct_moving(sequenceNode)          # a moving scan: a continuous volume in space and time
-    innergs.set_time(moving.model, 1.25)                       # s; planes and values are of that moment then
+    innergs.set_time(moving.model, 1.25)                       # s; planes and values then show that moment
 
-Everything here is a thin front of vtkSlicerInnerGSLogic (innergs.logic()). What goes wrong raises innergs.Error with a
+Everything here is a thin front end of vtkSlicerInnerGSLogic (innergs.logic()). What goes wrong raises innergs.Error with a
 sentence that says what to do; inputs are never changed.
 """
 

@@ -154,7 +154,7 @@ def reconstruct(volumes, spacing=None, *, progress=None, preview=None, parameter
                  coarsest spacing, else 2
     held_out     share of slices (0 to 0.5) withheld from a second fit, which takes about as long again, to report
                  held_out_psnr; the result is fitted to all slices
-    uncertainty  also estimate how far the volume may be off, as a volume node of standard deviations; takes that second fit
+    uncertainty  also estimate how far the volume may be off, as a volume node of standard deviations; takes this second fit
                  (of a fifth of the slices where held_out is 0) and two small ones
     quality      also score the settings by protocol H (keep every quality_gap-th slice; 0: the 2nd of thick
                  slices, the 4th of thin ones) in a table node

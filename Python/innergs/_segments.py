@@ -1,4 +1,4 @@
-"""Segments of a model by what they are called."""
+"""Segments of a model by name."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ._jobs import Job
 from ._scene import Error, checked, logic_of, quiet
 
 Found = collections.namedtuple("Found", "answer sentence candidates")
-Found.__doc__ = """How a text was understood: answer "found", "several" (side or number is open), "wider" (only segments that hold
+Found.__doc__ = """How a query was understood: answer "found", "several" (side or number is open), "wider" (only segments that hold
 more), "not in volume", "no match" or "similar" (words that the lexicon does not know, segments near in meaning by the
 sentence embedding in the folder INNERGS_TEXT_MODEL); a sentence; (name, score) of the segments that fit, best first, score from 0 to 1."""
 
@@ -17,12 +17,12 @@ _ANSWERS = ("found", "several", "wider", "not in volume", "no match", "similar")
 
 def learn(model, labels=None, sparse=False, progress=None, features=None, texts="", network="", names=(), value_range=(0, 0),
           spacing=0.0):
-    """Lets a model learn segments of the same patient, once, and waits; returns the model, with which they are saved.
+    """Teaches a model segments of the same patient and waits; returns the model, which keeps and saves them.
 
     A model of a moving scan learns from labels of the time that set_time() chose.
 
-    labels    a segmentation or label map node, whose names come from its colour table; sparse: slices without any label
-              between labelled ones were not labelled and follow the scan
+    labels    a segmentation or label map node, whose names come from its colour table; sparse: unlabelled slices
+              between labelled ones follow the scan
     features  instead: a volume node of several values per voxel; texts: a JSON file that says what texts mean there,
               {"liver": [0.1, 0.2], "background": [0, 1]}
     network   or: an ONNX file that OpenVINO runs on the model's own image; names: of its channels 1, 2, ..., or texts
@@ -54,7 +54,7 @@ def _string_array(names):
 
 
 def find(model, text):
-    """What a text in words asks for, e.g. "left kidney", as Found; makes nothing."""
+    """What a query such as "left kidney" means, as Found; creates nothing."""
     from vtkmodules.vtkCommonDataModel import vtkTable
 
     owner = logic_of(model)
@@ -69,9 +69,9 @@ def find(model, text):
 
 
 def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum_size=0.0, smoothing=0.0, spacing=0.0):
-    """Segments by what they are called as a segmentation node: `output` or a new one, with terminology and colours.
+    """Segments by name, as a segmentation node: `output` or a new one, with terminology and colours.
 
-    Of a moving model those of the time that set_time() chose.
+    A moving model gives those at the time of set_time().
 
     text          one structure in words, or a list of them; both sides where the side is open
     threshold     of the probability, 0 to 1; 0: where the segment is the likeliest
@@ -87,9 +87,9 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
 
 
 def score(model, text, output=None, spacing=0.0):
-    """The probability of what a text in words asks for, 0 to 1, as a volume node: `output` or a new one.
+    """The probability of what a query means, 0 to 1, as a volume node: `output` or a new one.
 
-    Of several segments the likeliest's; of a moving model at the time that set_time() chose. spacing: of the voxels in mm,
+    Of several segments, the likeliest's; of a moving model, at the time of set_time(). spacing: of the voxels in mm,
     0: as the fit had it.
     """
     owner = logic_of(model)

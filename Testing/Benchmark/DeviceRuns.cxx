@@ -1,6 +1,5 @@
 #include "DeviceRuns.h"
 
-#include "Core/Base/Error.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Fit/Trainer.h"
 #include "Core/Job/ReconstructionJob.h"

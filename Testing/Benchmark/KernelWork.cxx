@@ -4,7 +4,6 @@
 #include "Cuda/Passes.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 namespace innergs::bench {

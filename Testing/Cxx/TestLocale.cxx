@@ -5,7 +5,6 @@
 #include <cstdlib>
 #include <locale>
 #include <stdexcept>
-#include <string>
 
 namespace {
 

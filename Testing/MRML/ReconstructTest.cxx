@@ -476,7 +476,7 @@ TEST_F(ReconstructTest, GivesSlicesATableAndTransforms) {
   vtkNew<vtkMRMLTableNode> other;
   scene->AddNode(other);
   EXPECT_FALSE(logic->CreateSliceTransforms(other));
-  EXPECT_NE(logic->GetLastError().find("does not say where slices lie"), std::string::npos);
+  EXPECT_NE(logic->GetLastError().find("has no places of slices"), std::string::npos);
   EXPECT_FALSE(logic->CreateSliceTransforms(nullptr));
   parameters->SetSetting("sliceMotion", "off");
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
@@ -524,8 +524,7 @@ TEST_F(ReconstructTest, EveryScanHasAMaskOfItsOwn) {
   };
 
   parameters->SetInputMaskNode(axial, inside);
-  EXPECT_EQ(logic->CheckParameters(parameters),
-            "'Coronal' has no mask, but other scans have: choose one for it, or one for all.");
+  EXPECT_EQ(logic->CheckParameters(parameters).find("'Coronal' has no mask"), 0u);
   parameters->SetInputMaskNode(coronal, all);
   ASSERT_TRUE(logic->Reconstruct(parameters)) << logic->GetLastError();
   EXPECT_LT(wrong(), 15);

@@ -14,7 +14,6 @@
 #include <vtksys/SystemTools.hxx>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 namespace {

@@ -175,8 +175,7 @@ private Q_SLOTS:
     request.settings.align = false;
     request.settings.sliceMotion = SliceMotionKind::Off;
     request.inputs[0].maskId = left;
-    QCOMPARE(host_->estimate(request).refusal,
-             QString("'sagittal' has no mask, but other scans have: choose one for it, or one for all."));
+    QVERIFY(host_->estimate(request).refusal.startsWith("'sagittal' has no mask"));
     request.maskId = right; // of the scans without one
     const ui::Report both = reconstructAndWait(*host_, request);
     const auto masksOf = [this](const ui::Report& report) {

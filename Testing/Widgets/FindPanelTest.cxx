@@ -325,7 +325,7 @@ private Q_SLOTS:
     core->field.gaussians.pop_back();
     shown.host.modelData[shown.id]->SetCoreModel(core);
     QTRY_VERIFY(!shown.panel.isLearning());
-    QVERIFY(shown.message("findLearningMessage").contains("replaced while it learned"));
+    QVERIFY(shown.message("findLearningMessage").contains("replaced while learning"));
     QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);
   }
 

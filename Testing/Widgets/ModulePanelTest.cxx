@@ -11,7 +11,6 @@
 #include <QScrollBar>
 #include <QVBoxLayout>
 
-#include <cmath>
 #include <memory>
 
 using namespace innergs::ui;

@@ -322,7 +322,7 @@ private Q_SLOTS:
     report.quality.clear();
     report.heldOutPsnr = NAN;
     report.judging = innergs::Judging::Stopped;
-    report.warnings = QStringList("The judging of the quality was stopped: the result itself is complete.");
+    report.warnings = QStringList("Judging the quality was stopped: the result itself is complete.");
     host_->sendFinished(report);
     QVERIFY(!isShown("heldOutQuality"));
     QVERIFY(!isShown("qualityVerdict"));

@@ -55,7 +55,7 @@ private Q_SLOTS:
     QCOMPARE(panel_->request().settings.iterations, std::optional<int>(480));
     QCOMPARE(panel_->request().settings.preset, innergs::Preset::Best);
     QVERIFY(!isShown("goOn"));
-    QVERIFY(line("recovery").contains("goes on from where that of “T2” stood"));
+    QVERIFY(line("recovery").contains("continues that of “T2”"));
     choose("head");
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);

@@ -315,7 +315,8 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
       const QString name = document_.nameOf(choice.id);
       const QString id = hasMask(choice) ? choice.maskId : request.maskId;
       if (id.isEmpty())
-        refuse(tr("'%1' has no mask, but other scans have: choose one for it, or one for all.").arg(name));
+        refuse(
+            tr("'%1' has no mask, but other scans have one: choose one for it, or one for all.").arg(name));
       task.masks.push_back(find(id, tr("The mask of '%1'").arg(name)));
     }
   else if (!request.maskId.isEmpty())

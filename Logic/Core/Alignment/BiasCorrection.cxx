@@ -119,7 +119,7 @@ std::vector<double> logsOf(const Common& c, std::size_t scan, const std::array<d
 }
 
 /// The logarithms without the fields.
-std::vector<double> evened(const Common& c, const Coefficients& fields, ThreadPool& pool) {
+std::vector<double> corrected(const Common& c, const Coefficients& fields, ThreadPool& pool) {
   std::vector<double> logs(c.logs.size());
   const std::size_t n = c.scans.size();
   pool.blocks(static_cast<std::int64_t>(c.points), kBlock, [&](std::int64_t from, std::int64_t to) {
@@ -159,7 +159,7 @@ Coefficients fitFields(const Common& c, int count, ThreadPool& pool) {
   const auto square = static_cast<std::size_t>(count) * count;
   for (int sweep = 0; sweep < kSweeps; ++sweep)
     for (std::size_t s = 0; s < n; ++s) {
-      const std::vector<double> logs = evened(c, fields, pool);
+      const std::vector<double> logs = corrected(c, fields, pool);
       std::vector<double> rest(c.points, kNaN), sizes;
       for (std::size_t p = 0; p < c.points; ++p) {
         rest[p] = logs[p * n + s] - othersAt(&logs[p * n], n, s);
@@ -214,7 +214,7 @@ struct Agreement {
 
 Agreement agreementOf(const Common& c, const Coefficients& fields, ThreadPool& pool) {
   const std::size_t n = c.scans.size();
-  const std::vector<double> logs = evened(c, fields, pool);
+  const std::vector<double> logs = corrected(c, fields, pool);
   Agreement agreement;
   double squared = 0, count = 0;
   for (std::size_t s = 0; s < n; ++s) {
@@ -240,8 +240,8 @@ Agreement agreementOf(const Common& c, const Coefficients& fields, ThreadPool& p
   return agreement;
 }
 
-/// Samples of what the evened scans show, each at its own resolution, and the shading in them that sharpens
-/// their histogram; none: it could not be found.
+/// Samples of what the corrected scans show, each at its own resolution, and the shading in them that
+/// sharpens their histogram; none: it could not be found.
 std::vector<double> sharedShading(std::span<const Stack> stacks, const Common& c, const Coefficients& fields,
                                   ThreadPool& pool) {
   std::vector<double> logs, terms;
@@ -414,7 +414,7 @@ void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool)
 
 std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& name) {
   if (scan.field.coefficients.empty() || scan.highest - scan.lowest < kLeast) return {};
-  return name + formatted(" is shaded by %.2f to %.2f against the others: this was evened out.", scan.lowest,
+  return name + formatted(" is shaded by %.2f to %.2f against the others: this was corrected.", scan.lowest,
                           scan.highest);
 }
 
@@ -423,11 +423,11 @@ std::string biasSentence(const BiasCorrection& c) {
   std::string text =
       formatted("Without shading the scans agree at %.1f dB, before at %.1f dB.", c.psnrAfter, c.psnrBefore);
   if (c.sharedHighest > c.sharedLowest)
-    text += formatted(" A shading by %.2f to %.2f that all share was estimated from their histogram and "
-                      "evened out as well.",
-                      c.sharedLowest, c.sharedHighest);
+    text += formatted(
+        " A shading by %.2f to %.2f that all share was estimated from their histogram and corrected as well.",
+        c.sharedLowest, c.sharedHighest);
   else
-    text += " Shading that all scans share stays.";
+    text += " Shading that all scans share remains.";
   return text;
 }
 

@@ -32,7 +32,7 @@ BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignmen
 /// Divides one aligned stack's values by its field.
 void applyBias(const BiasCorrection::Scan& scan, Stack& stack, ThreadPool& pool);
 
-/// "Scan 2 is shaded by 0.71 to 1.38 against the others: this was evened out."; "" if it was not.
+/// "Scan 2 is shaded by 0.71 to 1.38 against the others: this was corrected."; "" if it was not.
 std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& name);
 /// What was done to all scans together; "" for nothing.
 std::string biasSentence(const BiasCorrection& correction);

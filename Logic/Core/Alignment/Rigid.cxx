@@ -1,6 +1,5 @@
 #include "Core/Alignment/Rigid.h"
 
-#include <algorithm>
 #include <numbers>
 
 namespace innergs {

@@ -299,8 +299,8 @@ void applyAlignment(std::span<const StackAlignment> alignment, std::span<Stack> 
 
 std::string alignmentSentence(const StackAlignment& a, const std::string& name) {
   if (!a.fits && std::isnan(a.correlation))
-    return name + " shares too little with the other scans to be compared with them: it was not moved. Check "
-                  "that it shows the same body.";
+    return name + " shares too little with the other scans to be compared with them: it was not moved. "
+                  "Check that it shows the same body.";
   if (!a.fits)
     return name + formatted(" does not fit the other scans (correlation %.2f, PSNR %.1f dB between them): it "
                             "was not moved. Check that it shows the same body with the same contrast.",

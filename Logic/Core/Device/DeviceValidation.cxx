@@ -4,7 +4,6 @@
 #include "Core/Device/DeviceCheck.h"
 
 #include <atomic>
-#include <chrono>
 #include <future>
 #include <map>
 #include <mutex>

@@ -11,7 +11,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <utility>
 
 namespace innergs {
 namespace {

@@ -9,7 +9,7 @@ std::unique_ptr<FeatureDevice> FeatureDeviceChoice::make(const FeatureProblem& p
 }
 
 void FeatureDeviceChoice::failed(const std::string& why) {
-  choice_.failed("while it learned, and the CPU began anew", why);
+  choice_.failed("while learning, and the CPU started over", why);
 }
 
 } // namespace innergs

@@ -50,8 +50,8 @@ public:
   std::int64_t voxels(int c) const { return lists_[static_cast<std::size_t>(c)].likeliest; }
   std::int64_t bytes() const;
 
-  /// The segment that some classes make together. Throws Error(InvalidArgument) for options out of range or a
-  /// class that there is not, Error(Cancelled).
+  /// The segment that some classes make together. Throws Error(InvalidArgument) for options out of range or
+  /// an unknown class, Error(Cancelled).
   Segment segment(std::span<const int> classes, const SegmentOptions& options = {},
                   const std::stop_token& stop = {}) const;
 

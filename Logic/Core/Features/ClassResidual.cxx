@@ -16,9 +16,9 @@ void checkResidual(const ClassResidual& r, int classes) {
   const auto fail = [](const std::string& what) {
     throw Error(ErrorCode::FileFormat, "The residual of the model's features cannot be used: " + what);
   };
-  if (r.voxels.size() != r.ends.size()) fail("it has not one list per voxel.");
+  if (r.voxels.size() != r.ends.size()) fail("it does not have one list per voxel.");
   if (r.empty()) {
-    if (!r.entries.empty()) fail("its lists have another size than they say.");
+    if (!r.entries.empty()) fail("its lists differ in size from what they say.");
     return;
   }
   checkGeometry(r.lattice, "The lattice of the features' residual");
@@ -26,9 +26,9 @@ void checkResidual(const ClassResidual& r, int classes) {
       std::adjacent_find(r.voxels.begin(), r.voxels.end(), std::greater_equal<>()) != r.voxels.end())
     fail("its voxels do not ascend.");
   if (!std::is_sorted(r.ends.begin(), r.ends.end()) || r.ends.back() != r.entries.size())
-    fail("its lists have another size than they say.");
+    fail("its lists differ in size from what they say.");
   for (const std::uint32_t entry : r.entries)
-    if (ClassResidual::unpacked(entry).c >= classes) fail("it is of a class that there is not.");
+    if (ClassResidual::unpacked(entry).c >= classes) fail("it names a class that does not exist.");
 }
 
 ClassResidualSampler::ClassResidualSampler(const ClassResidual& residual, const Affine3& indexToWorld)

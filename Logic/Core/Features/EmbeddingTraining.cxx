@@ -61,7 +61,7 @@ int addClasses(const EmbeddingVolume& teacher, const std::vector<TextEmbedding>&
     model.embeddings.insert(model.embeddings.end(), unit.begin(), unit.end());
   }
   if (model.names.size() < 2)
-    throw Error(ErrorCode::InvalidArgument, "There is no text embedding to ask for: give at least one.");
+    throw Error(ErrorCode::InvalidArgument, "There are no text embeddings: give at least one.");
   if (model.names.size() > 65535)
     throw Error(ErrorCode::InvalidArgument, "There are more than 65534 text embeddings: give fewer.");
   return background ? 0 : 1;
@@ -352,8 +352,7 @@ FeatureModel trainEmbeddings(const GaussianField& field, const EmbeddingVolume& 
   const std::int64_t voxels = volume.geometry.voxelCount();
   for (const auto& channel : volume.channels)
     if (static_cast<std::int64_t>(channel.size()) != voxels)
-      throw Error(ErrorCode::InvalidArgument,
-                  "The feature volume has fewer or more voxels than its lattice.");
+      throw Error(ErrorCode::InvalidArgument, "The feature volume's voxels do not match its lattice.");
   if (training.channels != 16 && training.channels != 32)
     throw Error(ErrorCode::InvalidArgument, "A latent of embeddings has 16 or 32 channels.");
   ThreadPool pool(training.threads);

@@ -39,7 +39,7 @@ void checkDecoder(const EmbeddingDecoder& decoder) {
   if (decoder.channels != 16 && decoder.channels != 32) fail("a latent of embeddings has 16 or 32 channels.");
   if (decoder.size < 1 || decoder.size > 65536) fail("an embedding has no numbers or too many.");
   if (decoder.parameters.size() != decoder.layers()[1].end())
-    fail("their decoder has another size than it says.");
+    fail("their decoder differs in size from what it says.");
   if (!std::all_of(decoder.parameters.begin(), decoder.parameters.end(),
                    [](float x) { return std::fabs(x) <= 1e9f; }))
     fail("their decoder is not finite.");

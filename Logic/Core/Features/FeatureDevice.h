@@ -37,7 +37,7 @@ public:
   /// Null for the CPU. Throws Error(Cancelled).
   virtual std::unique_ptr<FeatureDevice> make(const FeatureProblem& problem, int iterations,
                                               const std::stop_token& stop) = 0;
-  /// Says why what was made is not used: the CPU iterates anew.
+  /// Says why the device is not used: the CPU starts over.
   virtual void failed(const std::string& why) = 0;
 };
 

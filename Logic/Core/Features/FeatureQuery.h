@@ -24,7 +24,7 @@ struct ClassImage {
   std::vector<std::uint16_t> classes; // the likeliest class of each voxel, 0 outside the field
 };
 
-/// The voxels of a lattice that can be something else than background: visit(voxel, its classes, their
+/// The voxels of a lattice that may not be background: visit(voxel, its classes, their
 /// probabilities), a row along I by one thread; chunkDone(first plane, past the last plane) after every chunk
 /// of planes, on the caller's thread. Throws Error(Geometry | Cancelled).
 using DecodedVisit = std::function<void(std::int64_t voxel, std::span<const std::uint16_t> classes,

@@ -275,8 +275,7 @@ FeatureModel trainFeatures(const GaussianField& field, const Labelmap& labels,
   if (static_cast<std::int64_t>(labels.voxels.size()) != labels.geometry.voxelCount() ||
       (!labels.labelled.empty() &&
        static_cast<std::int64_t>(labels.labelled.size()) != labels.geometry.size[2]))
-    throw Error(ErrorCode::InvalidArgument,
-                "The labelmap has fewer or more voxels or slices than its lattice.");
+    throw Error(ErrorCode::InvalidArgument, "The labelmap's voxels or slices do not match its lattice.");
   if (training.channels != 8 && training.channels != 16 && training.channels != 32)
     throw Error(ErrorCode::InvalidArgument, "A latent has 8, 16 or 32 channels.");
   if (training.iterations < 0 || training.iterations > 100000)

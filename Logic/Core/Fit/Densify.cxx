@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <numeric>
 
 namespace innergs {
 void GradientAccumulator::add(std::span<const float> gradient, const DensifyPlan& plan, ThreadPool& pool) {

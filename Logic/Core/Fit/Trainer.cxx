@@ -220,7 +220,7 @@ void Trainer::iterate(int most) {
   }
   const std::vector<LossSum> sums = device_->iterateMany(iterations);
   if (sums.empty() || sums.size() > iterations.size())
-    throw Error(ErrorCode::Internal, "The device ran another number of iterations than requested.");
+    throw Error(ErrorCode::Internal, "The device did not run the requested number of iterations.");
   fresh_ = false;
   for (const LossSum& sum : sums) {
     ++iteration_;

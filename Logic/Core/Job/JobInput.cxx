@@ -348,8 +348,8 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
     applyMask(stack, input.masks[input.masks.size() == 1 ? 0 : s], stop);
     if (input.masks.size() > 1 && usable(stack) == 0)
       throw Error(ErrorCode::NoData, "The mask of " + nameOf(stack, s) +
-                                         " holds no centre of its finite voxels: check that it belongs to it "
-                                         "and that the masks are in the order of the scans.");
+                                         " holds no centre of its finite voxels: check that the mask belongs "
+                                         "to it and that the masks are in the order of the scans.");
   }
   if (const std::size_t s = apart(stacks); s > 0)
     throw Error(ErrorCode::Geometry,

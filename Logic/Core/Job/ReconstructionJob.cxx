@@ -10,7 +10,6 @@
 #include "Core/Job/SimulatedFit.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace innergs {
@@ -180,7 +179,7 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
     fail(failure.sentence);
   } else if (found.cancelled) {
     result.judging = Judging::Stopped;
-    result.warnings.push_back("The judging of the quality was stopped: the result itself is complete.");
+    result.warnings.push_back("Judging the quality was stopped: the result itself is complete.");
   } else if (found.heldOutSlices == 0) {
     fail("The slices withheld for it show nothing inside the mask.");
   } else {

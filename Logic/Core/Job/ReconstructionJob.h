@@ -19,8 +19,7 @@ namespace innergs {
 /// Returns a sentence for the user. Throws Error.
 using ShadingCorrection = std::function<std::string(Stack&, bool masked, const std::stop_token&)>;
 
-/// What takes part in a prediction beside interpolation. All of it does, except to measure what a part is
-/// worth.
+/// The parts of a prediction beside interpolation. All take part, except to measure what one is worth.
 struct PredictionParts {
   bool field = true, learned = true; // the candidates
   bool startWeights = true;          // false: networks start from random weights
@@ -60,7 +59,7 @@ struct ReconstructionResult {
   BiasCorrection bias;                    // of several stacks, likewise
   std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
   SliceMotion sliceMotion;                // beyond that, likewise; empty: not looked for
-  std::string prediction;                 // a sentence: what was put between the slices; empty: nothing
+  std::string prediction;                 // a sentence: what fills the gaps between slices; empty: nothing
   double noise = 0;                       // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;       // left out of the fit
   int iterations = 0;                     // of the model, those of earlier runs included

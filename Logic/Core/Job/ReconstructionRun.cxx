@@ -144,7 +144,7 @@ std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   if (settings_.n4)
     for (Stack& stack : stacks) {
       sentences.push_back(input_.n4(stack, !input_.masks.empty(), pool_->stopToken()));
-      if (withheld_) evened_.push_back(stack.image.voxels);
+      if (withheld_) corrected_.push_back(stack.image.voxels);
     }
   if (stacks.size() < 2) return sentences;
   if (settings_.align) {
@@ -578,7 +578,7 @@ void ReconstructionRun::keepPrediction() {
 /// they are placed in what was fitted to the others.
 Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& options) {
   std::vector<Stack> whole{input_.stacks[index]};
-  if (!evened_.empty()) whole.front().image.voxels = evened_[index];
+  if (!corrected_.empty()) whole.front().image.voxels = corrected_[index];
   if (!result_.alignment.empty()) applyAlignment(std::span(&result_.alignment[index], 1), whole);
   if (!result_.bias.scans.empty()) applyBias(result_.bias.scans[index], whole.front(), *pool_);
   if (!result_.sliceMotion.moved) return std::move(whole.front());

@@ -66,7 +66,7 @@ private:
   double nextPreview_ = 1.0; // seconds
 
   PreparedInput prepared_;
-  std::vector<std::vector<float>> evened_; // of the scans, by N4, where some slices are withheld
+  std::vector<std::vector<float>> corrected_; // voxels of the scans after N4, where some slices are withheld
   std::vector<WithheldValue> withheldValues_;
   std::unique_ptr<ThreadPool> pool_;
   const KernelSet* kernels_ = nullptr;

@@ -64,14 +64,14 @@ void checkField(const GaussianField& field) {
   if (!field.residual.voxels.empty()) {
     checkGeometry(field.residual.geometry, "The model's residual grid");
     if (static_cast<std::int64_t>(field.residual.voxels.size()) != field.residual.geometry.voxelCount())
-      fail("its residual grid has another size than it says.");
+      fail("its residual grid differs in size from what it says.");
     for (float x : field.residual.voxels)
       if (!(std::fabs(x) <= 1e12f)) fail("its residual grid is not finite.");
   }
   if (!field.support.voxels.empty()) {
     checkGeometry(field.support.geometry, "The model's support");
     if (static_cast<std::int64_t>(field.support.voxels.size()) != field.support.geometry.voxelCount())
-      fail("its support has another size than it says.");
+      fail("its support differs in size from what it says.");
   }
   if (!std::isfinite(field.fill)) fail("its fill value is not finite.");
   if (field.range && !(std::isfinite(field.range->low) && std::isfinite(field.range->high) &&

@@ -12,7 +12,6 @@
 #include "Core/Render/Render.h"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>

@@ -4,8 +4,8 @@
 namespace innergs {
 
 /// The lattice between a scan's slices that a prediction fills: the scan's own in-plane, as fine along the
-/// slice axis as its pixels, over its whole box. If `wanted` is parallel to the scan's slice axis and about
-/// as fine, the planes coincide with its planes.
+/// slice axis as its pixels, over its whole box. If `wanted` is parallel to the scan's slice axis and not much
+/// finer, its planes are among the lattice's.
 GridGeometry predictionLattice(const GridGeometry& stack, const GridGeometry& wanted);
 
 } // namespace innergs

@@ -46,11 +46,6 @@ INNERGS_HD inline int indexLimit(float x) {
   return static_cast<int>(math::least(1e9f, math::most(-1e9f, x)));
 }
 
-/// Pxx of the precision matrix.
-INNERGS_HD inline float precisionX(const Projected& g) {
-  return g.quadratic[0] * -1.38629436111989061883f; // −2·ln 2
-}
-
 /// Half edge of Method2's square in a plane at distance dz: 3√λ_max·√p(t).
 INNERGS_HD inline float squareHalf(const Projected& g, float dz) {
   return g.square * std::exp(-0.25f * dz * dz * g.precisionZ);

@@ -27,7 +27,7 @@ enum class Schedule {
 /// What fills the gaps of a single scan with distant slices, before Gaussians are fitted to slices and
 /// filling together.
 enum class PredictionKind {
-  Auto,          // as Learned
+  Auto,          // the same as Learned
   None,          // nothing: the Gaussians bridge the gaps themselves
   Interpolation, // a mixture of classical interpolations, chosen by what the scan itself shows
   Learned // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
@@ -40,7 +40,7 @@ enum class SliceMotionKind {
   Off
 };
 
-/// Whether the smooth shading of several scans is evened out.
+/// Whether the bias fields (smooth shading) of several scans are corrected.
 enum class BiasFieldKind {
   Off,
   Auto, // where the scans agree better without it

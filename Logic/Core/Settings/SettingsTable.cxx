@@ -106,14 +106,14 @@ const std::vector<Setting>& settingsTable() {
       Setting("relocate", MEMBER(relocate), Fit, tr("Relocate unused Gaussians"),
               tr("On an even grid: remove unused Gaussians and split those where the error is large.")),
       Setting("consistency", MEMBER(consistency), Fit, tr("Data-consistency step"),
-              tr("After the fit, add what the Gaussians still miss of the slices, except noise (for distant "
-                 "slices or several scans)."),
+              tr("After the fit, add the residual that the Gaussians leave in the slices, except noise (for "
+                 "distant slices or several scans)."),
               {.part = Result}),
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
-          tr("One scan of distant slices: what its gaps are filled with before Gaussians are fitted to "
-             "slices and filling together; with none, the Gaussians bridge the gaps themselves."),
-          {.words = {{"auto", tr("automatic"), tr("As learned.")},
+          tr("One scan of distant slices: what fills its gaps before Gaussians are fitted to slices and "
+             "filling together; with none, the Gaussians bridge the gaps."),
+          {.words = {{"auto", tr("automatic"), tr("The same as learned.")},
                      {"none", tr("nothing"), tr("The Gaussians bridge the gaps.")},
                      {"interpolation", tr("interpolation"),
                       tr("A mixture of classical interpolations, chosen by slices withheld from the scan.")},
@@ -122,17 +122,17 @@ const std::vector<Setting>& settingsTable() {
                          "better.")}}}),
 
       Setting("align", MEMBER(align), Fit, tr("Align the scans"),
-              tr("Several scans: move and scale each after the first as a whole to fit the others, and say "
-                 "by how much.")),
+              tr("Several scans: correct the position and the gain of each after the first to fit the "
+                 "others, and say by how much.")),
       Setting("biasField", MEMBER(biasField), Fit, tr("Shading"),
-              tr("Several scans: estimate the smooth shading of each, as by coils, from how they differ, and "
-                 "divide by it."),
+              tr("Several scans: estimate each one's bias field (smooth shading, as from coils) from their "
+                 "differences, and divide by it."),
               {.words = {{"off", tr("off")},
                          {"auto", tr("automatic"), tr("Where the scans agree better without it.")},
                          {"on", tr("on")}}}),
-      Setting("n4", MEMBER(n4), Fit, tr("N4 before the fit"),
-              tr("Divide each scan by its smooth shading, as by coils, as ITK's N4 finds it in the scan "
-                 "itself, before anything else.")),
+      Setting(
+          "n4", MEMBER(n4), Fit, tr("N4 before the fit"),
+          tr("Before anything else, divide each scan by the bias field that ITK's N4 finds in it alone.")),
       Setting("sliceMotion", MEMBER(sliceMotion), Fit, tr("Motion of slices"),
               tr("Several scans of thick slices: give every slice a rigid motion and a gain of its own, and "
                  "leave "
@@ -205,39 +205,37 @@ const std::vector<Setting>& settingsTable() {
               tr("The same seed gives the same result, bit for bit, on any number of threads.")),
 
       Setting("kind", MEMBER(kind), Moving, tr("What changes"),
-              tr("Moving scans: Gaussians that are carried and turned, that stay and change their intensity "
-                 "(fMRI), or that a deformation network changes, as in the paper."),
+              tr("Moving scans: Gaussians that move and turn, that stay and change their intensity (fMRI), "
+                 "or that a deformation network changes, as in the paper."),
               {.words = {{"motion", tr("The tissue moves")},
                          {"intensity", tr("It stays and changes its intensity (fMRI)")},
                          {"network", tr("It moves, by a deformation network (slower)")}},
                .automatic = tr("motion or intensity, which predicts withheld frames better")}),
-      Setting(
-          "knots", MEMBER(knots), Moving, tr("Knots in time"),
-          tr("Moving scans: how many coefficients describe what changes over the whole time."),
-          {.range = between(4, 4096),
-           .automatic = tr("motion: those that predict withheld frames best; intensity: one for 3 frames, "
-                           "more where withheld frames change faster; network: one for 2 frames"),
-           .usual = 12}),
+      Setting("knots", MEMBER(knots), Moving, tr("Knots in time"),
+              tr("Moving scans: how many coefficients describe what changes over the whole time."),
+              {.range = between(4, 4096),
+               .automatic = tr("motion: those that predict withheld frames best; intensity: one per 3 "
+                               "frames, more where withheld frames change faster; network: one per 2 frames"),
+               .usual = 12}),
       Setting("rounds", MEMBER(rounds), Moving, tr("Rounds"),
-              tr("Moving scans: how often the refinement of all frames together goes through each; "
-                 "intensities are solved for without it."),
+              tr("Moving scans: passes of the joint refinement over all frames; intensities are solved for "
+                 "without it."),
               {.range = between(1, 10000),
-               .automatic = tr("motion: 35; network: 80; fewer of many frames"),
+               .automatic = tr("motion: 35; network: 80; fewer for many frames"),
                .usual = 35,
                .applies = refines}),
       Setting("nodeDistance", MEMBER(nodeDistance), Moving, tr("Distance of motion nodes"),
-              tr("Moving scans that are carried: between the nodes of the lattice of motion, in the finest "
-                 "spacing."),
+              tr("Moving scans whose Gaussians move: distance between the nodes of the motion lattice, in "
+                 "the finest spacing."),
               {.range = between(1, 100),
                .unit = tr("voxels"),
                .automatic = "6",
                .usual = 6,
                .applies = mayCarry}),
-      Setting(
-          "sliceTiming", MEMBER(sliceTiming), Moving, tr("Slice timing"),
-          tr("Moving scans that change their intensity: take each slice at the time that NIfTI header, BIDS "
-             "file or scene says, not the whole frame at once."),
-          {.automatic = tr("true where the scan says when"), .applies = mayChange}),
+      Setting("sliceTiming", MEMBER(sliceTiming), Moving, tr("Slice timing"),
+              tr("Moving scans whose intensity changes: take each slice at its own time, from the NIfTI "
+                 "header, BIDS file or scene, instead of the whole frame at once."),
+              {.automatic = tr("true where the scan has slice times"), .applies = mayChange}),
   };
   return rows;
 }

@@ -105,10 +105,9 @@ std::string uncertaintySentence(const Uncertainty& u) {
                           static_cast<double>(std::max<std::size_t>(1, u.measured.size()));
   const std::string known =
       std::isfinite(u.coverage)
-          ? formatted(
-                "Its 90 %% intervals held %.0f %% of %s voxels of withheld slices that they were not learned "
-                "from; between slices that disagree, as when the patient moved, they hold fewer. ",
-                100 * u.coverage, countText(u.samples).c_str())
+          ? formatted("Its 90 %% intervals held %.0f %% of %s voxels of withheld slices not used to learn "
+                      "them; where slices disagree, as when the patient moved, they hold fewer. ",
+                      100 * u.coverage, countText(u.samples).c_str())
           : "How often its intervals hold is unknown: a single slice was withheld. ";
   return known + formatted("Slices measured %.0f %% of the output's voxels.", 100 * measured);
 }

@@ -3,7 +3,6 @@
 
 #include "IO/VolumeIO.h"
 
-#include <cmath>
 
 namespace innergs::test {
 namespace {

@@ -243,7 +243,7 @@ TEST_F(SegmentTest, LearnsFromANetwork) {
     expectOneSentence(learn({"--names", path("channel.json")}), 1, "OpenVINO");
     GTEST_SKIP() << openVino().problem;
   }
-  expectOneSentence(learn({"--names", path("channel.json")}), 1, "no ONNX network");
+  expectOneSentence(learn({"--names", path("channel.json")}), 1, "not an ONNX network");
   // Bright voxels are the liver: the channels are the scaled image x and 1 - x.
   testing::writePointwise(path("network.onnx"), 3, 8, {-1, 1}, {1, 0});
   const Volume scan = readVolume(path("scan.nii"));

@@ -3,7 +3,6 @@
 #include "../Core/TestVolumes.h"
 
 #include <gtest/gtest.h>
-#include <numeric>
 
 using namespace innergs;
 using namespace innergs::testing;

@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <thread>
 
 namespace innergs {
 namespace {
@@ -55,7 +54,7 @@ TEST(N4Correction, EvensOutAShadedBall) {
   const double before = left(s);
   const std::string said = correctByN4(s.stack, false);
   EXPECT_LT(left(s), 0.25 * before) << said;
-  EXPECT_NE(said.find("N4 evened out ball"), std::string::npos) << said;
+  EXPECT_NE(said.find("N4 corrected ball"), std::string::npos) << said;
   EXPECT_EQ(s.stack.image.voxels.front(), 0.f);
 }
 

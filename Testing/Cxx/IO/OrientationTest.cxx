@@ -2,7 +2,6 @@
 #include "TestFiles.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace innergs::test {
 namespace {

@@ -4,7 +4,6 @@
 #include "IO/DynamicModelFile.h"
 #include "IO/VolumeIO.h"
 
-#include <cmath>
 #include <cstring>
 
 using namespace innergs;

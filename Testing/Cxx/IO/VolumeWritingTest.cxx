@@ -1,7 +1,6 @@
 #include "IO/VolumeIO.h"
 #include "TestFiles.h"
 
-#include <cmath>
 #include <limits>
 
 #ifndef _WIN32

@@ -282,7 +282,7 @@ class InnerGSTest(unittest.TestCase):
         transforms[13].GetMatrixTransformToParent(matrix)
         self.assertEqual(matrix.GetElement(2, 3), table.GetValueByName(13, "M23").ToDouble())
         self.assertEqual(transforms[13].GetName(), "Scan 2 slice 001")
-        with self.assertRaisesRegex(innergs.Error, "does not say where slices lie"):
+        with self.assertRaisesRegex(innergs.Error, "has no places of slices"):
             innergs.slice_transforms(self.scene.AddNewNodeByClass("vtkMRMLTableNode"))
 
     def test_held_out_slices_judge_a_second_fit(self):

@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <gtest/gtest.h>
-#include <numeric>
 #include <thread>
 
 #ifdef __linux__

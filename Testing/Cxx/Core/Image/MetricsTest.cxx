@@ -4,7 +4,6 @@
 #include "Core/Image/Ssim.h"
 #include "TestVolumes.h"
 
-#include <algorithm>
 #include <gtest/gtest.h>
 #include <limits>
 

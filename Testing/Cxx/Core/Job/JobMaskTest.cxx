@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <stop_token>
 
 using namespace innergs;
 using namespace innergs::testing;

@@ -8,7 +8,6 @@
 #include "Core/Render/Render.h"
 
 #include <array>
-#include <chrono>
 #include <cstring>
 #include <gtest/gtest.h>
 
@@ -19,10 +18,12 @@ namespace {
 
 constexpr std::array kKinds{DynamicKind::Motion, DynamicKind::Intensity, DynamicKind::Network};
 
-DynamicResult runOn(const TimeSeries& series, std::optional<DynamicKind> kind, int threads = 0) {
+DynamicResult runOn(const TimeSeries& series, std::optional<DynamicKind> kind, int threads = 0,
+                    std::optional<int> rounds = {}) {
   Settings settings;
   settings.kind = kind;
   settings.threads = threads;
+  settings.rounds = rounds;
   return DynamicJob(series, settings).run();
 }
 
@@ -51,6 +52,19 @@ TimeSeries glowing(int count, double noise) {
     series.frames.push_back(frame.voxels);
   }
   return series;
+}
+
+DynamicResult stoppedIn(Phase at, const TimeSeries& series, DynamicKind kind) {
+  std::stop_source stop;
+  Settings settings;
+  settings.kind = kind;
+  DynamicJob job(series, settings);
+  job.onProgress([&](const Progress& progress) {
+    if (progress.phase == at) stop.request_stop();
+  });
+  DynamicResult result = job.run(stop.get_token());
+  EXPECT_TRUE(result.cancelled) << phaseName(at);
+  return result;
 }
 
 } // namespace
@@ -155,7 +169,7 @@ TEST(DynamicJob, SameBitsAtAnyNumberOfThreads) {
   for (const std::optional<DynamicKind> kind :
        {std::optional(DynamicKind::Intensity), std::optional(DynamicKind::Network),
         std::optional<DynamicKind>()}) {
-    const DynamicResult one = runOn(series, kind, 1), three = runOn(series, kind, 3);
+    const DynamicResult one = runOn(series, kind, 1, 8), three = runOn(series, kind, 3, 8);
     ASSERT_EQ(one.field->size(), three.field->size());
     EXPECT_EQ(one.field->nodes, three.field->nodes);
     EXPECT_EQ(one.field->ownPath, three.field->ownPath);
@@ -189,17 +203,8 @@ TEST(DynamicJob, StopsInEveryPhaseAndKeepsWhatWasRefined) {
 }
 
 TEST(DynamicJob, StoppedInTheNetworksTrainingKeepsTheField) {
-  const TimeSeries series = movingPhantom(evenTimes(6));
-  Settings settings;
-  settings.kind = DynamicKind::Network;
   for (const Phase at : {Phase::Initialising, Phase::Fitting}) {
-    std::stop_source stop;
-    DynamicJob job(series, settings);
-    job.onProgress([&](const Progress& progress) {
-      if (progress.phase == at) stop.request_stop();
-    });
-    const DynamicResult result = job.run(stop.get_token());
-    EXPECT_TRUE(result.cancelled) << phaseName(at);
+    const DynamicResult result = stoppedIn(at, movingPhantom(evenTimes(6)), DynamicKind::Network);
     EXPECT_EQ(result.field != nullptr, at == Phase::Fitting) << phaseName(at);
     if (result.field) {
       EXPECT_NO_THROW(checkDynamicField(*result.field));
@@ -208,17 +213,8 @@ TEST(DynamicJob, StoppedInTheNetworksTrainingKeepsTheField) {
 }
 
 TEST(DynamicJob, StoppedWhileIntensitiesAreSolvedForThereIsNoField) {
-  const TimeSeries series = glowing(12, 2);
-  Settings settings;
-  settings.kind = DynamicKind::Intensity;
   for (const Phase at : {Phase::Preparing, Phase::Initialising, Phase::Fitting}) {
-    std::stop_source stop;
-    DynamicJob job(series, settings);
-    job.onProgress([&](const Progress& progress) {
-      if (progress.phase == at) stop.request_stop();
-    });
-    const DynamicResult result = job.run(stop.get_token());
-    EXPECT_TRUE(result.cancelled) << phaseName(at);
+    const DynamicResult result = stoppedIn(at, glowing(12, 2), DynamicKind::Intensity);
     EXPECT_EQ(result.field, nullptr) << phaseName(at);
     EXPECT_TRUE(result.state.empty());
   }
@@ -237,7 +233,7 @@ TEST(DynamicJob, RefusesBeforeAnyWork) {
 TEST(DynamicSampler, APlaneAtATimeIsTheFieldsAtThatTime) {
   const TimeSeries series = movingPhantom(evenTimes(5));
   for (const DynamicKind kind : kKinds) {
-    const DynamicResult result = runOn(series, kind);
+    const DynamicResult result = runOn(series, kind, 0, 8);
     DynamicSampler sampler(result.field);
     const int nx = 24, ny = 22;
     std::vector<float> plane(nx * ny);

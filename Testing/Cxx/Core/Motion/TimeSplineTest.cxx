@@ -1,6 +1,5 @@
 #include "Core/Motion/TimeSpline.h"
 
-#include <cmath>
 #include <gtest/gtest.h>
 
 using namespace innergs;

@@ -178,6 +178,18 @@ TEST(Candidates, ShareWhatErrsDifferently) {
   EXPECT_LT(convexShares<3>(both)[0], share[0]) << "hedged";
 }
 
+TEST(CandidateLattice, HoldsThePlanesOfACoarserGrid) {
+  const GridGeometry slices = grid(30, 30, 6, {1, 1, 10}, {3, 4, 5});
+  const double spacings[][2] = {{1.5, 0.75}, {2.5, 2.5 / 3}, {5, 1}, {10, 1}};
+  for (const auto& [wanted, made] : spacings) {
+    const GridGeometry output = grid(30, 30, 20, {1, 1, wanted}, {3, 4, 5 + 2 * wanted});
+    const GridGeometry lattice = predictionLattice(slices, output);
+    EXPECT_NEAR(lattice.spacing[2], made, 1e-9);
+    const double plane = (output.origin[2] - lattice.origin[2]) / made;
+    EXPECT_NEAR(plane, std::round(plane), 1e-6) << wanted;
+  }
+}
+
 TEST(CandidateLattice, IsInStepWithTheGridThatIsWanted) {
   const Volume truth = balls();
   for (const int gap : {2, 3, 4}) {

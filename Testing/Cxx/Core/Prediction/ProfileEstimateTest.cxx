@@ -1,7 +1,6 @@
 #include "Core/Prediction/ProfileEstimate.h"
 
 #include "Core/Acquisition/BackProjection.h"
-#include "Core/Base/Error.h"
 #include "Core/Image/Simulate.h"
 #include "SpherePhantom.h"
 

@@ -1,4 +1,3 @@
-#include "Core/Base/Error.h"
 #include "Core/Render/Kernels.h"
 #include "RandomFields.h"
 #include "ReferenceModel.h"
