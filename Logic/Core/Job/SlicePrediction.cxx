@@ -81,6 +81,12 @@ bool triesField(const Settings& settings, double voxels) {
   return voxels <= (settings.preset == Preset::Best ? 10e6 : kLarge);
 }
 
+PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial) {
+  if (trial || settings.preset == Preset::Fast)
+    return voxels > kLarge ? PredictionEffort::Brief : PredictionEffort::Fast;
+  return settings.preset == Preset::Best ? PredictionEffort::Best : PredictionEffort::Balanced;
+}
+
 Settings fieldSettings(const Settings& settings, bool longer) {
   Settings field;
   field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
@@ -131,7 +137,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
   if (withField) {
     Settings settings = fieldSettings(settings_, littleToLearn_);
-    if (trial && large_) {
+    if (trial && voxels_ > kLarge) {
       settings.iterations = kTrialFit;
       settings.consistency = false; // anchor() does much the same
     }
@@ -140,12 +146,8 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   }
   if (withLearned) {
     PredictionOptions options;
-    const bool fast = trial || settings_.preset == Preset::Fast;
-    options.effort = fast && large_                     ? PredictionEffort::Brief
-                     : fast                             ? PredictionEffort::Fast
-                     : settings_.preset == Preset::Best ? PredictionEffort::Best
-                     : muchToLearn_                     ? PredictionEffort::Long
-                                                        : PredictionEffort::Balanced;
+    options.effort = learningEffort(settings_, voxels_, trial);
+    if (options.effort == PredictionEffort::Balanced && muchToLearn_) options.effort = PredictionEffort::Long;
     options.grid = grid;
     options.matchingBlur = choice_.blur;
     options.everySecond = trial;
@@ -176,8 +178,8 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
 SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
-  large_ = static_cast<double>(between.voxels.size()) > kLarge;
-  const bool withField = parts_.field && triesField(settings_, static_cast<double>(between.voxels.size()));
+  voxels_ = static_cast<double>(between.voxels.size());
+  const bool withField = parts_.field && triesField(settings_, voxels_);
   const Stack even = everySecond(scan_);
   GridGeometry middle = even.image.geometry; // every second plane belongs to a withheld slice
   middle.spacing[2] = g.spacing[2];

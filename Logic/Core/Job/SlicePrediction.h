@@ -9,6 +9,10 @@ namespace innergs {
 /// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
 bool triesField(const Settings& settings, double voxels);
 
+/// The effort spent on learning for a prediction of so many voxels, before its trial says how much there is
+/// to learn. trial: from every second slice.
+PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);
+
 /// Settings of that field. longer: preset balanced has more iterations.
 Settings fieldSettings(const Settings& settings, bool longer = false);
 
@@ -59,7 +63,7 @@ private:
   ThreadPool& pool_;
   CandidateChoice choice_;
   bool fused_ = true;          // the planes that were learned from weigh by the gradients along them
-  bool large_ = false;         // a field takes long
+  double voxels_ = 0;          // of the prediction
   bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
   bool muchToLearn_ = false;   // it improved on it a lot
   std::string sentence_;

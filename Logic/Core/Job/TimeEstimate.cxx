@@ -10,11 +10,14 @@
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/MatrixKernels.h"
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <limits>
+#include <thread>
 
 namespace innergs {
 namespace {
@@ -24,15 +27,12 @@ constexpr double kTooShort = 0.006;                     // seconds; below: timed
 constexpr std::int64_t kMostOutput = 200'000;           // voxels that the timed job renders
 constexpr double kOld = 60;                             // seconds; after: timed again, as the load changes
 constexpr int kFewIterations = 20;                      // too few to measure a device's speed
-/// Approximate cost of learning across slices, as the number of voxels for which an iteration of the fit
-/// takes as long: for the trial and for the presets fast, balanced and best; the cost of applying it is per
-/// voxel of the prediction.
-constexpr double kTrialLearning = 8e6;
-constexpr double kLearning[] = {16e6, 150e6, 220e6};
-constexpr double kApplying[] = {7, 20, 28};
-/// Likewise of aligning scans as wholes and of looking for their shading, per point compared of each with
-/// each other, and of looking for motion between their slices, per voxel; correcting motion that is found
-/// takes longer.
+constexpr double kOverhead = 1.5; // of all that a network does, relative to its products alone
+constexpr double kChoosing = 6e9; // multiply-adds that take as long as choosing interpolations
+constexpr double kMixing = 5e3, kBackProjecting = 20e3; // likewise, per voxel of a prediction
+/// Approximate cost of aligning scans as wholes and of looking for their shading, per point compared of each
+/// with each other, and of looking for motion between their slices, per voxel, as the number of voxels for
+/// which an iteration of the fit takes as long; correcting motion that is found takes longer.
 constexpr double kAligning = 100, kShading = 50, kSliceMotion = 12;
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
@@ -163,8 +163,26 @@ ReconstructionInput predictionOutline(const ReconstructionInput& input, const Gr
   return thin;
 }
 
+/// The fastest of several products like those of a network of 32 channels.
+double timeMultiply(const std::string& instructionSet) {
+  constexpr std::int64_t rows = 48, depth = 96, columns = 32;
+  constexpr int products = 40, trials = 5;
+  const std::vector<float> a(static_cast<std::size_t>(rows * depth), 1.f),
+      b(static_cast<std::size_t>(depth * columns), 1e-3f);
+  std::vector<float> c(static_cast<std::size_t>(rows * columns), 0.f);
+  const MatrixKernels& kernels = matrixKernels(instructionSet);
+  double fastest = std::numeric_limits<double>::infinity();
+  for (int trial = 0; trial < trials; ++trial) {
+    const auto start = std::chrono::steady_clock::now();
+    for (int n = 0; n < products; ++n)
+      kernels.multiplyAdd({rows, depth, columns, a.data(), depth, 1, b.data(), c.data()});
+    fastest = std::min(fastest, secondsSince(start));
+  }
+  return fastest / (static_cast<double>(products) * rows * depth * columns);
+}
+
 TimeEstimator& estimator() {
-  static TimeEstimator only(timeTrial);
+  static TimeEstimator only(timeTrial, timeMultiply);
   return only;
 }
 
@@ -238,10 +256,34 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   if (withField) seconds += 1.35 * this->seconds(slices, fieldSettings(settings));
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
-  // Learning, expressed in iterations of the fit over so many voxels.
-  const Timing t = timingOf(thin, fitted, output);
-  const int level = settings.preset == Preset::Fast ? 0 : settings.preset == Preset::Best ? 2 : 1;
-  return seconds + t.times.fine / t.voxels * (kTrialLearning + kLearning[level] + kApplying[level] * voxels);
+  return seconds + learningSeconds(input.stacks.front(), *slices.outputGrid, settings);
+}
+
+/// Seconds for choosing interpolations, learning from every second slice, and from all.
+double TimeEstimator::learningSeconds(const Stack& scan, const GridGeometry& grid,
+                                      const Settings& settings) const {
+  const GridGeometry& stack = scan.image.geometry;
+  PredictionOptions options;
+  options.everySecond = true;
+  options.effort = learningEffort(settings, static_cast<double>(grid.voxelCount()), true);
+  GridGeometry half = stack, middle = stack;
+  half.size[2] = (stack.size[2] + 1) / 2;
+  half.spacing[2] *= 2;
+  middle.size[2] = 2 * half.size[2] - 1;
+  options.grid = middle;
+  const PredictionOperations trial = predictionOperations(half, options);
+  options.everySecond = false;
+  options.effort = learningEffort(settings, static_cast<double>(grid.voxelCount()), false);
+  options.grid = grid;
+  const PredictionOperations whole = predictionOperations(stack, options);
+  const double perVoxel = scan.profile == SliceProfile::Point ? kMixing : kMixing + kBackProjecting;
+  const double threads =
+      settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
+  return multiplyTime_(settings.instructionSet) *
+         (kOverhead * (trial.learning + whole.learning) / std::min(threads, 2.0) +
+          (kOverhead * (trial.applying + whole.applying) + kChoosing +
+           perVoxel * static_cast<double>(grid.voxelCount())) /
+              threads);
 }
 
 double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {

@@ -32,7 +32,11 @@ public:
   /// Runs a fit of a few iterations, the first ones coarse.
   using Trial = std::function<TrialTimes(ReconstructionInput small, const Settings& settings, int coarse)>;
 
-  explicit TimeEstimator(Trial trial) : trial_(std::move(trial)) {}
+  /// Seconds per multiply-add of a network, in one thread.
+  using MultiplyTime = std::function<double(const std::string& instructionSet)>;
+
+  TimeEstimator(Trial trial, MultiplyTime multiplyTime)
+      : trial_(std::move(trial)), multiplyTime_(std::move(multiplyTime)) {}
 
   double seconds(const ReconstructionInput& input, const Settings& settings);
   void remember(const ReconstructionInput& input, const ReconstructionResult& result);
@@ -56,7 +60,10 @@ private:
   double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
                           const GridGeometry& output);
 
+  double learningSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings) const;
+
   Trial trial_;
+  MultiplyTime multiplyTime_;
   std::mutex mutex_;
   std::map<std::string, Timing> timings_; // the fastest so far, by what they depend on
   std::map<std::string, Speed> speeds_;   // by device

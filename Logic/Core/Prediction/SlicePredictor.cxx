@@ -24,6 +24,7 @@ constexpr int kMostPhases = 24;
 constexpr double kMostRounds = 40; // how often a small scan is used at most
 constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
+constexpr double kUsualDetail = 0.7; // share of the voxels in a DetailMask
 
 double ratioOf(const GridGeometry& stack) {
   return stack.spacing[2] / std::min(stack.spacing[0], stack.spacing[1]);
@@ -356,6 +357,25 @@ const char* predictionPhaseName(PredictionPhase phase) {
 GridGeometry predictionGrid(const GridGeometry& stack) {
   const int phases = usualPhases(stack);
   return thinLattice(stack, 0.5 / phases - 0.5, phases, stack.size[2] * phases);
+}
+
+PredictionOperations predictionOperations(const GridGeometry& stack, const PredictionOptions& options) {
+  if (options.effort == PredictionEffort::Filter) return {};
+  const Effort effort = effortOf(options.effort);
+  const TrainingPlan& plan = effort.training;
+  const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
+  const ConvolutionNetwork network({phases, plan.channels, plan.layers}, options.seed);
+  const auto weights = static_cast<double>(network.parameters().size()),
+             voxels = static_cast<double>(stack.voxelCount());
+  const auto samples = static_cast<double>(std::min<std::int64_t>(plan.most.slices, stack.size[2]) *
+                                           std::min<std::int64_t>(plan.most.columns, stack.size[0]));
+  const double rounds = kMostRounds * 2 * voxels / (plan.pairs * samples * phases);
+  const double steps = std::clamp(rounds, double{kFewestSteps}, static_cast<double>(plan.steps));
+  const double reflections = effort.reflections == Reflections::None  ? 1
+                             : effort.reflections == Reflections::Two ? 2
+                                                                      : 4;
+  return {3 * steps * plan.pairs * samples * weights, // forward, and backward twice
+          2 * reflections * kUsualDetail * voxels * weights};
 }
 
 Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& options, ThreadPool& pool,

@@ -74,6 +74,13 @@ struct Prediction {
 /// slice spacing / finer in-plane spacing.
 GridGeometry predictionGrid(const GridGeometry& stack);
 
+/// About how many multiply-adds a prediction takes.
+struct PredictionOperations {
+  double learning = 0; // by at most two threads
+  double applying = 0;
+};
+PredictionOperations predictionOperations(const GridGeometry& stack, const PredictionOptions& options);
+
 /// Learns what lies between the slices from the stack's own in-plane detail, degraded along one in-plane axis
 /// by the slices' profile and spacing, and applies it in both planes that contain the slice normal.
 /// Ignores withheld (Stack::observed) and non-finite voxels. Trusts Stack::thickness and profile; ignores

@@ -166,6 +166,29 @@ TEST(BackProjection, StopsBeforeItFitsTheNoise) {
             pooledPsnr(backProject(stacks, truth.geometry, all).voxels, truth.voxels, {}, 200));
 }
 
+TEST(BackProjection, AddsDetailWithoutTheNoiseOfSeveralScans) {
+  const Volume truth = phantom(grid(40, 40, 40));
+  const auto mask = bodyMask(truth);
+  const auto gain = [&](double noise, double told) { // dB
+    std::vector<Stack> stacks;
+    for (int axis = 0; axis < 3; ++axis)
+      stacks.push_back(simulateThickStack(truth, axis, 4, noise, 5 + axis));
+    Volume volume = truth; // without its finest detail
+    for (std::size_t v = 1; v + 1 < volume.voxels.size(); ++v)
+      volume.voxels[v] = (truth.voxels[v - 1] + truth.voxels[v] + truth.voxels[v + 1]) / 3;
+    const double before = pooledPsnr(volume.voxels, truth.voxels, mask, 200);
+    BackProjectionPlan plan;
+    plan.noise = told;
+    backProject(volume, stacks, plan, pool);
+    return pooledPsnr(volume.voxels, truth.voxels, mask, 200) - before;
+  };
+  EXPECT_GT(gain(0, 0), 4);
+  EXPECT_GT(gain(0, 0.5), gain(0, 0) - 0.1);
+  EXPECT_GT(gain(6, 6), gain(6, 0) + 2);
+  EXPECT_LT(gain(12, 0), 0);
+  EXPECT_GT(gain(12, 12), 1.5);
+}
+
 TEST(BackProjection, StopRequestCancels) {
   const Volume truth = randomVolume(grid(8, 8, 8), 0, 1);
   const std::vector<Stack> stacks{simulateThickStack(truth, 2, 4)};

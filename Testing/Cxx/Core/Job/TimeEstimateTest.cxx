@@ -27,21 +27,24 @@ struct TimeEstimate : ::testing::Test {
   double perVoxel = 1e-6;       // seconds per iteration; a coarse one takes a quarter
   double perOutputVoxel = 1e-7; // seconds
   double start = 0;             // seconds per voxel
+  double perMultiply = 1e-11;   // seconds per multiply-add
   int trials = 0;
   bool aligned = false; // in a trial
   TimeEstimator estimator{[this](const ReconstructionInput& small, const Settings& settings, int) {
-    ++trials;
-    aligned = aligned || settings.align || settings.biasField != BiasFieldKind::Off ||
-              settings.sliceMotion != SliceMotionKind::Off;
-    const auto voxels = static_cast<double>(small.stacks.front().image.geometry.voxelCount());
-    TrialTimes t;
-    t.start = start * voxels;
-    t.fine = perVoxel * voxels;
-    t.coarse = 0.25 * t.fine;
-    t.render = perOutputVoxel * static_cast<double>(small.outputGrid->voxelCount());
-    t.total = t.start + 2 * t.fine + 2 * t.coarse + t.render;
-    return t;
-  }};
+                            ++trials;
+                            aligned = aligned || settings.align || settings.biasField != BiasFieldKind::Off ||
+                                      settings.sliceMotion != SliceMotionKind::Off;
+                            const auto voxels =
+                                static_cast<double>(small.stacks.front().image.geometry.voxelCount());
+                            TrialTimes t;
+                            t.start = start * voxels;
+                            t.fine = perVoxel * voxels;
+                            t.coarse = 0.25 * t.fine;
+                            t.render = perOutputVoxel * static_cast<double>(small.outputGrid->voxelCount());
+                            t.total = t.start + 2 * t.fine + 2 * t.coarse + t.render;
+                            return t;
+                          },
+                          [this](const std::string&) { return perMultiply; }};
 };
 
 TEST_F(TimeEstimate, GrowsWithIterationsAndMembersInProportion) {
@@ -64,6 +67,24 @@ TEST_F(TimeEstimate, GrowsWithTheVolumeInProportion) {
   Settings settings = threaded();
   settings.iterations = 100;
   EXPECT_NEAR(estimator.seconds(outline(160), settings), 8 * estimator.seconds(outline(80), settings), 1e-6);
+}
+
+TEST_F(TimeEstimate, CountsWhatTheNetworkMultiplies) {
+  const ReconstructionInput input = outline(60, 4);
+  Settings settings = threaded(Preset::Balanced);
+  perMultiply = 0;
+  const double fit = estimator.seconds(input, settings);
+  perMultiply = 1e-11;
+  const double two = estimator.seconds(input, settings) - fit;
+  EXPECT_GT(two, 0);
+  perMultiply = 3e-11;
+  EXPECT_NEAR(estimator.seconds(input, settings) - fit, 3 * two, 1e-6 * two);
+  settings.threads = 16; // a training step has two parts
+  const double sixteen = estimator.seconds(input, settings) - fit;
+  EXPECT_GT(sixteen, 3 * two / 8);
+  EXPECT_LT(sixteen, 3 * two);
+  settings.prediction = PredictionKind::Interpolation;
+  EXPECT_LE(estimator.seconds(input, settings), fit);
 }
 
 TEST_F(TimeEstimate, CountsTheAlignmentOfScansApartFromTheFit) {
