@@ -8,6 +8,13 @@
 #include <cmath>
 
 namespace innergs {
+namespace {
+
+// Measured on one to three 4 mm stacks with noise of 0 to 4 % of the range: a smaller share costs up to 1.7
+// dB with noise, a larger one up to 1 dB without.
+constexpr double kNoiseShare = 0.4;
+
+} // namespace
 
 Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
                    const BackProjectionSettings& settings) {
@@ -19,7 +26,7 @@ Volume backProject(std::span<const Stack> stacks, const GridGeometry& grid,
     for (const Stack& stack : stacks)
       variance +=
           std::pow(estimateNoise(stack.image, stack.observed), 2) / static_cast<double>(stacks.size());
-  plan.noise = std::sqrt(variance);
+  plan.stopAt = kNoiseShare * std::sqrt(variance);
   ThreadPool pool(settings.threads);
   pool.setStop(settings.stop);
   backProject(volume, stacks, plan, pool);

@@ -178,7 +178,7 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
       residuals.push_back(std::move(r));
     }
     rms = std::sqrt(squares / std::max(1.0, count));
-    if (rms <= kNoiseShare * plan.noise) break;
+    if (rms <= std::max(plan.stopAt, kNoiseShare * plan.noise)) break;
     pool.run(n[1] * n[2], [&](std::int64_t row) {
       float* out = volume.voxels.data() + row * n[0];
       const double j = static_cast<double>(row % n[1]), k = static_cast<double>(row / n[1]);

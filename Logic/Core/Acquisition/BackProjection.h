@@ -13,17 +13,18 @@ namespace innergs {
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool);
 
 struct BackProjectionPlan {
-  int iterations = 12;                                      // maximum
-  double noise = 0;                                         // standard deviation, units of the stacks
+  int iterations = 12; // maximum
+  double noise = 0;    // standard deviation, units of the stacks: left out of the first differences
+  double stopAt = 0;   // root mean square of the differences, units of the stacks
   ValueRange range{-std::numeric_limits<float>::infinity(), // limits every voxel inside the stacks
                    std::numeric_limits<float>::infinity()};
 };
 
 /// Iterative back-projection (Irani and Peleg 1991) from the volume as it stands: the trilinearly
 /// interpolated difference between each stack and the volume's projection onto it is added, averaged over the
-/// stacks. What noise explains of the first differences is left out. Unobserved and non-finite samples count
-/// as met (difference 0). Between posed slices the difference is the mean of those within a slice distance,
-/// by their nearness. Returns the root mean square of the last differences.
+/// stacks. What plan.noise explains of the first differences is left out. Unobserved and non-finite samples
+/// count as met (difference 0). Between posed slices the difference is the mean of those within a slice
+/// distance, by their nearness. Returns the root mean square of the last differences.
 double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
                    ThreadPool& pool);
 
