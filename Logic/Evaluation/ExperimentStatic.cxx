@@ -1,6 +1,5 @@
 #include "Evaluation/ExperimentStatic.h"
 
-
 #include <algorithm>
 #include <cmath>
 

@@ -22,7 +22,6 @@
 #include <vtkNew.h>
 #include <vtkTable.h>
 
-
 namespace innergs::mrml {
 
 std::vector<double> framesWanted(vtkDoubleArray* times, double rate, const std::vector<double>& own) {

@@ -162,23 +162,25 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
   std::vector<std::vector<float>> wanted; // of each stack
   for (int iteration = 0; iteration < plan.iterations; ++iteration) {
     std::vector<Residual> residuals;
-    double squares = 0, count = 0;
+    double squares = 0, wantedSquares = 0, count = 0;
     for (std::size_t s = 0; s < stacks.size(); ++s) {
       Residual r = residualOf(volume, stacks[s], pool);
-      if (wanted.size() == s)
+      if (iteration == 0)
         wanted.push_back(plan.noise > 0 ? denoised(stacks[s], r.voxels, plan.noise, pool)
                                         : stacks[s].image.voxels);
       for (std::size_t v = 0; v < r.voxels.size(); ++v) {
-        const float d = wanted[s][v] - r.voxels[v];
+        const float d = wanted[s][v] - r.voxels[v], whole = stacks[s].image.voxels[v] - r.voxels[v];
         const bool known = std::isfinite(d);
         r.voxels[v] = known ? d : 0;
-        squares += known ? static_cast<double>(d) * d : 0;
+        wantedSquares += known ? static_cast<double>(d) * d : 0;
+        squares += known ? static_cast<double>(whole) * whole : 0;
         count += known;
       }
       residuals.push_back(std::move(r));
     }
     rms = std::sqrt(squares / std::max(1.0, count));
-    if (rms <= std::max(plan.stopAt, kNoiseShare * plan.noise)) break;
+    if (std::sqrt(wantedSquares / std::max(1.0, count)) <= std::max(plan.stopAt, kNoiseShare * plan.noise))
+      break;
     pool.run(n[1] * n[2], [&](std::int64_t row) {
       float* out = volume.voxels.data() + row * n[0];
       const double j = static_cast<double>(row % n[1]), k = static_cast<double>(row / n[1]);

@@ -24,7 +24,8 @@ struct BackProjectionPlan {
 /// interpolated difference between each stack and the volume's projection onto it is added, averaged over the
 /// stacks. What plan.noise explains of the first differences is left out. Unobserved and non-finite samples
 /// count as met (difference 0). Between posed slices the difference is the mean of those within a slice
-/// distance, by their nearness. Returns the root mean square of the last differences.
+/// distance, by their nearness. Returns the root mean square of the last differences from the stacks as they
+/// are, noise included.
 double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
                    ThreadPool& pool);
 

@@ -3,7 +3,6 @@
 #include "Core/Image/Components.h"
 #include "Core/Image/Otsu.h"
 
-
 namespace innergs {
 namespace {
 

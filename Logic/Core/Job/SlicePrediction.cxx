@@ -36,16 +36,14 @@ Stack everySecond(const Stack& stack) {
   half.image.voxels.clear();
   half.observed.clear();
   half.times.clear();
-  std::int64_t count = 0;
-  for (std::int64_t k = 0; k < g.size[2]; k += 2, ++count) {
+  for (std::int64_t k = 0; k < g.size[2]; k += 2) {
     half.image.voxels.insert(half.image.voxels.end(), stack.image.voxels.begin() + k * plane,
                              stack.image.voxels.begin() + (k + 1) * plane);
     if (!stack.observed.empty())
       half.observed.insert(half.observed.end(), stack.observed.begin() + k * plane,
                            stack.observed.begin() + (k + 1) * plane);
   }
-  g.size[2] = count;
-  g.spacing[2] *= 2;
+  g = trialLattices(g).kept;
   return half;
 }
 
@@ -79,6 +77,14 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 
 bool triesField(const Settings& settings, double voxels) {
   return voxels <= (settings.preset == Preset::Best ? 10e6 : kLarge);
+}
+
+TrialLattices trialLattices(const GridGeometry& scan) {
+  TrialLattices lattices{scan, scan};
+  lattices.kept.size[2] = (scan.size[2] + 1) / 2;
+  lattices.kept.spacing[2] *= 2;
+  lattices.all.size[2] = 2 * lattices.kept.size[2] - 1;
+  return lattices;
 }
 
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial) {
@@ -181,9 +187,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   voxels_ = static_cast<double>(between.voxels.size());
   const bool withField = parts_.field && triesField(settings_, voxels_);
   const Stack even = everySecond(scan_);
-  GridGeometry middle = even.image.geometry; // every second plane belongs to a withheld slice
-  middle.spacing[2] = g.spacing[2];
-  middle.size[2] = 2 * even.image.geometry.size[2] - 1;
+  const GridGeometry middle = trialLattices(g).all; // every second plane belongs to a withheld slice
   const Further tried = furtherCandidates(even, middle, withField, parts_.learned, true,
                                           0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};

@@ -9,6 +9,13 @@ namespace innergs {
 /// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
 bool triesField(const Settings& settings, double voxels);
 
+/// The lattices of a prediction's trial on a scan: of every second slice, and of all slices up to the last of
+/// these.
+struct TrialLattices {
+  GridGeometry kept, all;
+};
+TrialLattices trialLattices(const GridGeometry& scan);
+
 /// The effort spent on learning for a prediction of so many voxels, before its trial says how much there is
 /// to learn. trial: from every second slice.
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);

@@ -266,12 +266,9 @@ double TimeEstimator::learningSeconds(const Stack& scan, const GridGeometry& gri
   PredictionOptions options;
   options.everySecond = true;
   options.effort = learningEffort(settings, static_cast<double>(grid.voxelCount()), true);
-  GridGeometry half = stack, middle = stack;
-  half.size[2] = (stack.size[2] + 1) / 2;
-  half.spacing[2] *= 2;
-  middle.size[2] = 2 * half.size[2] - 1;
-  options.grid = middle;
-  const PredictionOperations trial = predictionOperations(half, options);
+  const TrialLattices lattices = trialLattices(stack);
+  options.grid = lattices.all;
+  const PredictionOperations trial = predictionOperations(lattices.kept, options);
   options.everySecond = false;
   options.effort = learningEffort(settings, static_cast<double>(grid.voxelCount()), false);
   options.grid = grid;

@@ -3,7 +3,6 @@
 
 #include "IO/VolumeIO.h"
 
-
 namespace innergs::test {
 namespace {
 

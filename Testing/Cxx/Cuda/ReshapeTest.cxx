@@ -4,7 +4,6 @@
 #include "Core/Fit/FitDevice.h"
 #include "Cuda/Reshape.h"
 
-
 using namespace innergs;
 using namespace innergs::testing;
 
