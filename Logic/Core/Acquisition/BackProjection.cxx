@@ -1,6 +1,7 @@
 #include "Core/Acquisition/BackProjection.h"
 
 #include "Core/Acquisition/Observation.h"
+#include "Core/Image/WienerFilter.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +10,7 @@
 namespace innergs {
 namespace {
 
-constexpr double kNoiseShare = 0.1;       // of the noise, below which differences are not worth an iteration
-constexpr std::int64_t kWindowRadius = 2; // pixels
+constexpr double kNoiseShare = 0.1; // of the noise, below which differences are not worth an iteration
 
 /// Sub-planes no further apart than the volume's own spacing along the normal: exact for a box that spans
 /// whole voxels.
@@ -36,38 +36,20 @@ Residual residualOf(const Volume& volume, const Stack& stack, ThreadPool& pool) 
   return r;
 }
 
-/// The stack's voxels without the noise in their differences from a projection: a local Wiener filter in
-/// windows of 5 × 5 pixels (Lee 1980, Digital image enhancement and noise filtering by use of local
-/// statistics, eq. 8).
+/// The stack's voxels without the noise in their differences from a projection.
 std::vector<float> denoised(const Stack& stack, const std::vector<float>& projection, double noise,
                             ThreadPool& pool) {
   const auto& n = stack.image.geometry.size;
+  const std::int64_t plane = n[0] * n[1];
   std::vector<float> out = stack.image.voxels;
-  pool.run(n[1] * n[2], [&](std::int64_t row) {
-    const std::int64_t j = row % n[1], slice = (row - j) * n[0];
-    const std::int64_t top = std::max<std::int64_t>(0, j - kWindowRadius),
-                       bottom = std::min(n[1] - 1, j + kWindowRadius);
-    std::vector<double> squares(static_cast<std::size_t>(n[0]), 0.0), known(squares);
-    for (std::int64_t y = top; y <= bottom; ++y)
-      for (std::int64_t x = 0; x < n[0]; ++x) {
-        const std::int64_t v = slice + y * n[0] + x;
-        const double d = static_cast<double>(stack.image.voxels[v]) - projection[v];
-        if (!std::isfinite(d)) continue;
-        squares[x] += d * d;
-        ++known[x];
-      }
-    for (std::int64_t i = 0; i < n[0]; ++i) {
-      double sum = 0, count = 0;
-      for (std::int64_t x = std::max<std::int64_t>(0, i - kWindowRadius);
-           x <= std::min(n[0] - 1, i + kWindowRadius); ++x) {
-        sum += squares[x];
-        count += known[x];
-      }
-      const std::int64_t v = slice + j * n[0] + i;
-      if (sum <= 0 || !std::isfinite(projection[v])) continue;
-      const double signal = std::max(0.0, 1 - noise * noise * count / sum);
-      out[v] = projection[v] + static_cast<float>(signal) * (out[v] - projection[v]);
-    }
+  pool.run(n[2], [&](std::int64_t k) {
+    std::vector<float> differences(static_cast<std::size_t>(plane));
+    const std::int64_t first = k * plane;
+    for (std::int64_t p = 0; p < plane; ++p)
+      differences[p] = out[first + p] - projection[first + p];
+    wienerFilter(differences, n[0], noise);
+    for (std::int64_t p = 0; p < plane; ++p)
+      if (std::isfinite(differences[p])) out[first + p] = projection[first + p] + differences[p];
   });
   return out;
 }

@@ -2,6 +2,7 @@
 #include "JobInputs.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace innergs::testing {
 namespace {
@@ -35,6 +36,25 @@ TEST(JobPrediction, IsNotBelowInterpolationAndSaysWhatItIs) {
   EXPECT_NE(interpolated.prediction.find("interpolation"), std::string::npos);
   EXPECT_FALSE(chosen.prediction.empty());
   EXPECT_GE(psnr(chosen.volume, truth), psnr(interpolated.volume, truth) - 0.02);
+}
+
+TEST(JobPrediction, LeavesNoiseOut) {
+  const Volume truth = phantom(grid(48, 44, 45, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
+  const Volume slices = keepEvery(truth, 2, 4).image;
+  const auto rmsOfSlices = [&](double noise) {
+    ReconstructionInput input = gappedInput();
+    input.outputGrid = slices.geometry;
+    addNoise(input.stacks.front().image.voxels, noise, 2);
+    const Volume result = reconstruct(input, quick()).volume;
+    double squares = 0;
+    for (std::size_t v = 0; v < result.voxels.size(); ++v)
+      squares += std::pow(static_cast<double>(result.voxels[v]) - slices.voxels[v], 2);
+    return std::sqrt(squares / static_cast<double>(result.voxels.size()));
+  };
+  const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
+  const double range = static_cast<double>(*high) - *low;
+  EXPECT_LT(rmsOfSlices(0), 1e-3 * range);
+  EXPECT_LT(rmsOfSlices(0.05 * range), 0.75 * 0.05 * range);
 }
 
 TEST(JobPrediction, LeavesOutPartsOnRequest) {
