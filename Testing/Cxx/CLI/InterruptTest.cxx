@@ -30,7 +30,7 @@ protected:
   }
   // A fit of a few seconds, long enough to be interrupted.
   std::vector<std::string> longFit(const std::string& model) {
-    return {"reconstruct", path("scan.nii"), "--gaussians", "8000",         "--iterations",
+    return {"reconstruct", path("scan.nii"), "--gaussians", "4000",         "--iterations",
             "200",         "--threads",      "2",           "--save-model", path(model)};
   }
 
@@ -127,7 +127,7 @@ TEST_F(InterruptTest, MovingScansAreResumedToTheSameResult) {
   writeTimeSeries(series, path("moving.nii.gz"));
   const auto fit = [&](const char* model) {
     return std::vector<std::string>{"interpolate", path("moving.nii.gz"), "--kind",   "network", "--rounds",
-                                    "40",          "--save-model",        path(model)};
+                                    "20",          "--save-model",        path(model)};
   };
   const int code = interrupted(fit("part.innergs"), SIGINT, "itting");
   const std::string log = contents("log.txt");
@@ -140,7 +140,7 @@ TEST_F(InterruptTest, MovingScansAreResumedToTheSameResult) {
   ASSERT_EQ(run(resumed).exitCode, 0) << contents("stderr.txt");
   ASSERT_EQ(run(fit("whole.innergs")).exitCode, 0) << contents("stderr.txt");
   EXPECT_TRUE(contents("resumed.innergs") == contents("whole.innergs"));
-  other[5] = "41"; // rounds
+  other[5] = "21"; // rounds
   expectOneSentence(run(other), 1, "other settings");
   resumed.back() = path("whole.innergs");
   expectOneSentence(run(resumed), 1, "nothing to resume");

@@ -52,7 +52,7 @@ TEST(ScansProtocol, PredictsWithheldSlicesBetterThanTheAverage) {
 }
 
 TEST(ScansProtocol, ScoresWithheldSlicesInsideTheMask) {
-  const std::vector<Stack> scans = movingScans();
+  const std::vector<Stack> scans = movingScans(40);
   const GridGeometry& g = scans[0].image.geometry;
   Mask lower{g, std::vector<std::uint8_t>(scans[0].image.voxels.size(), 1)};
   const std::int64_t plane = g.size[0] * g.size[1];

@@ -157,7 +157,7 @@ TEST(Uncertainty, HoldsSlicesThatDisagree) {
 }
 
 TEST(Uncertainty, HasAPhaseOfItsOwnWhoseStopKeepsTheResult) {
-  const Volume truth = testing::headPhantom(kWidth);
+  const Volume truth = testing::headPhantom(40);
   Settings settings = quick();
   settings.iterations = 4;
   ReconstructionJob whole(scansOf(truth, 5), settings);
