@@ -34,8 +34,8 @@ Q_SIGNALS:
   void currentIdChanged(const QString& id);
 };
 
-/// What the panels need from the program that shows them: 3D Slicer's module or the desktop app. On the main
-/// thread only, and all signals come on it. Nothing throws; what fails says so in one sentence that says
+/// What the panels need from the program that shows them: 3D Slicer's module or the desktop app. Called on
+/// the main thread only, where all signals come as well. Nothing throws; a failure is one sentence that says
 /// what to do.
 class Host : public QObject {
   Q_OBJECT

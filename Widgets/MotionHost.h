@@ -27,7 +27,7 @@ struct MotionRequest {
   double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
   bool evaluateQuality = true; // on frames that a second fit does not see
   QString sliceTimesFile; // of readSliceTiming(): when a frame's slices were acquired; "": as the scan says
-  QString resumeFile;     // a model file to go on from; "": start anew
+  QString resumeFile;     // a model file to resume; "": none
 };
 
 /// How it ended well.

@@ -45,7 +45,7 @@ struct Request {
   double heldOutFraction = 0;       // of each input's slices, withheld from a second fit; 0 to 0.5
   bool estimateUncertainty = false; // also a volume of how far the result may be off
   bool evaluateQuality = true;      // also judge the settings by protocol H in a second fit
-  QString resumeFile;               // a model file to go on from; "": start anew
+  QString resumeFile;               // a model file to resume; "": none
   int qualityGap = 0;               // protocol H keeps every n-th slice; 0: 2nd or 4th by the spacing
 };
 

@@ -39,7 +39,7 @@ private:
   int angle_ = 0;
 };
 
-/// Likewise for a drag by so many pixels downwards, and for a key; 1: not a zoom key.
+/// Likewise for a drag `down` pixels downwards, and for a key; 1: not a zoom key.
 inline double zoomOfDrag(double down) {
   return std::exp(down / 150);
 }

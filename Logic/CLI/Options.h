@@ -54,7 +54,7 @@ void addSettings(CLI::App& app, Settings& settings);
 /// Adds --frame and --series.
 void addReading(CLI::App& app, ReadOptions& reading);
 CLI::Option* addOutputType(CLI::App& app, OutputType& type);
-/// The field on the device that renders so many samples fastest; null: the CPU. auto: a GPU takes longer to
+/// The field on the device that renders this many samples fastest; null: the CPU. auto: a GPU takes longer to
 /// start than the CPU to render a few million samples.
 std::shared_ptr<FieldDevice> renderDevice(const std::string& asked, const GaussianField& field,
                                           std::int64_t samples, Selection selection);

@@ -19,14 +19,14 @@ struct DynamicExperiment {
 
 struct DynamicExperimentResult {
   ExperimentTable methods; // pooled over all withheld frames
-  ExperimentTable frames;  // one by one
+  ExperimentTable frames;  // a row per method and frame
 };
 
 /// Compares all kinds of Gaussians, the one that the program chooses, and other interpolations between
 /// frames. Throws Error(InvalidArgument) if no frame can be withheld, Error(Cancelled).
 DynamicExperimentResult runDynamic(const DynamicExperiment& experiment);
 
-/// The Gaussians of these settings ("gaussians") beside linear interpolation in time ("linear") and the
+/// Scores the Gaussians of these settings ("gaussians"), linear interpolation in time ("linear") and the
 /// previous frame ("previous"), pooled over the withheld frames. Throws as runDynamic().
 EvaluationReport judgeFrames(const DynamicExperiment& experiment);
 

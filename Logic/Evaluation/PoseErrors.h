@@ -11,7 +11,7 @@ struct PoseErrors {
   struct Spread {
     double median = 0, ninetieth = 0, worst = 0; // over the slices
   };
-  Spread millimetres; // root mean square over what the slice shows of the body
+  Spread millimetres; // root mean square over the body in the slice
   Spread degrees;
   double commonMillimetres = 0, commonDegrees = 0; // of what was removed, in the middle of the first stack
   std::int64_t slices = 0;                         // that show body

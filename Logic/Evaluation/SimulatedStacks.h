@@ -11,9 +11,9 @@ struct StacksCase {
   int stacks = 3;        // 1…3: axial, coronal, sagittal
   double thickness = 5;  // mm, box profile
   double gap = 0;        // mm between slices
-  double motion = 0;     // every slice is displaced by up to ± so many mm along each axis
-  double turn = 0;       // and turned by up to ± so many degrees about each, around its centre; both even
-  int motionPackets = 0; // slices k, k + so many, … move together, around their centre; 0: none do
+  double motion = 0;     // each slice is displaced by up to ± this along each axis, mm
+  double turn = 0;       // and turned by up to ± this about each, degrees, around its centre; uniform
+  int motionPackets = 0; // slices k, k + this, … move together, around their centre; 0: none do
   double shading = 0;    // each stack's brightness varies smoothly by up to ± this share
   double gain = 0;       // each slice's is multiplied by 1 ± up to this
   double noise = 0;      // standard deviation, image units

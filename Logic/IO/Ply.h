@@ -12,7 +12,7 @@ namespace innergs {
 /// properties and `comment innergs` lines that other readers ignore. For what is lost, see droppedByPly().
 void writePly(const GaussianField& field, const std::filesystem::path& path);
 
-/// What a PLY file of a field leaves out (the residual grid, a mask, the names of so many segments that its
+/// What a PLY file of a field leaves out (the residual grid, a mask, the names of the segments that its
 /// Gaussians have features of), as a sentence with numbers; "" if it keeps everything.
 std::string droppedByPly(const GaussianField& field, int segments = 0);
 

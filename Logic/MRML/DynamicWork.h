@@ -65,7 +65,7 @@ private:
   std::vector<vtkSmartPointer<vtkImageData>> frames_;
 };
 
-/// The times to make frames at, s: `times`, or so many per second, or the series' own. Throws
+/// The times to make frames at, s: `times`, or `rate` per second, or the series' own. Throws
 /// Error(InvalidArgument) for times outside the series' and times that do not increase.
 std::vector<double> framesWanted(vtkDoubleArray* times, double rate, const std::vector<double>& own);
 

@@ -52,7 +52,7 @@ private:
   vtkSmartPointer<vtkMRMLInnerGSModelNode> copy_;
 };
 
-/// At most so many Gaussians (0: all) as points with tensors, in `output` or a new node beside the model.
+/// At most `maximum` Gaussians (0: all) as points with tensors, in `output` or a new node beside the model.
 vtkSmartPointer<vtkMRMLModelNode> makeGaussianModel(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     int maximum, vtkMRMLModelNode* output);
 

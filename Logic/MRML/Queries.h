@@ -38,7 +38,7 @@ void setProvenance(vtkMRMLNode* output, vtkMRMLInnerGSModelNode* model);
 /// The standard deviation of the model's volume, which lies in the model's own coordinates; null: none.
 vtkMRMLScalarVolumeNode* uncertaintyOf(vtkMRMLInnerGSModelNode* model);
 
-/// The logic's methods of these names; if they throw Error, nothing has changed.
+/// The logic's methods of the same names; if they throw Error, nothing has changed.
 void evaluate(vtkMRMLInnerGSModelNode* model, vtkPoints* points, vtkFloatArray* values);
 vtkSmartPointer<vtkMRMLScalarVolumeNode> queryPlane(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                     vtkMatrix4x4* planeToRAS, int columns, int rows,

@@ -144,8 +144,8 @@ public:
   vtkGetMacro(QualityGap, int);
   ///@}
 
-  /// A model file to go on from instead of starting anew, UTF-8: of the same inputs and settings bit for bit,
-  /// of others its Gaussians are the start. A finished reconstruction empties it. "" (default): none.
+  /// A model file to resume, UTF-8: with the same inputs and settings, the result is bit-identical; with
+  /// others, its Gaussians are the start. A finished reconstruction empties it. "" (default): none.
   vtkSetMacro(ResumeFileName, const std::string&);
   vtkGetMacro(ResumeFileName, std::string);
 

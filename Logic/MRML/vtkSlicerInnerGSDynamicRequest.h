@@ -57,7 +57,7 @@ public:
 #endif
 
   ///@{
-  /// The frames to make: at these times (s; null, the default: none given), else so many per second (0, the
+  /// The frames to make: at these times (s; null, the default: none given), else this many per second (0, the
   /// default: at the series' own times).
   void SetTimes(vtkDoubleArray* times);
   vtkDoubleArray* GetTimes();
@@ -71,8 +71,8 @@ public:
   vtkBooleanMacro(EvaluateQuality, bool);
 
   ///@{
-  /// A model file to go on from, of the same scan and settings: a job's GetRecoveryFile(), or what
-  /// `innergs interpolate --save-model` wrote when it was interrupted; "" (default): start anew. UTF-8. The
+  /// A model file to resume, of the same scan and settings: a job's GetRecoveryFile(), or what
+  /// `innergs interpolate --save-model` wrote when it was interrupted; "" (default): none. UTF-8. The
   /// end of the fit removes one in the recovery folder.
   vtkSetMacro(ResumeFileName, const std::string&);
   vtkGetMacro(ResumeFileName, std::string);

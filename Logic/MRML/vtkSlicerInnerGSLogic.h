@@ -105,8 +105,8 @@ public:
   vtkSlicerInnerGSJob* GetLastJob();
   /// Queued and running.
   int GetNumberOfJobs();
-  /// Delivers events until the job (null: all jobs) is done, for at most so many seconds (below 0: for ever).
-  /// Whether it is done.
+  /// Delivers events until the job (null: all jobs) is done, for at most `seconds` (below 0: for ever).
+  /// Returns whether it is done.
   bool WaitForJob(vtkSlicerInnerGSJob* job = nullptr, double seconds = -1);
   /// Delivers what the worker has told since the last time; how much that was. On the main thread only.
   int ProcessPendingEvents();
@@ -189,7 +189,7 @@ public:
   ///@}
 
   /// The Gaussians' centres with intensity, ellipsoid tensors and disagreement as a model node (`output` or a
-  /// new one) for 3D views; at most so many (0: all). Null after an error.
+  /// new one) for 3D views; at most `maximum` (0: all). Null after an error.
   vtkMRMLModelNode* CreateGaussianModel(vtkMRMLInnerGSModelNode* model, int maximum = 0,
                                         vtkMRMLModelNode* output = nullptr);
 

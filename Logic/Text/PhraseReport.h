@@ -31,10 +31,10 @@ struct PhraseReport {
   int top1 = 0;               // the leading candidates are exactly the structures meant
   int top3 = 0;    // these are among the first three candidates, suggestions too, or as many as are meant
   int wrong = 0;   // the leading candidates include none of the structures meant
-  int flipped = 0; // of these: the right kind on the wrong side
+  int flipped = 0; // among them: the right kind on the wrong side
   int falseAccepts = 0;            // of the foreign phrases: a structure was returned
   int unanswered = 0;              // phrases that mean a structure, and none was returned
-  int suggested = 0;               // of these: what is meant is among the first three suggestions
+  int suggested = 0;               // among them: what is meant is among the first three suggestions
   int foreignSuggested = 0;        // of the foreign phrases: something was suggested
   double milliseconds = 0;         // median per phrase
   double unread = 0;               // median, ms, of those beyond the lexicon

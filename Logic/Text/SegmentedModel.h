@@ -15,7 +15,7 @@ struct SegmentedModel {
   bool operator==(const SegmentedModel&) const = default;
 };
 
-/// Features for the model's Gaussians, for a moving scan's learned from what the teacher shows at the model's
+/// Features for the model's Gaussians, those of a moving scan learned from the teacher at the model's
 /// time. Throws as trainFrom() does.
 FeatureModel trainFrom(const SegmentedModel& model, const Teacher& teacher,
                        const FeatureTraining& training = {});

@@ -119,8 +119,8 @@ public:
   vtkSetMacro(HeldOutFraction, double);
   vtkGetMacro(HeldOutFraction, double);
   /// Also estimates how far the volume may be off: the truth lies within 1.645 standard deviations of it in
-  /// 90 % of the voxels. Takes that second fit (of a fraction of 0.2 where none is set) and two small ones. A
-  /// warning says so where too little is known. Off by default.
+  /// 90 % of the voxels. Takes that second fit (with a fraction of 0.2 if none is set) and two small ones. A
+  /// warning tells where too little is known. Off by default.
   vtkSetMacro(EstimateUncertainty, bool);
   vtkGetMacro(EstimateUncertainty, bool);
   vtkBooleanMacro(EstimateUncertainty, bool);

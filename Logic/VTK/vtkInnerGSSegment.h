@@ -37,7 +37,7 @@ public:
   vtkSetMacro(LargestOnly, bool);
   vtkGetMacro(LargestOnly, bool);
   vtkBooleanMacro(LargestOnly, bool);
-  /// Only connected parts of at least so many mm³; 0 by default.
+  /// Keeps only connected parts of at least this many mm³; 0 by default.
   vtkSetMacro(MinimumSize, double);
   vtkGetMacro(MinimumSize, double);
   ///@}

@@ -4,7 +4,7 @@ namespace {
 
 using EstimateMaskTest = SegmentationFixture;
 
-// As much as the mask's support, whichever node holds it, and anew when it is edited.
+// Counts the mask's support, whichever node holds it, and again after an edit.
 TEST_F(EstimateMaskTest, CountsWhatTheMaskHolds) {
   auto* parameters = addParameters(input);
   parameters->SetDevice("cpu");

@@ -92,7 +92,7 @@ TEST_F(SegmentationJobTest, CancelWhileSurfacesAreMadeVoxels) {
   });
   other->AddObserver(vtkCommand::DeleteEvent, release);
   other = nullptr;
-  EXPECT_EQ(WatchedRule::done, 1); // the second surface is nobody's any more
+  EXPECT_EQ(WatchedRule::done, 1); // no one holds the second surface any more
 }
 
 TEST_F(SegmentationJobTest, EditedOrRemovedAfterTheStart) {

@@ -214,7 +214,7 @@ private Q_SLOTS:
     QVERIFY(kept().size() == 1 && kept()[0].file == file); // for another time
   }
 
-  // Closed with where it stands lost, nobody would know.
+  // Closing would silently lose the progress of the fit.
   void staysOpenWhereItCannotBeKept() {
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     QFile inTheWay(host().recoveryFolder());

@@ -39,7 +39,7 @@ innergs::Volume ball(std::array<std::int64_t, 3> size, const innergs::Vec3& spac
 QString writeBall(const Sandbox& sandbox, const QString& name,
                   std::array<std::int64_t, 3> size = {24, 24, 10},
                   const innergs::Vec3& spacing = {1.5, 1.5, 4}, bool oblique = false);
-/// Writes a NIfTI file with so many balls (8 slices each), each brighter than the last one, `seconds` apart;
+/// Writes a NIfTI file with `frames` balls (8 slices each), each brighter than the last one, `seconds` apart;
 /// returns its path.
 QString writeFrames(const Sandbox& sandbox, const QString& name, int frames, float seconds);
 /// A NIfTI file with 24-bit colour voxels.

@@ -214,7 +214,7 @@ private Q_SLOTS:
     QVERIFY(host_->model(loaded) && !host_->model(loaded)->IsEmpty());
     QCOMPARE(host_->saveModel(report.modelId, sandbox_->path("result.ply")), QString());
     QVERIFY(!host_->loadModel(sandbox_->path("result.ply"), &error).isEmpty());
-    // What cannot be written says so, and the item stays unsaved or as it was.
+    // A failed write is reported, and the item stays unsaved or as it was.
     QVERIFY(host_->save(report.volumeId, sandbox_->path("no/such/folder/x.nii")).contains("folder"));
     QVERIFY(!host_->save(report.volumeId, sandbox_->path("x.jpeg")).isEmpty());
     QVERIFY(!host_->saveModel(report.modelId, sandbox_->path("x.txt")).isEmpty());

@@ -20,7 +20,7 @@ using innergs::app::AppHost;
 
 class AppKeyboardTest : public AppWindowTest {
   Q_OBJECT
-  /// Whatever has the keyboard. Where there is no window manager, nobody gives it back to a window.
+  /// The widget with the keyboard. Without a window manager, no window gets it back by itself.
   static QWidget* target() {
     if (QWidget* popup = QApplication::activePopupWidget()) return popup;
     QWidget* window = QApplication::activeModalWidget();

@@ -22,9 +22,9 @@ struct BiasCorrection {
 
 /// Finds a polynomial of fourth degree for the logarithm of each scan's brightness, from the robust
 /// differences to the others at their common resolution, and one of second degree that all scans share, from
-/// their histogram (HistogramSharpening.h). `alignment` (empty: scans stay) is found anew on what is
-/// corrected. Corrects nothing where scans would agree by less than 0.5 dB better (`always`: where they
-/// would by less), and never scans with values below zero or that do not correlate with the others.
+/// their histogram (HistogramSharpening.h). `alignment` (empty: scans stay) is refined on the
+/// corrected scans. Corrects nothing if that would improve their agreement by less than 0.5 dB (unless
+/// `always`), and never scans with values below zero or that do not correlate with the others.
 /// Bit-identical for any number of threads. Throws Error(Cancelled).
 BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignment>& alignment, bool always,
                         ThreadPool& pool);

@@ -196,7 +196,7 @@ std::vector<double> sharesOf(const Packet& packet) {
 }
 
 /// Gauss-Newton steps of a packet's pose and its slices' gains; sigma: of the differences, for Cauchy's
-/// weights. pool: null where packets are registered in parallel.
+/// weights. pool: null if packets are registered in parallel.
 void registerPacket(const Packet& packet, const SliceOperator& op, const std::vector<float>& volume,
                     int steps, double sigma, bool scales, ThreadPool* pool = nullptr) {
   const double width = 2.385 * sigma; // 95 % as good as least squares where the differences are Gaussian

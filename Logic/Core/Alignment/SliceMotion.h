@@ -10,7 +10,7 @@ namespace innergs {
 /// How one slice lies to the others.
 struct SlicePose {
   Affine3 pose;            // rigid, LPS mm: applied to where the stack's header puts the slice
-  double displacement = 0; // mm, root mean square over what it shows
+  double displacement = 0; // mm, root mean square over the body in it
   double angle = 0;        // degrees
   double gain = 1;         // its values are multiplied by it
   double weight = 1;       // 0: it fits nowhere, and is left out

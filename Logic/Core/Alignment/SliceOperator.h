@@ -18,7 +18,7 @@ struct PlacedSlice {
   Vec3 normal;               // unit, LPS
   ProfileQuadrature profile; // along the normal
   Affine3 pose;              // rigid, LPS mm, applied after toWorld
-  double gain = 1;           // what the volume shows is multiplied by it
+  double gain = 1;           // multiplies what is read from the volume
   double weight = 1;
 };
 

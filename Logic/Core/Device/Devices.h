@@ -82,7 +82,7 @@ private:
   int index_ = 0;
 };
 
-/// The field on the device that `asked` resolves to, for rendering so many samples: "auto" takes a device
+/// The field on the device that `asked` resolves to, for rendering that many samples: "auto" takes a device
 /// from eight million on. Null on the CPU; also null, with one sentence in `problem`, if a requested device
 /// cannot hold the field. Throws like DeviceChoice.
 std::shared_ptr<FieldDevice> renderingDevice(const std::string& asked, const GaussianField& field,

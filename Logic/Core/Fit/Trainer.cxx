@@ -238,7 +238,7 @@ bool Trainer::densifying(int iteration) const {
          iteration - iteration % d.every + d.every <= d.until * plan_.iterations;
 }
 
-/// Whether a densification follows after so many iterations.
+/// Whether a densification follows after this many iterations.
 bool Trainer::densifies(int iterations) const {
   const DensifyPlan& d = plan_.densify;
   return d.every > 0 && iterations > plan_.coarseIterations && iterations % d.every == 0 &&

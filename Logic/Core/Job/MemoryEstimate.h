@@ -19,7 +19,7 @@ struct MemoryNeed {
 MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings& settings,
                       std::int64_t available = availableMemory());
 
-/// The sentence that refuses a fit needing so many bytes; "" if that much is available or if the available
+/// The sentence that refuses a fit needing `needed` bytes; "" if they are available or if the available
 /// memory is unknown (0).
 std::string memoryRefusal(std::int64_t needed, std::int64_t available);
 

@@ -13,7 +13,7 @@ struct DeformationPlan {
   CanonicalPlan canonical;                          // of the fit to the middle frame
   std::vector<double> nodeDistances{12, 6};         // of the levels: finest voxels between nodes in space
   double framesPerNode = 2;                         // between nodes in time
-  int times = 0;                                    // not 0: so many nodes in time instead
+  int times = 0;                                    // number of nodes in time instead; 0: not set
   int steps = 4000;                                 // Adam's, one frame each
   double growth = 0.5;                              // share of them until all frames take part
   double planeRate = 0.02, weightRate = 2e-3;       // of the network

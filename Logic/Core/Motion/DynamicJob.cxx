@@ -44,7 +44,7 @@ std::int64_t gaussiansFor(const TimeSeries& series, const Settings& settings, Dy
                                   kMostGaussians);
 }
 
-/// Adam's, so many for each frame.
+/// Steps of Adam, proportional to the number of frames.
 int refinementSteps(const TimeSeries& series, const Settings& settings, int rounds, int fewest) {
   constexpr std::int64_t most = 6000;
   if (settings.rounds)

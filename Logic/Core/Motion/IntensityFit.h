@@ -14,7 +14,7 @@ struct IntensityPlan {
   double width = 0.55;             // σ in distances between Gaussians
   double framesPerCoefficient = 3; // of the splines in time, unless withheld frames show faster changes
   int mostCoefficients = 64;       // likewise
-  int coefficients = 0;            // not 0: so many, whatever the frames are
+  int coefficients = 0;            // fixed number of them; 0: chosen by the frames
   double neighbourhood = 1;        // voxels, σ: neighbourhood that shares the choice of smoothing in time
   int iterations = 8;              // conjugate-gradient iterations per coefficient
   double ridge = 1e-3;             // on the intensities, relative to a voxel's weight

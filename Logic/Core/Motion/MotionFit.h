@@ -61,8 +61,8 @@ public:
   double predictionErrorBetween(std::int64_t frame, bool cubic);
   /// Least-squares spline through all poses.
   void useSpline(int coefficients);
-  /// All parameters together, one frame a step in an order drawn anew for every round. Ready for it is a fit
-  /// after useSpline(), or instead of all before one that resumes.
+  /// All parameters together, one frame per step, in a new random order each round. Call it after
+  /// useSpline(), or alone to resume a fit.
   void refine(const Report& report);
   /// Throws Error(FileFormat) unless field and state are of a refinement of this plan.
   void resume(const DynamicField& field, const RefinementState& state);

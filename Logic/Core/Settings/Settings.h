@@ -29,7 +29,7 @@ enum class Schedule {
 enum class PredictionKind {
   Auto,          // the same as Learned
   None,          // nothing: the Gaussians bridge the gaps themselves
-  Interpolation, // a mixture of classical interpolations, chosen by what the scan itself shows
+  Interpolation, // a mixture of classical interpolations, chosen by the scan's own slices
   Learned // what is learned from the scan's own in-plane detail; where that does not pay, Interpolation
 };
 

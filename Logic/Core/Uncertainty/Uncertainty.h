@@ -12,7 +12,7 @@ struct Uncertainty {
   std::vector<std::uint8_t> measured; // on the same lattice: 0 where no slice measured anything
   double noise = 0;                   // of a single measured value beyond that, scanner units
   double coverage = 0;      // share of withheld voxels inside their 90 % intervals (NaN: unknown), in
-  std::int64_t samples = 0; // so many voxels of slices that those intervals were not learned from
+  std::int64_t samples = 0; // that many voxels, of slices that the intervals were not learned from
 };
 
 struct UncertaintyInput {

@@ -3,7 +3,7 @@
 
 namespace innergs::testing {
 
-/// Balls in a ball of so many voxels across, in air.
+/// Balls in a ball `width` voxels across, in air.
 inline Volume headPhantom(std::int64_t width, std::uint64_t seed = 5) {
   Volume volume = spherePhantom(width, width, seed);
   const double middle = 0.5 * static_cast<double>(width);

@@ -19,7 +19,7 @@ constexpr std::int64_t kWidth = 56;
 constexpr double kDegree = std::numbers::pi / 180;
 
 /// Scans of 4 mm slices at right angles; each slice, or each interleaved packet of slices, displaced by up to
-/// ± so many mm along each axis and turned by up to ± as many degrees. `stacks` keep the true poses.
+/// ± `most` mm along each axis and turned by up to ± `most` degrees. `stacks` keep the true poses.
 std::vector<Stack> movingScans(int count, double most, double noise = 1, std::int64_t packets = 0) {
   const Volume truth = testing::headPhantom(kWidth);
   ThreadPool pool(2);

@@ -120,7 +120,7 @@ TEST(StackAlignment, SaysThatTheFirstScanFitsNone) {
   EXPECT_TRUE(found[1].fits);
   EXPECT_TRUE(found[2].fits);
   EXPECT_LT(norm(found[2].toOthers({40, 40, 40}) - Vec3{38, 40, 41}), 0.25);
-  stacks[1].image.voxels = stacks[0].image.voxels; // two of noise: nobody can tell
+  stacks[1].image.voxels = stacks[0].image.voxels; // two of noise: no telling which is wrong
   const auto lost = alignStacks(stacks, pool);
   EXPECT_TRUE(lost[0].fits);
   EXPECT_FALSE(lost[1].fits);

@@ -8,7 +8,7 @@ namespace {
 using testing::psnr;
 using testing::reconstruct;
 
-/// Two orthogonal thick-slice scans; before the second, the patient moved by so many mm and the receiver gain
+/// Two orthogonal thick-slice scans; before the second, the patient moved by `shift` mm and the receiver gain
 /// changed.
 ReconstructionInput twoScans(const Volume& truth, double shift, float gain) {
   ReconstructionInput input;
