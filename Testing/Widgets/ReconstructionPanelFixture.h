@@ -52,10 +52,13 @@ protected:
     QCOMPARE(selector->currentId(), id);
   }
   void choose(const QString& id) { select(rows()[0]->findChild<innergs::ui::Selector*>(), id); }
-  void finish(const innergs::ui::Report& report) {
+  void start() {
     choose("head");
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
+  }
+  void finish(const innergs::ui::Report& report) {
+    start();
     host_->sendFinished(report);
   }
   void scrollDown() {

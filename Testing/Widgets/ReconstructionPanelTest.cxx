@@ -1,7 +1,6 @@
 #include "ReconstructionPanelFixture.h"
 #include "Widgets/FitChart.h"
 #include "Widgets/PreviewView.h"
-#include "Widgets/QualityVerdict.h"
 #include "Widgets/SlicesDialog.h"
 
 #include <QCheckBox>
@@ -143,9 +142,7 @@ private Q_SLOTS:
   }
 
   void everyPhaseIsNamed() {
-    choose("head");
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     QString last = label("phaseText");
     double fraction = 0;
     for (const Phase phase :
@@ -212,99 +209,9 @@ private Q_SLOTS:
     QVERIFY(!isShown("progressBar"));
   }
 
-  void everyFigureSaysItsSamples() {
-    finish(FakeHost::exampleReport());
-    QCOMPARE(label("resultSummary"),
-             QString("Done in 1 min 23 s. 74,088 Gaussians. On the CPU. The CUDA backend is not installed."));
-    QCOMPARE(label("qualityVerdict"),
-             QString("On withheld slices, InnerGS is better than the others: 1.5 dB more PSNR than "
-                     "linear interpolation, 0.021 more SSIM than linear interpolation."));
-    QVERIFY(label("qualitySamples").startsWith("Scored on held-out slices. Every 4th slice"));
-    QCOMPARE(label("quality-1-0"), QString("InnerGS"));
-    QCOMPARE(label("quality-1-1"), QString("31.62"));
-    QCOMPARE(label("quality-2-0"), QString("Linear interpolation"));
-    QCOMPARE(label("heldOutQuality"),
-             QString("31.50 dB PSNR on 12 withheld slices, from a second fit that did not see them."));
-    QVERIFY(label("trainingQuality").startsWith("38.25 dB PSNR on the fitted samples, not held out"));
-    QVERIFY(line("resultWarnings").contains("thickness was set to 4 mm."));
-    scrollDown();
-    snapshot(*area_, "panel-finished");
-  }
-
-  void worseThanInterpolationIsSaid() {
-    Report report = FakeHost::exampleReport();
-    report.quality = {{"gaussians", 29, 0.9}, {"linear", 30.2, 0.92}, {"cubic", 30, 0.91}};
-    finish(report);
-    QVERIFY(label("qualityVerdict").contains("worse than the best of the others: 1.2 dB less PSNR"));
-    QVERIFY(label("qualityVerdict").endsWith("use interpolation for this scan."));
-    report.scans = 3; // protocol H says nothing about their combination
-    finish(report);
-    QVERIFY(label("qualityVerdict").startsWith("Judged on the first scan alone"));
-    QVERIFY(!label("qualityVerdict").contains("use interpolation"));
-  }
-
-  void measuresThatDisagreeAreBothSaid() {
-    Report report = FakeHost::exampleReport();
-    report.quality = {{"gaussians", 27.4, 0.838}, {"linear", 27.02, 0.848}, {"cubic", 27.0, 0.852}};
-    finish(report);
-    QCOMPARE(
-        label("qualityVerdict"),
-        QString("On withheld slices, InnerGS is better by one measure and worse by the other: "
-                "0.4 dB more PSNR than linear interpolation, 0.014 less SSIM than cubic interpolation."));
-  }
-
-  void psnrAndSsimCountAlike_data() {
-    QTest::addColumn<double>("psnr"); // of InnerGS relative to the others'
-    QTest::addColumn<double>("ssim");
-    QTest::addColumn<int>("verdict");
-    const auto row = [](double psnr, double ssim, Verdict verdict) {
-      QTest::addRow("%g dB, %g", psnr, ssim) << psnr << ssim << static_cast<int>(verdict);
-    };
-    row(0.5, 0.02, Verdict::Better);
-    row(0.5, 0.004, Verdict::Better);
-    row(0.09, 0.02, Verdict::Better);
-    row(0.5, -0.004, Verdict::Better);
-    row(0.1, 0, Verdict::Better);
-    row(0, 0.005, Verdict::Better);
-    row(0.09, 0.004, Verdict::AsGood);
-    row(-0.09, -0.004, Verdict::AsGood);
-    row(0.5, -0.02, Verdict::Mixed);
-    row(-0.5, 0.02, Verdict::Mixed);
-    row(-0.5, -0.02, Verdict::Worse);
-    row(-0.5, 0.004, Verdict::Worse);
-    row(0.09, -0.02, Verdict::Worse);
-    row(-0.1, 0, Verdict::Worse);
-    row(0, -0.005, Verdict::Worse);
-    row(NAN, -0.02, Verdict::Worse);
-    row(0.5, NAN, Verdict::Better);
-    row(NAN, NAN, Verdict::Unknown);
-  }
-  void psnrAndSsimCountAlike() {
-    QFETCH(double, psnr);
-    QFETCH(double, ssim);
-    QFETCH(int, verdict);
-    // The best of the others is a different method for each measure.
-    const QVector<QualityRow> rows{
-        {"linear", 30, 0.85}, {"gaussians", 30 + psnr, 0.9 + ssim}, {"cubic", 29, 0.9}};
-    QCOMPARE(static_cast<int>(compare(rows).verdict), verdict);
-    QCOMPARE(static_cast<int>(compare({rows[0], rows[2]}).verdict), static_cast<int>(Verdict::Unknown));
-  }
-
-  void withoutHeldOutSamplesItSaysSo() {
-    Report report;
-    report.trainingPsnr = 40;
-    finish(report);
-    QVERIFY(label("heldOutQuality").startsWith("The quality between slices was not measured"));
-    QVERIFY(!isShown("qualityTable"));
-    QVERIFY(!isShown("resultWarnings"));
-    QVERIFY(label("trainingQuality").contains("not held out"));
-  }
-
   void judgingHasAPhaseOfItsOwn() {
     host_->cancelDelay = -1;
-    choose("head");
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     host_->sendProgress(Phase::Fitting, 0.3, 99, 0.003, 30, 60);
     host_->sendProgress(Phase::Fitting, 0.31, 100, 0.002, 30.75, 55);
     host_->sendProgress(Phase::Judging, 0.6, 12, 0.002, 38, 40);
@@ -355,9 +262,7 @@ private Q_SLOTS:
 
   void theChartTellsEnsemblesAndHalfResolutionApart() {
     host_->cancelDelay = -1;
-    choose("head");
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     const auto iterations = [&] { // of 100, two members of 50
       for (int n = 1; n <= 100; ++n) {
         const int own = (n - 1) % 50;
@@ -391,9 +296,7 @@ private Q_SLOTS:
   }
 
   void anErrorStaysUntilTheNextStart() {
-    choose("head");
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     host_->sendProgress(Phase::Fitting, 0.1, 5, 0.02, 20);
     host_->sendFailed("The memory ran out: choose a smaller region");
     QVERIFY(line("message").startsWith("The memory ran out: choose a smaller region.\n"));
@@ -479,9 +382,7 @@ private Q_SLOTS:
   void slicesThatMovedGetTransforms() {
     auto* create = child<QPushButton>("createSliceTransforms");
     QVERIFY(!isShown("slicesLine")); // there is no result
-    choose("head");
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     host_->result = true;
     host_->sendFinished(FakeHost::exampleReport());
     QVERIFY(isShown("slicesLine"));
@@ -633,9 +534,7 @@ private Q_SLOTS:
   }
 
   void notesOfTheFitLeaveTheDeviceAsItIs() {
-    choose("head");
-    QTRY_VERIFY(button()->isEnabled());
-    QTest::mouseClick(button(), Qt::LeftButton);
+    start();
     host_->sendProgress(Phase::Fitting, 0.6, 40, 0.01, 30, 9, "Judging the quality by a second fit.");
     QCOMPARE(label("deviceReason"), QString("On the CPU. The CUDA backend is not installed."));
     QTRY_COMPARE(label("fitNote"), QString("Judging the quality by a second fit."));
