@@ -40,7 +40,7 @@ public:
   /// The scan that the program shows: chosen while the user has chosen no other, and none during a run.
   /// Emits requestChanged.
   void suggestInput(const QString& id);
-  /// Shows nothing more of what has ended: its result is gone. What runs goes on.
+  /// Hides a finished run, whose result is gone. A running one continues.
   void forgetResult();
 
 public Q_SLOTS:
@@ -99,7 +99,7 @@ private:
   QLabel* estimate_;
   MessageLine *refusalLine_, *message_;
   QPushButton* button_;
-  PinnedRow* start_; // the button and what is said beside it
+  PinnedRow* start_; // the button and the message beside it
   RecoveryLine* recovery_;
   ProgressCard* progress_;
   QualityCard* quality_;

@@ -20,7 +20,7 @@ struct RecoveredFit {
   double interval = 0;               // of a moving scan: s from frame to frame as it was given; 0: it was not
 };
 
-/// Writes the model under a name of its own into the folder, which is made if need be, for this user alone;
+/// Writes the model under a unique name into the folder, which is created if needed, for this user alone;
 /// only the newest ten stay there. Returns the file. Throws Error(Io).
 std::filesystem::path writeRecoveredFit(const Model& model, const RecoveredFit& about,
                                         const std::filesystem::path& folder);

@@ -71,7 +71,7 @@ struct Task {
   bool judging = false; // the fit is complete: a cancel now ends only what is learned about it
   std::optional<EvaluationReport> report;
 
-  // Where the fit stood, for what ends it from outside: what is told of the job, and the folder and file.
+  // The state of a fit that is ended from outside: a description of the job, the folder and the file.
   std::atomic<bool> keep{false}; // set before the stop
   RecoveredFit recovered;        // without a file: not kept
   std::filesystem::path recoveryFolder;

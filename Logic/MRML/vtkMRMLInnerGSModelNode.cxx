@@ -257,7 +257,7 @@ void vtkMRMLInnerGSModelNode::OnNodeReferenceRemoved(vtkMRMLNodeReference* refer
           "vtkMRMLLinearTransformNode", this->Scene->GenerateUniqueName(name)));
       node->SetMatrixTransformToParent(rest);
       this->SetAndObserveTransformNodeID(node->GetID());
-      return; // what was removed has been replaced: observers heard of the new one
+      return; // the removed one has been replaced, and observers notified of the new one
     }
   }
   this->Superclass::OnNodeReferenceRemoved(reference);

@@ -203,7 +203,7 @@ public:
   /// Blocking, as Reconstruct().
   bool LearnSegments(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse = false);
   /// From a volume node of several values per voxel instead, and a JSON file that says what texts mean there:
-  /// {"liver": [0.1, …], "spleen": […]}; "background" stands for what is none of the others.
+  /// {"liver": [0.1, …], "spleen": […]}; "background" is everything else.
   vtkSlicerInnerGSJob* StartLearningFromFeatures(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* features,
                                                  const std::string& textsFile);
   /// Or from a network in an ONNX file, which OpenVINO runs on the model's own image: see

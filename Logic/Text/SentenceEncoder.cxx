@@ -27,7 +27,7 @@ fs::path networkIn(const fs::path& folder) {
                                            "embedding's network there, with its vocab.txt.");
 }
 
-/// Of a folder that holds a network: what is missing is told in this order.
+/// Checks the folder's files in this order, so that the first missing one is named.
 fs::path vocabularyIn(const fs::path& folder) {
   networkIn(folder);
   return folder / "vocab.txt";

@@ -39,7 +39,7 @@ public:
 
   ///@{
   /// Instead of labels: a feature volume, several values per voxel, and what texts mean to the model that
-  /// made it, as many values for each ("background" stands for what is none of the others). An empty or null
+  /// made it, as many values for each ("background" is everything else). An empty or null
   /// embedding: none.
   void SetFeatures(vtkImageData* features, vtkMatrix4x4* ijkToRAS = nullptr);
   void SetTextEmbedding(const std::string& text, vtkDataArray* values);

@@ -70,7 +70,7 @@ TEST_F(JobTest, NodesRemovedOrEditedWhileRunning) {
   EXPECT_EQ(job->GetState(), vtkSlicerInnerGSJob::Cancelled);
 }
 
-// The same result when the worker makes the copy, and what it refuses is told like every failure.
+// The result is the same when the worker makes the copy, and its refusals are reported like any failure.
 TEST_F(JobTest, VoxelsCopiedByTheWorker) {
   auto* input = addVolume();
   auto* parameters = addParameters(input);

@@ -269,7 +269,7 @@ private Q_SLOTS:
     QVERIFY(box && box->isVisible() && box->buttons().size() == 1);
     QCOMPARE(window_->findChildren<QMessageBox*>().size(), 1);
     QTest::keyClick(box, Qt::Key_Escape);
-    // What is wrong with the files is told as ever.
+    // Problems with the files are still reported.
     QVERIFY(errorText().contains("does not exist; check the path."));
     QVERIFY(window_->isVisible());
     QCOMPARE(lines(), QStringList{"large"});

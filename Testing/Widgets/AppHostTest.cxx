@@ -292,7 +292,7 @@ private Q_SLOTS:
     request.evaluateQuality = true;
     request.qualityGap = 2;
     request.settings.iterations =
-        1000; // of the second fit as well: it has hardly begun when that is heard of
+        1000; // of the second fit as well, which has hardly begun when its progress arrives
     QSignalSpy finished(host_.get(), &AppHost::finished), cancelled(host_.get(), &AppHost::cancelled);
     connect(host_.get(), &AppHost::progressed, host_.get(), [&](const Progress& progress) {
       if (progress.phase == Phase::Judging) host_->cancel();

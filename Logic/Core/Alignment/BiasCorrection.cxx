@@ -25,9 +25,9 @@ constexpr double kTukey = 4.685 * 1.4826; // in median deviations
 constexpr double kWorthwhile = 0.5;       // dB
 constexpr double kAlike = 0.8;            // least correlation of scans of the same tissue
 constexpr double kExcess = 1.5;           // of the shared shading over what the scans' own suggest
-constexpr double kLeast = 0.01;           // range of a scan's own shading that is spoken of
+constexpr double kLeast = 0.01;           // range of a scan's own shading that is reported
 
-/// What the scans that take part show at common places.
+/// The values of the corrected scans at common places.
 struct Common {
   BiasField frame; // without coefficients
   std::vector<std::size_t> scans;

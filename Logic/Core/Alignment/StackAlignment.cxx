@@ -176,7 +176,7 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }
 
-/// Aligns those scans that take part to the first of them; the others' alignment is unknown.
+/// Aligns the participating scans to the first of them; the others' alignment is unknown.
 std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::span<const std::size_t> part,
                                          ThreadPool& pool) {
   std::vector<StackAlignment> result(stacks.size());

@@ -14,8 +14,8 @@ struct EmbeddingVolume {
                                             // 0 in all: no embedding there
 };
 
-/// What a text means to the teacher: an embedding of the same size. One named "background" stands for what is
-/// none of the others.
+/// What a text means to the teacher: an embedding of the same size. "background" is everything that
+/// is none of the others.
 struct TextEmbedding {
   std::string name;
   std::vector<float> values;

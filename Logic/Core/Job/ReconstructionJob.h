@@ -19,7 +19,7 @@ namespace innergs {
 /// Returns a sentence for the user. Throws Error.
 using ShadingCorrection = std::function<std::string(Stack&, bool masked, const std::stop_token&)>;
 
-/// The parts of a prediction beside interpolation. All take part, except to measure what one is worth.
+/// The parts of a prediction besides interpolation. All are used, except to measure what one contributes.
 struct PredictionParts {
   bool field = true, learned = true; // the candidates
   bool startWeights = true;          // false: networks start from random weights

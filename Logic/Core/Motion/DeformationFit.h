@@ -24,8 +24,8 @@ struct DeformationPlan {
 };
 
 /// The paper's dynamic scene: canonical Gaussians, fitted to the middle frame, and a deformation network,
-/// then all parameters together, one frame a step. Frames take part from the middle outward, so that what has
-/// moved far is reached from where it was found before. Bit-identical at any number of threads. Each step
+/// then all parameters together, one frame a step. Frames join from the middle outward, so that what has
+/// moved far is reached from its last known place. Bit-identical at any number of threads. Each step
 /// throws Error(Cancelled) when the pool is stopped.
 class DeformationFit {
 public:

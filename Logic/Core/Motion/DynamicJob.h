@@ -17,7 +17,7 @@ namespace innergs {
 struct StoppedDynamicFit {
   DynamicField field;
   RefinementState state;
-  bool knowsSegments = false; // of its own Gaussians, which going on changes: a note says that they are gone
+  bool knowsSegments = false; // of Gaussians that resuming changes: a note says that the segments are gone
 };
 
 struct DynamicResult {

@@ -8,8 +8,8 @@
 
 namespace innergs {
 
-/// Where the refinement of all frames together stood when it was stopped. With the field that it had reached,
-/// it goes on to the same bits as without the stop.
+/// The state of a stopped refinement of all frames together. With its field, it resumes to the same bits as
+/// without the stop.
 struct RefinementState {
   int step = 0;               // done
   double mse = 0;             // running mean, normalised intensity²

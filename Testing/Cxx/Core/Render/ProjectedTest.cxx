@@ -9,8 +9,8 @@
 namespace innergs::testing {
 namespace {
 
-// Oblique lattices of few planes, with and without a profile: what is only marked has no row in any plane,
-// and all others are as ever.
+// Oblique lattices of few planes, with and without a profile: Gaussians that are only marked have no row in
+// any plane, and all others are unchanged.
 TEST(Projected, NearOnesAreTheSameAndTheRestReachNoPlane) {
   ThreadPool pool(2);
   Cloud cloud;
