@@ -69,13 +69,27 @@ Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double
   return usable(nearest[0] + size[0] * (nearest[1] + size[1] * nearest[2])) ? Seen::Within : Seen::Beside;
 }
 
+/// The posed slices whose tent of one slice spacing reaches the line between two points.
+void findNear(std::span<const Affine3> toIndex, const Vec3& first, const Vec3& last,
+              std::vector<std::size_t>& near) {
+  constexpr double kReach = 1 + 1e-6;
+  near.clear();
+  for (std::size_t k = 0; k < toIndex.size(); ++k) {
+    const auto distance = [&](const Vec3& point) {
+      return dot(toIndex[k].linear[2], point) + toIndex[k].offset[2] - static_cast<double>(k);
+    };
+    const double a = distance(first), b = distance(last);
+    if (std::max(a, b) > -kReach && std::min(a, b) < kReach) near.push_back(k);
+  }
+}
+
 /// Interpolates between the slices of a posed stack around a point, each weighted by a tent that extends one
-/// slice spacing to either side.
-Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toIndex, const Vec3& point,
-                 double& value) {
+/// slice spacing to either side. near: all that may reach the point.
+Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toIndex,
+                 std::span<const std::size_t> near, const Vec3& point, double& value) {
   double sum = 0, total = 0;
   Seen most = Seen::Not;
-  for (std::size_t k = 0; k < toIndex.size(); ++k) {
+  for (const std::size_t k : near) {
     const Affine3& map = toIndex[k];
     const double z = dot(map.linear[2], point) + map.offset[2];
     const double w = 1 - std::abs(z - static_cast<double>(k));
@@ -117,13 +131,21 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
       maps.push_back(inverse(pose * map) * modelToWorld);
     if (stack.poses.empty()) maps.push_back(inverse(map) * modelToWorld);
   }
+  const auto pointAt = [&](std::int64_t i, std::int64_t j, std::int64_t k) {
+    Vec3 p;
+    const std::int64_t index[3] = {i, j, k};
+    for (int a = 0; a < 3; ++a)
+      p[a] = proxy.geometry.origin[a] + proxy.geometry.spacing[a] * static_cast<double>(index[a]);
+    return p;
+  };
   pool.run(size[2], [&](std::int64_t k) {
-    for (std::int64_t j = 0; j < size[1]; ++j)
+    std::vector<std::vector<std::size_t>> near(stacks.size()); // posed slices around the row
+    for (std::int64_t j = 0; j < size[1]; ++j) {
+      for (std::size_t s = 0; s < stacks.size(); ++s)
+        if (!stacks[s].poses.empty())
+          findNear(toIndex[s], pointAt(0, j, k), pointAt(size[0] - 1, j, k), near[s]);
       for (std::int64_t i = 0; i < size[0]; ++i) {
-        Vec3 p;
-        const std::int64_t index[3] = {i, j, k};
-        for (int a = 0; a < 3; ++a)
-          p[a] = proxy.geometry.origin[a] + proxy.geometry.spacing[a] * static_cast<double>(index[a]);
+        const Vec3 p = pointAt(i, j, k);
         double sum = 0;
         int n = 0;
         Seen most = Seen::Not;
@@ -131,7 +153,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
           double value;
           const Seen seen = stacks[s].poses.empty()
                                 ? sampleObserved(stacks[s], voxels, toIndex[s][0](p), value)
-                                : samplePosed(stacks[s], voxels, toIndex[s], p, value);
+                                : samplePosed(stacks[s], voxels, toIndex[s], near[s], p, value);
           if (seen == Seen::Not) continue;
           most = std::max(most, seen);
           sum += value;
@@ -142,6 +164,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
         proxy.voxels[v] = static_cast<float>((sum / n - map.offset) / map.scale);
         proxy.covered[v] = static_cast<std::uint8_t>(most);
       }
+    }
   });
   // A mask of one or two voxels may fall between the points of the lattice; those beside it then stand for
   // it.
