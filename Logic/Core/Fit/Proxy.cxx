@@ -37,17 +37,49 @@ enum class Seen : std::uint8_t {
   Within  // inside one
 };
 
-/// Trilinear over the finite observed corners only.
-Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double& value) {
+bool isUsable(const Stack& stack, Voxels voxels, std::size_t v) {
+  return std::isfinite(stack.image.voxels[v]) &&
+         (voxels == Voxels::All || stack.observed.empty() || stack.observed[v]);
+}
+
+/// Indices of a stack beyond which no usable voxel is a neighbour.
+struct Reach {
+  Vec3 low, high;
+};
+
+Reach reachOf(const Stack& stack, Voxels voxels) {
   const auto& size = stack.image.geometry.size;
-  const auto usable = [&](std::size_t v) {
-    return std::isfinite(stack.image.voxels[v]) &&
-           (voxels == Voxels::All || stack.observed.empty() || stack.observed[v]);
-  };
+  Reach reach;
+  for (int a = 0; a < 3; ++a) {
+    reach.low[a] = static_cast<double>(size[a]);
+    reach.high[a] = -1;
+  }
+  std::size_t v = 0;
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (std::int64_t j = 0; j < size[1]; ++j)
+      for (std::int64_t i = 0; i < size[0]; ++i, ++v) {
+        if (!isUsable(stack, voxels, v)) continue;
+        const Vec3 at{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+        for (int a = 0; a < 3; ++a) {
+          reach.low[a] = std::min(reach.low[a], at[a]);
+          reach.high[a] = std::max(reach.high[a], at[a]);
+        }
+      }
+  for (int a = 0; a < 3; ++a) {
+    reach.low[a] = std::max(-0.5, reach.low[a] - 1);
+    reach.high[a] = std::min(static_cast<double>(size[a]) - 0.5, reach.high[a] + 1);
+  }
+  return reach;
+}
+
+/// Trilinear over the finite observed corners only.
+Seen sampleObserved(const Stack& stack, Voxels voxels, const Reach& reach, const Vec3& index, double& value) {
+  const auto& size = stack.image.geometry.size;
+  const auto usable = [&](std::size_t v) { return isUsable(stack, voxels, v); };
   std::int64_t base[3], nearest[3];
   double fraction[3];
   for (int a = 0; a < 3; ++a) {
-    if (index[a] < -0.5 || index[a] > size[a] - 0.5) return Seen::Not;
+    if (index[a] < reach.low[a] || index[a] > reach.high[a]) return Seen::Not;
     const double x = std::clamp(index[a], 0.0, static_cast<double>(size[a] - 1));
     nearest[a] = std::llround(x);
     base[a] = std::min<std::int64_t>(static_cast<std::int64_t>(x), std::max<std::int64_t>(size[a] - 2, 0));
@@ -70,11 +102,13 @@ Seen sampleObserved(const Stack& stack, Voxels voxels, const Vec3& index, double
 }
 
 /// The posed slices whose tent of one slice spacing reaches the line between two points.
-void findNear(std::span<const Affine3> toIndex, const Vec3& first, const Vec3& last,
+void findNear(std::span<const Affine3> toIndex, const Reach& reach, const Vec3& first, const Vec3& last,
               std::vector<std::size_t>& near) {
   constexpr double kReach = 1 + 1e-6;
   near.clear();
   for (std::size_t k = 0; k < toIndex.size(); ++k) {
+    const auto slice = static_cast<double>(k);
+    if (slice < reach.low[2] || slice > reach.high[2]) continue;
     const auto distance = [&](const Vec3& point) {
       return dot(toIndex[k].linear[2], point) + toIndex[k].offset[2] - static_cast<double>(k);
     };
@@ -85,7 +119,7 @@ void findNear(std::span<const Affine3> toIndex, const Vec3& first, const Vec3& l
 
 /// Interpolates between the slices of a posed stack around a point, each weighted by a tent that extends one
 /// slice spacing to either side. near: all that may reach the point.
-Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toIndex,
+Seen samplePosed(const Stack& stack, Voxels voxels, const Reach& reach, std::span<const Affine3> toIndex,
                  std::span<const std::size_t> near, const Vec3& point, double& value) {
   double sum = 0, total = 0;
   Seen most = Seen::Not;
@@ -96,7 +130,8 @@ Seen samplePosed(const Stack& stack, Voxels voxels, std::span<const Affine3> toI
     double slice;
     if (w <= 0) continue;
     const Vec3 index = map(point);
-    const Seen seen = sampleObserved(stack, voxels, {index[0], index[1], static_cast<double>(k)}, slice);
+    const Seen seen =
+        sampleObserved(stack, voxels, reach, {index[0], index[1], static_cast<double>(k)}, slice);
     if (seen == Seen::Not) continue;
     most = std::max(most, seen);
     sum += w * slice;
@@ -124,7 +159,9 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
   proxy.voxels.assign(proxy.geometry.voxelCount(), 0.f);
   proxy.covered.assign(proxy.voxels.size(), 0);
   std::vector<std::vector<Affine3>> toIndex; // model → stack index: one map, or one per slice with a pose
+  std::vector<Reach> reach;
   for (const Stack& stack : stacks) {
+    reach.push_back(reachOf(stack, voxels));
     const Affine3 map = stack.image.geometry.indexToWorld();
     auto& maps = toIndex.emplace_back();
     for (const Affine3& pose : stack.poses)
@@ -143,7 +180,7 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
     for (std::int64_t j = 0; j < size[1]; ++j) {
       for (std::size_t s = 0; s < stacks.size(); ++s)
         if (!stacks[s].poses.empty())
-          findNear(toIndex[s], pointAt(0, j, k), pointAt(size[0] - 1, j, k), near[s]);
+          findNear(toIndex[s], reach[s], pointAt(0, j, k), pointAt(size[0] - 1, j, k), near[s]);
       for (std::int64_t i = 0; i < size[0]; ++i) {
         const Vec3 p = pointAt(i, j, k);
         double sum = 0;
@@ -152,8 +189,8 @@ ProxyVolume makeProxy(std::span<const Stack> stacks, const Affine3& modelToWorld
         for (std::size_t s = 0; s < stacks.size(); ++s) {
           double value;
           const Seen seen = stacks[s].poses.empty()
-                                ? sampleObserved(stacks[s], voxels, toIndex[s][0](p), value)
-                                : samplePosed(stacks[s], voxels, toIndex[s], near[s], p, value);
+                                ? sampleObserved(stacks[s], voxels, reach[s], toIndex[s][0](p), value)
+                                : samplePosed(stacks[s], voxels, reach[s], toIndex[s], near[s], p, value);
           if (seen == Seen::Not) continue;
           most = std::max(most, seen);
           sum += value;

@@ -31,11 +31,17 @@ constexpr double kOverhead = 1.5; // of all that a network does, relative to its
 constexpr double kChoosing = 6e9; // multiply-adds that take as long as choosing interpolations
 constexpr double kMixing = 5e3, kBackProjecting = 20e3; // likewise, per voxel of a prediction
 /// Approximate cost of aligning scans as wholes and of looking for their shading, per point compared of each
-/// with each other, and of looking for motion between their slices, per voxel, as the number of voxels for
-/// which an iteration of the fit takes as long; correcting motion that is found takes longer.
-constexpr double kAligning = 100, kShading = 50, kSliceMotion = 12;
+/// with each other, and of looking for motion between their slices, per voxel, where there is none and where
+/// there is some, as the number of voxels for which an iteration of the fit takes as long.
+constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices = 60;
+constexpr double kMovedFit = 1.7, kMovedRefining = 2.5; // relative to the fit of still slices
+constexpr double kPlacing = 6e3; // multiply-adds, likewise, per voxel of a domain with masks
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
+
+double threadsOf(const Settings& settings) {
+  return settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
+}
 
 double voxelsOf(const std::vector<Stack>& stacks) {
   double count = 0;
@@ -141,9 +147,17 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
          std::to_string(settings.consistency);
 }
 
+/// Whether slices are moved whatever the scans show. With `auto` that is not known before: still slices, the
+/// usual case, are then assumed.
+bool moves(const std::vector<Stack>& stacks, const Settings& settings) {
+  return settings.sliceMotion == SliceMotionKind::On && correctsSlices(settings, stacks);
+}
+
 /// Voxels for which an iteration of the fit takes as long as aligning the scans.
 double aligningVoxels(const std::vector<Stack>& stacks, const Settings& settings, double voxels) {
-  double count = correctsSlices(settings, stacks) ? kSliceMotion * voxels : 0;
+  double count = !correctsSlices(settings, stacks)
+                     ? 0
+                     : voxels * (moves(stacks, settings) ? kMovedSlices : kStillSlices);
   const double perPoint =
       (settings.align ? kAligning : 0) + (settings.biasField != BiasFieldKind::Off ? kShading : 0);
   if (perPoint > 0)
@@ -274,8 +288,7 @@ double TimeEstimator::learningSeconds(const Stack& scan, const GridGeometry& gri
   options.grid = grid;
   const PredictionOperations whole = predictionOperations(stack, options);
   const double perVoxel = scan.profile == SliceProfile::Point ? kMixing : kMixing + kBackProjecting;
-  const double threads =
-      settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
+  const double threads = threadsOf(settings);
   return multiplyTime_(settings.instructionSet) *
          (kOverhead * (trial.learning + whole.learning) / std::min(threads, 2.0) +
           (kOverhead * (trial.applying + whole.applying) + kChoosing +
@@ -324,7 +337,15 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   const TrialTimes& t = timing.times;
   const double iterations =
       plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
-  return fits * (voxels / timing.voxels * (members * (t.start + iterations) + t.refine) +
+  const bool moved = moves(input.stacks, settings);
+  const double fit =
+      members * (t.start + (moved ? kMovedFit : 1) * iterations) + (moved ? kMovedRefining : 1) * t.refine;
+  const double placing = share < 1 && input.stacks.size() > 1
+                             ? kPlacing * multiplyTime_(settings.instructionSet) *
+                                   static_cast<double>(dataDomain(input.stacks).voxelCount()) /
+                                   threadsOf(settings)
+                             : 0;
+  return fits * (placing + voxels / timing.voxels * fit +
                  t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
                  outputVoxels / timing.outputVoxels * t.render);
 }

@@ -106,6 +106,18 @@ TEST_F(TimeEstimate, CountsTheAlignmentOfScansApartFromTheFit) {
   EXPECT_EQ(estimator.seconds(input, settings), one) << "one scan is not aligned";
 }
 
+TEST_F(TimeEstimate, CountsSlicesThatMove) {
+  ReconstructionInput input = outline(80, 4);
+  input.stacks.push_back(input.stacks.front());
+  input.stacks.back().image.geometry.direction =
+      withSliceAxis(input.stacks.back().image.geometry, 0).direction;
+  Settings settings = threaded(Preset::Balanced);
+  settings.align = false;
+  const double still = estimator.seconds(input, settings);
+  settings.sliceMotion = SliceMotionKind::On;
+  EXPECT_GT(estimator.seconds(input, settings), 1.5 * still);
+}
+
 TEST_F(TimeEstimate, CountsTheSimulationOfTheUncertaintyWhichIsAsLongForAnyScan) {
   Settings settings = threaded();
   settings.iterations = 100;
