@@ -51,7 +51,8 @@ GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
 
 /// Takes the noise of predicted planes, each of which may have its own, out of what the Gaussians miss of them
 /// and out of the prediction itself. Leaves both as they are where noise explains little of what is missed.
-void leaveOutNoise(Volume& missed, Stack& predicted, ThreadPool& pool) {
+/// most: the scan's own noise.
+void leaveOutNoise(Volume& missed, Stack& predicted, double most, ThreadPool& pool) {
   const auto& n = missed.geometry.size;
   const std::int64_t plane = n[0] * n[1];
   std::vector<double> noise(static_cast<std::size_t>(n[2])), squares(noise), variances(noise);
@@ -61,7 +62,7 @@ void leaveOutNoise(Volume& missed, Stack& predicted, ThreadPool& pool) {
     one.geometry.size[2] = 1;
     std::span<const std::uint8_t> observed;
     if (!predicted.observed.empty()) observed = std::span(predicted.observed).subspan(k * plane, plane);
-    noise[k] = estimateNoise(one, observed);
+    noise[k] = std::min(estimateNoise(one, observed), most);
     for (std::int64_t p = 0; p < plane; ++p) {
       if (!observed.empty() && !observed[p]) continue;
       const double d = missed.voxels[k * plane + p];
@@ -591,7 +592,7 @@ void ReconstructionRun::keepPrediction() {
   const auto scale = static_cast<float>(1 / field.intensityScale);
   for (std::size_t v = 0; v < missed.voxels.size(); ++v)
     missed.voxels[v] = predicted_->image.voxels[v] - missed.voxels[v];
-  leaveOutNoise(missed, *predicted_, *pool_);
+  leaveOutNoise(missed, *predicted_, result_.noise, *pool_);
   for (float& v : missed.voxels)
     v *= scale;
   field.residual = std::move(missed);
