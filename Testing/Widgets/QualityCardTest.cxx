@@ -8,12 +8,6 @@ class QualityCardTest : public ReconstructionPanelFixture {
   Q_OBJECT
 
 private Q_SLOTS:
-  void init() { make({}); }
-  void cleanup() {
-    area_.reset();
-    host_.reset();
-  }
-
   void everyFigureSaysItsSamples() {
     finish(FakeHost::exampleReport());
     QCOMPARE(label("resultSummary"),

@@ -14,6 +14,13 @@
 class ReconstructionPanelFixture : public QObject {
   Q_OBJECT
 
+private Q_SLOTS:
+  void init() { make({}); }
+  void cleanup() {
+    area_.reset();
+    host_.reset();
+  }
+
 protected:
   void make(const QVector<innergs::ui::Host::Role>& roles) {
     area_.reset();

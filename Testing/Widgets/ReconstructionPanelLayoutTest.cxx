@@ -26,12 +26,6 @@ class ReconstructionPanelLayoutTest : public ReconstructionPanelFixture {
   Q_OBJECT
 
 private Q_SLOTS:
-  void init() { make({}); }
-  void cleanup() {
-    area_.reset();
-    host_.reset();
-  }
-
   void onlyWhatTheHostOffersIsShown() {
     QVERIFY(child<Selector>("maskSelector") && child<Selector>("regionSelector"));
     make({Host::Role::Input});

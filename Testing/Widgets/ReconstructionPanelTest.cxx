@@ -20,12 +20,6 @@ class ReconstructionPanelTest : public ReconstructionPanelFixture {
   Q_OBJECT
 
 private Q_SLOTS:
-  void init() { make({}); }
-  void cleanup() {
-    area_.reset();
-    host_.reset();
-  }
-
   void asksForAScanFirst() {
     QTRY_VERIFY(isShown("refusal"));
     QCOMPARE(line("refusal"), QString("Choose a scan to reconstruct."));

@@ -5,17 +5,15 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/DevicePlugin.h"
-#include "Core/Image/NoiseEstimate.h"
-#include "Core/Image/WienerFilter.h"
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Resume.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
+#include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numeric>
 #include <utility>
 
 namespace innergs {
@@ -39,7 +37,6 @@ double psnrOf(const LossSum& sum) {
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
 constexpr double kSeen = 0.02;        // share of the intensity range, least that is worth a Gaussian
 constexpr double kAnotherBody = 0.3;  // correlation of scans below that
-constexpr double kNoticedNoise = 0.15; // of the variance that a field misses
 
 /// The lattice resampled so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
@@ -47,38 +44,6 @@ GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
   for (int a = 0; a < 3; ++a)
     spacing[a] *= std::max(1.0, static_cast<double>(g.size[a]) / static_cast<double>(most));
   return withSpacing(g, spacing);
-}
-
-/// Takes the noise of predicted planes, each of which may have its own, out of what the Gaussians miss of them
-/// and out of the prediction itself. Leaves both as they are where noise explains little of what is missed.
-/// most: the scan's own noise.
-void leaveOutNoise(Volume& missed, Stack& predicted, double most, ThreadPool& pool) {
-  const auto& n = missed.geometry.size;
-  const std::int64_t plane = n[0] * n[1];
-  std::vector<double> noise(static_cast<std::size_t>(n[2])), squares(noise), variances(noise);
-  pool.run(n[2], [&](std::int64_t k) {
-    const auto first = predicted.image.voxels.begin() + k * plane;
-    Volume one{predicted.image.geometry, {first, first + plane}};
-    one.geometry.size[2] = 1;
-    std::span<const std::uint8_t> observed;
-    if (!predicted.observed.empty()) observed = std::span(predicted.observed).subspan(k * plane, plane);
-    noise[k] = std::min(estimateNoise(one, observed), most);
-    for (std::int64_t p = 0; p < plane; ++p) {
-      if (!observed.empty() && !observed[p]) continue;
-      const double d = missed.voxels[k * plane + p];
-      squares[k] += d * d;
-      variances[k] += noise[k] * noise[k];
-    }
-  });
-  const auto sum = [](const std::vector<double>& x) { return std::accumulate(x.begin(), x.end(), 0.0); };
-  if (sum(variances) < kNoticedNoise * sum(squares)) return;
-  pool.run(n[2], [&](std::int64_t k) {
-    const std::span<float> all = std::span(missed.voxels).subspan(k * plane, plane);
-    const std::vector<float> before(all.begin(), all.end());
-    wienerFilter(all, n[0], noise[k]);
-    for (std::int64_t p = 0; p < plane; ++p)
-      predicted.image.voxels[k * plane + p] += all[p] - before[p];
-  });
 }
 
 } // namespace
@@ -592,7 +557,7 @@ void ReconstructionRun::keepPrediction() {
   const auto scale = static_cast<float>(1 / field.intensityScale);
   for (std::size_t v = 0; v < missed.voxels.size(); ++v)
     missed.voxels[v] = predicted_->image.voxels[v] - missed.voxels[v];
-  leaveOutNoise(missed, *predicted_, result_.noise, *pool_);
+  removePredictionNoise(missed, *predicted_, result_.noise, *pool_);
   for (float& v : missed.voxels)
     v *= scale;
   field.residual = std::move(missed);
