@@ -12,7 +12,7 @@
 namespace innergs::cli {
 namespace {
 
-constexpr int margin = 12, lineHeight = 32, textScale = 2;
+constexpr int margin = 12, lineHeight = 32, letterHeight = 26, textScale = 2;
 
 using ColourAt = std::function<Colour(const Vec3&)>; // at an index on the truth's lattice
 
@@ -90,6 +90,16 @@ void drawErrorScale(Picture& picture, int left, int top) {
   picture.text(left + width + margin, top - 3, high, kFaintText, textScale);
 }
 
+/// The plane's name, one letter below the other.
+int labelHeight(const View& view) {
+  return static_cast<int>(std::string(planeName(view.plane)).size()) * letterHeight;
+}
+
+/// Small volumes leave room for the name.
+int rowHeight(const View& view) {
+  return std::max(view.height, labelHeight(view)) + margin;
+}
+
 } // namespace
 
 Picture comparisonPicture(const EvaluationReport& report, const std::string& title) {
@@ -131,7 +141,7 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
   for (const Plane plane : {Plane::Axial, Plane::Coronal, Plane::Sagittal}) {
     views.emplace_back(g, plane, step);
     columnWidth = std::max(columnWidth, views.back().width);
-    height += views.back().height + margin;
+    height += rowHeight(views.back());
   }
   const int labelWidth = lineHeight;
   Picture picture(labelWidth + margin + static_cast<int>(columns.size()) * (columnWidth + margin), height,
@@ -144,19 +154,19 @@ Picture comparisonPicture(const EvaluationReport& report, const std::string& tit
     int top = margin + 3 * lineHeight;
     for (const auto& view : views) {
       view.draw(picture, left + (columnWidth - view.width) / 2, top, g, column.colour);
-      top += view.height + margin;
+      top += rowHeight(view);
     }
     left += columnWidth + margin;
   }
   int top = margin + 3 * lineHeight;
   for (const auto& view : views) {
     const std::string name = planeName(view.plane);
-    int letterTop = top + (view.height - static_cast<int>(name.size()) * 26) / 2;
+    int letterTop = top + std::max(0, view.height - labelHeight(view)) / 2;
     for (const char letter : name) {
       picture.text(margin, letterTop, std::string(1, letter), kFaintText, textScale);
-      letterTop += 26;
+      letterTop += letterHeight;
     }
-    top += view.height + margin;
+    top += rowHeight(view);
   }
   if (report.protocol == "paper" && report.model && report.model->field.blending == Blending::Alpha)
     picture.text(labelWidth + margin, height - margin - 20,
