@@ -45,7 +45,7 @@ Scan prepared(const Volume& image, double ratio, bool thick, const MatrixKernels
   scan.sampling = sliceSampling(stack, thin, kPhases);
   const FilledImage filled = filledImage(stack);
   const std::vector<std::uint8_t> body = knownBody(filled, {});
-  const double noise = estimateNoise(filled.image, body);
+  const double noise = estimateFineDetail(filled.image, body);
   // Averaging over `ratio` pixels takes noise away, which pairs get back.
   scan.noise = thick ? noise * std::sqrt(1 - 1 / ratio) : 0;
   TrainingPlanesRequest request;

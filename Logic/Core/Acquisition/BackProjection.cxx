@@ -55,7 +55,7 @@ std::vector<float> denoised(const Stack& stack, const std::vector<float>& projec
 }
 
 /// Posed slices around the points of one row (j, k) of the volume, each with a tent as wide as the slice
-/// distance on either side.
+/// distance on either side. Between slices that have moved apart less is known, and less is added.
 class PosedRow {
 public:
   PosedRow(const Residual& r, std::int64_t points, double j, double k)
@@ -82,7 +82,7 @@ public:
       weights += w;
     }
     if (weights < 0.1) return false;
-    value = static_cast<float>(sum / weights);
+    value = static_cast<float>(sum / std::max(1.0, weights));
     return true;
   }
 

@@ -100,7 +100,7 @@ ValueRange valuesOf(const BlurredStack& image) {
 }
 
 double bodyThreshold(const BlurredStack& image) {
-  return 0.5 * (valuesOf(image).low + otsuThreshold(image.values()));
+  return 0.5 * (valuesOf(image).low + foregroundThreshold(image.values()));
 }
 
 bool belowZero(const ValueRange& range) {

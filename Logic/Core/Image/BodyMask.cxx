@@ -6,7 +6,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::uint8_t outside = 0, foreground = 1, largest = 3;
+constexpr std::uint8_t outside = 0, foreground = 1;
 
 // Sets to 1 everything that cannot be reached from the slice's border through zeros.
 void fillHoles(std::uint8_t* slice, std::int64_t width, std::int64_t height) {
@@ -43,22 +43,28 @@ void fillHoles(std::uint8_t* slice, std::int64_t width, std::int64_t height) {
 std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop) {
   const auto& n = volume.geometry.size;
   throwIfStopped(stop);
-  const double threshold = otsuThreshold(volume.voxels);
+  const double threshold = foregroundThreshold(volume.voxels);
   std::vector<std::uint8_t> label(volume.voxels.size());
   for (std::size_t p = 0; p < label.size(); ++p)
     label[p] = volume.voxels[p] > threshold ? foreground : outside;
 
+  std::vector<std::uint8_t> all = label;
   std::vector<std::int64_t> best;
+  std::size_t count = 0;
   for (std::size_t p = 0; p < label.size(); ++p)
     if (label[p] == foreground) {
       auto component = floodFill(label, n, static_cast<std::int64_t>(p), stop);
+      count += component.size();
       if (component.size() > best.size()) best.swap(component);
     }
   if (best.empty()) return std::vector<std::uint8_t>(label.size(), 1); // constant image: everything
-  for (std::int64_t p : best)
-    label[p] = largest;
-  for (std::uint8_t& l : label)
-    l = l == largest;
+  if (2 * best.size() < count) {
+    label.swap(all);
+  } else {
+    label.assign(label.size(), outside);
+    for (const std::int64_t p : best)
+      label[p] = foreground;
+  }
   for (std::int64_t k = 0; k < n[2]; ++k) {
     throwIfStopped(stop);
     fillHoles(label.data() + k * n[0] * n[1], n[0], n[1]);

@@ -7,8 +7,9 @@
 
 namespace innergs {
 
-/// Body mask: above Otsu's threshold, largest component, holes filled slice by slice. Throws Error(Cancelled)
-/// when stopped.
+/// Body mask: above foregroundThreshold(), the largest component, or all of them if it holds less than half
+/// of their voxels (vessels, tracer uptake), holes filled slice by slice. Throws Error(Cancelled) when
+/// stopped.
 std::vector<std::uint8_t> bodyMask(const Volume& volume, const std::stop_token& stop = {});
 
 } // namespace innergs

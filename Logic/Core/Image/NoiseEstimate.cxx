@@ -8,9 +8,11 @@ namespace innergs {
 namespace {
 
 struct Sample {
-  float residual; // |response of [1 −2 1]⊗[1 −2 1]|, standard deviation 6σ under white noise
-  float gradient; // squared; antisymmetric filters, so independent of the residual's noise
+  float near, far; // |response of [1 −2 1]⊗[1 −2 1]| to neighbours and to pixels two apart: 6σ of white noise
+  float gradient; // squared; antisymmetric filters, so independent of the noise in these
 };
+
+constexpr double kTexture = 4; // variance of natural images at pixels two apart, over that of neighbours
 
 // Median of values that may be quantised: ties are spread evenly over their quantisation step.
 double interpolatedMedian(std::vector<float>& values) {
@@ -34,8 +36,8 @@ double interpolatedMedian(std::vector<float>& values) {
   return low + (high - low) * (0.5 * double(values.size()) - below) / equal;
 }
 
-// Mean of the eight voxels two steps away in-plane. They share no noise with the residual, so selecting
-// voxels by this mean does not select by noise.
+// Mean of the eight voxels two steps away in-plane. They share no noise with the second difference of
+// neighbours, so selecting voxels by this mean does not select by noise.
 double ringMean(const Volume& volume, std::int64_t i, std::int64_t j, std::int64_t k) {
   const auto& n = volume.geometry.size;
   const std::int64_t x[3] = {std::max<std::int64_t>(i - 2, 0), i, std::min(i + 2, n[0] - 1)};
@@ -54,10 +56,19 @@ struct Samples {
 
 constexpr std::size_t kFewest = 200;
 
-bool allInside(std::span<const std::uint8_t> mask, std::int64_t centre, std::int64_t width) {
-  for (std::int64_t row = centre - width; row <= centre + width; row += width)
-    if (!mask[row - 1] || !mask[row] || !mask[row + 1]) return false;
+bool allInside(std::span<const std::uint8_t> mask, std::int64_t centre, std::int64_t width,
+               std::int64_t step) {
+  for (std::int64_t row = centre - step * width; row <= centre + step * width; row += step * width)
+    if (!mask[row - step] || !mask[row] || !mask[row + step]) return false;
   return true;
+}
+
+/// The response of [1 −2 1]⊗[1 −2 1] at pixels `step` apart; w: from row to row.
+double secondDifference(const float* p, std::int64_t w, std::int64_t step) {
+  const std::int64_t r = step * w;
+  const double c = p[0];
+  return 4 * c - 2 * (double(p[-step]) + p[step] + p[-r] + p[r]) + p[-r - step] + p[-r + step] + p[r - step] +
+         p[r + step];
 }
 
 Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double threshold,
@@ -65,16 +76,14 @@ Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double
   const auto& n = volume.geometry.size;
   Samples samples;
   for (std::int64_t k = 0; k < n[2]; k += sliceStep)
-    for (std::int64_t j = 1; j + 1 < n[1]; ++j)
-      for (std::int64_t i = 1; i + 1 < n[0]; ++i) {
-        const std::int64_t centre = i + n[0] * (j + n[1] * k);
-        if (!mask.empty() && !allInside(mask, centre, n[0])) continue;
+    for (std::int64_t j = 2; j + 2 < n[1]; ++j)
+      for (std::int64_t i = 2; i + 2 < n[0]; ++i) {
+        const std::int64_t centre = i + n[0] * (j + n[1] * k), w = n[0];
+        if (!mask.empty() && !(allInside(mask, centre, w, 1) && allInside(mask, centre, w, 2))) continue;
         if (!(ringMean(volume, i, j, k) > threshold)) continue;
         const float* p = volume.voxels.data() + centre;
-        const std::int64_t w = n[0];
-        const double c = p[0], residual = 4 * c - 2 * (double(p[-1]) + p[1] + p[-w] + p[w]) + p[-w - 1] +
-                                          p[-w + 1] + p[w - 1] + p[w + 1];
-        if (!std::isfinite(residual)) continue;
+        const double near = secondDifference(p, w, 1), far = secondDifference(p, w, 2);
+        if (!std::isfinite(near + far)) continue;
         const auto [low, high] =
             std::minmax({p[-w - 1], p[-w], p[-w + 1], p[-1], p[0], p[1], p[w - 1], p[w], p[w + 1]});
         if (low == high) { // saturation or a label
@@ -83,8 +92,8 @@ Samples collect(const Volume& volume, std::span<const std::uint8_t> mask, double
         }
         const double gx = double(p[1]) - p[-1] + 0.5 * (double(p[1 - w]) - p[-1 - w] + p[1 + w] - p[-1 + w]);
         const double gy = double(p[w]) - p[-w] + 0.5 * (double(p[w - 1]) - p[-w - 1] + p[w + 1] - p[-w + 1]);
-        samples.usable.push_back(
-            {static_cast<float>(std::abs(residual)), static_cast<float>(gx * gx + gy * gy)});
+        samples.usable.push_back({static_cast<float>(std::abs(near)), static_cast<float>(std::abs(far)),
+                                  static_cast<float>(gx * gx + gy * gy)});
       }
   return samples;
 }
@@ -99,33 +108,52 @@ bool hasThreeValues(std::span<const float> values) {
   return false;
 }
 
-double foregroundThreshold(const std::vector<float>& voxels, std::span<const std::uint8_t> mask) {
-  if (mask.empty()) return otsuThreshold(voxels);
+double thresholdInside(const std::vector<float>& voxels, std::span<const std::uint8_t> mask) {
+  if (mask.empty()) return foregroundThreshold(voxels);
   std::vector<float> inside;
   for (std::size_t v = 0; v < voxels.size(); ++v)
     if (mask[v]) inside.push_back(voxels[v]);
-  return otsuThreshold(inside);
+  return foregroundThreshold(inside);
+}
+
+/// Median absolute second differences where the image is flattest; 0 for label images.
+struct SecondDifferences {
+  double near = 0, far = 0; // of neighbours and of pixels two apart, as deviations of white noise
+};
+
+SecondDifferences secondDifferences(const Volume& volume, std::span<const std::uint8_t> mask) {
+  const auto& n = volume.geometry.size;
+  if (n[0] < 5 || n[1] < 5 || !hasThreeValues(volume.voxels)) return {};
+  const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
+  // Above Otsu's threshold: the noise in air is Rician, with a different deviation.
+  auto [samples, constant] = collect(volume, mask, thresholdInside(volume.voxels, mask), sliceStep);
+  if (constant > samples.size()) return {};
+  if (!mask.empty() && samples.size() < kFewest)
+    return secondDifferences(volume, {}); // too few: uses the whole scan
+  if (samples.empty()) return {};
+  // Edges would pass for noise, so only the flattest third counts.
+  const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
+  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });
+  std::vector<float> near(keep), far(keep);
+  for (std::size_t s = 0; s < keep; ++s) {
+    near[s] = samples[s].near;
+    far[s] = samples[s].far;
+  }
+  constexpr double toDeviation = 1 / (0.6745 * 6);
+  return {toDeviation * interpolatedMedian(near), toDeviation * interpolatedMedian(far)};
 }
 
 } // namespace
 
 double estimateNoise(const Volume& volume, std::span<const std::uint8_t> mask) {
-  const auto& n = volume.geometry.size;
-  if (n[0] < 3 || n[1] < 3 || !hasThreeValues(volume.voxels)) return 0;
-  const std::int64_t sliceStep = std::max<std::int64_t>(1, volume.geometry.voxelCount() / 4'000'000);
-  // Above Otsu's threshold: the noise in air is Rician, with a different deviation.
-  auto [samples, constant] = collect(volume, mask, foregroundThreshold(volume.voxels, mask), sliceStep);
-  if (constant > samples.size()) return 0;
-  if (!mask.empty() && samples.size() < kFewest) return estimateNoise(volume); // too few: uses the whole scan
-  if (samples.empty()) return 0;
-  // Edges would pass for noise, so only the flattest third counts.
-  const auto keep = std::max<std::size_t>(std::min(samples.size(), kFewest), samples.size() / 3);
-  std::nth_element(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(keep - 1), samples.end(),
-                   [](const Sample& a, const Sample& b) { return a.gradient < b.gradient; });
-  std::vector<float> residuals(keep);
-  for (std::size_t s = 0; s < keep; ++s)
-    residuals[s] = samples[s].residual;
-  return interpolatedMedian(residuals) / (0.6745 * 6);
+  const auto [near, far] = secondDifferences(volume, mask);
+  // White noise is as strong at both distances, texture is not.
+  return std::min(near, std::sqrt(std::max(0.0, kTexture * near * near - far * far) / (kTexture - 1)));
+}
+
+double estimateFineDetail(const Volume& volume, std::span<const std::uint8_t> mask) {
+  return secondDifferences(volume, mask).near;
 }
 
 } // namespace innergs

@@ -3,9 +3,16 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 namespace innergs {
+namespace {
+
+constexpr double kLeastForeground = 0.01; // of the finite values
+
+} // namespace
 
 double otsuThreshold(std::span<const float> values) {
   float low = std::numeric_limits<float>::max(), high = std::numeric_limits<float>::lowest();
@@ -43,6 +50,24 @@ double otsuThreshold(std::span<const float> values) {
     }
   }
   return low + width * (0.5 * (first + last) + 1);
+}
+
+double foregroundThreshold(std::span<const float> values) {
+  double threshold = otsuThreshold(values);
+  const auto finite = std::count_if(values.begin(), values.end(), [](float v) { return std::isfinite(v); });
+  std::vector<float> below;
+  while (true) {
+    std::vector<float> left;
+    for (const float v : below.empty() ? values : std::span<const float>(below))
+      if (v <= threshold) left.push_back(v);
+    const auto above = finite - static_cast<std::int64_t>(left.size());
+    if (left.empty() || static_cast<double>(above) >= kLeastForeground * static_cast<double>(finite))
+      return threshold;
+    const double next = otsuThreshold(left);
+    if (!(next < *std::max_element(left.begin(), left.end()))) return threshold; // what is left is constant
+    threshold = next;
+    below.swap(left);
+  }
 }
 
 } // namespace innergs

@@ -6,8 +6,7 @@ namespace innergs {
 
 /// Takes noise out of `missed` (predicted − fitted, on the lattice of `predicted`, its units) by wienerFilter()
 /// in every plane, and out of `predicted` likewise. Each plane has its own noise, scanNoise (standard
-/// deviation, the same units) at most. Changes nothing where noise explains less than 15 % of the variance
-/// missed. Throws Error(Cancelled).
+/// deviation, the same units) at most. Throws Error(Cancelled).
 void removePredictionNoise(Volume& missed, Stack& predicted, double scanNoise, ThreadPool& pool);
 
 } // namespace innergs

@@ -83,7 +83,7 @@ ProfileEstimate estimateProfile(const Stack& stack, ThreadPool& pool) {
   const FilledImage filled = filledImage(stack);
   pool.throwIfStopped();
   std::vector<std::uint8_t> body = knownBody(filled, pool.stopToken());
-  const double noise = estimateNoise(filled.image, body);
+  const double noise = estimateFineDetail(filled.image, body);
   erode(body, g.size);
   if (!(noise > 0)) return unknown("it is constant, or one of labels.");
 

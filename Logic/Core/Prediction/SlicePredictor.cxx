@@ -420,7 +420,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   const FilledImage filled = filledImage(stack);
   pool.throwIfStopped();
   std::vector<std::uint8_t> body = knownBody(filled, pool.stopToken());
-  const double noise = estimateNoise(filled.image, body);
+  const double noise = estimateFineDetail(filled.image, body);
   if (!(noise > 0)) return nothing("the image is constant, or one of labels.");
   pool.throwIfStopped();
 

@@ -52,6 +52,26 @@ inline Volume randomVolume(const GridGeometry& geometry, double low, double high
                   [&](auto, auto, auto) { return low + (high - low) * (double(engine() >> 11) * 0x1p-53); });
 }
 
+/// Texture with a spectrum of about 1/f²: octaves of equal variance, random on lattices of 1, 2, 4, 8 and 16
+/// voxels and interpolated between their points.
+inline Volume texture(const GridGeometry& geometry, std::uint64_t seed = 1) {
+  std::vector<Volume> octaves;
+  for (std::int64_t cell = 1; cell <= 16; cell *= 2) {
+    GridGeometry lattice = geometry;
+    for (std::int64_t& n : lattice.size)
+      n = n / cell + 2;
+    octaves.push_back(randomVolume(lattice, -1, 1, seed * 100 + static_cast<std::uint64_t>(cell)));
+  }
+  return volumeOf(geometry, [&](auto i, auto j, auto k) {
+    double sum = 0, cell = 1;
+    for (const Volume& octave : octaves) {
+      sum += sampleLinear(octave, {double(i) / cell, double(j) / cell, double(k) / cell});
+      cell *= 2;
+    }
+    return 100 + 10 * sum;
+  });
+}
+
 /// A head-like phantom: a bright ellipsoid with smooth texture and a hollow, zero outside; values 0…200.
 inline Volume phantom(const GridGeometry& geometry) {
   const Vec3 centre = geometry.centre(), extent = geometry.extent();

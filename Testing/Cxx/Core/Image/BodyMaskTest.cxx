@@ -35,6 +35,31 @@ TEST(BodyMask, KeepsTheLargestBodyAndFillsItsHoles) {
       }
 }
 
+TEST(BodyMask, ForegroundIsNotAFewBrightVoxels) {
+  std::vector<float> values(10000, 0);
+  for (int p = 0; p < 4000; ++p)
+    values[p] = 100 + static_cast<float>(p % 20);
+  EXPECT_EQ(foregroundThreshold(values), otsuThreshold(values));
+  for (int p = 0; p < 50; ++p)
+    values[p] = 9000;
+  EXPECT_GT(otsuThreshold(values), 1000);
+  EXPECT_GT(foregroundThreshold(values), 0);
+  EXPECT_LT(foregroundThreshold(values), 100);
+  std::vector<float> binary(10000, 0);
+  for (int p = 0; p < 50; ++p)
+    binary[p] = 1;
+  EXPECT_EQ(foregroundThreshold(binary), otsuThreshold(binary)) << "nothing but air is left";
+}
+
+TEST(BodyMask, KeepsAllComponentsWhereNoneHasHalfOfTheVoxels) {
+  const Volume tubes = volumeOf(grid(40, 40, 8), [](auto i, auto j, auto) {
+    return i % 10 < 4 && j % 10 < 4 ? 100.0 : 0.0; // sixteen tubes
+  });
+  const auto mask = bodyMask(tubes);
+  for (std::size_t v = 0; v < mask.size(); ++v)
+    ASSERT_EQ(mask[v] != 0, tubes.voxels[v] > 0) << v;
+}
+
 TEST(BodyMask, OfAConstantImageIsAllOfIt) {
   for (std::uint8_t m : bodyMask(volumeOf(grid(5, 5, 5), [](auto, auto, auto) { return 3; })))
     ASSERT_EQ(m, 1);

@@ -87,3 +87,28 @@ TEST(NoiseEstimate, OfAFewVoxelsIsThatOfTheScan) {
   mask[20 + 64 * (20 + 64 * 4)] = 1;
   EXPECT_NEAR(estimateNoise(noisy, mask), 5, 0.2);
 }
+
+TEST(NoiseEstimate, TextureIsNone) {
+  const Volume plain = texture(grid(96, 96, 12));
+  const double detail = estimateFineDetail(plain);
+  EXPECT_LT(estimateNoise(plain), 0.5 * detail);
+  const double sigma = 2 * detail;
+  const Volume noisy = simulateThickStack(plain, 2, 1, sigma, 5).image;
+  EXPECT_NEAR(estimateNoise(noisy), sigma, 0.08 * sigma);
+  EXPECT_GT(estimateFineDetail(noisy), 1.05 * sigma) << "noise and texture";
+}
+
+TEST(NoiseEstimate, OfSmoothImagesIsZeroButTheirDetailIsNot) {
+  const Volume smooth = volumeOf(grid(64, 64, 4), [](auto i, auto j, auto) {
+    return 100 + 50 * std::sin(0.2 * double(i)) * std::cos(0.25 * double(j));
+  });
+  EXPECT_EQ(estimateNoise(smooth), 0);
+  EXPECT_GT(estimateFineDetail(smooth), 0);
+}
+
+TEST(NoiseEstimate, MetalDoesNotHideTheNoise) {
+  Volume flat = volumeOf(grid(64, 64, 8), [](auto i, auto j, auto) {
+    return i < 3 && j < 6 ? 8000 : i < 32 ? 0 : 100;
+  });
+  EXPECT_NEAR(estimateNoise(simulateThickStack(flat, 2, 1, 5, 5).image), 5, 0.3);
+}
