@@ -7,15 +7,12 @@
 #include "vtkInnerGSModel.h"
 #include "vtkInnerGSPlaneQuery.h"
 
-#include <QStringList>
-
 #include <vtkCallbackCommand.h>
 #include <vtkCommand.h>
 #include <vtkImageData.h>
 #include <vtkMatrix4x4.h>
 #include <vtkNew.h>
 
-#include <cmath>
 #include <condition_variable>
 #include <deque>
 #include <mutex>
@@ -132,25 +129,6 @@ struct PlaneWorker::Work {
     }
   }
 };
-
-QString commandOf(const PlaneTask& task, const QString& modelFile) {
-  const auto numbers = [](const Vec3& v) {
-    QStringList words;
-    for (const double x : v)
-      words << QString::number(std::abs(x) < 5e-7 ? 0 : x, 'f', 6);
-    return words.join(QLatin1Char(','));
-  };
-  const Mat3 axes = task.pose.axes();
-  // The command's rows run downwards.
-  return QStringLiteral("innergs slice \"%1\" --ras --u %2 --v %3 --center %4 --size %5,%6 --spacing %7 "
-                        "-o plane.nii.gz")
-      .arg(modelFile, numbers(column(axes, 0)), numbers(-1 * column(axes, 1)),
-           numbers(task.pose.toRAS(task.left + 0.5 * (task.columns - 1) * task.pixelSize,
-                                   task.bottom + 0.5 * (task.rows - 1) * task.pixelSize)))
-      .arg(task.columns)
-      .arg(task.rows)
-      .arg(task.pixelSize, 0, 'g', 6);
-}
 
 PlaneWorker::PlaneWorker(QObject* parent) : QObject(parent), work_(std::make_unique<Work>()) {
   work_->query->CentredOff();

@@ -33,9 +33,6 @@ struct PlaneTask {
   double lower = 0, upper = 1; // shown as black and white in it
 };
 
-/// The `innergs slice` command for these pixels of a model file, to paste into a terminal.
-QString commandOf(const PlaneTask& task, const QString& modelFile);
-
 struct PlaneImage {
   PlaneTask task;
   vtkSmartPointer<vtkImageData> image;     // float, scanner units; origin 0, spacing 1; null after an error

@@ -3,18 +3,14 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Widgets/MessageLine.h"
 #include "Widgets/PanelTools.h"
+#include "Widgets/PlaneExport.h"
 #include "Widgets/PlaneView.h"
 #include "Widgets/ValueSlider.h"
 #include "vtkInnerGSModel.h"
 
-#include <QApplication>
 #include <QCheckBox>
-#include <QClipboard>
 #include <QCursor>
-#include <QDir>
 #include <QDoubleSpinBox>
-#include <QFileDialog>
-#include <QFileInfo>
 #include <QGridLayout>
 #include <QHBoxLayout>
 #include <QLabel>
@@ -64,12 +60,12 @@ QLabel* labelFor(QWidget* buddy, const QString& text) {
   return label;
 }
 
-constexpr double mostExported = 64e6; // pixels
-
 } // namespace
 
 QueryPanel::QueryPanel(Host* host, QWidget* parent) : QWidget(parent), host_(host) {
   worker_ = new PlaneWorker(this);
+  export_ = new PlaneExport(
+      host_, worker_, [this] { return shownPlane(); }, this);
   settle_.setObjectName(QStringLiteral("settleTimer"));
   settle_.setSingleShot(true);
   settle_.setInterval(settleAfter);
@@ -149,13 +145,13 @@ void QueryPanel::connectAll() {
     probeShown();
   });
   connect(handles_, &QCheckBox::toggled, view_, &PlaneView::setHandlesShown);
-  connect(exportVolume_, &QPushButton::clicked, this, [this] { exportPlane({}); });
-  connect(savePicture_, &QPushButton::clicked, this, &QueryPanel::choosePictureFile);
-  connect(copyCommand_, &QToolButton::clicked, this, &QueryPanel::copyCommand);
+  connect(exportVolume_, &QPushButton::clicked, export_, &PlaneExport::addToVolumes);
+  connect(savePicture_, &QPushButton::clicked, export_, &PlaneExport::savePicture);
+  connect(copyCommand_, &QToolButton::clicked, export_, &PlaneExport::copyCommand);
+  connect(export_, &PlaneExport::said, this, &QueryPanel::say);
   connect(&settle_, &QTimer::timeout, this, &QueryPanel::settle);
   connect(worker_, &PlaneWorker::shown, this, &QueryPanel::showImage);
   connect(worker_, &PlaneWorker::probed, this, &QueryPanel::showProbe);
-  connect(worker_, &PlaneWorker::exported, this, &QueryPanel::finishExport);
 }
 
 void QueryPanel::setModelId(const QString& id) {
@@ -325,6 +321,13 @@ PlaneTask QueryPanel::taskFor(double pixelSize) const {
   task.left = 0.5 * (extent[0] + extent[1]) - 0.5 * (task.columns - 1) * pixelSize;
   task.bottom = 0.5 * (extent[2] + extent[3]) - 0.5 * (task.rows - 1) * pixelSize;
   return task;
+}
+
+ModelPlane QueryPanel::shownPlane() const {
+  ModelPlane plane{taskFor(pixelSize_->value()), modelId_, info_};
+  plane.task.lower = view_->lower();
+  plane.task.upper = view_->upper();
+  return plane;
 }
 
 void QueryPanel::query(bool moving) {
@@ -595,73 +598,6 @@ void QueryPanel::build() {
   message_->setObjectName(QStringLiteral("queryMessage"));
   all->addWidget(message_);
   guardWheel(this);
-}
-
-QString QueryPanel::planeName() const {
-  const QString words[] = {tr("axial"), tr("coronal"), tr("sagittal")};
-  return tr("%1 %2 %3 mm")
-      .arg(info_.name, pose_.isStraight() ? words[static_cast<int>(pose_.orientation)] : tr("oblique"),
-           QLocale().toString(pose_.position(), 'f', 1));
-}
-
-void QueryPanel::exportPlane(const QString& file) {
-  if (!model_) return;
-  PlaneTask task = taskFor(pixelSize_->value());
-  if (static_cast<double>(task.columns) * task.rows > mostExported) {
-    say(tr("The plane would have %1 × %2 pixels: choose a larger pixel size.")
-            .arg(task.columns)
-            .arg(task.rows),
-        true);
-    return;
-  }
-  exports_.append({task.uncertainty ? tr("%1, standard deviation").arg(planeName()) : planeName(), modelId_});
-  task.picture = file;
-  task.lower = view_->lower();
-  task.upper = view_->upper();
-  worker_->exportPlane(task);
-}
-
-void QueryPanel::finishExport(const PlaneImage& image) {
-  const auto [name, modelId] = exports_.takeFirst();
-  const QString file = image.task.picture;
-  QString error = image.error;
-  if (error.isEmpty() && file.isEmpty()) {
-    const std::array<double, 2> window{image.task.lower, image.task.upper};
-    host_->addVolumeOf(modelId, window, image.shown(), image.ijkToRAS, name, &error);
-    if (error.isEmpty()) say(tr("“%1” is now among the volumes.").arg(name));
-  } else if (error.isEmpty()) {
-    say(tr("Saved to “%1”.").arg(QDir::toNativeSeparators(file)));
-  }
-  if (!error.isEmpty()) say(error, true);
-}
-
-void QueryPanel::copyCommand() {
-  if (!model_) return;
-  if (toModel_)
-    return say(tr("The model has been moved by a transform, which a command line does not know: harden the "
-                  "transform and save the model first."),
-               true);
-  const bool saved = info_.saved && !info_.file.isEmpty();
-  QApplication::clipboard()->setText(
-      commandOf(taskFor(pixelSize_->value()),
-                saved ? QDir::toNativeSeparators(info_.file) : QStringLiteral("%1.innergs").arg(info_.name)));
-  say(saved ? tr("Copied the plane as a command line (RAS mm).")
-            : tr("Copied the plane as a command line (RAS mm); save the model and put its file's name in."));
-}
-
-void QueryPanel::choosePictureFile() {
-  auto* dialog =
-      new QFileDialog(this, tr("Save the plane as a picture"), host_->folder(), tr("PNG picture (*.png)"));
-  dialog->setObjectName(QStringLiteral("queryPictureDialog"));
-  dialog->setAttribute(Qt::WA_DeleteOnClose);
-  dialog->setAcceptMode(QFileDialog::AcceptSave);
-  dialog->setDefaultSuffix(QStringLiteral("png"));
-  dialog->selectFile(planeName().replace(QLatin1Char('/'), QLatin1Char('-')) + QStringLiteral(".png"));
-  connect(dialog, &QFileDialog::fileSelected, this, [this](const QString& file) {
-    host_->setFolder(QFileInfo(file).absolutePath());
-    exportPlane(file);
-  });
-  dialog->open();
 }
 
 } // namespace innergs::ui

@@ -2,7 +2,6 @@
 #include "Widgets/Host.h"
 #include "Widgets/PlaneWorker.h"
 
-#include <QStringList>
 #include <QTimer>
 
 #include <vtkNew.h>
@@ -17,8 +16,10 @@ class QToolButton;
 namespace innergs::ui {
 
 class MessageLine;
+class PlaneExport;
 class PlaneView;
 class ValueSlider;
+struct ModelPlane;
 
 /// Shows a model on any plane, set by orientation, position and angles or by the handles on the image. The
 /// plane can be added to the host's volumes or saved as a picture.
@@ -63,6 +64,7 @@ private:
   void resetWindow();
   bool showsUncertainty() const;
   PlaneTask taskFor(double pixelSize) const;
+  ModelPlane shownPlane() const;
   void query(bool moving);
   void settle();
   void probe(const QPointF& planePoint);
@@ -71,11 +73,6 @@ private:
   void showProbe(const PlaneImage& point);
   void clearReadout();
   void showImage(const PlaneImage& image);
-  void exportPlane(const QString& file);
-  void finishExport(const PlaneImage& image);
-  void choosePictureFile();
-  void copyCommand();
-  QString planeName() const;
   void say(const QString& message, bool error = false);
 
   Host* host_;
@@ -93,10 +90,6 @@ private:
   bool waiting_ = false;  // until the panel is visible
   double msPerPixel_ = 0; // of the last query
   QTimer settle_{this};
-  struct Export {
-    QString name, modelId;
-  };
-  QList<Export> exports_; // in the worker's order
 
   Selector* selector_ = nullptr;
   QWidget* controls_ = nullptr;
@@ -109,6 +102,7 @@ private:
   MessageLine* message_ = nullptr;
   PlaneView* view_ = nullptr;
   PlaneWorker* worker_ = nullptr;
+  PlaneExport* export_ = nullptr;
 };
 
 } // namespace innergs::ui
