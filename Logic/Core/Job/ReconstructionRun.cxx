@@ -1,15 +1,15 @@
 #include "Core/Job/ReconstructionRun.h"
 
-#include "Core/Acquisition/BackProjection.h"
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/DevicePlugin.h"
+#include "Core/Fit/CoverUnreached.h"
 #include "Core/Job/MemoryEstimate.h"
+#include "Core/Job/Refinement.h"
 #include "Core/Job/Resume.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
-#include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
 #include <atomic>
@@ -35,7 +35,6 @@ double psnrOf(const LossSum& sum) {
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
-constexpr double kSeen = 0.02;        // share of the intensity range, least that is worth a Gaussian
 constexpr double kAnotherBody = 0.3;  // correlation of scans below that
 
 /// The lattice resampled so that no axis has more than `most` voxels.
@@ -398,67 +397,12 @@ std::int64_t ReconstructionRun::coverLimit(std::int64_t gaussians) const {
   return !input_.masks.empty() && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
 }
 
-/// A voxel at a mask's ragged edge may have lost every Gaussian that reached it, and with it the gradient
-/// that would bring one back: gives it one of its own, too small to reach its neighbours.
+/// Gives voxels that a masked fit has lost a Gaussian each.
 void ReconstructionRun::coverMask() {
   GaussianField& field = model_.field;
-  const std::size_t limit = field.gaussians.size() + coverLimit(field.size());
-  if (limit == field.gaussians.size()) return;
-  const std::vector<float> ones(field.gaussians.size(), 1.f);
-  RenderOptions options = renderOptions(field, pool_->stopToken());
-  options.bounded = false;
-  options.values = ones;
-  std::vector<Gaussian> added;
-  for (const Stack& stack : fittedStacks()) {
-    if (!stack.poses.empty()) continue;
-    const GridGeometry& g = stack.image.geometry;
-    std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds the observed voxels
-    for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
-      if (!stack.observed[v]) continue;
-      const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
-      for (int a = 0; a < 3; ++a) {
-        first[a] = std::min(first[a], at[a]);
-        size[a] = std::max(size[a], at[a] + 1);
-      }
-    }
-    if (size[0] == 0) continue;
-    for (int a = 0; a < 3; ++a)
-      size[a] -= first[a];
-    const GridGeometry block = cropped(g, first, size);
-    const Volume reached = render(field, block, options); // W / (W + ε): 0 where no Gaussian reaches
-    const Affine3 toModel = inverse(field.modelToWorld) * block.indexToWorld();
-    const double spacing = *std::min_element(g.spacing.begin(), g.spacing.end());
-    for (std::int64_t n = 0; n < block.voxelCount(); ++n) {
-      if (reached.voxels[n] > 0.5f) continue;
-      const std::int64_t i = n % size[0], j = n / size[0] % size[1], k = n / (size[0] * size[1]);
-      const std::int64_t v = first[0] + i + g.size[0] * (first[1] + j + g.size[1] * (first[2] + k));
-      const float value = stack.image.voxels[v];
-      if (!stack.observed[v] || !std::isfinite(value)) continue;
-      // What nothing reaches is rendered as the offset.
-      const double intensity = (value - field.intensityOffset) / field.intensityScale;
-      if (std::abs(intensity) < kSeen) continue;
-      const Vec3 at = toModel({static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)});
-      Gaussian gaussian{};
-      for (int a = 0; a < 3; ++a) {
-        gaussian.mean[a] = static_cast<float>(at[a]);
-        gaussian.logScale[a] = static_cast<float>(std::log(0.95 * spacing / field.cutoff));
-      }
-      gaussian.quaternion[0] = 1;
-      gaussian.intensity = static_cast<float>(intensity);
-      added.push_back(gaussian);
-    }
-  }
-  if (added.empty()) return;
-  const std::size_t room = limit - ones.size();
-  if (added.size() > room) {
-    std::stable_sort(added.begin(), added.end(), [](const Gaussian& a, const Gaussian& b) {
-      return std::abs(a.intensity) > std::abs(b.intensity);
-    });
-    added.resize(room);
-  }
-  field.gaussians.insert(field.gaussians.end(), added.begin(), added.end());
-  field.gaussians = inMortonOrder(std::move(field.gaussians));
-  model_.finished = field.size();
+  const std::int64_t most = coverLimit(field.size());
+  if (most > 0 && coverUnreached(field, fittedStacks(), most, renderOptions(field, pool_->stopToken())))
+    model_.finished = field.size();
 }
 
 /// The fit on the chosen device; null: the CPU.
@@ -525,53 +469,17 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
 }
 
 void ReconstructionRun::addResidual() {
-  if (predicted_) return keepPrediction();
   GaussianField& field = model_.field;
-  if (!settings_.consistency || traits_.thickness <= 0) return;
-  if (std::any_of(input_.stacks.begin(), input_.stacks.end(),
-                  [](const Stack& s) { return !s.poses.empty(); }))
-    return;
+  const bool posed = std::any_of(input_.stacks.begin(), input_.stacks.end(),
+                                 [](const Stack& s) { return !s.poses.empty(); });
+  if (!predicted_ && (!settings_.consistency || traits_.thickness <= 0 || posed)) return;
   progress_.report(Phase::Refining, kFitEnds);
-  RenderOptions options = renderOptions(field, pool_->stopToken());
-  options.bounded = false;
-  Volume volume = render(field, field.region(), options);
-  const std::vector<float> before = volume.voxels;
-  BackProjectionPlan refinement;
-  refinement.noise = result_.noise;
-  refinement.range = prepared_.range;
-  const double rms = backProject(volume, prepared_.stacks, refinement, *pool_);
-  for (std::size_t v = 0; v < before.size(); ++v)
-    volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
-  if (std::any_of(volume.voxels.begin(), volume.voxels.end(), [](float x) { return x != 0; }))
-    field.residual = std::move(volume);
-  setTrainingPsnr(psnrOf(rms * rms / (field.intensityScale * field.intensityScale)));
-}
-
-/// Keeps what the Gaussians miss of the prediction but its noise, on the prediction's lattice.
-void ReconstructionRun::keepPrediction() {
-  GaussianField& field = model_.field;
-  progress_.report(Phase::Refining, kFitEnds);
-  RenderOptions options = renderOptions(field, pool_->stopToken());
-  options.bounded = false;
-  Volume missed = render(field, predicted_->image.geometry, options);
-  const auto scale = static_cast<float>(1 / field.intensityScale);
-  for (std::size_t v = 0; v < missed.voxels.size(); ++v)
-    missed.voxels[v] = predicted_->image.voxels[v] - missed.voxels[v];
-  removePredictionNoise(missed, *predicted_, result_.noise, *pool_);
-  for (float& v : missed.voxels)
-    v *= scale;
-  field.residual = std::move(missed);
-  const Stack& scan = prepared_.stacks.front();
-  const std::vector<float> seen = projectToStack(predicted_->image, scan, *pool_);
-  double squared = 0;
-  std::int64_t count = 0;
-  for (std::size_t v = 0; v < seen.size(); ++v) {
-    const double e = (static_cast<double>(seen[v]) - scan.image.voxels[v]) * scale;
-    if (!std::isfinite(e)) continue;
-    squared += e * e;
-    ++count;
-  }
-  setTrainingPsnr(psnrOf(squared / static_cast<double>(std::max<std::int64_t>(1, count))));
+  const RenderOptions options = renderOptions(field, pool_->stopToken());
+  const double mse =
+      predicted_
+          ? refineToPrediction(field, *predicted_, prepared_.stacks.front(), result_.noise, options, *pool_)
+          : refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
+  setTrainingPsnr(psnrOf(mse));
 }
 
 /// A stack of the input, all of it, where the fit has put its slices. Those withheld took no part in that:

@@ -48,7 +48,6 @@ private:
   std::int64_t coverLimit(std::int64_t gaussians) const;
   void coverMask();
   void addResidual();
-  void keepPrediction();
   void renderResult(const std::stop_token& stop);
   Stack placedStack(std::size_t index, const RenderOptions& options);
   void scoreHeldOut(const RenderOptions& options);

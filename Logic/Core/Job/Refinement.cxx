@@ -1,0 +1,51 @@
+#include "Core/Job/Refinement.h"
+
+#include "Core/Acquisition/BackProjection.h"
+#include "Core/Prediction/PredictionNoise.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace innergs {
+
+double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,
+                      const ValueRange& range, RenderOptions options, ThreadPool& pool) {
+  options.bounded = false;
+  Volume volume = render(field, field.region(), options);
+  const std::vector<float> before = volume.voxels;
+  BackProjectionPlan plan;
+  plan.noise = noise;
+  plan.range = range;
+  const double rms = backProject(volume, slices, plan, pool);
+  for (std::size_t v = 0; v < before.size(); ++v)
+    volume.voxels[v] = static_cast<float>((volume.voxels[v] - before[v]) / field.intensityScale);
+  if (std::any_of(volume.voxels.begin(), volume.voxels.end(), [](float x) { return x != 0; }))
+    field.residual = std::move(volume);
+  return rms * rms / (field.intensityScale * field.intensityScale);
+}
+
+double refineToPrediction(GaussianField& field, Stack& predicted, const Stack& scan, double noise,
+                          RenderOptions options, ThreadPool& pool) {
+  options.bounded = false;
+  Volume missed = render(field, predicted.image.geometry, options);
+  const auto scale = static_cast<float>(1 / field.intensityScale);
+  for (std::size_t v = 0; v < missed.voxels.size(); ++v)
+    missed.voxels[v] = predicted.image.voxels[v] - missed.voxels[v];
+  removePredictionNoise(missed, predicted, noise, pool);
+  for (float& v : missed.voxels)
+    v *= scale;
+  field.residual = std::move(missed);
+  const std::vector<float> seen = projectToStack(predicted.image, scan, pool);
+  double squared = 0;
+  std::int64_t count = 0;
+  for (std::size_t v = 0; v < seen.size(); ++v) {
+    const double e = (static_cast<double>(seen[v]) - scan.image.voxels[v]) * scale;
+    if (!std::isfinite(e)) continue;
+    squared += e * e;
+    ++count;
+  }
+  return squared / static_cast<double>(std::max<std::int64_t>(1, count));
+}
+
+} // namespace innergs

@@ -1,0 +1,18 @@
+#pragma once
+#include "Core/Base/Parallel.h"
+#include "Core/Render/Render.h"
+
+namespace innergs {
+
+/// Sets the residual of a fitted field to what its Gaussians miss of the slices, by back-projection; leaves
+/// it where they miss nothing. noise (standard deviation) and range: in the slices' units. options: to render
+/// the field. Returns the mean squared error with it, in normalised intensity. Throws Error(Cancelled).
+double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,
+                      const ValueRange& range, RenderOptions options, ThreadPool& pool);
+
+/// Likewise to what they miss of a prediction but its noise, on its lattice. Takes the noise out of
+/// `predicted`, too, whose error it measures on the scan it was predicted from.
+double refineToPrediction(GaussianField& field, Stack& predicted, const Stack& scan, double noise,
+                          RenderOptions options, ThreadPool& pool);
+
+} // namespace innergs
