@@ -98,7 +98,7 @@ FindPanel::FindPanel(Host* host, QWidget* parent)
   updateModel();
 }
 
-// Its children outlive it: their signals must not reach it any more.
+// Its children outlive it, so their signals must no longer reach it.
 FindPanel::~FindPanel() {
   for (QObject* part : findChildren<QObject*>())
     part->disconnect(this);
@@ -252,7 +252,7 @@ void FindPanel::setModelId(const QString& id) {
   updateModel();
 }
 
-/// Unless a person left it for none.
+/// Unless the user has just chosen none.
 void FindPanel::chooseOnlyModel() {
   if (!selector_->currentId().isEmpty()) return;
   if (const QString only = host_->onlyModel(); !only.isEmpty() && only != lastId_)

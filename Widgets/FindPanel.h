@@ -54,8 +54,8 @@ private:
   QString lastId_;                         // of the last model that was chosen
   vtkSmartPointer<vtkInnerGSModel> model_; // as it was last seen; null: none
   bool learning_ = false;
-  bool prepared_ = true; // the worker was told to decode the model
-  bool asking_ = false;  // an answer is to come
+  bool prepared_ = true; // the worker has been told to decode the model
+  bool asking_ = false;  // an answer is pending
   MadeSegments made_;    // what is shown
   QString asked_;        // the query of what is listed
 

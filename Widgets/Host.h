@@ -78,8 +78,8 @@ public:
   virtual vtkTable* sliceTable() const { return nullptr; }
   /// Whether transforms and table are written to files, or are in the scene.
   virtual bool keepsSlicesInFiles() const { return false; }
-  /// A transform per slice, as nodes or as .tfm files in a folder. What was made, a sentence; "": nothing,
-  /// with a sentence in *error.
+  /// Makes a transform per slice, as nodes or as .tfm files in a folder. A sentence on what was made, or ""
+  /// with one in *error.
   virtual QString createSliceTransforms(const QString& /*folder*/, QString* /*error*/) { return {}; }
   /// The table as tab-separated values. "" or a sentence.
   virtual QString saveSliceTable(const QString& /*file*/) { return {}; }
@@ -115,15 +115,15 @@ public:
   }
   ///@}
 
-  /// Where the state of fits that something else than cancel() has stopped is kept (IO/RecoveredFit.h); "":
-  /// none is.
+  /// The folder that keeps the state of fits stopped by anything but cancel() (IO/RecoveredFit.h); "": it is
+  /// not kept.
   virtual QString recoveryFolder() const { return {}; }
 
   ///@{
   /// Segments by their names; a host that does not offer Role::Labels has none of them.
   /// Whether the labels' names are asked for as a file.
   virtual bool asksForNames() const { return false; }
-  /// Labels for a model to learn from; names: a file with them, "": as the labels have them. What is returned
+  /// Labels for a model to learn from; names: a file with their names, "": the labels' own. What is returned
   /// may be called on another thread, and throws Error. Empty, with a sentence in *error, when it is refused.
   virtual std::function<NamedLabels(const std::stop_token&)> labelsFor(const QString& /*modelId*/,
                                                                        const QString& /*labelsId*/,
@@ -131,14 +131,14 @@ public:
                                                                        QString* /*error*/) {
     return {};
   }
-  /// What a model has learned; it is unsaved then. "" or a sentence.
+  /// Gives a model what was learned for it, which leaves it unsaved. "" or a sentence.
   virtual QString setFeatures(const QString& /*modelId*/, const std::shared_ptr<const FeatureModel>&) {
     return {};
   }
   /// Shows segments of a model in the views until the next ones; none: nothing.
   virtual void previewSegments(const QString& /*modelId*/, const MadeSegments&) {}
-  /// Keeps segments of a model as the host has them (a segmentation node, a labelmap); the name of what holds
-  /// them, or "" with a sentence in *error.
+  /// Keeps segments of a model in the host's own form (a segmentation node, a labelmap); the name of what
+  /// holds them, or "" with a sentence in *error.
   virtual QString addSegments(const QString& /*modelId*/, const MadeSegments&, QString* /*error*/) {
     return {};
   }

@@ -19,21 +19,21 @@ struct SeriesInfo {
   QString problem;                 // why it cannot be reconstructed, a sentence; "": it can
 };
 
-/// What the reconstruction of a moving scan is asked for.
+/// What a reconstruction of a moving scan is asked for.
 struct MotionRequest {
   QString seriesId;
   double interval = 0;         // s from one frame to the next; 0: as the scan says
-  Settings settings;           // those of moving scans are looked at
+  Settings settings;           // only those of moving scans count
   double rate = 0;             // frames per second of the frames to make; 0: the scan's own times
   bool evaluateQuality = true; // on frames that a second fit does not see
   QString sliceTimesFile; // of readSliceTiming(): when a frame's slices were acquired; "": as the scan says
   QString resumeFile;     // a model file to resume; "": none
 };
 
-/// How it ended well.
+/// What a successful reconstruction reports.
 struct MotionReport {
   QString modelId;
-  QString choice;              // why it is of its kind, a sentence; "" where that was chosen
+  QString choice;              // why this kind, a sentence; "" where the user chose it
   QStringList warnings;        // sentences
   QVector<QualityRow> quality; // on withheld frames; empty: not judged
   QString samples;             // which frames these are
@@ -48,10 +48,10 @@ struct MotionInfo {
   QString kind;                        // "motion", "intensity", "network"
 };
 
-/// Of a model, at `now` (s); not known of null and of an empty one.
+/// Of a model at `now` (s); not known for null and for an empty one.
 MotionInfo motionInfoOf(vtkInnerGSDynamicModel* model, double now);
 
-/// What the panel of moving scans needs from the program beside the Host; on the main thread only. One
+/// What the panel of moving scans needs from the program besides the Host; on the main thread only. One
 /// reconstruction at a time: every start() that returns true ends with exactly one of finished, failed and
 /// cancelled.
 class MotionHost : public QObject {
@@ -62,8 +62,8 @@ public:
   virtual SeriesInfo seriesInfo(const QString& id) const = 0;
   /// False, after failed(sentence), when it is refused.
   virtual bool start(const MotionRequest& request) = 0;
-  /// Returns at once. Host::recoveryFolder() keeps the state of the refinement of the frames, as it does
-  /// whatever else stops it.
+  /// Returns at once. Host::recoveryFolder() keeps the state once the frames are refined together, as when
+  /// anything else stops it.
   virtual void cancel() = 0;
   virtual bool isRunning() const = 0;
 

@@ -179,7 +179,7 @@ QWidget* MotionPanel::buildView() {
   line->addWidget(play_);
   time_ = new ValueSlider(tr(" s"), 3, this);
   time_->describe(QStringLiteral("motionTime"), tr("Time"),
-                  tr("The time at which the slice views and the plane of the query show the model"));
+                  tr("The time at which the slice views and the query's plane show the model"));
   line->addWidget(time_, 1);
   speed_ = new QComboBox(this);
   speed_->setObjectName(QStringLiteral("motionSpeed"));

@@ -66,7 +66,7 @@ private:
   Host* host_;
   MotionHost* motion_;
   MotionInfo info_; // of the model
-  QString modelId_; // that others were told of
+  QString modelId_; // as modelIdChanged() last gave it
   bool cancelling_ = false;
   bool previewing_ = false; // info_ is of the model that is being fitted
   double playedFrom_ = 0;   // s

@@ -52,8 +52,8 @@ double angleOf(const QPointF& p) { // degrees, counter-clockwise on the screen
   return std::atan2(-p.y(), p.x()) * 180 / 3.14159265358979323846;
 }
 
-/// Diagonal stripes over the pixels of a plane of standard deviations that nothing was measured at (RGBA);
-/// null: everywhere something was, or that is not known.
+/// Diagonal stripes (RGBA) over the pixels of a plane of standard deviations where nothing was measured; null
+/// if there are none, or if that is unknown.
 vtkSmartPointer<vtkImageData> hatching(vtkImageData* deviation) {
   auto* measured = vtkUnsignedCharArray::SafeDownCast(
       deviation ? deviation->GetPointData()->GetArray("Measured") : nullptr);

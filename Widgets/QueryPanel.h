@@ -60,7 +60,7 @@ private:
   void showPose();
   void home();
   void showWindow();
-  /// Black and white of what is shown as at first.
+  /// Window and level that suit what is shown.
   void resetWindow();
   bool showsUncertainty() const;
   PlaneTask taskFor(double pixelSize) const;

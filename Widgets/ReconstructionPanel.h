@@ -68,7 +68,7 @@ private:
   void explainMask();
   void edited();
   void explain();
-  /// The sentence that speaks against a start, without asking the host.
+  /// Why it cannot start, as far as that is known without asking the host; "": nothing is known.
   QString ownRefusal(const Request& request) const;
   void estimate();
   void setState(State state);

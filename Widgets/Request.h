@@ -73,7 +73,7 @@ struct QualityRow {
   double psnr = 0, ssim = 0; // dB; −1…1
 };
 
-/// How a reconstruction ended well.
+/// What a successful reconstruction reports.
 struct Report {
   QString volumeId, modelId, tableId; // what it made; tableId may be ""
   QString uncertaintyId;              // the standard deviation of the volume; "": none

@@ -77,7 +77,7 @@ int evaluate(const EvaluateOptions& o) {
     throw CLI::ValidationError("evaluate", "several volumes and --mask need --protocol scans");
   if (scans && (o.baselinesOnly || o.uncertainty || !o.picture.empty()))
     throw CLI::ValidationError("evaluate",
-                               "--protocol scans has no --baselines-only, --uncertainty and --picture");
+                               "--protocol scans has no --baselines-only, --uncertainty or --picture");
   OutputFiles files;
   for (const auto& path : o.volumes)
     files.read(path);

@@ -185,7 +185,7 @@ private:
                    std::to_string(r.foreign), share(r.falseAccepts, r.foreign),
                    suggestions(r.foreignSuggested, r.foreign), decimals(r.milliseconds, 3),
                    decimals(r.unread, 3), decimals(r.slowest, 1), on});
-        if (embedding != embeddings.back()) continue; // the last one's notes say all
+        if (embedding != embeddings.back()) continue; // the last one's notes are enough
         for (const std::string& miss : r.misses)
           table.notes.push_back(std::string(name) + ", missed: " + miss);
       }

@@ -100,7 +100,7 @@ Teacher networksView(const SegmentCommand& o, const GaussianField& field, const 
 }
 
 DenseTeacher givenFeatures(const SegmentCommand& o) {
-  // One statement each: GCC 12 destroys members it never built where a braced list's second reading throws.
+  // Not a braced list: if its second reading throws, GCC 12 destroys members that it never built.
   DenseTeacher teacher;
   teacher.features = readEmbeddingVolume(o.features);
   teacher.texts = readTextEmbeddings(o.texts);
@@ -123,7 +123,7 @@ FeatureModel learn(const SegmentCommand& o, const GaussianField& field, const In
   return model;
 }
 
-/// The segments that the queries ask for; tells what each was understood as. Throws where none is there.
+/// The segments that the queries ask for; tells how each was understood. Throws if there is none.
 std::vector<RequestedSegment> answer(const SegmentCommand& o, const SegmentFinder& finder, bool tell) {
   std::vector<RequestedSegment> wanted;
   std::string last;
@@ -423,7 +423,7 @@ Subcommand addSegment(CLI::App& app) {
   addSetting(*command, o->settings, "device");
   command->add_flag("-q,--quiet", o->quiet, "Print only what was found");
   command->footer(
-      "Research software: the segments are as good as the labels, and no diagnosis.\n"
+      "Research software: the segments are only as good as the labels, and no diagnosis.\n"
       "Examples:\n"
       "  innergs segment ct.innergs --labels organs.seg.nrrd --query liver -o liver.seg.nrrd\n"
       "  innergs segment ct.innergs --labels every5th.nii.gz --names names.json --sparse --save-model "

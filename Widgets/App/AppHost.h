@@ -33,7 +33,7 @@ public:
   ui::Estimate estimate(const ui::Request& request) override;
   bool start(const ui::Request& request) override;
   void cancel() override;
-  /// cancel() that keeps where the fit stands, to go on from.
+  /// cancel() that keeps the state of the fit, to continue from.
   void stopAndKeep();
   bool isRunning() const override;
 

@@ -10,8 +10,8 @@ namespace innergs::app {
 /// INNERGS_SETTINGS (tests, scripts).
 std::unique_ptr<QSettings> appSettings();
 
-/// Where the state of fits is kept that the end of the app has stopped, the module's in 3D Slicer as well;
-/// with INNERGS_SETTINGS beside that file.
+/// The folder that keeps the state of fits that the end of the app has stopped; with INNERGS_SETTINGS, one
+/// beside that file.
 QString recoveryFolder();
 
 /// Recently opened files and folders, newest first.

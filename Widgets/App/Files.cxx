@@ -56,7 +56,6 @@ std::filesystem::path pathOf(const QString& path) {
   return innergs::pathOf(path.toStdString());
 }
 
-/// A name for people: the file's, without folder and extension.
 QString nameOf(const QString& path) {
   QString name = QFileInfo(QDir::cleanPath(path)).fileName();
   if (QFileInfo(path).isDir()) return name;

@@ -92,7 +92,7 @@ QStringList namesOf(const std::vector<VolumeItem>& items) {
   return names;
 }
 
-/// As notes of models have them.
+/// As in the notes of models.
 std::string listed(const std::vector<VolumeItem>& items) {
   return namesOf(items).join(QStringLiteral("; ")).toStdString();
 }

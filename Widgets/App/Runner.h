@@ -49,7 +49,7 @@ public:
   /// Returns at once. A fit that is complete, its quality perhaps still being judged, still ends with
   /// finished().
   void cancel();
-  /// cancel() that keeps where the fit stands in the task's recovery folder; failed() where that cannot be.
+  /// cancel() that keeps the state of the fit in the task's recovery folder; failed() if it cannot.
   void stopAndKeep();
   bool isRunning() const { return running_; }
 

@@ -18,7 +18,7 @@ void checkRegion(const Region& region) {
     if (!(region.min[a] < region.max[a]) || !std::isfinite(region.max[a] - region.min[a]))
       throw Error(ErrorCode::InvalidArgument,
                   "The region of interest is empty: give xmin,xmax,ymin,ymax,zmin,zmax in mm, each "
-                  " minimum below its maximum.");
+                  "minimum below its maximum.");
 }
 
 using Corners = std::array<Vec3, 8>;

@@ -173,7 +173,7 @@ std::int64_t repeatedSlices(const Volume& image) {
   return repeated;
 }
 
-/// Says of a scan that it has fewer slices than its header says.
+/// Tells that a scan has fewer slices than its header claims.
 std::string repetitionSentence(const Stack& stack, const std::string& name) {
   const std::int64_t repeated = repeatedSlices(stack.image), slices = stack.image.geometry.size[2];
   if (repeated == 0) return {};
@@ -371,7 +371,7 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
   for (Stack& stack : stacks)
     prepared.heldOut.push_back(fraction > 0 ? withhold(stack, fraction) : std::vector<std::int64_t>{});
   if (correct) prepared.warnings = correct(stacks);
-  // Slices that move do not change what is given back.
+  // The usual output grid does not follow slices that move.
   const bool moved =
       std::any_of(stacks.begin(), stacks.end(), [](const Stack& s) { return !s.poses.empty(); });
   const GridGeometry usual = defaultOutputGrid(moved ? input.stacks : stacks);

@@ -21,8 +21,8 @@ struct PreparedInput {
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
 /// nor adjoin (with room for a slice between them), a wrong number of masks, an empty mask, nothing finite to
 /// fit, an output grid apart from the data. Error(Cancelled) when stopped on the way. withheld: without the
-/// slices that heldOutFraction speaks of. correct: may move and scale stacks and their slices before the
-/// field's domain is laid out; returns sentences.
+/// slices that heldOutFraction withholds. correct: may move and scale stacks and their slices before the
+/// field's domain is laid out; returns sentences for the user.
 using CorrectStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
                            bool withheld = false, const CorrectStacks& correct = {});
@@ -34,10 +34,10 @@ bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 /// For messages. index: among the input's stacks, from 0.
 std::string nameOf(const Stack& stack, std::size_t index);
 
-/// Of the slices, withheld where the uncertainty is asked for without a fraction.
+/// Share of the slices withheld where the uncertainty is asked for without a fraction.
 constexpr double kUsualFraction = 0.2;
 
-/// The share of the slices that a second fit does not see; 0: there is none.
+/// The share of the slices that the second fit does not see; 0: there is no such fit.
 double withheldFraction(const ReconstructionInput& input);
 
 /// Throws Error(InvalidArgument) unless the fraction is in [0, 0.5].

@@ -5,9 +5,10 @@
 
 namespace innergs {
 
-constexpr double kMotionEnds = 0.4;     // of slices, where it is looked for
-constexpr double kPredictionEnds = 0.5;                                    // where there is one
-constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97; // of the progress bar
+/// Where steps of a fit start and end on the progress bar, as shares of it.
+constexpr double kMotionEnds = 0.4;     // the search for the motion of slices, if any
+constexpr double kPredictionEnds = 0.5; // the prediction, if any
+constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97;
 
 /// Reports the progress of one fit, from its input to its volume.
 class JobProgress {

@@ -60,10 +60,6 @@ double alphaScratch(const FitPlan& plan, const DataTraits& traits, const Lattice
   return 32 * count * planes * views + 12 * lattices.largest;
 }
 
-} // namespace
-
-namespace {
-
 /// With a prediction: the fit to it, as to thin slices, together with the slices; and while it is made, the
 /// prediction, two candidates and their corrections, or a field's own fit.
 std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
@@ -88,8 +84,8 @@ std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& s
   return static_cast<std::int64_t>(std::max(fit, candidates + 20 * slices));
 }
 
-/// While the result waits for what is learned about it: the second fit, then the simulation of the
-/// uncertainty and what it ends in.
+/// While the result is kept: the second fit, then the simulation that the uncertainty needs, then the
+/// uncertainty itself.
 std::int64_t judgedMemory(const ReconstructionInput& input, const Settings& settings, std::int64_t fit) {
   if (withheldFraction(input) == 0) return fit;
   const std::int64_t result = resultBytes(input);
@@ -97,7 +93,7 @@ std::int64_t judgedMemory(const ReconstructionInput& input, const Settings& sett
   double voxels = 0;
   for (const Stack& stack : input.stacks)
     voxels += static_cast<double>(stack.image.geometry.voxelCount());
-  // The stacks as they lie, and what is seen of withheld slices, all of it and in halves.
+  // The stacks where they lie, and what is seen of withheld slices, once whole and once in halves.
   const double seen = withheldFraction(input) * voxels;
   const auto kept =
       static_cast<std::int64_t>(5 * voxels + seen * (sizeof(WithheldValue) + 2 * sizeof(SeenError)));

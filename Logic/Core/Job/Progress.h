@@ -16,12 +16,12 @@ enum class Phase {
   Refining,
   Rendering,
   Judging,    // measures the quality by a second fit, whose steps have no phases of their own
-  Estimating, // how far the result may be off, likewise by fits of its own
+  Estimating, // how far the result may be off, likewise by other fits
   Done
 };
 const char* phaseName(Phase phase);
 
-/// From then on a stop ends only what is learned about the result.
+/// From then on, a stop ends only the measurements of the result.
 inline bool resultIsComplete(Phase phase) {
   return phase == Phase::Judging || phase == Phase::Estimating;
 }

@@ -116,7 +116,7 @@ ReconstructionResult ReconstructionJob::run(std::stop_token stop, bool renderWhe
   return result;
 }
 
-/// A warning instead, where too little is known for it, or when it fails or is stopped.
+/// Leaves a warning instead where too little is known, or when it fails or is stopped.
 void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volume& second,
                                        std::span<const Stack> placed, std::span<const WithheldValue> seen,
                                        ProgressParts& parts, const std::stop_token& stop) const {

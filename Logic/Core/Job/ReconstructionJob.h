@@ -15,7 +15,7 @@
 
 namespace innergs {
 
-/// Divides a scan by its smooth shading, found in its observed voxels; masked: which a mask has chosen.
+/// Divides a scan by its smooth shading, found in its observed voxels; masked: those inside a mask.
 /// Returns a sentence for the user. Throws Error.
 using ShadingCorrection = std::function<std::string(Stack&, bool masked, const std::stop_token&)>;
 

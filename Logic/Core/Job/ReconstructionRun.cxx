@@ -35,7 +35,7 @@ double psnrOf(const LossSum& sum) {
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
-constexpr double kAnotherBody = 0.3;  // correlation of scans below that
+constexpr double kAnotherBody = 0.3;  // correlation below which two scans show different bodies
 
 /// The lattice resampled so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
@@ -138,7 +138,8 @@ ReconstructionResult ReconstructionRun::run(const std::stop_token& stop, bool re
   return std::move(result_);
 }
 
-/// Each scan's shading alone, scans as a whole, their shading together, then slice by slice; sentences.
+/// Corrects each scan's shading, then aligns whole scans, evens out their shading and moves their slices.
+/// Returns sentences for the user.
 std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   std::vector<std::string> sentences;
   if (settings_.n4)
@@ -243,7 +244,7 @@ std::span<const Stack> ReconstructionRun::fittedStacks() const {
   return predicted_ ? std::span<const Stack>(&*predicted_, 1) : prepared_.stacks;
 }
 
-/// The stacks that they are initialised from.
+/// The stacks that Gaussians are initialised from.
 std::span<const Stack> ReconstructionRun::startedStacks(std::vector<Stack>& bridged) const {
   return predicted_ ? fittedStacks() : startStacks(prepared_, bridged);
 }
@@ -397,7 +398,7 @@ std::int64_t ReconstructionRun::coverLimit(std::int64_t gaussians) const {
   return !input_.masks.empty() && settings_.blending == Blending::Normalised ? gaussians / 20 + 16 : 0;
 }
 
-/// Gives voxels that a masked fit has lost a Gaussian each.
+/// Covers the voxels that a masked fit left without Gaussians.
 void ReconstructionRun::coverMask() {
   GaussianField& field = model_.field;
   const std::int64_t most = coverLimit(field.size());
@@ -482,8 +483,8 @@ void ReconstructionRun::addResidual() {
   setTrainingPsnr(psnrOf(mse));
 }
 
-/// A stack of the input, all of it, where the fit has put its slices. Those withheld took no part in that:
-/// they are placed in what was fitted to the others.
+/// A whole stack of the input, its slices where the fit has put them. Withheld ones took no part in that:
+/// they are placed in the field that was fitted to the others.
 Stack ReconstructionRun::placedStack(std::size_t index, const RenderOptions& options) {
   std::vector<Stack> whole{input_.stacks[index]};
   if (!corrected_.empty()) whole.front().image.voxels = corrected_[index];

@@ -3,14 +3,14 @@
 
 namespace innergs {
 
-/// The fit of simulated scans that the uncertainty of another fit needs, twice: to all slices, and without
+/// A fit of simulated scans for the uncertainty of another fit. It runs twice: on all slices, and without
 /// some.
 struct SimulatedFit {
   ReconstructionInput input;
   Settings settings;
 };
 
-/// Of the stacks on the grid, like the fit of `input` whose volume lies on `output`.
+/// Fits the stacks on the grid as `input` is fitted, whose volume lies on `output`.
 SimulatedFit simulatedFit(std::vector<Stack> stacks, const GridGeometry& grid, const GridGeometry& output,
                           const ReconstructionInput& input, const Settings& settings);
 

@@ -15,17 +15,17 @@
 namespace innergs {
 namespace {
 
-constexpr double kHedge = 0.03;     // of the interpolation's squared error, added to each one's own
+constexpr double kHedge = 0.03;     // share of interpolation's squared error, added to each candidate's
 constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
 constexpr double kLittle = 0.98;    // a network's error relative to its filter's; above: little to learn
 constexpr double kMuch = 0.95;      // below: much
-constexpr double kDistant = 3.5;    // slice distance in pixels from which that decides
+constexpr double kDistant = 3.5;    // slice distance in pixels above which kLittle counts
 constexpr int kLongerFit = 60;      // iterations of the field
-constexpr int kTrialFit = 20;       // and on every second slice of a large scan: more only fit it too closely
+constexpr int kTrialFit = 20;       // likewise on every second slice of a large scan, where more overfit
 constexpr double kLarge = 1.5e6;    // voxels
-constexpr double kLeastShare = 0.1; // below which a further candidate is not worth its time
+constexpr double kLeastShare = 0.1; // of a further candidate; less is not worth its time
 constexpr double kAsGood = 1.01;    // squared error of fused planes relative to their mean
-constexpr double kLeastRest = 0.3;  // of interpolation, below which what is learned alone replaces it
+constexpr double kLeastRest = 0.3;  // share of interpolation; with less, what is learned replaces it
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -236,7 +236,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
     if (!guesses[n])
       for (int m = 0; m < 3; ++m)
         errors[n][m] = errors[m][n] = m == n ? 1e6 * errors[0][0] : 0;
-  for (int n = 0; n < 3; ++n) // at twice the distance: hedged towards all
+  for (int n = 0; n < 3; ++n) // measured at twice the distance, so hedged towards all
     errors[n][n] += kHedge * errors[0][0];
   auto share = convexShares<3>({&errors, 1});
   for (int n = 1; n < 3; ++n)

@@ -9,7 +9,7 @@ namespace innergs {
 /// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
 bool triesField(const Settings& settings, double voxels);
 
-/// The lattices of a prediction's trial on a scan: of every second slice, and of all slices up to the last of
+/// The lattices of a prediction's trial on a scan: every second slice, and all slices up to the last of
 /// these.
 struct TrialLattices {
   GridGeometry kept, all;
@@ -17,10 +17,10 @@ struct TrialLattices {
 TrialLattices trialLattices(const GridGeometry& scan);
 
 /// The effort spent on learning for a prediction of so many voxels, before its trial says how much there is
-/// to learn. trial: from every second slice.
+/// to learn. trial: of learning from every second slice.
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);
 
-/// Settings of that field. longer: preset balanced has more iterations.
+/// The settings of that field. longer: more iterations with the preset balanced.
 Settings fieldSettings(const Settings& settings, bool longer = false);
 
 /// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what
@@ -69,10 +69,10 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   CandidateChoice choice_;
-  bool fused_ = true;          // the planes that were learned from weigh by the gradients along them
+  bool fused_ = true;          // PredictionOptions::fused
   double voxels_ = 0;          // of the prediction
   bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
-  bool muchToLearn_ = false;   // it improved on it a lot
+  bool muchToLearn_ = false;   // or improved on it a lot
   std::string sentence_;
 };
 

@@ -27,15 +27,16 @@ constexpr double kTooShort = 0.006;                     // seconds; below: timed
 constexpr std::int64_t kMostOutput = 200'000;           // voxels that the timed job renders
 constexpr double kOld = 60;                             // seconds; after: timed again, as the load changes
 constexpr int kFewIterations = 20;                      // too few to measure a device's speed
-constexpr double kOverhead = 1.5; // of all that a network does, relative to its products alone
+constexpr double kOverhead = 1.5; // all that a network does, relative to its products alone
 constexpr double kChoosing = 6e9; // multiply-adds that take as long as choosing interpolations
 constexpr double kMixing = 5e3, kBackProjecting = 20e3; // likewise, per voxel of a prediction
-/// Approximate cost of aligning scans as wholes and of looking for their shading, per point compared of each
-/// with each other, and of looking for motion between their slices, per voxel, where there is none and where
-/// there is some, as the number of voxels for which an iteration of the fit takes as long.
+/// Cost in voxels for which an iteration of the fit takes as long: of aligning two scans and of comparing
+/// their shading, per point compared; of the search for motion between slices, per voxel, if they lie still
+/// or moved.
 constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices = 60;
 constexpr double kMovedFit = 1.7, kMovedRefining = 2.5; // relative to the fit of still slices
-constexpr double kPlacing = 6e3; // multiply-adds, likewise, per voxel of a domain with masks
+constexpr double kPlacing =
+    6e3; // multiply-adds, likewise for several scans in masks, per voxel of the domain
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
@@ -147,8 +148,8 @@ std::string keyOf(const ReconstructionInput& input, const Settings& filled, cons
          std::to_string(settings.consistency);
 }
 
-/// Whether slices are moved whatever the scans show. With `auto` that is not known before: still slices, the
-/// usual case, are then assumed.
+/// Whether slices are moved whatever the scans show. `auto` decides only during the run; until then they
+/// count as still, the usual case.
 bool moves(const std::vector<Stack>& stacks, const Settings& settings) {
   return settings.sliceMotion == SliceMotionKind::On && correctsSlices(settings, stacks);
 }

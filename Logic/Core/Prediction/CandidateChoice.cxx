@@ -11,7 +11,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kSlices = 12;                                   // maximum whose images are degraded
+constexpr std::int64_t kSlices = 12;                                   // at most, whose images are degraded
 constexpr std::int64_t kLineSamples = 400'000;                         // of the images along one axis, about
 constexpr std::int64_t kFewest = 500;                                  // minimum to judge by
 constexpr double kBlurs[] = {0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1}; // in slice distances
@@ -20,7 +20,7 @@ constexpr int kClassical = 3;                                          // candid
 constexpr double kKrigingBlurs[] = {0, 0.15, 0.25, 0.35, 0.5, 0.7, 1}; // in slice distances
 constexpr double kAsGood = 1.02;                                       // ratio of squared errors
 constexpr double kFine = 1.5;                                          // minimum slice distance, in pixels
-constexpr double kLevel = 0.1;                                         // weight of errors beside ratios
+constexpr double kLevel = 0.1;                                         // weight of the errors' size
 constexpr int kSteps = 20;                                             // divisions of a share
 constexpr int kBackProjections = 12;
 
@@ -156,7 +156,7 @@ std::vector<double> positions(std::int64_t count, double perSample) {
   return p;
 }
 
-/// How slices see along the axis; lengths in slice distances.
+/// How slices sample the axis; lengths in slice distances.
 struct SliceView {
   SliceProfile profile = SliceProfile::Point;
   double thickness = 0;
@@ -395,8 +395,8 @@ std::array<double, kCandidates> rootsOf(const Covariance<kCandidates>& errors) {
   return roots;
 }
 
-/// The images along both in-plane axes, blurred by `blur` mm; along one alone if only its pixels are finer
-/// than the slices' distance.
+/// With the images along both in-plane axes, blurred by `blur` mm; along only one if just its pixels are
+/// finer than the slices' distance.
 Simulation simulated(const Lines (&within)[2], const Stack& stack, double blur, double krigingBlur,
                      int first) {
   Simulation result;

@@ -40,8 +40,7 @@ void clearBorders(float* image, std::int64_t rows, std::int64_t width, int chann
 
 void rectify(float* values, std::int64_t count) {
   for (std::int64_t i = 0; i < count; ++i)
-    values[i] =
-        std::max(values[i], kLeak * values[i]); // without a branch, which signs at random would mislead
+    values[i] = std::max(values[i], kLeak * values[i]); // no branch: random signs would defeat its prediction
 }
 
 void rectifyBack(const float* activation, float* gradient, std::int64_t count) {

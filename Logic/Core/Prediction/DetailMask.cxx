@@ -27,7 +27,7 @@ void dilate(std::vector<std::uint8_t>& mask, const std::array<std::int64_t, 3>& 
 
 std::vector<std::uint8_t> detailMask(const FilledImage& filled, std::vector<std::uint8_t> body, double noise,
                                      ThreadPool& pool) {
-  constexpr double unlikely = 5; // noise that two neighbours hardly ever differ by
+  constexpr double unlikely = 5; // difference of two neighbours, in units of the noise
   const auto& n = filled.image.geometry.size;
   const std::int64_t steps[3] = {1, n[0], n[0] * n[1]};
   const auto least = static_cast<float>(unlikely * noise);

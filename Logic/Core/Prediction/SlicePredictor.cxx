@@ -19,9 +19,9 @@ namespace {
 
 constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-plane spacing
 constexpr std::int64_t kFewestToLearn = 5, kFewestPixelsToLearn = 24;
-constexpr std::int64_t kFewestKept = 4; // slices, of which every second is left
+constexpr std::int64_t kFewestKept = 4; // slices, where every second one is withheld
 constexpr int kMostPhases = 24;
-constexpr double kMostRounds = 40; // how often a small scan is used at most
+constexpr double kMostRounds = 40; // passes over a small scan
 constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
 constexpr double kUsualDetail = 0.7; // share of the voxels in a DetailMask
