@@ -61,10 +61,7 @@ bool AppMotionHost::start(const ui::MotionRequest& request) {
     running_ = true;
     ++run_;
     previewShown_ = {{}, item->window, nameOf(item->frames.file)};
-    {
-      const std::lock_guard lock(mutex_);
-      latest_.reset();
-    }
+    latest_.clear();
     refusal = sentenceOf([&] {
       thread_ = std::jthread(
           [this, request, scan = *item](const std::stop_token& stop) { work(request, scan, stop); });
@@ -84,22 +81,11 @@ void AppMotionHost::cancel() {
 }
 
 void AppMotionHost::post(const Progress& progress) {
-  {
-    const std::lock_guard lock(mutex_);
-    const bool first = !latest_;
-    const std::string note = first ? std::string() : latest_->note;
-    latest_ = progress;
-    if (latest_->note.empty()) latest_->note = note; // told once
-    if (!first) return;                              // the call under way delivers the newest
-  }
+  if (!latest_.put(progress)) return;
   QMetaObject::invokeMethod(
       this,
       [this] {
-        std::optional<Progress> progress;
-        {
-          const std::lock_guard lock(mutex_);
-          progress.swap(latest_);
-        }
+        const auto progress = latest_.take();
         if (!progress || !running_) return;
         if (!progress->note.empty()) Q_EMIT host_->logged(QString::fromStdString(progress->note));
         Q_EMIT progressed(*progress);

@@ -1,11 +1,11 @@
 #pragma once
 #include "Evaluation/JudgedSeries.h"
 #include "Widgets/App/DataItems.h"
+#include "Widgets/App/LatestProgress.h"
 #include "Widgets/MotionHost.h"
 
 #include <QHash>
 
-#include <mutex>
 #include <optional>
 #include <thread>
 
@@ -53,8 +53,7 @@ private:
 
   AppHost* host_;
   bool running_ = false;
-  std::mutex mutex_;
-  std::optional<Progress> latest_; // the newest that the main thread has not seen
+  LatestProgress latest_;
   std::jthread thread_;
 
   struct Wanted {

@@ -150,10 +150,7 @@ void Runner::deliver(Call call) {
 void Runner::start(ReconstructionTask task) {
   running_ = true;
   keep_ = false;
-  {
-    const std::lock_guard lock(mutex_);
-    latest_.reset();
-  }
+  latest_.clear();
   const QString problem = sentenceOf([&] {
     thread_ = std::jthread([this, task = std::move(task)](const std::stop_token& stop) { work(task, stop); });
   });
@@ -174,21 +171,9 @@ void Runner::stopAndKeep() {
 }
 
 void Runner::post(const Progress& progress) {
-  bool first = false;
-  {
-    const std::lock_guard lock(mutex_);
-    first = !latest_;
-    const std::string note = first ? std::string() : latest_->note;
-    latest_ = progress;
-    if (latest_->note.empty()) latest_->note = note;
-  }
-  if (!first) return; // the call under way delivers the newest
+  if (!latest_.put(progress)) return;
   deliver([this] {
-    std::optional<Progress> progress;
-    {
-      const std::lock_guard lock(mutex_);
-      progress.swap(latest_);
-    }
+    const auto progress = latest_.take();
     if (progress && running_) Q_EMIT progressed(*progress);
   });
 }

@@ -1,12 +1,12 @@
 #pragma once
 #include "Evaluation/JudgedReconstruction.h"
 #include "Widgets/App/DataItems.h"
+#include "Widgets/App/LatestProgress.h"
 #include "Widgets/Request.h"
 
 #include <QObject>
 
 #include <atomic>
-#include <mutex>
 #include <optional>
 #include <stop_token>
 #include <thread>
@@ -71,8 +71,7 @@ private:
 
   bool running_ = false; // main thread
   std::atomic<bool> keep_{false};
-  std::mutex mutex_;
-  std::optional<Progress> latest_; // the newest that the main thread has not seen
+  LatestProgress latest_;
   std::jthread thread_;
 };
 
