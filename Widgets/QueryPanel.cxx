@@ -303,14 +303,19 @@ void QueryPanel::resetWindow() {
   showWindow();
 }
 
-// The pixels cover the model's whole box as seen along the normal, so that neighbouring planes have the same
-// grid.
-PlaneTask QueryPanel::taskFor(double pixelSize) const {
+PlaneTask QueryPanel::taskWithoutPixels() const {
   PlaneTask task;
   task.model = model_;
   task.toModel = toModel_;
   if (showsUncertainty()) task.uncertainty = uncertainty_;
   task.pose = pose_;
+  return task;
+}
+
+// The pixels cover the model's whole box as seen along the normal, so that neighbouring planes have the same
+// grid.
+PlaneTask QueryPanel::taskFor(double pixelSize) const {
+  PlaneTask task = taskWithoutPixels();
   task.pixelSize = pixelSize;
   const auto extent = extentOf(pose_, info_.bounds);
   const auto count = [pixelSize](double length) {
@@ -369,11 +374,7 @@ void QueryPanel::showImage(const PlaneImage& image) {
 
 void QueryPanel::probe(const QPointF& planePoint) {
   if (!model_) return;
-  PlaneTask task;
-  task.model = model_;
-  task.toModel = toModel_;
-  if (showsUncertainty()) task.uncertainty = uncertainty_;
-  task.pose = pose_;
+  PlaneTask task = taskWithoutPixels();
   task.left = planePoint.x();
   task.bottom = planePoint.y();
   worker_->probe(task);

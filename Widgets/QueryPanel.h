@@ -63,6 +63,7 @@ private:
   /// Window and level that suit what is shown.
   void resetWindow();
   bool showsUncertainty() const;
+  PlaneTask taskWithoutPixels() const;
   PlaneTask taskFor(double pixelSize) const;
   ModelPlane shownPlane() const;
   void query(bool moving);

@@ -2,6 +2,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
+#include "Core/Image/Region.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
@@ -13,18 +14,6 @@
 
 namespace innergs {
 namespace {
-
-Volume croppedTo(const Volume& volume, const std::array<std::int64_t, 3>& size) {
-  if (size == volume.geometry.size) return volume;
-  Volume result{cropped(volume.geometry, {0, 0, 0}, size), {}};
-  result.voxels.resize(static_cast<std::size_t>(result.geometry.voxelCount()));
-  const auto& n = volume.geometry.size;
-  float* out = result.voxels.data();
-  for (std::int64_t k = 0; k < size[2]; ++k)
-    for (std::int64_t j = 0; j < size[1]; ++j, out += size[0])
-      std::copy_n(volume.voxels.data() + n[0] * (j + n[1] * k), size[0], out);
-  return result;
-}
 
 void checkCase(const HeldOutCase& c) {
   const bool chosen = c.factor == 0 && c.kind == HeldOutCase::Kind::KeepEvery;
@@ -107,7 +96,7 @@ EvaluationInput heldOutInput(const Volume& volume, const HeldOutCase& heldOutCas
                                                   (n == 1 ? " slice" : " slices") +
                                                   ", too few for this case: lower its factor.");
   }
-  input.truth = croppedTo(input.truth, size);
+  if (size != input.truth.geometry.size) input.truth = cropped(input.truth, IndexBlock{{0, 0, 0}, size});
   if (c.kind == HeldOutCase::Kind::KeepEvery) {
     Volume noisy = input.truth;
     if (c.noise > 0) noisy.voxels = simulateThickStack(noisy, 2, 1, c.noise, seed).image.voxels;

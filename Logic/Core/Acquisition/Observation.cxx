@@ -6,8 +6,6 @@
 namespace innergs {
 namespace {
 
-constexpr double kFwhm = 2.3548200450309493; // FWHM of a Gaussian in units of its σ
-
 void placePlanes(Observation& o, const ProfileQuadrature& quadrature, double sliceSpacing) {
   struct Entry {
     double z;

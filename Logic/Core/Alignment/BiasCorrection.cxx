@@ -40,15 +40,6 @@ struct Common {
   double log(std::size_t p, std::size_t s) const { return logs[p * scans.size() + s]; }
 };
 
-/// σ (mm) of the coarsest axis.
-double commonResolution(std::span<const Stack> stacks, std::span<const std::size_t> part) {
-  double sigma = 0;
-  for (const std::size_t s : part)
-    for (int axis = 0; axis < 3; ++axis)
-      sigma = std::max(sigma, std::sqrt(resolutionVariance(stacks[s], axis)));
-  return sigma;
-}
-
 Common look(std::span<const Stack> stacks, std::span<const std::size_t> part, ThreadPool& pool) {
   Common c;
   c.scans.assign(part.begin(), part.end());

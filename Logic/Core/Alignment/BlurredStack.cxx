@@ -60,6 +60,14 @@ double resolutionVariance(const Stack& stack, int axis) {
   return thickness * thickness / 12 + spacing * spacing / 6;
 }
 
+double commonResolution(std::span<const Stack> stacks, std::span<const std::size_t> part) {
+  double sigma = 0;
+  for (const std::size_t s : part)
+    for (int axis = 0; axis < 3; ++axis)
+      sigma = std::max(sigma, std::sqrt(resolutionVariance(stacks[s], axis)));
+  return sigma;
+}
+
 BlurredStack::BlurredStack(const Stack& stack, double sigma, ThreadPool& pool)
     : geometry_(stack.image.geometry), worldToIndex_(inverse(stack.image.geometry.indexToWorld())),
       value_(stack.image.voxels.size()) {

@@ -8,6 +8,8 @@ namespace innergs {
 
 /// σ² (mm²) with which a linearly interpolated stack shows tissue along its axis 0, 1 or 2.
 double resolutionVariance(const Stack& stack, int axis);
+/// The largest of those σ (mm), of any axis of the stacks in `part`.
+double commonResolution(std::span<const Stack> stacks, std::span<const std::size_t> part);
 
 /// A stack, blurred so that it shows tissue with the same σ in all directions, for reading at any point.
 class BlurredStack {

@@ -184,10 +184,7 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
     a.correlation = a.psnrBefore = a.psnrAfter = kNaN;
   if (part.size() < 2) return result;
   const std::size_t first = part.front();
-  double sigma = 0;
-  for (const std::size_t s : part)
-    for (int axis = 0; axis < 3; ++axis)
-      sigma = std::max(sigma, std::sqrt(resolutionVariance(stacks[s], axis)));
+  const double sigma = commonResolution(stacks, part);
   const Vec3 centre = stacks[first].image.geometry.centre();
   for (const double level : {4.0, 2.0, 1.0}) {
     std::vector<BlurredStack> images;

@@ -1,6 +1,7 @@
 #include "Core/Fit/CoverUnreached.h"
 
 #include "Core/Fit/Initialise.h"
+#include "Core/Image/Region.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,18 +23,9 @@ bool coverUnreached(GaussianField& field, std::span<const Stack> stacks, std::in
   for (const Stack& stack : stacks) {
     if (!stack.poses.empty()) continue;
     const GridGeometry& g = stack.image.geometry;
-    std::array<std::int64_t, 3> first = g.size, size{0, 0, 0}; // of the block that holds the observed voxels
-    for (std::int64_t v = 0; v < g.voxelCount(); ++v) {
-      if (!stack.observed[v]) continue;
-      const std::int64_t at[3] = {v % g.size[0], v / g.size[0] % g.size[1], v / (g.size[0] * g.size[1])};
-      for (int a = 0; a < 3; ++a) {
-        first[a] = std::min(first[a], at[a]);
-        size[a] = std::max(size[a], at[a] + 1);
-      }
-    }
-    if (size[0] == 0) continue;
-    for (int a = 0; a < 3; ++a)
-      size[a] -= first[a];
+    const auto observed = filledBlock(g.size, stack.observed);
+    if (!observed) continue;
+    const auto& [first, size] = *observed;
     const GridGeometry block = cropped(g, first, size);
     const Volume reached = render(field, block, options); // W / (W + ε): 0 where no Gaussian reaches
     const Affine3 toModel = inverse(field.modelToWorld) * block.indexToWorld();

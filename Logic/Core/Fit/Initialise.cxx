@@ -1,6 +1,7 @@
 #include "Core/Fit/Initialise.h"
 
 #include "Core/Base/Random.h"
+#include "Core/Image/Region.h"
 #include "Core/Model/Morton.h"
 
 #include <algorithm>
@@ -44,33 +45,6 @@ Gaussian gaussianAt(const ProxyVolume& proxy, const Vec3& index, const Vec3& sig
   return g;
 }
 
-/// The smallest block that holds all covered voxels.
-struct CoveredBox {
-  std::array<std::int64_t, 3> first, size{0, 0, 0};
-  std::int64_t covered = 0;
-};
-
-CoveredBox coveredBox(const ProxyVolume& proxy) {
-  const auto& size = proxy.geometry.size;
-  std::array<std::int64_t, 3> last{-1, -1, -1};
-  CoveredBox box{size};
-  std::size_t v = 0;
-  for (std::int64_t k = 0; k < size[2]; ++k)
-    for (std::int64_t j = 0; j < size[1]; ++j)
-      for (std::int64_t i = 0; i < size[0]; ++i, ++v) {
-        if (!proxy.covered[v]) continue;
-        const std::int64_t at[3] = {i, j, k};
-        for (int a = 0; a < 3; ++a) {
-          box.first[a] = std::min(box.first[a], at[a]);
-          last[a] = std::max(last[a], at[a]);
-        }
-        ++box.covered;
-      }
-  for (int a = 0; a < 3; ++a)
-    box.size[a] = std::max<std::int64_t>(0, last[a] + 1 - box.first[a]);
-  return box;
-}
-
 /// Cells of equal size over a block of voxels, shifted cyclically.
 struct CellGrid {
   std::array<std::int64_t, 3> first, n;
@@ -107,11 +81,13 @@ struct CellGrid {
 void evenGrid(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
               std::uint64_t seed) {
   const GridGeometry& g = proxy.geometry;
-  const CoveredBox box = coveredBox(proxy);
-  if (box.covered == 0) return;
+  const auto box = filledBlock(proxy.geometry.size, proxy.covered);
+  if (!box) return;
+  const auto covered =
+      std::count_if(proxy.covered.begin(), proxy.covered.end(), [](auto c) { return c != 0; });
   const bool layered = plan.layerSpacing > 0;
-  CellGrid grid{box.first, {}, {}, {}};
-  std::array<std::int64_t, 3> voxels = box.size;
+  CellGrid grid{box->first, {}, {}, {}};
+  std::array<std::int64_t, 3> voxels = box->size;
   if (layered) { // one layer for every slice of the whole stack, covered or not
     grid.first[2] = 0;
     voxels[2] = g.size[2];
@@ -120,8 +96,7 @@ void evenGrid(GaussianField& field, const ProxyVolume& proxy, const Initialisati
     grid.extent[a] = g.spacing[a] * static_cast<double>(voxels[a]);
   const Vec3& extent = grid.extent;
   // The budget is for the covered part: cells outside it do not count.
-  const double share =
-      static_cast<double>(box.covered) / static_cast<double>(voxels[0] * voxels[1] * voxels[2]);
+  const double share = static_cast<double>(covered) / static_cast<double>(voxels[0] * voxels[1] * voxels[2]);
   // As close to cubes as whole numbers allow; layers keep their own spacing along the third axis.
   double cell[3];
   if (layered) {

@@ -36,6 +36,10 @@ void checkPair(const Volume& image, const Volume& truth) {
 
 } // namespace
 
+double psnrOf(double mse) {
+  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
+}
+
 double pooledPsnr(std::span<const float> image, std::span<const float> truth,
                   std::span<const std::uint8_t> mask, double range) {
   if (image.size() != truth.size() || (!mask.empty() && mask.size() != truth.size()))

@@ -13,6 +13,9 @@ struct Quality {
   std::int64_t voxels = 0;
 };
 
+/// PSNR in dB of a mean squared error, for a peak of 1; infinite without an error.
+double psnrOf(double mse);
+
 /// PSNR pooled over voxels with mask ≠ 0 (empty mask: all). Infinite for identical images.
 double pooledPsnr(std::span<const float> image, std::span<const float> truth,
                   std::span<const std::uint8_t> mask, double range);

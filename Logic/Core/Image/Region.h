@@ -34,6 +34,13 @@ struct IndexBlock {
 };
 /// The smallest block that covers an oriented box; nothing if they do not overlap.
 std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box);
+/// The smallest block that holds every voxel that is not 0, of a lattice of this size; nothing if all are 0.
+std::optional<IndexBlock> filledBlock(const std::array<std::int64_t, 3>& size,
+                                      std::span<const std::uint8_t> voxels);
+
+/// The part inside a block.
+Volume cropped(const Volume& volume, const IndexBlock& block);
+Mask cropped(const Mask& mask, const IndexBlock& block);
 
 /// The part of a stack that covers the region grown by `margin` mm; respects slice poses.
 Stack cropped(const Stack& stack, const Region& region, double margin = 0);

@@ -9,8 +9,9 @@ namespace innergs {
 enum class SliceProfile {
   Point,   // infinitely thin: a sample of the field
   Box,     // constant over the slice thickness (an average of thin slices)
-  Gaussian // Gaussian with FWHM = slice thickness (τ = thickness / 2.355)
+  Gaussian // Gaussian with FWHM = slice thickness (τ = thickness / kFwhm)
 };
+constexpr double kFwhm = 2.3548200450309493; // of a Gaussian, in units of its σ
 
 /// One acquisition: parallel slices (counted by the K axis) and their thickness.
 struct Stack {

@@ -11,38 +11,6 @@
 namespace innergs {
 namespace {
 
-/// The smallest block that holds every non-zero voxel; nothing if there is none.
-std::optional<IndexBlock> filledBlock(const Mask& mask) {
-  const auto& n = mask.geometry.size;
-  std::array<std::int64_t, 3> low = n, high{-1, -1, -1};
-  const std::uint8_t* row = mask.voxels.data();
-  for (std::int64_t k = 0; k < n[2]; ++k)
-    for (std::int64_t j = 0; j < n[1]; ++j, row += n[0]) {
-      const auto* first = std::find_if(row, row + n[0], [](std::uint8_t v) { return v != 0; });
-      if (first == row + n[0]) continue;
-      const std::uint8_t* last = row + n[0] - 1;
-      while (!*last)
-        --last;
-      low = {std::min<std::int64_t>(low[0], first - row), std::min(low[1], j), std::min(low[2], k)};
-      high = {std::max<std::int64_t>(high[0], last - row), std::max(high[1], j), k};
-    }
-  if (high[2] < 0) return {};
-  return IndexBlock{low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
-}
-
-Mask cropped(const Mask& mask, const IndexBlock& block) {
-  Mask part{cropped(mask.geometry, block.first, block.size), {}};
-  const auto& n = mask.geometry.size;
-  part.voxels.reserve(static_cast<std::size_t>(part.geometry.voxelCount()));
-  for (std::int64_t k = 0; k < block.size[2]; ++k)
-    for (std::int64_t j = 0; j < block.size[1]; ++j) {
-      const auto row =
-          mask.voxels.begin() + block.first[0] + n[0] * (block.first[1] + j + n[1] * (block.first[2] + k));
-      part.voxels.insert(part.voxels.end(), row, row + block.size[0]);
-    }
-  return part;
-}
-
 /// The smallest block that holds both.
 IndexBlock joined(const IndexBlock& a, const IndexBlock& b) {
   IndexBlock both;
@@ -141,7 +109,7 @@ Mask supportOf(std::span<const Mask> masks, std::span<const Stack> stacks, const
   const double voxel = *std::max_element(domain.spacing.begin(), domain.spacing.end());
   std::optional<IndexBlock> block;
   for (const Mask& mask : masks)
-    if (const auto inside = filledBlock(mask)) {
+    if (const auto inside = filledBlock(mask.geometry.size, mask.voxels)) {
       const GridGeometry box = boxOf(cropped(mask.geometry, inside->first, inside->size));
       if (const auto part = blockOver(domain, grown(box, margin + voxel)))
         block = block ? joined(*block, *part) : *part;
@@ -162,7 +130,7 @@ Mask supportOf(std::span<const Mask> masks, std::span<const Stack> stacks, const
     for (std::size_t v = 0; v < masked.size(); ++v)
       support.voxels[v] |= masked[v];
   }
-  const auto filled = filledBlock(support);
+  const auto filled = filledBlock(support.geometry.size, support.voxels);
   if (!filled) throw none();
   return cropped(support, *filled);
 }

@@ -238,6 +238,13 @@ bool correctsSlices(const Settings& settings, std::span<const Stack> stacks) {
   });
 }
 
+double voxelsOf(std::span<const Stack> stacks) {
+  double count = 0;
+  for (const Stack& stack : stacks)
+    count += static_cast<double>(stack.image.geometry.voxelCount());
+  return count;
+}
+
 std::string nameOf(const Stack& stack, std::size_t index) {
   return stack.name.empty() ? "Stack " + std::to_string(index + 1) : stack.name;
 }

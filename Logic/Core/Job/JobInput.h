@@ -31,6 +31,8 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
 /// pixels.
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 
+double voxelsOf(std::span<const Stack> stacks);
+
 /// For messages. index: among the input's stacks, from 0.
 std::string nameOf(const Stack& stack, std::size_t index);
 

@@ -5,7 +5,6 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
-#include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/Projected.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 
@@ -64,20 +63,17 @@ double alphaScratch(const FitPlan& plan, const DataTraits& traits, const Lattice
 /// prediction, two candidates and their corrections, or a field's own fit.
 std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
                              const GridGeometry& grid) {
-  ReconstructionInput thin;
-  Stack& stack = thin.stacks.emplace_back();
-  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, grid);
-  stack.profile = SliceProfile::Point;
-  thin.outputGrid = grid;
+  const ReconstructionInput thin = predictionOutline(input, grid);
+  const GridGeometry& lattice = thin.stacks.front().image.geometry;
   filled.prediction = PredictionKind::None;
   const double slices = static_cast<double>(input.stacks.front().image.geometry.voxelCount()),
-               voxels = static_cast<double>(stack.image.geometry.voxelCount());
+               voxels = static_cast<double>(lattice.voxelCount());
   const double fit = static_cast<double>(estimateMemory(thin, filled)) + 5 * slices;
   double candidates = 16 * voxels;
   if (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels)) {
     ReconstructionInput field;
     field.stacks = input.stacks;
-    field.outputGrid = stack.image.geometry;
+    field.outputGrid = lattice;
     candidates = std::max(candidates,
                           static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
   }
@@ -90,9 +86,7 @@ std::int64_t judgedMemory(const ReconstructionInput& input, const Settings& sett
   if (withheldFraction(input) == 0) return fit;
   const std::int64_t result = resultBytes(input);
   if (!input.uncertainty) return result + fit;
-  double voxels = 0;
-  for (const Stack& stack : input.stacks)
-    voxels += static_cast<double>(stack.image.geometry.voxelCount());
+  const double voxels = voxelsOf(input.stacks);
   // The stacks where they lie, and what is seen of withheld slices, once whole and once in halves.
   const double seen = withheldFraction(input) * voxels;
   const auto kept =

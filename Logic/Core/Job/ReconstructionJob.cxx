@@ -44,13 +44,6 @@ const char* phaseName(Phase phase) {
 
 namespace {
 
-double voxelsOf(std::span<const Stack> stacks) {
-  double count = 0;
-  for (const Stack& stack : stacks)
-    count += static_cast<double>(stack.image.geometry.voxelCount());
-  return count;
-}
-
 /// Costs of the fit, of the one that judges it, and of those of the simulation, relative to the first.
 std::vector<double> partsOf(const ReconstructionInput& input, const Settings& settings) {
   std::vector<double> parts{1, 1 - withheldFraction(input)};

@@ -5,6 +5,7 @@
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Fit/CoverUnreached.h"
+#include "Core/Image/Metrics.h"
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Refinement.h"
 #include "Core/Job/Resume.h"
@@ -25,13 +26,8 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 std::atomic<int> running{0};
 
-/// PSNR in dB from a mean squared error in normalised intensity.
-double psnrOf(double mse) {
-  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
-}
-
 double psnrOf(const LossSum& sum) {
-  return psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
+  return innergs::psnrOf(sum.squared / static_cast<double>(std::max<std::int64_t>(1, sum.samples)));
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates

@@ -47,18 +47,6 @@ Stack everySecond(const Stack& stack) {
   return half;
 }
 
-Volume croppedTo(const Volume& volume, const IndexBlock& block) {
-  Volume part{cropped(volume.geometry, block.first, block.size), {}};
-  const auto& n = volume.geometry.size;
-  for (std::int64_t k = 0; k < block.size[2]; ++k)
-    for (std::int64_t j = 0; j < block.size[1]; ++j) {
-      const auto row =
-          volume.voxels.begin() + block.first[0] + n[0] * (block.first[1] + j + n[1] * (block.first[2] + k));
-      part.voxels.insert(part.voxels.end(), row, row + block.size[0]);
-    }
-  return part;
-}
-
 /// "55 % linear and 45 % cubic interpolation, 20 % a field fitted to the slices".
 std::string mixtureText(const CandidateChoice& choice, double field, double learned) {
   std::string text;
@@ -85,6 +73,15 @@ TrialLattices trialLattices(const GridGeometry& scan) {
   lattices.kept.spacing[2] *= 2;
   lattices.all.size[2] = 2 * lattices.kept.size[2] - 1;
   return lattices;
+}
+
+ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
+  ReconstructionInput thin;
+  Stack& stack = thin.stacks.emplace_back();
+  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, output);
+  stack.profile = SliceProfile::Point;
+  thin.outputGrid = output;
+  return thin;
 }
 
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial) {
@@ -319,7 +316,7 @@ Stack SlicePrediction::predict() {
   thin.name = scan_.name;
   if (!prepared_.support.voxels.empty()) {
     if (const auto block = blockOver(thin.image.geometry, boxOf(prepared_.support.geometry)))
-      thin.image = croppedTo(thin.image, *block);
+      thin.image = cropped(thin.image, *block);
     thin.observed = resampleMask(prepared_.support, thin.image.geometry, pool_.stopToken());
   }
   return thin;

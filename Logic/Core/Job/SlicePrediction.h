@@ -16,6 +16,9 @@ struct TrialLattices {
 };
 TrialLattices trialLattices(const GridGeometry& scan);
 
+/// For estimates: the input of the fit to a prediction, thin slices without voxels.
+ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output);
+
 /// The effort spent on learning for a prediction of so many voxels, before its trial says how much there is
 /// to learn. trial: of learning from every second slice.
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);

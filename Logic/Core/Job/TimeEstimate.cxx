@@ -9,7 +9,6 @@
 #include "Core/Job/Resume.h"
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
-#include "Core/Prediction/CandidateLattice.h"
 #include "Core/Prediction/MatrixKernels.h"
 
 #include <algorithm>
@@ -30,25 +29,17 @@ constexpr int kFewIterations = 20;                      // too few to measure a 
 constexpr double kOverhead = 1.5; // all that a network does, relative to its products alone
 constexpr double kChoosing = 6e9; // multiply-adds that take as long as choosing interpolations
 constexpr double kMixing = 5e3, kBackProjecting = 20e3; // likewise, per voxel of a prediction
+constexpr double kPlacing = 6e3; // likewise for several scans in masks, per voxel of the domain
 /// Cost in voxels for which an iteration of the fit takes as long: of aligning two scans and of comparing
 /// their shading, per point compared; of the search for motion between slices, per voxel, if they lie still
 /// or moved.
 constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices = 60;
 constexpr double kMovedFit = 1.7, kMovedRefining = 2.5; // relative to the fit of still slices
-constexpr double kPlacing =
-    6e3; // multiply-adds, likewise for several scans in masks, per voxel of the domain
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
 double threadsOf(const Settings& settings) {
   return settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
-}
-
-double voxelsOf(const std::vector<Stack>& stacks) {
-  double count = 0;
-  for (const Stack& stack : stacks)
-    count += static_cast<double>(stack.image.geometry.voxelCount());
-  return count;
 }
 
 /// A piece of the stacks' lattices with about so many voxels, all around one point, with some structure.
@@ -166,16 +157,6 @@ double aligningVoxels(const std::vector<Stack>& stacks, const Settings& settings
       count += perPoint * std::min(kAlignedPoints, static_cast<double>(stack.image.geometry.voxelCount())) *
                static_cast<double>(stacks.size() - 1);
   return count;
-}
-
-/// The prediction as thin slices, without voxels.
-ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
-  ReconstructionInput thin;
-  Stack& stack = thin.stacks.emplace_back();
-  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, output);
-  stack.profile = SliceProfile::Point;
-  thin.outputGrid = output;
-  return thin;
 }
 
 /// The fastest of several products like those of a network of 32 channels.

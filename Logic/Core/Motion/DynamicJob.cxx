@@ -4,6 +4,7 @@
 #include "Core/Base/Hash.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
+#include "Core/Image/Metrics.h"
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Resume.h"
 #include "Core/Motion/DeformationFit.h"
@@ -31,10 +32,6 @@ constexpr double kPreviewInterval = 2; // s, at least
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-double decibels(double mse) {
-  return mse > 0 ? -10 * std::log10(mse) : std::numeric_limits<double>::infinity();
 }
 
 std::int64_t gaussiansFor(const TimeSeries& series, const Settings& settings, DynamicKind kind) {
@@ -141,7 +138,7 @@ void DynamicJob::report(Phase phase, double fraction, double mse) {
   state_.fraction = std::max(state_.fraction, fraction);
   state_.elapsed = now() - start_;
   state_.remaining = state_.fraction > 0.02 ? state_.elapsed * (1 - state_.fraction) / state_.fraction : 0;
-  if (mse > 0) state_.trainingPsnr = decibels(mse);
+  if (mse > 0) state_.trainingPsnr = psnrOf(mse);
   if (device_ && device_->use.id != std::exchange(told_, device_->use.id)) state_.note = device_->use.reason;
   if (progress_) progress_(state_);
   state_.note.clear();
@@ -263,8 +260,8 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
         result.choice = std::string("Gaussians ") +
                         (kind == DynamicKind::Motion ? "move" : "stay in place and change their intensity") +
                         ": where the frames change most, moving ones predicted withheld frames with " +
-                        formatted("%.2f", decibels(moved / judged)) + " dB, changing ones with " +
-                        formatted("%.2f", decibels(changed / judged)) + " dB.";
+                        formatted("%.2f", psnrOf(moved / judged)) + " dB, changing ones with " +
+                        formatted("%.2f", psnrOf(changed / judged)) + " dB.";
       }
       if (kind == DynamicKind::Motion) intensity.reset();
     }
@@ -328,7 +325,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
           ++samples;
         }
       }
-      result.trainingPsnr = decibels(squared / static_cast<double>(std::max<std::int64_t>(1, samples)));
+      result.trainingPsnr = psnrOf(squared / static_cast<double>(std::max<std::int64_t>(1, samples)));
     } catch (const Error& error) {
       if (error.code() != ErrorCode::Cancelled) throw;
       result.cancelled = true;

@@ -69,7 +69,7 @@ std::vector<double> gaussianKernel(double sigma) {
 std::vector<double> profileKernel(const Stack& stack, double sample) {
   const double width = effectiveThickness(stack) / sample;
   if (stack.profile == SliceProfile::Point || width < 1.2) return {1};
-  if (stack.profile == SliceProfile::Gaussian) return gaussianKernel(width / 2.3548200450309493);
+  if (stack.profile == SliceProfile::Gaussian) return gaussianKernel(width / kFwhm);
   const auto reach = static_cast<std::int64_t>(std::ceil(0.5 * width - 0.5));
   std::vector<double> kernel;
   for (std::int64_t t = -reach; t <= reach; ++t) {

@@ -1,6 +1,7 @@
 #include "Core/Image/Region.h"
 #include "Core/Base/Error.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace innergs {
@@ -65,6 +66,26 @@ TEST(RegionTest, FollowsSlicePosesAndKeepsTheirData) {
   EXPECT_EQ(part.poses.size(), 3u);
   EXPECT_EQ(part.observed.size(), part.image.voxels.size());
   EXPECT_EQ(part.image.voxels.front(), 20 * 16 * 4);
+}
+
+TEST(RegionTest, CutsTheBlockOfWhatIsNotZero) {
+  const Volume whole = ramp().image;
+  const auto at = [](std::int64_t i, std::int64_t j, std::int64_t k) { return i + 20 * (j + 16 * k); };
+  Mask mask{whole.geometry, std::vector<std::uint8_t>(whole.voxels.size(), 0)};
+  EXPECT_FALSE(filledBlock(mask.geometry.size, mask.voxels));
+  for (const std::int64_t v : {at(3, 9, 4), at(12, 5, 4), at(7, 6, 8)})
+    mask.voxels[v] = 1;
+  const auto block = filledBlock(mask.geometry.size, mask.voxels);
+  ASSERT_TRUE(block);
+  EXPECT_EQ(block->first, (std::array<std::int64_t, 3>{3, 5, 4}));
+  EXPECT_EQ(block->size, (std::array<std::int64_t, 3>{10, 5, 5}));
+  const Volume part = cropped(whole, *block);
+  EXPECT_EQ(part.geometry, cropped(whole.geometry, block->first, block->size));
+  ASSERT_EQ(part.voxels.size(), 250u);
+  EXPECT_EQ(part.voxels.front(), at(3, 5, 4));
+  EXPECT_EQ(part.voxels.back(), at(12, 9, 8));
+  const Mask cut = cropped(mask, *block);
+  EXPECT_EQ(std::count(cut.voxels.begin(), cut.voxels.end(), 1), 3);
 }
 
 TEST(RegionTest, RefusesInvertedAndDistantRegions) {
