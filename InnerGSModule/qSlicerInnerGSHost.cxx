@@ -11,6 +11,7 @@
 #include "ParameterRequest.h"
 #include "Queries.h"
 #include "UncertaintyImage.h"
+#include "VolumeWatch.h"
 #include "qSlicerInnerGSMotionHost.h"
 #include "qSlicerInnerGSSelector.h"
 #include "vtkInnerGSModel.h"
@@ -70,8 +71,7 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
     if (scene_ && (scene_->IsClosing() || scene_->IsImporting() || scene_->IsBatchProcessing())) return;
     ellipsoids_->removeOrphans();
     watchModels();
-    watchVolumes();
-    volumesBefore_ = volumesNow();
+    volumes_->update();
     Q_EMIT volumesChanged();
     Q_EMIT modelsChanged();
     for (const QString& id : std::exchange(remade_, {})) {
@@ -82,11 +82,8 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
   modelsMoved_.setSingleShot(true);
   modelsMoved_.setInterval(30);
   connect(&modelsMoved_, &QTimer::timeout, this, &Host::modelsChanged);
-  volumesEdited_.setSingleShot(true);
-  volumesEdited_.setInterval(150);
-  connect(&volumesEdited_, &QTimer::timeout, this, [this] {
-    const QString now = volumesNow();
-    if (now == std::exchange(volumesBefore_, now)) return;
+  volumes_ = new VolumeWatch(this);
+  connect(volumes_, &VolumeWatch::edited, this, [this] {
     Q_EMIT volumesChanged();
     Q_EMIT estimateChanged();
   });
@@ -117,12 +114,12 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   if (scene == scene_) return;
   sceneObservers_.clear();
   modelObservers_.clear();
-  volumeObservers_.clear();
   chosenObservers_.clear();
   watched_ = watchedRegion_ = nullptr;
   watchedMasks_.clear();
   places_.clear();
   scene_ = scene;
+  volumes_->setMRMLScene(scene);
   ellipsoids_->setMRMLScene(scene);
   if (scene)
     for (const unsigned long event : {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
@@ -145,7 +142,7 @@ vtkMRMLInnerGSParameterNode* qSlicerInnerGSHost::parameterNode() const {
 void qSlicerInnerGSHost::setActive(bool active) {
   active_ = active;
   watchChosen();
-  watchVolumes();
+  volumes_->setActive(active);
   if (!active) return;
   chosenEdited_.start(); // edited by other modules meanwhile
   changed_.start();
@@ -537,51 +534,6 @@ void qSlicerInnerGSHost::onModel(vtkObject* caller, unsigned long event, void*) 
   if (event == vtkMRMLInnerGSModelNode::ModelModifiedEvent)
     remade_.insert(idOf(vtkMRMLNode::SafeDownCast(caller)));
   if (!changed_.isActive()) changed_.start();
-}
-
-void qSlicerInnerGSHost::onVolume(vtkObject*, unsigned long, void*) {
-  if (!volumesEdited_.isActive()) volumesEdited_.start();
-}
-
-void qSlicerInnerGSHost::watchVolumes() {
-  volumeObservers_.clear();
-  std::vector<vtkMRMLNode*> nodes;
-  if (scene_ && active_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
-  for (vtkMRMLNode* node : nodes)
-    for (const unsigned long event :
-         {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
-          static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent),
-          static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
-      volumeObservers_.add(node, event, this, &qSlicerInnerGSHost::onVolume);
-}
-
-/// What the panels show of the volumes, without their voxels.
-QString qSlicerInnerGSHost::volumesNow() const {
-  QString text;
-  std::vector<vtkMRMLNode*> nodes;
-  if (scene_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
-  for (vtkMRMLNode* node : nodes) {
-    auto* volume = vtkMRMLVolumeNode::SafeDownCast(node);
-    if (volume->GetNodeReferenceID("InnerGSModel")) continue; // made here, some at each move of a view
-    text += idOf(node) + QChar('\n') + QString::fromUtf8(node->GetName()) + QChar('\n') +
-            QString::fromUtf8(volume->GetTransformNodeID());
-    vtkNew<vtkMatrix4x4> matrix;
-    volume->GetIJKToRASMatrix(matrix);
-    vtkNew<vtkMatrix4x4> toWorld;
-    if (vtkMRMLTransformNode* parent = volume->GetParentTransformNode()) {
-      const bool linear = parent->IsTransformToWorldLinear();
-      if (linear) parent->GetMatrixTransformToWorld(toWorld);
-      text += QString::number(linear);
-    }
-    vtkMatrix4x4::Multiply4x4(toWorld, matrix, matrix);
-    for (int i = 0; i < 16; ++i)
-      text += QStringLiteral(" %1").arg(matrix->GetData()[i]);
-    int size[3] = {0, 0, 0};
-    if (volume->GetImageData()) volume->GetImageData()->GetDimensions(size);
-    for (const int n : size)
-      text += QStringLiteral(" %1").arg(n);
-  }
-  return text;
 }
 
 void qSlicerInnerGSHost::watchModels() {

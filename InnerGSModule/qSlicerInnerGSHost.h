@@ -19,6 +19,7 @@
 #include <vector>
 
 class EllipsoidNodes;
+class VolumeWatch;
 class qSlicerInnerGSMotionHost;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
@@ -90,13 +91,10 @@ private:
   void onJob(vtkObject* caller, unsigned long event, void* job);
   void onScene(vtkObject* caller, unsigned long event, void* node);
   void onModel(vtkObject* caller, unsigned long event, void* data);
-  void onVolume(vtkObject* caller, unsigned long event, void* data);
   void watchModels();
-  void watchVolumes();
   void watchChosen();
   void onParameters(vtkObject* caller, unsigned long event, void* data);
   void onChosen(vtkObject* caller, unsigned long event, void* data);
-  QString volumesNow() const;
   QString whyEnded(vtkSlicerInnerGSJob* job) const;
   void fillSlowly(innergs::ui::Estimate& estimate);
   void run(const std::function<std::function<void()>()>& work);
@@ -108,18 +106,17 @@ private:
   vtkWeakPointer<vtkMRMLScene> scene_;
   vtkWeakPointer<vtkMRMLInnerGSParameterNode> parameters_;
   vtkSmartPointer<vtkSlicerInnerGSJob> job_; // started here and not done
-  ScopedObservers logicObservers_, sceneObservers_, modelObservers_, volumeObservers_, chosenObservers_;
+  ScopedObservers logicObservers_, sceneObservers_, modelObservers_, chosenObservers_;
   vtkWeakPointer<vtkMRMLNode> watched_, watchedRegion_; // chosenObservers_ are of these
   std::vector<vtkWeakPointer<vtkMRMLNode>> watchedMasks_;
-  QTimer changed_;        // one signal for many changes of the scene
-  QTimer modelsMoved_;    // one for many moves of a transform
-  QTimer volumesEdited_;  // names and geometry of volumes
-  QTimer chosenEdited_;   // a mask or the region
-  QString volumesBefore_; // as last reported
+  QTimer changed_;      // one signal for many changes of the scene
+  QTimer modelsMoved_;  // one for many moves of a transform
+  QTimer chosenEdited_; // a mask or the region
   bool active_ = false;
   QMap<QString, innergs::JobForecast> forecasts_; // by the outline's key
   bool estimating_ = false;
   EllipsoidNodes* ellipsoids_;
+  VolumeWatch* volumes_;
   qSlicerInnerGSMotionHost* motion_;
   QSet<QString> remade_;                // IDs of models that have been replaced
   QThreadPool threads_;                 // ends before the rest is destroyed
