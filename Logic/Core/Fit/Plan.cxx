@@ -153,10 +153,16 @@ bool predicts(const Settings& settings, const DataTraits& traits) {
          chosenBlending(settings) == Blending::Normalised && traits.singleAnisotropic() && !traits.posed;
 }
 
+double noiseOf(std::span<const Stack> stacks, const IntensityMap& map) {
+  double noise = 0;
+  for (const Stack& stack : stacks)
+    noise = std::max(noise, estimateNoise(stack.image, stack.observed) / map.scale);
+  return noise;
+}
+
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
   DataTraits t = geometryTraits(stacks);
-  for (const Stack& stack : stacks)
-    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
+  t.noise = noiseOf(stacks, map);
   forEachSample(stacks, [&](float) { ++t.samples; });
   t.volume = unionVolume(
       stacks, [](const Stack& stack, std::size_t v) { return std::isfinite(stack.image.voxels[v]); });
@@ -176,6 +182,9 @@ void fillChoices(Settings& s, const DataTraits& traits) {
                                             "are nearly cubes: omit that option.");
   if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
 }
+
+constexpr double kUsualNoise = 0.014;              // of the intensity range, for the usual iterations
+constexpr double kFewer = 0.55, kMore = 100. / 60; // of them
 
 /// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
@@ -213,7 +222,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
-    iterations = std::array{40, 60, 60}[level];
+    // Weak noise is worth a closer fit, strong noise would be fitted, too.
+    const double longer = std::clamp(std::sqrt(kUsualNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
+    iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, 1, 3}[level];
     plan.coarseIterations = 30;
   } else {

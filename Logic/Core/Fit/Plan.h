@@ -26,6 +26,8 @@ bool predicts(const Settings& settings, const DataTraits& traits);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes.
 DataTraits geometryTraits(std::span<const Stack> stacks);
+/// The noisiest scan's estimateNoise(), normalised.
+double noiseOf(std::span<const Stack> stacks, const IntensityMap& map);
 /// All traits except `reached`; independent of the order of the stacks.
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
 

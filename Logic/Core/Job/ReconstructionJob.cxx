@@ -115,9 +115,11 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
                                        ProgressParts& parts, const std::stop_token& stop) const {
   ProgressCallback told = parts.next(Phase::Estimating);
   told({});
+  Settings alike = settings;
+  alike.iterations = result.settings.iterations;
   const FitTwice twice = [&](std::vector<Stack> stacks, const GridGeometry& grid) {
     const auto [simulated, same] =
-        simulatedFit(std::move(stacks), grid, result.volume.geometry, input, settings);
+        simulatedFit(std::move(stacks), grid, result.volume.geometry, input, alike);
     FittedTwice fitted;
     fitted.whole = ReconstructionRun(simulated, same, false, told).run(stop, false).volume;
     ReconstructionRun without(simulated, same, true, parts.next(Phase::Estimating));

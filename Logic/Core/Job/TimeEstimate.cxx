@@ -295,7 +295,12 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
     checkGeometry(stack.image.geometry, stack.name.empty() ? "The stack" : stack.name);
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
-  const DataTraits traits = geometryTraits(input.stacks);
+  DataTraits traits = geometryTraits(input.stacks);
+  if (traits.superResolution() &&
+      !traits.singleAnisotropic()) { // their noise decides how long they are fitted
+    const std::vector<Stack> piece = pieceOf(input.stacks, kFewVoxels);
+    traits.noise = noiseOf(piece, chooseIntensityMap(piece));
+  }
   // Share of the fitted voxels: Gaussians extend a few voxels, or a slice, beyond the mask.
   const double share = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace innergs {
 namespace {
@@ -94,10 +95,12 @@ struct Point {
   double seen, error; // squares
 };
 
-/// error = slope·seen + offset, neither below 0: least squares of the relative differences.
+/// error = slope·seen + offset, neither below 0: least squares of the relative differences. Below what was
+/// seen the line says little, so no error counts as smaller than the smallest.
 ErrorTransfer::Line lineThrough(const std::vector<Point>& points) {
-  double xx = 0, x = 0, one = 0, xy = 0, y = 0;
+  double xx = 0, x = 0, one = 0, xy = 0, y = 0, least = std::numeric_limits<double>::infinity();
   for (const Point& p : points) {
+    least = std::min(least, p.error);
     const double w = 1 / std::max(p.error * p.error, 1e-300);
     xx += w * p.seen * p.seen;
     x += w * p.seen;
@@ -107,11 +110,11 @@ ErrorTransfer::Line lineThrough(const std::vector<Point>& points) {
   }
   const double determinant = xx * one - x * x;
   if (determinant > 1e-12 * xx * one) {
-    const ErrorTransfer::Line line{(xy * one - x * y) / determinant, (xx * y - x * xy) / determinant};
+    const ErrorTransfer::Line line{(xy * one - x * y) / determinant, (xx * y - x * xy) / determinant, least};
     if (line.slope >= 0 && line.offset >= 0) return line;
-    if (line.offset < 0 && xx > 0) return {xy / xx, 0};
+    if (line.offset < 0 && xx > 0) return {xy / xx, 0, least};
   }
-  return {0, y / one};
+  return {0, y / one, least};
 }
 
 } // namespace
@@ -226,6 +229,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
     for (Line& line : line_) {
       line.slope *= scale * scale;
       line.offset *= scale * scale;
+      line.least *= scale * scale;
     }
 }
 
@@ -233,7 +237,7 @@ double ErrorTransfer::deviation(double seen, double detail, double nearness) con
   const Line& line = line_[nearClass(nearness)];
   const double real = withoutNoise(seen, noise_);
   const double expected = std::min(real, withoutNoise(simulated_.at(detail), noise_));
-  return std::sqrt(line.slope * expected + line.offset + (real - expected));
+  return std::sqrt(std::max(line.least, line.slope * expected + line.offset) + (real - expected));
 }
 
 int ErrorTransfer::nearClass(double nearness) {

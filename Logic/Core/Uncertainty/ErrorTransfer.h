@@ -41,7 +41,7 @@ public:
   double deviation(double seen, double detail, double nearness) const;
 
   struct Line {
-    double slope = 1, offset = 0;
+    double slope = 1, offset = 0, least = 0; // of squares; least: below which no error is
   };
 
 private:

@@ -52,22 +52,22 @@ inline Volume randomVolume(const GridGeometry& geometry, double low, double high
                   [&](auto, auto, auto) { return low + (high - low) * (double(engine() >> 11) * 0x1p-53); });
 }
 
-/// Texture with a spectrum of about 1/f²: octaves of equal variance, random on lattices of 1, 2, 4, 8 and 16
-/// voxels and interpolated between their points.
+/// Texture with a spectrum of about 1/f²: octaves of equal variance, random on lattices of 1.7 to 13.6 voxels
+/// and interpolated between their points.
 inline Volume texture(const GridGeometry& geometry, std::uint64_t seed = 1) {
   std::vector<Volume> octaves;
-  for (std::int64_t cell = 1; cell <= 16; cell *= 2) {
+  std::vector<double> cells;
+  for (double cell = 1.7; cell < 16; cell *= 2) {
     GridGeometry lattice = geometry;
     for (std::int64_t& n : lattice.size)
-      n = n / cell + 2;
-    octaves.push_back(randomVolume(lattice, -1, 1, seed * 100 + static_cast<std::uint64_t>(cell)));
+      n = static_cast<std::int64_t>(static_cast<double>(n) / cell) + 2;
+    octaves.push_back(randomVolume(lattice, -1, 1, seed * 100 + octaves.size()));
+    cells.push_back(cell);
   }
   return volumeOf(geometry, [&](auto i, auto j, auto k) {
-    double sum = 0, cell = 1;
-    for (const Volume& octave : octaves) {
-      sum += sampleLinear(octave, {double(i) / cell, double(j) / cell, double(k) / cell});
-      cell *= 2;
-    }
+    double sum = 0;
+    for (std::size_t n = 0; n < octaves.size(); ++n)
+      sum += sampleLinear(octaves[n], {double(i) / cells[n], double(j) / cells[n], double(k) / cells[n]});
     return 100 + 10 * sum;
   });
 }
