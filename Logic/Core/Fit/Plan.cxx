@@ -222,8 +222,10 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
-    // Weak noise is worth a closer fit, strong noise would be fitted, too.
-    const double longer = std::clamp(std::sqrt(kUsualNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
+    // Weak noise is worth a closer fit, strong noise would be fitted, too. What posed slices miss of each
+    // other is no noise that could be estimated.
+    const double longer =
+        traits.posed ? 1 : std::clamp(std::sqrt(kUsualNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
     iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, 1, 3}[level];
     plan.coarseIterations = 30;

@@ -296,8 +296,9 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
   DataTraits traits = geometryTraits(input.stacks);
-  if (traits.superResolution() &&
-      !traits.singleAnisotropic()) { // their noise decides how long they are fitted
+  traits.posed = traits.posed || moves(input.stacks, settings);
+  // How long several scans are fitted depends on their noise.
+  if (traits.superResolution() && !traits.singleAnisotropic() && !traits.posed) {
     const std::vector<Stack> piece = pieceOf(input.stacks, kFewVoxels);
     traits.noise = noiseOf(piece, chooseIntensityMap(piece));
   }

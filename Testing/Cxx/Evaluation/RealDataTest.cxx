@@ -47,7 +47,9 @@ TEST(RealData, NoiseEstimateFindsAddedNoise) {
       EXPECT_NEAR(estimateFineDetail(noisy), withDetail, 0.1 * withDetail) << name;
       EXPECT_LT(estimateNoise(noisy), 1.05 * expected) << name;
       // Strong texture, as in the fetal scan, hides weak noise.
-      if (share > 0.02) EXPECT_NEAR(estimateNoise(noisy), expected, 0.15 * expected) << name;
+      if (share > 0.02) {
+        EXPECT_NEAR(estimateNoise(noisy), expected, 0.15 * expected) << name;
+      }
     }
   }
   if (!found) GTEST_SKIP() << "no test volumes in " << INNERGS_TEST_DATA;

@@ -113,6 +113,7 @@ TEST_F(TimeEstimate, CountsSlicesThatMove) {
       withSliceAxis(input.stacks.back().image.geometry, 0).direction;
   Settings settings = threaded(Preset::Balanced);
   settings.align = false;
+  settings.iterations = 60;
   const double still = estimator.seconds(input, settings);
   settings.sliceMotion = SliceMotionKind::On;
   EXPECT_GT(estimator.seconds(input, settings), 1.5 * still);
