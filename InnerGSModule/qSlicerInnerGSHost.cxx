@@ -11,7 +11,7 @@
 #include "ParameterRequest.h"
 #include "Queries.h"
 #include "UncertaintyImage.h"
-#include "VolumeWatch.h"
+#include "VolumeObserver.h"
 #include "qSlicerInnerGSMotionHost.h"
 #include "qSlicerInnerGSSelector.h"
 #include "vtkInnerGSModel.h"
@@ -71,7 +71,7 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
     if (scene_ && (scene_->IsClosing() || scene_->IsImporting() || scene_->IsBatchProcessing())) return;
     ellipsoids_->removeOrphans();
     watchModels();
-    volumes_->update();
+    volumeObserver_->update();
     Q_EMIT volumesChanged();
     Q_EMIT modelsChanged();
     for (const QString& id : std::exchange(remade_, {})) {
@@ -82,8 +82,8 @@ qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
   modelsMoved_.setSingleShot(true);
   modelsMoved_.setInterval(30);
   connect(&modelsMoved_, &QTimer::timeout, this, &Host::modelsChanged);
-  volumes_ = new VolumeWatch(this);
-  connect(volumes_, &VolumeWatch::edited, this, [this] {
+  volumeObserver_ = new VolumeObserver(this);
+  connect(volumeObserver_, &VolumeObserver::edited, this, [this] {
     Q_EMIT volumesChanged();
     Q_EMIT estimateChanged();
   });
@@ -119,7 +119,7 @@ void qSlicerInnerGSHost::setMRMLScene(vtkMRMLScene* scene) {
   watchedMasks_.clear();
   places_.clear();
   scene_ = scene;
-  volumes_->setMRMLScene(scene);
+  volumeObserver_->setMRMLScene(scene);
   ellipsoids_->setMRMLScene(scene);
   if (scene)
     for (const unsigned long event : {vtkMRMLScene::NodeAddedEvent, vtkMRMLScene::NodeAboutToBeRemovedEvent,
@@ -142,7 +142,7 @@ vtkMRMLInnerGSParameterNode* qSlicerInnerGSHost::parameterNode() const {
 void qSlicerInnerGSHost::setActive(bool active) {
   active_ = active;
   watchChosen();
-  volumes_->setActive(active);
+  volumeObserver_->setActive(active);
   if (!active) return;
   chosenEdited_.start(); // edited by other modules meanwhile
   changed_.start();

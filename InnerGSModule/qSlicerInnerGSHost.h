@@ -19,7 +19,7 @@
 #include <vector>
 
 class EllipsoidNodes;
-class VolumeWatch;
+class VolumeObserver;
 class qSlicerInnerGSMotionHost;
 class vtkMRMLInnerGSModelNode;
 class vtkMRMLInnerGSParameterNode;
@@ -116,7 +116,7 @@ private:
   QMap<QString, innergs::JobForecast> forecasts_; // by the outline's key
   bool estimating_ = false;
   EllipsoidNodes* ellipsoids_;
-  VolumeWatch* volumes_;
+  VolumeObserver* volumeObserver_;
   qSlicerInnerGSMotionHost* motion_;
   QSet<QString> remade_;                // IDs of models that have been replaced
   QThreadPool threads_;                 // ends before the rest is destroyed

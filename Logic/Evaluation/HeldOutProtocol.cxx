@@ -201,7 +201,7 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
   report.samples = formatted(
       "%s voxels: %s, inside %s.", countText(report.voxels).c_str(), where.c_str(),
       options.mask ? "the mask of the reconstruction"
-                   : "the body mask of the truth (above Otsu's threshold, largest component, holes filled)");
+                   : "the body mask of the truth (above Otsu's threshold, holes filled)");
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

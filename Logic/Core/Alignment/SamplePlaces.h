@@ -18,7 +18,7 @@ std::vector<Vec3> spreadPlaces(const GridGeometry& box, double distance);
 /// The range of the finite values.
 ValueRange valuesOf(const BlurredStack& image);
 
-/// A value between air and body: halfway from the lowest to Otsu's threshold.
+/// A value between air and body: halfway from the lowest to foregroundThreshold().
 double bodyThreshold(const BlurredStack& image);
 
 /// Whether values have an offset, as in CT: such values must not be scaled.

@@ -13,6 +13,7 @@ namespace {
 
 constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
 constexpr std::int64_t kFewestGaussians = 64;
+constexpr double kTypicalNoise = 0.009; // of the intensity range, for estimates
 
 template <class Visit>
 void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
@@ -144,6 +145,7 @@ DataTraits geometryTraits(std::span<const Stack> stacks) {
   const auto [low, high] = std::minmax({spacing[0], spacing[1], spacing[2]});
   for (const Stack& stack : stacks)
     t.posed = t.posed || !stack.poses.empty();
+  t.noise = kTypicalNoise;
   t.cubes = stacks.size() == 1 && first.poses.empty() && t.thickness == 0 && high <= 1.4 * low;
   return t;
 }
@@ -153,16 +155,11 @@ bool predicts(const Settings& settings, const DataTraits& traits) {
          chosenBlending(settings) == Blending::Normalised && traits.singleAnisotropic() && !traits.posed;
 }
 
-double noiseOf(std::span<const Stack> stacks, const IntensityMap& map) {
-  double noise = 0;
-  for (const Stack& stack : stacks)
-    noise = std::max(noise, estimateNoise(stack.image, stack.observed) / map.scale);
-  return noise;
-}
-
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
   DataTraits t = geometryTraits(stacks);
-  t.noise = noiseOf(stacks, map);
+  t.noise = 0;
+  for (const Stack& stack : stacks)
+    t.noise = std::max(t.noise, estimateNoise(stack.image, stack.observed) / map.scale);
   forEachSample(stacks, [&](float) { ++t.samples; });
   t.volume = unionVolume(
       stacks, [](const Stack& stack, std::size_t v) { return std::isfinite(stack.image.voxels[v]); });
@@ -183,8 +180,8 @@ void fillChoices(Settings& s, const DataTraits& traits) {
   if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
 }
 
-constexpr double kUsualNoise = 0.014;              // of the intensity range, for the usual iterations
-constexpr double kFewer = 0.55, kMore = 100. / 60; // of them
+constexpr double kMiddleNoise = 0.014;             // of the intensity range, for a preset's iterations
+constexpr double kFewer = 0.55, kMore = 100. / 60; // of them, at least and at most
 
 /// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
 void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
@@ -222,10 +219,10 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
-    // Weak noise is worth a closer fit, strong noise would be fitted, too. What posed slices miss of each
-    // other is no noise that could be estimated.
+    // Weak noise is worth a closer fit, strong noise would be fitted, too. Slices that moved differ by more
+    // than noise, so there it does not decide.
     const double longer =
-        traits.posed ? 1 : std::clamp(std::sqrt(kUsualNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
+        traits.posed ? 1 : std::clamp(std::sqrt(kMiddleNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
     iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, 1, 3}[level];
     plan.coarseIterations = 30;

@@ -24,10 +24,8 @@ struct DataTraits {
 /// fitted to an isotropic volume.
 bool predicts(const Settings& settings, const DataTraits& traits);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
-/// observed), posed, cubes.
+/// observed), posed, cubes; and a typical noise.
 DataTraits geometryTraits(std::span<const Stack> stacks);
-/// The noisiest scan's estimateNoise(), normalised.
-double noiseOf(std::span<const Stack> stacks, const IntensityMap& map);
 /// All traits except `reached`; independent of the order of the stacks.
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
 

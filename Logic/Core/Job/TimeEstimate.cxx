@@ -297,11 +297,6 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   checkGeometry(output, "The output grid");
   DataTraits traits = geometryTraits(input.stacks);
   traits.posed = traits.posed || moves(input.stacks, settings);
-  // How long several scans are fitted depends on their noise.
-  if (traits.superResolution() && !traits.singleAnisotropic() && !traits.posed) {
-    const std::vector<Stack> piece = pieceOf(input.stacks, kFewVoxels);
-    traits.noise = noiseOf(piece, chooseIntensityMap(piece));
-  }
   // Share of the fitted voxels: Gaussians extend a few voxels, or a slice, beyond the mask.
   const double share = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;

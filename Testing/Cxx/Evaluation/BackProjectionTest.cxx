@@ -112,6 +112,21 @@ TEST(BackProjection, GaussianProfileHasItsWidth) {
   EXPECT_NEAR(at(80 - 20) / at(80), 0.5, 0.02);
 }
 
+TEST(BackProjection, AddsLessBetweenSlicesThatMovedApart) {
+  Stack stack;
+  stack.image = volumeOf(grid(8, 8, 2, {1, 1, 4}), [](auto, auto, auto) { return 100; });
+  stack.poses = {Affine3{}, rigidAbout({}, {}, {0, 0, 4})}; // at 0 and 8 mm
+  Volume volume{grid(8, 8, 9), std::vector<float>(8 * 8 * 9, 0.f)};
+  backProject(volume, {&stack, 1}, {.iterations = 1}, pool);
+  const auto at = [&](std::int64_t k) {
+    return volume.voxels[static_cast<std::size_t>(4 + 8 * (4 + 8 * k))];
+  };
+  EXPECT_NEAR(at(0), 100, 1e-3);
+  EXPECT_NEAR(at(2), 50, 1e-3) << "half a slice distance from one of them";
+  EXPECT_EQ(at(4), 0) << "reached by neither";
+  EXPECT_NEAR(at(8), 100, 1e-3);
+}
+
 TEST(BackProjection, ReducesTheDataResidualAndTheError) {
   const Volume truth = phantom(grid(32, 32, 32));
   const auto mask = bodyMask(truth);

@@ -57,6 +57,17 @@ TEST(JobPrediction, LeavesNoiseOut) {
   EXPECT_LT(rmsOfSlices(0.05 * range), 0.75 * 0.05 * range);
 }
 
+TEST(JobPrediction, KeepsTextureThatAllSlicesShow) {
+  const Volume slice = texture(grid(48, 44, 1));
+  const Volume truth =
+      volumeOf(grid(48, 44, 33), [&](auto i, auto j, auto) { return slice.voxels[i + 48 * j]; });
+  ReconstructionInput input;
+  input.stacks.push_back(keepEvery(truth, 2, 4));
+  input.outputGrid = truth.geometry;
+  const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
+  EXPECT_GT(psnr(reconstruct(input, quick()).volume, truth, static_cast<double>(*high) - *low), 55);
+}
+
 TEST(JobPrediction, LeavesOutPartsOnRequest) {
   ReconstructionInput input = gappedInput();
   const auto everything = reconstruct(input, quick());

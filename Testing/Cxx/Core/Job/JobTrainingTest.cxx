@@ -145,6 +145,25 @@ TEST(AlphaBlending, FitsEveryKindOfInput) {
   }
 }
 
+TEST(Iterations, OfSeveralStillScansAreMoreTheLessNoiseThereIs) {
+  DataTraits traits = geometryTraits(orthogonalInput().stacks);
+  ASSERT_TRUE(traits.superResolution());
+  const auto iterations = [&](double noise, Preset preset = Preset::Balanced) {
+    traits.noise = noise;
+    Settings settings;
+    settings.preset = preset;
+    return makePlan(settings, traits).iterations;
+  };
+  EXPECT_EQ(iterations(0), 100);
+  EXPECT_EQ(iterations(0.014), 60);
+  EXPECT_EQ(iterations(0.014, Preset::Fast), 40);
+  EXPECT_GT(iterations(0.01), iterations(0.02));
+  EXPECT_EQ(iterations(0.2), 33);
+  traits.posed = true;
+  EXPECT_EQ(iterations(0), 60);
+  EXPECT_EQ(iterations(0.2), 60);
+}
+
 TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
   const DataTraits traits = geometryTraits(isotropicInput().stacks);
   Settings settings;

@@ -9,16 +9,16 @@
 
 class vtkMRMLScene;
 
-/// Tells when names or places of the scene's volumes have changed, not their voxels.
-class VolumeWatch : public QObject {
+/// Emits edited() when the name, place or size of a volume in the scene has changed, not for its voxels.
+class VolumeObserver : public QObject {
   Q_OBJECT
 public:
-  explicit VolumeWatch(QObject* parent);
+  explicit VolumeObserver(QObject* parent);
 
   void setMRMLScene(vtkMRMLScene* scene);
   /// Observes nothing while inactive.
   void setActive(bool active);
-  /// Call after volumes came or went; edited() tells of later changes.
+  /// Call after volumes were added or removed; edited() then tells of later changes only.
   void update();
 
 Q_SIGNALS:
@@ -33,5 +33,5 @@ private:
   bool active_ = false;
   ScopedObservers observers_;
   QTimer timer_;   // one signal for many edits
-  QString before_; // text() as last told
+  QString before_; // text() at the last signal
 };

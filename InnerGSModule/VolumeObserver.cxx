@@ -1,4 +1,4 @@
-#include "VolumeWatch.h"
+#include "VolumeObserver.h"
 
 #include "NodeInfo.h"
 
@@ -16,7 +16,7 @@
 
 using innergs::ui::idOf;
 
-VolumeWatch::VolumeWatch(QObject* parent) : QObject(parent) {
+VolumeObserver::VolumeObserver(QObject* parent) : QObject(parent) {
   timer_.setSingleShot(true);
   timer_.setInterval(150);
   connect(&timer_, &QTimer::timeout, this, [this] {
@@ -26,26 +26,26 @@ VolumeWatch::VolumeWatch(QObject* parent) : QObject(parent) {
   });
 }
 
-void VolumeWatch::setMRMLScene(vtkMRMLScene* scene) {
+void VolumeObserver::setMRMLScene(vtkMRMLScene* scene) {
   observers_.clear();
   scene_ = scene;
 }
 
-void VolumeWatch::setActive(bool active) {
+void VolumeObserver::setActive(bool active) {
   active_ = active;
   observe();
 }
 
-void VolumeWatch::update() {
+void VolumeObserver::update() {
   observe();
   before_ = text();
 }
 
-void VolumeWatch::onVolume(vtkObject*, unsigned long, void*) {
+void VolumeObserver::onVolume(vtkObject*, unsigned long, void*) {
   if (!timer_.isActive()) timer_.start();
 }
 
-void VolumeWatch::observe() {
+void VolumeObserver::observe() {
   observers_.clear();
   std::vector<vtkMRMLNode*> nodes;
   if (scene_ && active_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
@@ -54,11 +54,11 @@ void VolumeWatch::observe() {
          {static_cast<unsigned long>(vtkCommand::ModifiedEvent),
           static_cast<unsigned long>(vtkMRMLVolumeNode::ImageDataModifiedEvent),
           static_cast<unsigned long>(vtkMRMLTransformableNode::TransformModifiedEvent)})
-      observers_.add(node, event, this, &VolumeWatch::onVolume);
+      observers_.add(node, event, this, &VolumeObserver::onVolume);
 }
 
 /// What the panels show of the volumes, without their voxels.
-QString VolumeWatch::text() const {
+QString VolumeObserver::text() const {
   QString text;
   std::vector<vtkMRMLNode*> nodes;
   if (scene_) scene_->GetNodesByClass("vtkMRMLVolumeNode", nodes);
