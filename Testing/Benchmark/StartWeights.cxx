@@ -108,7 +108,7 @@ void write(const std::string& file, const ConvolutionNetwork& network) {
 
 } // namespace
 
-int main(int count, char** arguments) {
+int main(int count, char** arguments) try {
   CLI::App app("Learns the weights that the prediction's networks start from.");
   std::vector<std::string> files;
   std::string folder = ".";
@@ -125,33 +125,31 @@ int main(int count, char** arguments) {
   app.add_option("--channels", widths, "Channels of the networks");
   app.add_option("--profiles", profiles, "Thin, Thick or both");
   CLI11_PARSE(app, count, arguments);
-  try {
-    ThreadPool pool(0);
-    const MatrixKernels& kernels = matrixKernels({});
-    for (const std::string& profile : profiles) {
-      std::deque<Scan> scans;
-      std::vector<TrainingSource> sources;
-      for (const std::string& file : files)
-        for (const Volume& image : viewsOf(file))
-          for (const double ratio : kRatios) {
-            const Scan& scan = scans.emplace_back(prepared(image, ratio, profile == "Thick", kernels, pool));
-            sources.push_back({scan.planes, scan.sampling, scan.filter, scan.shape, scan.floor, scan.noise});
-          }
-      for (const int channels : widths) {
-        TrainingPlan plan;
-        plan.channels = channels;
-        plan.steps = steps;
-        plan.rate = rate;
-        plan.fromScratch = !further;
-        const std::string name = profile + std::to_string(channels);
-        write(folder + "/StartWeights" + name + ".inc",
-              trainNetwork(sources, plan, 1, kernels, pool, [&](double done) {
-                std::fprintf(stderr, "\r%s: %3.0f %%", name.c_str(), 100 * done);
-              }));
-      }
+  ThreadPool pool(0);
+  const MatrixKernels& kernels = matrixKernels({});
+  for (const std::string& profile : profiles) {
+    std::deque<Scan> scans;
+    std::vector<TrainingSource> sources;
+    for (const std::string& file : files)
+      for (const Volume& image : viewsOf(file))
+        for (const double ratio : kRatios) {
+          const Scan& scan = scans.emplace_back(prepared(image, ratio, profile == "Thick", kernels, pool));
+          sources.push_back({scan.planes, scan.sampling, scan.filter, scan.shape, scan.floor, scan.noise});
+        }
+    for (const int channels : widths) {
+      TrainingPlan plan;
+      plan.channels = channels;
+      plan.steps = steps;
+      plan.rate = rate;
+      plan.fromScratch = !further;
+      const std::string name = profile + std::to_string(channels);
+      write(folder + "/StartWeights" + name + ".inc",
+            trainNetwork(sources, plan, 1, kernels, pool, [&](double done) {
+              std::fprintf(stderr, "\r%s: %3.0f %%", name.c_str(), 100 * done);
+            }));
     }
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "\n%s\n", error.what());
-    return 1;
   }
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "\n%s\n", error.what());
+  return 1;
 }
