@@ -7,6 +7,7 @@
 #include "Core/Image/BodyMask.h"
 #include "Core/Image/Region.h"
 #include "Core/Prediction/CandidateLattice.h"
+#include "Core/Prediction/PredictionShares.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,17 +16,14 @@
 namespace innergs {
 namespace {
 
-constexpr double kHedge = 0.03;     // share of interpolation's squared error, added to each candidate's
-constexpr double kUsualFall = 1.1;  // of linear interpolation relative to the mixture, in a sharp scan
-constexpr double kLittle = 0.98;    // a network's error relative to its filter's; above: little to learn
-constexpr double kMuch = 0.95;      // below: much
-constexpr double kDistant = 3.5;    // slice distance in pixels above which kLittle counts
-constexpr int kLongerFit = 60;      // iterations of the field
-constexpr int kTrialFit = 20;       // likewise on every second slice of a large scan, where more overfit
-constexpr double kLarge = 1.5e6;    // voxels
-constexpr double kLeastShare = 0.1; // of a further candidate; less is not worth its time
-constexpr double kAsGood = 1.01;    // squared error of fused planes relative to their mean
-constexpr double kLeastRest = 0.3;  // share of interpolation; with less, what is learned replaces it
+constexpr double kUsualFall = 1.1; // of linear interpolation relative to the mixture, in a sharp scan
+constexpr double kLittle = 0.98;   // a network's error relative to its filter's; above: little to learn
+constexpr double kMuch = 0.95;     // below: much
+constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
+constexpr int kLongerFit = 60;     // iterations of the field
+constexpr int kTrialFit = 20;      // likewise on every second slice of a large scan, where more overfit
+constexpr double kLarge = 1.5e6;   // voxels
+constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -220,53 +218,33 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   for (int a = 0; a < kept; ++a)
     for (int b = 0; b < kept; ++b)
       errors[a][b] = measured[part[a]][part[b]];
-  const Covariance<3> shown = errors;
-  // Converts from twice the slice distance to the distance itself: in smooth scans, interpolation's error
-  // falls faster than that of the others.
+  const std::array<bool, kept> exists{true, guesses[1] != nullptr, guesses[2] != nullptr};
+  // In smooth scans, interpolation's error falls faster with the distance than that of the others.
   const double rise = std::max(1.0, std::sqrt(choice_.linearFall / choice_.fall) / kUsualFall);
-  for (int n = 1; n < 3; ++n)
-    for (int m = 0; m < 3; ++m) {
-      errors[n][m] *= rise;
-      errors[m][n] *= rise;
-    }
-  for (int n = 1; n < 3; ++n)
-    if (!guesses[n])
-      for (int m = 0; m < 3; ++m)
-        errors[n][m] = errors[m][n] = m == n ? 1e6 * errors[0][0] : 0;
-  for (int n = 0; n < 3; ++n) // measured at twice the distance, so hedged towards all
-    errors[n][n] += kHedge * errors[0][0];
-  auto share = convexShares<3>({&errors, 1});
-  for (int n = 1; n < 3; ++n)
-    if (!guesses[n] || share[n] < kLeastShare) {
-      share[0] += share[n];
-      share[n] = 0;
-    }
-  if (share[1] > 0 && share[2] > 0) { // they err differently; the field suffers at twice the distance
-    const double both = share[1] + share[2];
-    share[1] = 0.5 * share[1] + 0.25 * both;
-    share[2] = both - share[1];
-  }
-  if (share[1] == 0 && share[0] < kLeastRest) { // learning suffers most at twice the distance
-    share[2] += share[0];
-    share[0] = 0;
-  }
+  std::array<double, kept> share = predictionShares(errors, exists, {1, rise, rise});
   const auto& spacing = scan_.image.geometry.spacing;
   muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
-  const Further found = furtherCandidates(scan_, between.geometry, share[1] > 0, share[2] > 0, false,
-                                          0.4 * kPredictionEnds, 0.9 * kPredictionEnds);
-  const auto field = static_cast<float>(found.field ? share[1] : 0),
-             learned = static_cast<float>(found.learned ? share[2] : 0);
+  const double learnedEnds = share[1] > 0 ? 0.65 : 0.85;
+  const Further learned = furtherCandidates(scan_, between.geometry, false, share[2] > 0, false,
+                                            0.4 * kPredictionEnds, learnedEnds * kPredictionEnds);
+  if (learned.learned)
+    share = predictionShares(errors, exists, {1, rise, rise * learnedRise(tried.pairs, learned.pairs)});
+  else
+    share = {1 - share[1], share[1], 0};
+  const Further fitted = furtherCandidates(scan_, between.geometry, share[1] > 0, false, false,
+                                           learnedEnds * kPredictionEnds, 0.9 * kPredictionEnds);
+  const auto fieldShare = static_cast<float>(share[1]), learnedShare = static_cast<float>(share[2]);
   for (std::size_t v = 0; v < between.voxels.size(); ++v) {
     const float interpolated = between.voxels[v];
-    if (found.field) between.voxels[v] += field * (found.field->voxels[v] - interpolated);
-    if (found.learned && (found.known.empty() || found.known[v]))
-      between.voxels[v] += learned * (found.learned->voxels[v] - interpolated);
+    if (fitted.field) between.voxels[v] += fieldShare * (fitted.field->voxels[v] - interpolated);
+    if (learned.learned && (learned.known.empty() || learned.known[v]))
+      between.voxels[v] += learnedShare * (learned.learned->voxels[v] - interpolated);
   }
-  Added added{field, learned, 0, tried.learned || !parts_.learned ? std::string() : " " + tried.sentence};
-  const double left = meanSquare<3>(shown, {1 - added.field - added.learned, added.field, added.learned});
-  if (left > 0) added.gain = 10 * std::log10(shown[0][0] / left);
+  Added added{share[1], share[2], 0, tried.learned || !parts_.learned ? std::string() : " " + tried.sentence};
+  const double left = meanSquare<kept>(errors, share);
+  if (left > 0) added.gain = 10 * std::log10(errors[0][0] / left);
   return added;
 }
 
