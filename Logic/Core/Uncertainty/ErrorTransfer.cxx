@@ -19,6 +19,7 @@ namespace {
 constexpr int kDetails = 6;             // classes
 constexpr Vec3 kTurn{0.62, 0.41, 0.53}; // radians: no axis stays an axis
 constexpr std::int64_t kFewest = 500;   // samples of a class
+constexpr double kFiner = 0.5; // share of the squares that the simulation lacks taken for finer detail
 
 /// The middle of a volume's detail, LPS mm.
 Vec3 middleOf(const Volume& detail) {
@@ -237,7 +238,8 @@ double ErrorTransfer::deviation(double seen, double detail, double nearness) con
   const Line& line = line_[nearClass(nearness)];
   const double real = withoutNoise(seen, noise_);
   const double expected = std::min(real, withoutNoise(simulated_.at(detail), noise_));
-  return std::sqrt(std::max(line.least, line.slope * expected + line.offset) + (real - expected));
+  const double share = 1 - kFiner + kFiner * std::min(1.0, line.slope);
+  return std::sqrt(std::max(line.least, line.slope * expected + line.offset) + share * (real - expected));
 }
 
 int ErrorTransfer::nearClass(double nearness) {
