@@ -63,7 +63,7 @@ Features::Features(std::unique_ptr<Executor> executor, const FeatureProblem& pro
   upload(blockStart_, blockStart);
   upload(blockRows_, blockRows);
 
-  // Where a class is listed in a block with rows, in the order of the classes, and these in chunks.
+  // For every class in turn, its places in the lists of blocks with rows, divided into chunks.
   struct Entry {
     std::int64_t block;
     std::int32_t place;

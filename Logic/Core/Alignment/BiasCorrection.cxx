@@ -382,7 +382,7 @@ BiasCorrection findBias(std::span<const Stack> stacks, std::vector<StackAlignmen
   BiasCorrection found = alternate(stacks, alignment, always, pool);
   if (std::all_of(alignment.begin(), alignment.end(), [](const auto& a) { return a.displacement == 0; }))
     return found;
-  // Shading can make scans move that lie where they should.
+  // Shading can make the alignment move scans that are already in place.
   std::vector<StackAlignment> still(alignment.size());
   BiasCorrection other = alternate(stacks, still, always, pool);
   if (other.scans.empty() || !(other.psnrAfter > found.psnrAfter + kConverged)) return found;

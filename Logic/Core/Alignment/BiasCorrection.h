@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// The smooth shading of several scans of one body, as by the coils of MR.
+/// The smooth shading of several scans of one body, such as by MR coils.
 struct BiasCorrection {
   /// What one scan's values are divided by, where the scan lies once aligned, and its range in the body
   /// relative to the other scans.
@@ -14,7 +14,7 @@ struct BiasCorrection {
     BiasField field;
     double lowest = 1, highest = 1;
   };
-  std::vector<Scan> scans;                    // as the stacks; none: nothing was corrected
+  std::vector<Scan> scans;                    // one per stack; empty: nothing was corrected
   double sharedLowest = 1, sharedHighest = 1; // range in the body of what all scans share; 1: none found
   double psnrBefore = std::numeric_limits<double>::quiet_NaN(); // dB between the scans, each times one gain;
   double psnrAfter = psnrBefore;                                // NaN: unknown

@@ -77,7 +77,7 @@ struct PacketEquations {
   }
 };
 
-/// The weights of a packet's slices beside the best of them.
+/// The weights of a packet's slices relative to the best of them.
 std::vector<double> sharesOf(const Packet& packet) {
   double most = 0;
   for (const PlacedSlice* slice : packet)

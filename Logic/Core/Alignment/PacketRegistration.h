@@ -15,7 +15,7 @@ std::vector<Packet> packetsOf(std::vector<PlacedSlice>& slices, int count);
 void registerPacket(const Packet& packet, const SliceOperator& op, const std::vector<float>& volume,
                     int steps, double sigma, bool scales, ThreadPool* pool = nullptr);
 
-/// Packets of one slice in parallel, else the slices of each.
+/// Runs packets of one slice in parallel, else the slices of each packet.
 void registerPackets(const std::vector<Packet>& packets, const SliceOperator& op,
                      const std::vector<float>& volume, int steps, double sigma, bool scales,
                      ThreadPool& pool);

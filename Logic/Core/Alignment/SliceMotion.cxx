@@ -24,8 +24,8 @@ struct Level {
   int iterations;
 };
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
-// dB that one volume must explain all slices better by at their poses than at rest: two stacks leave poses of
-// single slices enough freedom to fit each other's gaps, packets leave none.
+// dB by which one volume must explain all slices better at their poses than at rest. With two stacks, single
+// slices are free enough to fit each other's gaps; packets are not.
 constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentOfPackets = 1;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
@@ -45,7 +45,7 @@ int pixelsAt(const Stack& stack, double spacing) {
   return std::max(1, static_cast<int>(std::floor(spacing / std::min(pixel[0], pixel[1]) + 0.25)));
 }
 
-/// As many sub-planes again, as far apart as before; spacing: mm, where there is only one.
+/// Twice the sub-planes, as far apart as before. spacing: mm, used if there is only one.
 ProfileQuadrature twiceAsThick(const ProfileQuadrature& profile, double spacing) {
   const double step = profile.offset.size() > 1 ? profile.offset[1] - profile.offset[0] : spacing;
   ProfileQuadrature twice;
@@ -80,7 +80,7 @@ std::vector<float> shownPart(const std::vector<float>& volume, const SliceOperat
   return shown;
 }
 
-/// Of the finite ones.
+/// The median of the finite values.
 double medianOf(std::vector<double> values) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) return kNaN;
@@ -90,12 +90,12 @@ double medianOf(std::vector<double> values) {
 }
 
 struct Fit {
-  double squared = 0; // robust, of the differences
+  double squared = 0; // sum over the pixels
   std::int64_t pixels = 0;
   double rms() const { return pixels > 0 ? std::sqrt(squared / static_cast<double>(pixels)) : kNaN; }
 };
 
-/// One slice's differences to a volume, with plain squares.
+/// One slice's squared differences to a volume.
 Fit fitOf(const PlacedSlice& slice, const SliceOperator& op, const std::vector<float>& volume) {
   const std::vector<float> seen = op.project(volume, slice);
   Fit fit;
@@ -122,7 +122,7 @@ struct Work {
   }
 };
 
-/// The mean motion and gain, taken away from all: the frame stays that of the input.
+/// Removes the mean motion and gain from all, so that the frame stays that of the input.
 void fixFrame(std::vector<std::vector<PlacedSlice>>& slices, const Vec3& centre) {
   Vec3 shift{}, turn{};
   double weights = 0, gain = 0;
@@ -143,7 +143,7 @@ void fixFrame(std::vector<std::vector<PlacedSlice>>& slices, const Vec3& centre)
     }
 }
 
-/// Cauchy's weight of a slice by its residual beside those of its stack's others.
+/// Weighs each slice by the ratio of its residual to its stack's median: 1 below a ratio of 1.5, 0 above 3.
 void weighSlices(std::vector<PlacedSlice>& slices, const std::vector<double>& residual) {
   const double usual = medianOf(residual);
   for (std::size_t s = 0; s < slices.size(); ++s) {
@@ -300,7 +300,8 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
     }
     previous = work.slices;
     if (!judged || last) continue;
-    // What does not move at twice the finest spacing is not worth the finest level, most of the work.
+    // Slices that do not move at twice the finest spacing are not worth the finest level, which is most of
+    // the work.
     consistent = jointGain(work.slices, op, {level.smoothness, 2 * level.iterations}, pool) >=
                  leastJointGain(stacks, plan.packets);
     if (!consistent ||

@@ -7,14 +7,14 @@
 
 namespace innergs {
 
-/// How one slice lies to the others.
+/// The position of one slice relative to the others.
 struct SlicePose {
   Affine3 pose;            // rigid, LPS mm: applied to where the stack's header puts the slice
   double displacement = 0; // mm, root mean square over the body in it
   double angle = 0;        // degrees
   double gain = 1;         // its values are multiplied by it
   double weight = 1;       // 0: it fits nowhere, and is left out
-  double residual = 0; // RMS difference to what the other scans show of its place, scan's units; NaN: unknown
+  double residual = 0;     // RMS difference to what the other scans show there, scan's units; NaN: unknown
 };
 
 struct SliceMotionPlan {
@@ -32,27 +32,26 @@ struct SliceMotion {
   std::int64_t rejected = 0;          // slices of weight 0
 };
 
-/// One rigid transform per slice or packet of slices, and one gain per slice. Each stack's slices are
-/// registered to the volume that all other stacks show, which is fitted to them through their slice profiles
-/// (fitVolume) where they lie now, stack after stack, coarse to fine: Gauss-Newton with analytic gradients of
-/// what the slice sees of the volume, robust weights (Cauchy's), slices that fit nowhere lose theirs. The
-/// mean motion is none: the result stays in the frame of the input. Volumes reach as far as observed voxels
-/// do. Needs two stacks without poses or more. The bits do not depend on the number of threads. Throws
-/// Error(Cancelled).
+/// Finds one rigid transform per slice or packet of slices, and one gain per slice. Each stack's slices are
+/// registered to the volume that all other stacks show, fitted to their current positions through their slice
+/// profiles (fitVolume), stack after stack, coarse to fine: Gauss-Newton with analytic gradients of what the
+/// slice sees of the volume, robust by Cauchy's weights; slices that fit nowhere get weight 0. The mean
+/// motion is zero, so the result stays in the frame of the input. Volumes reach as far as observed voxels do.
+/// Needs at least two stacks without poses. Bit-identical for any number of threads. Throws Error(Cancelled).
 SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan& plan, ThreadPool& pool,
                             const std::function<void(double)>& progress = {});
 
-/// What was found, for the user; "": nothing was moved, and there is nothing to say.
+/// What was found, as text for the user; "" if nothing was moved.
 std::string sliceMotionSentence(const SliceMotion& motion);
 
-/// Poses and gains of single slices (K) of a stack in a volume that they took no part in, coarse to fine.
-/// render: the volume on a lattice of cubes, NaN or any value where it shows nothing. scales: gains are
-/// looked for.
+/// Finds poses and gains of single slices (K) of a stack in a volume that was fitted without them, coarse to
+/// fine. render: the volume on a lattice of cubes, NaN or any value where it shows nothing. scales: also
+/// looks for gains.
 std::vector<SlicePose> placeSlices(const std::function<Volume(const GridGeometry&)>& render,
                                    const Stack& stack, std::span<const std::int64_t> slices, bool scales,
                                    ThreadPool& pool);
 
-/// Bytes that findSliceMotion() needs where all voxels are observed, and the most that it needs otherwise.
+/// Bytes that findSliceMotion() needs if all voxels are observed; an upper bound otherwise.
 std::int64_t sliceMotionMemory(std::span<const Stack> stacks);
 
 /// Gives the stacks their poses and gains; slices of weight 0 become unobserved.

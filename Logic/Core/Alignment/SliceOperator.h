@@ -7,7 +7,7 @@
 
 namespace innergs {
 
-/// One slice of a stack where it lies now.
+/// One slice of a stack at its current position.
 struct PlacedSlice {
   std::size_t stack = 0;
   std::int64_t index = 0; // K in the stack
@@ -43,7 +43,7 @@ public:
                      std::vector<float>& volume) const;
 
   /// For registration: at pixel (i, j), what the slice sees and how that changes with a shift (per mm) and a
-  /// turn (per radian, about centre), along the axes of the world. False where project() has NaN.
+  /// turn (per radian, about centre), along the LPS axes. False where project() has NaN.
   struct Seen {
     double value;
     Vec3 shift, turn;

@@ -4,12 +4,12 @@
 namespace innergs {
 
 struct SliceVolumePlan {
-  double smoothness = 0.05; // weight of squared differences of neighbours, beside that of the data at a voxel
+  double smoothness = 0.05; // weight of squared differences of neighbours, relative to the mean data weight
   int iterations = 8;       // conjugate gradients, from the volume as it stands
 };
 
-/// The volume that explains slices best: minimises Σ weight·(gain·(slice operator)·volume − slice)² +
-/// smoothness·Σ (differences of neighbours)². The bits do not depend on the number of threads. Throws
+/// Finds the volume that explains slices best: minimises Σ weight·(gain·(slice operator)·volume − slice)² +
+/// smoothness·Σ (differences of neighbours)². Bit-identical for any number of threads. Throws
 /// Error(Cancelled).
 void fitVolume(std::vector<float>& volume, const SliceOperator& op,
                std::span<const PlacedSlice* const> slices, const SliceVolumePlan& plan, ThreadPool& pool);

@@ -13,7 +13,7 @@ namespace innergs {
 ThreadPool::ThreadPool(int threads) {
   if (threads <= 0) threads = std::max(1u, std::thread::hardware_concurrency());
   if (hire(threads - 1)) return;
-  const int enough = static_cast<int>(crew_.size()) / 2; // leaves the work the memory that their stacks took
+  const int enough = static_cast<int>(crew_.size()) / 2; // leaves memory for the work itself
   dismiss();
   hire(enough);
 }

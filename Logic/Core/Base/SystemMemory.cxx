@@ -20,8 +20,8 @@ std::int64_t availableMemory() {
   return GlobalMemoryStatusEx(&status) ? static_cast<std::int64_t>(status.ullAvailPhys) : 0;
 }
 #else
-/// Linux's own estimate, limited by the control groups if there are any. Other systems have neither file:
-/// unknown.
+/// Linux's own estimate, limited by the control groups if there are any. Other systems have neither file, so
+/// it is unknown there.
 std::int64_t availableMemory() {
   std::int64_t available = 0;
   std::ifstream info("/proc/meminfo");

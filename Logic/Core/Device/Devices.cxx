@@ -178,7 +178,8 @@ DeviceChoice::DeviceChoice(const std::string& asked, const std::string& instruct
   pass(refused, true);
 }
 
-/// Moves on to the next candidate; `why`: what ruled out the last one. `disagrees`: it computes otherwise.
+/// Moves on to the next candidate; `why`: what ruled out the last one. `disagrees`: its results differ from
+/// the CPU's.
 void DeviceChoice::pass(const std::string& why, bool disagrees) {
   if (!why.empty()) passed_ += (passed_.empty() ? "" : " ") + why;
   onlyDisagree_ = onlyDisagree_ && disagrees;
@@ -195,7 +196,7 @@ void DeviceChoice::pass(const std::string& why, bool disagrees) {
   if (!passed_.empty()) use.reason += " " + passed_;
 }
 
-/// Starts the device; if it computes otherwise, moves on to the next.
+/// Starts the device; if it disagrees with the CPU, moves on to the next.
 void DeviceChoice::validate(const std::stop_token& stop) {
   while (!onCpu()) {
     const DeviceValidation validation = validateDevice(*plugin_, index_, use.name, stop);

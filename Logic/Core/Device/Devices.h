@@ -37,8 +37,8 @@ public:
 
   /// Resolves `asked` ("auto", "cpu", "cuda", "cuda:N") without starting a device. "auto": the device with
   /// the most memory, or the CPU if there is none or if the settings need something that only the CPU has
-  /// (instruction set, candidate selection). Never takes a device known to compute otherwise than the CPU.
-  /// Throws Error(InvalidArgument) if "cuda" is asked for but not available.
+  /// (instruction set, candidate selection). Never takes a device known to disagree with the CPU. Throws
+  /// Error(InvalidArgument) if "cuda" is asked for but not available.
   DeviceChoice(const std::string& asked, const std::string& instructionSet = {},
                Selection selection = Selection::Exact);
 
@@ -49,7 +49,7 @@ public:
   /// The fit on the device, started and compared with the CPU (DeviceValidation.h); null on the CPU. If that
   /// fails, or the fit does not fit into the device's memory or cannot be made, moves on to the next device
   /// or the CPU and says why in the reason. Throws Error(InvalidArgument) if "cuda" finds only devices that
-  /// compute otherwise, Error(Cancelled) when stopped.
+  /// disagree with the CPU, Error(Cancelled) when stopped.
   std::unique_ptr<FitDevice> makeFit(const FitRequest& request);
   /// Likewise the field on the device, for rendering; null on the CPU and if it cannot be made.
   std::shared_ptr<FieldDevice> makeField(const GaussianField& field, const std::stop_token& stop = {});

@@ -28,7 +28,7 @@ bool isBackground(const std::string& name) {
   return lower == "background";
 }
 
-/// Class 0 and one per text; throws where a text cannot be one. Returns the first class that has a text.
+/// Class 0 and one per text; throws for a text that cannot be one. Returns the first class that has a text.
 int addClasses(const EmbeddingVolume& teacher, const std::vector<TextEmbedding>& texts, FeatureModel& model) {
   const std::size_t size = teacher.channels.size();
   model.names = {"background"};
@@ -163,8 +163,9 @@ void solveLatents(const FeatureRows& rows, const std::vector<float>& targets,
   }
 }
 
-/// Latents and decoder together on the cross-entropy of the classes that the teacher means, at the voxels of
-/// Gaussians that several classes share: there the nearest blend of latents need not decode to the right one.
+/// Refines latents and decoder together on the cross-entropy of the classes that the teacher means, at the
+/// voxels of Gaussians that several classes share: there the nearest blend of latents need not decode to the
+/// right one.
 class Refinement {
 public:
   Refinement(const FeatureRows& rows, const std::vector<SoftLabel>& meant,
@@ -220,7 +221,7 @@ public:
 
 private:
   static constexpr int kRefinements = 40;
-  static constexpr double kLatentRate = 0.1, kDecoderRate = 1e-3; // the former of the latents' deviation
+  static constexpr double kLatentRate = 0.1, kDecoderRate = 1e-3; // the former relative to the latents' RMS
   static constexpr float kLeastWeight = 0.02f;
   static constexpr std::int64_t kPart = 4096, kRun = 128; // rows of a task, and at once
 

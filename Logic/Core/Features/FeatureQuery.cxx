@@ -116,7 +116,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
     const float* d = displacement.data() + 3 * local;
     return index + toIndex * Vec3{d[0], d[1], d[2]};
   };
-  /// The block of a voxel where something else than background can be; −1: nothing to decode.
+  /// The block of a voxel where anything but background can be; −1: nothing to decode.
   const auto usefulBlock = [&](const Vec3& index, std::int64_t local) -> std::int64_t {
     const std::int64_t block = value.has(index) ? blockOf(learnedAt(index, local)) : -1;
     if (block < 0) return -1;
@@ -146,7 +146,7 @@ void decodeLattice(const GaussianField& field, const FeatureModel& features, con
         part.last = static_cast<int>(i) + 1;
       }
     });
-    Volume intensity; // that the classes' codes look at
+    Volume intensity; // that the classes' codes depend on
     if (!embeddings) intensity = innergs::render(field, own, render);
     latents.resize(static_cast<std::size_t>(nx * ny * (last - first) * features.channels));
     FeatureRenderer(field, latticeOf(geometry, field.modelToWorld, first, last), pool)

@@ -18,7 +18,7 @@ struct FeatureQueryOptions {
   std::function<std::vector<float>(const GridGeometry&)> displacement;
 };
 
-/// A lattice as a model's features decode it.
+/// The classes on a lattice, decoded from a model's features.
 struct ClassImage {
   GridGeometry geometry;
   std::vector<std::uint16_t> classes; // the likeliest class of each voxel, 0 outside the field

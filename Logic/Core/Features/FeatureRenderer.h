@@ -20,8 +20,8 @@ public:
   const Lattice& lattice() const { return lattice_; }
 
   /// F = Σ w p f / (Σ w p + ε), normalised whatever the field's blending; latents: [Gaussian][channel], out:
-  /// [plane][row][column][channel]. parts: of each row [plane][row], the voxels that are wanted, others are
-  /// undefined; empty: all.
+  /// [plane][row][column][channel]. parts: the voxels wanted in each row, [plane][row]; others are undefined.
+  /// Empty: all.
   void render(std::span<const float> latents, int channels, float* out, std::span<const RowPart> parts = {});
 
   /// Calls visit(voxel, w·p) for all voxels of one Gaussian, row by row; voxel: in memory order of

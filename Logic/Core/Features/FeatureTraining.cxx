@@ -21,8 +21,8 @@ namespace {
 
 constexpr float kStartLogit = 4; // of the class that fills a Gaussian
 constexpr float kPure = 0.999f;  // share from which a Gaussian holds one class
-// Between the voxels of complete labels, latents that were learned further are worse and the residual holds
-// what they miss; unlabelled slices have no residual.
+// With complete labels, longer training makes latents worse between the voxels, and the residual holds what
+// they miss; unlabelled slices have no residual.
 constexpr int kCompleteIterations = 10, kSparseIterations = 60;
 constexpr float kCompleteRate = 0.1f, kSparseRate = 0.5f;
 constexpr float kLastRate = 0.1f; // of the first one

@@ -32,11 +32,11 @@ struct FeatureTraining {
   std::shared_ptr<FeatureDevices> devices; // for the iterations; null: the CPU
 };
 
-/// Learns latents for the Gaussians of a field, whose geometry stays as it is, from a labelmap of any
-/// lattice: completeLabels() on the field's own intensities, then the cross-entropy of what the latents
-/// decode to, by Adam, then what they still miss of the labelled slices as a residual. Labels without a name
-/// are called "Segment 3"; named ones without a voxel become no class. The same bits at any number of
-/// threads; on a device, which may fail, other last bits. Throws Error(NoData) without a label inside the
+/// Learns latents for the Gaussians of a field, whose geometry stays as it is, from a labelmap on any
+/// lattice: runs completeLabels() on the field's own intensities, minimises the cross-entropy of the decoded
+/// latents by Adam, and keeps what they still miss of the labelled slices as a residual. Labels without a
+/// name are called "Segment 3"; named ones without a voxel become no class. Bit-identical at any number of
+/// threads; a device, which may fail, gives other last bits. Throws Error(NoData) without a label inside the
 /// field, Error(Geometry | InvalidArgument | Cancelled).
 FeatureModel trainFeatures(const GaussianField& field, const Labelmap& labels,
                            const std::vector<SegmentName>& names, const FeatureTraining& training = {});

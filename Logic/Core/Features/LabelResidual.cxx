@@ -6,7 +6,8 @@
 namespace innergs {
 namespace {
 
-// A voxel has no residual where every class misses less, and otherwise none for those that miss less.
+// A voxel where no class misses the former has no residual; elsewhere, a class that misses less than the
+// latter has no entry.
 constexpr float kLeastResidual = 1 / 16.f, kLeastEntry = kLeastResidual / 8;
 
 struct Found {

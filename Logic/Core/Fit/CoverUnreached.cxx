@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-constexpr double kSeen = 0.02; // share of the intensity range, least that is worth a Gaussian
+constexpr double kSeen = 0.02; // smallest share of the intensity range that is worth a Gaussian
 
 } // namespace
 

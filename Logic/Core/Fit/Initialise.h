@@ -21,9 +21,9 @@ struct InitialisationPlan {
 void initialise(GaussianField& field, const ProxyVolume& proxy, const InitialisationPlan& plan,
                 std::uint64_t seed, ThreadPool& pool);
 
-/// What a start over all finite voxels has in what the stacks observe, or little more than half a Gaussian
-/// distance from it; 0 to 1. A part is fitted as well as the whole with that share of the Gaussians if as
-/// many of them as there follow its structure.
+/// The share (0 to 1) of a start over all finite voxels that lies where the stacks observe, or little more
+/// than half a Gaussian distance from there. With that share of the Gaussians, a part is fitted as well as
+/// within the whole, if as many of them follow its structure.
 struct ReachedShare {
   double gaussians = 1; // at least `volume`
   double volume = 1;

@@ -10,8 +10,8 @@ namespace innergs {
 double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,
                       const ValueRange& range, RenderOptions options, ThreadPool& pool);
 
-/// Likewise to what they miss of a prediction but its noise, on its lattice. Takes the noise out of
-/// `predicted`, too, whose error it measures on the scan it was predicted from.
+/// The same for what they miss of a prediction, without its noise, on the prediction's lattice. Also takes
+/// the noise out of `predicted`; the error returned is that of `predicted` on the scan it was predicted from.
 double refineToPrediction(GaussianField& field, Stack& predicted, const Stack& scan, double noise,
                           RenderOptions options, ThreadPool& pool);
 

@@ -10,7 +10,7 @@ struct SimulatedFit {
   Settings settings;
 };
 
-/// Fits the stacks on the grid as `input` is fitted, whose volume lies on `output`.
+/// The fit of simulated stacks on `grid`, set up like that of `input`, whose volume lies on `output`.
 SimulatedFit simulatedFit(std::vector<Stack> stacks, const GridGeometry& grid, const GridGeometry& output,
                           const ReconstructionInput& input, const Settings& settings);
 

@@ -23,7 +23,7 @@ ReconstructionInput predictionOutline(const ReconstructionInput& input, const Gr
 /// to learn. trial: of learning from every second slice.
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);
 
-/// The settings of that field. longer: more iterations with the preset balanced.
+/// The settings of the field of triesField(). longer: more iterations with the preset balanced.
 Settings fieldSettings(const Settings& settings, bool longer = false);
 
 /// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what

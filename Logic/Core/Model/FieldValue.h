@@ -9,11 +9,12 @@
 namespace innergs {
 
 /// Turns the Gaussians' blended value at continuous indices of a lattice into the field's value: adds the
-/// residual, converts to scanner units, clamps to the fitted range, and replaces it where there is none.
+/// residual, converts to scanner units, clamps to the fitted range, and gives outside() where the field has
+/// no value.
 class FieldValue {
 public:
   struct Options {
-    bool ownChannel = true;   // false: renders another per-Gaussian value than the intensity
+    bool ownChannel = true;   // false: renders a per-Gaussian value other than the intensity
     bool scannerUnits = true; // false: I itself
     bool bounded = true;      // false: as the fit sees it, ignoring the support and the range
   };

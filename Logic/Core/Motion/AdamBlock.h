@@ -8,13 +8,13 @@
 
 namespace innergs {
 
-/// Adam (Kingma & Ba 2015) over numbers of one rate, with a step count of its own: blocks of coefficients
-/// that a time does not reach are left alone.
+/// Adam (Kingma & Ba 2015) over a block of parameters with its own step count, so that blocks of coefficients
+/// that a time does not reach stay as they are.
 class AdamBlock {
 public:
   explicit AdamBlock(std::size_t count) : moment1(count, 0.f), moment2(count, 0.f) {}
 
-  /// gradient(i) of x[i].
+  /// gradient(i), rate(i): of x[i].
   template <class Gradient, class Rate>
   void apply(float* x, const Gradient& gradient, const Rate& rate, ThreadPool& pool) {
     constexpr float b1 = 0.9f, b2 = 0.99f, tiny = 1e-12f;

@@ -10,7 +10,7 @@ namespace {
 
 constexpr int kBatch = 8; // iterations that a device runs between reports
 
-/// Frame and margin, the edge voxels repeated outward; not finite voxels stay so.
+/// The frame with its margin, the edge voxels repeated outward; non-finite ones, too.
 Volume padded(const std::vector<float>& frame, const GridGeometry& g,
               const std::array<std::int64_t, 3>& margin) {
   Volume out;

@@ -10,29 +10,29 @@
 
 namespace innergs {
 
-/// Everything that the fit to one frame of a moving scan does, as numbers.
+/// All parameters of the fit to one frame of a moving scan.
 struct CanonicalPlan {
   std::int64_t gaussians = 8'000;
   int iterations = 80;
-  double margin = 6;   // finest voxels around the frame that the Gaussians cover as well
+  double margin = 6;   // around the frame, also covered by Gaussians; in units of the finest spacing
   double cutoff = 2.5; // Mahalanobis radius
 };
 
 /// The plan of that fit; voxel: finest spacing, mm.
 FitPlan fitPlan(const CanonicalPlan& plan, double voxel);
 
-/// A frame as samples at its voxel centres; voxels that are not finite weigh nothing. All planes stay, so
-/// that every frame has the same lattice.
+/// A frame as samples at its voxel centres; non-finite voxels get weight 0. Keeps all planes, so that every
+/// frame has the same lattice.
 Observation observeFrame(const std::vector<float>& frame, const GridGeometry& geometry,
                          const Affine3& modelToWorld, const IntensityMap& map);
 
-/// All frames of a series so. Throws Error(Cancelled) when the pool is stopped.
+/// The same for all frames of a series. Throws Error(Cancelled) when the pool is stopped.
 std::vector<Observation> observeFrames(const TimeSeries& series, const Affine3& modelToWorld,
                                        const IntensityMap& map, const ThreadPool& pool);
 
 /// Replaces a field's Gaussians by ones fitted to a frame whose edge voxels are repeated in a margin. Returns
-/// the lattice of frame and margin. report: share done, mean squared error (normalised intensity²). device:
-/// where to; null: the CPU. Throws Error(Cancelled) when the pool is stopped.
+/// the lattice of the frame with its margin. report: share done, mean squared error (normalised intensity²).
+/// device: where to fit; null: the CPU. Throws Error(Cancelled) when the pool is stopped.
 GridGeometry fitCanonical(GaussianField& field, const std::vector<float>& frame, const GridGeometry& geometry,
                           const IntensityMap& map, const CanonicalPlan& plan, std::uint64_t seed,
                           const KernelSet& kernels, ThreadPool& pool,

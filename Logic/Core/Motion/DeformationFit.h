@@ -8,7 +8,7 @@
 
 namespace innergs {
 
-/// Everything that a fit of a deformation network does, as numbers.
+/// All parameters of a fit of a deformation network.
 struct DeformationPlan {
   CanonicalPlan canonical;                          // of the fit to the middle frame
   std::vector<double> nodeDistances{12, 6};         // of the levels: finest voxels between nodes in space
@@ -23,22 +23,23 @@ struct DeformationPlan {
                                                     // intensity and voxel
 };
 
-/// The paper's dynamic scene: canonical Gaussians, fitted to the middle frame, and a deformation network,
-/// then all parameters together, one frame a step. Frames join from the middle outward, so that what has
-/// moved far is reached from its last known place. Bit-identical at any number of threads. Each step
-/// throws Error(Cancelled) when the pool is stopped.
+/// The paper's dynamic scene: fits canonical Gaussians to the middle frame, then these and a deformation
+/// network together, one frame per step. Frames join from the middle outward, so that what has moved far is
+/// reached from its last known position. Bit-identical at any number of threads. Each step throws
+/// Error(Cancelled) when the pool is stopped.
 class DeformationFit {
 public:
   using Report = std::function<void(double share, double mse)>;
 
-  /// device: where frames are rendered and gradients gathered; the network stays on the CPU. Null: all does.
+  /// device: where frames are rendered and gradients gathered; the network stays on the CPU. Null: everything
+  /// does.
   DeformationFit(const TimeSeries& series, const IntensityMap& map, DeformationPlan plan, std::uint64_t seed,
                  const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device = nullptr);
 
   void fitCanonical(const Report& report);
   void refine(const Report& report);
-  /// Instead of fitCanonical(). Throws Error(FileFormat) unless field and state are of a refinement of this
-  /// plan.
+  /// Call it instead of fitCanonical(). Throws Error(FileFormat) unless field and state belong to a
+  /// refinement with this plan.
   void resume(const DynamicField& field, const RefinementState& state);
   RefinementState state() const { return optimizer_.state(); }
 

@@ -11,11 +11,10 @@
 
 namespace innergs {
 
-/// How Gaussians change as a function of place and time (the paper's dynamic scenes). An encoder of several
-/// levels, each of six planes of features over (x,y), (x,z), (y,z), (x,t), (y,t) and (z,t) that are
-/// multiplied with each other (HexPlane, Cao & Johnson 2023), linear between nodes in space, cubic B-splines
-/// in time; then a perceptron with two hidden layers of rectifiers and linear heads, which give what is added
-/// to the parameters of a Gaussian.
+/// How Gaussians change with place and time (the paper's dynamic scenes). Each level of the encoder
+/// multiplies the features of six planes over (x,y), (x,z), (y,z), (x,t), (y,t) and (z,t) (HexPlane, Cao &
+/// Johnson 2023), interpolated linearly in space and by cubic B-splines in time. A perceptron with two hidden
+/// layers of rectifiers and linear heads then gives what is added to the parameters of a Gaussian.
 struct DeformationNetwork {
   static constexpr int kChannels = 16; // of a plane
   static constexpr int kWidth = 64;    // of a hidden layer
@@ -30,7 +29,7 @@ struct DeformationNetwork {
   std::vector<Level> levels;         // 1 to 4
   Vec3 low{0, 0, 0}, high{1, 1, 1};  // box of the planes, mm, model frame; beyond it the values at its border
   double start = 0, end = 1;         // s; beyond them the values at the nearer one
-  std::array<float, kOutputs> scale; // of what the heads give: mm, ln, quaternion, ln, intensity
+  std::array<float, kOutputs> scale; // of the heads' outputs: mm, ln, quaternion, ln, intensity
   std::vector<float> parameters;     // planes of each level in the order above, then weights and biases
 
   std::size_t parameterCount() const;
@@ -38,7 +37,8 @@ struct DeformationNetwork {
   std::int64_t features() const { return static_cast<std::int64_t>(levels.size()) * kChannels; }
 };
 
-/// Planes near 1, so that features are, and weights drawn from `seed`; the heads are 0: nothing changes.
+/// Planes near 1, so that the features are too; weights drawn from `seed`; heads 0, so that nothing changes
+/// yet.
 void initialise(DeformationNetwork& network, std::uint64_t seed);
 
 /// Throws Error(FileFormat) for a network that cannot be evaluated.
@@ -55,10 +55,10 @@ public:
   DeformationEvaluator(const DeformationNetwork& network, std::span<const float> points,
                        const MatrixKernels& kernels);
 
-  /// What is added at a time (s): kOutputs per point.
+  /// The changes at a time (s): kOutputs per point.
   void forward(const DeformationNetwork& network, double time, std::span<float> out, ThreadPool& pool) const;
 
-  /// From the gradient of what forward() gives, kOutputs per point, adds that of the parameters.
+  /// Given the gradient of forward()'s output, kOutputs per point, adds that of the parameters.
   void backward(const DeformationNetwork& network, double time, std::span<const float> outputGradient,
                 std::span<float> gradient, ThreadPool& pool);
 

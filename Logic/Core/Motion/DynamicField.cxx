@@ -153,7 +153,7 @@ std::vector<float> acquiredFrame(const DynamicField& field, const TimeSeries& se
       slice.origin = series.geometry.indexToWorld()(corner);
       const std::vector<float> values = render(posed, slice, options).voxels;
       const auto count = static_cast<std::int64_t>(values.size());
-      for (std::int64_t v = 0; v < count; ++v) // in place of the slice's one index, s
+      for (std::int64_t v = 0; v < count; ++v) // inserts the index s along the axis
         frame[v % groups.step + groups.step * (s + groups.slices * (v / groups.step))] = values[v];
     }
   }

@@ -51,20 +51,19 @@ DynamicField emptyField(DynamicKind kind, const TimeSeries& series, const Intens
 /// not finite, a canonical field that cannot be rendered).
 void checkDynamicField(const DynamicField& field);
 
-/// The field at a time (s); before the first and after the last fitted frame that at the nearer one's time.
+/// The field at a time (s); before the first and after the last fitted frame, the field at that frame's time.
 GaussianField fieldAt(const DynamicField& field, double time);
-/// The same into a copy of the canonical field, whose Gaussians alone are written.
+/// The same into `out`, a copy of the canonical field, of which it writes only the Gaussians.
 void poseAt(const DynamicField& field, double time, GaussianField& out, ThreadPool& pool);
 
 struct RenderOptions;
 
-/// The frame that is acquired from a time (s) on over the series' lattice: each slice at its own time. Values
-/// as in Volume. Throws Error(Cancelled).
+/// The frame whose acquisition starts at a time (s), on the series' lattice, each slice at its own time.
+/// Values as in Volume. Throws Error(Cancelled).
 std::vector<float> acquiredFrame(const DynamicField& field, const TimeSeries& series, double time,
                                  const RenderOptions& options);
 
-/// Writes out.gaussians: the canonical ones and what is added to them, 16 floats each in the order of struct
-/// Gaussian.
+/// Writes out.gaussians: the canonical ones plus `changes`, 16 floats each in the order of struct Gaussian.
 void addChanges(const GaussianField& canonical, std::span<const float> changes, GaussianField& out,
                 ThreadPool& pool);
 

@@ -22,7 +22,7 @@ namespace innergs {
 namespace {
 
 constexpr double kClearly =
-    0.9; // of the other's error: in noise alone both predict alike, and changes cost less
+    0.9; // of the other's error: both predict pure noise equally well, and changes cost less
 constexpr std::int64_t kTrialReach = 3;  // frames on either side of where most changes
 constexpr double kVoxelsPerGaussian = 6; // of moving ones
 constexpr std::int64_t kMostGaussians = 1'000'000;
@@ -88,7 +88,7 @@ IntensityMap mapOf(const TimeSeries& series) {
   return {static_cast<double>(range.high) - static_cast<double>(range.low), static_cast<double>(range.low)};
 }
 
-/// Where a frame differs most from the one before the last: there it shows whether anything moves.
+/// The frame whose two neighbours differ most: it shows best whether anything moves.
 std::int64_t liveliest(const TimeSeries& series, const ThreadPool& pool) {
   std::int64_t best = series.size() / 2;
   double most = -1;
@@ -144,7 +144,7 @@ void DynamicJob::report(Phase phase, double fraction, double mse) {
   state_.note.clear();
 }
 
-/// Keeps small fits on the CPU, and what only the CPU does.
+/// Keeps small fits on the CPU, and those that only the CPU can do.
 void DynamicJob::considerDevice() {
   if (settings_.kind == DynamicKind::Intensity) return leaveDevice();
   const MotionPlan motion = motionPlan(series_, settings_);
@@ -332,7 +332,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
     }
   }
   result.device = device_->use;
-  // With "auto", intensities are not what a device was hoped for.
+  // With "auto", changing intensities need no note: only the CPU solves for them.
   if (device_->onCpu() && (insists || (hoped && result.settings.kind != DynamicKind::Intensity)))
     result.notes.push_back(device_->use.reason);
   result.seconds = now() - start_;

@@ -13,19 +13,19 @@
 
 namespace innergs {
 
-/// A fit that was stopped while all frames were refined together, or at the end of that.
+/// A fit that was stopped during the joint refinement of all frames, or had completed it.
 struct StoppedDynamicFit {
   DynamicField field;
   RefinementState state;
-  bool knowsSegments = false; // of Gaussians that resuming changes: a note says that the segments are gone
+  bool knowsSegments = false; // lost on resuming, as their Gaussians change; a note says so
 };
 
 struct DynamicResult {
   std::shared_ptr<const DynamicField> field; // null: stopped before there was one
   bool cancelled = false;                    // true: state at the stop
-  RefinementState state; // where the refinement was stopped, to go on from, or ended; empty: there was none
-  int steps = 0;         // of the refinement, in all
-  std::string choice;    // a sentence: why it is of its kind, on which frames it was judged
+  RefinementState state;          // of the refinement when it was stopped or ended; empty: there was none
+  int steps = 0;                  // of the refinement, in all
+  std::string choice;             // a sentence: why this kind was chosen, judged on which frames
   std::vector<std::string> notes; // sentences for the user: what was asked for or found and not used
   Settings settings;              // with the kind that was chosen
   bool slicesTimed = false;       // slices counted at their own times (see acquiredFrame())
@@ -39,24 +39,24 @@ struct DynamicResult {
 /// Bytes a job will need beyond its input.
 std::int64_t estimateMemory(const TimeSeries& series, const Settings& settings);
 
-/// Makes a continuous volume in space and time from a series. Of the settings it looks at those that
-/// concernsMovingScans() names. Gaussians that move are fitted on the device chosen, as static ones are;
-/// those that change their intensity on the CPU. Same series, settings, seed and device: the same bits at any
+/// Makes a continuous volume in space and time from a series. Uses only the settings that
+/// concernsMovingScans() names. Moving Gaussians are fitted on the chosen device, as static ones are;
+/// changing intensities, on the CPU. With the same series, settings, seed and device, bit-identical at any
 /// number of threads, stopped and resumed or not.
 class DynamicJob {
 public:
   DynamicJob(TimeSeries series, Settings settings);
 
-  /// Continues a fit of the same series and settings; run() throws Error(InvalidArgument) if it is of others.
+  /// Continues a fit of the same series and settings; run() throws Error(InvalidArgument) if it is not one.
   void resume(std::shared_ptr<const StoppedDynamicFit> fit) { resumed_ = std::move(fit); }
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
-  /// The field so far, from time to time while all frames are refined together; on the worker's thread.
+  /// Called with the field so far, now and then during the joint refinement, on the worker's thread.
   void onPreview(std::function<void(std::shared_ptr<const DynamicField>)> callback) {
     preview_ = std::move(callback);
   }
 
-  /// Blocks. A stop request ends it within 200 ms with cancelled = true; stopped in the refinement, it has
-  /// the field reached. Throws Error for what is wrong with series and settings, before any work.
+  /// Blocks. A stop request ends it within 200 ms with cancelled = true; if stopped in the refinement, the
+  /// result has the field so far. Throws Error for an invalid series or settings before any work.
   DynamicResult run(std::stop_token stop = {});
 
   const TimeSeries& series() const { return series_; }
@@ -74,7 +74,7 @@ private:
   std::function<void(std::shared_ptr<const DynamicField>)> preview_;
   Progress state_;
   std::optional<DeviceChoice> device_;
-  std::string told_;                   // the device that the user knows of
+  std::string told_;                   // the device last reported to the user
   double start_ = 0, nextPreview_ = 0; // s
 };
 

@@ -9,20 +9,20 @@
 
 namespace innergs {
 
-/// How far fields are from the frames of a moving scan, and the gradient of that: on a device or, without one
-/// and once it fails, on the CPU.
+/// The error of fields on the frames of a moving scan, and its gradient: on a device or, without one or once
+/// it fails, on the CPU.
 class FrameLoss {
 public:
-  /// frames: of one lattice. device: where to, at the first call; null: the CPU. It and the others must
-  /// outlive this.
+  /// frames: all on one lattice. device: used from the first call on; null: the CPU. Kernels, pool and device
+  /// must outlive this.
   FrameLoss(std::vector<Observation> frames, const KernelSet& kernels, ThreadPool& pool,
             DeviceChoice* device);
 
   const Observation& frame(std::int64_t index) const { return (*request_.observations)[index]; }
 
   /// Mean squared error (normalised intensity²) of a field on a frame. gradient, if not empty, becomes that
-  /// of the squared loss (Loss.h) in the field's Gaussians, 16 floats each. Throws Error(Cancelled) when the
-  /// pool is stopped.
+  /// of the squared loss (Loss.h) with respect to the field's Gaussians, 16 floats each. Throws
+  /// Error(Cancelled) when the pool is stopped.
   double operator()(const GaussianField& field, std::int64_t frame, std::span<float> gradient = {});
 
 private:

@@ -17,7 +17,7 @@ std::vector<float> FrameRenderer::at(double time) {
     options_.device = renderingDevice(device_, posed_, grid_.voxelCount(), options_.instructionSet,
                                       options_.selection, &problem_);
   std::vector<float> frame = render(posed_, grid_, options_).voxels;
-  options_.device.reset(); // it holds this moment alone
+  options_.device.reset(); // it holds only the field at this time
   return frame;
 }
 

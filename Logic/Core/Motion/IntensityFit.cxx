@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kPerTask = 4096;           // voxels or Gaussians
 constexpr std::array<int, 3> kFiner{1, 2, 3};     // coefficients tried, times those of the plan
-constexpr double kWorthwhile = 0.98;              // of the prediction error, for which more are taken
+constexpr double kWorthwhile = 0.98;              // of the prediction error: below, more are worthwhile
 constexpr std::int64_t kCoefficientSample = 2000; // voxels
 constexpr std::int64_t kMostCoefficients = 256;
 constexpr std::array<double, 12> kSmoothings{0.1, 0.3, 1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6};

@@ -16,7 +16,7 @@ public:
     if (field.kind == DynamicKind::Motion) nodes_ = nodesAt(field, time);
   }
 
-  /// mm, model frame, of points there.
+  /// out: the displacements of points; both in mm, model frame.
   void at(const std::vector<Vec3>& points, std::vector<Vec3>& out) const {
     out.resize(points.size());
     std::vector<float> coordinates;

@@ -86,7 +86,7 @@ double MotionFit::predictionErrorBetween(std::int64_t f, bool cubic) {
   if (cubic && f + 2 < series_.size()) around.push_back(f + 2);
   std::vector<float> nodes(tracked_[f].nodes.size(), 0.f);
   for (const std::int64_t a : around) {
-    double weight = 1; // Lagrange's
+    double weight = 1; // of Lagrange's interpolation
     for (const std::int64_t b : around)
       if (a != b) weight *= (series_.times[f] - series_.times[b]) / (series_.times[a] - series_.times[b]);
     for (std::size_t v = 0; v < nodes.size(); ++v)

@@ -11,7 +11,7 @@
 
 namespace innergs {
 
-/// Everything that a fit of moving Gaussians does, as numbers. Lengths in voxels are of the finest spacing.
+/// All parameters of a fit of moving Gaussians. Lengths in voxels are of the finest spacing.
 struct MotionPlan {
   CanonicalPlan canonical; // of the fit to the middle frame
   double nodeDistance = 6; // voxels between the lattice's nodes
@@ -37,7 +37,8 @@ struct TrackedFrame {
 };
 
 /// The steps of a fit of moving Gaussians to a series: bit-identical at any number of threads. `report` is
-/// told the share done of the step in hand. Each throws Error(Cancelled) when the pool is stopped.
+/// called with the share of the current step that is done. Each step throws Error(Cancelled) when the pool is
+/// stopped.
 class MotionFit {
 public:
   using Report = std::function<void(double share, double mse)>;
@@ -46,25 +47,25 @@ public:
   MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
             const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device = nullptr);
 
-  /// Canonical Gaussians: fitted to the middle frame, its edge voxels repeated in the margin.
+  /// Fits the canonical Gaussians to the middle frame, with its edge voxels repeated in the margin.
   void fitCanonical(const Report& report);
-  /// Frame after frame outward from the middle one, the canonical field kept, each from the pose that those
-  /// before extrapolate to.
+  /// Tracks frame after frame outward from the middle one with a fixed canonical field, each from the pose
+  /// extrapolated from those before.
   void track(const Report& report);
-  /// How well splines through the poses of the other frames predict every 4th, all quarters in turn: mean
-  /// squared error, for a number of coefficients.
+  /// The mean squared error with which splines of so many coefficients, through the poses of the other
+  /// frames, predict every 4th frame, from each of four offsets in turn.
   double predictionError(int coefficients);
   /// The number of coefficients that predicts best; a few where there are too few frames to withhold any.
   int chooseCoefficients();
-  /// The same for one frame and the poses of its two neighbours alone, interpolated linearly, or of the two
-  /// on either side.
+  /// The same for one frame, from the poses of its two neighbours, interpolated linearly, or (cubic) of up to
+  /// two on either side.
   double predictionErrorBetween(std::int64_t frame, bool cubic);
-  /// Least-squares spline through all poses.
+  /// Fits a least-squares spline to all poses.
   void useSpline(int coefficients);
-  /// All parameters together, one frame per step, in a new random order each round. Call it after
-  /// useSpline(), or alone to resume a fit.
+  /// Fits all parameters together, one frame per step, in a new random order each round. Call it after
+  /// useSpline() or resume().
   void refine(const Report& report);
-  /// Throws Error(FileFormat) unless field and state are of a refinement of this plan.
+  /// Throws Error(FileFormat) unless field and state belong to a refinement with this plan.
   void resume(const DynamicField& field, const RefinementState& state);
   RefinementState state() const { return optimizer_.state(); }
 

@@ -4,8 +4,8 @@
 
 namespace innergs {
 
-/// A moving model at a time (s) as features of its Gaussians see it: the Gaussians where they are then, with
-/// their canonical intensities, as a contrast agent makes no other class of a tissue.
+/// A moving model at a time (s) as its features see it: the Gaussians where they are then, but with their
+/// canonical intensities, as a contrast agent does not change a tissue's class.
 GaussianField featureFieldAt(const DynamicField& field, double time);
 
 /// Options to query featureFieldAt() with features that were learned from labels of another time (s): the

@@ -8,8 +8,8 @@
 
 namespace innergs {
 
-/// The state of a stopped refinement of all frames together. With its field, it resumes to the same bits as
-/// without the stop.
+/// The state of a stopped joint refinement of all frames. Resumed from it and its field, the fit is
+/// bit-identical to one without the stop.
 struct RefinementState {
   int step = 0;               // done
   double mse = 0;             // running mean, normalised intensity²
@@ -31,7 +31,7 @@ struct RefinementOptimizer {
   RefinementState state() const;
   /// After start() with the same sizes. Throws Error(FileFormat) for a state of other sizes.
   void resume(const RefinementState& state);
-  /// The running mean of the steps' errors, taken in.
+  /// Adds a step's error to the running mean.
   void add(double error);
 };
 

@@ -7,7 +7,7 @@
 
 namespace innergs {
 
-/// Volumes of one lattice at increasing times: a moving scan. Times may lie at any distance, frames may be
+/// Volumes of one lattice at increasing times: a moving scan. Times need not be evenly spaced; frames may be
 /// missing.
 struct TimeSeries {
   GridGeometry geometry;
@@ -20,19 +20,20 @@ struct TimeSeries {
 };
 
 /// Throws Error(Geometry | InvalidArgument | NoData) for fewer than two frames, frames of another size than
-/// the lattice, times that do not increase, a slice timing of another lattice, and frames that are all equal.
+/// the lattice, times that do not increase, a slice timing that does not match the lattice, and frames that
+/// are all equal.
 void checkTimeSeries(const TimeSeries& series);
 
-/// Seconds of a unit of time as files and scenes name it ("s", "ms", "min" ...); 0: it is none.
+/// Seconds in a unit of time as named in files and scenes ("s", "ms", "min" ...); 0: not a unit of time.
 double secondsOf(const std::string& unit);
 
-/// Times to make frames at, s: as given, checked against those that a series has (`own`). Throws
+/// Checks the times (s) at which to make frames against those of a series (`own`), and returns them. Throws
 /// Error(InvalidArgument) for times outside `own` and times that do not increase.
 std::vector<double> checkedTimes(std::vector<double> times, const std::vector<double>& own);
 /// So many frames per second over all of `own`; 0: `own` itself. Throws Error(InvalidArgument).
 std::vector<double> timesAtRate(double rate, const std::vector<double>& own);
 
-/// The frames named, in that order.
+/// A series of these frames only, in that order.
 TimeSeries framesOf(const TimeSeries& series, const std::vector<std::int64_t>& frames);
 
 /// Smallest and largest finite value of all frames. Throws Error(NoData) where there is none.

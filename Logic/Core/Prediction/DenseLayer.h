@@ -24,8 +24,8 @@ struct DenseLayer {
   /// The weights as backward() needs them.
   std::vector<float> transposed(const float* parameters) const;
 
-  /// From the gradient of y, which the rectifier changes in place: adds that of the parameters, laid out as
-  /// they are, and, unless null, writes that of x (inputs: a multiple of 16). y may be null without a
+  /// Given the gradient of y, which the rectifier changes in place, adds that of the parameters, laid out as
+  /// they are, and writes that of x unless null (inputs: a multiple of 16). y may be null without a
   /// rectifier.
   void backward(const float* x, const float* y, std::int64_t samples, const std::vector<float>& transposed,
                 const MatrixKernels& kernels, float* yGradient, float* gradient, float* xGradient) const;

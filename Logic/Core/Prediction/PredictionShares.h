@@ -11,8 +11,8 @@ namespace innergs {
 std::array<double, 3> predictionShares(Covariance<3> errors, const std::array<bool, 3>& exists,
                                        const std::array<double, 3>& rise);
 
-/// How much what was learned loses of its gain over linear interpolation between twice the slice distance and
-/// the distance itself, beyond what is usual: a factor of its error, 1 or more. twice, once: of its simulated
+/// By what factor the learned prediction's error, relative to linear interpolation's, grows from twice the
+/// slice distance to the distance itself, beyond what is usual; at least 1. twice, once: on the simulated
 /// pairs.
 double learnedRise(const PairErrors& twice, const PairErrors& once);
 

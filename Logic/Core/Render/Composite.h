@@ -15,7 +15,6 @@ public:
                float* transmittance, float* image);
 
   /// Backward pass from r = ∂L/∂I and I, after forward() with the same Gaussians. moments() has the result.
-  /// result.
   void backward(std::span<const Projected> gaussians, const LatticeView& lattice, ThreadPool& pool,
                 const float* r, const float* image);
   math::Moments<float> moments(std::span<const Projected> gaussians, const LatticeView& lattice,

@@ -14,7 +14,7 @@ void project(const GaussianField& field, std::span<const float> values, const La
              Selection selection = Selection::Exact);
 
 /// The same for Selection::Exact, but Gaussians whose cut-off ellipsoids miss the lattice's planes are only
-/// marked by negative half extents, which cover no plane: the time of a lattice that shows few of a field's
+/// marked by negative half extents, which cover no plane. Saves time on a lattice that shows few of a field's
 /// Gaussians, such as a posed slice.
 void projectNear(const GaussianField& field, std::span<const float> values, const Lattice& lattice,
                  const ClosedFormPsf& psf, ThreadPool& pool, std::vector<Projected>& out);

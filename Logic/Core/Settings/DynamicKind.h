@@ -4,9 +4,9 @@ namespace innergs {
 
 /// How a moving scan's field changes with time.
 enum class DynamicKind {
-  Motion,    // Gaussians that are carried and turned
+  Motion,    // Gaussians that move and turn
   Intensity, // Gaussians that stay where they are and change their intensity
-  Network    // Gaussians changed by a deformation network: the paper's
+  Network    // Gaussians changed by a deformation network, as in the paper
 };
 
 } // namespace innergs

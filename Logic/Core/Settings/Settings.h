@@ -102,9 +102,9 @@ struct Settings {
   std::string device = "auto";                         // "cpu", "cuda", "cuda:N"; auto: a GPU if the fit fits
   std::uint64_t seed = 1;
 
-  // Moving scans (Motion/DynamicJob.h) alone.
+  // Only for moving scans (Motion/DynamicJob.h).
   std::optional<DynamicKind> kind;
-  std::optional<int> knots;           // numbers over time
+  std::optional<int> knots;           // coefficients over the whole time
   std::optional<int> rounds;          // of the joint refinement
   std::optional<double> nodeDistance; // voxels
   std::optional<bool> sliceTiming;

@@ -10,7 +10,7 @@ const std::vector<Setting>& settingsTable();
 /// Throws Error(InvalidArgument) for an unknown name; the message suggests the nearest one.
 const Setting& settingNamed(const std::string& name);
 
-/// Whether the fit of a moving scan looks at it. Those of the group Moving are looked at by no other fit.
+/// Whether the fit of a moving scan uses it. No other fit uses those of the group Moving.
 bool concernsMovingScans(const Setting& row);
 
 /// "Learning rates" etc., for the lists in panels, help and documentation.
@@ -21,7 +21,7 @@ std::string automaticText(const Setting& row);
 
 /// "name=value; ...": every setting that affected a result.
 std::string settingsText(const Settings& settings, double heldOutFraction);
-/// The same of a moving scan.
+/// The same for a moving scan.
 std::string movingSettingsText(const Settings& settings);
 
 /// The rows of the table in Docs/settings.md.

@@ -12,9 +12,9 @@ struct SeenError {
   float detail, error;
 };
 
-/// The standard deviation that errors have at a local detail, so that ± kNinety of it holds 90 % of them: in
-/// bins of equally many samples their 90 % quantile, made to grow with the detail (pooling of adjacent
-/// violators), and linear in between.
+/// The standard deviation that errors have at a local detail, so that ± kNinety of it holds 90 % of them:
+/// their 90 % quantile in bins of equally many samples, made monotonic in the detail (pool adjacent
+/// violators) and linear in between.
 class ErrorCurve {
 public:
   ErrorCurve() = default;

@@ -87,7 +87,7 @@ struct Cube {
   }
 };
 
-/// The square of what is seen at a deviation, without that of the noise.
+/// The square of a deviation seen at withheld slices, without that of the noise.
 double withoutNoise(double seen, double noise) {
   return std::max(0.0, seen * seen - noise * noise);
 }
@@ -173,7 +173,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   }
   if (static_cast<std::int64_t>(seen.size()) < kFewest) refuse();
   simulated_ = ErrorCurve(std::move(seen));
-  // The errors of the whole, beside them.
+  // The errors of the volume fitted to all slices.
   const std::vector<float>& full = fitted.whole.voxels;
   const Volume detail = localDetail(fitted.whole, radius, pool);
   std::vector<float> details;
@@ -219,7 +219,7 @@ ErrorTransfer::ErrorTransfer(const Volume& volume, std::span<const Stack> stacks
   if (all.size() < 3) refuse();
   for (int n = 0; n < kNear; ++n)
     if (!known[n]) line_[n] = lineThrough(all);
-  // The lines as a whole hold 90 % of the simulated errors.
+  // Scales the lines so that together they hold 90 % of the simulated errors.
   std::vector<float> ratio;
   for (const std::size_t v : scored) {
     const double expected = kNinety * deviation(simulated_.at(detail.voxels[v]), detail.voxels[v], near[v]);

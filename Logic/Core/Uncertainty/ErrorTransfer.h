@@ -20,16 +20,15 @@ struct FittedTwice {
   Volume whole, second;
   std::vector<WithheldValue> seen;
 };
-/// Makes them, as for the real scans. An empty second volume: nothing could be withheld.
+/// Runs both fits on `stacks`, as for the real scans. An empty second volume: nothing could be withheld.
 using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const GridGeometry& grid)>;
 
-/// What turns errors at withheld slices into errors of the volume that was fitted to all slices: their
-/// squares, without the noise, times a slope, plus an offset (what noise does to the volume), by nearness to
-/// the slices. Found by simulation: the volume, turned out of its axes, is scanned as the stacks scanned the
-/// patient (lattices, profiles, noise), in a cube around its detail, and fitted as they were. What was
-/// scanned is known there. Simulated slices agree with each other; by how much more real ones are missed
-/// (motion, changes of intensity, detail beyond the volume's) does not shrink where slices are nearer, and is
-/// added as it is.
+/// Turns errors at withheld slices into errors of the volume that was fitted to all slices: their squares,
+/// without the noise, times a slope, plus an offset (what noise does to the volume), by nearness to the
+/// slices. Found by simulation, where the truth is known: the volume, turned out of its axes, is scanned as
+/// the stacks scanned the patient (lattices, profiles, noise), in a cube around its detail, and fitted as
+/// they were. Simulated slices agree with each other; the excess error of real ones (motion, changes of
+/// intensity, detail beyond the volume's) does not shrink where slices are nearer, and is added unchanged.
 class ErrorTransfer {
 public:
   /// stacks: as they lie in the volume; the motion of single slices is ignored. noise: standard deviation.
@@ -37,7 +36,7 @@ public:
   ErrorTransfer(const Volume& volume, std::span<const Stack> stacks, double noise, double radius,
                 const FitTwice& fit, ThreadPool& pool);
 
-  /// The volume's standard deviation where ErrorCurve says `seen` of withheld slices at this local detail.
+  /// The volume's standard deviation where ErrorCurve gives `seen` for withheld slices at this local detail.
   double deviation(double seen, double detail, double nearness) const;
 
   struct Line {

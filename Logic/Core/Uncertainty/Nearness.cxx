@@ -9,7 +9,7 @@
 namespace innergs {
 namespace {
 
-/// A slice's way from voxels of the lattice to its own indices, with K as the distance from its middle.
+/// Maps voxels of the lattice to a slice's own indices, with K as the distance from its middle.
 struct SliceMap {
   const Stack* stack;
   std::int64_t slice;
@@ -27,7 +27,7 @@ bool observedAt(const Stack& stack, std::int64_t i, std::int64_t j, std::int64_t
 template <typename Visit>
 void visitSlices(const GridGeometry& grid, std::span<const Stack> stacks, ThreadPool& pool,
                  const Visit& visit) {
-  std::vector<SliceMap> slices; // of posed stacks each slice, else one entry for all
+  std::vector<SliceMap> slices; // one per slice of posed stacks, one for any other stack
   for (const Stack& stack : stacks) {
     const Affine3 toIndex = inverse(stack.image.geometry.indexToWorld());
     const std::int64_t count = stack.poses.empty() ? 1 : stack.image.geometry.size[2];

@@ -9,7 +9,7 @@ namespace innergs {
 /// axes.
 GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle);
 
-/// The stacks' parts in it, without voxels.
+/// The parts of the stacks inside `grid`, without voxels.
 std::vector<Stack> simulatedLattices(std::span<const Stack> stacks, const GridGeometry& grid);
 
 } // namespace innergs

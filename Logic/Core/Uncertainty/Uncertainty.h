@@ -25,16 +25,16 @@ struct UncertaintyInput {
 };
 
 /// What the second fit misses of the withheld slices tells how far it is off for a given local detail; a
-/// simulation (ErrorTransfer) what that means for the voxels of the result. Where no slice is near, the
+/// simulation (ErrorTransfer) tells what that means for the voxels of the result. Where no slice is near, the
 /// deviation is that of all values. Throws Error(NoData) where too few voxels were withheld,
 /// Error(Cancelled).
 Uncertainty estimateUncertainty(const UncertaintyInput& input, ThreadPool& pool);
 
-/// A standard deviation on another lattice: interpolated; beside its own, the largest. Throws
+/// A standard deviation on another lattice: interpolated inside its own, the largest value outside. Throws
 /// Error(Cancelled).
 Volume deviationOn(const GridGeometry& grid, const Volume& deviation, ThreadPool& pool);
 
-/// How often the intervals held, and how much of the output was measured: for the user.
+/// How often the intervals held and how much of the output was measured, as text for the user.
 std::string uncertaintySentence(const Uncertainty& uncertainty);
 
 } // namespace innergs

@@ -8,9 +8,9 @@ namespace innergs::cuda {
 
 constexpr int kMostChannels = 32; // of a latent
 constexpr int kTerms = DecoderTerms::kCount;
-constexpr int kCodeChunk = 256; // addends of one thread that sums the gradient of a code
+constexpr int kCodeChunk = 256; // entries that one thread sums for the gradient of a code
 
-/// The decoded classes of every row minus their target, and what follows for F there.
+/// The decoded classes of every row minus their target, and the resulting gradient of F.
 struct FeatureGradients {
   static constexpr int kThreads = 128;
   using Shared = Nothing;
