@@ -164,8 +164,8 @@ QString qSlicerInnerGSHost::lastError() const {
                 : tr("The InnerGS module is not completely loaded: restart Slicer.");
 }
 
-/// Does `work` on a thread, then here what it returns, while this lives. What it throws is logged, and
-/// nothing follows.
+/// Runs `work` on a thread, then the function that it returns on this one, if this object still exists. If
+/// `work` throws, only logs the message.
 void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work) {
   struct Runnable : QRunnable {
     std::function<void()> call;
@@ -181,8 +181,8 @@ void qSlicerInnerGSHost::run(const std::function<std::function<void()>()>& work)
   threads_.start(runnable);
 }
 
-/// Does `work` on a thread, while windows are drawn and jobs go on here. Returns what it throws, as a
-/// sentence, or "".
+/// Runs `work` on a thread and waits, while windows are drawn and jobs go on here. Returns what it throws, as
+/// a sentence, or "".
 QString qSlicerInnerGSHost::runAndWait(const std::function<void()>& work) {
   QEventLoop loop;
   std::string problem;
@@ -590,7 +590,7 @@ void qSlicerInnerGSHost::onChosen(vtkObject*, unsigned long, void*) {
   if (!chosenEdited_.isActive()) chosenEdited_.start();
 }
 
-/// A new region begins as the first input's box.
+/// A new region starts as the first input's box.
 void qSlicerInnerGSHost::fitRegion(vtkMRMLNode* node) {
   auto* region = vtkMRMLMarkupsROINode::SafeDownCast(node);
   vtkMRMLVolumeNode* input = parameters_ ? parameters_->GetInputVolumeNode(0) : nullptr;
@@ -601,7 +601,7 @@ void qSlicerInnerGSHost::fitRegion(vtkMRMLNode* node) {
   region->SetSize(bounds[1] - bounds[0], bounds[3] - bounds[2], bounds[5] - bounds[4]);
   region->CreateDefaultDisplayNodes();
   if (auto* display =
-          vtkMRMLMarkupsDisplayNode::SafeDownCast(region->GetDisplayNode())) { // not over the scan
+          vtkMRMLMarkupsDisplayNode::SafeDownCast(region->GetDisplayNode())) { // a fill would hide the scan
     display->SetFillVisibility(false);
     display->SetOutlineVisibility(true);
   }

@@ -97,7 +97,7 @@ void qSlicerInnerGSModule::setup() {
 #ifdef Slicer_BUILD_DICOM_SUPPORT
   if (logic) logic->SetDicomLookup(dicomValue);
 #endif
-  if (logic) // the desktop app's as well; a temporary folder does not outlive a restart everywhere
+  if (logic) // shared with the desktop app; not all systems keep a temporary folder over a restart
     logic->SetRecoveryFolder((QStandardPaths::writableLocation(QStandardPaths::GenericDataLocation) +
                               QStringLiteral("/InnerGS/recovery"))
                                  .toStdString());

@@ -64,8 +64,8 @@ public:
   void showModelInView();
   void enableModelInView();
   void showPlaneIn3D();
-  void explainTransform(); // where a model's planes cannot be shown
-  void explainMask();      // where only one segment counts, which no panel can choose
+  void explainTransform(); // says why a model's planes cannot be shown
+  void explainMask();      // says that only one segment counts, which no panel can choose
   void updateViewButtons();
   /// Volume rendering of one volume at a time; "" or a sentence.
   QString showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown);

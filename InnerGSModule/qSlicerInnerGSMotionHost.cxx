@@ -86,7 +86,7 @@ SeriesInfo qSlicerInnerGSMotionHost::seriesInfo(const QString& id) const {
     info.first = secondsAt(sequence, 0);
     info.last = secondsAt(sequence, info.frames - 1);
   } else {
-    request->SetInterval(1); // what remains is more than a missing time
+    request->SetInterval(1); // a problem that remains is more than missing times
     info.problem = QString::fromStdString(logic_->CheckDynamicRequest(request));
   }
   return info;
@@ -210,7 +210,7 @@ void qSlicerInnerGSMotionHost::showPreview() {
   if (!before) putIntoViews(volume, tr("%1 InnerGS model in time").arg(scan_).toStdString());
 }
 
-/// Of a fit that gave no model.
+/// After a fit that gave no model.
 void qSlicerInnerGSMotionHost::dropPreview() {
   const vtkSmartPointer<vtkMRMLScalarVolumeNode> volume = preview_.GetPointer();
   preview_ = nullptr;
@@ -218,7 +218,7 @@ void qSlicerInnerGSMotionHost::dropPreview() {
     volume->GetScene()->RemoveNode(volume);
 }
 
-/// Of the frames that were made of the model; null: none.
+/// The browser of the frames made from the model; null: none.
 vtkMRMLSequenceBrowserNode* qSlicerInnerGSMotionHost::browserOf(vtkMRMLInnerGSModelNode* model) const {
   std::vector<vtkMRMLNode*> browsers;
   model->GetScene()->GetNodesByClass("vtkMRMLSequenceBrowserNode", browsers);

@@ -26,7 +26,7 @@ public:
   /// Volume rendering; "" or a sentence.
   QString showIn3D(vtkMRMLScalarVolumeNode* volume, bool shown);
   static bool isShownIn3D(vtkMRMLScalarVolumeNode* volume);
-  /// Frames the 3D views that nobody has turned or moved on it.
+  /// Frames on it those 3D views that nobody has turned or moved.
   static void frameIn3D(vtkMRMLScalarVolumeNode* volume);
 
   ///@{

@@ -22,8 +22,8 @@ namespace innergs::ui {
 
 class MotionHost;
 
-/// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new". What
-/// takes the keyboard in it is its focus proxy.
+/// A combo box of the host's volumes, masks, regions or models. An empty ID stands for "none" or "new". Its
+/// focus proxy is the widget in it that takes the keyboard.
 class Selector : public QWidget {
   Q_OBJECT
 public:
@@ -90,7 +90,7 @@ public:
   virtual ModelInfo modelInfo(const QString& id) const = 0;
   /// The ID of the only model there is; "": none or several, or a selector chooses one by itself.
   virtual QString onlyModel() const { return {}; }
-  /// Null for an unknown ID, and for one that cannot be shown where it is.
+  /// Null for an unknown ID, and for a model that cannot be shown where it is.
   virtual vtkInnerGSModel* model(const QString& id) const = 0;
   /// RAS → the model's own RAS, where the model has been moved; null: the same. Another thread may use it:
   /// it never changes, and is another object after the model was moved again.

@@ -119,7 +119,7 @@ InputRow::InputRow(Host* host, QWidget* parent)
   grid->setColumnStretch(0, 4);
   grid->setColumnStretch(1, 3);
   grid->setColumnStretch(2, 3);
-  for (QWidget* field : fields()) // else setTabOrder() passes over selectors, whose proxies take the keyboard
+  for (QWidget* field : fields()) // else setTabOrder() skips selectors, whose proxies take the keyboard
     field->setFocusPolicy(Qt::StrongFocus);
   showMask();
   setFocusProxy(selector_);
@@ -180,7 +180,7 @@ void InputRow::setPlace(int number, bool alone) {
   showMask();
 }
 
-/// A single scan has that of the panel, unless it was given one of its own.
+/// A single scan uses the panel's mask, unless it was given one of its own.
 void InputRow::showMask() {
   maskRow_->setVisible(mask_ && (!alone_ || !mask_->currentId().isEmpty()));
 }

@@ -48,7 +48,7 @@ struct MotionInfo {
   QString kind;                        // "motion", "intensity", "network"
 };
 
-/// Of a model at `now` (s); not known for null and for an empty one.
+/// The info of a model at `now` (s); not known for null and for an empty model.
 MotionInfo motionInfoOf(vtkInnerGSDynamicModel* model, double now);
 
 /// What the panel of moving scans needs from the program besides the Host; on the main thread only. One
@@ -70,7 +70,7 @@ public:
   /// Not known for models that do not move.
   virtual MotionInfo motionInfo(const QString& modelId) const = 0;
   /// Shows the model at a time (s), as a frame in the slice views and wherever else it is seen. Returns at
-  /// once; of many that wait the last one is shown.
+  /// once; of several waiting times only the last is shown.
   virtual void setTime(const QString& modelId, double seconds) = 0;
   /// While one is fitted: the model so far; not known before previewed().
   virtual MotionInfo previewInfo() const { return {}; }

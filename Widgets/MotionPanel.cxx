@@ -231,7 +231,7 @@ void MotionPanel::connectAll() {
   connect(motion_, &MotionHost::progressed, this, &MotionPanel::showProgress);
   connect(recovery_, &RecoveryLine::chosen, this, &MotionPanel::goOn);
   connect(motion_, &MotionHost::finished, this, [this](const MotionReport& report) {
-    recovery_->setFile({}); // it is complete
+    recovery_->setFile({}); // the fit is complete
     ended();
     showReport(report);
   });

@@ -129,7 +129,7 @@ void ReconstructionPanel::connectHost() {
     progress_->finish();
     quality_->setReport(report);
     const bool resumed = !recovery_->file().isEmpty();
-    recovery_->setFile({}); // it is complete
+    recovery_->setFile({}); // the fit is complete
     setState(State::Idle);
     if (resumed) Q_EMIT requestChanged();
     reveal(quality_, slices_);

@@ -37,8 +37,8 @@ public:
   Request request() const;
   /// Does not emit requestChanged.
   void setRequest(const Request& request);
-  /// The scan that the program shows: chosen while the user has chosen no other, and none during a run.
-  /// Emits requestChanged.
+  /// Chooses the scan that the program shows, unless the user has chosen another or a fit is running. Emits
+  /// requestChanged.
   void suggestInput(const QString& id);
   /// Hides a finished run, whose result is gone. A running one continues.
   void forgetResult();
@@ -48,7 +48,7 @@ public Q_SLOTS:
   void startOrCancel();
 
 Q_SIGNALS:
-  /// By the user, or because a chosen volume went from the host.
+  /// By the user, or because a chosen volume was removed from the host.
   void requestChanged();
 
 protected:
@@ -64,11 +64,11 @@ private:
   QWidget* makeQualityOptions();
   QWidget* makeStart();
   void connectHost();
-  /// Names the mask by the number of scans; the value outside is asked for where there is a mask.
+  /// Labels the mask by the number of scans, and enables the value outside if there is a mask.
   void explainMask();
   void edited();
   void explain();
-  /// Why it cannot start, as far as that is known without asking the host; "": nothing is known.
+  /// Why it cannot start, as far as that is known without asking the host; "": no reason is known.
   QString ownRefusal(const Request& request) const;
   void estimate();
   void setState(State state);

@@ -8,8 +8,8 @@ namespace innergs::ui {
 
 class MessageLine;
 
-/// Offers to go on from the newest fit in the host's recovery folder, of static scans or of moving ones, and
-/// says when the next reconstruction continues one. Hidden when there is neither.
+/// Offers to resume the newest fit in the host's recovery folder, of static scans or of moving ones, and says
+/// when the next reconstruction continues one. Hidden when there is neither.
 class RecoveryLine : public QWidget {
   Q_OBJECT
 public:
@@ -18,11 +18,11 @@ public:
   /// What the next reconstruction continues, as in its request.
   QString file() const { return file_; }
   void setFile(const QString& file);
-  /// Looks again; whether another fit than before is offered.
+  /// Looks again; returns whether it now offers another fit.
   bool refresh();
 
 Q_SIGNALS:
-  /// By the user, who wants to go on from it.
+  /// By the user, who wants to resume it.
   void chosen(const innergs::RecoveredFit& fit);
   /// By the user: file() is empty now.
   void dropped();

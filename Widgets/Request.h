@@ -20,7 +20,7 @@ struct InputChoice {
   QString id;
   double sliceThickness = 0; // mm; 0: the distance between slices
   int sliceProfile = 1;      // as innergs::SliceProfile: 0 point, 1 box, 2 Gaussian
-  int sliceAxis = -1;        // 0, 1, 2: the index axis that counts the slices; −1: chosen
+  int sliceAxis = -1;        // 0, 1, 2: the index axis that counts the slices; −1: automatic
   QString maskId = {};       // of its own; "": the request's
   bool operator==(const InputChoice&) const = default;
 };
@@ -77,7 +77,7 @@ struct QualityRow {
 struct Report {
   QString volumeId, modelId, tableId; // what it made; tableId may be ""
   QString uncertaintyId;              // the standard deviation of the volume; "": none
-  QString uncertainty;                // how often what it states holds, a sentence; "": none
+  QString uncertainty;                // how often its intervals hold, a sentence; "": none
   QStringList warnings;               // sentences
   QString prediction;                 // what was put between the slices, a sentence; "": nothing
   double trainingPsnr = NAN;          // dB on the fitted samples: not held out

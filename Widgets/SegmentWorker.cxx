@@ -107,7 +107,7 @@ struct SegmentWorker::Work {
   void answer(FindTask task, const std::stop_token& stop) {
     const auto result = std::make_shared<FindResult>();
     try {
-      if (!task.query.empty()) interpret(Lexicon::standard(), task.query); // refused before the work
+      if (!task.query.empty()) interpret(Lexicon::standard(), task.query); // rejects invalid queries first
       if (!finder || model != task.model) {
         finder.reset();
         finder.emplace(task.model);

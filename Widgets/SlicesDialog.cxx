@@ -90,7 +90,7 @@ void SlicesDialog::fill(vtkTable* slices) {
     model->horizontalHeaderItem(c)->setToolTip(shown[c].toolTip);
   }
   table_->setModel(model);
-  table_->horizontalHeader()->setSortIndicator(-1, Qt::AscendingOrder); // as they come
+  table_->horizontalHeader()->setSortIndicator(-1, Qt::AscendingOrder); // at first in the table's order
   table_->setSortingEnabled(true);
   table_->resizeColumnsToContents();
   const int width = table_->horizontalHeader()->length() + 6 * fontMetrics().averageCharWidth();

@@ -34,7 +34,7 @@ struct InterpolateOptions {
   bool quiet = false;
 };
 
-/// What is asked for, checked against the time that the frames cover.
+/// The requested times, checked against the time that the frames cover.
 std::vector<double> outputTimes(const InterpolateOptions& o, const std::vector<double>& frames) {
   if (o.at) return checkedTimes({*o.at}, frames);
   return o.times.empty() ? timesAtRate(o.rate.value_or(0), frames) : checkedTimes(o.times, frames);
@@ -48,7 +48,7 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
                                "--motion needs Gaussians that move: leave out --kind intensity");
   if (o.motionFrom && o.motion.empty())
     throw CLI::ValidationError("interpolate", "--motion-from needs --motion");
-  if (!o.motion.empty()) motionFiles(o.motion, 1); // its extension
+  if (!o.motion.empty()) motionFiles(o.motion, 1); // checks its extension
   if ((o.times.empty() ? 0 : 1) + (o.rate ? 1 : 0) + (o.at ? 1 : 0) > 1)
     throw CLI::ValidationError("interpolate", "takes one of --times, --rate and --at");
   if (o.rate && !(std::isfinite(*o.rate) && *o.rate > 0))
@@ -69,7 +69,7 @@ OutputFiles checkedOutputs(const InterpolateOptions& o) {
   return files;
 }
 
-/// Known once the times are.
+/// Adds the outputs that depend on the times.
 void addTimed(const InterpolateOptions& o, const std::vector<double>& times, OutputFiles& files) {
   if (!o.output.empty() && !o.at && needsSidecar(o.output, times)) files.add(sidecarOf(o.output));
   if (!o.motion.empty())

@@ -25,7 +25,7 @@ const char* name(Judging judging) {
   return std::array{"not asked", "done", "stopped", "failed"}.at(static_cast<std::size_t>(judging));
 }
 
-/// Null where slices were not looked at.
+/// Null if slice motion was not estimated.
 Json slicesOf(const ReconstructionResult& result) {
   const SliceMotion& motion = result.sliceMotion;
   if (motion.slices.empty()) return {};
@@ -145,7 +145,7 @@ Json shadingOf(const ReconstructionResult& result) {
           {"psnr_between_before_db", known(bias.psnrBefore)}};
 }
 
-/// Null where it was not asked for or not found.
+/// Null if it was not requested or could not be estimated.
 Json uncertaintyOf(const ReconstructionResult& result) {
   if (!result.uncertainty) return {};
   const Uncertainty& u = *result.uncertainty;

@@ -6,7 +6,7 @@
 namespace innergs::cli {
 
 nlohmann::ordered_json toJson(const GridGeometry& geometry);
-/// moving: those of a moving scan, else those of every other fit.
+/// moving: the settings of moving scans, else those of all other fits.
 nlohmann::ordered_json toJson(const Settings& settings, bool moving = false);
 /// Where a fit ran.
 nlohmann::ordered_json toJson(const DeviceUse& device);

@@ -80,7 +80,8 @@ NamedLabels givenLabels(const SegmentCommand& o) {
   return given;
 }
 
-/// What a network says of --image or, without one, of the model on the grid that was fitted.
+/// The teacher from a network's output for --image or, without one, for the model on the grid that was
+/// fitted.
 Teacher networksView(const SegmentCommand& o, const GaussianField& field, const std::stop_token& stop) {
   DenseNetworkOptions options;
   options.spacing = o.networkSpacing;

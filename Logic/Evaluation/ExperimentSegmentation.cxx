@@ -68,7 +68,7 @@ struct TopSlices {
 
 class SliceScores {
 public:
-  /// slices: as of agreement().
+  /// slices: as in agreement().
   SliceScores(const Labelmap& tested, const Labelmap& truth, const std::vector<std::uint8_t>& slices)
       : plane_(truth.geometry.size[0] * truth.geometry.size[1]) {
     std::size_t most = 0;

@@ -87,7 +87,7 @@ JudgedResult JudgedReconstruction::run(const std::stop_token& stop, bool renderW
     ReconstructionInput input = job.takeInput();
     Stack& scan = input.stacks.front();
     if (!input.masks.empty()) options.mask = std::move(input.masks.front());
-    if (settings_.n4) { // what it gives is what is judged
+    if (settings_.n4) { // judges on the corrected scan
       if (options.mask) scan.observed = resampleMask(*options.mask, scan.image.geometry, stop);
       input.n4(scan, options.mask.has_value(), stop);
       options.settings.n4 = false;

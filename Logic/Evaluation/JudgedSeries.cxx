@@ -51,7 +51,7 @@ JudgedSeriesResult JudgedSeries::run(const std::stop_token& stop) {
   experiment.progress = [&](Progress progress) {
     if (progress.phase != Phase::Done) progress.phase = Phase::Judging;
     progress.trainingPsnr = reached;
-    progress.note.clear(); // where the first fit ran was told
+    progress.note.clear(); // where the first fit ran is already reported
     tell(std::move(progress), first, 1);
   };
   try {

@@ -6,8 +6,8 @@
 
 namespace innergs {
 
-/// A continuous volume in space and time, and on request what the same settings reach on frames that a second
-/// fit does not see.
+/// A continuous volume in space and time, and on request the quality that the same settings reach on frames
+/// that a second fit does not see.
 struct JudgedSeriesResult {
   DynamicResult result; // of all frames
   Judging judging = Judging::NotAsked;
@@ -21,7 +21,7 @@ public:
 
   /// The first fit continues from there, as DynamicJob::resume() does.
   void resume(std::shared_ptr<const StoppedDynamicFit> fit) { resumed_ = std::move(fit); }
-  /// Remaining time and fraction are of both fits.
+  /// Remaining time and fraction cover both fits.
   void onProgress(ProgressCallback callback) { progress_ = std::move(callback); }
 
   void onPreview(std::function<void(std::shared_ptr<const DynamicField>)> callback) {

@@ -40,7 +40,7 @@ std::vector<Stack> bridged(std::vector<Stack> scans, const Slices& withheld) {
 
 struct Method {
   std::string name;
-  std::vector<Stack> placed; // the scans, whole, where the method has them
+  std::vector<Stack> placed; // the whole scans, where the method puts them
   std::function<Volume(const GridGeometry&)> render;
 };
 

@@ -25,7 +25,7 @@ struct SimulatedStacks {
   Volume truth; // what is scanned: the volume or its middle
   std::vector<Stack> stacks;
   std::vector<std::function<double(const Vec3&)>> shading; // per stack: the factor where it lies, LPS mm
-  std::vector<std::vector<Affine3>> poses; // what slices saw lay there: rigid, LPS mm, as Stack::poses
+  std::vector<std::vector<Affine3>> poses; // where what each slice saw lay: rigid, LPS mm, as Stack::poses
 };
 
 /// The volume is interpolated by cubic B-splines at one plane per voxel of the slices' thickness. Slices that

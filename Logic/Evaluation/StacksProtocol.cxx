@@ -36,7 +36,7 @@ std::string caseName(const StacksCase& c) {
   return name;
 }
 
-/// The truth's body, without what lies near the faces of the box.
+/// The truth's body, except near the faces of the box.
 std::vector<std::uint8_t> scoredMask(const Volume& truth, const std::vector<std::uint8_t>& body) {
   std::vector<std::uint8_t> mask = body;
   const auto& n = truth.geometry.size;
@@ -98,13 +98,13 @@ Affine3 registered(const Volume& image, const Volume& truth, std::span<const std
   return found;
 }
 
-/// The image on the truth's lattice, moved onto it.
 GridGeometry moved(GridGeometry lattice, const Affine3& motion) {
   lattice.origin = motion(lattice.origin);
   lattice.direction = motion.linear * lattice.direction;
   return lattice;
 }
 
+/// The image moved onto the truth's lattice.
 Volume moved(const Volume& image, const Volume& truth, const Affine3& toImage, ThreadPool& pool) {
   return {truth.geometry, ItkCubic(image).on(moved(truth.geometry, toImage), pool)};
 }

@@ -90,7 +90,7 @@ DeformationNetwork networkFrom(const Metadata& metadata) {
   return network;
 }
 
-/// Empty for a fit that was not stopped on its way.
+/// Empty unless the fit was stopped midway.
 RefinementState refinementFrom(const SafetensorsFile& file, const Metadata& metadata) {
   RefinementState state;
   const auto* moments = file.find("refinement_moments");

@@ -5,8 +5,8 @@
 namespace innergs {
 
 /// Writes a model file of a moving scan (.innergs): like ModelFile.h, with the canonical field, the frame
-/// times and the splines in time; see Docs/model-format.md. state: of a fit that was stopped, to go on from
-/// the file; features: of the canonical Gaussians. Throws Error(Io).
+/// times and the splines in time; see Docs/model-format.md. state: of a stopped fit, to resume from the file;
+/// features: of the canonical Gaussians. Throws Error(Io).
 void writeDynamicModel(const DynamicField& field, const std::filesystem::path& path,
                        const ModelNotes& notes = {}, const RefinementState& state = {},
                        const FeatureModel* features = nullptr);

@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// Replaces a file by a new one, in the way of each operating system.
+/// Replaces a file by a new one, with a version for each operating system.
 
 /// Creates an empty file: with the user's default permissions, or for the owner only if it is to replace an
 /// existing `target`.

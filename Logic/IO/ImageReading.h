@@ -21,7 +21,7 @@ struct LoadedFrames {
          firstSeconds = 0;          // between frames (0: the file does not say), and of the first frame
   std::string indexName, indexUnit; // for a list of frames (.seq.nrrd)
   std::vector<double> indexValues;
-  int sliceAxis = -1;               // that counts the slices; -1: the file does not say
+  int sliceAxis = -1;               // index axis that counts the slices; -1: the file does not say
   std::vector<double> sliceSeconds; // s after the frame's start, of each slice; empty: the file does not say
   bool vectors = false; // the file says that a voxel's values belong together, so they are not frames
 };

@@ -6,7 +6,7 @@
 
 namespace innergs {
 
-/// Displacements of a moving scan, as Core/Motion/MotionField.h has them: mm, LPS, three per voxel.
+/// Displacements of a moving scan, as defined in Core/Motion/MotionField.h: mm, LPS, three per voxel.
 struct MotionSequence {
   GridGeometry geometry;
   std::vector<double> times;              // s
@@ -14,7 +14,7 @@ struct MotionSequence {
 };
 
 /// The files that writeMotion() writes: one .seq.nrrd, or for .nrrd, .nii, .nii.gz and .mha one per time,
-/// numbered before the extension ("motion-000.nrrd") unless there is one alone. Throws Error(InvalidArgument)
+/// numbered before the extension ("motion-000.nrrd") unless there is only one. Throws Error(InvalidArgument)
 /// for other extensions.
 std::vector<std::filesystem::path> motionFiles(const std::filesystem::path& path, std::size_t times);
 

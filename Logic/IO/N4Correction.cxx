@@ -21,11 +21,11 @@ namespace innergs {
 namespace {
 
 constexpr double kFinest = 4;            // mm between the voxels that N4 sees
-constexpr double kMostVoxels = 1e5;      // that it sees: an iteration must not outlast a cancel
+constexpr double kMostVoxels = 1e5;      // that N4 sees: an iteration must not outlast a cancel for long
 constexpr unsigned kLevels = 2;          // each halves the distance of the control points
 constexpr unsigned kIterations = 50;     // per level
 constexpr double kConverged = 1e-3;      // change of the field
-constexpr float kNoise = 0.1f;           // of the highest value: what noise and interpolation take below zero
+constexpr float kNoise = 0.1f;           // of the maximum: how far noise and interpolation go below zero
 constexpr double kMesh = 200;            // mm between the control points of the first level
 constexpr std::ptrdiff_t kFewest = 1000; // voxels to find a field in
 
@@ -158,7 +158,7 @@ std::string correctByN4(Stack& stack, bool masked, const std::stop_token& stop) 
       after += stack.image.voxels[v] * std::exp(-static_cast<double>(logs[v][0]));
     }
     const double gain = before / after;
-    // Far from the body nothing holds the spline.
+    // Clamped, as nothing constrains the spline far from the body.
     for (std::size_t v = 0; v < stack.image.voxels.size(); ++v)
       stack.image.voxels[v] = static_cast<float>(
           stack.image.voxels[v] * gain * std::exp(-static_cast<double>(std::clamp(logs[v][0], low, high))));

@@ -6,11 +6,11 @@
 
 namespace innergs {
 
-/// Divides a scan's values by its smooth shading as ITK's N4BiasFieldCorrectionImageFilter finds it (Tustison
-/// et al., IEEE TMI 29, 2010), shrunk to about 4 mm, in the observed voxels: all above zero if they are
-/// `masked`, else those above Otsu's threshold. Their mean stays. Returns a sentence for the user: by how
-/// much, or why nothing was done (values far below zero, as in CT, slices with poses, nothing to see). The
-/// result depends on ITK's number of threads in its last bits. Throws Error(Cancelled),
+/// Divides a scan's values by its smooth shading, estimated by ITK's N4BiasFieldCorrectionImageFilter
+/// (Tustison et al., IEEE TMI 29, 2010) on a lattice of about 4 mm, from the observed voxels: those above
+/// zero if `masked`, else those above Otsu's threshold. Keeps their mean. Returns a sentence for the user:
+/// the range of the shading, or why nothing was done (values far below zero, as in CT; slices with poses; too
+/// few voxels). The result depends on ITK's number of threads in its last bits. Throws Error(Cancelled),
 /// Error(UnsupportedImage) where ITK fails.
 std::string correctByN4(Stack& stack, bool masked, const std::stop_token& stop = {});
 

@@ -186,11 +186,11 @@ std::vector<std::int64_t> sliceOrder(int code, std::int64_t first, std::int64_t 
   return order;
 }
 
-/// s after the frame's start, of each of the slices; empty if the header does not say it completely.
+/// Acquisition time of each slice, s after the frame's start; empty if the header leaves something out.
 std::vector<double> sliceTimes(const Fields& fields, std::int64_t slices, double second) {
   const std::int64_t first = fields.get<std::int16_t>(74);
   std::int64_t last = fields.get<std::int16_t>(120);
-  if (last == 0) last = slices - 1; // left out by many writers
+  if (last == 0) last = slices - 1; // many writers leave it out
   const double duration = second * static_cast<double>(fields.get<float>(132));
   if (!(duration > 0) || !std::isfinite(duration) || first < 0 || last >= slices || first > last) return {};
   const auto order = sliceOrder(fields.get<signed char>(122), first, last);

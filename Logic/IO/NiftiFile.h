@@ -18,8 +18,8 @@ struct NiftiHeader {
   Vec3 spacing{1, 1, 1};            // as stored (header units)
   double frameSeconds = 0;          // between frames; 0: unknown
   double firstSeconds = 0;          // of the first frame (toffset)
-  int sliceAxis = -1;               // that counts the slices (dim_info); -1: unknown
-  std::vector<double> sliceSeconds; // s after the frame's start, of each slice; empty: not said
+  int sliceAxis = -1;               // index axis that counts the slices (dim_info); -1: unknown
+  std::vector<double> sliceSeconds; // s after the frame's start, of each slice; empty: unknown
   int intent = 0;                   // NIfTI's code for the meaning of the values
   double millimetres = 1;           // mm per header unit of length
   std::int64_t voxelOffset = 0;     // bytes

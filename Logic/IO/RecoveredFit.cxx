@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::size_t kKept = 10;
 constexpr std::size_t kLongestName = 60;        // bytes
-constexpr const char* kRequested = "Requested"; // a note: every setting that was chosen, one a line
+constexpr const char* kRequested = "Requested"; // a note: every requested setting, one per line
 constexpr const char* kInterval = "Interval";   // a note: s
 
 std::string requestedText(const Settings& settings) {
@@ -42,7 +42,7 @@ Settings requestedFrom(const std::string& text) {
   return settings;
 }
 
-/// What any file system takes.
+/// A name that any file system accepts.
 std::string fileNameOf(std::string text) {
   for (char& c : text) {
     const bool ascii = static_cast<unsigned char>(c) < 128;
@@ -51,7 +51,7 @@ std::string fileNameOf(std::string text) {
   }
   if (text.size() > kLongestName) {
     std::size_t end = kLongestName;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) // within a character
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) // inside a UTF-8 character
       --end;
     text.resize(end);
   }
@@ -86,7 +86,7 @@ fs::path freeName(const fs::path& folder, const std::string& inputs) {
 void makePrivate(const fs::path& folder) {
   std::error_code failed;
   if (fs::create_directories(folder, failed))
-    fs::permissions(folder, fs::perms::owner_all, failed); // of a patient's scan
+    fs::permissions(folder, fs::perms::owner_all, failed); // it will hold patients' scans
   if (!fs::is_directory(folder, failed))
     throw Error(ErrorCode::Io, "The folder " + quoted(folder) +
                                    " cannot be made: check the permissions of the one that it is in.");

@@ -6,8 +6,8 @@
 
 namespace innergs {
 
-/// What texts mean to a dense teacher: JSON, {"liver": [0.1, …], "spleen": […]}. Throws Error(FileNotFound |
-/// FileFormat).
+/// Embeddings of texts by a dense teacher: JSON, {"liver": [0.1, …], "spleen": […]}. Throws
+/// Error(FileNotFound | FileFormat).
 std::vector<TextEmbedding> readTextEmbeddings(const std::filesystem::path& path);
 
 } // namespace innergs

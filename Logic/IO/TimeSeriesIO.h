@@ -11,7 +11,7 @@ namespace innergs {
 struct TimeSeriesOptions {
   std::vector<double> times;          // s, one per frame; empty: as in the file
   std::optional<double> interval;     // s between frames, if the file does not say or is wrong
-  std::filesystem::path sliceTimes{}; // of readSliceTiming(); empty: as the scan says
+  std::filesystem::path sliceTimes{}; // file for readSliceTiming(); empty: as the scan says
 };
 
 /// Reads a moving scan: 4D NIfTI or MINC2, 3D Slicer's .seq.nrrd, or a folder with one image per frame in

@@ -87,8 +87,8 @@ void writeSequence(const TimeSeries& series, OutputType type, const TypedVoxels&
   });
 }
 
-/// ITK's writer supports neither the unit of time nor the time of the first frame: takes its header of one
-/// frame and adds those and the frames.
+/// ITK's writer supports neither the unit of time nor the time of the first frame: this takes its header for
+/// one frame and adds both and the number of frames.
 std::string niftiHeader(const TimeSeries& series, double interval, OutputType type, const fs::path& scratch) {
   const std::vector<float> blank(static_cast<std::size_t>(series.geometry.voxelCount()), 0.f);
   writeItkFile(scratch, series.geometry, type, TypedVoxels(blank, type, {}, scratch));

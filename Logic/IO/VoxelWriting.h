@@ -19,7 +19,7 @@ public:
     return integers_.empty() ? static_cast<const void*>(voxels_.data()) : integers_.data();
   }
   std::uint64_t bytes() const { return integers_.empty() ? voxels_.size_bytes() : integers_.size(); }
-  /// Says where values were clipped, else "".
+  /// A sentence if values were clipped, else "".
   const std::string& remark() const { return remark_; }
 
 private:
@@ -33,8 +33,8 @@ bool isSequenceFile(const std::filesystem::path& path);
 /// The message for a full disk.
 std::string writingFailed(const std::filesystem::path& path);
 
-/// A header and voxels after it; zlib compresses what it is told to (gzopen's mode). Throws Error(Io,
-/// failed).
+/// Writes a header and the voxels after it, compressed by zlib or not as `mode` (gzopen's) says. Throws
+/// Error(Io, failed).
 void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
                  const std::filesystem::path& path, const std::string& failed);
 /// "(x,y,z)", with all digits.

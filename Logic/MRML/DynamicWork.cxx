@@ -66,7 +66,7 @@ void DynamicWork::keep(RecoveredFit& about, const std::filesystem::path& folder)
 
 bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell,
                       const PreviewCallback& show) {
-  constexpr double fitted = 0.95; // of the work; then the frames
+  constexpr double fitted = 0.95; // share of the work; the rest renders the frames
   Progress last;
   JudgedSeries job(std::move(series_), settings_, judge_);
   if (!resumeFile_.empty()) job.resume(readStoppedFit(resumeFile_));
@@ -78,9 +78,9 @@ bool DynamicWork::run(const std::stop_token& stop, const ProgressCallback& tell,
   });
   outcome_ = job.run(stop);
   if (outcome_.result.cancelled || !outcome_.result.field) return false;
-  const bool judged = last.phase == Phase::Judging; // a stop has ended the judging alone
+  const bool judged = last.phase == Phase::Judging; // a stop has ended only the judging
   last.phase = judged ? Phase::Judging : Phase::Rendering;
-  last.note.clear(); // told
+  last.note.clear(); // already reported
   RenderOptions options;
   options.threads = settings_.threads;
   if (!judged) options.stop = stop;

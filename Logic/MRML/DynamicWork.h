@@ -17,7 +17,7 @@ class vtkSlicerInnerGSDynamicRequest;
 
 namespace innergs::mrml {
 
-/// Nodes made of a moving scan; what an observer removed as it was made is null.
+/// Nodes made from a moving scan; null for those that an observer removed during creation.
 struct DynamicOutputs {
   vtkSmartPointer<vtkMRMLInnerGSModelNode> model;
   vtkSmartPointer<vtkMRMLSequenceNode> frames;
@@ -30,7 +30,7 @@ struct DynamicOutputs {
 /// turned into nodes on the main thread again.
 class DynamicWork {
 public:
-  /// Throws Error for what is wrong with the request.
+  /// Throws Error if something is wrong with the request.
   explicit DynamicWork(vtkSlicerInnerGSDynamicRequest* request);
 
   using PreviewCallback = std::function<void(std::shared_ptr<const DynamicField>)>;
@@ -40,8 +40,8 @@ public:
   /// The file that it continues; empty: none.
   const std::filesystem::path& resumeFile() const { return resumeFile_; }
   bool keepsWhenCancelled() const { return keepWhenCancelled_; }
-  /// After run(): writes where the fit stands, or ended, into the folder and completes `about`; leaves it
-  /// without a file where there is nothing to continue. Throws Error.
+  /// After run(): writes the current or final state of the fit to the folder and completes `about`; leaves it
+  /// without a file if there is nothing to continue. Throws Error.
   void keep(RecoveredFit& about, const std::filesystem::path& folder) const;
   /// What is known of it before the start.
   RecoveredFit about() const;

@@ -96,7 +96,7 @@ void FinePlanes::work() {
     current_.reset();
     if (quit_) continue;
     if (query_->GetAborted())
-      waiting_.try_emplace(follower, Waiting{request, Clock::now()}); // stopped for another one
+      waiting_.try_emplace(follower, Waiting{request, Clock::now()}); // it was stopped for another one
     if (!plane.image) continue;
     done_.push_back(std::move(plane));
     lock.unlock();

@@ -175,7 +175,7 @@ void JobDelivery::tellKept(Task& task) {
   const RecoveredFit& kept = task.recovered;
   if (kept.file.empty()) return; // it had not begun
   task.job->RecoveryFile = utf8(kept.file);
-  if (!task.keep) return; // as was asked for
+  if (!task.keep) return; // kept on request, so no warning
   vtkWarningWithObjectMacro(logic_, "The reconstruction of '"
                                         << kept.inputs << "' was stopped at iteration " << kept.iteration
                                         << " of " << kept.iterations << ". Its state is kept in "

@@ -21,12 +21,12 @@ private:
   void finish(Task& task);
   void makeNodes(Task& task, vtkMRMLScene* scene);
   void tellKept(Task& task);
-  /// The file it continued: it is complete.
+  /// Forgets and removes the file that the task continued: the fit is complete.
   static void forgetResumed(const Task& task);
 
   vtkSlicerInnerGSLogic* logic_;
   ErrorHandler onError_;
-  std::vector<Task*> finishing_; // several when an observer of one's nodes waits for another's
+  std::vector<Task*> finishing_; // several if an observer of one task's nodes waits for another task
 };
 
 } // namespace innergs::mrml

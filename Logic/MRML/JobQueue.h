@@ -17,8 +17,8 @@
 
 namespace innergs::mrml {
 
-/// News of a task from the worker; newer replace those not fetched in time. Fetched one by one, so that what
-/// an observer of the first does (cancel, wait, clear the scene) still affects the others.
+/// Updates of a task from the worker; newer ones replace those not fetched in time. Fetched one by one, so
+/// that what an observer of the first does (cancel, wait, clear the scene) still affects the others.
 struct JobUpdate {
   std::shared_ptr<Task> task;
   bool started = false, done = false;
@@ -31,7 +31,7 @@ struct JobUpdate {
   bool hasPreview() const { return preview || moving; }
 };
 
-/// Does tasks one after the other on a thread of its own. Call everything on the main thread.
+/// Runs tasks one after another on a thread of its own. Call everything on the main thread.
 class JobQueue {
 public:
   /// wake: called on the worker for the first update after a fetch.
@@ -43,7 +43,7 @@ public:
 
   /// Where the worker cannot be started, the task ends with that failure.
   void submit(std::shared_ptr<Task> task);
-  /// Asks a task to end; its last update follows within 200 ms, or when what is to be kept of it is written.
+  /// Asks a task to end; its last update follows within 200 ms, or once the state to be kept is written.
   void cancel(const std::shared_ptr<Task>& task);
 
   /// The tasks whose last update has not been fetched, in order.

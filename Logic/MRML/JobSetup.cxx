@@ -92,7 +92,7 @@ namespace {
 
 using Parameters = vtkMRMLInnerGSParameterNode;
 
-/// Of its own, so that a worker touches no node's image, with the same voxels.
+/// An image of its own with the same voxels, so that a worker touches no node's image.
 vtkSmartPointer<vtkImageData> sharing(vtkImageData* image) {
   auto own = vtkSmartPointer<vtkImageData>::New();
   own->ShallowCopy(image);
@@ -186,7 +186,7 @@ void setMasks(vtkInnerGSReconstruct* filter, Parameters* parameters) {
   }
 }
 
-/// What the mask of this index is for: all inputs, or its own.
+/// The grids that the mask of this index is for: those of all inputs, or of its own.
 std::vector<GridGeometry> gridsOf(const ReconstructionInput& input, std::size_t mask, std::size_t masks) {
   std::vector<GridGeometry> grids;
   for (std::size_t s = 0; s < input.stacks.size(); ++s)
@@ -321,7 +321,7 @@ void configure(vtkInnerGSReconstruct* filter, Parameters* parameters, const Thic
     const int axis = chosen == Parameters::Automatic ? automatic : chosen;
     filter->SetInputSliceAxis(index, axis);
     const double thickness = parameters->GetInputSliceThickness(input);
-    const bool acquired = axis == automatic && axis == 2; // as DICOM's slices are stacked
+    const bool acquired = axis == automatic && axis == 2; // along K, as DICOM slices are stacked
     filter->SetInputSliceThickness(index, thickness == 0 && acquired ? thicknessOf(input) : thickness);
   }
   setMasks(filter, parameters);
@@ -354,7 +354,7 @@ vtkSmartPointer<JobFilter> check(Parameters* parameters, vtkMRMLScene* scene,
                                  const ThicknessOf& thicknessOf) {
   Task ignored;
   auto filter = filterFor(parameters, scene, thicknessOf, ignored);
-  filter->WithOutline([](const ReconstructionInput&) {}); // throws for a region beside the images
+  filter->WithOutline([](const ReconstructionInput&) {}); // throws if the region misses the images
   return filter;
 }
 

@@ -35,8 +35,8 @@ public:
   static JobFilter* New();
   vtkTypeMacro(JobFilter, vtkInnerGSReconstruct);
   using vtkInnerGSReconstruct::WithOutline;
-  /// Of segmentations, which the worker makes before the fit; null for what is among the filter's own masks.
-  /// What cannot be stopped is left to `unstoppable`.
+  /// Masks from segmentations, which the worker makes before the fit; null for those among the filter's own
+  /// masks. `unstoppable` runs what cannot be stopped.
   std::vector<std::unique_ptr<SegmentationMask>> masks;
   DetachedTasks* unstoppable = nullptr;
   /// See JudgedReconstruction.
@@ -59,7 +59,8 @@ protected:
 struct Task {
   vtkSmartPointer<vtkSlicerInnerGSJob> job; // for the main thread alone
   vtkSmartPointer<JobFilter> filter;        // holds the snapshot; null for other work and moving scans
-  // Other work: on the worker, throws Error; and what makes it seen, on the main thread.
+  // Other work: `work` runs on the worker and may throw Error; `deliver` then shows its result, on the main
+  // thread.
   std::function<void(const std::stop_token&, DetachedTasks&, const ProgressCallback&)> work;
   std::function<void()> deliver;
   std::shared_ptr<DynamicWork> dynamic; // of a moving scan
@@ -68,7 +69,7 @@ struct Task {
   // What the worker found.
   Failure failure; // no sentence: none
   bool cancelled = false;
-  bool judging = false; // the fit is complete: a cancel now ends only what is learned about it
+  bool judging = false; // the fit is complete: a cancel now ends only the judging
   std::optional<EvaluationReport> report;
 
   // The state of a fit that is ended from outside: a description of the job, the folder and the file.
@@ -79,7 +80,7 @@ struct Task {
 
   // For the main thread, when it is done.
   bool discard = false;             // the result is no longer wanted
-  std::string inputNames, maskName; // names apart by "; "; "" without a mask
+  std::string inputNames, maskName; // names, separated by "; "; "" without a mask
   bool newVolume = true, newModel = true, newTable = true,
        newUncertainty = true; // none was chosen at the start
   vtkWeakPointer<vtkMRMLScene> scene;
@@ -90,10 +91,10 @@ struct Task {
   vtkWeakPointer<vtkMRMLTableNode> table;
 };
 
-/// Writes where the task's fit stands, or its result, into its recovery folder, once and if there is
-/// something; on the thread that the task belongs to. Does not throw.
+/// Writes the state of the task's fit, or its result, to its recovery folder: once, and only if there is one;
+/// on the thread that the task belongs to. Does not throw.
 void keepFit(Task& task);
-/// Removes the file that the task continued, if it is a recovered one: there is a newer state.
+/// Removes the file that the task continued, if it is a recovered one: a newer state exists.
 void dropResumedFile(const Task& task);
 
 /// The slice thickness (mm) of an input for which 0 is set; 0: the distance between slices.
@@ -106,12 +107,13 @@ vtkSmartPointer<JobFilter> check(vtkMRMLInnerGSParameterNode* parameters, vtkMRM
 /// Where a job with these settings will run, and why.
 std::string describeDevice(vtkMRMLInnerGSParameterNode* parameters);
 
-/// Of the job and its quality table; knows no nodes, so any thread may use it. Throws Error.
+/// The outline of the job and its quality table; it refers to no nodes, so any thread may use it. Throws
+/// Error.
 JobOutline outlineOf(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
                      const ThicknessOf& thicknessOf, std::vector<OutlineMask>& masks);
 
-/// check(), and copies the voxels; without `copy` the worker copies them from what it shares with the nodes.
-/// Throws Error.
+/// check(), and copies the voxels; without `copy`, the worker copies them later from images that share them
+/// with the nodes. Throws Error.
 std::shared_ptr<Task> prepare(vtkMRMLInnerGSParameterNode* parameters, vtkMRMLScene* scene,
                               const ThicknessOf& thicknessOf, bool copy);
 

@@ -67,7 +67,7 @@ vtkMRMLInnerGSModelNode* ModelReading::addTo(vtkMRMLScene* scene) {
 ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fileName)
     : model_(model), storage_(vtkSmartPointer<vtkMRMLInnerGSModelStorageNode>::New()),
       copy_(vtkSmartPointer<vtkMRMLInnerGSModelNode>::New()) {
-  modelOf(model); // or an Error
+  modelOf(model); // throws without a model
   if (fileName.empty())
     throw Error(ErrorCode::InvalidArgument,
                 "There is no file name to save the model under: choose one that ends with .innergs or .ply.");
@@ -83,9 +83,9 @@ ModelWriting::ModelWriting(vtkMRMLInnerGSModelNode* model, const std::string& fi
   for (const std::string& name : model->GetAttributeNames())
     copy_->SetAttribute(name.c_str(), model->GetAttribute(name.c_str()));
   const std::filesystem::path path = pathOf(fileName);
-  // Only a model file keeps everything: a PLY file does not make the model a saved one.
+  // Only a model file keeps everything: after a PLY file the model still counts as unsaved.
   own_ = fullExtension(path) == ".innergs";
-  // A relative name means the working folder, not, as for a storage node in a scene, the scene's.
+  // A relative name refers to the working folder; a storage node in a scene would take the scene's.
   file_ = utf8(std::filesystem::absolute(path));
   storage_->SetFileName(file_.c_str());
 }

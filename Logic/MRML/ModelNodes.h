@@ -9,8 +9,8 @@ class vtkMRMLInnerGSModelStorageNode;
 class vtkMRMLModelNode;
 class vtkMRMLScene;
 
-/// Model nodes from and to files, and their Gaussians as nodes for 3D views. Everything throws Error and
-/// changes nothing then.
+/// Reads and writes model nodes, and turns their Gaussians into nodes for 3D views. All functions throw
+/// Error, and change nothing then.
 namespace innergs::mrml {
 
 /// A new node with its storage node from an .innergs or .ply file. Made on the main thread, read on any, and
@@ -41,7 +41,7 @@ public:
   ModelWriting& operator=(const ModelWriting&) = delete;
 
   void write();
-  /// In the node's storage node, if the node still holds what was written.
+  /// Records the file in the node's storage node, if the node still holds what was written.
   void note();
 
 private:

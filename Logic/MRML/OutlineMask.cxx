@@ -84,7 +84,7 @@ const Mask* OutlineMask::of(vtkMRMLNode* node, const std::string& segment, vtkMR
         mask_ = copy.make({}, none);
       }
     }
-  } catch (const Error&) { // which the job will tell
+  } catch (const Error&) { // the job will report it
     mask_.reset();
   }
   return mask_ ? &*mask_ : nullptr;

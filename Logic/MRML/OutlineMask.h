@@ -10,12 +10,12 @@ class vtkMRMLVolumeNode;
 
 namespace innergs::mrml {
 
-/// One mask of estimates: rebuilt only when the mask, its voxels or its place have changed, since every
-/// choice in a panel is estimated. Main thread.
+/// A mask for estimates, rebuilt only if the mask, its voxels or its place have changed, since every change
+/// in a panel asks for an estimate. Main thread.
 class OutlineMask {
 public:
-  /// On its own lattice (LPS); null without a mask, for surfaces, which only Slicer's slow conversion could
-  /// count, and for what the job will refuse. segment, `like`, grids: as SegmentationMask's.
+  /// The mask on its own lattice (LPS); null without a mask, for surfaces, which would take Slicer's slow
+  /// conversion, and for masks that the job will refuse. segment, `like`, grids: as SegmentationMask's.
   const Mask* of(vtkMRMLNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                  const std::vector<GridGeometry>& grids);
 

@@ -79,7 +79,7 @@ void takeSegmentation(vtkMRMLInnerGSModelNode* model, vtkMRMLSegmentationNode* n
   int size[3];
   regionInWorld(model, region, size);
   const int first[3] = {0, 0, 0};
-  vtkNew<vtkMRMLScalarVolumeNode> like; // where voxels have to be made of surfaces
+  vtkNew<vtkMRMLScalarVolumeNode> like; // for voxels made from surfaces
   vtkNew<vtkImageData> voxels;
   voxels->SetDimensions(size);
   like->SetAndObserveImageData(voxels);
@@ -136,7 +136,7 @@ std::shared_ptr<TrainingLabels> trainingLabelsOf(vtkMRMLInnerGSModelNode* model,
   return training;
 }
 
-/// The teacher as the worker makes it; progress: of what that takes.
+/// Makes the teacher, on the worker; progress: of making it.
 using TeacherMaker = std::function<Teacher(const std::stop_token&, DetachedTasks&,
                                            const std::function<void(double)>& progress)>;
 

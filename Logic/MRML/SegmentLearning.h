@@ -8,13 +8,13 @@ class vtkMRMLVolumeNode;
 namespace innergs::mrml {
 
 /// A task that teaches a model the segments of a segmentation or label map node; what the worker needs of the
-/// nodes is copied here. sparse: slices without any label between labelled ones were not labelled. Throws
+/// nodes is copied here. sparse: slices without any label between labelled ones count as unlabelled. Throws
 /// Error.
 std::shared_ptr<Task> prepareLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLNode* labels, bool sparse,
                                       vtkMRMLScene* scene);
 
-/// Instead from a volume node of several values per voxel, and a JSON file that says what texts mean there
-/// (readTextEmbeddings()). Throws Error.
+/// Likewise from a volume node with several values per voxel and a JSON file with the embeddings of texts in
+/// it (readTextEmbeddings()). Throws Error.
 std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtkMRMLVolumeNode* features,
                                              const std::string& textsFile, vtkMRMLScene* scene);
 
@@ -22,15 +22,15 @@ std::shared_ptr<Task> prepareFeatureLearning(vtkMRMLInnerGSModelNode* model, vtk
 struct NetworkTeacher {
   std::string file;
   std::vector<std::string> names; // of channels 1, 2, …; or
-  std::string textsFile;          // what texts mean to its features
+  std::string textsFile;          // embeddings of texts among its features
   double range[2] = {0, 0};       // values that become 0 and 1; equal: mean 0 and standard deviation 1
-  double spacing = 0;             // mm of the voxels that it expects; 0: as the fit had them
+  double spacing = 0;             // of the voxels that it expects, mm; 0: as in the fit
 };
 std::shared_ptr<Task> prepareNetworkLearning(vtkMRMLInnerGSModelNode* model, const NetworkTeacher& network,
                                              vtkMRMLScene* scene);
 
-/// The labels of such a node in the model's own coordinates (LPS), to be called once on any thread. Throws
-/// Error, and so does what is returned.
+/// Returns a function, to be called once on any thread, that gives the labels of such a node in the model's
+/// own coordinates (LPS). Both throw Error.
 std::function<NamedLabels(const std::stop_token&)> labelsLater(vtkMRMLInnerGSModelNode* model,
                                                                vtkMRMLNode* labels, vtkMRMLScene* scene);
 

@@ -74,7 +74,7 @@ SegmentFinder& SegmentQueries::encoded(vtkMRMLInnerGSModelNode* model, double sp
 }
 
 SegmentAnswer SegmentQueries::ask(vtkMRMLInnerGSModelNode* model, const std::string& text, double spacing) {
-  interpret(Lexicon::standard(), text); // refused before the work
+  interpret(Lexicon::standard(), text); // rejects invalid queries before the work starts
   SegmentAnswer found = encoded(model, spacing).find(text);
   answer = found.sentence;
   return found;

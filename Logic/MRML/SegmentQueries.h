@@ -14,15 +14,15 @@ class vtkMRMLSegmentationNode;
 
 namespace innergs::mrml {
 
-/// Segments of model nodes by name. Keeps the last model's probabilities, so that its
-/// next query takes milliseconds. Main thread.
+/// Segments of model nodes by name. Keeps the last model's probabilities, so that its next query takes
+/// milliseconds. Main thread.
 class SegmentQueries {
 public:
   SegmentQueries();
   ~SegmentQueries();
 
-  /// Throws Error(NoData) for a model that has learned no segments. encode(): at a spacing in mm, 0: as the
-  /// fit had it.
+  /// Throws Error(NoData) for a model that has learned no segments. encoded(): at a spacing in mm, 0: as in
+  /// the fit.
   SegmentFinder& finder(vtkMRMLInnerGSModelNode* model);
   SegmentFinder& encoded(vtkMRMLInnerGSModelNode* model, double spacing);
 
@@ -35,18 +35,18 @@ public:
   std::string answer; // the last one, as a sentence
 
 private:
-  vtkNew<vtkInnerGSModel> model_; // that the finder is of
+  vtkNew<vtkInnerGSModel> model_; // that the finder is for
   std::optional<SegmentFinder> finder_;
 };
 
-/// Segments as those of `output`, or of a new segmentation node beside the model and under its transform; one
-/// of the same name is replaced. Throws Error.
+/// Adds segments to `output`, or to a new segmentation node beside the model and under its transform;
+/// replaces a segment of the same name. Throws Error.
 vtkSmartPointer<vtkMRMLSegmentationNode> addSegments(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                      const MadeSegments& made,
                                                      vtkMRMLSegmentationNode* output);
 
-/// The probability of the segments that are requested, of several the likeliest's, as voxels of `output` or
-/// of a new volume node beside the model and under its transform. Throws Error.
+/// The probability of the requested segments (for several, that of the likeliest) as voxels of `output` or of
+/// a new volume node beside the model and under its transform. Throws Error.
 vtkSmartPointer<vtkMRMLScalarVolumeNode> addScore(vtkMRMLScene* scene, vtkMRMLInnerGSModelNode* model,
                                                   const MadeSegments& made, vtkMRMLScalarVolumeNode* output);
 

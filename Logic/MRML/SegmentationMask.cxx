@@ -52,7 +52,7 @@ bool hasVoxels(vtkOrientedImageData* image) {
   return image && !image->IsEmpty() && image->GetPointData()->GetScalars();
 }
 
-/// The largest step (mm) of the lattices that voxels may be looked up on before the fit's.
+/// The largest spacing (mm) of the lattices that voxels may be resampled on before the fit's own.
 double largestStep(vtkSegmentation* segments, const std::vector<std::string>& ids) {
   double step = 0;
   const auto consider = [&](vtkOrientedImageData* image) {
@@ -128,7 +128,7 @@ vtkSmartPointer<vtkOrientedImageData> copyOf(vtkOrientedImageData* image, int pa
 
 using Numbers = std::map<double, std::uint16_t>;
 
-/// What stands in a mask (bytes) or labelmap for a segment's number; 0: none.
+/// What a mask (bytes) or labelmap stores for the segment of a value; 0: none.
 template <class Label>
 Label labelOf(const Numbers& numbers, double value) {
   const auto found = numbers.find(value);
@@ -294,7 +294,7 @@ void SegmentationMask::addLayer(vtkOrientedImageData* image, int label, std::uin
 }
 
 void SegmentationMask::makeVoxels(const std::stop_token& stop, DetachedTasks& unstoppable) {
-  vtkNew<vtkCallbackCommand> quiet; // this file words the error
+  vtkNew<vtkCallbackCommand> quiet; // this file throws its own error
   converter_->AddObserver(vtkCommand::ErrorEvent, quiet);
   for (const auto& [segment, number] : others_) {
     // A segmentation converts what is added to it.

@@ -22,12 +22,12 @@ namespace innergs::mrml {
 class DetachedTasks;
 
 /// A segmentation as a job's mask, or as labels to learn from. The main thread copies what may change; the
-/// worker makes the mask of it, merging labelmaps and making voxels of surfaces.
+/// worker makes the mask from it, merging labelmaps and converting surfaces to voxels.
 class SegmentationMask {
 public:
   /// Copies the labelmaps, as far as they reach into the `grids` (LPS) that the mask is for, or the surfaces
-  /// where there are none. segment: an ID, or "" for all. `like`: gives surfaces their voxels. role: what
-  /// sentences call it. Throws Error.
+  /// of segments without one. segment: an ID, or "" for all. `like`: gives surfaces their voxels. role: what
+  /// messages call it. Throws Error.
   SegmentationMask(vtkMRMLSegmentationNode* node, const std::string& segment, vtkMRMLVolumeNode* like,
                    const std::vector<GridGeometry>& grids, const std::string& role = "mask");
   ~SegmentationMask();
@@ -39,11 +39,11 @@ public:
 
   /// Whether make() has to ask Slicer for the voxels of surfaces.
   bool hasSurfaces() const { return !others_.empty(); }
-  /// All segments in one (LPS), on any thread; uses the copies up. Slicer's conversion of surfaces cannot be
-  /// stopped. Throws Error, Error(Cancelled).
+  /// All segments as one mask (LPS), on any thread; uses up the copies. Slicer's conversion of surfaces
+  /// cannot be stopped. Throws Error, Error(Cancelled).
   Mask make(const std::stop_token& stop, DetachedTasks& unstoppable);
-  /// The same with the segments apart: the n-th one of names() has the label n + 1, and the last one where
-  /// several lie.
+  /// The same with the segments kept apart: the n-th of names(), from 0, has the label n + 1; where several
+  /// overlap, the last one wins.
   Labelmap makeLabels(const std::stop_token& stop, DetachedTasks& unstoppable);
   const std::vector<std::string>& names() const { return names_; }
 

@@ -20,22 +20,22 @@ class vtkSlicerInnerGSDynamicRequest;
 namespace innergs::mrml {
 
 /// The frames of a sequence of scalar volumes in the world (through the parent transform of its proxy node in
-/// a browser, if there is one). interval: s from one frame to the next, 0 as the sequence's index says.
-/// Without `voxels` the frames stay empty. Throws Error for what is no moving scan, with one sentence.
+/// a browser, if there is one). interval: s from one frame to the next; 0: from the sequence's index. Without
+/// `voxels` the frames stay empty. Throws Error, with one sentence, if it is not a moving scan.
 TimeSeries seriesOf(vtkMRMLSequenceNode* sequence, double interval, bool voxels);
 
-/// When the slices of its frames were acquired, as a request says, else the sequence, else the BIDS file
-/// beside the one that it was read from; empty: nothing does. Throws Error(InvalidArgument | FileNotFound |
-/// FileFormat).
+/// When the slices of a frame were acquired: from the request, else from the sequence, else from the BIDS
+/// file beside the file that it was read from; empty if none of them says. Throws Error(InvalidArgument |
+/// FileNotFound | FileFormat).
 SliceTiming sliceTimingOf(vtkSlicerInnerGSDynamicRequest* request, const GridGeometry& lattice);
 
-/// The frames' times in s. Throws Error(InvalidArgument) where the index is no time.
+/// The frames' times in s. Throws Error(InvalidArgument) if the index is not a time.
 std::vector<double> timesOf(vtkMRMLSequenceNode* sequence, double interval);
 
-/// The browser in which a sequence is, or null.
+/// The browser that a sequence belongs to, or null.
 vtkSmartPointer<vtkMRMLSequenceBrowserNode> browserOf(vtkMRMLSequenceNode* sequence);
 
-/// Replaces what a sequence holds by one node per time; the index is time in s.
+/// Replaces a sequence's content by one node per time; the index is time in s.
 class SequenceWriter {
 public:
   explicit SequenceWriter(vtkMRMLSequenceNode* sequence);
@@ -48,7 +48,7 @@ private:
 /// A new sequence node in the scene, beside another node; an observer may have removed it again.
 vtkSmartPointer<vtkMRMLSequenceNode> addSequence(vtkMRMLScene* scene, const std::string& name,
                                                  vtkMRMLNode* beside);
-/// The sequence in `like`'s browser where the indices agree, else in one of its own.
+/// Puts the sequence into `like`'s browser if their indices agree, else into one of its own.
 vtkSmartPointer<vtkMRMLSequenceBrowserNode> browse(vtkMRMLSequenceNode* sequence, vtkMRMLSequenceNode* like);
 
 /// A moving scan's frames, rendered on its own lattice: voxels as floats. device: as in Settings. Throws

@@ -16,9 +16,9 @@ class vtkInnerGSDynamicModel;
 class vtkInnerGSModel;
 class vtkMatrix4x4;
 
-/// A reconstructed model: a continuous volume made of 3D Gaussians, of a moving scan one in space and time,
-/// which shows itself at one time, GetTime(). Queries through vtkSlicerInnerGSLogic
-/// honour its parent transform, also one that bends space.
+/// A reconstructed model: a continuous volume made of 3D Gaussians; for a moving scan, one in space and time
+/// that is seen at one time, GetTime(). Queries through vtkSlicerInnerGSLogic honour its parent transform,
+/// even one that bends space.
 class VTK_SLICER_INNERGS_MODULE_MRML_EXPORT vtkMRMLInnerGSModelNode : public vtkMRMLTransformableNode {
 public:
   static vtkMRMLInnerGSModelNode* New();
@@ -35,22 +35,22 @@ public:
 
   enum { ModelModifiedEvent = 18750 };
 
-  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. Of a moving scan the model at
-  /// GetTime(); setting one ends the moving.
+  /// Null or empty: nothing yet. Setting it invokes ModelModifiedEvent. For a moving scan, the model at
+  /// GetTime(); setting a model makes the node one of a static scan.
   vtkInnerGSModel* GetModel();
   void SetModel(vtkInnerGSModel* model);
   bool IsEmpty();
 #ifndef __VTK_WRAP__
-  /// What the Gaussians have learned, of a moving scan for every time; not for an empty model.
+  /// Sets what the Gaussians have learned, for a moving scan at every time. The model must not be empty.
   void SetFeatures(const std::shared_ptr<const innergs::FeatureModel>& features);
 #endif
 
   ///@{
-  /// Of a moving scan; null for others. Setting it invokes ModelModifiedEvent, and so does another time.
+  /// The model of a moving scan; null for others. Setting it, or another time, invokes ModelModifiedEvent.
   vtkInnerGSDynamicModel* GetDynamicModel();
   void SetDynamicModel(vtkInnerGSDynamicModel* model);
   bool IsDynamic();
-  /// s; where everything that looks at the node sees the model. Held within the frames' times.
+  /// The time (s) at which everything that looks at the node sees the model. Clamped to the frames' times.
   double GetTime();
   void SetTime(double seconds);
   ///@}
@@ -60,9 +60,9 @@ public:
   virtual void GetBounds(double bounds[6]);
   virtual void GetRASBounds(double bounds[6]);
 
-  /// Moves the model itself (not of a moving scan, which keeps its parent transform): turned, shifted, scaled
-  /// and mirrored along the axes of its lattices. A shear of them is refused with an ErrorEvent; when a
-  /// parent transform is hardened, it stays as a new parent transform, so that nothing moves.
+  /// Moves the model itself (except that of a moving scan, which keeps its parent transform): rotates,
+  /// shifts, scales and mirrors it along the axes of its lattices. Refuses to shear them, with an ErrorEvent;
+  /// when a parent transform is hardened, a shear stays as a new parent transform, so that nothing moves.
   void ApplyTransformMatrix(vtkMatrix4x4* matrix) override;
   bool CanApplyNonLinearTransforms() const override;
   bool GetModifiedSinceRead() override;

@@ -52,7 +52,7 @@ protected:
 
   std::string ErrorMessage;
   int ErrorCode = 0;
-  bool Partly = false; // written last, and not everything
+  bool Partly = false; // the last write left something out
 #ifndef __VTK_WRAP__
   void Remember(vtkMRMLInnerGSModelNode* node);
 

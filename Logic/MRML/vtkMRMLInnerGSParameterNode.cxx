@@ -21,7 +21,7 @@ vtkInnerGSSettingsAccessMacro(vtkMRMLInnerGSParameterNode);
 
 namespace {
 
-/// As scenes had it before settings had one name.
+/// The name in scenes from before each setting had a single name.
 std::string formerName(const std::string& name) {
   static const std::map<std::string, std::string> former{
       {"gaussians", "numberOfGaussians"},  {"iterations", "numberOfIterations"},
@@ -32,7 +32,7 @@ std::string formerName(const std::string& name) {
   return found == former.end() ? name : found->second;
 }
 
-/// A choice was a number then, and what is out of range, -1 or 0, stood for unset.
+/// Choices were numbers then, and values out of range, -1 or 0, meant unset.
 void setFormer(innergs::Settings& settings, const innergs::Setting& row, const std::string& text) {
   const innergs::Settings before = settings;
   const auto number =
@@ -229,7 +229,7 @@ bool vtkMRMLInnerGSParameterNode::HasInputMask(vtkMRMLNode* input) {
   return !this->StackOf(input).Mask.empty();
 }
 
-/// So that the scene renames their IDs here where it has to.
+/// Lets the scene update their IDs here when it has to change them.
 void vtkMRMLInnerGSParameterNode::ReferToInputMasks() {
   this->RemoveNodeReferenceIDs(GetInputMaskReferenceRole());
   for (const auto& [input, stack] : this->Stacks)

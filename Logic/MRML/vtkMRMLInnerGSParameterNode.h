@@ -74,13 +74,13 @@ public:
 
   ///@{
   /// Only voxels inside are fitted: a labelmap volume (not 0 is inside) or a segmentation (all segments, or
-  /// the one named by MaskSegmentID). Null: no mask. It is that of all inputs without one of their own; where
-  /// an input has a mask, all must have one.
+  /// the one named by MaskSegmentID). Null: no mask. It applies to all inputs without one of their own; if
+  /// any input has a mask, all must have one.
   void SetMaskNode(vtkMRMLNode* node);
   vtkMRMLNode* GetMaskNode();
   vtkSetMacro(MaskSegmentID, const std::string&);
   vtkGetMacro(MaskSegmentID, std::string);
-  /// A markups ROI: only what it contains is fitted and put out. Null: everything.
+  /// A markups ROI: only what it contains is fitted and output. Null: everything.
   void SetROINode(vtkMRMLNode* node);
   vtkMRMLNode* GetROINode();
   ///@}
@@ -149,7 +149,7 @@ public:
   vtkSetMacro(ResumeFileName, const std::string&);
   vtkGetMacro(ResumeFileName, std::string);
 
-  /// All settings as at the start; inputs, region and outputs stay.
+  /// Restores the defaults of all settings; inputs, region and outputs stay.
   void ResetSettings();
 
   static const char* GetInputVolumeReferenceRole() {

@@ -18,7 +18,7 @@ struct Settings;
 }
 #endif
 
-/// What vtkSlicerInnerGSLogic::StartDynamicReconstruction() is asked for.
+/// The request to vtkSlicerInnerGSLogic::StartDynamicReconstruction().
 class VTK_SLICER_INNERGS_MODULE_LOGIC_EXPORT vtkSlicerInnerGSDynamicRequest : public vtkObject {
 public:
   static vtkSlicerInnerGSDynamicRequest* New();
@@ -28,7 +28,7 @@ public:
   /// The moving scan: a sequence of scalar volumes of one lattice, its index the time.
   void SetSeries(vtkMRMLSequenceNode* sequence);
   vtkMRMLSequenceNode* GetSeries();
-  /// s from one frame to the next, where the index is no time; 0 (default): the index.
+  /// s from one frame to the next, if the index is not a time; 0 (default): from the index.
   vtkSetMacro(Interval, double);
   vtkGetMacro(Interval, double);
 
@@ -44,9 +44,9 @@ public:
   vtkGetMacro(SliceTimingFileName, std::string);
   ///@}
 
-  /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
-  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what predicts
-  /// withheld frames better.
+  /// Settings, by their names in Docs/settings.md. Only those of moving scans, NumberOfGaussians, Seed,
+  /// threads, instruction set and device have an effect. Kind: what changes with time; Automatic: whichever
+  /// predicts withheld frames better.
   vtkInnerGSSettingsMacro();
   vtkInnerGSSettingMacro(NumberOfThreads, threads, int);
   enum Kinds { Motion, Intensity, Network };
@@ -64,19 +64,19 @@ public:
   vtkSetMacro(Rate, double);
   vtkGetMacro(Rate, double);
   ///@}
-  /// Judge the quality by a second fit, on frames that it does not see, beside linear interpolation in time.
-  /// On by default.
+  /// Judges the quality by a second fit, on frames that it does not see, next to linear interpolation in
+  /// time. On by default.
   vtkSetMacro(EvaluateQuality, bool);
   vtkGetMacro(EvaluateQuality, bool);
   vtkBooleanMacro(EvaluateQuality, bool);
 
   ///@{
   /// A model file to resume, of the same scan and settings: a job's GetRecoveryFile(), or what
-  /// `innergs interpolate --save-model` wrote when it was interrupted; "" (default): none. UTF-8. The
-  /// end of the fit removes one in the recovery folder.
+  /// `innergs interpolate --save-model` wrote when it was interrupted; "" (default): none. UTF-8. The end of
+  /// the fit removes a file in the recovery folder.
   vtkSetMacro(ResumeFileName, const std::string&);
   vtkGetMacro(ResumeFileName, std::string);
-  /// Keep in the recovery folder where the fit stands when Cancel() stops it, as whatever else stops it does.
+  /// Keeps the state of the fit in the recovery folder when Cancel() stops it, as when anything else does.
   /// Off by default.
   vtkSetMacro(KeepWhenCancelled, bool);
   vtkGetMacro(KeepWhenCancelled, bool);

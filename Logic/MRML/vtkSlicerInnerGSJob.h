@@ -63,11 +63,11 @@ public:
   double GetElapsedSeconds();
   double GetRemainingSeconds(); // estimated, of the whole job
 #ifndef __VTK_WRAP__
-  /// All of that.
+  /// All of the above.
   const innergs::Progress& GetProgressReport() const;
 #endif
-  /// Where the fit runs, or ran in the end, and why; "" before that is known.
   vtkGetMacro(PredictionNote, std::string); // what was put between the slices, a sentence; "": nothing yet
+  /// Where the fit runs, or ran in the end, and why; "" before that is known.
   vtkGetMacro(DeviceNote, std::string);
   /// One line for people.
   std::string GetDescription();
@@ -86,9 +86,9 @@ public:
   vtkGetMacro(ErrorCode, int); // one of vtkInnerGSAlgorithm::ErrorCodes, or 0
   int GetNumberOfWarnings();
   std::string GetWarning(int index);
-  /// A model file to go on from (SetResumeFileName of a parameter node or request), where closing the scene
-  /// or removing the parameter node stopped the fit, or KeepWhenCancelled of a moving scan's request; else
-  /// "".
+  /// A model file to resume from (SetResumeFileName of a parameter node or request) if closing the scene or
+  /// removing the parameter node stopped the fit, or a cancel with KeepWhenCancelled of a moving scan's
+  /// request; else "".
   vtkGetMacro(RecoveryFile, std::string);
   /// "name=value; ...": every setting as it was used.
   vtkGetMacro(UsedSettings, std::string);
@@ -101,8 +101,8 @@ public:
   vtkMRMLScalarVolumeNode* GetVolumeNode();
   vtkMRMLInnerGSModelNode* GetModelNode();
   vtkMRMLTableNode* GetTableNode();
-  /// Where the slices of several scans were found to lie (vtkInnerGSReconstruct::GetSliceTable); null where
-  /// they were not moved.
+  /// Where the slices of several scans were found to lie (vtkInnerGSReconstruct::GetSliceTable); null if they
+  /// were not moved.
   vtkMRMLTableNode* GetSliceTableNode();
   vtkMRMLScalarVolumeNode* GetUncertaintyNode(); // standard deviations; null unless asked for and known
   /// Of a moving scan alone.

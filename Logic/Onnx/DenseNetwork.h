@@ -35,7 +35,7 @@ EmbeddingVolume applyNetwork(const std::filesystem::path& file, const Volume& im
 /// channel.
 Labelmap likeliestChannel(const EmbeddingVolume& maps);
 
-/// What a network says of an image, to learn features from: with names, the likeliest channel of each voxel,
+/// A network's output for an image, to learn features from: with names, the likeliest channel of each voxel,
 /// channel 0 the background and channel n the segment of label n; otherwise its channels as features that
 /// belong to the texts. Throws as applyNetwork() and likeliestChannel() do, Error(InvalidArgument) without
 /// names and texts, or for a name without a channel.

@@ -48,8 +48,8 @@ NetworkPort::Type typeOf(Api::Type type) {
   return type == Api::Int32 || type == Api::Int64 ? NetworkPort::Type::Integer : NetworkPort::Type::Other;
 }
 
-/// OpenVINO tries its readers of other formats on any file, and these write what they think of it to stderr;
-/// an ONNX file begins with its version.
+/// OpenVINO tries its readers of other formats on any file, and these print their complaints to stderr; an
+/// ONNX file begins with its version.
 bool mayBeOnnx(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
   return in.get() == 0x08;
@@ -166,7 +166,8 @@ OnnxNetwork::OnnxNetwork(const std::filesystem::path& file, int streams) {
   auto model = owned<Api::Model>(api.model_free);
   if (!mayBeOnnx(file) || api.core_read_model(work.core.get(), path.c_str(), nullptr, model.out()) != 0)
     work.fail(" is not an ONNX network that OpenVINO " + runtime.version + " can read: give another file.");
-  // Single precision everywhere, and a thread per stream: the same figures on every machine's settings.
+  // Single precision everywhere and a thread per stream, so that results do not depend on a machine's
+  // settings.
   const std::string threads = std::to_string(std::max(1, streams));
   const Api::Status compiled = api.core_compile_model(
       work.core.get(), model.get(), "CPU", 6, work.compiled.out(), "INFERENCE_PRECISION_HINT", "f32",

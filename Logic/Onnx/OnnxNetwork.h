@@ -22,11 +22,11 @@ struct NetworkTensor {
   std::variant<std::vector<float>, std::vector<std::int64_t>> values;
 };
 
-/// A network in an ONNX file, run by OpenVINO on the CPU in single precision. A stream computes on a thread
-/// of its own, so that what it returns does not depend on their number.
+/// A network in an ONNX file, run by OpenVINO on the CPU in single precision. Each stream computes on a
+/// thread of its own, so that results do not depend on the number of streams.
 class OnnxNetwork {
 public:
-  /// Throws Error(FileNotFound), Error(FileFormat) for what is no network, Error(NoData) without OpenVINO.
+  /// Throws Error(FileNotFound), Error(FileFormat) if it is not a network, Error(NoData) without OpenVINO.
   explicit OnnxNetwork(const std::filesystem::path& file, int streams = 1);
   ~OnnxNetwork();
   OnnxNetwork(OnnxNetwork&&) noexcept;

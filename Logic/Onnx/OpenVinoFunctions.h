@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// What is used of OpenVINO's C interface (openvino/c/openvino.h), with its names and layouts.
+/// The functions used from OpenVINO's C interface (openvino/c/openvino.h), with its names and layouts.
 struct OpenVinoFunctions {
   struct Core;
   struct Model;

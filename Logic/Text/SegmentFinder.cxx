@@ -55,7 +55,7 @@ void SegmentFinder::makeSearch() {
 
 void SegmentFinder::encode(const GridGeometry& geometry, const FeatureQueryOptions& options) {
   if (probabilities_ && probabilities_->geometry() == geometry) return;
-  probabilities_.reset(); // its memory first
+  probabilities_.reset(); // frees its memory first
   probabilities_.emplace(*model_.field, *model_.features, geometry,
                          model_.moving ? queryAt(*model_.moving, model_.time, model_.features->time, options)
                                        : options);

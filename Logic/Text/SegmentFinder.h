@@ -42,8 +42,8 @@ public:
   explicit SegmentFinder(SegmentedModel model);
 
   /// Decodes the features at every voxel of a lattice, once: seconds for a whole volume. Queries after it
-  /// take milliseconds and know which structures the volume does not show. Nothing for the lattice of before.
-  /// Throws Error(Geometry | Memory | Cancelled).
+  /// take milliseconds and know which structures the volume does not show. Does nothing if the lattice is the
+  /// same as before. Throws Error(Geometry | Memory | Cancelled).
   void encode(const GridGeometry& geometry, const FeatureQueryOptions& options = {});
   /// Null before encode().
   const ClassProbabilities* probabilities() const { return probabilities_ ? &*probabilities_ : nullptr; }
@@ -62,13 +62,13 @@ public:
   /// ClassProbabilities::segment() does.
   MadeSegments make(const std::vector<RequestedSegment>& requested, const SegmentOptions& options = {},
                     const std::stop_token& stop = {}) const;
-  /// A candidate alone.
+  /// The request for one candidate alone.
   RequestedSegment requested(const SegmentCandidate& candidate) const;
 
 private:
   void makeSearch();
 
-  SegmentedModel model_; // of a moving scan with its field at the time
+  SegmentedModel model_; // for a moving scan, with its field at the time
   std::optional<ClassProbabilities> probabilities_;
   std::optional<SegmentSearch> search_;
 };

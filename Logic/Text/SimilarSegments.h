@@ -6,8 +6,8 @@ namespace innergs {
 /// The segments of a scene that are nearest in meaning to words which the lexicon does not know.
 class SimilarSegments {
 public:
-  /// Of suggestions by all-MiniLM-L6-v2: above what words without an anatomical meaning reach
-  /// (Docs/method.md).
+  /// The least cosine of a suggestion by all-MiniLM-L6-v2: above what words without an anatomical meaning
+  /// reach (Docs/method.md).
   static constexpr double kLeastCosine = 0.48;
   static constexpr std::size_t kMost = 10;
 
@@ -15,8 +15,8 @@ public:
   SimilarSegments(const Lexicon& lexicon, const std::vector<NamedSegment>& segments,
                   const std::vector<Structures>& structures, SentenceEmbedding& embedding);
 
-  /// Segments of a cosine of at least kLeastCosine, best first. Words for a side are no part of the meaning:
-  /// they leave out the segments of the other side.
+  /// Segments with a cosine of at least kLeastCosine, best first. Words for a side are not part of the
+  /// meaning: they exclude segments of the other side.
   std::vector<SegmentCandidate> find(std::string_view query, SentenceEmbedding& embedding) const;
 
 private:

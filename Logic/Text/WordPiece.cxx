@@ -16,7 +16,7 @@ bool isSpace(char32_t c) {
          c == 0x2028 || c == 0x2029 || c == 0x202f || c == 0x205f || c == 0x3000;
 }
 
-/// Controls, accents of their own, and what is no character: dropped.
+/// What is dropped: control and format characters, combining accents, invalid characters.
 bool isNothing(char32_t c) {
   return c < 0x20 || (c >= 0x7f && c < 0xa0) || c == 0xad || (c >= 0x300 && c < 0x370) || c == 0xfffd ||
          (c >= 0x200b && c <= 0x200f) || (c >= 0x202a && c <= 0x202e) || c == 0xfeff;

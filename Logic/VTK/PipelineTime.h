@@ -9,7 +9,7 @@ namespace innergs::vtk {
 /// model is empty or null.
 void announceTimes(vtkInformation* output, vtkInnerGSDynamicModel* model);
 
-/// The time (s) that the pipeline asks for, else `otherwise`; held within the model's. Throws
+/// The time (s) that the pipeline asks for, else `otherwise`; clamped to the model's range. Throws
 /// Error(InvalidArgument) when it is not finite.
 double requestedTime(vtkInformation* output, vtkInnerGSDynamicModel* model, double otherwise);
 

@@ -45,7 +45,7 @@ void setMeasured(vtkImageData* image, std::span<const std::uint8_t> measured) {
 double usualDeviation(vtkImageData* image) {
   vtkDataArray* scalars = image->GetPointData()->GetScalars();
   const vtkIdType count = scalars ? scalars->GetNumberOfTuples() : 0;
-  constexpr vtkIdType kMost = 200'000; // looked at
+  constexpr vtkIdType kMost = 200'000; // voxels looked at
   std::vector<float> values;
   for (vtkIdType n = 0; n < count; n += 1 + count / kMost)
     values.push_back(static_cast<float>(scalars->GetComponent(n, 0)));

@@ -9,20 +9,21 @@ class vtkMatrix4x4;
 
 namespace innergs::vtk {
 
-/// Makes the image that of an uncertainty: scalars "StandardDeviation" (float, scanner units) and point data
+/// Fills the image with an uncertainty: scalars "StandardDeviation" (float, scanner units) and point data
 /// "Measured" (unsigned char, 0 where no slice measured anything).
 void setUncertainty(vtkImageData* image, const Uncertainty& uncertainty, bool withGeometry);
 
-/// Adds that point data to an image of as many voxels.
+/// Adds these point data to an image with the same number of voxels.
 void setMeasured(vtkImageData* image, std::span<const std::uint8_t> measured);
 
-/// What one voxel in a hundred exceeds: the upper end of a window on such an image, above 0.
+/// The value that one voxel in a hundred exceeds, above 0: the upper end of a display window for such an
+/// image.
 double usualDeviation(vtkImageData* image);
 
-/// Such an image at points (LPS mm) into `plane`, which has its size and position: interpolated, and whether
-/// the nearest voxel was measured. Beside the image nothing was measured and the deviation is its largest.
-/// ijkToRAS null: from the image's origin, spacing and direction. Throws Error(Geometry | NoData |
-/// UnsupportedImage | Cancelled).
+/// Samples such an image at points (LPS mm), one per pixel of `plane`: the interpolated deviation, and
+/// whether the nearest voxel was measured. Outside the image nothing is measured, and the deviation is the
+/// image's largest. ijkToRAS null: from the image's origin, spacing and direction. Throws Error(Geometry |
+/// NoData | UnsupportedImage | Cancelled).
 void sampleUncertainty(vtkImageData* image, vtkMatrix4x4* ijkToRAS, std::span<const Vec3> points,
                        const GridGeometry& plane, bool withGeometry, ThreadPool& pool, vtkImageData* out);
 

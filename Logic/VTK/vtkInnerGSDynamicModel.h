@@ -24,7 +24,7 @@ public:
   vtkTypeMacro(vtkInnerGSDynamicModel, vtkDataObject);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// Back to no Gaussians.
+  /// Removes all Gaussians.
   void Initialize() override;
   void ShallowCopy(vtkDataObject* source) override;
   void DeepCopy(vtkDataObject* source) override;
@@ -36,26 +36,26 @@ public:
   /// What changes with time: "motion" (Gaussians that move), "intensity" (that change in place); "" when
   /// empty.
   std::string GetKindName();
-  /// One line for people.
+  /// One line for display.
   std::string GetDescription();
 
   ///@{
-  /// The frames that it was fitted to, and their times in s. Before the first and after the last the model is
-  /// as it is then.
+  /// The frames that it was fitted to, and their times in s. Before the first and after the last frame, the
+  /// model is as at that frame.
   int GetNumberOfFrames();
   double GetFrameTime(int index); // NaN for an index out of range
-  /// False, and nothing changed, when empty.
+  /// Returns false, changing nothing, if empty.
   bool GetTimeRange(double range[2]);
   ///@}
 
   ///@{
-  /// The segments that its Gaussians' features decode to; 0: none. As of vtkInnerGSModel.
+  /// The segments that its Gaussians' features decode to; 0: none. As in vtkInnerGSModel.
   int GetNumberOfSegments();
   std::string GetSegmentName(int index);
   ///@}
 
-  /// The model at a time (s), with its segments there, for all filters that take one, to be deleted by who
-  /// asked (in Python by itself); null when empty or when the time is not finite.
+  /// The model at a time (s), with its segments then, for all filters that take a model. The caller deletes
+  /// it (Python does so itself). Null when empty or when the time is not finite.
   VTK_NEWINSTANCE vtkInnerGSModel* NewModelAt(double time);
 
   /// The model in a pipeline's information, or null.

@@ -25,40 +25,40 @@ public:
   vtkTypeMacro(vtkInnerGSDynamicReconstruct, vtkInnerGSAlgorithm);
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
-  /// Settings, by their names in Docs/settings.md; those of moving scans are looked at, NumberOfGaussians,
-  /// Seed, threads, instruction set and device. Kind: what changes with time; Automatic: what predicts
-  /// withheld frames better.
+  /// Settings, by their names in Docs/settings.md. Only those of moving scans, NumberOfGaussians, Seed,
+  /// threads, instruction set and device have an effect. Kind: what changes with time; Automatic: whichever
+  /// predicts withheld frames better.
   vtkInnerGSSettingsMacro();
   enum Kinds { Motion, Intensity, Network };
   vtkInnerGSSettingMacro(Kind, kind, int);
 
   ///@{
-  /// s, of the index-th frame; a frame without one makes an error. TimeStep() sets them all: even, the first
-  /// at 0.
+  /// The time of the index-th frame, s; a frame without one is an error. SetTimeStep() sets them all: evenly
+  /// spaced, the first at 0.
   void SetFrameTime(int index, double time);
   double GetFrameTime(int index); // NaN: not set
   void SetTimeStep(double interval, int numberOfFrames);
   ///@}
   ///@{
-  /// s after a frame's time at which each of its slices was acquired, along an axis of the image (0, 1 or 2,
-  /// the default): the setting sliceTiming uses them, where Gaussians change their intensity. Null (default):
-  /// all at once. Kept by reference.
+  /// When each slice of a frame was acquired, s after the frame's time, along an axis of the image (0, 1 or
+  /// 2, the default). The setting sliceTiming uses this where Gaussians change their intensity. Null
+  /// (default): all at once. Kept by reference.
   void SetSliceTimes(vtkDoubleArray* times);
   vtkDoubleArray* GetSliceTimes();
   vtkSetMacro(SliceAxis, int);
   vtkGetMacro(SliceAxis, int);
   ///@}
-  /// Of all frames: IJK → RAS (mm), copied; null (default): from the first image's origin, spacing and
+  /// IJK → RAS (mm) of all frames, copied; null (default): from the first image's origin, spacing and
   /// direction.
   void SetIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
   vtkMatrix4x4* GetIJKToRASMatrix();
   /// For messages.
   vtkSetMacro(SeriesName, const std::string&);
   vtkGetMacro(SeriesName, std::string);
-  /// Disconnects all frames and forgets their times, their slices' and the matrix.
+  /// Disconnects all frames and forgets their times, their slice times and the matrix.
   void ClearInputs();
 
-  /// When stopped while all frames are refined together, put out the model reached. Off by default.
+  /// When stopped while all frames are refined together, outputs the model fitted so far. Off by default.
   vtkSetMacro(KeepModelWhenAborted, bool);
   vtkGetMacro(KeepModelWhenAborted, bool);
   vtkBooleanMacro(KeepModelWhenAborted, bool);
@@ -71,10 +71,10 @@ public:
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double); // estimated
   vtkGetMacro(TrainingPSNR, double);     // dB, on the fitted frames; NaN: unknown
-  vtkGetMacro(Choice, std::string);      // why the model is of its kind, a sentence; "" where it was given
+  vtkGetMacro(Choice, std::string);      // why the model is of its kind, a sentence; "" if the kind was given
   vtkGetMacro(UsedDevice, std::string);  // where the fit ended: "cpu", "cuda:N"
   vtkGetMacro(DeviceNote, std::string);  // where the fit runs and why, a sentence
-  vtkGetMacro(Notes, std::string);       // sentences, one a line: what was asked for or found and not used
+  vtkGetMacro(Notes, std::string);       // sentences, one per line: what was requested or found, but not used
   ///@}
 
 #ifndef __VTK_WRAP__

@@ -8,8 +8,9 @@ class vtkInnerGSModel;
 
 /// The model of a moving scan (input: vtkInnerGSDynamicModel) at one time: a vtkInnerGSModel (output), for
 /// planes, resampling and points behind it. The time is the one that the pipeline asks for
-/// (UpdateTimeStep() of the last filter; TIME_STEPS are the fitted frames', TIME_RANGE theirs), else Time.
-/// Any time in between is as good as a frame's; before the first and after the last frame it is theirs.
+/// (UpdateTimeStep() of the last filter; TIME_STEPS and TIME_RANGE are those of the fitted frames), else
+/// Time. Any time in between is as good as a frame's; before the first and after the last frame, the model is
+/// as at that frame.
 class VTKINNERGS_EXPORT vtkInnerGSInterpolateTime : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSInterpolateTime* New();

@@ -65,7 +65,7 @@ void vtkInnerGSLearnSegments::PrintSelf(ostream& os, vtkIndent indent) {
 int vtkInnerGSLearnSegments::FillInputPortInformation(int port, vtkInformation* information) {
   if (port == 0) return this->Superclass::FillInputPortInformation(port, information);
   information->Set(vtkAlgorithm::INPUT_REQUIRED_DATA_TYPE(), "vtkImageData");
-  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // a sentence of our own says that it is missing
+  information->Set(vtkAlgorithm::INPUT_IS_OPTIONAL(), 1); // our own message says that it is missing
   return 1;
 }
 

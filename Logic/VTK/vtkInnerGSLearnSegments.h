@@ -10,8 +10,8 @@ class vtkMatrix4x4;
 
 /// Teaches a model (input) segments from one of three teachers, a labelmap, a feature volume with the
 /// embeddings of texts, or a network: the output is the same model, whose Gaussians then have features that
-/// vtkInnerGSSegment decodes on any grid. The labelmap may have a grid of its own and labels on some slices
-/// alone.
+/// vtkInnerGSSegment decodes on any grid. The labelmap may have a grid of its own, and labels on only some
+/// slices.
 class VTKINNERGS_EXPORT vtkInnerGSLearnSegments : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSLearnSegments* New();
@@ -30,17 +30,17 @@ public:
   ///@}
 
   ///@{
-  /// Whether slices without any label between labelled ones were not labelled: these then follow the scan.
-  /// Off (default): they are background.
+  /// On: slices without any label between labelled ones count as unlabelled and follow the scan. Off
+  /// (default): as background.
   vtkSetMacro(SparseSlices, bool);
   vtkGetMacro(SparseSlices, bool);
   vtkBooleanMacro(SparseSlices, bool);
   ///@}
 
   ///@{
-  /// Instead of labels: a feature volume, several values per voxel, and what texts mean to the model that
-  /// made it, as many values for each ("background" is everything else). An empty or null
-  /// embedding: none.
+  /// Instead of labels: a feature volume with several values per voxel, and embeddings of texts by the model
+  /// that made it, with as many values each ("background": everything else). An empty or null embedding
+  /// removes the text.
   void SetFeatures(vtkImageData* features, vtkMatrix4x4* ijkToRAS = nullptr);
   void SetTextEmbedding(const std::string& text, vtkDataArray* values);
   int GetNumberOfTextEmbeddings();
@@ -58,7 +58,7 @@ public:
   /// instead.
   vtkSetVector2Macro(NetworkRange, double);
   vtkGetVector2Macro(NetworkRange, double);
-  /// Voxels that the network expects, mm; 0 (default): as the fit had them.
+  /// Voxel size that the network expects, mm; 0 (default): as in the fit.
   vtkSetMacro(NetworkSpacing, double);
   vtkGetMacro(NetworkSpacing, double);
   ///@}
@@ -67,7 +67,7 @@ public:
   /// Channels of a Gaussian's latent: 8, 16 (default) or 32.
   vtkSetMacro(NumberOfChannels, int);
   vtkGetMacro(NumberOfChannels, int);
-  /// 0 (default): as the labels need. Of labelmaps alone.
+  /// For labelmaps only; 0 (default): as many as the labels need.
   vtkSetMacro(NumberOfIterations, int);
   vtkGetMacro(NumberOfIterations, int);
   ///@}

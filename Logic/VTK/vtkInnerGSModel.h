@@ -65,9 +65,9 @@ public:
 
   ///@{
   /// The segments that the Gaussians' features decode to, once they were learned from a labelmap; 0: none
-  /// yet. Of a moving scan's model at a time, those of the scan.
+  /// yet. For a moving scan's model at a time, those of the scan.
   int GetNumberOfSegments();
-  /// As the labelmap had it: "liver", "kidney_left". "" outside 0 to GetNumberOfSegments() − 1.
+  /// The name in the labelmap: "liver", "kidney_left". "" outside 0 to GetNumberOfSegments() − 1.
   std::string GetSegmentName(int index);
   ///@}
 
@@ -80,8 +80,8 @@ public:
   std::shared_ptr<const innergs::Model> GetCoreModel() const {
     return this->CoreModel;
   }
-  /// features: of this model's Gaussians; null: none. moving: the model of a moving scan that this one is at
-  /// a time (s), and whose features they are; null: it does not move.
+  /// features: of this model's Gaussians; null: none. moving: the moving scan's model that this one shows at
+  /// a time (s), and that the features belong to; null: it does not move.
   void SetCoreModel(std::shared_ptr<const innergs::Model> core,
                     std::shared_ptr<const innergs::FeatureModel> features = nullptr,
                     std::shared_ptr<const innergs::DynamicField> moving = nullptr, double time = 0);
@@ -89,7 +89,7 @@ public:
   std::shared_ptr<const innergs::FeatureModel> GetFeatures() const {
     return this->Moving ? nullptr : this->Features;
   }
-  /// Where its segments are found.
+  /// What its segments are found in.
   innergs::SegmentedModel GetSegmented() const;
   /// Whether both hold the same, Gaussians and features.
   bool HasContentOf(vtkInnerGSModel* other) const {

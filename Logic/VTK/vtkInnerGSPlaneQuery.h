@@ -10,8 +10,8 @@ class vtkImageData;
 class vtkMatrix4x4;
 
 /// Renders the model (input) on a plane as a 2D vtkImageData (output, float, scanner units), fast enough to
-/// follow a drag. Keeps threads and buffers between executions. Port 1: with the standard deviation of a
-/// volume of the model as second input, that on the plane.
+/// follow a drag. Keeps threads and buffers between executions. Port 1: the standard deviation on the plane,
+/// if that of the model's volume is the second input.
 class VTKINNERGS_EXPORT vtkInnerGSPlaneQuery : public vtkInnerGSAlgorithm {
 public:
   static vtkInnerGSPlaneQuery* New();
@@ -44,8 +44,8 @@ public:
   ///@}
 
   ///@{
-  /// The third output of vtkInnerGSReconstruct, in the model's own RAS; it lies as the matrix (IJK → RAS,
-  /// copied; null: from the image) says. Null image (default): the second output is empty.
+  /// The third output of vtkInnerGSReconstruct, in the model's own RAS, and its matrix (IJK → RAS, copied;
+  /// null: from the image). Null image (default): the second output is empty.
   void SetStandardDeviationData(vtkImageData* deviation);
   void SetStandardDeviationIJKToRASMatrix(vtkMatrix4x4* ijkToRAS);
   /// On the lattice of the first output: scalars "StandardDeviation" (float, scanner units) and point data

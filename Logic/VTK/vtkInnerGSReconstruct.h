@@ -120,7 +120,7 @@ public:
   vtkGetMacro(HeldOutFraction, double);
   /// Also estimates how far the volume may be off: the truth lies within 1.645 standard deviations of it in
   /// 90 % of the voxels. Takes that second fit (with a fraction of 0.2 if none is set) and two small ones. A
-  /// warning tells where too little is known. Off by default.
+  /// warning says so if too little is known. Off by default.
   vtkSetMacro(EstimateUncertainty, bool);
   vtkGetMacro(EstimateUncertainty, bool);
   vtkBooleanMacro(EstimateUncertainty, bool);
@@ -190,8 +190,8 @@ public:
   std::string GetWarning(int index); // a sentence for the user
   /// Where the slices of several scans were found to lie, a row each: Scan (from 1), Slice (from 0), Weight
   /// (0: left out), Gain, Displacement (mm), Angle (degrees), Residual (scanner units; NaN: unknown), and M00
-  /// to M23, rigid, RAS mm: from where the header puts the slice to where it lies. Empty where that was not
-  /// looked at.
+  /// to M23, rigid, RAS mm: from where the header puts the slice to where it lies. Empty if slice motion was
+  /// not estimated.
   vtkTable* GetSliceTable();
   vtkGetMacro(SlicesMoved, bool); // whether any motion was found
   /// "name=value" pairs separated by "; ": every setting as used, including chosen ones.
@@ -217,7 +217,8 @@ protected:
   innergs::vtk::OutputChoice MakeOutputChoice();
   innergs::ReconstructionInput MakeInput(const std::vector<vtkImageData*>& images,
                                          const std::vector<vtkImageData*>& masks, std::stop_token stop);
-  /// Uses the snapshot, or what is known of the inputs without their voxels. False without any. May throw.
+  /// Uses the snapshot, or what is known of the inputs without their voxels. Returns false without inputs.
+  /// May throw.
   bool WithOutline(const std::function<void(const innergs::ReconstructionInput&)>& use);
   /// Runs the reconstruction on the thread that called Update(), calling ReportProgress() and
   /// ReportPreview(). May throw.

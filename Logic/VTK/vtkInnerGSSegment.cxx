@@ -40,7 +40,7 @@ struct vtkInnerGSSegment::Internals {
   std::vector<std::string> queries;
   innergs::vtk::ReferenceGrid reference;
   vtkNew<vtkMatrix4x4> outputToRAS;
-  vtkNew<vtkInnerGSModel> model; // that the finder is of
+  vtkNew<vtkInnerGSModel> model; // that the finder is for
   std::optional<innergs::SegmentFinder> finder;
   std::vector<innergs::SegmentAnswer> answers; // per query
   std::vector<std::vector<std::string>> names; // of their candidates
@@ -209,7 +209,7 @@ void vtkInnerGSSegment::RequestData(vtkInformationVector** inputs, vtkInformatio
   if (work.queries.empty())
     throw Error(ErrorCode::InvalidArgument, "There is no query: name a structure, e.g. \"liver\".");
   for (const std::string& query : work.queries)
-    innergs::interpret(innergs::Lexicon::standard(), query); // what is no query is refused before the work
+    innergs::interpret(innergs::Lexicon::standard(), query); // rejects invalid queries before the work starts
   if (!work.finder || !work.model->HasContentOf(model)) {
     work.finder.reset();
     work.finder.emplace(model->GetSegmented());

@@ -16,11 +16,11 @@ public:
   void PrintSelf(ostream& os, vtkIndent indent) override;
 
   ///@{
-  /// A structure in words: "left kidney", "hepar", or a segment's own name. One that asks for nothing the
-  /// model has is no error: see GetAnswer().
+  /// A structure in words: "left kidney", "hepar", or a segment's own name. A query for something that the
+  /// model lacks is not an error: see GetAnswer().
   void AddQuery(const std::string& text);
   void RemoveAllQueries();
-  /// This one alone.
+  /// Replaces all queries by this one.
   void SetQuery(const std::string& text);
   int GetNumberOfQueries();
   std::string GetQuery(int index);
@@ -43,18 +43,18 @@ public:
   ///@}
 
   ///@{
-  /// The grid, as of vtkInnerGSResample. mm; 0, 0, 0 (default): as the fit had it.
+  /// The grid, as in vtkInnerGSResample: mm; 0, 0, 0 (default): as in the fit.
   vtkSetVector3Macro(OutputSpacing, double);
   vtkGetVector3Macro(OutputSpacing, double);
   void SetReferenceGrid(vtkMatrix4x4* ijkToRAS, int dimensionI, int dimensionJ, int dimensionK);
   void SetReferenceImage(vtkImageData* image, vtkMatrix4x4* ijkToRAS = nullptr);
   ///@}
 
-  /// Labels in unsigned char or, of more than 255 segments, unsigned short.
+  /// Labels as unsigned char or, for more than 255 segments, unsigned short.
   vtkImageData* GetOutput();
   ///@{
-  /// Whether to make a score too (second output, float, on the same grid): at each voxel the probability of
-  /// what the queries ask for, of several segments the likeliest's. Off by default.
+  /// Whether to make a score too (second output, float, on the same grid): the probability, at each voxel, of
+  /// what the queries ask for; for several segments, that of the likeliest. Off by default.
   vtkSetMacro(MakeScore, bool);
   vtkGetMacro(MakeScore, bool);
   vtkBooleanMacro(MakeScore, bool);

@@ -74,16 +74,16 @@ def start_moving(sequence, *, interval=0.0, kind="auto", times=None, rate=0.0, q
 def reconstruct_moving(sequence, **choices):
     """Reconstructs a moving scan, a sequence node of scalar volumes, and waits. Returns a MovingResult with new nodes.
 
-    interval     seconds from one frame to the next, where the sequence's index is no time
+    interval     seconds from one frame to the next, if the sequence's index is not a time
     kind         what changes with time: "motion", "intensity" (fMRI), "network" or "auto" (default): which of the first
                  two predicts withheld frames better
-    times, rate  the frames to make: at these times in s, or so many per second; by default at the sequence's own times
-    quality      judge by a second fit, on frames that it does not see, beside linear interpolation (default True)
+    times, rate  the frames to make: at these times in s, or this many per second; by default at the sequence's own times
+    quality      judge by a second fit, on frames that it does not see, next to linear interpolation (default True)
     slice_times  seconds after a frame's time at which each of its slices was acquired, one per slice along K, or a file
                  with them (BIDS's .json, or text); by default what the sequence says (attribute InnerGS.SliceTiming)
-                 or the BIDS file beside the one that it was read from. kind "intensity" looks at them
-    resume       a model file to go on from, of a fit of the same sequence and settings that was stopped
-    keep         keep in the recovery folder where a cancelled fit stands; MovingJob.recovery_file has it then
+                 or the BIDS file beside the one that it was read from. Used by kind "intensity"
+    resume       a model file to resume from, of a stopped fit of the same sequence and settings
+    keep         keep the state of a cancelled fit in the recovery folder; MovingJob.recovery_file then names the file
     progress     called with the job from time to time
     preview      called with the job when the model so far is new: job.preview(seconds)
     any setting of moving scans (Docs/settings.md): knots, rounds, node_distance, gaussians, seed,

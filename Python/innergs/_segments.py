@@ -23,11 +23,11 @@ def learn(model, labels=None, sparse=False, progress=None, features=None, texts=
 
     labels    a segmentation or label map node, whose names come from its colour table; sparse: unlabelled slices
               between labelled ones follow the scan
-    features  instead: a volume node of several values per voxel; texts: a JSON file that says what texts mean there,
+    features  instead: a volume node with several values per voxel; texts: a JSON file with embeddings of texts,
               {"liver": [0.1, 0.2], "background": [0, 1]}
     network   or: an ONNX file that OpenVINO runs on the model's own image; names: of its channels 1, 2, ..., or texts
-    value_range, spacing  for the network: values that become 0 and 1 (equal: mean 0 and standard deviation 1), mm of its
-              voxels (0: as the fit had them)
+    value_range, spacing  for the network: values that become 0 and 1 (equal: mean 0 and standard deviation 1), size of its
+              voxels in mm (0: as in the fit)
     progress  called with the Job from time to time
     """
     if sum(bool(teacher) for teacher in (labels, features, network)) > 1:
@@ -76,7 +76,7 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
     text          one structure in words, or a list of them; both sides where the side is open
     threshold     of the probability, 0 to 1; 0: where the segment is the likeliest
     largest_only  only the largest connected part of each segment; minimum_size: of connected parts, mm3
-    smoothing     standard deviation of a Gaussian in mm; spacing: of the voxels in mm, 0: as the fit had it
+    smoothing     standard deviation of a Gaussian in mm; spacing: of the voxels in mm, 0: as in the fit
     """
     owner = logic_of(model)
     for one in [text] if isinstance(text, str) else text:
@@ -89,8 +89,8 @@ def segment(model, text, output=None, threshold=0.0, largest_only=False, minimum
 def score(model, text, output=None, spacing=0.0):
     """The probability of what a query means, 0 to 1, as a volume node: `output` or a new one.
 
-    Of several segments, the likeliest's; of a moving model, at the time of set_time(). spacing: of the voxels in mm,
-    0: as the fit had it.
+    For several segments, that of the likeliest; for a moving model, at the time of set_time(). spacing: of the
+    voxels in mm, 0: as in the fit.
     """
     owner = logic_of(model)
     with quiet(owner):

@@ -356,7 +356,7 @@ void AppHost::fillSlowly(const JobOutline& outline, ui::Estimate& estimate) {
     return;
   }
   if (isRunning()) return;    // a time measured beside a fit means nothing
-  forecasts_.insert(key, {}); // asked for
+  forecasts_.insert(key, {}); // being measured
   estimates_->run({}, [this, key, outline, run = runs_] {
     const JobForecast forecast = outline.forecast();
     return [this, key, forecast, run] {

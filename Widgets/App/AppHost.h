@@ -66,14 +66,14 @@ public:
   /// Reads files and DICOM folders (every series) one after another on a thread; each ends with opened(),
   /// which gives the ID of its first item, or with openFailed().
   void open(const QStringList& paths);
-  /// Makes an item another frame (from 0) of its 4D file; keeps its ID and window. On the thread: ends with
-  /// frameShown() or openFailed(); of several that wait the last one is read.
+  /// Replaces an item by another frame (from 0) of its 4D file; keeps its ID and window. Runs on the thread
+  /// and ends with frameShown() or openFailed(); of several waiting frames only the last is read.
   void showFrame(const QString& id, int frame);
-  /// The sample, made of a head (SampleBrain.h); the same way. A head given here that can be used is
-  /// remembered.
+  /// Opens the sample, made from a head (SampleBrain.h), the same way. Remembers a head given here if it can
+  /// be used.
   void openSample(const QString& head = {});
-  /// Files of any kind by their extension; "" or a sentence. Keeps the windows painting meanwhile. An item
-  /// that was replaced meanwhile, or went to a .ply file, stays unsaved.
+  /// Writes an item to a file of any kind, by its extension; returns "" or a sentence. Keeps the windows
+  /// painting meanwhile. An item that was replaced meanwhile, or was written to a .ply file, stays unsaved.
   QString save(const QString& id, const QString& file);
 
 Q_SIGNALS:
@@ -100,7 +100,7 @@ private:
   QHash<QString, int> wantedFrames_; // by item, while one is read
   Background* estimates_;
   QHash<QString, JobForecast> forecasts_; // by the outline's key
-  int runs_ = 0; // reconstructions begun and ended: times measured across one say nothing
+  int runs_ = 0; // number of reconstructions begun and ended: a time measured across one means nothing
 };
 
 } // namespace innergs::app

@@ -116,7 +116,7 @@ void AppMotionHost::work(const ui::MotionRequest& request, const VolumeItem& sca
     if (request.interval > 0) reading.interval = request.interval;
     reading.sliceTimes = pathOf(request.sliceTimesFile);
     TimeSeries series = readTimeSeries(pathOf(scan.frames.file), reading);
-    timesAtRate(request.rate, series.times); // or an Error
+    timesAtRate(request.rate, series.times); // throws if the rate is invalid
     const std::string pairs = remarkOnPairs(series);
     JudgedSeries job(std::move(series), request.settings, request.evaluateQuality);
     if (!request.resumeFile.isEmpty()) job.resume(readStoppedFit(pathOf(request.resumeFile)));
@@ -189,7 +189,7 @@ ui::MotionInfo AppMotionHost::motionInfo(const QString& modelId) const {
 }
 
 void AppMotionHost::receivePreview(const std::shared_ptr<const DynamicField>& field) {
-  if (!running_) return; // of one that has ended
+  if (!running_) return; // from a fit that has ended
   const bool first = !preview_;
   preview_ = vtkSmartPointer<vtkInnerGSDynamicModel>::New();
   preview_->SetField(field);
@@ -208,7 +208,7 @@ void AppMotionHost::setPreviewTime(double seconds) {
   if (!showing_) showWanted();
 }
 
-/// Of a fit that gave no model.
+/// After a fit that gave no model.
 void AppMotionHost::dropPreview() {
   const QString id = std::exchange(previewShown_, {}).volumeId;
   if (!id.isEmpty()) host_->document().remove(id);
@@ -241,7 +241,7 @@ void AppMotionHost::showWanted() {
       if (!*model) throw Error(ErrorCode::InvalidArgument, tr("This time cannot be shown.").toStdString());
       const GaussianField& field = (*model)->GetCoreModel()->field;
       *volume = makeItem(render(field, field.region()), name);
-      volume->role = VolumeRole::Made; // the model makes it again, so that it need not be saved
+      volume->role = VolumeRole::Made; // the model can make it again, so it need not be saved
     });
     return [this, wanted, moving, model, volume, error, preview, run] {
       showing_ = false;

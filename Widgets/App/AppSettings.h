@@ -10,8 +10,8 @@ namespace innergs::app {
 /// INNERGS_SETTINGS (tests, scripts).
 std::unique_ptr<QSettings> appSettings();
 
-/// The folder that keeps the state of fits that the end of the app has stopped; with INNERGS_SETTINGS, one
-/// beside that file.
+/// The folder that keeps the state of fits that were stopped by the end of the app; with INNERGS_SETTINGS,
+/// one beside that file.
 QString recoveryFolder();
 
 /// Recently opened files and folders, newest first.

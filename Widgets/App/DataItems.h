@@ -64,7 +64,7 @@ struct ModelItem {
   QString id, name, file;
   QString origin;                                 // the scans' names, or the file
   ModelNotes notes;                               // what it was made from, for its file
-  vtkSmartPointer<vtkInnerGSModel> model;         // of a moving scan as it is at `time`
+  vtkSmartPointer<vtkInnerGSModel> model;         // of a moving scan, its model at `time`
   vtkSmartPointer<vtkInnerGSDynamicModel> moving; // null for others
   double time = 0;                                // s
   std::array<double, 2> window{0, 1};             // intensities worth showing
@@ -79,12 +79,12 @@ struct ModelItem {
 /// threads. Throws Error(Geometry | NoData).
 VolumeItem makeItem(Volume volume, const QString& name, const QString& file = {}, double thickness = 0,
                     int sliceAxis = -1);
-/// Likewise of standard deviations, unsaved; the image also has what was measured (UncertaintyImage.h).
+/// Likewise for standard deviations, unsaved; the image also says what was measured (UncertaintyImage.h).
 VolumeItem makeItem(Uncertainty uncertainty, const QString& name);
 ModelItem makeItem(std::shared_ptr<const Model> model, const QString& name, const QString& file = {},
                    ModelNotes notes = {}, std::shared_ptr<const FeatureModel> features = nullptr);
 
-/// Of a moving scan, at its first frame's time.
+/// Likewise for a moving scan's model, at its first frame's time.
 ModelItem makeItem(const std::shared_ptr<const DynamicField>& field, const QString& name,
                    const QString& file = {}, ModelNotes notes = {},
                    std::shared_ptr<const FeatureModel> features = nullptr);

@@ -22,7 +22,7 @@ public:
   std::shared_ptr<VolumeItem> volume(const QString& id) const;
   std::shared_ptr<ModelItem> model(const QString& id) const;
 
-  /// The ID it got. Names are made unique.
+  /// Returns the new item's ID. Makes names unique.
   QString add(VolumeItem item);
   QString add(ModelItem item);
   /// Gives the item with an ID new content and keeps its ID and name; false when it is gone.
@@ -31,8 +31,8 @@ public:
   void rename(const QString& id, const QString& name);
   void remove(const QString& id);
   void setSaved(const QString& id, const QString& file);
-  /// A model that has learned something: unsaved from now on.
-  /// moving: of a moving scan, which the content is at a time.
+  /// Gives a model what it has learned; it is unsaved from now on. moving: the model of a moving scan, of
+  /// which `content` is the state at a time.
   void setModel(const QString& id, const vtkSmartPointer<vtkInnerGSModel>& content,
                 const vtkSmartPointer<vtkInnerGSDynamicModel>& moving = nullptr);
   void setEllipsoidsShown(const QString& id, bool shown);

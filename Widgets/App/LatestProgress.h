@@ -11,7 +11,8 @@ namespace innergs::app {
 /// newer one follows.
 class LatestProgress {
 public:
-  /// Returns whether it must be taken; false: taking an earlier one is still to come and gives this one.
+  /// Returns whether take() must be scheduled; false: one for an earlier report is still to come and gives
+  /// this one.
   bool put(const Progress& progress) {
     const std::lock_guard lock(mutex_);
     const bool first = !latest_;

@@ -45,7 +45,7 @@ public:
   /// Brings a panel to the front: "reconstructDock", "motionDock", "queryDock", "findDock", "modelDock",
   /// "logDock", "dataDock".
   void showPanel(const QString& name);
-  /// The same, and the keyboard goes to its first control.
+  /// The same, and moves the keyboard focus to its first control.
   void goToPanel(const QString& name);
 
   /// Presses Reconstruct; with `all`, from all volumes that are open.
@@ -67,7 +67,7 @@ private:
                const std::function<void()>& call, const QKeySequence& keys = {});
   QDockWidget* addDock(QWidget* content, const char* name, const QString& title, bool scrolled);
   void updateActions();
-  /// That panels and menus act on.
+  /// Sets the model that panels and menus act on.
   void setModel(const QString& id);
   void remember(const QString& file);
   void fillRecent();

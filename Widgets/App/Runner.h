@@ -13,7 +13,7 @@
 
 namespace innergs::app {
 
-/// What a reconstruction works on, apart from the document: the request, and volumes that never change.
+/// What a reconstruction works on, independent of the document: the request, and volumes that never change.
 struct ReconstructionTask {
   ui::Request request;
   std::vector<VolumeItem> inputs; // in the request's order

@@ -130,7 +130,7 @@ SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
   connect(state, &ViewState::volumeChanged, this, &SliceView::pointCrosshair);
   connect(state, &ViewState::crosshairChanged, this, &SliceView::pointCrosshair);
   connect(state, &ViewState::placeChanged, this, [this] {
-    fitted_ = false; // or when it has a size
+    fitted_ = false; // so that fit() happens later if the view has no size yet
     fit();
   });
   showVolume();

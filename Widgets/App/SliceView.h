@@ -12,9 +12,8 @@ namespace innergs::app {
 
 /// One plane through the shown volume, as radiologists look at it: axial from the feet, coronal from the
 /// front, sagittal from the left. A click moves the crosshair of all views, the wheel goes through the
-/// slices, a drag with the left button changes window and level, with the right one the size, with the middle
-/// one the place. Keys: arrows and Page Up/Down go through the slices, Shift+arrows move, +/− zoom, Home
-/// fits.
+/// slices, a drag with the left button changes window and level, with the right one zooms, with the middle
+/// one pans. Keys: arrows and Page Up/Down go through the slices, Shift+arrows move, +/− zoom, Home fits.
 class SliceView : public QVTKOpenGLNativeWidget {
   Q_OBJECT
 public:
@@ -27,7 +26,7 @@ public:
   /// Position across the slices, RAS mm.
   double position() const;
   void stepSlices(int count);
-  /// The whole volume again.
+  /// Fits the whole volume into the view.
   void fit();
   /// RAS of a point of the widget (in its own pixels).
   Vec3 toRAS(const QPointF& at) const;
@@ -37,7 +36,8 @@ public:
   std::array<QChar, 4> letters() const;
 
 Q_SIGNALS:
-  /// The place and value under the mouse, or at the crosshair while the keyboard is here; else "".
+  /// The place and value under the mouse, or at the crosshair while this view has the keyboard focus; else
+  /// "".
   void pointed(const QString& text);
   void doubleClicked();
 
@@ -62,7 +62,7 @@ private:
   void render();
   double millimetresPerPixel() const;
   void zoom(double factor);
-  /// Moves what is looked at, mm.
+  /// Pans, mm.
   void pan(double right, double up);
   void pointCrosshair();
 

@@ -7,7 +7,7 @@ namespace innergs::app {
 
 struct SegmentOverlay;
 
-/// What the views show together: one volume, and the crosshair's position.
+/// What all views share: the shown volume and the crosshair's position.
 class ViewState : public QObject {
   Q_OBJECT
 public:
@@ -58,7 +58,7 @@ private:
   void show(const std::shared_ptr<VolumeItem>& item);
   Document* document_;
   QString volumeId_;
-  std::shared_ptr<const Volume> shown_; // that the views were told of
+  std::shared_ptr<const Volume> shown_; // that the views know of
   Vec3 crosshair_{0, 0, 0};
   std::shared_ptr<const SegmentOverlay> overlay_;
   RenderTurns turns_;
