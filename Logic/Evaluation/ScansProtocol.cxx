@@ -196,7 +196,7 @@ EvaluationReport evaluateScans(const std::vector<Stack>& scans, const std::vecto
   }
   report.samples = formatted(
       "%s voxels of %s withheld slices%s, that all methods predict; each slice was registered to each "
-      "method's volume, in which it took no part, and one gain per slice was taken away.",
+      "method's volume, in which it took no part, and one gain per slice was removed.",
       countText(report.voxels).c_str(), countText(slices).c_str(), masks.empty() ? "" : " inside the masks");
   return report;
 }

@@ -230,7 +230,7 @@ EvaluationReport evaluateStacks(const Volume& volume, const StacksCase& c, const
         }));
   report.samples =
       formatted("%s voxels of the truth's body mask, %g mm or more from the faces of what was scanned, "
-                "after one gain%s was taken away from every method's volume.",
+                "after one gain%s was removed from every method's volume.",
                 countText(report.voxels).c_str(), kFromFaces, moves ? " and one rigid transform" : "");
   if (moves)
     report.notes.push_back(

@@ -155,7 +155,7 @@ void mark(vtkImageData* image, const Numbers& numbers, const int whole[6], std::
           last = *value;
           label = labelOf<Label>(numbers, static_cast<double>(last));
         }
-        if (label) *out = label;
+        *out = std::max(*out, label); // of overlapping segments, the last
       }
     }
 }

@@ -79,6 +79,29 @@ TEST_F(SegmentationMaskTest, MergesLabelmapsAsSlicerDoes) {
     }
 }
 
+TEST_F(SegmentationMaskTest, OfOverlappingSegmentsTheLastOneWins) {
+  vtkNew<vtkMatrix4x4> matrix;
+  input->GetIJKToRASMatrix(matrix);
+  const int whole[6] = {2, 19, 1, 18, 0, 17};
+  auto outer = balls(matrix, whole, VTK_SHORT, {{-8, 0, 0, 6}, {8, 0, 0, 6}}); // one layer of two segments
+  addSegment("First", outer, 1);
+  addSegment("Second", balls(matrix, whole, VTK_SHORT, {{0, 0, 0, 6}}), 1);
+  addSegment("Third", outer, 2);
+  const auto labels =
+      SegmentationMask(node, "", input, {innergs::mrml::gridOf(input)}).makeLabels({}, unstoppable);
+  const auto toIndex = innergs::inverse(labels.geometry.indexToWorld());
+  const auto labelAt = [&](double r) { // on the axis through the balls, RAS mm
+    const auto at = toIndex({-r, 0, 0});
+    const auto& n = labels.geometry.size;
+    return labels.voxels[std::llround(at[0]) + n[0] * (std::llround(at[1]) + n[1] * std::llround(at[2]))];
+  };
+  EXPECT_EQ(labelAt(-10), 1);
+  EXPECT_EQ(labelAt(-4), 2);
+  EXPECT_EQ(labelAt(0), 2);
+  EXPECT_EQ(labelAt(4), 3);
+  EXPECT_EQ(labelAt(10), 3);
+}
+
 TEST_F(SegmentationMaskTest, MakesVoxelsOfSurfacesAsSlicerDoes) {
   addSurface("Left", -7, 9);
   addSurface("Right", 8, 7);

@@ -245,7 +245,6 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
     const bool judged = last || (level.factor == 2 && !plan.always);
     squaredBefore = squaredAfter = 0;
     pixelsBefore = pixelsAfter = 0;
-    std::vector<std::vector<Fit>> before(stacks.size());
     if (judged) { // how well still slices would predict each other
       auto still = work.slices;
       std::swap(still, work.slices);

@@ -18,12 +18,12 @@ struct PreparedInput {
   std::vector<std::string> warnings;
 };
 
+/// May move and scale stacks and their slices; returns sentences for the user.
+using CorrectStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 /// Throws Error for everything that is wrong with the input: no or broken stacks, stacks that neither overlap
 /// nor adjoin (with room for a slice between them), a wrong number of masks, an empty mask, nothing finite to
 /// fit, an output grid apart from the data. Error(Cancelled) when stopped on the way. withheld: without the
-/// slices that heldOutFraction withholds. correct: may move and scale stacks and their slices before the
-/// field's domain is laid out; returns sentences for the user.
-using CorrectStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
+/// slices that heldOutFraction withholds. correct: called before the field's domain is laid out.
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
                            bool withheld = false, const CorrectStacks& correct = {});
 

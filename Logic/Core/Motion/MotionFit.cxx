@@ -9,8 +9,6 @@
 #include <numeric>
 
 namespace innergs {
-namespace {} // namespace
-
 MotionFit::MotionFit(const TimeSeries& series, const IntensityMap& map, MotionPlan plan, std::uint64_t seed,
                      const KernelSet& kernels, ThreadPool& pool, DeviceChoice* device)
     : series_(series), map_(map), plan_(plan), seed_(seed), kernels_(kernels), pool_(pool), device_(device),

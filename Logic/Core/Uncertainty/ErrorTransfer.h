@@ -27,8 +27,9 @@ using FitTwice = std::function<FittedTwice(std::vector<Stack> stacks, const Grid
 /// without the noise, times a slope, plus an offset (what noise does to the volume), by nearness to the
 /// slices. Found by simulation, where the truth is known: the volume, turned out of its axes, is scanned as
 /// the stacks scanned the patient (lattices, profiles, noise), in a cube around its detail, and fitted as
-/// they were. Simulated slices agree with each other; the excess error of real ones (motion, changes of
-/// intensity, detail beyond the volume's) does not shrink where slices are nearer, and is added unchanged.
+/// they were. Simulated slices agree with each other; of the squares of what real ones are missed by beyond
+/// that, half is taken for detail finer than the volume's, which the slope applies to, and half for motion
+/// and changes of intensity, which do not shrink where slices are nearer.
 class ErrorTransfer {
 public:
   /// stacks: as they lie in the volume; the motion of single slices is ignored. noise: standard deviation.

@@ -73,7 +73,7 @@ std::vector<double> errors(const std::vector<Stack>& stacks, const SliceMotion& 
   return found;
 }
 
-/// The same once the mean shift between found and true, which no method can know, is taken away.
+/// The same once the mean shift between found and true, which no method can know, is removed.
 double spread(const std::vector<Stack>& stacks, const SliceMotion& motion) {
   const Vec3 centre = stacks.front().image.geometry.centre();
   std::vector<Vec3> off;
