@@ -33,8 +33,9 @@ TEST(SegmentNames, ASegmentationKeepsItsNamesAndCodes) {
   labels.geometry.size = {4, 5, 6};
   labels.voxels.assign(120, 2.f);
   labels.voxels[0] = 1;
-  const std::vector<SegmentInfo> segments{{{1, "liver"}, "", {0.1, 0.25, 1}},
-                                          {{2, "kidney_left"}, "context~SCT^64033007^Kidney", {}}};
+  std::vector<SegmentInfo> segments(2);
+  segments[0] = {{1, "liver"}, "", {0.1, 0.25, 1}};
+  segments[1] = {{2, "kidney_left"}, "context~SCT^64033007^Kidney", {}};
   writeVolume(labels, folder / "a.seg.nrrd", OutputType::UInt8, {}, segmentFields(segments, labels.geometry));
   EXPECT_EQ(textOf(readSegmentNames(folder / "a.seg.nrrd")), "1=liver;2=kidney_left;");
   const std::string bytes = readBytes(folder / "a.seg.nrrd");
