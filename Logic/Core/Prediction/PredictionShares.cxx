@@ -8,7 +8,7 @@ namespace {
 constexpr double kHedge = 0.03;     // share of interpolation's squared error, added to each guess's
 constexpr double kLeastShare = 0.1; // of a guess; less is not worth its time
 constexpr double kLeastRest = 0.3;  // share of interpolation; with less, what is learned replaces it
-constexpr double kUsualRise = 1.08;
+constexpr double kUsualRise = 1.08; // in learnedRise(): up to here, the scan's own trial is trusted
 
 } // namespace
 
