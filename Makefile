@@ -1,10 +1,12 @@
 # A thin front end to CMake and Utilities/. Every target installs what it needs (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
+# Further arguments of CMake for build and test, e.g. -DCMAKE_UNITY_BUILD=ON (builds sooner as a whole, but later after a change).
+CMAKE_ARGS ?=
 
 .PHONY: build demo test test-locale bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies
 
 build: dependencies
-	cmake --preset default --log-level=WARNING
+	cmake --preset default $(CMAKE_ARGS) --log-level=WARNING
 	cmake --build --preset default --target innergs innergs_plugins
 
 demo: build
@@ -13,7 +15,7 @@ demo: build
 # Networks are tested where OpenVINO is there or can be fetched; otherwise those tests say that they were skipped.
 test: export INNERGS_OPENVINO ?= $(CURDIR)/build/openvino
 test: dependencies
-	cmake --preset default --log-level=WARNING
+	cmake --preset default $(CMAKE_ARGS) --log-level=WARNING
 	cmake --build --preset default
 	@Utilities/fetch-openvino.sh build/openvino
 	ctest --preset default

@@ -5,13 +5,12 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Geometry.h"
 #include "UncertaintyImage.h"
+#include "Widgets/App/Translate.h"
 
 #include <vtkCommand.h>
 #include <vtkFloatArray.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
-
-#include <QCoreApplication>
 
 #include <algorithm>
 #include <cmath>
@@ -19,10 +18,6 @@
 
 namespace innergs::app {
 namespace {
-
-QString tr(const char* text) {
-  return QCoreApplication::translate("innergs::app", text);
-}
 
 /// Keeps a volume alive as long as the array that shows its voxels: the array owns its observers.
 class KeepAlive : public vtkCommand {

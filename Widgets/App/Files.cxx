@@ -9,8 +9,8 @@
 #include "IO/ModelFile.h"
 #include "IO/Ply.h"
 #include "IO/TimeSeriesIO.h"
+#include "Widgets/App/Translate.h"
 
-#include <QCoreApplication>
 #include <QDir>
 #include <QFile>
 #include <QFileInfo>
@@ -22,10 +22,6 @@
 
 namespace innergs::app {
 namespace {
-
-QString tr(const char* text, const char* remark = nullptr, int n = -1) {
-  return QCoreApplication::translate("innergs::app", text, remark, n);
-}
 
 std::size_t nonFinite(const Volume& volume) {
   return static_cast<std::size_t>(

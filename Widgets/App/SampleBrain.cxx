@@ -5,6 +5,7 @@
 #include "IO/VolumeIO.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Files.h"
+#include "Widgets/App/Translate.h"
 #include "Widgets/TextFormat.h"
 
 #include <QCoreApplication>
@@ -17,10 +18,6 @@ namespace innergs::app {
 namespace {
 
 const QString kChosen = QStringLiteral("sampleBrain");
-
-QString tr(const char* text) {
-  return QCoreApplication::translate("innergs::app", text);
-}
 
 /// Folders that may hold ch2.nii.gz.
 QStringList places() {

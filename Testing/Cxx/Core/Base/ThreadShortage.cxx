@@ -12,7 +12,7 @@
 namespace {
 
 constexpr int kAny = std::numeric_limits<int>::max();
-std::atomic<int> left{kAny};
+std::atomic<int> remaining{kAny};
 
 struct Call {
   void* (*start)(void*);
@@ -23,7 +23,7 @@ void* counted(void* given) {
   const Call call = *static_cast<Call*>(given);
   delete static_cast<Call*>(given);
   void* result = call.start(call.argument);
-  if (left != kAny) ++left;
+  if (remaining != kAny) ++remaining;
   return result;
 }
 
@@ -36,9 +36,9 @@ extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* 
                                                                      void* argument) noexcept {
   using Create = int (*)(pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
   static const auto create = reinterpret_cast<Create>(dlsym(RTLD_NEXT, "pthread_create"));
-  if (left == kAny) return create(thread, attributes, start, argument);
-  if (--left < 0) {
-    ++left;
+  if (remaining == kAny) return create(thread, attributes, start, argument);
+  if (--remaining < 0) {
+    ++remaining;
     return EAGAIN;
   }
   auto* call = new (std::nothrow) Call{start, argument};
@@ -46,11 +46,11 @@ extern "C" __attribute__((visibility("default"))) int pthread_create(pthread_t* 
 }
 
 innergs::test::ThreadShortage::ThreadShortage(int allowed) {
-  left = allowed;
+  remaining = allowed;
 }
 
 innergs::test::ThreadShortage::~ThreadShortage() {
-  left = kAny;
+  remaining = kAny;
 }
 
 bool innergs::test::ThreadShortage::known() {
