@@ -219,10 +219,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
-    // Weak noise is worth a closer fit, strong noise would be fitted, too. Slices that moved differ by more
-    // than noise, so there it does not decide.
+    // Weak noise is worth a closer fit, strong noise would be fitted, too.
     const double longer =
-        traits.posed ? 1 : std::clamp(std::sqrt(kMiddleNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
+        std::clamp(std::sqrt(kMiddleNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
     iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, 1, 3}[level];
     plan.coarseIterations = 30;
