@@ -1,6 +1,6 @@
 # A thin front end to CMake and Utilities/. Every target installs what it needs (Debian: apt, as root or through sudo).
 PREFIX ?= /usr/local
-# Further arguments of CMake for build and test, e.g. -DCMAKE_UNITY_BUILD=ON (builds sooner as a whole, but later after a change).
+# Further arguments of CMake for build and test, e.g. -DCMAKE_CUDA_ARCHITECTURES=90.
 CMAKE_ARGS ?=
 
 .PHONY: build demo test test-locale bench asan tsan mrml mrml-asan bench-mrml slicer test-cuda bench-cuda cuda-bundle app screenshots install clean dependencies

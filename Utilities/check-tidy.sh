@@ -14,13 +14,8 @@ else
   git rev-parse --verify --quiet "$since^{commit}" >/dev/null || nothing "There is no commit $since"
   files=$(git diff --name-only --diff-filter=d "$since" -- '*.cxx')
 fi
-commands=build
-if grep -q CMAKE_UNITY_BUILD:.*=ON build/CMakeCache.txt; then # its commands compile joined files
-  commands=build/tidy
-  cmake --preset default -B $commands -DCMAKE_UNITY_BUILD=OFF --log-level=ERROR >/dev/null
-fi
 compiled=$(for file in $files; do
-  if grep -q "\"file\": \"$PWD/$file\"" $commands/compile_commands.json; then echo "$file"; fi
+  if grep -q "\"file\": \"$PWD/$file\"" build/compile_commands.json; then echo "$file"; fi
 done)
 count=$(echo "$compiled" | grep -c . || true)
 [ "$count" -gt 0 ] || nothing "No source changed"
@@ -29,5 +24,5 @@ if [ "$since" != all ] && [ "$count" -gt 60 ]; then
   compiled=$(echo "$compiled" | head -n 60)
 fi
 # Files that clang cannot compile, e.g. because of the headers of Debian's ITK 5.2, are checked as far as possible.
-found=$(echo "$compiled" | xargs -P "$(nproc)" -n 1 clang-tidy -p $commands --quiet 2>/dev/null | grep -A 3 -E '\[(bugprone|performance)-[a-z,-]*\]$' || true)
+found=$(echo "$compiled" | xargs -P "$(nproc)" -n 1 clang-tidy -p build --quiet 2>/dev/null | grep -A 3 -E '\[(bugprone|performance)-[a-z,-]*\]$' || true)
 [ -z "$found" ] || { echo "$found"; exit 1; }
