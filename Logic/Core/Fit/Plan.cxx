@@ -180,7 +180,8 @@ void fillChoices(Settings& s, const DataTraits& traits) {
   if (!s.allAxes) s.allAxes = *s.blending == Blending::Alpha && traits.cubes;
 }
 
-constexpr double kMiddleNoise = 0.014;             // of the intensity range, for a preset's iterations
+constexpr double kMiddleNoise = 0.014;      // of the intensity range, for a preset's iterations
+constexpr double kDisagreementShare = 0.25; // counted as noise; the rest is what single scans do not show
 constexpr double kFewer = 0.55, kMore = 100. / 60; // of them, at least and at most
 
 /// Number of Gaussians and iterations; for distant slices, also the layout and bounds of the Gaussians.
@@ -219,9 +220,12 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     plan.start.scaleFactor = 0.9;
     plan.bounds.minLogScale = std::log(0.5 * traits.voxel);
     budget = static_cast<std::int64_t>(voxels / std::array{50.0, 25.0, 25.0}[level]);
-    // Weak noise is worth a closer fit, strong noise would be fitted, too.
-    const double longer =
-        std::clamp(std::sqrt(kMiddleNoise / std::max(traits.noise, 1e-9)), kFewer, kMore);
+    // Weak noise is worth a closer fit, strong noise would be fitted, too, and so would what moved slices
+    // disagree by.
+    const double wrong = std::max({traits.noise, kDisagreementShare * traits.disagreement, 1e-9});
+    const double longer = traits.posed && traits.disagreement <= 0
+                              ? 1
+                              : std::clamp(std::sqrt(kMiddleNoise / wrong), kFewer, kMore);
     iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
     members = std::array{1, 1, 3}[level];
     plan.coarseIterations = 30;

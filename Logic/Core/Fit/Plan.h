@@ -5,10 +5,12 @@ namespace innergs {
 
 /// The properties of the input that the choices depend on.
 struct DataTraits {
-  double voxel = 1;     // finest in-plane spacing of all stacks, mm
-  double gap = 1;       // largest distance between slices of a stack, mm
-  double thickness = 0; // largest slice thickness that blurs, mm (0: thin slices)
-  double noise = 0;     // standard deviation, normalised intensity
+  double voxel = 1;        // finest in-plane spacing of all stacks, mm
+  double gap = 1;          // largest distance between slices of a stack, mm
+  double thickness = 0;    // largest slice thickness that blurs, mm (0: thin slices)
+  double noise = 0;        // standard deviation, normalised intensity
+  double disagreement = 0; // root mean square of what slices that moved miss of the other scans, likewise; 0:
+                           // unknown
   int stacks = 1;
   std::int64_t samples = 0; // finite observed voxels
   double volume = 0;        // of the finite voxels, observed or not, mm³; overlapping stacks count once
@@ -26,7 +28,7 @@ bool predicts(const Settings& settings, const DataTraits& traits);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes; and a typical noise.
 DataTraits geometryTraits(std::span<const Stack> stacks);
-/// All traits except `reached`; independent of the order of the stacks.
+/// All traits except `reached` and `disagreement`; independent of the order of the stacks.
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
 
 /// Derives all parameters of a fit from settings and data, and fills the optionals of `settings`.

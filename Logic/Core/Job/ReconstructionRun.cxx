@@ -185,6 +185,8 @@ void ReconstructionRun::choose() {
   map_ = chooseIntensityMap(prepared_.stacks);
   pool_->throwIfStopped();
   traits_ = measureTraits(prepared_.stacks, map_);
+  if (result_.sliceMotion.moved && std::isfinite(result_.sliceMotion.psnrAfter))
+    traits_.disagreement = std::pow(10, -result_.sliceMotion.psnrAfter / 20);
   if (predicts(settings_, traits_)) {
     SlicePrediction prediction(
         prepared_, settings_, input_.predictionParts, traits_.noise * map_.scale,

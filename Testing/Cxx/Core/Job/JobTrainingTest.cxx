@@ -159,9 +159,15 @@ TEST(Iterations, OfSeveralScansAreMoreTheLessNoiseThereIs) {
   EXPECT_EQ(iterations(0.014, Preset::Fast), 40);
   EXPECT_GT(iterations(0.01), iterations(0.02));
   EXPECT_EQ(iterations(0.2), 33);
-  traits.posed = true; // slices that moved
+  traits.posed = true; // how well slices agree is unknown
+  EXPECT_EQ(iterations(0), 60);
+  EXPECT_EQ(iterations(0.2), 60);
+  traits.disagreement = 0.01;
   EXPECT_EQ(iterations(0), 100);
-  EXPECT_EQ(iterations(0.2), 33);
+  EXPECT_EQ(iterations(0.014), 60);
+  traits.disagreement = 0.1;
+  EXPECT_EQ(iterations(0), iterations(0.025));
+  EXPECT_LT(iterations(0), 60);
 }
 
 TEST(AllAxes, SeeEveryVoxelThreeTimesAndAreOffForOneValuePerPoint) {
