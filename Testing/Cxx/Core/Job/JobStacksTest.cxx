@@ -63,6 +63,17 @@ TEST(JobStacks, OfWildlyDifferentIntensitiesAreScaled) {
   }
 }
 
+TEST(JobStacks, WithMovedSlicesAreFittedForLongerWhereTheyAgree) {
+  Settings settings = quick();
+  settings.sliceMotion = SliceMotionKind::On;
+  const auto iterations = [&](std::uint64_t second) {
+    const ReconstructionResult result = reconstruct(scansOf(body(3), body(second)), settings);
+    EXPECT_TRUE(result.sliceMotion.moved);
+    return *result.settings.iterations;
+  };
+  EXPECT_GT(iterations(3), iterations(11));
+}
+
 TEST(JobStacks, GivenTwiceAreAsGoodAsOnce) {
   const Volume truth = body(3);
   ReconstructionInput twice = scansOf(truth, truth);
