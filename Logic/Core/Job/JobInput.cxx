@@ -230,12 +230,26 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
   return share;
 }
 
+namespace {
+
+/// Several scans without poses, of slices clearly thicker than their pixels.
+bool severalThick(std::span<const Stack> stacks) {
+  return stacks.size() > 1 && std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
+           const Vec3& spacing = stack.image.geometry.spacing;
+           return stack.poses.empty() && spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
+         });
+}
+
+} // namespace
+
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks) {
-  if (settings.sliceMotion == SliceMotionKind::Off || stacks.size() < 2) return false;
-  return std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
-    const Vec3& spacing = stack.image.geometry.spacing;
-    return stack.poses.empty() && spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
-  });
+  return settings.sliceMotion != SliceMotionKind::Off && severalThick(stacks);
+}
+
+bool predictsEach(const Settings& settings, std::span<const Stack> stacks, bool masked) {
+  return settings.prediction != PredictionKind::None && settings.consistency && !masked &&
+         (settings.preset == Preset::Balanced || settings.preset == Preset::Best) &&
+         chosenBlending(settings) == Blending::Normalised && severalThick(stacks);
 }
 
 double voxelsOf(std::span<const Stack> stacks) {

@@ -31,6 +31,10 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
 /// pixels.
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 
+/// Whether what each scan shows alone between its slices takes part in the fit of several: presets balanced
+/// and best, no masks, normalised blending, slices without poses, clearly farther apart than their pixels.
+bool predictsEach(const Settings& settings, std::span<const Stack> stacks, bool masked);
+
 double voxelsOf(std::span<const Stack> stacks);
 
 /// For messages. index: among the input's stacks, from 0.

@@ -5,6 +5,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
+#include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/Projected.h"
 #include "Core/Uncertainty/ErrorCurve.h"
 
@@ -59,25 +60,45 @@ double alphaScratch(const FitPlan& plan, const DataTraits& traits, const Lattice
   return 32 * count * planes * views + 12 * lattices.largest;
 }
 
-/// With a prediction: the fit to it, as to thin slices, together with the slices; and while it is made, the
-/// prediction, two candidates and their corrections, or a field's own fit.
+/// While a prediction from a scan's slices on a lattice is made: two candidates and their corrections, or a
+/// field's own fit.
+double predictingBytes(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+  const double slices = static_cast<double>(scan.image.geometry.voxelCount()),
+               voxels = static_cast<double>(lattice.voxelCount());
+  double candidates = 16 * voxels;
+  if (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels)) {
+    ReconstructionInput field;
+    field.stacks = {scan};
+    field.outputGrid = lattice;
+    candidates = std::max(candidates,
+                          static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
+  }
+  return candidates + 20 * slices;
+}
+
+/// With predictions from each of several scans: these, one being made, and then what a field misses of them.
+double mixingBytes(const ReconstructionInput& input, const Settings& settings) {
+  const GridGeometry domain = dataDomain(input.stacks);
+  double predicted = 0, making = 0;
+  for (const Stack& scan : input.stacks) {
+    const GridGeometry lattice = predictionLattice(scan.image.geometry, domain);
+    predicted += 4 * static_cast<double>(lattice.voxelCount());
+    making = std::max(making, predictingBytes(scan, lattice, scanSettings(settings)));
+  }
+  return predicted + std::max(predicted, making);
+}
+
+/// With a prediction: the fit to it, as to thin slices, together with the slices; and while it is made, what
+/// predictingBytes() counts.
 std::int64_t predictedMemory(const ReconstructionInput& input, const Settings& settings, Settings filled,
                              const GridGeometry& grid) {
   const ReconstructionInput thin = predictionOutline(input, grid);
   const GridGeometry& lattice = thin.stacks.front().image.geometry;
   filled.prediction = PredictionKind::None;
-  const double slices = static_cast<double>(input.stacks.front().image.geometry.voxelCount()),
-               voxels = static_cast<double>(lattice.voxelCount());
-  const double fit = static_cast<double>(estimateMemory(thin, filled)) + 5 * slices;
-  double candidates = 16 * voxels;
-  if (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels)) {
-    ReconstructionInput field;
-    field.stacks = input.stacks;
-    field.outputGrid = lattice;
-    candidates = std::max(candidates,
-                          static_cast<double>(estimateMemory(field, fieldSettings(settings))) + 4 * voxels);
-  }
-  return static_cast<std::int64_t>(std::max(fit, candidates + 20 * slices));
+  const Stack& scan = input.stacks.front();
+  const double fit = static_cast<double>(estimateMemory(thin, filled)) +
+                     5 * static_cast<double>(scan.image.geometry.voxelCount());
+  return static_cast<std::int64_t>(std::max(fit, predictingBytes(scan, lattice, settings)));
 }
 
 /// While the result is kept: the second fit, then the simulation that the uncertainty needs, then the
@@ -140,10 +161,15 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double residual = traits.superResolution() && settings.consistency
                               ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
                               : 0;
+  // Beside the refined field's residual grid.
+  const double mixing = predictsEach(settings, input.stacks, !input.masks.empty()) && traits.thickness > 0
+                            ? residual + mixingBytes(input, settings)
+                            : 0;
   const double motion =
       correctsSlices(settings, input.stacks) ? static_cast<double>(sliceMotionMemory(input.stacks)) : 0;
-  return judgedMemory(input, settings,
-                      static_cast<std::int64_t>(copies + std::max({fit, start, residual, motion}) + output));
+  return judgedMemory(
+      input, settings,
+      static_cast<std::int64_t>(copies + std::max({fit, start, residual, mixing, motion}) + output));
 }
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {

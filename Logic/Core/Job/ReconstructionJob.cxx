@@ -121,8 +121,11 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
     const auto [simulated, same] =
         simulatedFit(std::move(stacks), grid, result.volume.geometry, input, alike);
     FittedTwice fitted;
-    fitted.whole = ReconstructionRun(simulated, same, false, told).run(stop, false).volume;
+    ReconstructionRun whole(simulated, same, false, told);
+    whole.setPredictionShare(result.predictionShare);
+    fitted.whole = whole.run(stop, false).volume;
     ReconstructionRun without(simulated, same, true, parts.next(Phase::Estimating));
+    without.setPredictionShare(result.predictionShare);
     without.keepWithheldValues();
     ReconstructionResult found = without.run(stop, false);
     throwIfStopped(stop);
@@ -163,6 +166,7 @@ void ReconstructionJob::Impl::judge(ReconstructionResult& result, std::span<cons
   std::vector<WithheldValue> seen;
   try {
     ReconstructionRun second(input, settings, true, parts.next());
+    second.setPredictionShare(result.predictionShare);
     if (input.uncertainty) second.keepWithheldValues();
     found = second.run(stop, false);
     seen = second.takeWithheldValues();

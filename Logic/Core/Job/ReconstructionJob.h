@@ -60,6 +60,7 @@ struct ReconstructionResult {
   std::vector<StackAlignment> alignment;  // of several stacks, where the settings ask for it
   SliceMotion sliceMotion;                // beyond that, likewise; empty: not looked for
   std::string prediction;                 // a sentence: what fills the gaps between slices; empty: nothing
+  double predictionShare = 0;             // of several scans: the weight of predictions from each alone
   double noise = 0;                       // estimated, scanner units
   std::int64_t nonFiniteVoxels = 0;       // left out of the fit
   int iterations = 0;                     // of the model, those of earlier runs included

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
+#include "Core/Base/NumberText.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Fit/CoverUnreached.h"
@@ -9,6 +10,7 @@
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Refinement.h"
 #include "Core/Job/Resume.h"
+#include "Core/Job/ShareTrial.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
 
@@ -31,7 +33,11 @@ double psnrOf(const LossSum& sum) {
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
-constexpr double kAnotherBody = 0.3;  // correlation below which two scans show different bodies
+constexpr double kTriedShare = 0.3;
+constexpr double kLeastShare = 0.05, kMostShare = 0.4;
+constexpr double kShareTakenOff = 0.15;
+constexpr double kShareTakenOffByNoise = 8; // times the noise, of the intensity range
+constexpr double kAnotherBody = 0.3;        // correlation below which two scans show different bodies
 
 /// The lattice resampled so that no axis has more than `most` voxels.
 GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
@@ -166,10 +172,7 @@ std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   if (std::string said = biasSentence(result_.bias); !said.empty()) sentences.push_back(std::move(said));
   if (!correctsSlices(settings_, stacks)) return sentences;
   // Slices of another body can only be moved to where they happen to look alike.
-  const bool strangers = std::any_of(result_.alignment.begin(), result_.alignment.end(), [](const auto& a) {
-    return !a.fits && !(a.correlation >= kAnotherBody);
-  });
-  if (strangers && settings_.sliceMotion == SliceMotionKind::Auto) return sentences;
+  if (differentBodies() && settings_.sliceMotion == SliceMotionKind::Auto) return sentences;
   progress_.report(Phase::Aligning, 0);
   result_.sliceMotion =
       findSliceMotion(stacks, {settings_.sliceMotion == SliceMotionKind::On, settings_.packets}, *pool_,
@@ -178,6 +181,12 @@ std::vector<std::string> ReconstructionRun::correct(std::span<Stack> stacks) {
   if (const std::string said = sliceMotionSentence(result_.sliceMotion); !said.empty())
     sentences.push_back(said);
   return sentences;
+}
+
+/// Whether the alignment found scans that do not go together.
+bool ReconstructionRun::differentBodies() const {
+  return std::any_of(result_.alignment.begin(), result_.alignment.end(),
+                     [](const auto& a) { return !a.fits && !(a.correlation >= kAnotherBody); });
 }
 
 void ReconstructionRun::choose() {
@@ -196,7 +205,9 @@ void ReconstructionRun::choose() {
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();
   }
-  const Settings asked = settings_;
+  predictsEach_ = traits_.thickness > 0 && !differentBodies() &&
+                  predictsEach(settings_, prepared_.stacks, !input_.masks.empty());
+  asked_ = settings_;
   if (!settings_.gaussians) {
     Settings whole = settings_;
     const InitialisationPlan start = makePlan(whole, traits_).start;
@@ -208,7 +219,7 @@ void ReconstructionRun::choose() {
   key_ = settingsKey(settings_, prepared_.fingerprint);
   if (input_.resume && !input_.resume->field.gaussians.empty() && input_.resume->settingsKey != key_) {
     // Refits one field as it is: further members would start in another frame.
-    settings_ = asked;
+    settings_ = asked_;
     settings_.ensembleSize = 1;
     settings_.blending = input_.resume->field.blending;
     settings_.linearIntensity = input_.resume->field.linearIntensity;
@@ -456,7 +467,7 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
                                                                : kMotionEnds;
     const double share =
         static_cast<double>(progress_.state.iteration) / std::max(1, progress_.state.iterations);
-    progress_.report(Phase::Fitting, starts + (kFitEnds - starts) * share);
+    progress_.report(Phase::Fitting, starts + ((predictsEach_ ? kEachFitEnds : kFitEnds) - starts) * share);
     if (preview_ && !trainer.finished() && progress_.elapsed() >= nextPreview_) {
       pool_->throwIfStopped();
       const auto begun = Clock::now();
@@ -472,13 +483,86 @@ void ReconstructionRun::addResidual() {
   const bool posed = std::any_of(input_.stacks.begin(), input_.stacks.end(),
                                  [](const Stack& s) { return !s.poses.empty(); });
   if (!predicted_ && (!settings_.consistency || traits_.thickness <= 0 || posed)) return;
-  progress_.report(Phase::Refining, kFitEnds);
+  progress_.report(Phase::Refining, predictsEach_ ? kEachFitEnds : kFitEnds);
   const RenderOptions options = renderOptions(field, pool_->stopToken());
   const double mse =
       predicted_
           ? refineToPrediction(field, *predicted_, prepared_.stacks.front(), result_.noise, options, *pool_)
           : refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
   setTrainingPsnr(psnrOf(mse));
+  if (predictsEach_) mixPredictions(options);
+}
+
+/// Mixes what each scan predicts alone into the refined field, which stays as it is where that does not help.
+void ReconstructionRun::mixPredictions(const RenderOptions& options) {
+  if (keepsUnmixed_) unmixed_ = render(model_.field, prepared_.outputGrid, options);
+  result_.predictionShare = share_ ? *share_ : chooseShare(options);
+  result_.prediction =
+      result_.predictionShare > 0
+          ? formatted(
+                "Between the slices, %.0f %% comes from predictions from each scan alone, as far as they "
+                "helped in a simulation of these scans.",
+                100 * result_.predictionShare)
+          : "Predictions from each scan alone were left out: in a simulation of these scans they did not "
+            "help.";
+  if (result_.predictionShare > 0) {
+    std::vector<Stack> predictions = predictEach();
+    progress_.report(Phase::Refining, kFitEnds);
+    GaussianField mixed = model_.field;
+    mixed.residual = {};
+    const double mse = refineToSlices(mixed, prepared_.stacks, result_.noise, prepared_.range, options,
+                                      *pool_, predictions, result_.predictionShare);
+    model_.field = std::move(mixed);
+    setTrainingPsnr(psnrOf(mse));
+  }
+  progress_.state.note = result_.prediction;
+  progress_.report(Phase::Predicting, kFitEnds);
+  progress_.state.note.clear();
+}
+
+/// The share of the predictions that helps most when part of the result is scanned and fitted anew. There
+/// they help more than with the real scans, the more so the more noise there is, so some of it is taken off.
+double ReconstructionRun::chooseShare(const RenderOptions& options) {
+  Settings settings = asked_;
+  settings.iterations = settings_.iterations;
+  ShareTrial trial = shareTrial([&](const GridGeometry& grid) { return render(model_.field, grid, options); },
+                                prepared_.stacks, prepared_.domain, settings, result_.noise, *pool_);
+  if (trial.twin.input.stacks.empty()) return 0;
+  trial.twin.input.predictionParts = input_.predictionParts;
+  ReconstructionRun twin(trial.twin.input, trial.twin.settings, true, [&](const Progress& p) {
+    progress_.report(Phase::Predicting, kEachFitEnds + (kShareChosen - kEachFitEnds) * p.fraction);
+  });
+  twin.setPredictionShare(kTriedShare);
+  twin.keepUnmixed();
+  const ReconstructionResult mixed = twin.run(pool_->stopToken(), false);
+  if (mixed.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
+  const double best = kTriedShare * bestMultiple(trial.truth, twin.takeUnmixed(), mixed.volume);
+  const double share = best - kShareTakenOff - kShareTakenOffByNoise * traits_.noise;
+  return share < kLeastShare ? 0 : std::min(share, kMostShare);
+}
+
+/// What each scan shows between its own slices, as thin slices.
+std::vector<Stack> ReconstructionRun::predictEach() {
+  std::vector<Stack> predictions;
+  for (const Stack& stack : prepared_.stacks) {
+    PreparedInput one;
+    one.stacks = {stack};
+    one.domain = prepared_.domain;
+    one.range = prepared_.range;
+    one.outputGrid = prepared_.domain;
+    const double width = (kFitEnds - kShareChosen) / static_cast<double>(prepared_.stacks.size()),
+                 from = kShareChosen + width * static_cast<double>(predictions.size());
+    const auto shareOf = [=](double fraction) { return from + width * fraction / kPredictionEnds; };
+    JobProgress part([&](const Progress& p) { progress_.report(Phase::Predicting, shareOf(p.fraction)); });
+    predictions.push_back(
+        SlicePrediction(
+            one, scanSettings(settings_), input_.predictionParts, result_.noise,
+            [&](const Stack& slices, const GridGeometry& grid, const Settings& alone, double begins,
+                double ends) { return fieldAlone(slices, grid, alone, shareOf(begins), shareOf(ends)); },
+            part, *pool_)
+            .predict());
+  }
+  return predictions;
 }
 
 /// A whole stack of the input, its slices where the fit has put them. Withheld ones took no part in that:

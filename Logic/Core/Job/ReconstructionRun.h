@@ -27,12 +27,20 @@ public:
 
   /// Before run(): also keeps what is seen of withheld slices, for takeWithheldValues().
   void keepWithheldValues() { keepsValues_ = true; }
+  /// Before run(): where each of several scans predicts, the predictions get this share instead of one chosen
+  /// by simulation.
+  void setPredictionShare(double share) { share_ = share; }
+  /// Before run(): also keeps the volume without these predictions, for takeUnmixed().
+  void keepUnmixed() { keepsUnmixed_ = true; }
+  Volume takeUnmixed() { return std::move(unmixed_); }
+
   /// After run(): the stacks as they were fitted, and what was seen of withheld slices.
   std::vector<Stack> takeStacks() { return std::move(prepared_.stacks); }
   std::vector<WithheldValue> takeWithheldValues() { return std::move(withheldValues_); }
 
 private:
   std::vector<std::string> correct(std::span<Stack> stacks);
+  bool differentBodies() const;
   void choose();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
                     double to);
@@ -48,6 +56,9 @@ private:
   std::int64_t coverLimit(std::int64_t gaussians) const;
   void coverMask();
   void addResidual();
+  void mixPredictions(const RenderOptions& options);
+  double chooseShare(const RenderOptions& options);
+  std::vector<Stack> predictEach();
   void renderResult(const std::stop_token& stop);
   Stack placedStack(std::size_t index, const RenderOptions& options);
   void scoreHeldOut(const RenderOptions& options);
@@ -57,9 +68,11 @@ private:
   void setTrainingPsnr(double psnr) { result_.trainingPsnr = progress_.state.trainingPsnr = psnr; }
 
   const ReconstructionInput& input_;
-  Settings settings_;
+  Settings settings_, asked_;
   const bool withheld_;
-  bool keepsValues_ = false;
+  bool keepsValues_ = false, keepsUnmixed_ = false;
+  std::optional<double> share_; // of predictions from each scan
+  Volume unmixed_;
   JobProgress progress_;
   std::function<void(const Volume&)> preview_;
   double nextPreview_ = 1.0; // seconds
@@ -75,7 +88,8 @@ private:
   FitPlan plan_;
   std::string key_;
   bool refitting_ = false;         // the model to resume starts another fit
-  std::optional<Stack> predicted_; // what lies between the slices, as thin slices
+  std::optional<Stack> predicted_; // what lies between the slices of one scan, as thin slices
+  bool predictsEach_ = false;      // or what lies between those of each is mixed in after the fit
   Model model_;                    // its field holds the finished members
   ReconstructionResult result_;
 };

@@ -8,12 +8,44 @@
 #include <utility>
 
 namespace innergs {
+namespace {
+
+/// Adds a share of the mean of what a rendered field misses of predictions, without its noise.
+void addPredicted(Volume& volume, const GaussianField& field, std::span<Stack> predictions, double share,
+                  double noise, const RenderOptions& options, ThreadPool& pool) {
+  std::vector<Volume> missed;
+  std::vector<Affine3> maps; // from the volume's indices
+  for (Stack& predicted : predictions) {
+    Volume& rest = missed.emplace_back(render(field, predicted.image.geometry, options));
+    for (std::size_t v = 0; v < rest.voxels.size(); ++v)
+      rest.voxels[v] = predicted.image.voxels[v] - rest.voxels[v];
+    removePredictionNoise(rest, predicted, noise, pool);
+    maps.push_back(inverse(rest.geometry.indexToWorld()) * volume.geometry.indexToWorld());
+  }
+  const auto& n = volume.geometry.size;
+  pool.run(n[1] * n[2], [&](std::int64_t row) {
+    for (std::int64_t i = 0; i < n[0]; ++i) {
+      const Vec3 at{static_cast<double>(i), static_cast<double>(row % n[1]), static_cast<double>(row / n[1])};
+      float sum = 0, count = 0, value = 0;
+      for (std::size_t m = 0; m < missed.size(); ++m) {
+        if (!sampleInside(missed[m].geometry, missed[m].voxels.data(), maps[m](at), value)) continue;
+        sum += value;
+        ++count;
+      }
+      if (count > 0) volume.voxels[row * n[0] + i] += static_cast<float>(share) * sum / count;
+    }
+  });
+}
+
+} // namespace
 
 double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,
-                      const ValueRange& range, RenderOptions options, ThreadPool& pool) {
+                      const ValueRange& range, RenderOptions options, ThreadPool& pool,
+                      std::span<Stack> predictions, double share) {
   options.bounded = false;
   Volume volume = render(field, field.region(), options);
   const std::vector<float> before = volume.voxels;
+  if (share > 0) addPredicted(volume, field, predictions, share, noise, options, pool);
   BackProjectionPlan plan;
   plan.noise = noise;
   plan.range = range;

@@ -5,10 +5,13 @@
 namespace innergs {
 
 /// Sets the residual of a fitted field to what its Gaussians miss of the slices, by back-projection; leaves
-/// it where they miss nothing. noise (standard deviation) and range: in the slices' units. options: to render
-/// the field. Returns the mean squared error with it, in normalised intensity. Throws Error(Cancelled).
+/// it where they miss nothing. predictions: of single scans, as thin slices; a share of the mean of what the
+/// Gaussians miss of them is added first, its noise taken out (as from `predictions`). noise (standard
+/// deviation) and range: in the slices' units. options: to render the field. Returns the mean squared error
+/// with it, in normalised intensity. Throws Error(Cancelled).
 double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,
-                      const ValueRange& range, RenderOptions options, ThreadPool& pool);
+                      const ValueRange& range, RenderOptions options, ThreadPool& pool,
+                      std::span<Stack> predictions = {}, double share = 0);
 
 /// The same for what they miss of a prediction, without its noise, on the prediction's lattice. Also takes
 /// the noise out of `predicted`; the error returned is that of `predicted` on the scan it was predicted from.

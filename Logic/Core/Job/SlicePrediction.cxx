@@ -102,6 +102,11 @@ Settings fieldSettings(const Settings& settings, bool longer) {
   return field;
 }
 
+Settings scanSettings(Settings settings) {
+  settings.preset = Preset::Fast;
+  return settings;
+}
+
 SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings settings, PredictionParts parts,
                                  double noise, FieldFit fitField, JobProgress& progress, ThreadPool& pool)
     : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), parts_(parts),

@@ -26,6 +26,9 @@ PredictionEffort learningEffort(const Settings& settings, double voxels, bool tr
 /// The settings of the field of triesField(). longer: more iterations with the preset balanced.
 Settings fieldSettings(const Settings& settings, bool longer = false);
 
+/// The settings of a prediction from one of several scans: longer learning gains nothing there.
+Settings scanSettings(Settings settings);
+
 /// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what
 /// they miss of it is kept with them.
 class SlicePrediction {

@@ -7,8 +7,10 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ReconstructionRun.h"
 #include "Core/Job/Resume.h"
+#include "Core/Job/ShareTrial.h"
 #include "Core/Job/SimulatedFit.h"
 #include "Core/Job/SlicePrediction.h"
+#include "Core/Prediction/CandidateLattice.h"
 #include "Core/Prediction/MatrixKernels.h"
 
 #include <algorithm>
@@ -198,6 +200,7 @@ TimeEstimator::Timing TimeEstimator::timed(const ReconstructionInput& input, con
   settings.biasField = BiasFieldKind::Off;
   settings.n4 = false;
   settings.sliceMotion = SliceMotionKind::Off;
+  settings.prediction = PredictionKind::None;
   const double share = traits.volume / geometryTraits(input.stacks).volume;
   const auto scaled = [&](std::int64_t count) {
     return std::max<std::int64_t>(8, std::llround(share * static_cast<double>(count)));
@@ -244,15 +247,30 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   fitted.prediction = PredictionKind::None;
   double seconds = this->seconds(thin, fitted);
   if (settings.prediction == PredictionKind::Interpolation) return seconds;
-  ReconstructionInput slices;
-  slices.stacks = input.stacks;
-  slices.outputGrid = thin.stacks.front().image.geometry;
-  const double voxels = static_cast<double>(slices.outputGrid->voxelCount());
-  const bool withField = triesField(settings, voxels);
-  if (withField) seconds += 1.35 * this->seconds(slices, fieldSettings(settings));
+  const double predicting = scanSeconds(input.stacks.front(), thin.stacks.front().image.geometry, settings);
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
-  return seconds + learningSeconds(input.stacks.front(), *slices.outputGrid, settings);
+  return seconds + predicting;
+}
+
+/// Seconds for a prediction from a scan's slices on a lattice, with a field that takes part in it.
+double TimeEstimator::scanSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+  if (settings.prediction == PredictionKind::Interpolation) return 0;
+  double seconds = learningSeconds(scan, lattice, settings);
+  if (!triesField(settings, static_cast<double>(lattice.voxelCount()))) return seconds;
+  ReconstructionInput slices;
+  slices.stacks = {scan};
+  slices.outputGrid = lattice;
+  return seconds + 1.35 * this->seconds(slices, fieldSettings(settings));
+}
+
+/// Seconds for predictions from each of several scans.
+double TimeEstimator::eachSeconds(std::span<const Stack> stacks, const Settings& settings) {
+  const GridGeometry domain = dataDomain(stacks);
+  double seconds = 0;
+  for (const Stack& scan : stacks)
+    seconds += scanSeconds(scan, predictionLattice(scan.image.geometry, domain), scanSettings(settings));
+  return seconds;
 }
 
 /// Seconds for choosing interpolations, learning from every second slice, and from all.
@@ -282,11 +300,11 @@ double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& 
   if (!input.uncertainty || input.stacks.empty()) return fitSeconds(input, settings);
   const double fits = fitSeconds(input, settings);
   const SimulatedFit simulated = simulatedOutline(input, settings);
-  const double simulation = fitSeconds(simulated.input, simulated.settings);
+  const double simulation = fitSeconds(simulated.input, simulated.settings, Share::Given);
   return fits > 0 && simulation > 0 ? fits + simulation : 0;
 }
 
-double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Settings& settings) {
+double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Settings& settings, Share share) {
   checkSettings(settings);
   checkHeldOutFraction(input.heldOutFraction);
   if (input.stacks.empty())
@@ -298,39 +316,51 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   DataTraits traits = geometryTraits(input.stacks);
   traits.posed = traits.posed || moves(input.stacks, settings);
   // Share of the fitted voxels: Gaussians extend a few voxels, or a slice, beyond the mask.
-  const double share = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
+  const double masked = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;
   const FitPlan plan = makePlan(filled, traits);
-  const double voxels = share * voxelsOf(input.stacks),
+  const double voxels = masked * voxelsOf(input.stacks),
                outputVoxels = static_cast<double>(output.voxelCount());
   const double members = *filled.ensembleSize;
   const double withheld = withheldFraction(input);
   const double fits = withheld > 0 ? 2 - withheld : 1; // includes the fit that measures the quality
-  if (predicts(settings, traits)) return fits * share * predictedSeconds(input, settings, filled, output);
+  if (predicts(settings, traits)) return fits * masked * predictedSeconds(input, settings, filled, output);
+  double mixing = 0, choosing = 0;
+  if (share != Share::None && traits.thickness > 0 && !traits.posed &&
+      predictsEach(settings, input.stacks, !input.masks.empty())) {
+    mixing = eachSeconds(input.stacks, settings);
+    if (share == Share::Chosen) {
+      const ShareTrial trial = shareTrialOutline(input.stacks, settings);
+      if (!trial.twin.input.stacks.empty())
+        choosing = fitSeconds(trial.twin.input, trial.twin.settings, Share::Given);
+    }
+  }
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
   device.considerSize(voxels * (plan.allAxes ? 3 : 1), *filled.ensembleSize * plan.iterations);
   if (!device.onCpu()) {
     const std::lock_guard lock(mutex_);
     const auto speed = speeds_.find(device.use.id);
     if (speed == speeds_.end()) return 0;
-    return fits * (speed->second.iteration * voxels * members * plan.iterations +
-                   speed->second.rest * (voxels + outputVoxels));
+    return choosing + fits * (mixing + speed->second.iteration * voxels * members * plan.iterations +
+                              speed->second.rest * (voxels + outputVoxels));
   }
   const Timing timing = timingOf(input, filled, output);
   const TrialTimes& t = timing.times;
   const double iterations =
       plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
   const bool moved = moves(input.stacks, settings);
-  const double fit =
-      members * (t.start + (moved ? kMovedFit : 1) * iterations) + (moved ? kMovedRefining : 1) * t.refine;
-  const double placing = share < 1 && input.stacks.size() > 1
+  const double fit = members * (t.start + (moved ? kMovedFit : 1) * iterations) + (moved ? kMovedRefining
+                                                                                   : mixing > 0 ? 2
+                                                                                                : 1) *
+                                                                                      t.refine;
+  const double placing = masked < 1 && input.stacks.size() > 1
                              ? kPlacing * multiplyTime_(settings.instructionSet) *
                                    static_cast<double>(dataDomain(input.stacks).voxelCount()) /
                                    threadsOf(settings)
                              : 0;
-  return fits * (placing + voxels / timing.voxels * fit +
-                 t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
-                 outputVoxels / timing.outputVoxels * t.render);
+  return choosing + fits * (mixing + placing + voxels / timing.voxels * fit +
+                            t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
+                            outputVoxels / timing.outputVoxels * t.render);
 }
 
 void TimeEstimator::remember(const ReconstructionInput& input, const ReconstructionResult& result) {

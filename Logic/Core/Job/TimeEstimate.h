@@ -55,11 +55,14 @@ private:
   Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
                double voxels) const;
   Timing timingOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output);
+  /// How the share of predictions from each of several scans is found.
+  enum class Share { None, Given, Chosen };
   /// Without the simulation of the uncertainty.
-  double fitSeconds(const ReconstructionInput& input, const Settings& settings);
+  double fitSeconds(const ReconstructionInput& input, const Settings& settings, Share share = Share::Chosen);
   double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
                           const GridGeometry& output);
-
+  double scanSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
+  double eachSeconds(std::span<const Stack> stacks, const Settings& settings);
   double learningSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings) const;
 
   Trial trial_;

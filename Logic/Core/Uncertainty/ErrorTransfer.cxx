@@ -21,20 +21,6 @@ constexpr Vec3 kTurn{0.62, 0.41, 0.53}; // radians: no axis stays an axis
 constexpr std::int64_t kFewest = 500;   // samples of a class
 constexpr double kFiner = 0.5; // share of the squares that the simulation lacks taken for finer detail
 
-/// The middle of a volume's detail, LPS mm.
-Vec3 middleOf(const Volume& detail) {
-  const auto& n = detail.geometry.size;
-  Vec3 sum{};
-  double weights = 0;
-  for (std::int64_t v = 0; v < detail.geometry.voxelCount(); ++v) {
-    const double w = detail.voxels[static_cast<std::size_t>(v)];
-    sum = sum + w * Vec3{static_cast<double>(v % n[0]), static_cast<double>(v / n[0] % n[1]),
-                         static_cast<double>(v / (n[0] * n[1]))};
-    weights += w;
-  }
-  return weights > 0 ? detail.geometry.indexToWorld()((1 / weights) * sum) : detail.geometry.centre();
-}
-
 /// Catmull-Rom's cubic; beyond its faces the volume is mirrored.
 float mirrored(const Volume& volume, const Vec3& index) {
   const auto& n = volume.geometry.size;

@@ -55,4 +55,17 @@ Volume localDetail(const Volume& volume, double radius, ThreadPool& pool) {
   return detail;
 }
 
+Vec3 middleOf(const Volume& detail) {
+  const auto& n = detail.geometry.size;
+  Vec3 sum{};
+  double weights = 0;
+  for (std::int64_t v = 0; v < detail.geometry.voxelCount(); ++v) {
+    const double w = detail.voxels[static_cast<std::size_t>(v)];
+    sum = sum + w * Vec3{static_cast<double>(v % n[0]), static_cast<double>(v / n[0] % n[1]),
+                         static_cast<double>(v / (n[0] * n[1]))};
+    weights += w;
+  }
+  return weights > 0 ? detail.geometry.indexToWorld()((1 / weights) * sum) : detail.geometry.centre();
+}
+
 } // namespace innergs

@@ -8,4 +8,7 @@ namespace innergs {
 /// about ± radius mm. The error of an interpolation depends on it.
 Volume localDetail(const Volume& volume, double radius, ThreadPool& pool);
 
+/// The centre of the detail, LPS mm.
+Vec3 middleOf(const Volume& detail);
+
 } // namespace innergs
