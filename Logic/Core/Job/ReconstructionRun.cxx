@@ -496,15 +496,17 @@ void ReconstructionRun::addResidual() {
 /// Mixes what each scan predicts alone into the refined field, which stays as it is where that does not help.
 void ReconstructionRun::mixPredictions(const RenderOptions& options) {
   if (keepsUnmixed_) unmixed_ = render(model_.field, prepared_.outputGrid, options);
-  result_.predictionShare = share_ ? *share_ : chooseShare(options);
+  const std::optional<double> chosen = share_ ? share_ : chooseShare(options);
+  result_.predictionShare = chosen.value_or(0);
   result_.prediction =
       result_.predictionShare > 0
           ? formatted(
-                "Between the slices, %.0f %% comes from predictions from each scan alone, as far as they "
-                "helped in a simulation of these scans.",
+                "Between the slices, predictions from each scan alone count for %.0f %%, as a simulation "
+                "of these scans suggests.",
                 100 * result_.predictionShare)
-          : "Predictions from each scan alone were left out: in a simulation of these scans they did not "
-            "help.";
+          : std::string("Predictions from each scan alone were left out: ") +
+                (chosen ? "in a simulation of these scans they did not help."
+                        : "the scans are too small to try them in a simulation.");
   if (result_.predictionShare > 0) {
     std::vector<Stack> predictions = predictEach();
     progress_.report(Phase::Refining, kFitEnds);
@@ -522,12 +524,13 @@ void ReconstructionRun::mixPredictions(const RenderOptions& options) {
 
 /// The share of the predictions that helps most when part of the result is scanned and fitted anew. There
 /// they help more than with the real scans, the more so the more noise there is, so some of it is taken off.
-double ReconstructionRun::chooseShare(const RenderOptions& options) {
+/// Nothing where the scans are too small for that.
+std::optional<double> ReconstructionRun::chooseShare(const RenderOptions& options) {
   Settings settings = asked_;
   settings.iterations = settings_.iterations;
   ShareTrial trial = shareTrial([&](const GridGeometry& grid) { return render(model_.field, grid, options); },
                                 prepared_.stacks, prepared_.domain, settings, result_.noise, *pool_);
-  if (trial.twin.input.stacks.empty()) return 0;
+  if (trial.twin.input.stacks.empty()) return std::nullopt;
   trial.twin.input.predictionParts = input_.predictionParts;
   ReconstructionRun twin(trial.twin.input, trial.twin.settings, true, [&](const Progress& p) {
     progress_.report(Phase::Predicting, kEachFitEnds + (kShareChosen - kEachFitEnds) * p.fraction);
@@ -538,7 +541,7 @@ double ReconstructionRun::chooseShare(const RenderOptions& options) {
   if (mixed.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
   const double best = kTriedShare * bestMultiple(trial.truth, twin.takeUnmixed(), mixed.volume);
   const double share = best - kShareTakenOff - kShareTakenOffByNoise * traits_.noise;
-  return share < kLeastShare ? 0 : std::min(share, kMostShare);
+  return share < kLeastShare ? 0.0 : std::min(share, kMostShare);
 }
 
 /// What each scan shows between its own slices, as thin slices.

@@ -57,7 +57,7 @@ private:
   void coverMask();
   void addResidual();
   void mixPredictions(const RenderOptions& options);
-  double chooseShare(const RenderOptions& options);
+  std::optional<double> chooseShare(const RenderOptions& options);
   std::vector<Stack> predictEach();
   void renderResult(const std::stop_token& stop);
   Stack placedStack(std::size_t index, const RenderOptions& options);

@@ -88,6 +88,15 @@ TEST(JobScanPredictions, AreLeftOutWhereTheyDoNotHelp) {
   EXPECT_TRUE(sameField(with.model->field, reconstruct(input, kNone).model->field));
 }
 
+TEST(JobScanPredictions, AreLeftOutOfScansTooSmallForASimulation) {
+  Volume thin = waves();
+  thin.geometry.size[2] = 8;
+  thin.voxels.resize(static_cast<std::size_t>(thin.geometry.voxelCount()));
+  const auto with = reconstruct(scansOf(thin), kQuick);
+  EXPECT_NE(with.prediction.find("too small"), std::string::npos) << with.prediction;
+  EXPECT_TRUE(sameField(with.model->field, reconstruct(scansOf(thin), kNone).model->field));
+}
+
 TEST(JobScanPredictions, TakeNoPartInOtherFits) {
   const ReconstructionInput still = scansOf(waves());
   const auto takePart = [&](const Settings& settings, const ReconstructionInput& input) {
