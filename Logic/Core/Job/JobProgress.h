@@ -9,7 +9,7 @@ namespace innergs {
 constexpr double kMotionEnds = 0.4;     // the search for the motion of slices, if any
 constexpr double kPredictionEnds = 0.5; // the prediction, if any
 // Where predictions from several scans follow: the fit, and the choice of their share.
-constexpr double kEachFitEnds = 0.55, kShareChosen = 0.75;
+constexpr double kEachFitEnds = 0.7, kShareChosen = 0.8;
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97;
 
 /// Reports the progress of one fit, from its input to its volume.

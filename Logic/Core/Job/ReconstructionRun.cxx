@@ -307,6 +307,7 @@ void ReconstructionRun::fit() {
   progress_.state.iterations = members * perMember;
   progress_.state.members = members;
   progress_.state.coarseIterations = plan_.coarseIterations;
+  fitStarts_ = std::max(kFitStarts, progress_.state.fraction); // a search for motion may have ended early
   int member = same ? resume->iteration / perMember : 0;
   GaussianField field, merged;
   bool complete = false; // only residual grid and volume remain to be computed
@@ -462,12 +463,10 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
     progress_.state.iteration = before + trainer.iteration();
     progress_.state.loss = trainer.loss();
     progress_.state.trainingPsnr = psnrOf(trainer.mse());
-    const double starts = predicted_                           ? kPredictionEnds
-                          : result_.sliceMotion.slices.empty() ? kFitStarts
-                                                               : kMotionEnds;
     const double share =
         static_cast<double>(progress_.state.iteration) / std::max(1, progress_.state.iterations);
-    progress_.report(Phase::Fitting, starts + ((predictsEach_ ? kEachFitEnds : kFitEnds) - starts) * share);
+    progress_.report(Phase::Fitting,
+                     fitStarts_ + ((predictsEach_ ? kEachFitEnds : kFitEnds) - fitStarts_) * share);
     if (preview_ && !trainer.finished() && progress_.elapsed() >= nextPreview_) {
       pool_->throwIfStopped();
       const auto begun = Clock::now();

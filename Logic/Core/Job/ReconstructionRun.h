@@ -87,6 +87,7 @@ private:
   DataTraits traits_;
   FitPlan plan_;
   std::string key_;
+  double fitStarts_ = 0;           // fraction of the progress
   bool refitting_ = false;         // the model to resume starts another fit
   std::optional<Stack> predicted_; // what lies between the slices of one scan, as thin slices
   bool predictsEach_ = false;      // or what lies between those of each is mixed in after the fit

@@ -149,7 +149,7 @@ TEST(JobScanPredictions, StopAtOnceAndGoOnToTheSameResult) {
     EXPECT_GE(p.fraction, before);
     before = p.fraction;
   }
-  for (const double share : {0.6, 0.8}) {
+  for (const double share : {0.72, 0.85}) {
     const auto stopped = runUntil([&](const Progress& p) { return predicting(p) && p.fraction >= share; },
                                   scansOf(waves()), kQuick)
                              .result;
