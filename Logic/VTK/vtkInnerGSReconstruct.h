@@ -174,7 +174,7 @@ public:
   vtkGetMacro(CurrentGaussians, vtkIdType);
   vtkGetMacro(ElapsedSeconds, double);
   vtkGetMacro(RemainingSeconds, double);    // estimated
-  vtkGetMacro(PredictionNote, std::string); // sentence: what was put between one scan's slices; "": nothing
+  vtkGetMacro(PredictionNote, std::string); // sentence: what was put between the slices; "": nothing
   vtkGetMacro(DeviceNote, std::string);     // sentence: where the fit runs and why; "" if not known yet
   ///@}
 

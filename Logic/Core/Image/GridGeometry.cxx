@@ -65,6 +65,13 @@ GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing) {
   return result;
 }
 
+GridGeometry reduced(const GridGeometry& geometry, std::int64_t most) {
+  Vec3 spacing = geometry.spacing;
+  for (int a = 0; a < 3; ++a)
+    spacing[a] *= std::max(1.0, static_cast<double>(geometry.size[a]) / static_cast<double>(most));
+  return withSpacing(geometry, spacing);
+}
+
 GridGeometry cropped(const GridGeometry& geometry, const std::array<std::int64_t, 3>& first,
                      const std::array<std::int64_t, 3>& size) {
   for (int axis = 0; axis < 3; ++axis)

@@ -29,6 +29,9 @@ void checkGeometry(const GridGeometry& geometry, const std::string& what);
 /// The lattice over the same box (voxel edge to voxel edge) at another spacing (mm), with the same centre.
 GridGeometry withSpacing(const GridGeometry& geometry, const Vec3& spacing);
 
+/// The lattice over the same box, resampled so that no axis has more than `most` voxels.
+GridGeometry reduced(const GridGeometry& geometry, std::int64_t most);
+
 /// The lattice cropped to the index range [first, first+size), at the same patient position.
 GridGeometry cropped(const GridGeometry& geometry, const std::array<std::int64_t, 3>& first,
                      const std::array<std::int64_t, 3>& size);

@@ -220,6 +220,14 @@ double maskedShare(const Mask& mask, double volume, double reach) {
   return std::clamp(count * block / volume, 1e-3, 1.0);
 }
 
+/// Several scans without poses, of slices clearly farther apart than their pixels.
+bool severalThick(std::span<const Stack> stacks) {
+  return stacks.size() > 1 && std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
+           const Vec3& spacing = stack.image.geometry.spacing;
+           return stack.poses.empty() && spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
+         });
+}
+
 } // namespace
 
 double maskedShare(const ReconstructionInput& input, double volume, double reach) {
@@ -230,25 +238,14 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
   return share;
 }
 
-namespace {
-
-/// Several scans without poses, of slices clearly thicker than their pixels.
-bool severalThick(std::span<const Stack> stacks) {
-  return stacks.size() > 1 && std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
-           const Vec3& spacing = stack.image.geometry.spacing;
-           return stack.poses.empty() && spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
-         });
-}
-
-} // namespace
-
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks) {
   return settings.sliceMotion != SliceMotionKind::Off && severalThick(stacks);
 }
 
-bool predictsEach(const Settings& settings, std::span<const Stack> stacks, bool masked) {
-  return settings.prediction != PredictionKind::None && settings.consistency && !masked &&
-         (settings.preset == Preset::Balanced || settings.preset == Preset::Best) &&
+bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<const Stack> stacks,
+                  bool masked) {
+  return settings.prediction != PredictionKind::None && settings.consistency && !masked && !traits.posed &&
+         traits.thickness > 0 && (settings.preset == Preset::Balanced || settings.preset == Preset::Best) &&
          chosenBlending(settings) == Blending::Normalised && severalThick(stacks);
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "Core/Fit/Plan.h"
 #include "Core/Job/ReconstructionJob.h"
 
 namespace innergs {
@@ -32,8 +33,10 @@ PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_tok
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 
 /// Whether what each scan shows alone between its slices takes part in the fit of several: presets balanced
-/// and best, no masks, normalised blending, slices without poses, clearly farther apart than their pixels.
-bool predictsEach(const Settings& settings, std::span<const Stack> stacks, bool masked);
+/// and best, no masks, normalised blending, thick slices without poses, clearly farther apart than their
+/// pixels.
+bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<const Stack> stacks,
+                  bool masked);
 
 double voxelsOf(std::span<const Stack> stacks);
 

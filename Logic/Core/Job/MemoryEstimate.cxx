@@ -162,7 +162,7 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
                               ? static_cast<double>(domain.voxelCount()) * 12 + lattices.samples * 4
                               : 0;
   // Beside the refined field's residual grid.
-  const double mixing = predictsEach(settings, input.stacks, !input.masks.empty()) && traits.thickness > 0
+  const double mixing = predictsEach(settings, traits, input.stacks, !input.masks.empty())
                             ? residual + mixingBytes(input, settings)
                             : 0;
   const double motion =

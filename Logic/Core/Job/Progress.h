@@ -9,7 +9,7 @@ namespace innergs {
 enum class Phase {
   Preparing,
   Aligning,   // several scans, and the slices of each
-  Predicting, // what lies between the slices of one scan
+  Predicting, // what lies between the slices of each scan
   Initialising,
   Tracking, // fits a moving scan frame by frame
   Fitting,

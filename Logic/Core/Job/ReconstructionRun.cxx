@@ -33,19 +33,7 @@ double psnrOf(const LossSum& sum) {
 }
 
 constexpr double kReportEvery = 0.05; // seconds, minimum, while a device iterates
-constexpr double kTriedShare = 0.3;
-constexpr double kLeastShare = 0.05, kMostShare = 0.4;
-constexpr double kShareTakenOff = 0.15;
-constexpr double kShareTakenOffByNoise = 8; // times the noise, of the intensity range
-constexpr double kAnotherBody = 0.3;        // correlation below which two scans show different bodies
-
-/// The lattice resampled so that no axis has more than `most` voxels.
-GridGeometry reduced(const GridGeometry& g, std::int64_t most) {
-  Vec3 spacing = g.spacing;
-  for (int a = 0; a < 3; ++a)
-    spacing[a] *= std::max(1.0, static_cast<double>(g.size[a]) / static_cast<double>(most));
-  return withSpacing(g, spacing);
-}
+constexpr double kAnotherBody = 0.3;  // correlation below which two scans show different bodies
 
 } // namespace
 
@@ -205,8 +193,8 @@ void ReconstructionRun::choose() {
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();
   }
-  predictsEach_ = traits_.thickness > 0 && !differentBodies() &&
-                  predictsEach(settings_, prepared_.stacks, !input_.masks.empty());
+  predictsEach_ =
+      !differentBodies() && predictsEach(settings_, traits_, prepared_.stacks, !input_.masks.empty());
   asked_ = settings_;
   if (!settings_.gaussians) {
     Settings whole = settings_;
@@ -521,9 +509,7 @@ void ReconstructionRun::mixPredictions(const RenderOptions& options) {
   progress_.state.note.clear();
 }
 
-/// The share of the predictions that helps most when part of the result is scanned and fitted anew. There
-/// they help more than with the real scans, the more so the more noise there is, so some of it is taken off.
-/// Nothing where the scans are too small for that.
+/// The share of the predictions from each scan, by a trial; nothing where the scans are too small for it.
 std::optional<double> ReconstructionRun::chooseShare(const RenderOptions& options) {
   Settings settings = asked_;
   settings.iterations = settings_.iterations;
@@ -538,9 +524,7 @@ std::optional<double> ReconstructionRun::chooseShare(const RenderOptions& option
   twin.keepUnmixed();
   const ReconstructionResult mixed = twin.run(pool_->stopToken(), false);
   if (mixed.cancelled) throw Error(ErrorCode::Cancelled, "Stopped on request.");
-  const double best = kTriedShare * bestMultiple(trial.truth, twin.takeUnmixed(), mixed.volume);
-  const double share = best - kShareTakenOff - kShareTakenOffByNoise * traits_.noise;
-  return share < kLeastShare ? 0.0 : std::min(share, kMostShare);
+  return chosenShare(trial.truth, twin.takeUnmixed(), mixed.volume, traits_.noise);
 }
 
 /// What each scan shows between its own slices, as thin slices.

@@ -16,14 +16,10 @@ constexpr std::int64_t kEdge = 64;   // voxels of the part
 constexpr double kFewestSlices = 12; // of the thickest scan, if that takes no more than kLongestEdge
 constexpr std::int64_t kLongestEdge = 96;
 constexpr std::int64_t kBesideFaces = 4; // voxels
-constexpr std::int64_t kOverview = 96;   // voxels along an axis, to look for detail
-
-double coarsestOf(std::span<const Stack> stacks) {
-  double coarsest = 0;
-  for (const Stack& stack : stacks)
-    coarsest = std::max({coarsest, stack.image.geometry.spacing[2], stack.thickness});
-  return coarsest;
-}
+constexpr double kLeastShare = 0.05, kMostShare = 0.4;
+constexpr double kTakenOff = 0.15;     // of the best share
+constexpr double kTakenOffByNoise = 8; // times the noise, likewise
+constexpr std::int64_t kOverview = 96; // voxels along an axis, to look for detail
 
 /// Part of a lattice around a place (LPS mm).
 GridGeometry partAround(const GridGeometry& grid, const Vec3& middle, std::span<const Stack> stacks) {
@@ -31,7 +27,7 @@ GridGeometry partAround(const GridGeometry& grid, const Vec3& middle, std::span<
   std::array<std::int64_t, 3> first, size;
   for (int a = 0; a < 3; ++a) {
     const std::int64_t edge = std::clamp<std::int64_t>(
-        std::llround(kFewestSlices * coarsestOf(stacks) / grid.spacing[a]), kEdge, kLongestEdge);
+        std::llround(kFewestSlices * coarsestSlices(stacks) / grid.spacing[a]), kEdge, kLongestEdge);
     size[a] = std::min(edge, grid.size[a]);
     first[a] = std::clamp<std::int64_t>(std::llround(index[a]) - size[a] / 2, 0, grid.size[a] - size[a]);
   }
@@ -54,7 +50,6 @@ GridGeometry withMargin(const GridGeometry& part, double margin) {
 ShareTrial trialOn(const GridGeometry& part, std::span<const Stack> stacks, const GridGeometry& domain,
                    const Settings& settings) {
   ShareTrial trial;
-  trial.grid = part;
   trial.twin = simulatedFit(simulatedLattices(stacks, part), part, domain, {}, settings);
   trial.twin.input.heldOutFraction = 0;
   auto& scans = trial.twin.input.stacks;
@@ -68,14 +63,11 @@ ShareTrial trialOn(const GridGeometry& part, std::span<const Stack> stacks, cons
 
 ShareTrial shareTrial(const std::function<Volume(const GridGeometry&)>& render, std::span<const Stack> stacks,
                       const GridGeometry& domain, const Settings& settings, double noise, ThreadPool& pool) {
-  const double coarsest = coarsestOf(stacks);
-  Vec3 spacing = domain.spacing;
-  for (int a = 0; a < 3; ++a)
-    spacing[a] *= std::max(1.0, static_cast<double>(domain.size[a]) / static_cast<double>(kOverview));
-  const Vec3 middle = middleOf(localDetail(render(withSpacing(domain, spacing)), coarsest, pool));
+  const double coarsest = coarsestSlices(stacks);
+  const Vec3 middle = middleOf(localDetail(render(reduced(domain, kOverview)), coarsest, pool));
   ShareTrial trial = trialOn(partAround(domain, middle, stacks), stacks, domain, settings);
-  trial.truth = render(trial.grid);
-  const Volume wide = render(withMargin(trial.grid, coarsest));
+  trial.truth = render(*trial.twin.input.outputGrid);
+  const Volume wide = render(withMargin(trial.truth.geometry, coarsest));
   std::uint64_t seed = 0;
   for (Stack& scan : trial.twin.input.stacks) {
     scan.image.voxels.assign(static_cast<std::size_t>(scan.image.geometry.voxelCount()), 0.f);
@@ -90,7 +82,7 @@ ShareTrial shareTrialOutline(std::span<const Stack> stacks, const Settings& sett
   return trialOn(partAround(domain, domain.centre(), stacks), stacks, domain, settings);
 }
 
-double bestMultiple(const Volume& truth, const Volume& unmixed, const Volume& mixed) {
+double chosenShare(const Volume& truth, const Volume& unmixed, const Volume& mixed, double noise) {
   const auto& n = truth.geometry.size;
   const auto counts = [&](int axis, std::int64_t at) {
     const std::int64_t beside = std::min(kBesideFaces, (n[axis] - 1) / 4);
@@ -106,7 +98,9 @@ double bestMultiple(const Volume& truth, const Volume& unmixed, const Volume& mi
         product += change * (static_cast<double>(truth.voxels[v]) - unmixed.voxels[v]);
         square += change * change;
       }
-  return square > 0 ? product / square : 0;
+  const double best = square > 0 ? kTriedShare * product / square : 0;
+  const double share = best - kTakenOff - kTakenOffByNoise * noise;
+  return share < kLeastShare ? 0 : std::min(share, kMostShare);
 }
 
 } // namespace innergs

@@ -9,9 +9,8 @@ namespace innergs {
 /// Part of a fitted volume, scanned and fitted anew as the scans were. There the truth is known, so that it
 /// shows how large a share predictions from each scan alone should have.
 struct ShareTrial {
-  GridGeometry grid;
-  Volume truth;      // on it; without voxels in an outline
-  SimulatedFit twin; // no stacks: the part shows too little of one of the scans
+  Volume truth;      // without voxels in an outline
+  SimulatedFit twin; // to its scans, on its lattice; no stacks: it shows too little of one of them
 };
 
 /// render: the fitted volume on a lattice. domain: its lattice. settings: of its fit, as the user gave them.
@@ -22,8 +21,13 @@ ShareTrial shareTrial(const std::function<Volume(const GridGeometry&)>& render, 
 /// For estimates: without voxels, in the middle of the stacks.
 ShareTrial shareTrialOutline(std::span<const Stack> stacks, const Settings& settings);
 
-/// The multiple of (mixed − unmixed) that brings the unmixed volume nearest to the truth, all on one lattice;
-/// a few voxels beside its faces do not count.
-double bestMultiple(const Volume& truth, const Volume& unmixed, const Volume& mixed);
+/// The share of the predictions in the trial's fit, to see what they do.
+constexpr double kTriedShare = 0.3;
+
+/// The share with which the trial's fit would come nearest to the truth, from that fit without the
+/// predictions and with kTriedShare of them, all on one lattice; a few voxels beside its faces do not count.
+/// Predictions help more there than with the real scans, the more so the more noise (of the intensity range)
+/// there is, so some of it is taken off. 0: they would hardly help.
+double chosenShare(const Volume& truth, const Volume& unmixed, const Volume& mixed, double noise);
 
 } // namespace innergs

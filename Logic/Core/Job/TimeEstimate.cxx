@@ -246,7 +246,6 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   Settings fitted = filled;
   fitted.prediction = PredictionKind::None;
   double seconds = this->seconds(thin, fitted);
-  if (settings.prediction == PredictionKind::Interpolation) return seconds;
   const double predicting = scanSeconds(input.stacks.front(), thin.stacks.front().image.geometry, settings);
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
@@ -297,14 +296,14 @@ double TimeEstimator::learningSeconds(const Stack& scan, const GridGeometry& gri
 }
 
 double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {
-  if (!input.uncertainty || input.stacks.empty()) return fitSeconds(input, settings);
-  const double fits = fitSeconds(input, settings);
+  if (!input.uncertainty || input.stacks.empty()) return fitSeconds(input, settings, true);
+  const double fits = fitSeconds(input, settings, true);
   const SimulatedFit simulated = simulatedOutline(input, settings);
-  const double simulation = fitSeconds(simulated.input, simulated.settings, Share::Given);
+  const double simulation = fitSeconds(simulated.input, simulated.settings, false);
   return fits > 0 && simulation > 0 ? fits + simulation : 0;
 }
 
-double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Settings& settings, Share share) {
+double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Settings& settings, bool choosing) {
   checkSettings(settings);
   checkHeldOutFraction(input.heldOutFraction);
   if (input.stacks.empty())
@@ -325,14 +324,12 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   const double withheld = withheldFraction(input);
   const double fits = withheld > 0 ? 2 - withheld : 1; // includes the fit that measures the quality
   if (predicts(settings, traits)) return fits * masked * predictedSeconds(input, settings, filled, output);
-  double mixing = 0, choosing = 0;
-  if (share != Share::None && traits.thickness > 0 && !traits.posed &&
-      predictsEach(settings, input.stacks, !input.masks.empty())) {
+  double mixing = 0, trying = 0;
+  if (predictsEach(settings, traits, input.stacks, !input.masks.empty())) {
     mixing = eachSeconds(input.stacks, settings);
-    if (share == Share::Chosen) {
+    if (choosing) {
       const ShareTrial trial = shareTrialOutline(input.stacks, settings);
-      if (!trial.twin.input.stacks.empty())
-        choosing = fitSeconds(trial.twin.input, trial.twin.settings, Share::Given);
+      if (!trial.twin.input.stacks.empty()) trying = fitSeconds(trial.twin.input, trial.twin.settings, false);
     }
   }
   DeviceChoice device(settings.device, settings.instructionSet, settings.selection);
@@ -341,26 +338,24 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
     const std::lock_guard lock(mutex_);
     const auto speed = speeds_.find(device.use.id);
     if (speed == speeds_.end()) return 0;
-    return choosing + fits * (mixing + speed->second.iteration * voxels * members * plan.iterations +
-                              speed->second.rest * (voxels + outputVoxels));
+    return trying + fits * (mixing + speed->second.iteration * voxels * members * plan.iterations +
+                            speed->second.rest * (voxels + outputVoxels));
   }
   const Timing timing = timingOf(input, filled, output);
   const TrialTimes& t = timing.times;
   const double iterations =
       plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
   const bool moved = moves(input.stacks, settings);
-  const double fit = members * (t.start + (moved ? kMovedFit : 1) * iterations) + (moved ? kMovedRefining
-                                                                                   : mixing > 0 ? 2
-                                                                                                : 1) *
-                                                                                      t.refine;
+  const double refining = moved ? kMovedRefining : mixing > 0 ? 2 : 1; // times
+  const double fit = members * (t.start + (moved ? kMovedFit : 1) * iterations) + refining * t.refine;
   const double placing = masked < 1 && input.stacks.size() > 1
                              ? kPlacing * multiplyTime_(settings.instructionSet) *
                                    static_cast<double>(dataDomain(input.stacks).voxelCount()) /
                                    threadsOf(settings)
                              : 0;
-  return choosing + fits * (mixing + placing + voxels / timing.voxels * fit +
-                            t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
-                            outputVoxels / timing.outputVoxels * t.render);
+  return trying + fits * (mixing + placing + voxels / timing.voxels * fit +
+                          t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +
+                          outputVoxels / timing.outputVoxels * t.render);
 }
 
 void TimeEstimator::remember(const ReconstructionInput& input, const ReconstructionResult& result) {

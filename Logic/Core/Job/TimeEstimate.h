@@ -55,10 +55,9 @@ private:
   Timing timed(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output,
                double voxels) const;
   Timing timingOf(const ReconstructionInput& input, const Settings& filled, const GridGeometry& output);
-  /// How the share of predictions from each of several scans is found.
-  enum class Share { None, Given, Chosen };
-  /// Without the simulation of the uncertainty.
-  double fitSeconds(const ReconstructionInput& input, const Settings& settings, Share share = Share::Chosen);
+  /// Without the simulation of the uncertainty. choosing: with the trial that chooses the share of
+  /// predictions from each of several scans.
+  double fitSeconds(const ReconstructionInput& input, const Settings& settings, bool choosing);
   double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
                           const GridGeometry& output);
   double scanSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings);

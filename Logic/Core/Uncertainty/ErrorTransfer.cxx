@@ -55,10 +55,7 @@ struct Cube {
   double margin; // mm beside its and the scans' faces that are not scored
 
   Cube(std::span<const Stack> stacks, const Vec3& middle) : grid(simulationGrid(stacks, middle)) {
-    double coarsest = 0;
-    for (const Stack& stack : stacks)
-      coarsest = std::max({coarsest, stack.image.geometry.spacing[2], stack.thickness});
-    margin = coarsest + 2 * grid.spacing[0];
+    margin = coarsestSlices(stacks) + 2 * grid.spacing[0];
   }
   /// Whether a place (LPS mm) is well inside the cube and one of the scans.
   bool scores(const Vec3& x, std::span<const GridGeometry> scans) const {

@@ -32,14 +32,21 @@ GridGeometry partIn(const GridGeometry& cube, const GridGeometry& g) {
 
 } // namespace
 
+double coarsestSlices(std::span<const Stack> stacks) {
+  double coarsest = 0;
+  for (const Stack& stack : stacks)
+    coarsest = std::max({coarsest, stack.image.geometry.spacing[2], stack.thickness});
+  return coarsest;
+}
+
 GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle) {
-  double finest = std::numeric_limits<double>::max(), coarsest = 0;
+  double finest = std::numeric_limits<double>::max();
   for (const Stack& stack : stacks) {
     const Vec3& s = stack.image.geometry.spacing;
     finest = std::min({finest, s[0], s[1], s[2]});
-    coarsest = std::max({coarsest, s[2], stack.thickness});
   }
-  const double spacing = std::max(finest, (kFewestSlices + 2) * coarsest / static_cast<double>(kEdge));
+  const double spacing =
+      std::max(finest, (kFewestSlices + 2) * coarsestSlices(stacks) / static_cast<double>(kEdge));
   GridGeometry grid;
   grid.direction = stacks.front().image.geometry.direction;
   grid.size = {kEdge, kEdge, kEdge};

@@ -5,6 +5,9 @@
 
 namespace innergs {
 
+/// The largest slice distance or thickness, mm.
+double coarsestSlices(std::span<const Stack> stacks);
+
 /// The lattice that ErrorTransfer simulates scans of: a cube around a place (LPS mm) with the first stack's
 /// axes.
 GridGeometry simulationGrid(std::span<const Stack> stacks, const Vec3& middle);

@@ -100,7 +100,7 @@ TEST(JobScanPredictions, AreLeftOutOfScansTooSmallForASimulation) {
 TEST(JobScanPredictions, TakeNoPartInOtherFits) {
   const ReconstructionInput still = scansOf(waves());
   const auto takePart = [&](const Settings& settings, const ReconstructionInput& input) {
-    return predictsEach(settings, input.stacks, !input.masks.empty());
+    return predictsEach(settings, geometryTraits(input.stacks), input.stacks, !input.masks.empty());
   };
   EXPECT_TRUE(takePart(kQuick, still));
   for (void (*change)(Settings&, ReconstructionInput&) :
@@ -201,7 +201,7 @@ TEST(ShareTrial, ScansAPartOfTheResult) {
   };
   const ShareTrial trial = shareTrial(sampled, stacks, dataDomain(stacks), kQuick, 0, pool);
   ASSERT_EQ(trial.twin.input.stacks.size(), stacks.size());
-  EXPECT_EQ(trial.truth.geometry.size, trial.grid.size);
+  EXPECT_EQ(trial.truth.geometry.size, trial.twin.input.outputGrid->size);
   for (std::size_t s = 0; s < stacks.size(); ++s) {
     const Stack& scan = trial.twin.input.stacks[s];
     const Affine3 map = inverse(stacks[s].image.geometry.indexToWorld()) * scan.image.geometry.indexToWorld();
@@ -212,16 +212,19 @@ TEST(ShareTrial, ScansAPartOfTheResult) {
   }
 }
 
-TEST(ShareTrial, FindsTheMultipleThatComesNearest) {
+TEST(ShareTrial, ChoosesLessThanComesNearest) {
   const Volume unmixed = waves();
   Volume mixed = unmixed, truth = unmixed;
   for (std::size_t v = 0; v < truth.voxels.size(); ++v) {
     const float change = static_cast<float>(v % 7) - 3;
     mixed.voxels[v] += change;
-    truth.voxels[v] += 1.7f * change;
+    truth.voxels[v] += 1.5f * change;
   }
-  EXPECT_NEAR(bestMultiple(truth, unmixed, mixed), 1.7, 1e-3);
-  EXPECT_EQ(bestMultiple(truth, unmixed, unmixed), 0);
+  const double nearest = 1.5 * kTriedShare;
+  EXPECT_NEAR(chosenShare(truth, unmixed, mixed, 0), nearest - 0.15, 1e-3);
+  EXPECT_NEAR(chosenShare(truth, unmixed, mixed, 0.01), nearest - 0.15 - 0.08, 1e-3);
+  EXPECT_EQ(chosenShare(truth, unmixed, mixed, 0.05), 0);
+  EXPECT_EQ(chosenShare(truth, unmixed, unmixed, 0), 0);
 }
 
 } // namespace
