@@ -66,7 +66,8 @@ double predictingBytes(const Stack& scan, const GridGeometry& lattice, const Set
   const double slices = static_cast<double>(scan.image.geometry.voxelCount()),
                voxels = static_cast<double>(lattice.voxelCount());
   double candidates = 16 * voxels;
-  if (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels)) {
+  const bool mayAverage = fieldShareOfNoisy(scan, 1, voxels) > 0;
+  if (settings.prediction != PredictionKind::Interpolation && (triesField(settings, voxels) || mayAverage)) {
     ReconstructionInput field;
     field.stacks = {scan};
     field.outputGrid = lattice;

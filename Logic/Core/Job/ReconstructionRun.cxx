@@ -8,7 +8,6 @@
 #include "Core/Fit/CoverUnreached.h"
 #include "Core/Image/Metrics.h"
 #include "Core/Job/MemoryEstimate.h"
-#include "Core/Job/Refinement.h"
 #include "Core/Job/Resume.h"
 #include "Core/Job/ShareTrial.h"
 #include "Core/Job/SlicePrediction.h"
@@ -192,6 +191,7 @@ void ReconstructionRun::choose() {
         progress_, *pool_);
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();
+    averageWithField();
   }
   predictsEach_ =
       !differentBodies() && predictsEach(settings_, traits_, prepared_.stacks, !input_.masks.empty());
@@ -217,6 +217,21 @@ void ReconstructionRun::choose() {
   }
   result_.noise = traits_.noise * map_.scale;
   result_.settings = settings_;
+}
+
+/// Where the slices are noisy, has their prediction averaged with a field fitted to them alone.
+void ReconstructionRun::averageWithField() {
+  const Stack& scan = prepared_.stacks.front();
+  const GridGeometry& lattice = predicted_->image.geometry;
+  const double share = input_.predictionParts.field && settings_.prediction != PredictionKind::Interpolation
+                           ? fieldShareOfNoisy(scan, traits_.noise, static_cast<double>(lattice.voxelCount()))
+                           : 0;
+  if (share <= 0) return;
+  averaged_ = {fieldAlone(scan, lattice, fieldSettings(settings_), kPredictionEnds, kAveragedEnds), share};
+  const std::string said = formatted(
+      "As the slices are noisy, this is averaged with a field fitted to them alone (%.0f %%).", 100 * share);
+  result_.prediction += " " + said;
+  progress_.say(said);
 }
 
 /// The volume of a one-member field fitted to the slices alone.
@@ -473,9 +488,9 @@ void ReconstructionRun::addResidual() {
   progress_.report(Phase::Refining, predictsEach_ ? kEachFitEnds : kFitEnds);
   const RenderOptions options = renderOptions(field, pool_->stopToken());
   const double mse =
-      predicted_
-          ? refineToPrediction(field, *predicted_, prepared_.stacks.front(), result_.noise, options, *pool_)
-          : refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
+      predicted_ ? refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), result_.noise,
+                                      options, *pool_)
+                 : refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
   setTrainingPsnr(psnrOf(mse));
   if (predictsEach_) mixPredictions(options);
 }

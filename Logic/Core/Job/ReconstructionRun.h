@@ -4,6 +4,7 @@
 #include "Core/Fit/Trainer.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/JobProgress.h"
+#include "Core/Job/Refinement.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/Render.h"
 
@@ -42,6 +43,7 @@ private:
   std::vector<std::string> correct(std::span<Stack> stacks);
   bool differentBodies() const;
   void choose();
+  void averageWithField();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
                     double to);
   std::span<const Stack> fittedStacks() const;
@@ -87,11 +89,12 @@ private:
   DataTraits traits_;
   FitPlan plan_;
   std::string key_;
-  double fitStarts_ = 0;           // fraction of the progress
-  bool refitting_ = false;         // the model to resume starts another fit
-  std::optional<Stack> predicted_; // what lies between the slices of one scan, as thin slices
-  bool predictsEach_ = false;      // or what lies between those of each is mixed in after the fit
-  Model model_;                    // its field holds the finished members
+  double fitStarts_ = 0;                   // fraction of the progress
+  bool refitting_ = false;                 // the model to resume starts another fit
+  std::optional<Stack> predicted_;         // what lies between the slices of one scan, as thin slices
+  std::optional<WeightedVolume> averaged_; // with it, its noise removed
+  bool predictsEach_ = false;              // or what lies between those of each is mixed in after the fit
+  Model model_;                            // its field holds the finished members
   ReconstructionResult result_;
 };
 

@@ -57,14 +57,20 @@ double refineToSlices(GaussianField& field, std::span<const Stack> slices, doubl
   return rms * rms / (field.intensityScale * field.intensityScale);
 }
 
-double refineToPrediction(GaussianField& field, Stack& predicted, const Stack& scan, double noise,
-                          RenderOptions options, ThreadPool& pool) {
+double refineToPrediction(GaussianField& field, Stack& predicted, const std::optional<WeightedVolume>& other,
+                          const Stack& scan, double noise, RenderOptions options, ThreadPool& pool) {
   options.bounded = false;
   Volume missed = render(field, predicted.image.geometry, options);
   const auto scale = static_cast<float>(1 / field.intensityScale);
   for (std::size_t v = 0; v < missed.voxels.size(); ++v)
     missed.voxels[v] = predicted.image.voxels[v] - missed.voxels[v];
   removePredictionNoise(missed, predicted, noise, pool);
+  for (std::size_t v = 0; other && v < missed.voxels.size(); ++v) {
+    const float change =
+        static_cast<float>(other->share) * (other->volume.voxels[v] - predicted.image.voxels[v]);
+    missed.voxels[v] += change;
+    predicted.image.voxels[v] += change;
+  }
   for (float& v : missed.voxels)
     v *= scale;
   field.residual = std::move(missed);

@@ -2,6 +2,8 @@
 #include "Core/Base/Parallel.h"
 #include "Core/Render/Render.h"
 
+#include <optional>
+
 namespace innergs {
 
 /// Sets the residual of a fitted field to what its Gaussians miss of the slices, by back-projection; leaves
@@ -13,9 +15,16 @@ double refineToSlices(GaussianField& field, std::span<const Stack> slices, doubl
                       const ValueRange& range, RenderOptions options, ThreadPool& pool,
                       std::span<Stack> predictions = {}, double share = 0);
 
-/// The same for what they miss of a prediction, without its noise, on the prediction's lattice. Also takes
-/// the noise out of `predicted`; the error returned is that of `predicted` on the scan it was predicted from.
-double refineToPrediction(GaussianField& field, Stack& predicted, const Stack& scan, double noise,
-                          RenderOptions options, ThreadPool& pool);
+/// A volume and its share in an average.
+struct WeightedVolume {
+  Volume volume;
+  double share = 0;
+};
+
+/// The same for what they miss of a prediction, without its noise, on the prediction's lattice, averaged with
+/// another volume of that lattice, if any. `predicted` becomes that average; the error returned is its error
+/// on the scan it was predicted from.
+double refineToPrediction(GaussianField& field, Stack& predicted, const std::optional<WeightedVolume>& other,
+                          const Stack& scan, double noise, RenderOptions options, ThreadPool& pool);
 
 } // namespace innergs

@@ -24,6 +24,10 @@ constexpr int kLongerFit = 60;     // iterations of the field
 constexpr int kTrialFit = 20;      // likewise on every second slice of a large scan, where more overfit
 constexpr double kLarge = 1.5e6;   // voxels
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
+constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02; // of the intensity range: between, shares rise to
+constexpr double kThinShare = 0.3, kThickShare = 0.6;    // these, of slices without thickness and gap
+constexpr double kLeastFieldShare = 0.05;
+constexpr double kMostAveraged = 10e6; // voxels
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -63,6 +67,16 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 
 bool triesField(const Settings& settings, double voxels) {
   return voxels <= (settings.preset == Preset::Best ? 10e6 : kLarge);
+}
+
+double fieldShareOfNoisy(const Stack& scan, double noise, double voxels) {
+  if (voxels > kMostAveraged) return 0;
+  const double thick = scan.profile == SliceProfile::Point
+                           ? 0
+                           : std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
+  const double share = std::clamp((noise - kLittleNoise) / (kMuchNoise - kLittleNoise), 0.0, 1.0) *
+                       (kThinShare + thick * (kThickShare - kThinShare));
+  return share < kLeastFieldShare ? 0 : share; // less is not worth another fit
 }
 
 TrialLattices trialLattices(const GridGeometry& scan) {

@@ -16,6 +16,11 @@ struct TrialLattices {
 };
 TrialLattices trialLattices(const GridGeometry& scan);
 
+/// The share of a field fitted to noisy slices alone in what is predicted from them on so many voxels, once
+/// its noise is removed: the errors of the two differ. noise: standard deviation relative to the intensity
+/// range.
+double fieldShareOfNoisy(const Stack& scan, double noise, double voxels);
+
 /// For estimates: the input of the fit to a prediction, thin slices without voxels.
 ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output);
 

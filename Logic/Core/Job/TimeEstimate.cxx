@@ -4,6 +4,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Fit/Plan.h"
+#include "Core/Image/NoiseEstimate.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ReconstructionRun.h"
 #include "Core/Job/Resume.h"
@@ -147,6 +148,16 @@ bool moves(const std::vector<Stack>& stacks, const Settings& settings) {
   return settings.sliceMotion == SliceMotionKind::On && correctsSlices(settings, stacks);
 }
 
+/// Whether a scan, if its voxels are here, is so noisy that its prediction is averaged with a field.
+bool averagesWithField(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+  const auto voxels = static_cast<double>(lattice.voxelCount());
+  if (settings.prediction == PredictionKind::Interpolation || scan.image.voxels.empty() ||
+      fieldShareOfNoisy(scan, 1, voxels) <= 0)
+    return false;
+  const double noise = estimateNoise(scan.image, scan.observed) / chooseIntensityMap({&scan, 1}).scale;
+  return fieldShareOfNoisy(scan, noise, voxels) > 0;
+}
+
 /// Voxels for which an iteration of the fit takes as long as aligning the scans.
 double aligningVoxels(const std::vector<Stack>& stacks, const Settings& settings, double voxels) {
   double count = !correctsSlices(settings, stacks)
@@ -246,10 +257,14 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   Settings fitted = filled;
   fitted.prediction = PredictionKind::None;
   double seconds = this->seconds(thin, fitted);
-  const double predicting = scanSeconds(input.stacks.front(), thin.stacks.front().image.geometry, settings);
+  const Stack& scan = input.stacks.front();
+  const GridGeometry& lattice = thin.stacks.front().image.geometry;
+  const double predicting = scanSeconds(scan, lattice, settings);
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
-  return seconds + predicting;
+  const double averaged =
+      averagesWithField(scan, lattice, settings) ? fieldSeconds(scan, lattice, settings) : 0;
+  return seconds + predicting + averaged;
 }
 
 /// Seconds for a prediction from a scan's slices on a lattice, with a field that takes part in it.
@@ -257,10 +272,15 @@ double TimeEstimator::scanSeconds(const Stack& scan, const GridGeometry& lattice
   if (settings.prediction == PredictionKind::Interpolation) return 0;
   double seconds = learningSeconds(scan, lattice, settings);
   if (!triesField(settings, static_cast<double>(lattice.voxelCount()))) return seconds;
+  return seconds + 1.35 * fieldSeconds(scan, lattice, settings); // first on every second slice
+}
+
+/// Seconds for the volume, on a lattice, of a field fitted to a scan's slices alone.
+double TimeEstimator::fieldSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
   ReconstructionInput slices;
   slices.stacks = {scan};
   slices.outputGrid = lattice;
-  return seconds + 1.35 * this->seconds(slices, fieldSettings(settings));
+  return this->seconds(slices, fieldSettings(settings));
 }
 
 /// Seconds for predictions from each of several scans.

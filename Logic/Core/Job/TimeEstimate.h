@@ -60,6 +60,7 @@ private:
   double fitSeconds(const ReconstructionInput& input, const Settings& settings, bool choosing);
   double predictedSeconds(const ReconstructionInput& input, const Settings& settings, const Settings& filled,
                           const GridGeometry& output);
+  double fieldSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
   double scanSeconds(const Stack& scan, const GridGeometry& lattice, const Settings& settings);
   double eachSeconds(std::span<const Stack> stacks, const Settings& settings);
   double learningSeconds(const Stack& scan, const GridGeometry& grid, const Settings& settings) const;

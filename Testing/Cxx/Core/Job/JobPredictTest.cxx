@@ -57,6 +57,47 @@ TEST(JobPrediction, LeavesNoiseOut) {
   EXPECT_LT(rmsOfSlices(0.05 * range), 0.75 * 0.05 * range);
 }
 
+/// A scan of touching slices four pixels thick with 5 % noise, on the lattice of its truth.
+ReconstructionInput noisyInput(const Volume& truth) {
+  ReconstructionInput input;
+  input.stacks.push_back(thickSlices(truth, 2, 4));
+  input.outputGrid = truth.geometry;
+  const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
+  addNoise(input.stacks.front().image.voxels, 0.05 * (*high - *low), 2);
+  return input;
+}
+
+TEST(JobPrediction, OfNoisySlicesIsAveragedWithAField) {
+  const Volume truth = phantom(grid(48, 44, 48, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
+  const ReconstructionInput input = noisyInput(truth);
+  const auto averaged = reconstruct(input, quick()), field = reconstruct(input, quick(PredictionKind::None));
+  ReconstructionInput parts = input;
+  parts.predictionParts.field = false;
+  const auto learned = reconstruct(parts, quick());
+  const std::string said = "averaged with a field";
+  EXPECT_NE(averaged.prediction.find(said), std::string::npos) << averaged.prediction;
+  EXPECT_EQ(learned.prediction.find(said), std::string::npos);
+  EXPECT_EQ(reconstruct(gappedInput(), quick()).prediction.find(said), std::string::npos);
+  EXPECT_GT(psnr(averaged.volume, truth), psnr(learned.volume, truth) + 0.1);
+  EXPECT_GT(psnr(averaged.volume, truth), psnr(field.volume, truth));
+}
+
+TEST(JobPrediction, OfNoisySlicesStopsAndGoesOn) {
+  const ReconstructionInput input = noisyInput(phantom(grid(40, 40, 40)));
+  Settings settings = quick();
+  const auto whole = reconstruct(input, settings);
+  const auto stopped =
+      runUntil([](const Progress& p) { return p.phase == Phase::Predicting && p.fraction > 0.55; }, input,
+               settings)
+          .result;
+  ASSERT_TRUE(stopped.cancelled);
+  EXPECT_TRUE(stopped.model->field.gaussians.empty());
+  ReconstructionInput again = input;
+  again.resume = stoppedAt(5, input, settings).model;
+  settings.threads = 5;
+  EXPECT_TRUE(sameField(reconstruct(again, settings).model->field, whole.model->field));
+}
+
 TEST(JobPrediction, KeepsTextureThatAllSlicesShow) {
   const Volume slice = texture(grid(48, 44, 1));
   const Volume truth =

@@ -87,6 +87,21 @@ TEST_F(TimeEstimate, CountsWhatTheNetworkMultiplies) {
   EXPECT_LE(estimator.seconds(input, settings), fit);
 }
 
+TEST_F(TimeEstimate, CountsTheFieldThatNoisySlicesAreAveragedWith) {
+  ReconstructionInput input = outline(60, 4);
+  const double unknown = estimator.seconds(input, threaded());
+  Volume& image = input.stacks.front().image;
+  image = phantom(image.geometry);
+  EXPECT_EQ(estimator.seconds(input, threaded()), unknown);
+  addNoise(image.voxels, 10, 1);
+  Settings settings = threaded();
+  EXPECT_GT(estimator.seconds(input, settings), unknown);
+  settings.prediction = PredictionKind::Interpolation;
+  const double noisy = estimator.seconds(input, settings);
+  image.voxels.clear();
+  EXPECT_EQ(noisy, estimator.seconds(input, settings));
+}
+
 TEST_F(TimeEstimate, CountsTheAlignmentOfScansApartFromTheFit) {
   ReconstructionInput input = outline(80, 4);
   input.stacks.push_back(input.stacks.front());
