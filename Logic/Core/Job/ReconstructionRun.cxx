@@ -487,6 +487,7 @@ void ReconstructionRun::addResidual() {
   if (!predicted_ && (!settings_.consistency || traits_.thickness <= 0 || posed)) return;
   progress_.report(Phase::Refining, predictsEach_ ? kEachFitEnds : kFitEnds);
   const RenderOptions options = renderOptions(field, pool_->stopToken());
+  if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_) return mixPredictions(options);
   const double mse =
       predicted_ ? refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), result_.noise,
                                       options, *pool_)
