@@ -60,7 +60,7 @@ TEST(JobPrediction, LeavesNoiseOut) {
 /// A scan of touching slices four pixels thick with 5 % noise, on the lattice of its truth.
 ReconstructionInput noisyInput(const Volume& truth) {
   ReconstructionInput input;
-  input.stacks.push_back(thickSlices(truth, 2, 4));
+  input.stacks.push_back(simulateThickStack(truth, 2, 4));
   input.outputGrid = truth.geometry;
   const auto [low, high] = std::minmax_element(truth.voxels.begin(), truth.voxels.end());
   addNoise(input.stacks.front().image.voxels, 0.05 * (*high - *low), 2);
@@ -70,7 +70,7 @@ ReconstructionInput noisyInput(const Volume& truth) {
 TEST(JobPrediction, OfNoisySlicesIsAveragedWithAField) {
   const Volume truth = phantom(grid(48, 44, 48, {1, 1, 1}, {-30, 12, 5}, obliqueDirection(0.3)));
   const ReconstructionInput input = noisyInput(truth);
-  const auto averaged = reconstruct(input, quick()), field = reconstruct(input, quick(PredictionKind::None));
+  const auto averaged = reconstruct(input, quick());
   ReconstructionInput parts = input;
   parts.predictionParts.field = false;
   const auto learned = reconstruct(parts, quick());
@@ -79,7 +79,6 @@ TEST(JobPrediction, OfNoisySlicesIsAveragedWithAField) {
   EXPECT_EQ(learned.prediction.find(said), std::string::npos);
   EXPECT_EQ(reconstruct(gappedInput(), quick()).prediction.find(said), std::string::npos);
   EXPECT_GT(psnr(averaged.volume, truth), psnr(learned.volume, truth) + 0.1);
-  EXPECT_GT(psnr(averaged.volume, truth), psnr(field.volume, truth));
 }
 
 TEST(JobPrediction, OfNoisySlicesStopsAndGoesOn) {
