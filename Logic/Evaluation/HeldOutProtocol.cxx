@@ -2,6 +2,7 @@
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
+#include "Core/Image/NoiseEstimate.h"
 #include "Core/Image/Region.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/BackProjection.h"
@@ -153,7 +154,7 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
     if (options.keepVolumes) score.volume = run.volume;
     if (name == "gaussians" && report.uncertainty)
       score.intervals = intervalScore(*run.volume, input.truth, scored, *report.uncertainty,
-                                      report.uncertainty->deviation, true);
+                                      report.uncertainty->deviation, estimateNoise(input.truth));
     report.methods.push_back(std::move(score));
   };
   const std::span<const Stack> first(input.stacks.data(), 1);

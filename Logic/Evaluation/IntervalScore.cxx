@@ -7,13 +7,12 @@
 namespace innergs {
 
 IntervalScore intervalScore(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask,
-                            const Uncertainty& uncertainty, const Volume& deviation, bool measured) {
+                            const Uncertainty& uncertainty, const Volume& deviation, double truthNoise) {
   std::int64_t held = 0, count = 0;
   std::vector<float> widths;
   for (std::size_t v = 0; v < mask.size(); ++v) {
     if (!mask[v] || !std::isfinite(truth.voxels[v])) continue;
-    const double width = measured ? std::hypot(deviation.voxels[v], uncertainty.noise)
-                                  : static_cast<double>(deviation.voxels[v]);
+    const double width = std::hypot(deviation.voxels[v], truthNoise);
     held += std::abs(static_cast<double>(image.voxels[v]) - truth.voxels[v]) <= kNinety * width;
     widths.push_back(deviation.voxels[v]);
     ++count;

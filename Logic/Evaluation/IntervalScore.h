@@ -4,8 +4,9 @@
 namespace innergs {
 
 /// How often the truth lies within 1.645 standard deviations of the image, inside the mask. deviation: of the
-/// image, on its lattice. measured: the truth is a measurement, with the scan's noise.
+/// image, on its lattice. truthNoise: standard deviation of the truth's own noise, which is no error of the
+/// image.
 IntervalScore intervalScore(const Volume& image, const Volume& truth, std::span<const std::uint8_t> mask,
-                            const Uncertainty& uncertainty, const Volume& deviation, bool measured);
+                            const Uncertainty& uncertainty, const Volume& deviation, double truthNoise);
 
 } // namespace innergs
