@@ -184,7 +184,7 @@ private Q_SLOTS:
     QSignalSpy progress(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 200,
-                             60000);
+                             kPatience);
     answerBox("runningBox", "Stop and Close");
     window_->close();
     QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
@@ -207,7 +207,7 @@ private Q_SLOTS:
         if (const int iteration = told[0].value<Progress>().iteration; iteration > 0) return iteration;
       return 0;
     };
-    QTRY_VERIFY_WITH_TIMEOUT(first() > 0, 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(first() > 0, kPatience);
     QVERIFY(first() >= reached);
     host().cancel();
     QTRY_VERIFY(!host().isRunning());
@@ -226,7 +226,7 @@ private Q_SLOTS:
     QSignalSpy failed(&host(), &app::AppHost::failed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 0,
-                             60000);
+                             kPatience);
     answerBox("runningBox", "Stop and Close");
     window_->close();
     QTRY_COMPARE_WITH_TIMEOUT(failed.size(), 1, 10000);
@@ -243,7 +243,7 @@ private Q_SLOTS:
     QTest::mouseClick(button(), Qt::LeftButton);
     window_->close(); // asks; the fit ends meanwhile
     QTRY_VERIFY(window_->findChild<QMessageBox*>("runningBox"));
-    QTRY_COMPARE_WITH_TIMEOUT(lines().size(), 3, 60000);
+    QTRY_COMPARE_WITH_TIMEOUT(lines().size(), 3, kPatience);
     QString text;
     answerBox("unsavedBox", "Cancel", &text);
     answerBox("runningBox", "Stop and Close");
@@ -291,7 +291,7 @@ private Q_SLOTS:
     QSignalSpy progress(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
-    QVERIFY(progress.wait(60000));
+    QVERIFY(progress.wait(kPatience));
     window_.reset();
     QVERIFY(true); // without a crash
     window_ = std::make_unique<MainWindow>();

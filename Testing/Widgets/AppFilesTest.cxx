@@ -83,7 +83,7 @@ private Q_SLOTS:
     const QString file = writeBall(*sandbox_, "large.nii.gz", {160, 160, 120}, {1, 1, 1});
     window_->host()->open({file});
     QVERIFY(host().background().isBusy()); // on its thread
-    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), kPatience);
     QCOMPARE(lines(), QStringList{"large"});
   }
 

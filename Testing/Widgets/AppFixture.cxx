@@ -121,7 +121,7 @@ QString openAndWait(app::AppHost& host, const QString& path, QString* error) {
     done = true;
   });
   host.open({path});
-  if (!QTest::qWaitFor([&] { return done; }, 60000)) sentence = "nothing happened";
+  if (!QTest::qWaitFor([&] { return done; }, kPatience)) sentence = "nothing happened";
   if (error) *error = sentence;
   return id;
 }
@@ -129,7 +129,7 @@ QString openAndWait(app::AppHost& host, const QString& path, QString* error) {
 ui::Report reconstructAndWait(app::AppHost& host, const ui::Request& request) {
   QSignalSpy finished(&host, &app::AppHost::finished);
   if (!host.start(request)) return {};
-  finished.wait(60000);
+  finished.wait(kPatience);
   return finished.isEmpty() ? ui::Report() : finished.first().first().value<ui::Report>();
 }
 

@@ -1,4 +1,5 @@
 #pragma once
+#include "Patience.h"
 #include "Widgets/App/AppHost.h"
 
 #include <QTemporaryDir>

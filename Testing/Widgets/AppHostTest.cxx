@@ -70,7 +70,7 @@ private Q_SLOTS:
     QVERIFY(estimate.memory > estimate.available);
     QSignalSpy failed(host_.get(), &AppHost::failed);
     QVERIFY(host_->start(request));
-    QVERIFY(failed.wait(60000));
+    QVERIFY(failed.wait(kPatience));
     const QString sentence = failed.first().first().toString(); // the available memory changes
     QCOMPARE(sentence.section(" and ", 0, 0), estimate.refusal.section(" and ", 0, 0));
   }
@@ -110,7 +110,7 @@ private Q_SLOTS:
     {
       const test::ThreadShortage shortage(0);
       QVERIFY(host_->start(apptest::request(id)));
-      QVERIFY(failed.wait(60000));
+      QVERIFY(failed.wait(kPatience));
     }
     QVERIFY2(failed.first().first().toString().startsWith("The system could not start another thread: "),
              qPrintable(failed.first().first().toString()));
@@ -191,7 +191,7 @@ private Q_SLOTS:
     request.inputs[1].maskId = empty;
     QSignalSpy failed(host_.get(), &AppHost::failed);
     QVERIFY(host_->start(request));
-    QVERIFY(failed.wait(60000));
+    QVERIFY(failed.wait(kPatience));
     const QString sentence = failed.first().first().toString();
     QVERIFY2(sentence.startsWith("The mask of sagittal holds no centre of its finite voxels"),
              qPrintable(sentence));
@@ -298,7 +298,7 @@ private Q_SLOTS:
       if (progress.phase == Phase::Judging) host_->cancel();
     });
     QVERIFY(host_->start(request));
-    QVERIFY(finished.wait(60000));
+    QVERIFY(finished.wait(kPatience));
     QVERIFY(cancelled.isEmpty());
     const auto report = finished.first().first().value<ui::Report>();
     QCOMPARE(int(report.judging), int(Judging::Stopped));
@@ -316,10 +316,10 @@ private Q_SLOTS:
       progress.clear();
       QVERIFY(host_->start(apptest::request(id, true)));
       QVERIFY(host_->isRunning());
-      QTRY_VERIFY_WITH_TIMEOUT(progress.count() >= reports, 60000);
+      QTRY_VERIFY_WITH_TIMEOUT(progress.count() >= reports, kPatience);
       host_->cancel();
       QVERIFY(cancelled.isEmpty()); // it does not wait for anything
-      QVERIFY(cancelled.wait(60000));
+      QVERIFY(cancelled.wait(kPatience));
       QVERIFY(!host_->isRunning());
     }
     QVERIFY(finished.isEmpty());
@@ -354,7 +354,7 @@ private Q_SLOTS:
     QCOMPARE(refused(apptest::request(id), "running"), QString());
     host_->cancel();
     QSignalSpy cancelled(host_.get(), &AppHost::cancelled);
-    QVERIFY(cancelled.wait(60000));
+    QVERIFY(cancelled.wait(kPatience));
   }
 
   void failsOnTheThreadWithASentence() {
@@ -364,7 +364,7 @@ private Q_SLOTS:
     const QString id = host_->document().add(app::makeItem(std::move(volume), "nothing"));
     QSignalSpy failed(host_.get(), &AppHost::failed);
     QVERIFY(host_->start(apptest::request(id)));
-    QVERIFY(failed.wait(60000));
+    QVERIFY(failed.wait(kPatience));
     QVERIFY(failed.first().first().toString().contains("finite"));
     QVERIFY(!host_->isRunning());
   }
@@ -375,7 +375,7 @@ private Q_SLOTS:
     ui::Request request = apptest::request(id);
     QVERIFY(host_->start(request));
     host_->document().remove(id);
-    QVERIFY(finished.wait(60000));
+    QVERIFY(finished.wait(kPatience));
     QCOMPARE(int(host_->document().volumes().size()), 1);
   }
 
@@ -383,7 +383,7 @@ private Q_SLOTS:
     const QString id = openAndWait(*host_, writeBall(*sandbox_, "ball.nii.gz", {48, 48, 16}));
     QSignalSpy progress(host_.get(), &AppHost::progressed);
     QVERIFY(host_->start(apptest::request(id, true))); // takes minutes
-    QVERIFY(progress.wait(60000));
+    QVERIFY(progress.wait(kPatience));
     host_.reset();
   }
 };

@@ -103,12 +103,12 @@ private Q_SLOTS:
     QVERIFY(host().isRunning());
     QCOMPARE(focused(), QString("reconstruct"));
     press(Qt::Key_Space);
-    QVERIFY(cancelled.wait(60000));
+    QVERIFY(cancelled.wait(kPatience));
     setQuick();
     QTRY_VERIFY(button()->isEnabled());
     QCOMPARE(focused(), QString("reconstruct"));
     press(Qt::Key_Space);
-    QVERIFY(finished.wait(60000));
+    QVERIFY(finished.wait(kPatience));
     QCOMPARE(lines().size(), 3);
     // Look at a tilted plane of the model and export it.
     press(Qt::Key_F6);

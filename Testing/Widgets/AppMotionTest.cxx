@@ -107,7 +107,7 @@ private Q_SLOTS:
     QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
         cancelled(&motion(), &ui::MotionHost::cancelled), shown(&motion(), &app::AppMotionHost::frameShown);
     QVERIFY(motion().start(request));
-    QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() && !shown.isEmpty(), 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() && !shown.isEmpty(), kPatience);
     QVERIFY(motion().previewInfo().known);
     QCOMPARE(motion().previewInfo().last, 5.5);
     const int before = shown.size();
@@ -135,7 +135,7 @@ private Q_SLOTS:
       QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
           cancelled(&motion(), &ui::MotionHost::cancelled);
       QVERIFY(motion().start(request));
-      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty(), 60000);
+      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty(), kPatience);
       motion().cancel();
       QTRY_COMPARE(cancelled.size(), 1);
     }
@@ -149,7 +149,7 @@ private Q_SLOTS:
       QVERIFY(goOn->isVisible());
       goOn->click();
       window_->motion()->findChild<QPushButton*>("motionRun")->click();
-      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() || !failed.isEmpty(), 60000);
+      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() || !failed.isEmpty(), kPatience);
       QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
     };
     start();
@@ -192,7 +192,7 @@ private Q_SLOTS:
     request.settings.kind = DynamicKind::Intensity;
     request.evaluateQuality = false;
     QVERIFY(motion().start(request));
-    QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, kPatience);
     QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
     QCOMPARE(motion().motionInfo(finished[0][0].value<ui::MotionReport>().modelId).last, 25.0);
   }
@@ -211,7 +211,7 @@ private Q_SLOTS:
     const auto changes = [&] {
       QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed);
       motion().start(request);
-      [&] { QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, 60000); }();
+      [&] { QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, kPatience); }();
       if (finished.isEmpty()) return std::vector<float>();
       const QString id = finished[0][0].value<ui::MotionReport>().modelId;
       return host().document().model(id)->moving->GetField()->changes;

@@ -53,10 +53,10 @@ private Q_SLOTS:
     QSignalSpy progress(&host(), &AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
-    QVERIFY(progress.wait(60000));
+    QVERIFY(progress.wait(kPatience));
     QSignalSpy cancelled(&host(), &AppHost::cancelled);
     QTest::mouseClick(button(), Qt::LeftButton);
-    QVERIFY(cancelled.wait(60000));
+    QVERIFY(cancelled.wait(kPatience));
     QCOMPARE(lines(), QStringList{"ball"});
     setQuick();
     window_->state()->setWindow(5, 66);
@@ -208,10 +208,10 @@ private Q_SLOTS:
     QSignalSpy progress(&host(), &AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
-    QTRY_VERIFY_WITH_TIMEOUT(progress.count() > 40, 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(progress.count() > 40, kPatience);
     QVERIFY(host().isRunning());
     host().cancel();
-    QTRY_VERIFY_WITH_TIMEOUT(!host().isRunning(), 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(!host().isRunning(), kPatience);
   }
 
   void speaksTheUsersLanguage() {

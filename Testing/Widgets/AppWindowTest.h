@@ -38,7 +38,7 @@ protected:
   }
   void open(const QStringList& paths) {
     window_->host()->open(paths);
-    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), kPatience);
   }
   void setQuick(bool longFit = false) {
     innergs::ui::Request request = window_->reconstruction()->request();
@@ -101,7 +101,7 @@ protected:
     QTRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
-    QVERIFY(finished.wait(60000));
+    QVERIFY(finished.wait(kPatience));
   }
 
 protected Q_SLOTS:

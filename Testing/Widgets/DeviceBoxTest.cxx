@@ -1,6 +1,7 @@
 #include "Widgets/DeviceBox.h"
 
 #include "Core/Device/DevicePlugin.h"
+#include "Patience.h"
 #include "TestTools.h"
 
 #include <QSemaphore>
@@ -54,7 +55,7 @@ private Q_SLOTS:
     box.setDevice("cpu"); // while it is searching
     QSignalSpy listed(&box, &DeviceBox::listed);
     driver.answer();
-    QVERIFY(listed.wait(60000));
+    QVERIFY(listed.wait(kPatience));
     QCOMPARE(combo->count(), 4);
     QCOMPARE(box.device(), QString("cpu"));
     QCOMPARE(combo->itemText(2), QString("GPU A (cuda:0, 79.0 GB free)"));
@@ -69,7 +70,7 @@ private Q_SLOTS:
     box.setDevice("cuda:1");
     QCOMPARE(box.device(), QString("cuda:1"));
     QSignalSpy listed(&box, &DeviceBox::listed);
-    QVERIFY(listed.wait(60000));
+    QVERIFY(listed.wait(kPatience));
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->currentText(), QString("GPU B (cuda:1, 500 MB free)"));
     box.setDevice("cuda:7");
@@ -82,7 +83,7 @@ private Q_SLOTS:
   void saysWhyThereIsNone() {
     DeviceBox box(nullptr, [] { return innergs::DeviceList{{}, "The CUDA backend is not installed."}; });
     QSignalSpy listed(&box, &DeviceBox::listed);
-    QVERIFY(listed.wait(60000));
+    QVERIFY(listed.wait(kPatience));
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->count(), 2);
     QCOMPARE(combo->itemData(0, Qt::ToolTipRole).toString(), QString("The CUDA backend is not installed."));
@@ -95,7 +96,7 @@ private Q_SLOTS:
       return list;
     });
     QSignalSpy listed(&box, &DeviceBox::listed);
-    QVERIFY(listed.wait(60000));
+    QVERIFY(listed.wait(kPatience));
     auto* combo = box.findChild<QComboBox*>("device");
     QCOMPARE(combo->itemText(2), QString("GPU A (cuda:0, not used)"));
     QCOMPARE(combo->itemData(2, Qt::ToolTipRole).toString(),

@@ -1,3 +1,4 @@
+#include "Patience.h"
 #include "ShownQueryPanel.h"
 
 #include "Core/Job/ReconstructionJob.h"
@@ -200,7 +201,7 @@ private Q_SLOTS:
       return view->image().image && view->image().task.pose == view->pose() &&
              view->image().task.pixelSize == 0.5;
     };
-    QTRY_VERIFY_WITH_TIMEOUT(inFull(), 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(inFull(), kPatience);
     const QPoint middle = view->rect().center();
     const int radius = static_cast<int>(view->handles().radius());
     QTest::mousePress(view, Qt::LeftButton, {}, middle + QPoint(radius, 0));
@@ -211,10 +212,10 @@ private Q_SLOTS:
                        Qt::NoModifier);
       QApplication::sendEvent(view, &move);
       QVERIFY(view->image().image == before.image); // it is computed on another thread
-      QTRY_VERIFY_WITH_TIMEOUT(view->image().image != before.image, 60000);
+      QTRY_VERIFY_WITH_TIMEOUT(view->image().image != before.image, kPatience);
     }
     QTest::mouseRelease(view, Qt::LeftButton, {}, middle + QPoint(radius - 120, 0));
-    QTRY_VERIFY_WITH_TIMEOUT(inFull(), 60000);
+    QTRY_VERIFY_WITH_TIMEOUT(inFull(), kPatience);
   }
 };
 
