@@ -8,7 +8,6 @@ namespace innergs {
 /// Where steps of a fit start and end on the progress bar, as shares of it.
 constexpr double kMotionEnds = 0.4;     // the search for the motion of slices, if any
 constexpr double kPredictionEnds = 0.5; // the prediction, if any
-constexpr double kAveragedEnds = 0.65;  // the fit of a field that it is averaged with, if any
 // Where predictions from several scans follow: the fit, and the choice of their share.
 constexpr double kEachFitEnds = 0.7, kShareChosen = 0.8;
 constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97;

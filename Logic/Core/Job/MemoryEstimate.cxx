@@ -66,8 +66,8 @@ double predictingBytes(const Stack& scan, const GridGeometry& lattice, const Set
   const double slices = static_cast<double>(scan.image.geometry.voxelCount()),
                voxels = static_cast<double>(lattice.voxelCount());
   double candidates = 16 * voxels;
-  const bool mayAverage = fieldShareOfNoisy(scan, 1, voxels) > 0;
-  if (settings.prediction != PredictionKind::Interpolation && (triesField(settings, voxels) || mayAverage)) {
+  const bool mayAverage = fieldShareOfNoisy(scan, settings, 1, lattice.voxelCount()) > 0;
+  if (mayAverage || (settings.prediction != PredictionKind::Interpolation && triesField(settings, voxels))) {
     ReconstructionInput field;
     field.stacks = {scan};
     field.outputGrid = lattice;

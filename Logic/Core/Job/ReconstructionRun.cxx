@@ -12,6 +12,7 @@
 #include "Core/Job/ShareTrial.h"
 #include "Core/Job/SlicePrediction.h"
 #include "Core/Job/TimeEstimate.h"
+#include "Core/Prediction/CandidateLattice.h"
 
 #include <algorithm>
 #include <atomic>
@@ -189,9 +190,19 @@ void ReconstructionRun::choose() {
         [this](const Stack& slices, const GridGeometry& grid, const Settings& settings, double from,
                double to) { return fieldAlone(slices, grid, settings, from, to); },
         progress_, *pool_);
+    const Stack& scan = prepared_.stacks.front();
+    const GridGeometry lattice = predictionLattice(scan.image.geometry, prepared_.outputGrid);
+    const double share = fieldShareOfNoisy(scan, settings_, traits_.noise, lattice.voxelCount());
+    if (share > 0) prediction.keepField();
     predicted_ = prediction.predict();
     result_.prediction = prediction.sentence();
-    averageWithField();
+    if (std::optional<Volume> field = prediction.takeField()) {
+      averaged_ = {std::move(*field), share};
+      const std::string said = formatted(
+          "As the slices are noisy, %.0f %% of the result is a field fitted to them alone.", 100 * share);
+      result_.prediction += " " + said;
+      progress_.say(said);
+    }
   }
   predictsEach_ =
       !differentBodies() && predictsEach(settings_, traits_, prepared_.stacks, !input_.masks.empty());
@@ -217,21 +228,6 @@ void ReconstructionRun::choose() {
   }
   result_.noise = traits_.noise * map_.scale;
   result_.settings = settings_;
-}
-
-/// Where the slices are noisy, has their prediction averaged with a field fitted to them alone.
-void ReconstructionRun::averageWithField() {
-  const Stack& scan = prepared_.stacks.front();
-  const GridGeometry& lattice = predicted_->image.geometry;
-  const double share = input_.predictionParts.field && settings_.prediction != PredictionKind::Interpolation
-                           ? fieldShareOfNoisy(scan, traits_.noise, static_cast<double>(lattice.voxelCount()))
-                           : 0;
-  if (share <= 0) return;
-  averaged_ = {fieldAlone(scan, lattice, fieldSettings(settings_), kPredictionEnds, kAveragedEnds), share};
-  const std::string said = formatted(
-      "As the slices are noisy, this is averaged with a field fitted to them alone (%.0f %%).", 100 * share);
-  result_.prediction += " " + said;
-  progress_.say(said);
 }
 
 /// The volume of a one-member field fitted to the slices alone.
@@ -487,7 +483,8 @@ void ReconstructionRun::addResidual() {
   if (!predicted_ && (!settings_.consistency || traits_.thickness <= 0 || posed)) return;
   progress_.report(Phase::Refining, predictsEach_ ? kEachFitEnds : kFitEnds);
   const RenderOptions options = renderOptions(field, pool_->stopToken());
-  if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_) return mixPredictions(options);
+  if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_)
+    return mixPredictions(options); // refines with them
   const double mse =
       predicted_ ? refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), result_.noise,
                                       options, *pool_)

@@ -43,7 +43,6 @@ private:
   std::vector<std::string> correct(std::span<Stack> stacks);
   bool differentBodies() const;
   void choose();
-  void averageWithField();
   Volume fieldAlone(const Stack& stack, const GridGeometry& grid, const Settings& settings, double from,
                     double to);
   std::span<const Stack> fittedStacks() const;

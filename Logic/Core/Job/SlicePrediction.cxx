@@ -16,18 +16,20 @@
 namespace innergs {
 namespace {
 
-constexpr double kUsualFall = 1.1; // of linear interpolation relative to the mixture, in a sharp scan
-constexpr double kLittle = 0.98;   // a network's error relative to its filter's; above: little to learn
-constexpr double kMuch = 0.95;     // below: much
-constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
-constexpr int kLongerFit = 60;     // iterations of the field
-constexpr int kTrialFit = 20;      // likewise on every second slice of a large scan, where more overfit
-constexpr double kLarge = 1.5e6;   // voxels
-constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
-constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02; // of the intensity range: between, shares rise to
-constexpr double kThinShare = 0.3, kThickShare = 0.6;    // these, of slices without thickness and gap
-constexpr double kLeastFieldShare = 0.05;
-constexpr double kMostAveraged = 10e6; // voxels
+constexpr double kUsualFall = 1.1;   // of linear interpolation relative to the mixture, in a sharp scan
+constexpr double kLittle = 0.98;     // a network's error relative to its filter's; above: little to learn
+constexpr double kMuch = 0.95;       // below: much
+constexpr double kDistant = 3.5;     // slice distance in pixels above which kLittle counts
+constexpr int kLongerFit = 60;       // iterations of the field
+constexpr int kTrialFit = 20;        // likewise on every second slice of a large scan, where more overfit
+constexpr double kLarge = 1.5e6;     // voxels
+constexpr double kAsGood = 1.01;     // squared error of fused planes relative to their mean
+constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than all else
+// A field's share in the average with a noisy prediction rises from 0 at the first of these noises, relative
+// to the intensity range, to that of thin or of touching thick slices at the second; less than the least is
+// not worth a fit.
+constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
+constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastShare = 0.05;
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -66,17 +68,18 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 } // namespace
 
 bool triesField(const Settings& settings, double voxels) {
-  return voxels <= (settings.preset == Preset::Best ? 10e6 : kLarge);
+  return voxels <= (settings.preset == Preset::Best ? kMostFitted : kLarge);
 }
 
-double fieldShareOfNoisy(const Stack& scan, double noise, double voxels) {
-  if (voxels > kMostAveraged) return 0;
+double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noise, std::int64_t voxels) {
+  if (settings.prediction == PredictionKind::Interpolation || static_cast<double>(voxels) > kMostFitted)
+    return 0;
   const double thick = scan.profile == SliceProfile::Point
                            ? 0
                            : std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
   const double share = std::clamp((noise - kLittleNoise) / (kMuchNoise - kLittleNoise), 0.0, 1.0) *
                        (kThinShare + thick * (kThickShare - kThinShare));
-  return share < kLeastFieldShare ? 0 : share; // less is not worth another fit
+  return share < kLeastShare ? 0 : share;
 }
 
 TrialLattices trialLattices(const GridGeometry& scan) {
@@ -162,6 +165,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
       settings.consistency = false; // anchor() does much the same
     }
     found.field = fitField_(scan, grid, settings, from, middle);
+    if (keepsField_ && !trial) field_ = found.field;
     anchor(*found.field, scan);
   }
   if (withLearned) {
@@ -245,14 +249,15 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
-  const double learnedEnds = share[1] > 0 ? 0.65 : 0.85;
+  const bool keepsField = keepsField_ && parts_.field;
+  const double learnedEnds = keepsField || share[1] > 0 ? 0.65 : 0.85;
   const Further learned = furtherCandidates(scan_, between.geometry, false, share[2] > 0, false,
                                             0.4 * kPredictionEnds, learnedEnds * kPredictionEnds);
   if (learned.learned)
     share = predictionShares(errors, exists, {1, rise, rise * learnedRise(tried.pairs, learned.pairs)});
   else
     share = {1 - share[1], share[1], 0};
-  const Further fitted = furtherCandidates(scan_, between.geometry, share[1] > 0, false, false,
+  const Further fitted = furtherCandidates(scan_, between.geometry, keepsField || share[1] > 0, false, false,
                                            learnedEnds * kPredictionEnds, 0.9 * kPredictionEnds);
   const auto fieldShare = static_cast<float>(share[1]), learnedShare = static_cast<float>(share[2]);
   for (std::size_t v = 0; v < between.voxels.size(); ++v) {
@@ -312,8 +317,10 @@ Stack SlicePrediction::predict() {
   thin.profile = SliceProfile::Point;
   thin.name = scan_.name;
   if (!prepared_.support.voxels.empty()) {
-    if (const auto block = blockOver(thin.image.geometry, boxOf(prepared_.support.geometry)))
+    if (const auto block = blockOver(thin.image.geometry, boxOf(prepared_.support.geometry))) {
+      if (field_) field_ = cropped(*field_, *block);
       thin.image = cropped(thin.image, *block);
+    }
     thin.observed = resampleMask(prepared_.support, thin.image.geometry, pool_.stopToken());
   }
   return thin;

@@ -4,6 +4,8 @@
 #include "Core/Prediction/CandidateChoice.h"
 #include "Core/Prediction/SlicePredictor.h"
 
+#include <utility>
+
 namespace innergs {
 
 /// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
@@ -16,10 +18,10 @@ struct TrialLattices {
 };
 TrialLattices trialLattices(const GridGeometry& scan);
 
-/// The share of a field fitted to noisy slices alone in what is predicted from them on so many voxels, once
-/// its noise is removed: the errors of the two differ. noise: standard deviation relative to the intensity
-/// range.
-double fieldShareOfNoisy(const Stack& scan, double noise, double voxels);
+/// The share with which a field fitted to noisy slices alone is averaged with their prediction on so many
+/// voxels, once its noise is removed: the errors of the two differ. noise: standard deviation relative to the
+/// intensity range.
+double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noise, std::int64_t voxels);
 
 /// For estimates: the input of the fit to a prediction, thin slices without voxels.
 ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output);
@@ -46,8 +48,12 @@ public:
   SlicePrediction(const PreparedInput& prepared, Settings settings, PredictionParts parts, double noise,
                   FieldFit fitField, JobProgress& progress, ThreadPool& pool);
 
+  /// Has predict() also fit, and keep, a field to the slices alone.
+  void keepField() { keepsField_ = true; }
   /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
   Stack predict();
+  /// That field's volume on the lattice of the prediction; nothing where the scan is only interpolated.
+  std::optional<Volume> takeField() { return std::exchange(field_, std::nullopt); }
   /// Says what was put between the slices.
   const std::string& sentence() const { return sentence_; }
 
@@ -80,10 +86,12 @@ private:
   JobProgress& progress_;
   ThreadPool& pool_;
   CandidateChoice choice_;
-  bool fused_ = true;          // PredictionOptions::fused
-  double voxels_ = 0;          // of the prediction
-  bool littleToLearn_ = false; // the trial's network hardly improved on its linear filter
-  bool muchToLearn_ = false;   // or improved on it a lot
+  bool fused_ = true; // PredictionOptions::fused
+  bool keepsField_ = false;
+  std::optional<Volume> field_; // takeField()
+  double voxels_ = 0;           // of the prediction
+  bool littleToLearn_ = false;  // the trial's network hardly improved on its linear filter
+  bool muchToLearn_ = false;    // or improved on it a lot
   std::string sentence_;
 };
 

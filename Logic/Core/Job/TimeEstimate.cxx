@@ -150,12 +150,11 @@ bool moves(const std::vector<Stack>& stacks, const Settings& settings) {
 
 /// Whether a scan, if its voxels are here, is so noisy that its prediction is averaged with a field.
 bool averagesWithField(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
-  const auto voxels = static_cast<double>(lattice.voxelCount());
-  if (settings.prediction == PredictionKind::Interpolation || scan.image.voxels.empty() ||
-      fieldShareOfNoisy(scan, 1, voxels) <= 0)
-    return false;
-  const double noise = estimateNoise(scan.image, scan.observed) / chooseIntensityMap({&scan, 1}).scale;
-  return fieldShareOfNoisy(scan, noise, voxels) > 0;
+  const auto may = [&](double noise) {
+    return fieldShareOfNoisy(scan, settings, noise, lattice.voxelCount()) > 0;
+  };
+  return !scan.image.voxels.empty() && may(1) &&
+         may(estimateNoise(scan.image, scan.observed) / chooseIntensityMap({&scan, 1}).scale);
 }
 
 /// Voxels for which an iteration of the fit takes as long as aligning the scans.
@@ -259,12 +258,13 @@ double TimeEstimator::predictedSeconds(const ReconstructionInput& input, const S
   double seconds = this->seconds(thin, fitted);
   const Stack& scan = input.stacks.front();
   const GridGeometry& lattice = thin.stacks.front().image.geometry;
-  const double predicting = scanSeconds(scan, lattice, settings);
+  double predicting = scanSeconds(scan, lattice, settings);
+  if (!triesField(settings, static_cast<double>(lattice.voxelCount())) &&
+      averagesWithField(scan, lattice, settings))
+    predicting += fieldSeconds(scan, lattice, settings);
   if (!DeviceChoice(settings.device, settings.instructionSet, settings.selection).onCpu() && seconds == 0)
     return 0;
-  const double averaged =
-      averagesWithField(scan, lattice, settings) ? fieldSeconds(scan, lattice, settings) : 0;
-  return seconds + predicting + averaged;
+  return seconds + predicting;
 }
 
 /// Seconds for a prediction from a scan's slices on a lattice, with a field that takes part in it.

@@ -88,7 +88,7 @@ TEST_F(TimeEstimate, CountsWhatTheNetworkMultiplies) {
 }
 
 TEST_F(TimeEstimate, CountsTheFieldThatNoisySlicesAreAveragedWith) {
-  ReconstructionInput input = outline(60, 4);
+  ReconstructionInput input = outline(80, 4);
   const double unknown = estimator.seconds(input, threaded());
   Volume& image = input.stacks.front().image;
   image = phantom(image.geometry);
