@@ -159,7 +159,7 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   Further found;
   const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
   if (withField) {
-    Settings settings = fieldSettings(settings_, littleToLearn_);
+    Settings settings = fieldSettings(settings_, littleToLearn_ && !keepsField_); // would fit noise
     if (trial && voxels_ > kLarge) {
       settings.iterations = kTrialFit;
       settings.consistency = false; // anchor() does much the same
