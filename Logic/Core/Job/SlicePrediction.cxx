@@ -29,7 +29,7 @@ constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than
 // to the intensity range, to that of thin or of touching thick slices at the second; less than the least is
 // not worth a fit.
 constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
-constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastShare = 0.05;
+constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastFieldShare = 0.05;
 
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
@@ -79,7 +79,7 @@ double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noi
                            : std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
   const double share = std::clamp((noise - kLittleNoise) / (kMuchNoise - kLittleNoise), 0.0, 1.0) *
                        (kThinShare + thick * (kThickShare - kThinShare));
-  return share < kLeastShare ? 0 : share;
+  return share < kLeastFieldShare ? 0 : share;
 }
 
 TrialLattices trialLattices(const GridGeometry& scan) {
