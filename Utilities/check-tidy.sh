@@ -14,8 +14,19 @@ else
   git rev-parse --verify --quiet "$since^{commit}" >/dev/null || nothing "There is no commit $since"
   files=$(git diff --name-only --diff-filter=d "$since" -- '*.cxx')
 fi
+# Like build/compile_commands.json, but with the sources that a unity build joins in place of the joined ones.
+mkdir -p build/tidy
+python3 - <<'END'
+import json, re
+commands = []
+for entry in json.load(open('build/compile_commands.json')):
+    joined = '/Unity/unity_' in entry['file']
+    for file in re.findall(r'#include "(.*)"', open(entry['file']).read()) if joined else [entry['file']]:
+        commands.append(entry | {'file': file, 'command': entry['command'].replace(entry['file'], file)})
+json.dump(commands, open('build/tidy/compile_commands.json', 'w'), indent=0)
+END
 compiled=$(for file in $files; do
-  if grep -q "\"file\": \"$PWD/$file\"" build/compile_commands.json; then echo "$file"; fi
+  if grep -q "\"file\": \"$PWD/$file\"" build/tidy/compile_commands.json; then echo "$file"; fi
 done)
 count=$(echo "$compiled" | grep -c . || true)
 [ "$count" -gt 0 ] || nothing "No source changed"
@@ -24,5 +35,5 @@ if [ "$since" != all ] && [ "$count" -gt 60 ]; then
   compiled=$(echo "$compiled" | head -n 60)
 fi
 # Files that clang cannot compile, e.g. because of the headers of Debian's ITK 5.2, are checked as far as possible.
-found=$(echo "$compiled" | xargs -P "$(nproc)" -n 1 clang-tidy -p build --quiet 2>/dev/null | grep -A 3 -E '\[(bugprone|performance)-[a-z,-]*\]$' || true)
+found=$(echo "$compiled" | xargs -P "$(nproc)" -n 1 clang-tidy -p build/tidy --quiet 2>/dev/null | grep -A 3 -E '\[(bugprone|performance)-[a-z,-]*\]$' || true)
 [ -z "$found" ] || { echo "$found"; exit 1; }
