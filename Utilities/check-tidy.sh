@@ -14,7 +14,7 @@ else
   git rev-parse --verify --quiet "$since^{commit}" >/dev/null || nothing "There is no commit $since"
   files=$(git diff --name-only --diff-filter=d "$since" -- '*.cxx')
 fi
-# Like build/compile_commands.json, but with the sources that a unity build joins in place of the joined ones.
+# build/compile_commands.json, with the sources that a unity build joins in place of the joined files.
 mkdir -p build/tidy
 python3 - <<'END'
 import json, re
