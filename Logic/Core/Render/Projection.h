@@ -42,7 +42,7 @@ struct ProjectionRules {
 namespace projection {
 
 constexpr float kLog2e = 1.44269504088896340736f;
-constexpr float kReach = 1e9f;       // index units: keeps the limits of rows and columns within an int
+constexpr float kIndexLimit = 1e9f;  // index units: keeps the limits of rows and columns within an int
 constexpr float kLowestCut = -120.f; // the kernels' exp2 needs a normal result
 constexpr float kNothing = -1e30f;   // weight of a Gaussian too degenerate to be visible
 
@@ -57,7 +57,7 @@ INNERGS_HD inline void selectCube(const float* covariance, Projected& o) {
   // Slightly enlarged, so that rounding does not lose points on a face.
   const float edge = kPaperReach * std::sqrt(math::largestEigenvalue(covariance)) * 1.00002f + 1e-4f;
   for (float& half : o.half)
-    half = math::least(kReach, edge);
+    half = math::least(kIndexLimit, edge);
 }
 
 INNERGS_HD inline void selectSquares(const float* covariance, Projected& o) {
@@ -66,11 +66,11 @@ INNERGS_HD inline void selectSquares(const float* covariance, Projected& o) {
   const float mean = 0.5f * (c[0] + c[2]), difference = 0.5f * (c[0] - c[2]);
   const float eigenvalue = mean + std::sqrt(difference * difference + c[1] * c[1]);
   const float reach = kPaperReach * std::sqrt(slice.variance);
-  o.square = math::least(kReach, kPaperReach * std::sqrt(math::most(eigenvalue, 0.f)));
+  o.square = math::least(kIndexLimit, kPaperReach * std::sqrt(math::most(eigenvalue, 0.f)));
   o.shiftXZ = slice.shift[0];
-  o.half[2] = math::least(kReach, reach);
+  o.half[2] = math::least(kIndexLimit, reach);
   for (int i = 0; i < 2; ++i)
-    o.half[i] = math::least(kReach, std::fabs(slice.shift[i]) * reach + o.square);
+    o.half[i] = math::least(kIndexLimit, std::fabs(slice.shift[i]) * reach + o.square);
 }
 
 } // namespace projection
@@ -119,7 +119,7 @@ INNERGS_HD inline void projectGaussian(const Gaussian& g, const float* value, co
     math::outer(s, precision);
   }
   const auto form = math::rowForm(precision);
-  o.precisionY = math::most(form.b, radius2 / (kReach * kReach));
+  o.precisionY = math::most(form.b, radius2 / (kIndexLimit * kIndexLimit));
   o.shiftYZ = form.l3;
   o.precisionZ = 1 / covariance[5];
   o.radius2 = radius2;
@@ -133,9 +133,9 @@ INNERGS_HD inline void projectGaussian(const Gaussian& g, const float* value, co
   o.log2Weight = std::isfinite(logWeight) ? logWeight * kLog2e : kNothing;
   o.log2Cut = math::most(o.log2Weight + k * radius2, kLowestCut);
   o.cut = std::exp2(o.log2Cut);
-  o.half[0] = math::least(kReach, std::sqrt(radius2 * covariance[0]));
-  o.half[1] = math::least(kReach, std::sqrt(radius2 * covariance[3]));
-  o.half[2] = math::least(kReach, std::sqrt(radius2 * covariance[5]));
+  o.half[0] = math::least(kIndexLimit, std::sqrt(radius2 * covariance[0]));
+  o.half[1] = math::least(kIndexLimit, std::sqrt(radius2 * covariance[3]));
+  o.half[2] = math::least(kIndexLimit, std::sqrt(radius2 * covariance[5]));
   o.shiftXZ = o.square = 0;
   if (rules.selection == Selection::Method1) selectCube(covariance, o);
   if (rules.selection == Selection::Method2) selectSquares(covariance, o);
