@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::int64_t kPaperGaussians = 42 * 42 * 42;
 constexpr std::int64_t kFewestGaussians = 64;
-constexpr double kTypicalNoise = 0.009; // of the intensity range, for estimates
+constexpr double kTypicalNoise = 0.009, kTypicalDisagreement = 0.025; // of the intensity range, for estimates
 
 template <class Visit>
 void forEachSample(std::span<const Stack> stacks, Visit&& visit) {
@@ -150,6 +150,12 @@ DataTraits geometryTraits(std::span<const Stack> stacks) {
   return t;
 }
 
+DataTraits withMovedSlices(DataTraits traits) {
+  traits.posed = true;
+  traits.disagreement = kTypicalDisagreement;
+  return traits;
+}
+
 bool predicts(const Settings& settings, const DataTraits& traits) {
   return settings.prediction != PredictionKind::None && settings.preset != Preset::Paper &&
          chosenBlending(settings) == Blending::Normalised && traits.singleAnisotropic() && !traits.posed;
@@ -227,7 +233,7 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
                               ? 1
                               : std::clamp(std::sqrt(kMiddleNoise / wrong), kFewer, kMore);
     iterations = static_cast<int>(std::lround(longer * std::array{40, 60, 60}[level]));
-    members = std::array{1, 1, 3}[level];
+    members = std::array{1, traits.disagreement > 0 ? 3 : 1, 3}[level];
     plan.coarseIterations = 30;
   } else {
     // Regions are chosen where there is structure, and a fit of the whole scan is denser there as well: with

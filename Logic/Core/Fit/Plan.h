@@ -28,6 +28,8 @@ bool predicts(const Settings& settings, const DataTraits& traits);
 /// The traits that the lattices alone determine: voxel, gap, thickness, stacks, volume (as if all were
 /// observed), posed, cubes; and a typical noise.
 DataTraits geometryTraits(std::span<const Stack> stacks);
+/// These traits where the slices will be found to have moved; with a typical disagreement.
+DataTraits withMovedSlices(DataTraits traits);
 /// All traits except `reached` and `disagreement`; independent of the order of the stacks.
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map);
 

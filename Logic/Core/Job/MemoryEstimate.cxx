@@ -140,8 +140,9 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const GridGeometry domain = dataDomain(input.stacks);
   const Vec3 extent = domain.extent();
   const double proxy = extent[0] * extent[1] * extent[2] / std::pow(traits.voxel, 3);
+  const bool mayMove = correctsSlices(settings, input.stacks);
   Settings filled = settings;
-  const FitPlan plan = makePlan(filled, traits);
+  const FitPlan plan = makePlan(filled, mayMove ? withMovedSlices(traits) : traits);
   const LatticeBytes lattices = latticesOf(input.stacks, plan.allAxes);
   const double gaussians = static_cast<double>(
       plan.densify.every > 0 ? std::max(*filled.gaussians, *filled.maxGaussians) : *filled.gaussians);
@@ -166,8 +167,7 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
   const double mixing = predictsEach(settings, traits, input.stacks, !input.masks.empty())
                             ? residual + mixingBytes(input, settings)
                             : 0;
-  const double motion =
-      correctsSlices(settings, input.stacks) ? static_cast<double>(sliceMotionMemory(input.stacks)) : 0;
+  const double motion = mayMove ? static_cast<double>(sliceMotionMemory(input.stacks)) : 0;
   return judgedMemory(
       input, settings,
       static_cast<std::int64_t>(copies + std::max({fit, start, residual, mixing, motion}) + output));

@@ -117,6 +117,7 @@ void ReconstructionJob::Impl::estimate(ReconstructionResult& result, const Volum
   told({});
   Settings alike = settings;
   alike.iterations = result.settings.iterations;
+  alike.ensembleSize = result.settings.ensembleSize;
   const FitTwice twice = [&](std::vector<Stack> stacks, const GridGeometry& grid) {
     const auto [simulated, same] =
         simulatedFit(std::move(stacks), grid, result.volume.geometry, input, alike);

@@ -37,7 +37,7 @@ constexpr double kPlacing = 6e3; // likewise for several scans in masks, per vox
 /// their shading, per point compared; of the search for motion between slices, per voxel, if they lie still
 /// or moved.
 constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices = 60;
-constexpr double kMovedFit = 1.7, kMovedRefining = 2.5; // relative to the fit of still slices
+constexpr double kMovedFit = 1.7, kMovedRefining = 2.5; // per iteration, relative to still slices
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
@@ -318,7 +318,13 @@ double TimeEstimator::learningSeconds(const Stack& scan, const GridGeometry& gri
 double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {
   if (!input.uncertainty || input.stacks.empty()) return fitSeconds(input, settings, true);
   const double fits = fitSeconds(input, settings, true);
-  const SimulatedFit simulated = simulatedOutline(input, settings);
+  SimulatedFit simulated = simulatedOutline(input, settings);
+  if (moves(input.stacks, settings)) { // as many fields and iterations as for what it simulates
+    Settings filled = settings;
+    makePlan(filled, withMovedSlices(geometryTraits(input.stacks)));
+    simulated.settings.ensembleSize = filled.ensembleSize;
+    simulated.settings.iterations = filled.iterations;
+  }
   const double simulation = fitSeconds(simulated.input, simulated.settings, false);
   return fits > 0 && simulation > 0 ? fits + simulation : 0;
 }
@@ -333,7 +339,8 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   const GridGeometry output = input.outputGrid ? *input.outputGrid : defaultOutputGrid(input.stacks);
   checkGeometry(output, "The output grid");
   DataTraits traits = geometryTraits(input.stacks);
-  traits.posed = traits.posed || moves(input.stacks, settings);
+  const bool moved = moves(input.stacks, settings);
+  if (moved) traits = withMovedSlices(traits);
   // Share of the fitted voxels: Gaussians extend a few voxels, or a slice, beyond the mask.
   const double masked = maskedShare(input, traits.volume, std::max(traits.gap, 3 * traits.voxel));
   Settings filled = settings;
@@ -365,7 +372,6 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   const TrialTimes& t = timing.times;
   const double iterations =
       plan.coarseIterations * t.coarse + (plan.iterations - plan.coarseIterations) * t.fine;
-  const bool moved = moves(input.stacks, settings);
   const double refining = moved ? kMovedRefining : mixing > 0 ? 2 : 1; // times
   const double fit = members * (t.start + (moved ? kMovedFit : 1) * iterations) + refining * t.refine;
   const double placing = masked < 1 && input.stacks.size() > 1

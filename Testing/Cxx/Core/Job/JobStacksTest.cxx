@@ -74,6 +74,21 @@ TEST(JobStacks, WithMovedSlicesAreFittedForLongerWhereTheyAgree) {
   EXPECT_GT(iterations(3), iterations(11));
 }
 
+TEST(JobStacks, WithMovedSlicesMergeFieldsByPresetBalanced) {
+  Settings settings = quick();
+  settings.preset = Preset::Balanced;
+  settings.iterations = 2;
+  settings.prediction = PredictionKind::None;
+  const auto members = [&](SliceMotionKind kind) {
+    settings.sliceMotion = kind;
+    const ReconstructionResult result = reconstruct(scansOf(body(3), body(3)), settings);
+    EXPECT_EQ(result.sliceMotion.moved, kind == SliceMotionKind::On);
+    return *result.settings.ensembleSize;
+  };
+  EXPECT_EQ(members(SliceMotionKind::On), 3);
+  EXPECT_EQ(members(SliceMotionKind::Off), 1);
+}
+
 TEST(JobStacks, GivenTwiceAreAsGoodAsOnce) {
   const Volume truth = body(3);
   ReconstructionInput twice = scansOf(truth, truth);
