@@ -54,17 +54,23 @@ Reach reachOf(const Stack& stack, Voxels voxels) {
     reach.low[a] = static_cast<double>(size[a]);
     reach.high[a] = -1;
   }
-  std::size_t v = 0;
+  std::size_t row = 0;
   for (std::int64_t k = 0; k < size[2]; ++k)
-    for (std::int64_t j = 0; j < size[1]; ++j)
-      for (std::int64_t i = 0; i < size[0]; ++i, ++v) {
-        if (!isUsable(stack, voxels, v)) continue;
-        const Vec3 at{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
-        for (int a = 0; a < 3; ++a) {
-          reach.low[a] = std::min(reach.low[a], at[a]);
-          reach.high[a] = std::max(reach.high[a], at[a]);
-        }
+    for (std::int64_t j = 0; j < size[1]; ++j, row += size[0]) {
+      const auto usable = [&](std::int64_t i) { return isUsable(stack, voxels, row + i); };
+      std::int64_t first = 0, last = size[0] - 1;
+      while (first <= last && !usable(first))
+        ++first;
+      if (first > last) continue;
+      while (!usable(last))
+        --last;
+      const Vec3 low{static_cast<double>(first), static_cast<double>(j), static_cast<double>(k)},
+          high{static_cast<double>(last), low[1], low[2]};
+      for (int a = 0; a < 3; ++a) {
+        reach.low[a] = std::min(reach.low[a], low[a]);
+        reach.high[a] = std::max(reach.high[a], high[a]);
       }
+    }
   for (int a = 0; a < 3; ++a) {
     reach.low[a] = std::max(-0.5, reach.low[a] - 1);
     reach.high[a] = std::min(static_cast<double>(size[a]) - 0.5, reach.high[a] + 1);
