@@ -1,5 +1,7 @@
 #include "Core/Fit/Proxy.h"
 
+#include "Core/Image/Region.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,31 +51,13 @@ struct Reach {
 
 Reach reachOf(const Stack& stack, Voxels voxels) {
   const auto& size = stack.image.geometry.size;
+  const auto usable = filledBlock(size, [&](std::size_t v) { return isUsable(stack, voxels, v); });
   Reach reach;
   for (int a = 0; a < 3; ++a) {
-    reach.low[a] = static_cast<double>(size[a]);
-    reach.high[a] = -1;
-  }
-  std::size_t row = 0;
-  for (std::int64_t k = 0; k < size[2]; ++k)
-    for (std::int64_t j = 0; j < size[1]; ++j, row += size[0]) {
-      const auto usable = [&](std::int64_t i) { return isUsable(stack, voxels, row + i); };
-      std::int64_t first = 0, last = size[0] - 1;
-      while (first <= last && !usable(first))
-        ++first;
-      if (first > last) continue;
-      while (!usable(last))
-        --last;
-      const Vec3 low{static_cast<double>(first), static_cast<double>(j), static_cast<double>(k)},
-          high{static_cast<double>(last), low[1], low[2]};
-      for (int a = 0; a < 3; ++a) {
-        reach.low[a] = std::min(reach.low[a], low[a]);
-        reach.high[a] = std::max(reach.high[a], high[a]);
-      }
-    }
-  for (int a = 0; a < 3; ++a) {
-    reach.low[a] = std::max(-0.5, reach.low[a] - 1);
-    reach.high[a] = std::min(static_cast<double>(size[a]) - 0.5, reach.high[a] + 1);
+    const double first = usable ? static_cast<double>(usable->first[a]) : static_cast<double>(size[a]),
+                 last = usable ? static_cast<double>(usable->first[a] + usable->size[a] - 1) : -1;
+    reach.low[a] = std::max(-0.5, first - 1);
+    reach.high[a] = std::min(static_cast<double>(size[a]) - 0.5, last + 1);
   }
   return reach;
 }

@@ -117,22 +117,9 @@ std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeom
   return blockOver(geometry, cornersOf(box, 0));
 }
 
-std::optional<IndexBlock> filledBlock(const std::array<std::int64_t, 3>& n,
+std::optional<IndexBlock> filledBlock(const std::array<std::int64_t, 3>& size,
                                       std::span<const std::uint8_t> voxels) {
-  std::array<std::int64_t, 3> low = n, high{-1, -1, -1};
-  const std::uint8_t* row = voxels.data();
-  for (std::int64_t k = 0; k < n[2]; ++k)
-    for (std::int64_t j = 0; j < n[1]; ++j, row += n[0]) {
-      const auto* first = std::find_if(row, row + n[0], [](std::uint8_t v) { return v != 0; });
-      if (first == row + n[0]) continue;
-      const std::uint8_t* last = row + n[0] - 1;
-      while (!*last)
-        --last;
-      low = {std::min<std::int64_t>(low[0], first - row), std::min(low[1], j), std::min(low[2], k)};
-      high = {std::max<std::int64_t>(high[0], last - row), std::max(high[1], j), k};
-    }
-  if (high[2] < 0) return {};
-  return IndexBlock{low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+  return filledBlock(size, [&](std::size_t v) { return voxels[v] != 0; });
 }
 
 Volume cropped(const Volume& volume, const IndexBlock& block) {

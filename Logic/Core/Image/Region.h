@@ -1,6 +1,8 @@
 #pragma once
 #include "Core/Image/Stack.h"
 
+#include <algorithm>
+#include <concepts>
 #include <optional>
 
 namespace innergs {
@@ -34,7 +36,27 @@ struct IndexBlock {
 };
 /// The smallest block that covers an oriented box; nothing if they do not overlap.
 std::optional<IndexBlock> blockOver(const GridGeometry& geometry, const GridGeometry& box);
-/// The smallest block that holds every voxel that is not 0, of a lattice of this size; nothing if all are 0.
+/// The smallest block that holds every voxel v, counted from 0, for which holds(v), of a lattice of this
+/// size; nothing if there is none.
+template <std::predicate<std::size_t> Holds>
+std::optional<IndexBlock> filledBlock(const std::array<std::int64_t, 3>& size, const Holds& holds) {
+  std::array<std::int64_t, 3> low = size, high{-1, -1, -1};
+  std::size_t row = 0;
+  for (std::int64_t k = 0; k < size[2]; ++k)
+    for (std::int64_t j = 0; j < size[1]; ++j, row += size[0]) {
+      std::int64_t first = 0, last = size[0] - 1;
+      while (first <= last && !holds(row + first))
+        ++first;
+      if (first > last) continue;
+      while (!holds(row + last))
+        --last;
+      low = {std::min(low[0], first), std::min(low[1], j), std::min(low[2], k)};
+      high = {std::max(high[0], last), std::max(high[1], j), k};
+    }
+  if (high[2] < 0) return {};
+  return IndexBlock{low, {high[0] - low[0] + 1, high[1] - low[1] + 1, high[2] - low[2] + 1}};
+}
+/// The smallest block that holds every voxel that is not 0.
 std::optional<IndexBlock> filledBlock(const std::array<std::int64_t, 3>& size,
                                       std::span<const std::uint8_t> voxels);
 

@@ -37,7 +37,8 @@ constexpr double kPlacing = 6e3; // likewise for several scans in masks, per vox
 /// their shading, per point compared; of the search for motion between slices, per voxel, if they lie still
 /// or moved.
 constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices = 60;
-constexpr double kMovedFit = 1.7, kMovedRefining = 2.5; // per iteration, relative to still slices
+/// Cost of an iteration and of the refinement where slices move, relative to still ones.
+constexpr double kMovedFit = 1.7, kMovedRefining = 2.5;
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
 
