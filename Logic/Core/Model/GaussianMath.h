@@ -116,22 +116,6 @@ INNERGS_HD inline void rotation(const T* q, T* r) {
   r[6] = 2 * (x * z - w * y), r[7] = 2 * (y * z + w * x), r[8] = 1 - 2 * (x * x + y * y);
 }
 
-/// dL/dq from h = dL/dR (row-major), including the normalisation of q.
-template <class T>
-INNERGS_HD inline void rotationGradient(const T* q, const T* h, T* dq) {
-  const T n = T(1) / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
-  const T w = q[0] * n, x = q[1] * n, y = q[2] * n, z = q[3] * n;
-  const T g[4] = {2 * (z * (h[3] - h[1]) + y * (h[2] - h[6]) + x * (h[7] - h[5])),
-                  2 * (y * (h[1] + h[3]) + z * (h[2] + h[6]) - 2 * x * (h[4] + h[8]) + w * (h[7] - h[5])),
-                  2 * (x * (h[1] + h[3]) - 2 * y * (h[0] + h[8]) + w * (h[2] - h[6]) + z * (h[5] + h[7])),
-                  2 * (x * (h[2] + h[6]) + y * (h[5] + h[7]) - 2 * z * (h[0] + h[4]) + w * (h[3] - h[1]))};
-  const T along = g[0] * w + g[1] * x + g[2] * y + g[3] * z;
-  dq[0] = n * (g[0] - along * w);
-  dq[1] = n * (g[1] - along * x);
-  dq[2] = n * (g[2] - along * y);
-  dq[3] = n * (g[3] - along * z);
-}
-
 /// The slice-conditional factorisation (paper, Eq. for p(u,v,t) = p(u,v|t)·p(t)) of a covariance in slice
 /// coordinates (u, v, t).
 template <class T>
@@ -226,22 +210,30 @@ INNERGS_HD inline Moments<T> transformMoments(const Moments<T>& in, const T* a) 
   return out;
 }
 
-/// ∂(log s) and ∂q from G = ∂L/∂P, P = R·diag(e^(−2·logScale))·Rᵀ.
+/// ∂(log s) and ∂q from G = ∂L/∂P, P = R·D·Rᵀ, D = diag(e^(−2·logScale)). With M = RᵀGR, a turn by ω about
+/// the Gaussian's own axes changes P by R([ω]D − D[ω])Rᵀ, so ∂L/∂ω₀ = 2·M₁₂(D₁ − D₂) and so on. That is
+/// exactly 0 between axes of equal length, however a compiler rounds; Adam would turn what remains of
+/// cancelled sums into full steps.
 template <class T>
 INNERGS_HD inline void precisionGradient(const T* g6, const T* logScale, const T* quaternion, T* dLogScale,
                                          T* dQuaternion) {
-  T r[9], gr[9], h[9];
+  T r[9], gr[9], d[3];
   rotation(quaternion, r);
   const T g[9] = {g6[0], g6[1], g6[2], g6[1], g6[3], g6[4], g6[2], g6[4], g6[5]};
   multiply(g, r, gr);
+  const auto m = [&](int i, int j) { return r[i] * gr[j] + r[3 + i] * gr[3 + j] + r[6 + i] * gr[6 + j]; };
   for (int k = 0; k < 3; ++k) {
-    const T d = std::exp(-2 * logScale[k]);
-    const T rgr = r[k] * gr[k] + r[3 + k] * gr[3 + k] + r[6 + k] * gr[6 + k];
-    dLogScale[k] = -2 * d * rgr;
-    for (int i = 0; i < 3; ++i)
-      h[3 * i + k] = 2 * gr[3 * i + k] * d;
+    d[k] = std::exp(-2 * logScale[k]);
+    dLogScale[k] = -2 * d[k] * m(k, k);
   }
-  rotationGradient(quaternion, h, dQuaternion);
+  const T torque[3] = {2 * m(1, 2) * (d[1] - d[2]), 2 * m(0, 2) * (d[2] - d[0]), 2 * m(0, 1) * (d[0] - d[1])};
+  // q changes by ½·q·(0, ω), of length ½|ω||q|.
+  const T* q = quaternion;
+  const T n = 2 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  dQuaternion[0] = n * (-q[1] * torque[0] - q[2] * torque[1] - q[3] * torque[2]);
+  dQuaternion[1] = n * (q[0] * torque[0] - q[3] * torque[1] + q[2] * torque[2]);
+  dQuaternion[2] = n * (q[3] * torque[0] + q[0] * torque[1] - q[1] * torque[2]);
+  dQuaternion[3] = n * (-q[2] * torque[0] + q[1] * torque[1] + q[0] * torque[2]);
 }
 
 } // namespace innergs::math

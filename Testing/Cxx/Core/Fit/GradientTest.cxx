@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 #include <limits>
+#include <random>
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -234,4 +235,27 @@ TEST(Gradient, IsTheSumOverObservationsWithPoses) {
   EXPECT_GT(largest, 0.1);
   for (std::size_t i = 0; i < sum.size(); ++i)
     EXPECT_NEAR(sum[i], separate[i], 1e-5 * largest);
+}
+
+/// Adam makes full steps of gradients that should cancel, so they must not depend on how sums are rounded.
+TEST(PrecisionGradient, NeverTurnsGaussiansWithEqualAxes) {
+  std::mt19937 random(7);
+  std::normal_distribution<float> normal;
+  for (int n = 0; n < 100; ++n) {
+    float quaternion[4], g6[6], scales[3], turns[4];
+    for (float& q : quaternion)
+      q = normal(random);
+    for (float& g : g6)
+      g = normal(random);
+    const float logScale = normal(random), all[3] = {logScale, logScale, logScale},
+                two[3] = {logScale, logScale, logScale + 0.5f};
+    math::precisionGradient(g6, all, quaternion, scales, turns);
+    for (const float turn : turns)
+      EXPECT_EQ(turn, 0.f);
+    // Of two equal axes, turns about the third.
+    const float about[4] = {1, 0, 0, 0};
+    math::precisionGradient(g6, two, about, scales, turns);
+    EXPECT_EQ(turns[3], 0.f);
+    EXPECT_NE(turns[1], 0.f);
+  }
 }
