@@ -65,7 +65,7 @@ bench-cuda: dependencies
 cuda-bundle: dependencies
 	cmake --preset cuda -DINNERGS_BUILD_BENCHMARKS=ON --log-level=WARNING
 	cmake --build --preset cuda --target innergs_cuda innergs_cuda_kernel_tests innergs_cuda_tests innergs_cuda_benchmark \
-	  innergs_host_plugin
+	  innergs_cuda_job_tests innergs_host_plugin
 	Utilities/cuda-bundle.sh build-cuda build-cuda-bundle "$(INNERGS_BRAINWEB)"
 
 # Against Slicer's own libraries from PyPI; if they are unavailable, says so and continues.

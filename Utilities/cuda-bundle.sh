@@ -6,7 +6,7 @@ set -euo pipefail
 build=${1:?usage: cuda-bundle.sh BUILD FOLDER [VOLUME]} out=${2:?usage: cuda-bundle.sh BUILD FOLDER [VOLUME]} volume=${3:-}
 rm -rf "$out"
 mkdir -p "$out/lib" "$out/plugin" "$out/host-plugin"
-for program in innergs_cuda_tests innergs_cuda_kernel_tests innergs_cuda_benchmark; do
+for program in innergs_cuda_tests innergs_cuda_kernel_tests innergs_cuda_job_tests innergs_cuda_benchmark; do
   cp "$build/bin/$program" "$out/"
   # All except the C library's parts, which must be the machine's own.
   ldd "$build/bin/$program" | awk '/=> \// { print $3 }' |
@@ -43,7 +43,8 @@ cat "$results/device.csv"
 case $what in
   test)
     logged math-tests 60 ./innergs_cuda_tests
-    logged kernel-tests 300 ./innergs_cuda_kernel_tests --gtest_brief=1 ;;
+    logged kernel-tests 300 ./innergs_cuda_kernel_tests --gtest_brief=1
+    INNERGS_TEST_PLUGIN=$PWD/plugin logged job-tests 300 ./innergs_cuda_job_tests --gtest_brief=1 ;;
   bench)
     nvidia-smi --query-gpu=timestamp,clocks.sm,clocks.mem,power.draw,temperature.gpu --format=csv -lms 500 \
       > "$results/clocks.csv" 2>&1 &
