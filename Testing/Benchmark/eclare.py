@@ -6,7 +6,8 @@
 
 Both see the slices that `innergs simulate` takes from the volume and are scored as `innergs evaluate` scores: PSNR and
 SSIM inside the body mask of the truth. The rule is applied to our volume as well and must give what `evaluate` says.
-ECLARE is given the true slice profile; --estimate-profile lets it estimate its own.
+ECLARE is given the true slice profile; --estimate-profile lets it estimate its own. What it made elsewhere, such as on
+a GPU, of the scan that this script leaves in its folder (scan.nii) is scored with --result FILE, without the package.
 """
 import argparse
 import importlib.metadata
@@ -35,6 +36,8 @@ def arguments():
     parser.add_argument("--preset", default="balanced", help="of InnerGS [balanced]")
     parser.add_argument("--threads", type=int, default=1, help="of both [1]")
     parser.add_argument("--estimate-profile", action="store_true", help="ECLARE estimates the slice profile")
+    parser.add_argument("--result", type=Path, nargs="+", default=[], metavar="FILE",
+                        help="volumes that ECLARE made elsewhere of the same scan, to score in place of running it")
     parser.add_argument("--work", type=Path, default=Path("eclare-work"), help="folder for results [eclare-work]")
     return parser.parse_args()
 
@@ -114,11 +117,13 @@ def on_lattice(image, shape, affine, order):
 
 def main():
     o = arguments()
-    try:
-        version = importlib.metadata.version("eclare")
-    except importlib.metadata.PackageNotFoundError:
-        print("Skipped: the package eclare is not installed for " + sys.executable + "; see the head of this file.")
-        return SKIPPED
+    version = "elsewhere"
+    if not o.result:
+        try:
+            version = importlib.metadata.version("eclare")
+        except importlib.metadata.PackageNotFoundError:
+            print("Skipped: the package eclare is not installed for " + sys.executable + "; see the head of this file.")
+            return SKIPPED
     import nibabel
 
     o.work.mkdir(parents=True, exist_ok=True)
@@ -149,7 +154,10 @@ def main():
     rows.append((f"InnerGS, preset {o.preset}", psnr, ssim, said["cpu_seconds"], said["seconds"]))
     profile = [] if o.estimate_profile else ["--relative-slice-thickness", factor if thick else 1,
                                              "--relative-slice-profile-type", "boxcar"]
-    for patches in o.patches:
+    for path in o.result:
+        found = on_lattice(nibabel.load(path), shape, affine, 3)
+        rows.append((f"ECLARE, {path.name}", *score(found, truth, body, slices)[:2], float("nan"), float("nan")))
+    for patches in [] if o.result else o.patches:
         folder = o.work / f"patches-{patches}"
         folder.mkdir(exist_ok=True)
         cpu, wall = run([Path(sys.executable).parent / "run-eclare", "--in-fpath", scan, "--out-dir", folder,
@@ -157,7 +165,8 @@ def main():
         found = on_lattice(nibabel.load(folder / "scan_eclare.nii"), shape, affine, 3)
         rows.append((f"ECLARE, {patches:,} patches", *score(found, truth, body, slices)[:2], cpu, wall))
 
-    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in ("torch", "numpy", "scipy"))
+    names = ("numpy", "scipy") if o.result else ("torch", "numpy", "scipy")
+    versions = ", ".join(f"{name} {importlib.metadata.version(name)}" for name in names)
     innergs = subprocess.run([str(o.innergs), "--version"], check=True, capture_output=True, text=True).stdout.strip()
     print(f"\n{o.volume.name}, {' '.join(map(str, case))}: {reported['samples']}\n"
           f"ECLARE {version} ({versions}, Python {platform.python_version()}), "
