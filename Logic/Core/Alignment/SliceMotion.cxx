@@ -25,8 +25,8 @@ struct Level {
 };
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
 // dB by which one volume must explain all slices better at their poses than at rest. With two stacks, single
-// slices are free enough to fit each other's gaps; packets are not.
-constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentOfPackets = 1;
+// slices are free enough to fit each other's gaps; packets are not, nor are slices as thin as their pixels.
+constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentWithoutGaps = 1;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
@@ -154,11 +154,11 @@ void weighSlices(std::vector<PlacedSlice>& slices, const std::vector<double>& re
   }
 }
 
-double leastJointGain(std::span<const Stack> stacks, int packets) {
+double leastJointGain(std::span<const Stack> stacks, int packets, bool gaps) {
   const bool shared = packets > 0 && std::all_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
                         return stack.image.geometry.size[2] >= 2 * std::int64_t{packets};
                       });
-  if (shared) return kConsistentOfPackets;
+  if (shared || !gaps) return kConsistentWithoutGaps;
   return stacks.size() == 2 ? kConsistentOfTwo : kConsistent;
 }
 
@@ -195,6 +195,11 @@ double jointGain(const std::vector<std::vector<PlacedSlice>>& slices, const Slic
 
 } // namespace
 
+bool hasThickSlices(const Stack& stack) {
+  const Vec3& spacing = stack.image.geometry.spacing;
+  return spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
+}
+
 SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan& plan, ThreadPool& pool,
                             const std::function<void(double)>& progress) {
   SliceMotion result;
@@ -205,9 +210,11 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
   }
   if (stacks.size() < 2) return result;
   double distance = 0;
+  bool gaps = false;
   for (const Stack& stack : stacks) {
     if (!stack.poses.empty()) return result;
     distance = std::max(distance, stack.image.geometry.spacing[2]);
+    gaps = gaps || hasThickSlices(stack);
   }
   const std::vector<GridGeometry> boxes = observedBoxes(stacks);
   const double finest = finestSpacing(boxes);
@@ -298,13 +305,14 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
       if (progress) progress(done / all);
     }
     previous = work.slices;
-    if (!judged || last) continue;
+    // Without gaps, how well scans predict each other depends more on their noise than on where slices lie.
+    if (!judged || (last && gaps)) continue;
     // Slices that do not move at twice the finest spacing are not worth the finest level, which is most of
     // the work.
     consistent = jointGain(work.slices, op, {level.smoothness, 2 * level.iterations}, pool) >=
-                 leastJointGain(stacks, plan.packets);
+                 leastJointGain(stacks, plan.packets, gaps);
     if (!consistent ||
-        psnr(squaredAfter, pixelsAfter) < psnr(squaredBefore, pixelsBefore) + 0.5 * kWorthwhile)
+        (gaps && psnr(squaredAfter, pixelsAfter) < psnr(squaredBefore, pixelsBefore) + 0.5 * kWorthwhile))
       break;
   }
   result.psnrBefore = psnr(squaredBefore, pixelsBefore);
@@ -336,7 +344,8 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
     }
   result.displacement = medianOf(displacements);
   result.angle = medianOf(angles);
-  result.moved = plan.always || (consistent && result.psnrAfter >= result.psnrBefore + kWorthwhile);
+  result.moved =
+      plan.always || (consistent && (!gaps || result.psnrAfter >= result.psnrBefore + kWorthwhile));
   if (!result.moved) {
     for (auto& stack : result.slices)
       for (SlicePose& pose : stack)

@@ -32,6 +32,9 @@ struct SliceMotion {
   std::int64_t rejected = 0;          // slices of weight 0
 };
 
+/// Whether slices are clearly farther apart than their pixels.
+bool hasThickSlices(const Stack& stack);
+
 /// Finds one rigid transform per slice or packet of slices, and one gain per slice. Each stack's slices are
 /// registered to the volume that all other stacks show, fitted to their current positions through their slice
 /// profiles (fitVolume), stack after stack, coarse to fine: Gauss-Newton with analytic gradients of what the

@@ -1,4 +1,5 @@
 #include "Core/Job/JobInput.h"
+#include "Core/Alignment/SliceMotion.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Hash.h"
@@ -223,10 +224,11 @@ double maskedShare(const Mask& mask, double volume, double reach) {
 /// Several scans without poses, of slices clearly farther apart than their pixels.
 bool severalThick(std::span<const Stack> stacks) {
   return stacks.size() > 1 && std::all_of(stacks.begin(), stacks.end(), [](const Stack& stack) {
-           const Vec3& spacing = stack.image.geometry.spacing;
-           return stack.poses.empty() && spacing[2] > 1.4 * std::min(spacing[0], spacing[1]);
+           return stack.poses.empty() && hasThickSlices(stack);
          });
 }
+
+constexpr double kSliceBySlice = 3; // mm: scans this coarse are hardly acquired as one volume
 
 } // namespace
 
@@ -239,7 +241,12 @@ double maskedShare(const ReconstructionInput& input, double volume, double reach
 }
 
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks) {
-  return settings.sliceMotion != SliceMotionKind::Off && severalThick(stacks);
+  return settings.sliceMotion != SliceMotionKind::Off && stacks.size() > 1 &&
+         std::all_of(stacks.begin(), stacks.end(), [&](const Stack& stack) {
+           return stack.poses.empty() &&
+                  (settings.sliceMotion == SliceMotionKind::On || hasThickSlices(stack) ||
+                   stack.image.geometry.spacing[2] >= kSliceBySlice);
+         });
 }
 
 bool predictsEach(const Settings& settings, const DataTraits& traits, std::span<const Stack> stacks,

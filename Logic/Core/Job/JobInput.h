@@ -28,8 +28,8 @@ using CorrectStacks = std::function<std::vector<std::string>(std::span<Stack>)>;
 PreparedInput prepareInput(const ReconstructionInput& input, const std::stop_token& stop = {},
                            bool withheld = false, const CorrectStacks& correct = {});
 
-/// Whether slices get motions of their own: several scans without poses, of slices clearly thicker than their
-/// pixels.
+/// Whether slices get motions of their own: several scans without poses; unless that is asked for, of slices
+/// clearly thicker than their pixels, or 3 mm apart or more.
 bool correctsSlices(const Settings& settings, std::span<const Stack> stacks);
 
 /// Whether what each scan shows alone between its slices takes part in the fit of several: presets balanced

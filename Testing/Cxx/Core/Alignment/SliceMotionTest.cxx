@@ -18,16 +18,18 @@ namespace {
 constexpr std::int64_t kWidth = 56;
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Scans of 4 mm slices at right angles; each slice, or each interleaved packet of slices, displaced by up to
-/// ± `most` mm along each axis and turned by up to ± `most` degrees. `stacks` keep the true poses.
-std::vector<Stack> movingScans(int count, double most, double noise = 1, std::int64_t packets = 0) {
-  const Volume truth = testing::headPhantom(kWidth);
+/// Scans of `thickness` mm slices at right angles, with `width` pixels of 1 mm along each side; each slice,
+/// or each interleaved packet of slices, displaced by up to ± `most` mm along each axis and turned by up to ±
+/// `most` degrees. `stacks` keep the true poses.
+std::vector<Stack> movingScans(int count, double most, double noise = 1, std::int64_t packets = 0,
+                               int thickness = 4, std::int64_t width = kWidth) {
+  const Volume truth = testing::headPhantom(width);
   ThreadPool pool(2);
   Random random(11);
   const auto even = [&] { return 2 * random.uniform() - 1; };
   std::vector<Stack> stacks;
   for (int s = 0; s < count; ++s) {
-    Stack stack = simulateThickStack(truth, 2 - s, 4);
+    Stack stack = simulateThickStack(truth, 2 - s, thickness);
     const GridGeometry& g = stack.image.geometry;
     for (std::int64_t k = 0; k < g.size[2]; ++k) {
       if (packets > 0 && k >= packets) {
@@ -37,7 +39,8 @@ std::vector<Stack> movingScans(int count, double most, double noise = 1, std::in
       }
       const Vec3 shift{most * even(), most * even(), most * even()},
           turn{most * kDegree * even(), most * kDegree * even(), most * kDegree * even()};
-      const Vec3 centre = g.indexToWorld()({0.5 * (kWidth - 1), 0.5 * (kWidth - 1), static_cast<double>(k)});
+      const Vec3 centre = g.indexToWorld()({0.5 * static_cast<double>(width - 1),
+                                            0.5 * static_cast<double>(width - 1), static_cast<double>(k)});
       stack.poses.push_back(most > 0 ? rigidAbout(centre, turn, shift) : Affine3{});
     }
     std::vector<float> seen = projectToStack(truth, stack, pool);
@@ -228,6 +231,15 @@ TEST(SliceMotion, FindsWhereSlicesLie) {
   std::vector<Stack> placed = withoutPoses(stacks);
   applySliceMotion(motion, placed);
   EXPECT_EQ(placed[1].poses[4], motion.slices[1][4].pose);
+}
+
+TEST(SliceMotion, FindsSlicesAsThinAsTheirPixels) {
+  ThreadPool pool(2);
+  const std::vector<Stack> truth = movingScans(3, 2, 1, 0, 1, 48), still = movingScans(3, 0, 1, 0, 1, 32);
+  const SliceMotion motion = findSliceMotion(withoutPoses(truth), {}, pool);
+  EXPECT_TRUE(motion.moved);
+  EXPECT_LT(spread(truth, motion), 0.5);
+  EXPECT_FALSE(findSliceMotion(withoutPoses(still), {}, pool).moved);
 }
 
 TEST(SliceMotion, OfPacketsIsFoundBetterTogether) {
