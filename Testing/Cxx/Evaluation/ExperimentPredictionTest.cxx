@@ -19,11 +19,6 @@ ExperimentSetup quickSetup() {
   return setup;
 }
 
-const PredictionAblation& quickAblation() {
-  static const PredictionAblation ablation = runPredictionAblation(quickSetup());
-  return ablation;
-}
-
 const PredictionAblation::Row& rowOf(const PredictionAblation::Case& c, const std::string& label) {
   const auto found =
       std::find_if(c.rows.begin(), c.rows.end(), [&](const auto& row) { return row.label == label; });
@@ -31,10 +26,8 @@ const PredictionAblation::Row& rowOf(const PredictionAblation::Case& c, const st
   return *found;
 }
 
-TEST(ExperimentPrediction, ScoresPartsAsAnEvaluationDoes) {
+void expectTheScoresOfAnEvaluation(const PredictionAblation& ablation) {
   const ExperimentSetup setup = quickSetup();
-  const PredictionAblation& ablation = quickAblation();
-  ASSERT_EQ(ablation.cases.size(), 2u);
   EvaluationOptions options;
   options.settings = setup.settings;
   options.settings.preset = Preset::Fast;
@@ -54,8 +47,8 @@ TEST(ExperimentPrediction, ScoresPartsAsAnEvaluationDoes) {
   }
 }
 
-TEST(ExperimentPrediction, VariesTheParts) {
-  for (const PredictionAblation::Case& c : quickAblation().cases) {
+void expectPartsThatDiffer(const PredictionAblation& ablation) {
+  for (const PredictionAblation::Case& c : ablation.cases) {
     for (const PredictionAblation::Row& row : c.rows) {
       ASSERT_TRUE(row.quality) << c.title << ", " << row.label;
       EXPECT_GT(row.quality->psnr, 10) << c.title << ", " << row.label;
@@ -66,13 +59,12 @@ TEST(ExperimentPrediction, VariesTheParts) {
                                      std::pair{"everything", "everything but the field"}})
       EXPECT_NE(rowOf(c, one).quality->psnr, rowOf(c, other).quality->psnr) << c.title << ", " << one;
   }
-  const PredictionAblation::Case& gapped = quickAblation().cases[0];
+  const PredictionAblation::Case& gapped = ablation.cases[0];
   EXPECT_NE(rowOf(gapped, "everything").quality->psnr,
             rowOf(gapped, "everything but learning").quality->psnr);
 }
 
-TEST(ExperimentPrediction, SaysWhatAPartGainsOverTheBestInterpolation) {
-  const PredictionAblation& ablation = quickAblation();
+void expectGainsOverTheBestInterpolation(const PredictionAblation& ablation) {
   const ExperimentTable& table = ablation.table;
   for (const PredictionAblation::Case& c : ablation.cases) {
     double best = -1e9;
@@ -82,6 +74,14 @@ TEST(ExperimentPrediction, SaysWhatAPartGainsOverTheBestInterpolation) {
     EXPECT_EQ(best, 0) << c.title;
   }
   EXPECT_EQ(table.rows.size(), ablation.cases[0].rows.size() + ablation.cases[1].rows.size());
+}
+
+TEST(ExperimentPrediction, ScoresAndVariesTheParts) {
+  const PredictionAblation ablation = runPredictionAblation(quickSetup());
+  ASSERT_EQ(ablation.cases.size(), 2u);
+  expectTheScoresOfAnEvaluation(ablation);
+  expectPartsThatDiffer(ablation);
+  expectGainsOverTheBestInterpolation(ablation);
 }
 
 TEST(ExperimentPrediction, LeavesCellsOfPartsThatDoNotApplyEmpty) {
