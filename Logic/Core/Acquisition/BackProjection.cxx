@@ -1,6 +1,7 @@
 #include "Core/Acquisition/BackProjection.h"
 
 #include "Core/Acquisition/Observation.h"
+#include "Core/Image/AlignedSampler.h"
 #include "Core/Image/WienerFilter.h"
 
 #include <algorithm>
@@ -99,6 +100,41 @@ private:
   std::vector<std::size_t> near_;
 };
 
+/// projectToStack() onto slices that lie along the volume's axes; nothing for others.
+std::optional<std::vector<float>> projectAligned(const Volume& volume, const Stack& stack,
+                                                 const ProfileQuadrature& planes, ThreadPool& pool) {
+  const GridGeometry& g = stack.image.geometry;
+  const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
+  const Affine3 map = toVolume * g.indexToWorld();
+  const Vec3 normal = toVolume.linear * column(g.direction, 2); // voxels per mm
+  std::vector<AlignedSampler> samplers;                         // one per plane
+  for (const double offset : planes.offset) {
+    auto sampler =
+        AlignedSampler::between(g.size, {map.linear, map.offset + offset * normal}, volume.geometry);
+    if (!sampler) return {};
+    samplers.push_back(std::move(*sampler));
+  }
+  std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));
+  pool.run(g.size[1] * g.size[2], [&](std::int64_t row) {
+    std::vector<double> sum(static_cast<std::size_t>(g.size[0]), 0.0), weights = sum;
+    for (std::size_t p = 0; p < samplers.size(); ++p) {
+      const double weight = planes.weight[p];
+      double *sums = sum.data(), *counts = weights.data();
+      samplers[p].row(volume.voxels.data(), row % g.size[1], row / g.size[1],
+                      [=](std::int64_t i, float value) {
+                        sums[i] += weight * value;
+                        counts[i] += weight;
+                      });
+    }
+    for (std::int64_t i = 0; i < g.size[0]; ++i) {
+      const auto v = static_cast<std::size_t>(row * g.size[0] + i);
+      const bool seen = weights[i] > 0 && (stack.observed.empty() || stack.observed[v]);
+      out[v] = seen ? static_cast<float>(sum[i] / weights[i]) : std::numeric_limits<float>::quiet_NaN();
+    }
+  });
+  return out;
+}
+
 } // namespace
 
 std::vector<float> projectToStack(const Volume& volume, const Stack& stack, ThreadPool& pool) {
@@ -106,6 +142,8 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
   const auto& n = volume.geometry.size;
   const Affine3 toVolume = inverse(volume.geometry.indexToWorld());
   const ProfileQuadrature planes = subPlanes(stack, volume.geometry);
+  if (stack.poses.empty())
+    if (auto aligned = projectAligned(volume, stack, planes, pool)) return std::move(*aligned);
   std::vector<float> out(static_cast<std::size_t>(g.voxelCount()));
   pool.run(g.size[1] * g.size[2], [&](std::int64_t row) {
     const std::int64_t j = row % g.size[1], k = row / g.size[1];
@@ -163,27 +201,38 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
     rms = std::sqrt(squares / std::max(1.0, count));
     if (std::sqrt(wantedSquares / std::max(1.0, count)) <= std::max(plan.stopAt, kNoiseShare * plan.noise))
       break;
+    std::vector<std::optional<AlignedSampler>> aligned(residuals.size());
+    for (std::size_t s = 0; s < residuals.size(); ++s)
+      if (residuals[s].stack->poses.empty())
+        aligned[s] =
+            AlignedSampler::between(n, residuals[s].gridToIndex.front(), residuals[s].stack->image.geometry);
     pool.run(n[1] * n[2], [&](std::int64_t row) {
-      float* out = volume.voxels.data() + row * n[0];
-      const double j = static_cast<double>(row % n[1]), k = static_cast<double>(row / n[1]);
-      std::vector<std::optional<PosedRow>> posed(residuals.size());
-      for (std::size_t s = 0; s < residuals.size(); ++s)
-        if (!residuals[s].stack->poses.empty()) posed[s].emplace(residuals[s], n[0], j, k);
-      for (std::int64_t i = 0; i < n[0]; ++i) {
-        float sum = 0, weight = 0;
-        for (std::size_t s = 0; s < residuals.size(); ++s) {
-          const Residual& r = residuals[s];
-          float value;
-          const Vec3 at{static_cast<double>(i), j, k};
-          const bool seen = posed[s] ? posed[s]->sample(at, value)
-                                     : sampleInside(r.stack->image.geometry, r.voxels.data(),
-                                                    r.gridToIndex.front()(at), value);
-          if (!seen) continue;
-          sum += value;
-          weight += 1;
+      const std::int64_t j = row % n[1], k = row / n[1];
+      std::vector<float> sum(static_cast<std::size_t>(n[0]), 0.f), weight = sum;
+      const auto add = [sums = sum.data(), weights = weight.data()](std::int64_t i, float value) {
+        sums[i] += value;
+        weights[i] += 1;
+      };
+      for (std::size_t s = 0; s < residuals.size(); ++s) {
+        const Residual& r = residuals[s];
+        if (aligned[s]) {
+          aligned[s]->row(r.voxels.data(), j, k, add);
+          continue;
         }
-        if (weight > 0) out[i] = std::clamp(out[i] + sum / weight, plan.range.low, plan.range.high);
+        std::optional<PosedRow> posed;
+        if (!r.stack->poses.empty()) posed.emplace(r, n[0], static_cast<double>(j), static_cast<double>(k));
+        for (std::int64_t i = 0; i < n[0]; ++i) {
+          const Vec3 at{static_cast<double>(i), static_cast<double>(j), static_cast<double>(k)};
+          float value;
+          if (posed
+                  ? posed->sample(at, value)
+                  : sampleInside(r.stack->image.geometry, r.voxels.data(), r.gridToIndex.front()(at), value))
+            add(i, value);
+        }
       }
+      float* out = volume.voxels.data() + row * n[0];
+      for (std::int64_t i = 0; i < n[0]; ++i)
+        if (weight[i] > 0) out[i] = std::clamp(out[i] + sum[i] / weight[i], plan.range.low, plan.range.high);
     });
   }
   return rms;
