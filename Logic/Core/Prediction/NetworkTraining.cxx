@@ -78,10 +78,7 @@ ConvolutionNetwork trainNetwork(std::span<const TrainingSource> sources, const T
                                 const std::function<void(double)>& progress) {
   const int phases = sources.front().sampling.phases;
   ConvolutionNetwork network({phases, plan.channels, plan.layers}, seed);
-  if (!plan.fromScratch) {
-    std::vector<float> start = startWeights(network.shape(), sources.front().sampling);
-    if (!start.empty()) network.parameters() = std::move(start);
-  }
+  if (!plan.fromScratch) setStartWeights(network, sources.front().sampling);
   const auto count = static_cast<std::int64_t>(network.parameters().size());
   std::vector<float> moment1(network.parameters().size(), 0.f), moment2 = moment1, sum = moment1;
   std::vector<PairWork> works(plan.pairs);

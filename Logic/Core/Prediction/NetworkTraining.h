@@ -25,7 +25,7 @@ struct TrainingPlan {
   int pairs = 2; // per step
   PairShape most{24, 48};
   double rate = 2e-3;
-  bool fromScratch = false; // ignores startWeights()
+  bool fromScratch = false; // without setStartWeights()
 };
 
 /// Each pair comes from one of the sources, drawn at random. Bit-identical for any number of threads: the

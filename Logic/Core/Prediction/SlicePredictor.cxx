@@ -254,6 +254,7 @@ Effort effortOf(PredictionEffort effort) {
     plan.steps = 3000;
     plan.rate = 4e-3;
   } else if (effort == PredictionEffort::Best) {
+    plan.channels = 64;
     plan.steps = 10000;
     plan.rate = 4e-3;
     e.reflections = Reflections::Four;

@@ -30,7 +30,7 @@ struct PredictionOptions {
   bool everySecond = false;
   /// The predictions in the two planes weigh by the gradients along them (PlaneFusion.h); otherwise equally.
   bool fused = true;
-  bool fromScratch = false; // the network starts from random weights, not from startWeights()
+  bool fromScratch = false; // the network starts from random weights, not from setStartWeights()
   std::uint64_t seed = 1;
   std::string instructionSet; // "" = best available; "scalar" = the plain reference
 };

@@ -4,6 +4,7 @@
 
 #include "SpherePhantom.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -143,27 +144,53 @@ SliceSampling samplingOf(int phases, SliceProfile profile) {
 }
 
 TEST(StartWeights, FitTheNetworksThatAreTrained) {
-  for (const int channels : {16, 32})
+  for (const int channels : {16, 32, 64})
     for (const int phases : {2, 5, 20})
       for (const SliceProfile profile : {SliceProfile::Point, SliceProfile::Box}) {
-        const ConvolutionNetwork network({phases, channels, 4}, 1);
-        const std::vector<float> start = startWeights(network.shape(), samplingOf(phases, profile));
-        ASSERT_EQ(start.size(), network.parameters().size());
+        ConvolutionNetwork network({phases, channels, 4}, 1);
+        setStartWeights(network, samplingOf(phases, profile));
         const ConvolutionNetwork::Matrix last = network.matrices().back();
         for (std::int64_t row = 0; row <= last.rows; ++row)
           for (int q = phases; q < last.columns; ++q)
-            ASSERT_EQ(start[last.at + row * last.columns + q], 0);
+            ASSERT_EQ(network.parameters()[last.at + row * last.columns + q], 0);
         double squares = 0;
-        for (const float weight : start) {
+        for (const float weight : network.parameters()) {
           ASSERT_TRUE(std::isfinite(weight));
           squares += static_cast<double>(weight) * weight;
         }
         EXPECT_GT(squares, 1);
       }
-  const SliceSampling sampling = samplingOf(4, SliceProfile::Point);
-  EXPECT_TRUE(startWeights({4, 16, 3}, sampling).empty());
-  EXPECT_TRUE(startWeights({4, 48, 4}, sampling).empty());
-  EXPECT_NE(startWeights({4, 16, 4}, sampling), startWeights({4, 16, 4}, samplingOf(4, SliceProfile::Box)));
+  const auto startOf = [](int channels, int layers, SliceProfile profile) {
+    ConvolutionNetwork network({4, channels, layers}, 1);
+    setStartWeights(network, samplingOf(4, profile));
+    return network.parameters();
+  };
+  EXPECT_EQ(startOf(16, 3, SliceProfile::Point), ConvolutionNetwork({4, 16, 3}, 1).parameters());
+  EXPECT_NE(startOf(16, 4, SliceProfile::Point), startOf(16, 4, SliceProfile::Box));
+}
+
+TEST(StartWeights, GiveWiderNetworksTheSameOutputs) {
+  const MatrixKernels& kernels = matrixKernels("");
+  constexpr int slices = 7, columns = 9, phases = 4;
+  std::vector<float> values(slices * columns);
+  Random random(3);
+  for (float& v : values)
+    v = static_cast<float>(100 * random.uniform());
+  PatchFeatures features;
+  makeFeatures(values.data(), slices, columns, 1, features);
+  const auto outputsOf = [&](int channels) {
+    ConvolutionNetwork network({phases, channels, 4}, 1);
+    setStartWeights(network, samplingOf(phases, SliceProfile::Point));
+    ConvolutionNetwork::Workspace work;
+    network.forward(features, kernels, work);
+    return work.outputs;
+  };
+  const std::vector<float> learned = outputsOf(32), wider = outputsOf(64);
+  const auto [least, most] = std::minmax_element(learned.begin(), learned.end());
+  EXPECT_GT(*most - *least, 0.1);
+  ASSERT_EQ(wider.size(), learned.size());
+  for (std::size_t i = 0; i < learned.size(); ++i)
+    ASSERT_NEAR(wider[i], learned[i], 1e-5) << i;
 }
 
 TEST(StartWeights, LearnFasterThanWeightsDrawnAtRandom) {
