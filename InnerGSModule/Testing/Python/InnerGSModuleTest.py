@@ -253,7 +253,8 @@ class InnerGSModuleTest(ModuleFixture):
         self.volume.SetAndObserveTransformNodeID(None)
         self.assertTrue(until(lambda: button.enabled, 10))
         # The slow parts of the estimate arrive on their own.
-        self.assertTrue(until(lambda: self.find("deviceReason").text, 30))
+        reason = slicer.util.findChildren(self.find("deviceBox"), name="deviceReason")[0]  # moving scans have one, too
+        self.assertTrue(until(lambda: reason.text, 30))
 
     def test_edits_of_the_mask_and_the_region_are_seen(self):
         button, text = self.find("reconstruct"), self.find("estimateText")
