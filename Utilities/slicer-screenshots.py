@@ -2,8 +2,11 @@
 
 Slicer --no-splash --disable-settings --additional-module-paths <build>/lib/Slicer-5.x/qt-loadable-modules \
     --python-script Utilities/slicer-screenshots.py <folder> <scan>...
+
+or, in place of the scans, --moving <4D file>, or --find <scan> <labels> <names.json> ({"1": "liver"}).
 """
 
+import json
 import os
 import sys
 import time
@@ -12,7 +15,7 @@ import qt
 import slicer
 import vtk
 
-FOLDER, SCANS = os.path.abspath(sys.argv[1]), sys.argv[2:]
+FOLDER, FILES = os.path.abspath(sys.argv[1]), sys.argv[2:]
 
 
 def until(condition, seconds):
@@ -40,8 +43,7 @@ def find(name):
     return slicer.util.findChildren(slicer.modules.innergs.widgetRepresentation(), name=name)[0]
 
 
-def main():
-    os.makedirs(FOLDER, exist_ok=True)
+def show_module():
     window = slicer.util.mainWindow()
     window.resize(1500, 1100)
     slicer.util.setPythonConsoleVisible(False)
@@ -50,10 +52,18 @@ def main():
     slicer.app.layoutManager().setLayout(slicer.vtkMRMLLayoutNode.SlicerLayoutFourUpView)
     panel = [dock for dock in window.findChildren("QDockWidget") if dock.objectName == "PanelDockWidget"][0]
     window.resizeDocks([panel], [460], qt.Qt.Horizontal)
-
-    scans = [slicer.util.loadVolume(scan) for scan in SCANS]
-    slicer.util.setSliceViewerLayers(background=scans[0], fit=True)
     slicer.util.selectModule("InnerGS")
+
+
+def open_section(name):
+    for section in ("ReconstructSection", "QuerySection", "FindSection", "MotionSection", "ModelSection", "LogSection"):
+        find(section).collapsed = section != name
+
+
+def reconstruct():
+    scans = [slicer.util.loadVolume(scan) for scan in FILES]
+    slicer.util.setSliceViewerLayers(background=scans[0], fit=True)
+    show_module()
     for scan in scans[1:]:
         find("ParameterNodeComboBox").currentNode().AddInputVolumeNode(scan)
     if len(scans) > 1:  # measures the first scan only
@@ -78,8 +88,7 @@ def main():
     scroll_to("VolumeRenderingButton")  # and the part above it
     picture("result")
 
-    find("ReconstructSection").collapsed = True
-    find("QuerySection").collapsed = False
+    open_section("QuerySection")
     red = slicer.mrmlScene.GetNodeByID("vtkMRMLSliceNodeRed")
     find("SliceViewComboBox").setCurrentNode(red)
     find("ModelInViewCheckBox").setChecked(True)
@@ -96,13 +105,50 @@ def main():
     rest(1)
     picture("query")
 
-    find("QuerySection").collapsed = True
-    find("ModelSection").collapsed = False
+    open_section("ModelSection")
     find("modelEllipsoids").click()
     rest(1)
     view.resetFocalPoint()
     picture("model")
     assert result is not None
+
+
+def moving():
+    browser = slicer.util.loadSequence(FILES[1])
+    show_module()
+    open_section("MotionSection")
+    scan = find("MotionSection").findChildren("qMRMLNodeComboBox")[0]
+    scan.setCurrentNode(browser.GetMasterSequenceNode())
+    rest()
+    find("motionRun").click()
+    assert until(lambda: find("motionQuality").text != "" and find("motionModel").currentNode() is not None, 900)
+    slicer.util.resetSliceViews()
+    picture("moving")
+
+
+def find_structure():
+    import innergs
+
+    scan = slicer.util.loadVolume(FILES[1])
+    segmentation = slicer.util.loadSegmentation(FILES[2])
+    with open(FILES[3], encoding="utf-8") as file:
+        names = json.load(file)
+    segments = segmentation.GetSegmentation()
+    for n in range(segments.GetNumberOfSegments()):
+        segment = segments.GetNthSegment(n)
+        segment.SetName(names[str(segment.GetLabelValue())])
+    segmentation.GetDisplayNode().SetVisibility(False)
+    show_module()
+    open_section("FindSection")
+    model = innergs.reconstruct(scan, preset="fast", quality=False).model
+    innergs.learn(model, segmentation)
+    find("findModel").setCurrentNode(model)
+    find("findText").setEditText("livr")
+    find("findGo").click()
+    assert until(lambda: find("findAdd").enabled, 300)
+    find("findAdd").click()
+    slicer.util.setSliceViewerLayers(background=scan, fit=True)
+    picture("find")
 
 
 def scroll_to(name):
@@ -116,7 +162,8 @@ def scroll_to(name):
 
 
 try:
-    main()
+    os.makedirs(FOLDER, exist_ok=True)
+    {"--moving": moving, "--find": find_structure}.get(FILES[0], reconstruct)()
     slicer.util.exit(0)
 except Exception:
     import traceback
