@@ -3,7 +3,7 @@
 Slicer --no-splash --disable-settings --additional-module-paths <build>/lib/Slicer-5.x/qt-loadable-modules \
     --python-script Utilities/slicer-screenshots.py <folder> <scan>...
 
-or, in place of the scans, --moving <4D file>, or --find <scan> <labels> <names.json> ({"1": "liver"}).
+or, in place of the scans, --moving <.seq.nrrd, seconds>, or --find <scan> <labels> <names.json> ({"1": "liver"}).
 """
 
 import json
@@ -41,6 +41,10 @@ def picture(name, widget=None):
 
 def find(name):
     return slicer.util.findChildren(slicer.modules.innergs.widgetRepresentation(), name=name)[0]
+
+
+def selector(name):
+    return slicer.util.findChildren(find(name), className="qMRMLNodeComboBox")[0]
 
 
 def show_module():
@@ -114,14 +118,15 @@ def reconstruct():
 
 
 def moving():
-    browser = slicer.util.loadSequence(FILES[1])
+    series = slicer.util.loadSequence(FILES[1])
+    series.SetIndexName("time")
+    series.SetIndexUnit("s")
     show_module()
     open_section("MotionSection")
-    scan = find("MotionSection").findChildren("qMRMLNodeComboBox")[0]
-    scan.setCurrentNode(browser.GetMasterSequenceNode())
+    selector("motionSeries").setCurrentNode(series)
     rest()
     find("motionRun").click()
-    assert until(lambda: find("motionQuality").text != "" and find("motionModel").currentNode() is not None, 900)
+    assert until(lambda: find("motionQuality").text != "" and selector("motionModel").currentNode() is not None, 900)
     slicer.util.resetSliceViews()
     picture("moving")
 
@@ -142,7 +147,7 @@ def find_structure():
     open_section("FindSection")
     model = innergs.reconstruct(scan, preset="fast", quality=False).model
     innergs.learn(model, segmentation)
-    find("findModel").setCurrentNode(model)
+    selector("findModel").setCurrentNode(model)
     find("findText").setEditText("livr")
     find("findGo").click()
     assert until(lambda: find("findAdd").enabled, 300)
