@@ -2,7 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Image/BodyMask.h"
-#include "Core/Job/SlicePrediction.h"
+#include "Core/Job/PredictionPlan.h"
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"

@@ -5,12 +5,11 @@
 
 namespace innergs {
 
-/// Where steps of a fit start and end on the progress bar, as shares of it.
-constexpr double kMotionEnds = 0.4;     // the search for the motion of slices, if any
-constexpr double kPredictionEnds = 0.5; // the prediction, if any
-// Where predictions from several scans follow: the fit, and the choice of their share.
-constexpr double kEachFitEnds = 0.7, kShareChosen = 0.8;
-constexpr double kFitStarts = 0.03, kFitEnds = 0.92, kResidualEnds = 0.97;
+constexpr double kMotionEnds = 0.4; // progress after the search for the motion of slices, if any
+constexpr double kFitStarts = 0.03; // without motion and prediction
+// Where steps end, as shares of the progress from the start of the fit: the fit alone, the choice of a share
+// for predictions from several scans, these and all refinement but the residual grid's.
+constexpr double kEachFitEnds = 0.7, kShareChosen = 0.8, kFitEnds = 0.92, kResidualEnds = 0.97;
 
 /// Reports the progress of one fit, from its input to its volume.
 class JobProgress {

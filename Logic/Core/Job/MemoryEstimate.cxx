@@ -4,7 +4,7 @@
 #include "Core/Fit/Plan.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/SimulatedFit.h"
-#include "Core/Job/SlicePrediction.h"
+#include "Core/Job/PredictionPlan.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/Projected.h"
 #include "Core/Uncertainty/ErrorCurve.h"

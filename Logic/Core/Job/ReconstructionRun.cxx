@@ -189,7 +189,7 @@ void ReconstructionRun::choose() {
         prepared_, settings_, input_.predictionParts, traits_.noise * map_.scale,
         [this](const Stack& slices, const GridGeometry& grid, const Settings& settings, double from,
                double to) { return fieldAlone(slices, grid, settings, from, to); },
-        progress_, *pool_);
+        true, progress_, *pool_);
     const Stack& scan = prepared_.stacks.front();
     const GridGeometry lattice = predictionLattice(scan.image.geometry, prepared_.outputGrid);
     const double share = fieldShareOfNoisy(scan, settings_, traits_.noise, lattice.voxelCount());
@@ -296,6 +296,11 @@ std::vector<Observation> ReconstructionRun::observations(const GaussianField& fi
         observations.push_back(std::move(o));
       }
   return observations;
+}
+
+/// The progress after this share of what begins with the fit.
+double ReconstructionRun::fromFit(double share) const {
+  return fitStarts_ + (1 - fitStarts_) * share;
 }
 
 void ReconstructionRun::fit() {
@@ -464,8 +469,7 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
     progress_.state.trainingPsnr = psnrOf(trainer.mse());
     const double share =
         static_cast<double>(progress_.state.iteration) / std::max(1, progress_.state.iterations);
-    progress_.report(Phase::Fitting,
-                     fitStarts_ + ((predictsEach_ ? kEachFitEnds : kFitEnds) - fitStarts_) * share);
+    progress_.report(Phase::Fitting, fromFit((predictsEach_ ? kEachFitEnds : kFitEnds) * share));
     if (preview_ && !trainer.finished() && progress_.elapsed() >= nextPreview_) {
       pool_->throwIfStopped();
       const auto begun = Clock::now();
@@ -481,7 +485,7 @@ void ReconstructionRun::addResidual() {
   const bool posed = std::any_of(input_.stacks.begin(), input_.stacks.end(),
                                  [](const Stack& s) { return !s.poses.empty(); });
   if (!predicted_ && (!settings_.consistency || traits_.thickness <= 0 || posed)) return;
-  progress_.report(Phase::Refining, predictsEach_ ? kEachFitEnds : kFitEnds);
+  progress_.report(Phase::Refining, fromFit(predictsEach_ ? kEachFitEnds : kFitEnds));
   const RenderOptions options = renderOptions(field, pool_->stopToken());
   if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_)
     return mixPredictions(options); // refines with them
@@ -509,7 +513,7 @@ void ReconstructionRun::mixPredictions(const RenderOptions& options) {
                         : "the scans are too small to try them in a simulation.");
   if (result_.predictionShare > 0) {
     std::vector<Stack> predictions = predictEach();
-    progress_.report(Phase::Refining, kFitEnds);
+    progress_.report(Phase::Refining, fromFit(kFitEnds));
     GaussianField mixed = model_.field;
     mixed.residual = {};
     const double mse = refineToSlices(mixed, prepared_.stacks, result_.noise, prepared_.range, options,
@@ -518,7 +522,7 @@ void ReconstructionRun::mixPredictions(const RenderOptions& options) {
     setTrainingPsnr(psnrOf(mse));
   }
   progress_.state.note = result_.prediction;
-  progress_.report(Phase::Predicting, kFitEnds);
+  progress_.report(Phase::Predicting, fromFit(kFitEnds));
   progress_.state.note.clear();
 }
 
@@ -531,7 +535,7 @@ std::optional<double> ReconstructionRun::chooseShare(const RenderOptions& option
   if (trial.twin.input.stacks.empty()) return std::nullopt;
   trial.twin.input.predictionParts = input_.predictionParts;
   ReconstructionRun twin(trial.twin.input, trial.twin.settings, true, [&](const Progress& p) {
-    progress_.report(Phase::Predicting, kEachFitEnds + (kShareChosen - kEachFitEnds) * p.fraction);
+    progress_.report(Phase::Predicting, fromFit(kEachFitEnds + (kShareChosen - kEachFitEnds) * p.fraction));
   });
   twin.setPredictionShare(kTriedShare);
   twin.keepUnmixed();
@@ -551,14 +555,14 @@ std::vector<Stack> ReconstructionRun::predictEach() {
     one.outputGrid = prepared_.domain;
     const double width = (kFitEnds - kShareChosen) / static_cast<double>(prepared_.stacks.size()),
                  from = kShareChosen + width * static_cast<double>(predictions.size());
-    const auto shareOf = [=](double fraction) { return from + width * fraction / kPredictionEnds; };
+    const auto shareOf = [=, this](double fraction) { return fromFit(from + width * fraction); };
     JobProgress part([&](const Progress& p) { progress_.report(Phase::Predicting, shareOf(p.fraction)); });
     predictions.push_back(
         SlicePrediction(
             one, scanSettings(settings_), input_.predictionParts, result_.noise,
             [&](const Stack& slices, const GridGeometry& grid, const Settings& alone, double begins,
                 double ends) { return fieldAlone(slices, grid, alone, shareOf(begins), shareOf(ends)); },
-            part, *pool_)
+            false, part, *pool_)
             .predict());
   }
   return predictions;
@@ -621,7 +625,7 @@ void ReconstructionRun::scoreHeldOut(const RenderOptions& options) {
 }
 
 void ReconstructionRun::renderResult(const std::stop_token& stop) {
-  progress_.report(Phase::Rendering, kResidualEnds);
+  progress_.report(Phase::Rendering, fromFit(kResidualEnds));
   const RenderOptions options = renderOptions(model_.field, stop);
   result_.volume = render(model_.field, prepared_.outputGrid, options);
   if (withheld_) scoreHeldOut(options);

@@ -51,6 +51,7 @@ private:
   GaussianField startField(int member);
   std::vector<Observation> observations(const GaussianField& field) const;
   std::unique_ptr<FitDevice> place(const FitRequest& request);
+  double fromFit(double share) const;
   void fit();
   void iterate(Trainer& trainer, int before);
   void noticeFailure(const Trainer& trainer, int before);

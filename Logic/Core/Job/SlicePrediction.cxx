@@ -16,21 +16,11 @@
 namespace innergs {
 namespace {
 
-constexpr double kUsualFall = 1.1;   // of linear interpolation relative to the mixture, in a sharp scan
-constexpr double kLittle = 0.98;     // a network's error relative to its filter's; above: little to learn
-constexpr double kMuch = 0.95;       // below: much
-constexpr double kDistant = 3.5;     // slice distance in pixels above which kLittle counts
-constexpr int kLongerFit = 60;       // iterations of the field
-constexpr int kTrialFit = 20;        // likewise on every second slice of a large scan, where more overfit
-constexpr double kLarge = 1.5e6;     // voxels
-constexpr double kAsGood = 1.01;     // squared error of fused planes relative to their mean
-constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than all else
-// A field's share in the average with a noisy prediction rises from 0 at the first of these noises, relative
-// to the intensity range, to that of thin or of touching thick slices at the second; less than the least is
-// not worth a fit.
-constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
-constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastFieldShare = 0.05;
-
+constexpr double kUsualFall = 1.1; // of linear interpolation relative to the mixture, in a sharp scan
+constexpr double kLittle = 0.98;   // a network's error relative to its filter's; above: little to learn
+constexpr double kMuch = 0.95;     // below: much
+constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
+constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
   Stack half = stack;
@@ -67,67 +57,27 @@ std::string mixtureText(const CandidateChoice& choice, double field, double lear
 
 } // namespace
 
-bool triesField(const Settings& settings, double voxels) {
-  return voxels <= (settings.preset == Preset::Best ? kMostFitted : kLarge);
-}
-
-double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noise, std::int64_t voxels) {
-  if (settings.prediction == PredictionKind::Interpolation || static_cast<double>(voxels) > kMostFitted)
-    return 0;
-  const double thick = scan.profile == SliceProfile::Point
-                           ? 0
-                           : std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
-  const double share = std::clamp((noise - kLittleNoise) / (kMuchNoise - kLittleNoise), 0.0, 1.0) *
-                       (kThinShare + thick * (kThickShare - kThinShare));
-  return share < kLeastFieldShare ? 0 : share;
-}
-
-TrialLattices trialLattices(const GridGeometry& scan) {
-  TrialLattices lattices{scan, scan};
-  lattices.kept.size[2] = (scan.size[2] + 1) / 2;
-  lattices.kept.spacing[2] *= 2;
-  lattices.all.size[2] = 2 * lattices.kept.size[2] - 1;
-  return lattices;
-}
-
-ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
-  ReconstructionInput thin;
-  Stack& stack = thin.stacks.emplace_back();
-  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, output);
-  stack.profile = SliceProfile::Point;
-  thin.outputGrid = output;
-  return thin;
-}
-
-PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial) {
-  if (trial || settings.preset == Preset::Fast)
-    return voxels > kLarge ? PredictionEffort::Brief : PredictionEffort::Fast;
-  return settings.preset == Preset::Best ? PredictionEffort::Best : PredictionEffort::Balanced;
-}
-
-Settings fieldSettings(const Settings& settings, bool longer) {
-  Settings field;
-  field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
-  field.prediction = PredictionKind::None;
-  if (settings.preset == Preset::Balanced && longer) field.iterations = kLongerFit;
-  field.ensembleSize = 1;
-  field.consistency = settings.consistency;
-  field.threads = settings.threads;
-  field.instructionSet = settings.instructionSet;
-  field.device = settings.device;
-  field.seed = settings.seed;
-  return field;
-}
-
-Settings scanSettings(Settings settings) {
-  settings.preset = Preset::Fast;
-  return settings;
-}
-
 SlicePrediction::SlicePrediction(const PreparedInput& prepared, Settings settings, PredictionParts parts,
-                                 double noise, FieldFit fitField, JobProgress& progress, ThreadPool& pool)
+                                 double noise, FieldFit fitField, bool thenFitted, JobProgress& progress,
+                                 ThreadPool& pool)
     : prepared_(prepared), scan_(prepared.stacks.front()), settings_(std::move(settings)), parts_(parts),
-      noise_(noise), fitField_(std::move(fitField)), progress_(progress), pool_(pool) {}
+      noise_(noise), fitField_(std::move(fitField)), progress_(progress), pool_(pool),
+      cost_(predictionCost(scan_, predictionLattice(scan_.image.geometry, prepared.outputGrid), settings_)) {
+  if (!thenFitted) cost_.fit = 0;
+}
+
+SlicePrediction::Part SlicePrediction::step(double expected, double cost) {
+  Part part{progressed_, progressed_};
+  if (cost > 0) part.to += (1 - progressed_) * cost / (costLeft_ + cost - expected);
+  progressed_ = part.to;
+  costLeft_ -= expected;
+  return part;
+}
+
+void SlicePrediction::report(double fraction) {
+  progress_.report(Phase::Predicting, fraction);
+  pool_.throwIfStopped();
+}
 
 /// Interpolates between a stack's complete slices with the chosen mixture.
 void SlicePrediction::interpolate(const Stack& stack, std::span<const float> complete,
@@ -152,26 +102,22 @@ void SlicePrediction::anchor(Volume& guess, const Stack& scan) const {
 }
 
 /// Further candidates on a lattice between a scan's slices, anchored to them: a field fitted to the slices
-/// alone, and what is learned across them. from, to: their part of the progress.
+/// alone, and what is learned across them.
 SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, const GridGeometry& grid,
                                                             bool withField, bool withLearned, bool trial,
-                                                            double from, double to) {
+                                                            Part fieldPart, Part learnedPart) {
   Further found;
-  const double middle = withField && withLearned ? 0.5 * (from + to) : withField ? to : from;
   if (withField) {
-    Settings settings = fieldSettings(settings_, littleToLearn_ && !keepsField_); // would fit noise
-    if (trial && voxels_ > kLarge) {
-      settings.iterations = kTrialFit;
-      settings.consistency = false; // anchor() does much the same
-    }
-    found.field = fitField_(scan, grid, settings, from, middle);
+    const bool longer = littleToLearn_ && !keepsField_; // would fit noise
+    found.field = fitField_(
+        scan, grid, trial ? trialFieldSettings(settings_, voxels_, longer) : fieldSettings(settings_, longer),
+        fieldPart.from, fieldPart.to);
     if (keepsField_ && !trial) field_ = found.field;
     anchor(*found.field, scan);
   }
   if (withLearned) {
     PredictionOptions options;
-    options.effort = learningEffort(settings_, voxels_, trial);
-    if (options.effort == PredictionEffort::Balanced && muchToLearn_) options.effort = PredictionEffort::Long;
+    options.effort = effort(trial);
     options.grid = grid;
     options.matchingBlur = choice_.blur;
     options.everySecond = trial;
@@ -180,7 +126,8 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
     options.seed = settings_.seed;
     options.instructionSet = settings_.instructionSet;
     Prediction prediction = predictAcrossSlices(scan, options, pool_, [&](const PredictionProgress& p) {
-      progress_.report(Phase::Predicting, middle + (to - middle) * p.fraction);
+      progress_.report(Phase::Predicting,
+                       learnedPart.from + (learnedPart.to - learnedPart.from) * p.fraction);
     });
     found.sentence = prediction.sentence;
     found.pairs = prediction.pairs;
@@ -197,17 +144,23 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   return found;
 }
 
+PredictionEffort SlicePrediction::effort(bool trial) const {
+  const PredictionEffort usual = learningEffort(settings_, voxels_, trial);
+  return usual == PredictionEffort::Balanced && muchToLearn_ ? PredictionEffort::Long : usual;
+}
+
 /// Mixes a field fitted to the slices and what can be learned across them into the interpolation, each as far
 /// as it helps when every second slice of the scan is withheld.
 SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
-  voxels_ = static_cast<double>(between.voxels.size());
-  const bool withField = parts_.field && triesField(settings_, voxels_);
+  const bool withField = parts_.field && triesField(settings_, voxels_),
+             keepsField = parts_.field && keepsField_;
   const Stack even = everySecond(scan_);
   const GridGeometry middle = trialLattices(g).all; // every second plane belongs to a withheld slice
-  const Further tried = furtherCandidates(even, middle, withField, parts_.learned, true,
-                                          0.15 * kPredictionEnds, 0.4 * kPredictionEnds);
+  const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
+  const Further tried =
+      furtherCandidates(even, middle, withField, parts_.learned, true, fieldPart, trialPart);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
   interpolate(even, completeSlices(even, pool_), middle, mixture.voxels);
   constexpr int kept = 3; // guesses that can take part
@@ -249,16 +202,16 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
-  const bool keepsField = keepsField_ && parts_.field;
-  const double learnedEnds = keepsField || share[1] > 0 ? 0.65 : 0.85;
-  const Further learned = furtherCandidates(scan_, between.geometry, false, share[2] > 0, false,
-                                            0.4 * kPredictionEnds, learnedEnds * kPredictionEnds);
+  const bool fits = keepsField || share[1] > 0, learns = share[2] > 0;
+  const double learning = learns ? learningCost(g, between.geometry, effort(false), settings_) : 0;
+  const Further learned =
+      furtherCandidates(scan_, between.geometry, false, learns, false, {}, step(cost_.learning, learning));
   if (learned.learned)
     share = predictionShares(errors, exists, {1, rise, rise * learnedRise(tried.pairs, learned.pairs)});
   else
     share = {1 - share[1], share[1], 0};
-  const Further fitted = furtherCandidates(scan_, between.geometry, keepsField || share[1] > 0, false, false,
-                                           learnedEnds * kPredictionEnds, 0.9 * kPredictionEnds);
+  const Further fitted = furtherCandidates(scan_, between.geometry, fits, false, false,
+                                           step(cost_.field, fits ? cost_.field : 0), {});
   const auto fieldShare = static_cast<float>(share[1]), learnedShare = static_cast<float>(share[2]);
   for (std::size_t v = 0; v < between.voxels.size(); ++v) {
     const float interpolated = between.voxels[v];
@@ -274,30 +227,37 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
 
 Stack SlicePrediction::predict() {
   const GridGeometry& g = scan_.image.geometry;
-  const auto told = [&](double share) {
-    progress_.report(Phase::Predicting, 0.01 + (kPredictionEnds - 0.01) * share);
-    pool_.throwIfStopped();
-  };
-  told(0);
-  std::vector<float> complete = completeSlices(scan_, pool_);
-  told(0.02);
-  choice_ = chooseCandidates(scan_, complete, pool_);
-  told(0.1);
   Stack thin;
   Volume& between = thin.image;
   between.geometry = predictionLattice(g, prepared_.outputGrid);
+  const bool adds = settings_.prediction != PredictionKind::Interpolation && g.size[2] >= 6;
+  progressed_ = progress_.state.fraction;
+  costLeft_ = cost_.choosing + cost_.mixing + cost_.fit;
+  if (adds) {
+    voxels_ = static_cast<double>(between.geometry.voxelCount());
+    const bool tries = parts_.field && triesField(settings_, voxels_);
+    if (!tries) cost_.trialField = 0;
+    if (!tries && !(parts_.field && keepsField_)) cost_.field = 0;
+    if (!parts_.learned) cost_.trial = cost_.learning = 0;
+    costLeft_ += cost_.trialField + cost_.trial + cost_.learning + cost_.field;
+  }
+  report(progressed_);
+  std::vector<float> complete = completeSlices(scan_, pool_);
+  pool_.throwIfStopped();
+  choice_ = chooseCandidates(scan_, complete, pool_);
+  report(step(cost_.choosing, cost_.choosing).to);
   between.voxels.resize(static_cast<std::size_t>(between.geometry.voxelCount()));
   interpolate(scan_, complete, between.geometry, between.voxels);
-  told(0.15);
   Added added;
-  if (settings_.prediction != PredictionKind::Interpolation && choice_.fall > 0 && g.size[2] >= 6) {
+  if (adds && choice_.fall > 0) {
     complete = {};
     added = addCandidates(between);
   }
   complete = {};
+  costLeft_ = cost_.mixing + cost_.fit;
   for (float& v : between.voxels)
     v = std::clamp(v, prepared_.range.low, prepared_.range.high);
-  told(0.9);
+  pool_.throwIfStopped();
   if (settings_.consistency && choice_.backProject && scan_.profile != SliceProfile::Point) {
     BackProjectionPlan refinement;
     refinement.noise = noise_;
@@ -312,7 +272,7 @@ Stack SlicePrediction::predict() {
                           : std::string(".")) +
       added.nothingLearned;
   progress_.state.note = sentence_;
-  told(1);
+  report(step(cost_.mixing, cost_.mixing).to);
   progress_.state.note.clear();
   thin.profile = SliceProfile::Point;
   thin.name = scan_.name;

@@ -1,40 +1,13 @@
 #pragma once
 #include "Core/Job/JobInput.h"
 #include "Core/Job/JobProgress.h"
+#include "Core/Job/PredictionPlan.h"
 #include "Core/Prediction/CandidateChoice.h"
 #include "Core/Prediction/SlicePredictor.h"
 
 #include <utility>
 
 namespace innergs {
-
-/// Whether a field fitted to the slices alone takes part in the prediction of so many voxels.
-bool triesField(const Settings& settings, double voxels);
-
-/// The lattices of a prediction's trial on a scan: every second slice, and all slices up to the last of
-/// these.
-struct TrialLattices {
-  GridGeometry kept, all;
-};
-TrialLattices trialLattices(const GridGeometry& scan);
-
-/// The share with which a field fitted to noisy slices alone is averaged with their prediction on so many
-/// voxels, once its noise is removed: the errors of the two differ. noise: standard deviation relative to the
-/// intensity range.
-double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noise, std::int64_t voxels);
-
-/// For estimates: the input of the fit to a prediction, thin slices without voxels.
-ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output);
-
-/// The effort spent on learning for a prediction of so many voxels, before its trial says how much there is
-/// to learn. trial: of learning from every second slice.
-PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);
-
-/// The settings of the field of triesField(). longer: more iterations with the preset balanced.
-Settings fieldSettings(const Settings& settings, bool longer = false);
-
-/// The settings of a prediction from one of several scans: longer learning gains nothing there.
-Settings scanSettings(Settings settings);
 
 /// Predicts what lies between the slices of one scan before the fit: the Gaussians are fitted to it, and what
 /// they miss of it is kept with them.
@@ -44,9 +17,10 @@ public:
   using FieldFit = std::function<Volume(const Stack& slices, const GridGeometry& grid,
                                         const Settings& settings, double from, double to)>;
 
-  /// noise: of the scan, scanner units. predict() uses everything else but the settings.
+  /// noise: of the scan, scanner units. thenFitted: a fit to the prediction follows in the same progress.
+  /// predict() uses everything else but the settings.
   SlicePrediction(const PreparedInput& prepared, Settings settings, PredictionParts parts, double noise,
-                  FieldFit fitField, JobProgress& progress, ThreadPool& pool);
+                  FieldFit fitField, bool thenFitted, JobProgress& progress, ThreadPool& pool);
 
   /// Has predict() also fit, and keep, a field to the slices alone.
   void keepField() { keepsField_ = true; }
@@ -70,11 +44,18 @@ private:
     double gain = 0;               // dB over interpolation alone, on the slices used for the choice
     std::string nothingLearned;    // a sentence
   };
+  /// A step's part of the progress, by its cost relative to all that is left (PredictionPlan.h).
+  struct Part {
+    double from = 0, to = 0;
+  };
+  Part step(double expected, double cost);
+  void report(double fraction);
+  PredictionEffort effort(bool trial) const;
   void interpolate(const Stack& stack, std::span<const float> complete, const GridGeometry& grid,
                    std::span<float> planes) const;
   void anchor(Volume& guess, const Stack& scan) const;
   Further furtherCandidates(const Stack& scan, const GridGeometry& grid, bool withField, bool withLearned,
-                            bool trial, double from, double to);
+                            bool trial, Part fieldPart, Part learnedPart);
   Added addCandidates(Volume& between);
 
   const PreparedInput& prepared_;
@@ -85,6 +66,8 @@ private:
   const FieldFit fitField_;
   JobProgress& progress_;
   ThreadPool& pool_;
+  PredictionCost cost_;
+  double progressed_ = 0, costLeft_ = 0; // progress up to the next step; cost of it and all later ones
   CandidateChoice choice_;
   bool fused_ = true; // PredictionOptions::fused
   bool keepsField_ = false;

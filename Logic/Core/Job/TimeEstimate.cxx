@@ -6,11 +6,11 @@
 #include "Core/Fit/Plan.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Job/JobInput.h"
+#include "Core/Job/PredictionPlan.h"
 #include "Core/Job/ReconstructionRun.h"
 #include "Core/Job/Resume.h"
 #include "Core/Job/ShareTrial.h"
 #include "Core/Job/SimulatedFit.h"
-#include "Core/Job/SlicePrediction.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Prediction/MatrixKernels.h"
 
@@ -29,9 +29,6 @@ constexpr double kTooShort = 0.006;                     // seconds; below: timed
 constexpr std::int64_t kMostOutput = 200'000;           // voxels that the timed job renders
 constexpr double kOld = 60;                             // seconds; after: timed again, as the load changes
 constexpr int kFewIterations = 20;                      // too few to measure a device's speed
-constexpr double kOverhead = 1.5; // all that a network does, relative to its products alone
-constexpr double kChoosing = 6e9; // multiply-adds that take as long as choosing interpolations
-constexpr double kMixing = 5e3, kBackProjecting = 20e3; // likewise, per voxel of a prediction
 constexpr double kPlacing = 6e3; // likewise for several scans in masks, per voxel of the domain
 /// Cost in voxels for which an iteration of the fit takes as long: of aligning two scans and of comparing
 /// their shading, per point compared; of the search for motion between slices, per voxel, if they lie still
@@ -41,10 +38,6 @@ constexpr double kAligning = 100, kShading = 50, kStillSlices = 12, kMovedSlices
 constexpr double kMovedFit = 1.7, kMovedRefining = 2.5;
 constexpr double kAlignedPoints = 40e3;
 constexpr int kTrialIterations = 4; // at most half of them coarse
-
-double threadsOf(const Settings& settings) {
-  return settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
-}
 
 /// A piece of the stacks' lattices with about so many voxels, all around one point, with some structure.
 std::vector<Stack> pieceOf(const std::vector<Stack>& stacks, double voxels) {
@@ -293,27 +286,11 @@ double TimeEstimator::eachSeconds(std::span<const Stack> stacks, const Settings&
   return seconds;
 }
 
-/// Seconds for choosing interpolations, learning from every second slice, and from all.
+/// Seconds for choosing interpolations, learning from every second slice and from all, and mixing.
 double TimeEstimator::learningSeconds(const Stack& scan, const GridGeometry& grid,
                                       const Settings& settings) const {
-  const GridGeometry& stack = scan.image.geometry;
-  PredictionOptions options;
-  options.everySecond = true;
-  options.effort = learningEffort(settings, static_cast<double>(grid.voxelCount()), true);
-  const TrialLattices lattices = trialLattices(stack);
-  options.grid = lattices.all;
-  const PredictionOperations trial = predictionOperations(lattices.kept, options);
-  options.everySecond = false;
-  options.effort = learningEffort(settings, static_cast<double>(grid.voxelCount()), false);
-  options.grid = grid;
-  const PredictionOperations whole = predictionOperations(stack, options);
-  const double perVoxel = scan.profile == SliceProfile::Point ? kMixing : kMixing + kBackProjecting;
-  const double threads = threadsOf(settings);
-  return multiplyTime_(settings.instructionSet) *
-         (kOverhead * (trial.learning + whole.learning) / std::min(threads, 2.0) +
-          (kOverhead * (trial.applying + whole.applying) + kChoosing +
-           perVoxel * static_cast<double>(grid.voxelCount())) /
-              threads);
+  const PredictionCost cost = predictionCost(scan, grid, settings);
+  return multiplyTime_(settings.instructionSet) * (cost.choosing + cost.trial + cost.learning + cost.mixing);
 }
 
 double TimeEstimator::seconds(const ReconstructionInput& input, const Settings& settings) {

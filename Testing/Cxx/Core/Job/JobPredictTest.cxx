@@ -1,3 +1,5 @@
+#include "Core/Job/PredictionPlan.h"
+#include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/PlaneSampler.h"
 #include "JobInputs.h"
 
@@ -172,6 +174,50 @@ TEST(JobPrediction, NeverSeesWithheldOrMaskedVoxels) {
   EXPECT_EQ(before.volume.voxels, after.volume.voxels);
   for (const float v : after.volume.voxels)
     ASSERT_TRUE(std::isfinite(v));
+}
+
+TEST(JobPrediction, CostsMoreWithMoreLearningAndLessPerThread) {
+  const ReconstructionInput input = gappedInput();
+  const Stack& scan = input.stacks.front();
+  const GridGeometry lattice = predictionLattice(scan.image.geometry, defaultOutputGrid(input.stacks));
+  const auto cost = [&](Preset preset, int threads = 2) {
+    Settings settings = quick();
+    settings.preset = preset;
+    settings.threads = threads;
+    return predictionCost(scan, lattice, settings);
+  };
+  const PredictionCost fast = cost(Preset::Fast), balanced = cost(Preset::Balanced),
+                       best = cost(Preset::Best);
+  EXPECT_GT(balanced.learning, 2 * fast.learning);
+  EXPECT_GT(best.learning, 3 * balanced.learning);
+  EXPECT_NEAR(cost(Preset::Fast, 1).fit, 2 * fast.fit, 1e-9 * fast.fit);
+  EXPECT_LT(cost(Preset::Best, 16).learning, best.learning);
+  EXPECT_GT(cost(Preset::Best, 16).learning, 0.5 * best.learning) << "two threads learn at most";
+  Settings interpolated = quick(PredictionKind::Interpolation);
+  const PredictionCost little = predictionCost(scan, lattice, interpolated);
+  EXPECT_EQ(little.trial + little.trialField + little.learning + little.field, 0);
+  EXPECT_GT(little.choosing, 0);
+}
+
+TEST(JobPrediction, ShowsProgressInProportionToCosts) {
+  const ReconstructionInput input = gappedInput();
+  const Stack& scan = input.stacks.front();
+  for (const PredictionKind kind : {PredictionKind::Interpolation, PredictionKind::Auto}) {
+    const PredictionCost cost = predictionCost(
+        scan, predictionLattice(scan.image.geometry, defaultOutputGrid(input.stacks)), quick(kind));
+    const double predicting =
+        cost.choosing + cost.trialField + cost.trial + cost.learning + cost.field + cost.mixing;
+    double last = 0, predicted = 0;
+    ReconstructionJob job(input, quick(kind));
+    job.onProgress([&](const Progress& p) {
+      EXPECT_GE(p.fraction, last);
+      last = p.fraction;
+      if (p.phase == Phase::Predicting) predicted = p.fraction;
+    });
+    job.run();
+    EXPECT_NEAR(predicted, predicting / (predicting + cost.fit), 0.02);
+    EXPECT_EQ(last, 1);
+  }
 }
 
 TEST(JobPrediction, StopsInItsOwnPhase) {

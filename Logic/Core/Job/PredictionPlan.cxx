@@ -1,0 +1,159 @@
+#include "Core/Job/PredictionPlan.h"
+
+#include "Core/Fit/Plan.h"
+#include "Core/Prediction/CandidateLattice.h"
+
+#include <algorithm>
+#include <thread>
+
+namespace innergs {
+namespace {
+
+constexpr int kLongerFit = 60;       // iterations of the field
+constexpr int kTrialFit = 20;        // likewise on every second slice of a large scan, where more overfit
+constexpr double kLarge = 1.5e6;     // voxels
+constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than all else
+// A field's share in the average with a noisy prediction rises from 0 at the first of these noises, relative
+// to the intensity range, to that of thin or of touching thick slices at the second; less than the least is
+// not worth a fit.
+constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
+constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastFieldShare = 0.05;
+// Of PredictionCost.
+constexpr double kOverhead = 1.5; // all that a network does, relative to its products alone
+constexpr double kChoosing = 3e10, kChoosingVoxel = 4e4;                      // per voxel of the scan
+constexpr double kMixing = 2e3, kBackProjecting = 2e3;                        // per voxel of the prediction
+constexpr double kIteration = 1e3, kThickIteration = 25e3, kFinishing = 15e3; // of a fit, per voxel
+
+double costOf(const PredictionOperations& operations, const Settings& settings) {
+  const double threads = threadsOf(settings);
+  return kOverhead * (operations.learning / std::min(threads, 2.0) + operations.applying / threads);
+}
+
+/// A scan without its voxels.
+Stack outlineOf(const Stack& scan, const GridGeometry& geometry) {
+  Stack outline;
+  outline.image.geometry = geometry;
+  outline.thickness = scan.thickness;
+  outline.profile = scan.profile;
+  return outline;
+}
+
+/// Of a fit to a scan's slices, with its volume on a lattice.
+double fitCost(const Stack& scan, const GridGeometry& lattice, Settings settings) {
+  const DataTraits traits = geometryTraits({&scan, 1});
+  const int iterations = makePlan(settings, traits).iterations;
+  const double each = traits.superResolution() ? kThickIteration : kIteration;
+  return (each * iterations * *settings.ensembleSize * static_cast<double>(scan.image.geometry.voxelCount()) +
+          kFinishing * static_cast<double>(lattice.voxelCount())) /
+         threadsOf(settings);
+}
+
+} // namespace
+
+bool triesField(const Settings& settings, double voxels) {
+  return voxels <= (settings.preset == Preset::Best ? kMostFitted : kLarge);
+}
+
+TrialLattices trialLattices(const GridGeometry& scan) {
+  TrialLattices lattices{scan, scan};
+  lattices.kept.size[2] = (scan.size[2] + 1) / 2;
+  lattices.kept.spacing[2] *= 2;
+  lattices.all.size[2] = 2 * lattices.kept.size[2] - 1;
+  return lattices;
+}
+
+PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial) {
+  if (trial || settings.preset == Preset::Fast)
+    return voxels > kLarge ? PredictionEffort::Brief : PredictionEffort::Fast;
+  return settings.preset == Preset::Best ? PredictionEffort::Best : PredictionEffort::Balanced;
+}
+
+Settings fieldSettings(const Settings& settings, bool longer) {
+  Settings field;
+  field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
+  field.prediction = PredictionKind::None;
+  if (settings.preset == Preset::Balanced && longer) field.iterations = kLongerFit;
+  field.ensembleSize = 1;
+  field.consistency = settings.consistency;
+  field.threads = settings.threads;
+  field.instructionSet = settings.instructionSet;
+  field.device = settings.device;
+  field.seed = settings.seed;
+  return field;
+}
+
+double fieldShareOfNoisy(const Stack& scan, const Settings& settings, double noise, std::int64_t voxels) {
+  if (settings.prediction == PredictionKind::Interpolation || static_cast<double>(voxels) > kMostFitted)
+    return 0;
+  const double thick = scan.profile == SliceProfile::Point
+                           ? 0
+                           : std::min(1.0, effectiveThickness(scan) / scan.image.geometry.spacing[2]);
+  const double share = std::clamp((noise - kLittleNoise) / (kMuchNoise - kLittleNoise), 0.0, 1.0) *
+                       (kThinShare + thick * (kThickShare - kThinShare));
+  return share < kLeastFieldShare ? 0 : share;
+}
+
+ReconstructionInput predictionOutline(const ReconstructionInput& input, const GridGeometry& output) {
+  ReconstructionInput thin;
+  Stack& stack = thin.stacks.emplace_back();
+  stack.image.geometry = predictionLattice(input.stacks.front().image.geometry, output);
+  stack.profile = SliceProfile::Point;
+  thin.outputGrid = output;
+  return thin;
+}
+
+Settings trialFieldSettings(const Settings& settings, double voxels, bool longer) {
+  Settings field = fieldSettings(settings, longer);
+  if (voxels > kLarge) {
+    field.iterations = kTrialFit;
+    field.consistency = false; // being anchored to the slices does much the same
+  }
+  return field;
+}
+
+Settings scanSettings(Settings settings) {
+  settings.preset = Preset::Fast;
+  return settings;
+}
+
+double threadsOf(const Settings& settings) {
+  return settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
+}
+
+double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
+                    const Settings& settings) {
+  PredictionOptions options;
+  options.effort = effort;
+  options.grid = lattice;
+  return costOf(predictionOperations(scan, options), settings);
+}
+
+PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
+  const GridGeometry& g = scan.image.geometry;
+  const auto voxels = static_cast<double>(lattice.voxelCount());
+  const double threads = threadsOf(settings);
+  const Stack outline = outlineOf(scan, g);
+  PredictionCost cost;
+  cost.choosing = (kChoosing + kChoosingVoxel * static_cast<double>(g.voxelCount())) / threads;
+  cost.mixing =
+      (scan.profile == SliceProfile::Point ? kMixing : kMixing + kBackProjecting) * voxels / threads;
+  if (settings.prediction != PredictionKind::Interpolation) {
+    const TrialLattices half = trialLattices(g);
+    const Stack kept = outlineOf(scan, half.kept);
+    const Settings field = fieldSettings(settings);
+    cost.trial = learningCost(half.kept, half.all, learningEffort(settings, voxels, true), settings);
+    cost.learning = learningCost(g, lattice, learningEffort(settings, voxels, false), settings);
+    if (triesField(settings, voxels))
+      cost.trialField = fitCost(kept, half.all, trialFieldSettings(settings, voxels));
+    cost.field = fitCost(outline, lattice, field);
+  }
+  Settings fitted = settings;
+  makePlan(fitted, geometryTraits({&outline, 1})); // with the prediction
+  fitted.prediction = PredictionKind::None;
+  Stack thin = outlineOf(scan, lattice);
+  thin.profile = SliceProfile::Point;
+  cost.fit = fitCost(thin, lattice, fitted);
+  return cost;
+}
+
+} // namespace innergs
