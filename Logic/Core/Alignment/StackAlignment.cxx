@@ -21,8 +21,10 @@ constexpr double kArm = 50;          // mm: scale of the angles in the equations
 constexpr double kStill = 0.1;       // mm: scans without motion seem displaced by less
 constexpr double kSameGain = 0.005;  // and to differ by less
 constexpr double kAlikeScale = 2;    // ratio of means within which gains start at 1
-constexpr double kWorthwhile = 0.5;  // dB: minimum gain
-constexpr double kAlike = 0.8;       // minimum correlation of scans of the same tissue
+// Minimum gain in dB, more of it per degree beyond a small angle: where slices moved, turning round anatomy
+// far round gains a little by chance, but a scan that was turned that far gains much.
+constexpr double kWorthwhile = 0.5, kSmallAngle = 4, kPerDegree = 0.25, kAlwaysWorthwhile = 4;
+constexpr double kAlike = 0.8; // minimum correlation of scans of the same tissue
 constexpr double kTukey = 4.685 * 1.4826;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -176,6 +178,10 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }
 
+double worthwhile(double angle) {
+  return std::min(kWorthwhile + kPerDegree * std::max(0.0, angle - kSmallAngle), kAlwaysWorthwhile);
+}
+
 /// Aligns the participating scans to the first of them; the others' alignment is unknown.
 std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::span<const std::size_t> part,
                                          ThreadPool& pool) {
@@ -246,14 +252,16 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
       mine.psnrBefore = psnr(was);
       mine.psnrAfter = psnr(is);
       mine.correlation = is.correlation;
-      const bool alike = was.correlation >= kAlike;
-      if (is.correlation >= kAlike && (!alike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
+      const double gain = mine.psnrAfter - mine.psnrBefore;
+      const bool wasAlike = was.correlation >= kAlike, isAlike = is.correlation >= kAlike;
+      const bool little = gain < worthwhile(mine.angle); // false where nothing could be compared before
+      if (isAlike && (!little || (!wasAlike && mine.angle <= kSmallAngle))) continue;
       mine.toOthers = {};
       mine.displacement = mine.angle = 0;
       mine.gain = 1;
       mine.psnrAfter = mine.psnrBefore;
       mine.correlation = was.correlation;
-      mine.fits = alike;
+      mine.fits = wasAlike || isAlike;
     }
   }
   return result;

@@ -144,9 +144,10 @@ TEST(StacksProtocol, ScoresShadingThatIsEvenedOut) {
 }
 
 TEST(StacksProtocol, ScoresWithAndWithoutCorrection) {
-  const Volume head = testing::headPhantom(56);
+  const Volume head = testing::headPhantom(44); // so round that scans could be turned by chance
   StacksCase c = smallCase();
   c.motion = c.turn = 2;
+  c.seed = 2;
   EvaluationOptions options;
   options.settings.preset = Preset::Fast;
   options.settings.device = "cpu";
@@ -163,8 +164,8 @@ TEST(StacksProtocol, ScoresWithAndWithoutCorrection) {
   EXPECT_GT(psnr("linear"), 5);
   EXPECT_GT(psnr("cubic"), 5);
   ASSERT_TRUE(report.methods[0].poses);
-  EXPECT_LT(report.methods[0].poses->millimetres.median, 0.8);
-  EXPECT_GT(report.methods[1].poses->millimetres.median, 1);
+  EXPECT_LT(report.methods[0].poses->millimetres.median, 0.6);
+  EXPECT_GT(report.methods[1].poses->millimetres.median, 1.5);
   const std::vector<EvaluationReport> reports{report};
   EXPECT_NE(textReport(reports).find("Poses of gaussians: median"), std::string::npos);
   EXPECT_NE(jsonReport(reports).find("\"pose_errors\""), std::string::npos);
