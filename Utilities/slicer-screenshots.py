@@ -3,7 +3,8 @@
 Slicer --no-splash --disable-settings --additional-module-paths <build>/lib/Slicer-5.x/qt-loadable-modules \
     --python-script Utilities/slicer-screenshots.py <folder> <scan>...
 
-or, in place of the scans, --moving <.seq.nrrd, seconds>, or --find <scan> <labels> <names.json> ({"1": "liver"}).
+or, in place of the scans, --moving <.seq.nrrd, seconds>, --find <scan> <labels> <names.json> ({"1": "liver"}), or
+--slices <scan> <mask> <scan> <mask>...
 """
 
 import json
@@ -30,12 +31,17 @@ def rest(seconds=1.0):
     until(lambda: False, seconds)
 
 
-def picture(name, widget=None):
+def picture(name, dialog=None):
     rest()
     slicer.util.forceRenderAllViews()
     rest(0.5)
     file = os.path.join(FOLDER, "slicer-%s.png" % name)
-    (widget or slicer.util.mainWindow()).grab().save(file)
+    image = slicer.util.mainWindow().grab()
+    if dialog is not None:
+        painter = qt.QPainter(image)
+        painter.drawPixmap(image.width() - dialog.width - 20, image.height() - dialog.height - 40, dialog.grab())
+        painter.end()
+    image.save(file)
     print(file, flush=True)
 
 
@@ -156,6 +162,36 @@ def find_structure():
     picture("find")
 
 
+def slices():
+    scans = [slicer.util.loadVolume(scan) for scan in FILES[1::2]]
+    masks = [slicer.util.loadLabelVolume(mask) for mask in FILES[2::2]]
+    slicer.util.setSliceViewerLayers(background=scans[0], label=None, fit=True)
+    show_module()
+    parameters = find("ParameterNodeComboBox").currentNode()
+    for scan in scans[1:]:
+        parameters.AddInputVolumeNode(scan)
+    for scan, mask in zip(scans, masks):
+        parameters.SetInputMaskNode(scan, mask)
+    find("preset").setCurrentIndex(0)
+    find("evaluateQuality").setChecked(False)
+    find("estimateUncertainty").setChecked(True)
+    rest(2)
+    find("reconstruct").click()
+    until(lambda: find("showSlices").enabled and find("showSlices").visible, 900)
+    result, deviation = parameters.GetResultVolumeNode(), parameters.GetResultUncertaintyNode()
+    slicer.util.setSliceViewerLayers(background=result, label=None, fit=True)
+    scroll_to("createSliceTransforms")
+    find("createSliceTransforms").click()
+    find("showSlices").click()
+    rest()
+    dialog = [w for w in slicer.app.topLevelWidgets() if w.objectName == "slicesDialog"][0]
+    picture("slices", dialog)
+    dialog.close()
+    scroll_to("reconstruct")
+    slicer.util.setSliceViewerLayers(background=deviation, fit=True)
+    picture("uncertainty")
+
+
 def scroll_to(name):
     widget = find(name)
     parent = widget.parentWidget()
@@ -168,7 +204,7 @@ def scroll_to(name):
 
 try:
     os.makedirs(FOLDER, exist_ok=True)
-    {"--moving": moving, "--find": find_structure}.get(FILES[0], reconstruct)()
+    {"--moving": moving, "--find": find_structure, "--slices": slices}.get(FILES[0], reconstruct)()
     slicer.util.exit(0)
 except Exception:
     import traceback

@@ -183,7 +183,7 @@ private Q_SLOTS:
     QTRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 200,
+    QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 20,
                              kPatience);
     answerBox("runningBox", "Stop and Close");
     window_->close();
@@ -191,7 +191,7 @@ private Q_SLOTS:
     const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
     QCOMPARE(kept().size(), std::size_t(1));
     const auto [file, reached] = std::pair(kept()[0].file, kept()[0].iteration);
-    QVERIFY(reached > 200);
+    QVERIFY(reached > 20);
 
     window_ = std::make_unique<MainWindow>();
     window_->show();

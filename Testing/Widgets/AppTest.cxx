@@ -202,6 +202,7 @@ private Q_SLOTS:
     open({writeBall(*sandbox_, "big.nii", {96, 96, 48}, {0.8, 0.8, 1.6})});
     ui::Request request = window_->reconstruction()->request();
     request.settings.preset = Preset::Balanced;
+    request.settings.prediction = PredictionKind::None;
     request.evaluateQuality = false;
     window_->reconstruction()->setRequest(request);
     QTRY_VERIFY(button()->isEnabled());

@@ -14,7 +14,7 @@ namespace {
 
 DynamicExperiment small() {
   JitteredPhantom phantom;
-  phantom.geometry.size = {40, 40, 6};
+  phantom.geometry.size = {32, 32, 5};
   phantom.frames = 18;
   phantom.angleJitter = 0.1;
   phantom.shiftJitter = 0.05;

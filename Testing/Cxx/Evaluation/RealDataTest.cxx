@@ -86,7 +86,7 @@ TEST(RealData, SlicesMoveOnlyWhereTheyMoved) {
   if (!volume) GTEST_SKIP() << "no test volumes in " << INNERGS_TEST_DATA;
   ThreadPool pool(2);
   StacksCase simulated;
-  simulated.central = 80;
+  simulated.central = 56;
   simulated.noise = 2.55;
   for (const auto& [stacks, moved] : {std::pair{2, 0.0}, {2, 2.0}, {3, 0.0}, {3, 1.0}}) {
     simulated.stacks = stacks;

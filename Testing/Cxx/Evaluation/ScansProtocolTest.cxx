@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-std::vector<Stack> movingScans(std::int64_t width = 56) {
+std::vector<Stack> movingScans(std::int64_t width) {
   ThreadPool pool(2);
   StacksCase c;
   c.thickness = 4;
@@ -37,7 +37,7 @@ ErrorCode refusal(const std::vector<Stack>& scans, const EvaluationOptions& opti
 }
 
 TEST(ScansProtocol, PredictsWithheldSlicesBetterThanTheAverage) {
-  const std::vector<Stack> scans = movingScans();
+  const std::vector<Stack> scans = movingScans(48);
   const EvaluationReport report = evaluateScans(scans, {}, quick());
   ASSERT_EQ(report.methods.size(), 3u);
   for (std::size_t m : {1, 2}) {

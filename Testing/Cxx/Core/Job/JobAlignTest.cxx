@@ -31,7 +31,7 @@ Settings fewIterations() {
 }
 
 TEST(JobAlign, MakesUpForMotionAndGainBetweenScansAndSaysSo) {
-  const Volume truth = testing::spherePhantom(48, 48, 3);
+  const Volume truth = testing::spherePhantom(40, 40, 3);
   const auto psnrOf = [&](const ReconstructionInput& input, bool align) {
     Settings settings = fewIterations();
     settings.align = align;

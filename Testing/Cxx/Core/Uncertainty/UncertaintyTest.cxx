@@ -10,7 +10,7 @@
 namespace innergs {
 namespace {
 
-constexpr std::int64_t kWidth = 56;
+constexpr std::int64_t kWidth = 48;
 
 Settings quick() {
   Settings settings;
