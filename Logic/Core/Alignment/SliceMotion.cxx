@@ -326,17 +326,19 @@ SliceMotion findSliceMotion(std::span<const Stack> stacks, const SliceMotionPlan
       pose.angle = angleOf(slice.pose.linear);
       pose.gain = 1 / slice.gain;
       pose.weight = slice.weight;
-      double squares = 0;
-      std::int64_t n = 0;
+      double seen = 0, all = 0; // sums of squares
+      std::int64_t n = 0, count = 0;
       for (int j = 0; j < slice.ny; j += 4)
         for (int i = 0; i < slice.nx; i += 4) {
-          if (std::isnan(slice.values[static_cast<std::size_t>(j) * slice.nx + i])) continue;
           const Vec3 x = slice.toWorld({static_cast<double>(i), static_cast<double>(j), 0});
           const Vec3 d = slice.pose(x) - x;
-          squares += dot(d, d);
+          all += dot(d, d);
+          ++count;
+          if (std::isnan(slice.values[static_cast<std::size_t>(j) * slice.nx + i])) continue;
+          seen += dot(d, d);
           ++n;
         }
-      pose.displacement = n > 0 ? std::sqrt(squares / static_cast<double>(n)) : 0;
+      pose.displacement = std::sqrt(n > 0 ? seen / static_cast<double>(n) : all / static_cast<double>(count));
       if (n == 0) continue;
       displacements.push_back(pose.displacement);
       angles.push_back(pose.angle);

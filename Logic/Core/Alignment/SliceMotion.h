@@ -10,7 +10,7 @@ namespace innergs {
 /// The position of one slice relative to the others.
 struct SlicePose {
   Affine3 pose;            // rigid, LPS mm: applied to where the stack's header puts the slice
-  double displacement = 0; // mm, root mean square over the body in it
+  double displacement = 0; // mm, root mean square over the body in it; without any, over the slice
   double angle = 0;        // degrees
   double gain = 1;         // its values are multiplied by it
   double weight = 1;       // 0: it fits nowhere, and is left out

@@ -426,6 +426,8 @@ TEST(SliceMotion, FindsMaskedSlicesAlone) {
                     cut = findSliceMotion(alone, {.always = true}, pool);
   EXPECT_NEAR(masked.psnrBefore, cut.psnrBefore, 1e-6);
   EXPECT_NEAR(masked.psnrAfter, cut.psnrAfter, 0.01); // rounding: many turns of round things fit as well
+  for (const auto& slices : masked.slices)
+    EXPECT_EQ(slices.front().displacement > 0, slices.front().angle > 0) << "of a slice outside the mask";
 }
 
 TEST(SliceMotion, PlacesSlicesThatTookNoPart) {
