@@ -199,7 +199,7 @@ private Q_SLOTS:
   }
 
   void staysResponsiveDuringAFit() {
-    open({writeBall(*sandbox_, "big.nii", {96, 96, 48}, {0.8, 0.8, 1.6})});
+    open({writeBall(*sandbox_, "big.nii", {64, 64, 32}, {1.2, 1.2, 2.4})});
     ui::Request request = window_->reconstruction()->request();
     request.settings.preset = Preset::Balanced;
     request.settings.prediction = PredictionKind::None;

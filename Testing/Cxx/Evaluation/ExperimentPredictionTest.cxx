@@ -11,7 +11,7 @@ namespace {
 
 ExperimentSetup quickSetup() {
   ExperimentSetup setup;
-  setup.volume = phantom(grid(48, 44, 45));
+  setup.volume = phantom(grid(44, 40, 45));
   setup.volumeName = "phantom";
   setup.quick = true;
   setup.settings.threads = 2;
