@@ -203,7 +203,9 @@ void planAmount(Settings& settings, const DataTraits& traits, FitPlan& plan) {
     iterations = 1000;
   } else if (predicts(settings, traits)) {
     budget = static_cast<std::int64_t>(voxels / std::array{100.0, 60.0, 30.0}[level]);
-    iterations = std::array{12, 12, 60}[level]; // the residual grid keeps what they miss
+    // The residual grid keeps what they miss, except noise, which more iterations would fit.
+    const double quiet = kMiddleNoise / std::max(traits.noise, 1e-9);
+    iterations = level < 2 ? 12 : static_cast<int>(std::lround(std::clamp(60 * quiet * quiet, 12.0, 60.0)));
     plan.coarseIterations = std::array{8, 8, 20}[level];
   } else if (traits.singleAnisotropic()) {
     // Overlapping Gaussians (0.9 spacings wide) that bridge the gap and are free to turn: they shear along

@@ -68,9 +68,9 @@ PredictionEffort learningEffort(const Settings& settings, double voxels, bool tr
   return settings.preset == Preset::Best ? PredictionEffort::Best : PredictionEffort::Balanced;
 }
 
-Settings fieldSettings(const Settings& settings, bool longer) {
+Settings fieldSettings(const Settings& settings, bool longer, bool noisy) {
   Settings field;
-  field.preset = settings.preset == Preset::Best ? Preset::Balanced : Preset::Fast;
+  field.preset = settings.preset == Preset::Best && !noisy ? Preset::Balanced : Preset::Fast;
   field.prediction = PredictionKind::None;
   if (settings.preset == Preset::Balanced && longer) field.iterations = kLongerFit;
   field.ensembleSize = 1;
@@ -102,8 +102,8 @@ ReconstructionInput predictionOutline(const ReconstructionInput& input, const Gr
   return thin;
 }
 
-Settings trialFieldSettings(const Settings& settings, double voxels, bool longer) {
-  Settings field = fieldSettings(settings, longer);
+Settings trialFieldSettings(const Settings& settings, double voxels, bool noisy) {
+  Settings field = fieldSettings(settings, false, noisy);
   if (voxels > kLarge) {
     field.iterations = kTrialFit;
     field.consistency = false; // being anchored to the slices does much the same

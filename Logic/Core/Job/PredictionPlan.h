@@ -26,10 +26,11 @@ ReconstructionInput predictionOutline(const ReconstructionInput& input, const Gr
 /// to learn. trial: of learning from every second slice.
 PredictionEffort learningEffort(const Settings& settings, double voxels, bool trial);
 
-/// The settings of the field of triesField(). longer: more iterations with the preset balanced.
-Settings fieldSettings(const Settings& settings, bool longer = false);
+/// The settings of the field of triesField(). longer: more iterations with the preset balanced. noisy: as few
+/// as with the preset fast, since more would fit the noise.
+Settings fieldSettings(const Settings& settings, bool longer = false, bool noisy = false);
 /// Likewise of the one that is fitted to every second slice, for a prediction of so many voxels.
-Settings trialFieldSettings(const Settings& settings, double voxels, bool longer = false);
+Settings trialFieldSettings(const Settings& settings, double voxels, bool noisy = false);
 
 /// The settings of a prediction from one of several scans: longer learning gains nothing there.
 Settings scanSettings(Settings settings);

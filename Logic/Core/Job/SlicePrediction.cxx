@@ -109,9 +109,10 @@ SlicePrediction::Further SlicePrediction::furtherCandidates(const Stack& scan, c
   Further found;
   if (withField) {
     const bool longer = littleToLearn_ && !keepsField_; // would fit noise
-    found.field = fitField_(
-        scan, grid, trial ? trialFieldSettings(settings_, voxels_, longer) : fieldSettings(settings_, longer),
-        fieldPart.from, fieldPart.to);
+    found.field = fitField_(scan, grid,
+                            trial ? trialFieldSettings(settings_, voxels_, keepsField_)
+                                  : fieldSettings(settings_, longer, keepsField_),
+                            fieldPart.from, fieldPart.to);
     if (keepsField_ && !trial) field_ = found.field;
     anchor(*found.field, scan);
   }

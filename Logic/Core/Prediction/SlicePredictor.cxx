@@ -262,6 +262,13 @@ Effort effortOf(PredictionEffort effort) {
   return e;
 }
 
+/// The efforts of the networks that are trained, of which the better one is used.
+std::vector<PredictionEffort> levelsOf(PredictionEffort effort) {
+  if (effort == PredictionEffort::Filter) return {};
+  if (effort == PredictionEffort::Best) return {PredictionEffort::Balanced, effort};
+  return {effort};
+}
+
 /// Errors on the held-out planes, per phase, in image units.
 struct Measured {
   PairErrors errors;
@@ -342,6 +349,13 @@ Measured measure(const SliceModel& model, const TrainingPlanes& planes, const Pa
   return measured;
 }
 
+/// The progress at which the learning ends, by its cost relative to that of the application.
+double learningShare(const GridGeometry& stack, const PredictionOptions& options, int threads) {
+  const PredictionOperations work = predictionOperations(stack, options);
+  const double learning = work.learning / std::min(threads, 2), applying = work.applying / threads;
+  return 0.05 + 0.9 * learning / (learning + applying);
+}
+
 std::string gainText(const PairErrors& e) {
   const double gain = 20 * std::log10(std::min(e.linear, e.cubic) / e.network);
   return formatted("%.1f dB", gain);
@@ -362,21 +376,25 @@ GridGeometry predictionGrid(const GridGeometry& stack) {
 
 PredictionOperations predictionOperations(const GridGeometry& stack, const PredictionOptions& options) {
   if (options.effort == PredictionEffort::Filter) return {};
-  const Effort effort = effortOf(options.effort);
-  const TrainingPlan& plan = effort.training;
   const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
-  const ConvolutionNetwork network({phases, plan.channels, plan.layers}, options.seed);
-  const auto weights = static_cast<double>(network.parameters().size()),
-             voxels = static_cast<double>(stack.voxelCount());
-  const auto samples = static_cast<double>(std::min<std::int64_t>(plan.most.slices, stack.size[2]) *
-                                           std::min<std::int64_t>(plan.most.columns, stack.size[0]));
-  const double rounds = kMostRounds * 2 * voxels / (plan.pairs * samples * phases);
-  const double steps = std::clamp(rounds, double{kFewestSteps}, static_cast<double>(plan.steps));
-  const double reflections = effort.reflections == Reflections::None  ? 1
-                             : effort.reflections == Reflections::Two ? 2
-                                                                      : 4;
-  return {3 * steps * plan.pairs * samples * weights, // forward, and backward twice
-          2 * reflections * kUsualDetail * voxels * weights};
+  const auto voxels = static_cast<double>(stack.voxelCount());
+  PredictionOperations operations;
+  for (const PredictionEffort level : levelsOf(options.effort)) {
+    const Effort effort = effortOf(level);
+    const TrainingPlan& plan = effort.training;
+    const ConvolutionNetwork network({phases, plan.channels, plan.layers}, options.seed);
+    const auto weights = static_cast<double>(network.parameters().size());
+    const auto samples = static_cast<double>(std::min<std::int64_t>(plan.most.slices, stack.size[2]) *
+                                             std::min<std::int64_t>(plan.most.columns, stack.size[0]));
+    const double rounds = kMostRounds * 2 * voxels / (plan.pairs * samples * phases);
+    const double steps = std::clamp(rounds, double{kFewestSteps}, static_cast<double>(plan.steps));
+    const double reflections = effort.reflections == Reflections::None  ? 1
+                               : effort.reflections == Reflections::Two ? 2
+                                                                        : 4;
+    operations.learning += 3 * steps * plan.pairs * samples * weights; // forward, and backward twice
+    operations.applying = 2 * reflections * kUsualDetail * voxels * weights;
+  }
+  return operations;
 }
 
 Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& options, ThreadPool& pool,
@@ -436,8 +454,7 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     squares += static_cast<double>(w) * w;
   const double pairNoise = noise * std::sqrt(std::max(0.0, 1 - squares));
   const TrainingPlanes planes = trainingPlanes(filled, body, model.sampling, request, pool);
-  Effort effort = effortOf(options.effort);
-  effort.training.fromScratch = options.fromScratch;
+  const Effort effort = effortOf(options.effort);
   const PairShape shape = pairShape(planes, model.sampling, working.size[2], effort.training.most);
   if (planes.learning.empty() || planes.measuring.empty() || shape.slices < 4)
     return nothing("too little of the image can be learned from.");
@@ -446,22 +463,32 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     thinSamples += static_cast<double>(plane.values.size());
   const double perStep =
       static_cast<double>(effort.training.pairs) * shape.slices * shape.columns * thin.phases;
-  effort.training.steps = std::min(
-      effort.training.steps, std::max(kFewestSteps, static_cast<int>(kMostRounds * thinSamples / perStep)));
   report(PredictionPhase::Learning, 0.05);
   model.filter = learnFilter(planes, model.sampling, shape, pairNoise, options.seed, kernels, pool);
   model.floor = static_cast<float>(std::max(0.05 * model.filter.typical, noise));
   const bool filterOnly = options.effort == PredictionEffort::Filter;
   const TrainingSource source{planes, model.sampling, model.filter, shape, model.floor, pairNoise};
-  if (!filterOnly)
-    model.network = trainNetwork({&source, 1}, effort.training, options.seed, kernels, pool,
-                                 [&](double f) { report(PredictionPhase::Learning, 0.05 + 0.65 * f); });
-  Measured measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool);
-  if (measured.errors.samples == 0) return nothing("too little of the image can be learned from.");
-  if (model.network && measured.errors.network > measured.errors.filter) {
-    model.network.reset();
-    measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool);
+  Measured measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool); // the filter's
+  const double learnedAt = filterOnly ? 0.1 : learningShare(g, options, pool.threads()); // of the progress
+  double trained = 0.05;
+  // A large network may learn the noise of a small scan, so it must be better than a smaller one.
+  for (const PredictionEffort level : levelsOf(options.effort)) {
+    TrainingPlan plan = effortOf(level).training;
+    plan.fromScratch = options.fromScratch;
+    plan.steps =
+        std::min(plan.steps, std::max(kFewestSteps, static_cast<int>(kMostRounds * thinSamples / perStep)));
+    const double ends = level == options.effort ? learnedAt : 0.05 + 0.1 * (learnedAt - 0.05);
+    SliceModel other = model;
+    other.network = trainNetwork({&source, 1}, plan, options.seed, kernels, pool, [&](double f) {
+      report(PredictionPhase::Learning, trained + (ends - trained) * f);
+    });
+    trained = ends;
+    Measured found = measure(other, planes, shape, pairNoise, options.seed, kernels, pool);
+    if (found.errors.network > measured.errors.network) continue;
+    model = std::move(other);
+    measured = std::move(found);
   }
+  if (measured.errors.samples == 0) return nothing("too little of the image can be learned from.");
   result.pairs = measured.errors;
   result.phases = thin.phases;
   result.learningSeconds = secondsSince(start);
@@ -472,9 +499,8 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   for (std::size_t v = 0; v < near.size(); ++v)
     wanted[v] &= !near[v];
   const std::array<std::vector<float>, 2> both = applyAcrossSlices(
-      model, filled.image, wanted, effort.reflections, kernels, thin.geometry, pool, [&](double f) {
-        report(PredictionPhase::Applying, (filterOnly ? 0.1 : 0.7) + (filterOnly ? 0.9 : 0.3) * f);
-      });
+      model, filled.image, wanted, effort.reflections, kernels, thin.geometry, pool,
+      [&](double f) { report(PredictionPhase::Applying, learnedAt + (1 - learnedAt) * f); });
   const auto complete = [&](std::vector<float> voxels) {
     Volume image{thin.geometry, std::move(voxels)};
     std::vector<std::uint8_t> predicted = finish(filled, wanted, model.sampling, image, pool);

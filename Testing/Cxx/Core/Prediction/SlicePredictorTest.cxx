@@ -223,6 +223,23 @@ TEST(SlicePredictor, TakesPixelsThatAreNotSquare) {
   EXPECT_EQ(prediction.image.voxels.size(), 24u * 48 * 13 * kGap);
 }
 
+TEST(SlicePredictor, ALargeNetworkIsUsedOnlyWhereItIsBetter) {
+  const auto scan = [](double noise) {
+    Volume truth = spherePhantom(32, 31);
+    addNoise(truth.voxels, noise, 7);
+    return keepEvery(truth, 2, kGap);
+  };
+  const Stack noisy = scan(20); // the large one learns the noise
+  const PairErrors balanced = predict(noisy, with(PredictionEffort::Balanced)).pairs,
+                   best = predict(noisy, with(PredictionEffort::Best)).pairs;
+  ASSERT_GT(balanced.samples, 0);
+  EXPECT_EQ(best.samples, balanced.samples);
+  EXPECT_EQ(best.network, balanced.network);
+  const Stack clean = scan(1);
+  EXPECT_LT(predict(clean, with(PredictionEffort::Best)).pairs.network,
+            predict(clean, with(PredictionEffort::Balanced)).pairs.network);
+}
+
 TEST(SlicePredictor, SaysWhyNothingIsLearned) {
   const Stack stack = smallStack();
   const auto sentence = [](const Stack& s) {
