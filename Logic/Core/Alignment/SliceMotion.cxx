@@ -26,7 +26,7 @@ struct Level {
 constexpr double kWorthwhile = 0.5; // dB that poses must gain
 // dB by which one volume must explain all slices better at their poses than at rest. With two stacks, single
 // slices are free enough to fit each other's gaps; packets are not, nor are slices as thin as their pixels.
-constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentWithoutGaps = 1;
+constexpr double kConsistentOfTwo = 5, kConsistent = 2, kConsistentWithoutGaps = 0.8;
 constexpr Level kLevels[] = {{4, 6, 4, 0.1, 8}, {2, 5, 3, 0.1, 8}, {1, 5, 2, 0.24, 8}};
 
 /// The finest spacing of the stacks, or one at which a lattice around these boxes of them is not too large.
