@@ -11,6 +11,7 @@
 namespace innergs {
 namespace {
 
+constexpr double kMostOverlap = 2;  // slice distances; a thicker box's transfer function has negative values
 constexpr double kNoiseShare = 0.1; // of the noise, below which differences are not worth an iteration
 
 /// Sub-planes no further apart than the volume's own spacing along the normal: exact for a box that spans
@@ -35,6 +36,26 @@ Residual residualOf(const Volume& volume, const Stack& stack, ThreadPool& pool) 
     r.gridToIndex.push_back(inverse(pose * map) * volume.geometry.indexToWorld());
   if (stack.poses.empty()) r.gridToIndex.push_back(inverse(map) * volume.geometry.indexToWorld());
   return r;
+}
+
+/// The differences spread over neighbouring slices.
+void spread(std::vector<float>& differences, const Stack& stack, ThreadPool& pool) {
+  const GridGeometry& g = stack.image.geometry;
+  const std::vector<double> weights =
+      spreadingWeights(stack.profile, effectiveThickness(stack) / g.spacing[2]);
+  if (weights.size() == 1) return;
+  const auto reach = static_cast<std::int64_t>(weights.size() / 2);
+  const std::int64_t plane = g.size[0] * g.size[1];
+  std::vector<float> out(differences.size(), 0.f);
+  pool.run(g.size[2], [&](std::int64_t k) {
+    for (std::int64_t from = std::max<std::int64_t>(0, k - reach); from <= std::min(g.size[2] - 1, k + reach);
+         ++from) {
+      const auto w = static_cast<float>(weights[static_cast<std::size_t>(from - k + reach)]);
+      for (std::int64_t p = 0; p < plane; ++p)
+        out[k * plane + p] += w * differences[from * plane + p];
+    }
+  });
+  differences = std::move(out);
 }
 
 /// The stack's voxels without the noise in their differences from a projection.
@@ -175,6 +196,19 @@ std::vector<float> projectToStack(const Volume& volume, const Stack& stack, Thre
   return out;
 }
 
+std::vector<double> spreadingWeights(SliceProfile profile, double thickness) {
+  if (profile != SliceProfile::Box || thickness <= kMostOverlap + 1e-6) return {1};
+  const ProfileQuadrature planes = profileQuadrature(profile, thickness, 1);
+  const auto reach = static_cast<std::int64_t>(std::ceil(planes.offset.back()));
+  std::vector<double> weights(static_cast<std::size_t>(2 * reach + 1), 0.0);
+  for (std::size_t p = 0; p < planes.offset.size(); ++p) { // linearly between the two nearest slices
+    const double at = planes.offset[p] + static_cast<double>(reach), low = std::floor(at + 1e-9);
+    weights[static_cast<std::size_t>(low)] += planes.weight[p] * (1 - (at - low));
+    if (at - low > 1e-9) weights[static_cast<std::size_t>(low) + 1] += planes.weight[p] * (at - low);
+  }
+  return weights;
+}
+
 double backProject(Volume& volume, std::span<const Stack> stacks, const BackProjectionPlan& plan,
                    ThreadPool& pool) {
   const auto& n = volume.geometry.size;
@@ -196,6 +230,7 @@ double backProject(Volume& volume, std::span<const Stack> stacks, const BackProj
         squares += known ? static_cast<double>(whole) * whole : 0;
         count += known;
       }
+      spread(r.voxels, stacks[s], pool);
       residuals.push_back(std::move(r));
     }
     rms = std::sqrt(squares / std::max(1.0, count));

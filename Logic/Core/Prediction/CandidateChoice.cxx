@@ -1,5 +1,6 @@
 #include "Core/Prediction/CandidateChoice.h"
 
+#include "Core/Acquisition/BackProjection.h"
 #include "Core/Acquisition/Observation.h"
 #include "Core/Image/BodyMask.h"
 
@@ -195,16 +196,18 @@ Errors withheldErrors(const Lines& slices, const SliceView& view, double blur) {
   return errors;
 }
 
-/// The back-projection step along the axis: x += U(low − P x).
+/// The back-projection step along the axis: x += U S(low − P x), with the weights of spreadingWeights() as S.
 void backProjectLines(std::vector<float>& x, const Lines& low, const Lines& truth,
-                      std::span<const double> profile, std::int64_t factor, const SliceWeights& linear) {
+                      std::span<const double> profile, std::int64_t factor, std::span<const double> spreading,
+                      const SliceWeights& linear) {
   Lines now = truth;
   for (int iteration = 0; iteration < kBackProjections; ++iteration) {
     now.value = x;
     Lines rest = decimated(filtered(now, profile), factor);
     for (std::size_t i = 0; i < rest.value.size(); ++i)
       rest.value[i] = low.value[i] - rest.value[i];
-    const std::vector<float> step = interpolated(rest, linear);
+    const std::vector<float> step =
+        interpolated(spreading.size() > 1 ? filtered(rest, spreading) : rest, linear);
     for (std::size_t i = 0; i < x.size(); ++i)
       x[i] += step[i];
   }
@@ -311,8 +314,9 @@ void simulate(const Lines& image, const Stack& stack, double sample, double krig
   if (thick) {
     const SliceWeights linear =
         candidateWeights(Candidate::Linear, Kriging(0, SliceProfile::Point, 0), low.length, at);
+    const std::vector<double> spreading = spreadingWeights(view.profile, view.thickness);
     for (auto& x : guess)
-      if (!x.empty()) backProjectLines(x, low, truth, profile, factor, linear);
+      if (!x.empty()) backProjectLines(x, low, truth, profile, factor, spreading, linear);
     result.projected.add(errorsOf(truth, guess, counts));
   }
   if (first > 0) return;

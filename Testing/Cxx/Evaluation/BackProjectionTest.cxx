@@ -207,6 +207,38 @@ TEST(BackProjection, AddsDetailWithoutTheNoiseOfSeveralScans) {
   EXPECT_GT(gain(12, 12), 1.5);
 }
 
+TEST(BackProjection, SpreadsOverSlicesOnlyWhereBoxesOverlapByMoreThanHalf) {
+  for (const double thickness : {0.0, 1.0, 2.0})
+    EXPECT_EQ(spreadingWeights(SliceProfile::Box, thickness), std::vector<double>{1});
+  EXPECT_EQ(spreadingWeights(SliceProfile::Gaussian, 4), std::vector<double>{1});
+  for (const double thickness : {2.5, 3.0, 4.0, 4.8}) {
+    const std::vector<double> weights = spreadingWeights(SliceProfile::Box, thickness);
+    double sum = 0;
+    for (std::size_t n = 0; n < weights.size(); ++n) {
+      sum += weights[n];
+      EXPECT_NEAR(weights[n], weights[weights.size() - 1 - n], 1e-9) << thickness;
+    }
+    EXPECT_NEAR(sum, 1, 1e-9) << thickness;
+  }
+  for (const double w : spreadingWeights(SliceProfile::Box, 3))
+    EXPECT_NEAR(w, 1. / 3, 1e-9);
+}
+
+TEST(BackProjection, OfOverlappingSlicesBringsDetailBack) {
+  const Volume truth = phantom(grid(40, 40, 40));
+  const auto mask = bodyMask(truth);
+  for (const double thickness : {3.0, 5.0}) {
+    Stack stack;
+    stack.image = truth;
+    stack.thickness = thickness;
+    stack.image.voxels = projectToStack(truth, stack, pool);
+    Volume volume = stack.image;
+    const double before = pooledPsnr(volume.voxels, truth.voxels, mask, 200);
+    EXPECT_LT(backProject(volume, {&stack, 1}, {}, pool), 0.5 * residual(stack.image, {&stack, 1}));
+    EXPECT_GT(pooledPsnr(volume.voxels, truth.voxels, mask, 200), before + 2) << thickness;
+  }
+}
+
 TEST(BackProjection, StopRequestCancels) {
   const Volume truth = randomVolume(grid(8, 8, 8), 0, 1);
   const std::vector<Stack> stacks{simulateThickStack(truth, 2, 4)};
