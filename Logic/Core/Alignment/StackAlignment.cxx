@@ -21,9 +21,10 @@ constexpr double kArm = 50;          // mm: scale of the angles in the equations
 constexpr double kStill = 0.1;       // mm: scans without motion seem displaced by less
 constexpr double kSameGain = 0.005;  // and to differ by less
 constexpr double kAlikeScale = 2;    // ratio of means within which gains start at 1
-// Minimum gain in dB, more of it per degree beyond a small angle: where slices moved, turning round anatomy
-// far round gains a little by chance, but a scan that was turned that far gains much.
-constexpr double kWorthwhile = 0.5, kSmallAngle = 4, kPerDegree = 0.25, kAlwaysWorthwhile = 4;
+constexpr double kWorthwhile = 0.5;  // dB: minimum gain
+// A larger turn must gain more, up to a limit: where slices moved, round anatomy gains a little by chance
+// when it is turned far, but a scan that really was turned that far gains much.
+constexpr double kSmallAngle = 4, kPerDegree = 0.25, kMostNeeded = 4; // degrees, dB per degree, dB
 constexpr double kAlike = 0.8; // minimum correlation of scans of the same tissue
 constexpr double kTukey = 4.685 * 1.4826;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -178,8 +179,9 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }
 
+/// The minimum gain of a turn, dB.
 double worthwhile(double angle) {
-  return std::min(kWorthwhile + kPerDegree * std::max(0.0, angle - kSmallAngle), kAlwaysWorthwhile);
+  return std::min(kWorthwhile + kPerDegree * std::max(0.0, angle - kSmallAngle), kMostNeeded);
 }
 
 /// Aligns the participating scans to the first of them; the others' alignment is unknown.
@@ -248,20 +250,29 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
         mine.displacement = mine.angle = 0;
       }
       if (std::abs(mine.gain - 1) < kSameGain) mine.gain = 1;
-      const Agreement was = agreementOf(before, threshold), is = agreementOf(seen(n, mine, 0), threshold);
+      const Agreement was = agreementOf(before, threshold);
+      Agreement is = agreementOf(seen(n, mine, 0), threshold);
+      const bool wasAlike = was.correlation >= kAlike, isAlike = is.correlation >= kAlike;
+      if (mine.angle > kSmallAngle) { // what the turn gains, apart from the gain factor
+        StackAlignment unturned;
+        unturned.gain = mine.gain;
+        const Agreement without = agreementOf(seen(n, unturned, 0), threshold);
+        if (psnr(is) - psnr(without) < worthwhile(mine.angle)) {
+          mine.toOthers = {};
+          mine.displacement = mine.angle = 0;
+          is = without;
+        }
+      }
       mine.psnrBefore = psnr(was);
       mine.psnrAfter = psnr(is);
       mine.correlation = is.correlation;
-      const double gain = mine.psnrAfter - mine.psnrBefore;
-      const bool wasAlike = was.correlation >= kAlike, isAlike = is.correlation >= kAlike;
-      const bool little = gain < worthwhile(mine.angle); // false where nothing could be compared before
-      if (isAlike && (!little || (!wasAlike && mine.angle <= kSmallAngle))) continue;
+      if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
       mine.toOthers = {};
       mine.displacement = mine.angle = 0;
       mine.gain = 1;
       mine.psnrAfter = mine.psnrBefore;
       mine.correlation = was.correlation;
-      mine.fits = wasAlike || isAlike;
+      mine.fits = wasAlike;
     }
   }
   return result;

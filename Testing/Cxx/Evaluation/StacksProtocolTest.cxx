@@ -1,5 +1,6 @@
 #include "Evaluation/StacksProtocol.h"
 #include "Core/Alignment/Rigid.h"
+#include "Core/Alignment/StackAlignment.h"
 #include "Core/Base/Error.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/Report.h"
@@ -121,6 +122,22 @@ TEST(PoseErrors, TakeAwayWhatIsCommonToAll) {
   errors = poseErrors(simulated.stacks, simulated.poses, found, body);
   EXPECT_NEAR(errors.millimetres.worst, 1, 0.1);
   EXPECT_LT(errors.millimetres.median, 0.1);
+}
+
+TEST(SimulatedStacks, WithMovedSlicesAreScaledButNotTurnedByChance) {
+  ThreadPool pool(2);
+  StacksCase c = smallCase();
+  c.motion = c.turn = 2;
+  c.seed = 2;
+  std::vector<Stack> stacks = simulateStacks(testing::headPhantom(44), c, pool).stacks;
+  for (float& v : stacks[1].image.voxels)
+    v *= 1.3f;
+  const std::vector<StackAlignment> found = alignStacks(stacks, pool);
+  EXPECT_NEAR(found[1].gain, 1 / 1.3, 0.04);
+  for (const StackAlignment& a : found) {
+    EXPECT_TRUE(a.fits);
+    EXPECT_LT(a.angle, 5);
+  }
 }
 
 TEST(StacksProtocol, ScoresShadingThatIsEvenedOut) {
