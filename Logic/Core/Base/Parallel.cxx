@@ -10,8 +10,12 @@
 
 namespace innergs {
 
+int threadCount(int asked) {
+  return asked > 0 ? asked : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
 ThreadPool::ThreadPool(int threads) {
-  if (threads <= 0) threads = std::max(1u, std::thread::hardware_concurrency());
+  threads = threadCount(threads);
   if (hire(threads - 1)) return;
   const int enough = static_cast<int>(crew_.size()) / 2; // leaves memory for the work itself
   dismiss();

@@ -11,6 +11,9 @@
 
 namespace innergs {
 
+/// The number of threads asked for; 0 or less: as many as there are cores.
+int threadCount(int asked);
+
 /// A fixed pool of threads for loops whose iterations write to separate memory, so results never depend on
 /// the number of threads. If the system cannot provide all threads, it continues with fewer.
 class ThreadPool {

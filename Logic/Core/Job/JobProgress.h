@@ -7,8 +7,8 @@ namespace innergs {
 
 constexpr double kMotionEnds = 0.4; // progress after the search for the motion of slices, if any
 constexpr double kFitStarts = 0.03; // without motion and prediction
-// Where steps end, as shares of the progress from the start of the fit: the fit alone, the choice of a share
-// for predictions from several scans, these and all refinement but the residual grid's.
+// Where steps end, as shares of the progress from the start of the fit: the fit and the choice of a share,
+// where predictions from several scans follow; otherwise the fit; the residual grid.
 constexpr double kEachFitEnds = 0.7, kShareChosen = 0.8, kFitEnds = 0.92, kResidualEnds = 0.97;
 
 /// Reports the progress of one fit, from its input to its volume.

@@ -1,10 +1,10 @@
 #include "Core/Job/PredictionPlan.h"
 
+#include "Core/Base/Parallel.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Prediction/CandidateLattice.h"
 
 #include <algorithm>
-#include <thread>
 
 namespace innergs {
 namespace {
@@ -18,16 +18,11 @@ constexpr double kMostFitted = 10e6; // voxels of a field that takes longer than
 // not worth a fit.
 constexpr double kLittleNoise = 0.01, kMuchNoise = 0.02;
 constexpr double kThinShare = 0.3, kThickShare = 0.6, kLeastFieldShare = 0.05;
-// Of PredictionCost.
 constexpr double kOverhead = 1.5; // all that a network does, relative to its products alone
-constexpr double kChoosing = 3e10, kChoosingVoxel = 4e4;                      // per voxel of the scan
-constexpr double kMixing = 2e3, kBackProjecting = 2e3;                        // per voxel of the prediction
+// In multiply-adds, as PredictionCost.
+constexpr double kChoosing = 3e10, kChoosingVoxel = 4e4; // once, and per voxel of the scan
+constexpr double kMixing = 2e3, kBackProjecting = 2e3;   // per voxel of the prediction
 constexpr double kIteration = 1e3, kThickIteration = 25e3, kFinishing = 15e3; // of a fit, per voxel
-
-double costOf(const PredictionOperations& operations, const Settings& settings) {
-  const double threads = threadsOf(settings);
-  return kOverhead * (operations.learning / std::min(threads, 2.0) + operations.applying / threads);
-}
 
 /// A scan without its voxels.
 Stack outlineOf(const Stack& scan, const GridGeometry& geometry) {
@@ -45,7 +40,7 @@ double fitCost(const Stack& scan, const GridGeometry& lattice, Settings settings
   const double each = traits.superResolution() ? kThickIteration : kIteration;
   return (each * iterations * *settings.ensembleSize * static_cast<double>(scan.image.geometry.voxelCount()) +
           kFinishing * static_cast<double>(lattice.voxelCount())) /
-         threadsOf(settings);
+         threadCount(settings.threads);
 }
 
 } // namespace
@@ -116,22 +111,20 @@ Settings scanSettings(Settings settings) {
   return settings;
 }
 
-double threadsOf(const Settings& settings) {
-  return settings.threads > 0 ? settings.threads : std::max(1u, std::thread::hardware_concurrency());
-}
-
 double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
                     const Settings& settings) {
   PredictionOptions options;
   options.effort = effort;
   options.grid = lattice;
-  return costOf(predictionOperations(scan, options), settings);
+  const PredictionOperations each =
+      predictionOperations(scan, options).perThread(threadCount(settings.threads));
+  return kOverhead * (each.learning + each.applying);
 }
 
 PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, const Settings& settings) {
   const GridGeometry& g = scan.image.geometry;
   const auto voxels = static_cast<double>(lattice.voxelCount());
-  const double threads = threadsOf(settings);
+  const double threads = threadCount(settings.threads);
   const Stack outline = outlineOf(scan, g);
   PredictionCost cost;
   cost.choosing = (kChoosing + kChoosingVoxel * static_cast<double>(g.voxelCount())) / threads;

@@ -54,7 +54,4 @@ PredictionCost predictionCost(const Stack& scan, const GridGeometry& lattice, co
 double learningCost(const GridGeometry& scan, const GridGeometry& lattice, PredictionEffort effort,
                     const Settings& settings);
 
-/// The threads that a job with these settings uses.
-double threadsOf(const Settings& settings);
-
 } // namespace innergs

@@ -21,6 +21,7 @@ constexpr double kLittle = 0.98;   // a network's error relative to its filter's
 constexpr double kMuch = 0.95;     // below: much
 constexpr double kDistant = 3.5;   // slice distance in pixels above which kLittle counts
 constexpr double kAsGood = 1.01;   // squared error of fused planes relative to their mean
+
 /// Keeps every second slice.
 Stack everySecond(const Stack& stack) {
   Stack half = stack;
@@ -155,13 +156,11 @@ PredictionEffort SlicePrediction::effort(bool trial) const {
 SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   const GridGeometry& g = scan_.image.geometry;
   const std::int64_t plane = g.size[0] * g.size[1];
-  const bool withField = parts_.field && triesField(settings_, voxels_),
-             keepsField = parts_.field && keepsField_;
   const Stack even = everySecond(scan_);
   const GridGeometry middle = trialLattices(g).all; // every second plane belongs to a withheld slice
   const Part fieldPart = step(cost_.trialField, cost_.trialField), trialPart = step(cost_.trial, cost_.trial);
   const Further tried =
-      furtherCandidates(even, middle, withField, parts_.learned, true, fieldPart, trialPart);
+      furtherCandidates(even, middle, triesAField(), parts_.learned, true, fieldPart, trialPart);
   Volume mixture{middle, std::vector<float>(static_cast<std::size_t>(middle.voxelCount()))};
   interpolate(even, completeSlices(even, pool_), middle, mixture.voxels);
   constexpr int kept = 3; // guesses that can take part
@@ -203,7 +202,7 @@ SlicePrediction::Added SlicePrediction::addCandidates(Volume& between) {
   muchToLearn_ = tried.learned && tried.pairs.network < kMuch * tried.pairs.filter;
   littleToLearn_ = tried.learned && spacing[2] > kDistant * std::min(spacing[0], spacing[1]) &&
                    tried.pairs.network > kLittle * tried.pairs.filter;
-  const bool fits = keepsField || share[1] > 0, learns = share[2] > 0;
+  const bool fits = keepsField_ || share[1] > 0, learns = share[2] > 0;
   const double learning = learns ? learningCost(g, between.geometry, effort(false), settings_) : 0;
   const Further learned =
       furtherCandidates(scan_, between.geometry, false, learns, false, {}, step(cost_.learning, learning));
@@ -236,9 +235,8 @@ Stack SlicePrediction::predict() {
   costLeft_ = cost_.choosing + cost_.mixing + cost_.fit;
   if (adds) {
     voxels_ = static_cast<double>(between.geometry.voxelCount());
-    const bool tries = parts_.field && triesField(settings_, voxels_);
-    if (!tries) cost_.trialField = 0;
-    if (!tries && !(parts_.field && keepsField_)) cost_.field = 0;
+    if (!triesAField()) cost_.trialField = 0;
+    if (!triesAField() && !keepsField_) cost_.field = 0;
     if (!parts_.learned) cost_.trial = cost_.learning = 0;
     costLeft_ += cost_.trialField + cost_.trial + cost_.learning + cost_.field;
   }

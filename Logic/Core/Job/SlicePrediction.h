@@ -23,7 +23,7 @@ public:
                   FieldFit fitField, bool thenFitted, JobProgress& progress, ThreadPool& pool);
 
   /// Has predict() also fit, and keep, a field to the slices alone.
-  void keepField() { keepsField_ = true; }
+  void keepField() { keepsField_ = parts_.field; }
   /// The prediction as thin slices, observed where the field will have values. Throws Error(Cancelled).
   Stack predict();
   /// That field's volume on the lattice of the prediction; nothing where the scan is only interpolated.
@@ -51,6 +51,7 @@ private:
   Part step(double expected, double cost);
   void report(double fraction);
   PredictionEffort effort(bool trial) const;
+  bool triesAField() const { return parts_.field && triesField(settings_, voxels_); }
   void interpolate(const Stack& stack, std::span<const float> complete, const GridGeometry& grid,
                    std::span<float> planes) const;
   void anchor(Volume& guess, const Stack& scan) const;

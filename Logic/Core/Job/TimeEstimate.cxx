@@ -3,6 +3,7 @@
 #include "Core/Base/Elapsed.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Base/Parallel.h"
 #include "Core/Fit/Plan.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Job/JobInput.h"
@@ -19,7 +20,6 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
-#include <thread>
 
 namespace innergs {
 namespace {
@@ -355,7 +355,7 @@ double TimeEstimator::fitSeconds(const ReconstructionInput& input, const Setting
   const double placing = masked < 1 && input.stacks.size() > 1
                              ? kPlacing * multiplyTime_(settings.instructionSet) *
                                    static_cast<double>(dataDomain(input.stacks).voxelCount()) /
-                                   threadsOf(settings)
+                                   threadCount(settings.threads)
                              : 0;
   return trying + fits * (mixing + placing + voxels / timing.voxels * fit +
                           t.fine / timing.voxels * aligningVoxels(input.stacks, settings, voxels) +

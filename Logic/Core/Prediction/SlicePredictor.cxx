@@ -21,6 +21,7 @@ constexpr double kLeastRatio = 1.2, kMostRatio = 12; // slice spacing over in-pl
 constexpr std::int64_t kFewestToLearn = 5, kFewestPixelsToLearn = 24;
 constexpr std::int64_t kFewestKept = 4; // slices, where every second one is withheld
 constexpr int kMostPhases = 24;
+constexpr double kMatched = 0.05;  // progress before the learning
 constexpr double kMostRounds = 40; // passes over a small scan
 constexpr int kFewestSteps = 200;
 constexpr double kAligned = 1e-3;
@@ -269,6 +270,26 @@ std::vector<PredictionEffort> levelsOf(PredictionEffort effort) {
   return {effort};
 }
 
+/// Of one network.
+PredictionOperations operationsOf(PredictionEffort level, const GridGeometry& stack,
+                                  const PredictionOptions& options) {
+  const Effort effort = effortOf(level);
+  const TrainingPlan& plan = effort.training;
+  const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
+  const ConvolutionNetwork network({phases, plan.channels, plan.layers}, options.seed);
+  const auto weights = static_cast<double>(network.parameters().size()),
+             voxels = static_cast<double>(stack.voxelCount());
+  const auto samples = static_cast<double>(std::min<std::int64_t>(plan.most.slices, stack.size[2]) *
+                                           std::min<std::int64_t>(plan.most.columns, stack.size[0]));
+  const double rounds = kMostRounds * 2 * voxels / (plan.pairs * samples * phases);
+  const double steps = std::clamp(rounds, double{kFewestSteps}, static_cast<double>(plan.steps));
+  const double reflections = effort.reflections == Reflections::None  ? 1
+                             : effort.reflections == Reflections::Two ? 2
+                                                                      : 4;
+  return {3 * steps * plan.pairs * samples * weights, // forward, and backward twice
+          2 * reflections * kUsualDetail * voxels * weights};
+}
+
 /// Errors on the held-out planes, per phase, in image units.
 struct Measured {
   PairErrors errors;
@@ -349,13 +370,6 @@ Measured measure(const SliceModel& model, const TrainingPlanes& planes, const Pa
   return measured;
 }
 
-/// The progress at which the learning ends, by its cost relative to that of the application.
-double learningShare(const GridGeometry& stack, const PredictionOptions& options, int threads) {
-  const PredictionOperations work = predictionOperations(stack, options);
-  const double learning = work.learning / std::min(threads, 2), applying = work.applying / threads;
-  return 0.05 + 0.9 * learning / (learning + applying);
-}
-
 std::string gainText(const PairErrors& e) {
   const double gain = 20 * std::log10(std::min(e.linear, e.cubic) / e.network);
   return formatted("%.1f dB", gain);
@@ -375,26 +389,13 @@ GridGeometry predictionGrid(const GridGeometry& stack) {
 }
 
 PredictionOperations predictionOperations(const GridGeometry& stack, const PredictionOptions& options) {
-  if (options.effort == PredictionEffort::Filter) return {};
-  const int phases = thinLatticeFor(options.grid.value_or(predictionGrid(stack)), stack).phases;
-  const auto voxels = static_cast<double>(stack.voxelCount());
-  PredictionOperations operations;
+  PredictionOperations all;
   for (const PredictionEffort level : levelsOf(options.effort)) {
-    const Effort effort = effortOf(level);
-    const TrainingPlan& plan = effort.training;
-    const ConvolutionNetwork network({phases, plan.channels, plan.layers}, options.seed);
-    const auto weights = static_cast<double>(network.parameters().size());
-    const auto samples = static_cast<double>(std::min<std::int64_t>(plan.most.slices, stack.size[2]) *
-                                             std::min<std::int64_t>(plan.most.columns, stack.size[0]));
-    const double rounds = kMostRounds * 2 * voxels / (plan.pairs * samples * phases);
-    const double steps = std::clamp(rounds, double{kFewestSteps}, static_cast<double>(plan.steps));
-    const double reflections = effort.reflections == Reflections::None  ? 1
-                               : effort.reflections == Reflections::Two ? 2
-                                                                        : 4;
-    operations.learning += 3 * steps * plan.pairs * samples * weights; // forward, and backward twice
-    operations.applying = 2 * reflections * kUsualDetail * voxels * weights;
+    const PredictionOperations one = operationsOf(level, stack, options);
+    all.learning += one.learning;
+    all.applying = one.applying;
   }
-  return operations;
+  return all;
 }
 
 Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& options, ThreadPool& pool,
@@ -463,31 +464,34 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
     thinSamples += static_cast<double>(plane.values.size());
   const double perStep =
       static_cast<double>(effort.training.pairs) * shape.slices * shape.columns * thin.phases;
-  report(PredictionPhase::Learning, 0.05);
+  report(PredictionPhase::Learning, kMatched);
   model.filter = learnFilter(planes, model.sampling, shape, pairNoise, options.seed, kernels, pool);
   model.floor = static_cast<float>(std::max(0.05 * model.filter.typical, noise));
-  const bool filterOnly = options.effort == PredictionEffort::Filter;
   const TrainingSource source{planes, model.sampling, model.filter, shape, model.floor, pairNoise};
-  Measured measured = measure(model, planes, shape, pairNoise, options.seed, kernels, pool); // the filter's
-  const double learnedAt = filterOnly ? 0.1 : learningShare(g, options, pool.threads()); // of the progress
-  double trained = 0.05;
+  const auto measureModel = [&](const SliceModel& m) {
+    return measure(m, planes, shape, pairNoise, options.seed, kernels, pool);
+  };
+  const PredictionOperations work = predictionOperations(g, options).perThread(pool.threads());
+  double learned = kMatched; // the progress
+  std::optional<Measured> best;
   // A large network may learn the noise of a small scan, so it must be better than a smaller one.
   for (const PredictionEffort level : levelsOf(options.effort)) {
     TrainingPlan plan = effortOf(level).training;
     plan.fromScratch = options.fromScratch;
     plan.steps =
         std::min(plan.steps, std::max(kFewestSteps, static_cast<int>(kMostRounds * thinSamples / perStep)));
-    const double ends = level == options.effort ? learnedAt : 0.05 + 0.1 * (learnedAt - 0.05);
-    SliceModel other = model;
-    other.network = trainNetwork({&source, 1}, plan, options.seed, kernels, pool, [&](double f) {
-      report(PredictionPhase::Learning, trained + (ends - trained) * f);
-    });
-    trained = ends;
-    Measured found = measure(other, planes, shape, pairNoise, options.seed, kernels, pool);
-    if (found.errors.network > measured.errors.network) continue;
-    model = std::move(other);
-    measured = std::move(found);
+    const double part = (1 - kMatched) * operationsOf(level, g, options).perThread(pool.threads()).learning /
+                        (work.learning + work.applying);
+    SliceModel trained = model;
+    trained.network = trainNetwork({&source, 1}, plan, options.seed, kernels, pool,
+                                   [&](double f) { report(PredictionPhase::Learning, learned + part * f); });
+    learned += part;
+    const Measured found = measureModel(trained);
+    if (found.errors.network > (best ? best->errors.network : found.errors.filter)) continue;
+    model = std::move(trained);
+    best = found;
   }
+  const Measured measured = best ? *best : measureModel(model);
   if (measured.errors.samples == 0) return nothing("too little of the image can be learned from.");
   result.pairs = measured.errors;
   result.phases = thin.phases;
@@ -498,9 +502,9 @@ Prediction predictAcrossSlices(const Stack& given, const PredictionOptions& opti
   const std::vector<std::uint8_t> near = nearUnknown(filled, pool);
   for (std::size_t v = 0; v < near.size(); ++v)
     wanted[v] &= !near[v];
-  const std::array<std::vector<float>, 2> both = applyAcrossSlices(
-      model, filled.image, wanted, effort.reflections, kernels, thin.geometry, pool,
-      [&](double f) { report(PredictionPhase::Applying, learnedAt + (1 - learnedAt) * f); });
+  const std::array<std::vector<float>, 2> both =
+      applyAcrossSlices(model, filled.image, wanted, effort.reflections, kernels, thin.geometry, pool,
+                        [&](double f) { report(PredictionPhase::Applying, learned + (1 - learned) * f); });
   const auto complete = [&](std::vector<float> voxels) {
     Volume image{thin.geometry, std::move(voxels)};
     std::vector<std::uint8_t> predicted = finish(filled, wanted, model.sampling, image, pool);

@@ -2,6 +2,7 @@
 #include "Core/Base/Parallel.h"
 #include "Core/Image/Stack.h"
 
+#include <algorithm>
 #include <functional>
 #include <optional>
 #include <string>
@@ -76,8 +77,11 @@ GridGeometry predictionGrid(const GridGeometry& stack);
 
 /// About how many multiply-adds a prediction takes.
 struct PredictionOperations {
-  double learning = 0; // by at most two threads
-  double applying = 0;
+  double learning = 0, applying = 0;
+  /// Those of each of so many threads; at most two share the learning.
+  PredictionOperations perThread(int threads) const {
+    return {learning / std::min(threads, 2), applying / threads};
+  }
 };
 PredictionOperations predictionOperations(const GridGeometry& stack, const PredictionOptions& options);
 
