@@ -21,10 +21,10 @@ struct TrainingSource {
 /// momentum, biases by Adam; the rate rises to `rate` and falls to 0.
 struct TrainingPlan {
   int channels = 32, layers = 4;
-  int steps = 1600;
+  int steps = 1400;
   int pairs = 2; // per step
   PairShape most{24, 48};
-  double rate = 2e-3;
+  double rate = 1.5e-3;
   bool fromScratch = false; // without setStartWeights()
 };
 

@@ -10,13 +10,15 @@ struct Flip {
   bool rows = false, columns = false;
 };
 
-std::vector<Flip> flipsOf(Reflections reflections, const SliceSampling& sampling) {
+/// With two, the planes of the two axes are reflected differently, so that they share fewer errors.
+std::vector<Flip> flipsOf(Reflections reflections, const SliceSampling& sampling, int axis) {
   // Reflected slices must meet existing thin samples.
   const bool rows = std::abs(2 * sampling.centre - std::round(2 * sampling.centre)) < 1e-3;
   if (reflections == Reflections::None) return {{}};
-  if (reflections == Reflections::Two) return {{}, {rows, true}};
   if (!rows) return {{}, {false, true}};
-  return {{}, {true, false}, {false, true}, {true, true}};
+  if (reflections == Reflections::Four) return {{}, {true, false}, {false, true}, {true, true}};
+  if (axis == 0) return {{}, {true, true}};
+  return {{true, false}, {false, true}};
 }
 
 int floorDivide(int a, int b) {
@@ -141,12 +143,12 @@ std::array<std::vector<float>, 2> applyAcrossSlices(const SliceModel& model, con
                                                     Reflections reflections, const MatrixKernels& kernels,
                                                     const GridGeometry& thin, ThreadPool& pool,
                                                     const std::function<void(double)>& progress) {
-  const std::vector<Flip> flips = flipsOf(reflections, model.sampling);
   const auto& n = image.geometry.size;
   const double all = static_cast<double>(n[0] + n[1]);
   constexpr std::int64_t band = 16; // planes per progress report
   std::array<std::vector<float>, 2> predicted;
   for (const int axis : {0, 1}) {
+    const std::vector<Flip> flips = flipsOf(reflections, model.sampling, axis);
     predicted[axis].resize(static_cast<std::size_t>(thin.voxelCount()));
     const Planes planes(model, image, wanted, thin, axis);
     const std::int64_t count = n[1 - axis];

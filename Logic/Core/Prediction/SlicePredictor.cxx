@@ -249,6 +249,7 @@ Effort effortOf(PredictionEffort effort) {
   TrainingPlan& plan = e.training;
   if (effort == PredictionEffort::Brief || effort == PredictionEffort::Fast) {
     plan.channels = 16;
+    plan.rate = 2e-3;
     plan.steps = effort == PredictionEffort::Brief ? 400 : 600;
     if (effort == PredictionEffort::Brief) e.reflections = Reflections::None;
   } else if (effort == PredictionEffort::Long) {
