@@ -236,12 +236,12 @@ Estimate qSlicerInnerGSHost::estimate(const Request& request) {
   estimate.memory = logic_->EstimateMemory(parameters_); // 0 where that is not why it is refused
   estimate.available = availableMemory();
   if (!estimate.refusal.isEmpty()) return estimate;
-  fillSlowly(estimate);
+  addForecast(estimate);
   return estimate;
 }
 
 /// Times a small fit and loads a device on a thread; estimateChanged() follows.
-void qSlicerInnerGSHost::fillSlowly(Estimate& estimate) {
+void qSlicerInnerGSHost::addForecast(Estimate& estimate) {
   std::string key;
   const auto later = logic_->EstimateLater(parameters_, &key);
   const QString known = QString::fromStdString(key);

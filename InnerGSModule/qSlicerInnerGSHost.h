@@ -96,7 +96,7 @@ private:
   void onParameters(vtkObject* caller, unsigned long event, void* data);
   void onChosen(vtkObject* caller, unsigned long event, void* data);
   QString whyEnded(vtkSlicerInnerGSJob* job) const;
-  void fillSlowly(innergs::ui::Estimate& estimate);
+  void addForecast(innergs::ui::Estimate& estimate);
   void run(const std::function<std::function<void()>()>& work);
   QString runAndWait(const std::function<void()>& work);
   void fitRegion(vtkMRMLNode* region);

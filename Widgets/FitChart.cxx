@@ -59,7 +59,7 @@ void FitChart::clear() {
   points_.clear();
   members_ = 1;
   coarse_ = 0;
-  sweepsPerMember_ = 1e300;
+  iterationsPerMember_ = 1e300;
   update();
 }
 
@@ -67,7 +67,7 @@ void FitChart::add(const Progress& progress) {
   if (progress.phase != Phase::Fitting) return;
   members_ = std::max(1, progress.members);
   coarse_ = progress.coarseIterations;
-  if (progress.iterations > 0) sweepsPerMember_ = static_cast<double>(progress.iterations) / members_;
+  if (progress.iterations > 0) iterationsPerMember_ = static_cast<double>(progress.iterations) / members_;
   const auto iteration = static_cast<double>(progress.iteration);
   if (iteration <= (points_.empty() ? 0 : points_.back().iteration) || !(progress.loss > 0)) return;
   if (points_.size() >= kMostPoints) { // drops every second one
@@ -145,7 +145,7 @@ void FitChart::drawParts(QPainter& painter, const Scale& iterations, double top,
     return std::clamp(iterations(iteration), iterations.from, iterations.to);
   };
   for (int n = 0; n <= member(points_.back().iteration); ++n) {
-    const double first = n * sweepsPerMember_ + 0.5;
+    const double first = n * iterationsPerMember_ + 0.5;
     const QRectF coarse(QPointF(within(first), top), QPointF(within(first + coarse_), bottom));
     if (coarse.width() > 0) painter.fillRect(coarse, shade);
     if (n == 0 || first < iterations.low) continue;

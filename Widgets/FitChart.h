@@ -36,9 +36,9 @@ private:
   void drawParts(QPainter& painter, const Scale& iterations, double top, double bottom) const;
   template <class Height>
   void drawLines(QPainter& painter, const Scale& across, Height height) const;
-  int member(double iteration) const { return static_cast<int>((iteration - 0.5) / sweepsPerMember_); }
+  int member(double iteration) const { return static_cast<int>((iteration - 0.5) / iterationsPerMember_); }
   bool isCoarse(double iteration) const {
-    return iteration - member(iteration) * sweepsPerMember_ <= coarse_;
+    return iteration - member(iteration) * iterationsPerMember_ <= coarse_;
   }
   bool sameLine(const Point& a, const Point& b) const {
     return member(a.iteration) == member(b.iteration) && isCoarse(a.iteration) == isCoarse(b.iteration);
@@ -46,7 +46,7 @@ private:
 
   std::vector<Point> points_;
   int members_ = 1, coarse_ = 0; // see Progress
-  double sweepsPerMember_ = 1e300;
+  double iterationsPerMember_ = 1e300;
 };
 
 } // namespace innergs::ui

@@ -244,16 +244,16 @@ InputsTable::InputsTable(Host* host, QWidget* parent)
   connect(host, &Host::volumesChanged, this, [this] {
     for (InputRow* row : std::as_const(rows_))
       row->refresh();
-    if (inputs() != told_)
+    if (inputs() != lastInputs_)
       tell();
     else
       Q_EMIT refreshed();
   });
-  told_ = inputs();
+  lastInputs_ = inputs();
 }
 
 void InputsTable::tell() {
-  told_ = inputs();
+  lastInputs_ = inputs();
   Q_EMIT changed();
 }
 

@@ -77,7 +77,7 @@ private:
   QVBoxLayout* rowsLayout_;
   QVector<InputRow*> rows_;
   QToolButton* add_;
-  QVector<InputChoice> told_;
+  QVector<InputChoice> lastInputs_;
   QString suggested_;
 };
 

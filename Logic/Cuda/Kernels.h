@@ -6,7 +6,7 @@
 #include "Cuda/Kernels/Features.h"
 #include "Cuda/Kernels/Gather.h"
 #include "Cuda/Kernels/Loss.h"
-#include "Cuda/Kernels/Order.h"
+#include "Cuda/Kernels/MortonOrder.h"
 #include "Cuda/Kernels/Project.h"
 #include "Cuda/Kernels/Query.h"
 #include "Cuda/Kernels/Reshape.h"

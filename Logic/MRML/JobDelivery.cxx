@@ -32,7 +32,7 @@ void JobDelivery::deliver(JobUpdate& update) {
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobStartedEvent, job);
   }
   if (update.progress && !task->discard) {
-    *job->Told = *update.progress;
+    *job->LastProgress = *update.progress;
     if (const std::string& note = update.progress->note; !note.empty())
       (update.progress->phase == Phase::Predicting ? job->PredictionNote : job->DeviceNote) = note;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobProgressEvent, job);
@@ -58,7 +58,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   }
   if (task.dynamic) {
     DynamicOutputs made = task.dynamic->makeNodes(scene);
-    job->Told->trainingPsnr = task.dynamic->trainingPsnr();
+    job->LastProgress->trainingPsnr = task.dynamic->trainingPsnr();
     job->QualityState = task.dynamic->judging();
     job->UsedSettings = task.dynamic->settingsText();
     job->Warnings = std::move(made.warnings);
@@ -73,8 +73,8 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
   job->DeviceNote = task.filter->GetDeviceNote();
   job->UncertaintyNote = task.filter->GetUncertaintyNote();
   job->UncertaintyCoverage = task.filter->GetUncertaintyCoverage();
-  job->Told->trainingPsnr = task.filter->GetTrainingPSNR();
-  job->Told->heldOutPsnr = task.filter->GetHeldOutPSNR();
+  job->LastProgress->trainingPsnr = task.filter->GetTrainingPSNR();
+  job->LastProgress->heldOutPsnr = task.filter->GetHeldOutPSNR();
   job->NumberOfHeldOutSlices = task.filter->GetNumberOfHeldOutSlices();
   job->QualityState = task.filter->GetQualityState();
   for (int n = 0; n < task.filter->GetNumberOfWarnings(); ++n)
@@ -120,7 +120,7 @@ void JobDelivery::makeNodes(Task& task, vtkMRMLScene* scene) {
 
 void JobDelivery::finish(Task& task) {
   const vtkSmartPointer<vtkSlicerInnerGSJob> job = task.job;
-  job->Told->remaining = 0;
+  job->LastProgress->remaining = 0;
   const vtkSmartPointer<vtkMRMLScene> scene = logic_->GetMRMLScene();
   if (task.discard || task.cancelled || (task.stop.stop_requested() && !task.judging) || !scene ||
       scene != task.scene.Get() || scene->IsClosing()) {
@@ -152,8 +152,8 @@ void JobDelivery::finish(Task& task) {
     return;
   }
   if (failure.sentence.empty()) {
-    job->Told->fraction = 1;
-    job->Told->phase = Phase::Done;
+    job->LastProgress->fraction = 1;
+    job->LastProgress->phase = Phase::Done;
     job->State = vtkSlicerInnerGSJob::Finished;
     logic_->InvokeEvent(vtkSlicerInnerGSLogic::JobFinishedEvent, job);
     return;

@@ -21,7 +21,7 @@
 vtkStandardNewMacro(vtkSlicerInnerGSJob);
 
 vtkSlicerInnerGSJob::vtkSlicerInnerGSJob()
-    : Told(std::make_unique<innergs::Progress>()),
+    : LastProgress(std::make_unique<innergs::Progress>()),
       UncertaintyCoverage(std::numeric_limits<double>::quiet_NaN()) {}
 vtkSlicerInnerGSJob::~vtkSlicerInnerGSJob() = default;
 
@@ -48,52 +48,52 @@ bool vtkSlicerInnerGSJob::IsDone() {
 std::string vtkSlicerInnerGSJob::GetDescription() {
   if (this->State == Failed) return this->ErrorMessage;
   if (this->State != Running) return GetStateAsString(this->State);
-  const innergs::Progress& told = *this->Told;
-  std::string line = innergs::formatted("%.60s, %.0f %%", this->GetPhase().c_str(), 100 * told.fraction);
-  if (told.iteration > 0) line += innergs::formatted(", iteration %d of %d", told.iteration, told.iterations);
-  if (std::isfinite(told.trainingPsnr))
-    line += innergs::formatted(", %.1f dB on the fitted samples", told.trainingPsnr);
-  if (told.remaining >= 1) line += innergs::formatted(", about %.0f s left", std::ceil(told.remaining));
+  const innergs::Progress& last = *this->LastProgress;
+  std::string line = innergs::formatted("%.60s, %.0f %%", this->GetPhase().c_str(), 100 * last.fraction);
+  if (last.iteration > 0) line += innergs::formatted(", iteration %d of %d", last.iteration, last.iterations);
+  if (std::isfinite(last.trainingPsnr))
+    line += innergs::formatted(", %.1f dB on the fitted samples", last.trainingPsnr);
+  if (last.remaining >= 1) line += innergs::formatted(", about %.0f s left", std::ceil(last.remaining));
   return line;
 }
 
 std::string vtkSlicerInnerGSJob::GetPhase() {
   return this->State == Queued ? "Waiting"
          : this->Learning      ? "Learning segments"
-                               : innergs::phaseName(this->Told->phase);
+                               : innergs::phaseName(this->LastProgress->phase);
 }
 bool vtkSlicerInnerGSJob::IsJudging() {
-  return this->State == Running && resultIsComplete(this->Told->phase);
+  return this->State == Running && resultIsComplete(this->LastProgress->phase);
 }
 double vtkSlicerInnerGSJob::GetProgress() {
-  return this->Told->fraction;
+  return this->LastProgress->fraction;
 }
 int vtkSlicerInnerGSJob::GetCurrentIteration() {
-  return this->Told->iteration;
+  return this->LastProgress->iteration;
 }
 int vtkSlicerInnerGSJob::GetTotalIterations() {
-  return this->Told->iterations;
+  return this->LastProgress->iterations;
 }
 double vtkSlicerInnerGSJob::GetLoss() {
-  return this->Told->loss;
+  return this->LastProgress->loss;
 }
 double vtkSlicerInnerGSJob::GetTrainingPSNR() {
-  return this->Told->trainingPsnr;
+  return this->LastProgress->trainingPsnr;
 }
 double vtkSlicerInnerGSJob::GetHeldOutPSNR() {
-  return this->Told->heldOutPsnr;
+  return this->LastProgress->heldOutPsnr;
 }
 vtkIdType vtkSlicerInnerGSJob::GetNumberOfGaussians() {
-  return static_cast<vtkIdType>(this->Told->gaussians);
+  return static_cast<vtkIdType>(this->LastProgress->gaussians);
 }
 double vtkSlicerInnerGSJob::GetElapsedSeconds() {
-  return this->Told->elapsed;
+  return this->LastProgress->elapsed;
 }
 double vtkSlicerInnerGSJob::GetRemainingSeconds() {
-  return this->Told->remaining;
+  return this->LastProgress->remaining;
 }
 const innergs::Progress& vtkSlicerInnerGSJob::GetProgressReport() const {
-  return *this->Told;
+  return *this->LastProgress;
 }
 vtkMRMLInnerGSParameterNode* vtkSlicerInnerGSJob::GetParameterNode() {
   return this->ParameterNode;

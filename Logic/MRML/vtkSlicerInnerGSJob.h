@@ -120,7 +120,7 @@ protected:
 
   int State = Queued;
   bool Learning = false;
-  std::unique_ptr<innergs::Progress> Told;
+  std::unique_ptr<innergs::Progress> LastProgress;
   int ErrorCode = 0, QualityState = 0, NumberOfHeldOutSlices = 0;
   double UncertaintyCoverage;
   std::string UncertaintyNote, PredictionNote, DeviceNote, ErrorMessage, RecoveryFile, UsedSettings;

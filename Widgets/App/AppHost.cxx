@@ -346,7 +346,7 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   return task;
 }
 
-void AppHost::fillSlowly(const JobOutline& outline, ui::Estimate& estimate) {
+void AppHost::addForecast(const JobOutline& outline, ui::Estimate& estimate) {
   const QString key = QString::fromStdString(outline.key());
   if (const auto found = forecasts_.constFind(key); found != forecasts_.constEnd()) {
     estimate.refusal = QString::fromStdString(found->refusal);
@@ -377,7 +377,7 @@ ui::Estimate AppHost::estimate(const ui::Request& request) {
     const JobOutline outline{request.settings, fitOutlines(makeInput(task, false), keepEvery(task))};
     const MemoryNeed need = memoryNeed(outline.fits, outline.settings, estimate.available);
     estimate.memory = need.bytes;
-    fillSlowly(outline, estimate);
+    addForecast(outline, estimate);
     if (!need.refusal.empty() && !isRunning()) throw Error(ErrorCode::Memory, need.refusal);
   });
   if (!refusal.isEmpty()) estimate.refusal = refusal;

@@ -89,7 +89,7 @@ private:
   void deliver(Outcome outcome);
   void readWantedFrame(const QString& id);
   /// The slow parts, on a thread: asking a driver, timing a small fit.
-  void fillSlowly(const JobOutline& outline, ui::Estimate& estimate);
+  void addForecast(const JobOutline& outline, ui::Estimate& estimate);
 
   Document document_;
   Background* background_; // files

@@ -40,7 +40,7 @@ void CpuFitDevice::addView(const Observation& o, std::vector<View>& views) const
 }
 
 /// The loss of a view; adds its gradient if that is not empty.
-LossSum CpuFitDevice::sweep(View& view, const GaussianField& field, std::span<float> gradient) {
+LossSum CpuFitDevice::addLoss(View& view, const GaussianField& field, std::span<float> gradient) {
   view.renderer->forward(field, {}, weights_.data(), numerators_.data());
   const LossSum sum =
       lossPass(*view.observation, field, rules_.loss, weights_.data(), numerators_.data(), pool_);
@@ -64,7 +64,7 @@ LossSum CpuFitDevice::iterate(const IterationOptions& options) {
   std::fill(gradient_.begin(), gradient_.end(), 0.f);
   LossSum total;
   for (View& view : options.coarse ? coarse_ : fine_)
-    total += sweep(view, state_.field, gradient_);
+    total += addLoss(view, state_.field, gradient_);
   if (options.accumulateGradients) state_.accumulator.add(gradient_, rules_.densify, pool_);
   state_.adam.apply(state_.field, gradient_, options.rates, rules_.bounds, options.step, pool_);
   if (options.relocate) relocateGaussians(state_.field, state_.adam, *options.relocate);
@@ -78,14 +78,14 @@ DensifyCounts CpuFitDevice::densify() {
 LossSum CpuFitDevice::evaluate(const GaussianField& field) {
   LossSum total;
   for (View& view : fine_)
-    total += sweep(view, field, {});
+    total += addLoss(view, field, {});
   return total;
 }
 
 LossSum CpuFitDevice::gradient(const GaussianField& field, std::int64_t observation,
                                std::span<float> gradient) {
   std::fill(gradient.begin(), gradient.end(), 0.f);
-  return sweep(fine_.at(static_cast<std::size_t>(observation)), field, gradient);
+  return addLoss(fine_.at(static_cast<std::size_t>(observation)), field, gradient);
 }
 
 } // namespace innergs

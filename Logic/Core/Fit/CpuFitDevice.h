@@ -27,7 +27,7 @@ private:
     std::shared_ptr<LatticeRenderer> renderer; // shared by views of one lattice
   };
   void addView(const Observation& observation, std::vector<View>& views) const;
-  LossSum sweep(View& view, const GaussianField& field, std::span<float> gradient);
+  LossSum addLoss(View& view, const GaussianField& field, std::span<float> gradient);
 
   FitRules rules_;
   const KernelSet& kernels_;

@@ -139,7 +139,8 @@ void DynamicJob::report(Phase phase, double fraction, double mse) {
   state_.elapsed = now() - start_;
   state_.remaining = state_.fraction > 0.02 ? state_.elapsed * (1 - state_.fraction) / state_.fraction : 0;
   if (mse > 0) state_.trainingPsnr = psnrOf(mse);
-  if (device_ && device_->use.id != std::exchange(told_, device_->use.id)) state_.note = device_->use.reason;
+  if (device_ && device_->use.id != std::exchange(reportedDevice_, device_->use.id))
+    state_.note = device_->use.reason;
   if (progress_) progress_(state_);
   state_.note.clear();
 }
@@ -177,7 +178,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
     throw Error(ErrorCode::Memory, refusal);
   const KernelSet& kernels = kernelSet(settings_.instructionSet);
   device_.emplace(settings_.device, settings_.instructionSet);
-  told_.clear();
+  reportedDevice_.clear();
   ThreadPool pool(settings_.threads);
   pool.setStop(stop);
   DynamicResult result;

@@ -74,7 +74,7 @@ private:
   std::function<void(std::shared_ptr<const DynamicField>)> preview_;
   Progress state_;
   std::optional<DeviceChoice> device_;
-  std::string told_;                   // the device last reported to the user
+  std::string reportedDevice_;         // its id, "" at first
   double start_ = 0, nextPreview_ = 0; // s
 };
 

@@ -79,19 +79,19 @@ void Poser::pose(const DynamicField& field, std::span<const float> nodes, std::o
 void Poser::backward(const DynamicField& field, std::span<const float> nodeValues, std::span<float> gradient,
                      std::span<float> nodes, ThreadPool& pool) {
   listMembers();
-  pulls_.resize(places_.size() * MotionLattice::kValues);
+  nodeGradients_.resize(places_.size() * MotionLattice::kValues);
   pool.blocks(static_cast<std::int64_t>(places_.size()), kGaussiansPerTask,
               [&](std::int64_t first, std::int64_t last) {
                 for (std::int64_t i = first; i < last; ++i) {
                   float* g = gradient.data() + 16 * i;
-                  float* pull = pulls_.data() + MotionLattice::kValues * i;
+                  float* nodeGradient = nodeGradients_.data() + MotionLattice::kValues * i;
                   const float* q = field.canonical.gaussians[i].quaternion;
                   const float* dq = g + 6; // of turn ⊗ q
                   for (int a = 0; a < 3; ++a)
-                    pull[a] = g[a];
-                  pull[3] = 0.5f * (-q[1] * dq[0] + q[0] * dq[1] - q[3] * dq[2] + q[2] * dq[3]);
-                  pull[4] = 0.5f * (-q[2] * dq[0] + q[3] * dq[1] + q[0] * dq[2] - q[1] * dq[3]);
-                  pull[5] = 0.5f * (-q[3] * dq[0] - q[2] * dq[1] + q[1] * dq[2] + q[0] * dq[3]);
+                    nodeGradient[a] = g[a];
+                  nodeGradient[3] = 0.5f * (-q[1] * dq[0] + q[0] * dq[1] - q[3] * dq[2] + q[2] * dq[3]);
+                  nodeGradient[4] = 0.5f * (-q[2] * dq[0] + q[3] * dq[1] + q[0] * dq[2] - q[1] * dq[3]);
+                  nodeGradient[5] = 0.5f * (-q[3] * dq[0] - q[2] * dq[1] + q[1] * dq[2] + q[0] * dq[3]);
                   const auto v = lattice_.at(places_[i], nodeValues);
                   const float back[4] = {1, -0.5f * v[3], -0.5f * v[4], -0.5f * v[5]};
                   float canonical[4];
@@ -104,10 +104,10 @@ void Poser::backward(const DynamicField& field, std::span<const float> nodeValue
     for (std::int64_t n = first; n < last; ++n) {
       float sum[MotionLattice::kValues] = {};
       for (std::uint32_t m = first_[n]; m < first_[n + 1]; ++m) {
-        const float* pull =
-            pulls_.data() + static_cast<std::size_t>(members_[m].gaussian) * MotionLattice::kValues;
+        const float* nodeGradient =
+            nodeGradients_.data() + static_cast<std::size_t>(members_[m].gaussian) * MotionLattice::kValues;
         for (int v = 0; v < MotionLattice::kValues; ++v)
-          sum[v] += members_[m].weight * pull[v];
+          sum[v] += members_[m].weight * nodeGradient[v];
       }
       for (int v = 0; v < MotionLattice::kValues; ++v)
         nodes[n * MotionLattice::kValues + v] += sum[v];

@@ -35,7 +35,7 @@ private:
   };
   std::vector<std::uint32_t> first_; // of a node's members
   std::vector<Member> members_;      // by node, then by Gaussian
-  std::vector<float> pulls_;         // dL/d(the lattice's values at each Gaussian)
+  std::vector<float> nodeGradients_; // dL/d(the lattice's values at each Gaussian)
 };
 
 } // namespace innergs

@@ -45,7 +45,7 @@ void checkSettings(const Settings& settings) {
           "The largest number of Gaussians must not be below the number at the start.");
   if (s.blending == Blending::Normalised) return;
   const std::string name = s.blending == Blending::Additive ? "Additive" : "Alpha";
-  require(s.ensembleSize.value_or(1) <= 1, name + " fields cannot be merged: use one member.");
+  require(s.ensembleSize.value_or(1) <= 1, name + " fields cannot be merged: use one field.");
   require(!s.linearIntensity.value_or(false),
           name + " blending has no linear intensity: use only one of the two.");
 }

@@ -224,17 +224,17 @@ TEST(FitOnTheHostExecutor, SurvivesAnyFailedAllocation) {
       cuda::Fit fit(std::move(executor), scene.request());
       fit.upload(scene.field, Adam(scene.field.size()), {});
       cuda::failAllocations(memory, allocation, 1 << 30);
-      bool swept = false;
+      bool iterated = false;
       try {
         fit.iterate(optionsOf(scene, 1));
-        swept = true;
+        iterated = true;
       } catch (const Error&) {
       }
-      EXPECT_TRUE(swept || cuda::allocationsToFailure(memory) == 0);
+      EXPECT_TRUE(iterated || cuda::allocationsToFailure(memory) == 0);
       cuda::failAllocations(memory, 0, 0);
       GaussianField field;
       fit.download(&field, nullptr, nullptr);
-      EXPECT_EQ(same(field, scene.field), !swept);
+      EXPECT_EQ(same(field, scene.field), !iterated);
       EXPECT_EQ(fit.iterate(optionsOf(scene, 1)).samples, samples) << "a slab is missing";
     }
   }

@@ -24,11 +24,11 @@ struct State {
 };
 
 /// A fit after three iterations, the second of which relocates if the scene does.
-struct Swept {
+struct StartedFit {
   cuda::Executor* memory;
   std::unique_ptr<cuda::Fit> fit;
 
-  explicit Swept(const Scene& scene) {
+  explicit StartedFit(const Scene& scene) {
     auto executor = cuda::makeHostExecutor();
     memory = executor.get();
     fit = std::make_unique<cuda::Fit>(std::move(executor), scene.request());
@@ -47,13 +47,13 @@ int failingOnce(const Scene& scene, const std::function<void(cuda::Fit&)>& work,
                 const std::function<void(cuda::Fit&, std::size_t)>& check) {
   for (int allocation = 1; allocation < 200; ++allocation) {
     SCOPED_TRACE(allocation);
-    Swept swept(scene);
-    cuda::failAllocations(*swept.memory, allocation, 1);
-    EXPECT_NO_THROW(work(*swept.fit));
-    const bool failed = cuda::allocationsToFailure(*swept.memory) == 0;
-    cuda::failAllocations(*swept.memory, 0, 0);
+    StartedFit started(scene);
+    cuda::failAllocations(*started.memory, allocation, 1);
+    EXPECT_NO_THROW(work(*started.fit));
+    const bool failed = cuda::allocationsToFailure(*started.memory) == 0;
+    cuda::failAllocations(*started.memory, 0, 0);
     if (!failed) return allocation - 1;
-    check(*swept.fit, swept.memory->freeBytes());
+    check(*started.fit, started.memory->freeBytes());
   }
   ADD_FAILURE() << "never ends";
   return 0;
@@ -67,9 +67,9 @@ Scene densifying(Blending blending) {
 
 class Retry : public ::testing::TestWithParam<Blending> {};
 
-TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
+TEST_P(Retry, DensifiesWithTheMemoryThatIterationsKept) {
   const Scene scene = densifying(GetParam());
-  Swept plain(scene);
+  StartedFit plain(scene);
   const std::int64_t before = State(*plain.fit).field.size();
   const DensifyCounts expected = plain.fit->densify();
   ASSERT_GT(expected.split + expected.cloned, 0);
@@ -98,24 +98,24 @@ TEST_P(Retry, DensifiesWithTheMemoryThatSweepsKept) {
 
 TEST_P(Retry, LeavesTheFitAsItWasWhereTheSecondTryFailsToo) {
   const Scene scene = densifying(GetParam());
-  Swept plain(scene);
+  StartedFit plain(scene);
   const State start(*plain.fit);
   plain.fit->densify();
   const State grown(*plain.fit);
   for (const int allocation : {1, 2, 5, 9, 12}) {
     SCOPED_TRACE(allocation);
-    Swept swept(scene);
-    cuda::failAllocations(*swept.memory, allocation, 1 << 30);
+    StartedFit started(scene);
+    cuda::failAllocations(*started.memory, allocation, 1 << 30);
     try {
-      swept.fit->densify();
+      started.fit->densify();
       ADD_FAILURE() << "done without memory";
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ErrorCode::Memory);
     }
-    cuda::failAllocations(*swept.memory, 0, 0);
-    State(*swept.fit).expectAs(start);
-    swept.fit->densify();
-    State(*swept.fit).expectAs(grown);
+    cuda::failAllocations(*started.memory, 0, 0);
+    State(*started.fit).expectAs(start);
+    started.fit->densify();
+    State(*started.fit).expectAs(grown);
   }
 }
 
@@ -125,7 +125,7 @@ TEST_P(Retry, EvaluatesInSmallerSlabs) {
   for (Gaussian& g : other.gaussians)
     g.intensity *= 0.9f;
   other.gaussians.push_back(other.gaussians.front()); // more than the fit has, so buffers must grow
-  Swept plain(scene);
+  StartedFit plain(scene);
   const State start(*plain.fit);
   const LossSum expected = plain.fit->evaluate(other);
   LossSum found;
@@ -142,7 +142,7 @@ TEST_P(Retry, EvaluatesInSmallerSlabs) {
 
 TEST_P(Retry, GathersTheGradientInSmallerSlabs) {
   const Scene scene = densifying(GetParam());
-  Swept plain(scene);
+  StartedFit plain(scene);
   const State start(*plain.fit);
   GaussianField other = scene.field;
   other.gaussians.push_back(other.gaussians.front());

@@ -154,7 +154,7 @@ TEST(ModelFile, ForgedHeaders) {
 }
 
 /// With a support of 4×3×2 voxels: runs of 2 outside, 7 inside, 1 outside, 14 inside.
-Model maskedCheckpoint() {
+Model maskedModel() {
   Model model = modelOf(5, false, false);
   GaussianField& field = model.field;
   field.support.geometry = cropped(field.domain, {3, 5, 7}, {4, 3, 2});
@@ -168,7 +168,7 @@ Model maskedCheckpoint() {
 
 TEST(ModelFile, KeepsSupportFillAndRange) {
   const TemporaryFolder folder;
-  const Model written = maskedCheckpoint();
+  const Model written = maskedModel();
   writeModel(written, folder / "a.innergs");
   GaussianField read = readModel(folder / "a.innergs").field;
   EXPECT_EQ(read.support.geometry, written.field.support.geometry);
@@ -193,7 +193,7 @@ TEST(ModelFile, KeepsSupportFillAndRange) {
 
 TEST(ModelFile, DamagedSupportIsRefused) {
   const TemporaryFolder folder;
-  writeModel(maskedCheckpoint(), folder / "a.innergs");
+  writeModel(maskedModel(), folder / "a.innergs");
   const std::string bytes = readBytes(folder / "a.innergs");
   const std::size_t runs = bytes.size() - 16;
   const auto refuse = [&](const std::string& damaged, const char* part) {

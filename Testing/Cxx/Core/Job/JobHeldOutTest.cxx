@@ -63,7 +63,7 @@ TEST(HeldOut, TakesTheSlicesOfEveryStack) {
   EXPECT_LT(result.heldOutPsnr, 80);
 }
 
-TEST(HeldOut, TellsOfItsOwnSweepsAndOfTheTimeOfBoth) {
+TEST(HeldOut, TellsOfItsOwnIterationsAndOfTheTimeOfBoth) {
   const Attempt run = runUntil({}, heldOutInput(), quickSettings(12));
   double fraction = 0;
   Progress fitted;
