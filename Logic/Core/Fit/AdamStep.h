@@ -4,7 +4,7 @@
 
 namespace innergs {
 
-/// The constants of one Adam step, shared by all Gaussians.
+/// The constants of one step of Adam (Kingma & Ba 2015), shared by all Gaussians.
 struct AdamStep {
   float rate[16]; // per parameter, divided by the first moment's bias correction
   float beta1, beta2, scale2;

@@ -14,6 +14,7 @@ INNERGS_HD inline std::uint64_t spreadBits(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
+/// The place of a cell along the Z-order curve (Morton 1966).
 INNERGS_HD inline std::uint64_t morton(std::uint64_t i, std::uint64_t j, std::uint64_t k) {
   return spreadBits(i) | spreadBits(j) << 1 | spreadBits(k) << 2;
 }

@@ -6,7 +6,7 @@
 namespace innergs {
 namespace {
 
-/// Stable sort of `ids` by `keys`, least significant digit first.
+/// Stable LSD radix sort of `ids` by `keys` (Knuth, TAOCP vol. 3, 5.2.5).
 void radixSort(std::vector<std::uint32_t>& keys, std::span<std::uint32_t> ids) {
   static thread_local std::vector<std::uint32_t> otherKeys, otherIds;
   constexpr int kBits = 11, kDigits = 1 << kBits;
