@@ -12,7 +12,7 @@
 namespace innergs::mrml {
 namespace {
 
-constexpr double kTolerance = 1e-4; // what files with few digits leave of a right angle
+constexpr double kTolerance = 1e-4; // tolerance for matrices stored with few digits
 
 bool isRigid(const Mat3& a) {
   const Mat3 gram = transpose(a) * a;

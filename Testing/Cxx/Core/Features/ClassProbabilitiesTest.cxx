@@ -86,7 +86,7 @@ TEST_F(ClassProbabilitiesTest, ThresholdsNest) {
 TEST_F(ClassProbabilitiesTest, PartsAndSmoothing) {
   const std::int64_t first = segmentOf({1}).voxels, third = segmentOf({3}).voxels;
   ASSERT_NE(first, third);
-  // Liver and left kidney touch nowhere by a face that both would be one part.
+  // Liver and left kidney share no face, so they stay separate parts.
   const Segment both = segmentOf({1, 3});
   ASSERT_EQ(both.voxels, first + third);
   const Segment large = segmentOf({1, 3}, {0, 0, false, 8.0 * static_cast<double>(std::max(first, third))});
