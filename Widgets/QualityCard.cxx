@@ -131,7 +131,7 @@ void QualityCard::setReport(const Report& report) {
                       .arg(decibel(report.heldOutPsnr)));
   else // if it was asked for and failed, the warnings say why
     set(heldOut_, report.quality.isEmpty() && report.judging == Judging::NotAsked
-                      ? tr("The quality between slices was not measured: tick \"Measure the quality\" before "
+                      ? tr("The quality between slices was not judged: tick \"Judge the quality\" before "
                            "the next start.")
                       : QString());
   set(training_,

@@ -415,7 +415,7 @@ QWidget* ReconstructionPanel::makeFit() {
   presetLine_ = makeWrappedLabel("presetLine", group);
   device_ = new DeviceBox(group);
   device_->setObjectName("deviceBox");
-  evaluate_ = new QCheckBox(tr("&Measure the quality (a second fit)"), group);
+  evaluate_ = new QCheckBox(tr("&Judge the quality (a second fit)"), group);
   evaluate_->setObjectName("evaluateQuality");
   evaluate_->setChecked(true);
   evaluate_->setToolTip(tr("Fits the first scan again with slices left out, and compares the result with\n"
@@ -468,7 +468,7 @@ QWidget* ReconstructionPanel::makeQualityOptions() {
   heldOut_->setSuffix(tr(" %"));
   heldOut_->setSpecialValueText(tr("none"));
   heldOut_->setToolTip(
-      tr("Share of each scan's slices withheld from a second fit, to measure the quality on them\n"
+      tr("Share of each scan's slices withheld from a second fit, to judge the quality on them\n"
          "(0 to 50 %). The result itself is fitted to all slices; it takes about twice the time."));
   for (QAbstractSpinBox* spin :
        {static_cast<QAbstractSpinBox*>(gap_), static_cast<QAbstractSpinBox*>(heldOut_)}) {

@@ -90,7 +90,7 @@ private Q_SLOTS:
     Report report;
     report.trainingPsnr = 40;
     finish(report);
-    QVERIFY(label("heldOutQuality").startsWith("The quality between slices was not measured"));
+    QVERIFY(label("heldOutQuality").startsWith("The quality between slices was not judged"));
     QVERIFY(!isShown("qualityTable"));
     QVERIFY(!isShown("resultWarnings"));
     QVERIFY(label("trainingQuality").contains("not held out"));
