@@ -84,7 +84,8 @@ QWidget* MotionPanel::buildFit() {
   interval_->setObjectName(QStringLiteral("motionInterval"));
   interval_->setSuffix(tr(" s"));
   interval_->setSpecialValueText(tr("from the scan"));
-  interval_->setToolTip(tr("Time from one frame to the next, if the scan lacks it or is wrong"));
+  interval_->setToolTip(
+      tr("Time from one frame to the next, if the scan does not state it, or states it wrongly"));
   form->addRow(tr("&Time between frames"), interval_);
   kind_ = new QComboBox(this);
   kind_->setObjectName(QStringLiteral("motionKind"));

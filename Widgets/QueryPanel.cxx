@@ -527,14 +527,14 @@ void QueryPanel::build() {
                          "and Page Down move along the normal, + and − zoom, Home centres."));
   view_->setToolTip(tr("Keys: arrows tilt, Ctrl+Left and Ctrl+Right turn, Shift+arrows pan,\n"
                        "Page Up and Page Down move, + and − zoom, Home centres.\n"
-                       "While this view has the keyboard, the value in the middle is shown."));
+                       "While this view has the keyboard focus, the value in the middle is shown."));
   rows->addWidget(view_, 1);
 
   readout_ = new QLabel;
   readout_->setObjectName(QStringLiteral("queryReadout"));
   readout_->setTextInteractionFlags(Qt::TextSelectableByMouse);
   readout_->setToolTip(
-      tr("Position under the mouse, or in the middle while the view has the keyboard (RAS mm; "
+      tr("Position under the mouse, or in the middle while the view has the keyboard focus (RAS mm; "
          "R, A, S: to the patient's right, anterior, superior) and the model's "
          "value there, in the scanner's units"));
   readout_->setMinimumWidth(1); // its text must not widen the panel

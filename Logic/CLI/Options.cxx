@@ -277,10 +277,11 @@ bool looksLikeModel(const std::filesystem::path& path) {
 void checkMemory(std::int64_t bytes, const std::string& what) {
   const std::int64_t available = availableMemory();
   if (available > 0 && bytes > available)
-    throw Error(ErrorCode::Memory, fmt::format("{} needs about {} of memory and {} are available: choose a "
-                                               "larger --spacing or a smaller region.",
-                                               what, bytesText(static_cast<double>(bytes)),
-                                               bytesText(static_cast<double>(available))));
+    throw Error(ErrorCode::Memory,
+                fmt::format("{} needs about {} of memory, but only {} is available: choose a "
+                            "larger --spacing or a smaller region.",
+                            what, bytesText(static_cast<double>(bytes)),
+                            bytesText(static_cast<double>(available))));
 }
 
 } // namespace innergs::cli

@@ -78,8 +78,8 @@ void addOptions(CLI::App& app, ReconstructOptions& o) {
       ->type_name("F");
 
   addSettings(app, o.settings);
-  auto* going = app.add_option_group("Going on");
-  going
+  auto* resuming = app.add_option_group("Resuming");
+  resuming
       ->add_option("--resume", o.resume,
                    "Resume from a model saved by an interrupted run with the same inputs and settings")
       ->type_name("MODEL");

@@ -48,7 +48,7 @@ Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
   const std::int64_t free = static_cast<std::int64_t>(executor_->freeBytes());
   if (needed.least > free)
     throw Error(ErrorCode::Memory, "The fit needs at least " + std::to_string(needed.least >> 20) +
-                                       " MiB of the device's memory and " + std::to_string(free >> 20) +
+                                       " MiB of the device's memory, but only " + std::to_string(free >> 20) +
                                        " MiB are free: use fewer Gaussians or the CPU.");
   addViews(*request.observations, fine_);
   if (request.coarse) {

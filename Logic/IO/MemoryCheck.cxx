@@ -10,9 +10,9 @@ namespace innergs {
 void checkMemoryFor(double bytes, const std::string& what) {
   const std::int64_t available = availableMemory();
   if (available == 0 || bytes <= static_cast<double>(available)) return;
-  throw Error(ErrorCode::Memory, what + " needs " + bytesText(bytes) + " of memory and " +
+  throw Error(ErrorCode::Memory, what + " needs " + bytesText(bytes) + " of memory, but only " +
                                      bytesText(static_cast<double>(available)) +
-                                     " are available; crop it or lower its resolution.");
+                                     " is available; crop it or lower its resolution.");
 }
 
 } // namespace innergs

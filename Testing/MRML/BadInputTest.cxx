@@ -336,7 +336,8 @@ TEST_F(BadInputTest, MoreThanTheMemoryIsRefusedBeforehand) {
   EXPECT_EQ(refusal.find("The reconstruction needs about "), 0u) << refusal;
   EXPECT_FALSE(logic->Reconstruct(parameters));
   const std::string& sentence = logic->GetLastError(); // the available memory changes
-  EXPECT_EQ(sentence.substr(0, sentence.find(" and ")), refusal.substr(0, refusal.find(" and "))) << sentence;
+  EXPECT_EQ(sentence.substr(0, sentence.find(", but only ")), refusal.substr(0, refusal.find(", but only ")))
+      << sentence;
 }
 
 } // namespace

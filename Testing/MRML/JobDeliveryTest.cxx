@@ -39,7 +39,7 @@ TEST_F(JobTest, MemoryEndsWhileOutputsAreMade) {
       ASSERT_NE(job->GetModelNode(), nullptr);
       EXPECT_EQ(job->GetModelNode()->GetScene(), scene.Get());
       EXPECT_NEAR(logic->GetValueAtRAS(job->GetModelNode(), 0, 0, 0), truth(0, 0, 0), 15);
-      EXPECT_NE(warningsOf(job).find("The memory is not enough: "), std::string::npos) << warningsOf(job);
+      EXPECT_NE(warningsOf(job).find("There is not enough memory: "), std::string::npos) << warningsOf(job);
       EXPECT_EQ(warningsOf(job).find("bad_alloc"), std::string::npos);
       ASSERT_NE(job->GetVolumeNode(), nullptr);
       EXPECT_EQ(job->GetVolumeNode()->GetNodeReference("InnerGSModel"), job->GetModelNode());

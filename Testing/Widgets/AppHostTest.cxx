@@ -72,7 +72,7 @@ private Q_SLOTS:
     QVERIFY(host_->start(request));
     QVERIFY(failed.wait(kPatience));
     const QString sentence = failed.first().first().toString(); // the available memory changes
-    QCOMPARE(sentence.section(" and ", 0, 0), estimate.refusal.section(" and ", 0, 0));
+    QCOMPARE(sentence.section(", but only ", 0, 0), estimate.refusal.section(", but only ", 0, 0));
   }
 
   // A time measured during a reconstruction is not kept.
@@ -99,7 +99,7 @@ private Q_SLOTS:
     QVERIFY(done);
     QVERIFY(!thread.isBusy());
     QCOMPARE(logged.size(), 2);
-    QVERIFY(logged[0].first().toString().startsWith("The memory is not enough: "));
+    QVERIFY(logged[0].first().toString().startsWith("There is not enough memory: "));
     QVERIFY(logged[1].first().toString().startsWith("Unexpected failure: "));
   }
 

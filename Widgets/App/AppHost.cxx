@@ -155,7 +155,7 @@ QString AppHost::save(const QString& id, const QString& file) {
   if (!volume && !model) sentence = tr("This item is no longer open and cannot be saved.");
   for (const auto& item : document_.volumes())
     if (item->frames.count > 1 && isSameFile(pathOf(item->frames.file), pathOf(file)))
-      sentence = tr("'%1' holds all %n frames of what is open as '%2': choose another file.", nullptr,
+      sentence = tr("'%1' is the file of '%2', with all its %n frames: choose another file.", nullptr,
                     item->frames.count)
                      .arg(file, item->name);
   if (sentence.isEmpty())

@@ -178,7 +178,7 @@ void AppMotionHost::deliver(Outcome& outcome) {
   const double first = shown.volumeId.isEmpty() ? outcome.model.time : previewTime_;
   outcome.report.modelId = host_->document().add(std::move(outcome.model));
   shown_[outcome.report.modelId] = shown;
-  Q_EMIT host_->logged(tr("Made a model in space and time from %1.").arg(shown.scan));
+  Q_EMIT host_->logged(tr("Fitted a model in space and time to %1.").arg(shown.scan));
   setTime(outcome.report.modelId, first);
   Q_EMIT finished(outcome.report);
 }

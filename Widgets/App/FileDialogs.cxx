@@ -108,7 +108,7 @@ void FileDialogs::tell(const QString& sentence) {
 void FileDialogs::closeItem(const QString& id) {
   if (host_->document().unsaved().contains(id)) {
     QMessageBox box(QMessageBox::Question, QStringLiteral("InnerGS"),
-                    tr("'%1' is not saved. Save it before it is closed?").arg(host_->document().nameOf(id)),
+                    tr("Save '%1' before closing it?").arg(host_->document().nameOf(id)),
                     QMessageBox::Save | QMessageBox::Discard | QMessageBox::Cancel, window_);
     box.setObjectName(QStringLiteral("closeItemBox"));
     box.setDefaultButton(QMessageBox::Save);

@@ -81,7 +81,7 @@ MainWindow::MainWindow(QWidget* parent)
   pointed_->setObjectName(QStringLiteral("pointed"));
   pointed_->setToolTip(tr(
       "Position (mm; R, L, A, P, S, I: the patient's sides) and value (scanner units) under the mouse, or\n"
-      "at the crosshair while a slice view has the keyboard"));
+      "at the crosshair while a slice view has the keyboard focus"));
   busyText_ = new QLabel(this);
   busyText_->setObjectName(QStringLiteral("busyText"));
   busy_ = new QProgressBar(this);
@@ -422,7 +422,7 @@ void MainWindow::makeHelpMenu() {
     box->setTextInteractionFlags(Qt::TextBrowserInteraction);
     box->open();
   };
-  add(menu, "citation", tr("How to &Cite"), tr("The paper that the method comes from"), [show] {
+  add(menu, "citation", tr("How to &Cite"), tr("The paper behind the method"), [show] {
     show("citationBox", tr("How to cite"),
          tr("S. Liang, Y. Xiao, W. Tang: <i>InnerGS: Internal Scenes Rendering via Factorized 3D Gaussian "
             "Splatting.</i> arXiv:2508.13287, 2025.<br><br>This program is an independent implementation: "

@@ -71,7 +71,7 @@ SliceView::SliceView(ViewState* state, int axis, QWidget* parent)
       tr("Click: crosshair in all views. Drag: window and level. Wheel: slices.\n"
          "Right drag or Ctrl+wheel: zoom. Middle drag: move. Double click: this view alone.\n"
          "Keys: arrows, Page Up and Page Down: slices; Shift+arrows: move; + and −: zoom; Home: all of it.\n"
-         "While this view has the keyboard, the value at the crosshair is shown."));
+         "While this view has the keyboard focus, the value at the crosshair is shown."));
   Scene& s = *scene_;
   s.window->SetMultiSamples(0);
   setRenderWindow(s.window.Get());

@@ -24,7 +24,7 @@ constexpr double kRidge = 1e-4;
 constexpr double kTukey = 4.685 * 1.4826; // in median deviations
 constexpr double kWorthwhile = 0.5;       // dB
 constexpr double kAlike = 0.8;            // least correlation of scans of the same tissue
-constexpr double kExcess = 1.5;           // of the shared shading over what the scans' own suggest
+constexpr double kExcess = 1.5;           // of the shared shading relative to the scans' individual shading
 constexpr double kLeast = 0.01;           // range of a scan's own shading that is reported
 
 /// The values of the corrected scans at common places.
@@ -140,7 +140,7 @@ double median(std::vector<double> values) {
 }
 
 /// The first `count` coefficients of each field, by iteratively reweighted least squares, scan after scan.
-/// Their mean over the scans is taken away: the scans do not tell it.
+/// Their mean over the scans is removed, as the scans do not determine it.
 Coefficients fitFields(const Common& c, int count, ThreadPool& pool) {
   const std::size_t n = c.scans.size();
   Coefficients fields(n);
@@ -411,8 +411,8 @@ std::string biasSentence(const BiasCorrection::Scan& scan, const std::string& na
 
 std::string biasSentence(const BiasCorrection& c) {
   if (c.scans.empty()) return {};
-  std::string text =
-      formatted("Without shading the scans agree at %.1f dB, before at %.1f dB.", c.psnrAfter, c.psnrBefore);
+  std::string text = formatted("With shading removed, the scans agree to %.1f dB (before: %.1f dB).",
+                               c.psnrAfter, c.psnrBefore);
   if (c.sharedHighest > c.sharedLowest)
     text += formatted(
         " A shading by %.2f to %.2f that all share was estimated from their histogram and corrected as well.",

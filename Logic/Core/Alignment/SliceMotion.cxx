@@ -423,7 +423,7 @@ std::string sliceMotionSentence(const SliceMotion& m) {
                        : formatted("The slices of each scan were moved in %d interleaved packets", m.packets);
   std::string text =
       how + formatted(", half of them by more than %.1f mm or %.1f°: the scans then predict each other's "
-                      "slices at %.1f dB, before at %.1f dB.",
+                      "slices to %.1f dB (before: %.1f dB).",
                       m.displacement, m.angle, m.psnrAfter, m.psnrBefore);
   if (m.rejected > 0)
     text += formatted(" %lld slice%s no other and %s left out.", static_cast<long long>(m.rejected),

@@ -9,7 +9,7 @@ namespace innergs {
 namespace {
 
 const char* const kNoMemory =
-    "The memory is not enough: close other programs or volumes, or choose a smaller "
+    "There is not enough memory: close other programs or volumes, or choose a smaller "
     "region, a coarser output or fewer Gaussians.";
 
 const char* const kNoThread =

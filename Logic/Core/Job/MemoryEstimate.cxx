@@ -175,9 +175,9 @@ std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& se
 
 std::string memoryRefusal(std::int64_t needed, std::int64_t available) {
   if (available <= 0 || needed <= available) return {};
-  return "The reconstruction needs about " + bytesText(static_cast<double>(needed)) + " of memory and " +
-         bytesText(static_cast<double>(available)) +
-         " are available: choose a smaller region, a coarser output or fewer Gaussians.";
+  return "The reconstruction needs about " + bytesText(static_cast<double>(needed)) +
+         " of memory, but only " + bytesText(static_cast<double>(available)) +
+         " is available: choose a smaller region, a coarser output or fewer Gaussians.";
 }
 
 MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings& settings,
@@ -192,8 +192,8 @@ MemoryNeed memoryNeed(std::span<const ReconstructionInput> fits, const Settings&
     if (!need.refusal.empty() || memoryRefusal(bytes, available).empty()) continue;
     need.refusal = n == 0 ? memoryRefusal(bytes, available)
                           : "Judging the quality needs about " + bytesText(static_cast<double>(bytes)) +
-                                " of memory and " + bytesText(static_cast<double>(available)) +
-                                " are available: turn it off, or choose a smaller region, a coarser output "
+                                " of memory, but only " + bytesText(static_cast<double>(available)) +
+                                " is available: turn it off, or choose a smaller region, a coarser output "
                                 "or fewer Gaussians.";
   }
   return need;

@@ -266,7 +266,7 @@ Stack SlicePrediction::predict() {
   sentence_ =
       "Between the slices: " + mixtureText(choice_, added.field, added.learned) +
       (choice_.judged || choice_.withheldError[0] > 0 ? ", chosen on slices withheld from the scan"
-                                                      : ", as the scan shows too little to choose by") +
+                                                      : ", because the scan shows too little for a choice") +
       (added.gain > 0.005 ? formatted(" (there %.1f dB better than interpolation alone).", added.gain)
                           : std::string(".")) +
       added.nothingLearned;

@@ -189,16 +189,15 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
   if (timed && !settings_.sliceTiming.value_or(true)) series_.sliceTiming = {};
   const std::string key = keyOf(series_, settings_);
   if (resumed_ && (resumed_->state.empty() || resumed_->field.kind == DynamicKind::Intensity))
+    throw Error(ErrorCode::InvalidArgument,
+                "The model to resume comes from a fit that was not interrupted: there is nothing to resume.");
+  if (resumed_ && resumed_->state.key != key)
     throw Error(
         ErrorCode::InvalidArgument,
-        "The model to resume is of a fit that was not stopped on its way: there is nothing to resume.");
-  if (resumed_ && resumed_->state.key != key)
-    throw Error(ErrorCode::InvalidArgument,
-                "The model to resume is of another scan or other settings: give those it was made with.");
+        "The model to resume was made from another scan or with other settings: use the original ones.");
   if (resumed_ && resumed_->knowsSegments)
     result.notes.push_back(
-        "The model to resume knows segments, but the Gaussians that they belong to change: "
-        "let the result learn them again.");
+        "The model to resume has learned segments, which resuming discards: learn them again afterwards.");
   const bool insists = !device_->onCpu() && settings_.device != "auto";
   considerDevice();
   const bool hoped = !device_->onCpu();
@@ -271,7 +270,7 @@ DynamicResult DynamicJob::run(std::stop_token stop) {
     result.slicesTimed = kind == DynamicKind::Intensity && !series_.sliceTiming.empty();
     if (timed && !result.slicesTimed && kind != DynamicKind::Intensity)
       result.notes.push_back("The slices of a frame were acquired at different times; where Gaussians move, "
-                             "a frame counts as one moment, its first.");
+                             "each frame is treated as acquired at its start.");
     if (kind == DynamicKind::Intensity) {
       intensity->solve(share(Phase::Fitting, 0.1, 0.98));
       finish(intensity->field());

@@ -62,7 +62,7 @@ void checkTimeSeries(const TimeSeries& series) {
       equal = std::equal(series.frames[0].begin(), series.frames[0].end(), series.frames[f].begin(), same);
   }
   if (equal)
-    fail(ErrorCode::NoData, " has frames that are all equal: nothing moves in it, so one frame says it all.");
+    fail(ErrorCode::NoData, " has identical frames, so nothing changes: reconstruct one frame instead.");
 }
 
 double secondsOf(const std::string& unit) {

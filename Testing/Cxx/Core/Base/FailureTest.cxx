@@ -30,7 +30,7 @@ TEST(Failure, KeepsTheSentenceOfAnError) {
 TEST(Failure, SaysWhereMemoryIsMissing) {
   for (const Failure& failure : {thrown(std::bad_alloc()), thrown(std::length_error("vector::reserve"))}) {
     EXPECT_EQ(failure.code, ErrorCode::Memory);
-    EXPECT_EQ(failure.sentence.find("The memory is not enough: close other programs"), 0u);
+    EXPECT_EQ(failure.sentence.find("There is not enough memory: close other programs"), 0u);
   }
 }
 

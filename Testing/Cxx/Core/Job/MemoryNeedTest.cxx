@@ -48,8 +48,9 @@ TEST(MemoryNeed, RefusesWithTheJobsOwnSentence) {
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Memory);
     const std::string sentence = error.what(); // the available memory changes from moment to moment
-    EXPECT_EQ(sentence.substr(0, sentence.find(" and ")), refusal.substr(0, refusal.find(" and ")));
-    EXPECT_EQ(sentence.substr(sentence.find(" are ")), refusal.substr(refusal.find(" are ")));
+    EXPECT_EQ(sentence.substr(0, sentence.find(", but only ")),
+              refusal.substr(0, refusal.find(", but only ")));
+    EXPECT_EQ(sentence.substr(sentence.find(" is available")), refusal.substr(refusal.find(" is available")));
   }
 }
 
