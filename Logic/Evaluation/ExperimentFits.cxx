@@ -1,6 +1,7 @@
 #include "Evaluation/ExperimentFits.h"
 
 #include "Core/Fit/Plan.h"
+#include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Resume.h"
 #include "Evaluation/EvaluationRuns.h"
 
