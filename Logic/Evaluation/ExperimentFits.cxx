@@ -4,6 +4,8 @@
 #include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Resume.h"
 #include "Evaluation/EvaluationRuns.h"
+#include "Evaluation/HeldOutProtocol.h"
+#include "Evaluation/PaperProtocol.h"
 
 #include <algorithm>
 #include <cctype>
