@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/StopToken.h"
 #include "Core/Render/FieldGradient.h"
+#include "Cuda/FitMemory.h"
 
 #include <algorithm>
 #include <exception>

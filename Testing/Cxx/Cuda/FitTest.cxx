@@ -2,6 +2,7 @@
 
 #include "Core/Fit/CpuFitDevice.h"
 #include "Core/Render/Kernels.h"
+#include "Cuda/FitMemory.h"
 
 using namespace innergs;
 using namespace innergs::testing;
