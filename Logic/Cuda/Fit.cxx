@@ -1,6 +1,7 @@
 #include "Cuda/Fit.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/Quantities.h"
 #include "Core/Base/StopToken.h"
 #include "Core/Render/FieldGradient.h"
 #include "Cuda/FitMemory.h"
@@ -48,9 +49,9 @@ Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
   const FitMemory needed = fitMemory(request);
   const std::int64_t free = static_cast<std::int64_t>(executor_->freeBytes());
   if (needed.least > free)
-    throw Error(ErrorCode::Memory, "The fit needs at least " + std::to_string(needed.least >> 20) +
-                                       " MiB of the device's memory and " + std::to_string(free >> 20) +
-                                       " MiB are free: use fewer Gaussians or the CPU.");
+    throw Error(ErrorCode::Memory, "The fit needs at least " + bytesText(static_cast<double>(needed.least)) +
+                                       " of the device's memory and " + bytesText(static_cast<double>(free)) +
+                                       " are free: use fewer Gaussians or the CPU.");
   addViews(*request.observations, fine_);
   if (request.coarse) {
     std::vector<Observation> half;

@@ -178,7 +178,6 @@ TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
     FAIL() << "made";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Memory);
-    EXPECT_NE(std::string(error.what()).find("MiB"), std::string::npos);
   }
 }
 
