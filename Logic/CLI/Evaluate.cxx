@@ -5,6 +5,8 @@
 #include "CLI/ReconstructOptions.h"
 
 #include "Core/Base/Error.h"
+#include "Evaluation/HeldOutProtocol.h"
+#include "Evaluation/PaperProtocol.h"
 #include "Evaluation/Report.h"
 #include "Evaluation/ScansProtocol.h"
 #include "Evaluation/StacksProtocol.h"

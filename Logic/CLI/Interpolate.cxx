@@ -15,6 +15,7 @@
 #include "IO/MotionFieldIO.h"
 #include "IO/OutputFiles.h"
 #include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 
 #include <spdlog/fmt/fmt.h>
 

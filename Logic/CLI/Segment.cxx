@@ -9,6 +9,7 @@
 #include "Core/Motion/MotionField.h"
 #include "Core/Motion/MovingFeatures.h"
 #include "Core/Render/Render.h"
+#include "IO/BidsSidecar.h"
 #include "IO/DynamicModelFile.h"
 #include "IO/EmbeddingIO.h"
 #include "IO/FilePath.h"
@@ -16,7 +17,7 @@
 #include "IO/OutputFiles.h"
 #include "IO/SegmentNames.h"
 #include "IO/TextEmbeddingIO.h"
-#include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 #include "Onnx/DenseNetwork.h"
 #include "Text/SegmentFinder.h"
 

@@ -63,16 +63,6 @@ public:
   }
 };
 
-/// Runs kernels as plain loops on the host, with the device's blocks and threads: for tests without one.
-/// memory: total bytes to allow.
-std::unique_ptr<Executor> makeHostExecutor(std::size_t memory = std::size_t{1} << 40);
-/// For tests: makes the n-th allocation from now on fail, `count` in a row; 0: none.
-void failAllocations(Executor& host, int nth, int count);
-/// Allocations left until that failure; 0: it has happened.
-int allocationsToFailure(const Executor& host);
-/// The number of downloads, i.e. how often a device would have been waited for.
-int downloads(const Executor& host);
-
 /// An executor's array of a plain type; grows but never shrinks by itself.
 template <class T>
 class Buffer {

@@ -1,8 +1,10 @@
 #include "Cuda/Fit.h"
 
 #include "Core/Base/Error.h"
+#include "Core/Base/Quantities.h"
 #include "Core/Base/StopToken.h"
 #include "Core/Render/FieldGradient.h"
+#include "Cuda/FitMemory.h"
 
 #include <algorithm>
 #include <exception>
@@ -47,9 +49,10 @@ Fit::Fit(std::unique_ptr<Executor> executor, const FitRequest& request)
   const FitMemory needed = fitMemory(request);
   const std::int64_t free = static_cast<std::int64_t>(executor_->freeBytes());
   if (needed.least > free)
-    throw Error(ErrorCode::Memory, "The fit needs at least " + std::to_string(needed.least >> 20) +
-                                       " MiB of the device's memory, but only " + std::to_string(free >> 20) +
-                                       " MiB are free: use fewer Gaussians or the CPU.");
+    throw Error(ErrorCode::Memory, "The fit needs at least " + bytesText(static_cast<double>(needed.least)) +
+                                       " of the device's memory, but only " +
+                                       bytesText(static_cast<double>(free)) +
+                                       " are free: use fewer Gaussians or the CPU.");
   addViews(*request.observations, fine_);
   if (request.coarse) {
     std::vector<Observation> half;

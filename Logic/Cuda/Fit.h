@@ -5,14 +5,6 @@
 
 namespace innergs::cuda {
 
-constexpr std::int64_t kSlabPoints = std::int64_t{1} << 27; // maximum per slab
-
-/// Bytes that a fit needs with the largest slabs and with the smallest (one slice).
-struct FitMemory {
-  std::int64_t most, least;
-};
-FitMemory fitMemory(const FitRequest& request);
-
 /// The iterations of a fit where an executor runs. Field, moments and gradients stay there; iterations are
 /// synchronised in batches, for their sums. What does not fit is cut into smaller slabs of slices.
 class Fit final : public FitDevice {

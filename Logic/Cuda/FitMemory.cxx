@@ -1,4 +1,6 @@
-#include "Cuda/Fit.h"
+#include "Cuda/FitMemory.h"
+
+#include "Core/Render/Projected.h"
 
 #include <algorithm>
 

@@ -3,6 +3,7 @@
 #include "Cuda/Features.h"
 #include "Cuda/Field.h"
 #include "Cuda/Fit.h"
+#include "Cuda/FitMemory.h"
 
 namespace innergs::cuda {
 

@@ -1,8 +1,11 @@
 #include "Evaluation/ExperimentFits.h"
 
 #include "Core/Fit/Plan.h"
+#include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/Resume.h"
 #include "Evaluation/EvaluationRuns.h"
+#include "Evaluation/HeldOutProtocol.h"
+#include "Evaluation/PaperProtocol.h"
 
 #include <algorithm>
 #include <cctype>

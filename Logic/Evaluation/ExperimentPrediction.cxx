@@ -6,6 +6,7 @@
 #include "Evaluation/BackProjection.h"
 #include "Evaluation/Baselines.h"
 #include "Evaluation/EvaluationRuns.h"
+#include "Evaluation/HeldOutProtocol.h"
 
 #include <algorithm>
 
@@ -159,13 +160,14 @@ PredictionAblation runPredictionAblation(const ExperimentSetup& setup) {
                  c.measuredOn});
     }
   }
-  table.notes = {"PSNR and SSIM are pooled over the truth's body, which also says which interpolation is best.",
-                 "Filter and network alone: the volume as learned, without Gaussians, not anchored to slices.",
-                 "Mixture alone: --prediction interpolation. No prediction: --prediction none.",
-                 "From random weights: the networks do not start from weights learned on other scans.",
-                 "No residual grid: --no-consistency, which also omits the back-projection of thick slices.",
-                 std::string("Preset ") + (setup.quick ? "fast" : "balanced") +
-                     ". CPU seconds are those of all threads."};
+  table.notes = {
+      "PSNR and SSIM are pooled over the truth's body, which also says which interpolation is best.",
+      "Filter and network alone: the volume as learned, without Gaussians, not anchored to slices.",
+      "Mixture alone: --prediction interpolation. No prediction: --prediction none.",
+      "From random weights: the networks do not start from weights learned on other scans.",
+      "No residual grid: --no-consistency, which also omits the back-projection of thick slices.",
+      std::string("Preset ") + (setup.quick ? "fast" : "balanced") +
+          ". CPU seconds are those of all threads."};
   return result;
 }
 

@@ -1,5 +1,7 @@
 #include "Evaluation/ExperimentStatic.h"
 
+#include "Evaluation/PaperProtocol.h"
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,3 +1,5 @@
+#include "Evaluation/HeldOutProtocol.h"
+
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"
@@ -199,10 +201,10 @@ EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOu
                                       : (std::to_string(c.factor) + "th").c_str(),
                       lengthText(c.factor * grid.spacing[2]).c_str())
           : "the whole volume that the thick slices cover (no method saw the thin slices)";
-  report.samples = formatted(
-      "%s voxels: %s, inside %s.", countText(report.voxels).c_str(), where.c_str(),
-      options.mask ? "the mask of the reconstruction"
-                   : "the body mask of the truth (above Otsu's threshold, holes filled)");
+  report.samples =
+      formatted("%s voxels: %s, inside %s.", countText(report.voxels).c_str(), where.c_str(),
+                options.mask ? "the mask of the reconstruction"
+                             : "the body mask of the truth (above Otsu's threshold, holes filled)");
   if (options.keepVolumes) {
     report.truth = std::make_shared<const Volume>(std::move(input.truth));
     report.input = std::make_shared<const std::vector<Stack>>(std::move(input.stacks));

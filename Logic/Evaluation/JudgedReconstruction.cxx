@@ -8,6 +8,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Job/ProgressParts.h"
 #include "Core/Job/SimulatedFit.h"
+#include "Evaluation/HeldOutProtocol.h"
 
 #include <algorithm>
 #include <chrono>

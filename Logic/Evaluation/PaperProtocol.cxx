@@ -1,3 +1,5 @@
+#include "Evaluation/PaperProtocol.h"
+
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Base/Quantities.h"

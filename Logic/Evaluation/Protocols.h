@@ -19,20 +19,6 @@ int sliceAxis(const GridGeometry& geometry, Plane plane);
 /// The plane of the slices that a lattice axis counts.
 Plane planeAcross(const GridGeometry& geometry, int axis);
 
-/// One case of the held-out protocol (H). What is withheld is withheld in every plane.
-struct HeldOutCase {
-  enum class Kind {
-    KeepEvery, // keeps every factor-th slice and tests on the others
-    Thick,     // thick slices, each the mean of `factor` thin ones
-    Orthogonal // `stacks` thick stacks (axial, coronal, sagittal), with slices of `factor` voxels
-  };
-  Kind kind = Kind::KeepEvery;
-  int factor = 4;   // keep-every: 2…64, or 0: chosen by usualGap(); thickness in voxels: 2…64
-  int stacks = 2;   // orthogonal: 2 or 3
-  double noise = 0; // standard deviation added to the input, image units
-  int axis = -1; // lattice axis that counts the slices; -1: the axial ones (the only option for orthogonal)
-};
-
 struct EvaluationOptions {
   Settings settings;                                // of the Gaussians; seed and threads apply to all methods
   bool gaussians = true;                            // false: baselines only
@@ -100,26 +86,5 @@ struct EvaluationInput {
   std::array<std::vector<std::int64_t>, 3> withheld; // withheld slices by lattice axis of truth (protocol P)
   std::array<std::vector<std::int64_t>, 3> scored;   // those that are not constant
 };
-
-/// The keep-every factor for a scan at its acquired resolution: 4, or 2 if its slices are clearly farther
-/// apart than its pixels or few, so that the test stays close to the actual task. axis as in HeldOutCase.
-int usualGap(const GridGeometry& scan, int axis = -1);
-/// The lattices of that case without voxels, for estimates: the kept slices and, as output, the scan's own
-/// lattice.
-/// factor and axis as in HeldOutCase.
-ReconstructionInput keptOutline(const GridGeometry& scan, int factor, int axis = -1);
-
-EvaluationInput heldOutInput(const Volume& volume, const HeldOutCase& heldOutCase, std::uint64_t seed = 1);
-/// For a method with one value per point, the three planes' stacks of one lattice are a single stack: a voxel
-/// is observed unless all three planes withhold it. perPlane: three stacks instead (axial, coronal,
-/// sagittal), each without its own withheld slices, for methods whose image depends on the slicing direction.
-EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,
-                           bool perPlane = false);
-
-/// Throw Error(InvalidArgument) if the volume is too small for the case, NoData if it is constant.
-EvaluationReport evaluateHeldOut(const Volume& volume, const HeldOutCase& heldOutCase,
-                                 const EvaluationOptions& options = {});
-/// Alpha blending is fitted to the planes' own stacks and scored on each, rendered along it.
-EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});
 
 } // namespace innergs

@@ -3,7 +3,6 @@
 #include "Core/Base/Error.h"
 #include "IO/FilePath.h"
 #include "IO/FileReplacement.h"
-#include "IO/VolumeIO.h"
 
 #include <fstream>
 #include <random>

@@ -15,4 +15,8 @@ void writeAtomically(const std::filesystem::path& target,
 /// The same for bytes in memory.
 void writeFileAtomically(const std::filesystem::path& target, std::string_view bytes);
 
+/// Throws Error(InvalidArgument | Io) if `path` could not be written as a file: no name, no such folder. Call
+/// it before the work starts.
+void checkOutputFolder(const std::filesystem::path& path);
+
 } // namespace innergs

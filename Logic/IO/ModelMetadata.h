@@ -26,6 +26,8 @@ Model readModelFrom(const SafetensorsFile& file, const std::filesystem::path& pa
                     std::optional<FeatureModel>* features = nullptr);
 /// Whether the file holds a moving model.
 bool isMoving(const SafetensorsFile& file);
+/// Throws Error(FileFormat) unless the file is a model of a known version.
+void checkFormat(const SafetensorsFile& file, const std::filesystem::path& path);
 
 /// Reads typed values from the metadata; throws Error(FileFormat) for anything missing or malformed.
 class Metadata {

@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/Failure.h"
+#include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/VolumeIO.h"
 

@@ -1,7 +1,6 @@
 #pragma once
 #include "Core/Motion/TimeSeries.h"
 #include "IO/BidsSidecar.h"
-#include "IO/OutputType.h"
 
 #include <filesystem>
 #include <optional>
@@ -31,18 +30,5 @@ std::vector<std::filesystem::path> frameFiles(const std::filesystem::path& folde
 /// A sentence if the frames look like two alternating conditions (label and control) rather than a course in
 /// time; else "".
 std::string remarkOnPairs(const TimeSeries& series);
-
-/// Writes 4D NIfTI (.nii, .nii.gz) or 3D Slicer's .seq.nrrd, atomically. NIfTI stores a single interval
-/// between frames; uneven times go to a .json with VolumeTiming beside it. Returns a sentence if values were
-/// clipped, else "". Throws Error(Io | InvalidArgument).
-std::string writeTimeSeries(const TimeSeries& series, const std::filesystem::path& path,
-                            OutputType type = OutputType::Float32,
-                            const std::optional<VoxelValues>& expected = {});
-
-/// Whether writeTimeSeries() writes a sidecar for frames at these times.
-bool needsSidecar(const std::filesystem::path& path, const std::vector<double>& times);
-
-/// Throws Error(InvalidArgument | Io) if writeTimeSeries could not write `path`.
-void checkTimeSeriesPath(const std::filesystem::path& path);
 
 } // namespace innergs

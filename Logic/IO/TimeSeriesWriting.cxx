@@ -1,12 +1,12 @@
+#include "IO/TimeSeriesWriting.h"
+
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "IO/AtomicFile.h"
+#include "IO/BidsSidecar.h"
 #include "IO/FilePath.h"
-#include "IO/TimeSeriesIO.h"
-#include "IO/VolumeIO.h"
 #include "IO/VoxelWriting.h"
 
-#include <itk_zlib.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -138,24 +138,6 @@ double meanInterval(const std::vector<double>& times) {
 }
 
 } // namespace
-
-std::string nrrdVector(const Vec3& v) {
-  return "(" + exactText(v[0]) + "," + exactText(v[1]) + "," + exactText(v[2]) + ")";
-}
-
-void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
-                 const fs::path& path, const std::string& failed) {
-  gzFile out = gzopen(utf8(path).c_str(), mode);
-  bool fine = out != nullptr;
-  if (fine && !header.empty()) fine = gzwrite(out, header.data(), static_cast<unsigned>(header.size())) > 0;
-  constexpr std::uint64_t chunk = std::uint64_t{1} << 24;
-  for (std::uint64_t at = 0; fine && at < bytes; at += chunk) {
-    const auto n = static_cast<unsigned>(std::min(chunk, bytes - at));
-    fine = gzwrite(out, static_cast<const char*>(voxels) + at, n) == static_cast<int>(n);
-  }
-  if (out && gzclose(out) != Z_OK) fine = false;
-  if (!fine) throw Error(ErrorCode::Io, failed);
-}
 
 /// NIfTI's header holds the first time and the interval in single precision.
 bool needsSidecar(const fs::path& path, const std::vector<double>& times) {

@@ -2,8 +2,10 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Image/SliceAxis.h"
+#include "IO/AtomicFile.h"
 #include "IO/FilePath.h"
 #include "IO/ImageReading.h"
+#include "IO/VoxelWriting.h"
 
 #include <algorithm>
 #include <cmath>
@@ -45,6 +47,24 @@ Mask readMask(const std::filesystem::path& path) {
     throw Error(ErrorCode::NoData,
                 "The mask " + quoted(path) + " has no voxel inside; draw one or omit the mask.");
   return mask;
+}
+
+std::string writeVolume(const Volume& volume, const std::filesystem::path& path, OutputType type,
+                        const std::optional<VoxelValues>& expected,
+                        const std::map<std::string, std::string>& fields) {
+  checkVoxelFormat(path);
+  checkGeometry(volume.geometry, "The volume for " + quoted(path));
+  if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
+    throw Error(ErrorCode::InvalidArgument,
+                "The volume for " + quoted(path) + " has fewer or more voxels than its lattice.");
+  const TypedVoxels voxels(volume.voxels, type, expected, path);
+  writeItkFile(path, volume.geometry, type, voxels, fields);
+  return voxels.remark();
+}
+
+void checkVolumePath(const std::filesystem::path& path) {
+  checkVoxelFormat(path);
+  checkOutputFolder(path);
 }
 
 } // namespace innergs

@@ -37,9 +37,8 @@ std::string writeVolume(const Volume& volume, const std::filesystem::path& path,
                         const std::optional<VoxelValues>& expected = {},
                         const std::map<std::string, std::string>& fields = {});
 
-/// Throws Error(InvalidArgument | Io) if `path` could not be written by writeVolume / as a file: unknown
-/// extension, no such folder. Call it before the work starts.
+/// Throws Error(InvalidArgument | Io) if `path` could not be written by writeVolume: unknown extension, no
+/// such folder. Call it before the work starts.
 void checkVolumePath(const std::filesystem::path& path);
-void checkOutputFolder(const std::filesystem::path& path);
 
 } // namespace innergs

@@ -40,6 +40,9 @@ void writeBehind(const std::string& header, const void* voxels, std::uint64_t by
 /// "(x,y,z)", with all digits.
 std::string nrrdVector(const Vec3& v);
 
+/// Throws Error(InvalidArgument) for an extension that writeItkFile() does not know.
+void checkVoxelFormat(const std::filesystem::path& path);
+
 /// Writes NIfTI, NRRD or MetaImage by ITK, atomically. fields: further entries of the header; components:
 /// values per voxel, more than one as a vector. Throws Error(Io | InvalidArgument).
 void writeItkFile(const std::filesystem::path& path, const GridGeometry& geometry, OutputType type,

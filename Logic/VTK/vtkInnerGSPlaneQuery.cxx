@@ -4,7 +4,7 @@
 #include "Core/Device/Devices.h"
 #include "Core/Render/FieldDevice.h"
 #include "Core/Render/PlaneSampler.h"
-#include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "Geometry.h"
 #include "ImageVoxels.h"
 #include "ReconstructInputs.h"

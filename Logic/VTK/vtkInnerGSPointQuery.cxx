@@ -4,7 +4,7 @@
 #include "Core/Base/Failure.h"
 #include "Core/Device/DevicePlugin.h"
 #include "Core/Device/Devices.h"
-#include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "Geometry.h"
 #include "vtkInnerGSAlgorithm.h"
 #include "vtkInnerGSModel.h"

@@ -3,6 +3,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
 #include "Core/Job/JobInput.h"
+#include "Core/Job/MemoryEstimate.h"
 #include "Core/Job/TimeEstimate.h"
 #include "IO/N4Correction.h"
 #include "ImageVoxels.h"

@@ -5,6 +5,7 @@
 #include "Core/Job/ReconstructionJob.h"
 #include "Core/Render/Kernels.h"
 #include "Cuda/Field.h"
+#include "Cuda/HostExecutor.h"
 #ifdef INNERGS_BENCHMARK_CUDA
 #include "Cuda/CudaExecutor.h"
 #endif

@@ -2,7 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Fit/Plan.h"
-#include "Evaluation/Protocols.h"
+#include "Evaluation/PaperProtocol.h"
 #include "IO/AtomicFile.h"
 #include "IO/VolumeIO.h"
 

@@ -3,6 +3,7 @@
 
 #include "Core/Base/Random.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 
 #include <algorithm>
 

@@ -1,3 +1,4 @@
+#include "Core/Render/RenderPoints.h"
 #include "Markdown.h"
 #include "Tables.h"
 

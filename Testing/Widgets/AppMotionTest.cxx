@@ -7,6 +7,7 @@
 #include "IO/DynamicModelFile.h"
 #include "IO/RecoveredFit.h"
 #include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 #include "IO/VolumeIO.h"
 #include "Text/SegmentedModel.h"
 #include "Widgets/App/AppMotionHost.h"

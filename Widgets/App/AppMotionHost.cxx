@@ -10,6 +10,7 @@
 #include "IO/FilePath.h"
 #include "IO/RecoveredFit.h"
 #include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 #include "Widgets/App/AppHost.h"
 #include "Widgets/App/AppSettings.h"
 #include "Widgets/App/Background.h"

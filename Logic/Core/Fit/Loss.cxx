@@ -1,5 +1,6 @@
 #include "Core/Fit/Loss.h"
 
+#include "Core/Fit/LossSsim.h"
 #include "Core/Fit/PointLoss.h"
 #include "Core/Render/SliceComposition.h"
 

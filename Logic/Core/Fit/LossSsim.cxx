@@ -1,4 +1,5 @@
-#include "Core/Fit/Loss.h"
+#include "Core/Fit/LossSsim.h"
+
 #include "Core/Fit/PointLoss.h"
 
 #include <algorithm>

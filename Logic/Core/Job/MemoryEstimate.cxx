@@ -13,7 +13,6 @@
 #include <cmath>
 
 namespace innergs {
-
 namespace {
 
 std::int64_t resultBytes(const ReconstructionInput& fit) {

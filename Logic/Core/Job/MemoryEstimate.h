@@ -8,6 +8,9 @@
 
 namespace innergs {
 
+/// Bytes that a job needs beyond its input, including its second fit and its uncertainty.
+std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings);
+
 /// The memory of fits that run one after the other: the reconstruction, then the one that measures its
 /// quality.
 struct MemoryNeed {

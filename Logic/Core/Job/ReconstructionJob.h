@@ -79,9 +79,6 @@ struct ReconstructionResult {
 /// the scan's header puts it.
 Affine3 slicePlace(const ReconstructionResult& result, std::size_t scan, std::size_t slice);
 
-/// Bytes that a job needs beyond its input, including its second fit and its uncertainty.
-std::int64_t estimateMemory(const ReconstructionInput& input, const Settings& settings);
-
 /// Runs one reconstruction. run() reports all errors in input and settings before any work.
 class ReconstructionJob {
 public:

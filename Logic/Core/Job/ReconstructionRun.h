@@ -4,7 +4,7 @@
 #include "Core/Fit/Trainer.h"
 #include "Core/Job/JobInput.h"
 #include "Core/Job/JobProgress.h"
-#include "Core/Job/Refinement.h"
+#include "Core/Job/ResidualRefinement.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/Render.h"
 

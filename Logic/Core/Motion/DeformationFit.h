@@ -1,7 +1,7 @@
 #pragma once
 #include "Core/Motion/CanonicalFit.h"
 #include "Core/Motion/DynamicField.h"
-#include "Core/Motion/Refinement.h"
+#include "Core/Motion/RefinementState.h"
 #include "Core/Motion/TimeSeries.h"
 
 #include <functional>

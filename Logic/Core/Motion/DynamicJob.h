@@ -2,7 +2,7 @@
 #include "Core/Device/Devices.h"
 #include "Core/Job/Progress.h"
 #include "Core/Motion/DynamicField.h"
-#include "Core/Motion/Refinement.h"
+#include "Core/Motion/RefinementState.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Settings/Settings.h"
 

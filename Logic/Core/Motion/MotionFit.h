@@ -3,7 +3,7 @@
 #include "Core/Motion/CanonicalFit.h"
 #include "Core/Motion/DynamicField.h"
 #include "Core/Motion/FrameLoss.h"
-#include "Core/Motion/Refinement.h"
+#include "Core/Motion/RefinementState.h"
 #include "Core/Motion/TimeSeries.h"
 #include "Core/Render/Kernels.h"
 

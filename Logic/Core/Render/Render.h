@@ -31,10 +31,6 @@ Volume render(const GaussianField& field, const GridGeometry& geometry, const Re
 /// value where a voxel's centre lies outside the support.
 Volume renderStack(const GaussianField& field, const Stack& stack, const RenderOptions& options = {});
 
-/// The field at points (LPS mm). Alpha blending: each on a slice normal to the model's third axis.
-std::vector<float> renderPoints(const GaussianField& field, std::span<const Vec3> points,
-                                const RenderOptions& options = {});
-
 /// Instruction sets that this processor supports, best first, then "scalar".
 std::vector<std::string> instructionSets();
 

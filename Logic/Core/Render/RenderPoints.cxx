@@ -1,9 +1,10 @@
+#include "Core/Render/RenderPoints.h"
+
 #include "Core/Base/Error.h"
 #include "Core/Model/FieldValue.h"
 #include "Core/Render/Contribution.h"
 #include "Core/Render/FieldDevice.h"
 #include "Core/Render/Kernels.h"
-#include "Core/Render/Render.h"
 
 #include <algorithm>
 #include <cmath>

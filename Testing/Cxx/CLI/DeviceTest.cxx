@@ -3,7 +3,7 @@
 #include "TextContains.h"
 
 #include "Core/Motion/TimeSeries.h"
-#include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 #include "IO/VolumeIO.h"
 
 #include <cmath>

@@ -2,7 +2,7 @@
 #include "SyntheticImages.h"
 
 #include "IO/ModelFile.h"
-#include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 #include "IO/VolumeIO.h"
 
 #include <nlohmann/json.hpp>

@@ -2,6 +2,7 @@
 #include "SyntheticImages.h"
 
 #include "IO/TimeSeriesIO.h"
+#include "IO/TimeSeriesWriting.h"
 #include "IO/VolumeIO.h"
 #include "Onnx/TestNetworks.h"
 

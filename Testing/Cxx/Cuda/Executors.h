@@ -1,6 +1,6 @@
 #pragma once
 #include "Core/Base/Error.h"
-#include "Cuda/Executor.h"
+#include "Cuda/HostExecutor.h"
 #ifdef INNERGS_TEST_CUDA
 #include "Cuda/CudaExecutor.h"
 #endif

@@ -2,6 +2,7 @@
 
 #include "Core/Fit/CpuFitDevice.h"
 #include "Core/Render/Kernels.h"
+#include "Cuda/FitMemory.h"
 
 using namespace innergs;
 using namespace innergs::testing;
@@ -177,7 +178,6 @@ TEST(FitOnTheHostExecutor, SaysWhenItCannotFit) {
     FAIL() << "made";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ErrorCode::Memory);
-    EXPECT_NE(std::string(error.what()).find("MiB"), std::string::npos);
   }
 }
 

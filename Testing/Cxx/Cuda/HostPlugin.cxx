@@ -1,4 +1,5 @@
 // A device plugin whose single device is the host executor: the kernels behind the program's own loader.
+#include "Cuda/HostExecutor.h"
 #include "Cuda/Plugin.h"
 
 namespace {

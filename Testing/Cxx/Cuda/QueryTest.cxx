@@ -6,6 +6,7 @@
 #include "Core/Render/KernelsScalar.h"
 #include "Core/Render/LatticeRenderer.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "Cuda/Field.h"
 
 using namespace innergs;

@@ -1,5 +1,5 @@
 #pragma once
-#include "Cuda/Executor.h"
+#include "Cuda/HostExecutor.h"
 
 namespace innergs::cuda {
 

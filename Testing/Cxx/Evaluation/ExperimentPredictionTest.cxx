@@ -1,5 +1,6 @@
 #include "Evaluation/ExperimentPrediction.h"
 #include "Core/Base/NumberText.h"
+#include "Evaluation/HeldOutProtocol.h"
 
 #include "../Core/TestVolumes.h"
 

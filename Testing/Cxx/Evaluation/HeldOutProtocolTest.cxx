@@ -1,9 +1,9 @@
+#include "Evaluation/HeldOutProtocol.h"
 #include "Core/Base/Error.h"
 #include "Core/Base/Quantities.h"
 #include "Core/Image/BodyMask.h"
 #include "Core/Image/Simulate.h"
 #include "Evaluation/Baselines.h"
-#include "Evaluation/Protocols.h"
 
 #include "../Core/TestVolumes.h"
 

@@ -1,4 +1,5 @@
 #include "Evaluation/JudgedReconstruction.h"
+#include "Evaluation/HeldOutProtocol.h"
 
 #include "../Core/JobInputs.h"
 

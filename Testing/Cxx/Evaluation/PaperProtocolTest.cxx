@@ -1,6 +1,6 @@
+#include "Evaluation/PaperProtocol.h"
 #include "Core/Base/Error.h"
 #include "Core/Render/Render.h"
-#include "Evaluation/Protocols.h"
 
 #include "../Core/TestVolumes.h"
 

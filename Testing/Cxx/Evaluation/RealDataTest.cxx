@@ -2,7 +2,7 @@
 #include "Core/Image/Metrics.h"
 #include "Core/Image/NoiseEstimate.h"
 #include "Core/Image/Simulate.h"
-#include "Evaluation/Protocols.h"
+#include "Evaluation/HeldOutProtocol.h"
 #include "Evaluation/SimulatedStacks.h"
 #include "IO/VolumeIO.h"
 

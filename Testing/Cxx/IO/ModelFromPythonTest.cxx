@@ -1,5 +1,5 @@
 #include "Core/Base/NumberText.h"
-#include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "IO/ModelFile.h"
 
 #include "TestFiles.h"

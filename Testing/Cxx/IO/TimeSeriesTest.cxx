@@ -2,6 +2,7 @@
 #include "TestFiles.h"
 
 #include "IO/DynamicModelFile.h"
+#include "IO/TimeSeriesWriting.h"
 #include "IO/VolumeIO.h"
 
 #include <cstring>

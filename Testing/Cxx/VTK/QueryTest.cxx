@@ -1,6 +1,7 @@
 #include "Fixtures.h"
 
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "vtkInnerGSPlaneQuery.h"
 #include "vtkInnerGSPointQuery.h"
 #include "vtkInnerGSResample.h"

@@ -2,6 +2,7 @@
 #include "Core/Render/FieldDevice.h"
 #include "Core/Render/PlaneSampler.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "FakeDevice.h"
 
 using namespace innergs;

@@ -7,7 +7,7 @@
 #include "Core/Fit/CpuFitDevice.h"
 #include "Core/Render/Kernels.h"
 #include "Core/Render/LatticeRenderer.h"
-#include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -2,6 +2,7 @@
 #include "Core/Base/Error.h"
 #include "Core/Render/PlaneSampler.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "TestVolumes.h"
 
 #include <algorithm>

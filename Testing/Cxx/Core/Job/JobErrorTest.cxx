@@ -1,6 +1,7 @@
 #include "JobInputs.h"
 
 #include "Core/Base/SystemMemory.h"
+#include "Core/Job/MemoryEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "Core/Job/JobInput.h"
 #include "Core/Render/PlaneSampler.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "JobInputs.h"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 #include "Core/Job/PredictionPlan.h"
 #include "Core/Prediction/CandidateLattice.h"
 #include "Core/Render/PlaneSampler.h"
+#include "Core/Render/RenderPoints.h"
 #include "JobInputs.h"
 
 #include <algorithm>

@@ -1,4 +1,5 @@
 #include "Core/Job/TimeEstimate.h"
+#include "Core/Job/MemoryEstimate.h"
 
 #include "JobInputs.h"
 

@@ -1,6 +1,7 @@
 #include "Core/Render/Kernels.h"
 #include "Core/Render/LatticeRenderer.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "RandomFields.h"
 #include "ReferenceModel.h"
 #include "TestVolumes.h"

@@ -1,5 +1,6 @@
 #include "Core/Render/Render.h"
 #include "Core/Base/Error.h"
+#include "Core/Render/RenderPoints.h"
 #include "RandomFields.h"
 #include "ReferenceModel.h"
 #include "TestVolumes.h"

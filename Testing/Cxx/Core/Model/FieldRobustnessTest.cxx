@@ -1,5 +1,6 @@
 #include "Core/Base/Error.h"
 #include "Core/Render/Render.h"
+#include "Core/Render/RenderPoints.h"
 #include "RandomFields.h"
 #include "TestVolumes.h"
 

@@ -1,4 +1,4 @@
-#include "Core/Job/Refinement.h"
+#include "Core/Job/ResidualRefinement.h"
 
 #include "Core/Acquisition/BackProjection.h"
 #include "Core/Prediction/PredictionNoise.h"

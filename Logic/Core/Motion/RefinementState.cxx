@@ -1,4 +1,4 @@
-#include "Core/Motion/Refinement.h"
+#include "Core/Motion/RefinementState.h"
 
 #include "Core/Base/Error.h"
 

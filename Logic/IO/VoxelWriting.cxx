@@ -1,4 +1,4 @@
-#include "IO/VolumeIO.h"
+#include "IO/VoxelWriting.h"
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
@@ -7,12 +7,12 @@
 #include "IO/FilePath.h"
 #include "IO/Inflate.h"
 #include "IO/ItkImage.h"
-#include "IO/VoxelWriting.h"
 
 #include <itkMetaDataObject.h>
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
+#include <itk_zlib.h>
 
 #include <algorithm>
 #include <fstream>
@@ -76,8 +76,8 @@ bool isComplete(const fs::path& path, const OutputFormat& format, std::uint64_t 
   return inflatedBytes(in, voxelsStart(in, format.headerEnd)) == voxelBytes;
 }
 
-void writeWithItk(const OutputFormat& format, const GridGeometry& geometry, OutputType type, unsigned components,
-                  const void* voxels, const fs::path& path) {
+void writeWithItk(const OutputFormat& format, const GridGeometry& geometry, OutputType type,
+                  unsigned components, const void* voxels, const fs::path& path) {
   itk::ImageIOBase& io = *format.io;
   io.SetNumberOfDimensions(3);
   itk::ImageIORegion region(3);
@@ -101,9 +101,8 @@ void writeWithItk(const OutputFormat& format, const GridGeometry& geometry, Outp
 
 } // namespace
 
-void checkVolumePath(const fs::path& path) {
+void checkVoxelFormat(const fs::path& path) {
   outputFormatOf(path);
-  checkOutputFolder(path);
 }
 
 TypedVoxels::TypedVoxels(std::span<const float> voxels, OutputType type,
@@ -149,17 +148,22 @@ void writeItkFile(const fs::path& path, const GridGeometry& geometry, OutputType
   });
 }
 
-std::string writeVolume(const Volume& volume, const fs::path& path, OutputType type,
-                        const std::optional<VoxelValues>& expected,
-                        const std::map<std::string, std::string>& fields) {
-  outputFormatOf(path);
-  checkGeometry(volume.geometry, "The volume for " + quoted(path));
-  if (static_cast<std::int64_t>(volume.voxels.size()) != volume.geometry.voxelCount())
-    throw Error(ErrorCode::InvalidArgument,
-                "The volume for " + quoted(path) + " has fewer or more voxels than its lattice.");
-  const TypedVoxels voxels(volume.voxels, type, expected, path);
-  writeItkFile(path, volume.geometry, type, voxels, fields);
-  return voxels.remark();
+std::string nrrdVector(const Vec3& v) {
+  return "(" + exactText(v[0]) + "," + exactText(v[1]) + "," + exactText(v[2]) + ")";
+}
+
+void writeBehind(const std::string& header, const void* voxels, std::uint64_t bytes, const char* mode,
+                 const fs::path& path, const std::string& failed) {
+  gzFile out = gzopen(utf8(path).c_str(), mode);
+  bool fine = out != nullptr;
+  if (fine && !header.empty()) fine = gzwrite(out, header.data(), static_cast<unsigned>(header.size())) > 0;
+  constexpr std::uint64_t chunk = std::uint64_t{1} << 24;
+  for (std::uint64_t at = 0; fine && at < bytes; at += chunk) {
+    const auto n = static_cast<unsigned>(std::min(chunk, bytes - at));
+    fine = gzwrite(out, static_cast<const char*>(voxels) + at, n) == static_cast<int>(n);
+  }
+  if (out && gzclose(out) != Z_OK) fine = false;
+  if (!fine) throw Error(ErrorCode::Io, failed);
 }
 
 } // namespace innergs

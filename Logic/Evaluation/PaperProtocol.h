@@ -1,0 +1,16 @@
+#pragma once
+#include "Evaluation/Protocols.h"
+
+namespace innergs {
+
+/// For a method with one value per point, the three planes' stacks of one lattice are a single stack: a voxel
+/// is observed unless all three planes withhold it. perPlane: three stacks instead (axial, coronal,
+/// sagittal), each without its own withheld slices, for methods whose image depends on the slicing direction.
+EvaluationInput paperInput(const Volume& volume, double withheldFraction, std::uint64_t seed,
+                           bool perPlane = false);
+
+/// Throws Error(InvalidArgument) if the volume is too small, NoData if it is constant.
+/// Alpha blending is fitted to the planes' own stacks and scored on each, rendered along it.
+EvaluationReport evaluatePaper(const Volume& volume, const EvaluationOptions& options = {});
+
+} // namespace innergs
