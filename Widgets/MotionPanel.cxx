@@ -420,9 +420,9 @@ void MotionPanel::showReport(const MotionReport& report) {
   const QLocale locale;
   for (const QualityRow& row : report.quality) {
     const QString name = row.method == QLatin1String("previous") ? tr("Previous frame")
-                         : isOurMethod(row.method)               ? methodText(row.method)
+                         : row.isOurs()                          ? methodText(row.method)
                                                                  : tr("Linear in time");
-    const QString bold = isOurMethod(row.method) ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
+    const QString bold = row.isOurs() ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
     rows += QStringLiteral("<tr><td style='white-space:nowrap'>%1</td>%2%3</tr>")
                 .arg(bold.arg(name.toHtmlEscaped()), cell.arg(bold.arg(locale.toString(row.psnr, 'f', 2))),
                      cell.arg(bold.arg(locale.toString(row.ssim, 'f', 4))));

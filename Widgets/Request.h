@@ -69,8 +69,9 @@ struct Estimate {
 
 /// One method's score on samples that no method saw.
 struct QualityRow {
-  QString method;
+  QString method;            // the evaluation's name for it: "gaussians", "linear", ...
   double psnr = 0, ssim = 0; // dB; −1…1
+  bool isOurs() const { return method == QLatin1String("gaussians"); }
 };
 
 /// What a successful reconstruction reports.

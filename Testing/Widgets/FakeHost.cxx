@@ -169,7 +169,7 @@ Report FakeHost::exampleReport() {
   report.judging = innergs::Judging::Done;
   report.heldOutPsnr = 31.5;
   report.heldOutSlices = 12;
-  report.quality = {{"InnerGS", 31.62, 0.942}, {"linear", 30.11, 0.921}, {"cubic", 30.02, 0.919}};
+  report.quality = {{"gaussians", 31.62, 0.942}, {"linear", 30.11, 0.921}, {"cubic", 30.02, 0.919}};
   report.qualitySamples = "Every 4th slice of Head axial was kept; the others, inside the body, are scored.";
   report.seconds = 83;
   report.gaussians = 74088;
