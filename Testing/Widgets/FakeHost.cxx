@@ -37,7 +37,6 @@ FakeHost::FakeHost(QObject* parent) : Host(parent) {
   nextEstimate.memory = 850'000'000;
   nextEstimate.available = 16'000'000'000;
   nextEstimate.seconds = 95;
-  nextEstimate.device = "CPU";
   nextEstimate.reason = "On the CPU. The CUDA backend is not installed.";
   folder_ = QDir::tempPath();
   connect(&timer_, &QTimer::timeout, this, &FakeHost::step);
