@@ -380,7 +380,7 @@ void MotionPanel::showProgress(const Progress& progress) {
     phase_->setText(tr("Cancelling…"));
     return;
   }
-  QString text = QString::fromLatin1(phaseName(progress.phase));
+  QString text = phaseText(progress.phase);
   if (progress.remaining >= 1) text += tr(", %1 left").arg(roughDuration(progress.remaining));
   if (!progress.note.empty()) device_->setReason(QString::fromStdString(progress.note));
   phase_->setText(text);

@@ -82,6 +82,10 @@ QString methodText(const QString& method) {
   return method;
 }
 
+QString phaseText(Phase phase) {
+  return QCoreApplication::translate("innergs", phaseName(phase));
+}
+
 QString lengthText(double mm) {
   return localized(innergs::lengthText(mm));
 }
