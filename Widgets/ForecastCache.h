@@ -25,6 +25,9 @@ public:
   /// beside which a time means nothing.
   void fill(Estimate& estimate, const std::string& key, const Measurement& measure, bool running);
 
+  ForecastCache(const ForecastCache&) = delete; // what it runs knows its address
+  ForecastCache& operator=(const ForecastCache&) = delete;
+
   void runBegan();
   void runEnded();
 

@@ -5,7 +5,6 @@
 #include "Core/Device/Devices.h"
 #include "Core/Job/JobOutline.h"
 #include "Core/Job/MemoryEstimate.h"
-#include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "IO/AtomicFile.h"
