@@ -56,7 +56,9 @@ constexpr const char* kFolder = "InnerGS/Folder";
 
 } // namespace
 
-qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent) : Host(parent) {
+qSlicerInnerGSHost::qSlicerInnerGSHost(QObject* parent)
+    : Host(parent),
+      forecasts_([this](const auto& work) { run(work); }, [this] { Q_EMIT estimateChanged(); }) {
   qRegisterMetaType<Progress>("innergs::Progress");
   qRegisterMetaType<Report>("innergs::ui::Report");
   ellipsoids_ = new EllipsoidNodes([this](const auto& work) { run(work); }, this);
@@ -236,33 +238,10 @@ Estimate qSlicerInnerGSHost::estimate(const Request& request) {
   estimate.memory = logic_->EstimateMemory(parameters_); // 0 where that is not why it is refused
   estimate.available = availableMemory();
   if (!estimate.refusal.isEmpty()) return estimate;
-  addForecast(estimate);
-  return estimate;
-}
-
-/// Times a small fit and loads a device on a thread; estimateChanged() follows.
-void qSlicerInnerGSHost::addForecast(Estimate& estimate) {
   std::string key;
-  const auto later = logic_->EstimateLater(parameters_, &key);
-  const QString known = QString::fromStdString(key);
-  if (const auto found = forecasts_.constFind(known); found != forecasts_.constEnd()) {
-    estimate.seconds = found->seconds;
-    estimate.reason = QString::fromStdString(found->reason);
-    estimate.refusal = QString::fromStdString(found->refusal);
-    return;
-  }
-  if (!later || estimating_ || isRunning()) return; // a time measured then means nothing
-  estimating_ = true;
-  run([this, later, known]() -> std::function<void()> {
-    JobForecast found;
-    const std::string problem = sentenceOf([&] { found = later(); });
-    if (!problem.empty()) found.reason = problem;
-    return [this, found, known] {
-      estimating_ = false;
-      forecasts_.insert(known, found);
-      Q_EMIT estimateChanged();
-    };
-  });
+  if (const auto measure = logic_->EstimateLater(parameters_, &key))
+    forecasts_.fill(estimate, key, measure, isRunning());
+  return estimate;
 }
 
 bool qSlicerInnerGSHost::start(const Request& request) {
@@ -280,6 +259,7 @@ bool qSlicerInnerGSHost::start(const Request& request) {
     Q_EMIT failed(lastError());
     return false;
   }
+  forecasts_.runBegan();
   phase_.reset();
   deviceNote_.clear();
   cancelling_ = false;
@@ -344,7 +324,7 @@ void qSlicerInnerGSHost::onJob(vtkObject*, unsigned long event, void* data) {
     break;
   }
   job_ = nullptr;
-  forecasts_.clear(); // a fit on a device tells how long others take there
+  forecasts_.runEnded();
   if (event == vtkSlicerInnerGSLogic::JobFinishedEvent) {
     const Report report = reportOf(job);
     watchModels();

@@ -1,6 +1,6 @@
 #pragma once
-#include "Core/Job/JobOutline.h"
 #include "ScopedObservers.h"
+#include "Widgets/ForecastCache.h"
 #include "Widgets/Host.h"
 
 #include <vtkSlicerInnerGSLogic.h>
@@ -96,7 +96,6 @@ private:
   void onParameters(vtkObject* caller, unsigned long event, void* data);
   void onChosen(vtkObject* caller, unsigned long event, void* data);
   QString whyEnded(vtkSlicerInnerGSJob* job) const;
-  void addForecast(innergs::ui::Estimate& estimate);
   void run(const std::function<std::function<void()>()>& work);
   QString runAndWait(const std::function<void()>& work);
   void fitRegion(vtkMRMLNode* region);
@@ -113,8 +112,7 @@ private:
   QTimer modelsMoved_;  // one for many moves of a transform
   QTimer chosenEdited_; // a mask or the region
   bool active_ = false;
-  QMap<QString, innergs::JobForecast> forecasts_; // by the outline's key
-  bool estimating_ = false;
+  innergs::ui::ForecastCache forecasts_;
   EllipsoidNodes* ellipsoids_;
   VolumeObserver* volumeObserver_;
   qSlicerInnerGSMotionHost* motion_;

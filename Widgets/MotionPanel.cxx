@@ -381,7 +381,7 @@ void MotionPanel::showProgress(const Progress& progress) {
     phase_->setText(tr("Cancelling…"));
     return;
   }
-  QString text = QString::fromLatin1(phaseName(progress.phase));
+  QString text = phaseText(progress.phase);
   if (progress.remaining >= 1) text += tr(", %1 left").arg(roughDuration(progress.remaining));
   if (!progress.note.empty()) device_->setReason(QString::fromStdString(progress.note));
   phase_->setText(text);
@@ -421,9 +421,9 @@ void MotionPanel::showReport(const MotionReport& report) {
   const QLocale locale;
   for (const QualityRow& row : report.quality) {
     const QString name = row.method == QLatin1String("previous") ? tr("Previous frame")
-                         : isOurMethod(row.method)               ? methodText(row.method)
+                         : row.isOurs()                          ? methodText(row.method)
                                                                  : tr("Linear in time");
-    const QString bold = isOurMethod(row.method) ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
+    const QString bold = row.isOurs() ? QStringLiteral("<b>%1</b>") : QStringLiteral("%1");
     rows += QStringLiteral("<tr><td style='white-space:nowrap'>%1</td>%2%3</tr>")
                 .arg(bold.arg(name.toHtmlEscaped()), cell.arg(bold.arg(locale.toString(row.psnr, 'f', 2))),
                      cell.arg(bold.arg(locale.toString(row.ssim, 'f', 4))));

@@ -23,38 +23,13 @@ constexpr int kRemainingInterval = 1000; // ms between changes of the remaining 
 constexpr int kShowInterval = 200;       // ms between changes of the figures
 constexpr int kBarSteps = 1000;
 
-QString phaseText(const Progress& progress) {
-  switch (progress.phase) {
-  case Phase::Preparing:
-    return ProgressCard::tr("Preparing the scans");
-  case Phase::Aligning:
-    return ProgressCard::tr("Aligning scans and slices");
-  case Phase::Predicting:
-    return ProgressCard::tr("Predicting between the slices");
-  case Phase::Initialising:
-    return ProgressCard::tr("Placing Gaussians");
-  case Phase::Tracking:
-    return ProgressCard::tr("Tracking the frames");
-  case Phase::Fitting:
-    if (progress.iterations > 0)
-      return ProgressCard::tr("Fitting: iteration %1 of %2").arg(progress.iteration).arg(progress.iterations);
-    return ProgressCard::tr("Fitting");
-  case Phase::Refining:
-    return ProgressCard::tr("Refining");
-  case Phase::Rendering:
-    return ProgressCard::tr("Computing the result's voxels");
-  case Phase::Judging:
-    if (progress.iterations > 0)
-      return ProgressCard::tr("Judging the quality (second fit): iteration %1 of %2")
-          .arg(progress.iteration)
-          .arg(progress.iterations);
-    return ProgressCard::tr("Judging the quality");
-  case Phase::Estimating:
-    return ProgressCard::tr("Estimating the uncertainty");
-  case Phase::Done:
-    return ProgressCard::tr("Done");
-  }
-  return {};
+QString stepText(const Progress& progress) {
+  const bool iterates = progress.phase == Phase::Fitting || progress.phase == Phase::Judging;
+  if (!iterates || progress.iterations <= 0) return phaseText(progress.phase);
+  return ProgressCard::tr("%1: iteration %2 of %3", "Fitting: iteration 1 of 200")
+      .arg(phaseText(progress.phase))
+      .arg(progress.iteration)
+      .arg(progress.iterations);
 }
 
 /// The figures of an iteration, with samples of the chart's lines.
@@ -158,7 +133,7 @@ void ProgressCard::showLatest() {
   bar_->setValue(static_cast<int>(std::lround(kBarSteps * std::clamp(shown_.fraction, 0.0, 1.0))));
   showNumbers();
   if (cancelling_) return;
-  phase_->setText(phaseText(shown_));
+  phase_->setText(stepText(shown_));
   showRemaining(shown_.remaining);
 }
 

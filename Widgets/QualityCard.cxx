@@ -16,10 +16,6 @@
 namespace innergs::ui {
 namespace {
 
-bool isOurs(const QualityRow& row) {
-  return isOurMethod(row.method);
-}
-
 QString decibel(double psnr) {
   return std::isfinite(psnr) ? QLocale().toString(psnr, 'f', 2) : QString::fromUtf8("–");
 }
@@ -168,7 +164,7 @@ void QualityCard::setTable(const QVector<QualityRow>& rows) {
   cell(0, 1, tr("PSNR (dB)"), true);
   cell(0, 2, tr("SSIM"), true);
   for (int r = 0; r < rows.size(); ++r) {
-    cell(r + 1, 0, methodText(rows[r].method), isOurs(rows[r]));
+    cell(r + 1, 0, methodText(rows[r].method), rows[r].isOurs());
     cell(r + 1, 1, decibel(rows[r].psnr), rows[r].psnr == bestPsnr);
     cell(r + 1, 2,
          std::isfinite(rows[r].ssim) ? QLocale().toString(rows[r].ssim, 'f', 3) : QString::fromUtf8("–"),

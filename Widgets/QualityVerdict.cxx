@@ -1,7 +1,5 @@
 #include "Widgets/QualityVerdict.h"
 
-#include "Widgets/TextFormat.h"
-
 #include <cmath>
 
 namespace innergs::ui {
@@ -15,7 +13,7 @@ Measured measured(const QVector<QualityRow>& rows, double QualityRow::*score, do
   const QualityRow *ours = nullptr, *best = nullptr;
   for (const QualityRow& row : rows) {
     if (!std::isfinite(row.*score)) continue;
-    const QualityRow*& place = isOurMethod(row.method) ? ours : best;
+    const QualityRow*& place = row.isOurs() ? ours : best;
     if (!place || row.*score > place->*score) place = &row;
   }
   if (!ours || !best) return {0, NAN, {}};

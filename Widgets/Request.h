@@ -64,13 +64,14 @@ struct Estimate {
   std::int64_t memory = 0;    // bytes beyond the inputs; 0: unknown
   std::int64_t available = 0; // bytes that the machine has; 0: unknown
   double seconds = 0;         // roughly; 0: unknown
-  QString device, reason;     // where it will run, and why there
+  QString reason;             // where it will run, and why there
 };
 
 /// One method's score on samples that no method saw.
 struct QualityRow {
-  QString method;
+  QString method;            // the evaluation's name for it: "gaussians", "linear", ...
   double psnr = 0, ssim = 0; // dB; −1…1
+  bool isOurs() const { return method == QLatin1String("gaussians"); }
 };
 
 /// What a successful reconstruction reports.

@@ -72,7 +72,7 @@ QString shownGaussiansText(std::int64_t shown, std::int64_t all) {
 
 QString methodText(const QString& method) {
   const QString name = method.toLower();
-  if (isOurMethod(method)) return Words::tr("InnerGS");
+  if (name == QLatin1String("gaussians")) return Words::tr("InnerGS");
   if (name == QLatin1String("linear")) return Words::tr("Linear interpolation");
   if (name == QLatin1String("cubic")) return Words::tr("Cubic interpolation");
   if (name == QLatin1String("lanczos")) return Words::tr("Lanczos interpolation");
@@ -82,9 +82,8 @@ QString methodText(const QString& method) {
   return method;
 }
 
-bool isOurMethod(const QString& method) {
-  return method.compare(QLatin1String("gaussians"), Qt::CaseInsensitive) == 0 ||
-         method.startsWith(QLatin1String("InnerGS"), Qt::CaseInsensitive);
+QString phaseText(Phase phase) {
+  return QCoreApplication::translate("innergs", phaseName(phase));
 }
 
 QString lengthText(double mm) {

@@ -1,4 +1,6 @@
 #pragma once
+#include "Core/Job/Progress.h"
+
 #include <QString>
 
 #include <cstdint>
@@ -21,7 +23,8 @@ QString shownGaussiansText(std::int64_t shown, std::int64_t all);
 /// The display name of an evaluation method: "InnerGS" for "gaussians", "Lanczos interpolation" for
 /// "lanczos".
 QString methodText(const QString& method);
-bool isOurMethod(const QString& method);
+/// phaseName(), translated.
+QString phaseText(Phase phase);
 /// At most three significant digits: "0.9", "4", "1.25".
 QString lengthText(double mm);
 /// The text, with a full stop at the end.

@@ -26,7 +26,8 @@
 namespace innergs::cli {
 namespace {
 
-constexpr std::int64_t kQuickSize = 40; // voxels along each edge
+constexpr std::int64_t kQuickSize = 40;       // voxels along each edge
+const char* const kPrediction = "prediction"; // an ablation of its own
 
 struct ExperimentOptions {
   std::vector<std::string> names;
@@ -37,23 +38,27 @@ struct ExperimentOptions {
   Settings settings;
 };
 
-std::string ablationOf(const std::string& name) {
-  return name.substr(name.find('-') + 1);
+const char* const kAblations = "ablation"; // all of them
+
+struct KnownExperiment {
+  std::string name;
+  std::string ablation = {}; // what it varies; "": it is no ablation
+};
+
+std::vector<KnownExperiment> knownExperiments() {
+  std::vector<KnownExperiment> known{{"selection"}, {"contour"},  {"dynamic"},     {"text"},
+                                     {"static"},    {kAblations}, {"segmentation"}};
+  std::vector<std::string> varied = ablationNames();
+  varied.push_back(kPrediction);
+  for (const std::string& what : varied)
+    known.push_back({"ablation-" + what, what});
+  return known;
 }
 
-std::vector<std::string> ablations() {
+std::vector<std::string> knownNames(bool onlyAblations = false) {
   std::vector<std::string> names;
-  for (const std::string& name : ablationNames())
-    names.push_back("ablation-" + name);
-  names.push_back("ablation-prediction");
-  return names;
-}
-
-std::vector<std::string> knownNames() {
-  std::vector<std::string> names{"selection", "contour",  "dynamic",     "text",
-                                 "static",    "ablation", "segmentation"};
-  for (std::string& name : ablations())
-    names.push_back(std::move(name));
+  for (const KnownExperiment& known : knownExperiments())
+    if (!onlyAblations || !known.ablation.empty()) names.push_back(known.name);
   return names;
 }
 
@@ -64,9 +69,9 @@ std::string joined(const std::vector<std::string>& names) {
   return text;
 }
 
-/// The requested experiments, each once, in the order of knownNames(), as later ones reuse the fits of
+/// The requested experiments, each once, in the order of knownExperiments(), as later ones reuse the fits of
 /// earlier ones. Without labels, --all omits segmentation.
-std::vector<std::string> chosenNames(const ExperimentOptions& o) {
+std::vector<KnownExperiment> chosenExperiments(const ExperimentOptions& o) {
   if (o.all && !o.names.empty()) throw CLI::ValidationError("experiment", "give names or --all, not both");
   if (!o.all && o.names.empty())
     throw CLI::ValidationError("experiment", "give one or more of " + joined(knownNames()) + ", or --all");
@@ -77,11 +82,10 @@ std::vector<std::string> chosenNames(const ExperimentOptions& o) {
   const auto asked = [&](const std::string& name) {
     return o.all || std::find(o.names.begin(), o.names.end(), name) != o.names.end();
   };
-  std::vector<std::string> chosen;
-  for (const std::string& name : known) {
-    if (name == "ablation" || (o.all && name == "segmentation" && o.labels.empty())) continue;
-    const bool ablation = name.rfind("ablation-", 0) == 0;
-    if (asked(name) || (ablation && asked("ablation"))) chosen.push_back(name);
+  std::vector<KnownExperiment> chosen;
+  for (const KnownExperiment& one : knownExperiments()) {
+    if (one.name == kAblations || (o.all && one.name == "segmentation" && o.labels.empty())) continue;
+    if (asked(one.name) || (!one.ablation.empty() && asked(kAblations))) chosen.push_back(one);
   }
   return chosen;
 }
@@ -91,7 +95,8 @@ public:
   Experiments(const ExperimentOptions& options, ProgressDisplay& display, std::stop_token stop)
       : o_(options), display_(display), stop_(std::move(stop)) {}
 
-  void run(const std::string& name) {
+  void run(const KnownExperiment& experiment) {
+    const std::string& name = experiment.name;
     if (stop_.stop_requested()) throw Error(ErrorCode::Cancelled, "The experiments were cancelled.");
     if (name == "selection")
       selection();
@@ -105,10 +110,10 @@ public:
       segmentation();
     else if (name == "static")
       staticReconstruction();
-    else if (name == "ablation-prediction")
+    else if (experiment.ablation == kPrediction)
       predictionAblation();
     else
-      ablation(ablationOf(name));
+      ablation(experiment.ablation);
   }
 
   /// Throws Error(Io) if a table or picture could not be written.
@@ -306,11 +311,12 @@ void makeFolder(const std::string& path) {
 }
 
 int experiment(const ExperimentOptions& o) {
-  const std::vector<std::string> names = chosenNames(o);
-  const bool fits = std::any_of(names.begin(), names.end(), [](const auto& n) {
-    return n != "selection" && n != "contour" && n != "text" && n != "dynamic";
+  const std::vector<KnownExperiment> chosen = chosenExperiments(o);
+  const bool fits = std::any_of(chosen.begin(), chosen.end(), [](const auto& one) {
+    return one.name != "selection" && one.name != "contour" && one.name != "text" && one.name != "dynamic";
   });
-  if (std::find(names.begin(), names.end(), "segmentation") != names.end() && o.labels.empty())
+  const auto isSegmentation = [](const auto& one) { return one.name == "segmentation"; };
+  if (std::any_of(chosen.begin(), chosen.end(), isSegmentation) && o.labels.empty())
     throw CLI::ValidationError("experiment", "segmentation needs --labels");
   if (fits && o.volume.empty())
     throw CLI::ValidationError("experiment", "static, the ablations and segmentation need --volume");
@@ -324,8 +330,8 @@ int experiment(const ExperimentOptions& o) {
   ProgressDisplay display(o.quiet);
   Interrupt interrupt;
   Experiments experiments(o, display, interrupt.token());
-  for (const std::string& name : names)
-    experiments.run(name);
+  for (const KnownExperiment& one : chosen)
+    experiments.run(one);
   display.finish();
   experiments.checkFiles();
   return Success;
@@ -346,7 +352,7 @@ Subcommand addExperiment(CLI::App& app) {
                    "text: queries in words, on two sets of phrases\n"
                    "segmentation: labels of some slices propagated to the others\n"
                    "ablation: the effect of each choice, or of one of them: " +
-                       joined(ablations()))
+                       joined(knownNames(true)))
       ->type_name("NAME");
   command->add_flag("--all", o->all, "All of them: 10 to 30 minutes on two cores");
   command

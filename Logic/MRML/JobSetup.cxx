@@ -384,6 +384,13 @@ JobOutline outlineOf(Parameters* parameters, vtkMRMLScene* scene, const Thicknes
   return outline;
 }
 
+std::string joined(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names)
+    text += (&name == &names.front() ? "" : "; ") + name;
+  return text;
+}
+
 std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const ThicknessOf& thicknessOf,
                               bool copy) {
   auto task = std::make_shared<Task>();
@@ -392,12 +399,12 @@ std::shared_ptr<Task> prepare(Parameters* parameters, vtkMRMLScene* scene, const
   takeMasks(task->filter, parameters, inputs);
   if (copy && !task->filter->TakeSnapshot()) task->filter->RethrowError();
   for (vtkMRMLVolumeNode* input : inputs)
-    task->inputNames +=
-        (task->inputNames.empty() ? "" : "; ") + std::string(input->GetName() ? input->GetName() : "");
+    task->inputNames.emplace_back(input->GetName() ? input->GetName() : "");
+  std::vector<std::string> masks;
   for (vtkMRMLNode* mask : masksOf(parameters))
-    task->maskName +=
-        (task->maskName.empty() ? "" : "; ") + std::string(mask->GetName() ? mask->GetName() : "");
-  task->recovered.inputs = task->inputNames;
+    masks.emplace_back(mask->GetName() ? mask->GetName() : "");
+  task->maskName = joined(masks);
+  task->recovered.inputs = joined(task->inputNames);
   task->recovered.mask = task->maskName;
   task->recovered.settings = task->filter->GetSettings();
   task->scene = scene;

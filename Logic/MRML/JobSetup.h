@@ -79,8 +79,9 @@ struct Task {
   Failure notKept;
 
   // For the main thread, when it is done.
-  bool discard = false;             // the result is no longer wanted
-  std::string inputNames, maskName; // names, separated by "; "; "" without a mask
+  bool discard = false; // the result is no longer wanted
+  std::vector<std::string> inputNames;
+  std::string maskName; // names, separated by "; "; "" without a mask
   bool newVolume = true, newModel = true, newTable = true,
        newUncertainty = true; // none was chosen at the start
   vtkWeakPointer<vtkMRMLScene> scene;
@@ -90,6 +91,9 @@ struct Task {
   vtkWeakPointer<vtkMRMLInnerGSModelNode> model;
   vtkWeakPointer<vtkMRMLTableNode> table;
 };
+
+/// The names, separated by "; ".
+std::string joined(const std::vector<std::string>& names);
 
 /// Writes the state of the task's fit, or its result, to its recovery folder: once, and only if there is one;
 /// on the thread that the task belongs to. Does not throw.

@@ -56,7 +56,7 @@ std::string decibels(double psnr) {
 void setProvenance(vtkMRMLNode* node, const Task& task) {
   MRMLNodeModifyBlocker blocker(node);
   node->SetAttribute("InnerGS.Version", INNERGS_VERSION);
-  node->SetAttribute("InnerGS.Inputs", task.inputNames.c_str());
+  node->SetAttribute("InnerGS.Inputs", joined(task.inputNames).c_str());
   node->SetAttribute("InnerGS.Mask", task.maskName.empty() ? nullptr : task.maskName.c_str());
   node->SetAttribute("InnerGS.Settings", task.filter->GetUsedSettings().c_str());
   node->SetAttribute("InnerGS.InstructionSet", task.filter->GetUsedInstructionSet().c_str());
@@ -161,7 +161,7 @@ void placeBeside(vtkMRMLNode* node, vtkMRMLNode* sibling) {
 }
 
 Outputs makeOutputs(const Task& task, vtkMRMLScene* scene) {
-  const std::string base = task.inputNames.substr(0, task.inputNames.find("; "));
+  const std::string base = task.inputNames.front();
   vtkNew<vtkInnerGSModel> content;
   content->ShallowCopy(task.filter->GetOutputModel());
   vtkNew<vtkImageData> image;

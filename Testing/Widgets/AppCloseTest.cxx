@@ -141,7 +141,7 @@ private Q_SLOTS:
       answerBox("errorBox", "OK", &text);
       answerBox("", "Yes"); // replace it
       trigger("saveVolume");
-      QTRY_VERIFY2(text.contains("free some space"), qPrintable(text));
+      TRY_VERIFY2(text.contains("free some space"), qPrintable(text));
       // Nor is the window closed over it.
       answerBox("unsavedBox", "Save All");
       answerFileDialog(target);
@@ -149,7 +149,7 @@ private Q_SLOTS:
       QVERIFY(!window_->close());
     }
     answerBox("errorBox", "OK");
-    QTRY_VERIFY(!window_->findChild<QMessageBox*>("errorBox"));
+    TRY_VERIFY(!window_->findChild<QMessageBox*>("errorBox"));
     QCOMPARE(read(), before); // the earlier file is whole
     QCOMPARE(files(), there); // and no half of the new one stays
     QVERIFY(window_->isVisible() && !host().document().volume(id)->saved);
@@ -163,16 +163,16 @@ private Q_SLOTS:
   void closedWhileRunning() {
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     setQuick(true);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
     answerBox("runningBox", "Keep Running");
     QVERIFY(!window_->close());
-    QTRY_VERIFY(!window_->findChild<QMessageBox*>("runningBox"));
+    TRY_VERIFY(!window_->findChild<QMessageBox*>("runningBox"));
     QVERIFY(host().isRunning() && window_->isVisible());
     answerBox("runningBox", "Stop and Close");
     window_->close();
-    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
+    TRY_VERIFY(!window_->isVisible());
     QVERIFY(!host().isRunning());
   }
 
@@ -180,14 +180,13 @@ private Q_SLOTS:
     const QString scan = writeBall(*sandbox_, "ball.nii", {48, 48, 16});
     open({scan});
     setQuick(true);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 20,
-                             kPatience);
+    TRY_VERIFY(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 20);
     answerBox("runningBox", "Stop and Close");
     window_->close();
-    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
+    TRY_VERIFY(!window_->isVisible());
     const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
     QCOMPARE(kept().size(), std::size_t(1));
     const auto [file, reached] = std::pair(kept()[0].file, kept()[0].iteration);
@@ -199,7 +198,7 @@ private Q_SLOTS:
     auto* goOn = window_->findChild<QPushButton*>("goOn");
     QVERIFY(goOn->isVisible());
     goOn->click();
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QSignalSpy further(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     const auto first = [&] { // iteration that it tells of
@@ -207,10 +206,10 @@ private Q_SLOTS:
         if (const int iteration = told[0].value<Progress>().iteration; iteration > 0) return iteration;
       return 0;
     };
-    QTRY_VERIFY_WITH_TIMEOUT(first() > 0, kPatience);
+    TRY_VERIFY(first() > 0);
     QVERIFY(first() >= reached);
     host().cancel();
-    QTRY_VERIFY(!host().isRunning());
+    TRY_VERIFY(!host().isRunning());
     QVERIFY(kept().size() == 1 && kept()[0].file == file); // for another time
   }
 
@@ -221,15 +220,14 @@ private Q_SLOTS:
     QVERIFY(inTheWay.open(QIODevice::WriteOnly));
     inTheWay.close();
     setQuick(true);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &app::AppHost::progressed);
     QSignalSpy failed(&host(), &app::AppHost::failed);
     QTest::mouseClick(button(), Qt::LeftButton);
-    QTRY_VERIFY_WITH_TIMEOUT(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 0,
-                             kPatience);
+    TRY_VERIFY(!progress.isEmpty() && progress.last()[0].value<Progress>().iteration > 0);
     answerBox("runningBox", "Stop and Close");
     window_->close();
-    QTRY_COMPARE_WITH_TIMEOUT(failed.size(), 1, 10000);
+    TRY_COMPARE(failed.size(), 1);
     QVERIFY(failed[0][0].toString().contains("cannot be made"));
     QVERIFY(window_->isVisible());
     QVERIFY(window_->close()); // a further attempt
@@ -239,15 +237,15 @@ private Q_SLOTS:
   void resultFinishedWhileClosingIsNotLost() {
     open({writeBall(*sandbox_, "ball.nii")});
     setQuick();
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     window_->close(); // asks; the fit ends meanwhile
-    QTRY_VERIFY(window_->findChild<QMessageBox*>("runningBox"));
-    QTRY_COMPARE_WITH_TIMEOUT(lines().size(), 3, kPatience);
+    TRY_VERIFY(window_->findChild<QMessageBox*>("runningBox"));
+    TRY_COMPARE(lines().size(), 3);
     QString text;
     answerBox("unsavedBox", "Cancel", &text);
     answerBox("runningBox", "Stop and Close");
-    QTRY_VERIFY(text.contains("ball reconstructed"));
+    TRY_VERIFY(text.contains("ball reconstructed"));
     QVERIFY(window_->isVisible());
   }
 
@@ -256,7 +254,7 @@ private Q_SLOTS:
     QVERIFY(host().background().isBusy());
     QVERIFY(!window_->close());
     QVERIFY(window_->findChild<QMessageBox*>("busyBox")->isVisible());
-    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 20000);
+    TRY_VERIFY(!window_->isVisible());
     QVERIFY(!host().background().isBusy());
   }
 
@@ -287,7 +285,7 @@ private Q_SLOTS:
   void windowDeletedWhileRunning() {
     open({writeBall(*sandbox_, "ball.nii", {48, 48, 16})});
     setQuick(true);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QSignalSpy progress(&host(), &app::AppHost::progressed);
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
@@ -306,16 +304,16 @@ private Q_SLOTS:
     QVERIFY(edit);
     edit->setText("Head of J.");
     QTest::keyClick(edit, Qt::Key_Return);
-    QTRY_COMPARE(lines(), QStringList{"Head of J."});
+    TRY_COMPARE(lines(), QStringList{"Head of J."});
     window_->resize(1111, 777);
     QVERIFY(window_->close()); // nothing to save
     window_ = std::make_unique<MainWindow>();
     window_->show();
-    QTRY_COMPARE(window_->size(), QSize(1111, 777));
+    TRY_COMPARE(window_->size(), QSize(1111, 777));
     auto* recent = window_->findChild<QMenu*>("recentMenu");
     QVERIFY(recent->actions().first()->text().contains("ball.nii"));
     recent->actions().first()->trigger();
-    QTRY_COMPARE(lines(), QStringList{"ball"});
+    TRY_COMPARE(lines(), QStringList{"ball"});
   }
 };
 

@@ -45,7 +45,7 @@ private Q_SLOTS:
     QVERIFY(enter.isAccepted());
     QDropEvent drop({50, 50}, Qt::CopyAction, &data, Qt::LeftButton, {});
     QCoreApplication::sendEvent(window_.get(), &drop);
-    QTRY_COMPARE(lines(), (QStringList{"one", "two words ü"}));
+    TRY_COMPARE(lines(), (QStringList{"one", "two words ü"}));
     QMimeData text;
     text.setText("hello");
     QDragEnterEvent other({50, 50}, Qt::CopyAction, &text, Qt::LeftButton, {});
@@ -83,7 +83,7 @@ private Q_SLOTS:
     const QString file = writeBall(*sandbox_, "large.nii.gz", {160, 160, 120}, {1, 1, 1});
     window_->host()->open({file});
     QVERIFY(host().background().isBusy()); // on its thread
-    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), kPatience);
+    TRY_VERIFY(!host().background().isBusy());
     QCOMPARE(lines(), QStringList{"large"});
   }
 
@@ -106,8 +106,8 @@ private Q_SLOTS:
     frame->setFocus();
     QTest::keyClick(frame, Qt::Key_Up);
     QTest::keyClick(frame, Qt::Key_Up);
-    QTRY_COMPARE(lines()[1], QString("series frame 3"));
-    QTRY_VERIFY(!host().background().isBusy());
+    TRY_COMPARE(lines()[1], QString("series frame 3"));
+    TRY_VERIFY(!host().background().isBusy());
     QCOMPARE(frame->value(), 3);
     QCOMPARE(time->text(), QString("at 5 s"));
     const auto third = host().document().volume(id);
@@ -123,7 +123,7 @@ private Q_SLOTS:
     tree->setCurrentItem(tree->topLevelItem(1));
     QVERIFY(frame->isVisible());
     frame->setValue(5);
-    QTRY_COMPARE(lines()[1], QString("Rest frame 5"));
+    TRY_COMPARE(lines()[1], QString("Rest frame 5"));
     // A single image offers no choice, and a missing file is reported.
     tree->setCurrentItem(tree->topLevelItem(0));
     QVERIFY(!frame->isVisible());
@@ -179,10 +179,10 @@ private Q_SLOTS:
     QString text;
     answerBox("sampleBox", "Cancel", &text);
     trigger("openSample");
-    QTRY_VERIFY(text.contains("choose the file ch2.nii.gz"));
+    TRY_VERIFY(text.contains("choose the file ch2.nii.gz"));
     QVERIFY(!window_->findChild<QFileDialog*>());
     const auto choose = [&](const QString& file) {
-      QTRY_VERIFY(!window_->findChild<QMessageBox*>("sampleBox"));
+      TRY_VERIFY(!window_->findChild<QMessageBox*>("sampleBox"));
       answerBox("sampleBox", "Choose File…");
       answerFileDialog(file);
       trigger("openSample");
@@ -191,7 +191,7 @@ private Q_SLOTS:
     QVERIFY(errorText().contains("too coarse"));
     QVERIFY(lines().isEmpty());
     choose(head);
-    QTRY_COMPARE(lines(), (QStringList{"head, 5 mm slices", "head, 1 mm"}));
+    TRY_COMPARE(lines(), (QStringList{"head, 5 mm slices", "head, 1 mm"}));
     QCOMPARE(host().document().volumes()[0]->volume->geometry.size[2], std::int64_t(8));
     QVERIFY(!host().document().hasUnsaved());
     // The head is for comparison and is never reconstructed.
@@ -212,7 +212,7 @@ private Q_SLOTS:
     const QString found = writeBall(*sandbox_, "share/mricron/templates/ch2.nii.gz", {40, 40, 43}, {1, 1, 1});
     QCOMPARE(app::sampleBrain(), QFileInfo(found).canonicalFilePath());
     trigger("openSample");
-    QTRY_COMPARE(lines().size(), 4);
+    TRY_COMPARE(lines().size(), 4);
     QCOMPARE(lines()[2], QString("Brain, 5 mm slices"));
     QVERIFY(host().document().volumes()[0]->caveat.isEmpty());
     QVERIFY(host().document().volumes()[2]->caveat.contains("not held out"));

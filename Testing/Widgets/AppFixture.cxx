@@ -150,7 +150,10 @@ void answerBox(const char* name, const QString& button, QString* text) {
   auto clock = std::make_shared<QElapsedTimer>();
   clock->start();
   QObject::connect(timer, &QTimer::timeout, timer, [=] {
-    if (clock->elapsed() > 20000) timer->deleteLater();
+    if (clock->elapsed() > kPatience) {
+      timer->deleteLater();
+      QFAIL(qPrintable(QString("'%1' was never asked").arg(name)));
+    }
     for (QWidget* widget : QApplication::topLevelWidgets()) {
       auto* box = qobject_cast<QMessageBox*>(widget);
       if (!box || !box->isVisible() || box->objectName() != QLatin1String(name)) continue;

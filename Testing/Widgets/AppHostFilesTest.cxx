@@ -289,7 +289,7 @@ private Q_SLOTS:
   void opensTheSampleBrainOrSaysHowToGetIt() {
     QSignalSpy opened(host_.get(), &AppHost::opened), failed(host_.get(), &AppHost::openFailed);
     host_->openSample();
-    QTRY_VERIFY_WITH_TIMEOUT(opened.size() + failed.size() == 1, kPatience);
+    TRY_VERIFY(opened.size() + failed.size() == 1);
     if (app::sampleBrain().isEmpty()) {
       QVERIFY(failed.first().at(1).toString().contains("mricron-data"));
       return;
@@ -306,7 +306,7 @@ private Q_SLOTS:
     const QString head = writeBall(*sandbox_, "ch2.nii.gz", {40, 40, 43}, {1, 1, 1});
     QSignalSpy opened(host_.get(), &AppHost::opened);
     host_->openSample(head);
-    QTRY_COMPARE_WITH_TIMEOUT(opened.size(), 1, kPatience);
+    TRY_COMPARE(opened.size(), 1);
     ui::Request request = apptest::request(opened.first().first().toString());
     for (const bool measured : {true, false}) {
       request.evaluateQuality = measured;

@@ -83,20 +83,20 @@ private Q_SLOTS:
     window_ = std::make_unique<app::MainWindow>();
     QVERIFY(showActive(*window_));
     press(Qt::Key_F, Qt::AltModifier);
-    QTRY_VERIFY(QApplication::activePopupWidget());
+    TRY_VERIFY(QApplication::activePopupWidget());
     press(Qt::Key_R);
     press(Qt::Key_1);
-    QTRY_COMPARE(lines(), QStringList{"series frame 1"});
-    QTRY_VERIFY(!host().background().isBusy());
+    TRY_COMPARE(lines(), QStringList{"series frame 1"});
+    TRY_VERIFY(!host().background().isBusy());
     // The next frame.
     press(Qt::Key_F4);
     QVERIFY(tabTo("frame"));
     press(Qt::Key_Up);
-    QTRY_COMPARE(lines(), QStringList{"series frame 2"});
+    TRY_COMPARE(lines(), QStringList{"series frame 2"});
     // Start, cancel, start.
     setQuick(true);
     press(Qt::Key_F5);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QVERIFY(tabTo("reconstruct"));
     QSignalSpy cancelled(&host(), &AppHost::cancelled), finished(&host(), &AppHost::finished);
     press(Qt::Key_Space);
@@ -105,20 +105,20 @@ private Q_SLOTS:
     press(Qt::Key_Space);
     QVERIFY(cancelled.wait(kPatience));
     setQuick();
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QCOMPARE(focused(), QString("reconstruct"));
     press(Qt::Key_Space);
     QVERIFY(finished.wait(kPatience));
     QCOMPARE(lines().size(), 3);
     // Look at a tilted plane of the model and export it.
     press(Qt::Key_F6);
-    QTRY_VERIFY(tabTo("queryView"));
+    TRY_VERIFY(tabTo("queryView"));
     for (int n = 0; n < 10; ++n)
       press(Qt::Key_Up);
     QVERIFY(std::abs(window_->query()->planeToRAS()->GetElement(2, 2)) < 0.99);
     QVERIFY(tabTo("queryExportVolume"));
     press(Qt::Key_Space);
-    QTRY_COMPARE(lines().size(), 4);
+    TRY_COMPARE(lines().size(), 4);
     // Save the result.
     press(Qt::Key_F4);
     press(Qt::Key_Home);
@@ -139,9 +139,9 @@ private Q_SLOTS:
     press(Qt::Key_F2);
     type("Mine");
     press(Qt::Key_Return);
-    QTRY_VERIFY(lines().contains("Mine"));
+    TRY_VERIFY(lines().contains("Mine"));
     press(Qt::Key_Delete);
-    QTRY_VERIFY(!lines().contains("Mine"));
+    TRY_VERIFY(!lines().contains("Mine"));
     // Quit: Escape stays, Discard goes.
     inDialog([&](QWidget*) { press(Qt::Key_Escape); });
     press(Qt::Key_Q, Qt::ControlModifier);
@@ -157,7 +157,7 @@ private Q_SLOTS:
       press(onDiscard() ? Qt::Key_Space : Qt::Key_Escape);
     });
     press(Qt::Key_Q, Qt::ControlModifier);
-    QTRY_VERIFY(!window_->isVisible());
+    TRY_VERIFY(!window_->isVisible());
   }
 
   /// Tab and Shift+Tab reach every control of the window and come back.
@@ -172,8 +172,8 @@ private Q_SLOTS:
                                                      {Qt::Key_F9, "findDock"}};
     for (const auto& [panel, dock] : docks) {
       press(panel);
-      QTRY_VERIFY(!window_->findChild<QDockWidget*>(dock)->visibleRegion().isEmpty());
-      QTRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(dock)->widget()), QString());
+      TRY_VERIFY(!window_->findChild<QDockWidget*>(dock)->visibleRegion().isEmpty());
+      TRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(dock)->widget()), QString());
       QSet<QWidget*> wanted;
       for (QWidget* widget : window_->findChildren<QWidget*>())
         if (widget->isVisible() && widget->isEnabled() && (widget->focusPolicy() & Qt::TabFocus) &&
@@ -218,9 +218,9 @@ private Q_SLOTS:
     press(Qt::Key_W); // no key of VTK's: wireframe
     QVERIFY(partThatDiffers(spaceSeen(), front) < 0.01);
     press(Qt::Key_Left);
-    QTRY_VERIFY(partThatDiffers(spaceSeen(), front) > 0.05);
+    TRY_VERIFY(partThatDiffers(spaceSeen(), front) > 0.05);
     press(Qt::Key_Home);
-    QTRY_VERIFY(partThatDiffers(spaceSeen(), front) < 0.01);
+    TRY_VERIFY(partThatDiffers(spaceSeen(), front) < 0.01);
   }
 };
 

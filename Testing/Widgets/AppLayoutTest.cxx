@@ -31,8 +31,8 @@ private Q_SLOTS:
     for (const char* panel : {"reconstructDock", "queryDock", "findDock", "modelDock", "logDock"}) {
       window_->showPanel(panel);
       for (const char* name : {panel, "dataDock"}) // as soon as it is laid out
-        QTRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(name)->widget()), QString());
-      QTRY_COMPARE(clippedWidget(*window_->views()), QString());
+        TRY_COMPARE(clippedWidget(*window_->findChild<QDockWidget*>(name)->widget()), QString());
+      TRY_COMPARE(clippedWidget(*window_->views()), QString());
       snapshot(*window_, QString("app-%1-%2").arg(panel, dark ? "dark" : "light"));
     }
     // Words stand out from what is behind them.

@@ -37,15 +37,15 @@ private Q_SLOTS:
 
   void fromTheFileToTheSlider() {
     open({writeSeries("moving.nii.gz")});
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     auto* dock = window_->findChild<QDockWidget*>("motionDock");
-    QTRY_VERIFY(!dock->visibleRegion().isEmpty()); // a 4D file leads here
+    TRY_VERIFY(!dock->visibleRegion().isEmpty()); // a 4D file leads here
     window_->motion()->findChild<QComboBox*>("motionKind")->setCurrentIndex(1);
     QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed),
         shown(&motion(), &app::AppMotionHost::frameShown);
     window_->motion()->findChild<QPushButton*>("motionRun")->click();
     QVERIFY(motion().isRunning());
-    QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, 120000);
+    TRY_VERIFY(finished.size() + failed.size() > 0);
     QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
     const auto report = finished[0][0].value<ui::MotionReport>();
     QCOMPARE(report.quality.size(), 3);
@@ -54,14 +54,14 @@ private Q_SLOTS:
     QVERIFY(host().document().model(id)->moving);
 
     // Any time is a volume in the views, and what the model is elsewhere.
-    QTRY_VERIFY(shown.size() > 0);
+    TRY_VERIFY(shown.size() > 0);
     const auto brightest = [&] {
       const auto& volume = *window_->state()->volume()->volume;
       return (std::max_element(volume.voxels.begin(), volume.voxels.end()) - volume.voxels.begin()) % 16;
     };
-    QTRY_COMPARE(brightest(), std::ptrdiff_t{5});
-    motion().setTime(id, 2.25);                   // between two frames
-    QTRY_COMPARE(brightest(), std::ptrdiff_t{9}); // 5 + 0.8·4.5 = 8.6
+    TRY_COMPARE(brightest(), std::ptrdiff_t{5});
+    motion().setTime(id, 2.25);                  // between two frames
+    TRY_COMPARE(brightest(), std::ptrdiff_t{9}); // 5 + 0.8·4.5 = 8.6
     QCOMPARE(motion().motionInfo(id).now, 2.25);
     QCOMPARE(host().document().volumes().size(), std::size_t{2}); // one volume for all times
 
@@ -91,7 +91,7 @@ private Q_SLOTS:
 
     // A saved model opens as what it is.
     open({model});
-    QTRY_COMPARE(host().document().models().size(), std::size_t{2});
+    TRY_COMPARE(host().document().models().size(), std::size_t{2});
     QVERIFY(host().document().models().back()->moving);
     QCOMPARE(QString::fromStdString(host().document().models().back()->moving->GetSegmentName(0)),
              QString("blob"));
@@ -100,7 +100,7 @@ private Q_SLOTS:
   /// By events: at the first preview the slider moves, then the fit is cancelled.
   void theModelSoFarIsShownAndGoesWithACancel() {
     open({writeSeries("moving.nii.gz", 12)});
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     ui::MotionRequest request;
     request.seriesId = host().document().volumes().front()->id;
     request.settings.kind = DynamicKind::Motion;
@@ -108,17 +108,17 @@ private Q_SLOTS:
     QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
         cancelled(&motion(), &ui::MotionHost::cancelled), shown(&motion(), &app::AppMotionHost::frameShown);
     QVERIFY(motion().start(request));
-    QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() && !shown.isEmpty(), kPatience);
+    TRY_VERIFY(!previewed.isEmpty() && !shown.isEmpty());
     QVERIFY(motion().previewInfo().known);
     QCOMPARE(motion().previewInfo().last, 5.5);
     const int before = shown.size();
     motion().setPreviewTime(2.25);
-    QTRY_VERIFY(shown.size() > before);
+    TRY_VERIFY(shown.size() > before);
     QCOMPARE(host().document().volumes().size(), std::size_t{2});
     QVERIFY(host().document().models().empty()); // not before it is complete
     motion().cancel();
-    QTRY_COMPARE(cancelled.size(), 1);
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(cancelled.size(), 1);
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     QVERIFY(!motion().previewInfo().known);
   }
 
@@ -126,7 +126,7 @@ private Q_SLOTS:
   void goesOnAfterACancelAndAfterClosing() {
     const QString scan = writeSeries("moving.nii.gz", 12);
     open({scan});
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     const auto kept = [&] { return recoveredFits(host().recoveryFolder().toStdU16String()); };
     ui::MotionRequest request;
     request.seriesId = host().document().volumes().front()->id;
@@ -136,9 +136,9 @@ private Q_SLOTS:
       QSignalSpy previewed(&motion(), &ui::MotionHost::previewed),
           cancelled(&motion(), &ui::MotionHost::cancelled);
       QVERIFY(motion().start(request));
-      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty(), kPatience);
+      TRY_VERIFY(!previewed.isEmpty());
       motion().cancel();
-      QTRY_COMPARE(cancelled.size(), 1);
+      TRY_COMPARE(cancelled.size(), 1);
     }
     QCOMPARE(kept().size(), std::size_t(1));
     const int reached = kept()[0].iteration;
@@ -150,13 +150,13 @@ private Q_SLOTS:
       QVERIFY(goOn->isVisible());
       goOn->click();
       window_->motion()->findChild<QPushButton*>("motionRun")->click();
-      QTRY_VERIFY_WITH_TIMEOUT(!previewed.isEmpty() || !failed.isEmpty(), kPatience);
+      TRY_VERIFY(!previewed.isEmpty() || !failed.isEmpty());
       QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
     };
     start();
     answerBox("runningBox", "Stop and Close");
     window_->close();
-    QTRY_VERIFY_WITH_TIMEOUT(!window_->isVisible(), 10000);
+    TRY_VERIFY(!window_->isVisible());
     QCOMPARE(kept().size(), std::size_t(1)); // the newer state alone
     QVERIFY(kept()[0].iteration > reached);
 
@@ -165,7 +165,7 @@ private Q_SLOTS:
     open({scan});
     start();
     motion().cancel();
-    QTRY_VERIFY(!motion().isRunning());
+    TRY_VERIFY(!motion().isRunning());
     QCOMPARE(kept().size(), std::size_t(1));
   }
 
@@ -181,7 +181,7 @@ private Q_SLOTS:
     }
     times.close();
     open({sandbox_->path("frames")});
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     const auto scan = host().document().volumes().front();
     QCOMPARE(scan->frames.count, 6);
     const ui::SeriesInfo info = motion().seriesInfo(scan->id);
@@ -193,14 +193,14 @@ private Q_SLOTS:
     request.settings.kind = DynamicKind::Intensity;
     request.evaluateQuality = false;
     QVERIFY(motion().start(request));
-    QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, kPatience);
+    TRY_VERIFY(finished.size() + failed.size() > 0);
     QVERIFY2(failed.isEmpty(), failed.isEmpty() ? "" : qPrintable(failed[0][0].toString()));
     QCOMPARE(motion().motionInfo(finished[0][0].value<ui::MotionReport>().modelId).last, 25.0);
   }
 
   void slicesAreTakenAtTheTimesOfAChosenFile() {
     open({writeSeries("bold.nii.gz", 8)});
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     ui::MotionRequest request;
     request.seriesId = host().document().volumes().front()->id;
     request.settings.kind = DynamicKind::Intensity;
@@ -212,7 +212,7 @@ private Q_SLOTS:
     const auto changes = [&] {
       QSignalSpy finished(&motion(), &ui::MotionHost::finished), failed(&motion(), &ui::MotionHost::failed);
       motion().start(request);
-      [&] { QTRY_VERIFY_WITH_TIMEOUT(finished.size() + failed.size() > 0, kPatience); }();
+      [&] { TRY_VERIFY(finished.size() + failed.size() > 0); }();
       if (finished.isEmpty()) return std::vector<float>();
       const QString id = finished[0][0].value<ui::MotionReport>().modelId;
       return host().document().model(id)->moving->GetField()->changes;
@@ -234,7 +234,7 @@ private Q_SLOTS:
 
   void cancelAndBadScans() {
     open({writeSeries("moving.nii.gz", 12)});
-    QTRY_COMPARE(host().document().volumes().size(), std::size_t{1});
+    TRY_COMPARE(host().document().volumes().size(), std::size_t{1});
     const QString id = host().document().volumes().front()->id;
     QSignalSpy cancelled(&motion(), &ui::MotionHost::cancelled), failed(&motion(), &ui::MotionHost::failed);
     ui::MotionRequest request;
@@ -243,11 +243,11 @@ private Q_SLOTS:
     QVERIFY(!motion().start(request)); // one at a time
     QCOMPARE(failed.size(), 1);
     motion().cancel();
-    QTRY_COMPARE(cancelled.size(), 1);
+    TRY_COMPARE(cancelled.size(), 1);
     QVERIFY(host().document().models().empty());
     request.rate = -1;
     QVERIFY(motion().start(request));
-    QTRY_COMPARE(failed.size(), 2);
+    TRY_COMPARE(failed.size(), 2);
     QVERIFY(failed[1][0].toString().contains("above 0"));
     request.seriesId = "none";
     QVERIFY(!motion().start(request));

@@ -86,12 +86,12 @@ private Q_SLOTS:
     QTest::mouseMove(window_->findChild<QTreeWidget*>("dataTree")); // out of the views
     auto* pointed = window_->findChild<QLabel*>("pointed");
     SliceView* axial = window_->views()->slice(2);
-    QTRY_VERIFY(!axial->underMouse());
+    TRY_VERIFY(!axial->underMouse());
     // The value at the crosshair, while a view has the keyboard focus.
     axial->setFocus();
-    QTRY_VERIFY2(pointed->text().startsWith("R 3.0  P 2.0  S 4.0 mm: ") &&
-                     pointed->text().endsWith("scanner units"),
-                 qPrintable(pointed->text()));
+    TRY_VERIFY2(pointed->text().startsWith("R 3.0  P 2.0  S 4.0 mm: ") &&
+                    pointed->text().endsWith("scanner units"),
+                qPrintable(pointed->text()));
     QTest::keyClick(axial, Qt::Key_Up);
     QVERIFY2(pointed->text().contains("S 6.0 mm"), qPrintable(pointed->text()));
     // Shift and the arrows pan to the patient's left and front; the crosshair stays.
@@ -106,12 +106,12 @@ private Q_SLOTS:
     // In 3D as well: there and back.
     auto* space = window_->views()->threeD();
     space->setFocus();
-    QTRY_VERIFY(pointed->text().isEmpty());
+    TRY_VERIFY(pointed->text().isEmpty());
     const QImage still = spaceSeen();
     QTest::keyClick(space, Qt::Key_Left, Qt::ShiftModifier);
-    QTRY_VERIFY(spaceSeen() != still);
+    TRY_VERIFY(spaceSeen() != still);
     QTest::keyClick(space, Qt::Key_Home);
-    QTRY_VERIFY(spaceSeen() == still);
+    TRY_VERIFY(spaceSeen() == still);
   }
 
   void comparesVolumesAtTheSamePlace() {
@@ -140,9 +140,9 @@ private Q_SLOTS:
       QTest::keyClick(space, Qt::Key_Minus);
     QVERIFY(extentSeen() < 0.6);
     reconstruct();
-    QTRY_VERIFY(extentSeen() > 0.85 && extentSeen() < 1);
+    TRY_VERIFY(extentSeen() > 0.85 && extentSeen() < 1);
     window_->resize(window_->width(), window_->height() - 150);
-    QTRY_VERIFY(extentSeen() > 0.85 && extentSeen() < 1);
+    TRY_VERIFY(extentSeen() > 0.85 && extentSeen() < 1);
   }
 
   void rendersVolumesAndEllipsoids() {
@@ -152,19 +152,19 @@ private Q_SLOTS:
     const QImage planes = spaceSeen();
     trigger("volumeRendering");
     QVERIFY(window_->views()->threeD()->isVolumeRendered());
-    QTRY_VERIFY(spaceSeen() != planes);
+    TRY_VERIFY(spaceSeen() != planes);
     trigger("volumeRendering");
     trigger("planes");
     const QImage empty = spaceSeen();
     trigger("ellipsoids");
     const auto& model = host().document().models().front();
     QVERIFY(model->ellipsoidsShown);
-    QTRY_VERIFY(spaceSeen() != empty);
+    TRY_VERIFY(spaceSeen() != empty);
     // It says how many they are.
     QVERIFY(model->ellipsoids > 0 && model->ellipsoids <= model->model->GetNumberOfGaussians());
     QCOMPARE(host().modelInfo(model->id).ellipsoids, model->ellipsoids);
     trigger("ellipsoids");
-    QTRY_VERIFY(spaceSeen() == empty);
+    TRY_VERIFY(spaceSeen() == empty);
   }
 
   void queryPlaneIsSeenInSpace() {
@@ -175,28 +175,28 @@ private Q_SLOTS:
     const auto seen = [this] { return spaceSeen(); };
     const QImage empty = seen();
     window_->showPanel("queryDock");
-    QTRY_VERIFY(seen() != empty);
+    TRY_VERIFY(seen() != empty);
     // It follows the panel, including its window and level.
     const QImage axial = seen();
     QTest::mouseClick(window_->findChild<QAbstractButton*>("queryCoronal"), Qt::LeftButton);
-    QTRY_VERIFY(seen() != axial);
+    TRY_VERIFY(seen() != axial);
     const auto* plane = window_->findChild<ui::PlaneView*>("queryView");
     const auto* settle = window_->findChild<QTimer*>("settleTimer");
-    QTRY_VERIFY(!settle->isActive() && plane->image().task.pose == plane->pose());
+    TRY_VERIFY(!settle->isActive() && plane->image().task.pose == plane->pose());
     const QImage coronal = seen();
     window_->findChild<QDoubleSpinBox*>("queryLevel")->setValue(0);
-    QTRY_VERIFY(seen() != coronal);
+    TRY_VERIFY(seen() != coronal);
     // Off and on; removed with the model.
     trigger("queryPlane");
-    QTRY_VERIFY(seen() == empty);
+    TRY_VERIFY(seen() == empty);
     trigger("queryPlane");
-    QTRY_VERIFY(seen() != empty);
+    TRY_VERIFY(seen() != empty);
     window_->showPanel("modelDock"); // it belongs to the panel
-    QTRY_VERIFY(seen() == empty);
+    TRY_VERIFY(seen() == empty);
     window_->showPanel("queryDock");
-    QTRY_VERIFY(seen() != empty);
+    TRY_VERIFY(seen() != empty);
     host().document().remove(QString(host().document().models().front()->id));
-    QTRY_VERIFY(seen() == empty);
+    TRY_VERIFY(seen() == empty);
   }
 
   void volumesElsewhereAreSeen() {
@@ -218,7 +218,7 @@ private Q_SLOTS:
       const QImage seen = axial->grab().toImage();
       return qGray(seen.pixel(seen.width() / 2 + seen.width() / 20, seen.height() / 2 + seen.height() / 20));
     };
-    QTRY_VERIFY(besideTheMiddle() > 40);
+    TRY_VERIFY(besideTheMiddle() > 40);
   }
 
 private:

@@ -38,7 +38,7 @@ protected:
   }
   void open(const QStringList& paths) {
     window_->host()->open(paths);
-    QTRY_VERIFY_WITH_TIMEOUT(!host().background().isBusy(), kPatience);
+    TRY_VERIFY(!host().background().isBusy());
   }
   void setQuick(bool longFit = false) {
     innergs::ui::Request request = window_->reconstruction()->request();
@@ -88,17 +88,17 @@ protected:
   QString errorText() {
     QString text;
     apptest::answerBox("errorBox", "OK", &text);
-    (void)QTest::qWaitFor([&] { return !text.isEmpty(); }, 20000);
+    [&] { TRY_VERIFY(!text.isEmpty()); }();
     return text;
   }
   /// The 3D view, once it is drawn in its final state.
   QImage spaceSeen() {
-    (void)QTest::qWaitFor([&] { return window_->state()->turns().isIdle(); });
+    [&] { TRY_VERIFY(window_->state()->turns().isIdle()); }();
     return window_->views()->threeD()->grab().toImage();
   }
   void reconstruct() {
     QSignalSpy finished(&host(), &innergs::app::AppHost::finished);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host().isRunning());
     QVERIFY(finished.wait(kPatience));

@@ -37,7 +37,6 @@ FakeHost::FakeHost(QObject* parent) : Host(parent) {
   nextEstimate.memory = 850'000'000;
   nextEstimate.available = 16'000'000'000;
   nextEstimate.seconds = 95;
-  nextEstimate.device = "CPU";
   nextEstimate.reason = "On the CPU. The CUDA backend is not installed.";
   folder_ = QDir::tempPath();
   connect(&timer_, &QTimer::timeout, this, &FakeHost::step);
@@ -169,7 +168,7 @@ Report FakeHost::exampleReport() {
   report.judging = innergs::Judging::Done;
   report.heldOutPsnr = 31.5;
   report.heldOutSlices = 12;
-  report.quality = {{"InnerGS", 31.62, 0.942}, {"linear", 30.11, 0.921}, {"cubic", 30.02, 0.919}};
+  report.quality = {{"gaussians", 31.62, 0.942}, {"linear", 30.11, 0.921}, {"cubic", 30.02, 0.919}};
   report.qualitySamples = "Every 4th slice of Head axial was kept; the others, inside the body, are scored.";
   report.seconds = 83;
   report.gaussians = 74088;

@@ -2,6 +2,7 @@
 #include "FakeHost.h"
 #include "Features/BoxPhantom.h"
 #include "Motion/MovingPhantom.h"
+#include "Patience.h"
 #include "Widgets/MessageLine.h"
 
 #include "Core/Base/Error.h"
@@ -104,7 +105,7 @@ struct Shown {
   }
   void learn() {
     QTest::mouseClick(part<QPushButton>("findLearn"), Qt::LeftButton);
-    QTRY_VERIFY(!panel.isLearning());
+    TRY_VERIFY(!panel.isLearning());
   }
   /// Types a query and waits for the answer.
   void ask(const QString& text) {
@@ -114,7 +115,7 @@ struct Shown {
     QTest::keyClicks(line, text);
     part<MessageLine>("findAnswer")->clear();
     QTest::keyClick(line, Qt::Key_Return);
-    QTRY_VERIFY(!message("findAnswer").isEmpty());
+    TRY_VERIFY(!message("findAnswer").isEmpty());
   }
   std::int64_t voxels() const {
     return std::accumulate(host.shown.segments.begin(), host.shown.segments.end(), std::int64_t{0},
@@ -173,13 +174,13 @@ private Q_SLOTS:
     shown.host.labels = {testing::movingLabels(series.geometry, 0.5), {{1, "lunate"}, {2, "capitate"}}};
     QTest::mouseClick(shown.part<QPushButton>("findLearn"), Qt::LeftButton);
     showAt(0); // meanwhile
-    QTRY_VERIFY(!shown.panel.isLearning());
+    TRY_VERIFY(!shown.panel.isLearning());
     QVERIFY(shown.part<QLabel>("findState")->text().contains("knows 2 structures"));
     shown.ask("lunate");
     QVERIFY2(diceAt(0) > 0.9, qPrintable(QString::number(diceAt(0))));
     const int before = shown.host.previews;
     showAt(1.75); // asks again by itself
-    QTRY_VERIFY(shown.host.previews > before);
+    TRY_VERIFY(shown.host.previews > before);
     QVERIFY2(diceAt(1.75) > 0.9, qPrintable(QString::number(diceAt(1.75))));
     QVERIFY(diceAt(1.75) > diceAt(0));
     QCOMPARE(shown.part<QListWidget>("findCandidates")->count(), 1);
@@ -207,13 +208,13 @@ private Q_SLOTS:
     // Options are seen at once.
     const int before = shown.host.previews;
     shown.part<QCheckBox>("findThresholdOn")->click();
-    QTRY_COMPARE(shown.host.previews, before + 1);
+    TRY_COMPARE(shown.host.previews, before + 1);
     shown.part<QCheckBox>("findThresholdOn")->click();
-    QTRY_COMPARE(shown.host.previews, before + 2);
+    TRY_COMPARE(shown.host.previews, before + 2);
     shown.part<QDoubleSpinBox>("findSmoothing")->setValue(2);
-    QTRY_VERIFY(shown.voxels() < all); // corners go
+    TRY_VERIFY(shown.voxels() < all); // corners go
     shown.part<QDoubleSpinBox>("findSmoothing")->setValue(0);
-    QTRY_COMPARE(shown.voxels(), all);
+    TRY_COMPARE(shown.voxels(), all);
     QTest::mouseClick(shown.part<QPushButton>("findAdd"), Qt::LeftButton);
     QCOMPARE(shown.host.kept, QStringList{"liver"});
     QCOMPARE(shown.message("findAnswer"), QString("Kept in “Boxes segments”."));
@@ -232,7 +233,7 @@ private Q_SLOTS:
     QVERIFY(list->item(0)->font().bold() && list->item(1)->font().bold());
     QCOMPARE(shown.host.shown.segments.size(), std::size_t(2));
     list->setCurrentRow(1);
-    QTRY_COMPARE(shown.host.shown.segments.size(), std::size_t(1));
+    TRY_COMPARE(shown.host.shown.segments.size(), std::size_t(1));
     QCOMPARE(shown.host.shown.segments[0].first.name, std::string("kidney_right"));
     QCOMPARE(list->count(), 2);                    // still to choose from
     shown.part<QCheckBox>("findLargest")->click(); // of the chosen one
@@ -312,7 +313,7 @@ private Q_SLOTS:
     QVERIFY(shown.part<QProgressBar>("findProgress")->isVisible());
     QVERIFY(button->text().contains("Cancel"));
     QTest::mouseClick(button, Qt::LeftButton);
-    QTRY_VERIFY(!shown.panel.isLearning());
+    TRY_VERIFY(!shown.panel.isLearning());
     QVERIFY(shown.message("findLearningMessage").startsWith("Stopped"));
     QVERIFY(!shown.part<QProgressBar>("findProgress")->isVisible());
     QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);
@@ -324,7 +325,7 @@ private Q_SLOTS:
     auto core = std::make_shared<Model>(*shown.host.modelData[shown.id]->GetCoreModel());
     core->field.gaussians.pop_back();
     shown.host.modelData[shown.id]->SetCoreModel(core);
-    QTRY_VERIFY(!shown.panel.isLearning());
+    TRY_VERIFY(!shown.panel.isLearning());
     QVERIFY(shown.message("findLearningMessage").contains("replaced while learning"));
     QCOMPARE(shown.host.modelData[shown.id]->GetNumberOfSegments(), 0);
   }
@@ -343,7 +344,7 @@ private Q_SLOTS:
     QVERIFY(shown.part<QLabel>("findState")->text().contains("knows no structures yet"));
     shown.panel.setModelId(shown.id);
     shown.panel.find("liver");
-    QTRY_COMPARE(shown.message("findAnswer"), QString("\"liver\" is liver."));
+    TRY_COMPARE(shown.message("findAnswer"), QString("\"liver\" is liver."));
   }
 };
 

@@ -1,5 +1,6 @@
 #include "Widgets/ModelPanel.h"
 #include "FakeHost.h"
+#include "Patience.h"
 #include "Widgets/EllipsoidActor.h"
 #include "Widgets/MessageLine.h"
 
@@ -61,10 +62,10 @@ struct Shown {
   void answer(const char* name, const char* dialogName, const QString& file) {
     QTest::mouseClick(button(name), Qt::LeftButton);
     QFileDialog* dialog = nullptr;
-    QTRY_VERIFY((dialog = panel.findChild<QFileDialog*>(dialogName)));
+    TRY_VERIFY((dialog = panel.findChild<QFileDialog*>(dialogName)));
     Q_EMIT dialog->fileSelected(file);
     dialog->reject();
-    QTRY_VERIFY(!panel.findChild<QFileDialog*>(dialogName));
+    TRY_VERIFY(!panel.findChild<QFileDialog*>(dialogName));
   }
 };
 

@@ -1,5 +1,6 @@
 // The panel as 3D Slicer arranges it: in a collapsible section of a module in a small scroll area.
 #include "FakeHost.h"
+#include "Patience.h"
 #include "TestTools.h"
 #include "Widgets/InputsTable.h"
 #include "Widgets/ReconstructionPanel.h"
@@ -119,17 +120,17 @@ private Q_SLOTS:
   void theButtonAndTheProgressStayInView() {
     choose({"head", "side"});
     enter();
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     seenWherever({button(), child("estimateText")});
     snapshot(*area_, "module-start");
     start();
     send();
     host_->sendPreview();
-    QTRY_VERIFY(child("preview")->isVisible());
+    TRY_VERIFY(child("preview")->isVisible());
     seenWherever({button(), child("progressBar"), child("phaseText"), child("remainingText")});
     snapshot(*area_, "module-running");
     host_->sendFailed("The file cannot be read: choose another one");
-    QTRY_VERIFY(isSeen(child("message")));
+    TRY_VERIFY(isSeen(child("message")));
     QVERIFY(!child("progressBar")->isVisible());
     seenWherever({button()});
   }
@@ -137,8 +138,8 @@ private Q_SLOTS:
   void theKeyboardIsNeverUnderTheButton() {
     choose({"head", "side", "thin"});
     enter();
-    QTRY_VERIFY(button()->isEnabled());
-    QTRY_COMPARE(clippedWidget(*module_), QString());
+    TRY_VERIFY(button()->isEnabled());
+    TRY_COMPARE(clippedWidget(*module_), QString());
     panel_->findChild<InputRow*>()->firstField()->setFocus();
     for (int n = 0; n < 60 && QApplication::focusWidget() != button(); ++n) {
       QWidget* at = QApplication::focusWidget();
@@ -176,7 +177,7 @@ private:
     module_->setParent(nullptr);
   }
   void check(const char* name) {
-    QTRY_COMPARE(clippedWidget(*module_), QString());
+    TRY_COMPARE(clippedWidget(*module_), QString());
     for (const auto* row : panel_->findChildren<InputRow*>())
       QVERIFY2(!row->isVisible() || row->height() >= row->minimumSizeHint().height(), name);
     snapshot(*area_->widget(), QString("module-%1").arg(name));
@@ -189,7 +190,7 @@ private:
                  .intersects(child("pinnedBar")->geometry()));
   }
   void seenWherever(const QVector<QWidget*>& widgets) {
-    QTRY_COMPARE(clippedWidget(*module_), QString());
+    TRY_COMPARE(clippedWidget(*module_), QString());
     QScrollBar* bar = area_->verticalScrollBar();
     QVERIFY(bar->maximum() > 100);
     for (int at = 0; at <= bar->maximum(); at += 10) {

@@ -3,6 +3,7 @@
 #include "Core/Settings/SettingsTable.h"
 #include "FakeHost.h"
 #include "IO/RecoveredFit.h"
+#include "Patience.h"
 #include "TestTools.h"
 
 #include <QCheckBox>
@@ -348,7 +349,7 @@ private Q_SLOTS:
         if (motion_->times[n] < motion_->times[n - 1]) return true;
       return false;
     };
-    QTRY_VERIFY(wrapped());
+    TRY_VERIFY(wrapped());
     for (const double time : std::as_const(motion_->times))
       QVERIFY(time >= 0 && time <= 0.3);
     part<QToolButton>("motionPlay")->click();

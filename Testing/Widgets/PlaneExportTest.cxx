@@ -1,5 +1,6 @@
 #include "Widgets/PlaneExport.h"
 #include "FakeHost.h"
+#include "Patience.h"
 
 #include "Core/Job/ReconstructionJob.h"
 #include "vtkInnerGSModel.h"
@@ -48,7 +49,7 @@ private Q_SLOTS:
     planes.addToVolumes();
     plane_.task.pose.angles.inPlane = 45;
     planes.addToVolumes();
-    QTRY_COMPARE(said.size(), 3);
+    TRY_COMPARE(said.size(), 3);
     QCOMPARE(host_.addedVolumes,
              (QStringList{"Ball axial 3.0 mm", "Ball coronal 2.0 mm", "Ball oblique 2.0 mm"}));
     for (const auto& signal : said)
@@ -62,7 +63,7 @@ private Q_SLOTS:
     QSignalSpy said(&planes, &PlaneExport::said);
     host_.modelError = "The disk is full: free some space.";
     planes.addToVolumes();
-    QTRY_COMPARE(said.size(), 1);
+    TRY_COMPARE(said.size(), 1);
     QCOMPARE(said[0][0].toString(), host_.modelError);
     QCOMPARE(said[0][1].toBool(), true);
 
@@ -83,7 +84,7 @@ private Q_SLOTS:
     planes.copyCommand();
     current = plane_;
     planes.addToVolumes(); // the worker keeps their order
-    QTRY_COMPARE(host_.addedVolumes.size(), 1);
+    TRY_COMPARE(host_.addedVolumes.size(), 1);
     QCOMPARE(said.size(), 1);
   }
 

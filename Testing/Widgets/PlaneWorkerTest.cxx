@@ -1,5 +1,6 @@
 #include "Widgets/PlaneWorker.h"
 #include "FittedModel.h"
+#include "Patience.h"
 #include "ThreadShortage.h"
 
 #include "Core/Job/ReconstructionJob.h"
@@ -39,7 +40,7 @@ private Q_SLOTS:
     });
     for (int i = 0; i < 300; ++i)
       worker.show(task(0.1 * i, 256), i % 3 == 0);
-    QTRY_VERIFY(!seen.isEmpty() && seen.last().task.pose.origin[2] == 0.1 * 299);
+    TRY_VERIFY(!seen.isEmpty() && seen.last().task.pose.origin[2] == 0.1 * 299);
     QVERIFY2(seen.size() < 100, qPrintable(QString::number(seen.size())));
     for (const PlaneImage& image : seen) {
       QVERIFY(image.image);
@@ -56,11 +57,11 @@ private Q_SLOTS:
       const innergs::test::ThreadShortage shortage(0);
       worker.show(task(0));
     }
-    QTRY_COMPARE(seen.size(), 1);
+    TRY_COMPARE(seen.size(), 1);
     QVERIFY2(seen[0].error.startsWith("The system could not start another thread: "),
              qPrintable(seen[0].error));
     worker.show(task(0));
-    QTRY_COMPARE(seen.size(), 2);
+    TRY_COMPARE(seen.size(), 2);
     QVERIFY(seen[1].image);
   }
 
@@ -77,7 +78,7 @@ private Q_SLOTS:
       worker.probe(task(i));
     }
     worker.clear();
-    QTRY_COMPARE(exported.size(), 5);
+    TRY_COMPARE(exported.size(), 5);
     QCOMPARE(exported, (QVector<double>{0, 1, 2, 3, 4}));
   }
 
@@ -87,7 +88,7 @@ private Q_SLOTS:
     connect(&worker, &PlaneWorker::exported, this, [&](const PlaneImage& image) { exported.append(image); });
     worker.exportPlane(task(0));
     worker.exportPlane(task(39));
-    QTRY_COMPARE(exported.size(), 2);
+    TRY_COMPARE(exported.size(), 2);
     QVERIFY(exported[0].image->GetScalarComponentAsDouble(32, 32, 0, 0) >
             5 + exported[1].image->GetScalarComponentAsDouble(32, 32, 0, 0));
   }
@@ -99,16 +100,16 @@ private Q_SLOTS:
     PlaneTask bad = task(0);
     bad.pixelSize = -1;
     worker.show(bad);
-    QTRY_COMPARE(seen.size(), 1);
+    TRY_COMPARE(seen.size(), 1);
     QVERIFY(!seen[0].image);
     QVERIFY2(seen[0].error.contains("spacing must be finite and above zero"), qPrintable(seen[0].error));
     worker.show(task(0)); // it continues
-    QTRY_COMPARE(seen.size(), 2);
+    TRY_COMPARE(seen.size(), 2);
     QVERIFY(seen[1].image && seen[1].error.isEmpty());
     bad = task(0);
     bad.model = std::make_shared<Model>();
     worker.show(bad);
-    QTRY_COMPARE(seen.size(), 3);
+    TRY_COMPARE(seen.size(), 3);
     QVERIFY2(seen[2].error.endsWith("."), qPrintable(seen[2].error));
   }
 

@@ -63,7 +63,7 @@ private Q_SLOTS:
     QSignalSpy changed(&shown.panel, &QueryPanel::planeChanged);
 
     QTest::mouseMove(view, middle + QPoint(radius, 0));
-    QTRY_COMPARE(view->cursor().shape(), Qt::SizeHorCursor);
+    TRY_COMPARE(view->cursor().shape(), Qt::SizeHorCursor);
     const Vec3 up = columnOf(shown.panel.planeToRAS(), 1);
     drag(view, middle + QPoint(radius, 0), middle + QPoint(radius - 30, 0));
     QVERIFY(changed.size() > 0);
@@ -148,22 +148,22 @@ private Q_SLOTS:
     PlaneView* view = shown.view;
     auto* pixelSize = shown.find<QDoubleSpinBox>("queryPixelSize");
     pixelSize->setValue(0.25); // 720 × 864 pixels
-    QTRY_VERIFY(view->image().image && view->image().task.pixelSize == 0.25);
+    TRY_VERIFY(view->image().image && view->image().task.pixelSize == 0.25);
     if (view->image().milliseconds < 20) QSKIP("This machine computes the plane in time.");
     const QPoint middle = view->rect().center();
     QTest::mousePress(view, Qt::LeftButton, {}, middle);
     QMouseEvent move(QEvent::MouseMove, middle - QPoint(0, 9), view->mapToGlobal(middle - QPoint(0, 9)),
                      Qt::NoButton, Qt::LeftButton, Qt::NoModifier);
     QApplication::sendEvent(view, &move);
-    QTRY_VERIFY(view->image().task.pose == view->pose());
+    TRY_VERIFY(view->image().task.pose == view->pose());
     QVERIFY(view->image().task.pixelSize >= 0.5);
-    QTRY_VERIFY(!shown.find<QTimer>("settleTimer")->isActive());
+    TRY_VERIFY(!shown.find<QTimer>("settleTimer")->isActive());
     QVERIFY(view->image().task.pixelSize >= 0.5); // as long as the button is held
     QTest::mouseRelease(view, Qt::LeftButton, {}, middle - QPoint(0, 9));
-    QTRY_COMPARE(view->image().task.pixelSize, 0.25);
+    TRY_COMPARE(view->image().task.pixelSize, 0.25);
     QVERIFY(view->image().task.pose == view->pose());
     QTest::keyClick(view, Qt::Key_PageUp); // without a release
-    QTRY_VERIFY(view->image().task.pose == view->pose() && view->image().task.pixelSize == 0.25);
+    TRY_VERIFY(view->image().task.pose == view->pose() && view->image().task.pixelSize == 0.25);
   }
 
   void wheelPassesWhatHasNoFocus() {
@@ -201,7 +201,7 @@ private Q_SLOTS:
       return view->image().image && view->image().task.pose == view->pose() &&
              view->image().task.pixelSize == 0.5;
     };
-    QTRY_VERIFY_WITH_TIMEOUT(inFull(), kPatience);
+    TRY_VERIFY(inFull());
     const QPoint middle = view->rect().center();
     const int radius = static_cast<int>(view->handles().radius());
     QTest::mousePress(view, Qt::LeftButton, {}, middle + QPoint(radius, 0));
@@ -212,10 +212,10 @@ private Q_SLOTS:
                        Qt::NoModifier);
       QApplication::sendEvent(view, &move);
       QVERIFY(view->image().image == before.image); // it is computed on another thread
-      QTRY_VERIFY_WITH_TIMEOUT(view->image().image != before.image, kPatience);
+      TRY_VERIFY(view->image().image != before.image);
     }
     QTest::mouseRelease(view, Qt::LeftButton, {}, middle + QPoint(radius - 120, 0));
-    QTRY_VERIFY_WITH_TIMEOUT(inFull(), kPatience);
+    TRY_VERIFY(inFull());
   }
 };
 

@@ -1,3 +1,4 @@
+#include "Patience.h"
 #include "ShownQueryPanel.h"
 
 #include "Core/Job/ReconstructionJob.h"
@@ -36,7 +37,7 @@ class QueryPanelTest : public QObject {
   void exported(Shown& shown) {
     const int before = shown.host.addedVolumes.size();
     QTest::mouseClick(shown.find<QPushButton>("queryExportVolume"), Qt::LeftButton);
-    QTRY_COMPARE(shown.host.addedVolumes.size(), before + 1);
+    TRY_COMPARE(shown.host.addedVolumes.size(), before + 1);
   }
 
 private Q_SLOTS:
@@ -172,12 +173,12 @@ private Q_SLOTS:
     // Left on the screen is the patient's right, where the ramp increases by 3 per millimetre; window 50 to
     // 350.
     const double expected = (rampAt(5 + 12, -10, 20) - 50) / 300 * 255;
-    QTRY_VERIFY2(std::abs(grey(left) - expected) < 8,
-                 qPrintable(QString("%1 %2").arg(grey(left)).arg(expected)));
+    TRY_VERIFY2(std::abs(grey(left) - expected) < 8,
+                qPrintable(QString("%1 %2").arg(grey(left)).arg(expected)));
     QVERIFY(std::abs(grey(right) - (rampAt(5 - 12, -10, 20) - 50) / 300 * 255) < 8);
     // Another plane replaces it.
     shown.find<QDoubleSpinBox>("queryPositionValue")->setValue(30);
-    QTRY_VERIFY(std::abs(grey(left) - (rampAt(17, -10, 30) - 50) / 300 * 255) < 8);
+    TRY_VERIFY(std::abs(grey(left) - (rampAt(17, -10, 30) - 50) / 300 * 255) < 8);
   }
 
   void theUncertaintyOfThePlaneAndWhatWasNotMeasured() {
@@ -217,11 +218,11 @@ private Q_SLOTS:
     const auto isGrey = [](const QColor& c, double of) {
       return std::abs(c.red() - of) < 8 && std::abs(c.blue() - of) < 8;
     };
-    QTRY_VERIFY(isGrey(pixel(-12, -8), (rampAt(5 + 12, -10 - 8, 20) - 50) / 300 * 255));
+    TRY_VERIFY(isGrey(pixel(-12, -8), (rampAt(5 + 12, -10 - 8, 20) - 50) / 300 * 255));
     QTest::mouseClick(box, Qt::LeftButton, {}, {5, 5});
     QCOMPARE(shown.find<QDoubleSpinBox>("queryWindow")->value(), 40.0);
     // Left on the screen is the patient's right; black is 0, white 40.
-    QTRY_VERIFY(isGrey(pixel(-12, -8), 30. / 40 * 255));
+    TRY_VERIFY(isGrey(pixel(-12, -8), 30. / 40 * 255));
     QVERIFY(isGrey(pixel(12, -8), 10. / 40 * 255));
     const QColor unmeasured = pixel(12, 8);
     QVERIFY(unmeasured.red() > unmeasured.blue() + 5); // the stripes and what is between them are orange
@@ -229,9 +230,9 @@ private Q_SLOTS:
     const QPoint at = shown.view->widgetAt({12, 8}).toPoint();
     QTest::mouseMove(shown.view, at + QPoint(30, 30));
     QTest::mouseMove(shown.view, at);
-    QTRY_VERIFY2(readout->text().contains(QString::fromUtf8(" ± 10")) &&
-                     readout->text().endsWith("scanner units, not measured"),
-                 qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().contains(QString::fromUtf8(" ± 10")) &&
+                    readout->text().endsWith("scanner units, not measured"),
+                qPrintable(readout->text()));
     exported(shown);
     QVERIFY(shown.host.addedVolumes.last().contains("standard deviation"));
     double range[2];
@@ -241,7 +242,7 @@ private Q_SLOTS:
     shown.host.uncertainties.clear(); // the volume was closed
     Q_EMIT shown.host.volumesChanged();
     QVERIFY(!box->isVisible());
-    QTRY_VERIFY(isGrey(pixel(-12, -8), (rampAt(5 + 12, -10 - 8, 20) - 50) / 300 * 255));
+    TRY_VERIFY(isGrey(pixel(-12, -8), (rampAt(5 + 12, -10 - 8, 20) - 50) / 300 * 255));
   }
 
   void valueUnderTheCursor() {
@@ -255,7 +256,7 @@ private Q_SLOTS:
     const QString place =
         QString("%1, %2, S 20.0 mm: ")
             .arg(positionText({r, a, 0}).section(", ", 0, 0), positionText({0, a, 0}).section(", ", 1, 1));
-    QTRY_VERIFY2(readout->text().startsWith(place), qPrintable(readout->text() + " not " + place));
+    TRY_VERIFY2(readout->text().startsWith(place), qPrintable(readout->text() + " not " + place));
     QVERIFY(readout->text().endsWith(" scanner units"));
     const double value = readout->text().section(": ", 1).section(' ', 0, 0).toDouble();
     vtkNew<vtkInnerGSPointQuery> truth;
@@ -264,23 +265,23 @@ private Q_SLOTS:
     QVERIFY(std::abs(value - rampAt(r, a, 20)) < 4);
 
     QTest::keyClick(shown.view, Qt::Key_PageUp); // the plane moves below the cursor
-    QTRY_VERIFY2(readout->text().contains("S 22.0 mm"), qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().contains("S 22.0 mm"), qPrintable(readout->text()));
     QTest::mouseMove(shown.view, QPoint(2, 2));
-    QTRY_VERIFY2(readout->text().endsWith("outside the model"), qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().endsWith("outside the model"), qPrintable(readout->text()));
   }
 
   void valueInTheMiddleByKeyboard() {
     Shown shown(ramp_);
     auto* readout = shown.find<QLabel>("queryReadout");
     QTest::mouseMove(shown.find<QDoubleSpinBox>("queryLevel")); // out of the view
-    QTRY_VERIFY(!shown.view->underMouse());
+    TRY_VERIFY(!shown.view->underMouse());
     shown.panel.activateWindow();
     QVERIFY(QTest::qWaitForWindowActive(&shown.panel));
     shown.find<QDoubleSpinBox>("queryPixelSize")->setFocus();
-    QTRY_VERIFY2(readout->text().startsWith("Wheel"), qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().startsWith("Wheel"), qPrintable(readout->text()));
     shown.view->setFocus();
-    QTRY_VERIFY2(readout->text().startsWith("Middle: R 5.0, P 10.0, S 20.0 mm: "),
-                 qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().startsWith("Middle: R 5.0, P 10.0, S 20.0 mm: "),
+                qPrintable(readout->text()));
     // Shift and the arrows pan: to the patient's left, and to the front.
     const double step = 0.05 * shown.view->height() * shown.view->scale();
     QTest::keyClick(shown.view, Qt::Key_Right, Qt::ShiftModifier);
@@ -290,14 +291,14 @@ private Q_SLOTS:
                  std::abs(at[2] - 20) < 1e-9,
              qPrintable(QString("%1 %2 %3").arg(at[0]).arg(at[1]).arg(at[2])));
     QVERIFY(shown.find<QToolButton>("queryAxial")->isChecked()); // nothing was tilted
-    QTRY_VERIFY2(readout->text().startsWith("Middle: " + positionText(at)), qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().startsWith("Middle: " + positionText(at)), qPrintable(readout->text()));
     const double value = readout->text().section(": ", 2).section(' ', 0, 0).toDouble();
     QVERIFY2(std::abs(value - rampAt(at[0], at[1], at[2])) < 4, qPrintable(readout->text()));
     QTest::keyClick(shown.view, Qt::Key_Left, Qt::ShiftModifier);
     QTest::keyClick(shown.view, Qt::Key_Down, Qt::ShiftModifier);
     QVERIFY(norm(columnOf(shown.panel.planeToRAS(), 3) - Vec3{5, -10, 20}) < 1e-6);
     shown.find<QDoubleSpinBox>("queryPixelSize")->setFocus();
-    QTRY_VERIFY2(readout->text().startsWith("Wheel"), qPrintable(readout->text()));
+    TRY_VERIFY2(readout->text().startsWith("Wheel"), qPrintable(readout->text()));
   }
 
   void linkedPlaneStaysWhereAResultArrives() {
@@ -383,12 +384,12 @@ private Q_SLOTS:
     shown.host.setFolder(folder.path());
     QTest::mouseClick(shown.find<QPushButton>("querySavePicture"), Qt::LeftButton);
     QFileDialog* dialog = nullptr;
-    QTRY_VERIFY((dialog = shown.find<QFileDialog>("queryPictureDialog")));
+    TRY_VERIFY((dialog = shown.find<QFileDialog>("queryPictureDialog")));
     QCOMPARE(dialog->directory().absolutePath(), QDir(folder.path()).absolutePath());
     const QString file = folder.filePath("plane.png");
     Q_EMIT dialog->fileSelected(file);
     dialog->reject();
-    QTRY_VERIFY(shown.message().contains("plane.png"));
+    TRY_VERIFY(shown.message().contains("plane.png"));
     const QImage picture(file);
     QCOMPARE(picture.size(), QSize(20, 24));
     QCOMPARE(picture.dotsPerMeterX(), 500);
@@ -401,17 +402,17 @@ private Q_SLOTS:
     QVERIFY(std::abs(qGray(picture.pixel(3, 20)) - expected(18, -27)) < 6);
 
     QTest::mouseClick(shown.find<QPushButton>("querySavePicture"), Qt::LeftButton);
-    QTRY_VERIFY((dialog = shown.find<QFileDialog>("queryPictureDialog")));
+    TRY_VERIFY((dialog = shown.find<QFileDialog>("queryPictureDialog")));
     Q_EMIT dialog->fileSelected(folder.filePath("missing/plane.png"));
     dialog->reject();
-    QTRY_VERIFY(shown.message().contains("choose another folder or name"));
+    TRY_VERIFY(shown.message().contains("choose another folder or name"));
   }
 
   void errorsAreSentencesInThePanel() {
     Shown shown(ramp_);
     shown.host.modelError = "The disk is full: free some space.";
     QTest::mouseClick(shown.find<QPushButton>("queryExportVolume"), Qt::LeftButton);
-    QTRY_VERIFY(shown.message().contains("The disk is full: free some space."));
+    TRY_VERIFY(shown.message().contains("The disk is full: free some space."));
     shown.host.modelError.clear();
     vtkNew<vtkInnerGSModel> huge; // 36 m wide
     auto core = std::make_shared<Model>(*ramp_->GetCoreModel());
@@ -420,7 +421,7 @@ private Q_SLOTS:
     addModel(shown.host, "huge", huge, {0, 1});
     shown.panel.setModelId("huge");
     QTest::mouseClick(shown.find<QPushButton>("queryExportVolume"), Qt::LeftButton);
-    QTRY_VERIFY2(shown.message().contains("choose a larger pixel size"), qPrintable(shown.message()));
+    TRY_VERIFY2(shown.message().contains("choose a larger pixel size"), qPrintable(shown.message()));
     QVERIFY(shown.host.addedVolumes.isEmpty());
   }
 
@@ -430,7 +431,7 @@ private Q_SLOTS:
     shown.host.models.remove("ramp");
     shown.host.modelData.remove("ramp");
     Q_EMIT shown.host.modelsChanged();
-    QTRY_COMPARE(shown.panel.modelId(), QString());
+    TRY_COMPARE(shown.panel.modelId(), QString());
     QVERIFY(!shown.find<QPushButton>("queryExportVolume")->isEnabled());
     const QString ball = shown.host.addBallModel();
     shown.panel.setModelId(ball);

@@ -1,5 +1,6 @@
 #pragma once
 #include "FakeHost.h"
+#include "Patience.h"
 #include "TestTools.h"
 #include "Widgets/InputsTable.h"
 #include "Widgets/MessageLine.h"
@@ -61,7 +62,7 @@ protected:
   void choose(const QString& id) { select(rows()[0]->findChild<innergs::ui::Selector*>(), id); }
   void start() {
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
   }
   void finish(const innergs::ui::Report& report) {

@@ -50,7 +50,7 @@ private Q_SLOTS:
     first->setFocus();
     QTest::keyClick(first, Qt::Key_Down);
     QCOMPARE(panel_->request().inputs.size(), 1);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QStringList order;
     for (int i = 0; i < 60 && QApplication::focusWidget() != button(); ++i) {
       QWidget* at = QApplication::focusWidget();
@@ -82,7 +82,7 @@ private Q_SLOTS:
     QCOMPARE(QApplication::focusWidget(), button());
     QTest::keyClick(QApplication::focusWidget(), Qt::Key_Space);
     QCOMPARE(host_->cancels, 1);
-    QTRY_COMPARE(button()->text(), QString("&Reconstruct"));
+    TRY_COMPARE(button()->text(), QString("&Reconstruct"));
     QCOMPARE(QApplication::focusWidget(), button());
     QTest::keyClick(QApplication::focusWidget(), Qt::Key_Space);
     QCOMPARE(host_->requests.size(), 2);
@@ -139,7 +139,7 @@ private Q_SLOTS:
     request.inputs = {{"head", 0, 1, -1}, {"side", 0, 2, 0}};
     request.grid = OutputGrid::Spacing;
     panel_->setRequest(request);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     checkFit("panel-advanced");
     const QSize usual = area_->size();
     area_->resize(panel_->minimumSizeHint().width() + area_->width() - area_->viewport()->width(), 700);
@@ -150,7 +150,7 @@ private Q_SLOTS:
       host_->sendProgress(Phase::Fitting, i / 30.0, 3 * i, 0.02 * std::exp(-0.1 * i), 20 + 0.5 * i, 4000,
                           i == 1 ? "On the CPU. The CUDA backend is not installed." : "");
     host_->sendPreview();
-    QTRY_VERIFY(label("phaseText").contains("87"));
+    TRY_VERIFY(label("phaseText").contains("87"));
     checkFit("panel-advanced-running");
     showSlices("slices-dialog");
     checkFit("panel-advanced-finished");
@@ -166,12 +166,12 @@ private Q_SLOTS:
       dark.setColor(QPalette::Disabled, role, QColor(128, 128, 128));
     QApplication::setPalette(dark);
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     for (int i = 1; i < 30; ++i)
       host_->sendProgress(Phase::Fitting, i / 30.0, 3 * i, 0.02 * std::exp(-0.1 * i), 20 + 0.5 * i, 40);
     host_->sendPreview();
-    QTRY_VERIFY(label("phaseText").contains("87"));
+    TRY_VERIFY(label("phaseText").contains("87"));
     snapshot(*panel_, "panel-dark-running");
     const QImage chart = child<FitChart>("fitChart")->grab().toImage();
     QVERIFY(qGray(chart.pixel(2, 2)) < 60);
@@ -181,7 +181,7 @@ private Q_SLOTS:
     snapshot(*panel_, "panel-dark-finished");
     QVERIFY(label("fitNumbers").contains(dark.color(QPalette::Text).name())); // the legend's line
     QApplication::setPalette(before);
-    QTRY_VERIFY(label("fitNumbers").contains(before.color(QPalette::Text).name()));
+    TRY_VERIFY(label("fitNumbers").contains(before.color(QPalette::Text).name()));
   }
 
   void previewShowsPatientSides() {
@@ -232,14 +232,14 @@ private:
     auto* dialog = child<SlicesDialog>("slicesDialog");
     QVERIFY(dialog && dialog->isVisible());
     snapshot(*dialog, name);
-    QTRY_COMPARE(clippedWidget(*dialog), QString());
+    TRY_COMPARE(clippedWidget(*dialog), QString());
     auto* table = dialog->findChild<QTableView*>();
     QVERIFY(table->horizontalHeader()->length() <= table->viewport()->width());
     dialog->close();
   }
   void checkFit(const QString& name) {
     snapshot(*panel_, name);
-    QTRY_COMPARE(clippedWidget(*panel_), QString());
+    TRY_COMPARE(clippedWidget(*panel_), QString());
     const int least = panel_->minimumSizeHint().width(), width = area_->viewport()->width();
     QVERIFY2(least <= width, qPrintable(QString("%1 needs %2 pixels of %3").arg(name).arg(least).arg(width)));
   }

@@ -21,7 +21,7 @@ class ReconstructionPanelTest : public ReconstructionPanelFixture {
 
 private Q_SLOTS:
   void asksForAScanFirst() {
-    QTRY_VERIFY(isShown("refusal"));
+    TRY_VERIFY(isShown("refusal"));
     QCOMPARE(line("refusal"), QString("Choose a scan to reconstruct."));
     QVERIFY(!button()->isEnabled());
     QVERIFY(host_->estimated.isEmpty());
@@ -37,7 +37,7 @@ private Q_SLOTS:
     QCOMPARE(child<QDoubleSpinBox>("sliceThickness")->text(), QString("auto (4 mm)"));
     QCOMPARE(child<QComboBox>("sliceAxis")->currentText(), QString("auto (K)"));
     QCOMPARE(label("gridExplanation"), QString("Cubes of 0.9 mm, the finest spacing of all scans."));
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QCOMPARE(label("estimateText"), QString("Takes about 2 minutes, 850 MB of memory (16.0 GB free)."));
     QCOMPARE(label("deviceReason"), QString("On the CPU. The CUDA backend is not installed."));
     QVERIFY(!isShown("refusal"));
@@ -63,12 +63,12 @@ private Q_SLOTS:
 
   void changesInOneGoAreEstimatedOnce() {
     choose("head");
-    QTRY_COMPARE(host_->estimated.size(), 1);
+    TRY_COMPARE(host_->estimated.size(), 1);
     child<QComboBox>("preset")->setCurrentIndex(0);
     child<QComboBox>("preset")->setCurrentIndex(2);
     child<QDoubleSpinBox>("sliceThickness")->setValue(3);
-    QTRY_COMPARE(host_->estimated.size(), 2);
-    QTRY_VERIFY(!isEstimateAwaited());
+    TRY_COMPARE(host_->estimated.size(), 2);
+    TRY_VERIFY(!isEstimateAwaited());
     QCOMPARE(host_->estimated.size(), 2);
     QCOMPARE(host_->estimated.last().settings.preset, innergs::Preset::Best);
     QCOMPARE(host_->estimated.last().inputs[0].sliceThickness, 3.0);
@@ -77,31 +77,31 @@ private Q_SLOTS:
   void aLateEstimateIsShown() {
     host_->nextEstimate.seconds = 0;
     choose("head");
-    QTRY_COMPARE(label("estimateText"), QString("Takes 850 MB of memory (16.0 GB free)."));
+    TRY_COMPARE(label("estimateText"), QString("Takes 850 MB of memory (16.0 GB free)."));
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
     host_->nextEstimate.seconds = 7200;
     Q_EMIT host_->estimateChanged();
-    QTRY_VERIFY(label("estimateText").startsWith("Takes about 2 hours, 850 MB"));
+    TRY_VERIFY(label("estimateText").startsWith("Takes about 2 hours, 850 MB"));
     QCOMPARE(changed.count(), 0);
   }
 
   void aRefusalIsSaidAndDisablesTheButton() {
     host_->nextEstimate.refusal = "The fit needs 40 GB and 16 GB are free: choose the preset fast.";
     choose("head");
-    QTRY_VERIFY(isShown("refusal"));
-    QTRY_COMPARE(line("refusal"), host_->nextEstimate.refusal);
+    TRY_VERIFY(isShown("refusal"));
+    TRY_COMPARE(line("refusal"), host_->nextEstimate.refusal);
     QVERIFY(!button()->isEnabled());
     // Memory freed by other programs is noticed without a change of the request.
     host_->nextEstimate.memory = 40'000'000'000;
     host_->nextEstimate.available = 16'000'000'000;
     Q_EMIT host_->estimateChanged();
-    QTRY_VERIFY(label("estimateText").contains("40"));
+    TRY_VERIFY(label("estimateText").contains("40"));
     QVERIFY(!button()->isEnabled());
     host_->nextEstimate.available = 64'000'000'000;
     host_->nextEstimate.refusal.clear();
-    QTRY_VERIFY_WITH_TIMEOUT(button()->isEnabled(), 10000);
+    TRY_VERIFY(button()->isEnabled());
     child<QComboBox>("preset")->setCurrentIndex(0);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QVERIFY(!isShown("refusal"));
     innergs::Settings wrong;
     wrong.maxGaussians = 10;
@@ -109,19 +109,19 @@ private Q_SLOTS:
     Request request = panel_->request();
     request.settings = wrong;
     panel_->setRequest(request);
-    QTRY_VERIFY(line("refusal").contains("must not be below the number at the start"));
+    TRY_VERIFY(line("refusal").contains("must not be below the number at the start"));
     QVERIFY(!button()->isEnabled());
   }
 
   void aSingleSliceIsRefused() {
     host_->addVolume("flat", {"Localiser", {256, 256, 1}, {1, 1, 5}, 2, "axial"});
     choose("flat");
-    QTRY_VERIFY(line("refusal").startsWith("\"Localiser\" has a single slice along K"));
+    TRY_VERIFY(line("refusal").startsWith("\"Localiser\" has a single slice along K"));
     QVERIFY(!button()->isEnabled());
     QCOMPARE(button()->toolTip(), line("refusal"));
     QVERIFY(host_->estimated.isEmpty());
     child<QComboBox>("sliceAxis")->setCurrentIndex(1); // I
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
   }
 
   void theSameScanTwiceIsRefused() {
@@ -129,9 +129,9 @@ private Q_SLOTS:
     QTest::mouseClick(child<QToolButton>("addInput"), Qt::LeftButton);
     QCOMPARE(rows().size(), 2);
     select(rows()[1]->findChild<Selector*>(), "head");
-    QTRY_VERIFY(line("refusal").contains("twice"));
+    TRY_VERIFY(line("refusal").contains("twice"));
     QTest::mouseClick(rows()[0]->findChild<QToolButton*>("removeInput"), Qt::LeftButton);
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QCOMPARE(panel_->request().inputs.size(), 1);
   }
 
@@ -143,7 +143,7 @@ private Q_SLOTS:
          {Phase::Aligning, Phase::Predicting, Phase::Initialising, Phase::Tracking, Phase::Fitting,
           Phase::Refining, Phase::Rendering, Phase::Judging, Phase::Estimating}) {
       host_->sendProgress(phase, fraction += 0.1, 1, 0.01, 25, 100);
-      QTRY_VERIFY2(label("phaseText") != last, phaseName(phase));
+      TRY_VERIFY2(label("phaseText") != last, phaseName(phase));
       last = label("phaseText");
       QVERIFY2(!last.isEmpty(), phaseName(phase));
     }
@@ -154,7 +154,7 @@ private Q_SLOTS:
   void startCancelRestartFinish() {
     host_->cancelDelay = -1;
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QCOMPARE(button()->text(), QString("&Reconstruct"));
     QTest::mouseClick(button(), Qt::LeftButton);
     QCOMPARE(host_->requests.size(), 1);
@@ -166,7 +166,7 @@ private Q_SLOTS:
     host_->sendProgress(Phase::Fitting, 0.30, 30, 0.005, 28.25, 195);
     host_->sendProgress(Phase::Fitting, 0.34, 34, 0.002, 30.75, 190);
     host_->sendPreview();
-    QTRY_COMPARE(label("phaseText"), QString("Fitting: iteration 34 of 100"));
+    TRY_COMPARE(label("phaseText"), QString("Fitting: iteration 34 of 100"));
     QCOMPARE(child<QProgressBar>("progressBar")->text(), QString("34 %"));
     QCOMPARE(label("remainingText"), QString("about 4 minutes left"));
     QVERIFY(label("fitNumbers").contains("30.8 dB on the fitted samples, not held out"));
@@ -238,12 +238,12 @@ private Q_SLOTS:
     QTest::mouseClick(child<QCheckBox>("estimateUncertainty"), Qt::LeftButton, {}, {5, 5});
     QCOMPARE(changed.count(), 1);
     QVERIFY(panel_->request().estimateUncertainty);
-    QTRY_VERIFY(host_->estimated.last().estimateUncertainty); // its time and memory count before the start
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(host_->estimated.last().estimateUncertainty); // its time and memory count before the start
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(host_->requests.last().estimateUncertainty);
     host_->sendProgress(Phase::Estimating, 0.8, 3, 0.002, 38, 20);
-    QTRY_COMPARE(label("phaseText"), QString("Estimating the uncertainty"));
+    TRY_COMPARE(label("phaseText"), QString("Estimating the uncertainty"));
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(label("phaseText").contains("finished model is kept"));
     Report report = FakeHost::exampleReport();
@@ -270,11 +270,11 @@ private Q_SLOTS:
     host_->sendFinished(FakeHost::exampleReport());
     host_->members = 2;
     host_->coarseIterations = 10;
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     iterations();
     QCOMPARE(chart->lines(), 4); // each at half resolution, then at full
-    QTRY_VERIFY(isShown("chartNote"));
+    TRY_VERIFY(isShown("chartNote"));
     QVERIFY(label("chartNote").contains("An ensemble of 2 models"));
     QVERIFY(label("chartNote").contains("half resolution"));
     snapshot(*area_, "panel-ensemble");
@@ -283,7 +283,7 @@ private Q_SLOTS:
     QVERIFY(isShown("chartNote"));
     host_->members = 1;
     host_->coarseIterations = 0;
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     iterations();
     QVERIFY(child<FitChart>("fitChart")->grab().toImage() != drawn); // marks and gaps are drawn
@@ -296,7 +296,7 @@ private Q_SLOTS:
     QVERIFY(line("message").startsWith("The memory ran out: choose a smaller region.\n"));
     QVERIFY(!isShown("progressCard"));
     child<QComboBox>("preset")->setCurrentIndex(0);
-    QTRY_VERIFY(!isEstimateAwaited());
+    TRY_VERIFY(!isEstimateAwaited());
     QVERIFY(isShown("message"));
     snapshot(*area_, "panel-error");
     QTest::mouseClick(button(), Qt::LeftButton);
@@ -306,7 +306,7 @@ private Q_SLOTS:
 
   void aRefusedStartIsAnError() {
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     host_->refusal = "The scan was removed: choose another.";
     QTest::mouseClick(button(), Qt::LeftButton);
     QVERIFY(line("message").startsWith(host_->refusal));
@@ -508,30 +508,30 @@ private Q_SLOTS:
 
   void aVolumeThatComesIsNoEdit() {
     choose("head");
-    QTRY_COMPARE(host_->estimated.size(), 1);
+    TRY_COMPARE(host_->estimated.size(), 1);
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
     host_->addVolume("new", {"New", {9, 9, 9}, {1, 1, 1}, 2, "axial"});
-    QTRY_COMPARE(host_->estimated.size(), 2);
+    TRY_COMPARE(host_->estimated.size(), 2);
     QCOMPARE(changed.count(), 0);
   }
 
   void hiddenItEstimatesNothing() {
     choose("head");
-    QTRY_COMPARE(host_->estimated.size(), 1);
+    TRY_COMPARE(host_->estimated.size(), 1);
     area_->hide();
     Q_EMIT host_->estimateChanged();
     Q_EMIT host_->volumesChanged();
-    QTRY_VERIFY(!isEstimateAwaited());
+    TRY_VERIFY(!isEstimateAwaited());
     QCOMPARE(host_->estimated.size(), 1);
     area_->show();
-    QTRY_COMPARE(host_->estimated.size(), 2);
+    TRY_COMPARE(host_->estimated.size(), 2);
   }
 
   void notesOfTheFitLeaveTheDeviceAsItIs() {
     start();
     host_->sendProgress(Phase::Fitting, 0.6, 40, 0.01, 30, 9, "Judging the quality by a second fit.");
     QCOMPARE(label("deviceReason"), QString("On the CPU. The CUDA backend is not installed."));
-    QTRY_COMPARE(label("fitNote"), QString("Judging the quality by a second fit."));
+    TRY_COMPARE(label("fitNote"), QString("Judging the quality by a second fit."));
   }
 
   void theShownScanIsSuggested() {
@@ -550,12 +550,12 @@ private Q_SLOTS:
 
   void aRemovedVolumeLeavesTheList() {
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QSignalSpy changed(panel_, &ReconstructionPanel::requestChanged);
     host_->removeVolume("head");
     QVERIFY(changed.count() > 0);
     QVERIFY(panel_->request().inputs.isEmpty());
-    QTRY_VERIFY(!button()->isEnabled());
+    TRY_VERIFY(!button()->isEnabled());
   }
 
   void joinsARunThatGoesOn() {
@@ -576,7 +576,7 @@ private Q_SLOTS:
     panel_->forgetResult();
     QVERIFY(!isShown("qualityCard"));
     QVERIFY(!isShown("progressCard"));
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     panel_->forgetResult();
     QVERIFY(isShown("progressCard"));
@@ -588,7 +588,7 @@ private Q_SLOTS:
 
   void aTypedNumberCountsWhenEnterIsNotPressed() {
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     auto* thickness = child<QDoubleSpinBox>("sliceThickness");
     thickness->setFocus();
     thickness->selectAll();

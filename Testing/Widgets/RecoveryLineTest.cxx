@@ -29,7 +29,7 @@ private Q_SLOTS:
   void offersWhatTheSceneTookAway() {
     QVERIFY(!isShown("recoveryLine"));
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     const QString file = keep("T2", 37, 480);
     host_->sendFailed("Closing the scene ended the reconstruction.");
@@ -38,7 +38,7 @@ private Q_SLOTS:
     QVERIFY(line("recovery").contains(QDir::toNativeSeparators(file)));
     QVERIFY(!line("message").contains("Change something"));
     // Another failure is only that.
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     host_->sendFailed("Out of memory.");
     QVERIFY(line("message").contains("Change something"));
@@ -57,7 +57,7 @@ private Q_SLOTS:
     QVERIFY(!isShown("goOn"));
     QVERIFY(line("recovery").contains("continues that of “T2”"));
     choose("head");
-    QTRY_VERIFY(button()->isEnabled());
+    TRY_VERIFY(button()->isEnabled());
     QTest::mouseClick(button(), Qt::LeftButton);
     QCOMPARE(host_->requests.last().resumeFile, file);
     QVERIFY(!isShown("recoveryLine"));

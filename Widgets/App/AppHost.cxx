@@ -3,8 +3,8 @@
 #include "Core/Base/Error.h"
 #include "Core/Base/SystemMemory.h"
 #include "Core/Device/Devices.h"
+#include "Core/Job/JobOutline.h"
 #include "Core/Job/MemoryEstimate.h"
-#include "Core/Job/TimeEstimate.h"
 #include "Core/Settings/SettingsTable.h"
 #include "Geometry.h"
 #include "IO/AtomicFile.h"
@@ -38,7 +38,9 @@ namespace {
 
 AppHost::AppHost(QObject* parent)
     : Host(parent), background_(new Background(this)), runner_(new Runner(this)),
-      motion_(new AppMotionHost(this)), estimates_(new Background(this)) {
+      motion_(new AppMotionHost(this)), estimates_(new Background(this)),
+      forecasts_([this](Background::Work work) { estimates_->run({}, std::move(work)); },
+                 [this] { Q_EMIT estimateChanged(); }) {
   qRegisterMetaType<innergs::Progress>();
   qRegisterMetaType<innergs::ui::Report>();
   connect(&document_, &Document::volumesChanged, this, &AppHost::volumesChanged);
@@ -47,10 +49,7 @@ AppHost::AppHost(QObject* parent)
   connect(runner_, &Runner::previewed, this, &AppHost::previewed);
   for (Background* thread : {background_, estimates_})
     connect(thread, &Background::failed, this, &AppHost::logged);
-  const auto ended = [this] { // before anyone hears of it
-    ++runs_;
-    forecasts_.clear(); // a fit tells how long others take
-  };
+  const auto ended = [this] { forecasts_.runEnded(); }; // before anyone hears of it
   connect(runner_, &Runner::finished, this, ended);
   connect(runner_, &Runner::failed, this, ended);
   connect(runner_, &Runner::cancelled, this, ended);
@@ -346,29 +345,6 @@ ReconstructionTask AppHost::taskFor(const ui::Request& request) const {
   return task;
 }
 
-void AppHost::addForecast(const JobOutline& outline, ui::Estimate& estimate) {
-  const QString key = QString::fromStdString(outline.key());
-  if (const auto found = forecasts_.constFind(key); found != forecasts_.constEnd()) {
-    estimate.refusal = QString::fromStdString(found->refusal);
-    estimate.device = QString::fromStdString(found->device);
-    estimate.reason = QString::fromStdString(found->reason);
-    estimate.seconds = found->seconds;
-    return;
-  }
-  if (isRunning()) return;    // a time measured beside a fit means nothing
-  forecasts_.insert(key, {}); // being measured
-  estimates_->run({}, [this, key, outline, run = runs_] {
-    const JobForecast forecast = outline.forecast();
-    return [this, key, forecast, run] {
-      if (run == runs_)
-        forecasts_.insert(key, forecast);
-      else
-        forecasts_.remove(key); // measured beside a reconstruction: repeat
-      Q_EMIT estimateChanged();
-    };
-  });
-}
-
 ui::Estimate AppHost::estimate(const ui::Request& request) {
   ui::Estimate estimate;
   estimate.available = availableMemory();
@@ -377,7 +353,8 @@ ui::Estimate AppHost::estimate(const ui::Request& request) {
     const JobOutline outline{request.settings, fitOutlines(makeInput(task, false), keepEvery(task))};
     const MemoryNeed need = memoryNeed(outline.fits, outline.settings, estimate.available);
     estimate.memory = need.bytes;
-    addForecast(outline, estimate);
+    forecasts_.fill(
+        estimate, outline.key(), [outline] { return outline.forecast(); }, isRunning());
     if (!need.refusal.empty() && !isRunning()) throw Error(ErrorCode::Memory, need.refusal);
   });
   if (!refusal.isEmpty()) estimate.refusal = refusal;
@@ -399,7 +376,7 @@ bool AppHost::start(const ui::Request& request) {
     return false;
   }
   request_ = request;
-  ++runs_;
+  forecasts_.runBegan();
   runner_->start(std::move(task));
   Q_EMIT started();
   return true;

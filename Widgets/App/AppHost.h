@@ -1,7 +1,7 @@
 #pragma once
-#include "Core/Job/JobOutline.h"
 #include "Widgets/App/Document.h"
 #include "Widgets/App/Runner.h"
+#include "Widgets/ForecastCache.h"
 #include "Widgets/Host.h"
 
 #include <QHash>
@@ -88,8 +88,6 @@ private:
   ReconstructionTask taskFor(const ui::Request& request) const;
   void deliver(Outcome outcome);
   void readWantedFrame(const QString& id);
-  /// The slow parts, on a thread: asking a driver, timing a small fit.
-  void addForecast(const JobOutline& outline, ui::Estimate& estimate);
 
   Document document_;
   Background* background_; // files
@@ -99,8 +97,7 @@ private:
   QString resultId_;                 // the model of the last one
   QHash<QString, int> wantedFrames_; // by item, while one is read
   Background* estimates_;
-  QHash<QString, JobForecast> forecasts_; // by the outline's key
-  int runs_ = 0; // number of reconstructions begun and ended: a time measured across one means nothing
+  ui::ForecastCache forecasts_;
 };
 
 } // namespace innergs::app

@@ -72,7 +72,7 @@ class ModuleFixture(unittest.TestCase):
 
     def start(self):
         button = self.find("reconstruct")
-        self.assertTrue(until(lambda: button.enabled, 10), self.find("refusal").toolTip)
+        self.assertTrue(until(lambda: button.enabled), self.find("refusal").toolTip)
         button.click()
         # Immediately: a short fit may end while events are handled.
         self.assertIn("ancel", button.text, self.find("refusal").toolTip)
@@ -102,7 +102,7 @@ class ModuleFixture(unittest.TestCase):
         before = set(slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode"))
         made = lambda: set(slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode")) - before
         self.find("queryExportVolume").click()
-        self.assertTrue(until(made, 20))
+        self.assertTrue(until(made))
         return made().pop()
 
     def bend(self, name="Bend"):

@@ -62,7 +62,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
         self.assertTrue(until(lambda: len(self.meshes()) == 2))
         mesh = [node for node in self.meshes() if node != points][0]
         shown = self.find("modelEllipsoidsShown")
-        self.assertTrue(until(lambda: shown.visible, 10))
+        self.assertTrue(until(lambda: shown.visible))
         self.assertIn("of {:,} Gaussians".format(model.GetModel().GetNumberOfGaussians()), shown.text)
         moved = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLLinearTransformNode", "Moved")
         model.SetAndObserveTransformNodeID(moved.GetID())
@@ -72,7 +72,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
         display = mesh.GetDisplayNode()
         slicer.mrmlScene.RemoveNode(model)
         present = lambda node: bool(slicer.mrmlScene.IsNodePresent(node))
-        self.assertTrue(until(lambda: not present(mesh), 10))
+        self.assertTrue(until(lambda: not present(mesh)))
         self.assertFalse(present(display))
         # A script's own point node is kept.
         self.assertTrue(present(points))
@@ -108,7 +108,7 @@ class InnerGSModuleNodesTest(ModuleFixture):
             self.assertNotIn(picture.GetName(), nodes)
             self.assertFalse([name for name in files if picture.GetName() in name])
             slicer.util.loadScene(scene, {"clear": True})
-            self.assertTrue(until(lambda: self.find("ModelInViewCheckBox").checked, 20))
+            self.assertTrue(until(lambda: self.find("ModelInViewCheckBox").checked))
         # For what was saved; the view's picture is made again.
         volumes = slicer.util.getNodesByClass("vtkMRMLScalarVolumeNode")
         saved = [node.GetName() for node in volumes if not self.logic.IsFollowing(node)]
@@ -129,16 +129,16 @@ class InnerGSModuleNodesTest(ModuleFixture):
         self.assertFalse(line.visible)
         self.parameters.SetMaskNode(first)
         self.parameters.SetMaskSegmentID(segments[1])
-        self.assertTrue(until(lambda: line.visible, 10))
+        self.assertTrue(until(lambda: line.visible))
         self.assertIn("Shell", line.text)
         # It does not belong to another mask.
         self.combo("maskSelector").setCurrentNode(second)
-        self.assertTrue(until(lambda: self.parameters.GetMaskNode() == second, 10))
+        self.assertTrue(until(lambda: self.parameters.GetMaskNode() == second))
         self.assertEqual(self.parameters.GetMaskSegmentID(), "")
         self.assertFalse(line.visible)
-        self.assertTrue(until(lambda: button.enabled, 10), button.toolTip)
+        self.assertTrue(until(lambda: button.enabled), button.toolTip)
         self.parameters.SetMaskSegmentID(segments[0])
-        self.assertTrue(until(lambda: line.visible, 10))
+        self.assertTrue(until(lambda: line.visible))
         line.linkActivated("all")
         self.assertEqual(self.parameters.GetMaskSegmentID(), "")
         self.assertFalse(line.visible)
@@ -155,18 +155,18 @@ class InnerGSModuleNodesTest(ModuleFixture):
         phase = self.find("phaseText")
         self.assertIn("Waiting", phase.text)
         self.logic.Cancel(job)
-        self.assertTrue(until(lambda: "Waiting" not in phase.text, 20))
+        self.assertTrue(until(lambda: "Waiting" not in phase.text))
         self.assertTrue(until(self.ended))
         self.assertIsNotNone(self.parameters.GetResultVolumeNode())
 
     def test_a_device_that_is_not_there_is_refused_beforehand(self):
         button = self.find("reconstruct")
-        self.assertTrue(until(lambda: button.enabled, 10))
+        self.assertTrue(until(lambda: button.enabled))
         self.parameters.SetDevice("cuda:99")
-        self.assertTrue(until(lambda: not button.enabled, 30))
+        self.assertTrue(until(lambda: not button.enabled))
         self.assertIn("There is no", self.said("refusal"))
         self.parameters.SetDevice("cpu")
-        self.assertTrue(until(lambda: button.enabled, 30), button.toolTip)
+        self.assertTrue(until(lambda: button.enabled), button.toolTip)
 
     def test_a_set_that_is_chosen_elsewhere_is_not_watched(self):
         sets, preset = self.find("ParameterNodeComboBox"), self.find("preset")

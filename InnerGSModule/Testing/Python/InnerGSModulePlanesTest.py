@@ -103,7 +103,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
                 before = view.grab().toImage()
                 model.SetAndObserveTransformNodeID(transform.GetID() if transform else None)
                 if transform:
-                    self.assertTrue(until(lambda: view.grab().toImage() != before, 10), "The plane stays as it was")
+                    self.assertTrue(until(lambda: view.grab().toImage() != before), "The plane stays as it was")
                 self.assertFalse(message.visible, message.text)
                 self.assertShows(self.exported(), model)
                 self.assertShows(followed, model)
@@ -114,17 +114,17 @@ class InnerGSModulePlanesTest(ModuleFixture):
         until(lambda: False, 1)
         before = view.grab().toImage()
         turned.SetMatrixTransformToParent(turn.GetMatrix())
-        self.assertTrue(until(lambda: view.grab().toImage() != before, 10))
+        self.assertTrue(until(lambda: view.grab().toImage() != before))
         self.assertShows(self.exported(), model)
         self.assertEqual(model.GetModel(), gaussians)
         # With a non-invertible one, it shows nothing.
         flat = vtk.vtkMatrix4x4()
         flat.SetElement(2, 2, 0)
         turned.SetMatrixTransformToParent(flat)
-        self.assertTrue(until(lambda: message.visible, 10))
+        self.assertTrue(until(lambda: message.visible))
         self.assertIn("cannot be inverted", message.text)
         turned.SetMatrixTransformToParent(turn.GetMatrix())
-        self.assertTrue(until(lambda: not message.visible, 10))
+        self.assertTrue(until(lambda: not message.visible))
         self.find("SliceViewComboBox").setCurrentNode(None)
 
     def test_the_plane_in_3d(self):
@@ -136,7 +136,7 @@ class InnerGSModulePlanesTest(ModuleFixture):
         self.assertEqual(planes(), [])
         shown = self.find("PlaneIn3DCheckBox")
         shown.setChecked(True)
-        self.assertTrue(until(planes, 10))
+        self.assertTrue(until(planes))
         node = planes()[0]
         self.assertTrue(node.GetHideFromEditors() and not node.GetSaveWithScene())
         self.assertFalse(node.GetDisplayNode().GetSaveWithScene())
@@ -148,14 +148,14 @@ class InnerGSModulePlanesTest(ModuleFixture):
         red.SetOrientationToAxial()
         red.SetSliceOffset(7)
         level = lambda: (node.GetPolyData().GetBounds()[4], node.GetPolyData().GetBounds()[5])
-        self.assertTrue(until(lambda: np.allclose(level(), 7, atol=0.01), 10), level())
+        self.assertTrue(until(lambda: np.allclose(level(), 7, atol=0.01)), level())
         self.assertGreater(node.GetPolyData().GetBounds()[1] - node.GetPolyData().GetBounds()[0], 50)
         # An oblique plane ends where the model does.
         turn = vtk.vtkTransform()
         turn.RotateWXYZ(40, 1, 1, 0)
         red.GetSliceToRAS().DeepCopy(turn.GetMatrix())
         red.UpdateMatrices()
-        self.assertTrue(until(lambda: level()[1] - level()[0] > 20, 10), level())
+        self.assertTrue(until(lambda: level()[1] - level()[0] > 20), level())
         box = [0.0] * 6
         self.parameters.GetResultModelNode().GetRASBounds(box)
         for low, high in ((0, 1), (2, 3), (4, 5)):
@@ -171,11 +171,11 @@ class InnerGSModulePlanesTest(ModuleFixture):
         slicer.util.selectModule("Data")
         self.assertEqual(planes(), [])
         slicer.util.selectModule("InnerGS")
-        self.assertTrue(until(planes, 10))
+        self.assertTrue(until(planes))
         self.find("QuerySection").collapsed = True
         self.assertEqual(planes(), [])
         self.find("QuerySection").collapsed = False
-        self.assertTrue(until(planes, 10))
+        self.assertTrue(until(planes))
         slicer.mrmlScene.Clear(0)
         until(lambda: False, 0.5)
         self.assertEqual(planes(), [])

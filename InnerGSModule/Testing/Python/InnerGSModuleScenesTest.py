@@ -40,20 +40,20 @@ class InnerGSModuleScenesTest(ModuleFixture):
 
     def test_a_volume_that_comes_while_nothing_is_chosen_is_chosen(self):
         slicer.mrmlScene.Clear(0)
-        self.assertTrue(until(lambda: self.parameters is not None, 10))
+        self.assertTrue(until(lambda: self.parameters is not None))
         self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 0)
         empty = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLScalarVolumeNode", "No voxels")
         first = ball("First")
-        self.assertTrue(until(lambda: self.parameters.GetInputVolumeNode(0) == first, 10))
+        self.assertTrue(until(lambda: self.parameters.GetInputVolumeNode(0) == first))
         ball("Second")
-        self.assertTrue(until(lambda: self.combo("inputSelector").nodeCount() == 3, 10))
+        self.assertTrue(until(lambda: self.combo("inputSelector").nodeCount() == 3))
         self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 1)
         self.assertEqual(self.parameters.GetInputVolumeNode(0), first)
         slicer.mrmlScene.RemoveNode(empty)
         # Nor is one selected again that the user removed from the list.
         self.combo("inputSelector").setCurrentNode(None)
         first.SetName("Renamed")
-        self.assertTrue(until(lambda: self.combo("inputSelector").currentNode() is None, 10))
+        self.assertTrue(until(lambda: self.combo("inputSelector").currentNode() is None))
         self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 0)
 
     def test_what_is_told_of_a_result_goes_with_its_scene(self):
@@ -74,10 +74,10 @@ class InnerGSModuleScenesTest(ModuleFixture):
         self.find("QuerySection").collapsed = False
         self.combo("queryModel").setCurrentNode(slicer.util.getNode("Of the first set"))
         self.reopen()
-        self.assertTrue(until(lambda: self.parameters and self.parameters.GetName() == "The second set", 20))
+        self.assertTrue(until(lambda: self.parameters and self.parameters.GetName() == "The second set"))
         self.assertEqual(len(slicer.util.getNodesByClass("vtkMRMLInnerGSParameterNode")), 2)
         for name in ("queryModel", "modelSelector"):
-            self.assertTrue(until(lambda: self.combo(name).currentNode() is not None, 20), name)
+            self.assertTrue(until(lambda: self.combo(name).currentNode() is not None), name)
             self.assertEqual(self.combo(name).currentNode().GetName(), "Of the first set")
         self.assertNotIn("no longer there", self.find("modelFile").text)  # in the bundle
 
@@ -101,7 +101,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
         views.currentNode().SetOrientationToSagittal()
         views.currentNode().SetSliceOffset(6)
         self.reopen()
-        self.assertTrue(until(lambda: shown.checked, 20))
+        self.assertTrue(until(lambda: shown.checked))
         self.assertEqual(views.currentNode().GetLayoutName(), "Red")
         picture = slicer.mrmlScene.GetNodeByID(self.background())
         self.assertTrue(self.logic.IsFollowing(picture))
@@ -110,7 +110,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
         self.assertEqual(slicer.mrmlScene.GetNodeByID(self.background()).GetName(), result)
         # Once hidden, it is not shown again.
         self.reopen()
-        self.assertTrue(until(lambda: self.combo("queryModel").currentNode() is not None, 20))
+        self.assertTrue(until(lambda: self.combo("queryModel").currentNode() is not None))
         self.assertFalse(shown.checked)
         views.setCurrentNode(None)
 
@@ -123,7 +123,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
         shown.setChecked(True)
         picture = slicer.mrmlScene.GetNodeByID(self.background())
         slicer.mrmlScene.RemoveNode(self.parameters.GetResultModelNode())
-        self.assertTrue(until(lambda: not shown.checked, 10))
+        self.assertTrue(until(lambda: not shown.checked))
         self.assertFalse(shown.enabled)
         self.assertFalse(slicer.mrmlScene.IsNodePresent(picture))
         self.assertEqual(self.background(), before)
@@ -206,7 +206,7 @@ class InnerGSModuleScenesTest(ModuleFixture):
                 self.assertAlmostEqual(self.logic.GetDicomSliceThickness(volume), 3)
                 self.combo("inputSelector").setCurrentNode(volume)
                 field = self.find("sliceThickness")
-                self.assertTrue(until(lambda: "3 mm" in field.text, 10), field.text)
+                self.assertTrue(until(lambda: "3 mm" in field.text), field.text)
                 self.assertIn("as the file says", self.find("inputDescription").text)
 
 

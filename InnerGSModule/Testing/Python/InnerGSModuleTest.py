@@ -3,7 +3,6 @@ what was made, saves and reopens the scene, and closes the scene while a reconst
 
 import os
 import tempfile
-import time
 import unittest
 
 import numpy as np
@@ -58,10 +57,10 @@ class InnerGSModuleTest(ModuleFixture):
     def test_cancel_and_again(self):
         self.find("preset").setCurrentIndex(2)
         self.start()
-        began = time.time()
+        self.assertTrue(until(lambda: self.logic.GetLastJob().GetState() == 1))
         self.find("reconstruct").click()
-        self.assertLess(time.time() - began, 0.2, "The button waits")
-        self.assertTrue(until(self.ended, 10))
+        self.assertFalse(self.ended(), "The button waits")
+        self.assertTrue(until(self.ended))
         self.assertIn("Cancelled", self.said("message"))
         self.assertIsNone(self.parameters.GetResultVolumeNode())
         self.quick()
@@ -106,14 +105,14 @@ class InnerGSModuleTest(ModuleFixture):
     def test_scene_closed_while_running(self):
         self.find("preset").setCurrentIndex(2)
         self.start()
-        until(lambda: self.logic.GetLastJob().GetState() == 1, 20)
+        self.assertTrue(until(lambda: self.logic.GetLastJob().GetState() == 1))
         slicer.mrmlScene.Clear(0)
-        self.assertTrue(until(self.ended, 10), "The panel still waits")
+        self.assertTrue(until(self.ended), "The panel still waits")
         self.assertFalse(self.logic.IsRunning())
         self.assertIn("the scene ended", self.said("message"))
         self.assertIsNotNone(self.parameters)  # a new set, for the next volume
         self.assertEqual(self.parameters.GetNumberOfInputVolumeNodes(), 0)
-        self.assertTrue(until(lambda: not self.find("reconstruct").enabled, 5))
+        self.assertTrue(until(lambda: not self.find("reconstruct").enabled))
 
     def test_input_removed_while_running(self):
         self.quick()
@@ -128,7 +127,7 @@ class InnerGSModuleTest(ModuleFixture):
         sets = self.find("ParameterNodeComboBox")
         self.assertFalse(sets.removeEnabled)  # not by the panel
         slicer.mrmlScene.RemoveNode(self.parameters)
-        self.assertTrue(until(self.ended, 10))
+        self.assertTrue(until(self.ended))
         self.assertFalse(self.logic.IsRunning())
         self.assertIn("its parameter set ended", self.said("message"))
         self.assertTrue(sets.removeEnabled)
@@ -245,50 +244,50 @@ class InnerGSModuleTest(ModuleFixture):
 
     def test_a_volume_that_is_put_right_can_be_reconstructed(self):
         button = self.find("reconstruct")
-        self.assertTrue(until(lambda: button.enabled, 10))
+        self.assertTrue(until(lambda: button.enabled))
         bend = self.bend()
         self.volume.SetAndObserveTransformNodeID(bend.GetID())
-        self.assertTrue(until(lambda: not button.enabled, 10))
+        self.assertTrue(until(lambda: not button.enabled))
         self.assertIn("bends", button.toolTip)
         self.volume.SetAndObserveTransformNodeID(None)
-        self.assertTrue(until(lambda: button.enabled, 10))
+        self.assertTrue(until(lambda: button.enabled))
         # The slow parts of the estimate arrive on their own.
         reason = slicer.util.findChildren(self.find("deviceBox"), name="deviceReason")[0]  # moving scans have one, too
-        self.assertTrue(until(lambda: reason.text, 30))
+        self.assertTrue(until(lambda: reason.text))
 
     def test_edits_of_the_mask_and_the_region_are_seen(self):
         button, text = self.find("reconstruct"), self.find("estimateText")
-        self.assertTrue(until(lambda: button.enabled, 10))
+        self.assertTrue(until(lambda: button.enabled))
         mask = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLSegmentationNode", "Mask")
         mask.SetReferenceImageGeometryParameterFromVolumeNode(self.volume)
         self.combo("maskSelector").setCurrentNode(mask)
-        self.assertTrue(until(lambda: not button.enabled, 10))
+        self.assertTrue(until(lambda: not button.enabled))
         self.assertIn("is empty", button.toolTip)
         segment = mask.GetSegmentation().AddEmptySegment("Core")
-        self.assertTrue(until(lambda: button.enabled, 10), button.toolTip)
+        self.assertTrue(until(lambda: button.enabled), button.toolTip)
         mask.GetSegmentation().RemoveSegment(segment)
-        self.assertTrue(until(lambda: not button.enabled, 10))
+        self.assertTrue(until(lambda: not button.enabled))
         self.combo("maskSelector").setCurrentNode(None)
-        self.assertTrue(until(lambda: button.enabled, 10))
+        self.assertTrue(until(lambda: button.enabled))
 
         region = slicer.mrmlScene.AddNewNodeByClass("vtkMRMLMarkupsROINode", "Region")
         region.SetCenter(0, 0, 0)
         region.SetSize(50, 50, 40)
         self.combo("regionSelector").setCurrentNode(region)
-        self.assertTrue(until(lambda: "MB" in text.text, 10), text.text)
+        self.assertTrue(until(lambda: "MB" in text.text), text.text)
         until(lambda: False, 1)
         before = text.text
         region.SetSize(14, 14, 14)
-        self.assertTrue(until(lambda: text.text != before, 10), text.text)
+        self.assertTrue(until(lambda: text.text != before), text.text)
         region.SetCenter(0, 0, 900)
-        self.assertTrue(until(lambda: not button.enabled, 10), text.text)
+        self.assertTrue(until(lambda: not button.enabled), text.text)
         # Changes made while another module is shown are noticed when this one is entered again.
         slicer.util.selectModule("Data")
         region.SetCenter(0, 0, 0)
         until(lambda: False, 0.6)
         self.assertFalse(button.enabled, "The hidden panel works")
         slicer.util.selectModule("InnerGS")
-        self.assertTrue(until(lambda: button.enabled, 10), button.toolTip)
+        self.assertTrue(until(lambda: button.enabled), button.toolTip)
 
     def test_other_layers_stay_and_the_log_says_all_once(self):
         self.find("clearLog").click()

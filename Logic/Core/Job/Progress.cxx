@@ -1,31 +1,39 @@
 #include "Core/Job/Progress.h"
 
 namespace innergs {
+namespace {
+
+/// Marks a text for lupdate, in the context of this namespace.
+constexpr const char* tr(const char* text) {
+  return text;
+}
+
+} // namespace
 
 const char* phaseName(Phase phase) {
   switch (phase) {
   case Phase::Preparing:
-    return "Preparing";
+    return tr("Preparing");
   case Phase::Aligning:
-    return "Aligning scans and slices";
+    return tr("Aligning scans and slices");
   case Phase::Predicting:
-    return "Predicting between slices";
+    return tr("Predicting between slices");
   case Phase::Initialising:
-    return "Placing Gaussians";
+    return tr("Placing Gaussians");
   case Phase::Tracking:
-    return "Tracking frames";
+    return tr("Tracking frames");
   case Phase::Fitting:
-    return "Fitting";
+    return tr("Fitting");
   case Phase::Refining:
-    return "Refining";
+    return tr("Refining");
   case Phase::Rendering:
-    return "Rendering";
+    return tr("Rendering");
   case Phase::Judging:
-    return "Judging the quality (second fit)";
+    return tr("Judging the quality (second fit)");
   case Phase::Estimating:
-    return "Estimating the uncertainty";
+    return tr("Estimating the uncertainty");
   case Phase::Done:
-    return "Done";
+    return tr("Done");
   }
   return "";
 }
