@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace innergs {
 namespace {
@@ -26,6 +27,8 @@ constexpr double kWorthwhile = 0.5;  // dB: minimum gain
 // when it is turned far, but a scan that really was turned that far gains much.
 constexpr double kSmallAngle = 4, kPerDegree = 0.25, kMostNeeded = 4; // degrees, dB per degree, dB
 constexpr double kAlike = 0.8; // minimum correlation of scans of the same tissue
+constexpr int kPoseParameters = 6;
+constexpr double kPlaceDistance = 0.7; // of the compared places, in σ of the common resolution
 constexpr double kTukey = 4.685 * 1.4826;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -184,6 +187,15 @@ double worthwhile(double angle) {
   return std::min(kWorthwhile + kPerDegree * std::max(0.0, angle - kSmallAngle), kMostNeeded);
 }
 
+/// The minimum gain where `places` were compared, dB: twice what a pose fitted to so many residuals gains by
+/// chance, of which those within a correlation volume of (2√π σ)³ count as one.
+double beyondChance(std::size_t places) {
+  const double spacing = kPlaceDistance / (2 * std::sqrt(std::numbers::pi));
+  const double independent = static_cast<double>(places) * spacing * spacing * spacing;
+  if (independent <= kPoseParameters) return std::numeric_limits<double>::infinity();
+  return std::max(kWorthwhile, -20 * std::log10(1 - kPoseParameters / independent));
+}
+
 /// Aligns the participating scans to the first of them; the others' alignment is unknown.
 std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::span<const std::size_t> part,
                                          ThreadPool& pool) {
@@ -198,7 +210,8 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
     std::vector<BlurredStack> images;
     for (const std::size_t s : part)
       images.emplace_back(stacks[s], level * sigma, pool);
-    const std::vector<Vec3> points = spreadPlaces(observedBox(images.front()), 0.7 * level * sigma);
+    const std::vector<Vec3> points =
+        spreadPlaces(observedBox(images.front()), kPlaceDistance * level * sigma);
     const ValueRange values = valuesOf(images.front());
     const double threshold = bodyThreshold(images.front());
     const auto against = [&](std::size_t n) {
@@ -266,7 +279,8 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
       mine.psnrBefore = psnr(was);
       mine.psnrAfter = psnr(is);
       mine.correlation = is.correlation;
-      if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
+      const double needed = beyondChance(moved.size());
+      if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + needed)) continue;
       mine.toOthers = {};
       mine.displacement = mine.angle = 0;
       mine.gain = 1;

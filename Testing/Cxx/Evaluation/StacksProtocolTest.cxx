@@ -9,6 +9,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 namespace innergs {
 namespace {
 
@@ -122,6 +124,20 @@ TEST(PoseErrors, TakeAwayWhatIsCommonToAll) {
   errors = poseErrors(simulated.stacks, simulated.poses, found, body);
   EXPECT_NEAR(errors.millimetres.worst, 1, 0.1);
   EXPECT_LT(errors.millimetres.median, 0.1);
+}
+
+TEST(SimulatedStacks, OfAFewSlicesAreNotMovedByChance) {
+  ThreadPool pool(2);
+  StacksCase c;
+  c.thickness = 5;
+  c.noise = 3;
+  c.central = 20;
+  const Volume head = testing::headPhantom(32);
+  for (c.seed = 1; c.seed <= 6; ++c.seed)
+    for (const StackAlignment& a : alignStacks(simulateStacks(head, c, pool).stacks, pool)) {
+      EXPECT_TRUE(a.fits || std::isnan(a.correlation)) << "seed " << c.seed;
+      EXPECT_EQ(a.displacement, 0) << "seed " << c.seed << ", " << a.psnrBefore << " to " << a.psnrAfter;
+    }
 }
 
 TEST(SimulatedStacks, WithMovedSlicesAreScaledButNotTurnedByChance) {
