@@ -182,18 +182,16 @@ double improve(StackAlignment& alignment, const std::vector<Pair>& pairs, const 
   return norm(shift) + kArm * norm(turn) + kArm * std::abs(right[6]);
 }
 
-/// The minimum gain of a turn, dB.
-double worthwhile(double angle) {
-  return std::min(kWorthwhile + kPerDegree * std::max(0.0, angle - kSmallAngle), kMostNeeded);
-}
-
-/// The minimum gain where `places` were compared, dB: twice what a pose fitted to so many residuals gains by
-/// chance, of which those within a correlation volume of (2√π σ)³ count as one.
-double beyondChance(std::size_t places) {
-  const double spacing = kPlaceDistance / (2 * std::sqrt(std::numbers::pi));
-  const double independent = static_cast<double>(places) * spacing * spacing * spacing;
+/// The minimum gain of a pose that turns by `angle` and was found at so many places, dB: at least twice what
+/// fitting a pose gains by chance, where residuals within a correlation volume of (2√π σ)³ count as one.
+double leastPoseGain(double angle, std::size_t places) {
+  const double spacing = kPlaceDistance / (2 * std::sqrt(std::numbers::pi)),
+               independent = static_cast<double>(places) * spacing * spacing * spacing;
   if (independent <= kPoseParameters) return std::numeric_limits<double>::infinity();
-  return std::max(kWorthwhile, -20 * std::log10(1 - kPoseParameters / independent));
+  const double chance = -10 * std::log10(1 - kPoseParameters / independent);
+  const double turn =
+      angle > kSmallAngle ? std::min(kWorthwhile + kPerDegree * (angle - kSmallAngle), kMostNeeded) : 0;
+  return std::max(2 * chance, turn);
 }
 
 /// Aligns the participating scans to the first of them; the others' alignment is unknown.
@@ -266,11 +264,11 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
       const Agreement was = agreementOf(before, threshold);
       Agreement is = agreementOf(seen(n, mine, 0), threshold);
       const bool wasAlike = was.correlation >= kAlike, isAlike = is.correlation >= kAlike;
-      if (mine.angle > kSmallAngle) { // what the turn gains, apart from the gain factor
-        StackAlignment unturned;
-        unturned.gain = mine.gain;
-        const Agreement without = agreementOf(seen(n, unturned, 0), threshold);
-        if (psnr(is) - psnr(without) < worthwhile(mine.angle)) {
+      if (mine.displacement > 0) { // what the pose gains, apart from the gain factor
+        StackAlignment unmoved;
+        unmoved.gain = mine.gain;
+        const Agreement without = agreementOf(seen(n, unmoved, 0), threshold);
+        if (psnr(is) - psnr(without) < leastPoseGain(mine.angle, moved.size())) {
           mine.toOthers = {};
           mine.displacement = mine.angle = 0;
           is = without;
@@ -279,8 +277,7 @@ std::vector<StackAlignment> alignToFirst(std::span<const Stack> stacks, std::spa
       mine.psnrBefore = psnr(was);
       mine.psnrAfter = psnr(is);
       mine.correlation = is.correlation;
-      const double needed = beyondChance(moved.size());
-      if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + needed)) continue;
+      if (isAlike && (!wasAlike || mine.psnrAfter >= mine.psnrBefore + kWorthwhile)) continue;
       mine.toOthers = {};
       mine.displacement = mine.angle = 0;
       mine.gain = 1;

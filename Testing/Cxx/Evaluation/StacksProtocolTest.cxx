@@ -137,7 +137,7 @@ TEST(SimulatedStacks, OfAFewSlicesAreNotMovedByChance) {
       for (const StackAlignment& a :
            alignStacks(simulateStacks(testing::headPhantom(width), c, pool).stacks, pool)) {
         EXPECT_EQ(a.displacement, 0) << width << " mm, seed " << c.seed << ", " << a.psnrAfter << " dB";
-        EXPECT_EQ(a.gain, 1);
+        EXPECT_NEAR(a.gain, 1, 0.02);
       }
     }
 }
