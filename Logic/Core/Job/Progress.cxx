@@ -1,14 +1,8 @@
 #include "Core/Job/Progress.h"
 
+#include "Core/Base/Translation.h"
+
 namespace innergs {
-namespace {
-
-/// Marks a text for lupdate, in the context of this namespace.
-constexpr const char* tr(const char* text) {
-  return text;
-}
-
-} // namespace
 
 const char* phaseName(Phase phase) {
   switch (phase) {

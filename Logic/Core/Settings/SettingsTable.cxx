@@ -2,6 +2,7 @@
 
 #include "Core/Base/Error.h"
 #include "Core/Base/NumberText.h"
+#include "Core/Base/Translation.h"
 #include "Core/Settings/DeviceRequest.h"
 
 #include <algorithm>
@@ -10,11 +11,6 @@ namespace innergs {
 namespace {
 
 #define MEMBER(path) settingMember([](auto& s) -> auto& { return s.path; })
-
-/// Marks a text for lupdate, in the context of this namespace.
-constexpr const char* tr(const char* text) {
-  return text;
-}
 
 constexpr SettingRange between(double lowest, double highest) {
   return {lowest, highest};
@@ -106,8 +102,8 @@ const std::vector<Setting>& settingsTable() {
       Setting("relocate", MEMBER(relocate), Fit, tr("Relocate unused Gaussians"),
               tr("On an even grid: remove unused Gaussians and split those where the error is large.")),
       Setting("consistency", MEMBER(consistency), Fit, tr("Data-consistency step"),
-              tr("After the fit, add the residual that the Gaussians leave in the slices, except noise (for "
-                 "distant slices or several scans)."),
+              tr("After the fit, add the residual that the Gaussians leave in thick slices or several scans, "
+                 "except noise."),
               {.part = Result}),
       Setting(
           "prediction", MEMBER(prediction), Fit, tr("Between the slices"),
