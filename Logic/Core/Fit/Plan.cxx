@@ -161,6 +161,13 @@ bool predicts(const Settings& settings, const DataTraits& traits) {
          chosenBlending(settings) == Blending::Normalised && traits.singleAnisotropic() && !traits.posed;
 }
 
+bool addsResidual(const Settings& settings, const DataTraits& traits) {
+  if (!settings.consistency || traits.posed) return false;
+  return traits.thickness > 0 ||
+         (traits.stacks > 1 && !traits.superResolution() && settings.preset != Preset::Paper &&
+          chosenBlending(settings) == Blending::Normalised);
+}
+
 DataTraits measureTraits(std::span<const Stack> stacks, const IntensityMap& map) {
   DataTraits t = geometryTraits(stacks);
   t.noise = 0;

@@ -482,9 +482,7 @@ void ReconstructionRun::iterate(Trainer& trainer, int before) {
 
 void ReconstructionRun::addResidual() {
   GaussianField& field = model_.field;
-  const bool posed = std::any_of(input_.stacks.begin(), input_.stacks.end(),
-                                 [](const Stack& s) { return !s.poses.empty(); });
-  if (!predicted_ && (!settings_.consistency || traits_.thickness <= 0 || posed)) return;
+  if (!predicted_ && !addsResidual(settings_, geometryTraits(input_.stacks))) return;
   progress_.report(Phase::Refining, fromFit(predictsEach_ ? kEachFitEnds : kFitEnds));
   const RenderOptions options = renderOptions(field, pool_->stopToken());
   if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_)

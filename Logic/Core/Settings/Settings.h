@@ -89,7 +89,7 @@ struct Settings {
   std::optional<bool> allAxes;
   std::optional<bool> paperStopRule; // stop when the loss fell by < 1e-4 over 100 iterations; 1000 at most
   bool relocate = true;              // has no effect with densification
-  bool consistency = true;           // only for super-resolution
+  bool consistency = true;           // see addsResidual()
   PredictionKind prediction = PredictionKind::Auto;    // distant slices, normalised blending
   bool align = true;                                   // several scans: see Alignment/StackAlignment.h
   SliceMotionKind sliceMotion = SliceMotionKind::Auto; // several scans: see Alignment/SliceMotion.h

@@ -49,6 +49,31 @@ TEST(JobStacks, OfDifferentBodiesAreSaidSoAndLeftWhereTheyLie) {
   EXPECT_EQ(result.volume.voxels, reconstruct(input, quick(false)).volume.voxels);
 }
 
+TEST(JobStacks, ThatRepeatAnIsotropicOneAreNoWorseThanTheirMean) {
+  Volume truth = body(3);
+  for (std::size_t v = 0; v < truth.voxels.size(); ++v) { // finer than so few Gaussians can show
+    const std::size_t i = v % kWidth, j = v / kWidth % kWidth, k = v / kWidth / kWidth;
+    truth.voxels[v] += 20 * std::sin(1.1f * static_cast<float>(i)) * std::sin(1.2f * static_cast<float>(j)) *
+                       std::cos(static_cast<float>(k));
+  }
+  ReconstructionInput input;
+  input.outputGrid = truth.geometry;
+  Volume mean{truth.geometry, std::vector<float>(truth.voxels.size(), 0.f)};
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    Stack scan;
+    scan.image = truth;
+    scan.profile = SliceProfile::Point;
+    testing::addNoise(scan.image.voxels, 4, seed);
+    for (std::size_t v = 0; v < mean.voxels.size(); ++v)
+      mean.voxels[v] += scan.image.voxels[v] / 3;
+    input.stacks.push_back(std::move(scan));
+  }
+  Settings settings = quick();
+  EXPECT_GT(psnr(reconstruct(input, settings).volume, truth), psnr(mean, truth));
+  settings.consistency = false; // what the residual grid is for
+  EXPECT_LT(psnr(reconstruct(input, settings).volume, truth), psnr(mean, truth) - 1);
+}
+
 TEST(JobStacks, OfWildlyDifferentIntensitiesAreScaled) {
   const Volume truth = body(3);
   ReconstructionInput input = scansOf(truth, truth);
