@@ -487,10 +487,14 @@ void ReconstructionRun::addResidual() {
   const RenderOptions options = renderOptions(field, pool_->stopToken());
   if (predictsEach_ && share_.value_or(0) > 0 && !keepsUnmixed_)
     return mixPredictions(options); // refines with them
-  const double mse =
-      predicted_ ? refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), result_.noise,
-                                      options, *pool_)
-                 : refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
+  double mse;
+  if (predicted_)
+    mse = refineToPrediction(field, *predicted_, averaged_, prepared_.stacks.front(), result_.noise, options,
+                             *pool_);
+  else if (traits_.thickness > 0)
+    mse = refineToSlices(field, prepared_.stacks, result_.noise, prepared_.range, options, *pool_);
+  else
+    mse = refineToThinScans(field, prepared_.stacks, result_.noise, options, *pool_);
   setTrainingPsnr(psnrOf(mse));
   if (predictsEach_) mixPredictions(options);
 }

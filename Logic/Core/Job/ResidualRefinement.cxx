@@ -1,6 +1,7 @@
 #include "Core/Job/ResidualRefinement.h"
 
 #include "Core/Acquisition/BackProjection.h"
+#include "Core/Image/WienerFilter.h"
 #include "Core/Prediction/PredictionNoise.h"
 
 #include <algorithm>
@@ -37,7 +38,52 @@ void addPredicted(Volume& volume, const GaussianField& field, std::span<Stack> p
   });
 }
 
+constexpr BackProjectionPlan kOnce{.iterations = 1};
+
+Volume zeros(const GridGeometry& grid) {
+  return {grid, std::vector<float>(static_cast<std::size_t>(grid.voxelCount()), 0.f)};
+}
+
+/// Takes noise out of differences between scans and a field as far as a Wiener filter takes it out of their
+/// mean on the grid. noise: standard deviation of one scan's.
+void removeNoise(std::span<Stack> missed, const GridGeometry& grid, double noise, ThreadPool& pool) {
+  Volume kept = zeros(grid);
+  backProject(kept, missed, kOnce, pool); // their mean, then the share of it that is kept
+  const std::int64_t plane = grid.size[0] * grid.size[1];
+  pool.run(grid.size[2], [&](std::int64_t k) {
+    const std::span<float> values = std::span(kept.voxels).subspan(k * plane, plane);
+    const std::vector<float> mean(values.begin(), values.end());
+    wienerFilter(values, grid.size[0], noise / std::sqrt(static_cast<double>(missed.size())));
+    for (std::int64_t p = 0; p < plane; ++p)
+      values[p] = mean[p] == 0 ? 0 : values[p] / mean[p];
+  });
+  for (Stack& scan : missed) {
+    const std::vector<float> shares = projectToStack(kept, scan, pool);
+    for (std::size_t v = 0; v < shares.size(); ++v)
+      scan.image.voxels[v] *= shares[v];
+  }
+}
+
 } // namespace
+
+double refineToThinScans(GaussianField& field, std::span<const Stack> scans, double noise,
+                         RenderOptions options, ThreadPool& pool) {
+  options.bounded = false;
+  const auto scale = static_cast<float>(field.intensityScale);
+  std::vector<Stack> missed(scans.begin(), scans.end());
+  for (Stack& scan : missed) {
+    const Volume fitted = renderStack(field, scan, options);
+    for (std::size_t v = 0; v < fitted.voxels.size(); ++v)
+      scan.image.voxels[v] = (scan.image.voxels[v] - fitted.voxels[v]) / scale;
+  }
+  const std::vector<Stack> noisy = missed;
+  if (noise > 0) removeNoise(missed, field.region(), noise / field.intensityScale, pool);
+  field.residual = zeros(field.region());
+  backProject(field.residual, missed, {}, pool);
+  Volume next = field.residual;
+  const double rms = backProject(next, noisy, kOnce, pool);
+  return rms * rms;
+}
 
 double refineToSlices(GaussianField& field, std::span<const Stack> slices, double noise,
                       const ValueRange& range, RenderOptions options, ThreadPool& pool,
